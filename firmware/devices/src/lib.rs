@@ -1,0 +1,2 @@
+//! The room `devices`: see its Cargo.toml description.
+#![cfg_attr(not(test), no_std)]

@@ -1,0 +1,56 @@
+//! Monotonic time as an argument: a u64 of microseconds never wraps in a
+//! mission (584,000 years); the 32-bit wraps that broke other vehicles
+//! (71.6 min in µs, 49.7 days in ms) are only numbers here.
+
+use serde::{Deserialize, Serialize};
+
+/// Monotonic time since the controller's own epoch, µs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Micros(pub u64);
+
+impl Micros {
+    /// From whole milliseconds.
+    #[must_use]
+    pub const fn from_millis(ms: u64) -> Self {
+        Self(ms.saturating_mul(1_000))
+    }
+
+    /// From whole seconds.
+    #[must_use]
+    pub const fn from_secs(s: u64) -> Self {
+        Self(s.saturating_mul(1_000_000))
+    }
+
+    /// Time elapsed since `earlier`; zero when the clock went backwards.
+    #[must_use]
+    pub const fn since(self, earlier: Self) -> Self {
+        Self(self.0.saturating_sub(earlier.0))
+    }
+
+    /// This time plus a span, saturating at the end of time.
+    #[must_use]
+    pub const fn plus(self, span: Self) -> Self {
+        Self(self.0.saturating_add(span.0))
+    }
+
+    /// Seconds as f32: for spans, not for absolute times (24-bit mantissa).
+    #[must_use]
+    pub fn seconds(self) -> f32 {
+        self.0 as f32 * 1e-6
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Micros;
+
+    #[test]
+    fn a_span_across_both_32_bit_wraps_is_just_a_span() {
+        for wrap in [1u64 << 32, (1u64 << 32) * 1000] {
+            let before = Micros(wrap - 30_000_000);
+            let after = before.plus(Micros::from_secs(60));
+            assert_eq!(after.since(before), Micros::from_secs(60));
+            assert_eq!(before.since(after), Micros(0), "a clock that jumps back gives a zero span, not a huge one");
+        }
+    }
+}

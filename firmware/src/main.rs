@@ -1,0 +1,2 @@
+//! Board image.
+fn main() {}

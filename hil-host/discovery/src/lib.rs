@@ -1,0 +1,1 @@
+//! The room `discovery`: see its Cargo.toml description.

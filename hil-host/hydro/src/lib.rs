@@ -1,0 +1,1 @@
+//! The room `hydro`: see its Cargo.toml description.

@@ -1,0 +1,1 @@
+//! The room `plant`: see its Cargo.toml description.

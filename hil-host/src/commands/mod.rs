@@ -1,0 +1,150 @@
+//! The command line: one file per command, each with its `Args` and `run`.
+//!
+//! A command prints for a person, or with `--json` exactly one JSON document
+//! on standard output; progress and warnings go to standard error. Exit codes:
+//! 0 done, 1 done and the result is negative (a check failed, a fault was not
+//! survived), 2 bad input.
+
+use clap::{Parser, Subcommand};
+
+pub mod add;
+pub mod compare;
+pub mod diagnose;
+pub mod export;
+pub mod faults;
+pub mod fetch_data;
+pub mod fly;
+pub mod import;
+pub mod main_job;
+pub mod monitor;
+pub mod next_flight;
+pub mod paper;
+pub mod plot;
+pub mod polar;
+pub mod report;
+pub mod scorecard;
+pub mod serve;
+pub mod story;
+pub mod table;
+pub mod upload;
+
+/// What a finished command says to the shell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Exit code 0.
+    Ok,
+    /// Exit code 1: done, and the result is negative.
+    Negative,
+}
+
+/// Where results go.
+#[derive(Clone, Copy, Debug)]
+pub struct Output {
+    /// Machine-readable output asked for.
+    pub json: bool,
+}
+
+impl Output {
+    /// Prints `document` if JSON is asked for, else what `human` writes.
+    pub fn emit(&self, document: &serde_json::Value, human: impl FnOnce()) {
+        if self.json {
+            println!("{document:#}");
+        } else {
+            human();
+        }
+    }
+}
+
+/// Glider flight controller workbench: fly it, compare it with the sea, learn what is missing.
+#[derive(Parser, Debug)]
+#[command(
+    name = "glider",
+    version,
+    after_help = "With no command: flies both wing sets over a real serial line, compares a real flight with the model, writes out/report.html."
+)]
+struct Cli {
+    /// Print one JSON document instead of text.
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Lift, drag and L/D against angle of attack.
+    Polar(polar::Args),
+    /// Every claim of the source paper beside our number.
+    Paper(paper::Args),
+    /// Build or check the flight tables.
+    Table(table::Args),
+    /// One hardware-in-the-loop flight.
+    Fly(fly::Args),
+    /// The fault campaign.
+    Faults(faults::Args),
+    /// Bring a Slocum, Seaglider, OG1 or csv log into the flight format.
+    Import(import::Args),
+    /// Write a flight as csv, Parquet or NetCDF.
+    Export(export::Args),
+    /// Model against measurement.
+    Compare(compare::Args),
+    /// Which physical effect is missing.
+    Diagnose(diagnose::Args),
+    /// Add an effect, refit, see the error fall.
+    Add(add::Args),
+    /// The mission that best separates what this flight cannot.
+    NextFlight(next_flight::Args),
+    /// Compare, diagnose, add, new table, fly before and after.
+    Loop(story::Args),
+    /// Offline HTML report of a flight.
+    Report(report::Args),
+    /// The workbench as a local web page.
+    Serve(serve::Args),
+    /// Live telemetry of a board in the terminal.
+    Monitor(monitor::Args),
+    /// Send a table, configuration or mission to a board.
+    Upload(upload::Args),
+    /// Get a public real flight.
+    FetchData(fetch_data::Args),
+    /// Closed-loop and discovery scorecards.
+    Scorecard(scorecard::Args),
+    /// Plots as SVG or PNG for papers.
+    Plot(plot::Args),
+}
+
+/// Parses the command line, runs the command, returns the exit code.
+#[must_use]
+pub fn main() -> std::process::ExitCode {
+    let cli = Cli::parse();
+    let output = Output { json: cli.json };
+    let result = match &cli.command {
+        None => main_job::run(&output),
+        Some(Command::Polar(a)) => polar::run(a, &output),
+        Some(Command::Paper(a)) => paper::run(a, &output),
+        Some(Command::Table(a)) => table::run(a, &output),
+        Some(Command::Fly(a)) => fly::run(a, &output),
+        Some(Command::Faults(a)) => faults::run(a, &output),
+        Some(Command::Import(a)) => import::run(a, &output),
+        Some(Command::Export(a)) => export::run(a, &output),
+        Some(Command::Compare(a)) => compare::run(a, &output),
+        Some(Command::Diagnose(a)) => diagnose::run(a, &output),
+        Some(Command::Add(a)) => add::run(a, &output),
+        Some(Command::NextFlight(a)) => next_flight::run(a, &output),
+        Some(Command::Loop(a)) => story::run(a, &output),
+        Some(Command::Report(a)) => report::run(a, &output),
+        Some(Command::Serve(a)) => serve::run(a, &output),
+        Some(Command::Monitor(a)) => monitor::run(a, &output),
+        Some(Command::Upload(a)) => upload::run(a, &output),
+        Some(Command::FetchData(a)) => fetch_data::run(a, &output),
+        Some(Command::Scorecard(a)) => scorecard::run(a, &output),
+        Some(Command::Plot(a)) => plot::run(a, &output),
+    };
+    match result {
+        Ok(Verdict::Ok) => 0.into(),
+        Ok(Verdict::Negative) => 1.into(),
+        Err(e) => {
+            eprintln!("glider: {e:#}");
+            2.into()
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! The laptop side: HIL seats, commands, reports.
+
+pub mod commands;

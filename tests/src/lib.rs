@@ -1,0 +1,1 @@
+//! The room `tests`: see its Cargo.toml description.

@@ -1,1 +1,5 @@
-//! The room `discovery`: see its Cargo.toml description.
+//! Do we agree with the sea, and what is missing.
+
+pub mod flight;
+
+pub use flight::Flight;

@@ -1,0 +1,52 @@
+//! One flight as read from disk: columns in SI units, NaN where there is no value.
+
+use std::collections::BTreeMap;
+
+/// A flight: equal-length columns. NaN means "no value at this instant".
+#[derive(Clone, Debug, Default)]
+pub struct Flight {
+    /// Name for messages (directory or file).
+    pub name: String,
+    /// Time since the start of the trial, s, strictly increasing.
+    pub time_s: Vec<f64>,
+    /// Segment number of each row; the vehicle's state does not carry over between segments.
+    pub segment: Vec<u32>,
+    /// Gauge pressure, Pa.
+    pub pressure_pa: Vec<f64>,
+    /// Measured pitch, rad, nose up positive.
+    pub pitch_rad: Vec<f64>,
+    /// Measured roll, rad, starboard down positive.
+    pub roll_rad: Vec<f64>,
+    /// Measured heading, rad, clockwise from true north.
+    pub heading_rad: Vec<f64>,
+    /// Measured ballast volume, m³, positive buoyant.
+    pub ballast_m3: Vec<f64>,
+    /// Battery position, m, positive forward.
+    pub battery_mass_m: Vec<f64>,
+    /// Water temperature, °C (the one non-SI unit kept: every source and every effect states it so).
+    pub temperature_degc: Vec<f64>,
+    /// In-situ water density, kg/m³.
+    pub density_kg_m3: Vec<f64>,
+    /// Local east of the GPS fixes, m.
+    pub gps_east_m: Vec<f64>,
+    /// Local north of the GPS fixes, m.
+    pub gps_north_m: Vec<f64>,
+    /// Speed through the water, m/s, where the vehicle measures it.
+    pub speed_m_s: Option<Vec<f64>>,
+    /// Columns that the format does not name, as they are.
+    pub extra: BTreeMap<String, Vec<f64>>,
+}
+
+impl Flight {
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Whether there is no row.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+}

@@ -1,1 +1,3 @@
 //! The room `hydro`: see its Cargo.toml description.
+
+pub mod effects;

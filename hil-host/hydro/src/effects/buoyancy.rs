@@ -1,0 +1,115 @@
+//! Effects that change displaced volume.
+
+use super::{Constants, Effect, Parameter, Sensed};
+
+/// ε (1 + rel_error).
+#[derive(Clone, Copy, Debug)]
+pub struct HullCompressibility;
+
+impl Effect for HullCompressibility {
+    fn name(&self) -> &'static str {
+        "hull_compressibility"
+    }
+    fn physics(&self) -> &'static str {
+        "the hull yields to pressure more or less than the file says, so buoyancy drifts with depth"
+    }
+    fn separated_by(&self) -> &'static str {
+        "deep dives in water of little temperature contrast"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "rel_error",
+            unit: "1",
+            off: 0.0,
+            low: -1.5,
+            high: 4.0,
+            typical: 0.3,
+            source: "3-6e-10/Pa between vehicles, 5e-10/Pa Slocum",
+        }]
+    }
+    fn constants(&self, p: &[f64], c: &mut Constants) {
+        c.compressibility_per_pa *= 1.0 + p[0];
+    }
+}
+
+/// αT (1 + rel_error).
+#[derive(Clone, Copy, Debug)]
+pub struct ThermalExpansion;
+
+impl Effect for ThermalExpansion {
+    fn name(&self) -> &'static str {
+        "thermal_expansion"
+    }
+    fn physics(&self) -> &'static str {
+        "the hull expands with temperature more or less than the file says, so buoyancy follows the temperature of the water"
+    }
+    fn separated_by(&self) -> &'static str {
+        "dives through different temperature profiles"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "rel_error",
+            unit: "1",
+            off: 0.0,
+            low: -3.0,
+            high: 6.0,
+            typical: 0.5,
+            source: "5-7e-5/K (Seaglider 7.05e-5, Deepglider 6.2e-5)",
+        }]
+    }
+    fn constants(&self, p: &[f64], c: &mut Constants) {
+        c.thermal_expansion_per_k *= 1.0 + p[0];
+    }
+}
+
+/// A constant extra displaced volume.
+#[derive(Clone, Copy, Debug)]
+pub struct BallastOffset;
+
+impl Effect for BallastOffset {
+    fn name(&self) -> &'static str {
+        "ballast_offset"
+    }
+    fn physics(&self) -> &'static str {
+        "the vehicle is trimmed light or heavy by a constant volume: dives change against climbs"
+    }
+    fn separated_by(&self) -> &'static str {
+        "dives and climbs at several buoyancy drives; weighing in the water of the site"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "volume_cc",
+            unit: "cm^3",
+            off: 0.0,
+            low: -150.0,
+            high: 150.0,
+            typical: 15.0,
+            source: "10-100 cc between trim and mission",
+        }]
+    }
+    fn constants(&self, p: &[f64], c: &mut Constants) {
+        c.hull_volume_m3 += p[0] * 1e-6;
+    }
+}
+
+/// True ballast volume = reading (1 + gain_error).
+#[derive(Clone, Copy, Debug)]
+pub struct BallastScale;
+
+impl Effect for BallastScale {
+    fn name(&self) -> &'static str {
+        "ballast_scale"
+    }
+    fn physics(&self) -> &'static str {
+        "the buoyancy engine moves more or less volume than its sensor says: all speeds scale"
+    }
+    fn separated_by(&self) -> &'static str {
+        "a bench value of the pump volume, or a speed sensor at several pitches"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter { name: "gain_error", unit: "1", off: 0.0, low: -0.6, high: 0.8, typical: 0.05, source: "1-5 % between bench and sea" }]
+    }
+    fn sensed(&self, p: &[f64], s: &mut Sensed) {
+        s.ballast_m3 *= 1.0 + p[0];
+    }
+}

@@ -1,0 +1,185 @@
+//! Effects that change the drag.
+
+use super::{Constants, Effect, Flow, Parameter};
+
+/// Speed at which the nominal CD0 is stated, m/s (FORMAT section 6.3).
+pub const REFERENCE_SPEED_M_S: f64 = 0.30;
+/// Seconds per day.
+const DAY_S: f64 = 86_400.0;
+
+/// CD0 (U/0.30)^−exponent.
+#[derive(Clone, Copy, Debug)]
+pub struct ReynoldsDrag;
+
+impl Effect for ReynoldsDrag {
+    fn name(&self) -> &'static str {
+        "reynolds_drag"
+    }
+    fn physics(&self) -> &'static str {
+        "skin friction depends on the Reynolds number, so the drag coefficient falls with speed"
+    }
+    fn separated_by(&self) -> &'static str {
+        "legs at several buoyancy drives on the same day"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "exponent",
+            unit: "1",
+            off: 0.0,
+            low: -1.5,
+            high: 1.5,
+            typical: 0.25,
+            source: "0.5 laminar, 0.15-0.2 turbulent; Seaglider base station 0.5",
+        }]
+    }
+    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, c: &Constants) -> f64 {
+        if p[0] == 0.0 {
+            return 0.0;
+        }
+        // Below 5 cm/s (launch, turning points) the law is held: it has no measured support there.
+        let speed = at.speed_m_s.max(0.05);
+        c.cd0 * (libm::exp(-p[0] * libm::log(speed / REFERENCE_SPEED_M_S)) - 1.0)
+    }
+}
+
+/// CD0 (1 + rate t), t in days since the start of the trial.
+#[derive(Clone, Copy, Debug)]
+pub struct BiofoulingDrag;
+
+impl Effect for BiofoulingDrag {
+    fn name(&self) -> &'static str {
+        "biofouling_drag"
+    }
+    fn physics(&self) -> &'static str {
+        "growth on hull and wings raises the drag steadily in time"
+    }
+    fn separated_by(&self) -> &'static str {
+        "the same leg flown days apart, or after cleaning the hull"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "rate_per_day",
+            unit: "1/day",
+            off: 0.0,
+            low: -1.0,
+            high: 3.0,
+            typical: 0.03,
+            source: "0-3 %/day, alarm of the Seaglider base station at 1.5 times",
+        }]
+    }
+    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, c: &Constants) -> f64 {
+        c.cd0 * p[0] * at.time_s / DAY_S
+    }
+}
+
+/// Drag coefficient grows by k roll² (k in 1/rad² on S).
+#[derive(Clone, Copy, Debug)]
+pub struct RollTurnDrag;
+
+impl Effect for RollTurnDrag {
+    fn name(&self) -> &'static str {
+        "roll_turn_drag"
+    }
+    fn physics(&self) -> &'static str {
+        "banked turns cost drag that grows with the square of the roll"
+    }
+    fn separated_by(&self) -> &'static str {
+        "spirals beside straight legs at the same settings"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter { name: "k", unit: "1/rad^2", off: 0.0, low: -5.0, high: 40.0, typical: 1.0, source: "2-15 % of the drag in spirals" }]
+    }
+    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, _c: &Constants) -> f64 {
+        p[0] * at.roll_rad * at.roll_rad
+    }
+}
+
+/// CD0 (1 + rel_increase) while climbing.
+#[derive(Clone, Copy, Debug)]
+pub struct ClimbDrag;
+
+impl Effect for ClimbDrag {
+    fn name(&self) -> &'static str {
+        "climb_drag"
+    }
+    fn physics(&self) -> &'static str {
+        "appendages or the wake of the tail make climbing costlier than diving"
+    }
+    fn separated_by(&self) -> &'static str {
+        "dives and climbs at mirrored pitch and drive, several drives"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "rel_increase",
+            unit: "1",
+            off: 0.0,
+            low: -0.8,
+            high: 3.0,
+            typical: 0.15,
+            source: "an external CTD is 10-20 % of CD0",
+        }]
+    }
+    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, c: &Constants) -> f64 {
+        if at.climb_m_s > 0.0 { c.cd0 * p[0] } else { 0.0 }
+    }
+}
+
+/// CD0 times (1 + rel_error).
+#[derive(Clone, Copy, Debug)]
+pub struct DragLevelError;
+
+impl Effect for DragLevelError {
+    fn name(&self) -> &'static str {
+        "drag_level_error"
+    }
+    fn physics(&self) -> &'static str {
+        "the drag at zero lift is wrong by a constant factor (roughness, an appendage that was not counted)"
+    }
+    fn separated_by(&self) -> &'static str {
+        "a bench value of the pump volume, or a speed sensor, with several pitches"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "rel_error",
+            unit: "1",
+            off: 0.0,
+            low: -0.7,
+            high: 3.0,
+            typical: 0.25,
+            source: "CdA 0.0125-0.017 m2 bare, 0.031 m2 with payload, at sea",
+        }]
+    }
+    fn constants(&self, p: &[f64], c: &mut Constants) {
+        c.cd0 *= 1.0 + p[0];
+    }
+}
+
+/// Drag due to lift times (1 + rel_error): K and CDb together, because vertical speed cannot tell them apart.
+#[derive(Clone, Copy, Debug)]
+pub struct InducedDragError;
+
+impl Effect for InducedDragError {
+    fn name(&self) -> &'static str {
+        "induced_drag_error"
+    }
+    fn physics(&self) -> &'static str {
+        "the drag that comes with lift (induced drag of the wing, cross-flow drag of the hull) is wrong by a factor"
+    }
+    fn separated_by(&self) -> &'static str {
+        "a sweep of pitch: it is felt on shallow legs only"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "rel_error",
+            unit: "1",
+            off: 0.0,
+            low: -1.0,
+            high: 6.0,
+            typical: 0.5,
+            source: "K between 1/(pi A) and the zero-suction limit",
+        }]
+    }
+    fn drag(&self, p: &[f64], at: &Flow, lift: f64, c: &Constants) -> f64 {
+        p[0] * (c.induced_k * lift * lift + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad)
+    }
+}

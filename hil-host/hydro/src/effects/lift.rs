@@ -1,0 +1,164 @@
+//! Effects that change the lift: vortices, stall, slope and zero of the lift curve.
+
+use super::{Constants, Effect, Flow, Parameter};
+
+/// Normal force of vortices shed by hull and wing beyond an onset angle.
+///
+/// ```text
+/// CN = k (|α| − α0)^2 sign α     for |α| > α0
+/// ```
+/// Acts normal to the body: CL += CN cos α, CD += CN sin α. k in 1/rad² on S, α0 in rad.
+/// Source: form of Polhamus' suction analogy and of cross-flow over a slender body; onset of order 0.1 rad.
+#[derive(Clone, Copy, Debug)]
+pub struct VortexLiftBodyWing;
+
+impl Effect for VortexLiftBodyWing {
+    fn name(&self) -> &'static str {
+        "vortex_lift_bodywing"
+    }
+    fn physics(&self) -> &'static str {
+        "vortices rolling up between hull and wing add a force normal to the body beyond an onset angle of attack, growing faster than linearly"
+    }
+    fn separated_by(&self) -> &'static str {
+        "legs at shallow pitch (large angle of attack) beside steep ones: it is absent below the onset"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[
+            Parameter {
+                name: "k",
+                unit: "1/rad^2",
+                off: 0.0,
+                low: -10.0,
+                high: 80.0,
+                typical: 8.0,
+                source: "Kv ~ pi on the wing (Polhamus), hull comparable; wide",
+            },
+            Parameter { name: "onset_rad", unit: "rad", off: 0.1, low: 0.03, high: 0.2, typical: 0.03, source: "order 0.1 rad; guess" },
+        ]
+    }
+    fn normal_force(&self, p: &[f64], at: &Flow) -> f64 {
+        let beyond = at.alpha_rad.abs() - p[1];
+        if beyond > 0.0 { p[0] * beyond * beyond * at.alpha_rad.signum() } else { 0.0 }
+    }
+}
+
+/// Normal force of the wing's side edges, CN = k α|α| (k in 1/rad² on S), from zero angle. Source: Lamar's side-edge suction.
+#[derive(Clone, Copy, Debug)]
+pub struct SideEdgeLift;
+
+impl Effect for SideEdgeLift {
+    fn name(&self) -> &'static str {
+        "side_edge_lift"
+    }
+    fn physics(&self) -> &'static str {
+        "vortices along the wing's side edges add a force normal to the wing that grows with the square of the angle of attack from zero"
+    }
+    fn separated_by(&self) -> &'static str {
+        "a sweep of pitch from steep to shallow, best with a speed sensor"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "k",
+            unit: "1/rad^2",
+            off: 0.0,
+            low: -8.0,
+            high: 40.0,
+            typical: 3.0,
+            source: "K_v of rectangular wings, Lamar; C_Dc 1-3",
+        }]
+    }
+    fn normal_force(&self, p: &[f64], at: &Flow) -> f64 {
+        p[0] * at.alpha_rad * at.alpha_rad.abs()
+    }
+}
+
+/// The slope of the linear lift halves beyond an angle. Off: an angle that is never reached.
+#[derive(Clone, Copy, Debug)]
+pub struct Stall;
+
+impl Effect for Stall {
+    fn name(&self) -> &'static str {
+        "stall"
+    }
+    fn physics(&self) -> &'static str {
+        "the flow separates beyond an angle of attack and the lift of wing and hull grows only half as fast from there"
+    }
+    fn separated_by(&self) -> &'static str {
+        "shallow legs that pass through the stall angle, up and down"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "alpha_stall_rad",
+            unit: "rad",
+            off: 0.35,
+            low: 0.01,
+            high: 0.35,
+            typical: 0.2,
+            source: "6 % sections at chord Reynolds number 1e4-1e5 separate at 6-12 deg",
+        }]
+    }
+    fn lift(&self, p: &[f64], at: &Flow, c: &Constants) -> f64 {
+        let beyond = at.alpha_rad.abs() - p[0];
+        if beyond > 0.0 { -0.5 * c.lift_slope_per_rad * beyond * at.alpha_rad.signum() } else { 0.0 }
+    }
+}
+
+/// Linear lift times (1 + rel_error).
+#[derive(Clone, Copy, Debug)]
+pub struct LiftSlopeError;
+
+impl Effect for LiftSlopeError {
+    fn name(&self) -> &'static str {
+        "lift_slope_error"
+    }
+    fn physics(&self) -> &'static str {
+        "the linear lift slope of wing and hull is wrong by a constant factor"
+    }
+    fn separated_by(&self) -> &'static str {
+        "a speed sensor or GPS displacement without current, on shallow legs"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "rel_error",
+            unit: "1",
+            off: 0.0,
+            low: -0.8,
+            high: 2.0,
+            typical: 0.3,
+            source: "hull carry-over changes the slope by 1.4-2.1 (slender-body theory)",
+        }]
+    }
+    fn constants(&self, p: &[f64], c: &mut Constants) {
+        c.lift_slope_per_rad *= 1.0 + p[0];
+    }
+}
+
+/// Lift is zero at an angle: CL(α) becomes CL(α − angle).
+#[derive(Clone, Copy, Debug)]
+pub struct ZeroLiftAngle;
+
+impl Effect for ZeroLiftAngle {
+    fn name(&self) -> &'static str {
+        "zero_lift_angle"
+    }
+    fn physics(&self) -> &'static str {
+        "wing incidence or an asymmetric hull shifts the angle of attack at which lift vanishes, with opposite effect in dives and climbs"
+    }
+    fn separated_by(&self) -> &'static str {
+        "dives and climbs at several pitches and speeds, and a bench check of the pitch sensor"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "angle_rad",
+            unit: "rad",
+            off: 0.0,
+            low: -0.2,
+            high: 0.2,
+            typical: 0.02,
+            source: "wing incidence of 0.5-2 deg; guess",
+        }]
+    }
+    fn lift_angle_rad(&self, p: &[f64], alpha_rad: f64) -> f64 {
+        alpha_rad - p[0]
+    }
+}

@@ -1,0 +1,448 @@
+//! Which physical effects may a real glider show that its nominal model lacks?
+//!
+//! One effect is one type with named, united parameters; every effect is off
+//! unless it is in the list of a [`ForceModel`]. A new effect is one type that
+//! implements [`Effect`] and one line in [`CATALOGUE`].
+//!
+//! Axes and signs: x along the horizontal track, z up, pitch θ nose up, angle
+//! of attack α = θ − γ (positive in a dive), depth and pressure positive down,
+//! vertical water motion positive **up**.
+//!
+//! The nominal force law that effects change (coefficients on the reference
+//! area S, valid for |α| ≤ 0.35 rad):
+//! ```text
+//! CL = cla α + a2 α|α|
+//! CD = CD0 + K CL² + CDb α²
+//! V  = V0 (1 − ε p + αT (T − T0)) + ballast
+//! B  = g (ρ V − m)                      net buoyancy, N, up
+//! ```
+//! Not covered: effects with a memory of their own (pump lag, flooded-volume
+//! lag); they need a state beyond the two velocities of the vehicle.
+
+mod buoyancy;
+mod drag;
+mod inertia;
+mod lift;
+mod sensing;
+mod water;
+
+pub use buoyancy::{BallastOffset, BallastScale, HullCompressibility, ThermalExpansion};
+pub use drag::{BiofoulingDrag, ClimbDrag, DragLevelError, InducedDragError, ReynoldsDrag, RollTurnDrag};
+pub use inertia::{AddedMass, HeaveAddedMass};
+pub use lift::{LiftSlopeError, SideEdgeLift, Stall, VortexLiftBodyWing, ZeroLiftAngle};
+pub use sensing::{DensityBias, PitchOffset, PitchScale, PressureDrift};
+pub use water::{HorizontalCurrent, InternalWave, VerticalCurrent, vertical_mode};
+
+/// Angle of attack beyond which the coefficients are only a bounded continuation, rad (FORMAT section 3).
+pub const ALPHA_VALID_RAD: f64 = 0.35;
+/// Drag coefficient of the vehicle broadside on, on S, 1 (FORMAT section 3; only launch and turning points reach it).
+pub const CD_BROADSIDE: f64 = 3.5;
+/// Most parameters one effect may have.
+pub const MAX_PARAMETERS: usize = 4;
+
+/// Constants of the force and buoyancy law, SI units; what a vehicle file gives and constant effects change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constants {
+    /// g, m/s².
+    pub gravity_m_s2: f64,
+    /// m, mass in air, kg.
+    pub mass_kg: f64,
+    /// V0, displaced volume at zero gauge pressure, reference temperature and ballast reading 0, m³.
+    pub hull_volume_m3: f64,
+    /// ε, 1/Pa.
+    pub compressibility_per_pa: f64,
+    /// αT, 1/K.
+    pub thermal_expansion_per_k: f64,
+    /// T0, °C.
+    pub reference_temperature_degc: f64,
+    /// S, m².
+    pub reference_area_m2: f64,
+    /// cla = (a_w S_w + a_h S_h)/S, 1/rad on S.
+    pub lift_slope_per_rad: f64,
+    /// a2, 1/rad² on S.
+    pub lift_quadratic_per_rad2: f64,
+    /// CD0 on S.
+    pub cd0: f64,
+    /// K, 1.
+    pub induced_k: f64,
+    /// CDb, 1/rad² on S.
+    pub hull_drag_per_rad2: f64,
+    /// k1, fraction of the mass.
+    pub added_mass_surge: f64,
+    /// k2, fraction of the mass.
+    pub added_mass_heave: f64,
+}
+
+/// What the sensors said at one instant; effects of the sensors turn it into what is true.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensed {
+    /// Time since the start of the trial, s.
+    pub time_s: f64,
+    /// Pitch, rad, nose up.
+    pub pitch_rad: f64,
+    /// Volume of the buoyancy engine, m³, positive buoyant.
+    pub ballast_m3: f64,
+    /// Water density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Water temperature, °C.
+    pub temperature_degc: f64,
+    /// Gauge pressure, Pa.
+    pub pressure_pa: f64,
+}
+
+/// The flow the vehicle meets at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flow {
+    /// α, rad.
+    pub alpha_rad: f64,
+    /// U, speed through the water, m/s.
+    pub speed_m_s: f64,
+    /// Roll, rad, starboard down.
+    pub roll_rad: f64,
+    /// Vertical velocity of the vehicle relative to the water, m/s, up.
+    pub climb_m_s: f64,
+    /// Time since the start of the trial, s.
+    pub time_s: f64,
+}
+
+/// A place and a time in the water.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Time since the start of the trial, s.
+    pub time_s: f64,
+    /// Depth, m.
+    pub depth_m: f64,
+    /// Water depth, m.
+    pub water_depth_m: f64,
+    /// Phase of periodic water motion in this segment, rad (it does not carry over between segments).
+    pub phase_rad: f64,
+}
+
+/// Lift and drag coefficients on S.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiftDrag {
+    /// CL, perpendicular to the path, positive for α > 0.
+    pub cl: f64,
+    /// CD, against the motion.
+    pub cd: f64,
+}
+
+/// One number of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name inside the effect.
+    pub name: &'static str,
+    /// Unit as printed.
+    pub unit: &'static str,
+    /// Value at which the effect (if this is its size) is off, or the usual value of a shape parameter.
+    pub off: f64,
+    /// Smallest value a fit may reach.
+    pub low: f64,
+    /// Largest value a fit may reach.
+    pub high: f64,
+    /// Size that would be remarkable but not rare, same unit.
+    pub typical: f64,
+    /// Where range and size come from.
+    pub source: &'static str,
+}
+
+/// One optional physical effect. Hooks do nothing unless an effect writes its own; `p` are its parameters in the order of
+/// [`Effect::parameters`]. The first parameter is its size: at `off` the effect is not there.
+pub trait Effect: Sync + core::fmt::Debug {
+    /// Name in files, commands and reports.
+    fn name(&self) -> &'static str;
+    /// What it is, in one sentence for a person, with the physics.
+    fn physics(&self) -> &'static str;
+    /// What measurement would tell it from its look-alikes.
+    fn separated_by(&self) -> &'static str;
+    /// Its numbers; the first is the size.
+    fn parameters(&self) -> &'static [Parameter];
+    /// Changes constants of the law.
+    fn constants(&self, _p: &[f64], _c: &mut Constants) {}
+    /// Turns what the sensors said into what is true.
+    fn sensed(&self, _p: &[f64], _s: &mut Sensed) {}
+    /// Angle that the linear and quadratic lift see, rad.
+    fn lift_angle_rad(&self, _p: &[f64], alpha_rad: f64) -> f64 {
+        alpha_rad
+    }
+    /// Lift coefficient added before the induced drag is formed.
+    fn lift(&self, _p: &[f64], _at: &Flow, _c: &Constants) -> f64 {
+        0.0
+    }
+    /// Drag coefficient added.
+    fn drag(&self, _p: &[f64], _at: &Flow, _lift: f64, _c: &Constants) -> f64 {
+        0.0
+    }
+    /// Coefficient of a force normal to the body (adds lift and drag, no suction), positive for α > 0.
+    fn normal_force(&self, _p: &[f64], _at: &Flow) -> f64 {
+        0.0
+    }
+    /// Vertical water motion, m/s, up.
+    fn water_up_m_s(&self, _p: &[f64], _at: &Place) -> f64 {
+        0.0
+    }
+    /// What the pressure sensor shows too much, Pa.
+    fn pressure_error_pa(&self, _p: &[f64], _time_s: f64) -> f64 {
+        0.0
+    }
+    /// Horizontal current, (east, north), m/s.
+    fn current_m_s(&self, _p: &[f64], _at: &Place) -> (f64, f64) {
+        (0.0, 0.0)
+    }
+}
+
+/// Every effect with a name, in the order of FORMAT section 6.3.
+pub static CATALOGUE: [&dyn Effect; 24] = [
+    &VortexLiftBodyWing,
+    &SideEdgeLift,
+    &ReynoldsDrag,
+    &Stall,
+    &HullCompressibility,
+    &ThermalExpansion,
+    &BiofoulingDrag,
+    &PitchOffset,
+    &BallastOffset,
+    &BallastScale,
+    &InternalWave,
+    &VerticalCurrent,
+    &RollTurnDrag,
+    &ClimbDrag,
+    &AddedMass,
+    &HeaveAddedMass,
+    &DragLevelError,
+    &LiftSlopeError,
+    &InducedDragError,
+    &ZeroLiftAngle,
+    &DensityBias,
+    &PressureDrift,
+    &PitchScale,
+    &HorizontalCurrent,
+];
+
+/// The effect with this name.
+#[must_use]
+pub fn by_name(name: &str) -> Option<&'static dyn Effect> {
+    CATALOGUE.iter().copied().find(|e| e.name() == name)
+}
+
+/// An effect that is on, with its values.
+#[derive(Clone, Copy, Debug)]
+pub struct Active {
+    /// Which.
+    pub effect: &'static dyn Effect,
+    /// Values in the order of its parameters; the rest is unused.
+    pub values: [f64; MAX_PARAMETERS],
+}
+
+impl Active {
+    /// The effect at its off value, shape parameters at their usual ones.
+    #[must_use]
+    pub fn off(effect: &'static dyn Effect) -> Self {
+        let mut values = [0.0; MAX_PARAMETERS];
+        for (v, p) in values.iter_mut().zip(effect.parameters()) {
+            *v = p.off;
+        }
+        Self { effect, values }
+    }
+
+    /// The effect at this size, shape parameters at their usual values.
+    #[must_use]
+    pub fn sized(effect: &'static dyn Effect, size: f64) -> Self {
+        let mut a = Self::off(effect);
+        a.values[0] = size;
+        a
+    }
+}
+
+/// The law of forces: constants and the effects that are on.
+///
+/// Constant effects are folded into the constants when the model is made, so the inner loop of a simulation meets only those
+/// that depend on the flow.
+#[derive(Clone, Copy, Debug)]
+pub struct ForceModel<'a> {
+    /// Constants, constant effects already in them.
+    pub constants: Constants,
+    active: &'a [Active],
+}
+
+impl<'a> ForceModel<'a> {
+    /// The nominal constants with these effects on.
+    #[must_use]
+    pub fn new(nominal: Constants, active: &'a [Active]) -> Self {
+        let mut constants = nominal;
+        for a in active {
+            a.effect.constants(&a.values, &mut constants);
+        }
+        Self { constants, active }
+    }
+
+    /// What is true when the sensors say `s`.
+    #[must_use]
+    pub fn truth(&self, mut s: Sensed) -> Sensed {
+        for a in self.active {
+            a.effect.sensed(&a.values, &mut s);
+        }
+        s
+    }
+
+    /// Displaced volume, m³.
+    #[must_use]
+    pub fn volume_m3(&self, s: &Sensed) -> f64 {
+        let c = &self.constants;
+        c.hull_volume_m3
+            * (1.0 - c.compressibility_per_pa * s.pressure_pa
+                + c.thermal_expansion_per_k * (s.temperature_degc - c.reference_temperature_degc))
+            + s.ballast_m3
+    }
+
+    /// Net buoyancy, N, up.
+    #[must_use]
+    pub fn net_buoyancy_n(&self, s: &Sensed) -> f64 {
+        self.constants.gravity_m_s2 * (s.density_kg_m3 * self.volume_m3(s) - self.constants.mass_kg)
+    }
+
+    /// Lift and drag coefficients on S, with the bounded continuation beyond [`ALPHA_VALID_RAD`].
+    #[must_use]
+    pub fn coefficients(&self, at: &Flow) -> LiftDrag {
+        let a = at.alpha_rad;
+        if a.abs() <= ALPHA_VALID_RAD {
+            return self.attached(at);
+        }
+        let edge = self.attached(&Flow { alpha_rad: if a > 0.0 { ALPHA_VALID_RAD } else { -ALPHA_VALID_RAD }, ..*at });
+        let (sin_a, cos_a) = (libm::sin(a), libm::cos(a));
+        // sin²(0.35) and sin(0.7): the continuation meets the law at the edge.
+        let sin2_edge = 0.117_578_906_357_755_77;
+        let sin_twice_edge = 0.644_217_687_237_691_1;
+        let sign = if a > 0.0 { 1.0 } else { -1.0 };
+        let cl = edge.cl * 2.0 * sin_a * cos_a / sin_twice_edge * sign;
+        let cd = edge.cd + (CD_BROADSIDE - edge.cd) * (sin_a * sin_a - sin2_edge) / (1.0 - sin2_edge);
+        LiftDrag { cl, cd: cd.max(self.constants.cd0) }
+    }
+
+    fn attached(&self, at: &Flow) -> LiftDrag {
+        let c = &self.constants;
+        let mut angle = at.alpha_rad;
+        for e in self.active {
+            angle = e.effect.lift_angle_rad(&e.values, angle);
+        }
+        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs();
+        for e in self.active {
+            cl += e.effect.lift(&e.values, at, c);
+        }
+        let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad;
+        let mut cn = 0.0;
+        for e in self.active {
+            cd += e.effect.drag(&e.values, at, cl, c);
+            cn += e.effect.normal_force(&e.values, at);
+        }
+        if cn != 0.0 {
+            cd += cn * libm::sin(at.alpha_rad);
+            cl += cn * libm::cos(at.alpha_rad);
+        }
+        LiftDrag { cl, cd }
+    }
+
+    /// Vertical water motion, m/s, up.
+    #[must_use]
+    pub fn water_up_m_s(&self, at: &Place) -> f64 {
+        self.active.iter().map(|a| a.effect.water_up_m_s(&a.values, at)).sum()
+    }
+
+    /// What the pressure sensor shows too much, Pa.
+    #[must_use]
+    pub fn pressure_error_pa(&self, time_s: f64) -> f64 {
+        self.active.iter().map(|a| a.effect.pressure_error_pa(&a.values, time_s)).sum()
+    }
+
+    /// Horizontal current, (east, north), m/s.
+    #[must_use]
+    pub fn current_m_s(&self, at: &Place) -> (f64, f64) {
+        self.active.iter().fold((0.0, 0.0), |(e, n), a| {
+            let (de, dn) = a.effect.current_m_s(&a.values, at);
+            (e + de, n + dn)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nominal() -> Constants {
+        Constants {
+            gravity_m_s2: 9.81,
+            mass_kg: 68.0,
+            hull_volume_m3: 0.068,
+            compressibility_per_pa: 5e-10,
+            thermal_expansion_per_k: 5e-5,
+            reference_temperature_degc: 10.0,
+            reference_area_m2: 0.11,
+            lift_slope_per_rad: 0.9,
+            lift_quadratic_per_rad2: 4.5,
+            cd0: 0.15,
+            induced_k: 0.35,
+            hull_drag_per_rad2: 1.0,
+            added_mass_surge: 0.2,
+            added_mass_heave: 0.92,
+        }
+    }
+
+    #[test]
+    fn every_effect_is_off_by_default_and_its_range_holds_its_off_value() {
+        let flows = [(-0.2, 0.25, -0.1), (0.05, 0.4, 0.2), (0.3, 0.3, 0.0), (0.9, 0.1, 0.0)];
+        for e in CATALOGUE {
+            let active = [Active::off(e)];
+            let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
+            assert_eq!(with.constants, without.constants, "{}", e.name());
+            let s =
+                Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
+            assert_eq!(with.truth(s), s, "{}", e.name());
+            for (alpha_rad, speed_m_s, roll_rad) in flows {
+                let at = Flow { alpha_rad, speed_m_s, roll_rad, climb_m_s: 0.1, time_s: 1e5 };
+                let (a, b) = (with.coefficients(&at), without.coefficients(&at));
+                assert!((a.cl - b.cl).abs() < 1e-12 && (a.cd - b.cd).abs() < 1e-12, "{} at {alpha_rad}", e.name());
+            }
+            assert_eq!(with.water_up_m_s(&Place { time_s: 9.0, depth_m: 40.0, water_depth_m: 100.0, phase_rad: 1.0 }), 0.0);
+            assert_eq!(with.pressure_error_pa(1e5), 0.0);
+            for p in e.parameters() {
+                assert!(p.low <= p.off && p.off <= p.high && p.typical > 0.0, "{}.{}", e.name(), p.name);
+            }
+            assert!(e.parameters().len() <= MAX_PARAMETERS);
+            assert_eq!(by_name(e.name()).map(Effect::name), Some(e.name()));
+        }
+    }
+
+    #[test]
+    fn every_effect_changes_something_at_its_typical_size() {
+        for e in CATALOGUE {
+            let p = e.parameters()[0];
+            let size = if p.off + p.typical <= p.high { p.off + p.typical } else { p.off - p.typical };
+            let active = [Active::sized(e, size)];
+            let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
+            let s =
+                Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
+            let at = Flow { alpha_rad: 0.25, speed_m_s: 0.4, roll_rad: 0.2, climb_m_s: 0.1, time_s: 1e5 };
+            let place = Place { time_s: 9.0, depth_m: 40.0, water_depth_m: 100.0, phase_rad: 1.0 };
+            let changed = with.constants != without.constants
+                || with.truth(s) != s
+                || with.coefficients(&at) != without.coefficients(&at)
+                || with.water_up_m_s(&place) != 0.0
+                || with.pressure_error_pa(1e5) != 0.0
+                || with.current_m_s(&place) != (0.0, 0.0);
+            assert!(changed, "{}", e.name());
+        }
+    }
+
+    #[test]
+    fn prop_lift_is_odd_and_drag_even_in_angle_of_attack_and_both_are_continuous_at_the_edge() {
+        let model = ForceModel::new(nominal(), &[]);
+        let at = |alpha_rad| Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0 };
+        for i in 0..150 {
+            let a = f64::from(i) * 0.01;
+            let (p, m) = (model.coefficients(&at(a)), model.coefficients(&at(-a)));
+            assert!((p.cl + m.cl).abs() < 1e-12 && (p.cd - m.cd).abs() < 1e-12, "{a}");
+        }
+        let (below, above) = (model.coefficients(&at(0.349_999_99)), model.coefficients(&at(0.350_000_01)));
+        assert!((below.cl - above.cl).abs() < 1e-6 && (below.cd - above.cd).abs() < 1e-6);
+    }
+}

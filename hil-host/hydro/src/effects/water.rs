@@ -1,0 +1,111 @@
+//! Effects of the water's own motion.
+
+use super::{Effect, Parameter, Place};
+use core::f64::consts::PI;
+
+/// Vertical structure of mode `n` (1, 2, …) at `depth_m` in water of `water_depth_m`: sin(n π z/H), zero at surface and bottom.
+#[must_use]
+pub fn vertical_mode(n: u32, depth_m: f64, water_depth_m: f64) -> f64 {
+    if !(water_depth_m > 0.0) {
+        return 0.0;
+    }
+    libm::sin(f64::from(n) * PI * (depth_m / water_depth_m).clamp(0.0, 1.0))
+}
+
+/// Vertical water motion A sin(2π t/T + phase) sin(n π z/H). The phase is one per segment.
+#[derive(Clone, Copy, Debug)]
+pub struct InternalWave;
+
+impl Effect for InternalWave {
+    fn name(&self) -> &'static str {
+        "internal_wave"
+    }
+    fn physics(&self) -> &'static str {
+        "an internal wave lifts and lowers the water with a period of tens of minutes, whatever the vehicle does"
+    }
+    fn separated_by(&self) -> &'static str {
+        "several dives in a row at one place: it has its own clock"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[
+            Parameter { name: "amplitude_m_s", unit: "m/s", off: 0.0, low: 0.0, high: 0.2, typical: 0.01, source: "1-3 cm/s on shelves" },
+            Parameter {
+                name: "period_s",
+                unit: "s",
+                off: 1200.0,
+                low: 240.0,
+                high: 7200.0,
+                typical: 900.0,
+                source: "between buoyancy and inertial period; tens of minutes",
+            },
+            Parameter { name: "mode", unit: "1", off: 1.0, low: 1.0, high: 3.0, typical: 1.0, source: "low modes carry the energy" },
+        ]
+    }
+    fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
+        let mode = if p[2] < 1.5 { 1 } else { 2 };
+        p[0] * libm::sin(2.0 * PI * at.time_s / p[1] + at.phase_rad) * vertical_mode(mode, at.depth_m, at.water_depth_m)
+    }
+}
+
+/// Steady vertical water motion, up positive, velocity sin(π z/H).
+#[derive(Clone, Copy, Debug)]
+pub struct VerticalCurrent;
+
+impl Effect for VerticalCurrent {
+    fn name(&self) -> &'static str {
+        "vertical_current"
+    }
+    fn physics(&self) -> &'static str {
+        "the water itself rises or sinks steadily at mid depth, so dives and climbs shift by the same velocity"
+    }
+    fn separated_by(&self) -> &'static str {
+        "legs at several speeds: the shift in vertical velocity stays the same; another day or place"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[Parameter {
+            name: "velocity_m_s",
+            unit: "m/s",
+            off: 0.0,
+            low: -0.1,
+            high: 0.1,
+            typical: 0.008,
+            source: "upwelling below 1 mm/s, convection and lee slopes 1-5 cm/s",
+        }]
+    }
+    fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
+        p[0] * vertical_mode(1, at.depth_m, at.water_depth_m)
+    }
+}
+
+/// A steady horizontal current: speed and the direction it flows to (clockwise from north).
+#[derive(Clone, Copy, Debug)]
+pub struct HorizontalCurrent;
+
+impl Effect for HorizontalCurrent {
+    fn name(&self) -> &'static str {
+        "horizontal_current"
+    }
+    fn physics(&self) -> &'static str {
+        "the water carries the glider sideways: GPS displacement differs from the way through the water by the same vector per hour"
+    }
+    fn separated_by(&self) -> &'static str {
+        "GPS fixes on legs with different headings; vertical velocity does not feel it"
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        &[
+            Parameter { name: "speed_m_s", unit: "m/s", off: 0.0, low: 0.0, high: 1.5, typical: 0.05, source: "2-50 cm/s" },
+            Parameter {
+                name: "direction_rad",
+                unit: "rad",
+                off: 0.0,
+                low: -7.0,
+                high: 7.0,
+                typical: 3.0,
+                source: "any; clockwise from north, towards",
+            },
+        ]
+    }
+    fn current_m_s(&self, p: &[f64], _at: &Place) -> (f64, f64) {
+        (p[0] * libm::sin(p[1]), p[0] * libm::cos(p[1]))
+    }
+}

@@ -1,3 +1,4 @@
 //! The laptop side: HIL seats, commands, reports.
 
 pub mod commands;
+pub mod page;

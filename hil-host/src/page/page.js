@@ -1,0 +1,253 @@
+// Draws a page of the glider workbench: text, tables, charts. No network.
+// Charts of lines and points are uPlot; bars and maps are small SVGs.
+const Glider = (() => {
+  'use strict';
+  const svgns = 'http://www.w3.org/2000/svg';
+  const el = (tag, props = {}, ...kids) => {
+    const e = document.createElement(tag);
+    for (const [k, v] of Object.entries(props)) {
+      if (k === 'class') e.className = v;
+      else if (k.startsWith('on')) e.addEventListener(k.slice(2), v);
+      else if (v !== false && v != null) e.setAttribute(k, v === true ? '' : v);
+    }
+    e.append(...kids.filter((k) => k != null));
+    return e;
+  };
+  const svg = (tag, props = {}, text) => {
+    const e = document.createElementNS(svgns, tag);
+    for (const [k, v] of Object.entries(props)) e.setAttribute(k, v);
+    if (text != null) e.textContent = text;
+    return e;
+  };
+  const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const colour = (i) => css('--s' + (i % 7));
+  const fmt = (v) => {
+    if (v == null || !Number.isFinite(v)) return '–';
+    const a = Math.abs(v);
+    if (a !== 0 && (a < 1e-3 || a >= 1e6)) return v.toExponential(2);
+    return String(Number(v.toPrecision(4)));
+  };
+  const axisText = (a) => (a.unit ? `${a.label} (${a.unit})` : a.label);
+  const charts = new Set(); // everything that must be redrawn when theme or width changes
+
+  // ---- lines and points -------------------------------------------------
+  function linesData(chart) {
+    const same = chart.series.every((s) => s.x.length === chart.series[0].x.length && s.x.every((v, i) => v === chart.series[0].x[i]));
+    const rising = (x) => x.every((v, i) => i === 0 || v >= x[i - 1]);
+    if (same && rising(chart.series[0].x)) return [chart.series[0].x, ...chart.series.map((s) => s.y)];
+    const tables = chart.series.map((s) => {
+      const at = s.x.map((_, i) => i).filter((i) => s.x[i] != null).sort((a, b) => s.x[a] - s.x[b] || a - b);
+      // uPlot.join wants distinct abscissae: nudge ties by one part in 1e9.
+      let last = -Infinity;
+      const xs = at.map((i) => (last = s.x[i] > last ? s.x[i] : last + Math.max(Math.abs(last), 1e-6) * 1e-9));
+      return [xs, at.map((i) => s.y[i])];
+    });
+    return uPlot.join(tables, tables.map(() => [0, 2]));
+  }
+  function lines(box, chart) {
+    const mark = (s) => s.mark || chart.mark;
+    const options = () => ({
+      width: Math.max(280, box.clientWidth || 600),
+      height: box.closest('figure.wide') ? 300 : 270,
+      cursor: { sync: chart.group ? { key: chart.group, scales: ['x', null] } : undefined, drag: { x: true, y: false } },
+      scales: { x: { time: false }, y: { dir: chart.y.inverted ? -1 : 1 } },
+      axes: [chart.x, chart.y].map((a, i) => ({
+        label: axisText(a), stroke: css('--ink'), grid: { stroke: css('--line'), width: 1 }, ticks: { stroke: css('--line') },
+        size: i ? 62 : 44, labelSize: 22, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif',
+        values: (u, ticks) => ticks.map((v) => (v == null ? '' : String(Number(v.toPrecision(6))))),
+      })),
+      series: [
+        { label: axisText(chart.x), value: (u, v) => fmt(v) },
+        ...chart.series.map((s, i) => ({
+          label: s.name, stroke: colour(i), value: (u, v) => fmt(v), spanGaps: chart.series.length > 1,
+          width: mark(s) === 'point' ? 0 : 1.6, dash: i % 7 === 6 ? [6, 4] : undefined,
+          paths: mark(s) === 'point' ? () => null : undefined,
+          points: mark(s) === 'point' ? { show: true, size: 4, fill: colour(i), width: 0 } : { show: false },
+        })),
+      ],
+    });
+    let plot = null;
+    const draw = () => {
+      const range = plot && { min: plot.scales.x.min, max: plot.scales.x.max };
+      if (plot) plot.destroy();
+      plot = new uPlot(options(), linesData(chart), box);
+      if (range && range.min != null) plot.setScale('x', range);
+    };
+    draw();
+    const full = () => [plot.data[0][0], plot.data[0][plot.data[0].length - 1]];
+    const zoom = (min, max) => {
+      const [lo, hi] = full();
+      if (hi > lo) plot.setScale('x', { min: Math.max(lo, min), max: Math.min(hi, max) });
+    };
+    const handle = { chart, draw, set: (series) => { chart.series = series; draw(); }, get plot() { return plot; }, zoom };
+    box.addEventListener('keydown', (e) => {
+      const { min, max } = plot.scales.x, w = max - min, mid = (min + max) / 2;
+      const acts = {
+        '+': () => zoom(mid - w / 4, mid + w / 4), '=': () => zoom(mid - w / 4, mid + w / 4),
+        '-': () => zoom(mid - w, mid + w), 0: () => zoom(...full()),
+        ArrowLeft: () => (e.shiftKey ? zoom(min - w / 5, max - w / 5) : cursor(-1)),
+        ArrowRight: () => (e.shiftKey ? zoom(min + w / 5, max + w / 5) : cursor(1)),
+      };
+      if (acts[e.key]) { acts[e.key](); e.preventDefault(); }
+    });
+    const cursor = (step) => {
+      const step_px = step * Math.max(2, plot.over.clientWidth / 200);
+      const at = (plot.cursor.left ?? -1) < 0 ? plot.over.clientWidth / 2 : plot.cursor.left + step_px;
+      plot.setCursor({ left: Math.min(Math.max(0, at), plot.over.clientWidth), top: plot.over.clientHeight / 2 });
+    };
+    return handle;
+  }
+
+  // ---- bars and maps ----------------------------------------------------
+  const ticks = (lo, hi, n = 5) => {
+    const raw = (hi - lo) / n || 1, mag = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map((m) => m * mag).find((s) => s >= raw);
+    const out = [];
+    for (let v = Math.ceil(lo / step) * step; v <= hi + step * 1e-9; v += step) out.push(Math.abs(v) < step * 1e-9 ? 0 : v);
+    return out;
+  };
+  function bars(box, chart) {
+    const draw = () => {
+      const s = chart.series[0] || { y: [] }, names = chart.categories || [];
+      const width = Math.max(300, box.clientWidth || 600), row = 26, left = Math.min(230, width * 0.42), top = 6;
+      const height = top + row * names.length + 40;
+      const all = [...s.y, ...(s.low || []), ...(s.high || []), 0].filter((v) => v != null);
+      let lo = Math.min(...all), hi = Math.max(...all);
+      if (lo === hi) hi = lo + 1;
+      const pad = (hi - lo) * 0.05;
+      if (lo < 0) lo -= pad;
+      hi += pad;
+      const x = (v) => left + ((v - lo) / (hi - lo)) * (width - left - 62);
+      const root = svg('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': chart.title });
+      for (const t of ticks(lo, hi, width < 500 ? 3 : 6)) {
+        root.append(svg('line', { x1: x(t), x2: x(t), y1: top, y2: height - 36, class: 'grid' }));
+        root.append(svg('text', { x: x(t), y: height - 22, 'text-anchor': 'middle' }, fmt(t)));
+      }
+      root.append(svg('text', { x: (left + width - 62) / 2, y: height - 5, 'text-anchor': 'middle' }, axisText(chart.y)));
+      names.forEach((name, i) => {
+        const v = s.y[i], y = top + row * i;
+        const label = name.length * 6.6 > left - 10 ? name.slice(0, Math.floor((left - 20) / 6.6)) + '…' : name;
+        const text = svg('text', { x: left - 8, y: y + 17, 'text-anchor': 'end' }, label);
+        text.append(svg('title', {}, name));
+        root.append(text);
+        if (v == null) return;
+        root.append(svg('rect', { x: Math.min(x(0), x(v)), y: y + 5, width: Math.max(1, Math.abs(x(v) - x(0))), height: 15, fill: colour(0), rx: 2 }));
+        if (s.low && s.low[i] != null && s.high[i] != null) {
+          root.append(svg('path', { d: `M${x(s.low[i])} ${y + 12.5}H${x(s.high[i])}M${x(s.low[i])} ${y + 8}v9M${x(s.high[i])} ${y + 8}v9`, stroke: css('--ink'), 'stroke-width': 1.6, fill: 'none' }));
+        }
+        const end = Math.max(x(v), s.high && s.high[i] != null ? x(s.high[i]) : -Infinity, x(0));
+        root.append(svg('text', { x: end + 6, y: y + 17 }, fmt(v)));
+      });
+      box.replaceChildren(root);
+    };
+    draw();
+    return { chart, draw, set: (series, categories) => { chart.series = series; if (categories) chart.categories = categories; draw(); } };
+  }
+  function map(box, chart) {
+    // blue – neutral – orange: told apart by the common colour blindnesses
+    const shade = (t) => {
+      const dark = css('color-scheme') === 'dark', mid = dark ? [40, 50, 58] : [245, 245, 245];
+      const end = t < 0 ? [0, 114, 178] : [213, 94, 0], a = Math.min(1, Math.abs(t));
+      return `rgb(${mid.map((m, i) => Math.round(m + (end[i] - m) * a)).join(',')})`;
+    };
+    const draw = () => {
+      const s = chart.series[0], width = Math.max(300, box.clientWidth || 600), height = 300, left = 60, bottom = 46, right = 70;
+      const nx = s.x.length, ny = s.y.length, w = (width - left - right) / nx, h = (height - bottom - 8) / ny;
+      const most = Math.max(1e-12, ...s.z.filter((v) => v != null).map(Math.abs));
+      const root = svg('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': chart.title });
+      for (let j = 0; j < ny; j++) for (let i = 0; i < nx; i++) {
+        const v = s.z[j * nx + i];
+        if (v == null) continue;
+        const r = svg('rect', { x: left + i * w, y: 8 + (ny - 1 - j) * h, width: w + 0.3, height: h + 0.3, fill: shade(v / most) });
+        r.append(svg('title', {}, `${chart.x.label} ${fmt(s.x[i])} ${chart.x.unit}, ${chart.y.label} ${fmt(s.y[j])} ${chart.y.unit}: ${fmt(v)} ${s.name}`));
+        root.append(r);
+      }
+      const every = (n, m) => Math.max(1, Math.ceil(n / m));
+      for (let i = 0; i < nx; i += every(nx, width / 80)) root.append(svg('text', { x: left + (i + 0.5) * w, y: height - bottom + 18, 'text-anchor': 'middle' }, fmt(s.x[i])));
+      for (let j = 0; j < ny; j += every(ny, 8)) root.append(svg('text', { x: left - 6, y: 12 + (ny - 0.5 - j) * h, 'text-anchor': 'end' }, fmt(s.y[j])));
+      root.append(svg('text', { x: (left + width - right) / 2, y: height - 6, 'text-anchor': 'middle' }, axisText(chart.x)));
+      const yl = svg('text', { transform: `translate(13 ${(height - bottom) / 2}) rotate(-90)`, 'text-anchor': 'middle' }, axisText(chart.y));
+      root.append(yl);
+      for (let k = 0; k <= 20; k++) root.append(svg('rect', { x: width - right + 14, y: 8 + ((20 - k) * (height - bottom - 8)) / 21, width: 12, height: (height - bottom - 8) / 21 + 0.4, fill: shade(k / 10 - 1) }));
+      root.append(svg('text', { x: width - right + 30, y: 18 }, fmt(most)), svg('text', { x: width - right + 30, y: height - bottom }, fmt(-most)), svg('text', { x: width - right + 30, y: (height - bottom) / 2 + 8 }, s.name.slice(0, 6)));
+      box.replaceChildren(root);
+    };
+    draw();
+    return { chart, draw, set: (series) => { chart.series = series; draw(); } };
+  }
+
+  // ---- page parts -------------------------------------------------------
+  function dataTable(chart) {
+    const d = el('details', {}, el('summary', {}, 'Numbers'));
+    d.addEventListener('toggle', () => {
+      if (!d.open || d.querySelector('table')) return;
+      const rows = [];
+      for (const s of chart.series) s.y.slice(0, chart.mark === 'map' ? 0 : 400).forEach((y, i) => rows.push([s.name, (chart.categories || [])[i] ?? fmt(s.x[i]), fmt(y)]));
+      d.append(table({ caption: '', head: ['series', axisText(chart.x) || 'name', axisText(chart.y)], rows }));
+    });
+    return d;
+  }
+  function figure(chart, wide) {
+    const box = el('div', { class: 'plot', tabindex: '0', role: 'group', 'aria-label': `${chart.title}: ${axisText(chart.y)} against ${axisText(chart.x)}. Keys: plus and minus zoom, arrows move the cursor, shift and arrows pan, zero shows all.` });
+    const fig = el('figure', { class: wide ? 'wide' : '' }, el('figcaption', {}, chart.title), box);
+    if (chart.mark !== 'map') fig.append(dataTable(chart));
+    fig.attach = () => {
+      const handle = chart.mark === 'bar' ? bars(box, chart) : chart.mark === 'map' ? map(box, chart) : lines(box, chart);
+      fig.handle = handle;
+      box.handle = handle;
+      charts.add(handle);
+      return handle;
+    };
+    return fig;
+  }
+  function table(t) {
+    const body = el('table', {}, t.caption ? el('caption', {}, t.caption) : null,
+      el('thead', {}, el('tr', {}, ...t.head.map((h) => el('th', { scope: 'col' }, h)))),
+      el('tbody', {}, ...t.rows.map((r) => el('tr', {}, ...r.map((c) => el('td', {}, c))))));
+    return el('div', { class: 'tables', tabindex: '0', role: 'region', 'aria-label': t.caption || 'table' }, body);
+  }
+  function section(s, id) {
+    const node = el('section', { id, 'aria-labelledby': id + '-h' }, el('h2', { id: id + '-h' }, s.title), s.lead ? el('p', { class: 'lead' }, s.lead) : null);
+    let grid = null;
+    const figures = [];
+    for (const item of s.items) {
+      if (item.type === 'chart') {
+        if (!grid) node.append((grid = el('div', { class: 'charts' })));
+        const f = figure(item, !!item.group || item.mark === 'bar' && (item.categories || []).length > 12);
+        figures.push(f);
+        grid.append(f);
+      } else {
+        grid = null;
+        node.append(item.type === 'table' ? table(item) : el('p', {}, item.text));
+      }
+    }
+    node.attach = () => figures.forEach((f) => f.attach());
+    return node;
+  }
+  function answer(lines) {
+    return el('dl', { class: 'answer' }, ...lines.flatMap(([k, v]) => [el('dt', {}, k), el('dd', {}, v)]));
+  }
+  function themeButton() {
+    const set = (t) => { document.documentElement.dataset.theme = t; charts.forEach((c) => c.draw()); };
+    const dark = () => css('color-scheme') === 'dark';
+    return el('button', { type: 'button', onclick: () => set(dark() ? 'light' : 'dark') }, 'Light / dark');
+  }
+  function footer(p) {
+    const parts = [p.command && `command: ${p.command}`, p.version && `glider ${p.version}`, p.data_hash && `data: ${p.data_hash}`, p.seed != null && `seed: ${p.seed}`];
+    return el('footer', {}, parts.filter(Boolean).join(' · '));
+  }
+  let timer = 0;
+  addEventListener('resize', () => { clearTimeout(timer); timer = setTimeout(() => charts.forEach((c) => c.draw()), 120); });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => charts.forEach((c) => c.draw()));
+
+  function page(root, data) {
+    const sections = data.sections.map((s, i) => section(s, 's' + i));
+    root.replaceChildren(
+      el('div', { class: 'bar' }, el('h1', {}, data.title), themeButton()),
+      data.answer.length ? answer(data.answer) : '',
+      sections.length > 1 ? el('nav', { 'aria-label': 'Sections' }, el('ul', {}, ...data.sections.map((s, i) => el('li', {}, el('a', { href: '#s' + i }, s.title))))) : '',
+      ...sections, footer(data.provenance || {}));
+    sections.forEach((s) => s.attach());
+  }
+  return { page, el, figure, section, answer, table, fmt, charts, themeButton, footer };
+})();

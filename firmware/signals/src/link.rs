@@ -140,6 +140,9 @@ pub enum ToBoard {
     },
     /// Send counters.
     Report,
+    /// The vehicle is out of the water: forget the mission and leave SAFE.
+    /// Refused while the last frame shows it below 5 m.
+    Recovered,
 }
 
 /// Everything the board may say.
@@ -183,6 +186,11 @@ pub enum ToHost {
     Refused(Refusal),
     /// Link statistics.
     Counters(Counters),
+    /// Like [`ToHost::Done`], but flash did not keep it: in use until the next reset.
+    Volatile {
+        /// CRC-32 of the object now in use; 0 where there is none.
+        crc: u32,
+    },
 }
 
 /// Why bytes are not a message.
@@ -289,7 +297,7 @@ fn cobs_decode(buf: &mut [u8]) -> Option<&[u8]> {
 }
 
 /// Assembles bytes into messages. Bounded memory, bounded work per byte.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Receiver {
     buffer: Vec<u8, MAX_WIRE>,
     /// Too long: drop up to the next delimiter.

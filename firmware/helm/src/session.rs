@@ -1,0 +1,356 @@
+//! The state machine of the crate doc.
+
+use crate::objects;
+use crate::silence::{PATIENCE_MS, aged};
+use crate::storage::{Content, Kept, Storage};
+use crate::upload::Staging;
+use control::{Config, State};
+use polar::Table;
+use signals::link::{CHUNK, CRC32};
+use signals::{Answer, Counters, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, SensorFrame, ToBoard, ToHost, Wings};
+
+/// Control cycle, ms (the paper's vehicle samples every 4 s).
+pub const CYCLE_MS: u32 = 4_000;
+/// Farthest a frame may be ahead of the last one; beyond, it is not a gap in
+/// the line (68 min of lost frames) but nonsense.
+pub const MAX_GAP: u32 = 1024;
+/// Deepest last reading at which [`ToBoard::Recovered`] is believed, m.
+pub const RECOVERY_DEPTH_M: f32 = 5.0;
+
+/// Where sensor frames come from; latched at boot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seat {
+    /// From the host over the line (hardware in the loop).
+    #[default]
+    Host,
+    /// From the vehicle's own sensors; frames from the line are refused.
+    Sensors,
+}
+
+/// What the board knows when it starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Boot {
+    /// The last run ended in the middle of a mission: SAFE from the first step.
+    pub reset_during_mission: bool,
+    /// Boots since first flash; 0 when not counted.
+    pub boots: u32,
+    /// Firmware version major, minor, patch.
+    pub firmware: [u8; 3],
+    /// Seat.
+    pub seat: Seat,
+}
+
+/// What is being done.
+// The state lives once, in place; there is no heap to box it on.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Debug)]
+enum Activity {
+    Idle,
+    Armed { mission: Mission },
+    Flying { state: State, phase: Phase },
+}
+
+/// The controller behind a line.
+#[derive(Clone, Debug)]
+pub struct Helm<S> {
+    boot: Boot,
+    built_in_config: Config,
+    config: Config,
+    storage: S,
+    receiver: Receiver,
+    staging: Staging,
+    activity: Activity,
+    /// Table in use and the wings it is for.
+    table: Content,
+    wings: Wings,
+    table_id: u32,
+    /// The last frame stepped and its answer.
+    last: Option<(SensorFrame, Answer)>,
+    /// The sequence is known: repeated and stale frames can be told.
+    in_sequence: bool,
+    /// The last hello; one since the last mission started.
+    nonce: Option<u32>,
+    greeted: bool,
+    /// Own steps made in the present silence.
+    silent_steps: u64,
+}
+
+impl<S: Storage> Helm<S> {
+    /// A controller that was just started.
+    #[must_use]
+    pub fn new(config: Config, boot: Boot, storage: S) -> Self {
+        let mut helm = Self {
+            boot,
+            built_in_config: config.clone(),
+            config,
+            storage,
+            receiver: Receiver::new(),
+            staging: Staging::default(),
+            activity: Activity::Idle,
+            table: Content::new(),
+            wings: Wings::Standard,
+            table_id: 0,
+            last: None,
+            in_sequence: false,
+            nonce: None,
+            greeted: false,
+            silent_steps: 0,
+        };
+        if boot.reset_during_mission {
+            helm.table_id = objects::select_table(&mut helm.storage, helm.wings, &mut helm.table);
+            helm.activity = Activity::Flying { state: State::after_reset(&helm.config), phase: Phase::Safe };
+        }
+        helm
+    }
+
+    /// Takes one byte of the line; answers when it completes a message that
+    /// wants one. Damaged frames are counted and not answered.
+    pub fn byte(&mut self, byte: u8) -> Option<ToHost> {
+        match self.receiver.push::<ToBoard>(byte)? {
+            Ok(message) => self.handle(message),
+            Err(_) => None,
+        }
+    }
+
+    /// Takes one message.
+    pub fn handle(&mut self, message: ToBoard) -> Option<ToHost> {
+        let answer = match message {
+            ToBoard::Sensor(frame) => return self.sensor(&frame),
+            ToBoard::Hello { nonce } => Ok(self.hello(nonce)),
+            ToBoard::Begin(mission) => self.begin(mission),
+            ToBoard::Recall => self.recall(),
+            ToBoard::Recovered => self.recovered(),
+            ToBoard::UploadBegin { object, length, crc } => {
+                self.on_deck().and_then(|()| self.staging.begin(object, length, crc)).map(|offset| ToHost::Continue { offset })
+            }
+            ToBoard::UploadChunk { offset, data } => {
+                self.on_deck().and_then(|()| self.staging.chunk(offset, &data)).map(|offset| ToHost::Continue { offset })
+            }
+            ToBoard::UploadCommit => self.commit(),
+            ToBoard::Rollback(object) => self.rollback(object),
+            ToBoard::ReadBack { object, offset } => self.read_back(object, offset),
+            ToBoard::Report => Ok(ToHost::Counters(self.receiver.counters)),
+        };
+        Some(answer.unwrap_or_else(ToHost::Refused))
+    }
+
+    /// One cycle on the vehicle's own sensors: [`Seat::Sensors`] only.
+    /// `None` when there is nothing to fly.
+    pub fn cycle(&mut self, frame: &SensorFrame) -> Option<Answer> {
+        if self.boot.seat != Seat::Sensors { None } else { self.step(frame) }
+    }
+
+    /// Tells how long the line has been silent by the board's own clock.
+    /// Steps at most once per call, once per control cycle, after
+    /// [`PATIENCE_MS`]. The answer holds for the actuators; nobody asked for
+    /// it over the line.
+    pub fn silent(&mut self, silence: Micros) -> Option<Answer> {
+        let cycle = Micros::from_millis(CYCLE_MS.into());
+        let due = silence.since(Micros::from_millis(PATIENCE_MS)).0 / cycle.0;
+        if self.boot.seat != Seat::Host || due <= self.silent_steps {
+            return None;
+        }
+        let (frame, _) = self.last?;
+        self.silent_steps = due;
+        let Activity::Flying { state, phase } = &mut self.activity else { return None };
+        let old = aged(&frame, silence);
+        let answer = advance(&self.config, &self.table, self.wings, state, phase, &old);
+        Some(answer)
+    }
+
+    /// Whether a reset now would be one during a mission.
+    #[must_use]
+    pub fn mission_in_progress(&self) -> bool {
+        matches!(&self.activity, Activity::Flying { phase, .. } if *phase != Phase::Done)
+    }
+
+    /// What is known of the line.
+    #[must_use]
+    pub const fn counters(&self) -> Counters {
+        self.receiver.counters
+    }
+
+    /// Counts bytes the board lost before they got here.
+    pub fn lost_bytes(&mut self, count: u32) {
+        let overflow = &mut self.receiver.counters.overflow;
+        *overflow = overflow.saturating_add(count);
+    }
+
+    /// The last frame stepped and its answer.
+    #[must_use]
+    pub const fn last(&self) -> Option<&(SensorFrame, Answer)> {
+        self.last.as_ref()
+    }
+
+    /// What keeps objects.
+    pub const fn storage(&mut self) -> &mut S {
+        &mut self.storage
+    }
+
+    /// What the board says of itself.
+    pub fn manifest(&mut self) -> Manifest {
+        Manifest {
+            firmware: self.boot.firmware,
+            table_standard: objects::identity(&mut self.storage, Object::Table(Wings::Standard)),
+            table_low_ar: objects::identity(&mut self.storage, Object::Table(Wings::LowAspectRatio)),
+            config: objects::identity(&mut self.storage, Object::Config),
+            cycle_ms: CYCLE_MS,
+            boots: self.boot.boots,
+            hil: self.boot.seat == Seat::Host,
+        }
+    }
+
+    fn hello(&mut self, nonce: u32) -> ToHost {
+        if self.nonce != Some(nonce) {
+            // A new conversation: the host counts from where it likes. A late
+            // copy of the old hello must not unlock a second step of one frame.
+            self.nonce = Some(nonce);
+            self.greeted = true;
+            self.in_sequence = false;
+        }
+        ToHost::Hello { nonce, manifest: self.manifest() }
+    }
+
+    fn begin(&mut self, mut mission: Mission) -> Result<ToHost, Refusal> {
+        match &self.activity {
+            Activity::Flying { phase: Phase::Safe, .. } => return Err(Refusal::Safe),
+            Activity::Flying { phase, .. } if *phase != Phase::Done => return Err(Refusal::NotNow),
+            _ if !self.greeted => return Err(Refusal::NotNow),
+            _ => {}
+        }
+        self.staging.abandon();
+        let mut bytes = Content::new();
+        if mission.legs.is_empty()
+            && self.storage.load(Object::Mission, &mut bytes)
+            && let Some(stored) = objects::mission(&bytes)
+        {
+            mission = stored;
+        }
+        self.config = self.built_in_config.clone();
+        mission.validate(self.config.working_depth_m, self.config.pump_m3).map_err(Refusal::Mission)?;
+        self.wings = mission.wings;
+        self.table_id = objects::select_table(&mut self.storage, self.wings, &mut self.table);
+        self.activity = Activity::Armed { mission };
+        self.in_sequence = false;
+        Ok(ToHost::Ready { table_id: self.table_id })
+    }
+
+    fn recall(&mut self) -> Result<ToHost, Refusal> {
+        match &mut self.activity {
+            Activity::Idle => return Err(Refusal::NotNow),
+            Activity::Armed { .. } => self.activity = Activity::Idle,
+            Activity::Flying { state, .. } => state.recall(),
+        }
+        Ok(ToHost::Done { crc: 0 })
+    }
+
+    fn recovered(&mut self) -> Result<ToHost, Refusal> {
+        let deep = self.last.is_some_and(|(frame, _)| frame.depth_m.accept(RECOVERY_DEPTH_M..=f32::MAX, u32::MAX).is_some());
+        match self.activity {
+            Activity::Flying { phase: Phase::Safe | Phase::Done, .. } if !deep => self.activity = Activity::Idle,
+            Activity::Flying { .. } => return Err(Refusal::NotNow),
+            Activity::Idle | Activity::Armed { .. } => {}
+        }
+        self.last = None;
+        self.in_sequence = false;
+        Ok(ToHost::Done { crc: 0 })
+    }
+
+    fn sensor(&mut self, frame: &SensorFrame) -> Option<ToHost> {
+        if self.boot.seat != Seat::Host || matches!(self.activity, Activity::Idle) {
+            return Some(ToHost::Refused(Refusal::NotNow));
+        }
+        if let (true, Some((last, answer))) = (self.in_sequence, &self.last) {
+            let counters = &mut self.receiver.counters;
+            match frame.seq.wrapping_sub(last.seq) {
+                0 => {
+                    counters.repeated = counters.repeated.saturating_add(1);
+                    return Some(ToHost::Answer(*answer));
+                }
+                1..=MAX_GAP => {}
+                _ => {
+                    counters.stale = counters.stale.saturating_add(1);
+                    return None;
+                }
+            }
+        }
+        self.step(frame).map(ToHost::Answer)
+    }
+
+    /// One step of the law; starts the mission if one is armed.
+    fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
+        if let Activity::Armed { mission } = &self.activity {
+            let state = State::new(&self.config, mission.clone(), frame.time);
+            self.activity = Activity::Flying { state, phase: Phase::Surface };
+            self.greeted = false;
+        }
+        let Activity::Flying { state, phase } = &mut self.activity else { return None };
+        let answer = advance(&self.config, &self.table, self.wings, state, phase, frame);
+        self.last = Some((*frame, answer));
+        self.in_sequence = true;
+        self.silent_steps = 0;
+        Some(answer)
+    }
+
+    /// Objects change on deck only: not while a mission is armed or flown.
+    fn on_deck(&self) -> Result<(), Refusal> {
+        match &self.activity {
+            Activity::Idle => Ok(()),
+            Activity::Flying { phase: Phase::Done, .. } => Ok(()),
+            Activity::Flying { phase: Phase::Safe, .. } => Err(Refusal::Safe),
+            _ => Err(Refusal::NotNow),
+        }
+    }
+
+    fn commit(&mut self) -> Result<ToHost, Refusal> {
+        self.on_deck()?;
+        if let Some((crc, kept)) = self.staging.just_taken() {
+            return Ok(said(kept, crc));
+        }
+        let (object, crc, bytes) = self.staging.complete()?;
+        objects::check(object, bytes, &self.config)?;
+        let kept = self.storage.save(object, bytes)?;
+        self.staging.close(crc, kept);
+        Ok(said(kept, crc))
+    }
+
+    fn rollback(&mut self, object: Object) -> Result<ToHost, Refusal> {
+        self.on_deck()?;
+        self.staging.abandon();
+        let kept = self.storage.rollback(object)?;
+        Ok(said(kept, objects::identity(&mut self.storage, object)))
+    }
+
+    fn read_back(&mut self, object: Object, offset: u32) -> Result<ToHost, Refusal> {
+        let mut bytes = Content::new();
+        objects::in_use(&mut self.storage, object, &mut bytes);
+        let start = usize::try_from(offset).unwrap_or(usize::MAX).min(bytes.len());
+        let rest = bytes.get(start..).unwrap_or_default();
+        let piece = rest.get(..rest.len().min(CHUNK)).unwrap_or_default();
+        let data = heapless::Vec::from_slice(piece).map_err(|_| Refusal::TooLong)?;
+        Ok(ToHost::Content { offset: start as u32, length: bytes.len() as u32, data })
+    }
+
+    /// CRC-32 of the bytes of the table in use; with [`Self::counters`] what a log needs.
+    #[must_use]
+    pub fn table_crc(&self) -> u32 {
+        CRC32.checksum(&self.table)
+    }
+}
+
+/// The table lives in RAM, so it is checked again in every cycle; a damaged
+/// one gives way to the built-in one.
+fn advance(config: &Config, table: &[u8], wings: Wings, state: &mut State, phase: &mut Phase, frame: &SensorFrame) -> Answer {
+    let table = Table::parse(table, wings).or_else(|_| Table::parse(objects::built_in(wings), wings)).ok();
+    let mut answer = control::step(config, table.as_ref(), state, frame.time, frame);
+    answer.command.seq = frame.seq;
+    *phase = answer.trace.phase;
+    answer
+}
+
+const fn said(kept: Kept, crc: u32) -> ToHost {
+    match kept {
+        Kept::ForGood => ToHost::Done { crc },
+        Kept::UntilReset => ToHost::Volatile { crc },
+    }
+}

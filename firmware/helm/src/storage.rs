@@ -1,0 +1,82 @@
+//! Where uploaded objects live: the trait, and a copy in RAM.
+
+use heapless::Vec;
+use signals::{Object, Refusal, Wings};
+
+/// Largest object, bytes: a table is the largest.
+pub const MAX_OBJECT: usize = polar::MAX_TABLE;
+/// Kinds of objects.
+pub const OBJECTS: usize = 4;
+
+/// Bytes of one object.
+pub type Content = Vec<u8, MAX_OBJECT>;
+
+/// How long a stored object lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// On flash, read back and compared: survives a power cut.
+    ForGood,
+    /// In RAM only: lost at the next reset.
+    UntilReset,
+}
+
+/// What keeps objects. Two generations of each: the one in use and the one
+/// before it.
+pub trait Storage {
+    /// Copies the generation in use to `out`; `false` if there is none.
+    fn load(&mut self, object: Object, out: &mut Content) -> bool;
+    /// Makes `bytes` the generation in use, the former one the one before.
+    ///
+    /// # Errors
+    /// [`Refusal::TooLong`] or [`Refusal::Storage`]; what was in use still is.
+    fn save(&mut self, object: Object, bytes: &[u8]) -> Result<Kept, Refusal>;
+    /// Forgets the generation in use and goes back to the one before it, or
+    /// to what is built in.
+    ///
+    /// # Errors
+    /// [`Refusal::Storage`]; what was in use still is.
+    fn rollback(&mut self, object: Object) -> Result<Kept, Refusal>;
+}
+
+/// Number of an object's place, below [`OBJECTS`].
+#[must_use]
+pub const fn place(object: Object) -> usize {
+    match object {
+        Object::Table(Wings::Standard) => 0,
+        Object::Table(Wings::LowAspectRatio) => 1,
+        Object::Config => 2,
+        Object::Mission => 3,
+    }
+}
+
+/// Two generations of every object in RAM: the host-built seats' storage.
+#[derive(Clone, Debug, Default)]
+pub struct RamStorage {
+    newest: [Option<Content>; OBJECTS],
+    before: [Option<Content>; OBJECTS],
+}
+
+impl Storage for RamStorage {
+    fn load(&mut self, object: Object, out: &mut Content) -> bool {
+        out.clear();
+        match self.newest.get(place(object)) {
+            Some(Some(content)) => out.extend_from_slice(content).is_ok(),
+            _ => false,
+        }
+    }
+
+    fn save(&mut self, object: Object, bytes: &[u8]) -> Result<Kept, Refusal> {
+        let content = Content::from_slice(bytes).map_err(|_| Refusal::TooLong)?;
+        let newest = self.newest.get_mut(place(object)).ok_or(Refusal::Storage)?;
+        let before = self.before.get_mut(place(object)).ok_or(Refusal::Storage)?;
+        *before = newest.replace(content);
+        Ok(Kept::UntilReset)
+    }
+
+    fn rollback(&mut self, object: Object) -> Result<Kept, Refusal> {
+        let newest = self.newest.get_mut(place(object)).ok_or(Refusal::Storage)?;
+        let before = self.before.get_mut(place(object)).ok_or(Refusal::Storage)?;
+        *newest = before.take();
+        Ok(Kept::UntilReset)
+    }
+}

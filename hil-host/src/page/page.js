@@ -50,6 +50,7 @@ const Glider = (() => {
       width: Math.max(280, box.clientWidth || 600),
       height: box.closest('figure.wide') ? 300 : 270,
       cursor: { sync: chart.group ? { key: chart.group, scales: ['x', null] } : undefined, drag: { x: true, y: false } },
+      legend: { markers: { width: 0, fill: (u, i) => (i ? colour(i - 1) : 'transparent') } },
       scales: { x: { time: false }, y: { dir: chart.y.inverted ? -1 : 1 } },
       axes: [chart.x, chart.y].map((a, i) => ({
         label: axisText(a), stroke: css('--ink'), grid: { stroke: css('--line'), width: 1 }, ticks: { stroke: css('--line') },

@@ -1,5 +1,7 @@
 //! The laptop side: HIL seats, commands, reports.
 
 pub mod commands;
+pub mod flightlog;
+pub mod mission_file;
 pub mod page;
-pub mod tables;
+pub mod seats;

@@ -1,0 +1,347 @@
+//! Flight logs: what a HIL flight leaves on disk, in the project's one flight
+//! format, so that a simulated flight is read by the same tools as a real one.
+//!
+//! A flight is a directory:
+//!
+//! | file | content |
+//! |---|---|
+//! | `flight.csv` | one row per control cycle: the format's columns, then what the controller did and thought, then `truth_*` (what really happened; no tool may fit on it) |
+//! | `vehicle.json` | the nominal vehicle, sensors, tolerances, segments, provenance and the meaning of every extra column |
+//! | `events.csv` | phase changes, aborts, faults, degradations, with their time |
+//! | `mission.toml` | the mission as flown |
+//!
+//! Every row goes to disk at once: a flight that is cut keeps all it had.
+//!
+//! Segments: the format's segment starts and ends floating at the surface. A
+//! mission that turns at depth without surfacing has its dive cycles as
+//! segments instead (`segment_start` in the vehicle file says which).
+
+use anyhow::Context;
+use serde_json::{Value, json};
+use signals::{Abort, Answer, Phase};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The format's columns, in the format's order.
+pub const FORMAT_COLUMNS: [&str; 13] = [
+    "time_s",
+    "segment",
+    "pressure_dbar",
+    "m_pitch_rad",
+    "m_roll_rad",
+    "m_heading_rad",
+    "m_ballast_pumped_cc",
+    "m_battpos_m",
+    "sci_water_temp_degC",
+    "sci_density_kg_m3",
+    "gps_east_m",
+    "gps_north_m",
+    "speed_water_m_s",
+];
+
+/// Extra columns: name, unit, meaning.
+pub const EXTRA_COLUMNS: [(&str, &str, &str); 25] = [
+    ("phase", "-", "0 surface, 1 dive, 2 inflect low, 3 climb, 4 inflect high, 5 comms, 6 done, 7 safe"),
+    ("dives", "-", "dives completed"),
+    ("abort", "-", "first cause of an abort (number in `aborts` of vehicle.json); empty: none"),
+    ("flags", "-", "degradations, bits of signals::Flags"),
+    ("c_ballast_cc", "cm3", "commanded ballast volume, positive buoyant"),
+    ("c_battpos_m", "m", "commanded battery position, forward positive"),
+    ("c_fin_rad", "rad", "commanded fin angle"),
+    ("c_drop_weight", "-", "1: release of the drop weight fired"),
+    ("c_pitch_rad", "rad", "pitch aimed at"),
+    ("est_alpha_rad", "rad", "angle of attack estimated on board"),
+    ("est_speed_m_s", "m/s", "speed through the water estimated on board"),
+    ("est_glide_angle_rad", "rad", "path angle estimated on board, up positive"),
+    ("est_depth_m", "m", "depth believed on board"),
+    ("table_id", "-", "identity (CRC-32) of the polar table in use"),
+    ("m_fin_rad", "rad", "measured fin angle"),
+    ("truth_depth_m", "m", "true depth"),
+    ("truth_east_m", "m", "true position over ground"),
+    ("truth_north_m", "m", "true position over ground"),
+    ("truth_pitch_rad", "rad", "true pitch"),
+    ("truth_alpha_rad", "rad", "true angle of attack"),
+    ("truth_speed_m_s", "m/s", "true speed through the water"),
+    ("truth_glide_angle_rad", "rad", "true path angle through the water, up positive"),
+    ("truth_ballast_cc", "cm3", "true ballast volume"),
+    ("truth_battpos_m", "m", "true battery position"),
+    ("truth_energy_j", "J", "electrical energy used since the start"),
+];
+
+/// What is measured in one cycle, as far as the format names it; NaN: no value.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// Gauge pressure, Pa.
+    pub pressure_pa: f64,
+    /// Pitch, rad.
+    pub pitch_rad: f64,
+    /// Roll, rad.
+    pub roll_rad: f64,
+    /// Heading, rad.
+    pub heading_rad: f64,
+    /// Ballast volume, m³.
+    pub ballast_m3: f64,
+    /// Battery position, m.
+    pub battery_mass_m: f64,
+    /// Fin, rad.
+    pub fin_rad: f64,
+    /// Water temperature, °C.
+    pub temperature_degc: f64,
+    /// Water density, kg/m³.
+    pub density_kg_m3: f64,
+    /// GPS fix east, m.
+    pub gps_east_m: f64,
+    /// GPS fix north, m.
+    pub gps_north_m: f64,
+    /// Speed through the water, m/s.
+    pub speed_m_s: f64,
+}
+
+/// What really happened in one cycle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Truth {
+    /// Depth, m.
+    pub depth_m: f64,
+    /// East over ground, m.
+    pub east_m: f64,
+    /// North over ground, m.
+    pub north_m: f64,
+    /// Pitch, rad.
+    pub pitch_rad: f64,
+    /// Angle of attack, rad.
+    pub alpha_rad: f64,
+    /// Speed through the water, m/s.
+    pub speed_m_s: f64,
+    /// Path angle through the water, rad, up positive.
+    pub glide_angle_rad: f64,
+    /// Ballast, m³.
+    pub ballast_m3: f64,
+    /// Battery position, m.
+    pub battery_mass_m: f64,
+    /// Energy used, J.
+    pub energy_j: f64,
+}
+
+/// A flight log being written.
+pub struct Writer {
+    directory: PathBuf,
+    csv: File,
+    events: File,
+    vehicle: Value,
+    segment: u32,
+    segments_start_at_surface: bool,
+    last: Option<Answer>,
+    rows: u64,
+}
+
+impl Writer {
+    /// Starts a log. `vehicle` holds the nominal vehicle in the format's keys.
+    ///
+    /// # Errors
+    /// The directory holds a flight already, or cannot be written.
+    pub fn create(directory: &Path, vehicle: Value, mission_toml: &str) -> anyhow::Result<Self> {
+        let at = |name: &str| directory.join(name);
+        anyhow::ensure!(
+            !at("flight.csv").exists(),
+            "{}: a flight is there already; name another --log directory (a flight is never overwritten)",
+            directory.display()
+        );
+        std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot create this log directory", directory.display()))?;
+        let create = |name: &str| File::create(at(name)).with_context(|| format!("{}: cannot write", at(name).display()));
+        let mut csv = create("flight.csv")?;
+        let header: Vec<&str> = FORMAT_COLUMNS.iter().copied().chain(EXTRA_COLUMNS.iter().map(|c| c.0)).collect();
+        writeln!(csv, "{}", header.join(","))?;
+        let mut events = create("events.csv")?;
+        writeln!(events, "time_s,event,detail")?;
+        std::fs::write(at("mission.toml"), mission_toml).with_context(|| format!("{}: cannot write", at("mission.toml").display()))?;
+        let mut log = Self {
+            directory: directory.to_owned(),
+            csv,
+            events,
+            vehicle,
+            segment: 0,
+            segments_start_at_surface: true,
+            last: None,
+            rows: 0,
+        };
+        log.write_vehicle()?;
+        Ok(log)
+    }
+
+    /// Where the log is.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Rows written.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Writes one cycle.
+    ///
+    /// # Errors
+    /// Disk full or gone.
+    pub fn push(&mut self, m: &Measured, answer: &Answer, truth: &Truth) -> anyhow::Result<()> {
+        let phase = answer.trace.phase;
+        let before = self.last.map_or(Phase::Surface, |a| a.trace.phase);
+        if phase != before || self.last.is_none() {
+            self.event(m.time_s, "phase", &format!("{phase:?}"))?;
+        }
+        if let Some(cause) = answer.trace.abort
+            && self.last.is_none_or(|a| a.trace.abort.is_none())
+        {
+            self.event(m.time_s, "abort", &format!("{cause:?}"))?;
+        }
+        let flags = self.last.map_or(0, |a| a.trace.flags.0);
+        if answer.trace.flags.0 & !flags != 0 {
+            self.event(m.time_s, "degraded", &format!("{:#x}", answer.trace.flags.0 & !flags))?;
+        }
+        // A new segment where a dive starts from the surface again, or where the vehicle turns down at depth.
+        if self.last.is_some_and(|a| a.trace.dives > 0) && phase != before {
+            let from_surface = phase == Phase::Dive && matches!(before, Phase::Comms | Phase::Surface);
+            let at_depth = phase == Phase::InflectHigh;
+            if from_surface || at_depth {
+                self.segment += 1;
+                self.segments_start_at_surface &= from_surface;
+                self.write_vehicle()?;
+            }
+        }
+        self.last = Some(*answer);
+        let line = self.line(m, answer, truth);
+        self.csv.write_all(line.as_bytes()).with_context(|| format!("{}: cannot write the flight log", self.directory.display()))?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    fn line(&self, m: &Measured, answer: &Answer, truth: &Truth) -> String {
+        use std::fmt::Write as _;
+        let mut s = String::with_capacity(320);
+        let mut put = |x: f64, decimals: usize| {
+            if x.is_finite() {
+                let _ = write!(s, "{x:.decimals$}");
+            }
+            s.push(',');
+        };
+        put(m.time_s, 2);
+        put(f64::from(self.segment), 0);
+        put(m.pressure_pa * 1e-4, 3);
+        put(m.pitch_rad, 5);
+        put(m.roll_rad, 5);
+        put(m.heading_rad, 5);
+        put(m.ballast_m3 * 1e6, 2);
+        put(m.battery_mass_m, 5);
+        put(m.temperature_degc, 3);
+        put(m.density_kg_m3, 4);
+        put(m.gps_east_m, 1);
+        put(m.gps_north_m, 1);
+        put(m.speed_m_s, 4);
+        let (c, t) = (&answer.command, &answer.trace);
+        put(f64::from(t.phase as u8), 0);
+        put(f64::from(t.dives), 0);
+        put(t.abort.map_or(f64::NAN, |a| f64::from(a as u8)), 0);
+        put(f64::from(t.flags.0), 0);
+        put(f64::from(c.ballast_m3) * 1e6, 2);
+        put(f64::from(c.battery_mass_m), 5);
+        put(f64::from(c.fin_rad), 5);
+        put(f64::from(u8::from(c.drop_weight)), 0);
+        put(f64::from(t.pitch_setpoint_rad), 5);
+        put(f64::from(t.alpha_rad), 5);
+        put(f64::from(t.speed_m_s), 4);
+        put(f64::from(t.glide_angle_rad), 5);
+        put(f64::from(t.depth_m), 3);
+        put(f64::from(t.table_id), 0);
+        put(m.fin_rad, 5);
+        put(truth.depth_m, 3);
+        put(truth.east_m, 2);
+        put(truth.north_m, 2);
+        put(truth.pitch_rad, 5);
+        put(truth.alpha_rad, 5);
+        put(truth.speed_m_s, 4);
+        put(truth.glide_angle_rad, 5);
+        put(truth.ballast_m3 * 1e6, 2);
+        put(truth.battery_mass_m, 5);
+        put(truth.energy_j, 1);
+        s.pop();
+        s.push('\n');
+        s
+    }
+
+    /// Notes an event.
+    ///
+    /// # Errors
+    /// Disk full or gone.
+    pub fn event(&mut self, time_s: f64, event: &str, detail: &str) -> anyhow::Result<()> {
+        writeln!(self.events, "{time_s:.2},{event},{}", detail.replace(',', ";"))?;
+        Ok(())
+    }
+
+    /// Adds what is known at the end and closes the log.
+    ///
+    /// # Errors
+    /// Disk full or gone.
+    pub fn finish(mut self, summary: Value) -> anyhow::Result<PathBuf> {
+        if let Some(v) = self.vehicle.as_object_mut() {
+            v.insert("flight".to_owned(), summary);
+        }
+        self.write_vehicle()?;
+        Ok(self.directory)
+    }
+
+    fn write_vehicle(&mut self) -> anyhow::Result<()> {
+        // Every fourth segment from the third on judges, the others may be fitted; of fewer, the last one judges.
+        let all: Vec<u32> = (0..=self.segment).collect();
+        let is_check = |s: u32| if self.segment < 2 { self.segment == 1 && s == 1 } else { s % 4 == 2 };
+        let (check, fit): (Vec<u32>, Vec<u32>) = all.into_iter().partition(|s| is_check(*s));
+        if let Some(v) = self.vehicle.as_object_mut() {
+            v.insert("segments".to_owned(), json!({ "fit": fit, "check": check }));
+            v.insert("segment_start".to_owned(), json!(if self.segments_start_at_surface { "surface" } else { "moving" }));
+            let columns: serde_json::Map<String, Value> =
+                EXTRA_COLUMNS.iter().map(|(n, u, m)| ((*n).to_owned(), json!({ "unit": u, "meaning": m }))).collect();
+            v.insert("columns".to_owned(), Value::Object(columns));
+            v.insert("aborts".to_owned(), aborts());
+        }
+        let path = self.directory.join("vehicle.json");
+        // Written beside and renamed: never half a vehicle file.
+        let beside = self.directory.join("vehicle.json.new");
+        std::fs::write(&beside, format!("{:#}\n", self.vehicle)).with_context(|| format!("{}: cannot write", beside.display()))?;
+        std::fs::rename(&beside, &path).with_context(|| format!("{}: cannot write", path.display()))
+    }
+}
+
+/// Number → name of the abort causes.
+fn aborts() -> Value {
+    use Abort::*;
+    let known = [
+        OverDepth,
+        Leak,
+        Vacuum,
+        Undervoltage,
+        LowCharge,
+        OverTime,
+        NoComms,
+        StuckDepth,
+        Stalled,
+        SensorDepth,
+        SensorPitch,
+        NoHeading,
+        BallastFeedback,
+        PumpStuck,
+        MassStuck,
+        FinStuck,
+        Reset,
+        LinkLost,
+        BadMission,
+        Internal,
+        Operator,
+        Overrun,
+        Degraded,
+        Bottom,
+    ];
+    Value::Object(known.iter().map(|a| ((*a as u8).to_string(), json!(format!("{a:?}")))).collect())
+}

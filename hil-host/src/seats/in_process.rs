@@ -1,0 +1,94 @@
+//! The controller called directly, with the bytes it would get from a line.
+
+use super::link::Wire;
+use control::Config;
+use helm::{Boot, Helm, RamStorage};
+use signals::encode;
+use signals::link::MAX_WIRE;
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// A controller built for this computer, behind encoded bytes. The image's
+/// loop does the same with its USART.
+pub struct Board {
+    helm: Helm<RamStorage>,
+}
+
+impl Default for Board {
+    fn default() -> Self {
+        Self::boot(false)
+    }
+}
+
+impl Board {
+    /// A controller that was just started.
+    #[must_use]
+    pub fn boot(reset_during_mission: bool) -> Self {
+        let boot = Boot { reset_during_mission, boots: 0, ..Boot::default() };
+        Self { helm: Helm::new(Config::default(), boot, RamStorage::default()) }
+    }
+
+    /// The controller itself.
+    pub fn helm(&mut self) -> &mut Helm<RamStorage> {
+        &mut self.helm
+    }
+
+    /// A reset in the middle of whatever is going on: memory is lost, the mark on flash is not.
+    pub fn reset(&mut self) {
+        let storage = std::mem::take(self.helm.storage());
+        let boot = Boot { reset_during_mission: self.helm.mission_in_progress(), boots: 0, ..Boot::default() };
+        self.helm = Helm::new(Config::default(), boot, storage);
+    }
+
+    /// Takes bytes and hands every answer's bytes to `out`.
+    pub fn take(&mut self, bytes: &[u8], mut out: impl FnMut(&[u8])) {
+        for byte in bytes {
+            if let Some(answer) = self.helm.byte(*byte) {
+                let mut wire = [0u8; MAX_WIRE];
+                if let Ok(n) = encode(&answer, &mut wire) {
+                    out(wire.get(..n).unwrap_or_default());
+                }
+            }
+        }
+    }
+}
+
+/// Wire to a [`Board`] in this process.
+#[derive(Default)]
+pub struct InProcess {
+    board: Board,
+    answers: VecDeque<u8>,
+}
+
+impl InProcess {
+    /// A controller that was just started.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The board behind the wire.
+    pub fn board(&mut self) -> &mut Board {
+        &mut self.board
+    }
+}
+
+impl Wire for InProcess {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        let answers = &mut self.answers;
+        self.board.take(bytes, |answer| answers.extend(answer));
+        Ok(())
+    }
+
+    fn receive(&mut self, into: &mut [u8], _wait: Duration) -> std::io::Result<usize> {
+        let n = into.len().min(self.answers.len());
+        for (to, from) in into.iter_mut().zip(self.answers.drain(..n)) {
+            *to = from;
+        }
+        Ok(n)
+    }
+
+    fn describe(&self) -> String {
+        "controller built for this computer, called directly".to_owned()
+    }
+}

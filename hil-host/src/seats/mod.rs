@@ -1,0 +1,102 @@
+//! Which controller answers: the same messages through four kinds of wire.
+//!
+//! | seat | controller | wire | proves |
+//! |---|---|---|---|
+//! | in-process | built for this computer | function call on encoded bytes | law, framing |
+//! | pty | built for this computer | pseudo-terminal opened as a serial port | + serial handling of the host |
+//! | QEMU | the Cortex-M4F image | emulated USART behind a pseudo-terminal | + the image, its interrupts and buffers |
+//! | PORT | the image on a board | a real serial port | + the board |
+//!
+//! Lockstep: one [`SensorFrame`] out, one [`Answer`] back, bounded waits, the
+//! same frame again when the line damaged it (the board answers a repeated
+//! frame without a second step). A seat never blocks for good: after
+//! [`link::GIVE_UP`] it says so.
+
+use signals::{Answer, Manifest, Mission, SensorFrame};
+use std::path::{Path, PathBuf};
+
+pub mod in_process;
+pub mod link;
+pub mod port;
+pub mod pty;
+pub mod qemu;
+
+pub use link::{Link, SeatError, Wire};
+
+/// A controller at the other end of some wire.
+pub trait Seat {
+    /// Handshake; says who answers.
+    ///
+    /// # Errors
+    /// No answer, another wire version, line gone.
+    fn hello(&mut self) -> Result<Manifest, SeatError>;
+    /// Hands over the mission; returns the identity of the table it will be flown with.
+    ///
+    /// # Errors
+    /// As above, or the controller refuses the mission.
+    fn begin(&mut self, mission: &Mission) -> Result<u32, SeatError>;
+    /// One control cycle.
+    ///
+    /// # Errors
+    /// As above.
+    fn exchange(&mut self, frame: &SensorFrame) -> Result<Answer, SeatError>;
+    /// One line for a person: which controller over which wire.
+    fn describe(&self) -> String;
+}
+
+/// Which seat is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// The controller called directly.
+    InProcess,
+    /// The controller behind a pseudo-terminal.
+    Pty,
+    /// The image in QEMU.
+    Qemu,
+    /// A serial port with a board.
+    Port(String),
+}
+
+impl std::str::FromStr for Choice {
+    type Err = std::convert::Infallible;
+
+    fn from_str(s: &str) -> Result<Self, Self::Err> {
+        Ok(match s {
+            "in-process" => Self::InProcess,
+            "pty" => Self::Pty,
+            "qemu" => Self::Qemu,
+            port => Self::Port(port.to_owned()),
+        })
+    }
+}
+
+impl std::fmt::Display for Choice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::InProcess => f.write_str("in-process"),
+            Self::Pty => f.write_str("pty"),
+            Self::Qemu => f.write_str("qemu"),
+            Self::Port(p) => f.write_str(p),
+        }
+    }
+}
+
+/// Opens a seat. `elf` overrides the image looked for by [`qemu::find_image`];
+/// `board_log` is where a QEMU board's own (defmt) log goes.
+///
+/// # Errors
+/// One line: what is missing and how to get it.
+pub fn open(choice: &Choice, elf: Option<&Path>, board_log: Option<PathBuf>) -> anyhow::Result<Box<dyn Seat>> {
+    Ok(match choice {
+        Choice::InProcess => Box::new(Link::new(in_process::InProcess::new())),
+        Choice::Pty => Box::new(Link::new(pty::Pty::new()?)),
+        Choice::Qemu => {
+            let image = match elf {
+                Some(path) => path.to_owned(),
+                None => qemu::find_image()?,
+            };
+            Box::new(Link::new(qemu::Qemu::start(&image, board_log)?))
+        }
+        Choice::Port(name) => Box::new(Link::new(port::Port::open(name)?)),
+    })
+}

@@ -1,0 +1,73 @@
+//! A serial port with a board.
+
+use super::link::Wire;
+use serialport::SerialPort;
+use std::io::ErrorKind;
+use std::time::Duration;
+
+/// Line speed of the board's USART1, baud (firmware's setting).
+pub const BAUD: u32 = 115_200;
+
+/// An open serial port.
+pub struct Port {
+    name: String,
+    port: Box<dyn SerialPort>,
+}
+
+impl Port {
+    /// Opens a port by name.
+    ///
+    /// # Errors
+    /// One line with the ports that there are.
+    pub fn open(name: &str) -> anyhow::Result<Self> {
+        let port = serialport::new(name, BAUD).timeout(Duration::from_millis(100)).open().map_err(|e| {
+            let known: Vec<String> = serialport::available_ports().unwrap_or_default().into_iter().map(|p| p.port_name).collect();
+            let known = if known.is_empty() { "none found".to_owned() } else { known.join(", ") };
+            anyhow::anyhow!(
+                "{name}: cannot open this serial port ({}); ports: {known}; or use --seat in-process, pty or qemu",
+                e.to_string().to_lowercase()
+            )
+        })?;
+        Ok(Self { name: name.to_owned(), port })
+    }
+
+    /// What is open.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl Wire for Port {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        send(&mut *self.port, bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], wait: Duration) -> std::io::Result<usize> {
+        receive(&mut *self.port, into, wait)
+    }
+
+    fn describe(&self) -> String {
+        format!("board on {}", self.name)
+    }
+}
+
+/// Sends all bytes through a serial port.
+pub(super) fn send(port: &mut dyn SerialPort, bytes: &[u8]) -> std::io::Result<()> {
+    port.write_all(bytes)
+}
+
+/// Reads what comes within `wait`; 0 when nothing came.
+pub(super) fn receive(port: &mut dyn SerialPort, into: &mut [u8], wait: Duration) -> std::io::Result<usize> {
+    // Below 1 ms the port's poll would return at once for ever.
+    let wait = wait.max(Duration::from_millis(1));
+    if port.timeout() != wait {
+        port.set_timeout(wait)?;
+    }
+    match port.read(into) {
+        Ok(0) => Err(std::io::Error::new(ErrorKind::UnexpectedEof, "port closed")),
+        Ok(n) => Ok(n),
+        Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock) => Ok(0),
+        Err(e) => Err(e),
+    }
+}

@@ -1,5 +1,9 @@
-//! Do we agree with the sea, and what is missing.
+//! Do we agree with the sea, and what is missing: flights and vehicles are read, a model of the vehicle is run on the measured
+//! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
 pub mod flight;
+pub mod read;
+pub mod vehicle;
 
 pub use flight::Flight;
+pub use vehicle::Vehicle;

@@ -1,0 +1,323 @@
+//! Reads a vehicle file (JSON or TOML): the nominal model, its tolerances, its sensors, and the effects that are on.
+//!
+//! Keys are those of `glider-trial/1` (FORMAT section 2). What a file does not state is taken from [`Tolerance::default`] and
+//! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
+
+use crate::read::ReadError;
+use hydro::effects::{Active, Constants, by_name};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// 1-sigma calibration tolerances of the nominal numbers: the priors of every fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// CD0, relative.
+    pub cd0_relative: f64,
+    /// Linear lift slope, relative.
+    pub lift_slope_relative: f64,
+    /// a2, relative.
+    pub lift_quadratic_relative: f64,
+    /// Constant volume, m³.
+    pub trim_volume_m3: f64,
+    /// Factor on the ballast reading, relative.
+    pub ballast_gain_relative: f64,
+    /// Constant pitch error, rad.
+    pub pitch_zero_rad: f64,
+    /// ε, relative.
+    pub hull_compressibility_relative: f64,
+    /// αT, relative.
+    pub hull_thermal_expansion_relative: f64,
+    /// k1, absolute.
+    pub added_mass_surge: f64,
+    /// k2, absolute.
+    pub added_mass_heave: f64,
+}
+
+impl Default for Tolerance {
+    /// Tolerances of a carefully ballasted Slocum; guess, as FORMAT's example vehicles.
+    fn default() -> Self {
+        Self {
+            cd0_relative: 0.04,
+            lift_slope_relative: 0.04,
+            lift_quadratic_relative: 0.05,
+            trim_volume_m3: 2.5e-6,
+            ballast_gain_relative: 0.008,
+            pitch_zero_rad: 0.0026,
+            hull_compressibility_relative: 0.04,
+            hull_thermal_expansion_relative: 0.05,
+            added_mass_surge: 0.03,
+            added_mass_heave: 0.08,
+        }
+    }
+}
+
+/// Noise of the sensors, 1 sigma, and their resolutions, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensors {
+    /// Pressure noise, Pa.
+    pub pressure_noise_pa: f64,
+    /// Pressure resolution, Pa.
+    pub pressure_resolution_pa: f64,
+    /// Pitch noise, rad.
+    pub pitch_noise_rad: f64,
+    /// Pitch resolution, rad.
+    pub pitch_resolution_rad: f64,
+    /// Heading noise, rad.
+    pub heading_noise_rad: f64,
+    /// Constant compass bias, rad.
+    pub heading_bias_rad: f64,
+    /// Noise of a GPS fix in each direction, m.
+    pub gps_noise_m: f64,
+    /// Speed noise, m/s.
+    pub speed_noise_m_s: f64,
+    /// Relative scale uncertainty of the speed sensor.
+    pub speed_scale_relative: f64,
+}
+
+impl Default for Sensors {
+    /// A pumped CTD's pressure sensor and a TCM compass; guess, as FORMAT's example vehicles.
+    fn default() -> Self {
+        Self {
+            pressure_noise_pa: 200.0,
+            pressure_resolution_pa: 100.0,
+            pitch_noise_rad: 0.002,
+            pitch_resolution_rad: 0.00175,
+            heading_noise_rad: 0.026,
+            heading_bias_rad: 0.015,
+            gps_noise_m: 3.0,
+            speed_noise_m_s: 0.012,
+            speed_scale_relative: 0.006,
+        }
+    }
+}
+
+/// A vehicle: the nominal model and what is known about its certainty.
+#[derive(Clone, Debug)]
+pub struct Vehicle {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// Name of the trial or vehicle.
+    pub name: String,
+    /// `lake`, `sea` or empty.
+    pub site: String,
+    /// Nominal constants, without the effects in `effects`.
+    pub constants: Constants,
+    /// Effects the file has switched on.
+    pub effects: Vec<Active>,
+    /// Calibration tolerances.
+    pub tolerance: Tolerance,
+    /// Sensor noise.
+    pub sensors: Sensors,
+    /// Rms of the ordinary vertical water motion, m/s, and its correlation time, s.
+    pub background: (f64, f64),
+    /// Whether GPS displacement contains an unknown current.
+    pub current_unknown: bool,
+    /// Water depth, m; NaN if not stated.
+    pub water_depth_m: f64,
+    /// Segments that may be fitted; empty if the file does not say.
+    pub fit_segments: Vec<u32>,
+    /// Segments reserved for error figures.
+    pub check_segments: Vec<u32>,
+    /// What the file did not state and was assumed, for the report.
+    pub assumed: Vec<String>,
+    /// The file as read.
+    pub document: Value,
+}
+
+struct Keys<'a> {
+    path: &'a Path,
+    document: &'a Value,
+}
+
+impl Keys<'_> {
+    fn bad(&self, key: &str, why: String) -> ReadError {
+        ReadError::Content { path: self.path.to_path_buf(), line: 0, column: key.into(), why }
+    }
+
+    fn at(&self, key: &str) -> Option<&Value> {
+        key.split('.').try_fold(self.document, |v, k| v.get(k)).filter(|v| !v.is_null())
+    }
+
+    fn number(&self, key: &str) -> Result<Option<f64>, ReadError> {
+        match self.at(key) {
+            None => Ok(None),
+            Some(v) => match v.as_f64() {
+                Some(x) if x.is_finite() => Ok(Some(x)),
+                _ => Err(self.bad(key, format!("`{v}` is not a number"))),
+            },
+        }
+    }
+
+    fn within(&self, key: &str, low: f64, high: f64, unit: &str) -> Result<f64, ReadError> {
+        let v = self.number(key)?.ok_or_else(|| self.bad(key, format!("is missing; expected a number in {unit}, {low} to {high}")))?;
+        if (low..=high).contains(&v) { Ok(v) } else { Err(self.bad(key, format!("is {v} {unit}; expected {low} to {high}"))) }
+    }
+
+    fn segments(&self, key: &str) -> Result<Vec<u32>, ReadError> {
+        let Some(v) = self.at(key) else { return Ok(Vec::new()) };
+        let list = v.as_array().ok_or_else(|| self.bad(key, "is not a list of segment numbers".into()))?;
+        list.iter()
+            .map(|x| x.as_u64().and_then(|x| u32::try_from(x).ok()).ok_or_else(|| self.bad(key, format!("`{x}` is not a segment number"))))
+            .collect()
+    }
+}
+
+/// The vehicle file beside a flight: `vehicle.json` or `vehicle.toml` of its directory.
+#[must_use]
+pub fn beside(flight: &Path) -> Option<PathBuf> {
+    let folder = if flight.is_dir() { flight } else { flight.parent()? };
+    ["vehicle.json", "vehicle.toml"].iter().map(|n| folder.join(n)).find(|p| p.is_file())
+}
+
+/// Reads a vehicle file.
+///
+/// # Errors
+/// What is wrong, where, and what to do.
+pub fn read(path: &Path) -> Result<Vehicle, ReadError> {
+    let text = std::fs::read_to_string(path).map_err(|e| ReadError::File { path: path.to_path_buf(), why: e.to_string() })?;
+    let bad = |line: usize, why: String| ReadError::Content { path: path.to_path_buf(), line: line as u64, column: "syntax".into(), why };
+    let document: Value = if path.extension().is_some_and(|e| e == "toml") {
+        toml::from_str::<Value>(&text).map_err(|e| {
+            let line = e.span().map_or(0, |s| text[..s.start].lines().count());
+            bad(line, e.message().to_string())
+        })?
+    } else {
+        serde_json::from_str(&text).map_err(|e| bad(e.line(), e.to_string()))?
+    };
+    parse(document, path)
+}
+
+/// Reads a vehicle from a parsed document; `path` is only for messages.
+///
+/// # Errors
+/// What is wrong, where, and what to do.
+pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
+    let keys = Keys { path, document: &document };
+    if !document.is_object() {
+        return Err(keys.bad("file", "is not a vehicle: expected an object with keys such as mass_kg and hydro".into()));
+    }
+    let mut assumed = Vec::new();
+    let mut or = |key: &str, default: f64| -> Result<f64, ReadError> {
+        match keys.number(key)? {
+            Some(v) => Ok(v),
+            None => {
+                assumed.push(format!("{key} = {default}"));
+                Ok(default)
+            }
+        }
+    };
+    let area = keys.within("hydro.reference_area_m2", 1e-3, 10.0, "m2")?;
+    let wing = keys.within("hydro.wing_lift_slope_per_rad", 0.0, 20.0, "1/rad")? * keys.within("wing.area_m2", 0.0, 10.0, "m2")?;
+    let hull = keys.within("hydro.hull_lift_slope_per_rad", 0.0, 50.0, "1/rad")? * keys.within("hydro.hull_area_m2", 0.0, 10.0, "m2")?;
+    let constants = Constants {
+        gravity_m_s2: or("gravity_m_s2", 9.81)?,
+        mass_kg: keys.within("mass_kg", 1.0, 5000.0, "kg")?,
+        hull_volume_m3: keys.within("hull_volume_m3", 1e-3, 5.0, "m3")?,
+        compressibility_per_pa: keys.within("hull_compressibility_per_pa", 0.0, 1e-8, "1/Pa")?,
+        thermal_expansion_per_k: keys.within("hull_thermal_expansion_per_k", -1e-3, 1e-3, "1/K")?,
+        reference_temperature_degc: or("reference_temperature_degc", 10.0)?,
+        reference_area_m2: area,
+        lift_slope_per_rad: (wing + hull) / area,
+        lift_quadratic_per_rad2: or("hydro.lift_quadratic_per_rad2", 0.0)?,
+        cd0: keys.within("hydro.cd0", 1e-4, 10.0, "1")?,
+        induced_k: or("hydro.induced_k", 0.0)?,
+        hull_drag_per_rad2: or("hydro.hull_drag_per_rad2", 0.0)?,
+        added_mass_surge: or("hydro.added_mass_surge", 0.2)?,
+        added_mass_heave: or("hydro.added_mass_heave", 0.92)?,
+    };
+    let t = Tolerance::default();
+    let tolerance = Tolerance {
+        cd0_relative: or("tolerance_1sigma.cd0_relative", t.cd0_relative)?,
+        lift_slope_relative: or("tolerance_1sigma.lift_slope_relative", t.lift_slope_relative)?,
+        lift_quadratic_relative: or("tolerance_1sigma.lift_quadratic_relative", t.lift_quadratic_relative)?,
+        trim_volume_m3: or("tolerance_1sigma.trim_volume_cc", t.trim_volume_m3 * 1e6)? * 1e-6,
+        ballast_gain_relative: or("tolerance_1sigma.ballast_gain_relative", t.ballast_gain_relative)?,
+        pitch_zero_rad: or("tolerance_1sigma.pitch_zero_rad", t.pitch_zero_rad)?,
+        hull_compressibility_relative: or("tolerance_1sigma.hull_compressibility_relative", t.hull_compressibility_relative)?,
+        hull_thermal_expansion_relative: or("tolerance_1sigma.hull_thermal_expansion_relative", t.hull_thermal_expansion_relative)?,
+        added_mass_surge: or("tolerance_1sigma.added_mass_surge", t.added_mass_surge)?,
+        added_mass_heave: or("tolerance_1sigma.added_mass_heave", t.added_mass_heave)?,
+    };
+    let s = Sensors::default();
+    let sensors = Sensors {
+        pressure_noise_pa: or("sensors.pressure_noise_dbar", s.pressure_noise_pa * 1e-4)? * 1e4,
+        pressure_resolution_pa: or("sensors.pressure_resolution_dbar", s.pressure_resolution_pa * 1e-4)? * 1e4,
+        pitch_noise_rad: or("sensors.pitch_noise_rad", s.pitch_noise_rad)?,
+        pitch_resolution_rad: or("sensors.pitch_resolution_rad", s.pitch_resolution_rad)?,
+        heading_noise_rad: or("sensors.heading_noise_rad", s.heading_noise_rad)?,
+        heading_bias_rad: or("sensors.heading_bias_1sigma_rad", s.heading_bias_rad)?,
+        gps_noise_m: or("sensors.gps_noise_m", s.gps_noise_m)?,
+        speed_noise_m_s: keys.number("sensors.speed_noise_m_s")?.unwrap_or(s.speed_noise_m_s),
+        speed_scale_relative: keys.number("sensors.speed_scale_1sigma")?.unwrap_or(s.speed_scale_relative),
+    };
+    let background =
+        (or("background_vertical_water_motion.rms_m_s", 0.005)?, or("background_vertical_water_motion.correlation_time_s", 90.0)?);
+    let mut effects = Vec::new();
+    if let Some(list) = keys.at("effects") {
+        let table = list.as_object().ok_or_else(|| keys.bad("effects", "is not a table of effect name to parameters".into()))?;
+        for (name, numbers) in table {
+            if let Some(effect) = by_name(name) {
+                let mut active = Active::off(effect);
+                for (value, p) in active.values.iter_mut().zip(effect.parameters()) {
+                    if let Some(v) = numbers.get(p.name).map(|v| v.get("value").unwrap_or(v)) {
+                        *value = v
+                            .as_f64()
+                            .filter(|x| x.is_finite())
+                            .ok_or_else(|| keys.bad(&format!("effects.{name}.{}", p.name), format!("`{v}` is not a number")))?;
+                    }
+                }
+                effects.push(active);
+            } else if numbers.get("expression").is_none() {
+                let all: Vec<&str> = hydro::effects::CATALOGUE.iter().map(|e| e.name()).collect();
+                return Err(keys.bad(&format!("effects.{name}"), format!("no such effect; there are {}", all.join(", "))));
+            }
+        }
+    }
+    let text = |key: &str| keys.at(key).and_then(Value::as_str).unwrap_or_default().to_string();
+    Ok(Vehicle {
+        path: path.to_path_buf(),
+        name: Some(text("case")).filter(|s| !s.is_empty()).unwrap_or_else(|| text("name")),
+        site: text("site"),
+        constants,
+        effects,
+        tolerance,
+        sensors,
+        background,
+        current_unknown: keys.at("horizontal_current").and_then(Value::as_str) != Some("none"),
+        water_depth_m: keys.number("water_depth_m")?.unwrap_or(f64::NAN),
+        fit_segments: keys.segments("segments.fit")?,
+        check_segments: keys.segments("segments.check")?,
+        assumed,
+        document,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MINIMAL: &str = r#"{"mass_kg":68,"hull_volume_m3":0.068,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,
+        "wing":{"area_m2":0.11},"hydro":{"reference_area_m2":0.11,"wing_lift_slope_per_rad":3.45,"hull_lift_slope_per_rad":1.2,
+        "hull_area_m2":0.0356,"cd0":0.15},"effects":{"side_edge_lift":{"k":{"value":2.0}}},"colour":"yellow"}"#;
+
+    #[test]
+    fn a_minimal_vehicle_states_what_was_assumed_and_keeps_unknown_keys() {
+        let v = parse(serde_json::from_str(MINIMAL).expect("json"), Path::new("v.json")).expect("reads");
+        assert!((v.constants.lift_slope_per_rad - (3.45 + 1.2 * 0.0356 / 0.11)).abs() < 1e-12);
+        assert!(v.assumed.iter().any(|a| a.starts_with("tolerance_1sigma.cd0_relative")));
+        assert_eq!(v.effects.len(), 1);
+        assert!((v.effects[0].values[0] - 2.0).abs() < 1e-12);
+        assert_eq!(v.document["colour"], "yellow");
+    }
+
+    #[test]
+    fn errors_name_the_key_and_the_range() {
+        let with = |from: &str, to: &str| {
+            parse(serde_json::from_str(&MINIMAL.replace(from, to)).expect("json"), Path::new("v.json")).expect_err("refused").to_string()
+        };
+        let e = with("\"mass_kg\":68", "\"mass_kg\":68000");
+        assert!(e.contains("v.json") && e.contains("mass_kg") && e.contains("5000"), "{e}");
+        assert!(with("\"cd0\":0.15", "\"cd0\":null").contains("missing"));
+        assert!(with("side_edge_lift", "magic").contains("no such effect"));
+    }
+}

@@ -1,5 +1,6 @@
 //! The laptop side: HIL seats, commands, reports.
 
+pub mod boardlog;
 pub mod commands;
 pub mod flightlog;
 pub mod mission_file;

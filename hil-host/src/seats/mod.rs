@@ -20,6 +20,7 @@ pub mod link;
 pub mod port;
 pub mod pty;
 pub mod qemu;
+pub mod upload;
 
 pub use link::{Link, SeatError, Wire};
 

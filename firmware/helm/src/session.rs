@@ -20,6 +20,9 @@ pub const RECOVERY_DEPTH_M: f32 = 5.0;
 /// Where sensor frames come from; latched at boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Seat {
+    /// Not decided: a hello makes it [`Seat::Host`], [`Helm::settle`] makes it
+    /// [`Seat::Sensors`].
+    Open,
     /// From the host over the line (hardware in the loop).
     #[default]
     Host,
@@ -200,7 +203,23 @@ impl<S: Storage> Helm<S> {
         }
     }
 
+    /// Where sensor frames come from.
+    #[must_use]
+    pub const fn seat(&self) -> Seat {
+        self.boot.seat
+    }
+
+    /// The time for a hello is over: an open seat is the vehicle's own sensors.
+    pub fn settle(&mut self) {
+        if self.boot.seat == Seat::Open {
+            self.boot.seat = Seat::Sensors;
+        }
+    }
+
     fn hello(&mut self, nonce: u32) -> ToHost {
+        if self.boot.seat == Seat::Open {
+            self.boot.seat = Seat::Host;
+        }
         if self.nonce != Some(nonce) {
             // A new conversation: the host counts from where it likes. A late
             // copy of the old hello must not unlock a second step of one frame.

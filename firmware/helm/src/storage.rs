@@ -38,6 +38,18 @@ pub trait Storage {
     fn rollback(&mut self, object: Object) -> Result<Kept, Refusal>;
 }
 
+impl<S: Storage> Storage for &mut S {
+    fn load(&mut self, object: Object, out: &mut Content) -> bool {
+        (**self).load(object, out)
+    }
+    fn save(&mut self, object: Object, bytes: &[u8]) -> Result<Kept, Refusal> {
+        (**self).save(object, bytes)
+    }
+    fn rollback(&mut self, object: Object) -> Result<Kept, Refusal> {
+        (**self).rollback(object)
+    }
+}
+
 /// Number of an object's place, below [`OBJECTS`].
 #[must_use]
 pub const fn place(object: Object) -> usize {
@@ -54,6 +66,14 @@ pub const fn place(object: Object) -> usize {
 pub struct RamStorage {
     newest: [Option<Content>; OBJECTS],
     before: [Option<Content>; OBJECTS],
+}
+
+impl RamStorage {
+    /// Nothing stored.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { newest: [const { None }; OBJECTS], before: [const { None }; OBJECTS] }
+    }
 }
 
 impl Storage for RamStorage {

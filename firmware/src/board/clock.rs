@@ -1,0 +1,88 @@
+//! What time it is: milliseconds since boot, u64, never wrapping.
+//!
+//! The chip runs at 16 MHz either way: from its crystal (16 MHz, ±50 ppm)
+//! where it starts, else from the internal oscillator (HSI, 16 MHz ±1 %,
+//! DS8626 table 41). Baud rates and ticks are the same numbers for both. The
+//! clock security system goes back to HSI if the crystal stops in flight.
+//!
+//! QEMU models no clock tree and counts SysTick at a rate of its own; it is
+//! measured against TIM2 once, so that a second is a second there too.
+
+use core::cell::Cell;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m_rt::exception;
+use critical_section::Mutex;
+use stm32f4::stm32f405::{RCC, TIM2};
+
+/// Core and bus clock, Hz.
+pub const CORE_HZ: u32 = 16_000_000;
+/// Longest wait for the crystal, loops of ≥ 4 cycles (≥ 5 ms; start-up is 2 ms, DS8626 table 39).
+const CRYSTAL_WAIT: u32 = 20_000;
+/// Rate at which QEMU counts TIM2, Hz: once per virtual nanosecond.
+const EMULATED_TIM2_HZ: u64 = 1_000_000_000;
+
+static MILLIS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+
+/// Which oscillator runs the chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+pub enum Source {
+    /// 16 MHz crystal, guarded by the clock security system.
+    Crystal,
+    /// Internal oscillator.
+    Internal,
+}
+
+/// Starts the crystal, with a bounded wait.
+pub fn start_crystal(rcc: &RCC) -> Source {
+    rcc.cr().modify(|_, w| w.hseon().on());
+    if !(0..CRYSTAL_WAIT).any(|_| rcc.cr().read().hserdy().is_ready()) {
+        rcc.cr().modify(|_, w| w.hseon().off());
+        return Source::Internal;
+    }
+    rcc.cr().modify(|_, w| w.csson().on());
+    rcc.cfgr().modify(|_, w| w.sw().hse());
+    if (0..CRYSTAL_WAIT).any(|_| rcc.cfgr().read().sws().is_hse()) { Source::Crystal } else { Source::Internal }
+}
+
+/// Starts the millisecond tick at `start_ms`; returns the rate SysTick really has, Hz.
+pub fn start_tick(syst: &mut SYST, tim2: &TIM2, start_ms: u64) -> u32 {
+    syst.set_clock_source(SystClkSource::Core);
+    syst.set_reload(0x00ff_ffff);
+    syst.clear_current();
+    syst.enable_counter();
+    tim2.cr1().modify(|_, w| w.cen().enabled());
+    let (s0, t0) = (SYST::get_current(), tim2.cnt().read().bits());
+    let mut ticks = 0;
+    for _ in 0..20_000 {
+        ticks = s0.wrapping_sub(SYST::get_current()) & 0x00ff_ffff;
+        if ticks > CORE_HZ / 1_000 {
+            break;
+        }
+    }
+    let counts = tim2.cnt().read().bits().wrapping_sub(t0);
+    // On the chip both run from the same 16 MHz.
+    let hz = if counts > 2 * ticks {
+        u32::try_from(EMULATED_TIM2_HZ * u64::from(ticks) / u64::from(counts)).unwrap_or(CORE_HZ)
+    } else {
+        CORE_HZ
+    };
+    critical_section::with(|cs| MILLIS.borrow(cs).set(start_ms));
+    syst.set_reload((hz / 1_000).clamp(1_000, 0x00ff_ffff));
+    syst.clear_current();
+    syst.enable_interrupt();
+    hz
+}
+
+/// Milliseconds since boot.
+pub fn now_ms() -> u64 {
+    critical_section::with(|cs| MILLIS.borrow(cs).get())
+}
+
+#[exception]
+fn SysTick() {
+    critical_section::with(|cs| {
+        let millis = MILLIS.borrow(cs);
+        millis.set(millis.get().saturating_add(1));
+    });
+}

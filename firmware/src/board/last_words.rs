@@ -1,0 +1,102 @@
+//! What the last run left behind, in RAM that a reset does not clear.
+//!
+//! A record with its CRC says whether a mission was under way and, after a
+//! panic or a fault, why the chip was reset. After a power cut the RAM holds
+//! noise, the CRC does not match, and the journal on flash has to know.
+
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, exception};
+use signals::link::CRC32;
+
+/// Why the chip was reset by its own software.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+#[repr(u32)]
+pub enum Cause {
+    /// Not by software: power, reset pin or watchdog.
+    Unknown = 0,
+    /// A panic (integer overflow is one).
+    Panic = 1,
+    /// Hard fault.
+    Fault = 2,
+    /// The stack grew into its canary.
+    Stack = 3,
+    /// An interrupt nobody handles.
+    Interrupt = 4,
+}
+
+/// What is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LastWords {
+    /// A mission was under way.
+    pub in_mission: bool,
+    /// It was flown on the vehicle's own sensors.
+    pub own_sensors: bool,
+    /// Why the reset.
+    pub cause: Cause,
+    /// Resets since power-up.
+    pub resets: u32,
+}
+
+const WORDS: usize = 5;
+
+#[unsafe(link_section = ".uninit.LAST_WORDS")]
+static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
+
+/// What the last run left; `None` after a power cut.
+pub fn read() -> Option<LastWords> {
+    // SAFETY: any bits are valid u32s; one thread, no reference escapes.
+    let words = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<[u32; WORDS]>()) };
+    let [in_mission, own_sensors, cause, resets, crc] = words;
+    if crc != checksum([in_mission, own_sensors, cause, resets]) || in_mission > 1 || own_sensors > 1 {
+        return None;
+    }
+    let cause = match cause {
+        1 => Cause::Panic,
+        2 => Cause::Fault,
+        3 => Cause::Stack,
+        4 => Cause::Interrupt,
+        _ => Cause::Unknown,
+    };
+    Some(LastWords { in_mission: in_mission == 1, own_sensors: own_sensors == 1, cause, resets })
+}
+
+/// Leaves a record for the next run.
+pub fn write(words: LastWords) {
+    let body = [u32::from(words.in_mission), u32::from(words.own_sensors), words.cause as u32, words.resets];
+    let [a, b, c, d] = body;
+    // SAFETY: one thread writes; handlers that write never return.
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, d, checksum(body)]) };
+}
+
+/// Notes why, keeps the rest, and resets the chip.
+pub fn reset(cause: Cause) -> ! {
+    if let Some(words) = read() {
+        write(LastWords { cause, ..words });
+    }
+    SCB::sys_reset()
+}
+
+fn checksum(words: [u32; 4]) -> u32 {
+    let mut digest = CRC32.digest();
+    for word in words {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    reset(Cause::Panic)
+}
+
+#[exception]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    reset(Cause::Fault)
+}
+
+#[exception]
+unsafe fn DefaultHandler(_: i16) {
+    reset(Cause::Interrupt)
+}

@@ -1,0 +1,73 @@
+//! Where the defmt log goes: USART2 (115200 8N1, works in QEMU and without a
+//! probe) and RTT (what `probe-rs run` shows).
+//!
+//! Only the main loop logs, never an interrupt, so sending does not mask
+//! interrupts; a second writer (a panic in the middle of a log line) finds the
+//! log taken and stays silent.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+use rtt_target::{ChannelMode, UpChannel, rtt_init};
+use stm32f4::stm32f405::USART2;
+
+/// Longest wait for room in the transmitter, loops: 10 characters at 16 MHz.
+const SEND_WAIT: u32 = 4_000;
+
+static TAKEN: AtomicBool = AtomicBool::new(false);
+static mut ENCODER: defmt::Encoder = defmt::Encoder::new();
+static mut RTT: Option<UpChannel> = None;
+
+#[defmt::global_logger]
+struct Log;
+
+defmt::timestamp!("{=u64:ms}", super::clock::now_ms());
+
+/// Opens both ways out.
+pub fn open(port: &USART2) {
+    let divisor = super::line::divisor(super::line::BAUD);
+    port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
+    port.cr1().write(|w| w.ue().enabled().te().enabled());
+    let channels = rtt_init! {
+        up: { 0: { size: 512, mode: ChannelMode::NoBlockSkip, name: "defmt" } }
+    };
+    // SAFETY: called once, before the first log line; `write` is guarded by TAKEN.
+    unsafe { RTT = Some(channels.up.0) };
+}
+
+fn write(bytes: &[u8]) {
+    // SAFETY: only USART2's transmitter is touched, and only here after `open`.
+    let port = unsafe { &*USART2::ptr() };
+    for byte in bytes {
+        if (0..SEND_WAIT).any(|_| port.sr().read().txe().bit_is_set()) {
+            port.dr().write(|w| w.dr().set(u16::from(*byte)));
+        }
+    }
+    // SAFETY: TAKEN admits one writer.
+    if let Some(channel) = unsafe { (*(&raw mut RTT)).as_mut() } {
+        channel.write(bytes);
+    }
+}
+
+// SAFETY: one thread logs, guarded against itself by TAKEN; nothing is written without it.
+unsafe impl defmt::Logger for Log {
+    fn acquire() {
+        if TAKEN.load(Ordering::Relaxed) {
+            super::last_words::reset(super::last_words::Cause::Panic);
+        }
+        TAKEN.store(true, Ordering::Relaxed);
+        // SAFETY: TAKEN was free.
+        unsafe { (*(&raw mut ENCODER)).start_frame(write) };
+    }
+
+    unsafe fn flush() {}
+
+    unsafe fn release() {
+        // SAFETY: defmt calls this after `acquire`.
+        unsafe { (*(&raw mut ENCODER)).end_frame(write) };
+        TAKEN.store(false, Ordering::Relaxed);
+    }
+
+    unsafe fn write(bytes: &[u8]) {
+        // SAFETY: defmt calls this between `acquire` and `release`.
+        unsafe { (*(&raw mut ENCODER)).write(bytes, write) };
+    }
+}

@@ -1,0 +1,25 @@
+//! What the chip offers, in pieces that can each be lost without harm.
+
+pub mod canary;
+pub mod clock;
+pub mod last_words;
+pub mod line;
+pub mod log;
+pub mod watchdog;
+
+use stm32f4::stm32f405::{GPIOA, RCC};
+
+/// Clocks to the peripherals in use, and the pins of both serial ports.
+///
+/// | pin | function |
+/// |---|---|
+/// | PA9, PA10 | USART1 TX, RX: the line (host, or ground station) |
+/// | PA2 | USART2 TX: defmt log |
+pub fn power_up(rcc: &RCC, gpioa: &GPIOA) {
+    rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
+    rcc.apb1enr().modify(|_, w| w.tim2en().enabled().usart2en().enabled().usart3en().enabled());
+    rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+    gpioa.afrl().modify(|_, w| w.afrl2().af7());
+    gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
+    gpioa.moder().modify(|_, w| w.moder2().alternate().moder9().alternate().moder10().alternate());
+}

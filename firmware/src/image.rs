@@ -1,0 +1,138 @@
+//! The loop: bytes in, one step, bytes out; feed the watchdog.
+
+use crate::board::last_words::{self, Cause, LastWords};
+use crate::board::line::Line;
+use crate::board::watchdog::Watchdog;
+use crate::board::{canary, clock, log, power_up};
+use crate::version::FIRMWARE;
+use control::Config;
+use core::mem::MaybeUninit;
+use cortex_m_rt::entry;
+use heapless::spsc::Queue;
+use helm::{Boot, Helm, RamStorage, Seat};
+use signals::link::MAX_WIRE;
+use signals::{Abort, Micros, Phase, ToHost, encode};
+use stm32f4::stm32f405::Peripherals;
+
+/// How long after boot a hello may still choose the HIL seat, ms.
+const HELLO_WINDOW_MS: u64 = 10_000;
+/// Most bytes taken from the line before the loop looks at the clock again.
+const BYTES_PER_PASS: usize = 256;
+
+#[entry]
+fn main() -> ! {
+    static mut QUEUE: Queue<u8, 1024> = Line::queue();
+    static mut HELM: MaybeUninit<Helm<&'static mut RamStorage>> = MaybeUninit::uninit();
+    static mut STORAGE: RamStorage = RamStorage::new();
+
+    canary::lay();
+    let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::Unknown) };
+    let source = clock::start_crystal(&chip.RCC);
+    power_up(&chip.RCC, &chip.GPIOA);
+    let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
+    log::open(&chip.USART2);
+    let mut watchdog = Watchdog::start(chip.IWDG);
+    let mut line = Line::open(chip.USART1, QUEUE);
+
+    let found = last_words::read();
+    let mut words = found.unwrap_or(LastWords { in_mission: false, own_sensors: false, cause: Cause::Unknown, resets: 0 });
+    defmt::info!(
+        "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz",
+        FIRMWARE[0],
+        FIRMWARE[1],
+        FIRMWARE[2],
+        signals::WIRE_VERSION,
+        source,
+        tick_hz
+    );
+    if found.is_some() {
+        words.resets = words.resets.saturating_add(1);
+        defmt::warn!("reset number {=u32}, cause {}, in mission {=bool}", words.resets, words.cause, words.in_mission);
+    }
+    let seat = match (words.in_mission, words.own_sensors) {
+        (false, _) => Seat::Open,
+        (true, false) => Seat::Host,
+        (true, true) => Seat::Sensors,
+    };
+    let boot = Boot { reset_during_mission: words.in_mission, boots: words.resets, firmware: FIRMWARE, seat };
+    words.cause = Cause::Unknown;
+    last_words::write(words);
+    let helm = HELM.write(Helm::new(Config::default(), boot, STORAGE));
+
+    let mut wire = [0; MAX_WIRE];
+    let mut heard_ms = clock::now_ms();
+    let mut told = (Phase::default(), None);
+    let mut told_seat = Seat::Open;
+    loop {
+        canary::check();
+        helm.lost_bytes(line.take_lost());
+        for _ in 0..BYTES_PER_PASS {
+            let Some(byte) = line.next() else { break };
+            let Some(answer) = helm.byte(byte) else { continue };
+            heard_ms = clock::now_ms();
+            // First write down that a mission is on, then answer: a reset in between is SAFE.
+            remember(&mut words, helm.mission_in_progress(), helm.seat() == Seat::Sensors);
+            if let Ok(n) = encode(&answer, &mut wire) {
+                line.send(wire.get(..n).unwrap_or_default());
+            }
+            tell(&answer, &mut told);
+            watchdog.feed();
+        }
+        let now_ms = clock::now_ms();
+        if now_ms >= HELLO_WINDOW_MS {
+            helm.settle();
+        }
+        if helm.seat() != told_seat {
+            told_seat = helm.seat();
+            match told_seat {
+                Seat::Host => defmt::info!("seat latched: frames come from the host"),
+                Seat::Sensors => defmt::info!("seat latched: own sensors"),
+                Seat::Open => {}
+            }
+        }
+        if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(heard_ms))) {
+            tell(&ToHost::Answer(answer), &mut told);
+        }
+        // Reached only by a loop that really polls and steps.
+        watchdog.feed();
+        if line.is_idle() {
+            cortex_m::asm::wfi();
+        }
+    }
+}
+
+/// Keeps the record of the mission in step.
+fn remember(words: &mut LastWords, in_mission: bool, own_sensors: bool) {
+    let next = LastWords { in_mission, own_sensors, ..*words };
+    if next != *words {
+        *words = next;
+        last_words::write(next);
+    }
+}
+
+/// Logs what changed.
+fn tell(answer: &ToHost, told: &mut (Phase, Option<Abort>)) {
+    match answer {
+        ToHost::Answer(a) => {
+            let now = (a.trace.phase, a.trace.abort);
+            if now != *told {
+                defmt::info!(
+                    "frame {=u32}: phase {=u8} abort {=u8} dives {=u16} depth {=f32} m flags {=u32:#x}",
+                    a.command.seq,
+                    now.0 as u8,
+                    now.1.map_or(255, |abort| abort as u8),
+                    a.trace.dives,
+                    a.trace.depth_m,
+                    a.trace.flags.0
+                );
+                *told = now;
+            }
+        }
+        ToHost::Hello { nonce, manifest } => defmt::info!("hello {=u32:#x}, hil {=bool}", *nonce, manifest.hil),
+        ToHost::Ready { table_id } => defmt::info!("mission taken, table {=u32:08x}", *table_id),
+        ToHost::Done { crc } => defmt::info!("done {=u32:08x}", *crc),
+        ToHost::Volatile { crc } => defmt::warn!("done {=u32:08x}, in RAM only: lost at the next reset", *crc),
+        ToHost::Refused(_) => defmt::warn!("refused"),
+        ToHost::Continue { .. } | ToHost::Content { .. } | ToHost::Counters(_) => {}
+    }
+}

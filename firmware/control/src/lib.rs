@@ -238,14 +238,14 @@ mod flights {
         for _ in 0..3000 {
             let frame = toy.frame();
             let a = step(&config, table.as_ref(), &mut state, frame.time, &frame);
-            log.push((toy.t, toy.z, toy.theta, a.command.ballast_m3, a.command.battery_mass_m, a.trace));
+            log.push((toy.t, toy.z, toy.theta, a.command.ballast_m3, a.command.battery_mass_m, a.trace, toy.u, toy.w));
             if a.trace.phase == Phase::Done {
                 break;
             }
             toy.fly(&a.command, 4.0);
         }
-        for l in log.iter().step_by(5) {
-            println!("{:6.0} z {:6.2} th {:6.3} b {:8.1e} x {:7.4} {:?}", l.0, l.1, l.2, l.3, l.4, l.5);
+        for l in log.iter().step_by(9).take(20) {
+            println!("{:6.0} z {:6.2} th {:6.3} b {:8.1e} x {:7.4} {:?} {} {}", l.0, l.1, l.2, l.3, l.4, l.5.phase, l.6, l.7);
         }
         println!("x {} way {} L/D {} zmax {}", toy.x, toy.way, toy.x / toy.way, toy.z_max);
         let last = log.last().expect("flew").5;

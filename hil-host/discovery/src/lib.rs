@@ -6,6 +6,7 @@ pub mod flight;
 pub mod metric;
 pub mod prepare;
 pub mod read;
+pub mod steady;
 pub mod vehicle;
 
 pub use flight::Flight;

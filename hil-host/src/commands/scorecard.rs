@@ -1,15 +1,171 @@
-//! `glider scorecard`.
+//! `glider scorecard`: how good is it, in numbers.
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use comfy_table::Table;
+use indicatif::{ProgressBar, ProgressStyle};
+use plant::trials::{Kind, generate, plan};
+use serde_json::{Value, json};
 
 use super::{Output, Verdict};
+use crate::trial_score;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(
+    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --write cases --cases 20"
+)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(clap::Subcommand, Debug)]
+enum What {
+    /// Sealed cases with a hidden effect against `diagnose`.
+    Discovery(DiscoveryArgs),
+}
+
+/// Arguments of `scorecard discovery`.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --only clean --cases 50 --jobs 2 --json\n  glider scorecard discovery --write cases --cases 20    (truth apart, in cases/truth)"
+)]
+pub struct DiscoveryArgs {
+    /// Number of cases.
+    #[arg(long, default_value_t = 100)]
+    cases: usize,
+    /// Seed: the same seed gives the same cases.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only one kind.
+    #[arg(long, value_enum)]
+    only: Option<Only>,
+    /// Worker threads.
+    #[arg(long, default_value_t = 2)]
+    jobs: usize,
+    /// Write the cases to this folder instead of scoring them; the truth goes to its subfolder `truth`.
+    #[arg(long, value_name = "DIR")]
+    write: Option<PathBuf>,
+    /// List every case, not only the tables (always in JSON).
+    #[arg(long)]
+    list: bool,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum Only {
+    /// Nothing hidden.
+    Clean,
+    /// One effect of the catalogue.
+    Singles,
+    /// Two of them.
+    Pairs,
+    /// One effect outside the catalogue.
+    Off,
+}
+
+impl Only {
+    fn kind(self) -> Kind {
+        match self {
+            Self::Clean => Kind::Clean,
+            Self::Singles => Kind::Single,
+            Self::Pairs => Kind::Pair,
+            Self::Off => Kind::Off,
+        }
+    }
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    match &args.what {
+        What::Discovery(a) => discovery(a, output),
+    }
+}
+
+fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
+    let specs = plan(args.cases, args.seed, args.only.map(Only::kind));
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} cases, {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(specs.len() as u64).with_style(style);
+    if let Some(folder) = &args.write {
+        for (i, spec) in specs.iter().enumerate() {
+            trial_score::write_case(folder, &generate(spec, args.seed, i))?;
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        let document = json!({ "folder": folder, "cases": specs.len(), "seed": args.seed });
+        output.emit(&document, || println!("{} cases in {}, truth apart in its subfolder truth", specs.len(), folder.display()));
+        return Ok(Verdict::Ok);
+    }
+    let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", args.seed, std::process::id()));
+    let binary = std::env::current_exe().context("cannot find this program's own file")?;
+    let diagnose = |flight: &std::path::Path| trial_score::diagnose_with(&binary, flight);
+    let scored = trial_score::run(&specs, args.seed, &folder, args.jobs, &diagnose, &|| bar.inc(1));
+    std::fs::remove_dir_all(&folder).ok();
+    let scored = scored?;
+    bar.finish_and_clear();
+    let mut document = trial_score::summary(&scored);
+    document["seed"] = json!(args.seed);
+    document["list"] = scored.iter().map(trial_score::case_document).collect();
+    output.emit(&document, || print(&document, args.list));
+    let failed = document["failures"].as_u64().unwrap_or(0) > 0;
+    Ok(if failed { Verdict::Negative } else { Verdict::Ok })
+}
+
+fn figure(v: &Value) -> String {
+    v.as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.2}"))
+}
+
+fn of(v: &Value) -> String {
+    format!("{} of {}", figure(&v["share"]), v["of"])
+}
+
+fn print(d: &Value, list: bool) {
+    let mut table = Table::new();
+    table.set_header(["hidden", "size", "exact", "in class", "one named", "error after / floor", "nominal / floor"]);
+    for kind in ["singles", "pairs"] {
+        for size in ["weak", "medium", "strong"] {
+            let s = &d[kind][size];
+            table.add_row([
+                kind.to_owned(),
+                size.to_owned(),
+                of(&s["exact"]),
+                of(&s["in_class"]),
+                of(&s["at_least_one"]),
+                figure(&s["error_after_over_floor_median"]),
+                figure(&s["nominal_over_floor_median"]),
+            ]);
+        }
+    }
+    println!("{table}");
+    println!("clean called adequate: {}", of(&d["clean"]["adequate"]));
+    println!("outside the catalogue called unexplained: medium {}, strong {}", of(&d["off"]["medium"]), of(&d["off"]["strong"]));
+    println!(
+        "intervals contain the truth: {} of {}; median parameter error {}",
+        figure(&d["intervals"]["coverage"]),
+        d["intervals"]["of"],
+        figure(&d["intervals"]["relative_error_median"])
+    );
+    println!("wall time per case (median): {} s; failures: {}", figure(&d["wall_s_per_case_median"]), d["failures"]);
+    let mut confusion = Table::new();
+    confusion.set_header(["hidden", "answer (count)"]);
+    for (truth, said) in d["confusion"].as_object().into_iter().flatten() {
+        let text: Vec<String> = said.as_object().into_iter().flatten().map(|(k, n)| format!("{k} ({n})")).collect();
+        confusion.add_row([truth.clone(), text.join(", ")]);
+    }
+    println!("{confusion}");
+    if list {
+        for c in d["list"].as_array().into_iter().flatten() {
+            println!("{c}");
+        }
+    }
+    for c in d["list"].as_array().into_iter().flatten() {
+        if let Some(f) = c["failure"].as_str() {
+            eprintln!("{}: {f}", c["case"].as_str().unwrap_or(""));
+            break;
+        }
+    }
 }

@@ -1,0 +1,294 @@
+//! The force law of the vehicle that really flew.
+//!
+//! Small-angle lift and drag are those of the vehicle file times its calibration
+//! scatter. What is missing from the file is added here in forms of its own:
+//! other onsets, powers, references and smoothings than a tool is likely to
+//! assume (format, section 6.3). Beyond 0.35 rad, where the format leaves the
+//! law free, lift fades and drag grows towards a bluff body, smoothly.
+
+use super::vehicle::{Nominal, Scatter};
+
+/// Angle at which the given polar ends, rad (format, section 3).
+const ALPHA_END_RAD: f64 = 0.35;
+/// Normal-force coefficient of the hull and wing broadside, on S (flat plate and cylinder about 1.1 to 2, guess).
+const BROADSIDE_CD: f64 = 3.2;
+
+/// Extra normal force `k e^p 0.1^(2-p)`, e the angle beyond the onset.
+#[derive(Clone, Copy, Debug)]
+pub struct NormalForce {
+    /// k, 1/rad² on S.
+    pub k: f64,
+    /// Onset, rad.
+    pub onset: f64,
+    /// Growth p.
+    pub power: f64,
+    /// Width over which the force sets in, rad.
+    pub width: f64,
+}
+
+/// CD0 times (Re/Re_ref)^-n.
+#[derive(Clone, Copy, Debug)]
+pub struct ReynoldsDrag {
+    /// n.
+    pub exponent: f64,
+    /// Speed at which the drag is the file's, m/s.
+    pub reference_speed: f64,
+    /// Whether the viscosity of the water (temperature) enters too.
+    pub viscous: bool,
+}
+
+/// Loss of lift slope beyond an angle.
+#[derive(Clone, Copy, Debug)]
+pub struct Stall {
+    /// Angle, rad.
+    pub angle: f64,
+    /// Share of the linear slope that is lost.
+    pub loss: f64,
+    /// Smoothing width, rad.
+    pub width: f64,
+    /// Reattachment happens this far below the angle, rad (0: no hysteresis).
+    pub hysteresis: f64,
+}
+
+/// CD0 (1 + rate t), with a mild curvature in time.
+#[derive(Clone, Copy, Debug)]
+pub struct Fouling {
+    /// Mean rate over the trial, 1/day.
+    pub rate_per_day: f64,
+    /// Power of time.
+    pub power: f64,
+    /// Duration of the trial, day.
+    pub duration_day: f64,
+}
+
+/// Effects outside the catalogue.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OffCatalogue {
+    /// Hull temperature follows the water with this time constant, s (0: at once); with the expansion multiplier.
+    pub hull_thermal_lag_s: f64,
+    /// Share of the expansion that lags, relative to the hull's own (above 1: oil and foam lag too).
+    pub hull_thermal_gain: f64,
+    /// Water in free-flooding spaces exchanged with this time constant, s.
+    pub flood_lag_s: f64,
+    /// Volume of the free-flooding spaces, m³.
+    pub flood_volume_m3: f64,
+    /// Free air at the surface, m³.
+    pub trapped_air_m3: f64,
+    /// The engine's volume follows its reading with this time constant, s.
+    pub ballast_lag_s: f64,
+    /// Density error of the CTD: time constant of the cell's thermal error, s, and size kg/m³ per K.
+    pub cell_lag_s: f64,
+    /// kg/m³ per K of temperature difference between cell and water.
+    pub cell_gain: f64,
+    /// Drag area grows with dynamic pressure (bending wings): relative per (m/s)².
+    pub bending: f64,
+    /// Pitch sensor error depending on heading, rad.
+    pub pitch_by_heading: f64,
+    /// Pitch sensor error growing with pressure, rad per MPa, saturating.
+    pub pitch_by_depth: f64,
+    /// Trim differs per segment, m³.
+    pub segment_trim: [f64; super::SEGMENTS],
+    /// Water taken in during a segment, m³/s.
+    pub leak: f64,
+    /// Lift and drag differ with the sign of roll.
+    pub roll_bias: f64,
+}
+
+/// The real vehicle.
+#[derive(Clone, Debug)]
+pub struct Nature {
+    /// Mass, kg.
+    pub mass: f64,
+    /// V0, m³, trim included.
+    pub volume: f64,
+    /// eps, 1/Pa, at the surface.
+    pub compressibility: f64,
+    /// Relative change of eps per MPa.
+    pub compressibility_slope: f64,
+    /// alphaT, 1/K, at T0.
+    pub thermal_expansion: f64,
+    /// Relative change of alphaT per K.
+    pub thermal_slope: f64,
+    /// T0, °C.
+    pub reference_temperature: f64,
+    /// True ballast = reading (1 + gain).
+    pub ballast_gain: f64,
+    /// Measured pitch = true (1 + scale) + zero.
+    pub pitch_zero: f64,
+    /// See `pitch_zero`.
+    pub pitch_scale: f64,
+    /// Zero of the battery position, m.
+    pub battery_zero: f64,
+    /// S, m².
+    pub area: f64,
+    /// Linear lift slope on S, 1/rad.
+    pub lift_slope: f64,
+    /// a2 on S, 1/rad².
+    pub lift_quadratic: f64,
+    /// Zero-lift angle, rad.
+    pub zero_lift: f64,
+    /// CD0 on S.
+    pub cd0: f64,
+    /// K.
+    pub induced_k: f64,
+    /// CDb, 1/rad².
+    pub hull_drag: f64,
+    /// k1, k2.
+    pub added_mass: [f64; 2],
+    /// Body–wing vortex force.
+    pub vortex: Option<NormalForce>,
+    /// Side-edge force.
+    pub side_edge: Option<NormalForce>,
+    /// Speed-dependent drag.
+    pub reynolds: Option<ReynoldsDrag>,
+    /// Stall.
+    pub stall: Option<Stall>,
+    /// Fouling.
+    pub fouling: Option<Fouling>,
+    /// Drag by roll: k (1/rad², on S at 0.25 rad) and power.
+    pub roll_drag: [f64; 2],
+    /// Relative increase of CD0 when climbing.
+    pub climb_drag: f64,
+    /// CTD density minus true density, kg/m³.
+    pub density_bias: f64,
+    /// Pressure drift, dbar/day.
+    pub pressure_drift: f64,
+    /// Off-catalogue.
+    pub off: OffCatalogue,
+}
+
+/// Conditions of one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Instant {
+    /// Water density, kg/m³.
+    pub rho: f64,
+    /// Water temperature, °C.
+    pub temperature: f64,
+    /// Time since the start of the trial, day.
+    pub day: f64,
+    /// True roll, rad.
+    pub roll: f64,
+    /// Whether the flow is separated (hysteretic stall).
+    pub separated: bool,
+}
+
+fn softplus(x: f64, width: f64) -> f64 {
+    let r = x / width;
+    if r > 30.0 {
+        x
+    } else if r < -30.0 {
+        0.0
+    } else {
+        width * libm::log1p(libm::exp(r))
+    }
+}
+
+/// Kinematic viscosity of fresh water relative to 10 °C (fit to handbook values 1.57e-6 at 4 °C, 1.00e-6 at 20 °C).
+fn relative_viscosity(temperature: f64) -> f64 {
+    libm::exp(-0.0272 * (temperature - 10.0))
+}
+
+impl Nature {
+    /// The vehicle of the file with its calibration scatter.
+    #[must_use]
+    pub fn new(nominal: &Nominal, scatter: &Scatter) -> Self {
+        let [cd0, slope, quadratic, trim_cc, gain, pitch_zero, eps, alpha_t, k1, k2, battery_zero] = scatter.values;
+        Self {
+            mass: nominal.mass_kg,
+            volume: nominal.hull_volume_m3 + trim_cc * 1e-6,
+            compressibility: nominal.compressibility * (1.0 + eps),
+            compressibility_slope: 0.0,
+            thermal_expansion: nominal.thermal_expansion * (1.0 + alpha_t),
+            thermal_slope: 0.0,
+            reference_temperature: nominal.reference_temperature_degc,
+            ballast_gain: gain,
+            pitch_zero,
+            pitch_scale: 0.0,
+            battery_zero,
+            area: nominal.area_m2,
+            lift_slope: nominal.lift_slope() * (1.0 + slope),
+            lift_quadratic: nominal.lift_quadratic * (1.0 + quadratic),
+            zero_lift: 0.0,
+            cd0: nominal.cd0 * (1.0 + cd0),
+            induced_k: nominal.induced_k,
+            hull_drag: nominal.hull_drag,
+            added_mass: [nominal.added_mass[0] + k1, nominal.added_mass[1] + k2],
+            vortex: None,
+            side_edge: None,
+            reynolds: None,
+            stall: None,
+            fouling: None,
+            roll_drag: [0.0, 2.0],
+            climb_drag: 0.0,
+            density_bias: 0.0,
+            pressure_drift: 0.0,
+            off: OffCatalogue::default(),
+        }
+    }
+
+    /// Displaced volume, m³, at gauge pressure (Pa), hull temperature (°C) and ballast reading (m³).
+    #[must_use]
+    pub fn displaced(&self, pressure: f64, hull_temperature: f64, ballast: f64) -> f64 {
+        let dt = hull_temperature - self.reference_temperature;
+        let squeeze = self.compressibility * pressure * (1.0 + self.compressibility_slope * pressure * 1e-6);
+        let swell = self.thermal_expansion * dt * (1.0 + self.thermal_slope * dt);
+        let air = self.off.trapped_air_m3 / (1.0 + pressure.max(0.0) / 101_325.0);
+        self.volume * (1.0 - squeeze + swell) + ballast * (1.0 + self.ballast_gain) + air
+    }
+
+    /// Lift and drag, N, at angle of attack (rad) and speed (m/s); `climb` is the rate of climb through the water, m/s.
+    #[must_use]
+    pub fn lift_and_drag(&self, alpha: f64, speed: f64, climb: f64, at: &Instant) -> (f64, f64) {
+        let q = 0.5 * at.rho * self.area * speed * speed;
+        let inner = alpha.clamp(-ALPHA_END_RAD, ALPHA_END_RAD);
+        let (mut cl, mut cd) = self.coefficients(inner, speed, climb, at);
+        let beyond = alpha.abs() - ALPHA_END_RAD;
+        if beyond > 0.0 {
+            // Lift fades with the cosine, drag rises to the broadside value.
+            let share = libm::sin(beyond.min(core::f64::consts::PI - ALPHA_END_RAD) * core::f64::consts::FRAC_PI_2 / 1.22);
+            cl *= libm::cos(alpha) / libm::cos(ALPHA_END_RAD);
+            cd += (BROADSIDE_CD - cd) * share * share;
+        }
+        (q * cl, q * cd)
+    }
+
+    fn coefficients(&self, alpha: f64, speed: f64, climb: f64, at: &Instant) -> (f64, f64) {
+        let a = alpha - self.zero_lift;
+        let size = a.abs();
+        let mut linear = a;
+        if let Some(s) = &self.stall {
+            let angle = if at.separated { s.angle - s.hysteresis } else { s.angle };
+            let lost = s.loss * softplus(size - angle, s.width);
+            linear -= lost.copysign(a);
+        }
+        let cl = self.lift_slope * linear + self.lift_quadratic * a * size;
+        let mut cd0 = self.cd0;
+        if let Some(r) = &self.reynolds {
+            let ratio = speed.max(0.03) / r.reference_speed / if r.viscous { relative_viscosity(at.temperature) } else { 1.0 };
+            cd0 *= libm::pow(ratio.clamp(0.2, 4.0), -r.exponent);
+        }
+        if let Some(f) = &self.fouling {
+            let full = f.rate_per_day * f.duration_day;
+            cd0 *= 1.0 + full * libm::pow((at.day / f.duration_day).max(0.0), f.power);
+        }
+        cd0 *= 1.0 + self.climb_drag * 0.5 * (1.0 + libm::tanh(climb / 0.02));
+        cd0 *= 1.0 + self.off.bending * (speed * speed - 0.09);
+        let mut cd = cd0 + self.induced_k * cl * cl + self.hull_drag * a * a;
+        let roll = at.roll.abs();
+        if self.roll_drag[0] != 0.0 && roll > 0.0 {
+            cd += self.roll_drag[0] * 0.0625 * libm::pow(roll / 0.25, self.roll_drag[1]);
+        }
+        cd *= 1.0 + self.off.roll_bias * libm::tanh(at.roll / 0.1);
+        let mut normal = 0.0;
+        for force in [&self.vortex, &self.side_edge].into_iter().flatten() {
+            let e = if force.width > 0.0 {
+                softplus(alpha.abs() - force.onset, force.width)
+            } else {
+                libm::sin((alpha.abs() - force.onset).max(0.0))
+            };
+            normal += (force.k * libm::pow(e, force.power) * libm::pow(0.1, 2.0 - force.power)).copysign(alpha);
+        }
+        // A force normal to the plate: lift N cos, drag N sin.
+        (cl + normal * libm::cos(alpha), cd + normal * libm::sin(alpha))
+    }
+}

@@ -1,0 +1,278 @@
+//! How well the diagnosis names what is hidden: sealed cases of [`plant::trials`] against `glider diagnose`.
+//!
+//! Each case is written to disk, diagnosed without its truth, and compared with it:
+//!
+//! * exact: the answer is the hidden effect (both of a pair), verdict `explained` or `ambiguous`;
+//! * in class: exact, or the hidden set is one of at most three `equivalent` classes;
+//! * false alarm: a clean case that is not called `adequate`;
+//! * unexplained: a case outside the vocabulary with that verdict;
+//! * interval: the stated interval of an exactly named effect contains the hidden value;
+//! * error ratio: block error after, over the noise floor (observed rate minus the rate that the true relative velocity
+//!   and the true missing effects give, so background motion and sensor noise only).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context as _;
+use plant::trials::catalogue::Strength;
+use plant::trials::reference::{Log, block_error, floor};
+use plant::trials::vehicle::Scatter;
+use plant::trials::{Case, Kind, Spec, files, generate, nature::Nature};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+/// Largest number of equivalent classes that still counts as an answer.
+pub const LARGEST_CLASS: usize = 3;
+
+/// Effects whose nature's form has the parameter of the vocabulary with the same meaning, so that an interval can be judged.
+/// (Vortex lift and stall have other onsets and powers here; their parameter is not the same number.)
+const NOT_COMPARABLE: [&str; 4] = ["vortex_lift_bodywing", "stall", "internal_wave", "vertical_current"];
+
+/// Writes one case: `DIR/name/flight.csv`, `DIR/name/vehicle.json`, and the truth apart in `DIR/truth/name.json`.
+///
+/// # Errors
+/// The file that cannot be written.
+pub fn write_case(folder: &Path, case: &Case) -> anyhow::Result<PathBuf> {
+    let flight = folder.join(&case.name);
+    let truth = folder.join("truth");
+    for d in [&flight, &truth] {
+        std::fs::create_dir_all(d).with_context(|| format!("{}: cannot create the folder", d.display()))?;
+    }
+    let put = |path: PathBuf, text: String| std::fs::write(&path, text).with_context(|| format!("{}: cannot write", path.display()));
+    put(flight.join("flight.csv"), files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some()))?;
+    put(flight.join("vehicle.json"), format!("{:#}\n", case.vehicle.document(&case.name)))?;
+    put(truth.join(format!("{}.json", case.name)), format!("{:#}\n", files::truth_document(case)))?;
+    Ok(flight)
+}
+
+/// What the tool said about one case.
+#[derive(Clone, Debug)]
+pub struct Scored {
+    /// Case name.
+    pub case: String,
+    /// Kind.
+    pub kind: Kind,
+    /// Size class.
+    pub strength: Option<Strength>,
+    /// Site, wing and background colour, for slicing.
+    pub setting: [&'static str; 3],
+    /// Hidden names, sorted.
+    pub hidden: Vec<String>,
+    /// The verdict.
+    pub verdict: String,
+    /// Names in the answer, sorted.
+    pub answer: Vec<String>,
+    /// The answer is what is hidden.
+    pub exact: bool,
+    /// What is hidden is the answer or in a class of at most three.
+    pub in_class: bool,
+    /// Number of classes called equivalent.
+    pub classes: usize,
+    /// Per comparable parameter of an exact answer: inside the interval, relative error.
+    pub parameters: Vec<(String, bool, f64)>,
+    /// Block errors, m/s: nominal (ours), noise floor (ours), after (the tool's).
+    pub errors_m_s: [f64; 3],
+    /// Wall time of the diagnosis, s.
+    pub wall_s: f64,
+    /// Message if the tool failed.
+    pub failure: Option<String>,
+}
+
+fn sorted(v: &Value) -> Vec<String> {
+    let mut names: Vec<String> = v.as_array().into_iter().flatten().filter_map(|x| x.as_str().map(str::to_owned)).collect();
+    names.sort();
+    names
+}
+
+/// Compares a diagnosis (the JSON of `glider diagnose`) with the truth.
+#[must_use]
+pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Scored {
+    let mut hidden: Vec<String> = case.truth.hidden.iter().map(|h| h.name.to_owned()).collect();
+    hidden.sort();
+    let log = Log::new(&case.rows, case.vehicle.gravity);
+    let blocks = log.blocks(&Nature::new(&case.vehicle, &Scatter::none()), case.vehicle.gravity, |s| case.vehicle.check.contains(&s));
+    let empty = json!({});
+    let d = diagnosis.as_ref().unwrap_or(&empty);
+    let verdict = d["verdict"].as_str().unwrap_or("failed").to_owned();
+    let answer = sorted(&d["answer"]);
+    let named = verdict == "explained" || verdict == "ambiguous";
+    let classes: Vec<Vec<String>> = d["equivalent"].as_array().into_iter().flatten().map(sorted).collect();
+    let has_names = matches!(case.truth.kind, Kind::Single | Kind::Pair);
+    let exact = has_names && named && answer == hidden;
+    let in_class = exact || (has_names && named && classes.len() <= LARGEST_CLASS && classes.contains(&hidden));
+    let mut parameters = Vec::new();
+    if exact {
+        let candidate = d["candidates"].as_array().and_then(|c| c.iter().find(|c| sorted(&c["effects"]) == hidden)).unwrap_or(&empty);
+        for h in case.truth.hidden.iter().filter(|h| !NOT_COMPARABLE.contains(&h.name)) {
+            let p = &candidate["parameters"][format!("{}.{}", h.name, h.parameter)];
+            if let (Some(value), Some(low), Some(high)) = (p["value"].as_f64(), p["low"].as_f64(), p["high"].as_f64()) {
+                parameters.push((h.name.to_owned(), low <= h.value && h.value <= high, (value - h.value) / h.value.abs()));
+            }
+        }
+    }
+    Scored {
+        case: case.name.clone(),
+        kind: case.truth.kind,
+        strength: case.truth.strength,
+        setting: [case.vehicle.site.id(), case.vehicle.wing.id(), case.truth.colour.id()],
+        hidden,
+        verdict,
+        answer,
+        exact,
+        in_class,
+        classes: classes.len(),
+        parameters,
+        errors_m_s: [block_error(&blocks), floor(&blocks), d["block_error_m_s"]["after"].as_f64().unwrap_or(f64::NAN)],
+        wall_s,
+        failure: diagnosis.as_ref().err().cloned(),
+    }
+}
+
+/// Generates, writes, diagnoses and scores the cases of a plan. `diagnose` gets the flight's folder; `tick` is called per case.
+///
+/// # Errors
+/// A case that cannot be written, or a pool that cannot start.
+pub fn run(
+    specs: &[Spec],
+    seed: u64,
+    folder: &Path,
+    jobs: usize,
+    diagnose: &(dyn Fn(&Path) -> Result<Value, String> + Sync),
+    tick: &(dyn Fn() + Sync),
+) -> anyhow::Result<Vec<Scored>> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().context("cannot start the worker threads")?;
+    pool.install(|| {
+        specs
+            .par_iter()
+            .enumerate()
+            .map(|(i, spec)| {
+                let case = generate(spec, seed, i);
+                let flight = write_case(folder, &case)?;
+                let clock = Instant::now();
+                let diagnosis = diagnose(&flight);
+                let scored = score(&case, &diagnosis, clock.elapsed().as_secs_f64());
+                std::fs::remove_dir_all(&flight).ok();
+                tick();
+                Ok(scored)
+            })
+            .collect()
+    })
+}
+
+/// Runs a `glider` binary's `diagnose --flight DIR --json` and reads its document.
+///
+/// # Errors
+/// What the binary wrote to standard error.
+pub fn diagnose_with(binary: &Path, flight: &Path) -> Result<Value, String> {
+    let out = std::process::Command::new(binary)
+        .arg("diagnose")
+        .arg("--flight")
+        .arg(flight)
+        .arg("--json")
+        .output()
+        .map_err(|e| format!("{}: {e}", binary.display()))?;
+    serde_json::from_slice(&out.stdout).map_err(|_| String::from_utf8_lossy(&out.stderr).trim().to_owned())
+}
+
+/// A share with its count.
+fn share(list: &[&Scored], what: impl Fn(&Scored) -> bool) -> Value {
+    let hits = list.iter().filter(|s| what(s)).count();
+    json!({ "share": if list.is_empty() { Value::Null } else { json!(hits as f64 / list.len() as f64) }, "of": list.len() })
+}
+
+fn median(mut values: Vec<f64>) -> Value {
+    values.retain(|v| v.is_finite());
+    values.sort_by(f64::total_cmp);
+    if values.is_empty() { Value::Null } else { json!(values[values.len() / 2]) }
+}
+
+/// The scorecard as one document.
+#[must_use]
+pub fn summary(scored: &[Scored]) -> Value {
+    let pick = |kind: Kind, strength: Option<Strength>| -> Vec<&Scored> {
+        scored.iter().filter(|s| s.kind == kind && (strength.is_none() || s.strength == strength)).collect()
+    };
+    let named = |kind: Kind| -> Value {
+        let mut out = serde_json::Map::new();
+        for strength in Strength::ALL {
+            let list = pick(kind, Some(strength));
+            out.insert(
+                strength.id().to_owned(),
+                json!({
+                    "exact": share(&list, |s| s.exact),
+                    "in_class": share(&list, |s| s.in_class),
+                    "at_least_one": share(&list, |s| s.hidden.iter().any(|h| s.answer.contains(h))),
+                    "error_after_over_floor_median": median(list.iter().map(|s| s.errors_m_s[2] / s.errors_m_s[1]).collect()),
+                    "nominal_over_floor_median": median(list.iter().map(|s| s.errors_m_s[0] / s.errors_m_s[1]).collect()),
+                }),
+            );
+        }
+        Value::Object(out)
+    };
+    let clean = pick(Kind::Clean, None);
+    let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
+    for s in scored {
+        let truth = match (s.kind, s.strength) {
+            (Kind::Clean, _) => "(nothing)".to_owned(),
+            (Kind::Off, Some(x)) => format!("off:{} {}", s.hidden.join("+"), x.id()),
+            (_, Some(x)) => format!("{} {}", s.hidden.join("+"), x.id()),
+            _ => s.hidden.join("+"),
+        };
+        let said = match s.verdict.as_str() {
+            "explained" | "ambiguous" => s.answer.join("+"),
+            other => format!("({other})"),
+        };
+        *confusion.entry(truth).or_default().entry(said).or_default() += 1;
+    }
+    let parameters: Vec<&(String, bool, f64)> = scored.iter().flat_map(|s| &s.parameters).collect();
+    let covered = parameters.iter().filter(|p| p.1).count();
+    let answered: Vec<&Scored> = scored.iter().filter(|s| s.exact).collect();
+    json!({
+        "cases": scored.len(),
+        "singles": named(Kind::Single),
+        "pairs": named(Kind::Pair),
+        "clean": {
+            "adequate": share(&clean, |s| s.verdict == "adequate"),
+            "false_alarms": share(&clean, |s| s.verdict != "adequate"),
+        },
+        "off": {
+            "medium": share(&pick(Kind::Off, Some(Strength::Medium)), |s| s.verdict == "unexplained"),
+            "strong": share(&pick(Kind::Off, Some(Strength::Strong)), |s| s.verdict == "unexplained"),
+        },
+        "intervals": {
+            "coverage": if parameters.is_empty() { Value::Null } else { json!(covered as f64 / parameters.len() as f64) },
+            "of": parameters.len(),
+            "relative_error_median": median(parameters.iter().map(|p| p.2.abs()).collect()),
+        },
+        "error_after_over_floor_of_exact_answers": median(answered.iter().map(|s| s.errors_m_s[2] / s.errors_m_s[1]).collect()),
+        "wall_s_per_case_median": median(scored.iter().map(|s| s.wall_s).collect()),
+        "failures": scored.iter().filter(|s| s.failure.is_some()).count(),
+        "confusion": confusion,
+    })
+}
+
+/// One line per case.
+#[must_use]
+pub fn case_document(s: &Scored) -> Value {
+    json!({
+        "case": s.case,
+        "kind": s.kind.id(),
+        "strength": s.strength.map(Strength::id),
+        "site": s.setting[0],
+        "wing": s.setting[1],
+        "background": s.setting[2],
+        "hidden": s.hidden,
+        "verdict": s.verdict,
+        "answer": s.answer,
+        "exact": s.exact,
+        "in_class": s.in_class,
+        "classes": s.classes,
+        "parameters": s.parameters.iter().map(|(n, inside, e)| json!({ "name": n, "inside": inside, "relative_error": e })).collect::<Vec<_>>(),
+        "error_nominal_m_s": s.errors_m_s[0],
+        "error_floor_m_s": s.errors_m_s[1],
+        "error_after_m_s": if s.errors_m_s[2].is_finite() { json!(s.errors_m_s[2]) } else { Value::Null },
+        "wall_s": s.wall_s,
+        "failure": s.failure,
+    })
+}

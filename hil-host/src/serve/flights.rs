@@ -1,0 +1,263 @@
+//! Flights opened in the workbench: what the model says of them with the
+//! ticked effects on.
+
+use super::{Sorry, Workbench};
+use anyhow::{Context, bail};
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use discovery::dynamics::{Track, track};
+use discovery::metric::{blocks, modelled_m_s, rms};
+use discovery::prepare::{Prepared, prepare};
+use discovery::{Flight, Vehicle};
+use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A dropped file.
+#[derive(Debug, Deserialize)]
+pub struct File {
+    /// Its name, only for messages and to tell csv from vehicle.
+    pub name: String,
+    /// Its content.
+    pub text: String,
+}
+
+/// `POST /api/open`.
+#[derive(Debug, Deserialize)]
+pub struct Open {
+    /// Dropped files: one csv and one vehicle file.
+    #[serde(default)]
+    pub files: Vec<File>,
+    /// Or the number of an offered flight.
+    pub listed: Option<usize>,
+}
+
+/// `POST /api/evaluate` and `/api/save`.
+#[derive(Debug, Deserialize)]
+pub struct Evaluate {
+    /// Number of the open flight.
+    pub flight: usize,
+    /// Effects that are on, with the values of their parameters in catalogue order.
+    #[serde(default)]
+    pub effects: BTreeMap<String, Vec<f64>>,
+}
+
+/// `POST /api/fit` and `/api/diagnose`.
+#[derive(Debug, Deserialize)]
+pub struct Fit {
+    /// Number of the open flight.
+    pub flight: usize,
+    /// Effects to fit.
+    #[serde(default)]
+    pub effects: Vec<String>,
+}
+
+/// A flight in memory, ready for the model.
+#[derive(Debug)]
+pub struct Opened {
+    /// Its number in this run of the server.
+    pub id: usize,
+    /// As read.
+    pub flight: Flight,
+    /// Its nominal vehicle.
+    pub vehicle: Vehicle,
+    /// Cleaned and cut.
+    pub prepared: Prepared,
+    /// The model as given, run once per run of the flight.
+    nominal: Vec<Track>,
+}
+
+impl Opened {
+    fn new(id: usize, flight: Flight, vehicle: Vehicle) -> anyhow::Result<Self> {
+        let prepared = prepare(&flight, &vehicle);
+        if prepared.runs.is_empty() {
+            bail!("{}: no stretch of this flight is long enough for the model: {}", flight.name, prepared.notes.join("; "));
+        }
+        let nominal = tracks(&prepared, &vehicle, &vehicle.effects);
+        Ok(Self { id, flight, vehicle, prepared, nominal })
+    }
+
+    fn summary(&self) -> Value {
+        let hours = self.prepared.runs.iter().filter_map(|r| Some(r.time_s.last()? - r.time_s.first()?)).sum::<f64>() / 3600.0;
+        json!({"id": self.id, "name": self.flight.name, "rows": self.flight.len(), "segments": self.prepared.runs.len(), "hours": hours,
+               "speed": self.flight.speed_m_s.is_some(), "vehicle": self.vehicle.name, "notes": self.prepared.notes})
+    }
+
+    /// Segments the error is read from: those reserved for it, else all.
+    fn judged(&self, segment: u32) -> bool {
+        self.vehicle.check_segments.is_empty() || self.vehicle.check_segments.contains(&segment)
+    }
+
+    /// Error, traces by block, and L/D curve with `effects` on; `recalibrated_m_s` where it is known.
+    #[must_use]
+    pub fn evaluation(&self, effects: &[Active], recalibrated_m_s: Option<f64>) -> Value {
+        let now = if effects.is_empty() { None } else { Some(tracks(&self.prepared, &self.vehicle, effects)) };
+        let now = now.as_ref().unwrap_or(&self.nominal);
+        let start = self.prepared.runs.first().and_then(|r| r.time_s.first()).copied().unwrap_or(0.0);
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        let names = ["t", "depth", "observed", "nominal", "now", "alpha"];
+        let mut columns: BTreeMap<&str, Vec<Option<f64>>> = names.iter().map(|n| (*n, Vec::new())).collect();
+        let mut flown = Histogram::default();
+        for ((run, old), new) in self.prepared.runs.iter().zip(&self.nominal).zip(now) {
+            for block in blocks(run) {
+                let (a, b) = (modelled_m_s(run, &block, &old.depth_m), modelled_m_s(run, &block, &new.depth_m));
+                if self.judged(run.segment) {
+                    before.push(block.observed_m_s - a);
+                    after.push(block.observed_m_s - b);
+                }
+                let (first, middle) = (block.rows[0], block.rows[block.rows.len() / 2]);
+                let alpha = new.alpha_rad.get(middle).copied().unwrap_or(f64::NAN).to_degrees();
+                flown.count(alpha.abs());
+                let row = [
+                    run.time_s[first] - start,
+                    run.depth_m[middle],
+                    100.0 * block.observed_m_s,
+                    100.0 * a,
+                    100.0 * b,
+                    alpha,
+                ];
+                for (name, value) in names.iter().zip(row) {
+                    columns.entry(name).or_default().push(value.is_finite().then_some(value));
+                }
+            }
+            // A gap between segments, so that no line joins them.
+            for name in names {
+                let end = (name == "t").then(|| run.time_s.last().map(|t| t - start)).flatten();
+                columns.entry(name).or_default().push(end);
+            }
+        }
+        let error = |values: Vec<f64>| Some(rms(values.into_iter())).filter(|v| v.is_finite());
+        json!({
+            "error": {"nominal": error(before), "recalibrated": recalibrated_m_s, "now": error(after)},
+            "blocks": columns,
+            "curve": curve(&self.vehicle, effects, &flown),
+        })
+    }
+}
+
+/// Share of time by whole degrees of angle of attack.
+#[derive(Default)]
+struct Histogram {
+    bins: [u32; 30],
+    total: u32,
+}
+
+impl Histogram {
+    fn count(&mut self, degrees: f64) {
+        if degrees.is_finite() {
+            self.total += 1;
+            if let Some(bin) = self.bins.get_mut(degrees as usize) {
+                *bin += 1;
+            }
+        }
+    }
+}
+
+fn tracks(prepared: &Prepared, vehicle: &Vehicle, effects: &[Active]) -> Vec<Track> {
+    prepared.runs.iter().map(|run| track(run, vehicle.constants, effects, vehicle.water_depth_m, 0.0)).collect()
+}
+
+/// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, before and with the effects.
+fn curve(vehicle: &Vehicle, effects: &[Active], flown: &Histogram) -> Value {
+    let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
+    let ratio = |active: &[Active]| -> Vec<f64> {
+        let model = ForceModel::new(vehicle.constants, active);
+        let at = |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
+        degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
+    };
+    let total = f64::from(flown.total.max(1));
+    let shares: Vec<f64> = flown.bins.iter().take(20).map(|n| f64::from(*n) / total).collect();
+    let middles: Vec<f64> = (0..20).map(|i| f64::from(i) + 0.5).collect();
+    json!({"alpha": degrees, "nominal": ratio(&vehicle.effects), "now": ratio(effects), "flown_alpha": middles, "flown_share": shares})
+}
+
+/// Effects by name and values, as the page sends them.
+pub(super) fn active(effects: &BTreeMap<String, Vec<f64>>) -> anyhow::Result<Vec<Active>> {
+    let mut out = Vec::new();
+    for (name, values) in effects {
+        let effect = by_name(name).with_context(|| format!("there is no effect named {name}"))?;
+        let mut one = Active::off(effect);
+        if values.len() != effect.parameters().len() {
+            bail!("{name} has {} parameters, not {}", effect.parameters().len(), values.len());
+        }
+        for ((slot, value), p) in one.values.iter_mut().zip(values).zip(effect.parameters()) {
+            if !(p.low..=p.high).contains(value) {
+                bail!("{name}.{} = {value} {} is outside {} to {}", p.name, p.unit, p.low, p.high);
+            }
+            *slot = *value;
+        }
+        out.push(one);
+    }
+    Ok(out)
+}
+
+/// What the page needs before any flight is open.
+pub fn catalogue(bench: &Workbench) -> Value {
+    let effects: Vec<Value> = CATALOGUE
+        .iter()
+        .map(|e| {
+            let parameters: Vec<Value> = e
+                .parameters()
+                .iter()
+                .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
+                .collect();
+            json!({"name": e.name(), "physics": e.physics(), "separated_by": e.separated_by(), "parameters": parameters})
+        })
+        .collect();
+    let flights: Vec<String> = bench.offered.iter().map(|p| p.display().to_string()).collect();
+    json!({"effects": effects, "flights": flights, "faults": super::live::fault_buttons()})
+}
+
+impl Workbench {
+    /// The open flight with this number.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn flight(&self, id: usize) -> anyhow::Result<Arc<Opened>> {
+        let open = self.open.lock().map_err(|_| anyhow::anyhow!("an earlier request failed badly; restart `glider serve`"))?;
+        open.get(id).cloned().with_context(|| format!("flight {id} is not open in this run of the server: open it again"))
+    }
+
+    /// Opens dropped files or an offered flight.
+    ///
+    /// # Errors
+    /// What is wrong with the files, and where.
+    pub fn open_flight(&self, request: &Open) -> anyhow::Result<Value> {
+        let (flight, vehicle) = match request.listed {
+            Some(i) => {
+                let path = self.offered.get(i).context("no such flight in the list")?;
+                let beside = discovery::vehicle::beside(path).with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
+                (discovery::read::flight(path)?, discovery::vehicle::read(&beside)?)
+            }
+            None => dropped(&request.files)?,
+        };
+        let mut open = self.open.lock().map_err(|_| anyhow::anyhow!("an earlier request failed badly; restart `glider serve`"))?;
+        let opened = Arc::new(Opened::new(open.len(), flight, vehicle)?);
+        open.push(opened.clone());
+        Ok(opened.summary())
+    }
+
+    /// Error, traces and curve with the ticked effects.
+    ///
+    /// # Errors
+    /// Unknown flight or effect, value out of range.
+    pub fn evaluate(&self, request: &Evaluate) -> anyhow::Result<Value> {
+        let opened = self.flight(request.flight)?;
+        Ok(opened.evaluation(&active(&request.effects)?, None))
+    }
+}
+
+fn dropped(files: &[File]) -> anyhow::Result<(Flight, Vehicle)> {
+    let kind = |f: &&File| Path::new(&f.name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let csv = files.iter().find(|f| kind(f) == "csv").context("drop a csv file: flight.csv, together with its vehicle.json or vehicle.toml")?;
+    let vehicle = files.iter().find(|f| matches!(kind(f).as_str(), "json" | "toml"));
+    let vehicle = vehicle.with_context(|| format!("{}: drop its vehicle.json or vehicle.toml together with it", csv.name))?;
+    let name = Path::new(&csv.name).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let flight = discovery::read::parse(&csv.text, Path::new(&csv.name), &name)?;
+    Ok((flight, discovery::vehicle::parse_text(&vehicle.text, Path::new(&vehicle.name))?))
+}

@@ -1,0 +1,121 @@
+//! The workbench as a page on this machine only.
+//!
+//! The server listens on 127.0.0.1, prints an address with a random token, and
+//! refuses requests of other hosts, other origins or without the token
+//! ([`guard`]). Flights arrive as text in a request, or by their number in the
+//! list that the command line named; no request carries a path. axum does
+//! routing, limits and bodies: it is the Tokio project's own server library.
+//!
+//! | request | answer |
+//! |---|---|
+//! | `GET /?token=…` | the page |
+//! | `GET /api/catalogue` | effects with parameters, units, ranges; flights on offer; faults |
+//! | `POST /api/open` | a dropped flight: its summary and number |
+//! | `POST /api/evaluate` | error, traces and L/D curve with the ticked effects |
+//! | `POST /api/fit` | the same, with the ticked effects refitted |
+//! | `POST /api/diagnose` | lines of progress, then the verdict |
+//! | `POST /api/fly` | lines of a HIL flight while it flies |
+//! | `POST /api/fault`, `POST /api/stop` | act on the flight under way |
+//! | `POST /api/save` | new vehicle file and flight table |
+
+pub mod flights;
+pub mod guard;
+pub mod live;
+
+use anyhow::Context;
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::StatusCode;
+use axum::response::{Html, IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router, middleware};
+use serde_json::Value;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+/// Largest request, bytes: a flight of a month at 1 Hz is about 200 MB and belongs to the command line.
+pub const MAX_REQUEST: usize = 80 << 20;
+
+/// What the server knows.
+#[derive(Debug, Default)]
+pub struct Workbench {
+    /// Flights named on the command line; the page picks them by number.
+    pub offered: Vec<PathBuf>,
+    /// Flights opened in this run.
+    pub open: Mutex<Vec<Arc<flights::Opened>>>,
+    /// The HIL flight under way.
+    pub live: live::Live,
+    /// Where logs of HIL flights go.
+    pub logs: PathBuf,
+}
+
+/// A request that cannot be done, in one sentence for the person at the page.
+#[derive(Debug)]
+pub struct Sorry(pub String);
+
+impl<E: std::fmt::Display> From<E> for Sorry {
+    fn from(e: E) -> Self {
+        Self(format!("{e:#}"))
+    }
+}
+
+impl IntoResponse for Sorry {
+    fn into_response(self) -> Response {
+        (StatusCode::BAD_REQUEST, self.0).into_response()
+    }
+}
+
+type Answer = Result<Json<Value>, Sorry>;
+
+/// The page, whole.
+#[must_use]
+pub fn page() -> String {
+    use crate::page::assets::{PAGE_CSS, PAGE_JS, UPLOT_CSS, UPLOT_JS};
+    let (css, js) = (include_str!("workbench.css"), include_str!("workbench.js"));
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <link rel=\"icon\" href=\"data:,\"><title>Glider workbench</title><style>{UPLOT_CSS}</style><style>{PAGE_CSS}{css}</style></head>\n\
+         <body><main id=\"page\"></main>\n<script>{UPLOT_JS}</script>\n<script>{PAGE_JS}</script>\n<script>{js}</script></body></html>\n"
+    )
+}
+
+/// Work that takes more than a moment goes to a thread of its own, so that the page stays answered.
+async fn blocking(work: impl FnOnce() -> anyhow::Result<Value> + Send + 'static) -> Answer {
+    Ok(Json(tokio::task::spawn_blocking(work).await??))
+}
+
+/// All routes behind the guard.
+pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
+    type Bench = State<Arc<Workbench>>;
+    Router::new()
+        .route("/", get(|| async { Html(page()) }))
+        .route("/api/catalogue", get(|State(b): Bench| async move { blocking(move || Ok(flights::catalogue(&b))).await }))
+        .route("/api/open", post(|State(b): Bench, Json(r): Json<flights::Open>| async move { blocking(move || b.open_flight(&r)).await }))
+        .route("/api/evaluate", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.evaluate(&r)).await }))
+        .route("/api/fit", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.fit(&r)).await }))
+        .route("/api/save", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.save(&r)).await }))
+        .route("/api/diagnose", post(flights::diagnose))
+        .route("/api/fly", post(live::fly))
+        .route("/api/fault", post(|State(b): Bench, Json(r): Json<live::FaultRequest>| async move { blocking(move || b.live.inject(&r)).await }))
+        .route("/api/stop", post(|State(b): Bench| async move { blocking(move || b.live.recall()).await }))
+        .layer(DefaultBodyLimit::max(MAX_REQUEST))
+        .layer(middleware::from_fn_with_state(guard, guard::check))
+        .with_state(bench)
+}
+
+/// Serves until interrupted; `ready` gets the address to open.
+///
+/// # Errors
+/// The port is taken, or the system gives no sockets.
+pub fn run(port: u16, bench: Workbench, ready: impl FnOnce(&str)) -> anyhow::Result<()> {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().context("cannot start the server")?;
+    runtime.block_on(async move {
+        let listener = tokio::net::TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)))
+            .await
+            .with_context(|| format!("port {port} is not free; choose another with --port, or 0 for any"))?;
+        let port = listener.local_addr().context("cannot read the port")?.port();
+        let guard = Arc::new(guard::Guard::new(port).context("no random token")?);
+        ready(&format!("http://127.0.0.1:{port}/?token={}", guard.token));
+        axum::serve(listener, router(Arc::new(bench), guard)).await.context("the server stopped")
+    })
+}

@@ -6,4 +6,5 @@ pub mod flightlog;
 pub mod mission_file;
 pub mod page;
 pub mod seats;
+pub mod tables;
 pub mod trial_score;

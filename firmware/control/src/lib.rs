@@ -1,50 +1,256 @@
 //! What to command now: mission, glide and safety laws.
+//!
+//! [`step`] is one control cycle: it decides, changes nothing but its
+//! [`State`], reads no clock, writes no pin. Flight maths is f32 and pure Rust,
+//! so the same frames give the same bits on a laptop and on the board.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`config`] | vehicle, limits, gains, and their check |
+//! | `clock` | how much time passed |
+//! | `senses` | what to believe of a frame |
+//! | `voyage` | where in the mission we are |
+//! | `glide` | which pitch for which goal; α, speed and path from what is measured |
+//! | `trim` | battery position for a pitch |
+//! | `turn` | when to start a turn |
+//! | `heading` | fin |
 #![cfg_attr(not(test), no_std)]
 
-use polar::Table;
-use signals::{Answer, Micros, Mission, SensorFrame};
+mod angle;
+mod clock;
+pub mod config;
+mod glide;
+mod heading;
+mod senses;
+mod trim;
+mod turn;
+mod voyage;
 
-/// What does not change in flight: vehicle, actuators, limits, gains.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Config {
-    /// Deepest depth a mission may ask for, m.
-    pub working_depth_m: f32,
-    /// Pump range either side of neutral, m³.
-    pub pump_m3: f32,
+pub use config::{Config, ConfigError, Settings, TrimLaw};
+
+use clock::Clock;
+use glide::{Choice, Estimate};
+use polar::Table;
+use senses::Senses;
+use signals::{Abort, ActuatorCommand, Answer, Flags, Micros, Mission, Phase, SensorFrame, Trace};
+use trim::{Trim, Wish};
+use voyage::{Stage, Voyage};
+
+/// Share of the ballast drive at which the full pitch is wanted; below it the
+/// pitch wanted shrinks with the ballast.
+const FULL_PITCH_SHARE: f32 = 0.5;
+
+/// Everything the law remembers.
+#[derive(Clone, Debug)]
+pub struct State {
+    clock: Clock,
+    senses: Senses,
+    voyage: Voyage,
+    choice: Choice,
+    trim: Trim,
+    estimate: Estimate,
+    abort: Option<Abort>,
+    ballast_m3: f32,
+    steady_s: f32,
+    last: ActuatorCommand,
 }
 
-impl Default for Config {
+impl Default for State {
+    /// On the surface, with the default mission.
     fn default() -> Self {
-        Self { working_depth_m: 200.0, pump_m3: 236e-6 }
+        Self::fresh(Mission::default())
     }
 }
 
-/// Everything the law remembers.
-#[derive(Clone, Debug, Default)]
-pub struct State {
-    seq: u32,
-}
-
 impl State {
-    /// Ready to fly `mission`, on the surface.
+    fn fresh(mission: Mission) -> Self {
+        Self {
+            clock: Clock::default(),
+            senses: Senses::default(),
+            voyage: Voyage::new(mission),
+            choice: Choice::default(),
+            trim: Trim::default(),
+            estimate: Estimate::default(),
+            abort: None,
+            ballast_m3: 0.0,
+            steady_s: 0.0,
+            last: ActuatorCommand::default(),
+        }
+    }
+
+    /// Ready to fly `mission`, on the surface. A mission the vehicle must not
+    /// be told to fly gives SAFE with [`Abort::BadMission`].
     #[must_use]
-    pub fn new(_config: &Config, _mission: Mission, _now: Micros) -> Self {
-        Self::default()
+    pub fn new(config: &Config, mission: Mission, now: Micros) -> Self {
+        let flyable = mission.validate(config.working_depth_m, config.pump_m3).is_ok();
+        let mut state = Self::fresh(mission);
+        state.clock.advance(now);
+        if !flyable {
+            state.abort(Abort::BadMission);
+        }
+        state
     }
 
     /// Booted after a reset during a mission: SAFE from the first step, for good.
     #[must_use]
     pub fn after_reset(_config: &Config) -> Self {
-        Self::default()
+        let mut state = Self::fresh(Mission::default());
+        state.abort(Abort::Reset);
+        state
     }
 
     /// The operator orders the vehicle home.
-    pub fn recall(&mut self) {}
+    pub fn recall(&mut self) {
+        self.abort(Abort::Operator);
+    }
+
+    /// The caller found a reason to come home (overrun, lost line, refused upload). The first cause stays.
+    pub fn abort(&mut self, cause: Abort) {
+        self.abort = self.abort.or(Some(cause));
+        self.voyage.stage = Stage::Safe;
+    }
 }
 
 /// One control cycle: decides, changes nothing but `state`.
 #[must_use]
-pub fn step(_config: &Config, _table: Option<&Table<'_>>, state: &mut State, _now: Micros, frame: &SensorFrame) -> Answer {
-    state.seq = frame.seq;
-    Answer::default()
+pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: Micros, frame: &SensorFrame) -> Answer {
+    let dt_s = state.clock.advance(now);
+    let clock = state.clock.run;
+    let seen = state.senses.observe(config, dt_s, frame);
+    follow_pump(config, state, seen.ballast_m3, dt_s);
+
+    let before = state.voyage.phase();
+    state.voyage.advance(config, clock, &seen, state.ballast_m3);
+    let phase = state.voyage.phase();
+    state.steady_s = if phase == before { (state.steady_s + dt_s).min(1e4) } else { 0.0 };
+
+    let leg = state.voyage.leg();
+    state.choice.advance(config, table, &leg);
+    let order = state.voyage.order(config, clock);
+    let pitch_sp = pitch_wanted(config, state, order.ballast_m3, phase);
+    let gliding = matches!(phase, Phase::Dive | Phase::Climb);
+    let pumped = (order.ballast_m3 - state.ballast_m3).abs() < 10e-6;
+    let steady = gliding && pumped && state.steady_s > 15.0;
+    state.estimate.advance(table, dt_s, seen.pitch_rad, seen.rate_m_s, steady);
+
+    let ahead = config.pump_rate_m3_s * config.cycle_s * 0.5;
+    let expected = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).clamp(-ahead, ahead);
+    let battery_m = if order.antenna_up {
+        config.battery_m
+    } else {
+        let wish = Wish { pitch_rad: pitch_sp, ballast_m3: expected, side: side(config, expected, &leg), steady };
+        state.trim.advance(config, dt_s, wish, seen.pitch_rad, seen.battery_m)
+    };
+    let fin_rad = if order.steer { heading::fin_rad(config, leg.heading_rad, seen.heading_rad) } else { 0.0 };
+    let mut flags = Flags::default();
+    for (set, flag) in [
+        (seen.pitch_rad.is_none(), Flags::PITCH_PRESET),
+        (seen.heading_rad.is_none(), Flags::NO_HEADING),
+        (seen.depth_age_s > 0.0, Flags::DEPTH_PROJECTED),
+        (seen.density_default, Flags::DENSITY_DEFAULT),
+        (seen.refused, Flags::FIELD_REFUSED),
+        (state.choice.is_preset(), Flags::TABLE_REFUSED),
+    ] {
+        if set {
+            flags = flags.with(flag);
+        }
+    }
+    let wanted = ActuatorCommand {
+        seq: frame.seq,
+        ballast_m3: order.ballast_m3,
+        battery_mass_m: battery_m,
+        fin_rad,
+        drop_weight: false,
+        beacon: matches!(phase, Phase::Safe | Phase::Done),
+    };
+    let command = within_range(config, wanted);
+    state.last = command;
+    Answer {
+        command,
+        trace: Trace {
+            phase,
+            abort: state.abort,
+            flags,
+            dives: state.voyage.dives,
+            pitch_setpoint_rad: pitch_sp,
+            alpha_rad: state.estimate.alpha_rad,
+            speed_m_s: state.estimate.speed_m_s,
+            glide_angle_rad: state.estimate.gamma_rad,
+            depth_m: seen.depth_m,
+            table_id: table.map_or(0, Table::id),
+        },
+    }
+}
+
+/// Keeps the believed pump position: measured, else moved at the pump's rate
+/// towards what was commanded.
+fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_s: f32) {
+    let reach = config.pump_rate_m3_s * dt_s;
+    let modelled = state.ballast_m3 + (state.last.ballast_m3 - state.ballast_m3).clamp(-reach, reach);
+    let m3 = measured_m3.unwrap_or(modelled);
+    state.ballast_m3 = if m3.is_finite() { m3.clamp(-config.pump_m3, config.pump_m3) } else { 0.0 };
+}
+
+/// Between dive (−1) and climb (+1) by the ballast.
+fn side(config: &Config, ballast_m3: f32, leg: &signals::Leg) -> f32 {
+    let drive = leg.ballast_m3.clamp(0.1 * config.pump_m3, config.pump_m3);
+    (ballast_m3 / (drive * FULL_PITCH_SHARE)).clamp(-1.0, 1.0)
+}
+
+fn pitch_wanted(config: &Config, state: &State, ballast_wanted_m3: f32, phase: Phase) -> f32 {
+    let magnitude = state.choice.pitch_rad(config);
+    let ahead = config.pump_rate_m3_s * config.cycle_s * 0.5;
+    let expected = state.ballast_m3 + (ballast_wanted_m3 - state.ballast_m3).clamp(-ahead, ahead);
+    match phase {
+        Phase::Surface | Phase::Comms | Phase::Done => 0.0,
+        Phase::Safe => config.preset_pitch_rad,
+        Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => magnitude * side(config, expected, &state.voyage.leg()),
+    }
+}
+
+/// The last gate before the wires: finite and in range, whatever came before.
+fn within_range(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
+    let gate = |v: f32, range: f32, safe: f32| if v.is_finite() { v.clamp(-range, range) } else { safe };
+    ActuatorCommand {
+        ballast_m3: gate(c.ballast_m3, config.pump_m3, config.pump_m3),
+        battery_mass_m: gate(c.battery_mass_m, config.battery_m, 0.0),
+        fin_rad: gate(c.fin_rad, config.fin_rad, 0.0),
+        ..c
+    }
+}
+
+#[cfg(test)]
+mod toy;
+
+#[cfg(test)]
+mod flights {
+    use crate::toy::Toy;
+    use crate::{Config, State, step};
+    use signals::{Micros, Mission, Phase};
+
+    #[test]
+    fn flies_the_default_mission_and_comes_home() {
+        let config = Config::default();
+        let table = polar::builtin(signals::Wings::Standard).ok();
+        let mut toy = Toy::new(&config);
+        let mut state = State::new(&config, Mission::default(), Micros(0));
+        let mut log = Vec::new();
+        for _ in 0..3000 {
+            let frame = toy.frame();
+            let a = step(&config, table.as_ref(), &mut state, frame.time, &frame);
+            log.push((toy.t, toy.z, toy.theta, a.command.ballast_m3, a.command.battery_mass_m, a.trace, toy.u, toy.w));
+            if a.trace.phase == Phase::Done {
+                break;
+            }
+            toy.fly(&a.command, 4.0);
+        }
+        for l in log.iter().step_by(9).take(20) {
+            println!("{:6.0} z {:6.2} th {:6.3} b {:8.1e} x {:7.4} {:?} {} {}", l.0, l.1, l.2, l.3, l.4, l.5.phase, l.6, l.7);
+        }
+        println!("x {} way {} L/D {} zmax {}", toy.x, toy.way, toy.x / toy.way, toy.z_max);
+        let last = log.last().expect("flew").5;
+        assert_eq!(last.phase, Phase::Done);
+        assert_eq!(last.dives, 4);
+        assert!(toy.z_max < 28.0 && toy.z_max > 25.0, "{}", toy.z_max);
+    }
 }

@@ -1,84 +1,37 @@
 //! What glide follows from angle of attack, as flown: the compact L/D table.
+//!
+//! The model of the vehicle (f64, on a laptop) is sampled into one table per
+//! wing set; the controller sees nothing else of it. A log that names a
+//! table's id is therefore fully explained by that table.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`mod@format`] | which bytes a table is: header, grid, CRC-32; encode and parse |
+//! | [`table`] | lift and drag between the grid points |
+//! | `generated/` | the tables built into the firmware (made by `glider table`, do not edit) |
+//!
+//! Valid range: |α| up to the table's own [`Table::alpha_max_rad`]; beyond it
+//! look-ups are clamped, never extrapolated. Not covered: dependence on speed,
+//! roll or age of the hull (those belong to a newer table), moments.
 #![cfg_attr(not(test), no_std)]
+
+pub mod format;
+pub mod generated;
+pub mod table;
+
+pub use format::{EncodeError, FORMAT, MAX_POINTS, MAX_TABLE, MIN_POINTS, Sample, Spec, TableError, crc32, encode};
+pub use table::{Coefficients, Table};
 
 use signals::Wings;
 
-/// Largest table, bytes.
-pub const MAX_TABLE: usize = 512;
-
-/// A table whose header, CRC and values were checked.
-#[derive(Clone, Copy, Debug)]
-pub struct Table<'a> {
-    bytes: &'a [u8],
-}
-
-/// Why bytes are not a usable table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum TableError {
-    /// Shorter than its header says, or longer than [`MAX_TABLE`].
-    Length,
-    /// Another format version.
-    Format(u8),
-    /// CRC does not match.
-    Crc,
-    /// For the other wings.
-    Wings,
-    /// A value is not physical.
-    Value,
-}
-
-/// Force coefficients on the table's reference area.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coefficients {
-    /// Lift coefficient, odd in α.
-    pub cl: f32,
-    /// Drag coefficient, even in α.
-    pub cd: f32,
-}
-
-impl<'a> Table<'a> {
-    /// Checks bytes once; afterwards every look-up is total.
-    ///
-    /// # Errors
-    /// The first thing wrong.
-    pub fn parse(bytes: &'a [u8], _wings: Wings) -> Result<Self, TableError> {
-        Ok(Self { bytes })
-    }
-
-    /// CRC-32 of the table: its identity in every log.
-    #[must_use]
-    pub fn id(&self) -> u32 {
-        self.bytes.len() as u32
-    }
-
-    /// Lift and drag at an angle of attack, rad; clamped to the valid range.
-    #[must_use]
-    pub fn at(&self, _alpha_rad: f32) -> Coefficients {
-        Coefficients { cl: 0.0, cd: 1.0 }
-    }
-
-    /// Angle of attack of (L/D)max, rad.
-    #[must_use]
-    pub fn best_alpha_rad(&self) -> f32 {
-        0.12
-    }
-
-    /// (L/D)max.
-    #[must_use]
-    pub fn best_l_over_d(&self) -> f32 {
-        3.0
-    }
-
-    /// Largest |α| the table is valid for, rad.
-    #[must_use]
-    pub fn alpha_max_rad(&self) -> f32 {
-        0.35
-    }
-
-    /// Reference area of the coefficients, m².
-    #[must_use]
-    pub fn area_m2(&self) -> f32 {
-        0.1
+/// The table built into the firmware for a wing set.
+///
+/// # Errors
+/// Never for the committed bytes (a test parses both); the type says that even
+/// flash is checked before it is flown.
+pub fn builtin(wings: Wings) -> Result<Table<'static>, TableError> {
+    match wings {
+        Wings::Standard => Table::parse(generated::STANDARD, wings),
+        Wings::LowAspectRatio => Table::parse(generated::LOW_ASPECT_RATIO, wings),
     }
 }

@@ -1,0 +1,279 @@
+//! What to believe of a sensor frame.
+//!
+//! Every reading passes a door (finite, in range, fresh); depth moreover a
+//! rate gate, a zero taken at the surface, a choice between two sensors and a
+//! filter that gives the depth rate.
+//!
+//! Rules (and the accident behind each):
+//! * a spike is never acted on: |z − predicted| ≤ 2 m/s · age + 1 m, and a new
+//!   level is believed only after three samples agree (one bad altimeter hit
+//!   turned gliders; 9999 became a depth of 9690 m);
+//! * an old reading is projected by its age, not held;
+//! * two depths that disagree by more than 1 m: the deeper one, since it leads
+//!   to ascent.
+
+use crate::config::Config;
+use signals::{Reading, SensorFrame};
+
+/// Largest believable vertical speed of vehicle or water, m/s (faults list, 4).
+const GATE_M_S: f32 = 2.0;
+/// Believable step on top of it, m: noise and surface waves.
+const GATE_M: f32 = 1.0;
+/// Depths closer than this agree, m.
+const AGREE_M: f32 = 1.0;
+/// Density when the CTD gives none, kg/m³: mid-latitude sea surface.
+const DENSITY_DEFAULT: f32 = 1025.0;
+/// Largest zero error of a pressure transducer that is taken out at the surface, m.
+const ZERO_MAX_M: f32 = 1.5;
+/// Time constant of the depth filter, s: two cycles of noise averaging, a fifth of the shortest turn.
+const FILTER_S: f32 = 5.0;
+
+/// One depth sensor behind its gate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Channel {
+    value_m: f32,
+    /// Time since the value was believed, s; meaningless before `seeded`.
+    age_s: f32,
+    seeded: bool,
+    rejected: u8,
+    rejected_m: f32,
+    zero_m: f32,
+}
+
+impl Channel {
+    /// Takes a reading; returns the depth if there is a believable new one.
+    fn take(&mut self, reading: Reading, deepest_m: f32, max_age_ms: u32, rate_m_s: f32, dt_s: f32, afloat: bool) -> Option<f32> {
+        self.age_s = (self.age_s + dt_s).min(1e4);
+        let age_s = if let Reading::Sampled { age_ms, .. } = reading { age_ms as f32 * 1e-3 } else { 0.0 };
+        let raw = reading.accept(-10.0..=deepest_m, max_age_ms)?;
+        if afloat && raw.abs() < 3.0 {
+            self.zero_m += (raw.clamp(-ZERO_MAX_M, ZERO_MAX_M) - self.zero_m) * 0.2;
+        }
+        let value = raw - self.zero_m + rate_m_s.clamp(-GATE_M_S, GATE_M_S) * age_s;
+        let reach = GATE_M + GATE_M_S * self.age_s.min(60.0);
+        if !self.seeded || (value - self.value_m).abs() <= reach {
+            self.believe(value);
+            return Some(value);
+        }
+        // A new level must be seen three times before it is believed.
+        let same = self.rejected > 0 && (value - self.rejected_m).abs() <= GATE_M + GATE_M_S * dt_s;
+        self.rejected = if same { self.rejected.saturating_add(1) } else { 1 };
+        self.rejected_m = value;
+        if self.rejected >= 3 {
+            self.believe(value);
+            return Some(value);
+        }
+        None
+    }
+
+    fn believe(&mut self, value: f32) {
+        self.value_m = value;
+        self.age_s = 0.0;
+        self.seeded = true;
+        self.rejected = 0;
+    }
+
+    fn sane(&self) -> bool {
+        self.value_m.is_finite() && self.age_s.is_finite() && self.rejected_m.is_finite() && self.zero_m.abs() <= ZERO_MAX_M
+    }
+}
+
+/// What is believed in this cycle. All numbers are finite.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// Span since the last step, s.
+    pub dt_s: f32,
+    /// Depth, m, down.
+    pub depth_m: f32,
+    /// Depth rate, m/s, down.
+    pub rate_m_s: f32,
+    /// Time since a depth was measured, s.
+    pub depth_age_s: f32,
+    /// Both depth sensors answered and differ by more than they may.
+    pub depths_disagree: bool,
+    /// Pitch, rad.
+    pub pitch_rad: Option<f32>,
+    /// Roll, rad.
+    pub roll_rad: Option<f32>,
+    /// Heading, rad.
+    pub heading_rad: Option<f32>,
+    /// Pump position, m³.
+    pub ballast_m3: Option<f32>,
+    /// Battery mass position, m.
+    pub battery_m: Option<f32>,
+    /// Fin angle, rad.
+    pub fin_rad: Option<f32>,
+    /// Water density, kg/m³ (default when not measured).
+    pub density_kg_m3: f32,
+    /// The density is the default.
+    pub density_default: bool,
+    /// Height above the bottom, m.
+    pub altitude_m: Option<f32>,
+    /// Antenna out of the water: fix or shore in this cycle.
+    pub afloat: bool,
+    /// GPS fix in this cycle.
+    pub fix: bool,
+    /// Shore heard in this cycle.
+    pub shore: bool,
+    /// Nothing at all answered.
+    pub silent: bool,
+    /// A field held something that is not a measurement.
+    pub refused: bool,
+}
+
+/// Memory of the sensors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Senses {
+    pub(crate) first: Channel,
+    pub(crate) second: Channel,
+    depth_m: f32,
+    rate_m_s: f32,
+    depth_age_s: f32,
+    seeded: bool,
+}
+
+impl Senses {
+    /// Reads one frame.
+    pub(crate) fn observe(&mut self, config: &Config, dt_s: f32, frame: &SensorFrame) -> Seen {
+        if !self.sane() {
+            *self = Self::default();
+        }
+        let max_age_ms = (config.cycle_s * 1000.0) as u32 + 3000;
+        let afloat = frame.surface.gps_fix || frame.surface.comms;
+        let deepest = config.crush_depth_m * 1.5;
+        let rate = self.rate_m_s;
+        let a = self.first.take(frame.depth_m, deepest, max_age_ms, rate, dt_s, afloat);
+        let b = self.second.take(frame.depth2_m, deepest, max_age_ms, rate, dt_s, afloat);
+        let (measured, differ_m) = match (a, b) {
+            (Some(a), Some(b)) if (a - b).abs() > AGREE_M => (Some(a.max(b)), (a - b).abs()),
+            (Some(a), _) => (Some(a), 0.0),
+            (None, b) => (b, 0.0),
+        };
+        self.filter(measured, dt_s);
+        let angle = -3.2..=6.5;
+        let seen = Seen {
+            dt_s,
+            depth_m: self.depth_m,
+            rate_m_s: self.rate_m_s,
+            depth_age_s: self.depth_age_s,
+            depths_disagree: differ_m > 3.0 + 0.01 * self.depth_m.abs(),
+            pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms),
+            roll_rad: frame.roll_rad.accept(angle.clone(), max_age_ms),
+            heading_rad: frame.heading_rad.accept(angle, max_age_ms),
+            ballast_m3: frame.ballast_m3.accept(-1.2 * config.pump_m3..=1.2 * config.pump_m3, max_age_ms),
+            battery_m: frame.battery_mass_m.accept(-1.2 * config.battery_m..=1.2 * config.battery_m, max_age_ms),
+            fin_rad: frame.fin_rad.accept(-1.0..=1.0, max_age_ms),
+            density_kg_m3: frame.density_kg_m3.accept(990.0..=1060.0, 60_000).unwrap_or(DENSITY_DEFAULT),
+            density_default: frame.density_kg_m3.accept(990.0..=1060.0, 60_000).is_none(),
+            altitude_m: frame.altitude_m.accept(0.3..=100.0, max_age_ms),
+            afloat,
+            fix: frame.surface.gps_fix,
+            shore: frame.surface.comms,
+            silent: false,
+            refused: false,
+        };
+        let missing = |r: Reading| matches!(r, Reading::Missing);
+        Seen {
+            silent: [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms)) && !afloat,
+            refused: (!missing(frame.depth_m) && a.is_none())
+                || (!missing(frame.depth2_m) && b.is_none())
+                || (!missing(frame.pitch_rad) && seen.pitch_rad.is_none())
+                || (!missing(frame.heading_rad) && seen.heading_rad.is_none())
+                || (!missing(frame.ballast_m3) && seen.ballast_m3.is_none())
+                || (!missing(frame.battery_mass_m) && seen.battery_m.is_none())
+                || (!missing(frame.density_kg_m3) && seen.density_default),
+            ..seen
+        }
+    }
+
+    /// Critically damped α-β filter: no lag at constant rate.
+    fn filter(&mut self, measured: Option<f32>, dt_s: f32) {
+        let Some(z) = measured else {
+            self.depth_age_s = (self.depth_age_s + dt_s).min(1e6);
+            // Projected while it makes sense, then held.
+            if self.depth_age_s < 60.0 {
+                self.depth_m += self.rate_m_s * dt_s;
+            }
+            return;
+        };
+        self.depth_age_s = 0.0;
+        if !self.seeded || (z - self.depth_m).abs() > 20.0 {
+            self.seeded = true;
+            self.depth_m = z;
+            self.rate_m_s = 0.0;
+            return;
+        }
+        if dt_s <= 0.0 {
+            return;
+        }
+        let r = 1.0 / (1.0 + dt_s / FILTER_S);
+        let predicted = self.depth_m + self.rate_m_s * dt_s;
+        let surprise = z - predicted;
+        self.depth_m = predicted + (1.0 - r * r) * surprise;
+        self.rate_m_s = (self.rate_m_s + (1.0 - r) * (1.0 - r) * surprise / dt_s).clamp(-GATE_M_S, GATE_M_S);
+    }
+
+    fn sane(&self) -> bool {
+        self.first.sane() && self.second.sane() && self.depth_m.is_finite() && self.rate_m_s.abs() <= GATE_M_S && self.depth_age_s.is_finite()
+    }
+}
+
+/// Missing or too old; a refused value is an answer, if a bad one.
+fn unanswered(reading: Reading, max_age_ms: u32) -> bool {
+    match reading {
+        Reading::Missing => true,
+        Reading::Sampled { age_ms, .. } => age_ms > max_age_ms,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Senses;
+    use crate::config::Config;
+    use signals::{Reading, SensorFrame};
+
+    fn frame(a: Reading, b: Reading) -> SensorFrame {
+        SensorFrame { depth_m: a, depth2_m: b, ..SensorFrame::default() }
+    }
+
+    #[test]
+    fn a_steady_descent_gives_depth_and_rate_without_lag() {
+        let (c, mut s) = (Config::default(), Senses::default());
+        let mut seen = s.observe(&c, 0.0, &frame(Reading::now(0.0), Reading::Missing));
+        for i in 1..40 {
+            seen = s.observe(&c, 4.0, &frame(Reading::now(i as f32 * 0.6), Reading::Missing));
+        }
+        assert!((seen.depth_m - 39.0 * 0.6).abs() < 0.01, "{seen:?}");
+        assert!((seen.rate_m_s - 0.15).abs() < 1e-3, "{seen:?}");
+    }
+
+    #[test]
+    fn one_spike_is_ignored_and_a_lasting_step_is_believed_at_the_third_sample() {
+        let (c, mut s) = (Config::default(), Senses::default());
+        for _ in 0..5 {
+            s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::Missing));
+        }
+        let seen = s.observe(&c, 4.0, &frame(Reading::now(150.0), Reading::Missing));
+        assert!((seen.depth_m - 10.0).abs() < 0.1 && seen.refused);
+        let seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::Missing));
+        assert!((seen.depth_m - 10.0).abs() < 0.1 && !seen.refused);
+        for _ in 0..2 {
+            let seen = s.observe(&c, 4.0, &frame(Reading::now(60.0), Reading::Missing));
+            assert!(seen.depth_m < 20.0);
+        }
+        assert!(s.observe(&c, 4.0, &frame(Reading::now(60.0), Reading::Missing)).depth_m > 50.0);
+    }
+
+    #[test]
+    fn of_two_depths_the_deeper_is_taken_and_a_dead_one_is_replaced() {
+        let (c, mut s) = (Config::default(), Senses::default());
+        let mut seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::now(10.2)));
+        assert!((seen.depth_m - 10.0).abs() < 1e-3);
+        for _ in 0..20 {
+            seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::now(15.0)));
+        }
+        assert!((seen.depth_m - 15.0).abs() < 0.1 && seen.depths_disagree);
+        let seen = s.observe(&c, 4.0, &frame(Reading::now(f32::NAN), Reading::now(15.0)));
+        assert_eq!(seen.depth_age_s, 0.0);
+    }
+}

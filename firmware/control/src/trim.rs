@@ -1,0 +1,98 @@
+//! Pitch by moving the battery mass.
+//!
+//! ```text
+//! tan θ = T1 V_b + T2 x_b + T3 + learned(direction)
+//! x_b   = (tan θ_wanted − T1 V_b − T3 − learned) / T2
+//! ```
+//! The ballast alone would pitch the vehicle ±22°; the mass takes back what is
+//! too much, continuously, from the pump position expected half a cycle ahead:
+//! so pitch is right *during* the turn, not some cycles after it. What the law
+//! does not know (zero of the mass, hydrodynamic moment, payload) is learned
+//! as one slow integral per direction, frozen while the mass is saturated or
+//! the pitch is not believed, and bounded.
+
+use crate::angle::tan;
+use crate::config::Config;
+
+/// Time constant of the learning, s: twice the pitch mode's period (16 s), so that the two do not couple.
+const LEARN_S: f32 = 35.0;
+/// Largest correction of tan(pitch): 0.3 covers T3 0.25 of the worst published trim fit.
+const LEARN_MAX: f32 = 0.3;
+
+/// What was learned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Trim {
+    /// Correction of tan(pitch) in dives.
+    dive: f32,
+    /// Correction of tan(pitch) in climbs.
+    climb: f32,
+    /// Battery position last commanded, m.
+    battery_m: f32,
+}
+
+/// One cycle's wish.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wish {
+    /// Pitch wanted, rad.
+    pub(crate) pitch_rad: f32,
+    /// Pump position expected half a cycle ahead, m³.
+    pub(crate) ballast_m3: f32,
+    /// Where between dive (−1) and climb (+1) the vehicle is.
+    pub(crate) side: f32,
+    /// Steady glide: learning allowed.
+    pub(crate) steady: bool,
+}
+
+impl Trim {
+    /// Battery position to command, m.
+    pub(crate) fn advance(&mut self, config: &Config, dt_s: f32, wish: Wish, pitch_rad: Option<f32>, battery_m: Option<f32>) -> f32 {
+        if !self.sane(config) {
+            *self = Self::default();
+        }
+        let wanted = tan(wish.pitch_rad);
+        let t = &config.trim;
+        let saturated = self.battery_m.abs() >= config.battery_m * 0.999;
+        if let (true, Some(pitch), Some(at)) = (wish.steady, pitch_rad, battery_m) {
+            // Only when the mass is where it was sent: else the error is on its way out already.
+            if (at - self.battery_m).abs() <= 2.0 * config.battery_deadband_m + 1e-4 {
+                let error = (tan(pitch) - wanted).clamp(-0.3, 0.3);
+                let gain = dt_s / (dt_s + LEARN_S);
+                let learned = if wish.side < 0.0 { &mut self.dive } else { &mut self.climb };
+                // Saturated: learn only what leads out of it.
+                let outward = (self.battery_m > 0.0) == (error > 0.0);
+                if !(saturated && outward) {
+                    *learned = (*learned + gain * error).clamp(-LEARN_MAX, LEARN_MAX);
+                }
+            }
+        }
+        let mix = 0.5 + 0.5 * wish.side.clamp(-1.0, 1.0);
+        let learned = self.dive + (self.climb - self.dive) * mix;
+        let x = (wanted - t.per_ballast_m3 * wish.ballast_m3 - t.offset - learned) / t.per_battery_m;
+        let x = if x.is_finite() { x.clamp(-config.battery_m, config.battery_m) } else { 0.0 };
+        if (x - self.battery_m).abs() > config.battery_deadband_m {
+            self.battery_m = x;
+        }
+        self.battery_m
+    }
+
+    /// The mass is to stay where it is.
+    pub(crate) fn hold(&mut self, config: &Config, battery_m: Option<f32>) -> f32 {
+        if let Some(at) = battery_m {
+            self.battery_m = at.clamp(-config.battery_m, config.battery_m);
+        }
+        if !self.sane(config) {
+            *self = Self::default();
+        }
+        self.battery_m
+    }
+
+    /// Learned corrections of tan(pitch), dive and climb.
+    #[cfg(test)]
+    pub(crate) fn learned(&self) -> (f32, f32) {
+        (self.dive, self.climb)
+    }
+
+    fn sane(&self, config: &Config) -> bool {
+        self.dive.abs() <= LEARN_MAX && self.climb.abs() <= LEARN_MAX && self.battery_m.abs() <= config.battery_m
+    }
+}

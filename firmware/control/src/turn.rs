@@ -1,0 +1,74 @@
+//! When to start a turn so that it ends at the turn depth.
+//!
+//! The pump runs at a constant rate r from −V to +V; speed follows the square
+//! root of the net buoyancy, so from vertical speed w the vehicle goes on for
+//! ```text
+//! z = w ( 2/3 · V/r + lag )
+//! ```
+//! The lag (added mass, pump slower under pressure, cycle) is learned from
+//! each turn; it starts long, so that the first turn is early rather than late.
+
+use crate::config::Config;
+
+/// Lag before any turn was flown, s: speed mode ≈ 10 s (m+m₁)U/2D, and half a cycle.
+const LAG_FIRST_S: f32 = 12.0;
+/// Bounds of the learned lag, s.
+const LAG_RANGE_S: core::ops::RangeInclusive<f32> = -20.0..=120.0;
+/// The turn aims this far inside the band, m: depth noise and water motion.
+const AIM_INSIDE_M: f32 = 0.3;
+
+/// What one kind of turn (low or high) has taught.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Turn {
+    lag_s: f32,
+}
+
+impl Default for Turn {
+    fn default() -> Self {
+        Self { lag_s: LAG_FIRST_S }
+    }
+}
+
+/// A turn under way, for learning.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Underway {
+    /// Depth travelled towards the limit since the pump was started, m.
+    pub(crate) from_m: f32,
+    /// Vertical speed towards the limit at that moment, m/s.
+    pub(crate) speed_m_s: f32,
+    /// Ballast to undo at that moment, m³.
+    pub(crate) ballast_m3: f32,
+    /// Farthest depth reached, in the direction of the limit, m.
+    pub(crate) peak_m: f32,
+}
+
+fn pump_span_s(config: &Config, ballast_m3: f32) -> f32 {
+    2.0 / 3.0 * ballast_m3.clamp(0.0, config.pump_m3) / config.pump_rate_m3_s
+}
+
+impl Turn {
+    /// Way still made after starting the pump now, m; never negative.
+    pub(crate) fn carry_m(&self, config: &Config, speed_m_s: f32, ballast_m3: f32) -> f32 {
+        let lag = if LAG_RANGE_S.contains(&self.lag_s) { self.lag_s } else { LAG_FIRST_S };
+        (speed_m_s.max(0.0) * (pump_span_s(config, ballast_m3) + lag)).max(0.0) + AIM_INSIDE_M
+    }
+
+    /// Learns from a finished turn: quickly towards longer, slowly towards shorter.
+    pub(crate) fn learn(&mut self, config: &Config, turn: &Underway) {
+        if !(turn.speed_m_s > 0.03) {
+            return;
+        }
+        let lag = (turn.peak_m - turn.from_m) / turn.speed_m_s - pump_span_s(config, turn.ballast_m3);
+        if !lag.is_finite() {
+            return;
+        }
+        let share = if lag > self.lag_s { 0.8 } else { 0.4 };
+        let next = self.lag_s + share * (lag - self.lag_s);
+        self.lag_s = if next.is_finite() { next.clamp(*LAG_RANGE_S.start(), *LAG_RANGE_S.end()) } else { LAG_FIRST_S };
+    }
+
+    #[cfg(test)]
+    pub(crate) fn lag_s(&self) -> f32 {
+        self.lag_s
+    }
+}

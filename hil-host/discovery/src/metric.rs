@@ -1,0 +1,69 @@
+//! The error figures: block depth-rate error of FORMAT section 6.1.
+
+use crate::prepare::{Run, SETTLE_S, SURFACE_M};
+
+/// Length of a block, s.
+pub const BLOCK_S: f64 = 20.0;
+/// Shortest span of the samples of a valid block, s.
+const MIN_SPAN_S: f64 = 10.0;
+
+/// One valid block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Segment.
+    pub segment: u32,
+    /// Rows of the run in the block that have a depth.
+    pub rows: Vec<usize>,
+    /// Observed depth rate, m/s, positive down.
+    pub observed_m_s: f64,
+}
+
+/// Least-squares slope of `value` against time over some rows.
+fn slope(time: &[f64], value: &[f64], rows: &[usize]) -> f64 {
+    let n = rows.len() as f64;
+    let (t, v) = rows.iter().fold((0.0, 0.0), |(t, v), &i| (t + time[i], v + value[i]));
+    let (t, v) = (t / n, v / n);
+    let (num, den) = rows.iter().fold((0.0, 0.0), |(a, b), &i| (a + (time[i] - t) * (value[i] - v), b + (time[i] - t) * (time[i] - t)));
+    num / den
+}
+
+/// Valid blocks of a run, counted from its first row.
+#[must_use]
+pub fn blocks(run: &Run) -> Vec<Block> {
+    let time = &run.time_s;
+    let mut out = Vec::new();
+    let n = time.len();
+    let mut first = 0;
+    let mut k = 0.0;
+    while first < n {
+        let end_time = time[0] + (k + 1.0) * BLOCK_S;
+        let mut end = first;
+        while end < n && time[end] < end_time {
+            end += 1;
+        }
+        let rows: Vec<usize> = (first..end).filter(|&i| run.depth_m[i].is_finite()).collect();
+        if rows.len() >= 3 && time[rows[rows.len() - 1]] - time[rows[0]] >= MIN_SPAN_S {
+            let from = time[first] - SETTLE_S;
+            let shallow = (0..end).rev().take_while(|&i| time[i] >= from).any(|i| run.depth_m[i] < SURFACE_M);
+            if !shallow && (run.starts_afloat || time[first] - time[0] > SETTLE_S) {
+                out.push(Block { segment: run.segment, observed_m_s: slope(time, &run.depth_m, &rows), rows });
+            }
+        }
+        first = end;
+        k += 1.0;
+    }
+    out
+}
+
+/// Modelled depth rate of a block, m/s.
+#[must_use]
+pub fn modelled_m_s(run: &Run, block: &Block, model_depth_m: &[f64]) -> f64 {
+    slope(&run.time_s, model_depth_m, &block.rows)
+}
+
+/// Root mean square; NaN for nothing.
+#[must_use]
+pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
+    if n > 0.0 { f64::sqrt(sum / n) } else { f64::NAN }
+}

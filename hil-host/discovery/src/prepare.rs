@@ -1,0 +1,397 @@
+//! Turns a raw flight into what a forward model can be run on: spikes and gaps removed, inputs on a fixed grid, depth to compare with.
+//!
+//! Method. Spikes are single samples that disagree with all interpolations and extrapolations of their neighbours by more than a
+//! threshold (a running median would eat the turning points). Pitch on the grid is a local quadratic fit over ±[`PITCH_WINDOW_S`]
+//! with weights, which also gives the pitch rate; everything else is interpolated linearly. Depth is ∫ dp/(ρ g).
+//!
+//! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
+
+use crate::flight::Flight;
+use crate::vehicle::Vehicle;
+use hydro::effects::Sensed;
+
+/// Half width of the local fit of pitch, s (shorter than the pitch mode of 16 s, longer than two samples).
+pub const PITCH_WINDOW_S: f64 = 9.0;
+/// Grid step of the simulation, s. The heave mode decays in 1.1-4 s; RK4 is stable to 2.8 times that.
+pub const STEP_S: f64 = 2.0;
+/// A gap longer than this starts a new run, s.
+pub const GAP_S: f64 = 120.0;
+/// Depth above which a row is not compared: surface, waves, launch; m (FORMAT section 6.1).
+pub const SURFACE_M: f64 = 2.0;
+/// Time after the last row above [`SURFACE_M`] before rows are compared, s (FORMAT section 6.1).
+pub const SETTLE_S: f64 = 60.0;
+/// Observed depth above which the vehicle may be held floating, m: above the zero error of the sensor, below any dive.
+pub const FLOAT_M: f64 = 0.5;
+
+/// Inputs at one half step of the grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Input {
+    /// What the sensors said (cleaned).
+    pub sensed: Sensed,
+    /// Pitch rate, rad/s.
+    pub pitch_rate_rad_s: f64,
+    /// sin of the measured pitch.
+    pub sin_pitch: f64,
+    /// cos of the measured pitch.
+    pub cos_pitch: f64,
+    /// Roll, rad.
+    pub roll_rad: f64,
+    /// sin of the heading.
+    pub sin_heading: f64,
+    /// cos of the heading.
+    pub cos_heading: f64,
+    /// Observed depth, m.
+    pub depth_m: f64,
+}
+
+/// One stretch of a flight on which the model is run from rest.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Segment number in the flight.
+    pub segment: u32,
+    /// Row of the flight at which the run starts.
+    pub first_row: usize,
+    /// Time of each row, s.
+    pub time_s: Vec<f64>,
+    /// Observed depth of each row, m; NaN where the pressure is missing or a spike.
+    pub depth_m: Vec<f64>,
+    /// Cleaned measured pressure of each row without a gap, Pa.
+    pub pressure_pa: Vec<f64>,
+    /// Whether the row takes part in fits: submerged, settled, with a depth.
+    pub used: Vec<bool>,
+    /// Speed through the water of each row, m/s; NaN where there is none.
+    pub speed_m_s: Vec<f64>,
+    /// Inputs at half steps: 0, ½, 1, 1½ … steps from the first row.
+    pub inputs: Vec<Input>,
+    /// Grid step, s.
+    pub step_s: f64,
+    /// Mean GPS displacement from start to end (east, north), m, and its 1-sigma error in each direction, m.
+    pub displacement_m: Option<(f64, f64, f64)>,
+    /// Mean time between the fixes at the start and those at the end, s.
+    pub displacement_s: f64,
+    /// Mean time and mean pressure (Pa) of rows floating at the surface, and how many rows, at the start and at the end.
+    pub surface: [Option<(f64, f64, usize)>; 2],
+    /// Whether the vehicle floats at the surface at the start.
+    pub starts_afloat: bool,
+}
+
+/// A flight ready for the model.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Runs in order of time.
+    pub runs: Vec<Run>,
+    /// What had to be repaired or left out, for the report.
+    pub notes: Vec<String>,
+}
+
+/// Marks single samples that no neighbour supports: NaN in place of a spike. Returns how many.
+fn despike(time: &[f64], value: &mut [f64], threshold: f64) -> usize {
+    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
+    let n = index.len();
+    let line = |a: usize, b: usize, t: f64, v: &[f64]| {
+        let (i, j) = (index[a], index[b]);
+        v[i] + (v[j] - v[i]) * (t - time[i]) / (time[j] - time[i])
+    };
+    let mut bad = Vec::new();
+    for k in 0..n {
+        let i = index[k];
+        let t = time[i];
+        // Predictions that leave the sample out; a turning point is met by at least one of them, a spike by none.
+        let mut guesses = Vec::with_capacity(5);
+        if k >= 1 && k + 1 < n {
+            guesses.push(line(k - 1, k + 1, t, value));
+        }
+        if k >= 2 && k + 1 < n {
+            guesses.push(line(k - 2, k + 1, t, value));
+        }
+        if k >= 1 && k + 2 < n {
+            guesses.push(line(k - 1, k + 2, t, value));
+        }
+        if k >= 2 {
+            guesses.push(line(k - 2, k - 1, t, value));
+        }
+        if k + 2 < n {
+            guesses.push(line(k + 1, k + 2, t, value));
+        }
+        let off = guesses.iter().map(|g| (value[i] - g).abs()).fold(f64::INFINITY, f64::min);
+        if guesses.len() >= 3 && off > threshold {
+            bad.push((i, off));
+        }
+    }
+    // Of two adjacent suspects only the larger is a spike.
+    bad.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut taken: Vec<usize> = Vec::new();
+    for (i, _) in bad {
+        if !taken.iter().any(|&j| i.abs_diff(j) <= 1) {
+            taken.push(i);
+        }
+    }
+    for &i in &taken {
+        value[i] = f64::NAN;
+    }
+    taken.len()
+}
+
+/// Linear interpolation over missing values; ends are held. All-NaN input gives `fallback`.
+fn fill(time: &[f64], value: &[f64], fallback: f64) -> Vec<f64> {
+    let known: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
+    let (Some(&first), Some(&last)) = (known.first(), known.last()) else { return vec![fallback; value.len()] };
+    let mut out = value.to_vec();
+    out[..first].fill(value[first]);
+    out[last..].fill(value[last]);
+    for pair in known.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        for i in a + 1..b {
+            out[i] = value[a] + (value[b] - value[a]) * (time[i] - time[a]) / (time[b] - time[a]);
+        }
+    }
+    out
+}
+
+/// Mean over up to five rows where the ballast engine rests (spread below 4 cc): takes the resolution out, keeps strokes.
+fn quiet_ballast(value: &[f64]) -> Vec<f64> {
+    (0..value.len())
+        .map(|i| {
+            let window = &value[i.saturating_sub(4)..(i + 5).min(value.len())];
+            let (lo, hi) = window.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+            if hi - lo < 4.5e-6 { window.iter().sum::<f64>() / window.len() as f64 } else { value[i] }
+        })
+        .collect()
+}
+
+/// Value and slope at `t` of a weighted local quadratic fit to the finite samples within ±`half` (widened until four are found).
+fn local_quadratic(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut usize) -> (f64, f64) {
+    let mut width = half;
+    for _ in 0..6 {
+        while *from > 0 && time[*from] > t - width {
+            *from -= 1;
+        }
+        while *from + 1 < time.len() && time[*from] < t - width {
+            *from += 1;
+        }
+        let (mut s, mut b, mut count) = ([0.0_f64; 5], [0.0_f64; 3], 0);
+        for i in *from..time.len() {
+            let x = (time[i] - t) / width;
+            if x >= 1.0 {
+                break;
+            }
+            if x <= -1.0 || !value[i].is_finite() {
+                continue;
+            }
+            let k = 1.0 - x * x;
+            let w = k * k;
+            let (x2, y) = (x * x, value[i]);
+            count += 1;
+            s[0] += w;
+            s[1] += w * x;
+            s[2] += w * x2;
+            s[3] += w * x2 * x;
+            s[4] += w * x2 * x2;
+            b[0] += w * y;
+            b[1] += w * x * y;
+            b[2] += w * x2 * y;
+        }
+        if count >= 4 {
+            let m = nalgebra::Matrix3::new(s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4]);
+            if let Some(c) = m.lu().solve(&nalgebra::Vector3::new(b[0], b[1], b[2]))
+                && c.iter().all(|v| v.is_finite())
+            {
+                return (c[0], c[1] / width);
+            }
+        }
+        width *= 1.6;
+    }
+    // Nothing to fit on: the nearest value, no rate.
+    let nearest = (0..time.len()).filter(|&i| value[i].is_finite()).min_by(|&a, &b| (time[a] - t).abs().total_cmp(&(time[b] - t).abs()));
+    (nearest.map_or(0.0, |i| value[i]), 0.0)
+}
+
+/// Cleans a flight and lays its inputs on the grid.
+#[must_use]
+pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
+    let mut runs = Vec::new();
+    let mut notes = Vec::new();
+    let mut spikes = [0usize; 4];
+    let n = flight.len();
+    let mut start = 0;
+    while start < n {
+        let mut end = start + 1;
+        while end < n && flight.segment[end] == flight.segment[start] && flight.time_s[end] - flight.time_s[end - 1] < GAP_S {
+            end += 1;
+        }
+        if end - start >= 12 && flight.pressure_pa[start..end].iter().filter(|v| v.is_finite()).count() >= 8 {
+            runs.push(run(flight, vehicle, start, end, &mut spikes));
+        } else {
+            notes.push(format!("rows {start} to {end} (segment {}) are too few to run a model on; left out", flight.segment[start]));
+        }
+        start = end;
+    }
+    for (count, what) in spikes.iter().zip(["pressure", "pitch", "density", "speed"]) {
+        if *count > 0 {
+            notes.push(format!("{count} spikes removed from {what}"));
+        }
+    }
+    Prepared { runs, notes }
+}
+
+fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mut [usize; 4]) -> Run {
+    let rows = start..end;
+    let time = &flight.time_s[rows.clone()];
+    let sensors = &vehicle.sensors;
+    let mut pressure = flight.pressure_pa[rows.clone()].to_vec();
+    spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa);
+    let mut pitch = flight.pitch_rad[rows.clone()].to_vec();
+    spikes[1] += despike(time, &mut pitch, 0.035 + 6.0 * sensors.pitch_noise_rad);
+    let mut density = flight.density_kg_m3[rows.clone()].to_vec();
+    spikes[2] += despike(time, &mut density, 0.25);
+    let mut temperature = flight.temperature_degc[rows.clone()].to_vec();
+    despike(time, &mut temperature, 1.0);
+    let mut speed = flight.speed_m_s.as_ref().map_or_else(|| vec![f64::NAN; time.len()], |s| s[rows.clone()].to_vec());
+    spikes[3] += despike(time, &mut speed, 8.0 * sensors.speed_noise_m_s);
+    let mut roll = flight.roll_rad[rows.clone()].to_vec();
+    despike(time, &mut roll, 0.3);
+
+    let whole_pressure = fill(time, &pressure, 0.0);
+    let density = fill(time, &density, 1025.0);
+    let temperature = fill(time, &temperature, vehicle.constants.reference_temperature_degc);
+    let ballast = quiet_ballast(&fill(time, &flight.ballast_m3[rows.clone()], 0.0));
+    let roll = fill(time, &roll, 0.0);
+    let sin_heading = fill(time, &flight.heading_rad[rows.clone()].iter().map(|h| h.sin()).collect::<Vec<_>>(), 0.0);
+    let cos_heading = fill(time, &flight.heading_rad[rows.clone()].iter().map(|h| h.cos()).collect::<Vec<_>>(), 0.0);
+
+    let g = vehicle.constants.gravity_m_s2;
+    let mut whole_depth = Vec::with_capacity(time.len());
+    let mut z = whole_pressure[0] / (density[0] * g);
+    for i in 0..time.len() {
+        if i > 0 {
+            z += (whole_pressure[i] - whole_pressure[i - 1]) * 2.0 / ((density[i] + density[i - 1]) * g);
+        }
+        whole_depth.push(z);
+    }
+    let depth: Vec<f64> = whole_depth.iter().zip(&pressure).map(|(z, p)| if p.is_finite() { *z } else { f64::NAN }).collect();
+    let mut last_shallow = f64::NEG_INFINITY;
+    let starts_afloat = whole_depth[0] < SURFACE_M;
+    if !starts_afloat {
+        last_shallow = time[0];
+    }
+    let used = (0..time.len())
+        .map(|i| {
+            if whole_depth[i] < SURFACE_M {
+                last_shallow = time[i];
+            }
+            time[i] - last_shallow > SETTLE_S && depth[i].is_finite()
+        })
+        .collect();
+
+    // Half-step grid.
+    let step = STEP_S;
+    let count = ((time[time.len() - 1] - time[0]) / (0.5 * step)).ceil() as usize + 3;
+    let mut inputs = Vec::with_capacity(count);
+    let (mut at, mut from) = (0usize, 0usize);
+    for j in 0..count {
+        let t = time[0] + j as f64 * 0.5 * step;
+        while at + 2 < time.len() && time[at + 1] <= t {
+            at += 1;
+        }
+        let f = ((t - time[at]) / (time[at + 1] - time[at])).clamp(0.0, 1.0);
+        let mix = |v: &[f64]| v[at] + (v[at + 1] - v[at]) * f;
+        let (theta, q) = local_quadratic(time, &pitch, t.min(time[time.len() - 1]), PITCH_WINDOW_S, &mut from);
+        let (sh, ch) = (mix(&sin_heading), mix(&cos_heading));
+        let norm = sh.hypot(ch).max(1e-9);
+        inputs.push(Input {
+            sensed: Sensed {
+                time_s: t,
+                pitch_rad: theta,
+                ballast_m3: mix(&ballast),
+                density_kg_m3: mix(&density),
+                temperature_degc: mix(&temperature),
+                pressure_pa: mix(&whole_pressure),
+            },
+            pitch_rate_rad_s: q,
+            sin_pitch: theta.sin(),
+            cos_pitch: theta.cos(),
+            roll_rad: mix(&roll),
+            sin_heading: sh / norm,
+            cos_heading: ch / norm,
+            depth_m: mix(&whole_depth),
+        });
+    }
+
+    // GPS fixes before the dive and after it.
+    let middle = 0.5 * (time[0] + time[time.len() - 1]);
+    let mut fixes = [[0.0_f64; 4]; 2];
+    for (k, i) in rows.clone().enumerate() {
+        let (e, n) = (flight.gps_east_m[i], flight.gps_north_m[i]);
+        if e.is_finite() && n.is_finite() {
+            let f = &mut fixes[usize::from(time[k] > middle)];
+            f[0] += 1.0;
+            f[1] += e;
+            f[2] += n;
+            f[3] += time[k];
+        }
+    }
+    let [a, b] = fixes;
+    let (displacement_m, displacement_s) = if a[0] > 0.0 && b[0] > 0.0 {
+        let sigma = sensors.gps_noise_m * (1.0 / a[0] + 1.0 / b[0]).sqrt();
+        (Some((b[1] / b[0] - a[1] / a[0], b[2] / b[0] - a[2] / a[0], sigma)), b[3] / b[0] - a[3] / a[0])
+    } else {
+        (None, f64::NAN)
+    };
+    let surface = [false, true].map(|late| {
+        let rows: Vec<usize> = (0..time.len())
+            .filter(|&i| {
+                (time[i] > middle) == late
+                    && pressure[i].is_finite()
+                    && whole_depth[i] < FLOAT_M
+                    // Floating for good: nothing deeper within 8 s, engine light.
+                    && ballast[i] > 0.0
+                    && (0..time.len()).all(|j| (time[j] - time[i]).abs() > 8.5 || (whole_depth[j] < FLOAT_M && ballast[j] > 0.0))
+            })
+            .collect();
+        if rows.len() < 2 {
+            return None;
+        }
+        let k = rows.len() as f64;
+        Some((rows.iter().map(|&i| time[i]).sum::<f64>() / k, rows.iter().map(|&i| pressure[i]).sum::<f64>() / k, rows.len()))
+    });
+    Run {
+        segment: flight.segment[start],
+        first_row: start,
+        time_s: time.to_vec(),
+        depth_m: depth,
+        pressure_pa: whole_pressure,
+        used,
+        speed_m_s: speed,
+        inputs,
+        step_s: step,
+        displacement_m,
+        displacement_s,
+        surface,
+        starts_afloat,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spike_is_removed_and_a_turning_point_is_not() {
+        let time: Vec<f64> = (0..40).map(|i| f64::from(i) * 4.0).collect();
+        let mut depth: Vec<f64> = time.iter().map(|t| 20.0 - (t - 80.0).abs() * 0.15).collect();
+        depth[10] += 3.0;
+        let clean = depth.clone();
+        assert_eq!(despike(&time, &mut depth, 0.27), 1);
+        assert!(depth[10].is_nan());
+        assert!((0..40).all(|i| i == 10 || depth[i] == clean[i]));
+    }
+
+    #[test]
+    fn accuracy_local_fit_gives_value_and_rate_of_a_parabola() {
+        let time: Vec<f64> = (0..30).map(|i| f64::from(i) * 3.7).collect();
+        let value: Vec<f64> = time.iter().map(|t| 0.3 - 0.01 * t + 1e-4 * t * t).collect();
+        let mut from = 0;
+        let (v, q) = local_quadratic(&time, &value, 41.3, 9.0, &mut from);
+        assert!((v - (0.3 - 0.413 + 1e-4 * 41.3 * 41.3)).abs() < 1e-9 && (q - (-0.01 + 2e-4 * 41.3)).abs() < 1e-9, "{v} {q}");
+    }
+}

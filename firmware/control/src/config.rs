@@ -44,8 +44,9 @@ pub struct Settings {
     pub preset_pitch_rad: f32,
     /// Angle of attack aimed at over that of (L/D)max. Below 1 is the side away from the stall; at 0.95 the loss of L/D is 0.13 %.
     pub alpha_share: f32,
-    /// Pitch is kept this far above the smallest that still has a steady glide, rad. Guess: 1°, twice the pitch dead-band.
-    pub stall_margin_rad: f32,
+    /// C_D/C_L of the vehicle over that of the table for which a steady glide must still exist, 1. A 20 % error of the table is
+    /// what the project plans for; the pitch kept for it costs 2 % of (L/D)max when the table is right.
+    pub table_doubt: f32,
     /// Fin per heading error, rad/rad.
     pub heading_gain: f32,
     /// Turn when the bottom is nearer than this, m.
@@ -85,7 +86,7 @@ impl Settings {
             trim: TrimLaw { per_ballast_m3: 1785.0, per_battery_m: -24.0, offset: 0.0 },
             preset_pitch_rad: 0.4538,
             alpha_share: 0.95,
-            stall_margin_rad: 0.0175,
+            table_doubt: 1.2,
             heading_gain: 0.3,
             min_altitude_m: 3.0,
             release_time_s: 120.0,
@@ -159,7 +160,7 @@ impl Config {
             ("trim.offset", s.trim.offset, -0.5..=0.5),
             ("preset_pitch_rad", s.preset_pitch_rad, 0.1..=0.8),
             ("alpha_share", s.alpha_share, 0.5..=1.0),
-            ("stall_margin_rad", s.stall_margin_rad, 0.0..=0.2),
+            ("table_doubt", s.table_doubt, 1.0..=2.0),
             ("heading_gain", s.heading_gain, 0.0..=3.0),
             ("min_altitude_m", s.min_altitude_m, 0.0..=100.0),
             ("release_time_s", s.release_time_s, 0.1..=1200.0),

@@ -9,7 +9,10 @@
 //! At (L/D)max dγ/dα = 0, so pitch falls one for one with α there; past it the
 //! pitch has a minimum (dγ/dα = 1) below which no steady glide exists: the
 //! vehicle falls flat. The setpoint stays away from it by a share of α and a
-//! margin in pitch.
+//! margin in pitch: the minimum is taken for a vehicle whose C_D/C_L is worse
+//! than the table's by [`crate::Settings::table_doubt`]. (Lift cannot be
+//! checked in flight: at these pitches 10 % of lift slope moves the depth rate
+//! by 0.1 mm/s. So the margin is kept, not learned.)
 //!
 //! The search over α is spread over control cycles ([`Choice::advance`]), so
 //! that one step stays cheap.
@@ -49,13 +52,7 @@ fn steady(table: &Table<'_>, alpha_rad: f32, buoyancy_n: f32, rho_kg_m3: f32) ->
     let tan_gamma = c.cd / c.cl;
     let force = sqrt(c.cl * c.cl + c.cd * c.cd);
     let speed_m_s = sqrt(2.0 * buoyancy_n / (rho_kg_m3 * table.area_m2() * force));
-    let s = Steady {
-        tan_gamma,
-        pitch_rad: atan(tan_gamma) - alpha_rad,
-        speed_m_s,
-        sin_gamma: c.cd / force,
-        cos_gamma: c.cl / force,
-    };
+    let s = Steady { tan_gamma, pitch_rad: atan(tan_gamma) - alpha_rad, speed_m_s, sin_gamma: c.cd / force, cos_gamma: c.cl / force };
     (s.pitch_rad.is_finite() && s.speed_m_s.is_finite()).then_some(s)
 }
 
@@ -117,7 +114,7 @@ impl Choice {
             self.begin(config, leg, id);
         }
         let Some(table) = table else { return };
-        let top = (table.best_alpha_rad() * 1.8).min(table.alpha_max_rad());
+        let top = (table.best_alpha_rad() * 2.5).min(table.alpha_max_rad());
         let buoyancy_n = leg.ballast_m3.max(20e-6) * 1025.0 * 9.81;
         for _ in 0..PER_STEP {
             if self.next >= GRID {
@@ -126,7 +123,8 @@ impl Choice {
             self.next += 1;
             let alpha = top * f32::from(self.next) / f32::from(GRID);
             let Some(s) = steady(table, alpha, buoyancy_n, 1025.0) else { continue };
-            self.flattest_rad = self.flattest_rad.min(s.pitch_rad);
+            // The flattest pitch that still glides if the vehicle is that much worse than its table.
+            self.flattest_rad = self.flattest_rad.min(atan(s.tan_gamma * config.table_doubt) - alpha);
             let value = worth(leg.goal, leg, &s);
             if value > self.best && PITCH_RANGE.contains(&s.pitch_rad) && alpha <= table.best_alpha_rad() * 1.05 {
                 self.best = value;
@@ -165,7 +163,7 @@ impl Choice {
             _ => self.best_alpha_rad.min(table.best_alpha_rad() * config.alpha_share),
         };
         let pitch = steady(table, alpha, 1.0, 1025.0).map_or(self.best_pitch_rad, |s| s.pitch_rad);
-        let pitch = pitch.max(self.flattest_rad + config.stall_margin_rad);
+        let pitch = pitch.max(self.flattest_rad);
         self.pitch_rad = pitch.clamp(*PITCH_RANGE.start(), *PITCH_RANGE.end());
         self.preset = false;
     }
@@ -178,11 +176,6 @@ impl Choice {
     /// The pitch is the preset: no table, or none that can be used.
     pub(crate) fn is_preset(&self) -> bool {
         self.preset && (self.next >= GRID || self.table_id == 0)
-    }
-
-    /// The search has ended.
-    pub(crate) fn is_settled(&self) -> bool {
-        self.next >= GRID || self.table_id == 0
     }
 
     fn sane(&self) -> bool {

@@ -14,13 +14,17 @@
 //! | `trim` | battery position for a pitch |
 //! | `turn` | when to start a turn |
 //! | `heading` | fin |
+//! | `safety` | when to come home, and how; independent of the mission |
+//! | `backup` | the second, separately written way home |
 #![cfg_attr(not(test), no_std)]
 
 mod angle;
+mod backup;
 mod clock;
 pub mod config;
 mod glide;
 mod heading;
+mod safety;
 mod senses;
 mod trim;
 mod turn;
@@ -28,10 +32,12 @@ mod voyage;
 
 pub use config::{Config, ConfigError, Settings, TrimLaw};
 
+use backup::{Backup, Limits};
 use clock::Clock;
 use glide::{Choice, Estimate};
 use polar::Table;
-use senses::Senses;
+use safety::{Safety, Verdict, Watch};
+use senses::{Seen, Senses};
 use signals::{Abort, ActuatorCommand, Answer, Flags, Micros, Mission, Phase, SensorFrame, Trace};
 use trim::{Trim, Wish};
 use voyage::{Stage, Voyage};
@@ -49,9 +55,11 @@ pub struct State {
     choice: Choice,
     trim: Trim,
     estimate: Estimate,
-    abort: Option<Abort>,
+    safety: Safety,
+    backup: Backup,
     ballast_m3: f32,
     steady_s: f32,
+    pitch_wanted_rad: f32,
     last: ActuatorCommand,
 }
 
@@ -71,9 +79,11 @@ impl State {
             choice: Choice::default(),
             trim: Trim::default(),
             estimate: Estimate::default(),
-            abort: None,
+            safety: Safety::default(),
+            backup: Backup::default(),
             ballast_m3: 0.0,
             steady_s: 0.0,
+            pitch_wanted_rad: 0.0,
             last: ActuatorCommand::default(),
         }
     }
@@ -104,49 +114,59 @@ impl State {
         self.abort(Abort::Operator);
     }
 
-    /// The caller found a reason to come home (overrun, lost line, refused upload). The first cause stays.
+    /// The caller found a reason to come home (overrun, lost line). The first cause stays.
     pub fn abort(&mut self, cause: Abort) {
-        self.abort = self.abort.or(Some(cause));
+        self.safety.latch(cause);
         self.voyage.stage = Stage::Safe;
+    }
+
+    /// Numbers no flight can have written: put right where that is harmless, else come home.
+    fn heal(&mut self) {
+        if !self.voyage.sane() {
+            self.abort(Abort::Internal);
+        }
+        for number in [&mut self.ballast_m3, &mut self.steady_s, &mut self.pitch_wanted_rad] {
+            if !number.is_finite() {
+                *number = 0.0;
+            }
+        }
+        let l = &mut self.last;
+        for number in [&mut l.ballast_m3, &mut l.battery_mass_m, &mut l.fin_rad] {
+            if !number.is_finite() {
+                *number = 0.0;
+            }
+        }
     }
 }
 
 /// One control cycle: decides, changes nothing but `state`.
 #[must_use]
 pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: Micros, frame: &SensorFrame) -> Answer {
+    let table = table.filter(|t| t.wings() == state.voyage.mission.wings);
+    let limits = backup_limits(config, &state.voyage.mission);
+    let second_way = state.backup.check(&limits, now, frame);
+    state.heal();
     let dt_s = state.clock.advance(now);
-    let clock = state.clock.run;
     let seen = state.senses.observe(config, dt_s, frame);
     follow_pump(config, state, seen.ballast_m3, dt_s);
 
-    let before = state.voyage.phase();
-    state.voyage.advance(config, clock, &seen, state.ballast_m3);
+    let verdict = judge(config, state, &seen, frame);
+    fly(config, state, &seen, &verdict);
     let phase = state.voyage.phase();
-    state.steady_s = if phase == before { (state.steady_s + dt_s).min(1e4) } else { 0.0 };
-
     let leg = state.voyage.leg();
     state.choice.advance(config, table, &leg);
-    let order = state.voyage.order(config, clock);
-    let pitch_sp = pitch_wanted(config, state, order.ballast_m3, phase);
-    let gliding = matches!(phase, Phase::Dive | Phase::Climb);
-    let pumped = (order.ballast_m3 - state.ballast_m3).abs() < 10e-6;
-    let steady = gliding && pumped && state.steady_s > 15.0;
-    state.estimate.advance(table, dt_s, seen.pitch_rad, seen.rate_m_s, steady);
-
-    let ahead = config.pump_rate_m3_s * config.cycle_s * 0.5;
-    let expected = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).clamp(-ahead, ahead);
-    let battery_m = if order.antenna_up {
-        config.battery_m
-    } else {
-        let wish = Wish { pitch_rad: pitch_sp, ballast_m3: expected, side: side(config, expected, &leg), steady };
-        state.trim.advance(config, dt_s, wish, seen.pitch_rad, seen.battery_m)
-    };
-    let fin_rad = if order.steer { heading::fin_rad(config, leg.heading_rad, seen.heading_rad) } else { 0.0 };
-    let mut flags = Flags::default();
+    let mut command = command(config, table, state, &seen, &verdict, frame.seq);
+    let mut abort = verdict.abort;
+    if let Some((cause, burn)) = second_way {
+        if abort.is_none() {
+            state.abort(cause);
+            abort = Some(cause);
+        }
+        command = Backup::command(&limits, frame.seq, burn || verdict.drop_weight);
+    }
+    state.last = command;
+    let mut flags = verdict.flags;
     for (set, flag) in [
-        (seen.pitch_rad.is_none(), Flags::PITCH_PRESET),
-        (seen.heading_rad.is_none(), Flags::NO_HEADING),
-        (seen.depth_age_s > 0.0, Flags::DEPTH_PROJECTED),
         (seen.density_default, Flags::DENSITY_DEFAULT),
         (seen.refused, Flags::FIELD_REFUSED),
         (state.choice.is_preset(), Flags::TABLE_REFUSED),
@@ -155,24 +175,14 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
             flags = flags.with(flag);
         }
     }
-    let wanted = ActuatorCommand {
-        seq: frame.seq,
-        ballast_m3: order.ballast_m3,
-        battery_mass_m: battery_m,
-        fin_rad,
-        drop_weight: false,
-        beacon: matches!(phase, Phase::Safe | Phase::Done),
-    };
-    let command = within_range(config, wanted);
-    state.last = command;
     Answer {
         command,
         trace: Trace {
-            phase,
-            abort: state.abort,
+            phase: if abort.is_some() { Phase::Safe } else { phase },
+            abort,
             flags,
             dives: state.voyage.dives,
-            pitch_setpoint_rad: pitch_sp,
+            pitch_setpoint_rad: state.pitch_wanted_rad,
             alpha_rad: state.estimate.alpha_rad,
             speed_m_s: state.estimate.speed_m_s,
             glide_angle_rad: state.estimate.gamma_rad,
@@ -180,6 +190,86 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
             table_id: table.map_or(0, Table::id),
         },
     }
+}
+
+fn backup_limits(config: &Config, mission: &Mission) -> Limits {
+    Limits {
+        deep_cm: (config.working_depth_m * 100.0) as i64 + 1_000,
+        burn_cm: (config.crush_depth_m * 100.0) as i64 - 3_000,
+        mission_ms: u64::from(mission.max_duration_s) * 1_000 + 600_000,
+        pump_m3: config.pump_m3,
+    }
+}
+
+fn judge(config: &Config, state: &mut State, seen: &Seen, frame: &SensorFrame) -> Verdict {
+    let watch = Watch {
+        config,
+        clock: state.clock.run,
+        seen,
+        frame,
+        commanded: &state.last,
+        pitch_wanted_rad: state.pitch_wanted_rad,
+        phase: state.voyage.phase(),
+        leg_max_m: state.voyage.leg().depth_max_m,
+        max_duration_s: state.voyage.mission.max_duration_s,
+        climb_without_way_s: state.voyage.climb_without_way_s(state.clock.run),
+        no_way_turns: state.voyage.no_way_turns,
+        bottom_turns: state.voyage.bottom_turns,
+    };
+    state.safety.judge(&watch)
+}
+
+/// Moves the mission on, under what safety allows.
+fn fly(config: &Config, state: &mut State, seen: &Seen, verdict: &Verdict) {
+    let before = state.voyage.phase();
+    let clock = state.clock.run;
+    if verdict.abort.is_some() {
+        state.voyage.stage = Stage::Safe;
+    } else {
+        if verdict.climb {
+            state.voyage.climb_now(clock, seen);
+        }
+        state.voyage.homeward |= verdict.homeward;
+        state.voyage.advance(config, clock, seen, state.ballast_m3);
+    }
+    state.steady_s = if state.voyage.phase() == before { (state.steady_s + seen.dt_s).min(1e4) } else { 0.0 };
+}
+
+fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: &Seen, verdict: &Verdict, seq: u32) -> ActuatorCommand {
+    let phase = state.voyage.phase();
+    let leg = state.voyage.leg();
+    let order = state.voyage.order(config, state.clock.run);
+    let ahead = config.pump_rate_m3_s * config.cycle_s * 0.5;
+    let expected_m3 = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).clamp(-ahead, ahead);
+    let side = side(config, expected_m3, &leg);
+    state.pitch_wanted_rad = match phase {
+        Phase::Surface | Phase::Comms | Phase::Done => 0.0,
+        Phase::Safe => config.preset_pitch_rad,
+        Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config) * side,
+    };
+    let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };
+    let pumped = (order.ballast_m3 - state.ballast_m3).abs() < 10e-6;
+    let steady = matches!(phase, Phase::Dive | Phase::Climb) && pumped && state.steady_s > 15.0;
+    state.estimate.advance(table, seen.dt_s, pitch, seen.rate_m_s, steady);
+
+    let battery_mass_m = if verdict.hold_mass {
+        state.trim.hold(config, seen.battery_m)
+    } else if order.antenna_up {
+        config.battery_m
+    } else {
+        let wish = Wish { pitch_rad: state.pitch_wanted_rad, ballast_m3: expected_m3, side, steady };
+        state.trim.advance(config, seen.dt_s, wish, pitch, seen.battery_m)
+    };
+    let fin_rad = if order.steer { heading::fin_rad(config, leg.heading_rad, seen.heading_rad) } else { 0.0 };
+    let wanted = ActuatorCommand {
+        seq,
+        ballast_m3: verdict.pump_instead_m3.unwrap_or(order.ballast_m3),
+        battery_mass_m,
+        fin_rad,
+        drop_weight: verdict.drop_weight,
+        beacon: matches!(phase, Phase::Safe | Phase::Done),
+    };
+    within_range(config, wanted)
 }
 
 /// Keeps the believed pump position: measured, else moved at the pump's rate
@@ -195,17 +285,6 @@ fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_
 fn side(config: &Config, ballast_m3: f32, leg: &signals::Leg) -> f32 {
     let drive = leg.ballast_m3.clamp(0.1 * config.pump_m3, config.pump_m3);
     (ballast_m3 / (drive * FULL_PITCH_SHARE)).clamp(-1.0, 1.0)
-}
-
-fn pitch_wanted(config: &Config, state: &State, ballast_wanted_m3: f32, phase: Phase) -> f32 {
-    let magnitude = state.choice.pitch_rad(config);
-    let ahead = config.pump_rate_m3_s * config.cycle_s * 0.5;
-    let expected = state.ballast_m3 + (ballast_wanted_m3 - state.ballast_m3).clamp(-ahead, ahead);
-    match phase {
-        Phase::Surface | Phase::Comms | Phase::Done => 0.0,
-        Phase::Safe => config.preset_pitch_rad,
-        Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => magnitude * side(config, expected, &state.voyage.leg()),
-    }
 }
 
 /// The last gate before the wires: finite and in range, whatever came before.

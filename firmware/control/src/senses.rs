@@ -78,6 +78,38 @@ impl Channel {
     }
 }
 
+/// Position feedback of a motor behind its gate: a motor cannot be where its
+/// rate does not take it. A new place is believed when three samples agree.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Position {
+    last: f32,
+    age_s: f32,
+    rejected: f32,
+    rejects: u8,
+    seeded: bool,
+}
+
+impl Position {
+    fn take(&mut self, reading: Option<f32>, slack: f32, rate: f32, dt_s: f32) -> Option<f32> {
+        self.age_s = (self.age_s + dt_s).min(1e3);
+        let at = reading?;
+        if self.seeded && (at - self.last).abs() > slack + rate * self.age_s {
+            let same = self.rejects > 0 && (at - self.rejected).abs() <= slack + rate * dt_s;
+            self.rejects = if same { self.rejects.saturating_add(1) } else { 1 };
+            self.rejected = at;
+            if self.rejects < 3 {
+                return None;
+            }
+        }
+        *self = Self { last: at, seeded: true, ..Self::default() };
+        Some(at)
+    }
+
+    fn sane(&self) -> bool {
+        self.last.is_finite() && self.age_s.is_finite() && self.rejected.is_finite()
+    }
+}
+
 /// What is believed in this cycle. All numbers are finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Seen {
@@ -85,6 +117,8 @@ pub struct Seen {
     pub dt_s: f32,
     /// Depth, m, down.
     pub depth_m: f32,
+    /// Depth measured in this cycle, unfiltered, m.
+    pub measured_m: Option<f32>,
     /// Depth rate, m/s, down.
     pub rate_m_s: f32,
     /// Time since a depth was measured, s.
@@ -126,6 +160,8 @@ pub struct Seen {
 pub(crate) struct Senses {
     pub(crate) first: Channel,
     pub(crate) second: Channel,
+    ballast: Position,
+    battery: Position,
     depth_m: f32,
     rate_m_s: f32,
     depth_age_s: f32,
@@ -154,14 +190,25 @@ impl Senses {
         let seen = Seen {
             dt_s,
             depth_m: self.depth_m,
+            measured_m: measured,
             rate_m_s: self.rate_m_s,
             depth_age_s: self.depth_age_s,
             depths_disagree: differ_m > 3.0 + 0.01 * self.depth_m.abs(),
             pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms),
             roll_rad: frame.roll_rad.accept(angle.clone(), max_age_ms),
             heading_rad: frame.heading_rad.accept(angle, max_age_ms),
-            ballast_m3: frame.ballast_m3.accept(-1.2 * config.pump_m3..=1.2 * config.pump_m3, max_age_ms),
-            battery_m: frame.battery_mass_m.accept(-1.2 * config.battery_m..=1.2 * config.battery_m, max_age_ms),
+            ballast_m3: self.ballast.take(
+                frame.ballast_m3.accept(-1.2 * config.pump_m3..=1.2 * config.pump_m3, max_age_ms),
+                20e-6,
+                2.0 * config.pump_rate_m3_s,
+                dt_s,
+            ),
+            battery_m: self.battery.take(
+                frame.battery_mass_m.accept(-1.2 * config.battery_m..=1.2 * config.battery_m, max_age_ms),
+                2e-3,
+                2.0 * config.battery_rate_m_s,
+                dt_s,
+            ),
             fin_rad: frame.fin_rad.accept(-1.0..=1.0, max_age_ms),
             density_kg_m3: frame.density_kg_m3.accept(990.0..=1060.0, 60_000).unwrap_or(DENSITY_DEFAULT),
             density_default: frame.density_kg_m3.accept(990.0..=1060.0, 60_000).is_none(),
@@ -174,7 +221,8 @@ impl Senses {
         };
         let missing = |r: Reading| matches!(r, Reading::Missing);
         Seen {
-            silent: [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms)) && !afloat,
+            silent: [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms))
+                && !afloat,
             refused: (!missing(frame.depth_m) && a.is_none())
                 || (!missing(frame.depth2_m) && b.is_none())
                 || (!missing(frame.pitch_rad) && seen.pitch_rad.is_none())
@@ -214,7 +262,13 @@ impl Senses {
     }
 
     fn sane(&self) -> bool {
-        self.first.sane() && self.second.sane() && self.depth_m.is_finite() && self.rate_m_s.abs() <= GATE_M_S && self.depth_age_s.is_finite()
+        self.first.sane()
+            && self.second.sane()
+            && self.ballast.sane()
+            && self.battery.sane()
+            && self.depth_m.is_finite()
+            && self.rate_m_s.abs() <= GATE_M_S
+            && self.depth_age_s.is_finite()
     }
 }
 

@@ -86,12 +86,6 @@ impl Trim {
         self.battery_m
     }
 
-    /// Learned corrections of tan(pitch), dive and climb.
-    #[cfg(test)]
-    pub(crate) fn learned(&self) -> (f32, f32) {
-        (self.dive, self.climb)
-    }
-
     fn sane(&self, config: &Config) -> bool {
         self.dive.abs() <= LEARN_MAX && self.climb.abs() <= LEARN_MAX && self.battery_m.abs() <= config.battery_m
     }

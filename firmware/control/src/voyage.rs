@@ -195,7 +195,17 @@ impl Voyage {
         }
     }
 
-    fn climb(&mut self, config: &Config, clock: Micros, seen: &Seen, ballast_m3: f32, since: Micros, top: Top, mark_m: f32, mark_since: Micros) {
+    fn climb(
+        &mut self,
+        config: &Config,
+        clock: Micros,
+        seen: &Seen,
+        ballast_m3: f32,
+        since: Micros,
+        top: Top,
+        mark_m: f32,
+        mark_since: Micros,
+    ) {
         let way = (seen.depth_m - mark_m).abs() > WAY_M;
         if way {
             self.stage = Stage::Climb { since, top, mark_m: seen.depth_m, mark_since: clock };

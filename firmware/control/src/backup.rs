@@ -1,0 +1,167 @@
+//! The second way home, written apart from the first.
+//!
+//! Uses nothing of `senses`, `voyage`, `safety` or their arithmetic: raw
+//! readings, whole numbers (cm, ms, counts), four rules, one latch in three
+//! copies. If the first way home has a fault, this one must not share it.
+//!
+//! | rule | fires when |
+//! |---|---|
+//! | deep | the deeper raw depth beyond working depth + 10 m, in three frames running |
+//! | leak | alarm in five frames running, or for 20 s |
+//! | silence | no finite depth from either sensor for 30 s |
+//! | time | mission time + 10 min passed |
+//!
+//! Then: full buoyancy, mass in the middle, fin straight, beacon; the weight
+//! when the raw depth is within 60 s of sinking at 0.5 m/s of crush depth, or
+//! when nothing was heard from a depth sensor for half an hour.
+
+use signals::{Abort, ActuatorCommand, Micros, Reading, SensorFrame, Switch};
+
+/// The numbers it needs, as whole units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    pub(crate) deep_cm: i64,
+    pub(crate) burn_cm: i64,
+    pub(crate) mission_ms: u64,
+    pub(crate) pump_m3: f32,
+}
+
+/// Memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Backup {
+    first_ms: Option<u64>,
+    last_ms: u64,
+    flown_ms: u64,
+    deaf_ms: u64,
+    leak_ms: u64,
+    deep_frames: u32,
+    leak_frames: u32,
+    burn_frames: u32,
+    burning: bool,
+    latch: [u8; 3],
+}
+
+fn centimetres(reading: Reading) -> Option<i64> {
+    match reading {
+        Reading::Sampled { value, age_ms } if value > -50.0 && value < 8000.0 && age_ms < 20_000 => Some((value * 100.0) as i64),
+        _ => None,
+    }
+}
+
+impl Backup {
+    /// Returns the cause while home is ordered, and whether to burn.
+    pub(crate) fn check(&mut self, limits: &Limits, now: Micros, frame: &SensorFrame) -> Option<(Abort, bool)> {
+        let now_ms = now.0 / 1000;
+        let passed = if self.first_ms.is_none() { 0 } else { now_ms.saturating_sub(self.last_ms).min(120_000) };
+        self.first_ms = self.first_ms.or(Some(now_ms));
+        self.last_ms = now_ms;
+        self.flown_ms = self.flown_ms.saturating_add(passed);
+
+        let deepest = match (centimetres(frame.depth_m), centimetres(frame.depth2_m)) {
+            (Some(a), Some(b)) => Some(if a > b { a } else { b }),
+            (a, None) => a,
+            (None, b) => b,
+        };
+        match deepest {
+            Some(cm) => {
+                self.deaf_ms = 0;
+                self.deep_frames = if cm > limits.deep_cm { self.deep_frames.saturating_add(1) } else { 0 };
+                self.burn_frames = if cm > limits.burn_cm { self.burn_frames.saturating_add(1) } else { 0 };
+            }
+            None => self.deaf_ms = self.deaf_ms.saturating_add(passed),
+        }
+        if frame.surface.gps_fix || frame.surface.comms {
+            self.deaf_ms = 0;
+        }
+        if frame.leak == Switch::Alarm {
+            self.leak_frames = self.leak_frames.saturating_add(1);
+            self.leak_ms = self.leak_ms.saturating_add(passed);
+        } else {
+            self.leak_frames = 0;
+            self.leak_ms = 0;
+        }
+        let cause = if self.deep_frames >= 3 {
+            1
+        } else if self.leak_frames >= 5 || self.leak_ms >= 20_000 {
+            2
+        } else if self.deaf_ms >= 30_000 {
+            3
+        } else if self.flown_ms > limits.mission_ms {
+            4
+        } else {
+            0
+        };
+        if cause != 0 && self.voted() == 0 {
+            self.latch = [cause; 3];
+        }
+        let home = match self.voted() {
+            0 => return None,
+            1 => Abort::OverDepth,
+            2 => Abort::Leak,
+            3 => Abort::LinkLost,
+            4 => Abort::OverTime,
+            _ => Abort::Internal,
+        };
+        self.burning |= self.burn_frames >= 3 || self.deaf_ms >= 1_800_000;
+        Some((home, self.burning))
+    }
+
+    /// Two of three copies; three different ones are an abort of their own.
+    fn voted(&self) -> u8 {
+        let [a, b, c] = self.latch;
+        if a == b || a == c {
+            a
+        } else if b == c {
+            b
+        } else {
+            u8::MAX
+        }
+    }
+
+    /// What it commands.
+    pub(crate) fn command(limits: &Limits, seq: u32, burn: bool) -> ActuatorCommand {
+        ActuatorCommand { seq, ballast_m3: limits.pump_m3, battery_mass_m: 0.0, fin_rad: 0.0, drop_weight: burn, beacon: true }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Backup, Limits};
+    use signals::{Abort, Micros, Reading, SensorFrame, Switch};
+
+    const LIMITS: Limits = Limits { deep_cm: 21_000, burn_cm: 22_000, mission_ms: 3_600_000, pump_m3: 236e-6 };
+
+    fn run(frames: impl Iterator<Item = SensorFrame>) -> Vec<Option<(Abort, bool)>> {
+        let mut b = Backup::default();
+        frames.enumerate().map(|(i, f)| b.check(&LIMITS, Micros::from_secs(4 * i as u64), &f)).collect()
+    }
+
+    fn at(depth_m: f32) -> SensorFrame {
+        SensorFrame { depth_m: Reading::now(depth_m), ..SensorFrame::default() }
+    }
+
+    #[test]
+    fn each_rule_fires_on_its_own_and_never_lets_go() {
+        let deep = run([50.0, 211.0, 212.0, 213.0, 50.0, 0.0].into_iter().map(at));
+        assert_eq!(
+            deep.iter().map(|r| r.map(|r| r.0)).collect::<Vec<_>>(),
+            [None, None, None, Some(Abort::OverDepth), Some(Abort::OverDepth), Some(Abort::OverDepth)]
+        );
+        let burn = run([230.0; 4].into_iter().map(at));
+        assert_eq!(burn[3], Some((Abort::OverDepth, true)));
+        let leak = run((0..6).map(|_| SensorFrame { leak: Switch::Alarm, ..at(5.0) }));
+        assert!(leak[3].is_none() && leak[4] == Some((Abort::Leak, false)));
+        let silence = run((0..10).map(|_| SensorFrame::default()));
+        assert!(silence[7].is_none() && silence[8].is_some_and(|r| r.0 == Abort::LinkLost));
+        let time = run((0..1000).map(|_| at(10.0)));
+        assert!(time[900].is_none() && time[901] == Some((Abort::OverTime, false)));
+    }
+
+    #[test]
+    fn one_damaged_copy_of_the_latch_changes_nothing() {
+        let mut b = Backup { latch: [2, 7, 2], ..Backup::default() };
+        assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), Some((Abort::Leak, false)));
+        let mut b = Backup { latch: [0, 7, 0], ..Backup::default() };
+        assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), None);
+    }
+}

@@ -1,0 +1,201 @@
+//! Pump, battery mass and fin: do they follow?
+//!
+//! ```text
+//! pump: follows --no way for 8 s--> retry (3 ×: stop one cycle, drive) --> reverse 30 cc --> drive --> PumpStuck
+//! ```
+//! A pump that fails while the depth answers to the command all the same has
+//! lost its feedback, not its way: BallastFeedback.
+
+use super::{Verdict, Watch};
+use crate::angle::wrap;
+use signals::{Abort, Flags};
+
+/// Pump error that is left alone, m³: a few times the dead-band of real pumps.
+const PUMP_NEAR_M3: f32 = 12e-6;
+/// Way that counts as way, m³.
+const PUMP_WAY_M3: f32 = 3e-6;
+/// Shortest time without way before a retry, s.
+const PUMP_WAIT_S: f32 = 8.0;
+/// Way in the wrong direction that no command explains, m³.
+const PUMP_AWAY_M3: f32 = 40e-6;
+/// How far the pump is reversed to free it, m³.
+const PUMP_REVERSE_M3: f32 = 30e-6;
+/// Retries before the reverse.
+const RETRIES: u8 = 3;
+/// Feedback missing for this long is lost, s.
+const FEEDBACK_LOST_S: f32 = 9.0;
+/// Depth rate that answers a command, m/s.
+const ANSWER_M_S: f32 = 0.05;
+/// Battery mass error that is left alone, m.
+const MASS_NEAR_M: f32 = 1.5e-3;
+/// Battery mass without way for this long is stopped, s (or two cycles).
+const MASS_WAIT_S: f32 = 2.0;
+/// Mass stopped in all for this long: abort, s.
+const MASS_LOST_S: f32 = 120.0;
+/// Fin error left alone, rad; time without way, s.
+const FIN: (f32, f32) = (0.1, 60.0);
+/// Heading swept in one direction that is a spiral: two full turns, rad.
+const SPIRAL_RAD: f32 = 12.566;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Follower {
+    target: f32,
+    mark: f32,
+    nearest: f32,
+    still_s: f32,
+}
+
+impl Follower {
+    /// Time without way towards `target`, s, and how much farther off than the nearest it has come.
+    fn watch(&mut self, target: f32, at: f32, near: f32, way: f32, dt_s: f32) -> (f32, f32) {
+        let sane = self.target.is_finite() && self.mark.is_finite() && self.nearest.is_finite() && self.still_s.is_finite();
+        let off = (target - at).abs();
+        if !sane || (target - self.target).abs() > near || off < near {
+            *self = Self { target, mark: at, nearest: off, still_s: 0.0 };
+            return (0.0, 0.0);
+        }
+        self.nearest = self.nearest.min(off);
+        if (self.target - self.mark).abs() - off > way {
+            self.mark = at;
+            self.still_s = 0.0;
+        } else {
+            self.still_s += dt_s;
+        }
+        (self.still_s, off - self.nearest)
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ActuatorWatch {
+    pump: Follower,
+    pump_tries: u8,
+    pump_wanted_m3: f32,
+    rate_at_first_try_m_s: f32,
+    pump_lost_s: f32,
+    away: u8,
+    mass: Follower,
+    mass_stopped_s: f32,
+    mass_away: u8,
+    fin: Follower,
+    fin_lost_s: f32,
+    swept_rad: f32,
+    last_heading_rad: f32,
+}
+
+impl ActuatorWatch {
+    pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let all = [
+            self.pump_wanted_m3,
+            self.rate_at_first_try_m_s,
+            self.pump_lost_s,
+            self.mass_stopped_s,
+            self.fin_lost_s,
+            self.swept_rad,
+            self.last_heading_rad,
+        ];
+        if !all.into_iter().all(f32::is_finite) {
+            *self = Self::default();
+        }
+        self.watch_pump(w, v);
+        self.watch_mass(w, v);
+        self.watch_fin(w, v);
+    }
+
+    fn watch_pump(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let dt = w.seen.dt_s;
+        let Some(at) = w.seen.ballast_m3 else {
+            v.flag(Flags::PUMP_OPEN_LOOP);
+            self.pump_lost_s = (self.pump_lost_s + dt).min(1e6);
+            if self.pump_lost_s >= FEEDBACK_LOST_S {
+                v.cause(Abort::BallastFeedback);
+            }
+            return;
+        };
+        self.pump_lost_s = (self.pump_lost_s - dt).max(0.0);
+        // A retry or reverse in the last cycle is ours; judge against what was wanted before it.
+        if self.pump_tries == 0 {
+            self.pump_wanted_m3 = w.commanded.ballast_m3;
+        }
+        let wanted = self.pump_wanted_m3;
+        let (still_s, away) = self.pump.watch(wanted, at, PUMP_NEAR_M3, PUMP_WAY_M3, dt);
+        if still_s <= 0.0 {
+            self.pump_tries = 0;
+        }
+        self.away = if away > PUMP_AWAY_M3 && self.pump_tries <= RETRIES { self.away.saturating_add(1) } else { 0 };
+        if self.away >= 2 {
+            v.cause(Abort::PumpStuck);
+        }
+        let wait = PUMP_WAIT_S.max(2.0 * w.cycle_s());
+        if still_s >= wait {
+            if self.pump_tries == 0 {
+                self.rate_at_first_try_m_s = w.seen.rate_m_s;
+            }
+            self.pump_tries = self.pump_tries.saturating_add(1);
+            self.pump.still_s = 0.0;
+            self.pump.mark = at;
+            match self.pump_tries {
+                0..=RETRIES => v.pump_instead_m3 = Some(at),
+                n if n == RETRIES + 1 => {
+                    let back = if wanted > at { -PUMP_REVERSE_M3 } else { PUMP_REVERSE_M3 };
+                    v.pump_instead_m3 = Some((at + back).clamp(-w.config.pump_m3, w.config.pump_m3));
+                }
+                _ => {
+                    let answered = (w.seen.rate_m_s - self.rate_at_first_try_m_s) * (wanted - at) < 0.0
+                        && (w.seen.rate_m_s - self.rate_at_first_try_m_s).abs() > ANSWER_M_S;
+                    v.cause(if answered { Abort::BallastFeedback } else { Abort::PumpStuck });
+                    self.pump_tries = 1;
+                }
+            }
+        }
+    }
+
+    fn watch_mass(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let dt = w.seen.dt_s;
+        let stopped = match w.seen.battery_m {
+            None => true,
+            Some(at) => {
+                let (still_s, away) = self.mass.watch(w.commanded.battery_mass_m, at, MASS_NEAR_M, 0.3e-3, dt);
+                self.mass_away = if away > 4e-3 { self.mass_away.saturating_add(1) } else { 0 };
+                if self.mass_away >= 2 {
+                    v.cause(Abort::MassStuck);
+                }
+                // Stopped for a while, then tried again.
+                let wait = MASS_WAIT_S.max(2.0 * w.cycle_s());
+                still_s >= wait && (still_s - wait) % (8.0 * wait) < 6.0 * wait
+            }
+        };
+        if stopped {
+            v.flag(Flags::MASS_STOPPED);
+            v.hold_mass = true;
+            self.mass_stopped_s = (self.mass_stopped_s + dt).min(1e6);
+        } else {
+            self.mass_stopped_s = (self.mass_stopped_s - 0.25 * dt).max(0.0);
+        }
+        if self.mass_stopped_s > MASS_LOST_S {
+            v.cause(Abort::MassStuck);
+        }
+    }
+
+    fn watch_fin(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let dt = w.seen.dt_s;
+        let lost = match w.seen.fin_rad {
+            None => false,
+            Some(at) => self.fin.watch(w.commanded.fin_rad, at, FIN.0, 0.02, dt).0 > FIN.1,
+        };
+        if lost {
+            v.cause(Abort::FinStuck);
+        }
+        let Some(heading) = w.seen.heading_rad else { return };
+        let turned = wrap(heading - self.last_heading_rad);
+        self.last_heading_rad = heading;
+        if !w.gliding() || turned * self.swept_rad < 0.0 && turned.abs() > 0.1 {
+            self.swept_rad = 0.0;
+        } else {
+            // Noise of a compass sweeps nowhere; what leaks out in ten minutes is no spiral.
+            self.swept_rad = (self.swept_rad + turned) * (1.0 - (dt / 600.0).min(1.0));
+        }
+        if self.swept_rad.abs() > SPIRAL_RAD {
+            v.cause(Abort::FinStuck);
+        }
+    }
+}

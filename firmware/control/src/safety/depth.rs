@@ -1,0 +1,92 @@
+//! Depth: too deep, unknown, contradictory, or not moving though it must.
+
+use super::{Verdict, Watch};
+use signals::{Abort, Flags, Phase};
+
+/// Without a depth: climb after this, s — a cycle and a second, so that one lost reading changes nothing.
+const CLIMB_AFTER_S: f32 = 5.0;
+/// Without a depth: abort after this, s (bound 10 s).
+const ABORT_AFTER_S: f32 = 8.0;
+/// Two depths apart for this long, s.
+const APART_S: f32 = 20.0;
+/// A depth that stays inside this band is not moving, m: below the noise of any live transducer over ten samples.
+const STILL_M: f32 = 0.03;
+/// Slowest sinking at full drive, m/s: a third of the slowest glide.
+const SLOWEST_M_S: f32 = 0.03;
+/// Shortest watch before "stuck", s (bound 60 s).
+const STUCK_S: f32 = 45.0;
+/// Pitch beyond which the vehicle must move, rad (5°).
+const MOVES_RAD: f32 = 0.087;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct DepthWatch {
+    over: u8,
+    apart_s: f32,
+    silent_s: f32,
+    still_s: f32,
+    expected_m: f32,
+    low_m: f32,
+    high_m: f32,
+}
+
+impl DepthWatch {
+    pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        if ![self.apart_s, self.silent_s, self.still_s, self.expected_m, self.low_m, self.high_m].into_iter().all(f32::is_finite) {
+            *self = Self::default();
+        }
+        let seen = w.seen;
+        self.silent_s = if seen.silent { (self.silent_s + seen.dt_s).min(1e4) } else { 0.0 };
+        if self.silent_s >= ABORT_AFTER_S {
+            v.cause(Abort::LinkLost);
+        }
+        if seen.depth_age_s > 0.0 {
+            v.flag(Flags::DEPTH_PROJECTED);
+            v.climb = seen.depth_age_s >= CLIMB_AFTER_S;
+            if seen.depth_age_s >= ABORT_AFTER_S {
+                v.cause(Abort::SensorDepth);
+            }
+        }
+        self.apart_s = if seen.depths_disagree { self.apart_s + seen.dt_s } else { 0.0 };
+        if self.apart_s >= APART_S {
+            v.cause(Abort::SensorDepth);
+        }
+        self.over_depth(w, v);
+        self.stuck(w, v);
+    }
+
+    fn over_depth(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let leg = w.leg_max_m + (0.05 * w.leg_max_m).max(10.0);
+        let limit = leg.min(w.config.working_depth_m + 5.0);
+        let over = w.seen.depth_age_s <= 0.0 && !(w.seen.depth_m <= limit);
+        self.over = if over { self.over.saturating_add(1) } else { 0 };
+        if self.over >= 2 {
+            v.cause(Abort::OverDepth);
+        }
+    }
+
+    /// Pump and pitch say "moving", the reading says "not at all".
+    fn stuck(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let seen = w.seen;
+        let (Some(z), Some(ballast), Some(pitch)) = (seen.measured_m, seen.ballast_m3, seen.pitch_rad) else { return };
+        let drive = ballast / w.config.pump_m3;
+        let down = drive < -0.4 && pitch < -MOVES_RAD;
+        let up = drive > 0.4 && pitch > MOVES_RAD && z > 2.0;
+        let free = matches!(w.phase, Phase::Dive | Phase::Climb | Phase::InflectHigh | Phase::InflectLow) && !seen.afloat;
+        if !(free && (down || up)) || z < self.low_m || z > self.high_m {
+            let low = z.min(self.low_m).max(z - STILL_M);
+            let high = z.max(self.high_m).min(z + STILL_M);
+            let reset = !(free && (down || up)) || z - self.low_m > STILL_M || self.high_m - z > STILL_M;
+            (self.low_m, self.high_m) = if reset { (z, z) } else { (low, high) };
+            if reset {
+                self.still_s = 0.0;
+                self.expected_m = 0.0;
+                return;
+            }
+        }
+        self.still_s += seen.dt_s;
+        self.expected_m += SLOWEST_M_S * drive.abs() * seen.dt_s;
+        if self.still_s >= STUCK_S && self.expected_m >= 0.5 {
+            v.cause(Abort::StuckDepth);
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! When to come home, and how: independent of the mission.
+//!
+//! Looks at what is believed, what was commanded and how long ago; knows
+//! nothing of dives, goals or tables. Its answer is a [`Verdict`]; an abort in
+//! it is latched with its first cause and is never taken back, not by a reset
+//! of any counter: full buoyancy, pitch for ascent, fin straight, beacon.
+//!
+//! | file | watches | causes |
+//! |---|---|---|
+//! | `depth` | too deep, no depth, depths apart, depth that does not move though it must | OverDepth, SensorDepth, StuckDepth, LinkLost |
+//! | `attitude` | pitch and heading | SensorPitch, NoHeading |
+//! | `actuators` | pump, battery mass, fin | BallastFeedback, PumpStuck, MassStuck, FinStuck |
+//! | `supply` | leak, vacuum, voltage, charge, time, shore | Leak, Vacuum, Undervoltage, LowCharge, OverTime, NoComms |
+//! | `release` | the drop weight, by depth zone | – |
+//!
+//! Priority: ascent before link before mission. A sensor's failure leads to
+//! ascent, never to "carry on with the last value".
+
+mod actuators;
+mod attitude;
+mod depth;
+mod release;
+mod supply;
+
+use crate::config::Config;
+use crate::senses::Seen;
+use signals::{Abort, ActuatorCommand, Flags, Micros, Phase, SensorFrame};
+
+pub(crate) use release::Release;
+
+/// What the watches look at in one cycle.
+pub(crate) struct Watch<'a> {
+    pub(crate) config: &'a Config,
+    pub(crate) clock: Micros,
+    pub(crate) seen: &'a Seen,
+    pub(crate) frame: &'a SensorFrame,
+    /// Command of the cycle before.
+    pub(crate) commanded: &'a ActuatorCommand,
+    /// Pitch aimed at in the cycle before, rad.
+    pub(crate) pitch_wanted_rad: f32,
+    pub(crate) phase: Phase,
+    /// Deepest depth of the leg, m.
+    pub(crate) leg_max_m: f32,
+    pub(crate) max_duration_s: u32,
+    /// Time in the climb under way without way made, s.
+    pub(crate) climb_without_way_s: f32,
+    /// Turns in a row forced by a lack of way.
+    pub(crate) no_way_turns: u8,
+    /// Turns in a row forced by the bottom.
+    pub(crate) bottom_turns: u8,
+}
+
+impl Watch<'_> {
+    /// In the water and on its way.
+    pub(crate) fn gliding(&self) -> bool {
+        matches!(self.phase, Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh)
+    }
+
+    /// Time of one cycle, s, nominal or longer.
+    pub(crate) fn cycle_s(&self) -> f32 {
+        self.config.cycle_s.max(self.seen.dt_s)
+    }
+}
+
+/// What safety decides in one cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Verdict {
+    /// First cause of an abort, once there is one.
+    pub(crate) abort: Option<Abort>,
+    /// Climb for now, without an abort.
+    pub(crate) climb: bool,
+    /// Come home at the end of this climb.
+    pub(crate) homeward: bool,
+    /// Keep the battery mass where it is.
+    pub(crate) hold_mass: bool,
+    /// Do not learn from the pitch reading.
+    pub(crate) distrust_pitch: bool,
+    /// Pump position to command instead of the wanted one, m³.
+    pub(crate) pump_instead_m3: Option<f32>,
+    /// Fire the drop weight.
+    pub(crate) drop_weight: bool,
+    /// Degradations.
+    pub(crate) flags: Flags,
+}
+
+impl Verdict {
+    /// Notes a cause unless there is one already.
+    fn cause(&mut self, cause: Abort) {
+        self.abort = self.abort.or(Some(cause));
+    }
+
+    fn flag(&mut self, flag: Flags) {
+        self.flags = self.flags.with(flag);
+    }
+}
+
+/// Guard word of a state without an abort; any other value is an abort.
+const CLEAR: u32 = 0x0C1E_A25A;
+
+/// Memory of the watches, and the latch.
+#[derive(Clone, Debug)]
+pub(crate) struct Safety {
+    latched: Option<Abort>,
+    /// Second copy of "not aborted": a flipped bit in either leads to SAFE.
+    guard: u32,
+    since_abort_s: f32,
+    depth: depth::DepthWatch,
+    attitude: attitude::AttitudeWatch,
+    actuators: actuators::ActuatorWatch,
+    supply: supply::SupplyWatch,
+    release: Release,
+}
+
+impl Default for Safety {
+    fn default() -> Self {
+        Self {
+            latched: None,
+            guard: CLEAR,
+            since_abort_s: 0.0,
+            depth: depth::DepthWatch::default(),
+            attitude: attitude::AttitudeWatch::default(),
+            actuators: actuators::ActuatorWatch::default(),
+            supply: supply::SupplyWatch::default(),
+            release: Release::default(),
+        }
+    }
+}
+
+impl Safety {
+    /// Latches an abort; the first cause stays.
+    pub(crate) fn latch(&mut self, cause: Abort) {
+        self.latched = self.latched.or(Some(cause));
+        self.guard = 0;
+    }
+
+    /// First cause, once there is one.
+    pub(crate) fn aborted(&self) -> Option<Abort> {
+        match self.latched {
+            None if self.guard != CLEAR => Some(Abort::Internal),
+            latched => latched,
+        }
+    }
+
+    /// Judges one cycle.
+    pub(crate) fn judge(&mut self, w: &Watch<'_>) -> Verdict {
+        if let Some(cause) = self.aborted() {
+            self.latch(cause);
+        }
+        let mut v = Verdict { abort: self.latched, ..Verdict::default() };
+        // Order is rank: of two causes in one cycle the first named is kept.
+        self.supply.watch(w, &mut v);
+        self.depth.watch(w, &mut v);
+        self.actuators.watch(w, &mut v);
+        self.attitude.watch(w, &mut v);
+        if w.bottom_turns >= 5 {
+            v.cause(Abort::Bottom);
+        }
+        if w.no_way_turns >= 2 || w.climb_without_way_s > 900.0 {
+            v.cause(Abort::Stalled);
+        }
+        if let Some(cause) = v.abort {
+            self.latch(cause);
+            self.since_abort_s = (self.since_abort_s + w.seen.dt_s).min(1e6);
+        }
+        v.drop_weight = self.release.fire(w, v.abort);
+        if self.release.has_fired() {
+            v.flag(Flags::WEIGHT_FIRED);
+        }
+        v
+    }
+}

@@ -1,7 +1,7 @@
 //! Which bytes are a usable object, and which one is in use.
 
-use crate::storage::{Content, Storage};
-use control::Config;
+use crate::storage::{Content, MAX_OBJECT, Storage};
+use control::{Config, config::Settings};
 use polar::Table;
 use signals::link::CRC32;
 use signals::{Mission, Object, Refusal, Wings};
@@ -23,7 +23,7 @@ pub fn check(object: Object, bytes: &[u8], config: &Config) -> Result<(), Refusa
             let mission = mission(bytes).ok_or(Refusal::Corrupt)?;
             mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)
         }
-        Object::Config => Err(Refusal::Corrupt),
+        Object::Config => config_of(bytes).map(|_| ()).ok_or(Refusal::Corrupt),
     }
 }
 
@@ -33,6 +33,24 @@ pub fn mission(bytes: &[u8]) -> Option<Mission> {
     match postcard::take_from_bytes(bytes) {
         Ok((mission, [])) => Some(mission),
         _ => None,
+    }
+}
+
+/// A configuration from its stored bytes (postcard of [`Settings`]), checked.
+#[must_use]
+pub fn config_of(bytes: &[u8]) -> Option<Config> {
+    match postcard::take_from_bytes::<Settings>(bytes) {
+        Ok((settings, [])) => Config::new(settings).ok(),
+        _ => None,
+    }
+}
+
+/// The stored form of a configuration.
+pub fn config_bytes(config: &Config, out: &mut Content) {
+    let mut buffer = [0u8; MAX_OBJECT];
+    out.clear();
+    if let Ok(bytes) = postcard::to_slice(config.settings(), &mut buffer) {
+        let _ = out.extend_from_slice(bytes); // the same capacity
     }
 }
 
@@ -51,14 +69,27 @@ pub fn select_table(storage: &mut impl Storage, wings: Wings, out: &mut Content)
     Table::parse(out, wings).map_or(0, |table| table.id())
 }
 
-/// Copies what is in use of `object` to `out` for read-back; empty if nothing
-/// is stored and nothing is built in.
-pub fn in_use(storage: &mut impl Storage, object: Object, out: &mut Content) {
+/// The configuration the next mission is flown with: the stored one if it is
+/// good, else `built_in`.
+pub fn select_config(storage: &mut impl Storage, built_in: &Config) -> Config {
+    let mut bytes = Content::new();
+    if storage.load(Object::Config, &mut bytes)
+        && let Some(config) = config_of(&bytes)
+    {
+        return config;
+    }
+    built_in.clone()
+}
+
+/// Copies what is in use of `object` to `out`; empty if nothing is stored and
+/// nothing is built in.
+pub fn in_use(storage: &mut impl Storage, built_in: &Config, object: Object, out: &mut Content) {
     match object {
         Object::Table(wings) => {
             select_table(storage, wings, out);
         }
-        Object::Config | Object::Mission => {
+        Object::Config => config_bytes(&select_config(storage, built_in), out),
+        Object::Mission => {
             if !storage.load(object, out) {
                 out.clear();
             }
@@ -66,17 +97,13 @@ pub fn in_use(storage: &mut impl Storage, object: Object, out: &mut Content) {
     }
 }
 
-/// CRC-32 of what is in use; 0 where there is nothing.
-pub fn identity(storage: &mut impl Storage, object: Object) -> u32 {
+/// Identity of what is in use (of a table its own, else the CRC-32 of its
+/// bytes); 0 where there is nothing.
+pub fn identity(storage: &mut impl Storage, built_in: &Config, object: Object) -> u32 {
     let mut bytes = Content::new();
-    match object {
-        Object::Table(wings) => select_table(storage, wings, &mut bytes),
-        Object::Config | Object::Mission => {
-            if storage.load(object, &mut bytes) {
-                CRC32.checksum(&bytes)
-            } else {
-                0
-            }
-        }
+    if let Object::Table(wings) = object {
+        return select_table(storage, wings, &mut bytes);
     }
+    in_use(storage, built_in, object, &mut bytes);
+    if bytes.is_empty() { 0 } else { CRC32.checksum(&bytes) }
 }

@@ -100,6 +100,7 @@ impl<S: Storage> Helm<S> {
             silent_steps: 0,
         };
         if boot.reset_during_mission {
+            helm.config = objects::select_config(&mut helm.storage, &helm.built_in_config);
             helm.table_id = objects::select_table(&mut helm.storage, helm.wings, &mut helm.table);
             helm.activity = Activity::Flying { state: State::after_reset(&helm.config), phase: Phase::Safe };
         }
@@ -194,9 +195,9 @@ impl<S: Storage> Helm<S> {
     pub fn manifest(&mut self) -> Manifest {
         Manifest {
             firmware: self.boot.firmware,
-            table_standard: objects::identity(&mut self.storage, Object::Table(Wings::Standard)),
-            table_low_ar: objects::identity(&mut self.storage, Object::Table(Wings::LowAspectRatio)),
-            config: objects::identity(&mut self.storage, Object::Config),
+            table_standard: objects::identity(&mut self.storage, &self.built_in_config, Object::Table(Wings::Standard)),
+            table_low_ar: objects::identity(&mut self.storage, &self.built_in_config, Object::Table(Wings::LowAspectRatio)),
+            config: objects::identity(&mut self.storage, &self.built_in_config, Object::Config),
             cycle_ms: CYCLE_MS,
             boots: self.boot.boots,
             hil: self.boot.seat == Seat::Host,
@@ -245,11 +246,12 @@ impl<S: Storage> Helm<S> {
         {
             mission = stored;
         }
-        self.config = self.built_in_config.clone();
+        self.config = objects::select_config(&mut self.storage, &self.built_in_config);
         mission.validate(self.config.working_depth_m, self.config.pump_m3).map_err(Refusal::Mission)?;
         self.wings = mission.wings;
         self.table_id = objects::select_table(&mut self.storage, self.wings, &mut self.table);
         self.activity = Activity::Armed { mission };
+        self.last = None;
         self.in_sequence = false;
         Ok(ToHost::Ready { table_id: self.table_id })
     }
@@ -279,18 +281,17 @@ impl<S: Storage> Helm<S> {
         if self.boot.seat != Seat::Host || matches!(self.activity, Activity::Idle) {
             return Some(ToHost::Refused(Refusal::NotNow));
         }
-        if let (true, Some((last, answer))) = (self.in_sequence, &self.last) {
+        if let Some((last, answer)) = &self.last {
             let counters = &mut self.receiver.counters;
-            match frame.seq.wrapping_sub(last.seq) {
-                0 => {
-                    counters.repeated = counters.repeated.saturating_add(1);
-                    return Some(ToHost::Answer(*answer));
-                }
-                1..=MAX_GAP => {}
-                _ => {
-                    counters.stale = counters.stale.saturating_add(1);
-                    return None;
-                }
+            let ahead = frame.seq.wrapping_sub(last.seq);
+            // The very same frame is a repetition even after a new hello.
+            if (self.in_sequence && ahead == 0) || frame == last {
+                counters.repeated = counters.repeated.saturating_add(1);
+                return Some(ToHost::Answer(*answer));
+            }
+            if self.in_sequence && ahead > MAX_GAP {
+                counters.stale = counters.stale.saturating_add(1);
+                return None;
             }
         }
         self.step(frame).map(ToHost::Answer)
@@ -327,7 +328,8 @@ impl<S: Storage> Helm<S> {
             return Ok(said(kept, crc));
         }
         let (object, crc, bytes) = self.staging.complete()?;
-        objects::check(object, bytes, &self.config)?;
+        let config = objects::select_config(&mut self.storage, &self.built_in_config);
+        objects::check(object, bytes, &config)?;
         let kept = self.storage.save(object, bytes)?;
         self.staging.close(crc, kept);
         Ok(said(kept, crc))
@@ -337,12 +339,12 @@ impl<S: Storage> Helm<S> {
         self.on_deck()?;
         self.staging.abandon();
         let kept = self.storage.rollback(object)?;
-        Ok(said(kept, objects::identity(&mut self.storage, object)))
+        Ok(said(kept, objects::identity(&mut self.storage, &self.built_in_config, object)))
     }
 
     fn read_back(&mut self, object: Object, offset: u32) -> Result<ToHost, Refusal> {
         let mut bytes = Content::new();
-        objects::in_use(&mut self.storage, object, &mut bytes);
+        objects::in_use(&mut self.storage, &self.built_in_config, object, &mut bytes);
         let start = usize::try_from(offset).unwrap_or(usize::MAX).min(bytes.len());
         let rest = bytes.get(start..).unwrap_or_default();
         let piece = rest.get(..rest.len().min(CHUNK)).unwrap_or_default();

@@ -31,6 +31,7 @@ pub mod effects;
 pub mod faults;
 mod forces;
 pub mod ocean;
+pub mod replay;
 mod scenario;
 pub mod sensors;
 pub mod trials;

@@ -114,7 +114,7 @@ pub struct Vehicle {
     pub roll_per_curvature_rad_m: f64,
     /// Constant list, rad, starboard down.
     pub list_rad: f64,
-    /// Fin area for its drag, m².
+    /// Drag area of the fin per angle², m²/rad² (guess: full fin and turn cost 12 % together; public spiral figures 2–15 %).
     pub fin_area_m2: f64,
     /// Drag area of sideslip in a turn at a curvature of 1/m, m²·m².
     pub turn_drag_m4: f64,
@@ -151,8 +151,8 @@ impl Default for Vehicle {
             yaw_length_m: 1.5,
             roll_per_curvature_rad_m: 1.2,
             list_rad: 0.0,
-            fin_area_m2: 0.02,
-            turn_drag_m4: 0.08,
+            fin_area_m2: 0.006,
+            turn_drag_m4: 0.05,
             drop_weight_kg: 0.45,
             release_time_s: 120.0,
             crush_depth_m: 250.0,

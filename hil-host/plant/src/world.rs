@@ -22,6 +22,10 @@ use std::f64::consts::TAU;
 
 /// Longest integration step, s. Halving it changes the depth of a 3 h flight by less than 1 cm (tested).
 const STEP_S: f64 = 0.5;
+/// Depth above which the float's spring is near, m; steps are shorter there.
+const CONTACT_ZONE_M: f64 = 0.3;
+/// Share of the step there.
+const CONTACT_STEP: f64 = 0.25;
 /// Length of the piece-wise linear stretches of the background water motion, s.
 const BACKGROUND_GRID_S: f64 = 12.0;
 /// Commands missed before the actuators go to the surface by themselves.
@@ -219,7 +223,8 @@ impl World {
             }
             self.obey_faults();
             let remaining = end - self.t;
-            let mut h = remaining / (remaining / self.step_s - 1e-9).ceil().max(1.0);
+            let longest = if self.y[2] < CONTACT_ZONE_M || self.held_at.is_some() { self.step_s * CONTACT_STEP } else { self.step_s };
+            let mut h = remaining / (remaining / longest - 1e-9).ceil().max(1.0);
             let pump_stalled = self.ballast.target > self.ballast.position && self.pressure() > self.pump.stall_pa;
             let (ballast_rate, ballast_end) = if pump_stalled { (0.0, f64::INFINITY) } else { self.ballast.plan() };
             let (battery_rate, battery_end) = self.battery.plan();

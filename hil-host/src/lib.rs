@@ -2,6 +2,7 @@
 
 pub mod boardlog;
 pub mod commands;
+pub mod fetch;
 pub mod flightlog;
 pub mod mission_file;
 pub mod page;

@@ -2,7 +2,9 @@
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
 pub mod dynamics;
+pub mod export;
 pub mod flight;
+pub mod import;
 pub mod metric;
 pub mod prepare;
 pub mod read;

@@ -1,0 +1,5 @@
+//! Flights written for others, and for ourselves.
+//!
+//! * [`csv`]: the project's own flight format.
+
+pub mod csv;

@@ -1,0 +1,99 @@
+//! Reads a two-dimensional numpy array of 64-bit floats.
+//!
+//! Format: NEP 1 (numpy enhancement proposal 1, "A simple file format for NumPy
+//! arrays"): magic `\x93NUMPY`, version, header length, a Python dictionary with
+//! `descr`, `fortran_order`, `shape`, then the numbers. Only what a table needs:
+//! `<f8`, rows first. A general reader (crate `npyz`) brings a parser generator
+//! and big integers for that one line of header.
+
+/// Why bytes are not such an array.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NpyError {
+    /// The file does not start as numpy files do.
+    NotNumpy,
+    /// An array of another kind; the header is given.
+    OtherKind(String),
+    /// Fewer bytes than the header promises.
+    Cut {
+        /// Numbers promised.
+        promised: usize,
+        /// Numbers there.
+        found: usize,
+    },
+}
+
+impl std::fmt::Display for NpyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotNumpy => write!(f, "is not a numpy file"),
+            Self::OtherKind(header) => write!(f, "is not a rows-first table of 64-bit floats but {header}"),
+            Self::Cut { promised, found } => write!(f, "is cut: {found} of {promised} numbers are there"),
+        }
+    }
+}
+
+impl std::error::Error for NpyError {}
+
+/// Rows of the array.
+///
+/// # Errors
+/// [`NpyError`].
+pub fn rows(bytes: &[u8]) -> Result<Vec<Vec<f64>>, NpyError> {
+    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or(NpyError::NotNumpy)?;
+    let (header, data) = match rest {
+        [1, _, a, b, rest @ ..] => rest.split_at_checked(usize::from(u16::from_le_bytes([*a, *b]))),
+        [2 | 3, _, a, b, c, d, rest @ ..] => rest.split_at_checked(u32::from_le_bytes([*a, *b, *c, *d]) as usize),
+        _ => None,
+    }
+    .ok_or(NpyError::NotNumpy)?;
+    let header = String::from_utf8_lossy(header).trim().to_owned();
+    let other = || NpyError::OtherKind(header.clone());
+    let plain: String = header.chars().filter(|c| !c.is_whitespace()).collect();
+    if !(plain.contains("'descr':'<f8'") && plain.contains("'fortran_order':False")) {
+        return Err(other());
+    }
+    let (_, shape) = plain.split_once("'shape':(").ok_or_else(other)?;
+    let (shape, _) = shape.split_once(')').ok_or_else(other)?;
+    let shape: Vec<usize> = shape.split(',').filter(|s| !s.is_empty()).map(str::parse).collect::<Result<_, _>>().map_err(|_| other())?;
+    let &[count, length] = shape.as_slice() else { return Err(other()) };
+    let numbers: Vec<f64> = data.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+    let promised = count.checked_mul(length).filter(|n| *n > 0).ok_or_else(other)?;
+    if numbers.len() < promised {
+        return Err(NpyError::Cut { promised, found: numbers.len() });
+    }
+    Ok(numbers[..promised].chunks(length).map(<[f64]>::to_vec).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn array(header: &str, numbers: &[f64]) -> Vec<u8> {
+        let mut out = b"\x93NUMPY\x01\x00".to_vec();
+        out.extend((header.len() as u16).to_le_bytes());
+        out.extend(header.bytes());
+        out.extend(numbers.iter().flat_map(|v| v.to_le_bytes()));
+        out
+    }
+
+    const HEADER: &str = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }   \n";
+
+    #[test]
+    fn a_table_is_read_row_by_row_with_its_nan() {
+        let read = rows(&array(HEADER, &[1.0, 2.0, 3.0, 4.0, f64::NAN, 6.0])).expect("a table");
+        assert_eq!(read[0], [1.0, 2.0, 3.0]);
+        assert!(read[1][1].is_nan() && read[1][2] == 6.0);
+    }
+
+    #[test]
+    fn other_files_are_refused() {
+        assert_eq!(rows(b"PK\x03\x04"), Err(NpyError::NotNumpy));
+        assert_eq!(rows(b"\x93NUMPY\x01\x00\xff\xff{"), Err(NpyError::NotNumpy));
+        assert_eq!(rows(&array(HEADER, &[1.0, 2.0])), Err(NpyError::Cut { promised: 6, found: 2 }));
+        let turned = HEADER.replace("False", "True");
+        assert!(matches!(rows(&array(&turned, &[0.0; 6])), Err(NpyError::OtherKind(_))));
+        let vast = HEADER.replace("(2, 3)", "(4294967296, 4294967296)");
+        assert!(matches!(rows(&array(&vast, &[0.0; 6])), Err(NpyError::OtherKind(_))));
+    }
+}

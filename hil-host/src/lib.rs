@@ -1,6 +1,7 @@
 //! The laptop side: HIL seats, commands, reports.
 
 pub mod boardlog;
+pub mod closed_loop;
 pub mod commands;
 pub mod fetch;
 pub mod flightlog;
@@ -9,3 +10,4 @@ pub mod page;
 pub mod seats;
 pub mod tables;
 pub mod trial_score;
+pub mod worlds;

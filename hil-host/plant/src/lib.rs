@@ -44,4 +44,4 @@ pub use faults::Fault;
 pub use scenario::{Scenario, Start};
 pub use truth::{Energy, Truth};
 pub use vehicle::Vehicle;
-pub use world::World;
+pub use world::{BestGlide, World};

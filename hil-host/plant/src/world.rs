@@ -1,9 +1,12 @@
 //! The running world: advances, is sensed, tells the truth.
 
 mod after;
+mod best;
 mod measure;
 #[cfg(test)]
 mod tests;
+
+pub use best::BestGlide;
 
 use crate::actuators::{Pump, Servo};
 use crate::dynamics::{Body, Inputs, Ramp, State};

@@ -1,15 +1,177 @@
 //! `glider fly`.
 
 use super::{Output, Verdict};
+use crate::closed_loop::{CYCLE_S, End, Outcome, Setup, fly};
+use crate::flightlog::recorder::Recorder;
+use crate::mission_file::{self, wings_name};
+use crate::seats::{self, Choice};
+use crate::worlds;
+use anyhow::{Context, anyhow, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use plant::World;
+use serde_json::{Value, json};
+use signals::Mission;
+use std::path::PathBuf;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(after_help = "Examples:\n  glider fly --log out/first\n  glider fly --wings low-ar --seat qemu --log out/rail\n  \
+glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n\n\
+A fault is target:kind[=size][@phase][+delay][,duration]; a wrong one is answered with the list of all.")]
+pub struct Args {
+    /// Wings mounted: standard or low-ar; default: the mission's.
+    #[arg(long)]
+    pub wings: Option<String>,
+    /// Built-in mission (shallow 3–27 m, sea 0–200 m, deep 0–1000 m) or a TOML file.
+    #[arg(long, default_value = "shallow")]
+    pub mission: String,
+    /// in-process, pty, qemu, or the serial port of a board.
+    #[arg(long, default_value = "in-process")]
+    pub seat: String,
+    /// Which law flies: ours or stock (in-process only).
+    #[arg(long, default_value = "ours", value_parser = ["ours", "stock"])]
+    pub controller: String,
+    /// Fault to inject, again for more.
+    #[arg(long = "fault", value_name = "SPEC")]
+    pub faults: Vec<String>,
+    /// What shall be true (TOML): vehicle, water, sensors, hidden effects.
+    #[arg(long, value_name = "FILE")]
+    pub truth: Option<PathBuf>,
+    /// Seed of all noise.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// World seconds per wall second; default: as fast as the line allows.
+    #[arg(long, value_name = "X")]
+    pub realtime: Option<f64>,
+    /// Where the flight log goes (a new directory).
+    #[arg(long, value_name = "DIR")]
+    pub log: Option<PathBuf>,
+    /// Image for the QEMU seat; default: the one built by scripts/build-firmware.
+    #[arg(long, value_name = "FILE")]
+    pub elf: Option<PathBuf>,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let mut mission = mission_file::load(&args.mission, worlds::limits)?;
+    let asked = args
+        .wings
+        .as_deref()
+        .map(|w| mission_file::parse_wings(w).ok_or_else(|| anyhow!("--wings {w}: standard or low-ar")))
+        .transpose()?;
+    let mut scenario = worlds::for_mission(&mission);
+    if let Some(path) = &args.truth {
+        scenario = worlds::overlay(&scenario, path)?;
+    }
+    if let Some(wings) = asked {
+        (mission.wings, scenario.wings) = (wings, wings);
+    } else if args.truth.is_some() {
+        mission.wings = scenario.wings;
+    }
+    scenario.wings = mission.wings;
+    scenario.seed = args.seed.unwrap_or(scenario.seed);
+    for spec in &args.faults {
+        scenario.faults.push(spec.parse().map_err(|e: String| anyhow!("{e}"))?);
+    }
+    let realtime = match args.realtime {
+        Some(x) if !(x > 0.0 && x.is_finite()) => bail!("--realtime {x}: a number above 0, such as 1 or 100"),
+        x => x,
+    };
+    let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
+    let board_log = args.log.as_ref().map(|d| d.join("board.defmt"));
+    let mut seat = match args.controller.as_str() {
+        "stock" if choice != Choice::InProcess => bail!("--controller stock flies in-process only; leave out --seat {choice}"),
+        "stock" => bail!("the stock controller is not built into this version"),
+        _ => {
+            if let (Choice::Qemu, Some(dir)) = (&choice, &args.log) {
+                std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot create this log directory", dir.display()))?;
+            }
+            seats::open(&choice, &mission, args.elf.as_deref(), board_log)?
+        }
+    };
+    let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
+    let mut recorder = match &args.log {
+        Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
+        None => None,
+    };
+    let setup = Setup { realtime, ..Setup::new(mission.clone()) };
+    let bar = progress(&mission);
+    let flown = fly(&mut world, &mut *seat, &setup, &mut |cycle| {
+        bar.set_position(u64::from(cycle.answer.trace.dives));
+        if (cycle.time_s / CYCLE_S) as u64 % 64 == 0 {
+            let t = &cycle.answer.trace;
+            bar.set_message(format!("{:.0} s, {:?} at {:.1} m", cycle.time_s, t.phase, cycle.truth.depth_m));
+        }
+        recorder.as_mut().map_or(Ok(()), |r| r.push(cycle))
+    });
+    bar.finish_and_clear();
+    let out = match flown {
+        Ok(out) => out,
+        Err(e) => {
+            let kept = recorder.map(|r| r.kept()).unwrap_or_default();
+            bail!("{e}{kept}");
+        }
+    };
+    let document = summary(&out, &world, args, &mission, &seat.describe());
+    if let Some(r) = recorder {
+        r.finish(document.clone())?;
+    }
+    output.emit(&document, || print(&document, args));
+    Ok(if matches!(out.end, End::Done) || (!args.faults.is_empty() && matches!(out.end, End::Safe(_))) {
+        Verdict::Ok
+    } else {
+        Verdict::Negative
+    })
+}
+
+fn progress(mission: &Mission) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} dives  {elapsed}  {msg}").unwrap_or(ProgressStyle::default_bar());
+    ProgressBar::new(u64::from(mission.dives())).with_style(style)
+}
+
+/// The JSON document of a flight.
+#[must_use]
+pub fn summary(out: &Outcome, world: &World, args: &Args, mission: &Mission, seat: &str) -> Value {
+    let max = world.best_glide().l_over_d;
+    json!({
+        "wings": wings_name(mission.wings), "controller": args.controller, "seat": args.seat, "seat_detail": seat,
+        "mission": args.mission, "dives": out.dives,
+        "distance_m": round(out.distance_m, 2), "displacement_m": round(out.displacement_m, 2), "duration_s": round(out.duration_s, 1),
+        "achieved_l_over_d": round(out.achieved_l_over_d(), 4), "max_l_over_d": round(max, 4), "share_of_max": round(out.achieved_l_over_d() / max, 4),
+        "share_of_time_near_best": round(out.share_near_best, 4),
+        "max_depth_m": round(out.max_depth_m, 2), "depth_band_m": [out.upper_turn_m.map(|u| round(u, 2)), round(out.max_depth_m, 2)],
+        "energy_j": round(out.energy_j.1, 1), "pump_energy_j": round(out.energy_j.0, 1),
+        "joule_per_m": (out.distance_m > 0.0).then(|| round(out.energy_j.1 / out.distance_m, 3)),
+        "actuator_hash": format!("{:016x}", out.actuator_hash), "table_id": format!("{:08x}", out.table_id),
+        "seed": world.scenario().seed, "faults": world.scenario().faults.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "cycles": out.cycles, "wall_s": round(out.wall_s, 3), "times_real": round(out.duration_s / out.wall_s.max(1e-9), 0),
+        "log": args.log, "end": out.end.to_string(), "tool": env!("CARGO_PKG_VERSION"),
+    })
+}
+
+fn round(x: f64, decimals: i32) -> f64 {
+    let p = 10f64.powi(decimals);
+    (x * p).round() / p
+}
+
+fn print(d: &Value, args: &Args) {
+    let n = |k: &str| d[k].as_f64().unwrap_or(f64::NAN);
+    let s = |k: &str| d[k].as_str().unwrap_or("").to_owned();
+    println!("{} wings, {} controller, mission {} — {}", s("wings"), s("controller"), s("mission"), s("seat_detail"));
+    println!("end            {}", s("end"));
+    println!("dives          {} in {:.0} s, deepest {:.1} m", d["dives"], n("duration_s"), n("max_depth_m"));
+    println!("over ground    {:.0} m, pump {:.0} J, all {:.0} J", n("distance_m"), n("pump_energy_j"), n("energy_j"));
+    println!(
+        "L/D            {:.3} achieved, {:.3} best, share {:.1} %",
+        n("achieved_l_over_d"),
+        n("max_l_over_d"),
+        100.0 * n("share_of_max")
+    );
+    println!("commands       hash {}, {} cycles, {:.0} × real time", s("actuator_hash"), d["cycles"], n("times_real"));
+    if let Some(dir) = &args.log {
+        println!("log            {}", dir.display());
+    }
 }

@@ -16,6 +16,8 @@
 //! mission that turns at depth without surfacing has its dive cycles as
 //! segments instead (`segment_start` in the vehicle file says which).
 
+pub mod recorder;
+
 use anyhow::Context;
 use serde_json::{Value, json};
 use signals::{Abort, Answer, Phase};
@@ -177,6 +179,12 @@ impl Writer {
         &self.directory
     }
 
+    /// Number of the segment being written.
+    #[must_use]
+    pub fn segment(&self) -> u32 {
+        self.segment
+    }
+
     /// Rows written.
     #[must_use]
     pub fn rows(&self) -> u64 {
@@ -203,7 +211,7 @@ impl Writer {
             self.event(m.time_s, "degraded", &format!("{:#x}", answer.trace.flags.0 & !flags))?;
         }
         // A new segment where a dive starts from the surface again, or where the vehicle turns down at depth.
-        if self.last.is_some_and(|a| a.trace.dives > 0) && phase != before {
+        if answer.trace.dives > 0 && phase != before {
             let from_surface = phase == Phase::Dive && matches!(before, Phase::Comms | Phase::Surface);
             let at_depth = phase == Phase::InflectHigh;
             if from_surface || at_depth {

@@ -11,21 +11,16 @@ use std::time::Duration;
 /// A controller built for this computer, behind encoded bytes. The image's
 /// loop does the same with its USART.
 pub struct Board {
+    config: Config,
     helm: Helm<RamStorage>,
-}
-
-impl Default for Board {
-    fn default() -> Self {
-        Self::boot(false)
-    }
 }
 
 impl Board {
     /// A controller that was just started.
     #[must_use]
-    pub fn boot(reset_during_mission: bool) -> Self {
-        let boot = Boot { reset_during_mission, boots: 0, ..Boot::default() };
-        Self { helm: Helm::new(Config::default(), boot, RamStorage::default()) }
+    pub fn boot(config: Config) -> Self {
+        let helm = Helm::new(config.clone(), Boot::default(), RamStorage::default());
+        Self { config, helm }
     }
 
     /// The controller itself.
@@ -36,8 +31,8 @@ impl Board {
     /// A reset in the middle of whatever is going on: memory is lost, the mark on flash is not.
     pub fn reset(&mut self) {
         let storage = std::mem::take(self.helm.storage());
-        let boot = Boot { reset_during_mission: self.helm.mission_in_progress(), boots: 0, ..Boot::default() };
-        self.helm = Helm::new(Config::default(), boot, storage);
+        let boot = Boot { reset_during_mission: self.helm.mission_in_progress(), ..Boot::default() };
+        self.helm = Helm::new(self.config.clone(), boot, storage);
     }
 
     /// Takes bytes and hands every answer's bytes to `out`.
@@ -54,7 +49,6 @@ impl Board {
 }
 
 /// Wire to a [`Board`] in this process.
-#[derive(Default)]
 pub struct InProcess {
     board: Board,
     answers: VecDeque<u8>,
@@ -63,8 +57,8 @@ pub struct InProcess {
 impl InProcess {
     /// A controller that was just started.
     #[must_use]
-    pub fn new() -> Self {
-        Self::default()
+    pub fn new(config: Config) -> Self {
+        Self { board: Board::boot(config), answers: VecDeque::new() }
     }
 
     /// The board behind the wire.
@@ -86,6 +80,12 @@ impl Wire for InProcess {
             *to = from;
         }
         Ok(n)
+    }
+
+    fn reset(&mut self) -> bool {
+        self.answers.clear();
+        self.board.reset();
+        true
     }
 
     fn describe(&self) -> String {

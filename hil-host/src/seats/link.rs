@@ -30,6 +30,10 @@ pub trait Wire {
     fn receive(&mut self, into: &mut [u8], wait: Duration) -> std::io::Result<usize>;
     /// One line for a person.
     fn describe(&self) -> String;
+    /// Interrupts the controller's supply; false: this wire cannot.
+    fn reset(&mut self) -> bool {
+        false
+    }
 }
 
 /// Why a seat does not fly.
@@ -68,6 +72,11 @@ pub enum SeatError {
     },
     /// The message does not fit a frame.
     TooLong,
+    /// The supply of this seat's controller cannot be interrupted.
+    NoReset {
+        /// Who.
+        seat: String,
+    },
 }
 
 impl std::fmt::Display for SeatError {
@@ -86,6 +95,7 @@ impl std::fmt::Display for SeatError {
             Self::Refused { asked, why } => write!(f, "the controller refuses {asked}: {why:?}"),
             Self::Lost { seat, cause } => write!(f, "{seat}: line lost ({cause}); plug the board in again and repeat"),
             Self::TooLong => f.write_str("message does not fit a frame"),
+            Self::NoReset { seat } => write!(f, "{seat}: cannot interrupt its supply; fly power:brown_out with --seat in-process"),
         }
     }
 }
@@ -217,6 +227,15 @@ impl<W: Wire> Seat for Link<W> {
             ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: "a sensor frame", why })),
             _ => None,
         })?
+    }
+
+    fn reset(&mut self) -> Result<(), SeatError> {
+        if !self.wire.reset() {
+            return Err(SeatError::NoReset { seat: self.wire.describe() });
+        }
+        self.receiver = Receiver::new();
+        self.inbox.clear();
+        Ok(())
     }
 
     fn describe(&self) -> String {

@@ -41,6 +41,11 @@ pub trait Seat {
     /// # Errors
     /// As above.
     fn exchange(&mut self, frame: &SensorFrame) -> Result<Answer, SeatError>;
+    /// The supply was interrupted: the controller starts again, knowing only what its flash knows.
+    ///
+    /// # Errors
+    /// This seat cannot reset its controller.
+    fn reset(&mut self) -> Result<(), SeatError>;
     /// One line for a person: which controller over which wire.
     fn describe(&self) -> String;
 }
@@ -82,15 +87,17 @@ impl std::fmt::Display for Choice {
     }
 }
 
-/// Opens a seat. `elf` overrides the image looked for by [`qemu::find_image`];
+/// Opens a seat. A host-built controller gets the configuration of `mission`'s
+/// vehicle; `elf` overrides the image looked for by [`qemu::find_image`];
 /// `board_log` is where a QEMU board's own (defmt) log goes.
 ///
 /// # Errors
 /// One line: what is missing and how to get it.
-pub fn open(choice: &Choice, elf: Option<&Path>, board_log: Option<PathBuf>) -> anyhow::Result<Box<dyn Seat>> {
+pub fn open(choice: &Choice, mission: &Mission, elf: Option<&Path>, board_log: Option<PathBuf>) -> anyhow::Result<Box<dyn Seat>> {
+    let config = crate::worlds::config(mission);
     Ok(match choice {
-        Choice::InProcess => Box::new(Link::new(in_process::InProcess::new())),
-        Choice::Pty => Box::new(Link::new(pty::Pty::new()?)),
+        Choice::InProcess => Box::new(Link::new(in_process::InProcess::new(config))),
+        Choice::Pty => Box::new(Link::new(pty::Pty::new(config)?)),
         Choice::Qemu => {
             let image = match elf {
                 Some(path) => path.to_owned(),

@@ -4,6 +4,7 @@ use super::in_process::Board;
 use super::link::Wire;
 use super::port::{self, BAUD};
 use anyhow::Context;
+use control::Config;
 use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};
 use std::sync::Arc;
@@ -60,8 +61,8 @@ impl Terminal {
     ///
     /// # Errors
     /// The system gives no pseudo-terminal.
-    pub fn with_controller() -> anyhow::Result<Self> {
-        let mut board = Board::default();
+    pub fn with_controller(config: Config) -> anyhow::Result<Self> {
+        let mut board = Board::boot(config);
         Self::serve(move |bytes, out| board.take(bytes, |answer| out.extend_from_slice(answer)))
     }
 }
@@ -86,8 +87,8 @@ impl Pty {
     ///
     /// # Errors
     /// The system gives no pseudo-terminal.
-    pub fn new() -> anyhow::Result<Self> {
-        let terminal = Terminal::with_controller()?;
+    pub fn new(config: Config) -> anyhow::Result<Self> {
+        let terminal = Terminal::with_controller(config)?;
         let port =
             serialport::new(&terminal.name, BAUD).open().with_context(|| format!("cannot open the pseudo-terminal {}", terminal.name))?;
         Ok(Self { port, terminal })

@@ -1,0 +1,120 @@
+//! From a cycle of the closed loop to a row of the log.
+
+use super::{Measured, Truth, Writer};
+use crate::closed_loop::Cycle;
+use crate::{mission_file, worlds};
+use plant::World;
+use plant::ocean::GRAVITY_M_S2;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use serde_json::Value;
+use signals::{Mission, Reading};
+use std::path::Path;
+
+/// Noise of a GPS fix in each direction, m (as in the format's example flights).
+pub const GPS_NOISE_M: f64 = 3.0;
+/// Noise of the CTD's temperature, K (guess: a pumped CTD reads better than its water is mixed).
+const TEMPERATURE_NOISE_K: f64 = 0.002;
+
+/// Writes a closed-loop flight.
+pub struct Recorder {
+    writer: Writer,
+    depth_to_pa: f64,
+    rng: ChaCha8Rng,
+    gps: Normal<f64>,
+    temperature: Normal<f64>,
+    origin: Option<(f64, f64)>,
+}
+
+fn value(r: Reading) -> f64 {
+    match r {
+        Reading::Sampled { value, .. } if value.is_finite() => f64::from(value),
+        _ => f64::NAN,
+    }
+}
+
+impl Recorder {
+    /// Starts the log of a flight.
+    ///
+    /// # Errors
+    /// There is a flight already, or the directory cannot be written.
+    pub fn create(directory: &Path, world: &World, mission: &Mission) -> anyhow::Result<Self> {
+        let case = directory.file_name().map_or_else(|| "flight".to_owned(), |n| n.to_string_lossy().into_owned());
+        let writer = Writer::create(directory, worlds::nominal(world, &case)?, &mission_file::write(mission))?;
+        let s = world.scenario();
+        Ok(Self {
+            writer,
+            // The frame's depth is pressure over this; its inverse gives the pressure that was measured.
+            depth_to_pa: world.depth_density_kg_m3() * GRAVITY_M_S2,
+            rng: ChaCha8Rng::seed_from_u64(s.seed ^ 0x9b5),
+            gps: Normal::new(0.0, GPS_NOISE_M)?,
+            temperature: Normal::new(0.0, TEMPERATURE_NOISE_K)?,
+            origin: None,
+        })
+    }
+
+    /// Writes one cycle.
+    ///
+    /// # Errors
+    /// Disk full or gone.
+    pub fn push(&mut self, cycle: &Cycle<'_>) -> anyhow::Result<()> {
+        let (f, t) = (cycle.frame, cycle.truth);
+        let segment = self.writer.segment();
+        let (mut east, mut north) = (f64::NAN, f64::NAN);
+        if f.surface.gps_fix {
+            let origin = *self.origin.get_or_insert((t.east_m, t.north_m));
+            east = t.east_m - origin.0 + self.gps.sample(&mut self.rng);
+            north = t.north_m - origin.1 + self.gps.sample(&mut self.rng);
+        }
+        let density = value(f.density_kg_m3);
+        let measured = Measured {
+            time_s: cycle.time_s,
+            pressure_pa: value(f.depth_m) * self.depth_to_pa,
+            pitch_rad: value(f.pitch_rad),
+            roll_rad: value(f.roll_rad),
+            heading_rad: value(f.heading_rad),
+            ballast_m3: value(f.ballast_m3),
+            battery_mass_m: value(f.battery_mass_m),
+            fin_rad: value(f.fin_rad),
+            // The thermistor sits in the same CTD: no density, no temperature.
+            temperature_degc: if density.is_finite() { t.temperature_degc + self.temperature.sample(&mut self.rng) } else { f64::NAN },
+            density_kg_m3: density,
+            gps_east_m: east,
+            gps_north_m: north,
+            speed_m_s: f64::NAN,
+        };
+        let truth = Truth {
+            depth_m: t.depth_m,
+            east_m: t.east_m,
+            north_m: t.north_m,
+            pitch_rad: t.pitch_rad,
+            alpha_rad: t.alpha_rad,
+            speed_m_s: t.speed_m_s,
+            glide_angle_rad: t.glide_angle_rad,
+            ballast_m3: t.ballast_m3,
+            battery_mass_m: t.battery_mass_m,
+            energy_j: t.energy.total_j(),
+        };
+        self.writer.push(&measured, cycle.answer, &truth)?;
+        if self.writer.segment() != segment {
+            // The format's origin is the segment's own start.
+            self.origin = None;
+        }
+        Ok(())
+    }
+
+    /// Says what an interrupted flight left behind.
+    #[must_use]
+    pub fn kept(&self) -> String {
+        format!("; the {} cycles flown so far are kept in {}", self.writer.rows(), self.writer.directory().display())
+    }
+
+    /// Closes the log with the flight's summary.
+    ///
+    /// # Errors
+    /// Disk full or gone.
+    pub fn finish(self, summary: Value) -> anyhow::Result<()> {
+        self.writer.finish(summary).map(drop)
+    }
+}

@@ -1,0 +1,144 @@
+//! Which world belongs to which mission, and what the nominal vehicle of a
+//! flight log is.
+//!
+//! The world is never the model: [`plant`] has its own force law. What a log
+//! states as its nominal vehicle is what a person would know of it: masses and
+//! volume from the ballasting bench, and as hydrodynamics the controller's own
+//! polar table, expressed in the coefficients of the flight format by least
+//! squares over 0–0.25 rad.
+
+use crate::mission_file::{Limits, wings_name};
+use anyhow::{Context, anyhow};
+use control::Config;
+use plant::{Scenario, World};
+use serde_json::{Value, json};
+use signals::{Mission, Wings};
+use std::path::Path;
+
+/// Deepest depth of a mission, m.
+#[must_use]
+pub fn deepest_m(mission: &Mission) -> f32 {
+    mission.legs.iter().map(|l| l.depth_max_m).fold(0.0, f32::max)
+}
+
+/// Configuration of the vehicle that flies a mission: 200 m Slocum, or the deep one.
+#[must_use]
+pub fn config(mission: &Mission) -> Config {
+    Config::for_depth(deepest_m(mission))
+}
+
+/// What that vehicle can do.
+#[must_use]
+pub fn limits(mission: &Mission) -> Limits {
+    let c = config(mission);
+    Limits { working_depth_m: c.working_depth_m, pump_m3: c.pump_m3 }
+}
+
+/// The calm water and the healthy vehicle for a mission, by its deepest depth.
+#[must_use]
+pub fn for_mission(mission: &Mission) -> Scenario {
+    match deepest_m(mission) {
+        d if d <= 50.0 => Scenario::shallow(mission.wings),
+        d if d <= 200.0 => Scenario::sea(mission.wings),
+        _ => Scenario::deep(mission.wings),
+    }
+}
+
+/// A world with the keys of a truth file in place of its own.
+///
+/// # Errors
+/// One line: file, line, what is wrong.
+pub fn overlay(base: &Scenario, path: &Path) -> anyhow::Result<Scenario> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot read this truth file"))?;
+    let one_line = |e: String| anyhow!("{name}: {}", e.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" "));
+    // Alone first: an error then has the line of this file.
+    Scenario::from_toml(&text).map_err(one_line)?;
+    let mut merged: toml::Table = toml::from_str(&base.to_toml().map_err(one_line)?)?;
+    merge(&mut merged, toml::from_str(&text)?);
+    Scenario::from_toml(&toml::to_string(&merged)?).map_err(one_line)
+}
+
+fn merge(base: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(old)), toml::Value::Table(new)) => merge(old, new),
+            (_, value) => drop(base.insert(key, value)),
+        }
+    }
+}
+
+/// Total lift slope of hull and tail, m²/rad (at-sea fits of Slocums, 0.30–0.38), for splitting the table's lift between hull and wing.
+const HULL_SLOPE_M2: f64 = 0.33;
+
+/// Aspect ratio and area (m²) of a wing set (paper, sec. III).
+fn wing(wings: Wings) -> (f64, f64) {
+    match wings {
+        Wings::Standard => (5.536, 0.0880),
+        Wings::LowAspectRatio => (0.3155, 0.1202),
+    }
+}
+
+/// Coefficients of the flight format that follow a polar table: lift slope, quadratic lift, C_D0, drag per α².
+#[must_use]
+pub fn coefficients(table: &polar::Table<'_>) -> [f64; 4] {
+    // Two least-squares fits of two unknowns: C_L = a α + a2 α², C_D = c0 + c2 α² (α ≥ 0; symmetric beyond).
+    let angles = (0..=25).map(|i| f64::from(i) * 0.01);
+    let pair = |points: &mut dyn Iterator<Item = (f64, f64, f64)>| {
+        let s = points.fold([0.0; 5], |s, (f, g, y)| [s[0] + f * f, s[1] + f * g, s[2] + g * g, s[3] + f * y, s[4] + g * y]);
+        let d = s[0] * s[2] - s[1] * s[1];
+        [(s[3] * s[2] - s[4] * s[1]) / d, (s[4] * s[0] - s[3] * s[1]) / d]
+    };
+    let at = |a: f64| table.at(a as f32);
+    let [slope, quadratic] = pair(&mut angles.clone().map(|a| (a, a * a, f64::from(at(a).cl))));
+    let [cd0, per_alpha2] = pair(&mut angles.map(|a| (1.0, a * a, f64::from(at(a).cd))));
+    [slope, quadratic, cd0, per_alpha2]
+}
+
+/// The nominal vehicle of a world, in the flight format's keys.
+///
+/// # Errors
+/// The built-in table is damaged.
+pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
+    let s = world.scenario();
+    let v = &s.vehicle;
+    let table = polar::builtin(s.wings).map_err(|e| anyhow!("the built-in table is damaged: {e:?}"))?;
+    let [slope, quadratic, cd0, per_alpha2] = coefficients(&table);
+    let area = f64::from(table.area_m2());
+    let (aspect_ratio, wing_area) = wing(s.wings);
+    let sensors = &s.sensors;
+    let site = if s.ocean.water_depth_m <= 100.0 { "lake" } else { "sea" };
+    let round = |x: f64| (x * 1e6).round() / 1e6;
+    Ok(json!({
+        "format": "glider-trial/1", "case": case, "site": site, "simulated": true,
+        "source": "masses and volume: ballasting bench of the simulated vehicle; hydro: the polar table flown with, least squares over 0-0.25 rad",
+        "tool": env!("CARGO_PKG_VERSION"), "table_id": format!("{:08x}", table.id()),
+        "gravity_m_s2": plant::ocean::GRAVITY_M_S2,
+        "mass_kg": v.mass_kg, "hull_volume_m3": world.hull_volume_m3(),
+        "hull_compressibility_per_pa": v.compressibility_per_pa, "hull_thermal_expansion_per_k": v.thermal_expansion_per_k,
+        "reference_temperature_degc": v.reference_temperature_degc,
+        "wing": { "name": wings_name(s.wings).replace('-', "_"), "aspect_ratio": aspect_ratio, "area_m2": wing_area, "sweep_deg": 45.0 },
+        "hydro": {
+            "reference_area_m2": area, "hull_area_m2": 0.1, "hull_lift_slope_per_rad": HULL_SLOPE_M2 / 0.1,
+            "wing_lift_slope_per_rad": round(((slope * area - HULL_SLOPE_M2) / wing_area).max(0.0)),
+            "lift_quadratic_per_rad2": round(quadratic), "cd0": round(cd0), "induced_k": 0.0, "hull_drag_per_rad2": round(per_alpha2),
+            "added_mass_surge": round(v.added_mass_surge_kg / v.mass_kg), "added_mass_heave": round(v.added_mass_heave_kg / v.mass_kg),
+        },
+        "tolerance_1sigma": {
+            "cd0_relative": 0.04, "lift_slope_relative": 0.04, "lift_quadratic_relative": 0.05, "trim_volume_cc": 2.5,
+            "ballast_gain_relative": 0.008, "pitch_zero_rad": 0.0026, "hull_compressibility_relative": 0.04,
+            "hull_thermal_expansion_relative": 0.05, "added_mass_surge": 0.03, "added_mass_heave": 0.08, "battpos_zero_m": 0.002,
+        },
+        "sensors": {
+            "sample_period_s": crate::closed_loop::CYCLE_S,
+            "pressure_noise_dbar": round(sensors.depth.noise), "pressure_resolution_dbar": round(sensors.depth.resolution),
+            "pitch_noise_rad": sensors.pitch.noise, "pitch_resolution_rad": sensors.pitch.resolution,
+            "ballast_resolution_cc": round(sensors.ballast.resolution * 1e6), "heading_noise_rad": sensors.heading.noise,
+            "heading_bias_1sigma_rad": 0.015, "gps_noise_m": crate::flightlog::recorder::GPS_NOISE_M,
+            "speed_noise_m_s": null, "speed_scale_1sigma": null,
+        },
+        "background_vertical_water_motion": { "rms_m_s": s.ocean.background_rms_m_s, "correlation_time_s": s.ocean.background_time_s },
+        "horizontal_current": if s.ocean.current.is_empty() { "none" } else { "unknown" },
+        "water_depth_m": s.ocean.water_depth_m,
+    }))
+}

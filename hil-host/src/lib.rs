@@ -11,3 +11,4 @@ pub mod seats;
 pub mod tables;
 pub mod trial_score;
 pub mod worlds;
+pub mod vehicles;

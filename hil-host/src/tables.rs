@@ -21,6 +21,14 @@ pub const L_OVER_D_BUDGET: f64 = 0.002;
 /// Speed the table is made for where the polar depends on speed, m/s (Slocum cruising speed).
 pub const TABLE_SPEED_M_S: f64 = 0.30;
 
+impl Built {
+    /// CRC-32 at the table's end: its identity.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.bytes.last_chunk().map_or(0, |b| u32::from_le_bytes(*b))
+    }
+}
+
 /// Largest differences between a table and its model over the valid range.
 #[derive(Clone, Copy, Debug)]
 pub struct TableError {
@@ -138,4 +146,43 @@ pub fn rust_source(built: &Built, made_from: &str) -> String {
     }
     s.push_str("];\n");
     s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicles::{Model, sea_name, wings_name};
+
+    #[test]
+    fn committed_tables_are_what_their_vehicle_files_give() {
+        for wings in [Wings::Standard, Wings::LowAspectRatio] {
+            let model = Model::sea(wings).unwrap();
+            let built = build(&model, wings, model.id, 0).unwrap();
+            println!("{}: {} bytes, {:?}", wings_name(wings), built.bytes.len(), built.error);
+            let committed = polar::builtin(wings).unwrap();
+            assert_eq!(committed.bytes(), &built.bytes[..], "run: glider table --out firmware/polar/src/generated");
+            let file = format!("../firmware/polar/src/generated/{}.rs", wings_name(wings).replace("low-ar", "low_aspect_ratio"));
+            let source = std::fs::read_to_string(file).unwrap();
+            assert_eq!(source, rust_source(&built, &format!("vehicles/{}.toml", sea_name(wings))));
+        }
+    }
+
+    #[test]
+    fn accuracy_tables_follow_every_built_in_vehicle() {
+        for (name, _) in crate::vehicles::BUILT_IN {
+            let model = Model::load(std::path::Path::new(name), None).unwrap();
+            let e = build(&model, model.wings, 0, 0).unwrap().error;
+            // Fractions of the f64 model over the whole valid range; the last is a grid search's half step, rad.
+            assert!(e.l_over_d <= 0.002 && e.cd <= 0.002 && e.cl <= 0.002 && e.best_l_over_d <= 1e-3, "{name}: {e:?}");
+            assert!(e.best_alpha_rad <= 0.002, "{name}: {e:?}");
+        }
+    }
+
+    #[test]
+    fn a_polar_that_never_turns_over_gets_no_table() {
+        let mut c = *Model::sea(Wings::Standard).unwrap().constants();
+        c.hull_drag_per_rad2 = 0.0;
+        let e = build(&hydro::ForceModel::new(c, &[]), Wings::Standard, 0, 0).unwrap_err();
+        assert!(e.to_string().contains("still rises"), "{e}");
+    }
 }

@@ -10,6 +10,7 @@ pub mod prepare;
 pub mod read;
 pub mod steady;
 pub mod vehicle;
+pub mod vehicle_file;
 
 pub use flight::Flight;
 pub use vehicle::Vehicle;

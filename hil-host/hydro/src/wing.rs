@@ -64,18 +64,40 @@ pub enum SlopeLaw {
     HoernerBorst,
 }
 
-/// Which lift model the wing follows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Which lift model the wing follows, with the constants of that model.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WingModel {
     /// Standard wing: attached lifting-line lift that separates into plate lift. Stands in for the data of Shortal &
     /// Maggin (NACA TN 1093), which were not at hand: a surrogate, not their measurement.
-    LiftingLine,
+    LiftingLine(Separation),
     /// Eq. 11.
-    PolhamusLamar,
+    PolhamusLamar {
+        /// K_v, 1.
+        kv: f64,
+    },
     /// Eq. 12.
-    BartlettVidal,
+    BartlettVidal {
+        /// C_Dc, 1.
+        crossflow_cd: f64,
+    },
     /// Eq. 13.
-    Fidler,
+    Fidler {
+        /// a2, 1/rad².
+        a2_per_rad2: f64,
+    },
+}
+
+impl WingModel {
+    /// Name in files and commands.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            WingModel::LiftingLine(_) => "lifting-line",
+            WingModel::PolhamusLamar { .. } => "polhamus-lamar",
+            WingModel::BartlettVidal { .. } => "bartlett-vidal",
+            WingModel::Fidler { .. } => "fidler",
+        }
+    }
 }
 
 /// How the flow leaves the standard wing.
@@ -126,14 +148,6 @@ pub struct Wing {
     pub slope_law: SlopeLaw,
     /// Lift model.
     pub model: WingModel,
-    /// K_v of eq. 11, 1.
-    pub vortex_kv: f64,
-    /// C_Dc of eq. 12, 1.
-    pub crossflow_cd: f64,
-    /// a2 of eq. 13, 1/rad².
-    pub fidler_a2_per_rad2: f64,
-    /// Separation of the standard wing.
-    pub separation: Separation,
     /// Oswald's e of eq. 16, 1.
     pub oswald_e: f64,
     /// Drag rule of the low-aspect-ratio models (the standard wing's attached flow is always eq. 14).
@@ -196,14 +210,16 @@ impl PreparedWing {
         let f = self.lift_factor;
         let low = |cl: f64| LiftDrag { cl, cd: drag::due_to_lift(w.drag_rule, self.k, cl, alpha_rad) };
         match w.model {
-            WingModel::PolhamusLamar => low(f * polhamus_lamar(self.slope, w.vortex_kv, alpha_rad)),
-            WingModel::BartlettVidal => low(f * bartlett_vidal(self.slope, w.crossflow_cd, alpha_rad)),
-            WingModel::Fidler => low(f * fidler_normal(fidler_a1(w.aspect_ratio), w.fidler_a2_per_rad2, alpha_rad) * libm::cos(alpha_rad)),
-            WingModel::LiftingLine => {
+            WingModel::PolhamusLamar { kv } => low(f * polhamus_lamar(self.slope, kv, alpha_rad)),
+            WingModel::BartlettVidal { crossflow_cd } => low(f * bartlett_vidal(self.slope, crossflow_cd, alpha_rad)),
+            WingModel::Fidler { a2_per_rad2 } => {
+                low(f * fidler_normal(fidler_a1(w.aspect_ratio), a2_per_rad2, alpha_rad) * libm::cos(alpha_rad))
+            }
+            WingModel::LiftingLine(separation) => {
                 let (s, c) = (libm::sin(alpha_rad), libm::cos(alpha_rad));
-                let attached = w.separation.attached(alpha_rad);
+                let attached = separation.attached(alpha_rad);
                 let cl_attached = f * self.slope * s * c * c;
-                let cn = f * w.separation.normal(alpha_rad);
+                let cn = f * separation.normal(alpha_rad);
                 LiftDrag {
                     cl: attached * cl_attached + (1.0 - attached) * cn * c,
                     cd: attached * self.k * cl_attached * cl_attached + (1.0 - attached) * cn * s,
@@ -228,7 +244,12 @@ mod tests {
 
     #[test]
     fn prop_every_model_is_odd_in_lift_and_even_in_drag() {
-        for model in [WingModel::LiftingLine, WingModel::PolhamusLamar, WingModel::BartlettVidal, WingModel::Fidler] {
+        for model in [
+            WingModel::LiftingLine(SEPARATION),
+            WingModel::PolhamusLamar { kv: VORTEX_LIFT_KV },
+            WingModel::BartlettVidal { crossflow_cd: 2.0 },
+            WingModel::Fidler { a2_per_rad2: 2.2 },
+        ] {
             for rule in [DragRule::Parabolic, DragRule::Bounded, DragRule::ZeroSuction] {
                 let w = Wing { model, drag_rule: rule, ..example() }.prepare(1.3);
                 assert_eq!(w.lift_and_its_drag(0.0).cl, 0.0);
@@ -244,14 +265,16 @@ mod tests {
 
     #[test]
     fn the_standard_wing_follows_the_lifting_line_and_then_the_plate() {
-        let w = Wing { model: WingModel::LiftingLine, ..example() };
+        let w = Wing { model: WingModel::LiftingLine(SEPARATION), ..example() };
         let p = w.prepare(1.0);
         let two = 2f64.to_radians();
         assert!((p.lift_and_its_drag(two).cl / (w.slope_per_rad() * two) - 1.0).abs() < 0.02);
         let forty = 40f64.to_radians();
-        let plate = w.separation.normal(forty) * forty.cos();
+        let plate = SEPARATION.normal(forty) * forty.cos();
         assert!((p.lift_and_its_drag(forty).cl / plate - 1.0).abs() < 0.01);
     }
+
+    const SEPARATION: Separation = Separation { alpha_rad: 0.2164, width_rad: 0.035, broadside_cn: 1.2 };
 
     fn example() -> Wing {
         Wing {
@@ -262,11 +285,7 @@ mod tests {
             sweep_half_chord_rad: 0.0,
             section_slope_per_rad: 6.188,
             slope_law: SlopeLaw::HoernerBorst,
-            model: WingModel::BartlettVidal,
-            vortex_kv: VORTEX_LIFT_KV,
-            crossflow_cd: 2.0,
-            fidler_a2_per_rad2: 2.2,
-            separation: Separation { alpha_rad: 0.2164, width_rad: 0.035, broadside_cn: 1.2 },
+            model: WingModel::BartlettVidal { crossflow_cd: 2.0 },
             oswald_e: 0.85,
             drag_rule: DragRule::Parabolic,
             layer: Layer::Laminar,

@@ -1,15 +1,125 @@
-//! `glider table`.
+//! `glider table`: builds the flight tables, prints bytes and interpolation error.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, ensure};
+use serde_json::json;
+use signals::Wings;
 
 use super::{Output, Verdict};
+use crate::tables::{self, Built};
+use crate::vehicles::{Model, sea_name, wings_name};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(after_help = "Examples:
+  glider table                                        both built-in tables and their interpolation error
+  glider table --check                                do the committed tables still follow from their vehicle files?
+  glider table --vehicle fitted.json --out flight/    a table from a fitted vehicle, as .bin (for `glider upload`) and .rs")]
+pub struct Args {
+    /// Vehicle file (geometry or coefficients); default: the two sea-calibrated vehicles.
+    #[arg(long)]
+    vehicle: Vec<PathBuf>,
+    /// Fail unless the tables built into the firmware are these, byte for byte.
+    #[arg(long)]
+    check: bool,
+    /// Folder for the table as Rust source and as bytes.
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let files: Vec<PathBuf> = if args.vehicle.is_empty() {
+        [Wings::Standard, Wings::LowAspectRatio].map(|w| PathBuf::from(format!("vehicles/{}.toml", sea_name(w)))).into()
+    } else {
+        args.vehicle.clone()
+    };
+    let mut built: Vec<(Built, Model, String)> = Vec::new();
+    for file in &files {
+        let model = Model::load(file, None)?;
+        ensure!(
+            !built.iter().any(|b| b.1.wings == model.wings),
+            "{}: a second vehicle with {} wings; give one per wing set",
+            file.display(),
+            wings_name(model.wings)
+        );
+        let table = tables::build(&model, model.wings, model.id, 0).with_context(|| file.display().to_string())?;
+        built.push((table, model, file.display().to_string()));
+    }
+    let mut same = true;
+    for (table, model, _) in &built {
+        if args.check {
+            let flown = polar::builtin(model.wings).map_err(|e| anyhow::anyhow!("the table built into the firmware is refused: {e:?}"))?;
+            same &= flown.bytes() == &table.bytes[..];
+        }
+    }
+    if let Some(out) = &args.out {
+        std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+        for (table, model, from) in &built {
+            let stem = wings_name(model.wings).replace("low-ar", "low_aspect_ratio");
+            for (name, bytes) in
+                [(format!("{stem}.rs"), tables::rust_source(table, from).into_bytes()), (format!("{stem}.bin"), table.bytes.clone())]
+            {
+                // The firmware's source folder takes source only.
+                if name.ends_with(".bin") && out.ends_with("generated") {
+                    continue;
+                }
+                std::fs::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
+            }
+        }
+    }
+    let document = json!({
+        "tool": env!("CARGO_PKG_VERSION"),
+        "check": args.check.then_some(same),
+        "tables": built.iter().map(|(t, m, from)| json!({
+            "wings": wings_name(m.wings), "vehicle": from, "vehicle_name": m.name, "vehicle_id": format!("{:08x}", m.id),
+            "table_id": format!("{:08x}", t.id()), "bytes": t.bytes.len(), "points": tables::POINTS,
+            "reference_area_m2": t.spec.area_m2, "alpha_max_rad": t.spec.alpha_max_rad,
+            "best_alpha_rad": t.spec.best_alpha_rad, "best_l_over_d": t.spec.best_l_over_d,
+            "l_over_d_error": t.error.l_over_d, "cl_error": t.error.cl, "cd_relative_error": t.error.cd,
+            "best_alpha_error_rad": t.error.best_alpha_rad, "best_l_over_d_relative_error": t.error.best_l_over_d,
+        })).collect::<Vec<_>>(),
+    });
+    output.emit(&document, || {
+        let mut t = comfy_table::Table::new();
+        t.set_header([
+            "wings",
+            "vehicle",
+            "table id",
+            "bytes",
+            "(L/D)max",
+            "at deg",
+            "L/D error %",
+            "C_L error",
+            "C_D error %",
+            "alpha* error deg",
+        ]);
+        for (b, m, _) in &built {
+            t.add_row([
+                wings_name(m.wings).to_string(),
+                m.name.clone(),
+                format!("{:08x}", b.id()),
+                b.bytes.len().to_string(),
+                format!("{:.3}", b.spec.best_l_over_d),
+                format!("{:.2}", b.spec.best_alpha_rad.to_degrees()),
+                format!("{:.4}", 100.0 * b.error.l_over_d),
+                format!("{:.1e}", b.error.cl),
+                format!("{:.1e}", 100.0 * b.error.cd),
+                format!("{:.4}", b.error.best_alpha_rad.to_degrees()),
+            ]);
+        }
+        println!("{t}");
+        if args.check {
+            println!("{}", if same { "The firmware's tables are these, byte for byte." } else { "The firmware's tables are NOT these." });
+        }
+    });
+    if args.check && !same {
+        eprintln!("To regenerate: glider table --out firmware/polar/src/generated (from the project's root), then review and commit.");
+        return Ok(Verdict::Negative);
+    }
+    Ok(Verdict::Ok)
 }

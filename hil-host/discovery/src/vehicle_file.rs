@@ -1,0 +1,513 @@
+//! Reads a vehicle given by its geometry: a TOML file `glider-vehicle/1` in which every number has a unit, an uncertainty
+//! and a source.
+//!
+//! ```toml
+//! format = "glider-vehicle/1"
+//! name = "slocum-standard"
+//! wings = "standard"
+//! [hull]
+//! length_m = { value = 1.5, unit = "m", sigma = 0.05, source = "…" }
+//! ```
+//! Nothing is assumed: a missing key, an unknown key, a wrong unit, a missing source and a value outside its physical range
+//! are errors that name file, line, key and what was expected. SI only.
+//!
+//! The file becomes a [`hydro::Geometry`]; [`VehicleFile::as_trial`] writes it in the terms of the flight format, which is
+//! how `compare`, `diagnose` and `add` take it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use hydro::body::Body;
+use hydro::drag::{DragRule, Layer};
+use hydro::interference::CarryOver;
+use hydro::wing::{Separation, SlopeLaw, Wing, WingModel};
+use hydro::{Appendage, Constants, Geometry};
+use serde_json::{Value, json};
+use toml::de::{DeTable, DeValue};
+
+use crate::read::ReadError;
+
+/// What `format` must say.
+pub const FORMAT: &str = "glider-vehicle/1";
+
+/// One number as the file gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Dotted key.
+    pub key: String,
+    /// Value in `unit`.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// 1-sigma uncertainty in `unit`.
+    pub sigma: f64,
+    /// Where it comes from.
+    pub source: String,
+    /// Line in the file.
+    pub line: u64,
+}
+
+/// A vehicle file.
+#[derive(Clone, Debug)]
+pub struct VehicleFile {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// Name.
+    pub name: String,
+    /// `standard` or `low-ar`.
+    pub wings: String,
+    /// What the file is for, in words.
+    pub about: String,
+    /// Geometry; the wing has the model the file asks for.
+    pub geometry: Geometry,
+    /// Every lift model the file has constants for.
+    pub models: Vec<WingModel>,
+    /// Mass, volume, added masses; coefficients projected from the geometry.
+    pub constants: Constants,
+    /// Every number with unit, uncertainty and source, in file order.
+    pub quantities: Vec<Quantity>,
+}
+
+enum Entry {
+    Number(Quantity),
+    Text(String),
+}
+
+struct Document {
+    path: PathBuf,
+    entries: BTreeMap<String, (u64, Entry)>,
+    taken: Vec<String>,
+}
+
+fn line_of(text: &str, at: usize) -> u64 {
+    1 + text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count() as u64
+}
+
+impl Document {
+    fn bad(&self, line: u64, key: &str, why: String) -> ReadError {
+        ReadError::Content { path: self.path.clone(), line, column: key.into(), why }
+    }
+
+    fn parse(text: &str, path: &Path) -> Result<Self, ReadError> {
+        let mut doc = Self { path: path.to_path_buf(), entries: BTreeMap::new(), taken: Vec::new() };
+        let root = DeTable::parse(text).map_err(|e| {
+            let line = e.span().map_or(0, |s| line_of(text, s.start));
+            doc.bad(line, "syntax", e.message().to_string())
+        })?;
+        doc.walk(text, "", root.get_ref())?;
+        Ok(doc)
+    }
+
+    fn walk(&mut self, text: &str, prefix: &str, table: &DeTable<'_>) -> Result<(), ReadError> {
+        for (name, value) in table {
+            let key = if prefix.is_empty() { name.get_ref().to_string() } else { format!("{prefix}.{}", name.get_ref()) };
+            let line = line_of(text, name.span().start);
+            let entry = match value.get_ref() {
+                DeValue::Table(t) if t.keys().any(|k| k.get_ref() == "value") => Entry::Number(self.quantity(text, &key, line, t)?),
+                DeValue::Table(t) => {
+                    self.walk(text, &key, t)?;
+                    continue;
+                }
+                DeValue::String(s) => Entry::Text(s.to_string()),
+                _ => {
+                    return Err(self.bad(
+                        line,
+                        &key,
+                        "a bare number has no unit, uncertainty and source; write { value = …, unit = \"…\", sigma = …, source = \"…\" }"
+                            .into(),
+                    ));
+                }
+            };
+            self.entries.insert(key, (line, entry));
+        }
+        Ok(())
+    }
+
+    fn quantity(&self, text: &str, key: &str, line: u64, table: &DeTable<'_>) -> Result<Quantity, ReadError> {
+        let (mut value, mut unit, mut sigma, mut source) = (None, None, None, None);
+        for (name, v) in table {
+            let line = line_of(text, name.span().start);
+            let number = || -> Result<Option<f64>, ReadError> {
+                let n = match v.get_ref() {
+                    DeValue::Float(f) => f.as_str().replace('_', "").parse::<f64>().ok(),
+                    DeValue::Integer(i) if i.radix() == 10 => i.as_str().replace('_', "").parse::<f64>().ok(),
+                    _ => None,
+                };
+                match n {
+                    Some(x) if x.is_finite() => Ok(Some(x)),
+                    _ => Err(self.bad(line, &format!("{key}.{}", name.get_ref()), "is not a finite number".into())),
+                }
+            };
+            match &**name.get_ref() {
+                "value" => value = number()?,
+                "sigma" => sigma = number()?,
+                "unit" => unit = v.get_ref().as_str().map(str::to_string),
+                "source" => source = v.get_ref().as_str().map(str::to_string),
+                other => return Err(self.bad(line, &format!("{key}.{other}"), "unknown; a number has value, unit, sigma, source".into())),
+            }
+        }
+        let missing = |what: &str| self.bad(line, key, format!("has no {what}; a number has value, unit, sigma, source"));
+        let quantity = Quantity {
+            key: key.into(),
+            value: value.ok_or_else(|| missing("value"))?,
+            unit: unit.ok_or_else(|| missing("unit (as text)"))?,
+            sigma: sigma.ok_or_else(|| missing("sigma"))?,
+            source: source.ok_or_else(|| missing("source (as text)"))?,
+            line,
+        };
+        if quantity.sigma < 0.0 {
+            return Err(self.bad(line, key, format!("sigma is {}; expected 0 or more", quantity.sigma)));
+        }
+        if quantity.source.trim().is_empty() {
+            return Err(self.bad(line, key, "source is empty; name paper, file or measurement, or say \"guess\"".into()));
+        }
+        Ok(quantity)
+    }
+
+    fn has(&self, prefix: &str) -> bool {
+        self.entries.keys().any(|k| k.starts_with(prefix))
+    }
+
+    fn number(&mut self, key: &str, unit: &str, low: f64, high: f64) -> Result<f64, ReadError> {
+        self.taken.push(key.into());
+        match self.entries.get(key) {
+            None => Err(self.bad(0, key, format!("is missing; expected a number in {unit}, {low} to {high}"))),
+            Some((line, Entry::Text(t))) => Err(self.bad(*line, key, format!("is the text `{t}`; expected a number in {unit}"))),
+            Some((line, Entry::Number(q))) => {
+                if q.unit != unit {
+                    return Err(self.bad(*line, key, format!("has unit `{}`; expected `{unit}` (files are SI)", q.unit)));
+                }
+                if !(low..=high).contains(&q.value) {
+                    return Err(self.bad(*line, key, format!("is {} {unit}; physical is {low} to {high}", q.value)));
+                }
+                Ok(q.value)
+            }
+        }
+    }
+
+    fn text(&mut self, key: &str) -> Result<(u64, String), ReadError> {
+        self.taken.push(key.into());
+        match self.entries.get(key) {
+            None => Err(self.bad(0, key, "is missing; expected a text".into())),
+            Some((line, Entry::Number(_))) => Err(self.bad(*line, key, "is a number; expected a text".into())),
+            Some((line, Entry::Text(t))) => Ok((*line, t.clone())),
+        }
+    }
+
+    fn choice<T: Copy>(&mut self, key: &str, choices: &[(&str, T)]) -> Result<T, ReadError> {
+        let (line, t) = self.text(key)?;
+        choices.iter().find(|c| c.0 == t).map(|c| c.1).ok_or_else(|| {
+            let all: Vec<&str> = choices.iter().map(|c| c.0).collect();
+            self.bad(line, key, format!("is `{t}`; expected one of {}", all.join(", ")))
+        })
+    }
+
+    /// Every entry must have been asked for by now.
+    fn finish(self) -> Result<Vec<Quantity>, ReadError> {
+        for (key, (line, _)) in &self.entries {
+            if !self.taken.contains(key) {
+                let near = self.taken.iter().filter(|k| !self.entries.contains_key(*k)).min_by_key(|k| distance(k, key));
+                let hint = near.filter(|k| distance(k, key) <= 4).map_or(String::new(), |k| format!("; did you mean `{k}`?"));
+                return Err(self.bad(*line, key, format!("unknown key{hint}")));
+            }
+        }
+        let mut all: Vec<Quantity> =
+            self.entries.into_values().filter_map(|(_, e)| if let Entry::Number(q) = e { Some(q) } else { None }).collect();
+        all.sort_by_key(|q| q.line);
+        Ok(all)
+    }
+
+    /// An unknown key is the likelier cause of a missing one: say so first.
+    fn misspelt(&self, missing: ReadError) -> ReadError {
+        let ReadError::Content { line: 0, column: wanted, .. } = &missing else { return missing };
+        match self.entries.iter().filter(|(k, _)| distance(k, wanted) <= 4).min_by_key(|(k, _)| distance(k, wanted)) {
+            Some((key, (line, _))) if !self.taken.contains(key) => self.bad(*line, key, format!("unknown key; did you mean `{wanted}`?")),
+            _ => missing,
+        }
+    }
+}
+
+/// Edit distance of two short keys.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let up = row[j + 1];
+            row[j + 1] = (diagonal + usize::from(ca != *cb)).min(up + 1).min(row[j] + 1);
+            diagonal = up;
+        }
+    }
+    row[b.len()]
+}
+
+const LAYERS: [(&str, Layer); 2] = [("laminar", Layer::Laminar), ("turbulent", Layer::Turbulent)];
+
+/// Whether a text says it is a file of this format (cheap: looks at the `format` line only).
+#[must_use]
+pub fn is_geometry(text: &str) -> bool {
+    text.lines().any(|l| l.trim_start().starts_with("format") && l.contains(FORMAT))
+}
+
+/// Reads a vehicle file.
+///
+/// # Errors
+/// What is wrong, where, and what was expected.
+pub fn read(path: &Path) -> Result<VehicleFile, ReadError> {
+    let text = std::fs::read_to_string(path).map_err(|e| ReadError::File { path: path.to_path_buf(), why: e.to_string() })?;
+    parse(&text, path)
+}
+
+/// Reads a vehicle file from its text; `path` is only for messages.
+///
+/// # Errors
+/// What is wrong, where, and what was expected.
+pub fn parse(text: &str, path: &Path) -> Result<VehicleFile, ReadError> {
+    let mut d = Document::parse(text, path)?;
+    let mut file = build(&mut d, path).map_err(|e| d.misspelt(e))?;
+    file.quantities = d.finish()?;
+    Ok(file)
+}
+
+fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
+    d.choice("format", &[(FORMAT, ())])?;
+    let name = d.text("name")?.1;
+    let about = d.text("about")?.1;
+    let wings = d.choice("wings", &[("standard", "standard"), ("low-ar", "low-ar")])?;
+    let body = Body {
+        length_m: d.number("hull.length_m", "m", 0.3, 5.0)?,
+        diameter_m: d.number("hull.diameter_m", "m", 0.05, 1.0)?,
+        wetted_area_m2: d.number("hull.wetted_area_m2", "m2", 0.05, 10.0)?,
+        planform_area_m2: d.number("hull.planform_area_m2", "m2", 0.01, 5.0)?,
+        potential_area_m2: d.number("hull.potential_area_m2", "m2", 0.0, 1.0)?,
+        munk_factor: d.number("hull.munk_factor", "1", 0.0, 1.0)?,
+        crossflow_eta: d.number("hull.crossflow_eta", "1", 0.3, 1.0)?,
+        crossflow_cd: d.number("hull.crossflow_cd", "1", 0.2, 3.0)?,
+        layer: d.choice("hull.layer", &LAYERS)?,
+        reynolds: d.number("hull.reynolds", "1", 1e3, 1e8)?,
+    };
+    let mut models = Vec::new();
+    if d.has("wing.lifting_line.") {
+        models.push(WingModel::LiftingLine(Separation {
+            alpha_rad: d.number("wing.lifting_line.separation_rad", "rad", 0.02, 0.8)?,
+            width_rad: d.number("wing.lifting_line.separation_width_rad", "rad", 0.005, 0.3)?,
+            broadside_cn: d.number("wing.lifting_line.broadside_cn", "1", 0.3, 2.5)?,
+        }));
+    }
+    if d.has("wing.polhamus_lamar.") {
+        models.push(WingModel::PolhamusLamar { kv: d.number("wing.polhamus_lamar.vortex_kv", "1", 0.0, 10.0)? });
+    }
+    if d.has("wing.bartlett_vidal.") {
+        models.push(WingModel::BartlettVidal { crossflow_cd: d.number("wing.bartlett_vidal.crossflow_cd", "1/rad2", 0.0, 10.0)? });
+    }
+    if d.has("wing.fidler.") {
+        models.push(WingModel::Fidler { a2_per_rad2: d.number("wing.fidler.a2_per_rad2", "1/rad2", 0.0, 10.0)? });
+    }
+    let (line, wanted) = d.text("wing.model")?;
+    let names: Vec<&str> = models.iter().map(WingModel::name).collect();
+    let model = models
+        .iter()
+        .copied()
+        .find(|m| m.name() == wanted)
+        .ok_or_else(|| d.bad(line, "wing.model", format!("is `{wanted}`, but the file has constants for: {}", names.join(", "))))?;
+    let wing = Wing {
+        aspect_ratio: d.number("wing.aspect_ratio", "1", 0.05, 40.0)?,
+        panel_span_m: d.number("wing.panel_span_m", "m", 0.01, 5.0)?,
+        chord_m: d.number("wing.chord_m", "m", 0.01, 3.0)?,
+        area_m2: d.number("wing.area_m2", "m2", 1e-3, 5.0)?,
+        sweep_half_chord_rad: d.number("wing.sweep_half_chord_rad", "rad", -1.2, 1.2)?,
+        section_slope_per_rad: d.number("wing.section_slope_per_rad", "1/rad", 2.0, 8.0)?,
+        slope_law: d.choice(
+            "wing.slope_law",
+            &[
+                ("prandtl", SlopeLaw::Prandtl),
+                ("lowry-polhamus", SlopeLaw::LowryPolhamus),
+                ("roskam", SlopeLaw::Roskam),
+                ("hoerner-borst", SlopeLaw::HoernerBorst),
+            ],
+        )?,
+        model,
+        oswald_e: d.number("wing.oswald_e", "1", 0.2, 1.2)?,
+        drag_rule: d.choice(
+            "wing.drag_rule",
+            &[("parabolic", DragRule::Parabolic), ("bounded", DragRule::Bounded), ("zero-suction", DragRule::ZeroSuction)],
+        )?,
+        layer: d.choice("wing.layer", &LAYERS)?,
+        reynolds: d.number("wing.reynolds", "1", 1e3, 1e8)?,
+        form_factor: d.number("wing.form_factor", "1", 0.5, 3.0)?,
+    };
+    let carry_over = CarryOver {
+        share: d.number("interference.share", "1", 0.0, 1.5)?,
+        body_radius_m: d.number("interference.body_radius_m", "m", 0.0, 1.0)?,
+        semispan_m: d.number("interference.semispan_m", "m", 0.02, 5.0)?,
+    };
+    if carry_over.semispan_m <= carry_over.body_radius_m {
+        let line = d.entries.get("interference.semispan_m").map_or(0, |e| e.0);
+        return Err(d.bad(line, "interference.semispan_m", "is inside the hull; it is measured from the axis to the tip".into()));
+    }
+    let ratio = wing.area_m2 / (2.0 * wing.panel_span_m * wing.chord_m);
+    if !(0.5..=1.5).contains(&ratio) {
+        let line = d.entries.get("wing.area_m2").map_or(0, |e| e.0);
+        return Err(d.bad(
+            line,
+            "wing.area_m2",
+            format!("is {ratio:.2} times 2 · panel_span · chord; expected both panels' exposed area, within a factor 0.5 to 1.5"),
+        ));
+    }
+    let appendage = Appendage {
+        drag_area_m2: d.number("appendage.drag_area_m2", "m2", 0.0, 1.0)?,
+        crossflow_drag_area_m2: d.number("appendage.crossflow_drag_area_m2", "m2", 0.0, 10.0)?,
+        normal_area_per_rad_m2: d.number("appendage.normal_area_per_rad_m2", "m2/rad", 0.0, 5.0)?,
+    };
+    let geometry = Geometry { reference_area_m2: d.number("reference.area_m2", "m2", 1e-3, 10.0)?, body, wing, carry_over, appendage };
+    let unprojected = Constants {
+        gravity_m_s2: d.number("vehicle.gravity_m_s2", "m/s2", 9.7, 9.9)?,
+        mass_kg: d.number("vehicle.mass_kg", "kg", 1.0, 5000.0)?,
+        hull_volume_m3: d.number("vehicle.hull_volume_m3", "m3", 1e-3, 5.0)?,
+        compressibility_per_pa: d.number("vehicle.hull_compressibility_per_pa", "1/Pa", 0.0, 1e-8)?,
+        thermal_expansion_per_k: d.number("vehicle.hull_thermal_expansion_per_k", "1/K", -1e-3, 1e-3)?,
+        reference_temperature_degc: d.number("vehicle.reference_temperature_degc", "degC", -5.0, 40.0)?,
+        added_mass_surge: d.number("vehicle.added_mass_surge", "1", 0.0, 3.0)?,
+        added_mass_heave: d.number("vehicle.added_mass_heave", "1", 0.0, 5.0)?,
+        reference_area_m2: geometry.reference_area_m2,
+        lift_slope_per_rad: 0.0,
+        lift_quadratic_per_rad2: 0.0,
+        cd0: 0.0,
+        induced_k: 0.0,
+        hull_drag_per_rad2: 0.0,
+    };
+    let (constants, _, _) = geometry.polar().project(&unprojected);
+    Ok(VehicleFile { path: path.to_path_buf(), name, wings: wings.into(), about, geometry, models, constants, quantities: Vec::new() })
+}
+
+impl VehicleFile {
+    /// The geometry with another of the file's lift models.
+    ///
+    /// # Errors
+    /// The file has no constants for that model; names those it has.
+    pub fn with_model(&self, name: &str) -> Result<Geometry, ReadError> {
+        let model = self.models.iter().copied().find(|m| m.name() == name).ok_or_else(|| {
+            let names: Vec<&str> = self.models.iter().map(WingModel::name).collect();
+            ReadError::Content {
+                path: self.path.clone(),
+                line: 0,
+                column: format!("model `{name}`"),
+                why: format!("the file has constants for: {}", names.join(", ")),
+            }
+        })?;
+        Ok(Geometry { wing: Wing { model, ..self.geometry.wing }, ..self.geometry })
+    }
+
+    /// The vehicle in the terms of the flight format: the coefficients its geometry comes closest to.
+    #[must_use]
+    pub fn as_trial(&self) -> Value {
+        let (c, g) = (&self.constants, &self.geometry);
+        let part = g.polar().breakdown(1e-3);
+        // The projected slope is split as the geometry splits it at small α.
+        let total_slope = c.lift_slope_per_rad * c.reference_area_m2;
+        let wing_slope = total_slope * part.wing_lift_share();
+        json!({
+            "format": "glider-trial/1",
+            "case": self.name,
+            "made_from": {"geometry": self.path.display().to_string(), "coefficients": "least squares over |alpha| <= 0.35 rad"},
+            "gravity_m_s2": c.gravity_m_s2,
+            "mass_kg": c.mass_kg,
+            "hull_volume_m3": c.hull_volume_m3,
+            "hull_compressibility_per_pa": c.compressibility_per_pa,
+            "hull_thermal_expansion_per_k": c.thermal_expansion_per_k,
+            "reference_temperature_degc": c.reference_temperature_degc,
+            "wing": {
+                "name": if self.wings == "standard" { "standard" } else { "low_ar" },
+                "aspect_ratio": g.wing.aspect_ratio,
+                "area_m2": g.wing.area_m2,
+                "sweep_deg": g.wing.sweep_half_chord_rad.to_degrees(),
+            },
+            "hydro": {
+                "reference_area_m2": c.reference_area_m2,
+                "wing_lift_slope_per_rad": wing_slope / g.wing.area_m2,
+                "hull_lift_slope_per_rad": (total_slope - wing_slope) / c.reference_area_m2,
+                "hull_area_m2": c.reference_area_m2,
+                "lift_quadratic_per_rad2": c.lift_quadratic_per_rad2,
+                "cd0": c.cd0,
+                "induced_k": c.induced_k,
+                "hull_drag_per_rad2": c.hull_drag_per_rad2,
+                "added_mass_surge": c.added_mass_surge,
+                "added_mass_heave": c.added_mass_heave,
+            },
+            "horizontal_current": "unknown",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STANDARD: &str = include_str!("../../../vehicles/slocum-standard.toml");
+    const RAILS: &str = include_str!("../../../vehicles/slocum-low-ar-sea.toml");
+
+    fn refused(text: &str) -> String {
+        parse(text, Path::new("v.toml")).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn files_in_the_project_read_and_every_number_says_where_it_is_from() {
+        for text in [STANDARD, RAILS] {
+            let v = parse(text, Path::new("v.toml")).expect("reads");
+            assert!(v.quantities.len() > 30);
+            assert!(v.quantities.iter().all(|q| q.line > 0 && !q.source.is_empty() && q.sigma >= 0.0));
+            assert!(v.constants.lift_slope_per_rad > 0.0 && v.constants.cd0 > 0.0);
+        }
+    }
+
+    #[test]
+    fn errors_name_file_line_key_and_what_was_expected() {
+        let line = |needle: &str| 1 + STANDARD.lines().position(|l| l.starts_with(needle)).expect("key is in the file");
+        let cases = [
+            ("value = 1.5, unit = \"m\"", "value = 15.0, unit = \"m\"", "physical is 0.3 to 5", line("length_m")),
+            ("value = 1.5, unit = \"m\"", "value = 1.5, unit = \"cm\"", "files are SI", line("length_m")),
+            ("value = 1.5, unit = \"m\"", "value = nan, unit = \"m\"", "finite", line("length_m")),
+            ("length_m = {", "lenght_m = {", "did you mean `hull.length_m`", line("length_m")),
+            ("model = \"lifting-line\"", "model = \"fidler\"", "constants for: lifting-line", line("model")),
+            ("layer = \"laminar\" #", "layer = \"foamy\" #", "laminar, turbulent", line("layer")),
+            ("sigma = 0.05, source = \"BCO", "sigma = -0.05, source = \"BCO", "0 or more", line("length_m")),
+            ("source = \"BCO-DMO instrument page, Slocum G1/G2: 1.5 m without boom\"", "source = \" \"", "guess", line("length_m")),
+            ("sigma = 0.05, source = \"BCO", "source = \"BCO", "no sigma", line("length_m")),
+        ];
+        for (from, to, want, at) in cases {
+            assert!(STANDARD.contains(from), "{from}");
+            let e = refused(&STANDARD.replacen(from, to, 1));
+            assert!(e.contains("v.toml") && e.contains(want) && e.contains(&format!("line {at},")), "{to}: {e}");
+        }
+        let e = refused(&STANDARD.replace("munk_factor =", "# munk_factor ="));
+        assert!(e.contains("hull.munk_factor") && e.contains("missing"), "{e}");
+        let e = refused(&format!("{STANDARD}\n[engine]\npower_w = {{ value = 1.0, unit = \"W\", sigma = 0.0, source = \"x\" }}\n"));
+        assert!(e.contains("engine.power_w") && e.contains("unknown key"), "{e}");
+        let e = refused(&STANDARD.replace("mass_kg = {", "mass_kg = 52.0 #"));
+        assert!(e.contains("bare number"), "{e}");
+        let e = refused("format = \"glider-vehicle/1\"\nname = ");
+        assert!(e.contains("line 2"), "{e}");
+    }
+
+    #[test]
+    fn another_lift_model_is_there_only_with_its_constants() {
+        let v = parse(RAILS, Path::new("v.toml")).expect("reads");
+        for name in ["polhamus-lamar", "bartlett-vidal", "fidler"] {
+            assert_eq!(v.with_model(name).expect("has it").wing.model.name(), name);
+        }
+        assert!(v.with_model("lifting-line").expect_err("has none").to_string().contains("fidler"));
+    }
+
+    #[test]
+    fn the_flight_format_gives_back_the_projected_coefficients() {
+        for text in [STANDARD, RAILS] {
+            let v = parse(text, Path::new("v.toml")).expect("reads");
+            let back = crate::vehicle::parse(v.as_trial(), Path::new("v.toml")).expect("reads");
+            let (a, b) = (back.constants, v.constants);
+            assert!((a.lift_slope_per_rad / b.lift_slope_per_rad - 1.0).abs() < 1e-9);
+            assert_eq!((a.cd0, a.lift_quadratic_per_rad2, a.hull_drag_per_rad2), (b.cd0, b.lift_quadratic_per_rad2, b.hull_drag_per_rad2));
+        }
+    }
+}

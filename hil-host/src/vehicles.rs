@@ -1,0 +1,255 @@
+//! Vehicles by name or file, and their polars.
+//!
+//! The vehicle files of the project are built in, so that commands work in any folder. A vehicle is geometry
+//! (`glider-vehicle/1`) or coefficients (`glider-trial/1`); both answer as one [`hydro::Polar`].
+
+use std::path::Path;
+
+use anyhow::{Context as _, bail, ensure};
+use discovery::{Vehicle, vehicle, vehicle_file};
+use hydro::effects::{Active, Constants};
+use hydro::{Added, Flow, ForceModel, Geometry, GeometryPolar, LiftDrag, Polar};
+use signals::Wings;
+
+/// Vehicle files that come with the program: name without `.toml`, text.
+pub const BUILT_IN: [(&str, &str); 6] = [
+    ("slocum-standard", include_str!("../../vehicles/slocum-standard.toml")),
+    ("slocum-low-ar", include_str!("../../vehicles/slocum-low-ar.toml")),
+    ("slocum-standard-sea", include_str!("../../vehicles/slocum-standard-sea.toml")),
+    ("slocum-low-ar-sea", include_str!("../../vehicles/slocum-low-ar-sea.toml")),
+    ("paper-standard", include_str!("../../vehicles/paper-standard.toml")),
+    ("paper-low-ar", include_str!("../../vehicles/paper-low-ar.toml")),
+];
+
+/// Name of a wing set on the command line.
+#[must_use]
+pub fn wings_name(wings: Wings) -> &'static str {
+    match wings {
+        Wings::Standard => "standard",
+        Wings::LowAspectRatio => "low-ar",
+    }
+}
+
+/// The built-in vehicle that the flight table of a wing set is made from.
+#[must_use]
+pub fn sea_name(wings: Wings) -> &'static str {
+    match wings {
+        Wings::Standard => "slocum-standard-sea",
+        Wings::LowAspectRatio => "slocum-low-ar-sea",
+    }
+}
+
+/// What a vehicle is made of.
+#[derive(Clone, Debug)]
+enum Form {
+    Geometry { polar: Box<GeometryPolar>, constants: Constants },
+    Coefficients(Constants),
+}
+
+/// A vehicle ready to be asked for lift and drag.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Name for people.
+    pub name: String,
+    /// Wing set.
+    pub wings: Wings,
+    /// CRC-32 of the vehicle file.
+    pub id: u32,
+    form: Form,
+    effects: Vec<Active>,
+}
+
+/// Reads a built-in geometry file.
+///
+/// # Errors
+/// No such name.
+pub fn built_in(name: &str) -> anyhow::Result<vehicle_file::VehicleFile> {
+    let (_, text) = BUILT_IN
+        .iter()
+        .find(|b| b.0 == name)
+        .with_context(|| format!("no built-in vehicle `{name}`; there are {}", BUILT_IN.map(|b| b.0).join(", ")))?;
+    Ok(vehicle_file::parse(text, Path::new(&format!("vehicles/{name}.toml")))?)
+}
+
+impl Model {
+    /// From a file, or from a built-in vehicle if no such file exists and the name is one of [`BUILT_IN`].
+    ///
+    /// # Errors
+    /// Unreadable or wrong file, with line and fix.
+    pub fn load(path: &Path, lift_model: Option<&str>) -> anyhow::Result<Self> {
+        let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default().trim_end_matches(".toml");
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => match BUILT_IN.iter().find(|b| b.0 == name) {
+                Some((_, text)) => (*text).to_string(),
+                None => {
+                    bail!("{}: no such file, and no built-in vehicle of that name ({})", path.display(), BUILT_IN.map(|b| b.0).join(", "))
+                }
+            },
+            Err(e) => return Err(e).with_context(|| path.display().to_string()),
+        };
+        let id = polar::crc32(text.as_bytes());
+        if vehicle_file::is_geometry(&text) {
+            let file = vehicle_file::parse(&text, path)?;
+            let geometry = lift_model.map_or(Ok(file.geometry), |m| file.with_model(m))?;
+            let wings = if file.wings == "standard" { Wings::Standard } else { Wings::LowAspectRatio };
+            return Ok(Self::of_geometry(&file.name, wings, id, &geometry, &file.constants));
+        }
+        ensure!(lift_model.is_none(), "{}: a vehicle given by coefficients has no choice of lift model", path.display());
+        Self::of_coefficients(&vehicle::read(path)?, id)
+    }
+
+    /// The built-in sea vehicle of a wing set.
+    ///
+    /// # Errors
+    /// Never for the committed files.
+    pub fn sea(wings: Wings) -> anyhow::Result<Self> {
+        Self::load(Path::new(&format!("vehicles/{}.toml", sea_name(wings))), None)
+    }
+
+    /// From a geometry; `constants` carries what the geometry does not (mass and so on).
+    #[must_use]
+    pub fn of_geometry(name: &str, wings: Wings, id: u32, geometry: &Geometry, constants: &Constants) -> Self {
+        let polar = geometry.polar();
+        let (constants, _, _) = polar.project(constants);
+        Self { name: name.into(), wings, id, form: Form::Geometry { polar: Box::new(polar), constants }, effects: Vec::new() }
+    }
+
+    /// From coefficients and the effects the file has on.
+    ///
+    /// # Errors
+    /// The file does not say which wings it has.
+    pub fn of_coefficients(v: &Vehicle, id: u32) -> anyhow::Result<Self> {
+        let wings = match v.document.pointer("/wing/name").and_then(serde_json::Value::as_str) {
+            Some("standard") => Wings::Standard,
+            Some("low_ar" | "low-ar") => Wings::LowAspectRatio,
+            other => bail!("{}: wing.name is {other:?}; expected \"standard\" or \"low_ar\"", v.path.display()),
+        };
+        Ok(Self { name: v.name.clone(), wings, id, form: Form::Coefficients(v.constants), effects: v.effects.clone() })
+    }
+
+    /// With these effects on top.
+    #[must_use]
+    pub fn with_effects(mut self, effects: &[Active]) -> Self {
+        self.effects.extend_from_slice(effects);
+        self
+    }
+
+    /// Nominal constants (projected ones for a geometry), without effects.
+    #[must_use]
+    pub fn constants(&self) -> &Constants {
+        match &self.form {
+            Form::Geometry { constants, .. } | Form::Coefficients(constants) => constants,
+        }
+    }
+
+    /// Parts of lift and drag, where the vehicle is geometry.
+    #[must_use]
+    pub fn geometry(&self) -> Option<&GeometryPolar> {
+        match &self.form {
+            Form::Geometry { polar, .. } => Some(polar),
+            Form::Coefficients(_) => None,
+        }
+    }
+}
+
+impl Polar for Model {
+    fn reference_area_m2(&self) -> f64 {
+        self.constants().reference_area_m2
+    }
+
+    fn force(&self, flow: &Flow) -> LiftDrag {
+        match &self.form {
+            Form::Geometry { polar, .. } if self.effects.is_empty() => polar.force(flow),
+            Form::Geometry { polar, constants } => {
+                let without = ForceModel::new(*constants, &[]);
+                Added { base: polar.as_ref(), with: ForceModel::new(*constants, &self.effects), without }.force(flow)
+            }
+            Form::Coefficients(constants) => ForceModel::new(*constants, &self.effects).coefficients(flow),
+        }
+    }
+
+    fn alpha_valid_rad(&self) -> f64 {
+        match &self.form {
+            Form::Geometry { polar, .. } if self.effects.is_empty() => polar.alpha_valid_rad(),
+            _ => hydro::effects::ALPHA_VALID_RAD,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydro::effects::CATALOGUE;
+    use hydro::glide::{self, Side, Trim};
+
+    /// The measured steady glide of Slocum *Comet*, June 2016, median of 2,530 steady DVL samples.
+    const COMET: Trim = Trim { pitch_rad: -21.9 * std::f64::consts::PI / 180.0, net_buoyancy_n: -2.12, rho_kg_m3: 1005.8 };
+
+    #[test]
+    fn validate_the_sea_vehicle_meets_the_measured_steady_glide() {
+        let g = glide::steady(&Model::sea(Wings::Standard).unwrap(), &COMET).unwrap().lowest;
+        println!(
+            "U {:.4} m/s, path {:.2} deg, alpha {:.2} deg, L/D {:.3}",
+            g.speed_m_s,
+            g.gamma_rad.to_degrees(),
+            g.alpha_rad.to_degrees(),
+            g.l_over_d
+        );
+        assert!((g.speed_m_s - 0.307).abs() <= 0.01);
+        assert!((g.gamma_rad.to_degrees() + 25.0).abs() <= 0.5);
+        assert!((g.l_over_d - 2.14).abs() <= 0.05);
+        assert_eq!(g.side, Side::Attached);
+    }
+
+    #[test]
+    fn prop_glides_balance_climb_mirrors_dive_and_flat_pitch_has_none() {
+        for (name, _) in BUILT_IN {
+            let m = Model::load(Path::new(name), None).unwrap();
+            for deg in 15..45 {
+                let trim = Trim { pitch_rad: -f64::from(deg).to_radians(), ..COMET };
+                let Ok(g) = glide::steady(&m, &trim) else { panic!("{name} at {deg}: no glide") };
+                let d = g.lowest;
+                let q_s = 0.5 * trim.rho_kg_m3 * m.reference_area_m2() * d.speed_m_s.powi(2);
+                // Newtons; the weight in water is 2 N.
+                assert!((q_s * d.force.cl - 2.12 * d.gamma_rad.cos()).abs() < 1e-6, "{name} {deg}");
+                assert!((q_s * d.force.cd - 2.12 * d.gamma_rad.sin().abs()).abs() < 1e-6, "{name} {deg}");
+                let up = Trim { pitch_rad: -trim.pitch_rad, net_buoyancy_n: 2.12, ..trim };
+                let c = glide::steady(&m, &up).unwrap().lowest;
+                assert!((c.alpha_rad + d.alpha_rad).abs() < 1e-12 && (c.sink_m_s + d.sink_m_s).abs() < 1e-12 && c.sink_m_s < 0.0);
+            }
+            // The sea vehicles need a nose-down pitch; the low-drag vehicles of the paper glide level as well.
+            if name.ends_with("sea") {
+                let flat = Trim { pitch_rad: -2f64.to_radians(), ..COMET };
+                let e = glide::steady(&m, &flat).expect_err("too flat");
+                assert!(matches!(e, glide::GlideError::TooFlat { least_pitch_rad } if least_pitch_rad > 0.05), "{name}: {e:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_stall_side_is_named() {
+        // The paper's standard wing separates: near the least pitch there are two glides.
+        let m = Model::load(Path::new("slocum-standard"), None).unwrap();
+        let g = glide::steady(&m, &Trim { pitch_rad: -1f64.to_radians(), ..COMET }).unwrap();
+        assert_eq!(g.lowest.side, Side::Attached);
+        assert_eq!(g.others[0].map(|o| o.side), Some(Side::Stall));
+        assert!(g.others[0].unwrap().alpha_rad > g.lowest.alpha_rad);
+    }
+
+    #[test]
+    fn effects_that_are_off_change_nothing_and_on_ones_do() {
+        for wings in [Wings::Standard, Wings::LowAspectRatio] {
+            let plain = Model::sea(wings).unwrap();
+            let off: Vec<Active> = CATALOGUE.iter().map(|e| Active::off(*e)).collect();
+            let with = Model::sea(wings).unwrap().with_effects(&off);
+            let drag = Model::sea(wings).unwrap().with_effects(&[Active::sized(hydro::effects::by_name("drag_level_error").unwrap(), 0.2)]);
+            for i in -34..=34 {
+                let at = Flow::steady(f64::from(i) * 0.01, 0.3);
+                let (a, b, c) = (plain.force(&at), with.force(&at), drag.force(&at));
+                assert!((a.cl - b.cl).abs() < 1e-12 && (a.cd - b.cd).abs() < 1e-12);
+                assert!((c.cd - a.cd - 0.2 * plain.constants().cd0).abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -7,8 +7,9 @@
 //! * false alarm: a clean case that is not called `adequate`;
 //! * unexplained: a case outside the vocabulary with that verdict;
 //! * interval: the stated interval of an exactly named effect contains the hidden value;
-//! * error ratio: block error after, over the noise floor (observed rate minus the rate that the true relative velocity
-//!   and the true missing effects give, so background motion and sensor noise only).
+//! * error ratios: block error after, over the noise floor (observed rate minus the rate that the true relative velocity
+//!   and the true missing effects give, so background motion and sensor noise only), and over the known-truth refit (told
+//!   what is hidden, in nature's own form and size, and left to find the calibration quantities).
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use plant::trials::catalogue::Strength;
-use plant::trials::reference::{Log, block_error, floor};
+use plant::trials::reference::{Log, block_error, floor, known_truth_error};
 use plant::trials::vehicle::Scatter;
 use plant::trials::{Case, Kind, Spec, files, generate, nature::Nature};
 use rayon::prelude::*;
@@ -73,6 +74,8 @@ pub struct Scored {
     pub parameters: Vec<(String, bool, f64)>,
     /// Block errors, m/s: nominal (ours), noise floor (ours), after (the tool's).
     pub errors_m_s: [f64; 3],
+    /// Block error of the refit that is told the truth, m/s (NaN outside the vocabulary).
+    pub known_truth_m_s: f64,
     /// Wall time of the diagnosis, s.
     pub wall_s: f64,
     /// Message if the tool failed.
@@ -124,6 +127,7 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
         classes: classes.len(),
         parameters,
         errors_m_s: [block_error(&blocks), floor(&blocks), d["block_error_m_s"]["after"].as_f64().unwrap_or(f64::NAN)],
+        known_truth_m_s: known_truth_error(&log, &case.vehicle, &case.truth).unwrap_or(f64::NAN),
         wall_s,
         failure: diagnosis.as_ref().err().cloned(),
     }
@@ -245,6 +249,10 @@ pub fn summary(scored: &[Scored]) -> Value {
             "of": parameters.len(),
             "relative_error_median": median(parameters.iter().map(|p| p.2.abs()).collect()),
         },
+        "error_after_over_known_truth_median": median(
+            scored.iter().filter(|s| s.kind != Kind::Off).map(|s| s.errors_m_s[2] / s.known_truth_m_s).collect(),
+        ),
+        "error_after_over_known_truth_of_exact_answers": median(answered.iter().map(|s| s.errors_m_s[2] / s.known_truth_m_s).collect()),
         "error_after_over_floor_of_exact_answers": median(answered.iter().map(|s| s.errors_m_s[2] / s.errors_m_s[1]).collect()),
         "wall_s_per_case_median": median(scored.iter().map(|s| s.wall_s).collect()),
         "failures": scored.iter().filter(|s| s.failure.is_some()).count(),
@@ -272,6 +280,7 @@ pub fn case_document(s: &Scored) -> Value {
         "error_nominal_m_s": s.errors_m_s[0],
         "error_floor_m_s": s.errors_m_s[1],
         "error_after_m_s": if s.errors_m_s[2].is_finite() { json!(s.errors_m_s[2]) } else { Value::Null },
+        "error_known_truth_m_s": if s.known_truth_m_s.is_finite() { json!(s.known_truth_m_s) } else { Value::Null },
         "wall_s": s.wall_s,
         "failure": s.failure,
     })

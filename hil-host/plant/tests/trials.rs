@@ -4,7 +4,7 @@ use plant::trials::nature::Nature;
 use plant::trials::reference::{Log, block_error, floor, recalibrated};
 use plant::trials::sensors::Row;
 use plant::trials::vehicle::{Nominal, Scatter};
-use plant::trials::{Case, Kind, Site, Spec, Wing, files, generate};
+use plant::trials::{Case, Kind, SEGMENTS, Site, Spec, Wing, files, generate, plan};
 
 fn clean(site: Site, wing: Wing) -> Spec {
     Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None }
@@ -81,6 +81,7 @@ fn example(name: &str) -> Option<(Nominal, Vec<Row>)> {
                 gps_m: [get("gps_east_m"), get("gps_north_m")],
                 speed_m_s: get("speed_water_m_s"),
                 known_depth_m: f64::NAN,
+                stirred_depth_m: f64::NAN,
             }
         })
         .collect();
@@ -128,4 +129,33 @@ fn clean_cases_fall_to_their_noise_floor() {
     }
     let mean: f64 = sum / count;
     assert!(mean < 1.2, "{mean}");
+}
+
+/// Whatever is hidden, the flight stays a flight: eight segments, each from the surface to its turning depth and back, above the
+/// bottom, times increasing, the example's frequency of missing values.
+#[test]
+fn every_planned_case_flies_and_comes_back() {
+    for (i, spec) in plan(120, 5, None).iter().enumerate() {
+        let case = generate(spec, 5, i);
+        let what = format!("{i} {spec:?}");
+        assert!(case.rows.windows(2).all(|w| w[1].time_s > w[0].time_s), "{what}: time");
+        let deepest = if spec.site == Site::Lake { 25.0 } else { 198.0 };
+        for k in 0..SEGMENTS {
+            let p: Vec<f64> = case.rows.iter().filter(|r| r.segment == k && r.pressure_dbar.is_finite()).map(|r| r.pressure_dbar).collect();
+            let mut by_depth = p.clone();
+            by_depth.sort_by(f64::total_cmp);
+            // The deepest few may be spikes.
+            let max = by_depth[by_depth.len() - 4];
+            assert!(max > deepest && max < case.vehicle.water_depth_m, "{what}: segment {k} deepest {max} dbar");
+            // Pressure drift moves the surface by up to 2 dbar.
+            assert!(
+                p[p.len() - 1].abs() < 2.5 && p[0].abs() < 2.5,
+                "{what}: segment {k} begins at {} and ends at {} dbar",
+                p[0],
+                p[p.len() - 1]
+            );
+        }
+        let missing = case.rows.iter().filter(|r| r.pressure_dbar.is_nan()).count() as f64 / case.rows.len() as f64;
+        assert!(missing < 0.01, "{what}: {missing}");
+    }
 }

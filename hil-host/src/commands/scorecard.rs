@@ -149,6 +149,11 @@ fn print(d: &Value, list: bool) {
         d["intervals"]["of"],
         figure(&d["intervals"]["relative_error_median"])
     );
+    println!(
+        "error after / known-truth refit (median): all {}, exact answers {}",
+        figure(&d["error_after_over_known_truth_median"]),
+        figure(&d["error_after_over_known_truth_of_exact_answers"])
+    );
     println!("wall time per case (median): {} s; failures: {}", figure(&d["wall_s_per_case_median"]), d["failures"]);
     let mut confusion = Table::new();
     confusion.set_header(["hidden", "answer (count)"]);

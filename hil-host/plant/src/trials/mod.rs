@@ -140,6 +140,8 @@ pub struct Truth {
     pub hidden: Vec<Hidden>,
     /// Calibration scatter.
     pub scatter: Scatter,
+    /// The vehicle that flew.
+    pub nature: Nature,
     /// Background.
     pub colour: Colour,
     /// True rms of the background, m/s.
@@ -258,7 +260,7 @@ pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -
     let i = index as u64;
     let mut rng = stream(seed, i, 1);
     let has_speed = rng.random_bool(0.4);
-    let depth_guess = if spec.site == Site::Lake { 36.0 } else { 262.0 };
+    let depth_guess = if spec.site == Site::Lake { 39.0 } else { 262.0 };
     let column = Column::draw(spec.site, depth_guess, 9.81, &mut rng);
     let middle = column.density(if spec.site == Site::Lake { 15.0 } else { 100.0 });
     // Trim: neutral at mid-depth with the ballast at mid position, as trimmed in the tank.
@@ -297,12 +299,14 @@ pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -
     };
     let mut effect_rng = stream(seed, i, 2);
     // Each partner of a pair is a little smaller, so that the pair as a whole has the stated size.
-    let scale = size.or(spec.strength.map(Strength::factor)).unwrap_or(0.0) * if spec.effects.len() > 1 { 0.85 } else { 1.0 };
+    let share = if spec.effects.len() > 1 { 0.85 } else { 1.0 };
     let mut hidden = Vec::new();
     for &effect in &spec.effects {
+        let scale = share * size.or(spec.strength.map(|s| effect.factor(s))).unwrap_or(0.0);
         hidden.push(catalogue::apply(effect, scale, spec.site, spec.wing, days, &scatter, &mut nature, &mut ocean, &mut effect_rng));
     }
     if let Some(outside) = spec.outside {
+        let scale = size.or(spec.strength.map(Strength::factor)).unwrap_or(0.0);
         hidden.push(outside.apply(scale, spec.site, spec.wing, &mut nature, &mut effect_rng));
     }
     let list = 0.0175 * vehicle::normal_within_2_sigma(&mut rng) * 0.7;
@@ -326,6 +330,7 @@ pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -
             strength: spec.strength,
             hidden,
             scatter,
+            nature,
             colour,
             background_rms_m_s: background_rms,
             background_time_s: background_time,

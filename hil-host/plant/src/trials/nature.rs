@@ -42,7 +42,7 @@ pub struct ReynoldsDrag {
 pub struct Stall {
     /// Angle, rad.
     pub angle: f64,
-    /// Share of the linear slope that is lost.
+    /// Share of the lift slope that is lost.
     pub loss: f64,
     /// Smoothing width, rad.
     pub width: f64,
@@ -226,6 +226,27 @@ impl Nature {
         }
     }
 
+    /// The same vehicle, hidden effects included, with another calibration scatter.
+    #[must_use]
+    pub fn rescattered(&self, from: &Scatter, to: &Scatter) -> Self {
+        let (a, b) = (&from.values, &to.values);
+        let ratio = |i: usize| (1.0 + b[i]) / (1.0 + a[i]);
+        let step = |i: usize| b[i] - a[i];
+        let mut v = self.clone();
+        v.cd0 *= ratio(0);
+        v.lift_slope *= ratio(1);
+        v.lift_quadratic *= ratio(2);
+        v.volume += step(3) * 1e-6;
+        v.ballast_gain += step(4);
+        v.pitch_zero += step(5);
+        v.compressibility *= ratio(6);
+        v.thermal_expansion *= ratio(7);
+        v.added_mass[0] += step(8);
+        v.added_mass[1] += step(9);
+        v.battery_zero += step(10);
+        v
+    }
+
     /// Displaced volume, m³, at gauge pressure (Pa), hull temperature (°C) and ballast reading (m³).
     #[must_use]
     pub fn displaced(&self, pressure: f64, hull_temperature: f64, ballast: f64) -> f64 {
@@ -255,13 +276,14 @@ impl Nature {
     fn coefficients(&self, alpha: f64, speed: f64, climb: f64, at: &Instant) -> (f64, f64) {
         let a = alpha - self.zero_lift;
         let size = a.abs();
+        // Stalled flow gives the lift of a smaller angle.
         let mut linear = a;
         if let Some(s) = &self.stall {
             let angle = if at.separated { s.angle - s.hysteresis } else { s.angle };
             let lost = s.loss * softplus(size - angle, s.width);
             linear -= lost.copysign(a);
         }
-        let cl = self.lift_slope * linear + self.lift_quadratic * a * size;
+        let cl = self.lift_slope * linear + self.lift_quadratic * linear * linear.abs();
         let mut cd0 = self.cd0;
         if let Some(r) = &self.reynolds {
             let ratio = speed.max(0.03) / r.reference_speed / if r.viscous { relative_viscosity(at.temperature) } else { 1.0 };

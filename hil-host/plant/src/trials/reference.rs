@@ -36,6 +36,7 @@ struct Segment {
     /// Depth from pressure, m (NaN kept).
     depth: Vec<f64>,
     known_depth: Vec<f64>,
+    stirred_depth: Vec<f64>,
 }
 
 /// A log prepared for the model.
@@ -51,6 +52,8 @@ pub struct Block {
     pub segment: usize,
     /// Observed depth rate, m/s.
     pub observed: f64,
+    /// Rate that the missing effects' water motion gives, m/s (NaN for a log without truth).
+    pub stirred: f64,
     /// Rate of what was true without the background motion, m/s (NaN for a log without truth).
     pub known: f64,
     /// Model's rate, m/s.
@@ -145,6 +148,7 @@ impl Log {
                 roll: column(|r| r.roll_rad),
                 ballast: column(|r| r.ballast_cc * 1e-6),
                 known_depth: column(|r| r.known_depth_m),
+                stirred_depth: column(|r| r.stirred_depth_m),
                 time,
                 dbar,
                 pitch,
@@ -154,6 +158,14 @@ impl Log {
             });
         }
         Self { segments }
+    }
+
+    /// The log less the water motion of the missing effects.
+    fn without_stirring(mut self) -> Self {
+        for s in &mut self.segments {
+            s.depth.iter_mut().zip(&s.stirred_depth).for_each(|(z, d)| *z -= d);
+        }
+        self
     }
 
     /// Blocks of the wanted segments under a vehicle.
@@ -170,7 +182,10 @@ impl Log {
                     (0..s.time.len()).filter(|&i| s.time[i] >= from && s.time[i] < to && s.depth[i].is_finite()).collect();
                 let first = s.time.iter().copied().find(|&t| t >= from).unwrap_or(from);
                 let shallow = (0..s.time.len()).any(|i| {
-                    s.time[i] >= first - AFTER_SURFACE.0 && s.time[i] < to && s.dbar[i].is_finite() && s.depth[i] < AFTER_SURFACE.1
+                    s.time[i] >= first - AFTER_SURFACE.0
+                        && s.time[i] < to
+                        && s.dbar[i].is_finite()
+                        && s.pressure_pa[i] < AFTER_SURFACE.1 * s.density[i] * gravity
                 });
                 let spans = inside.len() >= 3 && s.time[inside[inside.len() - 1]] - s.time[inside[0]] >= 10.0;
                 if spans && !shallow {
@@ -180,6 +195,7 @@ impl Log {
                         segment: s.number,
                         observed: slope(&t, &pick(&s.depth)),
                         known: slope(&t, &pick(&s.known_depth)),
+                        stirred: slope(&t, &pick(&s.stirred_depth)),
                         modelled: slope(&t, &pick(&model)),
                     });
                 }
@@ -267,6 +283,20 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
         n += 1.0;
     }
     libm::sqrt(sum / n)
+}
+
+/// Block error on the check segments of a refit that is told the truth of the hidden effects (form and size, water motion
+/// included) and has to find only the calibration quantities, m/s. `None` for effects with a memory, which the reference model
+/// has not.
+#[must_use]
+pub fn known_truth_error(log: &Log, nominal: &Nominal, truth: &super::Truth) -> Option<f64> {
+    if truth.kind == super::Kind::Off {
+        return None;
+    }
+    let told = log.clone().without_stirring();
+    let build = |s: &Scatter| truth.nature.rescattered(&truth.scatter, s);
+    let fitted = build(&recalibrated(&told, nominal, build));
+    Some(block_error(&told.blocks(&fitted, nominal.gravity, |s| nominal.check.contains(&s))))
 }
 
 /// The calibration quantities that fit best, with priors of their tolerances cut at 3 sigma (Gauss–Newton, block residuals of the

@@ -36,6 +36,8 @@ pub struct Row {
     pub speed_m_s: f64,
     /// Not in the log: depth that the true relative velocity and the missing effects' water motion give, m (no background).
     pub known_depth_m: f64,
+    /// Not in the log: the part of it that the missing effects' water motion gives, m.
+    pub stirred_depth_m: f64,
 }
 
 /// Frequencies of defects per sample, after the format's examples.
@@ -146,6 +148,7 @@ pub fn sample(
             gps_m: gps,
             speed_m_s: speed,
             known_depth_m: mix(a.known_depth, b.known_depth),
+            stirred_depth_m: mix(a.stirred_depth, b.stirred_depth),
         };
         rows.push(row);
     }

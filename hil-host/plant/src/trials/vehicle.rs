@@ -148,7 +148,7 @@ impl Nominal {
             Wing::LowAspectRatio => (0.5, 4.5, 0.35, 1.0),
         };
         let (rms, time, depth) = match site {
-            Site::Lake => (rng.random_range(0.0018..0.0028), rng.random_range(30.0..60.0), rng.random_range(30.0..36.0)),
+            Site::Lake => (rng.random_range(0.0018..0.0028), rng.random_range(30.0..60.0), rng.random_range(33.0..39.0)),
             Site::Sea => (rng.random_range(0.0030..0.0046), rng.random_range(80.0..140.0), rng.random_range(215.0..260.0)),
         };
         let round = |x: f64, step: f64| (x / step).round() * step;

@@ -22,6 +22,8 @@ pub const STEP_S: f64 = 0.5;
 const FLOAT_S: [f64; 2] = [20.0, 40.0];
 /// A segment that has not come back by then is broken off, s.
 const LONGEST_S: f64 = 12_000.0;
+/// Water that a leak can take in before the compartment is full, m³ (guess; below the smallest stroke, so the vehicle comes back).
+const BILGE_M3: f64 = 45e-6;
 
 /// What was commanded in one segment.
 #[derive(Clone, Debug)]
@@ -59,7 +61,8 @@ impl Orders {
             levels.swap(i, rng.random_range(0..=i));
             strokes.swap(i, rng.random_range(0..=i));
         }
-        let weakest = rng.random_range(145.0..185.0);
+        // Sea: enough to climb out through the light surface layer.
+        let weakest = if site == Site::Lake { rng.random_range(145.0..185.0) } else { rng.random_range(182.0..205.0) };
         let fastest = rng.random_range(13.0..21.0) * 1e-6;
         let slowest = fastest * if site == Site::Lake { rng.random_range(0.55..0.8) } else { rng.random_range(0.35..0.6) };
         let bank = rng.random_range(0.2..0.32);
@@ -119,6 +122,8 @@ pub struct Moment {
     pub depth: f64,
     /// Depth the vehicle would have without the background motion, from the same relative velocity, m.
     pub known_depth: f64,
+    /// The part of it that water motion of a missing effect gives, m.
+    pub stirred_depth: f64,
     /// Velocity along and across (up) the body relative to the water, m/s.
     pub velocity: [f64; 2],
     /// True pitch, rad.
@@ -223,7 +228,7 @@ impl Voyage<'_> {
         let mut hull_temperature = column.temperature(0.0);
         let mut cell_temperature = hull_temperature;
         let mut flood_density = column.density(0.0);
-        let mut known = 0.0;
+        let (mut known, mut stirred) = (0.0, 0.0);
         let mut position = [0.0, 0.0];
         let mut separated = false;
         let mut float_from = f64::NAN;
@@ -244,6 +249,7 @@ impl Voyage<'_> {
                 t,
                 depth: z,
                 known_depth: known,
+                stirred_depth: stirred,
                 velocity: [u, n],
                 pitch: theta,
                 roll: roll_true + list,
@@ -319,7 +325,8 @@ impl Voyage<'_> {
             {
                 separated = if separated { alpha.abs() > s.angle - s.hysteresis } else { alpha.abs() > s.angle };
             }
-            let extra_mass = off.flood_volume_m3 * (flood_density - density) + off.leak * t * density - off.segment_trim[index] * density;
+            let extra_mass = off.flood_volume_m3 * (flood_density - density) + (off.leak * t).min(BILGE_M3) * density
+                - off.segment_trim[index] * density;
             let roll = roll_true + list;
             let g = self.nominal.gravity;
             let swell_temperature = temperature + off.hull_thermal_gain * (hull_temperature - temperature);
@@ -328,8 +335,8 @@ impl Voyage<'_> {
             let (mu, mn) = (nature.mass * (1.0 + k1), nature.mass * (1.0 + k2));
             let rho_slope = (column.density(zw + 0.5) - column.density(zw - 0.5)).clamp(-1.0, 1.0);
             let p = &PITCH;
-            let rate_of = |dt: f64, s: &[f64; 6]| -> [f64; 6] {
-                let [sz, su, sn, sth, sq, _] = *s;
+            let rate_of = |dt: f64, s: &[f64; 7]| -> [f64; 7] {
+                let [sz, su, sn, sth, sq, _, _] = *s;
                 let share = dt / step;
                 let within = |from: f64, to: f64| from + (to - from) * share;
                 let (ballast, battery, actual_ballast) =
@@ -351,16 +358,16 @@ impl Voyage<'_> {
                     + 0.5 * rho * speed * speed * nature.area * p.length * p.cm_alpha * alpha.clamp(-0.35, 0.35)
                     + 0.5 * rho * nature.area * p.length * p.length * p.cm_q * (speed + 0.35) * sq;
                 let stir = effect_up(t + dt, sz);
-                [sink - stir - up(t + dt, sz), fu / mu, fn_ / mn, sq, moment / p.inertia, sink - stir]
+                [sink - stir - up(t + dt, sz), fu / mu, fn_ / mn, sq, moment / p.inertia, sink - stir, -stir]
             };
-            let s0 = [z, u, n, theta, q, known];
-            let add = |a: &[f64; 6], b: &[f64; 6], h: f64| -> [f64; 6] { core::array::from_fn(|i| a[i] + h * b[i]) };
+            let s0 = [z, u, n, theta, q, known, stirred];
+            let add = |a: &[f64; 7], b: &[f64; 7], h: f64| -> [f64; 7] { core::array::from_fn(|i| a[i] + h * b[i]) };
             let a1 = rate_of(0.0, &s0);
             let a2 = rate_of(0.5 * step, &add(&s0, &a1, 0.5 * step));
             let a3 = rate_of(0.5 * step, &add(&s0, &a2, 0.5 * step));
             let a4 = rate_of(step, &add(&s0, &a3, step));
-            let s: [f64; 6] = core::array::from_fn(|i| s0[i] + step / 6.0 * (a1[i] + 2.0 * a2[i] + 2.0 * a3[i] + a4[i]));
-            [z, u, n, theta, q, known] = s;
+            let s: [f64; 7] = core::array::from_fn(|i| s0[i] + step / 6.0 * (a1[i] + 2.0 * a2[i] + 2.0 * a3[i] + a4[i]));
+            [z, u, n, theta, q, known, stirred] = s;
             // Floating: the surface carries the vehicle, which cannot rise out of it.
             let rising = u * libm::sin(theta) + n * libm::cos(theta) >= 0.0;
             if (z <= 0.0 && rising) || matches!(leg, Leg::Wait | Leg::Float) {

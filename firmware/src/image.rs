@@ -4,12 +4,12 @@ use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::line::Line;
 use crate::board::watchdog::Watchdog;
 use crate::board::{canary, clock, log, power_up};
+use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
 use control::Config;
-use core::mem::MaybeUninit;
 use cortex_m_rt::entry;
 use heapless::spsc::Queue;
-use helm::{Boot, Helm, RamStorage, Seat};
+use helm::{Boot, Helm, Seat};
 use signals::link::MAX_WIRE;
 use signals::{Abort, Micros, Phase, ToHost, encode};
 use stm32f4::stm32f405::Peripherals;
@@ -22,8 +22,8 @@ const BYTES_PER_PASS: usize = 256;
 #[entry]
 fn main() -> ! {
     static mut QUEUE: Queue<u8, 1024> = Line::queue();
-    static mut HELM: MaybeUninit<Helm<&'static mut RamStorage>> = MaybeUninit::uninit();
-    static mut STORAGE: RamStorage = RamStorage::new();
+    // SAFETY: the only handle, in the only thread.
+    static mut HELM: Helm<Shelf> = Helm::new(Config::for_depth(0.0), Boot::NEW, unsafe { Shelf::new() });
 
     canary::lay();
     let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::Unknown) };
@@ -57,7 +57,8 @@ fn main() -> ! {
     let boot = Boot { reset_during_mission: words.in_mission, boots: words.resets, firmware: FIRMWARE, seat };
     words.cause = Cause::Unknown;
     last_words::write(words);
-    let helm = HELM.write(Helm::new(Config::default(), boot, STORAGE));
+    let helm = HELM;
+    helm.booted(boot);
 
     let mut wire = [0; MAX_WIRE];
     let mut heard_ms = clock::now_ms();

@@ -15,6 +15,8 @@
 mod board;
 #[cfg(target_os = "none")]
 mod image;
+#[cfg(target_os = "none")]
+mod shelf;
 
 mod version;
 

@@ -205,7 +205,7 @@ impl Estimate {
         let down = rate_m_s > 0.0;
         let side = if down { 1.0 } else { -1.0 };
         let theta = -pitch * side;
-        let alpha = (self.alpha_rad * side).clamp(0.01, table.best_alpha_rad().max(0.02));
+        let alpha = (self.alpha_rad * side).max(0.01).min(table.best_alpha_rad().max(0.02));
         let c = table.at(alpha);
         if !(c.cl > 1e-5 && c.cd > 1e-6) {
             return;
@@ -214,7 +214,7 @@ impl Estimate {
         // Fixed point α ← C_D / (C_L/α · tan(θ+α)): C_L/α is nearly constant, converges in 2..4 steps.
         let path = (theta + alpha).clamp(0.05, 0.9);
         let next = c.cd / (c.cl / alpha * tan(path));
-        let next = 0.5 * (alpha + next.clamp(0.005, table.alpha_max_rad()));
+        let next = 0.5 * (alpha + next.max(0.005).min(table.alpha_max_rad()));
         self.alpha_rad = next * side;
         self.gamma_rad = -side * if steady_now { path } else { gamma.min(path) };
         let sin = { tan(path) / sqrt(1.0 + tan(path) * tan(path)) };

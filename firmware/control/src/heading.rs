@@ -13,7 +13,7 @@ pub(crate) fn fin_rad(config: &Config, wanted_rad: f32, heading_rad: Option<f32>
     if !(error.abs() > DEADBAND_RAD) {
         return 0.0;
     }
-    (config.heading_gain * error).clamp(-config.fin_rad, config.fin_rad)
+    (config.heading_gain * error).max(-config.fin_rad).min(config.fin_rad)
 }
 
 #[cfg(test)]

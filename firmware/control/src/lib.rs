@@ -194,8 +194,8 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
 
 fn backup_limits(config: &Config, mission: &Mission) -> Limits {
     Limits {
-        deep_cm: (config.working_depth_m * 100.0) as i64 + 1_000,
-        burn_cm: (config.crush_depth_m * 100.0) as i64 - 3_000,
+        deep_cm: ((config.working_depth_m * 100.0) as i64).saturating_add(1_000),
+        burn_cm: ((config.crush_depth_m * 100.0) as i64).saturating_sub(3_000),
         mission_ms: u64::from(mission.max_duration_s) * 1_000 + 600_000,
         pump_m3: config.pump_m3,
     }
@@ -240,7 +240,7 @@ fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: 
     let leg = state.voyage.leg();
     let order = state.voyage.order(config, state.clock.run);
     let ahead = config.pump_rate_m3_s * config.cycle_s * 0.5;
-    let expected_m3 = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).clamp(-ahead, ahead);
+    let expected_m3 = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).max(-ahead).min(ahead);
     let side = side(config, expected_m3, &leg);
     state.pitch_wanted_rad = match phase {
         Phase::Surface | Phase::Comms | Phase::Done => 0.0,
@@ -276,20 +276,20 @@ fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: 
 /// towards what was commanded.
 fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_s: f32) {
     let reach = config.pump_rate_m3_s * dt_s;
-    let modelled = state.ballast_m3 + (state.last.ballast_m3 - state.ballast_m3).clamp(-reach, reach);
+    let modelled = state.ballast_m3 + (state.last.ballast_m3 - state.ballast_m3).max(-reach).min(reach);
     let m3 = measured_m3.unwrap_or(modelled);
-    state.ballast_m3 = if m3.is_finite() { m3.clamp(-config.pump_m3, config.pump_m3) } else { 0.0 };
+    state.ballast_m3 = if m3.is_finite() { m3.max(-config.pump_m3).min(config.pump_m3) } else { 0.0 };
 }
 
 /// Between dive (−1) and climb (+1) by the ballast.
 fn side(config: &Config, ballast_m3: f32, leg: &signals::Leg) -> f32 {
-    let drive = leg.ballast_m3.clamp(0.1 * config.pump_m3, config.pump_m3);
+    let drive = leg.ballast_m3.max(0.1 * config.pump_m3).min(config.pump_m3);
     (ballast_m3 / (drive * FULL_PITCH_SHARE)).clamp(-1.0, 1.0)
 }
 
 /// The last gate before the wires: finite and in range, whatever came before.
 fn within_range(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
-    let gate = |v: f32, range: f32, safe: f32| if v.is_finite() { v.clamp(-range, range) } else { safe };
+    let gate = |v: f32, range: f32, safe: f32| if v.is_finite() { v.max(-range).min(range) } else { safe };
     ActuatorCommand {
         ballast_m3: gate(c.ballast_m3, config.pump_m3, config.pump_m3),
         battery_mass_m: gate(c.battery_mass_m, config.battery_m, 0.0),

@@ -174,7 +174,7 @@ impl Senses {
         if !self.sane() {
             *self = Self::default();
         }
-        let max_age_ms = (config.cycle_s * 1000.0) as u32 + 3000;
+        let max_age_ms = ((config.cycle_s * 1000.0) as u32).saturating_add(3000);
         let afloat = frame.surface.gps_fix || frame.surface.comms;
         let deepest = config.crush_depth_m * 1.5;
         let rate = self.rate_m_s;

@@ -43,7 +43,7 @@ pub(crate) struct Underway {
 }
 
 fn pump_span_s(config: &Config, ballast_m3: f32) -> f32 {
-    2.0 / 3.0 * ballast_m3.clamp(0.0, config.pump_m3) / config.pump_rate_m3_s
+    2.0 / 3.0 * ballast_m3.max(0.0).min(config.pump_m3) / config.pump_rate_m3_s
 }
 
 impl Turn {

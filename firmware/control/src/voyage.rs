@@ -298,7 +298,7 @@ impl Voyage {
     /// What the state asks for.
     pub(crate) fn order(&self, config: &Config, clock: Micros) -> Order {
         let leg = self.leg();
-        let drive = if leg.ballast_m3.is_finite() { leg.ballast_m3.clamp(0.0, config.pump_m3) } else { 0.0 };
+        let drive = if leg.ballast_m3.is_finite() { leg.ballast_m3.max(0.0).min(config.pump_m3) } else { 0.0 };
         let full = config.pump_m3;
         match self.stage {
             Stage::Dive { .. } | Stage::InflectHigh { .. } => Order { ballast_m3: -drive, antenna_up: false, steer: true },

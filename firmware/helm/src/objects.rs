@@ -1,6 +1,6 @@
 //! Which bytes are a usable object, and which one is in use.
 
-use crate::storage::{Content, MAX_OBJECT, Storage};
+use crate::storage::{Content, MAX_OBJECT, Storage, fill};
 use control::{Config, config::Settings};
 use polar::Table;
 use signals::link::CRC32;
@@ -8,8 +8,11 @@ use signals::{Mission, Object, Refusal, Wings};
 
 /// The table built into the image.
 #[must_use]
-pub fn built_in(_wings: Wings) -> &'static [u8] {
-    &[]
+pub const fn built_in(wings: Wings) -> &'static [u8] {
+    match wings {
+        Wings::Standard => polar::generated::STANDARD,
+        Wings::LowAspectRatio => polar::generated::LOW_ASPECT_RATIO,
+    }
 }
 
 /// Refuses an uploaded object that could not be flown.
@@ -50,7 +53,7 @@ pub fn config_bytes(config: &Config, out: &mut Content) {
     let mut buffer = [0u8; MAX_OBJECT];
     out.clear();
     if let Ok(bytes) = postcard::to_slice(config.settings(), &mut buffer) {
-        let _ = out.extend_from_slice(bytes); // the same capacity
+        fill(out, bytes);
     }
 }
 
@@ -62,8 +65,7 @@ pub fn select_table(storage: &mut impl Storage, wings: Wings, out: &mut Content)
     {
         return table.id();
     }
-    out.clear();
-    if out.extend_from_slice(built_in(wings)).is_err() {
+    if !fill(out, built_in(wings)) {
         return 0;
     }
     Table::parse(out, wings).map_or(0, |table| table.id())

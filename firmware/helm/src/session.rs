@@ -7,7 +7,7 @@ use crate::upload::Staging;
 use control::{Config, State};
 use polar::Table;
 use signals::link::{CHUNK, CRC32};
-use signals::{Answer, Counters, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, SensorFrame, ToBoard, ToHost, Wings};
+use signals::{Abort, Answer, Counters, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, SensorFrame, ToBoard, ToHost, Wings};
 
 /// Control cycle, ms (the paper's vehicle samples every 4 s).
 pub const CYCLE_MS: u32 = 4_000;
@@ -43,6 +43,11 @@ pub struct Boot {
     pub seat: Seat,
 }
 
+impl Boot {
+    /// A first boot: nothing known, frames from the host.
+    pub const NEW: Self = Self { reset_during_mission: false, boots: 0, firmware: [0; 3], seat: Seat::Host };
+}
+
 /// What is being done.
 // The state lives once, in place; there is no heap to box it on.
 #[allow(clippy::large_enum_variant)]
@@ -57,12 +62,15 @@ enum Activity {
 #[derive(Clone, Debug)]
 pub struct Helm<S> {
     boot: Boot,
-    built_in_config: Config,
-    config: Config,
+    built_in: Config,
+    /// The configuration of the mission under way.
+    loaded: Option<Config>,
     storage: S,
     receiver: Receiver,
     staging: Staging,
     activity: Activity,
+    /// Booted after a reset during a mission, not yet in SAFE.
+    waking: bool,
     /// Table in use and the wings it is for.
     table: Content,
     wings: Wings,
@@ -79,17 +87,19 @@ pub struct Helm<S> {
 }
 
 impl<S: Storage> Helm<S> {
-    /// A controller that was just started.
+    /// A controller that was just started. `const`, so that the board holds it
+    /// in a static and never on its stack.
     #[must_use]
-    pub fn new(config: Config, boot: Boot, storage: S) -> Self {
-        let mut helm = Self {
+    pub const fn new(config: Config, boot: Boot, storage: S) -> Self {
+        Self {
             boot,
-            built_in_config: config.clone(),
-            config,
+            built_in: config,
+            loaded: None,
             storage,
             receiver: Receiver::new(),
-            staging: Staging::default(),
+            staging: Staging::new(),
             activity: Activity::Idle,
+            waking: boot.reset_during_mission,
             table: Content::new(),
             wings: Wings::Standard,
             table_id: 0,
@@ -98,13 +108,28 @@ impl<S: Storage> Helm<S> {
             nonce: None,
             greeted: false,
             silent_steps: 0,
-        };
-        if boot.reset_during_mission {
-            helm.config = objects::select_config(&mut helm.storage, &helm.built_in_config);
-            helm.table_id = objects::select_table(&mut helm.storage, helm.wings, &mut helm.table);
-            helm.activity = Activity::Flying { state: State::after_reset(&helm.config), phase: Phase::Safe };
         }
-        helm
+    }
+
+    /// Tells a controller made before anything was known how it was booted.
+    pub fn booted(&mut self, boot: Boot) {
+        self.boot = boot;
+        self.waking = boot.reset_during_mission;
+    }
+
+    /// After a reset during a mission the first thing to be is SAFE.
+    fn wake(&mut self) {
+        if core::mem::take(&mut self.waking) {
+            self.come_up_safe();
+        }
+    }
+
+    #[inline(never)]
+    fn come_up_safe(&mut self) {
+        let config = objects::select_config(&mut self.storage, &self.built_in);
+        self.table_id = objects::select_table(&mut self.storage, self.wings, &mut self.table);
+        self.activity = Activity::Flying { state: State::after_reset(&config), phase: Phase::Safe };
+        self.loaded = Some(config);
     }
 
     /// Takes one byte of the line; answers when it completes a message that
@@ -118,6 +143,7 @@ impl<S: Storage> Helm<S> {
 
     /// Takes one message.
     pub fn handle(&mut self, message: ToBoard) -> Option<ToHost> {
+        self.wake();
         let answer = match message {
             ToBoard::Sensor(frame) => return self.sensor(&frame),
             ToBoard::Hello { nonce } => Ok(self.hello(nonce)),
@@ -141,6 +167,7 @@ impl<S: Storage> Helm<S> {
     /// One cycle on the vehicle's own sensors: [`Seat::Sensors`] only.
     /// `None` when there is nothing to fly.
     pub fn cycle(&mut self, frame: &SensorFrame) -> Option<Answer> {
+        self.wake();
         if self.boot.seat != Seat::Sensors { None } else { self.step(frame) }
     }
 
@@ -148,6 +175,7 @@ impl<S: Storage> Helm<S> {
     /// Steps at most once per call, once per control cycle, after
     /// [`PATIENCE_MS`]. The answer holds for the actuators; nobody asked for
     /// it over the line.
+    #[inline(never)]
     pub fn silent(&mut self, silence: Micros) -> Option<Answer> {
         let cycle = Micros::from_millis(CYCLE_MS.into());
         let due = silence.since(Micros::from_millis(PATIENCE_MS)).0 / cycle.0;
@@ -157,15 +185,16 @@ impl<S: Storage> Helm<S> {
         let (frame, _) = self.last?;
         self.silent_steps = due;
         let Activity::Flying { state, phase } = &mut self.activity else { return None };
+        state.abort(Abort::LinkLost);
         let old = aged(&frame, silence);
-        let answer = advance(&self.config, &self.table, self.wings, state, phase, &old);
+        let answer = advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.wings, state, phase, &old);
         Some(answer)
     }
 
     /// Whether a reset now would be one during a mission.
     #[must_use]
     pub fn mission_in_progress(&self) -> bool {
-        matches!(&self.activity, Activity::Flying { phase, .. } if *phase != Phase::Done)
+        self.waking || matches!(&self.activity, Activity::Flying { phase, .. } if *phase != Phase::Done)
     }
 
     /// What is known of the line.
@@ -192,12 +221,13 @@ impl<S: Storage> Helm<S> {
     }
 
     /// What the board says of itself.
+    #[inline(never)]
     pub fn manifest(&mut self) -> Manifest {
         Manifest {
             firmware: self.boot.firmware,
-            table_standard: objects::identity(&mut self.storage, &self.built_in_config, Object::Table(Wings::Standard)),
-            table_low_ar: objects::identity(&mut self.storage, &self.built_in_config, Object::Table(Wings::LowAspectRatio)),
-            config: objects::identity(&mut self.storage, &self.built_in_config, Object::Config),
+            table_standard: objects::identity(&mut self.storage, &self.built_in, Object::Table(Wings::Standard)),
+            table_low_ar: objects::identity(&mut self.storage, &self.built_in, Object::Table(Wings::LowAspectRatio)),
+            config: objects::identity(&mut self.storage, &self.built_in, Object::Config),
             cycle_ms: CYCLE_MS,
             boots: self.boot.boots,
             hil: self.boot.seat == Seat::Host,
@@ -231,6 +261,7 @@ impl<S: Storage> Helm<S> {
         ToHost::Hello { nonce, manifest: self.manifest() }
     }
 
+    #[inline(never)]
     fn begin(&mut self, mut mission: Mission) -> Result<ToHost, Refusal> {
         match &self.activity {
             Activity::Flying { phase: Phase::Safe, .. } => return Err(Refusal::Safe),
@@ -246,8 +277,9 @@ impl<S: Storage> Helm<S> {
         {
             mission = stored;
         }
-        self.config = objects::select_config(&mut self.storage, &self.built_in_config);
-        mission.validate(self.config.working_depth_m, self.config.pump_m3).map_err(Refusal::Mission)?;
+        let config = objects::select_config(&mut self.storage, &self.built_in);
+        mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)?;
+        self.loaded = Some(config);
         self.wings = mission.wings;
         self.table_id = objects::select_table(&mut self.storage, self.wings, &mut self.table);
         self.activity = Activity::Armed { mission };
@@ -265,6 +297,7 @@ impl<S: Storage> Helm<S> {
         Ok(ToHost::Done { crc: 0 })
     }
 
+    #[inline(never)]
     fn recovered(&mut self) -> Result<ToHost, Refusal> {
         let deep = self.last.is_some_and(|(frame, _)| frame.depth_m.accept(RECOVERY_DEPTH_M..=f32::MAX, u32::MAX).is_some());
         match self.activity {
@@ -277,6 +310,7 @@ impl<S: Storage> Helm<S> {
         Ok(ToHost::Done { crc: 0 })
     }
 
+    #[inline(never)]
     fn sensor(&mut self, frame: &SensorFrame) -> Option<ToHost> {
         if self.boot.seat != Seat::Host || matches!(self.activity, Activity::Idle) {
             return Some(ToHost::Refused(Refusal::NotNow));
@@ -298,18 +332,25 @@ impl<S: Storage> Helm<S> {
     }
 
     /// One step of the law; starts the mission if one is armed.
+    #[inline(never)]
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
-        if let Activity::Armed { mission } = &self.activity {
-            let state = State::new(&self.config, mission.clone(), frame.time);
-            self.activity = Activity::Flying { state, phase: Phase::Surface };
-            self.greeted = false;
-        }
+        self.cast_off(frame.time);
         let Activity::Flying { state, phase } = &mut self.activity else { return None };
-        let answer = advance(&self.config, &self.table, self.wings, state, phase, frame);
+        let answer = advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.wings, state, phase, frame);
         self.last = Some((*frame, answer));
         self.in_sequence = true;
         self.silent_steps = 0;
         Some(answer)
+    }
+
+    /// An armed mission starts.
+    #[inline(never)]
+    fn cast_off(&mut self, now: Micros) {
+        if let Activity::Armed { mission } = &self.activity {
+            let state = State::new(self.loaded.as_ref().unwrap_or(&self.built_in), mission.clone(), now);
+            self.activity = Activity::Flying { state, phase: Phase::Surface };
+            self.greeted = false;
+        }
     }
 
     /// Objects change on deck only: not while a mission is armed or flown.
@@ -322,33 +363,37 @@ impl<S: Storage> Helm<S> {
         }
     }
 
+    #[inline(never)]
     fn commit(&mut self) -> Result<ToHost, Refusal> {
         self.on_deck()?;
         if let Some((crc, kept)) = self.staging.just_taken() {
             return Ok(said(kept, crc));
         }
         let (object, crc, bytes) = self.staging.complete()?;
-        let config = objects::select_config(&mut self.storage, &self.built_in_config);
+        let config = objects::select_config(&mut self.storage, &self.built_in);
         objects::check(object, bytes, &config)?;
         let kept = self.storage.save(object, bytes)?;
         self.staging.close(crc, kept);
         Ok(said(kept, crc))
     }
 
+    #[inline(never)]
     fn rollback(&mut self, object: Object) -> Result<ToHost, Refusal> {
         self.on_deck()?;
         self.staging.abandon();
         let kept = self.storage.rollback(object)?;
-        Ok(said(kept, objects::identity(&mut self.storage, &self.built_in_config, object)))
+        Ok(said(kept, objects::identity(&mut self.storage, &self.built_in, object)))
     }
 
+    #[inline(never)]
     fn read_back(&mut self, object: Object, offset: u32) -> Result<ToHost, Refusal> {
         let mut bytes = Content::new();
-        objects::in_use(&mut self.storage, &self.built_in_config, object, &mut bytes);
+        objects::in_use(&mut self.storage, &self.built_in, object, &mut bytes);
         let start = usize::try_from(offset).unwrap_or(usize::MAX).min(bytes.len());
         let rest = bytes.get(start..).unwrap_or_default();
         let piece = rest.get(..rest.len().min(CHUNK)).unwrap_or_default();
-        let data = heapless::Vec::from_slice(piece).map_err(|_| Refusal::TooLong)?;
+        let mut data = heapless::Vec::new();
+        piece.iter().try_for_each(|b| data.push(*b)).map_err(|_| Refusal::TooLong)?;
         Ok(ToHost::Content { offset: start as u32, length: bytes.len() as u32, data })
     }
 
@@ -358,6 +403,9 @@ impl<S: Storage> Helm<S> {
         CRC32.checksum(&self.table)
     }
 }
+
+// The borders marked `inline(never)` keep frames of the rare branches out of
+// the stack of the frequent one; without them the loop's frame is their sum.
 
 /// The table lives in RAM, so it is checked again in every cycle; a damaged
 /// one gives way to the built-in one.

@@ -3,7 +3,7 @@
 //! The board waits for its host up to [`PATIENCE_MS`] without a step, so that
 //! a stalled host changes nothing. After that it steps by itself once per
 //! control cycle, with every reading aged by the silence and the antenna
-//! quiet; the law then decides that the line is lost.
+//! quiet, and tells the law that the line is lost.
 
 use signals::{Micros, Reading, SensorFrame, Surface};
 

@@ -11,6 +11,13 @@ pub const OBJECTS: usize = 4;
 /// Bytes of one object.
 pub type Content = Vec<u8, MAX_OBJECT>;
 
+/// Replaces what is in `out`, byte by byte: heapless' slice copy keeps an
+/// overflow check. `false` if it does not fit.
+pub fn fill(out: &mut Content, bytes: &[u8]) -> bool {
+    out.clear();
+    bytes.iter().all(|byte| out.push(*byte).is_ok())
+}
+
 /// How long a stored object lasts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept {
@@ -78,15 +85,20 @@ impl RamStorage {
 
 impl Storage for RamStorage {
     fn load(&mut self, object: Object, out: &mut Content) -> bool {
-        out.clear();
         match self.newest.get(place(object)) {
-            Some(Some(content)) => out.extend_from_slice(content).is_ok(),
-            _ => false,
+            Some(Some(content)) => fill(out, content),
+            _ => {
+                out.clear();
+                false
+            }
         }
     }
 
     fn save(&mut self, object: Object, bytes: &[u8]) -> Result<Kept, Refusal> {
-        let content = Content::from_slice(bytes).map_err(|_| Refusal::TooLong)?;
+        let mut content = Content::new();
+        if !fill(&mut content, bytes) {
+            return Err(Refusal::TooLong);
+        }
         let newest = self.newest.get_mut(place(object)).ok_or(Refusal::Storage)?;
         let before = self.before.get_mut(place(object)).ok_or(Refusal::Storage)?;
         *before = newest.replace(content);

@@ -5,10 +5,9 @@ use signals::link::CRC32;
 use signals::{Object, Refusal};
 
 /// The upload under way, or the one that was just finished.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) enum Upload {
     /// None.
-    #[default]
     None,
     /// Pieces are coming.
     Open { object: Object, length: usize, crc: u32 },
@@ -17,13 +16,17 @@ pub(crate) enum Upload {
 }
 
 /// Staging buffer with its state.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Staging {
     upload: Upload,
     bytes: Content,
 }
 
 impl Staging {
+    pub(crate) const fn new() -> Self {
+        Self { upload: Upload::None, bytes: Content::new() }
+    }
+
     pub(crate) fn begin(&mut self, object: Object, length: u32, crc: u32) -> Result<u32, Refusal> {
         let length = usize::try_from(length).map_err(|_| Refusal::TooLong)?;
         if matches!(self.upload, Upload::Open { object: o, length: l, crc: c } if (o, l, c) == (object, length, crc)) {
@@ -45,7 +48,7 @@ impl Staging {
             return Err(Refusal::TooLong);
         }
         if offset == self.bytes.len() {
-            self.bytes.extend_from_slice(data).map_err(|_| Refusal::TooLong)?;
+            data.iter().try_for_each(|b| self.bytes.push(*b)).map_err(|_| Refusal::TooLong)?;
         } else if self.bytes.get(offset..end) != Some(data) {
             return Err(Refusal::OutOfOrder); // not a repetition of what is there
         }

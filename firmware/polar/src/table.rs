@@ -123,7 +123,7 @@ impl<'a> Table<'a> {
         };
         let position = size * self.per_rad;
         // Saturating: position is finite and within 0..=last.
-        let left = (position as i32).clamp(0, i32::from(self.last) - 2);
+        let left = (position as i32).min(i32::from(self.last) - 2).max(0);
         let t = position - left as f32;
         let (a, b, c, d) = (self.sample(left - 1), self.sample(left), self.sample(left + 1), self.sample(left + 2));
         let (wa, wb) = (-t * (t - 1.0) * (t - 2.0) * (1.0 / 6.0), 0.5 * (t + 1.0) * (t - 1.0) * (t - 2.0));

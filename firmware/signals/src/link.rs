@@ -216,13 +216,14 @@ pub enum WireError {
 pub fn encode<M: Serialize>(message: &M, out: &mut [u8; MAX_WIRE]) -> Result<usize, WireError> {
     let mut raw = [0u8; MAX_FRAME];
     let body = raw.get_mut(1..MAX_FRAME - 4).ok_or(WireError::TooLong)?;
-    let used = postcard::to_slice(message, body).map_err(|_| WireError::TooLong)?.len() + 1;
+    let used = postcard::to_slice(message, body).map_err(|_| WireError::TooLong)?.len().wrapping_add(1); // at most MAX_FRAME
     if let Some(first) = raw.first_mut() {
         *first = WIRE_VERSION;
     }
     let crc = CRC32.checksum(raw.get(..used).ok_or(WireError::TooLong)?);
-    raw.get_mut(used..used + 4).ok_or(WireError::TooLong)?.copy_from_slice(&crc.to_le_bytes());
-    cobs_encode(raw.get(..used + 4).ok_or(WireError::TooLong)?, out).ok_or(WireError::TooLong)
+    let end = used.wrapping_add(4);
+    raw.get_mut(used..end).ok_or(WireError::TooLong)?.copy_from_slice(&crc.to_le_bytes());
+    cobs_encode(raw.get(..end).ok_or(WireError::TooLong)?, out).ok_or(WireError::TooLong)
 }
 
 /// Reads one message from the bytes between two delimiters (delimiter excluded).
@@ -255,19 +256,19 @@ fn cobs_encode(data: &[u8], out: &mut [u8]) -> Option<usize> {
     for &byte in data {
         if byte != 0 {
             *out.get_mut(at)? = byte;
-            at += 1;
+            at = at.checked_add(1)?;
             code = code.wrapping_add(1);
         }
         if byte == 0 || code == 0xff {
             *out.get_mut(code_at)? = code;
             code_at = at;
             code = 1;
-            at += 1;
+            at = at.checked_add(1)?;
         }
     }
     *out.get_mut(code_at)? = code;
     *out.get_mut(at)? = 0;
-    Some(at + 1)
+    at.checked_add(1)
 }
 
 /// COBS decode in place; `None` if the bytes are not COBS.

@@ -111,7 +111,7 @@ impl Mission {
     /// Total number of dives.
     #[must_use]
     pub fn dives(&self) -> u32 {
-        self.legs.iter().map(|l| u32::from(l.dives)).sum()
+        self.legs.iter().fold(0, |sum: u32, l| sum.saturating_add(u32::from(l.dives)))
     }
 
     /// Refuses what no vehicle should be told to fly.

@@ -5,8 +5,8 @@
 //! interrupts; a second writer (a panic in the middle of a log line) finds the
 //! log taken and stays silent.
 
+use super::rtt;
 use core::sync::atomic::{AtomicBool, Ordering};
-use rtt_target::{ChannelMode, UpChannel, rtt_init};
 use stm32f4::stm32f405::USART2;
 
 /// Longest wait for room in the transmitter, loops: 10 characters at 16 MHz.
@@ -14,7 +14,6 @@ const SEND_WAIT: u32 = 4_000;
 
 static TAKEN: AtomicBool = AtomicBool::new(false);
 static mut ENCODER: defmt::Encoder = defmt::Encoder::new();
-static mut RTT: Option<UpChannel> = None;
 
 #[defmt::global_logger]
 struct Log;
@@ -26,11 +25,7 @@ pub fn open(port: &USART2) {
     let divisor = super::line::divisor(super::line::BAUD);
     port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
     port.cr1().write(|w| w.ue().enabled().te().enabled());
-    let channels = rtt_init! {
-        up: { 0: { size: 512, mode: ChannelMode::NoBlockSkip, name: "defmt" } }
-    };
-    // SAFETY: called once, before the first log line; `write` is guarded by TAKEN.
-    unsafe { RTT = Some(channels.up.0) };
+    rtt::open();
 }
 
 fn write(bytes: &[u8]) {
@@ -41,10 +36,7 @@ fn write(bytes: &[u8]) {
             port.dr().write(|w| w.dr().set(u16::from(*byte)));
         }
     }
-    // SAFETY: TAKEN admits one writer.
-    if let Some(channel) = unsafe { (*(&raw mut RTT)).as_mut() } {
-        channel.write(bytes);
-    }
+    rtt::write(bytes);
 }
 
 // SAFETY: one thread logs, guarded against itself by TAKEN; nothing is written without it.

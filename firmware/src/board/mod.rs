@@ -5,6 +5,7 @@ pub mod clock;
 pub mod last_words;
 pub mod line;
 pub mod log;
+mod rtt;
 pub mod watchdog;
 
 use stm32f4::stm32f405::{GPIOA, RCC};

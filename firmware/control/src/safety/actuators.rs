@@ -137,7 +137,7 @@ impl ActuatorWatch {
                 0..=RETRIES => v.pump_instead_m3 = Some(at),
                 n if n == RETRIES + 1 => {
                     let back = if wanted > at { -PUMP_REVERSE_M3 } else { PUMP_REVERSE_M3 };
-                    v.pump_instead_m3 = Some((at + back).clamp(-w.config.pump_m3, w.config.pump_m3));
+                    v.pump_instead_m3 = Some((at + back).max(-w.config.pump_m3).min(w.config.pump_m3));
                 }
                 _ => {
                     let answered = (w.seen.rate_m_s - self.rate_at_first_try_m_s) * (wanted - at) < 0.0

@@ -97,12 +97,14 @@ pub(crate) struct Servo {
     pub(crate) limit: f64,
     pub(crate) rate: f64,
     dead_band: f64,
+    /// Rate at which it drifts while it is not driven (a leaking valve).
+    pub(crate) creep: f64,
     moving: bool,
 }
 
 impl Servo {
     pub(crate) fn new(position: f64, limit: f64, rate: f64, dead_band: f64) -> Self {
-        Self { position, target: position, limit, rate, dead_band, moving: false }
+        Self { position, target: position, limit, rate, dead_band, creep: 0.0, moving: false }
     }
 
     /// Takes a command; what is not finite is ignored.
@@ -119,15 +121,13 @@ impl Servo {
         self.target = self.position;
     }
 
-    /// Creeps towards `target` without being driven.
-    pub(crate) fn drift_to(&mut self, target: f64) {
-        self.target = target;
-        self.moving = true;
-    }
-
     /// Velocity now, and time until it stops by itself.
     pub(crate) fn plan(&self) -> (f64, f64) {
-        if !self.moving || !(self.rate > 0.0) {
+        if !self.moving {
+            let room = self.limit.copysign(self.creep) - self.position;
+            return if self.creep * room > 0.0 { (self.creep, room / self.creep) } else { (0.0, f64::INFINITY) };
+        }
+        if !(self.rate > 0.0) {
             return (0.0, f64::INFINITY);
         }
         let way = self.target - self.position;
@@ -139,8 +139,8 @@ impl Servo {
         if velocity == 0.0 {
             return;
         }
-        self.position += velocity * h;
-        if (self.target - self.position) * velocity <= self.rate * 1e-9 * velocity.abs() {
+        self.position = (self.position + velocity * h).clamp(-self.limit, self.limit);
+        if self.moving && (self.target - self.position) * velocity <= self.rate * 1e-9 * velocity.abs() {
             self.position = self.target;
             self.moving = false;
         }

@@ -27,6 +27,8 @@ use std::f64::consts::TAU;
 const STEP_S: f64 = 0.5;
 /// Depth above which the float's spring is near, m; steps are shorter there.
 const CONTACT_ZONE_M: f64 = 0.3;
+/// Longest time after which effects and faults are looked at again, s.
+const INPUTS_S: f64 = 4.0;
 /// Share of the step there.
 const CONTACT_STEP: f64 = 0.25;
 /// Length of the piece-wise linear stretches of the background water motion, s.
@@ -214,7 +216,15 @@ impl World {
         self.brown_out |= brown && !self.browned;
         self.browned = brown;
         self.receive(command);
-        let end = self.t + seconds;
+        let pieces = (seconds / INPUTS_S - 1e-9).ceil().max(1.0);
+        let start = self.t;
+        for piece in 1..=pieces as u64 {
+            self.pass_until(start + seconds * piece as f64 / pieces);
+        }
+    }
+
+    /// Lets time pass under inputs that are renewed once.
+    fn pass_until(&mut self, end: f64) {
         let inputs = self.inputs();
         self.held_at = inputs.held;
         while end - self.t > 1e-9 {
@@ -299,12 +309,7 @@ impl World {
             if let Some((end, _)) = find(Kind::Runaway) {
                 servo.command(end * servo.limit);
             }
-            if let Some((creep, _)) = find(Kind::LeakBack)
-                && servo.plan().0 == 0.0
-            {
-                servo.rate = creep.abs();
-                servo.drift_to(-servo.limit);
-            }
+            servo.creep = find(Kind::LeakBack).map_or(0.0, |(creep, _)| -creep.abs());
         }
     }
 

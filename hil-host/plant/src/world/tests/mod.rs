@@ -1,3 +1,8 @@
+//! The world in still and moving water.
+
+mod faults;
+mod reference;
+
 use super::World;
 use crate::ocean::{CurrentLevel, Ocean, Profile};
 use crate::sensors::Sensors;
@@ -281,15 +286,4 @@ fn a_truth_file_is_read_back() {
     assert!(Scenario::from_toml("sed = 4").unwrap_err().contains("sed"));
     assert!(Scenario::from_toml("[vehicle]\nmass_kg = -1.0").unwrap_err().contains("vehicle.mass_kg"));
     assert!(Scenario::from_toml("faults = [\"depth:stick\"]").unwrap_err().contains("stuck"));
-}
-
-#[test]
-#[ignore = "prints"]
-fn order() {
-    let fly = |step: f64| by_the_clock(step).truth();
-    let finest = fly(0.02);
-    for step in [0.5, 0.25, 0.125, 0.0625] {
-        let t = fly(step);
-        println!("{step} {:.6} {:.6} {:.6}", t.depth_m - finest.depth_m, t.north_m - finest.north_m, t.heading_rad - finest.heading_rad);
-    }
 }

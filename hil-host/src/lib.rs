@@ -7,6 +7,7 @@ pub mod fetch;
 pub mod flightlog;
 pub mod mission_file;
 pub mod page;
+pub mod plots;
 pub mod seats;
 pub mod tables;
 pub mod trial_score;

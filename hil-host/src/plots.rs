@@ -1,0 +1,268 @@
+//! Charts for papers: lines, points and histograms with labelled axes, as SVG, csv and JSON of the same numbers.
+//!
+//! Colours are the eight of Okabe & Ito, which people with any common colour blindness can tell apart; series also differ
+//! in mark or dash. Drawn by `plotters` (MIT, SVG backend only).
+
+use std::fmt::Write as _;
+
+use anyhow::anyhow;
+use plotters::prelude::*;
+use serde_json::{Value, json};
+
+/// Okabe–Ito palette, in the order series take them.
+pub const PALETTE: [(u8, u8, u8); 7] =
+    [(0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (230, 159, 0), (0, 0, 0)];
+
+/// Width and height, px.
+const SIZE: (u32, u32) = (800, 520);
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// A line through the points.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// Points only.
+    Points,
+    /// Bars from zero, centred on x, as wide as the spacing of the first two points.
+    Bars,
+}
+
+/// One series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Name in the legend.
+    pub name: String,
+    /// Points; those that are not finite are left out and interrupt a line.
+    pub points: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub mark: Mark,
+}
+
+/// A chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Label of the x axis with unit: "angle of attack, deg".
+    pub x: String,
+    /// Label of the y axis with unit.
+    pub y: String,
+    /// Fixed x range; none: from the data.
+    pub x_range: Option<(f64, f64)>,
+    /// Fixed y range; none: from the data.
+    pub y_range: Option<(f64, f64)>,
+    /// Series.
+    pub series: Vec<Series>,
+}
+
+impl Chart {
+    /// A chart without series.
+    #[must_use]
+    pub fn new(title: &str, x: &str, y: &str) -> Self {
+        Self { title: title.into(), x: x.into(), y: y.into(), x_range: None, y_range: None, series: Vec::new() }
+    }
+
+    /// With a series more.
+    #[must_use]
+    pub fn with(mut self, name: &str, mark: Mark, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        self.series.push(Series { name: name.into(), points: points.into_iter().collect(), mark });
+        self
+    }
+
+    /// With fixed ranges.
+    #[must_use]
+    pub fn within(mut self, x: Option<(f64, f64)>, y: Option<(f64, f64)>) -> Self {
+        (self.x_range, self.y_range) = (x, y);
+        self
+    }
+
+    fn range(&self, of: impl Fn(&(f64, f64)) -> f64, zero: bool) -> (f64, f64) {
+        let values = self.series.iter().flat_map(|s| &s.points).filter(|p| p.0.is_finite() && p.1.is_finite()).map(of);
+        let (mut low, mut high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        if zero {
+            (low, high) = (low.min(0.0), high.max(0.0));
+        }
+        if low > high {
+            return (0.0, 1.0);
+        }
+        let pad = if high > low { 0.04 * (high - low) } else { 0.5 };
+        (if zero && low == 0.0 { 0.0 } else { low - pad }, high + pad)
+    }
+
+    /// The chart as SVG text.
+    ///
+    /// # Errors
+    /// What the drawing library said.
+    pub fn svg(&self) -> anyhow::Result<String> {
+        let mut text = String::new();
+        let bars = self.series.iter().any(|s| s.mark == Mark::Bars);
+        let (x0, x1) = self.x_range.unwrap_or_else(|| self.range(|p| p.0, false));
+        let (y0, y1) = self.y_range.unwrap_or_else(|| self.range(|p| p.1, bars));
+        {
+            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+            let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing `{}`: {e}", self.title);
+            root.fill(&WHITE).map_err(said)?;
+            let mut chart = ChartBuilder::on(&root)
+                .caption(&self.title, ("sans-serif", 20))
+                .margin(14)
+                .x_label_area_size(48)
+                .y_label_area_size(64)
+                .build_cartesian_2d(x0..x1, y0..y1)
+                .map_err(said)?;
+            chart
+                .configure_mesh()
+                .x_desc(&self.x)
+                .y_desc(&self.y)
+                .light_line_style(RGBColor(240, 240, 240))
+                .bold_line_style(RGBColor(220, 220, 220))
+                .label_style(("sans-serif", 14))
+                .axis_desc_style(("sans-serif", 16))
+                .draw()
+                .map_err(said)?;
+            for (i, s) in self.series.iter().enumerate() {
+                let (r, g, b) = PALETTE[i % PALETTE.len()];
+                let colour = RGBColor(r, g, b);
+                let finite = s.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
+                let runs: Vec<Vec<(f64, f64)>> = s
+                    .points
+                    .split(|p| !(p.0.is_finite() && p.1.is_finite()))
+                    .filter(|r| !r.is_empty())
+                    .map(<[(f64, f64)]>::to_vec)
+                    .collect();
+                let legend_line = move |(x, y): (i32, i32)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2));
+                match s.mark {
+                    Mark::Line => {
+                        for (k, run) in runs.into_iter().enumerate() {
+                            let drawn = chart.draw_series(LineSeries::new(run, colour.stroke_width(2))).map_err(said)?;
+                            if k == 0 {
+                                drawn.label(&s.name).legend(legend_line);
+                            }
+                        }
+                    }
+                    Mark::Dashed => {
+                        for (k, run) in runs.into_iter().enumerate() {
+                            let drawn = chart.draw_series(DashedLineSeries::new(run, 8, 5, colour.stroke_width(2))).map_err(said)?;
+                            if k == 0 {
+                                drawn.label(format!("{} (dashed)", s.name)).legend(legend_line);
+                            }
+                        }
+                    }
+                    Mark::Points => {
+                        chart
+                            .draw_series(finite.map(|p| Circle::new(p, 2, colour.mix(0.6).filled())))
+                            .map_err(said)?
+                            .label(&s.name)
+                            .legend(move |(x, y)| Circle::new((x + 9, y), 3, colour.filled()));
+                    }
+                    Mark::Bars => {
+                        let half = match s.points.as_slice() {
+                            [a, b, ..] => 0.5 * (b.0 - a.0).abs(),
+                            _ => 0.5,
+                        };
+                        chart
+                            .draw_series(finite.map(|(x, y)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.45).filled())))
+                            .map_err(said)?
+                            .label(&s.name)
+                            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.mix(0.45).filled()));
+                    }
+                }
+            }
+            if self.series.len() > 1 {
+                chart
+                    .configure_series_labels()
+                    .position(SeriesLabelPosition::UpperRight)
+                    .background_style(WHITE.mix(0.85))
+                    .border_style(RGBColor(160, 160, 160))
+                    .label_font(("sans-serif", 14))
+                    .draw()
+                    .map_err(said)?;
+            }
+            root.present().map_err(said)?;
+        }
+        Ok(text)
+    }
+
+    /// The numbers as csv: series, x, y; the axis labels are in the header.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let clean = |s: &str| s.replace(',', ";");
+        let mut out = format!("series,{},{}\n", clean(&self.x).replace("; ", " in "), clean(&self.y).replace("; ", " in "));
+        for s in &self.series {
+            for (x, y) in &s.points {
+                // Writing to a String cannot fail.
+                let _ = writeln!(out, "{},{x},{y}", clean(&s.name));
+            }
+        }
+        out
+    }
+
+    /// The numbers as JSON; what is not finite is null.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({"title": self.title, "x": self.x, "y": self.y, "series": self.series.iter().map(|s| json!({
+            "name": s.name,
+            "x": s.points.iter().map(|p| p.0).collect::<Vec<_>>(),
+            "y": s.points.iter().map(|p| p.1).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>()})
+    }
+
+    /// Writes `stem`.svg, .csv and .json into a folder, which is made if it is not there.
+    ///
+    /// # Errors
+    /// The folder or a file cannot be written.
+    pub fn write(&self, folder: &std::path::Path, stem: &str) -> anyhow::Result<()> {
+        use anyhow::Context as _;
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        for (end, text) in [("svg", self.svg()?), ("csv", self.csv()), ("json", format!("{:#}\n", self.json()))] {
+            let path = folder.join(format!("{stem}.{end}"));
+            std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+        }
+        Ok(())
+    }
+}
+
+/// Histogram of values as (bin centre, share of all values), over `[low, high)` in `bins` equal bins.
+#[must_use]
+pub fn histogram(values: &[f64], low: f64, high: f64, bins: usize) -> Vec<(f64, f64)> {
+    let width = (high - low) / bins as f64;
+    let mut counts = vec![0u32; bins];
+    let mut all = 0u32;
+    for v in values.iter().filter(|v| v.is_finite()) {
+        all += 1;
+        let bin = ((v - low) / width).floor();
+        if bin >= 0.0 && bin < bins as f64 {
+            counts[bin as usize] += 1;
+        }
+    }
+    let share = |n: u32| if all > 0 { f64::from(n) / f64::from(all) } else { 0.0 };
+    counts.iter().enumerate().map(|(i, n)| (low + (i as f64 + 0.5) * width, share(*n))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chart_names_its_axes_series_and_survives_gaps() {
+        let c = Chart::new("T", "angle of attack, deg", "L/D, 1")
+            .with("a & b", Mark::Line, [(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0), (3.0, 4.0)])
+            .with("points", Mark::Points, [(0.0, 1.0)])
+            .with("bars", Mark::Bars, histogram(&[0.1, 0.2, 0.7], 0.0, 1.0, 2));
+        let svg = c.svg().unwrap();
+        for want in ["<svg", "angle of attack, deg", "L/D, 1", "points", "a &amp; b"] {
+            assert!(svg.contains(want), "{want}");
+        }
+        assert!(!svg.contains("NaN"));
+        assert!(c.csv().starts_with("series,angle of attack in deg,L/D in 1\na & b,0,1\n"));
+        assert!(c.json()["series"][0]["y"][1].is_null());
+        assert!(Chart::new("empty", "x", "y").svg().unwrap().contains("</svg>"));
+    }
+
+    #[test]
+    fn a_histogram_counts_shares() {
+        let h = histogram(&[0.1, 0.2, 0.7, 5.0, f64::NAN], 0.0, 1.0, 2);
+        assert_eq!(h, vec![(0.25, 0.5), (0.75, 0.25)]);
+    }
+}

@@ -16,6 +16,7 @@
 //! | `heading` | fin |
 //! | `safety` | when to come home, and how; independent of the mission |
 //! | `backup` | the second, separately written way home |
+//! | [`stock`] | the ordinary controller, for comparison |
 #![cfg_attr(not(test), no_std)]
 
 mod angle;
@@ -26,6 +27,7 @@ mod glide;
 mod heading;
 mod safety;
 mod senses;
+pub mod stock;
 mod trim;
 mod turn;
 mod voyage;

@@ -8,6 +8,7 @@ pub mod flightlog;
 pub mod mission_file;
 pub mod page;
 pub mod plots;
+pub mod scorecard;
 pub mod seats;
 pub mod tables;
 pub mod trial_score;

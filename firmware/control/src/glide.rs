@@ -164,7 +164,12 @@ impl Choice {
         };
         let pitch = steady(table, alpha, 1.0, 1025.0).map_or(self.best_pitch_rad, |s| s.pitch_rad);
         let pitch = pitch.max(self.flattest_rad);
-        self.pitch_rad = pitch.clamp(*PITCH_RANGE.start(), *PITCH_RANGE.end());
+        let steepest = match leg.goal {
+            // No known glider glides best steeper than the stock preset; a table that says so is not believed that far.
+            Goal::BestGlide => config.preset_pitch_rad,
+            _ => *PITCH_RANGE.end(),
+        };
+        self.pitch_rad = pitch.clamp(*PITCH_RANGE.start(), steepest);
         self.preset = false;
     }
 

@@ -60,6 +60,8 @@ pub struct State {
     safety: Safety,
     backup: Backup,
     ballast_m3: f32,
+    /// Pump rate as seen, m³/s.
+    pump_rate_m3_s: f32,
     steady_s: f32,
     pitch_wanted_rad: f32,
     last: ActuatorCommand,
@@ -84,6 +86,7 @@ impl State {
             safety: Safety::default(),
             backup: Backup::default(),
             ballast_m3: 0.0,
+            pump_rate_m3_s: 0.0,
             steady_s: 0.0,
             pitch_wanted_rad: 0.0,
             last: ActuatorCommand::default(),
@@ -241,7 +244,7 @@ fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: 
     let phase = state.voyage.phase();
     let leg = state.voyage.leg();
     let order = state.voyage.order(config, state.clock.run);
-    let ahead = config.pump_rate_m3_s * config.cycle_s * 0.5;
+    let ahead = state.pump_rate_m3_s * config.cycle_s * 0.5;
     let expected_m3 = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).max(-ahead).min(ahead);
     let side = side(config, expected_m3, &leg);
     state.pitch_wanted_rad = match phase {
@@ -275,9 +278,23 @@ fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: 
 }
 
 /// Keeps the believed pump position: measured, else moved at the pump's rate
-/// towards what was commanded.
+/// towards what was commanded. The rate is learned, since pumps slow down under
+/// pressure and with age.
 fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_s: f32) {
-    let reach = config.pump_rate_m3_s * dt_s;
+    let known = 0.1 * config.pump_rate_m3_s..=5.0 * config.pump_rate_m3_s;
+    if !known.contains(&state.pump_rate_m3_s) {
+        state.pump_rate_m3_s = config.pump_rate_m3_s;
+    }
+    // A pump that ran through the whole cycle shows its rate.
+    if let (Some(at), true) = (measured_m3, dt_s > 0.0) {
+        let moved = (at - state.ballast_m3).abs();
+        let still_running = (state.last.ballast_m3 - at).abs() > moved;
+        let rate = moved / dt_s;
+        if still_running && moved > 5e-6 && known.contains(&rate) {
+            state.pump_rate_m3_s += 0.3 * (rate - state.pump_rate_m3_s);
+        }
+    }
+    let reach = state.pump_rate_m3_s * dt_s;
     let modelled = state.ballast_m3 + (state.last.ballast_m3 - state.ballast_m3).max(-reach).min(reach);
     let m3 = measured_m3.unwrap_or(modelled);
     state.ballast_m3 = if m3.is_finite() { m3.max(-config.pump_m3).min(config.pump_m3) } else { 0.0 };

@@ -200,7 +200,7 @@ impl Senses {
             ballast_m3: self.ballast.take(
                 frame.ballast_m3.accept(-1.2 * config.pump_m3..=1.2 * config.pump_m3, max_age_ms),
                 20e-6,
-                2.0 * config.pump_rate_m3_s,
+                4.0 * config.pump_rate_m3_s,
                 dt_s,
             ),
             battery_m: self.battery.take(

@@ -115,11 +115,11 @@ pub fn step(config: &Config, state: &mut State, now: Micros, frame: &SensorFrame
         Phase::Climb | Phase::Safe => PITCH_RAD,
         _ => 0.0,
     };
-    if let (Phase::Dive | Phase::Climb, Some(pitch), true) = (state.phase, seen.pitch_rad, dt_s > 0.0) {
-        if (pitch - wanted).abs() > DEADBAND_RAD {
-            let correction = SHARE * (tan(wanted) - tan(pitch)) / config.trim.per_battery_m;
-            state.battery_m = (state.battery_m + correction).clamp(-config.battery_m, config.battery_m);
-        }
+    if let (Phase::Dive | Phase::Climb, Some(pitch), true) = (state.phase, seen.pitch_rad, dt_s > 0.0)
+        && (pitch - wanted).abs() > DEADBAND_RAD
+    {
+        let correction = SHARE * (tan(wanted) - tan(pitch)) / config.trim.per_battery_m;
+        state.battery_m = (state.battery_m + correction).clamp(-config.battery_m, config.battery_m);
     }
     let drive = leg.ballast_m3.clamp(0.0, config.pump_m3);
     let (ballast_m3, battery_mass_m) = match state.phase {

@@ -3,6 +3,7 @@
 mod after;
 mod best;
 mod measure;
+mod polar;
 #[cfg(test)]
 mod tests;
 

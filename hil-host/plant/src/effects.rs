@@ -49,7 +49,7 @@ macro_rules! effects {
 
 effects! {
     /// Vortex normal force of hull and wing beyond an onset angle.
-    VortexLiftBodywing = "vortex_lift_bodywing", "k", "1/rad2", 12.0, "onset angle, rad, 0.1";
+    VortexLiftBodywing = "vortex_lift_bodywing", "k", "1/rad2", 40.0, "onset angle, rad, 0.1";
     /// Normal force of the wing's side edges from zero angle.
     SideEdgeLift = "side_edge_lift", "k", "1/rad2", 4.0, "";
     /// Axial drag ∝ (V/0.30 m/s)^-n.

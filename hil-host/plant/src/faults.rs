@@ -12,7 +12,7 @@
 //! Phases are those of the controller (`surface`, `dive`, `inflect_low`,
 //! `climb`, `inflect_high`, `comms`); the world hears of them by
 //! [`crate::World::observe_phase`]. Times are seconds with or without `s`, or
-//! minutes with `m`. [`CATALOGUE`] lists all there is.
+//! minutes with `m`. [`catalogue`] lists all there is.
 
 use serde::{Deserialize, Serialize};
 use signals::Phase;

@@ -8,7 +8,7 @@
 //!
 //! The force law, integrator, ocean and sensors here are written apart from the
 //! models that are judged with them, and nature's forms differ from the usual
-//! ones on purpose (no inverse crime). [`reference`] is a plain reading of the
+//! ones on purpose (no inverse crime). [`mod@reference`] is a plain reading of the
 //! format's nominal model and error metric, used to size the effects and to
 //! check the generator, not by it.
 //!

@@ -1,7 +1,9 @@
 //! The world in still and moving water.
 
+mod effects;
 mod faults;
 mod reference;
+mod sensors;
 
 use super::World;
 use crate::ocean::{CurrentLevel, Ocean, Profile};

@@ -1,0 +1,87 @@
+//! Two clocks on one glider: values of one brought to the instants of the other.
+
+/// A channel on its own clock; NaN values are left out when it is made.
+#[derive(Clone, Debug, Default)]
+pub struct Series {
+    time_s: Vec<f64>,
+    value: Vec<f64>,
+}
+
+/// Silence longer than this is not bridged, s: engineering channels come every 4 s, or every 30 s in the short files sent home.
+pub const MAX_BRIDGE_S: f64 = 120.0;
+
+impl Series {
+    /// Pairs with finite time and value, sorted by time; of equal times the first stays.
+    #[must_use]
+    pub fn new(time_s: &[f64], value: &[f64]) -> Self {
+        let mut pairs: Vec<(f64, f64)> =
+            time_s.iter().copied().zip(value.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        pairs.dedup_by(|b, a| a.0 == b.0);
+        let (time_s, value) = pairs.into_iter().unzip();
+        Self { time_s, value }
+    }
+
+    /// Whether there is no value.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// Times and values.
+    pub fn pairs(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.time_s.iter().copied().zip(self.value.iter().copied())
+    }
+
+    /// Linear interpolation; NaN outside and across long silence.
+    #[must_use]
+    pub fn at(&self, t: f64) -> f64 {
+        let next = self.time_s.partition_point(|s| *s < t);
+        if self.time_s.get(next) == Some(&t) {
+            return self.value[next];
+        }
+        let Some(before) = next.checked_sub(1) else { return f64::NAN };
+        let Some(&after_s) = self.time_s.get(next) else { return f64::NAN };
+        let step = after_s - self.time_s[before];
+        if step > MAX_BRIDGE_S {
+            return f64::NAN;
+        }
+        let share = (t - self.time_s[before]) / step;
+        self.value[before] + share * (self.value[next] - self.value[before])
+    }
+
+    /// Interpolation at `times`.
+    #[must_use]
+    pub fn on(&self, times: &[f64]) -> Vec<f64> {
+        times.iter().map(|t| self.at(*t)).collect()
+    }
+
+    /// An angle at `times`, rad, through the shorter way; in 0..2π.
+    #[must_use]
+    pub fn angle_on(&self, times: &[f64]) -> Vec<f64> {
+        let part = |f: fn(f64) -> f64| Self { time_s: self.time_s.clone(), value: self.value.iter().map(|v| f(*v)).collect() }.on(times);
+        let (sin, cos) = (part(f64::sin), part(f64::cos));
+        sin.into_iter().zip(cos).map(|(s, c)| s.atan2(c).rem_euclid(std::f64::consts::TAU)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_interpolated_but_silence_is_not_bridged() {
+        let series = Series::new(&[0.0, 4.0, f64::NAN, 8.0, 1000.0], &[1.0, 3.0, 9.0, f64::NAN, 5.0]);
+        assert_eq!(series.at(2.0), 2.0);
+        assert_eq!(series.at(4.0), 3.0);
+        assert!(series.at(500.0).is_nan() && series.at(-1.0).is_nan() && series.at(1001.0).is_nan());
+    }
+
+    #[test]
+    fn heading_turns_through_north() {
+        let series = Series::new(&[0.0, 2.0], &[6.2, 0.1]);
+        let middle = series.angle_on(&[1.0])[0];
+        // Chord of two unit vectors 0.18 rad apart: the middle is exact.
+        assert!((middle - (6.2 + 0.1 - std::f64::consts::TAU) / 2.0).abs() < 1e-9, "{middle}");
+    }
+}

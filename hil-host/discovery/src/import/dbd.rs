@@ -1,0 +1,387 @@
+//! Reads one Slocum binary data file: dbd, ebd, sbd, tbd, mbd, nbd and their LZ4 forms dcd, ecd, scd, tcd, mcd, ncd.
+//!
+//! Layout (Teledyne Webb Research, "Dinkum binary data format"):
+//! ```text
+//! header      ASCII lines "key: value"; num_ascii_tags says how many
+//! sensor list ASCII lines "s: T|F index stored_index bytes name unit"; when factored it is in a
+//!             cache file instead, named by sensor_list_crc: 11d38bfd.cac (or LZ4: .ccc)
+//! known cycle 's' 'a' int16 0x1234 float 123.456 double 123456789.12345: tells the byte order
+//! cycles      'd', two bits of state per stored sensor (0 nothing, 1 as before, 2 new value follows),
+//!             the new values in sensor order; the file ends with 'X'
+//! ```
+//! LZ4 forms are a run of blocks, each with a two-byte big-endian length; a block
+//! holds up to 32 KiB and stands alone.
+//!
+//! A damaged stretch is named by its place and skipped: reading goes on at the
+//! next place from which several cycles follow one another without fault, and
+//! "as before" is not believed across the hole.
+
+use std::collections::BTreeMap;
+
+/// One sensor of the list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sensor {
+    /// Name, e.g. `m_pitch`.
+    pub name: String,
+    /// Unit as the vehicle writes it, e.g. `rad`.
+    pub unit: String,
+    /// Bytes of one value: 1, 2, 4 or 8.
+    pub bytes: usize,
+    /// Whether this file stores it.
+    stored: bool,
+}
+
+/// A sensor list: from the file itself or from its cache file.
+pub type SensorList = Vec<Sensor>;
+
+/// A decoded file.
+#[derive(Clone, Debug)]
+pub struct DbdFile {
+    /// Header lines.
+    pub header: BTreeMap<String, String>,
+    /// Unit and values of the sensors asked for and stored; NaN where a cycle has none.
+    pub columns: BTreeMap<String, (String, Vec<f64>)>,
+    /// Number of cycles.
+    pub cycles: usize,
+    /// What was damaged, and where.
+    pub problems: Vec<String>,
+}
+
+/// Why a file cannot be read at all.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DbdError {
+    /// No header of a Dinkum file.
+    NotDbd,
+    /// The header has a line that cannot be right.
+    Header(String),
+    /// The sensor list is in a cache file that is not at hand.
+    NeedsCache {
+        /// Its name without the ending.
+        crc: String,
+    },
+    /// The sensor list has a line that cannot be right.
+    SensorList(String),
+    /// No known cycle after the header.
+    NoKnownCycle,
+}
+
+impl std::fmt::Display for DbdError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotDbd => write!(f, "is not a Slocum binary file (no dbd_label)"),
+            Self::Header(what) => write!(f, "has a damaged header: {what}"),
+            Self::NeedsCache { crc } => {
+                write!(
+                    f,
+                    "needs its sensor list {crc}.cac: put it beside the file or in a folder cac there, or name its folder with --cache"
+                )
+            }
+            Self::SensorList(line) => write!(f, "has a damaged sensor list: \"{line}\""),
+            Self::NoKnownCycle => write!(f, "has no known cycle after the header: the sensor list does not belong to it or it is cut"),
+        }
+    }
+}
+
+impl std::error::Error for DbdError {}
+
+/// Bytes that follow one another without a hole, with their place in the file for messages.
+struct Stretch {
+    place: String,
+    bytes: Vec<u8>,
+}
+
+/// Reads a file; `cache` is asked for the sensor list of a factored file by its crc, `wanted` which sensors to keep.
+///
+/// # Errors
+/// [`DbdError`].
+pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl Fn(&str) -> bool) -> Result<DbdFile, DbdError> {
+    let mut problems = Vec::new();
+    let stretches = stretches(bytes, b"dbd_label", &mut problems).ok_or(DbdError::NotDbd)?;
+    let (first, others) = stretches.split_first().ok_or(DbdError::NotDbd)?;
+    let (header, mut rest) = header(&first.bytes)?;
+    let entry = |key: &str| header.get(key).map(String::as_str).ok_or_else(|| DbdError::Header(format!("no {key}")));
+    let count = |key: &str| -> Result<usize, DbdError> {
+        entry(key)?.parse().map_err(|_| DbdError::Header(format!("{key}: {}", header.get(key).map_or("", String::as_str))))
+    };
+    let total = count("total_num_sensors")?;
+    let per_cycle = count("sensors_per_cycle")?;
+    let state_bytes = count("state_bytes_per_cycle")?;
+    if state_bytes != per_cycle.div_ceil(4) {
+        return Err(DbdError::Header(format!("{state_bytes} state bytes cannot hold {per_cycle} sensors")));
+    }
+    let sensors = if entry("sensor_list_factored")? == "0" {
+        let (sensors, after) = sensor_list(rest, total)?;
+        rest = after;
+        sensors
+    } else {
+        let crc = entry("sensor_list_crc")?.to_ascii_lowercase();
+        let text = cache(&crc).ok_or(DbdError::NeedsCache { crc: crc.clone() })?;
+        let text = stretches_text(&text);
+        sensor_list(&text, total)?.0
+    };
+    let stored: Vec<Sensor> = sensors.into_iter().filter(|s| s.stored).collect();
+    if stored.len() != per_cycle {
+        return Err(DbdError::SensorList(format!("{} sensors are marked as stored, the header says {per_cycle}", stored.len())));
+    }
+    let (order, rest) = known_cycle(rest).ok_or(DbdError::NoKnownCycle)?;
+    let mut decoder = Decoder::new(&stored, state_bytes, order, wanted);
+    decoder.stretch(&first.place, rest, &mut problems);
+    for stretch in others {
+        decoder.hole();
+        decoder.stretch(&stretch.place, &stretch.bytes, &mut problems);
+    }
+    let Decoder { columns, cycles, .. } = decoder;
+    let columns = stored.iter().zip(columns).filter_map(|(s, c)| c.map(|c| (s.name.clone(), (s.unit.clone(), c)))).collect();
+    Ok(DbdFile { header, columns, cycles, problems })
+}
+
+/// Text of a cache file, plain or LZ4.
+fn stretches_text(bytes: &[u8]) -> Vec<u8> {
+    stretches(bytes, b"s: ", &mut Vec::new()).map_or_else(Vec::new, |s| s.into_iter().flat_map(|s| s.bytes).collect())
+}
+
+/// The file as it is if it starts with `start`, else its LZ4 blocks if those do.
+fn stretches(bytes: &[u8], start: &[u8], problems: &mut Vec<String>) -> Option<Vec<Stretch>> {
+    if bytes.starts_with(start) {
+        return Some(vec![Stretch { place: "the header".into(), bytes: bytes.to_vec() }]);
+    }
+    let mut out: Vec<Stretch> = Vec::new();
+    let (mut at, mut block, mut joined) = (0, 0, false);
+    while let Some([a, b]) = bytes.get(at..at + 2) {
+        let length = usize::from(u16::from_be_bytes([*a, *b]));
+        let Some(packed) = bytes.get(at + 2..at + 2 + length) else {
+            problems.push(format!("block {block} at byte {at} is cut: {length} bytes promised, {} there", bytes.len() - at - 2));
+            break;
+        };
+        match lz4_flex::block::decompress(packed, LZ4_BLOCK) {
+            Ok(plain) if block > 0 || plain.starts_with(start) => match out.last_mut() {
+                Some(last) if joined => last.bytes.extend(plain),
+                _ => out.push(Stretch { place: format!("block {block} at byte {at}"), bytes: plain }),
+            },
+            Ok(_) => return None,
+            Err(e) if block > 0 => {
+                problems.push(format!("block {block} at byte {at} is damaged ({e}); its {length} bytes are skipped"));
+                joined = false;
+                (at, block) = (at + 2 + length, block + 1);
+                continue;
+            }
+            Err(_) => return None,
+        }
+        joined = true;
+        (at, block) = (at + 2 + length, block + 1);
+    }
+    (!out.is_empty()).then_some(out)
+}
+
+/// Largest plain size of a block, bytes.
+const LZ4_BLOCK: usize = 32 * 1024;
+
+type Header = BTreeMap<String, String>;
+
+fn header(bytes: &[u8]) -> Result<(Header, &[u8]), DbdError> {
+    let mut header = BTreeMap::new();
+    let mut rest = bytes;
+    let mut lines = 14;
+    while header.len() < lines {
+        let end = rest.iter().position(|b| *b == b'\n').ok_or_else(|| DbdError::Header("it is cut".into()))?;
+        let line = String::from_utf8_lossy(&rest[..end]);
+        let (key, value) = line.split_once(':').ok_or_else(|| DbdError::Header(format!("\"{line}\"")))?;
+        header.insert(key.trim().to_owned(), value.trim().to_owned());
+        if let Some(n) = header.get("num_ascii_tags") {
+            lines = n.parse().map_err(|_| DbdError::Header(format!("num_ascii_tags: {n}")))?;
+        }
+        rest = &rest[end + 1..];
+    }
+    Ok((header, rest))
+}
+
+fn sensor_list(bytes: &[u8], total: usize) -> Result<(SensorList, &[u8]), DbdError> {
+    let mut out = Vec::with_capacity(total.min(1 << 16));
+    let mut rest = bytes;
+    while out.len() < total {
+        let end = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
+        let line = String::from_utf8_lossy(&rest[..end]);
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        let bad = || DbdError::SensorList(format!("{line} (line {} of {total})", out.len() + 1));
+        let [tag, in_use, _, index, bytes, name, unit @ ..] = fields.as_slice() else { return Err(bad()) };
+        let size: usize = bytes.parse().map_err(|_| bad())?;
+        if *tag != "s:" || ![1, 2, 4, 8].contains(&size) {
+            return Err(bad());
+        }
+        out.push(Sensor {
+            name: (*name).to_owned(),
+            unit: unit.first().copied().unwrap_or("").to_owned(),
+            bytes: size,
+            stored: *in_use == "T" && *index != "-1",
+        });
+        rest = rest.get(end + 1..).unwrap_or(&[]);
+    }
+    Ok((out, rest))
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    Little,
+    Big,
+}
+
+fn known_cycle(bytes: &[u8]) -> Option<(Order, &[u8])> {
+    let [b's', b'a', a, b, rest @ ..] = bytes else { return None };
+    let order = match (i16::from_le_bytes([*a, *b]), i16::from_be_bytes([*a, *b])) {
+        (0x1234, _) => Order::Little,
+        (_, 0x1234) => Order::Big,
+        _ => return None,
+    };
+    let (float, rest) = rest.split_first_chunk::<4>()?;
+    let (double, rest) = rest.split_first_chunk::<8>()?;
+    let (float, double) = match order {
+        Order::Little => (f32::from_le_bytes(*float), f64::from_le_bytes(*double)),
+        Order::Big => (f32::from_be_bytes(*float), f64::from_be_bytes(*double)),
+    };
+    ((float - 123.456).abs() < 1e-3 && (double - 123_456_789.123_45).abs() < 1e-3).then_some((order, rest))
+}
+
+/// So many cycles in a row without fault are not chance: each has a tag (1 in 256) and no forbidden state.
+const CYCLES_TO_TRUST: usize = 4;
+
+struct Decoder<'a> {
+    sensors: &'a [Sensor],
+    state_bytes: usize,
+    order: Order,
+    columns: Vec<Option<Vec<f64>>>,
+    previous: Vec<f64>,
+    cycles: usize,
+    ended: bool,
+}
+
+impl<'a> Decoder<'a> {
+    fn new(sensors: &'a [Sensor], state_bytes: usize, order: Order, wanted: impl Fn(&str) -> bool) -> Self {
+        let columns = sensors.iter().map(|s| wanted(&s.name).then(Vec::new)).collect();
+        Self { sensors, state_bytes, order, columns, previous: vec![f64::NAN; sensors.len()], cycles: 0, ended: false }
+    }
+
+    /// Something is missing here: no value is known any more.
+    fn hole(&mut self) {
+        self.previous.fill(f64::NAN);
+    }
+
+    fn stretch(&mut self, place: &str, bytes: &[u8], problems: &mut Vec<String>) {
+        let mut at = 0;
+        // Bytes after a hole start in the middle of a cycle.
+        let mut lost = self.cycles > 0 && self.previous.iter().all(|v| v.is_nan());
+        while at < bytes.len() && !self.ended {
+            if lost {
+                let Some(next) = (at..bytes.len()).find(|k| self.trusted(&bytes[*k..])) else {
+                    problems.push(format!("{} bytes after {place} have no whole cycle", bytes.len() - at));
+                    return;
+                };
+                if next > at {
+                    problems.push(format!("{} bytes skipped after {place}, byte {at} of it", next - at));
+                }
+                (at, lost) = (next, false);
+            }
+            match bytes[at] {
+                b'X' => self.ended = true,
+                b'd' => match self.cycle_length(&bytes[at..]) {
+                    Some(length) => {
+                        self.cycle(&bytes[at..at + length]);
+                        at += length;
+                    }
+                    None if self.fits(&bytes[at..]) => {
+                        problems.push(format!("cycle {} after {place}, byte {at} of it, has a state that does not exist", self.cycles));
+                        self.hole();
+                        (at, lost) = (at + 1, true);
+                    }
+                    None => {
+                        problems.push(format!("the last cycle is cut ({} bytes after {place}, byte {at} of it)", bytes.len() - at));
+                        return;
+                    }
+                },
+                tag => {
+                    problems.push(format!("tag {tag:#04x} instead of a cycle after {place}, byte {at} of it"));
+                    self.hole();
+                    (at, lost) = (at + 1, true);
+                }
+            }
+        }
+    }
+
+    /// Whether the state bytes are there at all.
+    fn fits(&self, bytes: &[u8]) -> bool {
+        bytes.len() > self.state_bytes && self.states(bytes).any(|s| s == 3)
+    }
+
+    fn states<'b>(&self, cycle: &'b [u8]) -> impl Iterator<Item = u8> + use<'b> {
+        let sensors = self.sensors.len();
+        cycle.iter().skip(1).take(self.state_bytes).flat_map(|b| [b >> 6, (b >> 4) & 3, (b >> 2) & 3, b & 3]).take(sensors)
+    }
+
+    /// Bytes of the cycle at the start of `bytes`; `None` if it is no cycle or not whole.
+    fn cycle_length(&self, bytes: &[u8]) -> Option<usize> {
+        if bytes.first() != Some(&b'd') || bytes.len() < 1 + self.state_bytes {
+            return None;
+        }
+        let mut length = 1 + self.state_bytes;
+        for (state, sensor) in self.states(bytes).zip(self.sensors) {
+            match state {
+                0 | 1 => {}
+                2 => length += sensor.bytes,
+                _ => return None,
+            }
+        }
+        (length <= bytes.len()).then_some(length)
+    }
+
+    /// Whether several cycles, or the end, follow from here.
+    fn trusted(&self, bytes: &[u8]) -> bool {
+        let mut rest = bytes;
+        for k in 0..CYCLES_TO_TRUST {
+            match self.cycle_length(rest) {
+                Some(length) => rest = &rest[length..],
+                None => return k > 1 && (rest.is_empty() || rest.first() == Some(&b'X')),
+            }
+        }
+        true
+    }
+
+    fn cycle(&mut self, bytes: &[u8]) {
+        let mut at = 1 + self.state_bytes;
+        let states: Vec<u8> = self.states(bytes).collect();
+        for (k, state) in states.into_iter().enumerate() {
+            let value = match state {
+                1 => self.previous[k],
+                2 => {
+                    let size = self.sensors[k].bytes;
+                    let value = number(&bytes[at..at + size], self.order);
+                    at += size;
+                    self.previous[k] = value;
+                    value
+                }
+                _ => f64::NAN,
+            };
+            if let Some(column) = &mut self.columns[k] {
+                column.push(value);
+            }
+        }
+        self.cycles += 1;
+    }
+}
+
+fn number(bytes: &[u8], order: Order) -> f64 {
+    let little = order == Order::Little;
+    match *bytes {
+        [a] => f64::from(a.cast_signed()),
+        [a, b] => f64::from(if little { i16::from_le_bytes([a, b]) } else { i16::from_be_bytes([a, b]) }),
+        [a, b, c, d] => f64::from(if little { f32::from_le_bytes([a, b, c, d]) } else { f32::from_be_bytes([a, b, c, d]) }),
+        [a, b, c, d, e, f, g, h] => {
+            let bytes = [a, b, c, d, e, f, g, h];
+            if little { f64::from_le_bytes(bytes) } else { f64::from_be_bytes(bytes) }
+        }
+        _ => f64::NAN,
+    }
+}
+
+#[cfg(test)]
+#[path = "dbd_tests.rs"]
+mod tests;

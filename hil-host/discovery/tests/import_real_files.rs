@@ -1,0 +1,170 @@
+//! Imports against files of real vehicles, which are not in this repository.
+//!
+//! GLIDER_FLIGHTS: `slocum_comet2016/raw` (dbd, ebd, cac) with the table made from
+//! them by other people's tools. GLIDER_DBD_SAMPLES: the `data` folder of the
+//! Python package `dbdreader` 0.6.3 (test input only).
+
+use std::path::PathBuf;
+
+use discovery::Flight;
+use discovery::import::import;
+
+fn folder(variable: &str, relative: &str) -> Option<PathBuf> {
+    let root = std::env::var_os(variable);
+    if root.is_none() {
+        eprintln!("skipped: no flights ({variable} is not set)");
+    }
+    root.map(|r| PathBuf::from(r).join(relative))
+}
+
+/// Largest difference of `ours` from `theirs` at the same instants, over the share `keep` of best samples.
+fn difference(ours: &Flight, theirs: &Flight, offset_s: f64, channel: impl Fn(&Flight) -> &[f64], keep: f64) -> (f64, usize) {
+    let mut all = Vec::new();
+    for (i, t) in theirs.time_s.iter().enumerate() {
+        let at = t + offset_s;
+        let k = ours.time_s.partition_point(|s| *s < at - 0.002);
+        if ours.time_s.get(k).is_some_and(|s| (s - at).abs() < 0.002) {
+            let (a, b) = (channel(ours)[k], channel(theirs)[i]);
+            if a.is_finite() && b.is_finite() {
+                all.push((a - b).abs());
+            }
+        }
+    }
+    all.sort_by(f64::total_cmp);
+    assert!(!all.is_empty(), "no instant in common");
+    (all[((all.len() - 1) as f64 * keep) as usize], all.len())
+}
+
+#[test]
+fn validate_raw_comet_files_reproduce_the_tidy_table() {
+    let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
+    let imported = import(&root.join("raw"), &[]).expect("an import");
+    let theirs = discovery::read::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let ours = &imported.flight;
+    assert!(imported.report.files.iter().all(|f| f.problems.is_empty()), "{:?}", imported.report.files);
+    let start = imported.report.start_unix_s.expect("Unix time");
+    // Unix time of the table's first row, from the file itself.
+    let offset = 1_466_704_292.85 - start;
+    let rows = theirs.len();
+    // Tolerances: the digits printed in the table, in SI.
+    let checks: [(&str, fn(&Flight) -> &[f64], f64); 3] = [
+        ("pressure", |f| &f.pressure_pa, 0.0051e4),
+        ("temperature", |f| &f.temperature_degc, 1e-4),
+        // And the 75-term polynomial against the exact Gibbs function: 0.001 kg/m3.
+        ("density", |f| &f.density_kg_m3, 0.0015),
+    ];
+    for (name, channel, tolerance) in checks {
+        let (worst, n) = difference(ours, &theirs, offset, channel, 1.0);
+        assert!(n as f64 > 0.99 * rows as f64, "{name}: only {n} of {rows} rows in common");
+        assert!(worst <= tolerance, "{name}: {worst} SI units off, tolerance {tolerance}");
+    }
+}
+
+/// The table interpolates engineering channels to the time the CTD sample was stored
+/// (sci_m_present_time, about 0.8 s late), we to the time it was taken. Decoding and
+/// interpolation are compared at the table's instants.
+#[test]
+fn validate_engineering_channels_of_the_raw_comet_files() {
+    let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
+    let theirs = discovery::read::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let raw = |stem: u32, end: &str| {
+        let bytes = std::fs::read(root.join(format!("raw/comet-2016-174-05-{stem:03}.{end}"))).expect("a raw file");
+        let cache = |crc: &str| std::fs::read(root.join(format!("raw/{crc}.cac"))).ok();
+        discovery::import::dbd::read(&bytes, cache, |_| true).expect("readable")
+    };
+    let (mut taken, mut stored) = (Vec::new(), Vec::new());
+    let names = ["m_pitch", "m_roll", "m_ballast_pumped", "m_battpos"];
+    let mut clock = Vec::new();
+    let mut engineering = vec![Vec::new(); names.len()];
+    for stem in 0..10 {
+        let (dbd, ebd) = (raw(stem, "dbd"), raw(stem, "ebd"));
+        taken.extend(ebd.columns["sci_ctd41cp_timestamp"].1.iter().copied());
+        stored.extend(ebd.columns["sci_m_present_time"].1.iter().copied());
+        clock.extend(dbd.columns["m_present_time"].1.iter().copied());
+        for (k, name) in names.iter().enumerate() {
+            engineering[k].extend(dbd.columns[*name].1.iter().copied());
+        }
+    }
+    // Digits printed in the table, in SI.
+    let checks: [(&[f64], f64, f64); 4] = [
+        (&theirs.pitch_rad, 1.0, 1e-5),
+        (&theirs.roll_rad, 1.0, 1e-5),
+        (&theirs.ballast_m3, 1e-6, 0.01e-6),
+        (&theirs.battery_mass_m, 0.0254, 1e-4 * 0.0254),
+    ];
+    for (k, (column, factor, tolerance)) in checks.into_iter().enumerate() {
+        let series = discovery::import::align::Series::new(&clock, &engineering[k]);
+        let (mut compared, mut off) = (0, 0);
+        for (t, want) in theirs.time_s.iter().zip(column) {
+            let unix = t + 1_466_704_292.85;
+            let Some(i) = taken.iter().position(|s| (s - unix).abs() < 0.002) else { continue };
+            let got = series.on(&[stored[i]])[0] * factor;
+            if got.is_finite() && want.is_finite() {
+                compared += 1;
+                off += usize::from((got - want).abs() > tolerance);
+            }
+        }
+        eprintln!("{}: {off} of {compared} differ", names[k]);
+        assert!(compared > 13_000, "{}: {compared} rows", names[k]);
+        // 4 % of the CTD stamps stand in more than one cycle; which one the table took is not known.
+        assert!(off * 20 <= compared, "{}: {off} of {compared} rows differ by more than {tolerance}", names[k]);
+    }
+}
+
+#[test]
+fn validate_packed_files_give_what_plain_ones_give() {
+    let Some(data) = folder("GLIDER_DBD_SAMPLES", "") else { return };
+    let read = |name: &str| {
+        let bytes = std::fs::read(data.join(name)).expect("a sample");
+        let cache = |crc: &str| std::fs::read(data.join(format!("cac/{crc}.cac"))).ok();
+        discovery::import::dbd::read(&bytes, cache, |_| true).expect("a readable sample")
+    };
+    for (plain, packed) in [("01600001.dbd", "01600001.dcd"), ("01600001.ebd", "01600001.ecd"), ("01600000.ebd", "01600000.ecd")] {
+        let (plain, packed) = (read(plain), read(packed));
+        assert_eq!((plain.problems.len(), packed.problems.len()), (0, 0), "{:?} {:?}", plain.problems, packed.problems);
+        assert_eq!(plain.cycles, packed.cycles);
+        for (name, (unit, values)) in &plain.columns {
+            let (other_unit, other) = &packed.columns[name];
+            assert_eq!(unit, other_unit);
+            assert!(values.iter().zip(other).all(|(a, b)| a == b || (a.is_nan() && b.is_nan())), "{name}");
+        }
+    }
+}
+
+#[test]
+fn validate_the_corrupt_sample_names_its_block_and_keeps_the_rest() {
+    let Some(data) = folder("GLIDER_DBD_SAMPLES", "") else { return };
+    let bytes = std::fs::read(data.join("02380108.ecd")).expect("the sample");
+    let cache = |crc: &str| std::fs::read(data.join(format!("cac/{crc}.cac"))).ok();
+    let file = discovery::import::dbd::read(&bytes, cache, |_| true).expect("what is left");
+    eprintln!("{} cycles, {:#?}", file.cycles, file.problems);
+    assert!(!file.problems.is_empty() && file.problems[0].contains("block"), "{:?}", file.problems);
+    assert!(file.cycles > 100);
+}
+
+#[test]
+fn every_sample_is_read_or_refused_in_one_line() {
+    let Some(data) = folder("GLIDER_DBD_SAMPLES", "") else { return };
+    let mut read = 0;
+    for entry in std::fs::read_dir(&data).expect("samples").flatten() {
+        let path = entry.path();
+        if !discovery::import::slocum::is_slocum(&path) {
+            continue;
+        }
+        let bytes = std::fs::read(&path).expect("bytes");
+        let cache = |crc: &str| {
+            std::fs::read(data.join(format!("cac/{crc}.cac"))).or_else(|_| std::fs::read(data.join(format!("cac/{crc}.ccc")))).ok()
+        };
+        match discovery::import::dbd::read(&bytes, cache, |_| true) {
+            Ok(file) => {
+                read += 1;
+                eprintln!("{}: {} cycles {:?}", path.display(), file.cycles, file.problems);
+            }
+            Err(e) => {
+                assert!(!e.to_string().contains('\n'));
+                eprintln!("{}: {e}", path.display());
+            }
+        }
+    }
+    assert!(read > 20, "{read}");
+}

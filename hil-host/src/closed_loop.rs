@@ -10,6 +10,7 @@
 //! ```
 
 use crate::seats::{Seat, SeatError};
+use control::Config;
 use plant::{Truth, World};
 use signals::{Abort, ActuatorCommand, Answer, Mission, Phase, SensorFrame};
 use std::time::{Duration, Instant};
@@ -26,6 +27,8 @@ const WATCH_S: f64 = 60.0;
 pub struct Setup {
     /// What.
     pub mission: Mission,
+    /// With which controller configuration.
+    pub config: Config,
     /// Longest flight, s.
     pub limit_s: f64,
     /// World seconds per wall second; none: as fast as it goes.
@@ -37,7 +40,8 @@ impl Setup {
     #[must_use]
     pub fn new(mission: Mission) -> Self {
         let limit_s = f64::from(mission.max_duration_s) + 7200.0;
-        Self { mission, limit_s, realtime: None }
+        let config = crate::worlds::config(&mission);
+        Self { mission, config, limit_s, realtime: None }
     }
 }
 
@@ -227,7 +231,8 @@ pub fn fly(
     watch: &mut dyn FnMut(&Cycle<'_>) -> anyhow::Result<()>,
 ) -> Result<Outcome, FlightError> {
     let wall = Instant::now();
-    seat.hello()?;
+    let manifest = seat.hello()?;
+    seat.configure(&manifest, &setup.config)?;
     let table_id = seat.begin(&setup.mission)?;
     let start_s = world.time_s();
     let crush_m = world.scenario().vehicle.crush_depth_m;

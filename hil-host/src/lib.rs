@@ -12,5 +12,5 @@ pub mod scorecard;
 pub mod seats;
 pub mod tables;
 pub mod trial_score;
-pub mod worlds;
 pub mod vehicles;
+pub mod worlds;

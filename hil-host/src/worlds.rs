@@ -9,7 +9,7 @@
 
 use crate::mission_file::{Limits, wings_name};
 use anyhow::{Context, anyhow};
-use control::Config;
+use control::{Config, Settings};
 use plant::{Scenario, World};
 use serde_json::{Value, json};
 use signals::{Mission, Wings};
@@ -21,10 +21,12 @@ pub fn deepest_m(mission: &Mission) -> f32 {
     mission.legs.iter().map(|l| l.depth_max_m).fold(0.0, f32::max)
 }
 
-/// Configuration of the vehicle that flies a mission: 200 m Slocum, or the deep one.
+/// Configuration of the vehicle that flies a mission: the Slocum with the 100 m, 200 m or deep pump, by its deepest depth.
 #[must_use]
 pub fn config(mission: &Mission) -> Config {
-    Config::for_depth(deepest_m(mission))
+    let depth_m = deepest_m(mission);
+    // The built-in settings are valid (tested in `control`), so the default never steps in.
+    if depth_m <= 100.0 { Config::new(Settings::slocum_100()).unwrap_or_default() } else { Config::for_depth(depth_m) }
 }
 
 /// What that vehicle can do.
@@ -37,11 +39,17 @@ pub fn limits(mission: &Mission) -> Limits {
 /// The calm water and the healthy vehicle for a mission, by its deepest depth.
 #[must_use]
 pub fn for_mission(mission: &Mission) -> Scenario {
-    match deepest_m(mission) {
-        d if d <= 50.0 => Scenario::shallow(mission.wings),
+    let depth_m = deepest_m(mission);
+    let mut scenario = match depth_m {
+        d if d <= 100.0 => Scenario::shallow(mission.wings),
         d if d <= 200.0 => Scenario::sea(mission.wings),
         _ => Scenario::deep(mission.wings),
-    }
+    };
+    let config = config(mission);
+    scenario.vehicle.crush_depth_m = f64::from(config.crush_depth_m);
+    scenario.vehicle.release_time_s = f64::from(config.release_time_s);
+    scenario.ocean.water_depth_m = scenario.ocean.water_depth_m.max(1.2 * f64::from(depth_m));
+    scenario
 }
 
 /// A world with the keys of a truth file in place of its own.

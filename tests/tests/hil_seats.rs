@@ -1,7 +1,6 @@
 //! The same messages through every seat, and what a seat says when nobody, or
 //! somebody else, is at the other end.
 
-use control::Config;
 use hil_host::seats::in_process::InProcess;
 use hil_host::seats::port::Port;
 use hil_host::seats::pty::{Pty, Terminal};
@@ -28,8 +27,8 @@ fn talk(seat: &mut dyn Seat) -> Vec<signals::Answer> {
 
 #[test]
 fn hil_in_process_and_pseudo_terminal_give_equal_answers() {
-    let direct = talk(&mut Link::new(InProcess::new(Config::default())));
-    let serial = talk(&mut Link::new(Pty::new(Config::default()).unwrap()));
+    let direct = talk(&mut Link::new(InProcess::default()));
+    let serial = talk(&mut Link::new(Pty::new().unwrap()));
     assert_eq!(direct, serial);
 }
 
@@ -64,8 +63,8 @@ impl Wire for Noisy {
 
 #[test]
 fn lost_and_damaged_frames_are_sent_again_and_change_no_answer() {
-    let clean = talk(&mut Link::new(InProcess::new(Config::default())));
-    let mut noisy = Link::new(Noisy { inner: InProcess::new(Config::default()), sent: 0, received: 0 });
+    let clean = talk(&mut Link::new(InProcess::default()));
+    let mut noisy = Link::new(Noisy { inner: InProcess::default(), sent: 0, received: 0 });
     assert_eq!(talk(&mut noisy), clean);
     assert!(noisy.resent > 10, "{} frames were sent again", noisy.resent);
 }
@@ -98,7 +97,7 @@ fn silence_is_given_up_on() {
 
 #[test]
 fn a_pulled_plug_is_an_error_and_not_a_wait() {
-    let terminal = Terminal::with_controller(Config::default()).unwrap();
+    let terminal = Terminal::with_controller().unwrap();
     let mut seat = Link::new(Port::open(&terminal.name).unwrap());
     seat.hello().unwrap();
     drop(terminal);

@@ -89,7 +89,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             if let (Choice::Qemu, Some(dir)) = (&choice, &args.log) {
                 std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot create this log directory", dir.display()))?;
             }
-            seats::open(&choice, &mission, args.elf.as_deref(), board_log)?
+            seats::open(&choice, args.elf.as_deref(), board_log)?
         }
     };
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;

@@ -11,18 +11,17 @@ use std::time::Duration;
 /// A controller built for this computer, behind encoded bytes. The image's
 /// loop does the same with its USART.
 pub struct Board {
-    config: Config,
     helm: Helm<RamStorage>,
 }
 
-impl Board {
-    /// A controller that was just started.
-    #[must_use]
-    pub fn boot(config: Config) -> Self {
-        let helm = Helm::new(config.clone(), Boot::default(), RamStorage::default());
-        Self { config, helm }
+impl Default for Board {
+    /// A controller that was just started, with the configuration the image has built in.
+    fn default() -> Self {
+        Self { helm: Helm::new(Config::default(), Boot::default(), RamStorage::default()) }
     }
+}
 
+impl Board {
     /// The controller itself.
     pub fn helm(&mut self) -> &mut Helm<RamStorage> {
         &mut self.helm
@@ -32,7 +31,7 @@ impl Board {
     pub fn reset(&mut self) {
         let storage = std::mem::take(self.helm.storage());
         let boot = Boot { reset_during_mission: self.helm.mission_in_progress(), ..Boot::default() };
-        self.helm = Helm::new(self.config.clone(), boot, storage);
+        self.helm = Helm::new(Config::default(), boot, storage);
     }
 
     /// Takes bytes and hands every answer's bytes to `out`.
@@ -49,18 +48,13 @@ impl Board {
 }
 
 /// Wire to a [`Board`] in this process.
+#[derive(Default)]
 pub struct InProcess {
     board: Board,
     answers: VecDeque<u8>,
 }
 
 impl InProcess {
-    /// A controller that was just started.
-    #[must_use]
-    pub fn new(config: Config) -> Self {
-        Self { board: Board::boot(config), answers: VecDeque::new() }
-    }
-
     /// The board behind the wire.
     pub fn board(&mut self) -> &mut Board {
         &mut self.board

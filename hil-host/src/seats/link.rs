@@ -5,8 +5,12 @@
 //! second step, and the other requests have the same effect twice as once.
 
 use super::Seat;
-use signals::link::MAX_WIRE;
-use signals::{Answer, Manifest, Mission, Receiver, Refusal, SensorFrame, ToBoard, ToHost, WIRE_VERSION, WireError, encode};
+use super::upload::{UploadError, upload};
+use control::Config;
+use helm::Content;
+use helm::objects::config_bytes;
+use signals::link::{CRC32, MAX_WIRE};
+use signals::{Answer, Manifest, Mission, Object, Receiver, Refusal, SensorFrame, ToBoard, ToHost, WIRE_VERSION, WireError, encode};
 use std::time::{Duration, Instant};
 
 /// First wait for an answer, s; doubled with every repeat. A board at 115,200
@@ -210,6 +214,18 @@ impl<W: Wire> Seat for Link<W> {
         self.request("hello", &ToBoard::Hello { nonce }, |answer| match answer {
             ToHost::Hello { nonce: n, manifest } if n == nonce => Some(manifest),
             _ => None,
+        })
+    }
+
+    fn configure(&mut self, manifest: &Manifest, config: &Config) -> Result<(), SeatError> {
+        let mut bytes = Content::new();
+        config_bytes(config, &mut bytes);
+        if manifest.config == CRC32.checksum(&bytes) {
+            return Ok(());
+        }
+        upload(self, Object::Config, &bytes, |_, _| {}).map(drop).map_err(|e| match e {
+            UploadError::Seat(e) => e,
+            UploadError::ReadBack(_) => SeatError::Refused { asked: "the configuration", why: Refusal::Storage },
         })
     }
 

@@ -12,6 +12,7 @@
 //! frame without a second step). A seat never blocks for good: after
 //! [`link::GIVE_UP`] it says so.
 
+use control::Config;
 use signals::{Answer, Manifest, Mission, SensorFrame};
 use std::path::{Path, PathBuf};
 
@@ -31,6 +32,11 @@ pub trait Seat {
     /// # Errors
     /// No answer, another wire version, line gone.
     fn hello(&mut self) -> Result<Manifest, SeatError>;
+    /// Has the controller fly with this configuration: uploaded if it is not the one in use.
+    ///
+    /// # Errors
+    /// As above, or the controller refuses it.
+    fn configure(&mut self, manifest: &Manifest, config: &Config) -> Result<(), SeatError>;
     /// Hands over the mission; returns the identity of the table it will be flown with.
     ///
     /// # Errors
@@ -87,17 +93,15 @@ impl std::fmt::Display for Choice {
     }
 }
 
-/// Opens a seat. A host-built controller gets the configuration of `mission`'s
-/// vehicle; `elf` overrides the image looked for by [`qemu::find_image`];
+/// Opens a seat. `elf` overrides the image looked for by [`qemu::find_image`];
 /// `board_log` is where a QEMU board's own (defmt) log goes.
 ///
 /// # Errors
 /// One line: what is missing and how to get it.
-pub fn open(choice: &Choice, mission: &Mission, elf: Option<&Path>, board_log: Option<PathBuf>) -> anyhow::Result<Box<dyn Seat>> {
-    let config = crate::worlds::config(mission);
+pub fn open(choice: &Choice, elf: Option<&Path>, board_log: Option<PathBuf>) -> anyhow::Result<Box<dyn Seat>> {
     Ok(match choice {
-        Choice::InProcess => Box::new(Link::new(in_process::InProcess::new(config))),
-        Choice::Pty => Box::new(Link::new(pty::Pty::new(config)?)),
+        Choice::InProcess => Box::new(Link::new(in_process::InProcess::default())),
+        Choice::Pty => Box::new(Link::new(pty::Pty::new()?)),
         Choice::Qemu => {
             let image = match elf {
                 Some(path) => path.to_owned(),

@@ -4,7 +4,6 @@ use super::in_process::Board;
 use super::link::Wire;
 use super::port::{self, BAUD};
 use anyhow::Context;
-use control::Config;
 use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};
 use std::sync::Arc;
@@ -61,8 +60,8 @@ impl Terminal {
     ///
     /// # Errors
     /// The system gives no pseudo-terminal.
-    pub fn with_controller(config: Config) -> anyhow::Result<Self> {
-        let mut board = Board::boot(config);
+    pub fn with_controller() -> anyhow::Result<Self> {
+        let mut board = Board::default();
         Self::serve(move |bytes, out| board.take(bytes, |answer| out.extend_from_slice(answer)))
     }
 }
@@ -87,8 +86,8 @@ impl Pty {
     ///
     /// # Errors
     /// The system gives no pseudo-terminal.
-    pub fn new(config: Config) -> anyhow::Result<Self> {
-        let terminal = Terminal::with_controller(config)?;
+    pub fn new() -> anyhow::Result<Self> {
+        let terminal = Terminal::with_controller()?;
         let port =
             serialport::new(&terminal.name, BAUD).open().with_context(|| format!("cannot open the pseudo-terminal {}", terminal.name))?;
         Ok(Self { port, terminal })

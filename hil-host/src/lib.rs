@@ -5,6 +5,7 @@ pub mod closed_loop;
 pub mod commands;
 pub mod fetch;
 pub mod flightlog;
+pub mod main_job;
 pub mod mission_file;
 pub mod page;
 pub mod plots;

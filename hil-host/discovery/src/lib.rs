@@ -3,11 +3,15 @@
 
 pub mod dynamics;
 pub mod export;
+pub mod fit;
 pub mod flight;
 pub mod import;
 pub mod metric;
+pub mod noise;
 pub mod prepare;
+pub mod problem;
 pub mod read;
+pub mod search;
 pub mod steady;
 pub mod vehicle;
 pub mod vehicle_file;

@@ -93,8 +93,7 @@ fn despike(time: &[f64], value: &mut [f64], threshold: f64) -> usize {
         v[i] + (v[j] - v[i]) * (t - time[i]) / (time[j] - time[i])
     };
     let mut bad = Vec::new();
-    for k in 0..n {
-        let i = index[k];
+    for (k, &i) in index.iter().enumerate() {
         let t = time[i];
         // Predictions that leave the sample out; a turning point is met by at least one of them, a spike by none.
         let mut guesses = Vec::with_capacity(5);

@@ -1,0 +1,242 @@
+//! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
+
+use crate::problem::{CALIBRATION, Column, N_CALIBRATION, N_SIMULATED, Problem, State, Wave, tolerance_of};
+use hydro::effects::{Active, Effect};
+use nalgebra::{DMatrix, DVector};
+
+/// Signatures of the calibration numbers, and their inner products.
+#[derive(Clone, Debug)]
+pub struct Jacobian {
+    /// One column per calibration number, per unit of its tolerance.
+    pub columns: Vec<Column>,
+    gram: DMatrix<f64>,
+}
+
+impl Jacobian {
+    /// By differences around a state.
+    #[must_use]
+    pub fn new(problem: &Problem, at: &State) -> Self {
+        let base = problem.model(at);
+        let columns: Vec<Column> = (0..N_CALIBRATION)
+            .map(|k| {
+                let step = if k < N_SIMULATED { 0.5 } else { 1.0 };
+                let mut beside = at.clone();
+                beside.calibration[k] += step;
+                let values = problem.model(&beside).iter().zip(&base).map(|(b, a)| (b - a) / step).collect();
+                Column { from: 0, values }
+            })
+            .collect();
+        let gram = DMatrix::from_fn(CALIBRATION.len(), CALIBRATION.len(), |i, j| columns[i].dot(&columns[j]));
+        Self { columns, gram }
+    }
+}
+
+/// One free number of an effect on trial.
+#[derive(Clone, Copy, Debug)]
+struct Free {
+    effect: usize,
+    parameter: usize,
+    low: f64,
+    high: f64,
+    step: f64,
+    /// Mean and standard deviation of its normal prior; none for a size.
+    prior: Option<(f64, f64)>,
+}
+
+/// The most probable state under a hypothesis.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Where it is.
+    pub state: State,
+    /// Sum of squares of residuals and of normal priors.
+    pub chi2: f64,
+    /// Whitened residual.
+    pub residual: Vec<f64>,
+    /// ln det of the curvature (all priors but those of sizes in it).
+    pub log_det: f64,
+    /// Covariance of all free numbers: calibration, effect parameters in order, wave amplitudes.
+    pub covariance: DMatrix<f64>,
+    /// 1 sigma of each free parameter of the effects: (effect index, parameter index, sigma).
+    pub sigma: Vec<(usize, usize, f64)>,
+    /// Columns of all free numbers at the state.
+    pub columns: Vec<Column>,
+    /// Prior precision of all free numbers.
+    pub precision: Vec<f64>,
+}
+
+/// How a fit is run.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Most iterations.
+    pub iterations: usize,
+    /// Whether the calibration signatures are renewed at the end.
+    pub renew: bool,
+}
+
+/// Share of a parameter's typical size that is the step of a difference.
+const DIFFERENCE: f64 = 0.02;
+
+fn free_numbers(effects: &[Active]) -> Vec<Free> {
+    let mut out = Vec::new();
+    for (k, a) in effects.iter().enumerate() {
+        for (j, p) in a.effect.parameters().iter().enumerate() {
+            if a.effect.name() == "internal_wave" {
+                continue;
+            }
+            let prior = (j > 0 && a.effect.name() != "horizontal_current").then_some((p.off, p.typical));
+            out.push(Free { effect: k, parameter: j, low: p.low, high: p.high, step: DIFFERENCE * p.typical, prior });
+        }
+    }
+    out
+}
+
+/// Fits the calibration and the effects of `start`. `wave_prior_m_s` is the amplitude scale of a wave on trial.
+#[must_use]
+pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s: f64, effort: Effort) -> Fit {
+    let free = free_numbers(&start.effects);
+    let wave_columns = start.wave.as_ref().map_or_else(Vec::new, |w| problem.wave_columns(w.period_s, w.mode));
+    let (nc, nf, nw) = (N_CALIBRATION, free.len(), wave_columns.len());
+    let n = nc + nf + nw;
+    let wave_precision = 2.0 / (wave_prior_m_s * wave_prior_m_s);
+    let precision: Vec<f64> = (0..n)
+        .map(|i| {
+            if i < nc {
+                1.0
+            } else if i < nc + nf {
+                free[i - nc].prior.map_or(0.0, |p| 1.0 / (p.1 * p.1))
+            } else {
+                wave_precision
+            }
+        })
+        .collect();
+    let prior_mean = |i: usize| if i >= nc && i < nc + nf { free[i - nc].prior.map_or(0.0, |p| p.0) } else { 0.0 };
+    let get = |s: &State, i: usize| -> f64 {
+        if i < nc {
+            s.calibration[i]
+        } else if i < nc + nf {
+            s.effects[free[i - nc].effect].values[free[i - nc].parameter]
+        } else {
+            let (a, b) = s.wave.as_ref().map_or((0.0, 0.0), |w: &Wave| w.amplitude_m_s[(i - nc - nf) / 2]);
+            if (i - nc - nf).is_multiple_of(2) { a } else { b }
+        }
+    };
+    let set = |s: &mut State, i: usize, v: f64| {
+        if i < nc {
+            s.calibration[i] = v;
+        } else if i < nc + nf {
+            let f = &free[i - nc];
+            s.effects[f.effect].values[f.parameter] = v.clamp(f.low, f.high);
+        } else if let Some(w) = s.wave.as_mut() {
+            let pair = &mut w.amplitude_m_s[(i - nc - nf) / 2];
+            if (i - nc - nf).is_multiple_of(2) { pair.0 = v } else { pair.1 = v }
+        }
+    };
+    let objective = |s: &State| -> (f64, Vec<f64>) {
+        let residual: Vec<f64> = problem.data.iter().zip(problem.model(s)).map(|(d, m)| d - m).collect();
+        let misfit: f64 = residual.iter().map(|r| r * r).sum();
+        let prior: f64 = (0..n).map(|i| precision[i] * (get(s, i) - prior_mean(i)).powi(2)).sum();
+        (if misfit.is_finite() { misfit + prior } else { f64::INFINITY }, residual)
+    };
+
+    let mut state = start.clone();
+    let (mut chi2, mut residual) = objective(&state);
+    let mut columns: Vec<Column> = jacobian.columns.clone();
+    columns.extend((0..nf).map(|_| Column { from: 0, values: vec![0.0; problem.data.len()] }));
+    columns.extend(wave_columns);
+    let mut gram = DMatrix::zeros(n, n);
+    gram.view_mut((0, 0), (nc, nc)).copy_from(&jacobian.gram);
+    let mut settled = false;
+    for iteration in 0..=effort.iterations {
+        // Signatures of the effects' own numbers at this state.
+        for (j, f) in free.iter().enumerate() {
+            let v = state.effects[f.effect].values[f.parameter];
+            let step = if v + f.step > f.high { -f.step } else { f.step };
+            let mut beside = state.clone();
+            beside.effects[f.effect].values[f.parameter] = v + step;
+            let model = problem.model(&beside);
+            columns[nc + j].values = model.iter().zip(problem.data.iter().zip(&residual)).map(|(m, (d, r))| (m - (d - r)) / step).collect();
+        }
+        let last = settled || iteration == effort.iterations;
+        if last && effort.renew {
+            let fresh = Jacobian::new(problem, &state);
+            columns[..nc].clone_from_slice(&fresh.columns);
+            gram.view_mut((0, 0), (nc, nc)).copy_from(&fresh.gram);
+        }
+        for i in nc..n {
+            for j in 0..=i {
+                let v = columns[i].dot(&columns[j]);
+                gram[(i, j)] = v;
+                gram[(j, i)] = v;
+            }
+        }
+        if last {
+            break;
+        }
+        let mut curvature = gram.clone();
+        let whole = Column { from: 0, values: residual.clone() };
+        let mut gradient = DVector::zeros(n);
+        for i in 0..n {
+            curvature[(i, i)] += precision[i];
+            gradient[i] = columns[i].dot(&whole) - precision[i] * (get(&state, i) - prior_mean(i));
+            // A whisper of damping keeps a signature of zero from breaking the solve.
+            curvature[(i, i)] *= 1.0 + 1e-9;
+            if curvature[(i, i)] < 1e-12 {
+                curvature[(i, i)] = 1e-12;
+            }
+        }
+        // Numbers at a bound that want to go further stay there.
+        for (j, f) in free.iter().enumerate() {
+            let i = nc + j;
+            let v = get(&state, i);
+            if (v <= f.low && gradient[i] < 0.0) || (v >= f.high && gradient[i] > 0.0) {
+                gradient[i] = 0.0;
+                for k in 0..n {
+                    if k != i {
+                        curvature[(i, k)] = 0.0;
+                        curvature[(k, i)] = 0.0;
+                    }
+                }
+            }
+        }
+        let Some(cholesky) = curvature.cholesky() else { break };
+        let move_by = cholesky.solve(&gradient);
+        let mut share = 1.0;
+        let mut gained = 0.0;
+        for _ in 0..5 {
+            let mut trial = state.clone();
+            for i in 0..n {
+                set(&mut trial, i, get(&state, i) + share * move_by[i]);
+            }
+            let (value, r) = objective(&trial);
+            if value < chi2 {
+                gained = chi2 - value;
+                (state, chi2, residual) = (trial, value, r);
+                break;
+            }
+            share *= 0.35;
+        }
+        settled = gained < 0.03;
+    }
+    let mut curvature = gram;
+    for i in 0..n {
+        curvature[(i, i)] += precision[i];
+        curvature[(i, i)] = curvature[(i, i)].max(1e-12) * (1.0 + 1e-9);
+    }
+    let (log_det, covariance) = curvature
+        .cholesky()
+        .map_or((f64::INFINITY, DMatrix::identity(n, n)), |c| (2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>(), c.inverse()));
+    let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
+    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision }
+}
+
+/// The effect at a start value.
+#[must_use]
+pub fn start_at(effect: &'static dyn Effect, size: f64) -> Active {
+    Active::sized(effect, size)
+}
+
+/// Tolerance of the calibration number that an effect deviates, in the effect's unit; none if it is a term of its own.
+#[must_use]
+pub fn own_tolerance(problem: &Problem, effect: &str) -> Option<f64> {
+    crate::problem::calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
+}

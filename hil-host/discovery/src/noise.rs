@@ -1,0 +1,113 @@
+//! Whitening: what of a depth residual is news, given ordinary vertical water motion and sensor noise.
+//!
+//! The water's ordinary motion is a first-order process (rms σ, correlation time τ); the depth residual is its integral ζ plus
+//! sensor noise. A Kalman filter with fixed gains turns a residual into independent unit innovations; being linear, it
+//! whitens signatures of effects the same way:
+//! ```text
+//! dζ/dt = v (+ white, from pitch noise)    dv/dt = −v/τ + white    r = ζ + ε
+//! ```
+//! The start of each run is diffuse: an unknown offset costs one sample.
+
+use crate::prepare::Run;
+
+/// Colour of the depth residual.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Colour {
+    /// Rms of the vertical water motion, m/s.
+    pub rms_m_s: f64,
+    /// Its correlation time, s.
+    pub correlation_s: f64,
+    /// Standard deviation of the depth sensor, m (noise and resolution).
+    pub sensor_m: f64,
+    /// Random walk of depth from noise in pitch, m²/s.
+    pub walk_m2_s: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Stage {
+    row: usize,
+    decay: f64,
+    reach: f64,
+    gain: [f64; 2],
+    scale: f64,
+}
+
+/// The filter of one run: gains do not depend on the data.
+#[derive(Clone, Debug)]
+pub struct Whitener {
+    stages: Vec<Stage>,
+    /// Sum of ln of the innovation standard deviations: the likelihood's normaliser.
+    pub log_scale: f64,
+}
+
+/// Variance of the unknown offset at the start of a run, m².
+const DIFFUSE_M2: f64 = 1e4;
+
+impl Whitener {
+    /// Gains for the used rows of a run.
+    #[must_use]
+    pub fn new(run: &Run, used: &[bool], colour: &Colour) -> Self {
+        let (var, tau) = (colour.rms_m_s * colour.rms_m_s, colour.correlation_s);
+        let noise = colour.sensor_m * colour.sensor_m;
+        let mut p = [DIFFUSE_M2, 0.0, var];
+        let mut before = f64::NAN;
+        let mut stages = Vec::new();
+        let mut log_scale = 0.0;
+        for (row, &t) in run.time_s.iter().enumerate() {
+            if !used[row] {
+                continue;
+            }
+            let dt = if before.is_nan() { 0.0 } else { t - before };
+            before = t;
+            let decay = (-dt / tau).exp();
+            let reach = tau * (1.0 - decay);
+            // P ← F P Fᵀ + Q
+            let (p0, p1, p2) = (p[0], p[1], p[2]);
+            p[0] = p0
+                + 2.0 * reach * p1
+                + reach * reach * p2
+                + var * tau * tau * (2.0 * dt / tau - 3.0 + 4.0 * decay - decay * decay)
+                + colour.walk_m2_s * dt;
+            p[1] = decay * (p1 + reach * p2) + var * tau * (1.0 - decay) * (1.0 - decay);
+            p[2] = decay * decay * p2 + var * (1.0 - decay * decay);
+            let s = p[0] + noise;
+            let gain = [p[0] / s, p[1] / s];
+            let first = stages.is_empty();
+            p = [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]];
+            stages.push(Stage { row, decay, reach, gain, scale: if first { 0.0 } else { 1.0 / s.sqrt() } });
+            if !first {
+                log_scale += 0.5 * s.ln();
+            }
+        }
+        Self { stages, log_scale }
+    }
+
+    /// Number of innovations.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.stages.len()
+    }
+
+    /// Whether there is nothing to whiten.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.stages.is_empty()
+    }
+
+    /// Rows of the innovations.
+    pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.stages.iter().map(|s| s.row)
+    }
+
+    /// Appends the innovations of `value(row)`.
+    pub fn whiten(&self, value: impl Fn(usize) -> f64, out: &mut Vec<f64>) {
+        let (mut zeta, mut v) = (0.0, 0.0);
+        for s in &self.stages {
+            let ahead = zeta + s.reach * v;
+            let e = value(s.row) - ahead;
+            zeta = ahead + s.gain[0] * e;
+            v = s.decay * v + s.gain[1] * e;
+            out.push(e * s.scale);
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! What is fitted to what: the unknowns, the observations of the fit segments, and the model's answer to them, whitened.
+//!
+//! Unknowns: thirteen calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
+//! effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened by [`crate::noise`]), speed
+//! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
+
+use crate::dynamics::{Track, track};
+use crate::noise::{Colour, Whitener};
+use crate::prepare::{Prepared, Run};
+use crate::vehicle::Vehicle;
+use hydro::effects::{Active, BallastScale, Constants, PitchOffset, vertical_mode};
+
+/// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`].
+pub const CALIBRATION: [&str; 13] = [
+    "cd0",
+    "lift_slope",
+    "lift_quadratic",
+    "trim_volume",
+    "ballast_gain",
+    "pitch_zero",
+    "hull_compressibility",
+    "thermal_expansion",
+    "added_mass_surge",
+    "added_mass_heave",
+    "speed_scale",
+    "heading_bias",
+    "pressure_zero",
+];
+/// Number of calibration numbers.
+pub const N_CALIBRATION: usize = CALIBRATION.len();
+/// How many of them change the simulation (the rest act on its result).
+pub const N_SIMULATED: usize = 10;
+/// Zero error of the pressure sensor, 1 sigma, Pa (FORMAT section 1: below 0.2 dbar).
+const PRESSURE_ZERO_PA: f64 = 1500.0;
+/// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
+const SURFACE_PA: f64 = 100.0;
+/// Error of a GPS displacement besides the fixes (drift afloat, turns), m, and per metre of way; guess from example flights.
+const DRIFT_M: f64 = 1.0;
+const DRIFT_PER_M: f64 = 0.004;
+
+/// Effects that are a deviation of a calibration number: its index in [`CALIBRATION`].
+#[must_use]
+pub fn calibration_of(effect: &str) -> Option<usize> {
+    Some(match effect {
+        "drag_level_error" => 0,
+        "lift_slope_error" => 1,
+        "ballast_offset" => 3,
+        "ballast_scale" => 4,
+        "pitch_offset" => 5,
+        "hull_compressibility" => 6,
+        "thermal_expansion" => 7,
+        "added_mass" => 8,
+        "heave_added_mass" => 9,
+        _ => return None,
+    })
+}
+
+/// Tolerance of a calibration number in the unit of the effect that deviates it.
+#[must_use]
+pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
+    let t = &vehicle.tolerance;
+    match index {
+        0 => t.cd0_relative,
+        1 => t.lift_slope_relative,
+        2 => t.lift_quadratic_relative,
+        3 => t.trim_volume_m3 * 1e6,
+        4 => t.ballast_gain_relative,
+        5 => t.pitch_zero_rad,
+        6 => t.hull_compressibility_relative,
+        7 => t.hull_thermal_expansion_relative,
+        8 => t.added_mass_surge,
+        9 => t.added_mass_heave,
+        10 => vehicle.sensors.speed_scale_relative,
+        11 => vehicle.sensors.heading_bias_rad,
+        _ => PRESSURE_ZERO_PA,
+    }
+}
+
+/// A wave whose phase is free in each run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wave {
+    /// Period, s.
+    pub period_s: f64,
+    /// Vertical mode.
+    pub mode: u32,
+    /// Amplitudes of sine and cosine in each fitted run, m/s, up.
+    pub amplitude_m_s: Vec<(f64, f64)>,
+}
+
+/// Values of all unknowns.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Calibration numbers in units of their tolerance.
+    pub calibration: [f64; N_CALIBRATION],
+    /// Effects on trial.
+    pub effects: Vec<Active>,
+    /// Internal wave on trial.
+    pub wave: Option<Wave>,
+}
+
+impl State {
+    /// Everything nominal.
+    #[must_use]
+    pub fn nominal() -> Self {
+        Self { calibration: [0.0; N_CALIBRATION], effects: Vec::new(), wave: None }
+    }
+}
+
+/// A stretch of a whitened vector.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Index of its first element.
+    pub from: usize,
+    /// Values.
+    pub values: Vec<f64>,
+}
+
+impl Column {
+    /// Inner product with another column.
+    #[must_use]
+    pub fn dot(&self, other: &Self) -> f64 {
+        let from = self.from.max(other.from);
+        let to = (self.from + self.values.len()).min(other.from + other.values.len());
+        if from >= to {
+            return 0.0;
+        }
+        self.values[from - self.from..to - self.from]
+            .iter()
+            .zip(&other.values[from - other.from..to - other.from])
+            .map(|(a, b)| a * b)
+            .sum()
+    }
+}
+
+/// The fit segments of one flight with everything a fit needs.
+#[derive(Debug)]
+pub struct Problem<'a> {
+    /// The vehicle.
+    pub vehicle: &'a Vehicle,
+    /// Runs that are fitted.
+    pub runs: Vec<&'a Run>,
+    /// Colour in force.
+    pub colour: Colour,
+    whiteners: Vec<Whitener>,
+    used: Vec<Vec<bool>>,
+    speed_rows: Vec<Vec<usize>>,
+    offsets: Vec<usize>,
+    /// Whitened observations.
+    pub data: Vec<f64>,
+    way_m: Vec<f64>,
+}
+
+impl<'a> Problem<'a> {
+    /// Collects the runs of the fit segments.
+    #[must_use]
+    pub fn new(prepared: &'a Prepared, vehicle: &'a Vehicle, fitted: impl Fn(u32) -> bool) -> Self {
+        let runs: Vec<&Run> = prepared.runs.iter().filter(|r| fitted(r.segment)).collect();
+        let s = &vehicle.sensors;
+        let pascal_per_m = 1015.0 * vehicle.constants.gravity_m_s2;
+        let sensor_m = (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0).sqrt() / pascal_per_m;
+        // Noise of the smoothed pitch (about a third of a sample's) moves the vehicle at about 0.35 m/s per rad over about 8 s.
+        let pitch = (s.pitch_noise_rad.powi(2) + s.pitch_resolution_rad.powi(2) / 12.0).sqrt();
+        let colour = Colour {
+            rms_m_s: vehicle.background.0,
+            correlation_s: vehicle.background.1,
+            sensor_m,
+            walk_m2_s: (0.35 * pitch / 3.0).powi(2) * 8.0,
+        };
+        let used = runs.iter().map(|r| r.used.clone()).collect();
+        let speed_rows = runs.iter().map(|r| (0..r.time_s.len()).filter(|&i| r.used[i] && r.speed_m_s[i].is_finite()).collect()).collect();
+        let way_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
+        let mut problem =
+            Self { vehicle, runs, colour, whiteners: Vec::new(), used, speed_rows, offsets: Vec::new(), data: Vec::new(), way_m };
+        problem.set_colour(colour);
+        problem
+    }
+
+    /// Rebuilds the whitening for a colour.
+    pub fn set_colour(&mut self, colour: Colour) {
+        self.colour = colour;
+        self.whiteners = self.runs.iter().zip(&self.used).map(|(r, u)| Whitener::new(r, u, &colour)).collect();
+        let mut data = Vec::new();
+        let mut offsets = Vec::new();
+        for k in 0..self.runs.len() {
+            offsets.push(data.len());
+            let run = self.runs[k];
+            self.whiten_run(
+                k,
+                &|row| run.depth_m[row],
+                &|row| run.speed_m_s[row],
+                run.displacement_m.map(|d| (d.0, d.1)),
+                |late| run.surface[late].map(|s| s.1),
+                &mut data,
+            );
+        }
+        offsets.push(data.len());
+        self.offsets = offsets;
+        self.data = data;
+    }
+
+    fn whiten_run(
+        &self,
+        k: usize,
+        depth: &dyn Fn(usize) -> f64,
+        speed: &dyn Fn(usize) -> f64,
+        displacement: Option<(f64, f64)>,
+        surface: impl Fn(usize) -> Option<f64>,
+        out: &mut Vec<f64>,
+    ) {
+        self.whiteners[k].whiten(depth, out);
+        let run = self.runs[k];
+        let sigma = self.vehicle.sensors.speed_noise_m_s;
+        out.extend(self.speed_rows[k].iter().map(|&row| speed(row) / sigma));
+        if let (Some((_, _, gps)), Some(d)) = (run.displacement_m, displacement)
+            && !self.vehicle.current_unknown
+        {
+            let sigma = (gps * gps + DRIFT_M * DRIFT_M + (DRIFT_PER_M * self.way_m[k]).powi(2)).sqrt();
+            out.push(d.0 / sigma);
+            out.push(d.1 / sigma);
+        }
+        for late in 0..2 {
+            if let (Some((_, _, n)), Some(p)) = (run.surface[late], surface(late)) {
+                let s = &self.vehicle.sensors;
+                let noise = (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0) / n as f64;
+                out.push(p / (noise + SURFACE_PA * SURFACE_PA).sqrt());
+            }
+        }
+    }
+
+    /// Range of a run in a whitened vector: all of it, and the depth innovations at its start.
+    #[must_use]
+    pub fn range(&self, k: usize) -> (std::ops::Range<usize>, usize) {
+        (self.offsets[k]..self.offsets[k + 1], self.whiteners[k].len())
+    }
+
+    /// The row behind each depth innovation of run `k`.
+    #[must_use]
+    pub fn rows(&self, k: usize) -> Vec<usize> {
+        self.whiteners[k].rows().collect()
+    }
+
+    /// Minus twice the normaliser of the depth likelihood.
+    #[must_use]
+    pub fn log_scale(&self) -> f64 {
+        self.whiteners.iter().map(|w| w.log_scale).sum()
+    }
+
+    /// Constants and effects that a state means.
+    #[must_use]
+    pub fn law(&self, state: &State) -> (Constants, Vec<Active>) {
+        law(self.vehicle, state)
+    }
+
+    /// The model's answer to the observations, whitened.
+    #[must_use]
+    pub fn model(&self, state: &State) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.data.len());
+        for k in 0..self.runs.len() {
+            self.model_run(k, state, &mut out);
+        }
+        out
+    }
+
+    fn model_run(&self, k: usize, state: &State, out: &mut Vec<f64>) {
+        let run = self.runs[k];
+        let (constants, effects) = self.law(state);
+        let t = track(run, constants, &effects, self.vehicle.water_depth_m, 0.0);
+        let z = &state.calibration;
+        let wave = state.wave.as_ref().map(|w| wave_depth(run, w.period_s, w.mode, self.vehicle, w.amplitude_m_s[k]));
+        let scale = 1.0 + z[10] * self.vehicle.sensors.speed_scale_relative;
+        let bias = z[11] * self.vehicle.sensors.heading_bias_rad;
+        let zero = z[12] * PRESSURE_ZERO_PA;
+        let (east, north) = t.displacement_m;
+        // Drift of the pressure zero is read while afloat; it is one effect's business.
+        let drift = |time_s: f64| effects.iter().map(|a| a.effect.pressure_error_pa(&a.values, time_s)).sum::<f64>();
+        self.whiten_run(
+            k,
+            &|row| t.depth_m[row] + wave.as_ref().map_or(0.0, |w| w[row]),
+            &|row| t.speed_m_s[row] * scale,
+            Some((east - bias * north, north + bias * east)),
+            |late| run.surface[late].map(|s| zero + drift(s.0)),
+            out,
+        );
+    }
+
+    /// Signatures of unit sine and unit cosine of a wave in each run, two columns per run.
+    #[must_use]
+    pub fn wave_columns(&self, period_s: f64, mode: u32) -> Vec<Column> {
+        let mut out = Vec::new();
+        for k in 0..self.runs.len() {
+            for unit in [(1.0, 0.0), (0.0, 1.0)] {
+                let depth = wave_depth(self.runs[k], period_s, mode, self.vehicle, unit);
+                out.push(self.depth_column(k, &|row| depth[row]));
+            }
+        }
+        out
+    }
+
+    /// A depth signature in one run, whitened.
+    #[must_use]
+    pub fn depth_column(&self, k: usize, depth: &dyn Fn(usize) -> f64) -> Column {
+        let mut values = Vec::new();
+        self.whiteners[k].whiten(depth, &mut values);
+        Column { from: self.offsets[k], values }
+    }
+
+    /// Takes rows whose innovation is beyond `limit` sigma out of the fit; returns how many.
+    pub fn drop_outliers(&mut self, residual: &[f64], limit: f64) -> usize {
+        let mut dropped = 0;
+        for k in 0..self.runs.len() {
+            for (i, row) in self.rows(k).into_iter().enumerate() {
+                if residual[self.offsets[k] + i].abs() > limit {
+                    self.used[k][row] = false;
+                    dropped += 1;
+                }
+            }
+            let from = self.offsets[k] + self.whiteners[k].len();
+            let rows = std::mem::take(&mut self.speed_rows[k]);
+            self.speed_rows[k] = rows
+                .into_iter()
+                .enumerate()
+                .filter(|(i, _)| {
+                    let keep = residual[from + i].abs() <= limit.max(6.0);
+                    dropped += usize::from(!keep);
+                    keep
+                })
+                .map(|(_, row)| row)
+                .collect();
+        }
+        self.set_colour(self.colour);
+        dropped
+    }
+
+    /// Model track of any run for a state (a wave has no known phase outside the fitted runs and is left out).
+    #[must_use]
+    pub fn track(&self, run: &Run, state: &State) -> Track {
+        let (constants, effects) = self.law(state);
+        track(run, constants, &effects, self.vehicle.water_depth_m, 0.0)
+    }
+}
+
+/// Constants and effects that a state of a vehicle means.
+#[must_use]
+pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
+    let (t, z) = (&vehicle.tolerance, &state.calibration);
+    let mut c = vehicle.constants;
+    c.cd0 *= 1.0 + z[0] * t.cd0_relative;
+    c.lift_slope_per_rad *= 1.0 + z[1] * t.lift_slope_relative;
+    c.lift_quadratic_per_rad2 *= 1.0 + z[2] * t.lift_quadratic_relative;
+    c.hull_volume_m3 += z[3] * t.trim_volume_m3;
+    c.compressibility_per_pa *= 1.0 + z[6] * t.hull_compressibility_relative;
+    c.thermal_expansion_per_k *= 1.0 + z[7] * t.hull_thermal_expansion_relative;
+    c.added_mass_surge += z[8] * t.added_mass_surge;
+    c.added_mass_heave += z[9] * t.added_mass_heave;
+    let mut effects = vehicle.effects.clone();
+    if z[4] != 0.0 {
+        effects.push(Active::sized(&BallastScale, z[4] * t.ballast_gain_relative));
+    }
+    if z[5] != 0.0 {
+        effects.push(Active::sized(&PitchOffset, z[5] * t.pitch_zero_rad));
+    }
+    effects.extend_from_slice(&state.effects);
+    (c, effects)
+}
+
+/// Depth shift of a wave at each row of a run, m, positive down.
+fn wave_depth(run: &Run, period_s: f64, mode: u32, vehicle: &Vehicle, amplitude: (f64, f64)) -> Vec<f64> {
+    let omega = 2.0 * std::f64::consts::PI / period_s;
+    let mut shift = 0.0;
+    let mut before = (0.0, f64::NAN);
+    (0..run.time_s.len())
+        .map(|i| {
+            let t = run.time_s[i];
+            let shape = vertical_mode(mode, run.depth_at_row(i, vehicle.constants.gravity_m_s2), vehicle.water_depth_m);
+            let (sin, cos) = (omega * t).sin_cos();
+            let up = (amplitude.0 * sin + amplitude.1 * cos) * shape;
+            if i > 0 {
+                shift -= 0.5 * (up + before.0) * (t - before.1);
+            }
+            before = (up, t);
+            shift
+        })
+        .collect()
+}

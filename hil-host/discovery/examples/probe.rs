@@ -1,50 +1,38 @@
-//! Development probe: prints the search on one trial directory.
-use discovery::{prepare, problem, read, search, vehicle};
+//! Diagnoses every flight directory of a folder that has its truth in `truth/`, one JSON line each; for development.
+//! Usage: probe FOLDER [FILTER] [PART/OF]
+use discovery::{diagnose, read, vehicle};
+use serde_json::json;
+use std::path::PathBuf;
+
 fn main() {
-    for case in std::env::args().skip(1) {
-        let case = std::path::PathBuf::from(case);
+    let mut args = std::env::args().skip(1);
+    let folder = PathBuf::from(args.next().expect("folder"));
+    let filter = args.next().unwrap_or_default();
+    let part = args.next().unwrap_or("0/1".into());
+    let (part, of) = part.split_once('/').map_or((0, 1), |(a, b)| (a.parse().unwrap_or(0), b.parse().unwrap_or(1)));
+    let mut cases: Vec<PathBuf> = std::fs::read_dir(&folder)
+        .expect("folder")
+        .filter_map(|e| e.ok().map(|e| e.path()))
+        .filter(|p| p.join("flight.csv").is_file())
+        .collect();
+    cases.sort();
+    for (i, case) in cases.into_iter().enumerate() {
+        let name = case.file_name().expect("name").to_string_lossy().to_string();
+        let text = std::fs::read_to_string(folder.join("truth").join(format!("{name}.json"))).expect("truth");
+        if i % of != part || !(text.contains(&filter) || name.contains(&filter)) {
+            continue;
+        }
+        let truth: serde_json::Value = serde_json::from_str(&text).expect("json");
         let v = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
         let f = read::flight(&case).expect("flight");
         let t0 = std::time::Instant::now();
-        let p = prepare::prepare(&f, &v);
-        let t1 = std::time::Instant::now();
-        let mut pr = problem::Problem::new(&p, &v, |s| v.fit_segments.contains(&s));
-        let s = problem::State::nominal();
-        let t2 = std::time::Instant::now();
-        let m = pr.model(&s);
-        let t3 = std::time::Instant::now();
-        let r: Vec<f64> = pr.data.iter().zip(&m).map(|(a, b)| a - b).collect();
-        for k in 0..pr.runs.len() {
-            let (range, n) = pr.range(k);
-            let d = &r[range.clone()][..n];
-            let ms = d.iter().map(|x| x * x).sum::<f64>() / n as f64;
-            let ac = d.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n as f64 / ms;
-            let big = d.iter().filter(|x| x.abs() > 4.5).count();
-            println!("run {k} n {n} ms {ms:.3} ac1 {ac:.3} big {big} rest {:?}", &r[range][n..].iter().rev().take(4).collect::<Vec<_>>());
-        }
-        let jac = discovery::fit::Jacobian::new(&pr, &s);
-        let nf = discovery::fit::fit(&pr, &jac, &s, 0.01, discovery::fit::Effort { iterations: 2, renew: false });
-        let dropped = pr.drop_outliers(&nf.residual, 5.0);
-        println!("prep {:?} sim+whiten {:?} N {} dropped {dropped}", t1 - t0, t3 - t2, pr.data.len());
-        let t4 = std::time::Instant::now();
-        let found = search::search(&pr, &|_, _| {});
+        let d = diagnose::diagnose(&f, &v, &|_, _| {}).expect("diagnosis");
+        let c: Vec<_> = d.candidates.iter().take(12).map(|c| json!({"e": c.effects, "o": c.log_odds, "g": c.gain, "p": c.parameters.iter().map(|p| json!([p.name, p.value, p.low, p.high])).collect::<Vec<_>>(), "ec": c.error_check_m_s})).collect();
         println!(
-            "search {:?} null chi2 {:.1} z {:?}",
-            t4.elapsed(),
-            found.null.chi2,
-            found.null.state.calibration.map(|z| (z * 100.0).round() / 100.0)
+            "{}",
+            json!({"case": name, "site": v.site, "wing": v.document["wing"]["name"], "truth": truth, "verdict": d.verdict.name(), "answer": d.answer, "eq": d.equivalent, "c": c,
+            "r": d.remainder.iter().take(3).map(|f| json!([f.variable, f.log_bayes, f.scale_m_s, f.period_s])).collect::<Vec<_>>(), "rows": d.rows, "brink": d.brink, "colour": d.colour,
+            "err": d.block_error_m_s, "z": d.recalibrated.calibration, "t": t0.elapsed().as_secs_f64()})
         );
-        for c in found.candidates.iter().take(12) {
-            let v: Vec<_> = c.fit.state.effects.iter().map(|a| a.values[0]).collect();
-            println!(
-                "{:30} odds {:8.2} gain {:8.2} {:?} sig {:?} {:?}",
-                c.effects.join("+"),
-                c.log_odds,
-                c.gain,
-                v,
-                c.fit.sigma,
-                c.fit.state.wave.as_ref().map(|w| (w.period_s, w.mode, &w.amplitude_m_s))
-            );
-        }
     }
 }

@@ -10,7 +10,7 @@
 //! Water motion shifts depth but not the forces: it is slow against the vehicle's own time scales.
 
 use crate::prepare::{FLOAT_M, Run};
-use hydro::effects::{Active, Constants, Flow, ForceModel, Place};
+use hydro::effects::{Active, Constants, Continuation, Flow, ForceModel, Place};
 
 /// What the model says at the rows of a run.
 #[derive(Clone, Debug, Default)]
@@ -69,10 +69,11 @@ impl Body<'_> {
     }
 }
 
-/// Runs the model over one run of a flight. `phase_rad` is the phase of periodic water motion.
+/// Runs the model over one run of a flight. `phase_rad` is the phase of periodic water motion, `beyond` how lift goes on beyond the
+/// valid angle of attack.
 #[must_use]
-pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, phase_rad: f64) -> Track {
-    let model = ForceModel::new(nominal, effects);
+pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, phase_rad: f64, beyond: Continuation) -> Track {
+    let model = ForceModel::new(nominal, effects).continued(beyond);
     let mass = nominal.mass_kg;
     let body = Body {
         model: &model,

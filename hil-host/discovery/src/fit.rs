@@ -83,7 +83,8 @@ fn free_numbers(effects: &[Active]) -> Vec<Free> {
             if a.effect.name() == "internal_wave" {
                 continue;
             }
-            let prior = (j > 0 && a.effect.name() != "horizontal_current").then_some((p.off, p.typical));
+            // A direction may be any: a wide normal prior around its start keeps it finite where nothing is known.
+            let prior = (j > 0).then_some(if p.name == "direction_rad" { (a.values[j], 1.8) } else { (p.off, p.typical) });
             out.push(Free { effect: k, parameter: j, low: p.low, high: p.high, step: DIFFERENCE * p.typical, prior });
         }
     }

@@ -1,6 +1,7 @@
 //! Do we agree with the sea, and what is missing: flights and vehicles are read, a model of the vehicle is run on the measured
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
+pub mod diagnose;
 pub mod dynamics;
 pub mod export;
 pub mod fit;
@@ -11,10 +12,13 @@ pub mod noise;
 pub mod prepare;
 pub mod problem;
 pub mod read;
+pub mod remainder;
+pub mod report;
 pub mod search;
 pub mod steady;
 pub mod vehicle;
 pub mod vehicle_file;
+pub mod whereabouts;
 
 pub use flight::Flight;
 pub use vehicle::Vehicle;

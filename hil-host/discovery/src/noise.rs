@@ -40,6 +40,8 @@ pub struct Whitener {
     pub log_scale: f64,
 }
 
+/// Longest gap in the rows that the filter bridges, s.
+const GAP_S: f64 = 45.0;
 /// Variance of the unknown offset at the start of a run, m².
 const DIFFUSE_M2: f64 = 1e4;
 
@@ -59,6 +61,8 @@ impl Whitener {
             }
             let dt = if before.is_nan() { 0.0 } else { t - before };
             before = t;
+            // After a gap the model's depth error is anybody's guess: start anew.
+            let anew = stages.is_empty() || dt > GAP_S;
             let decay = (-dt / tau).exp();
             let reach = tau * (1.0 - decay);
             // P ← F P Fᵀ + Q
@@ -70,12 +74,14 @@ impl Whitener {
                 + colour.walk_m2_s * dt;
             p[1] = decay * (p1 + reach * p2) + var * tau * (1.0 - decay) * (1.0 - decay);
             p[2] = decay * decay * p2 + var * (1.0 - decay * decay);
+            if anew {
+                p = [DIFFUSE_M2, 0.0, var];
+            }
             let s = p[0] + noise;
             let gain = [p[0] / s, p[1] / s];
-            let first = stages.is_empty();
             p = [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]];
-            stages.push(Stage { row, decay, reach, gain, scale: if first { 0.0 } else { 1.0 / s.sqrt() } });
-            if !first {
+            stages.push(Stage { row, decay, reach, gain, scale: if anew { 0.0 } else { 1.0 / s.sqrt() } });
+            if !anew {
                 log_scale += 0.5 * s.ln();
             }
         }

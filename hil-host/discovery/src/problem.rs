@@ -6,9 +6,9 @@
 
 use crate::dynamics::{Track, track};
 use crate::noise::{Colour, Whitener};
-use crate::prepare::{Prepared, Run};
+use crate::prepare::{Prepared, Run, SETTLE_S};
 use crate::vehicle::Vehicle;
-use hydro::effects::{Active, BallastScale, Constants, PitchOffset, vertical_mode};
+use hydro::effects::{Active, BallastScale, Constants, Continuation, PitchOffset, vertical_mode};
 
 /// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`].
 pub const CALIBRATION: [&str; 13] = [
@@ -37,6 +37,8 @@ const SURFACE_PA: f64 = 100.0;
 /// Error of a GPS displacement besides the fixes (drift afloat, turns), m, and per metre of way; guess from example flights.
 const DRIFT_M: f64 = 1.0;
 const DRIFT_PER_M: f64 = 0.004;
+/// How long rows stay out after the continuations agree again, s: two time constants of surge.
+const AFTER_BRINK_S: f64 = 20.0;
 
 /// Effects that are a deviation of a calibration number: its index in [`CALIBRATION`].
 #[must_use]
@@ -139,6 +141,8 @@ pub struct Problem<'a> {
     pub vehicle: &'a Vehicle,
     /// Runs that are fitted.
     pub runs: Vec<&'a Run>,
+    /// How lift goes on beyond the valid angle of attack.
+    pub beyond: Continuation,
     /// Colour in force.
     pub colour: Colour,
     whiteners: Vec<Whitener>,
@@ -148,6 +152,8 @@ pub struct Problem<'a> {
     /// Whitened observations.
     pub data: Vec<f64>,
     way_m: Vec<f64>,
+    whole_way: Vec<bool>,
+    brink: usize,
 }
 
 impl<'a> Problem<'a> {
@@ -169,8 +175,20 @@ impl<'a> Problem<'a> {
         let used = runs.iter().map(|r| r.used.clone()).collect();
         let speed_rows = runs.iter().map(|r| (0..r.time_s.len()).filter(|&i| r.used[i] && r.speed_m_s[i].is_finite()).collect()).collect();
         let way_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
-        let mut problem =
-            Self { vehicle, runs, colour, whiteners: Vec::new(), used, speed_rows, offsets: Vec::new(), data: Vec::new(), way_m };
+        let mut problem = Self {
+            vehicle,
+            beyond: Continuation::default(),
+            whole_way: vec![true; runs.len()],
+            runs,
+            colour,
+            whiteners: Vec::new(),
+            used,
+            speed_rows,
+            offsets: Vec::new(),
+            data: Vec::new(),
+            way_m,
+            brink: 0,
+        };
         problem.set_colour(colour);
         problem
     }
@@ -213,6 +231,7 @@ impl<'a> Problem<'a> {
         out.extend(self.speed_rows[k].iter().map(|&row| speed(row) / sigma));
         if let (Some((_, _, gps)), Some(d)) = (run.displacement_m, displacement)
             && !self.vehicle.current_unknown
+            && self.whole_way[k]
         {
             let sigma = (gps * gps + DRIFT_M * DRIFT_M + (DRIFT_PER_M * self.way_m[k]).powi(2)).sqrt();
             out.push(d.0 / sigma);
@@ -264,7 +283,7 @@ impl<'a> Problem<'a> {
     fn model_run(&self, k: usize, state: &State, out: &mut Vec<f64>) {
         let run = self.runs[k];
         let (constants, effects) = self.law(state);
-        let t = track(run, constants, &effects, self.vehicle.water_depth_m, 0.0);
+        let t = track(run, constants, &effects, self.vehicle.water_depth_m, 0.0, self.beyond);
         let z = &state.calibration;
         let wave = state.wave.as_ref().map(|w| wave_depth(run, w.period_s, w.mode, self.vehicle, w.amplitude_m_s[k]));
         let scale = 1.0 + z[10] * self.vehicle.sensors.speed_scale_relative;
@@ -296,12 +315,141 @@ impl<'a> Problem<'a> {
         out
     }
 
+    /// Rows that [`Self::settle_continuation`] took out.
+    #[must_use]
+    pub fn brink_rows(&self) -> usize {
+        self.brink
+    }
+
+    /// Scales the rms of the ordinary water motion to what a state leaves, near its nominal value (the format allows 20 %; a
+    /// guess in the file may be far off). Returns whether it moved by more than 4 %.
+    pub fn tune_colour(&mut self, state: &State) -> bool {
+        let tracks: Vec<Vec<f64>> = self
+            .runs
+            .iter()
+            .map(|run| {
+                let mut depth = self.track(run, state).depth_m;
+                if let Some(shift) = self.wave_shift(run, state) {
+                    depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
+                }
+                depth
+            })
+            .collect();
+        let nominal = self.vehicle.background.0;
+        let spread = if self.vehicle.assumed.iter().any(|a| a.starts_with("background")) { 1.0 } else { 0.12 };
+        let mut best = (f64::INFINITY, self.colour);
+        for k in -12..=12_i32 {
+            let factor = (f64::from(k) * spread * 0.2).exp();
+            let colour = Colour { rms_m_s: nominal * factor, ..self.colour };
+            let mut cost = (factor.ln() / spread).powi(2);
+            for ((run, used), depth) in self.runs.iter().zip(&self.used).zip(&tracks) {
+                let w = Whitener::new(run, used, &colour);
+                let mut e = Vec::new();
+                w.whiten(|row| run.depth_m[row] - depth[row], &mut e);
+                // Huber: a few rows that no model gets right must not set the scale.
+                cost += 2.0 * w.log_scale + e.iter().map(|x| if x.abs() < 3.0 { x * x } else { 6.0 * x.abs() - 9.0 }).sum::<f64>();
+            }
+            if cost < best.0 {
+                best = (cost, colour);
+            }
+        }
+        let moved = (best.1.rms_m_s / self.colour.rms_m_s).ln().abs() > 0.04;
+        if moved {
+            self.set_colour(best.1);
+        }
+        moved
+    }
+
+    /// Depth shift of the wave of a state in one of the fitted runs, m.
+    #[must_use]
+    pub fn wave_shift(&self, run: &Run, state: &State) -> Option<Vec<f64>> {
+        let w = state.wave.as_ref()?;
+        let k = self.runs.iter().position(|r| r.first_row == run.first_row)?;
+        Some(wave_depth(run, w.period_s, w.mode, self.vehicle, w.amplitude_m_s[k]))
+    }
+
+    /// Whether any GPS displacement takes part in the fit.
+    #[must_use]
+    pub fn has_displacement(&self) -> bool {
+        !self.vehicle.current_unknown && self.runs.iter().zip(&self.whole_way).any(|(r, w)| *w && r.displacement_m.is_some())
+    }
+
+    /// Signature of a vertical velocity `rate(run, row)`, m/s positive down, over all runs, whitened.
+    #[must_use]
+    pub fn rate_column(&self, rate: &dyn Fn(usize, usize) -> f64) -> Column {
+        let mut values = vec![0.0; self.data.len()];
+        for k in 0..self.runs.len() {
+            let depth = self.integrated(k, rate);
+            let mut innovations = Vec::new();
+            self.whiteners[k].whiten(|row| depth[row], &mut innovations);
+            values[self.offsets[k]..self.offsets[k] + innovations.len()].copy_from_slice(&innovations);
+        }
+        Column { from: 0, values }
+    }
+
+    /// Depth that a vertical velocity makes at each row of a run, m.
+    #[must_use]
+    pub fn integrated(&self, k: usize, rate: &dyn Fn(usize, usize) -> f64) -> Vec<f64> {
+        let time = &self.runs[k].time_s;
+        let mut depth = Vec::with_capacity(time.len());
+        let (mut sum, mut before) = (0.0, 0.0);
+        for row in 0..time.len() {
+            let now = rate(k, row);
+            if row > 0 {
+                sum += 0.5 * (now + before) * (time[row] - time[row - 1]);
+            }
+            before = now;
+            depth.push(sum);
+        }
+        depth
+    }
+
     /// A depth signature in one run, whitened.
     #[must_use]
     pub fn depth_column(&self, k: usize, depth: &dyn Fn(usize) -> f64) -> Column {
         let mut values = Vec::new();
         self.whiteners[k].whiten(depth, &mut values);
         Column { from: self.offsets[k], values }
+    }
+
+    /// Takes rows out that depend on how lift goes on beyond the valid angle of attack (launch, turns, deep stall after them), and
+    /// settles on the continuation that fits those rows better. Returns how many rows went.
+    pub fn settle_continuation(&mut self, state: &State) -> usize {
+        let mut dropped = 0;
+        let mut misfit = [0.0; 2];
+        for k in 0..self.runs.len() {
+            let run = self.runs[k];
+            let tracks = [Continuation::Rising, Continuation::Fading].map(|c| {
+                self.beyond = c;
+                self.track(run, state)
+            });
+            let limit = 0.4 * self.colour.rms_m_s;
+            let mut last = f64::NEG_INFINITY;
+            for row in 0..run.time_s.len() {
+                let t = run.time_s[row];
+                if (tracks[0].sink_m_s[row] - tracks[1].sink_m_s[row]).abs() > limit {
+                    last = t;
+                }
+                if t - last < AFTER_BRINK_S && run.used[row] {
+                    if row > 0 && run.depth_m[row - 1].is_finite() {
+                        let dt = t - run.time_s[row - 1];
+                        let seen = run.depth_m[row] - run.depth_m[row - 1];
+                        for (m, c) in misfit.iter_mut().zip(&tracks) {
+                            *m += (seen - (c.depth_m[row] - c.depth_m[row - 1])).powi(2) / dt;
+                        }
+                    }
+                    dropped += usize::from(self.used[k][row]);
+                    self.used[k][row] = false;
+                    self.speed_rows[k].retain(|&r| r != row);
+                }
+            }
+            // A run that lost part of its way says nothing about displacement.
+            self.whole_way[k] = last == f64::NEG_INFINITY || last < run.time_s[0] + 1.5 * SETTLE_S;
+        }
+        self.beyond = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
+        self.brink += dropped;
+        self.set_colour(self.colour);
+        dropped
     }
 
     /// Takes rows whose innovation is beyond `limit` sigma out of the fit; returns how many.
@@ -335,7 +483,7 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn track(&self, run: &Run, state: &State) -> Track {
         let (constants, effects) = self.law(state);
-        track(run, constants, &effects, self.vehicle.water_depth_m, 0.0)
+        track(run, constants, &effects, self.vehicle.water_depth_m, 0.0, self.beyond)
     }
 }
 

@@ -115,20 +115,13 @@ fn erfc(x: f64) -> f64 {
 #[must_use]
 pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
     let mut z = -0.5 * f.chi2 - 0.5 * f.log_det;
-    for (i, p) in f.precision.iter().enumerate().skip(N_CALIBRATION) {
-        if *p > 0.0 {
-            z += 0.5 * p.ln();
-        } else {
-            let _ = i;
-            z += 0.5 * (2.0 * PI).ln();
-        }
+    for p in f.precision.iter().skip(N_CALIBRATION) {
+        z += 0.5 * if *p > 0.0 { p.ln() } else { (2.0 * PI).ln() };
     }
     for &(effect, parameter, sigma) in &f.sigma {
         let a = &f.state.effects[effect];
         if parameter == 0 {
             z += log_size_prior(problem, a.effect, a.values[0], sigma);
-        } else if a.effect.name() == "horizontal_current" {
-            z -= (2.0 * PI).ln();
         }
     }
     z
@@ -299,7 +292,6 @@ fn signature(problem: &Problem, at: &State, base: &[f64], effect: &'static dyn E
 
 struct Signature {
     effect: &'static dyn Effect,
-    size: f64,
     column: Column,
 }
 
@@ -314,7 +306,7 @@ fn signatures(problem: &Problem, at: &State) -> Vec<Signature> {
             _ => vec![p.off + 0.25 * p.typical],
         };
         for size in sizes {
-            out.push(Signature { effect, size, column: signature(problem, at, &base, effect, size) });
+            out.push(Signature { effect, column: signature(problem, at, &base, effect, size) });
         }
     }
     out
@@ -334,6 +326,10 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
     let pair_prior = PRIOR.2 / (CATALOGUE.len() * (CATALOGUE.len() - 1) / 2) as f64;
     for (k, effect) in CATALOGUE.into_iter().enumerate() {
         tick(effect.name(), 0.05 + 0.35 * k as f64 / CATALOGUE.len() as f64);
+        if effect.name() == "horizontal_current" && !problem.has_displacement() {
+            // No observation feels it.
+            continue;
+        }
         if effect.name() == WAVE {
             let (f, extra) = screen.with_wave(&screen.null, 2);
             found.push(screen.candidate(f, single_prior, extra));
@@ -346,7 +342,7 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
     // Geometry of the signatures after the calibration is projected out.
     tick("pairs", 0.45);
     let signs = signatures(problem, &screen.null.state);
-    let projected = project(&screen, &screen.null, &signs);
+    let projected = project(&screen.null, &signs);
     let mut likeness = Vec::new();
     let mut ranked: Vec<(f64, usize, usize)> = Vec::new();
     for i in 0..signs.len() {
@@ -382,7 +378,7 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
     let best_singles: Vec<Candidate> = found.iter().take(3).cloned().collect();
     for single in &best_singles {
         let signs = signatures(problem, &single.fit.state);
-        let projected = project(&screen, &single.fit, &signs);
+        let projected = project(&single.fit, &signs);
         let mut second: Vec<(f64, usize)> = (0..signs.len())
             .map(|i| {
                 let (g, b) = (projected.0[(i, i)].max(1e-300), projected.1[i]);
@@ -393,8 +389,6 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
         if single.effects == [WAVE] {
             for (_, i) in second.iter().take(3) {
                 let f = screen.best_with(&single.fit.state, signs[*i].effect, 4);
-                let (_, _, scale, _) = screen.scan_wave(&screen.null);
-                let _ = scale;
                 wave_pairs.push(screen.candidate(
                     f,
                     pair_prior,
@@ -410,7 +404,7 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
             wave_pairs.push(screen.candidate(f, pair_prior, extra));
         }
         if let Some(current) = hydro::effects::by_name("horizontal_current")
-            && !problem.vehicle.current_unknown
+            && problem.has_displacement()
             && single.effects != [WAVE]
         {
             add(single.fit.state.effects[0].effect, current);
@@ -442,7 +436,7 @@ fn log_size_prior_of(problem: &Problem, s: &Signature, value: f64, sigma: f64) -
 }
 
 /// Inner products of signatures and of their match with the residual, after what is fitted is projected out.
-fn project(_screen: &Screen, f: &Fit, signs: &[Signature]) -> (DMatrix<f64>, DVector<f64>) {
+fn project(f: &Fit, signs: &[Signature]) -> (DMatrix<f64>, DVector<f64>) {
     let (n, m) = (f.columns.len(), signs.len());
     let mut curvature = DMatrix::from_fn(n, n, |i, j| if j <= i { f.columns[i].dot(&f.columns[j]) } else { 0.0 });
     for i in 0..n {

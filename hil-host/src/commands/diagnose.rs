@@ -1,15 +1,88 @@
 //! `glider diagnose`.
 
 use super::{Output, Verdict};
+use anyhow::Context as _;
+use discovery::{Flight, Vehicle, diagnose, read, report, vehicle};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(
+    after_help = "Examples:\n  glider diagnose --flight trial_dir\n  glider diagnose --flight flight.csv --vehicle vehicle.json --json\n  glider diagnose --flight trial_dir --predict after.csv\n\nExit code 0: done (whatever the verdict); 2: bad input."
+)]
+pub struct Args {
+    /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
+    #[arg(long, value_name = "DIR|CSV")]
+    flight: PathBuf,
+    /// Vehicle file; default: the one beside the flight.
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Write time_s,w_before_m_s,w_after_m_s (positive down) of the check segments.
+    #[arg(long, value_name = "OUT.csv")]
+    predict: Option<PathBuf>,
+}
+
+/// Reads a flight and its vehicle.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Flight, Vehicle)> {
+    let file = vehicle_file
+        .map(Path::to_path_buf)
+        .or_else(|| vehicle::beside(flight))
+        .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside the flight; name one with --vehicle", flight.display()))?;
+    Ok((read::flight(flight)?, vehicle::read(&file)?))
+}
+
+/// A progress bar on standard error.
+#[must_use]
+pub fn bar() -> ProgressBar {
+    let bar = ProgressBar::new(100);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos:>3} % {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
+    let bar = bar();
+    let found = diagnose::diagnose(&flight, &vehicle, &|what, share| {
+        bar.set_position((share * 100.0) as u64);
+        bar.set_message(what.to_string());
+    })?;
+    bar.finish_and_clear();
+    if let Some(path) = &args.predict {
+        std::fs::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    let document = report::document(&found, &vehicle, &args.flight.display().to_string());
+    output.emit(&document, || {
+        println!("Verdict: {}", found.verdict.name());
+        println!("{}\n", report::explanation(&found));
+        let mut table = comfy_table::Table::new();
+        table.set_header(["effects", "probability", "log odds", "error fitted cm/s", "error held out cm/s", "parameters (90 %)"]);
+        for c in found.candidates.iter().take(10) {
+            let parameters: Vec<String> =
+                c.parameters.iter().map(|p| format!("{} {:.4} [{:.4}, {:.4}] {}", p.name, p.value, p.low, p.high, p.unit)).collect();
+            table.add_row([
+                c.effects.join(" + "),
+                format!("{:.3}", c.probability),
+                format!("{:+.1}", c.log_odds),
+                format!("{:.3}", c.error_fitted_m_s * 100.0),
+                format!("{:.3}", c.error_check_m_s * 100.0),
+                parameters.join("\n"),
+            ]);
+        }
+        println!("{table}");
+        println!("Next: {}", report::next_flight(&found));
+        for note in &found.notes {
+            println!("Note: {note}");
+        }
+    });
+    Ok(Verdict::Ok)
 }

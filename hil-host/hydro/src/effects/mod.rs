@@ -254,6 +254,16 @@ impl Active {
     }
 }
 
+/// How lift goes on beyond [`ALPHA_VALID_RAD`], where nothing is known but that it is bounded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Continuation {
+    /// With sin 2α, as FORMAT section 3 suggests: lift still grows to 45°.
+    #[default]
+    Rising,
+    /// With cos α: lift fades at once. Deep stall after a launch lasts longer.
+    Fading,
+}
+
 /// The law of forces: constants and the effects that are on.
 ///
 /// Constant effects are folded into the constants when the model is made, so the inner loop of a simulation meets only those
@@ -263,6 +273,7 @@ pub struct ForceModel<'a> {
     /// Constants, constant effects already in them.
     pub constants: Constants,
     active: &'a [Active],
+    continuation: Continuation,
 }
 
 impl<'a> ForceModel<'a> {
@@ -273,7 +284,14 @@ impl<'a> ForceModel<'a> {
         for a in active {
             a.effect.constants(&a.values, &mut constants);
         }
-        Self { constants, active }
+        Self { constants, active, continuation: Continuation::default() }
+    }
+
+    /// The same law with another continuation beyond the valid angle of attack.
+    #[must_use]
+    pub fn continued(mut self, continuation: Continuation) -> Self {
+        self.continuation = continuation;
+        self
     }
 
     /// What is true when the sensors say `s`.
@@ -314,7 +332,11 @@ impl<'a> ForceModel<'a> {
         let sin2_edge = 0.117_578_906_357_755_77;
         let sin_twice_edge = 0.644_217_687_237_691_1;
         let sign = if a > 0.0 { 1.0 } else { -1.0 };
-        let cl = edge.cl * 2.0 * sin_a * cos_a / sin_twice_edge * sign;
+        let cl = match self.continuation {
+            Continuation::Rising => edge.cl * 2.0 * sin_a * cos_a / sin_twice_edge * sign,
+            // cos(0.35)
+            Continuation::Fading => edge.cl * cos_a / 0.939_372_712_847_378_9,
+        };
         let cd = edge.cd + (CD_BROADSIDE - edge.cd) * (sin_a * sin_a - sin2_edge) / (1.0 - sin2_edge);
         LiftDrag { cl, cd: cd.max(self.constants.cd0) }
     }

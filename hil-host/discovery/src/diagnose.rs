@@ -1,0 +1,399 @@
+//! The whole diagnosis of one flight: prepare, fit, search, ask for a remainder, decide, measure the error before and after.
+//!
+//! Nothing of the check segments but their inputs is seen before the error figures are made.
+
+use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::metric::{Block, blocks, modelled_m_s, rms};
+use crate::prepare::{Prepared, prepare};
+use crate::problem::{Problem, State};
+use crate::remainder::{Family, families};
+use crate::search::{Candidate, Found, WAVE, search};
+use crate::{Flight, Vehicle};
+
+/// Log odds a hypothesis needs against nothing missing. Set on simulated clean flights: 2 % of them may exceed it.
+const SPEAK_UP: f64 = 1.5;
+/// The same where a wave is in it: ordinary water motion of another colour looks like one.
+const SPEAK_UP_WAVE: f64 = 5.0;
+/// Log Bayes factor a family of the remainder needs.
+const REMAINS: f64 = 7.0;
+/// And its share of what the best hypothesis explained: forms of nature differ from ours by that much.
+const REMAINS_SHARE: f64 = 0.12;
+/// Log odds within which hypotheses are not told apart.
+const TIED: f64 = 3.0;
+/// Innovations beyond this are outliers, sigma.
+const OUTLIER: f64 = 5.0;
+/// Two-sided 90 % of a normal variable, sigma.
+const NINETY: f64 = 1.645;
+
+/// What the flight says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing but scatter.
+    Adequate,
+    /// The first candidate is what is missing.
+    Explained,
+    /// One of the tied candidates is.
+    Ambiguous,
+    /// Something is missing that no candidate explains.
+    Unexplained,
+}
+
+impl Verdict {
+    /// Name in the report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Explained => "explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// One parameter with its 90 % interval.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// `effect.parameter`.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+/// One hypothesis in the report.
+#[derive(Clone, Debug)]
+pub struct Ranked {
+    /// Its effects.
+    pub effects: Vec<&'static str>,
+    /// Parameters with intervals.
+    pub parameters: Vec<Estimate>,
+    /// Block error on the fitted segments, m/s.
+    pub error_fitted_m_s: f64,
+    /// Block error on the check segments, m/s.
+    pub error_check_m_s: f64,
+    /// Probability among all hypotheses.
+    pub probability: f64,
+    /// Log odds against nothing missing.
+    pub log_odds: f64,
+    /// Fall of chi².
+    pub gain: f64,
+    /// Where the model is.
+    pub state: State,
+}
+
+/// A diagnosis.
+#[derive(Debug)]
+pub struct Diagnosis {
+    /// What the flight says.
+    pub verdict: Verdict,
+    /// Effects named.
+    pub answer: Vec<&'static str>,
+    /// Hypotheses that are not told apart, the answer first.
+    pub equivalent: Vec<Vec<&'static str>>,
+    /// All hypotheses, best first.
+    pub candidates: Vec<Ranked>,
+    /// Probability that nothing is missing.
+    pub probability_nothing: f64,
+    /// Nothing missing, calibration refitted.
+    pub recalibrated: State,
+    /// State whose error is the error after.
+    pub after: State,
+    /// Block errors on the check segments, m/s: nominal, recalibrated, after; NaN where there are none.
+    pub block_error_m_s: [f64; 3],
+    /// Block errors on the fitted segments, m/s.
+    pub fitted_error_m_s: [f64; 3],
+    /// Error that ordinary water motion and sensor noise alone would leave, m/s.
+    pub noise_floor_m_s: f64,
+    /// What remains after the best hypothesis, strongest first.
+    pub remainder: Vec<Family>,
+    /// Whether check segments were named by the vehicle file (else they were chosen here, or none could be).
+    pub check: Vec<u32>,
+    /// What had to be repaired or could not be told.
+    pub notes: Vec<String>,
+    /// Cleaned flight.
+    pub prepared: Prepared,
+    /// Innovations that were fitted, and rows left out near the stall.
+    pub rows: usize,
+    /// Rows left out near the stall.
+    pub brink: usize,
+    /// Rms of the ordinary water motion that was used, relative to the vehicle file's.
+    pub colour: f64,
+    /// How lift was taken to go on beyond the valid angle of attack.
+    pub beyond: hydro::effects::Continuation,
+    /// Likeness of signatures.
+    pub likeness: Vec<(&'static str, &'static str, f64)>,
+}
+
+/// Which segments are for checking: those the file names, else every fourth of at least four.
+fn check_segments(vehicle: &Vehicle, prepared: &Prepared, notes: &mut Vec<String>) -> Vec<u32> {
+    let mut present: Vec<u32> = prepared.runs.iter().map(|r| r.segment).collect();
+    present.dedup();
+    let named: Vec<u32> = vehicle.check_segments.iter().copied().filter(|s| present.contains(s)).collect();
+    if !named.is_empty() {
+        return named;
+    }
+    if present.len() >= 4 {
+        notes.push("the vehicle file names no check segments; every fourth segment was kept out of the fit".into());
+        return present.into_iter().skip(2).step_by(4).collect();
+    }
+    notes.push("too few segments to keep some out of the fit: errors are of the fitted data".into());
+    Vec::new()
+}
+
+/// A flight on which nothing can be asked.
+#[derive(Debug)]
+pub struct NothingToFit(String);
+
+impl std::fmt::Display for NothingToFit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for NothingToFit {}
+
+/// Fewest rows under way that a diagnosis is made on.
+const FEWEST_ROWS: usize = 40;
+
+/// Diagnoses a flight. `tick` is told what is being done and which share is done.
+///
+/// # Errors
+/// No dive in the flight that a model could be compared with.
+pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
+    tick("reading the inputs", 0.0);
+    let prepared = prepare(flight, vehicle);
+    let mut notes = prepared.notes.clone();
+    let check = check_segments(vehicle, &prepared, &mut notes);
+    let fitted = |s: u32| !check.contains(&s) && (vehicle.fit_segments.is_empty() || vehicle.fit_segments.contains(&s));
+    let mut problem = Problem::new(&prepared, vehicle, fitted);
+    let under_way: usize = problem.runs.iter().map(|r| r.used.iter().filter(|u| **u).count()).sum();
+    if under_way < FEWEST_ROWS {
+        return Err(NothingToFit(format!(
+            "{}: only {under_way} rows deeper than 2 m and a minute under way in the segments to fit; at least {FEWEST_ROWS} are needed (is pressure in dbar? does the log hold a dive?)",
+            flight.name
+        )));
+    }
+    let nominal = State::nominal();
+    let null_fit =
+        |problem: &Problem| fit(problem, &Jacobian::new(problem, &nominal), &nominal, 0.01, Effort { iterations: 3, renew: false });
+    let first = null_fit(&problem);
+    let brink = problem.settle_continuation(&first.state);
+    let second = if brink > 0 { null_fit(&problem) } else { first };
+    let outliers = problem.drop_outliers(&second.residual, OUTLIER);
+    if outliers > 0 {
+        notes.push(format!("{outliers} samples beyond {OUTLIER} sigma left out of the fit"));
+    }
+    problem.tune_colour(&second.state);
+    let mut found = search(&problem, tick);
+    // The best hypothesis may fly closer to the stall than the nominal model: judge the brink again with it.
+    if let Some(best) = found.candidates.first().filter(|c| c.log_odds > 10.0)
+        && problem.settle_continuation(&best.fit.state.clone()) > problem.data.len() / 50
+    {
+        found = search(&problem, tick);
+    }
+    if let Some(best) = found.candidates.first().filter(|c| c.log_odds > 10.0)
+        && problem.tune_colour(&best.fit.state.clone())
+    {
+        found = search(&problem, tick);
+    }
+    tick("what remains", 0.97);
+    let brink_rows = problem.brink_rows();
+    if brink_rows > 0 {
+        notes.push(format!("{brink_rows} rows near or beyond the stall (angle of attack over 0.35 rad in the model) left out of the fit"));
+    }
+    Ok(conclude(vehicle, &prepared, &problem, found, check, notes))
+}
+
+fn speaks_up(c: &Candidate) -> bool {
+    c.log_odds > if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
+}
+
+fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, notes: Vec<String>) -> Diagnosis {
+    let Found { null, candidates, likeness } = found;
+    let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(c));
+    let remainder = families(problem, spoken.map_or(&null, |c| &c.fit));
+    let strongest = remainder.first().map_or(f64::NEG_INFINITY, |f| f.log_bayes);
+    let explained = spoken.map_or(0.0, |c| 0.5 * c.gain);
+    let unexplained = strongest > REMAINS && strongest > REMAINS_SHARE * (explained + strongest);
+
+    let best_odds = spoken.map_or(0.0, |c| c.log_odds);
+    let mut equivalent: Vec<Vec<&'static str>> = Vec::new();
+    if let Some(first) = spoken {
+        equivalent.push(first.effects.clone());
+        for c in candidates.iter().filter(|c| c.effects.len() == first.effects.len() && best_odds - c.log_odds < TIED) {
+            let mut sorted = c.effects.clone();
+            sorted.sort_unstable();
+            let known = equivalent.iter().any(|e| {
+                let mut e = e.clone();
+                e.sort_unstable();
+                e == sorted
+            });
+            if !known && equivalent.len() < 3 {
+                equivalent.push(c.effects.clone());
+            }
+        }
+    }
+    let verdict = match (spoken, unexplained) {
+        (_, true) => Verdict::Unexplained,
+        (None, false) => Verdict::Adequate,
+        (Some(_), false) if equivalent.len() > 1 => Verdict::Ambiguous,
+        (Some(_), false) => Verdict::Explained,
+    };
+    let answer = match (verdict, spoken) {
+        (Verdict::Explained | Verdict::Ambiguous, Some(c)) => c.effects.clone(),
+        _ => Vec::new(),
+    };
+
+    // Probabilities over everything that was asked.
+    let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
+    let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
+    let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
+    let check_blocks = gather(prepared, |s| check.contains(&s));
+    let error = |state: &State, blocks: &[(usize, Vec<Block>)], with_wave: bool| block_error(problem, prepared, state, blocks, with_wave);
+    // Full figures for the hypotheses a reader looks at, the rest only ranked.
+    let ranked: Vec<Ranked> = candidates
+        .iter()
+        .enumerate()
+        .map(|(k, c)| {
+            let show = k < 12;
+            Ranked {
+                effects: c.effects.clone(),
+                parameters: estimates(&c.fit),
+                error_fitted_m_s: if show { error(&c.fit.state, &fit_blocks, true) } else { f64::NAN },
+                error_check_m_s: if show { error(&c.fit.state, &check_blocks, false) } else { f64::NAN },
+                probability: (c.log_odds - top).exp() / total,
+                log_odds: c.log_odds,
+                gain: c.gain,
+                state: c.fit.state.clone(),
+            }
+        })
+        .collect();
+    let after = if answer.is_empty() { null.state.clone() } else { spoken.map_or_else(|| null.state.clone(), |c| c.fit.state.clone()) };
+    let nominal = State::nominal();
+    let errors = |blocks: &[(usize, Vec<Block>)], wave: bool| {
+        [error(&nominal, blocks, wave), error(&null.state, blocks, wave), error(&after, blocks, wave)]
+    };
+    Diagnosis {
+        verdict,
+        answer,
+        equivalent: if verdict == Verdict::Unexplained { Vec::new() } else { equivalent },
+        candidates: ranked,
+        probability_nothing: (-top).exp() / total,
+        recalibrated: null.state.clone(),
+        block_error_m_s: errors(&check_blocks, false),
+        fitted_error_m_s: errors(&fit_blocks, true),
+        after,
+        noise_floor_m_s: noise_floor(problem),
+        remainder,
+        check,
+        notes,
+        prepared: prepared.clone(),
+        beyond: problem.beyond,
+        rows: problem.data.len(),
+        brink: problem.brink_rows(),
+        colour: problem.colour.rms_m_s / vehicle.background.0,
+        likeness,
+    }
+    .with_vehicle_check(vehicle)
+}
+
+impl Diagnosis {
+    fn with_vehicle_check(mut self, vehicle: &Vehicle) -> Self {
+        if !vehicle.assumed.is_empty() {
+            self.notes.push(format!("the vehicle file does not state, and these were assumed: {}", vehicle.assumed.join(", ")));
+        }
+        self
+    }
+}
+
+fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {
+    prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect()
+}
+
+/// Block error of a state, m/s. A wave's phase is known only in fitted runs.
+fn block_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)], with_wave: bool) -> f64 {
+    rms(blocks.iter().flat_map(|(k, list)| {
+        let run = &prepared.runs[*k];
+        let mut depth = problem.track(run, state).depth_m;
+        if with_wave && let Some(shift) = problem.wave_shift(run, state) {
+            depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
+        }
+        list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)).collect::<Vec<_>>()
+    }))
+}
+
+/// Error that the ordinary water motion and the sensor leave in a 20 s block, m/s.
+fn noise_floor(problem: &Problem) -> f64 {
+    let c = &problem.colour;
+    let t = crate::metric::BLOCK_S;
+    let n = 40;
+    // The least-squares slope of an integral weighs the velocity by 6 x (1 − x) over the block.
+    let weight = |i: usize| {
+        let x = (i as f64 + 0.5) / n as f64;
+        6.0 * x * (1.0 - x) / n as f64
+    };
+    let mut water = 0.0;
+    for i in 0..n {
+        for j in 0..n {
+            let lag = (i as f64 - j as f64).abs() * t / n as f64;
+            water += weight(i) * weight(j) * (-lag / c.correlation_s).exp();
+        }
+    }
+    let period = problem.runs.first().map_or(4.0, |r| (r.time_s[r.time_s.len() - 1] - r.time_s[0]) / (r.time_s.len() - 1) as f64);
+    // Variance of a slope over m samples: 12 s²/(t² m).
+    let sensor = 12.0 * c.sensor_m * c.sensor_m / (t * t * (t / period).max(3.0));
+    (c.rms_m_s * c.rms_m_s * water + sensor).sqrt()
+}
+
+/// Parameters of the effects of a fit with 90 % intervals.
+#[must_use]
+pub fn estimates(fit: &Fit) -> Vec<Estimate> {
+    let mut out: Vec<Estimate> = fit
+        .sigma
+        .iter()
+        .map(|&(e, p, sigma)| {
+            let a = &fit.state.effects[e];
+            let parameter = &a.effect.parameters()[p];
+            let value = a.values[p];
+            Estimate {
+                name: format!("{}.{}", a.effect.name(), parameter.name),
+                value,
+                low: value - NINETY * sigma,
+                high: value + NINETY * sigma,
+                unit: parameter.unit,
+            }
+        })
+        .collect();
+    if let Some(w) = &fit.state.wave {
+        let n = fit.covariance.nrows();
+        let first = n - 2 * w.amplitude_m_s.len();
+        let runs = w.amplitude_m_s.len() as f64;
+        let (mut power, mut variance) = (0.0, 0.0);
+        for (k, (a, b)) in w.amplitude_m_s.iter().enumerate() {
+            let v = fit.covariance[(first + 2 * k, first + 2 * k)] + fit.covariance[(first + 2 * k + 1, first + 2 * k + 1)];
+            power += (a * a + b * b + v) / runs;
+            variance += v / runs;
+        }
+        let amplitude = power.sqrt();
+        let sigma = (0.5 * variance / runs).sqrt();
+        let name = |p: &str| format!("{WAVE}.{p}");
+        out.push(Estimate {
+            name: name("amplitude_m_s"),
+            value: amplitude,
+            low: (amplitude - NINETY * sigma).max(0.0),
+            high: amplitude + NINETY * sigma,
+            unit: "m/s",
+        });
+        let spread = w.period_s * 0.12;
+        out.push(Estimate { name: name("period_s"), value: w.period_s, low: w.period_s - spread, high: w.period_s + spread, unit: "s" });
+        let mode = f64::from(w.mode);
+        out.push(Estimate { name: name("mode"), value: mode, low: mode, high: mode, unit: "1" });
+    }
+    out
+}

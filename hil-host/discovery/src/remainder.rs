@@ -1,0 +1,170 @@
+//! Does something structured remain after the best hypothesis, and which variable does it follow?
+//!
+//! Families of smooth vertical velocities (by leg, depth, time, time since the last turning point, stratification, roll, ballast
+//! rate) are offered to the whitened residual with normal priors, after everything that was fitted is projected out. The log
+//! Bayes factor of a family says whether the residual wants it; no named effect is involved.
+
+use crate::fit::Fit;
+use crate::problem::{Column, Problem};
+use crate::search::{log_bayes, log_mean_exp};
+use nalgebra::DMatrix;
+
+/// What a family found.
+#[derive(Clone, Debug)]
+pub struct Family {
+    /// Which variable it follows.
+    pub variable: &'static str,
+    /// Log Bayes factor against a clean residual.
+    pub log_bayes: f64,
+    /// Amplitude that fits best, m/s.
+    pub scale_m_s: f64,
+    /// Period, s, for families in time.
+    pub period_s: Option<f64>,
+}
+
+/// Amplitudes that are tried, m/s.
+const SCALES_M_S: [f64; 6] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016];
+/// Bins of depth.
+const DEPTH_BINS: usize = 8;
+
+struct Traits {
+    down: Vec<bool>,
+    since_turn_s: Vec<f64>,
+    ballast_rate: Vec<f64>,
+    stratification: Vec<f64>,
+    roll: Vec<f64>,
+    ballast: Vec<f64>,
+}
+
+fn traits(problem: &Problem, k: usize) -> Traits {
+    let run = problem.runs[k];
+    let g = problem.vehicle.constants.gravity_m_s2;
+    let n = run.time_s.len();
+    let depth: Vec<f64> = (0..n).map(|i| run.depth_at_row(i, g)).collect();
+    let input = |row: usize| {
+        let j = ((run.time_s[row] - run.time_s[0]) / (0.5 * run.step_s)) as usize;
+        &run.inputs[j.min(run.inputs.len() - 1)]
+    };
+    let ahead = |row: usize, seconds: f64| {
+        let j = ((run.time_s[row] - run.time_s[0] + seconds).max(0.0) / (0.5 * run.step_s)) as usize;
+        &run.inputs[j.min(run.inputs.len() - 1)]
+    };
+    let mut down = Vec::with_capacity(n);
+    let mut since_turn_s = Vec::with_capacity(n);
+    let mut last_turn = run.time_s[0];
+    for i in 0..n {
+        let rate = ahead(i, 12.0).depth_m - ahead(i, -12.0).depth_m;
+        let now = if rate.abs() > 0.3 { rate > 0.0 } else { *down.last().unwrap_or(&true) };
+        if i > 0 && down[i - 1] != now {
+            last_turn = run.time_s[i];
+        }
+        down.push(now);
+        since_turn_s.push(run.time_s[i] - last_turn);
+    }
+    let _ = depth;
+    Traits {
+        ballast_rate: (0..n).map(|i| (ahead(i, 6.0).sensed.ballast_m3 - ahead(i, -6.0).sensed.ballast_m3) / 12.0 * 1e5).collect(),
+        stratification: (0..n).map(|i| (ahead(i, 8.0).sensed.density_kg_m3 - ahead(i, -8.0).sensed.density_kg_m3) / 16.0 * 30.0).collect(),
+        roll: (0..n).map(|i| input(i).roll_rad).collect(),
+        ballast: (0..n).map(|i| input(i).sensed.ballast_m3 * 5e3).collect(),
+        down,
+        since_turn_s,
+    }
+}
+
+/// Asks every family. Best first.
+#[must_use]
+pub fn families(problem: &Problem, fit: &Fit) -> Vec<Family> {
+    let n = fit.columns.len();
+    let mut curvature = DMatrix::from_fn(n, n, |i, j| if j <= i { fit.columns[i].dot(&fit.columns[j]) } else { 0.0 });
+    for i in 0..n {
+        for j in i + 1..n {
+            curvature[(i, j)] = curvature[(j, i)];
+        }
+        curvature[(i, i)] = (curvature[(i, i)] + fit.precision[i]).max(1e-12) * (1.0 + 1e-9);
+    }
+    let Some(base) = curvature.cholesky() else { return Vec::new() };
+    let residual = Column { from: 0, values: fit.residual.clone() };
+    let all: Vec<Traits> = (0..problem.runs.len()).map(|k| traits(problem, k)).collect();
+    let g = problem.vehicle.constants.gravity_m_s2;
+    let depth = |k: usize, row: usize| problem.runs[k].depth_at_row(row, g);
+    let deepest = (0..problem.runs.len())
+        .flat_map(|k| (0..problem.runs[k].time_s.len()).map(move |row| (k, row)))
+        .map(|(k, row)| depth(k, row))
+        .fold(1.0, f64::max);
+    let sign = |k: usize, row: usize| if all[k].down[row] { 1.0 } else { -1.0 };
+    let mut out = Vec::new();
+    let mut ask = |variable: &'static str, columns: &[Column], period_s: Option<f64>| {
+        let bayes: Vec<f64> = SCALES_M_S.iter().map(|s| log_bayes(columns, &fit.columns, &base, &residual, *s)).collect();
+        let best = (0..bayes.len()).max_by(|a, b| bayes[*a].total_cmp(&bayes[*b])).unwrap_or(0);
+        out.push(Family { variable, log_bayes: log_mean_exp(&bayes), scale_m_s: SCALES_M_S[best], period_s });
+    };
+    // Each leg on its own: what changes from leg to leg (time, speed, pitch, ballast).
+    let mut legs = Vec::new();
+    for k in 0..problem.runs.len() {
+        for wanted in [true, false] {
+            let shift = problem.integrated(k, &|k, row| f64::from(u8::from(all[k].down[row] == wanted)));
+            legs.push(problem.depth_column(k, &|row| shift[row]));
+        }
+    }
+    ask("leg", &legs, None);
+    let hat = |k: usize, row: usize, bin: usize| {
+        let x = depth(k, row) / deepest * DEPTH_BINS as f64 - bin as f64;
+        (1.0 - x.abs()).max(0.0)
+    };
+    let mut bins = Vec::new();
+    for bin in 0..=DEPTH_BINS {
+        bins.push(problem.rate_column(&|k, row| hat(k, row, bin)));
+        bins.push(problem.rate_column(&|k, row| hat(k, row, bin) * sign(k, row)));
+    }
+    ask("depth", &bins, None);
+    let mut turns = Vec::new();
+    for decay in [15.0, 60.0, 200.0] {
+        let after = |k: usize, row: usize| (-all[k].since_turn_s[row] / decay).exp();
+        turns.push(problem.rate_column(&|k, row| after(k, row)));
+        turns.push(problem.rate_column(&|k, row| after(k, row) * sign(k, row)));
+    }
+    ask("time since the last turning point", &turns, None);
+    let simple: [(&'static str, Vec<Column>); 4] = [
+        (
+            "stratification",
+            vec![
+                problem.rate_column(&|k, row| all[k].stratification[row]),
+                problem.rate_column(&|k, row| all[k].stratification[row] * sign(k, row)),
+            ],
+        ),
+        (
+            "roll",
+            vec![
+                problem.rate_column(&|k, row| all[k].roll[row] * 4.0 * sign(k, row)),
+                problem.rate_column(&|k, row| all[k].roll[row].abs() * 4.0 * sign(k, row)),
+                problem.rate_column(&|k, row| all[k].roll[row].abs() * 4.0),
+            ],
+        ),
+        (
+            "ballast rate",
+            vec![problem.rate_column(&|k, row| all[k].ballast_rate[row]), problem.rate_column(&|k, row| all[k].ballast_rate[row].abs())],
+        ),
+        (
+            "ballast",
+            vec![problem.rate_column(&|k, row| all[k].ballast[row].powi(2)), problem.rate_column(&|k, row| all[k].ballast[row].powi(3))],
+        ),
+    ];
+    for (variable, columns) in &simple {
+        ask(variable, columns, None);
+    }
+    for period in [240.0, 420.0, 720.0, 1200.0, 2100.0, 3600.0] {
+        let omega = 2.0 * std::f64::consts::PI / period;
+        let mut columns = Vec::new();
+        for k in 0..problem.runs.len() {
+            for shift in [0.0, 0.25] {
+                let phase = shift * 2.0 * std::f64::consts::PI;
+                let depth = problem.integrated(k, &|k, row| (omega * problem.runs[k].time_s[row] + phase).sin());
+                columns.push(problem.depth_column(k, &|row| depth[row]));
+            }
+        }
+        ask("time", &columns, Some(period));
+    }
+    out.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+    out
+}

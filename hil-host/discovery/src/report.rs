@@ -1,0 +1,194 @@
+//! A diagnosis as JSON (the contract) and as words.
+
+use crate::diagnose::{Diagnosis, Ranked, Verdict};
+use crate::metric::blocks;
+use crate::problem::{State, law};
+use crate::whereabouts::{Finding, rank, residuals};
+use crate::{Vehicle, dynamics};
+use hydro::effects::by_name;
+use serde_json::{Value, json};
+
+/// A number for JSON: null where there is none, no more digits than mean something.
+#[must_use]
+pub fn number(v: f64) -> Value {
+    if !v.is_finite() {
+        return Value::Null;
+    }
+    if v == 0.0 {
+        return json!(0.0);
+    }
+    let digits = 5 - v.abs().log10().floor() as i32;
+    let scale = 10_f64.powi(digits.clamp(-12, 15));
+    json!((v * scale).round() / scale)
+}
+
+/// Where a state fails, over all segments.
+#[must_use]
+pub fn where_it_fails(diagnosis: &Diagnosis, vehicle: &Vehicle, state: &State) -> Vec<Finding> {
+    let (constants, effects) = law(vehicle, state);
+    let mut all = Vec::new();
+    for run in &diagnosis.prepared.runs {
+        let track = dynamics::track(run, constants, &effects, vehicle.water_depth_m, 0.0, diagnosis.beyond);
+        all.extend(residuals(run, &blocks(run), &track));
+    }
+    rank(&all)
+}
+
+/// Findings as the `where` list.
+#[must_use]
+pub fn findings(list: &[Finding]) -> Value {
+    list.iter()
+        .map(|f| {
+            json!({
+                "variable": f.variable,
+                "range": [number(f.range.0), number(f.range.1)],
+                "unit": f.unit,
+                "share_of_error": number(f.share_of_error),
+                "phase": f.phase,
+                "mean_residual_cm_s": number(f.mean_m_s * 100.0),
+                "p_value": number(f.p_value),
+            })
+        })
+        .collect()
+}
+
+fn parameters(c: &Ranked) -> Value {
+    c.parameters
+        .iter()
+        .map(|p| (p.name.clone(), json!({"value": number(p.value), "low": number(p.low), "high": number(p.high), "unit": p.unit})))
+        .collect::<serde_json::Map<String, Value>>()
+        .into()
+}
+
+fn candidate(c: &Ranked) -> Value {
+    json!({
+        "effects": c.effects,
+        "parameters": parameters(c),
+        "error_after": number(c.error_fitted_m_s * 100.0),
+        "error_after_heldout": number(c.error_check_m_s * 100.0),
+        "probability": number(c.probability),
+        "evidence": format!("log odds {:+.1} against nothing missing, chi2 falls by {:.1}", c.log_odds, c.gain),
+    })
+}
+
+/// The whole report.
+#[must_use]
+pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
+    let heldout = d.block_error_m_s[0].is_finite();
+    let [nominal, recalibrated, after] = if heldout { d.block_error_m_s } else { d.fitted_error_m_s };
+    let mut out = json!({
+        "flight": flight,
+        "vehicle": vehicle.path.display().to_string(),
+        "tool": env!("CARGO_PKG_VERSION"),
+        "verdict": d.verdict.name(),
+        "error": {
+            "metric": if heldout { "20 s block depth-rate rms, check segments" } else { "20 s block depth-rate rms, fitted segments" },
+            "unit": "cm/s",
+            "baseline": number(nominal * 100.0),
+            "recalibrated": number(recalibrated * 100.0),
+            "best": number(after * 100.0),
+            "noise_floor": number(d.noise_floor_m_s * 100.0),
+        },
+        "answer": d.answer,
+        "equivalent": d.equivalent,
+        "candidates": d.candidates.iter().map(candidate).collect::<Vec<_>>(),
+        "probability_nothing_missing": number(d.probability_nothing),
+        "where": findings(&where_it_fails(d, vehicle, &d.recalibrated)),
+        "remainder": d.remainder.iter().take(5).map(|f| json!({
+            "variable": f.variable, "log_bayes": number(f.log_bayes), "amplitude_cm_s": number(f.scale_m_s * 100.0),
+            "period_s": f.period_s.map_or(Value::Null, number),
+        })).collect::<Vec<_>>(),
+        "explanation": explanation(d),
+        "next_flight": next_flight(d),
+        "notes": d.notes,
+        "check_segments": d.check,
+    });
+    if heldout {
+        out["block_error_m_s"] = json!({"nominal": number(nominal), "recalibrated": number(recalibrated), "after": number(after)});
+    }
+    out
+}
+
+/// One paragraph for a person.
+#[must_use]
+pub fn explanation(d: &Diagnosis) -> String {
+    let [nominal, recalibrated, after] = if d.block_error_m_s[0].is_finite() { d.block_error_m_s } else { d.fitted_error_m_s };
+    let cm = |v: f64| format!("{:.2} cm/s", v * 100.0);
+    let floor = format!("ordinary water motion and sensors alone would leave {}", cm(d.noise_floor_m_s));
+    match d.verdict {
+        Verdict::Adequate => format!(
+            "Nothing is missing that this flight could show: refitting the calibration inside its tolerances brings the depth-rate error from {} to {}, and {floor}.",
+            cm(nominal),
+            cm(recalibrated)
+        ),
+        Verdict::Unexplained => {
+            let f = d.remainder.first();
+            let what = f.map_or_else(String::new, |f| {
+                let period = f.period_s.map_or_else(String::new, |p| format!(" with a period of about {:.0} min", p / 60.0));
+                format!(" It follows the {}{period}, about {}.", f.variable, cm(f.scale_m_s))
+            });
+            let best = d
+                .candidates
+                .first()
+                .map_or_else(String::new, |c| format!(" The best candidate, {}, leaves a structured remainder.", c.effects.join(" with ")));
+            format!(
+                "Something is missing that no effect of the catalogue explains: error {} after recalibration, while {floor}.{best}{what}",
+                cm(recalibrated)
+            )
+        }
+        Verdict::Explained | Verdict::Ambiguous => {
+            let physics: Vec<String> =
+                d.answer.iter().filter_map(|n| by_name(n).map(|e| format!("{}: {}", n.replace('_', " "), e.physics()))).collect();
+            let size: Vec<String> = d.candidates.iter().find(|c| c.effects == d.answer).map_or_else(Vec::new, |c| {
+                c.parameters.iter().map(|p| format!("{} = {:.4} ({:.4} to {:.4}) {}", p.name, p.value, p.low, p.high, p.unit)).collect()
+            });
+            let rivals = if d.equivalent.len() > 1 {
+                let names: Vec<String> = d.equivalent.iter().skip(1).map(|e| e.join(" with ")).collect();
+                format!(" This flight cannot tell it from {}.", names.join(", nor from "))
+            } else {
+                String::new()
+            };
+            format!(
+                "Missing: {}. {}. The depth-rate error falls from {} (nominal) and {} (recalibrated) to {}; {floor}.{rivals}",
+                physics.join("; and "),
+                size.join(", "),
+                cm(nominal),
+                cm(recalibrated),
+                cm(after)
+            )
+        }
+    }
+}
+
+/// One line: what to fly next.
+#[must_use]
+pub fn next_flight(d: &Diagnosis) -> String {
+    match d.verdict {
+        Verdict::Adequate => {
+            "None needed for this question; a flight at other pitches and drives would widen what the model is proven for.".into()
+        }
+        Verdict::Unexplained => format!(
+            "Repeat legs that differ only in {}; then look at the remainder again.",
+            d.remainder.first().map_or("one setting", |f| f.variable)
+        ),
+        Verdict::Explained | Verdict::Ambiguous => {
+            let advice = d.answer.first().and_then(|n| by_name(n)).map_or("", |e| e.separated_by());
+            format!("To be surer: {advice}. `glider next-flight` writes the mission.")
+        }
+    }
+}
+
+/// `time_s,w_before_m_s,w_after_m_s` (positive down) on the rows of the check segments.
+#[must_use]
+pub fn prediction(d: &Diagnosis, vehicle: &Vehicle) -> String {
+    let mut out = String::from("time_s,w_before_m_s,w_after_m_s\n");
+    let before = law(vehicle, &State::nominal());
+    let after = law(vehicle, &d.after);
+    for run in d.prepared.runs.iter().filter(|r| d.check.contains(&r.segment)) {
+        let [a, b] = [&before, &after].map(|(c, e)| dynamics::track(run, *c, e, vehicle.water_depth_m, 0.0, d.beyond).sink_m_s);
+        for (i, t) in run.time_s.iter().enumerate() {
+            out += &format!("{t:.3},{:.5},{:.5}\n", a[i], b[i]);
+        }
+    }
+    out
+}

@@ -1,9 +1,140 @@
-//! Tests that run on the target: in QEMU, or on a board.
+//! Tests that run on the target: in QEMU, or on a board with a probe.
+//!
+//! `scripts/check-firmware` runs them with `-icount shift=0`, where TIM2 counts
+//! exactly one per instruction: figures below are instructions, not cycles,
+//! and the same in every run. On a board the same counter counts cycles.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!("skipped: on-target tests need the target (scripts/check-firmware runs them in QEMU)");
 }
+
 #[cfg(target_os = "none")]
-use semihosting as _;
+mod target {
+    use control::{Config, State};
+    use core::cell::Cell;
+    use cortex_m_rt::entry;
+    use critical_section::Mutex;
+    use helm::{Boot, Helm, RamStorage};
+    use semihosting::{println, process};
+    use signals::link::MAX_WIRE;
+    use signals::{Micros, Mission, Phase, Reading, Receiver, SensorFrame, Switch, ToBoard, ToHost, Wings, encode};
+    use stm32f4::stm32f405::{Peripherals, TIM2};
+
+    /// Most instructions of one control step.
+    const STEP_LIMIT: u32 = 3_000;
+
+    static FAILED: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
+
+    fn claim(what: &str, holds: bool) {
+        println!("{} {what}", if holds { "ok  " } else { "FAIL" });
+        if !holds {
+            critical_section::with(|cs| FAILED.borrow(cs).set(true));
+        }
+    }
+
+    fn counted<T>(timer: &TIM2, f: impl FnOnce() -> T) -> (u32, T) {
+        let start = timer.cnt().read().bits();
+        let value = f();
+        (timer.cnt().read().bits().wrapping_sub(start), value)
+    }
+
+    /// A glider that does what it is told: enough for every phase to be met.
+    struct Toy {
+        depth_m: f32,
+        pitch_rad: f32,
+        ballast_m3: f32,
+        battery_m: f32,
+    }
+
+    impl Toy {
+        const START: Self = Self { depth_m: 0.1, pitch_rad: 0.0, ballast_m3: 230e-6, battery_m: 0.0 };
+
+        fn frame(&self, seq: u32) -> SensorFrame {
+            SensorFrame {
+                seq,
+                time: Micros::from_secs(4 * u64::from(seq)),
+                depth_m: Reading::now(self.depth_m),
+                pitch_rad: Reading::now(self.pitch_rad),
+                roll_rad: Reading::now(0.01),
+                heading_rad: Reading::now(0.2),
+                ballast_m3: Reading::now(self.ballast_m3),
+                battery_mass_m: Reading::now(self.battery_m),
+                fin_rad: Reading::now(0.0),
+                density_kg_m3: Reading::now(1025.0),
+                battery_v: Reading::now(14.5),
+                charge: Reading::now(0.9),
+                vacuum_pa: Reading::now(70_000.0),
+                leak: Switch::Clear,
+                ..SensorFrame::default()
+            }
+        }
+
+        /// Four seconds later: slew-limited actuators, pitch by the trim law, 0.2 m/s at full ballast.
+        fn obey(&mut self, command: &signals::ActuatorCommand) {
+            let go = |at: f32, to: f32, most: f32| at + (to - at).max(-most).min(most);
+            self.ballast_m3 = go(self.ballast_m3, command.ballast_m3, 52e-6);
+            self.battery_m = go(self.battery_m, command.battery_mass_m, 10e-3);
+            self.pitch_rad = 1785.0 * self.ballast_m3 - 24.0 * self.battery_m;
+            self.depth_m = (self.depth_m - 4.0 * 870.0 * self.ballast_m3).max(0.1);
+        }
+    }
+
+    #[entry]
+    fn main() -> ! {
+        static mut HELM: Helm<RamStorage> = Helm::new(Config::for_depth(0.0), Boot::NEW, RamStorage::new());
+        let Some(chip) = Peripherals::take() else { process::exit(2) };
+        chip.RCC.apb1enr().modify(|_, w| w.tim2en().enabled());
+        chip.TIM2.cr1().modify(|_, w| w.cen().enabled());
+        let (empty, ()) = counted(&chip.TIM2, || ());
+
+        let config = Config::default();
+        let (parse, table) = counted(&chip.TIM2, || polar::builtin(Wings::Standard));
+        let Ok(table) = table else { process::exit(3) };
+        let mut state = State::new(&config, Mission::default(), Micros(0));
+        let mut toy = Toy::START;
+        let (mut most, mut sum, mut deepest, mut phases) = (0, 0u32, 0.0f32, 0u32);
+        const STEPS: u32 = 900;
+        for seq in 0..STEPS {
+            let frame = toy.frame(seq);
+            let (count, answer) = counted(&chip.TIM2, || control::step(&config, Some(&table), &mut state, frame.time, &frame));
+            most = most.max(count - empty);
+            sum += count - empty;
+            phases |= 1 << answer.trace.phase as u32;
+            deepest = deepest.max(toy.depth_m);
+            toy.obey(&answer.command);
+        }
+        println!("     control step      at most {most}, mean {} over {STEPS} steps", sum / STEPS);
+        let (look_up, c) = counted(&chip.TIM2, || table.at(core::hint::black_box(0.11)));
+        println!("     table look-up     {} (c_l {})", look_up - empty, c.cl);
+        println!("     table check       {} (CRC and values, every cycle)", parse - empty);
+
+        let message = ToBoard::Sensor(toy.frame(1));
+        let mut wire = [0; MAX_WIRE];
+        let (encoding, n) = counted(&chip.TIM2, || encode(&message, &mut wire).unwrap_or(0));
+        let mut receiver = Receiver::new();
+        let (decoding, decoded) = counted(&chip.TIM2, || wire.iter().take(n).filter_map(|b| receiver.push::<ToBoard>(*b)).last());
+        println!("     frame             {n} bytes: encode {}, decode {}", encoding - empty, decoding - empty);
+
+        claim("a control step takes at most 3000 instructions", most <= STEP_LIMIT);
+        claim("the toy glider dived and climbed", deepest > 20.0 && phases & (1 << Phase::Climb as u32) != 0);
+        claim("what is encoded is decoded", decoded == Some(Ok(message)));
+
+        // The session on the target: a frame is stepped once.
+        HELM.handle(ToBoard::Hello { nonce: 1 });
+        claim("a mission is taken", matches!(HELM.handle(ToBoard::Begin(Mission::default())), Some(ToHost::Ready { .. })));
+        let first = HELM.handle(ToBoard::Sensor(Toy::START.frame(1)));
+        let again = HELM.handle(ToBoard::Sensor(Toy::START.frame(1)));
+        claim("a repeated frame gets the same answer", first.is_some() && first == again);
+
+        let failed = critical_section::with(|cs| FAILED.borrow(cs).get());
+        process::exit(i32::from(failed))
+    }
+
+    #[panic_handler]
+    fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+        println!("FAIL {info}");
+        process::exit(101)
+    }
+}

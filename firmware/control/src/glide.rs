@@ -18,6 +18,7 @@
 //! that one step stays cheap.
 
 use crate::angle::{atan, sqrt, tan};
+use crate::bound::Bound;
 use crate::config::Config;
 use polar::Table;
 use signals::{Goal, Leg};
@@ -58,8 +59,8 @@ fn steady(table: &Table<'_>, alpha_rad: f32, buoyancy_n: f32, rho_kg_m3: f32) ->
 
 /// What is gained at one angle of attack; larger is better.
 fn worth(goal: Goal, leg: &Leg, s: &Steady) -> f32 {
-    let height_m = (leg.depth_max_m - leg.depth_min_m).max(1.0);
-    let sink_m_s = (s.speed_m_s * s.sin_gamma).max(1e-3);
+    let height_m = (leg.depth_max_m - leg.depth_min_m).at_least(1.0);
+    let sink_m_s = (s.speed_m_s * s.sin_gamma).at_least(1e-3);
     match goal {
         Goal::BestGlide | Goal::FixedPitch { .. } => -s.tan_gamma,
         Goal::BestSpeed => s.speed_m_s * s.cos_gamma,
@@ -114,8 +115,8 @@ impl Choice {
             self.begin(config, leg, id);
         }
         let Some(table) = table else { return };
-        let top = (table.best_alpha_rad() * 2.5).min(table.alpha_max_rad());
-        let buoyancy_n = leg.ballast_m3.max(20e-6) * 1025.0 * 9.81;
+        let top = (table.best_alpha_rad() * 2.5).at_most(table.alpha_max_rad());
+        let buoyancy_n = leg.ballast_m3.at_least(20e-6) * 1025.0 * 9.81;
         for _ in 0..PER_STEP {
             if self.next >= GRID {
                 return;
@@ -124,7 +125,7 @@ impl Choice {
             let alpha = top * f32::from(self.next) / f32::from(GRID);
             let Some(s) = steady(table, alpha, buoyancy_n, 1025.0) else { continue };
             // The flattest pitch that still glides if the vehicle is that much worse than its table.
-            self.flattest_rad = self.flattest_rad.min(atan(s.tan_gamma * config.table_doubt) - alpha);
+            self.flattest_rad = self.flattest_rad.at_most(atan(s.tan_gamma * config.table_doubt) - alpha);
             let value = worth(leg.goal, leg, &s);
             if value > self.best && PITCH_RANGE.contains(&s.pitch_rad) && alpha <= table.best_alpha_rad() * 1.05 {
                 self.best = value;
@@ -160,10 +161,10 @@ impl Choice {
         // Never nearer to the stall than a share of α*.
         let alpha = match leg.goal {
             Goal::BestGlide => table.best_alpha_rad() * config.alpha_share,
-            _ => self.best_alpha_rad.min(table.best_alpha_rad() * config.alpha_share),
+            _ => self.best_alpha_rad.at_most(table.best_alpha_rad() * config.alpha_share),
         };
         let pitch = steady(table, alpha, 1.0, 1025.0).map_or(self.best_pitch_rad, |s| s.pitch_rad);
-        let pitch = pitch.max(self.flattest_rad);
+        let pitch = pitch.at_least(self.flattest_rad);
         let steepest = match leg.goal {
             // No known glider glides best steeper than the stock preset; a table that says so is not believed that far.
             Goal::BestGlide => config.preset_pitch_rad,
@@ -210,7 +211,7 @@ impl Estimate {
         let down = rate_m_s > 0.0;
         let side = if down { 1.0 } else { -1.0 };
         let theta = -pitch * side;
-        let alpha = (self.alpha_rad * side).max(0.01).min(table.best_alpha_rad().max(0.02));
+        let alpha = (self.alpha_rad * side).at_least(0.01).at_most(table.best_alpha_rad().at_least(0.02));
         let c = table.at(alpha);
         if !(c.cl > 1e-5 && c.cd > 1e-6) {
             return;
@@ -219,11 +220,11 @@ impl Estimate {
         // Fixed point α ← C_D / (C_L/α · tan(θ+α)): C_L/α is nearly constant, converges in 2..4 steps.
         let path = (theta + alpha).clamp(0.05, 0.9);
         let next = c.cd / (c.cl / alpha * tan(path));
-        let next = 0.5 * (alpha + next.max(0.005).min(table.alpha_max_rad()));
+        let next = 0.5 * (alpha + next.at_least(0.005).at_most(table.alpha_max_rad()));
         self.alpha_rad = next * side;
-        self.gamma_rad = -side * if steady_now { path } else { gamma.min(path) };
+        self.gamma_rad = -side * if steady_now { path } else { gamma.at_most(path) };
         let sin = { tan(path) / sqrt(1.0 + tan(path) * tan(path)) };
-        let speed = (rate_m_s.abs() / sin.max(0.05)).min(2.0);
+        let speed = (rate_m_s.abs() / sin.at_least(0.05)).at_most(2.0);
         let share = if steady_now { 1.0 } else { dt_s / (dt_s + 15.0) };
         self.speed_m_s += (speed - self.speed_m_s) * share;
     }

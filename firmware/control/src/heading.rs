@@ -1,6 +1,7 @@
 //! Heading by the fin: proportional, straight when the heading is not known.
 
 use crate::angle::wrap;
+use crate::bound::Bound;
 use crate::config::Config;
 
 /// Heading errors smaller than this are left alone, rad (2°).
@@ -13,7 +14,7 @@ pub(crate) fn fin_rad(config: &Config, wanted_rad: f32, heading_rad: Option<f32>
     if !(error.abs() > DEADBAND_RAD) {
         return 0.0;
     }
-    (config.heading_gain * error).max(-config.fin_rad).min(config.fin_rad)
+    (config.heading_gain * error).at_least(-config.fin_rad).at_most(config.fin_rad)
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@
 
 mod angle;
 mod backup;
+mod bound;
 mod clock;
 pub mod config;
 mod glide;
@@ -35,6 +36,7 @@ mod voyage;
 pub use config::{Config, ConfigError, Settings, TrimLaw};
 
 use backup::{Backup, Limits};
+use bound::Bound;
 use clock::Clock;
 use glide::{Choice, Estimate};
 use polar::Table;
@@ -237,7 +239,7 @@ fn fly(config: &Config, state: &mut State, seen: &Seen, verdict: &Verdict) {
         state.voyage.homeward |= verdict.homeward;
         state.voyage.advance(config, clock, seen, state.ballast_m3);
     }
-    state.steady_s = if state.voyage.phase() == before { (state.steady_s + seen.dt_s).min(1e4) } else { 0.0 };
+    state.steady_s = if state.voyage.phase() == before { (state.steady_s + seen.dt_s).at_most(1e4) } else { 0.0 };
 }
 
 fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: &Seen, verdict: &Verdict, seq: u32) -> ActuatorCommand {
@@ -245,7 +247,7 @@ fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: 
     let leg = state.voyage.leg();
     let order = state.voyage.order(config, state.clock.run);
     let ahead = state.pump_rate_m3_s * config.cycle_s * 0.5;
-    let expected_m3 = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).max(-ahead).min(ahead);
+    let expected_m3 = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).at_least(-ahead).at_most(ahead);
     let side = side(config, expected_m3, &leg);
     state.pitch_wanted_rad = match phase {
         Phase::Surface | Phase::Comms | Phase::Done => 0.0,
@@ -295,20 +297,20 @@ fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_
         }
     }
     let reach = state.pump_rate_m3_s * dt_s;
-    let modelled = state.ballast_m3 + (state.last.ballast_m3 - state.ballast_m3).max(-reach).min(reach);
+    let modelled = state.ballast_m3 + (state.last.ballast_m3 - state.ballast_m3).at_least(-reach).at_most(reach);
     let m3 = measured_m3.unwrap_or(modelled);
-    state.ballast_m3 = if m3.is_finite() { m3.max(-config.pump_m3).min(config.pump_m3) } else { 0.0 };
+    state.ballast_m3 = if m3.is_finite() { m3.at_least(-config.pump_m3).at_most(config.pump_m3) } else { 0.0 };
 }
 
 /// Between dive (−1) and climb (+1) by the ballast.
 fn side(config: &Config, ballast_m3: f32, leg: &signals::Leg) -> f32 {
-    let drive = leg.ballast_m3.max(0.1 * config.pump_m3).min(config.pump_m3);
+    let drive = leg.ballast_m3.at_least(0.1 * config.pump_m3).at_most(config.pump_m3);
     (ballast_m3 / (drive * FULL_PITCH_SHARE)).clamp(-1.0, 1.0)
 }
 
 /// The last gate before the wires: finite and in range, whatever came before.
 fn within_range(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
-    let gate = |v: f32, range: f32, safe: f32| if v.is_finite() { v.max(-range).min(range) } else { safe };
+    let gate = |v: f32, range: f32, safe: f32| if v.is_finite() { v.at_least(-range).at_most(range) } else { safe };
     ActuatorCommand {
         ballast_m3: gate(c.ballast_m3, config.pump_m3, config.pump_m3),
         battery_mass_m: gate(c.battery_mass_m, config.battery_m, 0.0),

@@ -12,6 +12,7 @@
 //! * two depths that disagree by more than 1 m: the deeper one, since it leads
 //!   to ascent.
 
+use crate::bound::Bound;
 use crate::config::Config;
 use signals::{Reading, SensorFrame};
 
@@ -43,14 +44,14 @@ pub(crate) struct Channel {
 impl Channel {
     /// Takes a reading; returns the depth if there is a believable new one.
     fn take(&mut self, reading: Reading, deepest_m: f32, max_age_ms: u32, rate_m_s: f32, dt_s: f32, afloat: bool) -> Option<f32> {
-        self.age_s = (self.age_s + dt_s).min(1e4);
+        self.age_s = (self.age_s + dt_s).at_most(1e4);
         let age_s = if let Reading::Sampled { age_ms, .. } = reading { age_ms as f32 * 1e-3 } else { 0.0 };
         let raw = reading.accept(-10.0..=deepest_m, max_age_ms)?;
         if afloat && raw.abs() < 3.0 {
             self.zero_m += (raw.clamp(-ZERO_MAX_M, ZERO_MAX_M) - self.zero_m) * 0.2;
         }
         let value = raw - self.zero_m + rate_m_s.clamp(-GATE_M_S, GATE_M_S) * age_s;
-        let reach = GATE_M + GATE_M_S * self.age_s.min(60.0);
+        let reach = GATE_M + GATE_M_S * self.age_s.at_most(60.0);
         if !self.seeded || (value - self.value_m).abs() <= reach {
             self.believe(value);
             return Some(value);
@@ -91,7 +92,7 @@ struct Position {
 
 impl Position {
     fn take(&mut self, reading: Option<f32>, slack: f32, rate: f32, dt_s: f32) -> Option<f32> {
-        self.age_s = (self.age_s + dt_s).min(1e3);
+        self.age_s = (self.age_s + dt_s).at_most(1e3);
         let at = reading?;
         if self.seeded && (at - self.last).abs() > slack + rate * self.age_s {
             let same = self.rejects > 0 && (at - self.rejected).abs() <= slack + rate * dt_s;
@@ -181,7 +182,7 @@ impl Senses {
         let a = self.first.take(frame.depth_m, deepest, max_age_ms, rate, dt_s, afloat);
         let b = self.second.take(frame.depth2_m, deepest, max_age_ms, rate, dt_s, afloat);
         let (measured, differ_m) = match (a, b) {
-            (Some(a), Some(b)) if (a - b).abs() > AGREE_M => (Some(a.max(b)), (a - b).abs()),
+            (Some(a), Some(b)) if (a - b).abs() > AGREE_M => (Some(a.at_least(b)), (a - b).abs()),
             (Some(a), _) => (Some(a), 0.0),
             (None, b) => (b, 0.0),
         };
@@ -237,7 +238,7 @@ impl Senses {
     /// Critically damped α-β filter: no lag at constant rate.
     fn filter(&mut self, measured: Option<f32>, dt_s: f32) {
         let Some(z) = measured else {
-            self.depth_age_s = (self.depth_age_s + dt_s).min(1e6);
+            self.depth_age_s = (self.depth_age_s + dt_s).at_most(1e6);
             // Projected while it makes sense, then held.
             if self.depth_age_s < 60.0 {
                 self.depth_m += self.rate_m_s * dt_s;

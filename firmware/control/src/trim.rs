@@ -12,6 +12,7 @@
 //! the pitch is not believed, and bounded.
 
 use crate::angle::tan;
+use crate::bound::Bound;
 use crate::config::Config;
 
 /// Time constant of the learning, s: twice the pitch mode's period (16 s), so that the two do not couple.
@@ -68,7 +69,7 @@ impl Trim {
         let mix = 0.5 + 0.5 * wish.side.clamp(-1.0, 1.0);
         let learned = self.dive + (self.climb - self.dive) * mix;
         let x = (wanted - t.per_ballast_m3 * wish.ballast_m3 - t.offset - learned) / t.per_battery_m;
-        let x = if x.is_finite() { x.max(-config.battery_m).min(config.battery_m) } else { 0.0 };
+        let x = if x.is_finite() { x.at_least(-config.battery_m).at_most(config.battery_m) } else { 0.0 };
         if (x - self.battery_m).abs() > config.battery_deadband_m {
             self.battery_m = x;
         }
@@ -78,7 +79,7 @@ impl Trim {
     /// The mass is to stay where it is.
     pub(crate) fn hold(&mut self, config: &Config, battery_m: Option<f32>) -> f32 {
         if let Some(at) = battery_m {
-            self.battery_m = at.max(-config.battery_m).min(config.battery_m);
+            self.battery_m = at.at_least(-config.battery_m).at_most(config.battery_m);
         }
         if !self.sane(config) {
             *self = Self::default();

@@ -8,6 +8,7 @@
 //! The lag (added mass, pump slower under pressure, cycle) is learned from
 //! each turn; it starts long, so that the first turn is early rather than late.
 
+use crate::bound::Bound;
 use crate::config::Config;
 
 /// Lag before any turn was flown, s: speed mode ≈ 10 s (m+m₁)U/2D, and half a cycle.
@@ -43,14 +44,14 @@ pub(crate) struct Underway {
 }
 
 fn pump_span_s(config: &Config, ballast_m3: f32) -> f32 {
-    2.0 / 3.0 * ballast_m3.max(0.0).min(config.pump_m3) / config.pump_rate_m3_s
+    2.0 / 3.0 * ballast_m3.at_least(0.0).at_most(config.pump_m3) / config.pump_rate_m3_s
 }
 
 impl Turn {
     /// Way still made after starting the pump now, m; never negative.
     pub(crate) fn carry_m(&self, config: &Config, speed_m_s: f32, ballast_m3: f32) -> f32 {
         let lag = if LAG_RANGE_S.contains(&self.lag_s) { self.lag_s } else { LAG_FIRST_S };
-        (speed_m_s.max(0.0) * (pump_span_s(config, ballast_m3) + lag)).max(0.0) + AIM_INSIDE_M
+        (speed_m_s.at_least(0.0) * (pump_span_s(config, ballast_m3) + lag)).at_least(0.0) + AIM_INSIDE_M
     }
 
     /// Learns from a finished turn: quickly towards longer, slowly towards shorter.

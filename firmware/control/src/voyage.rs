@@ -20,6 +20,7 @@
 //! holds dive ballast, level at neutral, full climb pitch from a share of the
 //! climb ballast on.
 
+use crate::bound::Bound;
 use crate::config::Config;
 use crate::senses::Seen;
 use crate::turn::{Turn, Underway};
@@ -142,7 +143,7 @@ impl Voyage {
             }
             Stage::Dive { since, mark_m, mark_since } => {
                 let carry = self.low.carry_m(config, seen.rate_m_s, -ballast_m3);
-                let late = 0.5 * seen.rate_m_s.max(0.0) * config.cycle_s;
+                let late = 0.5 * seen.rate_m_s.at_least(0.0) * config.cycle_s;
                 let deep = seen.depth_m + carry + late >= leg.depth_max_m;
                 let bottom = self.bottom_is_near(config, seen, carry + late);
                 let way = (seen.depth_m - mark_m).abs() > WAY_M;
@@ -160,7 +161,7 @@ impl Voyage {
                 }
             }
             Stage::InflectLow { since, mut turn } => {
-                turn.peak_m = turn.peak_m.max(seen.depth_m);
+                turn.peak_m = turn.peak_m.at_least(seen.depth_m);
                 self.stage = Stage::InflectLow { since, turn };
                 let turned = seen.rate_m_s < -0.01 && ballast_m3 > 0.0;
                 if Self::turn_is_over(config, clock.since(since).seconds(), turned) {
@@ -172,7 +173,7 @@ impl Voyage {
             }
             Stage::Climb { since, top, mark_m, mark_since } => self.climb(config, clock, seen, ballast_m3, since, top, mark_m, mark_since),
             Stage::InflectHigh { since, mut turn } => {
-                turn.peak_m = turn.peak_m.max(-seen.depth_m);
+                turn.peak_m = turn.peak_m.at_least(-seen.depth_m);
                 self.stage = Stage::InflectHigh { since, turn };
                 let turned = seen.rate_m_s > 0.01 && ballast_m3 < 0.0;
                 if Self::turn_is_over(config, clock.since(since).seconds(), turned) {
@@ -216,7 +217,7 @@ impl Voyage {
             Top::Turn => {
                 let leg = self.leg();
                 let carry = self.high.carry_m(config, -seen.rate_m_s, ballast_m3);
-                let late = 0.5 * (-seen.rate_m_s).max(0.0) * config.cycle_s;
+                let late = 0.5 * (-seen.rate_m_s).at_least(0.0) * config.cycle_s;
                 if (dwelt || seen.depth_m <= leg.depth_min_m) && seen.depth_m - carry - late <= leg.depth_min_m {
                     let turn = Underway { from_m: -seen.depth_m, speed_m_s: -seen.rate_m_s, ballast_m3, peak_m: -seen.depth_m };
                     self.count_dive();
@@ -298,7 +299,7 @@ impl Voyage {
     /// What the state asks for.
     pub(crate) fn order(&self, config: &Config, clock: Micros) -> Order {
         let leg = self.leg();
-        let drive = if leg.ballast_m3.is_finite() { leg.ballast_m3.max(0.0).min(config.pump_m3) } else { 0.0 };
+        let drive = if leg.ballast_m3.is_finite() { leg.ballast_m3.at_least(0.0).at_most(config.pump_m3) } else { 0.0 };
         let full = config.pump_m3;
         match self.stage {
             Stage::Dive { .. } | Stage::InflectHigh { .. } => Order { ballast_m3: -drive, antenna_up: false, steer: true },

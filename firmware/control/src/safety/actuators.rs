@@ -8,6 +8,7 @@
 
 use super::{Verdict, Watch};
 use crate::angle::wrap;
+use crate::bound::Bound;
 use signals::{Abort, Flags};
 
 /// Pump error that is left alone, m³: a few times the dead-band of real pumps.
@@ -54,7 +55,7 @@ impl Follower {
             *self = Self { target, mark: at, nearest: off, still_s: 0.0 };
             return (0.0, 0.0);
         }
-        self.nearest = self.nearest.min(off);
+        self.nearest = self.nearest.at_most(off);
         if (self.target - self.mark).abs() - off > way {
             self.mark = at;
             self.still_s = 0.0;
@@ -105,13 +106,13 @@ impl ActuatorWatch {
         let dt = w.seen.dt_s;
         let Some(at) = w.seen.ballast_m3 else {
             v.flag(Flags::PUMP_OPEN_LOOP);
-            self.pump_lost_s = (self.pump_lost_s + dt).min(1e6);
+            self.pump_lost_s = (self.pump_lost_s + dt).at_most(1e6);
             if self.pump_lost_s >= FEEDBACK_LOST_S {
                 v.cause(Abort::BallastFeedback);
             }
             return;
         };
-        self.pump_lost_s = (self.pump_lost_s - dt).max(0.0);
+        self.pump_lost_s = (self.pump_lost_s - dt).at_least(0.0);
         // A retry or reverse in the last cycle is ours; judge against what was wanted before it.
         if self.pump_tries == 0 {
             self.pump_wanted_m3 = w.commanded.ballast_m3;
@@ -125,7 +126,7 @@ impl ActuatorWatch {
         if self.away >= 2 {
             v.cause(Abort::PumpStuck);
         }
-        let wait = PUMP_WAIT_S.max(2.0 * w.cycle_s());
+        let wait = PUMP_WAIT_S.at_least(2.0 * w.cycle_s());
         if still_s >= wait {
             if self.pump_tries == 0 {
                 self.rate_at_first_try_m_s = w.seen.rate_m_s;
@@ -137,7 +138,7 @@ impl ActuatorWatch {
                 0..=RETRIES => v.pump_instead_m3 = Some(at),
                 n if n == RETRIES + 1 => {
                     let back = if wanted > at { -PUMP_REVERSE_M3 } else { PUMP_REVERSE_M3 };
-                    v.pump_instead_m3 = Some((at + back).max(-w.config.pump_m3).min(w.config.pump_m3));
+                    v.pump_instead_m3 = Some((at + back).at_least(-w.config.pump_m3).at_most(w.config.pump_m3));
                 }
                 _ => {
                     let answered = (w.seen.rate_m_s - self.rate_at_first_try_m_s) * (wanted - at) < 0.0
@@ -160,16 +161,16 @@ impl ActuatorWatch {
                     v.cause(Abort::MassStuck);
                 }
                 // Stopped for a while, then tried again.
-                let wait = MASS_WAIT_S.max(2.0 * w.cycle_s());
+                let wait = MASS_WAIT_S.at_least(2.0 * w.cycle_s());
                 still_s >= wait && (still_s - wait) % (8.0 * wait) < 6.0 * wait
             }
         };
         if stopped {
             v.flag(Flags::MASS_STOPPED);
             v.hold_mass = true;
-            self.mass_stopped_s = (self.mass_stopped_s + dt).min(1e6);
+            self.mass_stopped_s = (self.mass_stopped_s + dt).at_most(1e6);
         } else {
-            self.mass_stopped_s = (self.mass_stopped_s - 0.25 * dt).max(0.0);
+            self.mass_stopped_s = (self.mass_stopped_s - 0.25 * dt).at_least(0.0);
         }
         if self.mass_stopped_s > MASS_LOST_S {
             v.cause(Abort::MassStuck);
@@ -192,7 +193,7 @@ impl ActuatorWatch {
             self.swept_rad = 0.0;
         } else {
             // Noise of a compass sweeps nowhere; what leaks out in ten minutes is no spiral.
-            self.swept_rad = (self.swept_rad + turned) * (1.0 - (dt / 600.0).min(1.0));
+            self.swept_rad = (self.swept_rad + turned) * (1.0 - (dt / 600.0).at_most(1.0));
         }
         if self.swept_rad.abs() > SPIRAL_RAD {
             v.cause(Abort::FinStuck);

@@ -5,6 +5,7 @@
 //! pump, wanted pitch and depth rate for long is flipped.
 
 use super::{Verdict, Watch};
+use crate::bound::Bound;
 use signals::{Abort, Flags, Phase};
 
 /// Without believable pitch: abort after this, s.
@@ -45,14 +46,14 @@ impl AttitudeWatch {
             self.lost_s += dt;
         } else {
             // Forgiven slowly, so that a reading that comes and goes is not believed for ever.
-            self.lost_s = (self.lost_s - dt).max(0.0);
+            self.lost_s = (self.lost_s - dt).at_least(0.0);
         }
         if self.lost_s > PITCH_LOST_S {
             v.cause(Abort::SensorPitch);
         }
         if w.seen.heading_rad.is_none() {
             v.flag(Flags::NO_HEADING);
-            self.heading_lost_s = (self.heading_lost_s + dt).min(1e6);
+            self.heading_lost_s = (self.heading_lost_s + dt).at_most(1e6);
         } else {
             self.heading_lost_s = 0.0;
         }
@@ -74,8 +75,8 @@ impl AttitudeWatch {
             return false;
         }
         self.still_s += w.seen.dt_s;
-        self.wanted_low_rad = self.wanted_low_rad.min(w.pitch_wanted_rad);
-        self.wanted_high_rad = self.wanted_high_rad.max(w.pitch_wanted_rad);
+        self.wanted_low_rad = self.wanted_low_rad.at_most(w.pitch_wanted_rad);
+        self.wanted_high_rad = self.wanted_high_rad.at_least(w.pitch_wanted_rad);
         self.still_s > 20.0 && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
     }
 

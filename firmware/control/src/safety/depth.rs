@@ -1,6 +1,7 @@
 //! Depth: too deep, unknown, contradictory, or not moving though it must.
 
 use super::{Verdict, Watch};
+use crate::bound::Bound;
 use signals::{Abort, Flags, Phase};
 
 /// Without a depth: climb after this, s — a cycle and a second, so that one lost reading changes nothing.
@@ -35,7 +36,7 @@ impl DepthWatch {
             *self = Self::default();
         }
         let seen = w.seen;
-        self.silent_s = if seen.silent { (self.silent_s + seen.dt_s).min(1e4) } else { 0.0 };
+        self.silent_s = if seen.silent { (self.silent_s + seen.dt_s).at_most(1e4) } else { 0.0 };
         if self.silent_s >= ABORT_AFTER_S {
             v.cause(Abort::LinkLost);
         }
@@ -55,8 +56,8 @@ impl DepthWatch {
     }
 
     fn over_depth(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        let leg = w.leg_max_m + (0.05 * w.leg_max_m).max(10.0);
-        let limit = leg.min(w.config.working_depth_m + 5.0);
+        let leg = w.leg_max_m + (0.05 * w.leg_max_m).at_least(10.0);
+        let limit = leg.at_most(w.config.working_depth_m + 5.0);
         let over = w.seen.depth_age_s <= 0.0 && !(w.seen.depth_m <= limit);
         self.over = if over { self.over.saturating_add(1) } else { 0 };
         if self.over >= 2 {
@@ -73,8 +74,8 @@ impl DepthWatch {
         let up = drive > 0.4 && pitch > MOVES_RAD && z > 2.0;
         let free = matches!(w.phase, Phase::Dive | Phase::Climb | Phase::InflectHigh | Phase::InflectLow) && !seen.afloat;
         if !(free && (down || up)) || z < self.low_m || z > self.high_m {
-            let low = z.min(self.low_m).max(z - STILL_M);
-            let high = z.max(self.high_m).min(z + STILL_M);
+            let low = z.at_most(self.low_m).at_least(z - STILL_M);
+            let high = z.at_least(self.high_m).at_most(z + STILL_M);
             let reset = !(free && (down || up)) || z - self.low_m > STILL_M || self.high_m - z > STILL_M;
             (self.low_m, self.high_m) = if reset { (z, z) } else { (low, high) };
             if reset {

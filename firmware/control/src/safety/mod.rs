@@ -16,6 +16,8 @@
 //! Priority: ascent before link before mission. A sensor's failure leads to
 //! ascent, never to "carry on with the last value".
 
+use crate::bound::Bound;
+
 mod actuators;
 mod attitude;
 mod depth;
@@ -58,7 +60,7 @@ impl Watch<'_> {
 
     /// Time of one cycle, s, nominal or longer.
     pub(crate) fn cycle_s(&self) -> f32 {
-        self.config.cycle_s.max(self.seen.dt_s)
+        self.config.cycle_s.at_least(self.seen.dt_s)
     }
 }
 
@@ -160,7 +162,7 @@ impl Safety {
         }
         if let Some(cause) = v.abort {
             self.latch(cause);
-            self.since_abort_s = (self.since_abort_s + w.seen.dt_s).min(1e6);
+            self.since_abort_s = (self.since_abort_s + w.seen.dt_s).at_most(1e6);
         }
         v.drop_weight = self.release.fire(w, v.abort);
         if self.release.has_fired() {

@@ -12,6 +12,7 @@
 //! evidence of buoyancy, min_burn without.
 
 use super::Watch;
+use crate::bound::Bound;
 use crate::config::Config;
 use signals::{Abort, Weight};
 
@@ -37,8 +38,8 @@ pub(crate) enum Zone {
 
 /// The zone at a depth and sink rate (down positive).
 pub(crate) fn zone(config: &Config, depth_m: f32, sink_m_s: f32) -> Zone {
-    let at_risk = config.crush_depth_m - sink_m_s.max(SINK_FLOOR_M_S) * config.release_time_s;
-    if depth_m >= at_risk.max(config.working_depth_m) {
+    let at_risk = config.crush_depth_m - sink_m_s.at_least(SINK_FLOOR_M_S) * config.release_time_s;
+    if depth_m >= at_risk.at_least(config.working_depth_m) {
         Zone::AtRisk
     } else if depth_m > config.working_depth_m {
         Zone::Over
@@ -106,7 +107,7 @@ impl Release {
             self.mark_m = seen.depth_m;
             self.not_rising_s = 0.0;
         }
-        self.not_rising_s = (self.not_rising_s + dt).min(1e6);
+        self.not_rising_s = (self.not_rising_s + dt).at_most(1e6);
         if !known {
             return self.not_rising_s >= if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
         }

@@ -1,6 +1,7 @@
 //! Hull and supply: leak, vacuum, voltage, charge, time, shore.
 
 use super::{Verdict, Watch};
+use crate::bound::Bound;
 use signals::{Abort, Micros, Phase, Reading, Switch};
 
 /// Longest time a standing leak alarm may wait for its vote, s.
@@ -58,7 +59,7 @@ impl SupplyWatch {
             let known = volts.is_some() || charge.is_some();
             self.gauges_seen |= known;
             let lost = self.gauges_lost_s + w.seen.dt_s;
-            self.gauges_lost_s = if known || !lost.is_finite() { 0.0 } else { lost.min(1e6) };
+            self.gauges_lost_s = if known || !lost.is_finite() { 0.0 } else { lost.at_most(1e6) };
             v.homeward |= self.gauges_seen
                 && self.gauges_lost_s > GAUGES_LOST_S
                 && !matches!(w.frame.battery_v, Reading::Sampled { age_ms: 0, value } if value.is_finite() && value > config.undervoltage_v);

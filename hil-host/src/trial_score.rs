@@ -285,3 +285,89 @@ pub fn case_document(s: &Scored) -> Value {
         "failure": s.failure,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plant::trials::plan;
+
+    /// Cases of every kind under a diagnosis that is given the truth.
+    fn under(diagnose: impl Fn(&Case) -> Value) -> Value {
+        let scored: Vec<Scored> = plan(20, 3, None)
+            .iter()
+            .enumerate()
+            .map(|(i, spec)| {
+                let case = generate(spec, 3, i);
+                let said = diagnose(&case);
+                score(&case, &Ok(said), 0.0)
+            })
+            .collect();
+        summary(&scored)
+    }
+
+    fn each_share(d: &Value) -> Vec<(String, f64)> {
+        let mut out = Vec::new();
+        for kind in ["singles", "pairs"] {
+            for size in ["weak", "medium", "strong"] {
+                for what in ["exact", "in_class"] {
+                    if let Some(x) = d[kind][size][what]["share"].as_f64() {
+                        out.push((format!("{kind} {size} {what}"), x));
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn scorecard_of_a_diagnosis_that_knows_is_full_and_of_one_that_says_nothing_is_empty() {
+        let knowing = under(|case| {
+            let names: Vec<&str> = case.truth.hidden.iter().map(|h| h.name).collect();
+            let parameters: serde_json::Map<String, Value> = case
+                .truth
+                .hidden
+                .iter()
+                .map(|h| (format!("{}.{}", h.name, h.parameter), json!({ "value": h.value, "low": h.value - 0.1, "high": h.value + 0.1 })))
+                .collect();
+            match case.truth.kind {
+                Kind::Clean => json!({ "verdict": "adequate", "answer": [] }),
+                Kind::Off => json!({ "verdict": "unexplained", "answer": [] }),
+                _ => json!({ "verdict": "explained", "answer": names, "equivalent": [names],
+                    "candidates": [{ "effects": names, "parameters": parameters }] }),
+            }
+        });
+        for (what, share) in each_share(&knowing) {
+            assert_eq!(share, 1.0, "{what}");
+        }
+        assert_eq!(knowing["clean"]["adequate"]["share"], 1.0);
+        assert_eq!(knowing["off"]["strong"]["share"].as_f64().unwrap_or(1.0), 1.0);
+        assert_eq!(knowing["intervals"]["coverage"], 1.0);
+        assert_eq!(knowing["intervals"]["relative_error_median"], 0.0);
+
+        let silent = under(|_| json!({ "verdict": "adequate", "answer": [] }));
+        for (what, share) in each_share(&silent) {
+            assert_eq!(share, 0.0, "{what}");
+        }
+        assert_eq!(silent["clean"]["adequate"]["share"], 1.0);
+        assert_eq!(silent["off"]["strong"]["share"].as_f64().unwrap_or(0.0), 0.0);
+    }
+
+    #[test]
+    fn scorecard_counts_a_class_of_three_and_not_of_four_and_ignores_names_under_an_unexplained_verdict() {
+        let with = |verdict: &str, others: usize| {
+            let verdict = verdict.to_owned();
+            under(move |case| {
+                let names: Vec<&str> = case.truth.hidden.iter().map(|h| h.name).collect();
+                let mut classes = vec![json!(names)];
+                classes.extend((0..others).map(|k| json!([format!("other_{k}")])));
+                json!({ "verdict": verdict, "answer": ["other_0"], "equivalent": classes })
+            })
+        };
+        for (d, exact, in_class) in [(with("ambiguous", 2), 0.0, 1.0), (with("ambiguous", 3), 0.0, 0.0), (with("unexplained", 1), 0.0, 0.0)]
+        {
+            for (what, share) in each_share(&d) {
+                assert_eq!(share, if what.ends_with("exact") { exact } else { in_class }, "{what}");
+            }
+        }
+    }
+}

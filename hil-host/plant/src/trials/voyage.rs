@@ -301,7 +301,7 @@ impl Voyage<'_> {
                 }
             }
             // Actuators.
-            let before = (ballast, battery, actual_ballast);
+            let before = (battery, actual_ballast);
             ballast += (stroke - ballast).clamp(-rate * step, rate * step);
             battery += (battery_order - battery).clamp(-BATTERY_RATE * step, BATTERY_RATE * step);
             actual_ballast = if off.ballast_lag_s > 0.0 {
@@ -339,8 +339,7 @@ impl Voyage<'_> {
                 let [sz, su, sn, sth, sq, _, _] = *s;
                 let share = dt / step;
                 let within = |from: f64, to: f64| from + (to - from) * share;
-                let (ballast, battery, actual_ballast) =
-                    (within(before.0, ballast), within(before.1, battery), within(before.2, actual_ballast));
+                let (battery, actual_ballast) = (within(before.0, battery), within(before.1, actual_ballast));
                 let rho = density + rho_slope * (sz - z);
                 let speed = libm::hypot(su, sn);
                 let alpha = libm::atan2(-sn, su);
@@ -354,7 +353,7 @@ impl Voyage<'_> {
                 let fu = -drag * cos_a + lift * sin_a + buoyancy * sin_t + sq * mn * sn;
                 let fn_ = lift * cos_a + drag * sin_a + buoyancy * cos_t - sq * mu * su;
                 let moment = -p.battery_mass * g * (battery + nature.battery_zero) * cos_t - nature.mass * g * p.metacentric_height * sin_t
-                    + rho * g * ballast * p.ballast_arm * cos_t
+                    + rho * g * actual_ballast * (1.0 + nature.ballast_gain) * p.ballast_arm * cos_t
                     + 0.5 * rho * speed * speed * nature.area * p.length * p.cm_alpha * alpha.clamp(-0.35, 0.35)
                     + 0.5 * rho * nature.area * p.length * p.length * p.cm_q * (speed + 0.35) * sq;
                 let stir = effect_up(t + dt, sz);

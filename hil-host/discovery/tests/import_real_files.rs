@@ -168,3 +168,39 @@ fn every_sample_is_read_or_refused_in_one_line() {
     }
     assert!(read > 20, "{read}");
 }
+
+/// A dive to 500 m. Its own density leaves out pressure; ours must not.
+#[test]
+fn validate_a_seaglider_dive_is_read_with_the_right_density() {
+    let Some(path) = folder("GLIDER_FLIGHTS", "seaglider_sg171/p1710104.nc") else { return };
+    let imported = import(&path, &[]).expect("an import");
+    let flight = &imported.flight;
+    let deepest = flight.pressure_pa.iter().copied().fold(0.0, f64::max);
+    assert!((4.5e6..5.6e6).contains(&deepest), "{deepest} Pa");
+    // The base station's own TEOS-10 columns, through the equation of state, are the outside reference.
+    let file = netcdf_reader::NcFile::open(&path).expect("NetCDF");
+    let column = |name: &str| file.read_variable_unpacked_masked(name).expect("a column");
+    let (time, sa, ct) = (column("ctd_time"), column("absolute_salinity"), column("conservative_temperature"));
+    let start = imported.report.start_unix_s.expect("Unix time");
+    let (mut compared, mut worst) = (0, 0.0_f64);
+    for (t, (sa, ct)) in time.iter().zip(sa.iter().zip(ct.iter())) {
+        let Some(i) = flight.time_s.iter().position(|s| (s + start - t).abs() < 1e-3) else { continue };
+        if let Ok(reference) = gsw::volume::rho(*sa, *ct, flight.pressure_pa[i] * 1e-4)
+            && reference.is_finite()
+            && flight.density_kg_m3[i].is_finite()
+        {
+            compared += 1;
+            worst = worst.max((reference - flight.density_kg_m3[i]).abs());
+        }
+    }
+    // The regional salinity anomaly that we leave out: up to 0.01 g/kg here.
+    assert!(compared > 1000 && worst < 0.01, "{worst} kg/m3 over {compared} rows");
+    for (name, column) in [("pitch", &flight.pitch_rad), ("ballast", &flight.ballast_m3), ("roll", &flight.roll_rad)] {
+        let known = column.iter().filter(|v| v.is_finite()).count();
+        assert!(known as f64 > 0.9 * flight.len() as f64, "{name}: {known} of {}", flight.len());
+    }
+    // It dives nose down with little oil out, and climbs nose up with much.
+    let quarter = flight.len() / 4;
+    assert!(flight.pitch_rad[quarter] < -0.1 && flight.pitch_rad[3 * quarter] > 0.1);
+    assert!(flight.ballast_m3[quarter] < flight.ballast_m3[3 * quarter]);
+}

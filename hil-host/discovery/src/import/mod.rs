@@ -1,6 +1,7 @@
 //! Logs of other people's gliders, brought into the one flight type.
 //!
 //! * [`slocum`]: Slocum binary files of one flight ([`dbd`]: one such file).
+//! * [`netcdf`]: Seaglider, OG1, IOOS. [`table`]: csv.
 //! * [`comet`]: the public Comet 2016 flight ([`npy`]: numpy arrays).
 //! * [`seawater`]: density, always computed here from what the CTD measured.
 //! * [`align`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
@@ -14,10 +15,12 @@ use crate::flight::Flight;
 pub mod align;
 pub mod comet;
 pub mod dbd;
+pub mod netcdf;
 pub mod npy;
 pub mod position;
 pub mod seawater;
 pub mod slocum;
+pub mod table;
 
 /// A flight and what was done to get it.
 #[derive(Clone, Debug)]
@@ -149,10 +152,12 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
     } else {
         return Err(error("there is no such file or folder".into()));
     };
-    let mut imported = if slocum::is_slocum(path) || path.is_dir() {
-        slocum::import(&files, caches)?
-    } else {
-        return Err(error("is of no known kind: Slocum binary, NetCDF (.nc) or csv is expected".into()));
+    let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase());
+    let mut imported = match ending.as_str() {
+        _ if path.is_dir() || slocum::is_slocum(path) => slocum::import(&files, caches)?,
+        "nc" | "nc4" | "cdf" => netcdf::import(path)?,
+        "csv" | "txt" => table::import(path)?,
+        _ => return Err(error("is of no known kind: Slocum binary (.dbd, .ebd ...), NetCDF (.nc) or csv is expected".into())),
     };
     imported.report.find_missing(&imported.flight);
     Ok(imported)

@@ -8,6 +8,7 @@ pub mod flightlog;
 pub mod main_job;
 pub mod mission_file;
 pub mod page;
+pub mod paper;
 pub mod plots;
 pub mod scorecard;
 pub mod seats;

@@ -1,15 +1,63 @@
-//! `glider paper`.
+//! `glider paper`: every claim of the source paper beside our number.
+
+use std::path::PathBuf;
+
+use serde_json::json;
 
 use super::{Output, Verdict};
+use crate::paper::claims::{self, Evidence};
+use crate::paper::{Finding, figures, trials};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(after_help = "Examples:
+  glider paper                       25 claims: the paper's number, ours, reproduced / calibrated / contradicted, why
+  glider paper --out out/paper       and figures 3 to 11 as svg, csv and json
+  glider paper --json | jq '.claims[] | select(.verdict==\"contradicted\")'")]
+pub struct Args {
+    /// Folder for the redrawn figures.
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+/// A trial flight failed, or the folder cannot be written.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let evidence = Evidence { trials: trials::all()? };
+    let claims = claims::all(&evidence)?;
+    let mut files = Vec::new();
+    if let Some(out) = &args.out {
+        for (stem, chart) in figures::all(&evidence.trials)? {
+            chart.write(out, stem)?;
+            files.push(format!("{}.svg", out.join(stem).display()));
+        }
+    }
+    let count = |f: Finding| claims.iter().filter(|c| c.verdict == f).count();
+    let document = json!({
+        "tool": env!("CARGO_PKG_VERSION"),
+        "reproduced": count(Finding::Reproduced), "calibrated": count(Finding::Calibrated), "contradicted": count(Finding::Contradicted),
+        "claims": claims.iter().map(crate::paper::Claim::json).collect::<Vec<_>>(),
+        "figures": files,
+    });
+    output.emit(&document, || {
+        let mut t = comfy_table::Table::new();
+        t.set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
+        t.set_header(["#", "claim", "paper", "ours", "verdict", "why"]);
+        for c in &claims {
+            t.add_row([c.id.to_string(), c.claim.into(), c.paper.into(), c.ours.clone(), c.verdict.word().into(), c.why.clone()]);
+        }
+        println!("{t}");
+        println!(
+            "{} reproduced, {} calibrated, {} contradicted",
+            count(Finding::Reproduced),
+            count(Finding::Calibrated),
+            count(Finding::Contradicted)
+        );
+        for f in &files {
+            println!("wrote {f}");
+        }
+    });
+    Ok(Verdict::Ok)
 }

@@ -45,7 +45,7 @@ pub fn trial(wings: Wings, band_m: (f32, f32), goal: Goal) -> anyhow::Result<Tri
     let mut scenario = worlds::for_mission(&mission);
     scenario.wings = wings;
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
-    let mut seat = seats::open(&Choice::InProcess, &mission, None, None)?;
+    let mut seat = seats::open(&Choice::InProcess, None, None)?;
     let mut t = Trial {
         l_over_d: 0.0,
         alpha_deg: Vec::new(),
@@ -78,6 +78,10 @@ pub struct Trials {
     pub stock: [Trial; 2],
     /// Deep at 26°.
     pub stock_deep: [Trial; 2],
+    /// Shallow at 18° pitch.
+    pub shallow_pitch: [Trial; 2],
+    /// Deep at 18°.
+    pub shallow_pitch_deep: [Trial; 2],
     /// Shallow, controller at (L/D)max.
     pub best: [Trial; 2],
     /// Deep, controller at (L/D)max.
@@ -93,7 +97,9 @@ pub const STOCK_PITCH_RAD: f32 = 0.4538;
 /// A trial failed.
 pub fn all() -> anyhow::Result<Trials> {
     let stock = Goal::FixedPitch { pitch_rad: STOCK_PITCH_RAD };
-    let kinds = [(SHALLOW_M, stock), (DEEP_M, stock), (SHALLOW_M, Goal::BestGlide), (DEEP_M, Goal::BestGlide)];
+    let flat = Goal::FixedPitch { pitch_rad: 18f32.to_radians() };
+    let kinds =
+        [(SHALLOW_M, stock), (DEEP_M, stock), (SHALLOW_M, flat), (DEEP_M, flat), (SHALLOW_M, Goal::BestGlide), (DEEP_M, Goal::BestGlide)];
     let jobs: Vec<_> = kinds.iter().flat_map(|k| [Wings::Standard, Wings::LowAspectRatio].map(|w| (w, k.0, k.1))).collect();
     let flown: Vec<Trial> = jobs.into_par_iter().map(|(w, band, goal)| trial(w, band, goal)).collect::<anyhow::Result<_>>()?;
     let mut pairs = flown.into_iter();
@@ -103,7 +109,14 @@ pub fn all() -> anyhow::Result<Trials> {
             _ => Err(anyhow!("a trial is missing")),
         }
     };
-    Ok(Trials { stock: pair()?, stock_deep: pair()?, best: pair()?, best_deep: pair()? })
+    Ok(Trials {
+        stock: pair()?,
+        stock_deep: pair()?,
+        shallow_pitch: pair()?,
+        shallow_pitch_deep: pair()?,
+        best: pair()?,
+        best_deep: pair()?,
+    })
 }
 
 /// Share of values in `[low, high)`.

@@ -57,13 +57,23 @@ pub fn config_bytes(config: &Config, out: &mut Content) {
     }
 }
 
-/// Copies the table a mission would be flown with to `out`: the uploaded one
-/// if it is good, else the built-in one. Returns its identity, 0 for none.
-pub fn select_table(storage: &mut impl Storage, wings: Wings, out: &mut Content) -> u32 {
+/// Copies the uploaded table of `wings` to `out` if there is a good one, and
+/// says its identity; else leaves `out` empty.
+pub fn uploaded_table(storage: &mut impl Storage, wings: Wings, out: &mut Content) -> Option<u32> {
     if storage.load(Object::Table(wings), out)
         && let Ok(table) = Table::parse(out, wings)
     {
-        return table.id();
+        return Some(table.id());
+    }
+    out.clear();
+    None
+}
+
+/// Copies the table a mission would be flown with to `out`: the uploaded one
+/// if it is good, else the built-in one. Returns its identity, 0 for none.
+pub fn select_table(storage: &mut impl Storage, wings: Wings, out: &mut Content) -> u32 {
+    if let Some(id) = uploaded_table(storage, wings, out) {
+        return id;
     }
     if !fill(out, built_in(wings)) {
         return 0;

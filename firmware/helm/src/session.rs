@@ -6,7 +6,7 @@ use crate::storage::{Content, Kept, Storage};
 use crate::upload::Staging;
 use control::{Config, State};
 use polar::Table;
-use signals::link::{CHUNK, CRC32};
+use signals::link::CHUNK;
 use signals::{Abort, Answer, Counters, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, SensorFrame, ToBoard, ToHost, Wings};
 
 /// Control cycle, ms (the paper's vehicle samples every 4 s).
@@ -71,8 +71,11 @@ pub struct Helm<S> {
     activity: Activity,
     /// Booted after a reset during a mission, not yet in SAFE.
     waking: bool,
-    /// Table in use and the wings it is for.
+    /// Uploaded table in use and the wings it is for; empty when the one built
+    /// into flash is flown.
     table: Content,
+    /// The table in flash, checked when the mission was taken.
+    in_flash: Option<Table<'static>>,
     wings: Wings,
     table_id: u32,
     /// The last frame stepped and its answer.
@@ -101,6 +104,7 @@ impl<S: Storage> Helm<S> {
             activity: Activity::Idle,
             waking: boot.reset_during_mission,
             table: Content::new(),
+            in_flash: None,
             wings: Wings::Standard,
             table_id: 0,
             last: None,
@@ -127,7 +131,7 @@ impl<S: Storage> Helm<S> {
     #[inline(never)]
     fn come_up_safe(&mut self) {
         let config = objects::select_config(&mut self.storage, &self.built_in);
-        self.table_id = objects::select_table(&mut self.storage, self.wings, &mut self.table);
+        self.take_table();
         self.activity = Activity::Flying { state: State::after_reset(&config), phase: Phase::Safe };
         self.loaded = Some(config);
     }
@@ -187,7 +191,8 @@ impl<S: Storage> Helm<S> {
         let Activity::Flying { state, phase } = &mut self.activity else { return None };
         state.abort(Abort::LinkLost);
         let old = aged(&frame, silence);
-        let answer = advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.wings, state, phase, &old);
+        let answer =
+            advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.in_flash.as_ref(), self.wings, state, phase, &old);
         Some(answer)
     }
 
@@ -281,7 +286,7 @@ impl<S: Storage> Helm<S> {
         mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)?;
         self.loaded = Some(config);
         self.wings = mission.wings;
-        self.table_id = objects::select_table(&mut self.storage, self.wings, &mut self.table);
+        self.take_table();
         self.activity = Activity::Armed { mission };
         self.last = None;
         self.in_sequence = false;
@@ -336,11 +341,22 @@ impl<S: Storage> Helm<S> {
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
         self.cast_off(frame.time);
         let Activity::Flying { state, phase } = &mut self.activity else { return None };
-        let answer = advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.wings, state, phase, frame);
+        let answer =
+            advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.in_flash.as_ref(), self.wings, state, phase, frame);
         self.last = Some((*frame, answer));
         self.in_sequence = true;
         self.silent_steps = 0;
         Some(answer)
+    }
+
+    /// Takes the table of the wings into use: the uploaded one if it is good,
+    /// else the one in flash.
+    fn take_table(&mut self) {
+        self.in_flash = polar::builtin(self.wings).ok();
+        self.table_id = match objects::uploaded_table(&mut self.storage, self.wings, &mut self.table) {
+            Some(id) => id,
+            None => self.in_flash.as_ref().map_or(0, Table::id),
+        };
     }
 
     /// An armed mission starts.
@@ -396,22 +412,25 @@ impl<S: Storage> Helm<S> {
         piece.iter().try_for_each(|b| data.push(*b)).map_err(|_| Refusal::TooLong)?;
         Ok(ToHost::Content { offset: start as u32, length: bytes.len() as u32, data })
     }
-
-    /// CRC-32 of the bytes of the table in use; with [`Self::counters`] what a log needs.
-    #[must_use]
-    pub fn table_crc(&self) -> u32 {
-        CRC32.checksum(&self.table)
-    }
 }
 
 // The borders marked `inline(never)` keep frames of the rare branches out of
 // the stack of the frequent one; without them the loop's frame is their sum.
 
-/// The table lives in RAM, so it is checked again in every cycle; a damaged
-/// one gives way to the built-in one.
-fn advance(config: &Config, table: &[u8], wings: Wings, state: &mut State, phase: &mut Phase, frame: &SensorFrame) -> Answer {
-    let table = Table::parse(table, wings).or_else(|_| Table::parse(objects::built_in(wings), wings)).ok();
-    let mut answer = control::step(config, table.as_ref(), state, frame.time, frame);
+/// An uploaded table lives in RAM, so it is checked again in every cycle; a
+/// damaged one gives way to the one in flash.
+fn advance(
+    config: &Config,
+    uploaded: &[u8],
+    in_flash: Option<&Table<'static>>,
+    wings: Wings,
+    state: &mut State,
+    phase: &mut Phase,
+    frame: &SensorFrame,
+) -> Answer {
+    let uploaded = if uploaded.is_empty() { None } else { Table::parse(uploaded, wings).ok() };
+    let table = uploaded.as_ref().or(in_flash);
+    let mut answer = control::step(config, table, state, frame.time, frame);
     answer.command.seq = frame.seq;
     *phase = answer.trace.phase;
     answer

@@ -1,0 +1,212 @@
+//! A HIL flight shown while it flies, with buttons that break things.
+//!
+//! The flight runs on a thread of its own and goes on when the page is closed:
+//! its log is on disk either way. Orders of the page (inject, recall) reach it
+//! through a list that the closed loop empties once per control cycle.
+
+use super::{Sorry, Workbench};
+use crate::closed_loop::{Cycle, Order, Orders, Setup, fly as fly_closed_loop};
+use crate::flightlog::recorder::Recorder;
+use crate::seats::{self, Choice};
+use crate::{mission_file, worlds};
+use anyhow::{Context, anyhow, bail};
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use plant::World;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Faults that the page offers: what a crew would want to see survived.
+const BUTTONS: [(&str, &str); 8] = [
+    ("Leak", "hull:leak"),
+    ("Depth sensor stuck", "depth:stuck"),
+    ("Pitch sensor off", "pitch:off"),
+    ("Pump stuck", "pump:stuck"),
+    ("Pump runs to sink", "pump:runaway=-1"),
+    ("Battery mass stuck", "mass_motor:stuck"),
+    ("Fin hard over", "fin_motor:runaway=1"),
+    ("Vacuum lost", "hull:vacuum_loss"),
+];
+
+/// Longest pause between two batches of rows to the page.
+const BATCH: Duration = Duration::from_millis(200);
+
+/// The flight under way, if any.
+#[derive(Debug, Default)]
+pub struct Live {
+    under_way: AtomicBool,
+    orders: Mutex<Orders>,
+}
+
+/// `POST /api/fly`.
+#[derive(Debug, Deserialize)]
+pub struct FlyRequest {
+    wings: String,
+    mission: String,
+    seat: String,
+    controller: String,
+    /// World seconds per wall second; 0: as fast as it goes.
+    #[serde(default)]
+    pace: f64,
+    #[serde(default)]
+    seed: u64,
+}
+
+/// `POST /api/fault`.
+#[derive(Debug, Deserialize)]
+pub struct FaultRequest {
+    /// A fault as `glider fly --fault` takes it; it starts now.
+    spec: String,
+}
+
+/// The faults the page offers, as JSON.
+#[must_use]
+pub fn fault_buttons() -> Value {
+    BUTTONS.iter().map(|(label, spec)| json!({"label": label, "spec": spec})).collect()
+}
+
+impl Live {
+    fn order(&self, order: Order) -> anyhow::Result<()> {
+        if !self.under_way.load(Ordering::Acquire) {
+            bail!("no flight is under way: press Fly it first");
+        }
+        self.orders.lock().map_err(|_| anyhow!("the flight failed badly"))?.give(order);
+        Ok(())
+    }
+
+    /// Breaks something from the next control cycle on.
+    ///
+    /// # Errors
+    /// No flight, or not a fault.
+    pub fn inject(&self, request: &FaultRequest) -> anyhow::Result<Value> {
+        let fault: plant::Fault = request.spec.parse().map_err(|e: String| anyhow!("{e}"))?;
+        self.order(Order::Inject(fault))?;
+        Ok(json!({"text": format!("Injected: {}", request.spec)}))
+    }
+
+    /// Calls the vehicle home.
+    ///
+    /// # Errors
+    /// No flight.
+    pub fn recall(&self) -> anyhow::Result<Value> {
+        self.order(Order::Recall)?;
+        Ok(json!({"text": "Recalled."}))
+    }
+}
+
+/// Flies as the page asks; rows go out as they come.
+///
+/// # Errors
+/// A flight is under way already.
+pub async fn fly(State(bench): State<Arc<Workbench>>, Json(request): Json<FlyRequest>) -> Result<Response, Sorry> {
+    if bench.live.under_way.swap(true, Ordering::AcqRel) {
+        return Err(Sorry("a flight is under way: recall it, or wait for its end".into()));
+    }
+    let orders = Orders::default();
+    if let Ok(mut slot) = bench.live.orders.lock() {
+        *slot = orders.clone();
+    }
+    let (lines, body) = super::lines();
+    tokio::task::spawn_blocking(move || {
+        if let Err(e) = one_flight(&bench, &request, orders, &lines) {
+            lines.send(&json!({"error": format!("{e:#}")}));
+        }
+        bench.live.under_way.store(false, Ordering::Release);
+    });
+    Ok(Body::from_stream(body).into_response())
+}
+
+fn free_log(folder: &std::path::Path, wings: &str, mission: &str) -> anyhow::Result<PathBuf> {
+    (1..10_000)
+        .map(|i| folder.join(format!("{wings}-{mission}-{i}")))
+        .find(|p| !p.exists())
+        .with_context(|| format!("{}: ten thousand logs; move some away", folder.display()))
+}
+
+fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &super::Lines) -> anyhow::Result<()> {
+    // Only built-in names: no request reaches the file system by path.
+    if !mission_file::BUILT_IN.contains(&request.mission.as_str()) {
+        bail!("mission {}: one of {}", request.mission, mission_file::BUILT_IN.join(", "));
+    }
+    let choice = match request.seat.as_str() {
+        "in-process" => Choice::InProcess,
+        "pty" => Choice::Pty,
+        "qemu" => Choice::Qemu,
+        other => bail!("seat {other}: in-process, pty or qemu"),
+    };
+    let mut mission = mission_file::load(&request.mission, worlds::limits)?;
+    mission.wings = mission_file::parse_wings(&request.wings).with_context(|| format!("wings {}: standard or low-ar", request.wings))?;
+    let mut scenario = worlds::for_mission(&mission);
+    scenario.wings = mission.wings;
+    scenario.seed = request.seed;
+    let log = free_log(&bench.logs, &request.wings, &request.mission)?;
+    let mut seat = match request.controller.as_str() {
+        "ours" => seats::open(&choice, &mission, None, None)?,
+        "stock" if choice == Choice::InProcess => seats::stock(&mission),
+        "stock" => bail!("the stock controller flies in-process only"),
+        other => bail!("controller {other}: ours or stock"),
+    };
+    let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
+    let best = world.best_glide();
+    let mut recorder = Recorder::create(&log, &world, &mission)?;
+    let realtime = (request.pace > 0.0 && request.pace.is_finite()).then_some(request.pace);
+    let setup = Setup { realtime, orders, ..Setup::new(mission) };
+    let mut rows = Vec::new();
+    let mut sent = Instant::now();
+    let seat_name = seat.describe();
+    let out = fly_closed_loop(&mut world, &mut *seat, &setup, &mut |cycle| {
+        rows.push(row(cycle, best.alpha_rad));
+        if sent.elapsed() >= BATCH || rows.len() >= 500 {
+            lines.send(&json!({"rows": std::mem::take(&mut rows), "seat": seat_name}));
+            sent = Instant::now();
+        }
+        recorder.push(cycle)
+    })
+    .map_err(|e| anyhow!("{e}; the log up to here is kept in {}", log.display()))?;
+    lines.send(&json!({"rows": rows, "seat": seat_name}));
+    let summary = json!({
+        "end": out.end.to_string(), "dives": out.dives, "distance_m": out.distance_m, "achieved_l_over_d": out.achieved_l_over_d(),
+        "max_l_over_d": best.l_over_d, "log": log.display().to_string(), "actuator_hash": format!("{:016x}", out.actuator_hash),
+    });
+    recorder.finish(summary.clone())?;
+    lines.send(&summary);
+    Ok(())
+}
+
+fn row(cycle: &Cycle<'_>, best_alpha_rad: f64) -> Value {
+    let (t, trace, command) = (cycle.truth, &cycle.answer.trace, &cycle.answer.command);
+    let degrees = |rad: f64| (rad.to_degrees() * 100.0).round() / 100.0;
+    json!({
+        "t": (cycle.time_s * 10.0).round() / 10.0, "depth": (t.depth_m * 100.0).round() / 100.0, "pitch": degrees(t.pitch_rad),
+        "setpoint": degrees(f64::from(trace.pitch_setpoint_rad)), "ballast": (f64::from(command.ballast_m3) * 1e5 * 100.0).round() / 100.0,
+        "alpha": degrees(t.alpha_rad), "alpha_estimate": degrees(f64::from(trace.alpha_rad)),
+        "alpha_best": degrees(best_alpha_rad.copysign(t.alpha_rad)), "phase": format!("{:?}", trace.phase),
+        "abort": trace.abort.map(|a| format!("{a:?}")), "table": format!("{:08x}", trace.table_id),
+        "link": format!("frame {}", cycle.frame.seq),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_button_is_a_fault() {
+        for (label, spec) in BUTTONS {
+            assert!(spec.parse::<plant::Fault>().is_ok(), "{label}: {spec}");
+        }
+    }
+
+    #[test]
+    fn orders_without_a_flight_are_refused() {
+        let live = Live::default();
+        assert!(live.recall().is_err());
+        assert!(live.inject(&FaultRequest { spec: "hull:leak".into() }).is_err());
+    }
+}

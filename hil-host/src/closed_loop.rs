@@ -13,6 +13,7 @@ use crate::seats::{Seat, SeatError};
 use control::Config;
 use plant::{Truth, World};
 use signals::{Abort, ActuatorCommand, Answer, Mission, Phase, SensorFrame};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Control cycle, s (the paper's vehicle samples every 4 s).
@@ -21,6 +22,30 @@ pub const CYCLE_S: f64 = 4.0;
 pub const SURFACED_M: f64 = 1.0;
 /// Time a finished vehicle is watched at the surface, s.
 const WATCH_S: f64 = 60.0;
+
+/// What a person may do to a flight under way.
+#[derive(Clone, Debug)]
+pub enum Order {
+    /// Break something from the next cycle on.
+    Inject(plant::Fault),
+    /// Order the vehicle home.
+    Recall,
+}
+
+/// Orders on their way to the closed loop; clones share one list.
+#[derive(Clone, Debug, Default)]
+pub struct Orders(Arc<Mutex<Vec<Order>>>);
+
+impl Orders {
+    /// To be carried out before the next cycle.
+    pub fn give(&self, order: Order) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(order);
+    }
+
+    fn take(&self) -> Vec<Order> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
 
 /// How to fly.
 #[derive(Clone, Debug)]
@@ -33,6 +58,8 @@ pub struct Setup {
     pub limit_s: f64,
     /// World seconds per wall second; none: as fast as it goes.
     pub realtime: Option<f64>,
+    /// What a person does meanwhile.
+    pub orders: Orders,
 }
 
 impl Setup {
@@ -41,7 +68,7 @@ impl Setup {
     pub fn new(mission: Mission) -> Self {
         let limit_s = f64::from(mission.max_duration_s) + 7200.0;
         let config = crate::worlds::config(&mission);
-        Self { mission, config, limit_s, realtime: None }
+        Self { mission, config, limit_s, realtime: None, orders: Orders::default() }
     }
 }
 
@@ -262,6 +289,12 @@ pub fn fly(
     };
     let mut home_s = 0.0;
     let end = loop {
+        for order in setup.orders.take() {
+            match order {
+                Order::Inject(fault) => world.inject(fault),
+                Order::Recall => seat.recall()?,
+            }
+        }
         let frame = world.sense();
         let truth = world.truth();
         let answer = seat.exchange(&frame)?;

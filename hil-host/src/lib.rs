@@ -12,6 +12,7 @@ pub mod paper;
 pub mod plots;
 pub mod scorecard;
 pub mod seats;
+pub mod serve;
 pub mod tables;
 pub mod trial_score;
 pub mod vehicles;

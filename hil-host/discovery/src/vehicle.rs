@@ -175,16 +175,24 @@ pub fn beside(flight: &Path) -> Option<PathBuf> {
 /// What is wrong, where, and what to do.
 pub fn read(path: &Path) -> Result<Vehicle, ReadError> {
     let text = std::fs::read_to_string(path).map_err(|e| ReadError::File { path: path.to_path_buf(), why: e.to_string() })?;
+    parse_text(&text, path)
+}
+
+/// Reads a vehicle from the text of a vehicle file; `path` tells TOML from JSON and is named in messages.
+///
+/// # Errors
+/// What is wrong, where, and what to do.
+pub fn parse_text(text: &str, path: &Path) -> Result<Vehicle, ReadError> {
     let bad = |line: usize, why: String| ReadError::Content { path: path.to_path_buf(), line: line as u64, column: "syntax".into(), why };
-    let document: Value = if crate::vehicle_file::is_geometry(&text) {
-        crate::vehicle_file::parse(&text, path)?.as_trial()
+    let document: Value = if crate::vehicle_file::is_geometry(text) {
+        crate::vehicle_file::parse(text, path)?.as_trial()
     } else if path.extension().is_some_and(|e| e == "toml") {
-        toml::from_str::<Value>(&text).map_err(|e| {
+        toml::from_str::<Value>(text).map_err(|e| {
             let line = e.span().map_or(0, |s| text[..s.start].lines().count());
             bad(line, e.message().to_string())
         })?
     } else {
-        serde_json::from_str(&text).map_err(|e| bad(e.line(), e.to_string()))?
+        serde_json::from_str(text).map_err(|e| bad(e.line(), e.to_string()))?
     };
     parse(document, path)
 }

@@ -245,6 +245,14 @@ impl<W: Wire> Seat for Link<W> {
         })?
     }
 
+    fn recall(&mut self) -> Result<(), SeatError> {
+        self.request("the recall", &ToBoard::Recall, |answer| match answer {
+            ToHost::Done { .. } => Some(Ok(())),
+            ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: "the recall", why })),
+            _ => None,
+        })?
+    }
+
     fn reset(&mut self) -> Result<(), SeatError> {
         if !self.wire.reset() {
             return Err(SeatError::NoReset { seat: self.wire.describe() });

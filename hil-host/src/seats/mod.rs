@@ -47,6 +47,11 @@ pub trait Seat {
     /// # Errors
     /// As above.
     fn exchange(&mut self, frame: &SensorFrame) -> Result<Answer, SeatError>;
+    /// Orders the vehicle home.
+    ///
+    /// # Errors
+    /// As above.
+    fn recall(&mut self) -> Result<(), SeatError>;
     /// The supply was interrupted: the controller starts again, knowing only what its flash knows.
     ///
     /// # Errors

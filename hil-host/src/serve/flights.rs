@@ -1,19 +1,15 @@
 //! Flights opened in the workbench: what the model says of them with the
 //! ticked effects on.
 
-use super::{Sorry, Workbench};
+use super::Workbench;
 use anyhow::{Context, bail};
-use axum::Json;
-use axum::body::Body;
-use axum::extract::State;
-use axum::response::{IntoResponse, Response};
 use discovery::dynamics::{Track, track};
 use discovery::metric::{blocks, modelled_m_s, rms};
 use discovery::prepare::{Prepared, prepare};
 use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
 use serde::Deserialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -113,14 +109,7 @@ impl Opened {
                 let (first, middle) = (block.rows[0], block.rows[block.rows.len() / 2]);
                 let alpha = new.alpha_rad.get(middle).copied().unwrap_or(f64::NAN).to_degrees();
                 flown.count(alpha.abs());
-                let row = [
-                    run.time_s[first] - start,
-                    run.depth_m[middle],
-                    100.0 * block.observed_m_s,
-                    100.0 * a,
-                    100.0 * b,
-                    alpha,
-                ];
+                let row = [run.time_s[first] - start, run.depth_m[middle], 100.0 * block.observed_m_s, 100.0 * a, 100.0 * b, alpha];
                 for (name, value) in names.iter().zip(row) {
                     columns.entry(name).or_default().push(value.is_finite().then_some(value));
                 }
@@ -167,7 +156,8 @@ fn curve(vehicle: &Vehicle, effects: &[Active], flown: &Histogram) -> Value {
     let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
     let ratio = |active: &[Active]| -> Vec<f64> {
         let model = ForceModel::new(vehicle.constants, active);
-        let at = |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
+        let at =
+            |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
         degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
     };
     let total = f64::from(flown.total.max(1));
@@ -231,7 +221,8 @@ impl Workbench {
         let (flight, vehicle) = match request.listed {
             Some(i) => {
                 let path = self.offered.get(i).context("no such flight in the list")?;
-                let beside = discovery::vehicle::beside(path).with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
+                let beside = discovery::vehicle::beside(path)
+                    .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
                 (discovery::read::flight(path)?, discovery::vehicle::read(&beside)?)
             }
             None => dropped(&request.files)?,
@@ -254,7 +245,8 @@ impl Workbench {
 
 fn dropped(files: &[File]) -> anyhow::Result<(Flight, Vehicle)> {
     let kind = |f: &&File| Path::new(&f.name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let csv = files.iter().find(|f| kind(f) == "csv").context("drop a csv file: flight.csv, together with its vehicle.json or vehicle.toml")?;
+    let csv =
+        files.iter().find(|f| kind(f) == "csv").context("drop a csv file: flight.csv, together with its vehicle.json or vehicle.toml")?;
     let vehicle = files.iter().find(|f| matches!(kind(f).as_str(), "json" | "toml"));
     let vehicle = vehicle.with_context(|| format!("{}: drop its vehicle.json or vehicle.toml together with it", csv.name))?;
     let name = Path::new(&csv.name).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());

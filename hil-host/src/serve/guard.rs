@@ -59,7 +59,8 @@ impl Guard {
             .and_then(|v| v.to_str().ok())
             .or_else(|| query.and_then(|q| q.split('&').find_map(|pair| pair.strip_prefix("token="))));
         // Compared in full length, so that timing tells nothing of the token.
-        let same = given.is_some_and(|g| g.len() == self.token.len() && g.bytes().zip(self.token.bytes()).fold(0, |d, (a, b)| d | (a ^ b)) == 0);
+        let same =
+            given.is_some_and(|g| g.len() == self.token.len() && g.bytes().zip(self.token.bytes()).fold(0, |d, (a, b)| d | (a ^ b)) == 0);
         if same { None } else { Some("the token is missing or of an earlier run: open the address that `glider serve` printed") }
     }
 }

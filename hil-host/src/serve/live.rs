@@ -148,9 +148,7 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     let log = free_log(&bench.logs, &request.wings, &request.mission)?;
     let mut seat = match request.controller.as_str() {
         "ours" => seats::open(&choice, &mission, None, None)?,
-        "stock" if choice == Choice::InProcess => seats::stock(&mission),
-        "stock" => bail!("the stock controller flies in-process only"),
-        other => bail!("controller {other}: ours or stock"),
+        other => bail!("controller {other}: ours"),
     };
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let best = world.best_glide();

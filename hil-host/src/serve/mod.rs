@@ -79,6 +79,26 @@ pub fn page() -> String {
     )
 }
 
+/// One JSON document per line, to the page, as the work goes on. Sending never
+/// fails: when the page is gone the work goes on without it.
+#[derive(Clone, Debug)]
+pub struct Lines(tokio::sync::mpsc::UnboundedSender<Result<String, std::convert::Infallible>>);
+
+impl Lines {
+    /// One more line.
+    pub fn send(&self, document: &Value) {
+        // The page may have been closed; the flight or the search is not its slave.
+        let _ = self.0.send(Ok(format!("{document}\n")));
+    }
+}
+
+/// A sender of lines, and the body that carries them.
+#[must_use]
+pub fn lines() -> (Lines, tokio_stream::wrappers::UnboundedReceiverStream<Result<String, std::convert::Infallible>>) {
+    let (sender, receiver) = tokio::sync::mpsc::unbounded_channel();
+    (Lines(sender), tokio_stream::wrappers::UnboundedReceiverStream::new(receiver))
+}
+
 /// Work that takes more than a moment goes to a thread of its own, so that the page stays answered.
 async fn blocking(work: impl FnOnce() -> anyhow::Result<Value> + Send + 'static) -> Answer {
     Ok(Json(tokio::task::spawn_blocking(work).await??))
@@ -91,12 +111,15 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         .route("/", get(|| async { Html(page()) }))
         .route("/api/catalogue", get(|State(b): Bench| async move { blocking(move || Ok(flights::catalogue(&b))).await }))
         .route("/api/open", post(|State(b): Bench, Json(r): Json<flights::Open>| async move { blocking(move || b.open_flight(&r)).await }))
-        .route("/api/evaluate", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.evaluate(&r)).await }))
-        .route("/api/fit", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.fit(&r)).await }))
-        .route("/api/save", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.save(&r)).await }))
-        .route("/api/diagnose", post(flights::diagnose))
+        .route(
+            "/api/evaluate",
+            post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.evaluate(&r)).await }),
+        )
         .route("/api/fly", post(live::fly))
-        .route("/api/fault", post(|State(b): Bench, Json(r): Json<live::FaultRequest>| async move { blocking(move || b.live.inject(&r)).await }))
+        .route(
+            "/api/fault",
+            post(|State(b): Bench, Json(r): Json<live::FaultRequest>| async move { blocking(move || b.live.inject(&r)).await }),
+        )
         .route("/api/stop", post(|State(b): Bench| async move { blocking(move || b.live.recall()).await }))
         .layer(DefaultBodyLimit::max(MAX_REQUEST))
         .layer(middleware::from_fn_with_state(guard, guard::check))

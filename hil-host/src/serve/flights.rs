@@ -7,7 +7,7 @@ use discovery::dynamics::{Track, track};
 use discovery::metric::{blocks, modelled_m_s, rms};
 use discovery::prepare::{Prepared, prepare};
 use discovery::{Flight, Vehicle};
-use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
+use hydro::effects::{Active, CATALOGUE, Continuation, Flow, ForceModel, by_name};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -148,7 +148,7 @@ impl Histogram {
 }
 
 fn tracks(prepared: &Prepared, vehicle: &Vehicle, effects: &[Active]) -> Vec<Track> {
-    prepared.runs.iter().map(|run| track(run, vehicle.constants, effects, vehicle.water_depth_m, 0.0)).collect()
+    prepared.runs.iter().map(|run| track(run, vehicle.constants, effects, vehicle.water_depth_m, 0.0, Continuation::default())).collect()
 }
 
 /// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, before and with the effects.

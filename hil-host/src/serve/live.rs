@@ -147,7 +147,7 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     scenario.seed = request.seed;
     let log = free_log(&bench.logs, &request.wings, &request.mission)?;
     let mut seat = match request.controller.as_str() {
-        "ours" => seats::open(&choice, &mission, None, None)?,
+        "ours" => seats::open(&choice, None, None)?,
         other => bail!("controller {other}: ours"),
     };
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;

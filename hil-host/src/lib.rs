@@ -1,6 +1,7 @@
 //! The laptop side: HIL seats, commands, reports.
 
 pub mod boardlog;
+pub mod campaign;
 pub mod closed_loop;
 pub mod commands;
 pub mod fetch;

@@ -150,3 +150,11 @@ pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
         "water_depth_m": s.ocean.water_depth_m,
     }))
 }
+
+/// Water density at a depth, kg/m³, without building a whole flight; none where the scenario cannot be.
+#[must_use]
+pub fn density_at(scenario: &Scenario, depth_m: f64) -> Option<f64> {
+    let start = plant::Start { depth_m, ..scenario.start };
+    let probe = Scenario { start, faults: Vec::new(), ..scenario.clone() };
+    World::new(probe).ok().map(|w| w.truth().density_kg_m3)
+}

@@ -1,15 +1,206 @@
 //! `glider faults`.
 
 use super::{Output, Verdict};
+use crate::campaign::lattice::{Case, cases, twins};
+use crate::campaign::{self, Summary, run_through};
+use crate::seats::link::SeatError;
+use crate::seats::{self, Choice};
+use anyhow::{Context, bail};
+use comfy_table::Table;
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use plant::faults::Kind;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(after_help = "Examples:\n  glider faults\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
+glider faults --seat qemu --sample 200\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
+Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met.")]
+pub struct Args {
+    /// in-process, or a seat (pty, qemu, PORT) through which a sample is flown and compared.
+    #[arg(long, default_value = "in-process")]
+    seat: String,
+    /// Fly this many missions of the lattice, spread over it; default: all (200 through a seat).
+    #[arg(long, value_name = "N")]
+    sample: Option<usize>,
+    /// Changes all noise of the campaign.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Only cases whose name contains this.
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    /// Print every case that is not as it should be.
+    #[arg(long)]
+    list: bool,
+    /// Write the whole list as JSON.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Image for the QEMU seat.
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
+    let through_seat = choice != Choice::InProcess;
+    let mut chosen = cases();
+    for case in &mut chosen {
+        case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(campaign::lattice::SEEDS));
+    }
+    if let Some(text) = &args.only {
+        chosen.retain(|c| c.name().contains(text.as_str()));
+        if chosen.is_empty() {
+            bail!("--only {text}: no case has this in its name; names are as in glider fly --fault");
+        }
+    }
+    if through_seat {
+        // A bad line is made in this process; the supply of an emulated board cannot be cut without losing its memory.
+        chosen.retain(|c| c.line.is_none() && c.faults.iter().all(|f| f.kind != Kind::BrownOut));
+    }
+    let wanted = args.sample.or(through_seat.then_some(200)).unwrap_or(chosen.len());
+    chosen = spread(chosen, wanted);
+    let started = Instant::now();
+    let twins = twins(&chosen);
+    let bar = ProgressBar::new((chosen.len() + twins.len()) as u64).with_style(
+        ProgressStyle::with_template("{bar:30} {pos}/{len} missions {elapsed}, {eta} left {msg}").unwrap_or(ProgressStyle::default_bar()),
+    );
+    let fly_all = |cases: &[Case]| cases.par_iter().progress_with(bar.clone()).map(campaign::run).collect::<anyhow::Result<Vec<_>>>();
+    let healthy = fly_all(&twins)?;
+    let faulty = fly_all(&chosen)?;
+    bar.finish_and_clear();
+    let seat = if through_seat { Some(compare(args, &choice, &faulty)?) } else { None };
+    let summary = Summary::of(&faulty, &healthy);
+    let wall_s = started.elapsed().as_secs_f64();
+    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| !v.hopeless && (!v.safe() || v.unmet.is_some())).collect();
+    let mut document = json!({
+        "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "false_aborts": summary.false_aborts,
+            "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "hopeless": summary.hopeless,
+            "bad_line_changed_commands": summary.line_changed, "seed": args.seed, "seat": choice.to_string() },
+        "not_as_expected": bad.iter().map(|v| v.document()).collect::<Vec<_>>(),
+    });
+    if let (Some(map), Some(seat)) = (document.as_object_mut(), &seat) {
+        map.insert("through_seat".to_owned(), seat.clone());
+    }
+    if let Some(path) = &args.out {
+        let mut whole = document.clone();
+        whole["cases"] = faulty.iter().chain(&healthy).map(campaign::Verdict::document).collect();
+        std::fs::write(path, format!("{whole:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
+    }
+    output.emit(&document, || print(&summary, &faulty, &bad, wall_s, seat.as_ref(), args.list));
+    let seat_equal = seat.is_none_or(|s| s["different"].as_array().is_some_and(Vec::is_empty));
+    Ok(if summary.passed() && seat_equal { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// Every k-th case, so that the sample has all parts of the lattice.
+fn spread(cases: Vec<Case>, wanted: usize) -> Vec<Case> {
+    let all = cases.len();
+    if wanted >= all || wanted == 0 {
+        return cases;
+    }
+    cases.into_iter().enumerate().filter(|(i, _)| i * wanted / all != (i + 1) * wanted / all).map(|(_, c)| c).collect()
+}
+
+/// Flies the cases through another seat and compares with what they did in this process.
+fn compare(args: &Args, choice: &Choice, here: &[campaign::Verdict]) -> anyhow::Result<Value> {
+    let started = Instant::now();
+    let mut seat = seats::open(choice, args.elf.as_deref(), None)?;
+    let bar = ProgressBar::new(here.len() as u64).with_style(
+        ProgressStyle::with_template("{bar:30} {pos}/{len} through the seat {elapsed}, {eta} left").unwrap_or(ProgressStyle::default_bar()),
+    );
+    let mut different = Vec::new();
+    for verdict in here {
+        // The controller may be in SAFE from the mission before.
+        seat.hello()?;
+        match seat.recover() {
+            Ok(()) => {}
+            // It ended below the surface: another board is needed.
+            Err(SeatError::Refused { .. }) => seat = reopened(seat, args, choice)?,
+            Err(e) => return Err(e.into()),
+        }
+        let there = run_through(&verdict.case, &mut *seat)?;
+        if there.hash != verdict.hash || there.end != verdict.end || there.broken != verdict.broken || there.unmet != verdict.unmet {
+            different.push(json!({ "here": verdict.document(), "there": there.document() }));
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(json!({ "seat": seat.describe(), "missions": here.len(), "different": different, "wall_s": started.elapsed().as_secs_f64() }))
+}
+
+fn reopened(old: Box<dyn seats::Seat>, args: &Args, choice: &Choice) -> anyhow::Result<Box<dyn seats::Seat>> {
+    drop(old);
+    seats::open(choice, args.elf.as_deref(), None)
+}
+
+fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], wall_s: f64, seat: Option<&Value>, list: bool) {
+    let mut targets: BTreeMap<&str, [u64; 4]> = BTreeMap::new();
+    let mut latencies: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for v in faulty.iter().filter(|v| !v.hopeless) {
+        let name = match (v.case.faults.as_slice(), v.case.line) {
+            ([one], _) => one.target.name(),
+            (_, Some(_)) => "line",
+            _ => "pairs",
+        };
+        let row = targets.entry(name).or_default();
+        row[0] += 1;
+        row[1] += u64::from(v.safe());
+        row[2] += u64::from(v.abort.is_some());
+        row[3] += u64::from(v.unmet.is_some());
+        if let (Some((_, after)), true) = (v.abort, v.case.faults.len() == 1) {
+            latencies.entry(name).or_default().push(after);
+        }
+    }
+    let mut table = Table::new();
+    table.set_header(["fault in", "missions", "safe", "aborted", "not as expected", "median latency, s"]);
+    for (name, [missions, safe, aborted, unmet]) in targets {
+        let median = latencies.get_mut(name).map(|l| {
+            l.sort_by(f64::total_cmp);
+            l.get(l.len() / 2).copied().unwrap_or(f64::NAN)
+        });
+        table.add_row([
+            name.to_owned(),
+            missions.to_string(),
+            safe.to_string(),
+            aborted.to_string(),
+            unmet.to_string(),
+            median.map_or(String::new(), |m| format!("{m:.0}")),
+        ]);
+    }
+    println!("{table}");
+    println!("{} fault missions: {} safe, {} below crush depth, {} not as expected", s.missions, s.safe, s.below_crush, s.unmet);
+    println!("{} healthy twins: {} false aborts; {} missions without any means of ascent left out", s.twins, s.false_aborts, s.hopeless);
+    println!("bad line: {} missions with other commands than their twin; {wall_s:.0} s", s.line_changed);
+    if let Some(seat) = seat {
+        let different = seat["different"].as_array().map_or(0, Vec::len);
+        println!(
+            "{}: {} missions, {different} with another verdict or actuator stream",
+            seat["seat"].as_str().unwrap_or(""),
+            seat["missions"]
+        );
+    }
+    let shown = if list { bad.len() } else { 20 };
+    for v in bad.iter().take(shown) {
+        let why = v.broken.iter().copied().chain(v.unmet).collect::<Vec<_>>().join(", ");
+        let abort = v.abort.map_or_else(|| "no abort".to_owned(), |(cause, after)| format!("{cause:?} after {after:.0} s"));
+        println!(
+            "  {:?} {:?} seed {} {}: {why} ({abort}, {}, {:.0} m)",
+            v.case.water,
+            v.case.wings,
+            v.case.seed,
+            v.case.name(),
+            v.end,
+            v.max_depth_m
+        );
+    }
+    if bad.len() > shown {
+        println!("  … {} more: --list", bad.len() - shown);
+    }
 }

@@ -46,6 +46,9 @@ pub struct Args {
     /// Where the flight log goes (a new directory).
     #[arg(long, value_name = "DIR")]
     pub log: Option<PathBuf>,
+    /// Tell a board in SAFE first that its vehicle is out of the water.
+    #[arg(long)]
+    pub recover: bool,
     /// Image for the QEMU seat; default: the one built by scripts/build-firmware.
     #[arg(long, value_name = "FILE")]
     pub elf: Option<PathBuf>,
@@ -84,7 +87,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let board_log = args.log.as_ref().map(|d| d.join("board.defmt"));
     let mut seat = match args.controller.as_str() {
         "stock" if choice != Choice::InProcess => bail!("--controller stock flies in-process only; leave out --seat {choice}"),
-        "stock" => bail!("the stock controller is not built into this version"),
+        "stock" => Box::new(seats::stock::Stock::default()),
         _ => {
             if let (Choice::Qemu, Some(dir)) = (&choice, &args.log) {
                 std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot create this log directory", dir.display()))?;
@@ -92,6 +95,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             seats::open(&choice, args.elf.as_deref(), board_log)?
         }
     };
+    if args.recover {
+        seat.hello()?;
+        seat.recover()?;
+    }
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let mut recorder = match &args.log {
         Some(dir) => Some(Recorder::create(dir, &world, &mission)?),

@@ -229,6 +229,14 @@ impl<W: Wire> Seat for Link<W> {
         })
     }
 
+    fn recover(&mut self) -> Result<(), SeatError> {
+        self.request("that it is recovered", &ToBoard::Recovered, |answer| match answer {
+            ToHost::Done { .. } => Some(Ok(())),
+            ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: "that it is recovered", why })),
+            _ => None,
+        })?
+    }
+
     fn begin(&mut self, mission: &Mission) -> Result<u32, SeatError> {
         self.request("the mission", &ToBoard::Begin(mission.clone()), |answer| match answer {
             ToHost::Ready { table_id } => Some(Ok(table_id)),

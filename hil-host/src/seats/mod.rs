@@ -21,6 +21,7 @@ pub mod link;
 pub mod port;
 pub mod pty;
 pub mod qemu;
+pub mod stock;
 pub mod upload;
 
 pub use link::{Link, SeatError, Wire};
@@ -37,6 +38,11 @@ pub trait Seat {
     /// # Errors
     /// As above, or the controller refuses it.
     fn configure(&mut self, manifest: &Manifest, config: &Config) -> Result<(), SeatError>;
+    /// Tells a controller in SAFE that its vehicle is out of the water. Nothing happens to one that is not.
+    ///
+    /// # Errors
+    /// As above, or the controller still believes itself below the surface.
+    fn recover(&mut self) -> Result<(), SeatError>;
     /// Hands over the mission; returns the identity of the table it will be flown with.
     ///
     /// # Errors

@@ -1,0 +1,223 @@
+//! Which missions the campaign flies: fault × phase × onset × wings, all
+//! pairs, faults of the line, and a healthy twin for every seed.
+//!
+//! Two missions: `shallow` (3–27 m, 100 m vehicle in 300 m of water, so that
+//! the crush depth is in reach) and `edge` (5–190 m, 200 m vehicle in 500 m).
+//! Both pass through every phase.
+
+use crate::worlds;
+use plant::faults::{Kind, Target, catalogue};
+use plant::{Fault, Scenario};
+use signals::{Leg, Mission, Phase, Wings};
+use std::sync::OnceLock;
+
+/// Seeds in use; case `n` flies with seed `n % SEEDS`, so that every case has a healthy twin among `SEEDS` × wings × missions.
+pub const SEEDS: u64 = 64;
+/// Onset of the second, transient variant of each fault, s after the phase begins.
+const LATE_S: f64 = 45.0;
+/// Duration of that variant, s.
+const TRANSIENT_S: f64 = 90.0;
+/// Duration of what no vehicle can end by itself (net, ice, something dragging it down), s. A third of an hour: beyond the
+/// patience limits of the law's way watch, within those of the mission.
+const HELD_S: f64 = 1200.0;
+/// Force of what drags the vehicle down, N: more than the pump can lift, less than pump and drop weight together.
+const DRAG_N: f64 = 3.0;
+
+/// Phases at whose beginning faults start.
+pub const PHASES: [Phase; 6] = [Phase::Surface, Phase::Dive, Phase::InflectLow, Phase::Climb, Phase::InflectHigh, Phase::Comms];
+
+/// Which mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Water {
+    /// 3–27 m.
+    Shallow,
+    /// 5–190 m, near the working depth.
+    Edge,
+}
+
+/// What is done to the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LineFault {
+    /// Frames vanish, both ways.
+    Drop,
+    /// A bit flips.
+    Flip,
+    /// The frame's end is missing.
+    Truncate,
+    /// The frame comes twice.
+    Duplicate,
+    /// Random bytes before the frame.
+    Noise,
+}
+
+/// All faults of the line.
+pub const LINE_FAULTS: [LineFault; 5] = [LineFault::Drop, LineFault::Flip, LineFault::Truncate, LineFault::Duplicate, LineFault::Noise];
+
+/// One mission of the campaign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Mission and water.
+    pub water: Water,
+    /// Wings.
+    pub wings: Wings,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// What breaks; none: a healthy twin, unless the line is bad.
+    pub faults: Vec<Fault>,
+    /// What is done to the line.
+    pub line: Option<LineFault>,
+}
+
+impl Case {
+    /// What to fly.
+    #[must_use]
+    pub fn mission(&self) -> Mission {
+        let leg = match self.water {
+            Water::Shallow => Leg { dives: 3, ..Leg::default() },
+            Water::Edge => Leg { dives: 3, depth_min_m: 5.0, depth_max_m: 190.0, ..Leg::default() },
+        };
+        let hours = if self.water == Water::Shallow { 3 } else { 8 };
+        Mission { wings: self.wings, legs: [leg].into_iter().collect(), max_duration_s: hours * 3600, surface_every: 2 }
+    }
+
+    /// The world to fly in.
+    #[must_use]
+    pub fn scenario(&self) -> Scenario {
+        let mut s = worlds::for_mission(&self.mission());
+        s.ocean.water_depth_m = if self.water == Water::Shallow { 300.0 } else { 500.0 };
+        // Ballasted for its working depth, not for the water below it.
+        static DENSITY: [OnceLock<Option<f64>>; 2] = [OnceLock::new(), OnceLock::new()];
+        let [shallow, edge] = &DENSITY;
+        let density = if self.water == Water::Shallow { shallow } else { edge };
+        s.vehicle.ballasted_density_kg_m3 = *density.get_or_init(|| worlds::density_at(&s, 0.4 * s.vehicle.crush_depth_m));
+        s.seed = self.seed;
+        s.faults.clone_from(&self.faults);
+        s
+    }
+
+    /// The healthy mission with the same noise.
+    #[must_use]
+    pub fn twin(&self) -> Self {
+        Self { faults: Vec::new(), line: None, ..self.clone() }
+    }
+
+    /// Whether the vehicle has any means of ascent left: pump out, and drop weight, against what pulls it down (N).
+    /// Where not, no controller can bring it home, and the case says nothing of this one.
+    #[must_use]
+    pub fn can_rise(&self) -> bool {
+        const G: f64 = 9.81;
+        let has = |t: Target, k: Kind| self.faults.iter().any(|f| f.target == t && f.kind == k);
+        let pump_lost = has(Target::Pump, Kind::Stuck) || has(Target::Pump, Kind::Runaway);
+        let pump_n = 230e-6 * 1000.0 * G;
+        let mut up_n = if pump_lost { -pump_n } else { pump_n };
+        if !has(Target::Release, Kind::Stuck) {
+            up_n += 0.45 * G;
+        }
+        for f in &self.faults {
+            up_n -= match (f.target, f.kind) {
+                (Target::Vehicle, Kind::Dragged) => f.size,
+                (Target::Vehicle, Kind::Trim) => f.size * 1e-3 * G,
+                // A vehicle of 52 litres in water lighter by `size`.
+                (Target::Sea, Kind::Lens) => -f.size * 0.052 * G,
+                // What comes in over the ten minutes of an ascent.
+                (Target::Hull, Kind::Leak) => f.size * 1e-3 * 10.0 * G,
+                _ => 0.0,
+            };
+        }
+        up_n > 0.3
+    }
+
+    /// One line for tables: faults as `glider fly --fault` takes them.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let mut parts: Vec<String> = self.faults.iter().map(ToString::to_string).collect();
+        parts.extend(self.line.map(|l| format!("line:{l:?}").to_lowercase()));
+        if parts.is_empty() { "healthy".to_owned() } else { parts.join(" + ") }
+    }
+}
+
+/// A fault as the campaign injects it: what would hold the vehicle for good has an end.
+fn injected(target: Target, kind: Kind) -> Option<Fault> {
+    let fault = Fault::new(target, kind)?;
+    Some(match (target, kind) {
+        (Target::Vehicle, Kind::Dragged) => Fault { size: DRAG_N, ..fault }.lasting(HELD_S),
+        (Target::Vehicle, Kind::Net) | (Target::Sea, Kind::Ice) => fault.lasting(HELD_S),
+        _ => fault,
+    })
+}
+
+/// The whole lattice, without twins, in a fixed order.
+#[must_use]
+pub fn cases() -> Vec<Case> {
+    let all: Vec<Fault> = catalogue().filter_map(|(target, kind, _, _)| injected(target, kind)).collect();
+    let mut cases = Vec::new();
+    let mut add = |water, wings, faults, line| {
+        let seed = cases.len() as u64 % SEEDS;
+        cases.push(Case { water, wings, seed, faults, line });
+    };
+    for wings in [Wings::Standard, Wings::LowAspectRatio] {
+        for fault in &all {
+            for phase in PHASES {
+                add(Water::Shallow, wings, vec![fault.at(phase, 0.0)], None);
+                add(Water::Shallow, wings, vec![fault.at(phase, LATE_S).lasting(TRANSIENT_S)], None);
+                add(Water::Edge, wings, vec![fault.at(phase, 0.0)], None);
+            }
+        }
+        for line in LINE_FAULTS {
+            for _ in 0..8 {
+                add(Water::Shallow, wings, Vec::new(), Some(line));
+            }
+        }
+    }
+    // All pairs, onset phases and wings spread over them.
+    let mut n = 0usize;
+    for (i, first) in all.iter().enumerate() {
+        for second in all.iter().skip(i + 1) {
+            let phase = |k: usize| PHASES.get(k % PHASES.len()).copied().unwrap_or(Phase::Dive);
+            let wings = if n % 2 == 0 { Wings::Standard } else { Wings::LowAspectRatio };
+            add(Water::Shallow, wings, vec![first.at(phase(n / 2), 0.0), second.at(phase(n / 12), 20.0)], None);
+            n += 1;
+        }
+    }
+    cases
+}
+
+/// The twins of `cases`, each once.
+#[must_use]
+pub fn twins(cases: &[Case]) -> Vec<Case> {
+    let mut seen = std::collections::HashSet::new();
+    cases.iter().filter(|c| seen.insert((c.water, c.wings, c.seed))).map(Case::twin).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lattice_has_every_single_fault_in_every_phase_and_every_pair_once() {
+        let cases = cases();
+        let faults = catalogue().count();
+        assert!(cases.len() > 10_000, "{}", cases.len());
+        let singles = cases.iter().filter(|c| c.faults.len() == 1).count();
+        assert_eq!(singles, faults * PHASES.len() * 3 * 2);
+        let pairs: std::collections::HashSet<_> = cases
+            .iter()
+            .filter(|c| c.faults.len() == 2)
+            .map(|c| (c.faults[0].target, c.faults[0].kind, c.faults[1].target, c.faults[1].kind))
+            .collect();
+        assert_eq!(pairs.len(), faults * (faults - 1) / 2);
+        let mut phases: std::collections::HashSet<_> = std::collections::HashSet::new();
+        cases.iter().filter(|c| c.faults.len() == 2).for_each(|c| drop(phases.insert((c.faults[0].phase, c.faults[1].phase))));
+        assert_eq!(phases.len(), 36, "pairs start in every combination of phases");
+    }
+
+    #[test]
+    fn a_vehicle_without_pump_and_weight_is_not_expected_home() {
+        let fault = |t, k| Fault::new(t, k).unwrap();
+        let case = |faults| Case { water: Water::Shallow, wings: Wings::Standard, seed: 0, faults, line: None };
+        assert!(case(vec![]).can_rise());
+        assert!(case(vec![fault(Target::Pump, Kind::Stuck)]).can_rise());
+        assert!(case(vec![fault(Target::Release, Kind::Stuck)]).can_rise());
+        assert!(!case(vec![fault(Target::Pump, Kind::Stuck), fault(Target::Release, Kind::Stuck)]).can_rise());
+    }
+}

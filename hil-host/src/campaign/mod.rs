@@ -1,0 +1,221 @@
+//! The fault campaign: every fault in every phase, alone and in pairs, and
+//! what the controller made of it.
+//!
+//! Rules for every mission (whatever breaks): the vehicle ends at the surface
+//! and stays there; it is never deeper than its crush depth; every command is
+//! finite and in range; the first cause of an abort is latched and SAFE is
+//! never left. Rules per fault: [`expect`]. A healthy twin with the same noise
+//! must fly its mission without an abort.
+
+pub mod expect;
+pub mod lattice;
+mod line;
+
+use crate::closed_loop::{CYCLE_S, End, Setup, fly};
+use crate::seats::in_process::InProcess;
+use crate::seats::{Link, Seat};
+use crate::worlds;
+use anyhow::anyhow;
+use expect::Expect;
+use lattice::{Case, Water};
+use plant::World;
+use serde_json::{Value, json};
+use signals::{Abort, Answer, Phase};
+
+/// What came of one mission.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The mission.
+    pub case: Case,
+    /// How it ended.
+    pub end: End,
+    /// First cause of the abort and its delay after the (first) fault's onset, s; none: no abort.
+    pub abort: Option<(Abort, f64)>,
+    /// Whether the (first) fault became active.
+    pub struck: bool,
+    /// Deepest, m.
+    pub max_depth_m: f64,
+    /// Rules broken, in words; empty: the mission was safe.
+    pub broken: Vec<&'static str>,
+    /// Expectation of the fault not met, in words.
+    pub unmet: Option<&'static str>,
+    /// No means of ascent was left: not judged.
+    pub hopeless: bool,
+    /// Hash of the actuator stream.
+    pub hash: u64,
+}
+
+impl Verdict {
+    /// All global rules kept.
+    #[must_use]
+    pub fn safe(&self) -> bool {
+        self.broken.is_empty()
+    }
+
+    /// Deeper than the hull stands.
+    #[must_use]
+    pub fn crushed(&self) -> bool {
+        self.end == End::Crushed
+    }
+
+    /// One entry of the JSON list.
+    #[must_use]
+    pub fn document(&self) -> Value {
+        json!({ "case": self.case.name(), "water": format!("{:?}", self.case.water).to_lowercase(),
+            "wings": crate::mission_file::wings_name(self.case.wings), "seed": self.case.seed, "end": self.end.to_string(),
+            "abort": self.abort.map(|a| format!("{:?}", a.0)), "latency_s": self.abort.map(|a| a.1), "struck": self.struck,
+            "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "hopeless": self.hopeless,
+            "actuator_hash": format!("{:016x}", self.hash) })
+    }
+}
+
+/// Watches one mission.
+struct Judge<'a> {
+    case: &'a Case,
+    config: &'a control::Config,
+    onset_s: Option<f64>,
+    abort: Option<(Abort, f64)>,
+    last: Option<Answer>,
+    broken: Vec<&'static str>,
+}
+
+impl Judge<'_> {
+    fn breaks(&mut self, rule: &'static str) {
+        if !self.broken.contains(&rule) {
+            self.broken.push(rule);
+        }
+    }
+
+    fn see(&mut self, time_s: f64, answer: &Answer) {
+        if let Some(fault) = self.case.faults.first()
+            && self.onset_s.is_none()
+            && fault.phase.is_none_or(|p| p == answer.trace.phase)
+        {
+            self.onset_s = Some(time_s + fault.delay_s);
+        }
+        let c = &answer.command;
+        let within = |x: f32, limit: f32| x.is_finite() && x.abs() <= limit * 1.0001;
+        if !(within(c.ballast_m3, self.config.pump_m3)
+            && within(c.battery_mass_m, self.config.battery_m)
+            && within(c.fin_rad, self.config.fin_rad))
+        {
+            self.breaks("a command is not finite or out of range");
+        }
+        let before = self.last.map(|a| a.trace);
+        if let Some(b) = before {
+            if b.abort.is_some() && b.abort != answer.trace.abort {
+                self.breaks("the first cause was not latched");
+            }
+            if b.phase == Phase::Safe && answer.trace.phase != Phase::Safe {
+                self.breaks("SAFE was left");
+            }
+        }
+        if let (None, Some(cause)) = (self.abort, answer.trace.abort) {
+            self.abort = Some((cause, time_s - self.onset_s.unwrap_or(time_s)));
+        }
+        self.last = Some(*answer);
+    }
+
+    fn judge(mut self, end: End, max_depth_m: f64, duration_s: f64, hash: u64) -> Verdict {
+        match end {
+            End::Crushed => self.breaks("below crush depth"),
+            End::TimeUp => self.breaks("not at the surface in time"),
+            End::Done | End::Safe(_) => {}
+        }
+        let struck = self.onset_s.is_some_and(|onset| onset < duration_s);
+        let single = if self.case.faults.len() == 1 { self.case.faults.first() } else { None };
+        let unmet = match single.map(|f| expect::expect(f, self.case.water)).filter(|_| struck) {
+            None if self.case.faults.is_empty() && self.abort.is_some() => Some("abort without a fault"),
+            Some(Expect::Mission) if self.abort.is_some() => Some("abort for a harmless fault"),
+            Some(Expect::Abort(causes, bound)) => match self.abort {
+                // Onset and answer are a cycle apart at the closest.
+                Some((cause, after)) if causes.contains(&cause) => (after > bound + CYCLE_S).then_some("abort too late"),
+                Some(_) => Some("abort with another cause"),
+                // The mission was over before the bound.
+                None if self.onset_s.is_some_and(|onset| duration_s - onset < bound + CYCLE_S) => None,
+                None => Some("no abort"),
+            },
+            _ => None,
+        };
+        let hopeless = !self.case.can_rise();
+        Verdict { case: self.case.clone(), end, abort: self.abort, struck, max_depth_m, broken: self.broken, unmet, hopeless, hash }
+    }
+}
+
+/// Flies one case through a seat.
+///
+/// # Errors
+/// The world cannot be, or the seat failed.
+pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> {
+    let mission = case.mission();
+    let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
+    let setup = Setup { config: worlds::config(&mission), ..Setup::new(mission) };
+    let config = setup.config.clone();
+    let mut judge = Judge { case, config: &config, onset_s: None, abort: None, last: None, broken: Vec::new() };
+    let out = fly(&mut world, seat, &setup, &mut |c| {
+        judge.see(c.time_s, c.answer);
+        Ok(())
+    })?;
+    Ok(judge.judge(out.end, out.max_depth_m, out.duration_s, out.actuator_hash))
+}
+
+/// Flies one case in this process.
+///
+/// # Errors
+/// The world cannot be, or the controller does not answer.
+pub fn run(case: &Case) -> anyhow::Result<Verdict> {
+    match case.line {
+        None => run_through(case, &mut Link::new(InProcess::default())),
+        Some(fault) => run_through(case, &mut Link::new(line::BadLine::new(fault, case.seed))),
+    }
+}
+
+/// Sums of a campaign.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Summary {
+    /// Missions with a fault that were judged.
+    pub missions: u64,
+    /// Of these, all global rules kept.
+    pub safe: u64,
+    /// Of these, below crush depth.
+    pub below_crush: u64,
+    /// Of these, expectation of the fault not met.
+    pub unmet: u64,
+    /// Healthy twins.
+    pub twins: u64,
+    /// Of these, aborted or not finished.
+    pub false_aborts: u64,
+    /// Missions in which no means of ascent was left; flown, not judged.
+    pub hopeless: u64,
+    /// Of the missions over a bad line, those with another actuator stream than their twin.
+    pub line_changed: u64,
+}
+
+impl Summary {
+    /// Counts verdicts; `twins` are the healthy ones.
+    #[must_use]
+    pub fn of(faulty: &[Verdict], twins: &[Verdict]) -> Self {
+        let mut s = Self { twins: twins.len() as u64, ..Self::default() };
+        s.false_aborts = twins.iter().filter(|t| t.abort.is_some() || t.end != End::Done).count() as u64;
+        let key = |c: &Case| (c.water == Water::Edge, c.wings as u8, c.seed);
+        let streams: std::collections::HashMap<_, u64> = twins.iter().map(|t| (key(&t.case), t.hash)).collect();
+        for v in faulty {
+            if v.hopeless {
+                s.hopeless += 1;
+                continue;
+            }
+            s.missions += 1;
+            s.safe += u64::from(v.safe());
+            s.below_crush += u64::from(v.crushed());
+            s.unmet += u64::from(v.unmet.is_some());
+            s.line_changed += u64::from(v.case.line.is_some() && streams.get(&key(&v.case)).is_some_and(|h| *h != v.hash));
+        }
+        s
+    }
+
+    /// Nothing to complain about.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.missions > 0 && self.safe == self.missions && self.below_crush + self.unmet + self.false_aborts + self.line_changed == 0
+    }
+}

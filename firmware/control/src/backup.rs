@@ -12,7 +12,7 @@
 //! | time | mission time + 10 min passed |
 //!
 //! Then: full buoyancy, mass in the middle, fin straight, beacon; the weight
-//! when the raw depth is within 60 s of sinking at 0.5 m/s of crush depth, or
+//! when every raw depth there is lies within 60 s of sinking at 0.5 m/s of crush depth, or
 //! when nothing was heard from a depth sensor for half an hour.
 
 use signals::{Abort, ActuatorCommand, Micros, Reading, SensorFrame, Switch};
@@ -57,16 +57,17 @@ impl Backup {
         self.last_ms = now_ms;
         self.flown_ms = self.flown_ms.saturating_add(passed);
 
-        let deepest = match (centimetres(frame.depth_m), centimetres(frame.depth2_m)) {
-            (Some(a), Some(b)) => Some(if a > b { a } else { b }),
-            (a, None) => a,
-            (None, b) => b,
+        // The deeper one calls home; for the weight, which does not come back, both must agree.
+        let depths = match (centimetres(frame.depth_m), centimetres(frame.depth2_m)) {
+            (Some(a), Some(b)) => Some(if a > b { (a, b) } else { (b, a) }),
+            (Some(one), None) | (None, Some(one)) => Some((one, one)),
+            (None, None) => None,
         };
-        match deepest {
-            Some(cm) => {
+        match depths {
+            Some((deeper, shallower)) => {
                 self.deaf_ms = 0;
-                self.deep_frames = if cm > limits.deep_cm { self.deep_frames.saturating_add(1) } else { 0 };
-                self.burn_frames = if cm > limits.burn_cm { self.burn_frames.saturating_add(1) } else { 0 };
+                self.deep_frames = if deeper > limits.deep_cm { self.deep_frames.saturating_add(1) } else { 0 };
+                self.burn_frames = if shallower > limits.burn_cm { self.burn_frames.saturating_add(1) } else { 0 };
             }
             None => self.deaf_ms = self.deaf_ms.saturating_add(passed),
         }

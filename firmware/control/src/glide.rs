@@ -170,7 +170,7 @@ impl Choice {
             Goal::BestGlide => config.preset_pitch_rad,
             _ => *PITCH_RANGE.end(),
         };
-        self.pitch_rad = pitch.clamp(*PITCH_RANGE.start(), steepest);
+        self.pitch_rad = pitch.max(*PITCH_RANGE.start()).min(steepest);
         self.preset = false;
     }
 

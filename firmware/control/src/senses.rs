@@ -51,7 +51,7 @@ impl Channel {
             self.zero_m += (raw.clamp(-ZERO_MAX_M, ZERO_MAX_M) - self.zero_m) * 0.2;
         }
         let value = raw - self.zero_m + rate_m_s.clamp(-GATE_M_S, GATE_M_S) * age_s;
-        let reach = GATE_M + GATE_M_S * self.age_s.at_most(60.0);
+        let reach = GATE_M + GATE_M_S * self.age_s.at_most(20.0);
         if !self.seeded || (value - self.value_m).abs() <= reach {
             self.believe(value);
             return Some(value);
@@ -187,7 +187,8 @@ impl Senses {
             (None, b) => (b, 0.0),
         };
         self.filter(measured, dt_s);
-        let angle = -3.2..=6.5;
+        // Any winding is taken: differences are wrapped where they are used.
+        let angle = -7.0..=13.0;
         let seen = Seen {
             dt_s,
             depth_m: self.depth_m,

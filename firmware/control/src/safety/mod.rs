@@ -105,7 +105,6 @@ pub(crate) struct Safety {
     latched: Option<Abort>,
     /// Second copy of "not aborted": a flipped bit in either leads to SAFE.
     guard: u32,
-    since_abort_s: f32,
     depth: depth::DepthWatch,
     attitude: attitude::AttitudeWatch,
     actuators: actuators::ActuatorWatch,
@@ -118,7 +117,6 @@ impl Default for Safety {
         Self {
             latched: None,
             guard: CLEAR,
-            since_abort_s: 0.0,
             depth: depth::DepthWatch::default(),
             attitude: attitude::AttitudeWatch::default(),
             actuators: actuators::ActuatorWatch::default(),
@@ -160,9 +158,11 @@ impl Safety {
         if w.no_way_turns >= 2 || w.climb_without_way_s > 900.0 {
             v.cause(Abort::Stalled);
         }
+        if self.release.lost(w.frame.weight) {
+            v.cause(Abort::Degraded);
+        }
         if let Some(cause) = v.abort {
             self.latch(cause);
-            self.since_abort_s = (self.since_abort_s + w.seen.dt_s).at_most(1e6);
         }
         v.drop_weight = self.release.fire(w, v.abort);
         if self.release.has_fired() {

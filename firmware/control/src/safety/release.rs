@@ -58,9 +58,16 @@ pub(crate) struct Release {
     mark_m: f32,
     marked: bool,
     at_risk: u8,
+    lost: u8,
 }
 
 impl Release {
+    /// The weight went without being fired: the vehicle is too light to dive.
+    pub(crate) fn lost(&mut self, weight: Weight) -> bool {
+        self.lost = if weight == Weight::Released && !self.fired { self.lost.saturating_add(1) } else { 0 };
+        self.lost >= 3
+    }
+
     pub(crate) fn has_fired(&self) -> bool {
         self.fired
     }
@@ -92,7 +99,8 @@ impl Release {
             let zone = zone(w.config, seen.depth_m, seen.rate_m_s);
             // Believed at the second look, whether or not anything else has noticed.
             self.at_risk = if zone == Zone::AtRisk { self.at_risk.saturating_add(1) } else { 0 };
-            if self.at_risk >= 2 {
+            // What cannot be undone waits longer where the two sensors contradict each other.
+            if self.at_risk >= if seen.depths_disagree { 6 } else { 2 } {
                 return true;
             }
         }
@@ -115,8 +123,8 @@ impl Release {
             return false;
         }
         let patience = match zone(w.config, seen.depth_m, seen.rate_m_s) {
-            Zone::AtRisk => 0.0,
-            Zone::Over => w.config.min_burn_s,
+            // At risk was dealt with above, by counts.
+            Zone::AtRisk | Zone::Over => w.config.min_burn_s,
             Zone::Working if !buoyant => w.config.min_burn_s,
             Zone::Working => w.config.max_burn_s,
         };

@@ -1,2 +1,47 @@
-//! The room `devices`: see its Cargo.toml description.
+//! Drivers of the science bay's parts over embedded-hal 1.0 traits.
+//!
+//! | file | part | datasheet |
+//! |---|---|---|
+//! | [`pressure`] | TE MS5837-30BA pressure transducer, I²C 0x76 | TE "MS5837-30BA", 2019 |
+//! | [`attitude`] | OceanServer OS5000 compass, sentences over UART | OceanServer OS5000 manual 4.0 |
+//! | [`adc`] | TI ADS1115: position pots, vacuum sensor, I²C 0x48 | TI SBAS444 |
+//! | [`gauge`] | TI INA226 battery gauge, I²C 0x40 | TI SBOS547 |
+//! | [`vacuum`] | NXP MPXA6115A internal pressure, through the ADC | NXP MPXA6115A rev 7 |
+//! | [`motor`] | pump and battery mass: TI DRV8873 H-bridge and pot | TI SLVSET1 |
+//! | [`fin`] | hobby-type servo, 50 Hz pulses | Hitec D646WP |
+//! | [`release`] | drop weight: two pins that must be driven in sequence | – |
+//! | [`flash`] | Winbond W25Q128JV log flash, SPI | Winbond W25Q128JV rev F |
+//! | [`soft_i2c`] | the I²C bus itself, on two open-drain pins | NXP UM10204 |
+//!
+//! Every wait has a bound, every number from a part is checked before it is
+//! used, and what fails is named; the caller turns it into a missing reading.
+//! The bus is driven pin by pin because the chip's own I²C block has waits
+//! without an end, and a bus held low by a dead part must not stop the loop.
 #![cfg_attr(not(test), no_std)]
+
+pub mod adc;
+pub mod attitude;
+pub mod fin;
+pub mod flash;
+pub mod gauge;
+pub mod motor;
+pub mod pressure;
+pub mod release;
+pub mod soft_i2c;
+pub mod vacuum;
+
+/// Why a part gave nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Error {
+    /// The bus or the part did not answer (NACK, stuck line).
+    Bus,
+    /// It answered, but not in time.
+    Timeout,
+    /// CRC or checksum does not match.
+    Check,
+    /// Another part, or none, is at this address: what it says it is.
+    Identity(u16),
+    /// The value is outside what the part can measure.
+    Range,
+}

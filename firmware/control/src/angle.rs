@@ -7,13 +7,14 @@
 //! atan are rational approximations here and sqrt gets two Newton steps on
 //! top of micromath's. `accuracy_` tests hold the figures.
 
+use crate::bound::Bound;
 use core::f32::consts::{PI, TAU};
 use micromath::F32Ext;
 
 /// tan x for |x| ≤ 0.9 rad (clamped), error ≤ 7e-4. Padé (3,2).
 #[must_use]
 pub fn tan(x: f32) -> f32 {
-    let x = x.clamp(-0.9, 0.9);
+    let x = x.at_least(-0.9).at_most(0.9);
     let x2 = x * x;
     x * (15.0 - x2) / (15.0 - 6.0 * x2)
 }
@@ -52,7 +53,7 @@ pub fn sqrt(v: f32) -> f32 {
 #[must_use]
 pub fn wrap(x: f32) -> f32 {
     let turns = F32Ext::floor((x + PI) / TAU);
-    (x - turns * TAU).clamp(-PI, PI)
+    (x - turns * TAU).at_least(-PI).at_most(PI)
 }
 
 #[cfg(test)]

@@ -144,7 +144,7 @@ impl Choice {
         *self = Self { leg: Some(*leg), table_id, next: 0, pitch_rad: last, ..Self::default() };
         match leg.goal {
             Goal::FixedPitch { pitch_rad } => {
-                self.pitch_rad = pitch_rad.clamp(*PITCH_RANGE.start(), *PITCH_RANGE.end());
+                self.pitch_rad = pitch_rad.at_least(*PITCH_RANGE.start()).at_most(*PITCH_RANGE.end());
                 self.preset = false;
                 self.next = GRID;
             }
@@ -218,7 +218,7 @@ impl Estimate {
         }
         let gamma = atan(c.cd / c.cl);
         // Fixed point α ← C_D / (C_L/α · tan(θ+α)): C_L/α is nearly constant, converges in 2..4 steps.
-        let path = (theta + alpha).clamp(0.05, 0.9);
+        let path = (theta + alpha).at_least(0.05).at_most(0.9);
         let next = c.cd / (c.cl / alpha * tan(path));
         let next = 0.5 * (alpha + next.at_least(0.005).at_most(table.alpha_max_rad()));
         self.alpha_rad = next * side;

@@ -305,7 +305,7 @@ fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_
 /// Between dive (−1) and climb (+1) by the ballast.
 fn side(config: &Config, ballast_m3: f32, leg: &signals::Leg) -> f32 {
     let drive = leg.ballast_m3.at_least(0.1 * config.pump_m3).at_most(config.pump_m3);
-    (ballast_m3 / (drive * FULL_PITCH_SHARE)).clamp(-1.0, 1.0)
+    (ballast_m3 / (drive * FULL_PITCH_SHARE)).at_least(-1.0).at_most(1.0)
 }
 
 /// The last gate before the wires: finite and in range, whatever came before.

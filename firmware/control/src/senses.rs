@@ -48,9 +48,9 @@ impl Channel {
         let age_s = if let Reading::Sampled { age_ms, .. } = reading { age_ms as f32 * 1e-3 } else { 0.0 };
         let raw = reading.accept(-10.0..=deepest_m, max_age_ms)?;
         if afloat && raw.abs() < 3.0 {
-            self.zero_m += (raw.clamp(-ZERO_MAX_M, ZERO_MAX_M) - self.zero_m) * 0.2;
+            self.zero_m += (raw.at_least(-ZERO_MAX_M).at_most(ZERO_MAX_M) - self.zero_m) * 0.2;
         }
-        let value = raw - self.zero_m + rate_m_s.clamp(-GATE_M_S, GATE_M_S) * age_s;
+        let value = raw - self.zero_m + rate_m_s.at_least(-GATE_M_S).at_most(GATE_M_S) * age_s;
         let reach = GATE_M + GATE_M_S * self.age_s.at_most(20.0);
         if !self.seeded || (value - self.value_m).abs() <= reach {
             self.believe(value);
@@ -260,7 +260,7 @@ impl Senses {
         let predicted = self.depth_m + self.rate_m_s * dt_s;
         let surprise = z - predicted;
         self.depth_m = predicted + (1.0 - r * r) * surprise;
-        self.rate_m_s = (self.rate_m_s + (1.0 - r) * (1.0 - r) * surprise / dt_s).clamp(-GATE_M_S, GATE_M_S);
+        self.rate_m_s = (self.rate_m_s + (1.0 - r) * (1.0 - r) * surprise / dt_s).at_least(-GATE_M_S).at_most(GATE_M_S);
     }
 
     fn sane(&self) -> bool {

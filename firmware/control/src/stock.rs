@@ -16,6 +16,7 @@
 //! each said so below.
 
 use crate::angle::tan;
+use crate::bound::Bound;
 use crate::clock::Clock;
 use crate::config::Config;
 use crate::heading;
@@ -108,7 +109,7 @@ pub fn step(config: &Config, state: &mut State, now: Micros, frame: &SensorFrame
         }
         state.since = clock;
         state.phase = next;
-        state.battery_m = if next == Phase::Climb { -START_M } else { START_M }.clamp(-config.battery_m, config.battery_m);
+        state.battery_m = if next == Phase::Climb { -START_M } else { START_M }.at_least(-config.battery_m).at_most(config.battery_m);
     }
     let wanted = match state.phase {
         Phase::Dive => -PITCH_RAD,
@@ -119,9 +120,9 @@ pub fn step(config: &Config, state: &mut State, now: Micros, frame: &SensorFrame
         && (pitch - wanted).abs() > DEADBAND_RAD
     {
         let correction = SHARE * (tan(wanted) - tan(pitch)) / config.trim.per_battery_m;
-        state.battery_m = (state.battery_m + correction).clamp(-config.battery_m, config.battery_m);
+        state.battery_m = (state.battery_m + correction).at_least(-config.battery_m).at_most(config.battery_m);
     }
-    let drive = leg.ballast_m3.clamp(0.0, config.pump_m3);
+    let drive = leg.ballast_m3.at_least(0.0).at_most(config.pump_m3);
     let (ballast_m3, battery_mass_m) = match state.phase {
         Phase::Dive => (-drive, state.battery_m),
         Phase::Climb => (drive, state.battery_m),

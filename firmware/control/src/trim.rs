@@ -56,17 +56,17 @@ impl Trim {
         if let (true, Some(pitch), Some(at)) = (wish.steady, pitch_rad, battery_m) {
             // Only when the mass is where it was sent: else the error is on its way out already.
             if (at - self.battery_m).abs() <= 2.0 * config.battery_deadband_m + 1e-4 {
-                let error = (tan(pitch) - wanted).clamp(-0.3, 0.3);
+                let error = (tan(pitch) - wanted).at_least(-0.3).at_most(0.3);
                 let gain = dt_s / (dt_s + LEARN_S);
                 let learned = if wish.side < 0.0 { &mut self.dive } else { &mut self.climb };
                 // Saturated: learn only what leads out of it.
                 let outward = (self.battery_m > 0.0) == (error > 0.0);
                 if !(saturated && outward) {
-                    *learned = (*learned + gain * error).clamp(-LEARN_MAX, LEARN_MAX);
+                    *learned = (*learned + gain * error).at_least(-LEARN_MAX).at_most(LEARN_MAX);
                 }
             }
         }
-        let mix = 0.5 + 0.5 * wish.side.clamp(-1.0, 1.0);
+        let mix = 0.5 + 0.5 * wish.side.at_least(-1.0).at_most(1.0);
         let learned = self.dive + (self.climb - self.dive) * mix;
         let x = (wanted - t.per_ballast_m3 * wish.ballast_m3 - t.offset - learned) / t.per_battery_m;
         let x = if x.is_finite() { x.at_least(-config.battery_m).at_most(config.battery_m) } else { 0.0 };

@@ -65,7 +65,7 @@ impl Turn {
         }
         let share = if lag > self.lag_s { 0.8 } else { 0.4 };
         let next = self.lag_s + share * (lag - self.lag_s);
-        self.lag_s = if next.is_finite() { next.clamp(*LAG_RANGE_S.start(), *LAG_RANGE_S.end()) } else { LAG_FIRST_S };
+        self.lag_s = if next.is_finite() { next.at_least(*LAG_RANGE_S.start()).at_most(*LAG_RANGE_S.end()) } else { LAG_FIRST_S };
     }
 
     #[cfg(test)]

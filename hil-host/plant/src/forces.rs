@@ -26,8 +26,12 @@ const REYNOLDS_FLOOR_M_S: f64 = 0.05;
 /// Speed at which speed-dependent drag equals the nominal one, m/s (format of flights, sec. 6.3).
 const REYNOLDS_REFERENCE_M_S: f64 = 0.30;
 
-/// s_c², sin² of the angle beyond which the separation drag levels off (guess: 0.2²; a flat-falling hull keeps little axial drag).
-const SEPARATION_CAP_SIN2: f64 = 0.04;
+/// s_c², sin² of the angle beyond which the separation drag levels off (guess: sin² 14°; a flat-falling hull keeps little axial drag).
+const SEPARATION_CAP_SIN2: f64 = 0.06;
+
+/// sin of the angle beyond the onset at which half of the growth of the vortex lift has burst (guess: low-aspect-ratio vortices burst
+/// between 20° and 30°).
+const VORTEX_BURST_SIN: f64 = 0.25;
 
 /// Force law compiled with its effects.
 #[derive(Clone, Debug)]
@@ -134,7 +138,8 @@ impl Law {
             w_lift = w - self.zero_lift_rad * u;
             let over = s2.sqrt() - self.vortex_onset_sin;
             if over > 0.0 {
-                beyond = self.vortex * wing_share * over * over / (1.0 + over) * v2 * w.signum();
+                let burst = over / VORTEX_BURST_SIN;
+                beyond = self.vortex * wing_share * over * over / (1.0 + burst * burst) * v2 * w.signum();
             }
             beyond += self.side_edge * wing_share * w * w.abs() * (1.0 - s2).sqrt();
         }

@@ -1,6 +1,6 @@
 //! What is the vehicle made of?
 //!
-//! Masses, volumes, arms and the areas of the force law of [`crate::forces`],
+//! Masses, volumes, arms and the areas of the force law of `forces.rs`,
 //! for a Slocum-type glider with one of two wing sets.
 
 use serde::{Deserialize, Serialize};
@@ -41,7 +41,7 @@ pub struct Aero {
 impl Aero {
     /// The wing sets as the plant believes they are.
     ///
-    /// Hull: slope 0.33 m²/rad (at-sea fits of Slocums 0.30–0.38, tail
+    /// Hull: slope 0.31 m²/rad (at-sea fits of Slocums 0.30–0.38, tail
     /// included), cross-flow 0.65 × 1.1 × 0.32 m². Standard wings: 0.0880 m²,
     /// slope 3.30/rad (vortex lattice, A 5.536, sweep 45°), carry-over 1.386.
     /// Rail wings: 0.1202 m², slope 0.495/rad (vortex lattice, A 0.3155),
@@ -53,11 +53,11 @@ impl Aero {
     pub fn of(wings: Wings) -> Self {
         let standard = Self {
             reference_area_m2: 0.1,
-            axial_m2: 0.0163,
-            hull_slope_m2: 0.33,
+            axial_m2: 0.0159,
+            hull_slope_m2: 0.31,
             wing_slope_m2: 3.30 * 0.0880 * 1.386,
             suction_m2: 0.07,
-            separation_m2: 0.25,
+            separation_m2: 0.40,
             hull_crossflow_m2: 0.65 * 1.1 * 0.32,
             wing_crossflow_m2: 1.2 * 0.0880,
             wing_stall_sin: 0.30,

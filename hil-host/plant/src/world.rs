@@ -28,6 +28,8 @@ use std::f64::consts::TAU;
 const STEP_S: f64 = 0.5;
 /// Depth above which the float's spring is near, m; steps are shorter there.
 const CONTACT_ZONE_M: f64 = 0.3;
+/// Speed above which steps shorten in proportion, m/s: faster than any glide.
+const FAST_M_S: f64 = 0.5;
 /// Longest time after which effects and faults are looked at again, s.
 const INPUTS_S: f64 = 4.0;
 /// Share of the step there.
@@ -238,6 +240,9 @@ impl World {
             self.obey_faults();
             let remaining = end - self.t;
             let longest = if self.y[2] < CONTACT_ZONE_M || self.held_at.is_some() { self.step_s * CONTACT_STEP } else { self.step_s };
+            // The stiffest rate grows with speed (normal force over mass in heave): 4/s at 1 m/s.
+            let speed = (self.y[4] * self.y[4] + self.y[5] * self.y[5]).sqrt();
+            let longest = if speed > FAST_M_S { longest * FAST_M_S / speed } else { longest };
             let mut h = remaining / (remaining / longest - 1e-9).ceil().max(1.0);
             let pump_stalled = self.ballast.target > self.ballast.position && self.pressure() > self.pump.stall_pa;
             let (ballast_rate, ballast_end) = if pump_stalled { (0.0, f64::INFINITY) } else { self.ballast.plan() };

@@ -63,6 +63,7 @@ fn validate_steady_glide_of_comet_2016() {
     for vehicle in [Vehicle::default(), Vehicle::comet_2016()] {
         let t = steady(uniform(Wings::Standard, vehicle), 2.12, -21.9f64.to_radians());
         let gamma = t.glide_angle_rad.to_degrees();
+        println!("U {:.4} m/s, γ {gamma:.2}°, L/D {:.3}", t.speed_m_s, l_over_d(&t));
         assert!((t.speed_m_s - 0.307).abs() < 0.01, "U {}", t.speed_m_s);
         assert!((gamma + 25.0).abs() < 0.5, "γ {gamma}");
         assert!((l_over_d(&t) - 2.14).abs() < 0.05, "L/D {}", l_over_d(&t));
@@ -102,8 +103,8 @@ fn rail_wings_glide_worse_and_peak_later() {
     };
     let (std, low) = (best(Wings::Standard), best(Wings::LowAspectRatio));
     println!("(L/D)max {:.2} at α {:.1}°, rail {:.2} at α {:.1}°", std.0, std.1, low.0, low.1);
-    // Fits at sea: 2.69 at 7.8° to 3.00 at 6.8°; ours levels off the lee-side drag, which lifts the top.
-    assert!((2.6..3.3).contains(&std.0) && (5.5..9.5).contains(&std.1), "{std:?}");
+    // Fits at sea: 2.69 at 7.8° to 3.00 at 6.8°; ours is in between.
+    assert!((2.6..3.1).contains(&std.0) && (6.0..8.5).contains(&std.1), "{std:?}");
     // Claims 12 and 13 of the paper's checklist, wider for the larger hull lift: ratio 0.5-0.85, later by 1.05-1.5.
     assert!((0.5..0.85).contains(&(low.0 / std.0)) && (1.05..1.5).contains(&(low.1 / std.1)), "{std:?} {low:?}");
 }

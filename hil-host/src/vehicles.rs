@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+pub use crate::mission_file::wings_name;
 use anyhow::{Context as _, bail, ensure};
 use discovery::{Vehicle, vehicle, vehicle_file};
 use hydro::effects::{Active, Constants};
@@ -20,15 +21,6 @@ pub const BUILT_IN: [(&str, &str); 6] = [
     ("paper-standard", include_str!("../../vehicles/paper-standard.toml")),
     ("paper-low-ar", include_str!("../../vehicles/paper-low-ar.toml")),
 ];
-
-/// Name of a wing set on the command line.
-#[must_use]
-pub fn wings_name(wings: Wings) -> &'static str {
-    match wings {
-        Wings::Standard => "standard",
-        Wings::LowAspectRatio => "low-ar",
-    }
-}
 
 /// The built-in vehicle that the flight table of a wing set is made from.
 #[must_use]

@@ -71,8 +71,12 @@ impl Body {
     /// Normal-force area C_N·S, m², split in (potential, cross-flow).
     #[must_use]
     pub fn normal_area_m2(&self, alpha_rad: f64) -> (f64, f64) {
-        let s = libm::sin(alpha_rad);
-        let potential = self.munk_factor * self.potential_area_m2 * libm::sin(2.0 * alpha_rad) * libm::cos(0.5 * alpha_rad);
+        self.normal_area_of(libm::sin(alpha_rad), libm::cos(alpha_rad))
+    }
+
+    /// [`Self::normal_area_m2`] from sin α and cos α; cos(α/2) = sqrt((1 + cos α)/2) for |α| ≤ 180°.
+    fn normal_area_of(&self, s: f64, c: f64) -> (f64, f64) {
+        let potential = self.munk_factor * self.potential_area_m2 * 2.0 * s * c * libm::sqrt(0.5 * (1.0 + c));
         (potential, self.crossflow_area_m2() * s * s.abs())
     }
 
@@ -85,13 +89,12 @@ impl Body {
     /// Lift and drag areas, m².
     #[must_use]
     pub fn force_area_m2(&self, alpha_rad: f64) -> LiftDrag {
-        self.force_area_with(self.axial_drag_area_m2(), alpha_rad)
+        self.force_area_with(self.axial_drag_area_m2(), libm::sin(alpha_rad), libm::cos(alpha_rad))
     }
 
-    /// [`Self::force_area_m2`] with the axial drag area worked out before.
-    pub(crate) fn force_area_with(&self, axial_drag_area_m2: f64, alpha_rad: f64) -> LiftDrag {
-        let (s, c) = (libm::sin(alpha_rad), libm::cos(alpha_rad));
-        let (potential, crossflow) = self.normal_area_m2(alpha_rad);
+    /// [`Self::force_area_m2`] with the axial drag area, sin α and cos α worked out before.
+    pub(crate) fn force_area_with(&self, axial_drag_area_m2: f64, s: f64, c: f64) -> LiftDrag {
+        let (potential, crossflow) = self.normal_area_of(s, c);
         let normal = potential + crossflow;
         let axial = axial_drag_area_m2 * c * c;
         LiftDrag { cl: normal * c - axial * s, cd: normal * s + axial * c }

@@ -102,14 +102,14 @@ impl GeometryPolar {
     #[must_use]
     pub fn breakdown(&self, alpha_rad: f64) -> Breakdown {
         let g = &self.geometry;
-        let lifting = self.wing.lift_and_its_drag(alpha_rad) * g.wing.area_m2;
-        let friction = LiftDrag { cl: 0.0, cd: self.wing.cd0() * g.wing.area_m2 };
         let (s, c) = (libm::sin(alpha_rad), libm::cos(alpha_rad));
+        let lifting = self.wing.lift_and_its_drag_of(alpha_rad, s, c) * g.wing.area_m2;
+        let friction = LiftDrag { cl: 0.0, cd: self.wing.cd0() * g.wing.area_m2 };
         let normal = g.appendage.normal_area_per_rad_m2 * s * c;
         Breakdown {
             wing: lifting * self.on_wing_share + friction,
             carry_over: lifting * (1.0 - self.on_wing_share),
-            body: g.body.force_area_with(self.axial_drag_area_m2, alpha_rad),
+            body: g.body.force_area_with(self.axial_drag_area_m2, s, c),
             appendage: LiftDrag { cl: normal * c, cd: g.appendage.drag_area_m2 + g.appendage.crossflow_drag_area_m2 * s * s + normal * s },
         }
     }

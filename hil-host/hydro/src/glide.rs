@@ -6,8 +6,11 @@
 //! U² = 2 |B| sin|γ| / (ρ S C_D)
 //! ```
 //! At a given pitch θ this may have up to three roots in α. The lowest is the
-//! one a glider settles on from a steep path; where the pitch needed *rises*
-//! with α the glider is on the stall side; below a least pitch there is none.
+//! one a glider settles on from a steep path. The pitch needed falls with α to
+//! a least pitch and rises beyond it, on the stall side. Flatter than the least
+//! pitch there is no attached glide: that is an error, never a stalled answer.
+//! Roots are looked for inside the polar's own valid range only: continuations
+//! beyond it are bounded, not right.
 //!
 //! Magnitudes inside (α ≥ 0, angles below the horizon positive), signs outside:
 //! dives have θ < 0, γ < 0, α > 0, sink rate > 0; climbs the opposite.
@@ -16,13 +19,10 @@
 use crate::effects::{Flow, LiftDrag};
 use crate::polar::Polar;
 
-/// Largest |α| a root is looked for at, rad (45°).
-const ALPHA_SEARCH_RAD: f64 = core::f64::consts::FRAC_PI_4;
-
-/// Steps of the search over α: 0.09° apart, narrower than any two roots of a physical polar.
+/// Steps of the search over α, from 0 to the polar's valid range: 0.05° apart at 25°, narrower than any two roots of a physical polar.
 const STEPS: u32 = 500;
 
-/// Halvings of a bracket: 0.09° / 2^50 is below one ulp of α.
+/// Halvings of a bracket: 0.05° / 2^50 is below one ulp of α.
 const HALVINGS: u32 = 50;
 
 /// Steps of the speed iteration; with drag ~ U^-n, |n| ≤ 0.5, each step gains a factor ≥ 4.
@@ -44,7 +44,7 @@ pub struct Trim {
 pub enum Side {
     /// A steeper pitch means a smaller α: the side a glider flies on.
     Attached,
-    /// A steeper pitch means a larger α: stalled, not held by a constant pitch.
+    /// Beyond the α of least pitch: stalled, or in deep stall where plate lift takes over.
     Stall,
 }
 
@@ -71,7 +71,7 @@ pub struct Glide {
     pub side: Side,
 }
 
-/// All steady glides at one trim, lowest α first.
+/// All steady glides at one trim, lowest α first; the lowest is always [`Side::Attached`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glides {
     /// Lowest root: what the glider does.
@@ -88,7 +88,7 @@ pub enum GlideError {
     Input(&'static str),
     /// Pitch and buoyancy point opposite ways: it cannot glide forward.
     Opposed,
-    /// Pitch too flat: no α balances it. The least |pitch| that has a glide, rad.
+    /// Pitch too flat: no α inside the valid range balances it. The least |pitch| that has a glide, rad.
     TooFlat {
         /// Least |pitch| with a steady glide, rad.
         least_pitch_rad: f64,
@@ -164,7 +164,7 @@ fn finish(polar: &impl Polar, trim: &Trim, alpha: f64, speed_guess: f64, side: S
     }
 }
 
-/// Roots of the balance at one speed, lowest first: (α, side).
+/// Roots of the balance at one speed, lowest first: (α, side); and the least pitch of the attached side, rad.
 fn roots(polar: &impl Polar, trim: &Trim, speed_m_s: f64) -> ([Option<(f64, Side)>; 3], f64) {
     let sign = if trim.net_buoyancy_n < 0.0 { 1.0 } else { -1.0 };
     let theta = trim.pitch_rad.abs();
@@ -176,12 +176,14 @@ fn roots(polar: &impl Polar, trim: &Trim, speed_m_s: f64) -> ([Option<(f64, Side
     let mut found = [None; 3];
     let mut n = 0;
     let mut least = f64::INFINITY;
-    let step = ALPHA_SEARCH_RAD / f64::from(STEPS);
+    let mut risen = false;
+    let step = polar.alpha_valid_rad() / f64::from(STEPS);
     let (mut low, mut before) = (0.0, pitch(0.0) - theta);
     for i in 1..=STEPS {
         let high = step * f64::from(i);
         let value = pitch(high) - theta;
-        if value + theta < least {
+        risen |= value > before;
+        if !risen {
             least = value + theta;
         }
         if (before > 0.0) != (value > 0.0) && n < found.len() {
@@ -195,7 +197,7 @@ fn roots(polar: &impl Polar, trim: &Trim, speed_m_s: f64) -> ([Option<(f64, Side
                     h = m;
                 }
             }
-            found[n] = Some((0.5 * (l + h), if falling { Side::Attached } else { Side::Stall }));
+            found[n] = Some((0.5 * (l + h), if risen { Side::Stall } else { Side::Attached }));
             n += 1;
         }
         (low, before) = (high, value);
@@ -223,7 +225,7 @@ pub fn steady(polar: &impl Polar, trim: &Trim) -> Result<Glides, GlideError> {
     let mut speed = 0.3;
     for _ in 0..SPEED_STEPS {
         let (found, least_pitch_rad) = roots(polar, trim, speed);
-        let Some((alpha, side)) = found[0] else { return Err(GlideError::TooFlat { least_pitch_rad }) };
+        let Some((alpha, side @ Side::Attached)) = found[0] else { return Err(GlideError::TooFlat { least_pitch_rad }) };
         let lowest = finish(polar, trim, alpha, speed, side);
         if !(lowest.speed_m_s > 0.0) {
             return Err(GlideError::Input("force"));
@@ -235,4 +237,170 @@ pub fn steady(polar: &impl Polar, trim: &Trim) -> Result<Glides, GlideError> {
         speed = lowest.speed_m_s;
     }
     Err(GlideError::Input("force"))
+}
+
+/// How a steady glide answers small changes: logarithmic derivatives, 1 (1 % more of the input gives so many % of the output).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensitivity {
+    /// Of L/D.
+    pub l_over_d: f64,
+    /// Of the speed through the water.
+    pub speed: f64,
+    /// Of the sink rate.
+    pub sink: f64,
+}
+
+/// What a glide is sensitive to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensitivities {
+    /// To C_L at every α.
+    pub lift: Sensitivity,
+    /// To C_D at every α.
+    pub drag: Sensitivity,
+    /// To the net buoyancy.
+    pub buoyancy: Sensitivity,
+    /// To the pitch.
+    pub pitch: Sensitivity,
+}
+
+/// A polar with lift and drag scaled, for sensitivities.
+struct Scaled<'a, P> {
+    polar: &'a P,
+    lift: f64,
+    drag: f64,
+}
+
+impl<P: Polar> Polar for Scaled<'_, P> {
+    fn reference_area_m2(&self) -> f64 {
+        self.polar.reference_area_m2()
+    }
+    fn force(&self, flow: &Flow) -> LiftDrag {
+        let f = self.polar.force(flow);
+        LiftDrag { cl: self.lift * f.cl, cd: self.drag * f.cd }
+    }
+    fn alpha_valid_rad(&self) -> f64 {
+        self.polar.alpha_valid_rad()
+    }
+}
+
+/// Sensitivities of the lowest root, central differences of ±0.1 %.
+///
+/// # Errors
+/// There is no steady glide at this trim or beside it.
+pub fn sensitivities(polar: &impl Polar, trim: &Trim) -> Result<Sensitivities, GlideError> {
+    const STEP: f64 = 1e-3;
+    let at = |lift: f64, drag: f64, buoyancy: f64, pitch: f64| {
+        let trim = Trim { net_buoyancy_n: trim.net_buoyancy_n * buoyancy, pitch_rad: trim.pitch_rad * pitch, ..*trim };
+        steady(&Scaled { polar, lift, drag }, &trim).map(|g| g.lowest)
+    };
+    let between = |less: Glide, more: Glide| {
+        let d = |a: f64, b: f64| libm::log(b / a) / libm::log((1.0 + STEP) / (1.0 - STEP));
+        Sensitivity {
+            l_over_d: d(less.l_over_d, more.l_over_d),
+            speed: d(less.speed_m_s, more.speed_m_s),
+            sink: d(less.sink_m_s.abs(), more.sink_m_s.abs()),
+        }
+    };
+    let (l, h) = (1.0 - STEP, 1.0 + STEP);
+    Ok(Sensitivities {
+        lift: between(at(l, 1.0, 1.0, 1.0)?, at(h, 1.0, 1.0, 1.0)?),
+        drag: between(at(1.0, l, 1.0, 1.0)?, at(1.0, h, 1.0, 1.0)?),
+        buoyancy: between(at(1.0, 1.0, l, 1.0)?, at(1.0, 1.0, h, 1.0)?),
+        pitch: between(at(1.0, 1.0, 1.0, l)?, at(1.0, 1.0, 1.0, h)?),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{ALPHA_VALID_RAD, Active, Constants, ForceModel, by_name};
+
+    /// The published at-sea set on 0.1 m²: A0 0.0150, A2 1.05, k_L 0.753 (Merckelbach et al.).
+    fn at_sea(lift_slope_per_rad: f64) -> Constants {
+        Constants {
+            gravity_m_s2: 9.81,
+            mass_kg: 70.0,
+            hull_volume_m3: 0.0696,
+            compressibility_per_pa: 5e-10,
+            thermal_expansion_per_k: 5e-5,
+            reference_temperature_degc: 10.0,
+            reference_area_m2: 0.1,
+            lift_slope_per_rad,
+            lift_quadratic_per_rad2: 0.0,
+            cd0: 0.150,
+            induced_k: 0.0,
+            hull_drag_per_rad2: 10.5,
+            added_mass_surge: 0.2,
+            added_mass_heave: 0.92,
+        }
+    }
+
+    fn dive(pitch_deg: f64, net_buoyancy_n: f64, rho_kg_m3: f64) -> Trim {
+        Trim { pitch_rad: -pitch_deg.to_radians(), net_buoyancy_n: -net_buoyancy_n, rho_kg_m3 }
+    }
+
+    #[test]
+    fn validate_published_coefficients_give_the_published_glides() {
+        // (k_L, pitch deg, N, ρ; α deg, γ deg, U m/s, w m/s, L/D), each to one unit of its last digit.
+        let rows = [
+            (7.53, 21.9, 2.12, 1005.8, 2.9, 24.8, 0.316, 0.133, 2.16),
+            (6.75, 21.9, 2.12, 1005.8, 3.34, 25.2, 0.311, 0.133, 2.12),
+            (7.53, 26.0, 250e-6 * 1025.0 * 9.81, 1025.0, 2.37, 28.4, 0.373, 0.177, 1.85),
+        ];
+        for (k, pitch, n, rho, alpha, gamma, u, w, ld) in rows {
+            let g = steady(&ForceModel::new(at_sea(k), &[]), &dive(pitch, n, rho)).unwrap().lowest;
+            assert!((g.alpha_rad.to_degrees() - alpha).abs() < 0.06, "{g:?}");
+            assert!((g.gamma_rad.to_degrees() + gamma).abs() < 0.1 && (g.speed_m_s - u).abs() < 1.1e-3, "{g:?}");
+            assert!((g.sink_m_s - w).abs() < 1.1e-3 && (g.l_over_d - ld).abs() < 0.011, "{g:?}");
+        }
+        let b = best(&ForceModel::new(at_sea(7.53), &[]), 0.3, ALPHA_VALID_RAD);
+        assert!((b.l_over_d - 3.00).abs() < 0.01 && (b.alpha_rad.to_degrees() - 6.8).abs() < 0.06, "{b:?}");
+        assert!((b.glide_angle_rad.to_degrees() - 18.4).abs() < 0.1 && (b.pitch_rad.to_degrees() - 11.6).abs() < 0.1, "{b:?}");
+    }
+
+    #[test]
+    fn the_lowest_of_three_roots_is_taken() {
+        // Graver's set: three roots at pitch 26: 2.5, 23 and 29 deg if lift and drag grow on; ours ends at 0.35 rad.
+        let c = Constants { reference_area_m2: 0.0355, lift_slope_per_rad: 11.76, cd0: 0.214, hull_drag_per_rad2: 32.3, ..at_sea(0.0) };
+        let g = steady(&ForceModel::new(c, &[]), &dive(26.0, 2.3, 1025.0)).unwrap();
+        assert!((g.lowest.alpha_rad.to_degrees() - 2.5).abs() < 0.1 && g.lowest.side == Side::Attached, "{g:?}");
+    }
+
+    #[test]
+    fn prop_speed_goes_with_the_root_of_buoyancy_and_scaling_all_areas_changes_no_angle() {
+        let trim = dive(21.9, 2.12, 1005.8);
+        let s = sensitivities(&ForceModel::new(at_sea(7.53), &[]), &trim).unwrap();
+        assert!((s.buoyancy.speed - 0.5).abs() < 1e-6 && s.buoyancy.l_over_d.abs() < 1e-6, "{s:?}");
+        assert!((s.lift.l_over_d + s.drag.l_over_d).abs() < 1e-5, "lift and drag together change no angle: {s:?}");
+        assert!(s.lift.l_over_d > 0.0 && s.pitch.l_over_d < 0.0 && s.drag.speed < 0.0, "{s:?}");
+        // 4.6 % of L/D per degree of path at 25 deg, independent of the polar: d ln cot γ = −2/sin 2γ dγ.
+        let g = steady(&ForceModel::new(at_sea(7.53), &[]), &trim).unwrap().lowest;
+        let per_degree = 2.0 / (2.0 * g.gamma_rad.abs()).sin() * 1f64.to_radians();
+        assert!((per_degree - 0.046).abs() < 5e-4, "{per_degree}");
+    }
+
+    #[test]
+    fn drag_that_depends_on_speed_still_balances() {
+        let active = [Active::sized(by_name("reynolds_drag").unwrap(), 0.5)];
+        let model = ForceModel::new(at_sea(7.53), &active);
+        for n in [0.5, 1.0, 2.0, 4.0] {
+            let g = steady(&model, &dive(22.0, n, 1025.0)).unwrap().lowest;
+            let f = model.coefficients(&Flow::steady(g.alpha_rad, g.speed_m_s));
+            let d = 0.5 * 1025.0 * 0.1 * g.speed_m_s.powi(2) * f.cd;
+            assert!((d - n * g.gamma_rad.abs().sin()).abs() < 1e-6, "{n} N: {d}");
+        }
+    }
+
+    #[test]
+    fn impossible_trims_are_named() {
+        let m = ForceModel::new(at_sea(7.53), &[]);
+        let ok = dive(20.0, 2.0, 1025.0);
+        assert_eq!(steady(&m, &Trim { pitch_rad: f64::NAN, ..ok }).unwrap_err(), GlideError::Input("pitch_rad"));
+        assert_eq!(steady(&m, &Trim { net_buoyancy_n: 0.0, ..ok }).unwrap_err(), GlideError::Input("net_buoyancy_n"));
+        assert_eq!(steady(&m, &Trim { rho_kg_m3: -1.0, ..ok }).unwrap_err(), GlideError::Input("rho_kg_m3"));
+        assert_eq!(steady(&m, &Trim { pitch_rad: 0.3, ..ok }).unwrap_err(), GlideError::Opposed);
+        assert!(
+            matches!(steady(&m, &dive(5.0, 2.0, 1025.0)), Err(GlideError::TooFlat { least_pitch_rad }) if (0.14..0.155).contains(&least_pitch_rad))
+        );
+    }
 }

@@ -123,7 +123,11 @@ impl Separation {
     /// Hoerner's data, from memory).
     #[must_use]
     pub fn normal(&self, alpha_rad: f64) -> f64 {
-        let s = libm::sin(alpha_rad);
+        self.normal_of(libm::sin(alpha_rad))
+    }
+
+    /// [`Self::normal`] from sin α.
+    fn normal_of(&self, s: f64) -> f64 {
         self.broadside_cn * s / (0.56 + 0.44 * s.abs())
     }
 }
@@ -206,20 +210,22 @@ impl PreparedWing {
     /// Lift coefficient and drag coefficient *due to lift* (without C_D0) on the wing's area, carry-over included.
     #[must_use]
     pub fn lift_and_its_drag(&self, alpha_rad: f64) -> LiftDrag {
+        self.lift_and_its_drag_of(alpha_rad, libm::sin(alpha_rad), libm::cos(alpha_rad))
+    }
+
+    /// [`Self::lift_and_its_drag`] with sin α and cos α worked out before.
+    pub(crate) fn lift_and_its_drag_of(&self, alpha_rad: f64, s: f64, c: f64) -> LiftDrag {
         let w = &self.wing;
         let f = self.lift_factor;
         let low = |cl: f64| LiftDrag { cl, cd: drag::due_to_lift(w.drag_rule, self.k, cl, alpha_rad) };
         match w.model {
             WingModel::PolhamusLamar { kv } => low(f * polhamus_lamar(self.slope, kv, alpha_rad)),
             WingModel::BartlettVidal { crossflow_cd } => low(f * bartlett_vidal(self.slope, crossflow_cd, alpha_rad)),
-            WingModel::Fidler { a2_per_rad2 } => {
-                low(f * fidler_normal(fidler_a1(w.aspect_ratio), a2_per_rad2, alpha_rad) * libm::cos(alpha_rad))
-            }
+            WingModel::Fidler { a2_per_rad2 } => low(f * fidler_normal(fidler_a1(w.aspect_ratio), a2_per_rad2, alpha_rad) * c),
             WingModel::LiftingLine(separation) => {
-                let (s, c) = (libm::sin(alpha_rad), libm::cos(alpha_rad));
                 let attached = separation.attached(alpha_rad);
                 let cl_attached = f * self.slope * s * c * c;
-                let cn = f * separation.normal(alpha_rad);
+                let cn = f * separation.normal_of(s);
                 LiftDrag {
                     cl: attached * cl_attached + (1.0 - attached) * cn * c,
                     cd: attached * self.k * cl_attached * cl_attached + (1.0 - attached) * cn * s,

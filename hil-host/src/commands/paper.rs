@@ -12,7 +12,7 @@ use crate::paper::{Finding, figures, trials};
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:
   glider paper                       25 claims: the paper's number, ours, reproduced / calibrated / contradicted, why
-  glider paper --out out/paper       and figures 3 to 11 as svg, csv and json
+  glider paper --out out/paper       and figures 3 to 11 as svg, csv, json, and one HTML page
   glider paper --json | jq '.claims[] | select(.verdict==\"contradicted\")'")]
 pub struct Args {
     /// Folder for the redrawn figures.
@@ -33,6 +33,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             chart.write(out, stem)?;
             files.push(format!("{}.svg", out.join(stem).display()));
         }
+        let page = crate::paper::page(&claims, &evidence.trials)?;
+        page.write(&out.join("paper.html"))?;
+        files.push(out.join("paper.html").display().to_string());
     }
     let count = |f: Finding| claims.iter().filter(|c| c.verdict == f).count();
     let document = json!({

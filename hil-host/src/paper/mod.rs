@@ -21,6 +21,9 @@ pub mod variants;
 
 use serde_json::{Value, json};
 
+use crate::page::{self, Page, Provenance, Section, Table};
+use crate::plots::Mark;
+
 /// What we say about a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finding {
@@ -79,4 +82,58 @@ impl Claim {
     pub fn json(&self) -> Value {
         json!({"id": self.id, "claim": self.claim, "paper": self.paper, "ours": self.ours, "verdict": self.verdict.word(), "why": self.why})
     }
+}
+
+/// Claims and figures as one offline page.
+///
+/// # Errors
+/// Never for the committed vehicle files.
+pub fn page(claims: &[Claim], trials: &trials::Trials) -> anyhow::Result<Page> {
+    let count = |f: Finding| claims.iter().filter(|c| c.verdict == f).count();
+    let head = ["#", "claim", "paper", "ours", "verdict", "why"].map(String::from).to_vec();
+    let rows = claims
+        .iter()
+        .map(|c| vec![c.id.to_string(), c.claim.into(), c.paper.into(), c.ours.clone(), c.verdict.word().into(), c.why.clone()])
+        .collect();
+    let table = Table { caption: "The paper's claims beside our numbers".into(), head, rows };
+    let figures: Vec<page::Item> = figures::all(trials)?.into_iter().map(|(_, chart)| drawn(&chart).into()).collect();
+    Ok(Page {
+        title: "The source paper, claim by claim".into(),
+        answer: vec![
+            (
+                "Reproduced".into(),
+                format!("{} of {} claims follow from literature constants, untuned", count(Finding::Reproduced), claims.len()),
+            ),
+            ("Calibrated".into(), format!("{} hold after tuning constants the paper does not give", count(Finding::Calibrated))),
+            ("Contradicted".into(), format!("{} do not hold in our model, our plant or the sea data", count(Finding::Contradicted))),
+        ],
+        sections: vec![
+            Section {
+                title: "Claims".into(),
+                lead: "Each verdict is computed from the numbers beside it.".into(),
+                items: vec![table.into()],
+            },
+            Section {
+                title: "Figures".into(),
+                lead: "Figures 3 to 11 of the paper, redrawn; figure 11 by each meaning of \"angle of attack\".".into(),
+                items: figures,
+            },
+        ],
+        provenance: Provenance::of_this_run(),
+    })
+}
+
+fn drawn(chart: &crate::plots::Chart) -> page::Chart {
+    let axis = |label: &str| {
+        let (quantity, unit) = label.rsplit_once(", ").unwrap_or((label, ""));
+        page::Axis::new(quantity, if unit == "1" { "" } else { unit })
+    };
+    let points = chart.series.iter().all(|s| s.mark == Mark::Points);
+    let mark = if points { page::Mark::Point } else { page::Mark::Line };
+    chart.series.iter().fold(page::Chart::new(&chart.title, mark, axis(&chart.x), axis(&chart.y)), |c, s| {
+        let mut sorted = s.points.clone();
+        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (x, y): (Vec<f64>, Vec<f64>) = sorted.into_iter().unzip();
+        c.with(page::Series::new(&s.name, &x, &y))
+    })
 }

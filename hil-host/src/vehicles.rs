@@ -198,7 +198,8 @@ mod tests {
     fn prop_glides_balance_climb_mirrors_dive_and_flat_pitch_has_none() {
         for (name, _) in BUILT_IN {
             let m = Model::load(Path::new(name), None).unwrap();
-            for deg in 15..45 {
+            // 20 deg: flatter than about 16 deg the rail wings at sea have no glide.
+            for deg in 20..45 {
                 let trim = Trim { pitch_rad: -f64::from(deg).to_radians(), ..COMET };
                 let Ok(g) = glide::steady(&m, &trim) else { panic!("{name} at {deg}: no glide") };
                 let d = g.lowest;

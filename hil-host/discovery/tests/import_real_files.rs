@@ -47,7 +47,8 @@ fn validate_raw_comet_files_reproduce_the_tidy_table() {
     let offset = 1_466_704_292.85 - start;
     let rows = theirs.len();
     // Tolerances: the digits printed in the table, in SI.
-    let checks: [(&str, fn(&Flight) -> &[f64], f64); 3] = [
+    type Pick = fn(&Flight) -> &[f64];
+    let checks: [(&str, Pick, f64); 3] = [
         ("pressure", |f| &f.pressure_pa, 0.0051e4),
         ("temperature", |f| &f.temperature_degc, 1e-4),
         // And the 75-term polynomial against the exact Gibbs function: 0.001 kg/m3.

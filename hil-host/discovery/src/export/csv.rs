@@ -7,39 +7,12 @@ use std::io::{self, Write};
 
 use crate::flight::Flight;
 
-/// One column: name, values, factor from SI, digits after the point.
-struct Column<'a> {
-    name: &'a str,
-    values: &'a [f64],
-    factor: f64,
-    digits: usize,
-}
-
 /// Writes `flight`.
 ///
 /// # Errors
 /// What the writer says.
 pub fn write(flight: &Flight, out: impl Write) -> io::Result<()> {
-    let column = |name, values, factor, digits| Column { name, values, factor, digits };
-    // Digits: one decade below the resolution of a good sensor.
-    let mut columns = vec![
-        column("pressure_dbar", flight.pressure_pa.as_slice(), 1e-4, 4),
-        column("m_pitch_rad", &flight.pitch_rad, 1.0, 5),
-        column("m_roll_rad", &flight.roll_rad, 1.0, 5),
-        column("m_heading_rad", &flight.heading_rad, 1.0, 5),
-        column("m_ballast_pumped_cc", &flight.ballast_m3, 1e6, 3),
-        column("m_battpos_m", &flight.battery_mass_m, 1.0, 6),
-        column("sci_water_temp_degC", &flight.temperature_degc, 1.0, 4),
-        column("sci_density_kg_m3", &flight.density_kg_m3, 1.0, 5),
-        column("gps_east_m", &flight.gps_east_m, 1.0, 2),
-        column("gps_north_m", &flight.gps_north_m, 1.0, 2),
-    ];
-    if let Some(speed) = &flight.speed_m_s {
-        columns.push(column("speed_water_m_s", speed, 1.0, 5));
-    }
-    for (name, values) in &flight.extra {
-        columns.push(column(name, values, 1.0, 7));
-    }
+    let columns = super::columns(flight);
     let mut out = io::BufWriter::new(out);
     write!(out, "time_s,segment")?;
     for c in &columns {
@@ -69,6 +42,27 @@ fn number(value: f64, digits: usize) -> String {
     }
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.into() }
+}
+
+/// A flight of `rows` rows without any value, for tests of the writers.
+#[cfg(test)]
+pub(super) fn blank(rows: usize) -> Flight {
+    let none = || vec![f64::NAN; rows];
+    Flight {
+        time_s: none(),
+        segment: vec![0; rows],
+        pressure_pa: none(),
+        pitch_rad: none(),
+        roll_rad: none(),
+        heading_rad: none(),
+        ballast_m3: none(),
+        battery_mass_m: none(),
+        temperature_degc: none(),
+        density_kg_m3: none(),
+        gps_east_m: none(),
+        gps_north_m: none(),
+        ..Flight::default()
+    }
 }
 
 #[cfg(test)]

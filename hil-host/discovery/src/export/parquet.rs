@@ -1,0 +1,86 @@
+//! Writes a flight as Parquet: the csv's columns, doubles, null where there is no value.
+//!
+//! Uncompressed and without the Arrow layer, so that only the format itself is
+//! compiled in; any Parquet reader opens it.
+
+use std::io::Write;
+use std::sync::Arc;
+
+use parquet::basic::{Repetition, Type as Physical};
+use parquet::data_type::{DoubleType, Int32Type};
+use parquet::errors::{ParquetError, Result};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+use crate::flight::Flight;
+
+/// Writes `flight`.
+///
+/// # Errors
+/// What the writer says.
+pub fn write(flight: &Flight, out: impl Write + Send) -> Result<()> {
+    let columns = super::columns(flight);
+    let field = |name: &str, kind, repetition| Type::primitive_type_builder(name, kind).with_repetition(repetition).build().map(Arc::new);
+    let mut fields =
+        vec![field("time_s", Physical::DOUBLE, Repetition::REQUIRED)?, field("segment", Physical::INT32, Repetition::REQUIRED)?];
+    for c in &columns {
+        fields.push(field(c.name, Physical::DOUBLE, Repetition::OPTIONAL)?);
+    }
+    let schema = Arc::new(Type::group_type_builder("flight").with_fields(fields).build()?);
+    let properties = WriterProperties::builder().set_created_by(concat!("glider ", env!("CARGO_PKG_VERSION")).into()).build();
+    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+    let mut rows = writer.next_row_group()?;
+    let missing = || ParquetError::General("the schema has fewer columns than the flight".into());
+
+    let mut column = rows.next_column()?.ok_or_else(missing)?;
+    column.typed::<DoubleType>().write_batch(&flight.time_s, None, None)?;
+    column.close()?;
+    let segment: Vec<i32> = flight.segment.iter().map(|s| i32::try_from(*s).unwrap_or(i32::MAX)).collect();
+    let mut column = rows.next_column()?.ok_or_else(missing)?;
+    column.typed::<Int32Type>().write_batch(&segment, None, None)?;
+    column.close()?;
+    for c in &columns {
+        let (mut values, mut there) = (Vec::new(), Vec::new());
+        for v in c.converted() {
+            there.push(i16::from(v.is_finite()));
+            if v.is_finite() {
+                values.push(v);
+            }
+        }
+        let mut column = rows.next_column()?.ok_or_else(missing)?;
+        column.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
+        column.close()?;
+    }
+    rows.close()?;
+    writer.close()?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    #[test]
+    fn another_reader_finds_values_and_nulls() {
+        let flight = Flight {
+            time_s: vec![0.0, 4.0],
+            segment: vec![0, 1],
+            pressure_pa: vec![1e4, f64::NAN],
+            pitch_rad: vec![-0.4, 0.4],
+            ..super::super::csv::blank(2)
+        };
+        let mut bytes = Vec::new();
+        write(&flight, &mut bytes).expect("written");
+        let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).expect("Parquet");
+        let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|r| r.expect("a row")).collect();
+        let get = |row: usize, name: &str| rows[row].get_column_iter().find(|(n, _)| *n == name).map(|(_, f)| f.clone());
+        assert_eq!(get(1, "time_s"), Some(Field::Double(4.0)));
+        assert_eq!(get(1, "segment"), Some(Field::Int(1)));
+        assert_eq!(get(0, "pressure_dbar"), Some(Field::Double(1.0)));
+        assert_eq!(get(1, "pressure_dbar"), Some(Field::Null));
+        assert_eq!(get(0, "m_pitch_rad"), Some(Field::Double(-0.4)));
+    }
+}

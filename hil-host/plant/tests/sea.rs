@@ -118,30 +118,45 @@ fn validate_comet_2016_after_trim() {
     }
     let r = residuals(trim);
     let steady_cm_s = 100.0 * rms(steady(&r).into_iter());
-    // Bottom inflections: within 60 s of the deepest point of each saw-tooth.
-    let mut bottom = vec![false; samples.len()];
-    for k in 60..samples.len() - 60 {
-        let d = samples[k].depth_m;
-        if d > 10.0 && samples[k - 60..k + 60].iter().all(|s| s.depth_m <= d) {
-            bottom[k - 60..k + 60].iter_mut().for_each(|b| *b = true);
+    // Bottom inflections: within 60 s (and, harder, 30 s) of the deepest point of each saw-tooth.
+    let bottom = |half: usize, r: &[f64]| {
+        let mut near = vec![false; samples.len()];
+        for k in 60..samples.len() - 60 {
+            let d = samples[k].depth_m;
+            if d > 10.0 && samples[k - 60..k + 60].iter().all(|s| s.depth_m <= d) {
+                near[k - half..k + half].iter_mut().for_each(|b| *b = true);
+            }
         }
-    }
-    let bottom_cm_s = 100.0 * rms(r.iter().zip(&bottom).filter(|(r, b)| **b && r.is_finite()).map(|(r, _)| *r));
+        100.0 * rms(r.iter().zip(&near).filter(|(r, b)| **b && r.is_finite()).map(|(r, _)| *r))
+    };
+    let (bottom_cm_s, turn_cm_s) = (bottom(60, &r), bottom(30, &r));
+    // The same vehicle without inertia: at each instant the glide it would settle to.
+    let settled: Vec<Flown> = record
+        .iter()
+        .map(|now| {
+            let held: Vec<_> = [0.0, 30.0, 60.0, 90.0].iter().map(|dt| Recorded { time_s: now.time_s + dt, ..*now }).collect();
+            replay(&vehicle, Wings::Standard, neutral, trim, &held)[3]
+        })
+        .collect();
+    let without: Vec<f64> = filtered(&samples, &settled).iter().zip(&samples).map(|(m, s)| m - s.w_obs_m_s).collect();
+    let (bottom_settled, turn_settled) = (bottom(60, &without), bottom(30, &without));
+    println!("without inertia: {bottom_settled:.3} (±60 s) and {turn_settled:.3} (±30 s) cm/s");
     let flown = replay(&vehicle, Wings::Standard, neutral, trim, &record);
     let speed: Vec<f64> =
         flown.iter().zip(&samples).filter(|(_, s)| s.steady).filter_map(|(f, s)| Some(f.speed_m_s - s.speed_m_s?)).collect();
     let speed_bias_cm_s = 100.0 * speed.iter().sum::<f64>() / speed.len() as f64;
     println!(
-        "trim {:.1} cc, axial {:+.1} %; steady {steady_cm_s:.3} cm/s over {}, bottom inflections {bottom_cm_s:.3} cm/s over {}, speed bias {speed_bias_cm_s:.2} cm/s over {}",
+        "trim {:.1} cc, axial {:+.1} %; steady {steady_cm_s:.3} cm/s over {}, bottom inflections {bottom_cm_s:.3} (±60 s) and {turn_cm_s:.3} (±30 s) cm/s, speed bias {speed_bias_cm_s:.2} cm/s over {}",
         1e6 * trim.volume_m3,
         100.0 * trim.axial_relative,
         steady(&r).len(),
-        bottom.iter().filter(|b| **b).count(),
         speed.len()
     );
     // The capability's figures; the best open tool reaches 0.45-0.50 and 1.17 cm/s on this flight.
     assert!(steady_cm_s <= 0.5, "steady {steady_cm_s} cm/s");
     assert!(bottom_cm_s <= 1.3, "bottom inflections {bottom_cm_s} cm/s");
+    // What the recorded turns ask for is inertia: without it the error at least doubles (best open tool: 3.54 to 1.17).
+    assert!(bottom_settled > 2.0 * bottom_cm_s, "without inertia {bottom_settled} cm/s");
     // Payload and trim, not another vehicle: the axial area stays within a fifth of the plant's own.
     assert!(trim.axial_relative.abs() < 0.2 && trim.volume_m3.abs() < 100e-6, "{trim:?}");
     // Through-water speed was not fitted; its own scatter is 2-3 cm/s.

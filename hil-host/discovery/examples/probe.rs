@@ -31,7 +31,7 @@ fn main() {
         println!(
             "{}",
             json!({"case": name, "site": v.site, "wing": v.document["wing"]["name"], "truth": truth, "verdict": d.verdict.name(), "answer": d.answer, "eq": d.equivalent, "c": c,
-            "r": d.remainder.iter().take(3).map(|f| json!([f.variable, f.log_bayes, f.scale_m_s, f.period_s])).collect::<Vec<_>>(), "rows": d.rows, "brink": d.brink, "colour": d.colour,
+            "r": d.remainder.iter().take(3).map(|f| json!([f.variable, f.log_bayes, f.scale_m_s, f.period_s])).collect::<Vec<_>>(), "rows": d.rows, "ms": d.misfit, "brink": d.brink, "colour": d.colour,
             "err": d.block_error_m_s, "z": d.recalibrated.calibration, "t": t0.elapsed().as_secs_f64()})
         );
     }

@@ -11,13 +11,17 @@ use crate::search::{Candidate, Found, WAVE, search};
 use crate::{Flight, Vehicle};
 
 /// Log odds a hypothesis needs against nothing missing. Set on simulated clean flights: 2 % of them may exceed it.
-const SPEAK_UP: f64 = 1.5;
+const SPEAK_UP: f64 = 0.5;
 /// The same where a wave is in it: ordinary water motion of another colour looks like one.
-const SPEAK_UP_WAVE: f64 = 5.0;
+const SPEAK_UP_WAVE: f64 = 2.0;
 /// Log Bayes factor a family of the remainder needs.
-const REMAINS: f64 = 7.0;
+const REMAINS: f64 = 9.0;
+/// How much more a family in time needs: ordinary water motion of another colour looks like one.
+const TIME_HANDICAP: f64 = 9.0;
 /// And its share of what the best hypothesis explained: forms of nature differ from ours by that much.
 const REMAINS_SHARE: f64 = 0.12;
+/// Or a mean square of innovations (1 for noise) that no difference of form explains.
+const REMAINS_MISFIT: f64 = 1.3;
 /// Log odds within which hypotheses are not told apart.
 const TIED: f64 = 3.0;
 /// Innovations beyond this are outliers, sigma.
@@ -118,6 +122,8 @@ pub struct Diagnosis {
     pub notes: Vec<String>,
     /// Cleaned flight.
     pub prepared: Prepared,
+    /// Mean square of innovations at the answer, 1 for noise.
+    pub misfit: f64,
     /// Innovations that were fitted, and rows left out near the stall.
     pub rows: usize,
     /// Rows left out near the stall.
@@ -191,15 +197,29 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) ->
     }
     problem.tune_colour(&second.state);
     let mut found = search(&problem, tick);
-    // The best hypothesis may fly closer to the stall than the nominal model: judge the brink again with it.
-    if let Some(best) = found.candidates.first().filter(|c| c.log_odds > 10.0)
-        && problem.settle_continuation(&best.fit.state.clone()) > problem.data.len() / 50
-    {
-        found = search(&problem, tick);
+    let state_of =
+        |found: &Found| found.candidates.first().filter(|c| speaks_up(c)).map_or_else(|| found.null.state.clone(), |c| c.fit.state.clone());
+    // Second look, with what the first has taught: near the stall, and the size of the ordinary water motion.
+    let state = state_of(&found);
+    let large = problem.data.len() / 40;
+    let mean_square = |found: &Found, n: usize| {
+        found.candidates.first().filter(|c| speaks_up(c)).map_or(&found.null, |c| &c.fit).residual.iter().map(|r| r * r).sum::<f64>()
+            / n.max(1) as f64
+    };
+    let before = mean_square(&found, problem.data.len());
+    let mut restored = problem.brink_rows() > large && problem.restore_brink(&state) > 0;
+    if restored {
+        let again = search(&problem, tick);
+        if mean_square(&again, problem.data.len()) < before.max(1.0) * 1.06 {
+            found = again;
+        } else {
+            // Nature goes on otherwise after all: leave those rows out again.
+            restored = false;
+            problem.settle_continuation(&state);
+        }
     }
-    if let Some(best) = found.candidates.first().filter(|c| c.log_odds > 10.0)
-        && problem.tune_colour(&best.fit.state.clone())
-    {
+    let widened = !restored && problem.settle_continuation(&state) > large;
+    if problem.tune_colour(&state_of(&found)) || widened {
         found = search(&problem, tick);
     }
     tick("what remains", 0.97);
@@ -218,9 +238,11 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let Found { null, candidates, likeness } = found;
     let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(c));
     let remainder = families(problem, spoken.map_or(&null, |c| &c.fit));
-    let strongest = remainder.first().map_or(f64::NEG_INFINITY, |f| f.log_bayes);
+    let strongest =
+        remainder.iter().map(|f| f.log_bayes - if f.period_s.is_some() { TIME_HANDICAP } else { 0.0 }).fold(f64::NEG_INFINITY, f64::max);
     let explained = spoken.map_or(0.0, |c| 0.5 * c.gain);
-    let unexplained = strongest > REMAINS && strongest > REMAINS_SHARE * (explained + strongest);
+    let misfit = spoken.map_or(&null, |c| &c.fit).residual.iter().map(|r| r * r).sum::<f64>() / problem.data.len().max(1) as f64;
+    let unexplained = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > REMAINS_MISFIT);
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);
     let mut equivalent: Vec<Vec<&'static str>> = Vec::new();
@@ -289,12 +311,13 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         block_error_m_s: errors(&check_blocks, false),
         fitted_error_m_s: errors(&fit_blocks, true),
         after,
-        noise_floor_m_s: noise_floor(problem),
+        noise_floor_m_s: problem.noise_floor_m_s(),
         remainder,
         check,
         notes,
         prepared: prepared.clone(),
         beyond: problem.beyond,
+        misfit,
         rows: problem.data.len(),
         brink: problem.brink_rows(),
         colour: problem.colour.rms_m_s / vehicle.background.0,
@@ -326,29 +349,6 @@ fn block_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[
         }
         list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)).collect::<Vec<_>>()
     }))
-}
-
-/// Error that the ordinary water motion and the sensor leave in a 20 s block, m/s.
-fn noise_floor(problem: &Problem) -> f64 {
-    let c = &problem.colour;
-    let t = crate::metric::BLOCK_S;
-    let n = 40;
-    // The least-squares slope of an integral weighs the velocity by 6 x (1 − x) over the block.
-    let weight = |i: usize| {
-        let x = (i as f64 + 0.5) / n as f64;
-        6.0 * x * (1.0 - x) / n as f64
-    };
-    let mut water = 0.0;
-    for i in 0..n {
-        for j in 0..n {
-            let lag = (i as f64 - j as f64).abs() * t / n as f64;
-            water += weight(i) * weight(j) * (-lag / c.correlation_s).exp();
-        }
-    }
-    let period = problem.runs.first().map_or(4.0, |r| (r.time_s[r.time_s.len() - 1] - r.time_s[0]) / (r.time_s.len() - 1) as f64);
-    // Variance of a slope over m samples: 12 s²/(t² m).
-    let sensor = 12.0 * c.sensor_m * c.sensor_m / (t * t * (t / period).max(3.0));
-    (c.rms_m_s * c.rms_m_s * water + sensor).sqrt()
 }
 
 /// Parameters of the effects of a fit with 90 % intervals.

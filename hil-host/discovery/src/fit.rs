@@ -147,9 +147,10 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
     let mut gram = DMatrix::zeros(n, n);
     gram.view_mut((0, 0), (nc, nc)).copy_from(&jacobian.gram);
     let mut settled = false;
+    let mut moved = true;
     for iteration in 0..=effort.iterations {
         // Signatures of the effects' own numbers at this state.
-        for (j, f) in free.iter().enumerate() {
+        for (j, f) in free.iter().enumerate().filter(|_| moved) {
             let v = state.effects[f.effect].values[f.parameter];
             let step = if v + f.step > f.high { -f.step } else { f.step };
             let mut beside = state.clone();
@@ -201,6 +202,13 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
         }
         let Some(cholesky) = curvature.cholesky() else { break };
         let move_by = cholesky.solve(&gradient);
+        if gradient.dot(&move_by) < 0.05 {
+            // Nothing left to gain.
+            settled = true;
+            moved = false;
+            continue;
+        }
+        moved = false;
         let mut share = 1.0;
         let mut gained = 0.0;
         for _ in 0..5 {
@@ -212,11 +220,12 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
             if value < chi2 {
                 gained = chi2 - value;
                 (state, chi2, residual) = (trial, value, r);
+                moved = true;
                 break;
             }
             share *= 0.35;
         }
-        settled = gained < 0.03;
+        settled = gained < 0.1;
     }
     let mut curvature = gram;
     for i in 0..n {
@@ -228,6 +237,57 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
         .map_or((f64::INFINITY, DMatrix::identity(n, n)), |c| (2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>(), c.inverse()));
     let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
     Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision }
+}
+
+/// The fit that one more signature would give if everything were linear: no simulation. `size` is where `column` was taken.
+#[must_use]
+pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
+    let n = null.columns.len();
+    let mut columns = null.columns.clone();
+    columns.push(column.clone());
+    let mut precision = null.precision.clone();
+    precision.push(0.0);
+    let cross = DVector::from_fn(n, |i, _| null.columns[i].dot(column));
+    let own = column.dot(column);
+    let through = &null.covariance * &cross;
+    let left = (own - cross.dot(&through)).max(1e-12 * own + 1e-300);
+    let whole = Column { from: 0, values: null.residual.clone() };
+    let match_ = column.dot(&whole);
+    let p = &active.effect.parameters()[0];
+    let size = (p.off + match_ / left).clamp(p.low, p.high) - p.off;
+    let mut state = null.state.clone();
+    for i in 0..N_CALIBRATION {
+        state.calibration[i] -= through[i] * size;
+    }
+    let mut active = active;
+    active.values[0] = p.off + size;
+    state.effects.push(active);
+    let mut residual = null.residual.clone();
+    for (i, r) in residual.iter_mut().enumerate() {
+        *r -= size * column.values[i];
+        for k in 0..N_CALIBRATION {
+            *r += through[k] * size * null.columns[k].values[i];
+        }
+    }
+    let mut covariance = DMatrix::zeros(n + 1, n + 1);
+    let outer = &through * through.transpose() / left;
+    covariance.view_mut((0, 0), (n, n)).copy_from(&(&null.covariance + outer));
+    for i in 0..n {
+        covariance[(i, n)] = -through[i] / left;
+        covariance[(n, i)] = -through[i] / left;
+    }
+    covariance[(n, n)] = 1.0 / left;
+    let gain = 2.0 * match_ * size - size * size * left;
+    Fit {
+        state,
+        chi2: null.chi2 - gain,
+        residual,
+        log_det: null.log_det + left.ln(),
+        covariance,
+        sigma: vec![(0, 0, left.powf(-0.5))],
+        columns,
+        precision,
+    }
 }
 
 /// The effect at a start value.

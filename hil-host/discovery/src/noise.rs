@@ -23,9 +23,9 @@ pub struct Colour {
     pub walk_m2_s: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Stage {
-    row: usize,
+    rows: Vec<usize>,
     decay: f64,
     reach: f64,
     gain: [f64; 2],
@@ -40,6 +40,8 @@ pub struct Whitener {
     pub log_scale: f64,
 }
 
+/// Rows within this time are averaged, s.
+const GROUP_S: f64 = 3.4;
 /// Longest gap in the rows that the filter bridges, s.
 const GAP_S: f64 = 45.0;
 /// Variance of the unknown offset at the start of a run, m².
@@ -55,10 +57,21 @@ impl Whitener {
         let mut before = f64::NAN;
         let mut stages = Vec::new();
         let mut log_scale = 0.0;
+        // Rows closer than a sample of motion are averaged: they carry one news between them.
+        let mut groups: Vec<Vec<usize>> = Vec::new();
         for (row, &t) in run.time_s.iter().enumerate() {
             if !used[row] {
                 continue;
             }
+            match groups.last_mut() {
+                Some(g) if t - run.time_s[g[0]] < GROUP_S => g.push(row),
+                _ => groups.push(vec![row]),
+            }
+        }
+        for rows in groups {
+            let members = rows.len() as f64;
+            let t = rows.iter().map(|&r| run.time_s[r]).sum::<f64>() / members;
+            let noise = noise / members;
             let dt = if before.is_nan() { 0.0 } else { t - before };
             before = t;
             // After a gap the model's depth error is anybody's guess: start anew.
@@ -80,7 +93,7 @@ impl Whitener {
             let s = p[0] + noise;
             let gain = [p[0] / s, p[1] / s];
             p = [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]];
-            stages.push(Stage { row, decay, reach, gain, scale: if anew { 0.0 } else { 1.0 / s.sqrt() } });
+            stages.push(Stage { rows, decay, reach, gain, scale: if anew { 0.0 } else { 1.0 / s.sqrt() } });
             if !anew {
                 log_scale += 0.5 * s.ln();
             }
@@ -100,9 +113,9 @@ impl Whitener {
         self.stages.is_empty()
     }
 
-    /// Rows of the innovations.
-    pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.stages.iter().map(|s| s.row)
+    /// Rows behind each innovation.
+    pub fn rows(&self) -> impl Iterator<Item = &[usize]> + '_ {
+        self.stages.iter().map(|s| s.rows.as_slice())
     }
 
     /// Appends the innovations of `value(row)`.
@@ -110,7 +123,11 @@ impl Whitener {
         let (mut zeta, mut v) = (0.0, 0.0);
         for s in &self.stages {
             let ahead = zeta + s.reach * v;
-            let e = value(s.row) - ahead;
+            let seen = match s.rows.as_slice() {
+                [one] => value(*one),
+                many => many.iter().map(|&r| value(r)).sum::<f64>() / many.len() as f64,
+            };
+            let e = seen - ahead;
             zeta = ahead + s.gain[0] * e;
             v = s.decay * v + s.gain[1] * e;
             out.push(e * s.scale);

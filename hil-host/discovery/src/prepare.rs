@@ -40,7 +40,7 @@ pub struct Input {
     pub sin_heading: f64,
     /// cos of the heading.
     pub cos_heading: f64,
-    /// Observed depth, m.
+    /// Observed depth less what the sensor shows afloat, m.
     pub depth_m: f64,
 }
 
@@ -111,6 +111,14 @@ fn despike(time: &[f64], value: &mut [f64], threshold: f64) -> usize {
         }
         if k + 2 < n {
             guesses.push(line(k + 1, k + 2, t, value));
+        }
+        // At the ends there is nothing to interpolate: let the neighbours be held.
+        if k < 2 || k + 2 >= n {
+            for j in [k.saturating_sub(2), k.saturating_sub(1), k + 1, k + 2] {
+                if j != k && j < n {
+                    guesses.push(value[index[j]]);
+                }
+            }
         }
         let off = guesses.iter().map(|g| (value[i] - g).abs()).fold(f64::INFINITY, f64::min);
         if guesses.len() >= 3 && off > threshold {
@@ -205,6 +213,12 @@ fn local_quadratic(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut us
     (nearest.map_or(0.0, |i| value[i]), 0.0)
 }
 
+/// Slope at `t` of the local quadratic fit within ±`half`.
+#[must_use]
+pub fn local_slope(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut usize) -> f64 {
+    local_quadratic(time, value, t, half, from).1
+}
+
 /// Cleans a flight and lays its inputs on the grid.
 #[must_use]
 pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
@@ -231,6 +245,39 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         }
     }
     Prepared { runs, notes }
+}
+
+/// Spread of readings afloat, Pa: sensor noise and ripples; and the highest zero error that is believed, Pa.
+const AFLOAT_PA: f64 = 1200.0;
+const MOST_ZERO_PA: f64 = 5e4;
+
+/// Mean time and median pressure of the readings afloat at the start and at the end of a run: buoyant, and not changing.
+fn surface_readings(time: &[f64], pressure: &[f64], ballast: &[f64]) -> [Option<(f64, f64, usize)>; 2] {
+    let n = time.len();
+    [false, true].map(|late| {
+        let order: Vec<usize> = if late { (0..n).rev().collect() } else { (0..n).collect() };
+        let mut rows: Vec<usize> = Vec::new();
+        for i in order.into_iter().filter(|&i| pressure[i].is_finite()) {
+            let mut seen: Vec<f64> = rows.iter().map(|&r| pressure[r]).collect();
+            seen.sort_by(f64::total_cmp);
+            let off = seen.get(seen.len() / 2).is_some_and(|m| (pressure[i] - m).abs() > AFLOAT_PA);
+            if ballast[i] <= 0.0 || off || pressure[i].abs() > MOST_ZERO_PA {
+                break;
+            }
+            rows.push(i);
+        }
+        // The last rows before the dive (after the surfacing) are already (still) under way.
+        let edge = rows.last().map(|&r| time[r]);
+        rows.retain(|&r| edge.is_some_and(|e| (time[r] - e).abs() > 8.5));
+        if rows.len() < 2 {
+            return None;
+        }
+        let k = rows.len() as f64;
+        let mut seen: Vec<f64> = rows.iter().map(|&r| pressure[r]).collect();
+        seen.sort_by(f64::total_cmp);
+        let median = 0.5 * (seen[(seen.len() - 1) / 2] + seen[seen.len() / 2]);
+        Some((rows.iter().map(|&r| time[r]).sum::<f64>() / k, median, rows.len()))
+    })
 }
 
 fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mut [usize; 4]) -> Run {
@@ -267,6 +314,9 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         }
         whole_depth.push(z);
     }
+    // What the sensor shows afloat: its zero error, drifted or not.
+    let afloat: Vec<f64> = surface_readings(time, &pressure, &ballast).iter().flatten().map(|r| r.1 / (density[0] * g)).collect();
+    let zero = if afloat.is_empty() { 0.0 } else { afloat.iter().sum::<f64>() / afloat.len() as f64 };
     let depth: Vec<f64> = whole_depth.iter().zip(&pressure).map(|(z, p)| if p.is_finite() { *z } else { f64::NAN }).collect();
     let mut last_shallow = f64::NEG_INFINITY;
     let starts_afloat = whole_depth[0] < SURFACE_M;
@@ -312,7 +362,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
             roll_rad: mix(&roll),
             sin_heading: sh / norm,
             cos_heading: ch / norm,
-            depth_m: mix(&whole_depth),
+            depth_m: mix(&whole_depth) - zero,
         });
     }
 
@@ -336,23 +386,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     } else {
         (None, f64::NAN)
     };
-    let surface = [false, true].map(|late| {
-        let rows: Vec<usize> = (0..time.len())
-            .filter(|&i| {
-                (time[i] > middle) == late
-                    && pressure[i].is_finite()
-                    && whole_depth[i] < FLOAT_M
-                    // Floating for good: nothing deeper within 8 s, engine light.
-                    && ballast[i] > 0.0
-                    && (0..time.len()).all(|j| (time[j] - time[i]).abs() > 8.5 || (whole_depth[j] < FLOAT_M && ballast[j] > 0.0))
-            })
-            .collect();
-        if rows.len() < 2 {
-            return None;
-        }
-        let k = rows.len() as f64;
-        Some((rows.iter().map(|&i| time[i]).sum::<f64>() / k, rows.iter().map(|&i| pressure[i]).sum::<f64>() / k, rows.len()))
-    });
+    let surface = surface_readings(time, &pressure, &ballast);
     Run {
         segment: flight.segment[start],
         first_row: start,

@@ -6,7 +6,7 @@
 
 use crate::dynamics::{Track, track};
 use crate::noise::{Colour, Whitener};
-use crate::prepare::{Prepared, Run, SETTLE_S};
+use crate::prepare::{Prepared, Run};
 use crate::vehicle::Vehicle;
 use hydro::effects::{Active, BallastScale, Constants, Continuation, PitchOffset, vertical_mode};
 
@@ -37,6 +37,11 @@ const SURFACE_PA: f64 = 100.0;
 /// Error of a GPS displacement besides the fixes (drift afloat, turns), m, and per metre of way; guess from example flights.
 const DRIFT_M: f64 = 1.0;
 const DRIFT_PER_M: f64 = 0.004;
+/// Error of the horizontal speed while the vehicle is near the stall, m/s, and the longest such time for which displacement is used, s.
+const LOST_WAY_M_S: f64 = 0.05;
+const MOST_LOST_S: f64 = 600.0;
+/// Mean square of innovations near the stall up to which a continuation is believed to be nature's.
+const BRINK_TRUSTED: f64 = 1.15;
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
 const AFTER_BRINK_S: f64 = 20.0;
 
@@ -147,13 +152,14 @@ pub struct Problem<'a> {
     pub colour: Colour,
     whiteners: Vec<Whitener>,
     used: Vec<Vec<bool>>,
-    speed_rows: Vec<Vec<usize>>,
+    speed_rows: Vec<Vec<Vec<usize>>>,
     offsets: Vec<usize>,
     /// Whitened observations.
     pub data: Vec<f64>,
     way_m: Vec<f64>,
-    whole_way: Vec<bool>,
+    lost_way_s: Vec<f64>,
     brink: usize,
+    brink_at: Vec<Vec<usize>>,
 }
 
 impl<'a> Problem<'a> {
@@ -173,12 +179,13 @@ impl<'a> Problem<'a> {
             walk_m2_s: (0.35 * pitch / 3.0).powi(2) * 8.0,
         };
         let used = runs.iter().map(|r| r.used.clone()).collect();
-        let speed_rows = runs.iter().map(|r| (0..r.time_s.len()).filter(|&i| r.used[i] && r.speed_m_s[i].is_finite()).collect()).collect();
+        let speed_rows = runs.iter().map(|r| speed_groups(r, &r.used)).collect();
         let way_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
         let mut problem = Self {
             vehicle,
             beyond: Continuation::default(),
-            whole_way: vec![true; runs.len()],
+            lost_way_s: vec![0.0; runs.len()],
+            brink_at: vec![Vec::new(); runs.len()],
             runs,
             colour,
             whiteners: Vec::new(),
@@ -228,12 +235,17 @@ impl<'a> Problem<'a> {
         self.whiteners[k].whiten(depth, out);
         let run = self.runs[k];
         let sigma = self.vehicle.sensors.speed_noise_m_s;
-        out.extend(self.speed_rows[k].iter().map(|&row| speed(row) / sigma));
+        out.extend(self.speed_rows[k].iter().map(|rows| {
+            let n = rows.len() as f64;
+            rows.iter().map(|&row| speed(row)).sum::<f64>() / (n.sqrt() * sigma)
+        }));
         if let (Some((_, _, gps)), Some(d)) = (run.displacement_m, displacement)
             && !self.vehicle.current_unknown
-            && self.whole_way[k]
+            && self.lost_way_s[k] < MOST_LOST_S
         {
-            let sigma = (gps * gps + DRIFT_M * DRIFT_M + (DRIFT_PER_M * self.way_m[k]).powi(2)).sqrt();
+            let sigma =
+                (gps * gps + DRIFT_M * DRIFT_M + (DRIFT_PER_M * self.way_m[k]).powi(2) + (LOST_WAY_M_S * self.lost_way_s[k]).powi(2))
+                    .sqrt();
             out.push(d.0 / sigma);
             out.push(d.1 / sigma);
         }
@@ -252,10 +264,10 @@ impl<'a> Problem<'a> {
         (self.offsets[k]..self.offsets[k + 1], self.whiteners[k].len())
     }
 
-    /// The row behind each depth innovation of run `k`.
+    /// The rows behind each depth innovation of run `k`.
     #[must_use]
-    pub fn rows(&self, k: usize) -> Vec<usize> {
-        self.whiteners[k].rows().collect()
+    pub fn rows(&self, k: usize) -> Vec<Vec<usize>> {
+        self.whiteners[k].rows().map(<[usize]>::to_vec).collect()
     }
 
     /// Minus twice the normaliser of the depth likelihood.
@@ -307,12 +319,66 @@ impl<'a> Problem<'a> {
     pub fn wave_columns(&self, period_s: f64, mode: u32) -> Vec<Column> {
         let mut out = Vec::new();
         for k in 0..self.runs.len() {
-            for unit in [(1.0, 0.0), (0.0, 1.0)] {
-                let depth = wave_depth(self.runs[k], period_s, mode, self.vehicle, unit);
-                out.push(self.depth_column(k, &|row| depth[row]));
-            }
+            let [sine, cosine] = wave_depths(self.runs[k], period_s, mode, self.vehicle);
+            out.push(self.depth_column(k, &|row| sine[row]));
+            out.push(self.depth_column(k, &|row| cosine[row]));
         }
         out
+    }
+
+    /// Puts the rows near the stall back if, with this state, one of the continuations explains them as well as rows elsewhere:
+    /// then it is nature's. Returns how many came back.
+    pub fn restore_brink(&mut self, state: &State) -> usize {
+        if self.brink == 0 {
+            return 0;
+        }
+        let kept = self.beyond;
+        let mut best = (f64::INFINITY, kept);
+        for c in [Continuation::Rising, Continuation::Fading] {
+            self.beyond = c;
+            let (mut sum, mut count) = (0.0, 0.0);
+            for k in 0..self.runs.len() {
+                let run = self.runs[k];
+                let mut whole = self.used[k].clone();
+                for &row in &self.brink_at[k] {
+                    whole[row] = true;
+                }
+                let whitener = Whitener::new(run, &whole, &self.colour);
+                let mut depth = self.track(run, state).depth_m;
+                if let Some(shift) = self.wave_shift(run, state) {
+                    depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
+                }
+                let mut e = Vec::new();
+                whitener.whiten(|row| run.depth_m[row] - depth[row], &mut e);
+                for (rows, x) in whitener.rows().zip(&e) {
+                    if rows.iter().any(|r| self.brink_at[k].contains(r)) {
+                        sum += (x * x).min(25.0);
+                        count += 1.0;
+                    }
+                }
+            }
+            let mean = if count > 0.0 { sum / count } else { f64::INFINITY };
+            if mean < best.0 {
+                best = (mean, c);
+            }
+        }
+        self.beyond = kept;
+        if best.0 > BRINK_TRUSTED {
+            return 0;
+        }
+        self.beyond = best.1;
+        let mut back = 0;
+        for k in 0..self.runs.len() {
+            for row in std::mem::take(&mut self.brink_at[k]) {
+                self.used[k][row] = true;
+                back += 1;
+            }
+            self.lost_way_s[k] = 0.0;
+            self.speed_rows[k] = speed_groups(self.runs[k], &self.used[k]);
+        }
+        self.brink = 0;
+        self.set_colour(self.colour);
+        back
     }
 
     /// Rows that [`Self::settle_continuation`] took out.
@@ -322,7 +388,8 @@ impl<'a> Problem<'a> {
     }
 
     /// Scales the rms of the ordinary water motion to what a state leaves, near its nominal value (the format allows 20 %; a
-    /// guess in the file may be far off). Returns whether it moved by more than 4 %.
+    /// guess in the file may be far off). Its
+    /// correlation time likewise. Returns whether either moved by more than 7 % (20 %).
     pub fn tune_colour(&mut self, state: &State) -> bool {
         let tracks: Vec<Vec<f64>> = self
             .runs
@@ -337,11 +404,16 @@ impl<'a> Problem<'a> {
             .collect();
         let nominal = self.vehicle.background.0;
         let spread = if self.vehicle.assumed.iter().any(|a| a.starts_with("background")) { 1.0 } else { 0.12 };
+        // The format allows 20 % either way; smaller than nominal is hardly believed, because other colours look smaller to a filter.
+        let allowed = if spread > 0.5 { 0.2..=5.0 } else { 0.9..=1.2 };
         let mut best = (f64::INFINITY, self.colour);
-        for k in -12..=12_i32 {
-            let factor = (f64::from(k) * spread * 0.2).exp();
-            let colour = Colour { rms_m_s: nominal * factor, ..self.colour };
-            let mut cost = (factor.ln() / spread).powi(2);
+        for (k, j) in (-10..=10_i32).flat_map(|k| (-3..=3_i32).map(move |j| (k, j))) {
+            let (factor, stretch) = ((f64::from(k) * spread * 0.2).exp(), (f64::from(j) * 0.12).exp());
+            if !allowed.contains(&factor) {
+                continue;
+            }
+            let colour = Colour { rms_m_s: nominal * factor, correlation_s: self.vehicle.background.1 * stretch, ..self.colour };
+            let mut cost = (factor.ln() / spread).powi(2) + (stretch.ln() / 0.12).powi(2);
             for ((run, used), depth) in self.runs.iter().zip(&self.used).zip(&tracks) {
                 let w = Whitener::new(run, used, &colour);
                 let mut e = Vec::new();
@@ -353,7 +425,8 @@ impl<'a> Problem<'a> {
                 best = (cost, colour);
             }
         }
-        let moved = (best.1.rms_m_s / self.colour.rms_m_s).ln().abs() > 0.04;
+        let moved =
+            (best.1.rms_m_s / self.colour.rms_m_s).ln().abs() > 0.07 || (best.1.correlation_s / self.colour.correlation_s).ln().abs() > 0.2;
         if moved {
             self.set_colour(best.1);
         }
@@ -371,7 +444,8 @@ impl<'a> Problem<'a> {
     /// Whether any GPS displacement takes part in the fit.
     #[must_use]
     pub fn has_displacement(&self) -> bool {
-        !self.vehicle.current_unknown && self.runs.iter().zip(&self.whole_way).any(|(r, w)| *w && r.displacement_m.is_some())
+        !self.vehicle.current_unknown
+            && self.runs.iter().zip(&self.lost_way_s).any(|(r, lost)| *lost < MOST_LOST_S && r.displacement_m.is_some())
     }
 
     /// Signature of a vertical velocity `rate(run, row)`, m/s positive down, over all runs, whitened.
@@ -425,10 +499,12 @@ impl<'a> Problem<'a> {
             });
             let limit = 0.4 * self.colour.rms_m_s;
             let mut last = f64::NEG_INFINITY;
+            let mut lost = 0.0;
             for row in 0..run.time_s.len() {
                 let t = run.time_s[row];
                 if (tracks[0].sink_m_s[row] - tracks[1].sink_m_s[row]).abs() > limit {
                     last = t;
+                    lost += if row > 0 { t - run.time_s[row - 1] } else { 0.0 };
                 }
                 if t - last < AFTER_BRINK_S && run.used[row] {
                     if row > 0 && run.depth_m[row - 1].is_finite() {
@@ -438,13 +514,15 @@ impl<'a> Problem<'a> {
                             *m += (seen - (c.depth_m[row] - c.depth_m[row - 1])).powi(2) / dt;
                         }
                     }
-                    dropped += usize::from(self.used[k][row]);
+                    if self.used[k][row] {
+                        dropped += 1;
+                        self.brink_at[k].push(row);
+                    }
                     self.used[k][row] = false;
-                    self.speed_rows[k].retain(|&r| r != row);
                 }
             }
-            // A run that lost part of its way says nothing about displacement.
-            self.whole_way[k] = last == f64::NEG_INFINITY || last < run.time_s[0] + 1.5 * SETTLE_S;
+            self.lost_way_s[k] = lost;
+            self.speed_rows[k] = speed_groups(run, &self.used[k]);
         }
         self.beyond = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
         self.brink += dropped;
@@ -456,10 +534,12 @@ impl<'a> Problem<'a> {
     pub fn drop_outliers(&mut self, residual: &[f64], limit: f64) -> usize {
         let mut dropped = 0;
         for k in 0..self.runs.len() {
-            for (i, row) in self.rows(k).into_iter().enumerate() {
+            for (i, rows) in self.rows(k).into_iter().enumerate() {
                 if residual[self.offsets[k] + i].abs() > limit {
-                    self.used[k][row] = false;
-                    dropped += 1;
+                    dropped += rows.len();
+                    for row in rows {
+                        self.used[k][row] = false;
+                    }
                 }
             }
             let from = self.offsets[k] + self.whiteners[k].len();
@@ -477,6 +557,30 @@ impl<'a> Problem<'a> {
         }
         self.set_colour(self.colour);
         dropped
+    }
+
+    /// Error that the ordinary water motion and the sensor leave in a 20 s block, m/s.
+    #[must_use]
+    pub fn noise_floor_m_s(&self) -> f64 {
+        let c = &self.colour;
+        let t = crate::metric::BLOCK_S;
+        let n = 40;
+        // The least-squares slope of an integral weighs the velocity by 6 x (1 − x) over the block.
+        let weight = |i: usize| {
+            let x = (i as f64 + 0.5) / n as f64;
+            6.0 * x * (1.0 - x) / n as f64
+        };
+        let mut water = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                let lag = (i as f64 - j as f64).abs() * t / n as f64;
+                water += weight(i) * weight(j) * (-lag / c.correlation_s).exp();
+            }
+        }
+        let period = self.runs.first().map_or(4.0, |r| (r.time_s[r.time_s.len() - 1] - r.time_s[0]) / (r.time_s.len() - 1) as f64);
+        // Variance of a slope over m samples: 12 s²/(t² m).
+        let sensor = 12.0 * c.sensor_m * c.sensor_m / (t * t * (t / period).max(3.0));
+        (c.rms_m_s * c.rms_m_s * water + sensor).sqrt()
     }
 
     /// Model track of any run for a state (a wave has no known phase outside the fitted runs and is left out).
@@ -511,22 +615,46 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
     (c, effects)
 }
 
+/// Longest time over which speed is averaged, s: short against the 10 s in which speed changes.
+const SPEED_GROUP_S: f64 = 7.5;
+
+/// Used rows with a speed, neighbours together.
+fn speed_groups(run: &Run, used: &[bool]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for row in (0..run.time_s.len()).filter(|&i| used[i] && run.speed_m_s[i].is_finite()) {
+        match groups.last_mut() {
+            Some(g) if run.time_s[row] - run.time_s[g[0]] < SPEED_GROUP_S => g.push(row),
+            _ => groups.push(vec![row]),
+        }
+    }
+    groups
+}
+
+/// Depth shifts of a unit sine and a unit cosine of vertical motion (up) at each row of a run, m, positive down.
+fn wave_depths(run: &Run, period_s: f64, mode: u32, vehicle: &Vehicle) -> [Vec<f64>; 2] {
+    let omega = 2.0 * std::f64::consts::PI / period_s;
+    let n = run.time_s.len();
+    let mut out = [Vec::with_capacity(n), Vec::with_capacity(n)];
+    let mut shift = [0.0; 2];
+    let mut before = ([0.0; 2], f64::NAN);
+    for i in 0..n {
+        let t = run.time_s[i];
+        let shape = vertical_mode(mode, run.depth_at_row(i, vehicle.constants.gravity_m_s2), vehicle.water_depth_m);
+        let (sin, cos) = (omega * t).sin_cos();
+        let up = [sin * shape, cos * shape];
+        for j in 0..2 {
+            if i > 0 {
+                shift[j] -= 0.5 * (up[j] + before.0[j]) * (t - before.1);
+            }
+            out[j].push(shift[j]);
+        }
+        before = (up, t);
+    }
+    out
+}
+
 /// Depth shift of a wave at each row of a run, m, positive down.
 fn wave_depth(run: &Run, period_s: f64, mode: u32, vehicle: &Vehicle, amplitude: (f64, f64)) -> Vec<f64> {
-    let omega = 2.0 * std::f64::consts::PI / period_s;
-    let mut shift = 0.0;
-    let mut before = (0.0, f64::NAN);
-    (0..run.time_s.len())
-        .map(|i| {
-            let t = run.time_s[i];
-            let shape = vertical_mode(mode, run.depth_at_row(i, vehicle.constants.gravity_m_s2), vehicle.water_depth_m);
-            let (sin, cos) = (omega * t).sin_cos();
-            let up = (amplitude.0 * sin + amplitude.1 * cos) * shape;
-            if i > 0 {
-                shift -= 0.5 * (up + before.0) * (t - before.1);
-            }
-            before = (up, t);
-            shift
-        })
-        .collect()
+    let [sine, cosine] = wave_depths(run, period_s, mode, vehicle);
+    sine.iter().zip(&cosine).map(|(s, c)| amplitude.0 * s + amplitude.1 * c).collect()
 }

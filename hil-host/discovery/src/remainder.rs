@@ -6,7 +6,7 @@
 
 use crate::fit::Fit;
 use crate::problem::{Column, Problem};
-use crate::search::{log_bayes, log_mean_exp};
+use crate::search::{Offer, log_mean_exp};
 use nalgebra::DMatrix;
 
 /// What a family found.
@@ -38,9 +38,7 @@ struct Traits {
 
 fn traits(problem: &Problem, k: usize) -> Traits {
     let run = problem.runs[k];
-    let g = problem.vehicle.constants.gravity_m_s2;
     let n = run.time_s.len();
-    let depth: Vec<f64> = (0..n).map(|i| run.depth_at_row(i, g)).collect();
     let input = |row: usize| {
         let j = ((run.time_s[row] - run.time_s[0]) / (0.5 * run.step_s)) as usize;
         &run.inputs[j.min(run.inputs.len() - 1)]
@@ -61,7 +59,6 @@ fn traits(problem: &Problem, k: usize) -> Traits {
         down.push(now);
         since_turn_s.push(run.time_s[i] - last_turn);
     }
-    let _ = depth;
     Traits {
         ballast_rate: (0..n).map(|i| (ahead(i, 6.0).sensed.ballast_m3 - ahead(i, -6.0).sensed.ballast_m3) / 12.0 * 1e5).collect(),
         stratification: (0..n).map(|i| (ahead(i, 8.0).sensed.density_kg_m3 - ahead(i, -8.0).sensed.density_kg_m3) / 16.0 * 30.0).collect(),
@@ -95,7 +92,8 @@ pub fn families(problem: &Problem, fit: &Fit) -> Vec<Family> {
     let sign = |k: usize, row: usize| if all[k].down[row] { 1.0 } else { -1.0 };
     let mut out = Vec::new();
     let mut ask = |variable: &'static str, columns: &[Column], period_s: Option<f64>| {
-        let bayes: Vec<f64> = SCALES_M_S.iter().map(|s| log_bayes(columns, &fit.columns, &base, &residual, *s)).collect();
+        let offer = Offer::new(columns, &fit.columns, &base, &residual);
+        let bayes: Vec<f64> = SCALES_M_S.iter().map(|s| offer.log_bayes(*s)).collect();
         let best = (0..bayes.len()).max_by(|a, b| bayes[*a].total_cmp(&bayes[*b])).unwrap_or(0);
         out.push(Family { variable, log_bayes: log_mean_exp(&bayes), scale_m_s: SCALES_M_S[best], period_s });
     };

@@ -6,14 +6,14 @@
 //! discovery. Singles are fitted with the full model from several starts; pairs are screened with whitened signatures after the
 //! calibration is projected out, and the best ones fitted.
 
-use crate::fit::{Effort, Fit, Jacobian, fit, own_tolerance, start_at};
-use crate::problem::{Column, N_CALIBRATION, Problem, State, Wave};
+use crate::fit::{Effort, Fit, Jacobian, fit, linear, own_tolerance, start_at};
+use crate::problem::{Column, N_CALIBRATION, Problem, State, Wave, calibration_of, tolerance_of};
 use hydro::effects::{Active, CATALOGUE, Effect};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
 /// Prior probability that nothing is missing, that one effect is, that two are.
-pub const PRIOR: (f64, f64, f64) = (0.25, 0.55, 0.20);
+pub const PRIOR: (f64, f64, f64) = (0.25, 0.65, 0.10);
 /// Name of the effect whose phase is free in every run.
 pub const WAVE: &str = "internal_wave";
 
@@ -47,6 +47,21 @@ pub fn log_mean_exp(values: &[f64]) -> f64 {
     top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / values.len() as f64).ln()
 }
 
+/// Sign that an effect has by what it is (growth grows, vortices add force); 0 if either is as likely.
+fn usual_sign(effect: &str) -> f64 {
+    match effect {
+        "vortex_lift_bodywing"
+        | "side_edge_lift"
+        | "roll_turn_drag"
+        | "biofouling_drag"
+        | "climb_drag"
+        | "added_mass"
+        | "heave_added_mass"
+        | "reynolds_drag" => 1.0,
+        _ => 0.0,
+    }
+}
+
 /// Prior of an effect's size, integrated against the normal posterior N(value, sigma): ln E[p].
 #[must_use]
 pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma: f64) -> f64 {
@@ -70,13 +85,21 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
         if one_sided && side < 0.0 {
             continue;
         }
+        let usual = usual_sign(effect.name());
+        let weight = if usual == 0.0 || one_sided {
+            1.0
+        } else if usual == side {
+            1.9
+        } else {
+            0.1
+        };
         for k in 0..steps {
             let a = smallest * (width * f64::from(k)).exp();
             let b = a * width.exp();
             let mass = if side > 0.0 { normal_between(a, b, value, sigma) } else { normal_between(-b, -a, value, sigma) };
             let middle = (a * b).sqrt();
             let admitted = hole.map_or(1.0, |t| 1.0 / (1.0 + (-(middle / t - 2.8) / 0.15).exp()));
-            sum += mass * admitted / middle;
+            sum += mass * admitted / middle * weight;
         }
     }
     let volume = (largest / smallest).ln() * if one_sided { 1.0 } else { 2.0 };
@@ -143,6 +166,7 @@ struct Screen<'a> {
     jacobian: Jacobian,
     null: Fit,
     null_evidence: f64,
+    waves: Vec<(f64, u32, Vec<Column>)>,
 }
 
 impl Screen<'_> {
@@ -151,7 +175,9 @@ impl Screen<'_> {
         if f.state.wave.is_some() {
             effects.push(WAVE);
         }
-        let log_odds = log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + extra;
+        let worse = !(f.chi2 <= self.null.chi2 + 0.5);
+        let log_odds =
+            if worse { f64::NEG_INFINITY } else { log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + extra };
         Candidate { effects, log_odds, gain: self.null.chi2 - f.chi2, fit: f }
     }
 
@@ -162,6 +188,10 @@ impl Screen<'_> {
     /// Starts to try for one effect beside the effects of `beside`.
     fn starts(&self, effect: &'static dyn Effect) -> Vec<f64> {
         let p = &effect.parameters()[0];
+        // A flight far from its model may sit behind a hill: look from further away too.
+        if self.null.chi2 > FAR_OFF * self.problem.data.len() as f64 && effect.name() != "stall" {
+            return vec![p.off, (p.off + 1.5 * p.typical).min(p.high), (p.off - 1.5 * p.typical).max(p.low)];
+        }
         match effect.name() {
             "stall" => vec![0.05, 0.10, 0.16],
             "vortex_lift_bodywing" => vec![0.5 * p.typical, -0.2 * p.typical],
@@ -184,7 +214,24 @@ impl Screen<'_> {
                 best = Some(f);
             }
         }
-        best.unwrap_or_else(|| self.null.clone())
+        let best = best.unwrap_or_else(|| self.null.clone());
+        // Far from the calibrated nominal model the signatures are others: renew them there and go on.
+        if self.null.chi2 - best.chi2 > RENEW_GAIN {
+            let jacobian = Jacobian::new(self.problem, &best.state);
+            let again = fit(self.problem, &jacobian, &best.state, 0.01, Effort { iterations: 5, renew: false });
+            if again.chi2 <= best.chi2 {
+                return again;
+            }
+        }
+        best
+    }
+
+    /// Stall where it promises nothing: the angle out of reach, no discovery.
+    fn fit_stall(&self, gain: f64) -> Fit {
+        let mut start = self.null.state.clone();
+        start.effects.push(start_at(&hydro::effects::Stall, 0.2));
+        let iterations = if gain > 1.0 { 4 } else { 0 };
+        self.fit(&start, 0.01, iterations)
     }
 
     /// A current from the displacement residuals, as a start of its fit.
@@ -220,17 +267,14 @@ impl Screen<'_> {
         let whole = Column { from: 0, values: f.residual.clone() };
         let mut best = (1200.0, 1, 0.01, f64::NEG_INFINITY);
         let mut all = Vec::new();
-        for mode in [1, 2] {
-            for period in wave_periods() {
-                let columns = self.problem.wave_columns(period, mode);
-                for scale in WAVE_SCALES {
-                    // Second modes are rarer than first ones.
-                    let log_bayes =
-                        log_bayes(&columns, &f.columns, &base, &whole, scale / 2.0_f64.sqrt()) - if mode == 1 { 0.0 } else { 1.0 };
-                    all.push(log_bayes);
-                    if log_bayes > best.3 {
-                        best = (period, mode, scale, log_bayes);
-                    }
+        for (period, mode, columns) in &self.waves {
+            let prepared = Offer::new(columns, &f.columns, &base, &whole);
+            for scale in WAVE_SCALES {
+                // Second modes are rarer than first ones.
+                let log_bayes = prepared.log_bayes(scale / 2.0_f64.sqrt()) - if *mode == 1 { 0.0 } else { 1.0 };
+                all.push(log_bayes);
+                if log_bayes > best.3 {
+                    best = (*period, *mode, scale, log_bayes);
                 }
             }
         }
@@ -244,37 +288,57 @@ impl Screen<'_> {
         let fitted = self.fit(&start, scale, iterations);
         // The scan has averaged over period, mode and amplitude; the fit knows only the best of them.
         let at_best = log_evidence(self.problem, &fitted) - log_evidence(self.problem, f);
+        if !(fitted.chi2 <= f.chi2) {
+            return (fitted, f64::NEG_INFINITY);
+        }
         (fitted, log_bayes - at_best)
     }
 }
 
-/// Log Bayes factor of extra columns with amplitude scale `scale`, given what is fitted already.
-#[must_use]
-pub fn log_bayes(
-    extra: &[Column],
-    base: &[Column],
-    base_curvature: &nalgebra::Cholesky<f64, nalgebra::Dyn>,
-    residual: &Column,
-    scale: f64,
-) -> f64 {
-    let (n, m) = (base.len(), extra.len());
-    let cross = DMatrix::from_fn(n, m, |i, j| base[i].dot(&extra[j]));
-    let mut gram = DMatrix::from_fn(m, m, |i, j| if j <= i { extra[i].dot(&extra[j]) } else { 0.0 });
-    for i in 0..m {
-        for j in i + 1..m {
-            gram[(i, j)] = gram[(j, i)];
+/// Extra columns offered to a residual, with what is fitted already projected out.
+pub struct Offer {
+    gram: DMatrix<f64>,
+    match_: DVector<f64>,
+}
+
+impl Offer {
+    /// Projects the columns.
+    #[must_use]
+    pub fn new(extra: &[Column], base: &[Column], base_curvature: &nalgebra::Cholesky<f64, nalgebra::Dyn>, residual: &Column) -> Self {
+        let (n, m) = (base.len(), extra.len());
+        let cross = DMatrix::from_fn(n, m, |i, j| base[i].dot(&extra[j]));
+        let mut gram = DMatrix::from_fn(m, m, |i, j| if j <= i { extra[i].dot(&extra[j]) } else { 0.0 });
+        for i in 0..m {
+            for j in i + 1..m {
+                gram[(i, j)] = gram[(j, i)];
+            }
+        }
+        gram -= cross.transpose() * base_curvature.solve(&cross);
+        Self { gram, match_: DVector::from_fn(m, |i, _| extra[i].dot(residual)) }
+    }
+
+    /// Log Bayes factor for normal amplitudes of this scale.
+    #[must_use]
+    pub fn log_bayes(&self, scale: f64) -> f64 {
+        let s2 = scale * scale;
+        let mut scaled = &self.gram * s2;
+        for i in 0..self.match_.len() {
+            scaled[(i, i)] += 1.0;
+        }
+        let Some(c) = scaled.cholesky() else { return f64::NEG_INFINITY };
+        let log_det: f64 = 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        0.5 * s2 * self.match_.dot(&c.solve(&self.match_)) - 0.5 * log_det
+    }
+}
+
+fn wave_library(problem: &Problem) -> Vec<(f64, u32, Vec<Column>)> {
+    let mut out = Vec::new();
+    for mode in [1, 2] {
+        for period in wave_periods() {
+            out.push((period, mode, problem.wave_columns(period, mode)));
         }
     }
-    gram -= cross.transpose() * base_curvature.solve(&cross);
-    let b = DVector::from_fn(m, |i, _| extra[i].dot(residual));
-    let s2 = scale * scale;
-    let mut scaled = gram * s2;
-    for i in 0..m {
-        scaled[(i, i)] += 1.0;
-    }
-    let Some(c) = scaled.cholesky() else { return f64::NEG_INFINITY };
-    let log_det: f64 = 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-    0.5 * s2 * b.dot(&c.solve(&b)) - 0.5 * log_det
+    out
 }
 
 /// Signature of an effect at a state: difference of the model per unit of size, at a size that is felt.
@@ -295,7 +359,7 @@ struct Signature {
     column: Column,
 }
 
-fn signatures(problem: &Problem, at: &State) -> Vec<Signature> {
+fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec<Signature> {
     let base = problem.model(at);
     let mut out = Vec::new();
     for effect in CATALOGUE {
@@ -305,6 +369,13 @@ fn signatures(problem: &Problem, at: &State) -> Vec<Signature> {
             "stall" => vec![0.05, 0.09, 0.15],
             _ => vec![p.off + 0.25 * p.typical],
         };
+        if let (Some(j), Some(k)) = (jacobian, calibration_of(effect.name())) {
+            // A calibration number's own signature, in the effect's unit.
+            let unit = tolerance_of(problem.vehicle, k);
+            let column = Column { from: 0, values: j.columns[k].values.iter().map(|v| v / unit).collect() };
+            out.push(Signature { effect, column });
+            continue;
+        }
         for size in sizes {
             out.push(Signature { effect, column: signature(problem, at, &base, effect, size) });
         }
@@ -312,36 +383,73 @@ fn signatures(problem: &Problem, at: &State) -> Vec<Signature> {
     out
 }
 
+/// Chi² per innovation of the calibrated nominal model from which fits start from several values.
+const FAR_OFF: f64 = 2.5;
+/// Gain of chi² from which signatures are renewed at the fit.
+const RENEW_GAIN: f64 = 40.0;
+/// Gain of chi² below which a linear estimate is as good as a fit.
+const WORTH_A_FIT: f64 = 4.0;
+/// Most singles, and most pairs, that are fitted with the full model.
+const MOST_SINGLES: usize = 9;
+const MOST_PAIRS: usize = 14;
+/// Odds by which any hypothesis with a wave is marked down: it has two amplitudes per run to follow noise of another colour with.
+const WAVE_HANDICAP: f64 = 3.5;
+
 /// Searches all singles and the promising pairs. `tick` is told what is being done and which share is done.
 #[must_use]
 pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
+    tick("calibration", 0.05);
     let nominal = Jacobian::new(problem, &State::nominal());
     let first = fit(problem, &nominal, &State::nominal(), 0.01, Effort { iterations: 3, renew: false });
     let jacobian = Jacobian::new(problem, &first.state);
     let null = fit(problem, &jacobian, &first.state, 0.01, Effort { iterations: 2, renew: false });
     let null_evidence = log_evidence(problem, &null);
-    let screen = Screen { problem, jacobian, null, null_evidence };
-    let mut found: Vec<Candidate> = Vec::new();
+    let waves = wave_library(problem);
+    let screen = Screen { problem, jacobian, null, null_evidence, waves };
     let single_prior = PRIOR.1 / CATALOGUE.len() as f64;
     let pair_prior = PRIOR.2 / (CATALOGUE.len() * (CATALOGUE.len() - 1) / 2) as f64;
-    for (k, effect) in CATALOGUE.into_iter().enumerate() {
-        tick(effect.name(), 0.05 + 0.35 * k as f64 / CATALOGUE.len() as f64);
-        if effect.name() == "horizontal_current" && !problem.has_displacement() {
-            // No observation feels it.
+
+    // Linear estimates of all, full fits of those that matter.
+    tick("single effects", 0.15);
+    let signs = signatures(problem, &screen.null.state, Some(&screen.jacobian));
+    let mut linear_gain: Vec<(f64, usize)> = Vec::new();
+    let mut linear_fits: Vec<Fit> = Vec::new();
+    for (i, s) in signs.iter().enumerate() {
+        let f = linear(&screen.null, start_at(s.effect, s.effect.parameters()[0].off), &s.column);
+        linear_gain.push((screen.null.chi2 - f.chi2, i));
+        linear_fits.push(f);
+    }
+    linear_gain.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut found: Vec<Candidate> = Vec::new();
+    let mut fitted = 0;
+    let best_gain = linear_gain.first().map_or(0.0, |g| g.0);
+    for &(gain, i) in &linear_gain {
+        let effect = signs[i].effect;
+        if found.iter().any(|c| c.effects == [effect.name()]) {
             continue;
         }
-        if effect.name() == WAVE {
-            let (f, extra) = screen.with_wave(&screen.null, 2);
-            found.push(screen.candidate(f, single_prior, extra));
+        let f = if (gain > WORTH_A_FIT && fitted < MOST_SINGLES && gain > 0.1 * best_gain) || fitted < 2 {
+            fitted += 1;
+            tick(effect.name(), 0.15 + 0.03 * fitted as f64);
+            screen.best_with(&screen.null.state, effect, 6)
+        } else if effect.name() == "stall" {
+            // Its signature has no size: the linear estimate would be of an amplitude.
+            screen.fit_stall(gain)
         } else {
-            let f = screen.best_with(&screen.null.state, effect, 6);
-            found.push(screen.candidate(f, single_prior, 0.0));
-        }
+            linear_fits[i].clone()
+        };
+        found.push(screen.candidate(f, single_prior, 0.0));
     }
+    if let Some(current) = hydro::effects::by_name("horizontal_current").filter(|_| problem.has_displacement()) {
+        let f = screen.best_with(&screen.null.state, current, 6);
+        found.push(screen.candidate(f, single_prior, 0.0));
+    }
+    let (f, extra) = screen.with_wave(&screen.null, 2);
+    found.push(screen.candidate(f, single_prior, extra - WAVE_HANDICAP));
+    found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
 
     // Geometry of the signatures after the calibration is projected out.
-    tick("pairs", 0.45);
-    let signs = signatures(problem, &screen.null.state);
+    tick("pairs", 0.5);
     let projected = project(&screen.null, &signs);
     let mut likeness = Vec::new();
     let mut ranked: Vec<(f64, usize, usize)> = Vec::new();
@@ -351,74 +459,74 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
                 continue;
             }
             let (gi, gj, gij) = (projected.0[(i, i)], projected.0[(j, j)], projected.0[(i, j)]);
-            let cosine = gij / (gi * gj).max(1e-300).sqrt();
-            likeness.push((signs[i].effect.name(), signs[j].effect.name(), cosine));
+            likeness.push((signs[i].effect.name(), signs[j].effect.name(), gij / (gi * gj).max(1e-300).sqrt()));
             ranked.push((pair_score(problem, &signs, &projected, i, j), i, j));
         }
     }
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let best_single = found.first().map_or(0.0, |c| c.log_odds);
+    let worthwhile = ranked.first().is_some_and(|r| r.0 + (pair_prior / PRIOR.0).ln() > (0.5 * best_single).max(-2.0));
     let mut pairs: Vec<(&'static dyn Effect, &'static dyn Effect)> = Vec::new();
     let mut add = |a: &'static dyn Effect, b: &'static dyn Effect| {
         let known =
             pairs.iter().any(|(x, y)| (x.name() == a.name() && y.name() == b.name()) || (x.name() == b.name() && y.name() == a.name()));
-        if !known && a.name() != b.name() {
+        if !known && a.name() != b.name() && pairs.len() < MOST_PAIRS {
             pairs.push((a, b));
         }
         !known
     };
-    let mut taken = 0;
-    for (_, i, j) in &ranked {
-        if taken < 6 && add(signs[*i].effect, signs[*j].effect) {
-            taken += 1;
-        }
-    }
-    // From the best singles, with signatures renewed at their fits.
-    found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     let mut wave_pairs: Vec<Candidate> = Vec::new();
-    let best_singles: Vec<Candidate> = found.iter().take(3).cloned().collect();
-    for single in &best_singles {
-        let signs = signatures(problem, &single.fit.state);
-        let projected = project(&single.fit, &signs);
-        let mut second: Vec<(f64, usize)> = (0..signs.len())
+    // From the best singles, with signatures renewed at their fits.
+    let leaders: Vec<Candidate> =
+        found.iter().filter(|c| c.log_odds > best_single - 25.0 - 0.3 * best_single.max(0.0)).take(4).cloned().collect();
+    for single in &leaders {
+        if best_single < -1.0 {
+            break;
+        }
+        let renewed = signatures(problem, &single.fit.state, None);
+        let (gram, match_) = project(&single.fit, &renewed);
+        let mut second: Vec<(f64, usize)> = (0..renewed.len())
             .map(|i| {
-                let (g, b) = (projected.0[(i, i)].max(1e-300), projected.1[i]);
-                (0.5 * b * b / g + log_size_prior_of(problem, &signs[i], b / g, g.powf(-0.5)), i)
+                let (g, b) = (gram[(i, i)].max(1e-300), match_[i]);
+                (0.5 * b * b / g + log_size_prior_of(problem, &renewed[i], b / g, g.powf(-0.5)), i)
             })
+            .filter(|s| s.0 > -1.0)
             .collect();
         second.sort_by(|a, b| b.0.total_cmp(&a.0));
         if single.effects == [WAVE] {
-            for (_, i) in second.iter().take(3) {
-                let f = screen.best_with(&single.fit.state, signs[*i].effect, 4);
-                wave_pairs.push(screen.candidate(
-                    f,
-                    pair_prior,
-                    single.log_odds - screen.candidate(single.fit.clone(), single_prior, 0.0).log_odds,
-                ));
+            let offset = single.log_odds - screen.candidate(single.fit.clone(), single_prior, 0.0).log_odds;
+            for (_, i) in second.iter().take(2) {
+                let f = screen.best_with(&single.fit.state, renewed[*i].effect, 4);
+                wave_pairs.push(screen.candidate(f, pair_prior, offset));
             }
         } else {
             let first = single.fit.state.effects[0].effect;
-            for (_, i) in second.iter().take(3) {
-                add(first, signs[*i].effect);
+            for (_, i) in second.iter().take(4) {
+                add(first, renewed[*i].effect);
             }
             let (f, extra) = screen.with_wave(&single.fit, 2);
-            wave_pairs.push(screen.candidate(f, pair_prior, extra));
+            wave_pairs.push(screen.candidate(f, pair_prior, extra - WAVE_HANDICAP));
+            if let Some(current) = hydro::effects::by_name("horizontal_current").filter(|_| problem.has_displacement()) {
+                add(first, current);
+            }
         }
-        if let Some(current) = hydro::effects::by_name("horizontal_current")
-            && problem.has_displacement()
-            && single.effects != [WAVE]
-        {
-            add(single.fit.state.effects[0].effect, current);
+    }
+    if worthwhile {
+        let top = ranked[0].0;
+        let mut taken = 0;
+        for (score, i, j) in &ranked {
+            if taken < 6 && *score > top - 12.0 - 0.15 * top.max(0.0) && add(signs[*i].effect, signs[*j].effect) {
+                taken += 1;
+            }
         }
     }
     found.extend(wave_pairs);
     let total = pairs.len();
     for (k, (a, b)) in pairs.into_iter().enumerate() {
-        tick("pairs", 0.5 + 0.45 * k as f64 / total as f64);
+        tick("pairs", 0.55 + 0.4 * k as f64 / total as f64);
         // Start from the better of the two singles.
-        let (first, second) = {
-            let gain = |e: &dyn Effect| found.iter().find(|c| c.effects == [e.name()]).map_or(f64::NEG_INFINITY, |c| c.gain);
-            if gain(a) >= gain(b) { (a, b) } else { (b, a) }
-        };
+        let gain = |e: &dyn Effect| found.iter().find(|c| c.effects == [e.name()]).map_or(f64::NEG_INFINITY, |c| c.gain);
+        let (first, second) = if gain(a) >= gain(b) { (a, b) } else { (b, a) };
         let Some(base) = found.iter().find(|c| c.effects == [first.name()]).map(|c| c.fit.state.clone()) else { continue };
         let f = screen.best_with(&base, second, 6);
         found.push(screen.candidate(f, pair_prior, 0.0));

@@ -1,0 +1,118 @@
+//! Model against measurement, as the vehicle file stands: how far off, and where.
+
+use crate::metric::{blocks, rms};
+use crate::prepare::{Prepared, local_slope, prepare};
+use crate::problem::{Problem, State};
+use crate::whereabouts::{Finding, rank, residuals};
+use crate::{Flight, Vehicle};
+
+/// Half width of the window in which depth rates of single rows are formed, s (21 s in all, order 2, as Savitzky and Golay).
+pub const RATE_WINDOW_S: f64 = 10.5;
+
+/// One row of the comparison, for plots.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Segment.
+    pub segment: u32,
+    /// Time, s.
+    pub time_s: f64,
+    /// Depth, m.
+    pub depth_m: f64,
+    /// Measured depth rate, m/s, positive down.
+    pub observed_m_s: f64,
+    /// Modelled depth rate through the same filter, m/s.
+    pub modelled_m_s: f64,
+    /// Modelled speed through the water, m/s.
+    pub speed_m_s: f64,
+    /// Modelled angle of attack, rad.
+    pub alpha_rad: f64,
+    /// Steady flight.
+    pub steady: bool,
+}
+
+/// A comparison.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Rms of the depth-rate residual over submerged rows, m/s.
+    pub rms_m_s: f64,
+    /// The same over steady rows.
+    pub steady_rms_m_s: f64,
+    /// Block error of FORMAT section 6.1, m/s: on the check segments if the vehicle names some, else on all.
+    pub block_error_m_s: f64,
+    /// Number of its blocks, and whether they are of check segments.
+    pub blocks: (usize, bool),
+    /// What ordinary water motion and sensors alone would leave of the block error, m/s.
+    pub noise_floor_m_s: f64,
+    /// Where it fails, best lead first.
+    pub findings: Vec<Finding>,
+    /// Rows, for plots.
+    pub samples: Vec<Sample>,
+    /// Mean bias and rms of the speed through the water, measured minus modelled, m/s; none without a speed sensor.
+    pub speed_error_m_s: Option<(f64, f64)>,
+    /// What had to be repaired.
+    pub notes: Vec<String>,
+}
+
+/// Compares a flight with its vehicle's model.
+#[must_use]
+pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
+    let prepared: Prepared = prepare(flight, vehicle);
+    let problem = Problem::new(&prepared, vehicle, |_| true);
+    let state = State::nominal();
+    let named = prepared.runs.iter().any(|r| vehicle.check_segments.contains(&r.segment));
+    let mut samples = Vec::new();
+    let mut all = Vec::new();
+    let mut checked = Vec::new();
+    let mut speed = Vec::new();
+    for run in &prepared.runs {
+        let track = problem.track(run, &state);
+        let list = blocks(run);
+        let found = residuals(run, &list, &track);
+        if !named || vehicle.check_segments.contains(&run.segment) {
+            checked.extend(found.iter().map(|r| r.residual_m_s));
+        }
+        all.extend(found);
+        let (mut from_a, mut from_b) = (0, 0);
+        for row in 0..run.time_s.len() {
+            let t = run.time_s[row];
+            let observed_m_s = local_slope(&run.time_s, &run.depth_m, t, RATE_WINDOW_S, &mut from_a);
+            let modelled_m_s = local_slope(&run.time_s, &track.depth_m, t, RATE_WINDOW_S, &mut from_b);
+            if !run.used[row] {
+                continue;
+            }
+            let input = |ahead: f64| {
+                let j = ((t - run.time_s[0] + ahead).max(0.0) / (0.5 * run.step_s)) as usize;
+                &run.inputs[j.min(run.inputs.len() - 1)]
+            };
+            let steady = (input(-30.0).sensed.ballast_m3 - input(30.0).sensed.ballast_m3).abs() < 6e-6
+                && input(0.0).sensed.pitch_rad.abs() > 0.19
+                && (input(0.0).sensed.pitch_rad < 0.0) == (observed_m_s > 0.0)
+                && (input(-30.0).depth_m < input(30.0).depth_m) == (observed_m_s > 0.0);
+            if run.speed_m_s[row].is_finite() {
+                speed.push(run.speed_m_s[row] - track.speed_m_s[row]);
+            }
+            samples.push(Sample {
+                segment: run.segment,
+                time_s: t,
+                depth_m: run.depth_m[row],
+                observed_m_s,
+                modelled_m_s,
+                speed_m_s: track.speed_m_s[row],
+                alpha_rad: track.alpha_rad[row],
+                steady,
+            });
+        }
+    }
+    let residual = |s: &Sample| s.observed_m_s - s.modelled_m_s;
+    Comparison {
+        rms_m_s: rms(samples.iter().map(residual)),
+        steady_rms_m_s: rms(samples.iter().filter(|s| s.steady).map(residual)),
+        block_error_m_s: rms(checked.iter().copied()),
+        blocks: (checked.len(), named),
+        noise_floor_m_s: problem.noise_floor_m_s(),
+        findings: rank(&all),
+        speed_error_m_s: (!speed.is_empty()).then(|| (speed.iter().sum::<f64>() / speed.len() as f64, rms(speed.iter().copied()))),
+        samples,
+        notes: prepared.notes.clone(),
+    }
+}

@@ -3,9 +3,9 @@
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
 use crate::fit::{Effort, Fit, Jacobian, fit};
-use crate::metric::{Block, blocks, modelled_m_s, rms};
+use crate::metric::{Block, blocks};
 use crate::prepare::{Prepared, prepare};
-use crate::problem::{Problem, State};
+use crate::problem::{Problem, State, block_error};
 use crate::remainder::{Family, families};
 use crate::search::{Candidate, Found, WAVE, search};
 use crate::{Flight, Vehicle};
@@ -137,7 +137,8 @@ pub struct Diagnosis {
 }
 
 /// Which segments are for checking: those the file names, else every fourth of at least four.
-fn check_segments(vehicle: &Vehicle, prepared: &Prepared, notes: &mut Vec<String>) -> Vec<u32> {
+#[must_use]
+pub fn check_segments(vehicle: &Vehicle, prepared: &Prepared, notes: &mut Vec<String>) -> Vec<u32> {
     let mut present: Vec<u32> = prepared.runs.iter().map(|r| r.segment).collect();
     present.dedup();
     let named: Vec<u32> = vehicle.check_segments.iter().copied().filter(|s| present.contains(s)).collect();
@@ -167,17 +168,20 @@ impl std::error::Error for NothingToFit {}
 /// Fewest rows under way that a diagnosis is made on.
 const FEWEST_ROWS: usize = 40;
 
-/// Diagnoses a flight. `tick` is told what is being done and which share is done.
+/// The fit of a flight made ready: rows near the stall and outliers out, the size of the water motion settled. Also the fit of the
+/// calibration alone.
 ///
 /// # Errors
 /// No dive in the flight that a model could be compared with.
-pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
-    tick("reading the inputs", 0.0);
-    let prepared = prepare(flight, vehicle);
-    let mut notes = prepared.notes.clone();
-    let check = check_segments(vehicle, &prepared, &mut notes);
+pub fn prepared_problem<'a>(
+    flight: &Flight,
+    vehicle: &'a Vehicle,
+    prepared: &'a Prepared,
+    check: &[u32],
+    notes: &mut Vec<String>,
+) -> Result<(Problem<'a>, Fit), NothingToFit> {
     let fitted = |s: u32| !check.contains(&s) && (vehicle.fit_segments.is_empty() || vehicle.fit_segments.contains(&s));
-    let mut problem = Problem::new(&prepared, vehicle, fitted);
+    let mut problem = Problem::new(prepared, vehicle, fitted);
     let under_way: usize = problem.runs.iter().map(|r| r.used.iter().filter(|u| **u).count()).sum();
     if under_way < FEWEST_ROWS {
         return Err(NothingToFit(format!(
@@ -196,6 +200,19 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) ->
         notes.push(format!("{outliers} samples beyond {OUTLIER} sigma left out of the fit"));
     }
     problem.tune_colour(&second.state);
+    Ok((problem, second))
+}
+
+/// Diagnoses a flight. `tick` is told what is being done and which share is done.
+///
+/// # Errors
+/// No dive in the flight that a model could be compared with.
+pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
+    tick("reading the inputs", 0.0);
+    let prepared = prepare(flight, vehicle);
+    let mut notes = prepared.notes.clone();
+    let check = check_segments(vehicle, &prepared, &mut notes);
+    let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
     let mut found = search(&problem, tick);
     let state_of =
         |found: &Found| found.candidates.first().filter(|c| speaks_up(c)).map_or_else(|| found.null.state.clone(), |c| c.fit.state.clone());
@@ -337,18 +354,6 @@ impl Diagnosis {
 
 fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {
     prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect()
-}
-
-/// Block error of a state, m/s. A wave's phase is known only in fitted runs.
-fn block_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)], with_wave: bool) -> f64 {
-    rms(blocks.iter().flat_map(|(k, list)| {
-        let run = &prepared.runs[*k];
-        let mut depth = problem.track(run, state).depth_m;
-        if with_wave && let Some(shift) = problem.wave_shift(run, state) {
-            depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
-        }
-        list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)).collect::<Vec<_>>()
-    }))
 }
 
 /// Parameters of the effects of a fit with 90 % intervals.

@@ -1,10 +1,12 @@
 //! Do we agree with the sea, and what is missing: flights and vehicles are read, a model of the vehicle is run on the measured
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
+pub mod add;
 pub mod compare;
 pub mod diagnose;
 pub mod dynamics;
 pub mod export;
+pub mod expression;
 pub mod fit;
 pub mod flight;
 pub mod import;

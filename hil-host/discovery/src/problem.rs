@@ -5,6 +5,7 @@
 //! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
 
 use crate::dynamics::{Track, track};
+use crate::metric::{Block, modelled_m_s, rms};
 use crate::noise::{Colour, Whitener};
 use crate::prepare::{Prepared, Run};
 use crate::vehicle::Vehicle;
@@ -657,4 +658,17 @@ fn wave_depths(run: &Run, period_s: f64, mode: u32, vehicle: &Vehicle) -> [Vec<f
 fn wave_depth(run: &Run, period_s: f64, mode: u32, vehicle: &Vehicle, amplitude: (f64, f64)) -> Vec<f64> {
     let [sine, cosine] = wave_depths(run, period_s, mode, vehicle);
     sine.iter().zip(&cosine).map(|(s, c)| amplitude.0 * s + amplitude.1 * c).collect()
+}
+
+/// Block error of a state, m/s. A wave's phase is known only in fitted runs.
+#[must_use]
+pub fn block_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)], with_wave: bool) -> f64 {
+    rms(blocks.iter().flat_map(|(k, list)| {
+        let run = &prepared.runs[*k];
+        let mut depth = problem.track(run, state).depth_m;
+        if with_wave && let Some(shift) = problem.wave_shift(run, state) {
+            depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
+        }
+        list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)).collect::<Vec<_>>()
+    }))
 }

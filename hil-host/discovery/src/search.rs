@@ -385,6 +385,26 @@ fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec
 
 /// Chi² per innovation of the calibrated nominal model from which fits start from several values.
 const FAR_OFF: f64 = 2.5;
+/// Fits the calibration alone, and the calibration with these effects.
+#[must_use]
+pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fit) {
+    let nominal = Jacobian::new(problem, &State::nominal());
+    let first = fit(problem, &nominal, &State::nominal(), 0.01, Effort { iterations: 3, renew: false });
+    let jacobian = Jacobian::new(problem, &first.state);
+    let null = fit(problem, &jacobian, &first.state, 0.01, Effort { iterations: 2, renew: false });
+    let null_evidence = log_evidence(problem, &null);
+    let waves = if effects.iter().any(|e| e.name() == WAVE) { wave_library(problem) } else { Vec::new() };
+    let screen = Screen { problem, jacobian, null: null.clone(), null_evidence, waves };
+    let mut out = null.clone();
+    for effect in effects.iter().filter(|e| e.name() != WAVE) {
+        out = screen.best_with(&out.state, *effect, 8);
+    }
+    if !screen.waves.is_empty() {
+        out = screen.with_wave(&out, 3).0;
+    }
+    (null, out)
+}
+
 /// Gain of chi² from which signatures are renewed at the fit.
 const RENEW_GAIN: f64 = 40.0;
 /// Gain of chi² below which a linear estimate is as good as a fit.

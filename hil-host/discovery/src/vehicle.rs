@@ -277,7 +277,14 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
                     }
                 }
                 effects.push(active);
-            } else if numbers.get("expression").is_none() {
+            } else if let Some(text) = numbers.get("expression").and_then(Value::as_str) {
+                let effect = crate::expression::parse(text).map_err(|e| keys.bad(&format!("effects.{name}.expression"), e.to_string()))?;
+                let mut active = Active::off(effect);
+                for (value, p) in active.values.iter_mut().zip(hydro::effects::Effect::parameters(effect)) {
+                    *value = numbers.get(p.name).map(|v| v.get("value").unwrap_or(v)).and_then(Value::as_f64).unwrap_or(p.off);
+                }
+                effects.push(active);
+            } else {
                 let all: Vec<&str> = hydro::effects::CATALOGUE.iter().map(|e| e.name()).collect();
                 return Err(keys.bad(&format!("effects.{name}"), format!("no such effect; there are {}", all.join(", "))));
             }

@@ -1,15 +1,125 @@
 //! `glider add`.
 
+use super::diagnose::load;
 use super::{Output, Verdict};
+use anyhow::Context as _;
+use discovery::{add, expression, report, vehicle};
+use hydro::effects::{CATALOGUE, Effect, by_name};
+use serde_json::{Value, json};
+use std::path::PathBuf;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(
+    after_help = "Examples:\n  glider add side_edge_lift --flight trial_dir --out vehicle2.json\n  glider add hull_compressibility,thermal_expansion --flight f.csv --vehicle v.json --out v2.json\n  glider add 'cd += k*abs(roll)*U' --flight trial_dir --out v2.json\n\nAn expression is TARGET += EXPRESSION; targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3\n(p z T rho ballast pitch t), water_up_m_s (z H t). Every other name is a parameter to fit, the one written first from zero.\nExit code 1: the error on segments kept out of the fit did not fall."
+)]
+pub struct Args {
+    /// Names of effects, separated by commas, or one expression.
+    #[arg(value_name = "EFFECT[,EFFECT…]|EXPRESSION")]
+    effects: String,
+    /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
+    #[arg(long, value_name = "DIR|CSV")]
+    flight: PathBuf,
+    /// Vehicle file; default: the one beside the flight.
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Where to write the new vehicle file (.json or .toml).
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+fn effects_of(text: &str) -> anyhow::Result<Vec<&'static dyn Effect>> {
+    if expression::is_expression(text) {
+        return Ok(vec![expression::parse(text)? as &'static dyn Effect]);
+    }
+    text.split(',')
+        .map(|n| {
+            by_name(n.trim()).with_context(|| {
+                let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name()).collect();
+                format!("no effect `{}`; there are {} (or write an expression: `cd += k*roll^2`)", n.trim(), all.join(", "))
+            })
+        })
+        .collect()
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let effects = effects_of(&args.effects)?;
+    let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
+    let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
+    let added = add::add(&flight, &vehicle, &effects, &parent)?;
+    if let Some(out) = &args.out {
+        anyhow::ensure!(
+            vehicle::beside(&args.flight).is_none_or(|v| v != *out) && vehicle.path != *out,
+            "{}: a vehicle file is never overwritten; name a new file with --out",
+            out.display()
+        );
+        let text = if out.extension().is_some_and(|e| e == "toml") {
+            toml::to_string_pretty(&without_nulls(added.vehicle.clone()))?
+        } else {
+            format!("{:#}\n", added.vehicle)
+        };
+        std::fs::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;
+    }
+    let n = |v: f64| report::number(v * 100.0);
+    let parameters: serde_json::Map<String, Value> = added
+        .parameters
+        .iter()
+        .map(|p| {
+            let v = json!({"value": report::number(p.value), "low": report::number(p.low), "high": report::number(p.high), "unit": p.unit});
+            (p.name.clone(), v)
+        })
+        .collect();
+    let document = json!({
+        "flight": args.flight.display().to_string(),
+        "effects": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
+        "unit": "cm/s",
+        "error_before": n(added.fitted_m_s[0]),
+        "error_recalibrated": n(added.fitted_m_s[1]),
+        "error_after": n(added.fitted_m_s[2]),
+        "error_before_heldout": n(added.heldout_m_s[0]),
+        "error_recalibrated_heldout": n(added.heldout_m_s[1]),
+        "error_after_heldout": n(added.heldout_m_s[2]),
+        "parameters": parameters,
+        "vehicle": args.out.as_ref().map(|o| o.display().to_string()),
+        "chi2_gain": report::number(added.gain),
+        "notes": added.notes,
+    });
+    output.emit(&document, || {
+        println!("Block depth-rate error, cm/s        as given   recalibrated   with {}", args.effects);
+        for (what, e) in [("fitted segments", added.fitted_m_s), ("segments kept out of the fit", added.heldout_m_s)] {
+            if e[0].is_finite() {
+                println!("  {what:<32} {:>8.3}   {:>12.3}   {:>8.3}", e[0] * 100.0, e[1] * 100.0, e[2] * 100.0);
+            }
+        }
+        for p in &added.parameters {
+            println!("  {} = {:.5} (90 %: {:.5} to {:.5}) {}", p.name, p.value, p.low, p.high, p.unit);
+        }
+        if let Some(out) = &args.out {
+            println!("New vehicle file: {}", out.display());
+        }
+        for note in &added.notes {
+            println!("Note: {note}");
+        }
+    });
+    let worse = if added.heldout_m_s[0].is_finite() {
+        !(added.heldout_m_s[2] <= added.heldout_m_s[0])
+    } else {
+        !(added.fitted_m_s[2] <= added.fitted_m_s[0])
+    };
+    Ok(if worse { Verdict::Negative } else { Verdict::Ok })
+}
+
+/// TOML has no null: such keys are left out.
+fn without_nulls(v: Value) -> Value {
+    match v {
+        Value::Object(o) => {
+            o.into_iter().filter(|(_, v)| !v.is_null()).map(|(k, v)| (k, without_nulls(v))).collect::<serde_json::Map<_, _>>().into()
+        }
+        Value::Array(a) => a.into_iter().map(without_nulls).collect(),
+        other => other,
+    }
 }

@@ -155,6 +155,10 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn physics(&self) -> &'static str;
     /// What measurement would tell it from its look-alikes.
     fn separated_by(&self) -> &'static str;
+    /// The text of an effect that a person wrote as an expression.
+    fn expression(&self) -> Option<&str> {
+        None
+    }
     /// Its numbers; the first is the size.
     fn parameters(&self) -> &'static [Parameter];
     /// Changes constants of the law.

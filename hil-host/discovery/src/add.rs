@@ -1,0 +1,133 @@
+//! Adds named effects to a vehicle: refit, error before and after, and a new vehicle file that says where it came from.
+
+use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
+use crate::metric::blocks;
+use crate::prepare::{Prepared, prepare};
+use crate::problem::{N_CALIBRATION, Problem, State, block_error, tolerance_of};
+use crate::search::fit_named;
+use crate::{Flight, Vehicle};
+use hydro::effects::Effect;
+use serde_json::{Value, json};
+use sha2::{Digest as _, Sha256};
+
+/// What adding brought.
+#[derive(Debug)]
+pub struct Added {
+    /// Block error on the fitted segments, m/s: vehicle as given, recalibrated only, with the effects.
+    pub fitted_m_s: [f64; 3],
+    /// The same on segments kept out of the fit; NaN if there are none.
+    pub heldout_m_s: [f64; 3],
+    /// Parameters with 90 % intervals.
+    pub parameters: Vec<Estimate>,
+    /// The new vehicle file.
+    pub vehicle: Value,
+    /// Fall of chi² against recalibration alone.
+    pub gain: f64,
+    /// What had to be repaired or assumed.
+    pub notes: Vec<String>,
+}
+
+/// Adds effects and refits calibration and effects together on the segments that may be fitted.
+///
+/// # Errors
+/// No dive in the flight that a model could be compared with.
+pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], parent: &[u8]) -> Result<Added, NothingToFit> {
+    let prepared: Prepared = prepare(flight, vehicle);
+    let mut notes = prepared.notes.clone();
+    let check = check_segments(vehicle, &prepared, &mut notes);
+    let (problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
+    let (null, fit) = fit_named(&problem, effects);
+    let gather = |wanted: &dyn Fn(u32) -> bool| {
+        prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect::<Vec<_>>()
+    };
+    let fitted = gather(&|s| problem.runs.iter().any(|r| r.segment == s));
+    let kept = gather(&|s| check.contains(&s));
+    let errors = |list: &[_], wave| [&State::nominal(), &null.state, &fit.state].map(|s| block_error(&problem, &prepared, s, list, wave));
+    let parameters = estimates(&fit);
+    let document = document(vehicle, &problem, &fit.state, effects, &parameters, flight, parent);
+    Ok(Added {
+        fitted_m_s: errors(&fitted, true),
+        heldout_m_s: errors(&kept, false),
+        parameters,
+        vehicle: document,
+        gain: null.chi2 - fit.chi2,
+        notes,
+    })
+}
+
+/// The vehicle file with refitted numbers, the effects on, and their provenance. The parent's other keys are kept.
+fn document(
+    vehicle: &Vehicle,
+    problem: &Problem,
+    state: &State,
+    effects: &[&'static dyn Effect],
+    parameters: &[Estimate],
+    flight: &Flight,
+    parent: &[u8],
+) -> Value {
+    let mut d = vehicle.document.clone();
+    let t = &vehicle.tolerance;
+    let z = &state.calibration;
+    let mut scale = |path: [&str; 2], factor: f64| {
+        let at = if path[1].is_empty() { d.get_mut(path[0]) } else { d.get_mut(path[0]).and_then(|v| v.get_mut(path[1])) };
+        if let Some(v) = at
+            && let Some(x) = v.as_f64()
+        {
+            *v = json!(x * factor);
+        }
+    };
+    scale(["hydro", "cd0"], 1.0 + z[0] * t.cd0_relative);
+    scale(["hydro", "wing_lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative);
+    scale(["hydro", "hull_lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative);
+    scale(["hydro", "lift_quadratic_per_rad2"], 1.0 + z[2] * t.lift_quadratic_relative);
+    scale(["hull_volume_m3", ""], 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
+    scale(["hull_compressibility_per_pa", ""], 1.0 + z[6] * t.hull_compressibility_relative);
+    scale(["hull_thermal_expansion_per_k", ""], 1.0 + z[7] * t.hull_thermal_expansion_relative);
+    if let Some(hydro) = d.get_mut("hydro") {
+        hydro["added_mass_surge"] = json!(vehicle.constants.added_mass_surge + z[8] * t.added_mass_surge);
+        hydro["added_mass_heave"] = json!(vehicle.constants.added_mass_heave + z[9] * t.added_mass_heave);
+    }
+    let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
+    for effect in effects {
+        let mut entry = serde_json::Map::new();
+        let prefix = format!("{}.", effect.name());
+        for p in parameters.iter().filter(|p| p.name.starts_with(&prefix)) {
+            let value = json!({"value": p.value, "low": p.low, "high": p.high, "unit": p.unit});
+            entry.insert(p.name[prefix.len()..].to_string(), value);
+        }
+        if let Some(text) = crate::expression::text_of(*effect) {
+            entry.insert("expression".into(), json!(text));
+        }
+        on.insert(effect.name().into(), entry.into());
+    }
+    // Two calibration numbers have no constant in the file: they go on as the effect that states them.
+    for (k, name, parameter, unit) in [(4, "ballast_scale", "gain_error", "1"), (5, "pitch_offset", "offset_rad", "rad")] {
+        let shift = z[k] * tolerance_of(vehicle, k);
+        let before = on.get(name).and_then(|e| e.get(parameter)).map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
+        on.insert(name.into(), json!({parameter: {"value": before + shift, "unit": unit, "from": "calibration"}}));
+        if effects.iter().any(|e| e.name() == name)
+            && let Some(p) = parameters.iter().find(|p| p.name == format!("{name}.{parameter}"))
+        {
+            on.insert(
+                name.into(),
+                json!({parameter: {
+                    "value": before + p.value + shift, "low": before + p.low + shift, "high": before + p.high + shift, "unit": unit,
+                }}),
+            );
+        }
+    }
+    d["effects"] = on.into();
+    let calibration: serde_json::Map<String, Value> =
+        (0..N_CALIBRATION).map(|k| (crate::problem::CALIBRATION[k].to_string(), json!(z[k]))).collect();
+    d["provenance"] = json!({
+        "tool": concat!("glider ", env!("CARGO_PKG_VERSION")),
+        "parent": vehicle.path.file_name().map(|n| n.to_string_lossy()),
+        "parent_sha256": Sha256::digest(parent).iter().map(|b| format!("{b:02x}")).collect::<String>(),
+        "flight": flight.name,
+        "fitted_segments": problem.runs.iter().map(|r| r.segment).collect::<Vec<_>>(),
+        "added": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
+        "calibration_in_tolerances": calibration,
+        "intervals": "90 %, with the colour of the water motion accounted for",
+    });
+    d
+}

@@ -1,0 +1,341 @@
+//! The user's own effect: `TARGET += EXPRESSION` over named variables, with parameters to fit.
+//!
+//! ```text
+//! cd += k*abs(roll)*U            drag coefficient on S         alpha U roll climb phase t
+//! cl += k*alpha^3                lift coefficient              the same
+//! cn += k*alpha*abs(alpha)       force normal to the body      the same
+//! volume_cc += a*exp(-p/1e5)     displaced volume              p z T rho ballast pitch t
+//! pitch_rad += b*pitch           true minus measured pitch     the same
+//! density_kg_m3 += c*(T-10)      true minus measured density   the same
+//! water_up_m_s += a*sin(w*t)     vertical water motion         z H t
+//! ```
+//! Units: rad, m/s, s, Pa, m, °C, kg/m³, cm³ (`ballast`); `phase` is +1 climbing and −1 diving. Every other name is a parameter,
+//! fitted from zero (the first) and from one (the others). Evaluated by the `exmex` crate; functions: sin cos tan exp ln sqrt abs …
+
+use exmex::{Express as _, FlatEx};
+use hydro::effects::{Constants, Effect, Flow, MAX_PARAMETERS, Parameter, Place, Sensed};
+
+/// What an expression is added to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Target {
+    Drag,
+    Lift,
+    Normal,
+    Volume,
+    Pitch,
+    Density,
+    Water,
+}
+
+const TARGETS: [(&str, Target); 7] = [
+    ("cd", Target::Drag),
+    ("cl", Target::Lift),
+    ("cn", Target::Normal),
+    ("volume_cc", Target::Volume),
+    ("pitch_rad", Target::Pitch),
+    ("density_kg_m3", Target::Density),
+    ("water_up_m_s", Target::Water),
+];
+
+const FLOW: &[&str] = &["alpha", "U", "roll", "climb", "phase", "t"];
+const SENSED: &[&str] = &["p", "z", "T", "rho", "ballast", "pitch", "t"];
+const PLACE: &[&str] = &["z", "H", "t"];
+
+impl Target {
+    fn variables(self) -> &'static [&'static str] {
+        match self {
+            Self::Drag | Self::Lift | Self::Normal => FLOW,
+            Self::Volume | Self::Pitch | Self::Density => SENSED,
+            Self::Water => PLACE,
+        }
+    }
+}
+
+/// An effect made of an expression.
+#[derive(Debug)]
+pub struct Custom {
+    name: &'static str,
+    text: &'static str,
+    target: Target,
+    expression: FlatEx<f64>,
+    /// For each variable of the expression, in its order: a given variable or a parameter.
+    slots: Vec<Slot>,
+    parameters: &'static [Parameter],
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Slot {
+    Given(usize),
+    Fitted(usize),
+}
+
+/// A syntax error with the place it was found.
+#[derive(Debug)]
+pub struct SyntaxError {
+    text: String,
+    at: usize,
+    why: String,
+}
+
+impl std::fmt::Display for SyntaxError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "expression, character {}: {}", self.at + 1, self.why)?;
+        writeln!(f, "    {}", self.text)?;
+        write!(f, "    {}^", " ".repeat(self.at))
+    }
+}
+
+impl std::error::Error for SyntaxError {}
+
+/// Whether an argument is an expression rather than the name of an effect.
+#[must_use]
+pub fn is_expression(argument: &str) -> bool {
+    argument.contains("+=")
+}
+
+/// Makes an effect of `TARGET += EXPRESSION`. It lives as long as the program: effects are known by reference everywhere.
+///
+/// # Errors
+/// What is wrong at which character.
+pub fn parse(text: &str) -> Result<&'static Custom, SyntaxError> {
+    let bad = |at: usize, why: String| SyntaxError { text: text.to_string(), at, why };
+    let Some(split) = text.find("+=") else {
+        return Err(bad(0, "expected `TARGET += EXPRESSION`, for example `cd += k*roll^2`".into()));
+    };
+    let head = text[..split].trim();
+    let Some((_, target)) = TARGETS.iter().find(|(n, _)| *n == head) else {
+        let all: Vec<&str> = TARGETS.iter().map(|t| t.0).collect();
+        return Err(bad(0, format!("`{head}` cannot be added to; there are {}", all.join(", "))));
+    };
+    let body = &text[split + 2..];
+    let expression = exmex::parse::<f64>(body).map_err(|e| {
+        let (at, why) = locate(body).unwrap_or((body.len(), e.to_string()));
+        bad(split + 2 + at, why)
+    })?;
+    let mut slots = Vec::new();
+    let mut names: Vec<(usize, String)> = Vec::new();
+    for v in expression.var_names() {
+        match target.variables().iter().position(|g| g == v) {
+            Some(k) => slots.push(Slot::Given(k)),
+            None => {
+                let place = find_word(body, v).unwrap_or(0);
+                let elsewhere = [FLOW, SENSED, PLACE].iter().any(|l| l.contains(&v.as_str()));
+                if elsewhere {
+                    let why = format!("`{v}` is not known where `{head}` is formed; there are {}", target.variables().join(", "));
+                    return Err(bad(split + 2 + place, why));
+                }
+                names.push((place, v.clone()));
+                slots.push(Slot::Fitted(usize::MAX));
+            }
+        }
+    }
+    if names.is_empty() {
+        return Err(bad(text.len(), "there is no parameter to fit; write for example `cd += k*roll^2`".into()));
+    }
+    if names.len() > MAX_PARAMETERS {
+        let (at, extra) = &names[MAX_PARAMETERS];
+        return Err(bad(split + 2 + at, format!("`{extra}` is one parameter too many; at most {MAX_PARAMETERS} can be fitted")));
+    }
+    // The parameter written first is the size.
+    names.sort();
+    let mut parameters = Vec::new();
+    for (k, (_, n)) in names.iter().enumerate() {
+        parameters.push(Parameter {
+            name: Box::leak(n.clone().into_boxed_str()),
+            unit: "of the expression",
+            off: if k == 0 { 0.0 } else { 1.0 },
+            low: -1e6,
+            high: 1e6,
+            typical: 1.0,
+            source: "the user's expression",
+        });
+    }
+    let var_names: Vec<String> = expression.var_names().to_vec();
+    for (slot, v) in slots.iter_mut().zip(&var_names) {
+        if let Slot::Fitted(k) = slot {
+            *k = names.iter().position(|(_, n)| n == v).unwrap_or(0);
+        }
+    }
+    Ok(Box::leak(Box::new(Custom {
+        name: Box::leak(format!("own_{head}").into_boxed_str()),
+        text: Box::leak(text.to_string().into_boxed_str()),
+        target: *target,
+        expression,
+        slots,
+        parameters: Box::leak(parameters.into_boxed_slice()),
+    })))
+}
+
+/// The expression behind an effect that has one.
+#[must_use]
+pub fn text_of(effect: &dyn Effect) -> Option<String> {
+    effect.expression().map(str::to_string)
+}
+
+fn find_word(text: &str, word: &str) -> Option<usize> {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    text.match_indices(word)
+        .map(|(i, _)| i)
+        .find(|&i| !text[..i].chars().next_back().is_some_and(is_word) && !text[i + word.len()..].chars().next().is_some_and(is_word))
+}
+
+/// The character at which an expression goes wrong: operators and operands must take turns, brackets must close.
+fn locate(text: &str) -> Option<(usize, String)> {
+    let mut open: Vec<usize> = Vec::new();
+    let mut operand_next = true;
+    let mut chars = text.char_indices().peekable();
+    while let Some((i, c)) = chars.next() {
+        match c {
+            ' ' | '\t' => {}
+            '(' => {
+                open.push(i);
+                operand_next = true;
+            }
+            ')' => {
+                if open.pop().is_none() {
+                    return Some((i, "this bracket closes nothing".into()));
+                }
+                if operand_next {
+                    return Some((i, "a value is missing before this bracket".into()));
+                }
+            }
+            '+' | '-' => operand_next = true,
+            '*' | '/' | '^' => {
+                if operand_next {
+                    return Some((i, format!("a value is missing before `{c}`")));
+                }
+                operand_next = true;
+            }
+            c if c.is_alphanumeric() || c == '_' || c == '.' => {
+                if !operand_next {
+                    return Some((i, "an operator is missing before this".into()));
+                }
+                let mut last = c;
+                while let Some(&(_, n)) = chars.peek() {
+                    let exponent = (n == '+' || n == '-') && (last == 'e' || last == 'E') && c.is_ascii_digit();
+                    if n.is_alphanumeric() || n == '_' || n == '.' || exponent {
+                        last = n;
+                        chars.next();
+                    } else {
+                        break;
+                    }
+                }
+                operand_next = false;
+            }
+            _ => return Some((i, format!("`{c}` means nothing here"))),
+        }
+    }
+    if let Some(i) = open.pop() {
+        return Some((i, "this bracket is never closed".into()));
+    }
+    operand_next.then(|| (text.len(), "a value is missing at the end".into()))
+}
+
+impl Custom {
+    /// The expression as written.
+    #[must_use]
+    pub fn text(&self) -> &'static str {
+        self.text
+    }
+
+    fn value(&self, p: &[f64], given: &[f64]) -> f64 {
+        let mut values = [0.0; 16];
+        for (v, slot) in values.iter_mut().zip(&self.slots) {
+            *v = match *slot {
+                Slot::Given(k) => given[k],
+                Slot::Fitted(k) => p[k],
+            };
+        }
+        let out = self.expression.eval(&values[..self.slots.len()]).unwrap_or(0.0);
+        if out.is_finite() { out } else { 0.0 }
+    }
+
+    fn at_flow(&self, p: &[f64], at: &Flow) -> f64 {
+        let phase = if at.climb_m_s > 0.0 { 1.0 } else { -1.0 };
+        self.value(p, &[at.alpha_rad, at.speed_m_s, at.roll_rad, at.climb_m_s, phase, at.time_s])
+    }
+}
+
+impl Effect for Custom {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn physics(&self) -> &'static str {
+        "the user's own expression"
+    }
+    fn separated_by(&self) -> &'static str {
+        "legs that differ in the variables of the expression"
+    }
+    fn expression(&self) -> Option<&str> {
+        Some(self.text)
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        self.parameters
+    }
+    fn sensed(&self, p: &[f64], s: &mut Sensed) {
+        if !matches!(self.target, Target::Volume | Target::Pitch | Target::Density) {
+            return;
+        }
+        let depth = s.pressure_pa / (1015.0 * 9.81);
+        let given = [s.pressure_pa, depth, s.temperature_degc, s.density_kg_m3, s.ballast_m3 * 1e6, s.pitch_rad, s.time_s];
+        let v = self.value(p, &given);
+        match self.target {
+            Target::Volume => s.ballast_m3 += v * 1e-6,
+            Target::Pitch => s.pitch_rad += v,
+            _ => s.density_kg_m3 += v,
+        }
+    }
+    fn lift(&self, p: &[f64], at: &Flow, _c: &Constants) -> f64 {
+        if self.target == Target::Lift { self.at_flow(p, at) } else { 0.0 }
+    }
+    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, _c: &Constants) -> f64 {
+        if self.target == Target::Drag { self.at_flow(p, at) } else { 0.0 }
+    }
+    fn normal_force(&self, p: &[f64], at: &Flow) -> f64 {
+        if self.target == Target::Normal { self.at_flow(p, at) } else { 0.0 }
+    }
+    fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
+        if self.target == Target::Water { self.value(p, &[at.depth_m, at.water_depth_m, at.time_s]) } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_expression_does_what_the_built_in_effect_of_the_same_form_does() {
+        let own = parse("cd += k*roll^2").expect("parses");
+        let at = Flow { alpha_rad: 0.1, speed_m_s: 0.3, roll_rad: 0.4, climb_m_s: 0.1, time_s: 9.0 };
+        let c = Constants {
+            gravity_m_s2: 9.81,
+            mass_kg: 68.0,
+            hull_volume_m3: 0.068,
+            compressibility_per_pa: 0.0,
+            thermal_expansion_per_k: 0.0,
+            reference_temperature_degc: 0.0,
+            reference_area_m2: 0.1,
+            lift_slope_per_rad: 1.0,
+            lift_quadratic_per_rad2: 0.0,
+            cd0: 0.1,
+            induced_k: 0.0,
+            hull_drag_per_rad2: 0.0,
+            added_mass_surge: 0.0,
+            added_mass_heave: 0.0,
+        };
+        let built_in = hydro::effects::RollTurnDrag.drag(&[2.5], &at, 0.0, &c);
+        assert!((own.drag(&[2.5], &at, 0.0, &c) - built_in).abs() < 1e-12);
+        assert_eq!(own.parameters()[0].name, "k");
+    }
+
+    #[test]
+    fn syntax_errors_point_at_the_character() {
+        let place = |text: &str| parse(text).expect_err("refused").to_string();
+        assert!(place("cd += k*roll^").contains("character 14"), "{}", place("cd += k*roll^"));
+        assert!(place("cd += k*(roll").contains("character 9"), "{}", place("cd += k*(roll"));
+        assert!(place("cd += k*p").contains("character 9"), "{}", place("cd += k*p"));
+        assert!(place("mass += k").contains("cannot be added to"));
+        assert!(place("cd += roll").contains("no parameter"));
+        assert!(place("cd += k ? roll").contains("character 9"), "{}", place("cd += k ? roll"));
+    }
+}

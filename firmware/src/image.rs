@@ -4,11 +4,13 @@ use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::line::Line;
 use crate::board::watchdog::Watchdog;
 use crate::board::{canary, clock, log, power_up};
+use crate::own::Own;
 use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
 use control::Config;
 use cortex_m_rt::entry;
 use heapless::spsc::Queue;
+use helm::session::CYCLE_MS;
 use helm::{Boot, Helm, Seat};
 use signals::link::MAX_WIRE;
 use signals::{Abort, Micros, Phase, ToHost, encode};
@@ -16,6 +18,8 @@ use stm32f4::stm32f405::Peripherals;
 
 /// How long after boot a hello may still choose the HIL seat, ms.
 const HELLO_WINDOW_MS: u64 = 10_000;
+/// Time between two looks at the motors on own sensors, ms.
+const LOOK_MS: u64 = 200;
 /// Most bytes taken from the line before the loop looks at the clock again.
 const BYTES_PER_PASS: usize = 256;
 
@@ -28,7 +32,7 @@ fn main() -> ! {
     canary::lay();
     let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::Unknown) };
     let source = clock::start_crystal(&chip.RCC);
-    power_up(&chip.RCC, &chip.GPIOA);
+    power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
     log::open(&chip.USART2);
     let mut watchdog = Watchdog::start(chip.IWDG);
@@ -64,6 +68,9 @@ fn main() -> ! {
     let mut heard_ms = clock::now_ms();
     let mut told = (Phase::default(), None);
     let mut told_seat = Seat::Open;
+    let mut attitude_port = Some(chip.USART3);
+    let mut own: Option<Own> = None;
+    let (mut looked_ms, mut stepped_ms) = (0u64, 0u64);
     loop {
         canary::check();
         helm.lost_bytes(line.take_lost());
@@ -89,6 +96,31 @@ fn main() -> ! {
                 Seat::Host => defmt::info!("seat latched: frames come from the host"),
                 Seat::Sensors => defmt::info!("seat latched: own sensors"),
                 Seat::Open => {}
+            }
+        }
+        if told_seat == Seat::Sensors
+            && let Some(port) = attitude_port.take()
+        {
+            let found = own.insert(Own::start(port));
+            defmt::info!("own sensors: pressure transducer {=bool}", found.has_pressure());
+            (looked_ms, stepped_ms) = (now_ms, now_ms);
+        }
+        if let Some(own) = &mut own {
+            own.listen(now_ms);
+            let since = now_ms.saturating_sub(stepped_ms);
+            if since >= u64::from(CYCLE_MS) {
+                stepped_ms = now_ms;
+                let frame = own.measure(now_ms, since as f32 * 1e-3);
+                if let Some(answer) = helm.cycle(&frame) {
+                    remember(&mut words, helm.mission_in_progress(), true);
+                    own.command(answer.command);
+                    tell(&ToHost::Answer(answer), &mut told);
+                }
+            }
+            let since = now_ms.saturating_sub(looked_ms);
+            if since >= LOOK_MS && own.has_command() {
+                looked_ms = now_ms;
+                own.act(since as f32 * 1e-3);
             }
         }
         if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(heard_ms))) {

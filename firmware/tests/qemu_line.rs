@@ -150,4 +150,9 @@ fn a_chip_without_a_hello_flies_on_its_own_sensors() {
     let ToHost::Hello { manifest, .. } = board.ask(&ToBoard::Hello { nonce: 1 }) else { panic!("no hello") };
     assert!(!manifest.hil);
     assert_eq!(board.ask(&ToBoard::Sensor(frame(1))), ToHost::Refused(Refusal::NotNow));
+    // No part answers in QEMU: every wait ends, the mission is flown on missing readings, the line stays alive.
+    assert!(matches!(board.ask(&ToBoard::Begin(Mission::default())), ToHost::Ready { .. }));
+    std::thread::sleep(Duration::from_secs(9)); // two control cycles
+    let again = board.ask(&ToBoard::Begin(Mission::default()));
+    assert!(matches!(again, ToHost::Refused(Refusal::NotNow | Refusal::Safe)), "{again:?}");
 }

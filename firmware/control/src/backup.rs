@@ -43,7 +43,7 @@ pub(crate) struct Backup {
 
 fn centimetres(reading: Reading) -> Option<i64> {
     match reading {
-        Reading::Sampled { value, age_ms } if value > -50.0 && value < 8000.0 && age_ms < 20_000 => Some((value * 100.0) as i64),
+        Reading::Sampled { value, age_ms } if value > -50.0 && value < 8000.0 && age_ms < 20_000 => Some(i64::from((value * 100.0) as i32)),
         _ => None,
     }
 }

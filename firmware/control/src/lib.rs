@@ -201,8 +201,8 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
 
 fn backup_limits(config: &Config, mission: &Mission) -> Limits {
     Limits {
-        deep_cm: ((config.working_depth_m * 100.0) as i64).saturating_add(1_000),
-        burn_cm: ((config.crush_depth_m * 100.0) as i64).saturating_sub(3_000),
+        deep_cm: i64::from((config.working_depth_m * 100.0) as i32).saturating_add(1_000),
+        burn_cm: i64::from((config.crush_depth_m * 100.0) as i32).saturating_sub(3_000),
         mission_ms: u64::from(mission.max_duration_s) * 1_000 + 600_000,
         pump_m3: config.pump_m3,
     }

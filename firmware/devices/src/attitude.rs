@@ -55,7 +55,7 @@ impl Reader {
             *self = Self { place: Place::Fields, ..Self::default() };
             return None;
         }
-        self.length += 1;
+        self.length = self.length.saturating_add(1);
         match self.place {
             Place::Outside => None,
             _ if self.length > LONGEST => self.refuse(Error::Range),
@@ -111,11 +111,13 @@ impl Reader {
                 _ => false,
             },
             b'0'..=b'9' => {
-                let digit = i32::from(byte - b'0');
+                let digit = i32::from(byte.wrapping_sub(b'0'));
                 self.number = match self.number {
-                    Some((value, None, negative)) if value < 100_000 => Some((value * 10 + digit * 100, None, negative)),
-                    Some((value, Some(0), negative)) => Some((value + digit * 10, Some(1), negative)),
-                    Some((value, Some(1), negative)) => Some((value + digit, Some(2), negative)),
+                    Some((value, None, negative)) if value < 100_000 => {
+                        Some((value.saturating_mul(10).saturating_add(digit * 100), None, negative))
+                    }
+                    Some((value, Some(0), negative)) => Some((value.saturating_add(digit * 10), Some(1), negative)),
+                    Some((value, Some(1), negative)) => Some((value.saturating_add(digit), Some(2), negative)),
                     Some((value, Some(more), negative)) => Some((value, Some(more), negative)),
                     _ => return false,
                 };
@@ -127,7 +129,7 @@ impl Reader {
 
     fn close_field(&mut self) -> bool {
         let Some((value, _, negative)) = self.number.take() else { return self.field == 0 };
-        let value = if negative { -value } else { value };
+        let value = if negative { value.saturating_neg() } else { value };
         match self.field {
             b'C' => self.heading = Some(value),
             b'P' => self.pitch = Some(value),

@@ -99,8 +99,8 @@ fn crc4(words: [u16; 7]) -> u16 {
             remainder = if remainder & 0x8000 != 0 { remainder << 1 ^ 0x3000 } else { remainder << 1 };
         }
     };
-    for (i, word) in words.into_iter().chain([0]).enumerate() {
-        let word = if i == 0 { word & 0x0fff } else { word };
+    let [first, c1, c2, c3, c4, c5, c6] = words;
+    for word in [first & 0x0fff, c1, c2, c3, c4, c5, c6, 0] {
         take(word >> 8);
         take(word & 0xff);
     }

@@ -5,10 +5,11 @@ pub mod clock;
 pub mod last_words;
 pub mod line;
 pub mod log;
+pub mod pins;
 mod rtt;
 pub mod watchdog;
 
-use stm32f4::stm32f405::{GPIOA, RCC};
+use stm32f4::stm32f405::{GPIOA, GPIOB, RCC};
 
 /// Clocks to the peripherals in use, and the pins of both serial ports.
 ///
@@ -16,11 +17,14 @@ use stm32f4::stm32f405::{GPIOA, RCC};
 /// |---|---|
 /// | PA9, PA10 | USART1 TX, RX: the line (host, or ground station) |
 /// | PA2 | USART2 TX: defmt log |
-pub fn power_up(rcc: &RCC, gpioa: &GPIOA) {
+/// | PB10, PB11 | USART3 TX, RX: attitude sensor |
+pub fn power_up(rcc: &RCC, gpioa: &GPIOA, gpiob: &GPIOB) {
     rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
     rcc.apb1enr().modify(|_, w| w.tim2en().enabled().usart2en().enabled().usart3en().enabled());
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
     gpioa.afrl().modify(|_, w| w.afrl2().af7());
     gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
     gpioa.moder().modify(|_, w| w.moder2().alternate().moder9().alternate().moder10().alternate());
+    gpiob.afrh().modify(|_, w| w.afrh10().af7().afrh11().af7());
+    gpiob.moder().modify(|_, w| w.moder10().alternate().moder11().alternate());
 }

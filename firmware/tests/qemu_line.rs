@@ -47,7 +47,9 @@ impl Board {
         std::fs::create_dir_all(&folder).unwrap();
         let socket = folder.join("line");
         let qemu = Command::new("qemu-system-arm")
-            .args(["-M", "netduinoplus2", "-display", "none", "-monitor", "none", "-serial"])
+            .args(["-M", "netduinoplus2", "-display", "none", "-monitor"])
+            .arg(format!("unix:{},server=on,wait=off", folder.join("monitor").display()))
+            .arg("-serial")
             .arg(format!("unix:{},server=on,wait=on", socket.display()))
             .arg("-serial")
             .arg(format!("file:{}", folder.join("log").display()))
@@ -66,6 +68,14 @@ impl Board {
         };
         line.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
         Self { qemu, line, receiver: Receiver::new(), folder }
+    }
+
+    /// The reset pin: RAM stays.
+    fn reset(&mut self) {
+        let mut monitor = UnixStream::connect(self.folder.join("monitor")).unwrap();
+        monitor.write_all(b"system_reset\n").unwrap();
+        std::thread::sleep(Duration::from_millis(500));
+        self.receiver = Receiver::new();
     }
 
     fn send(&mut self, message: &ToBoard) {
@@ -155,4 +165,22 @@ fn a_chip_without_a_hello_flies_on_its_own_sensors() {
     std::thread::sleep(Duration::from_secs(9)); // two control cycles
     let again = board.ask(&ToBoard::Begin(Mission::default()));
     assert!(matches!(again, ToHost::Refused(Refusal::NotNow | Refusal::Safe)), "{again:?}");
+}
+
+#[test]
+fn a_reset_during_a_mission_comes_up_safe_and_never_dives_again() {
+    let Some(elf) = image() else { return };
+    let mut board = Board::start(&elf, "reset");
+    board.ask(&ToBoard::Hello { nonce: 1 });
+    assert!(matches!(board.ask(&ToBoard::Begin(Mission::default())), ToHost::Ready { .. }));
+    for seq in 0..5 {
+        assert!(matches!(board.ask(&ToBoard::Sensor(frame(seq))), ToHost::Answer(_)));
+    }
+    board.reset();
+    // No hello needed: the seat is remembered with the mission.
+    let ToHost::Answer(answer) = board.ask(&ToBoard::Sensor(frame(5))) else { panic!("no answer after the reset") };
+    assert_eq!((answer.trace.phase, answer.trace.abort), (signals::Phase::Safe, Some(signals::Abort::Reset)));
+    assert!(answer.command.ballast_m3 > 0.0);
+    board.ask(&ToBoard::Hello { nonce: 2 });
+    assert_eq!(board.ask(&ToBoard::Begin(Mission::default())), ToHost::Refused(Refusal::Safe));
 }

@@ -1,7 +1,7 @@
 //! An I²C bus on two open-drain pins, every wait bounded.
 //!
 //! UM10204 timing for 100 kHz. A part that stretches the clock longer than
-//! [`STRETCH_LOOPS`] is an error; a data line held low (a part reset in the
+//! 1 ms is an error; a data line held low (a part reset in the
 //! middle of a byte) is clocked free with nine pulses (UM10204 3.1.16) before
 //! every transaction, and reported if that does not help.
 

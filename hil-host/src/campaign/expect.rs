@@ -37,6 +37,8 @@ pub fn expect(fault: &Fault, water: Water) -> Expect {
     use Kind as K;
     use Target as T;
     let in_water = !matches!(fault.phase, Some(Phase::Surface | Phase::Comms) | None);
+    // In a turn nothing can be expected to move before the pump has changed sides: 472 cc at 13 cc/s.
+    let turning_s = if matches!(fault.phase, Some(Phase::InflectLow | Phase::InflectHigh)) { 37.0 } else { 0.0 };
     let rule = match (fault.target, fault.kind) {
         // No effect on the safety loop, whatever it says.
         (T::Density | T::Roll, _) => Expect::Mission,
@@ -53,8 +55,8 @@ pub fn expect(fault: &Fault, water: Water) -> Expect {
         (T::Power, K::Undervoltage) => Expect::Abort(&[Undervoltage], 60.0),
         (T::Power, K::LowCharge) => Expect::Abort(&[LowCharge], 60.0),
         (T::Power, K::BrownOut) => Expect::Abort(&[Reset], 8.0),
-        (T::Depth, K::Off | K::Nan | K::Inf | K::Sentinel) if in_water => Expect::Abort(&[SensorDepth], 16.0),
-        (T::Depth, K::Stuck) if in_water => Expect::Abort(&[StuckDepth, SensorDepth], 60.0 + 4.0),
+        // The second sensor takes over a main one that is silent or absurd; one that lies must be found out.
+        (T::Depth, K::Stuck) if in_water => Expect::Abort(&[StuckDepth, SensorDepth], 60.0 + 4.0 + turning_s),
         (T::Pitch, K::Off | K::Nan | K::Inf | K::Sentinel) if in_water => Expect::Abort(&[SensorPitch], 60.0 + 12.0),
         (T::Pump, K::Stuck) if in_water => {
             Expect::Abort(&[PumpStuck, BallastFeedback, StuckDepth, Stalled, OverDepth], next_turn_s(water) + 120.0)

@@ -4,11 +4,12 @@
 //! 0 ........ working ............ at risk ............ crush
 //!   after max_burn,     after min_burn,       at once
 //!   not rising          not rising
-//! at risk = crush − sink rate × release time
+//! at risk = crush − sink rate × (release time + reaction)
 //! ```
 //! "Not rising": no metre gained towards the surface since. Near the surface
-//! with a buoyant pump the weight is kept: that is ice or a keel, not a
-//! failure to float. Without a depth, time alone decides: max_burn with
+//! with a buoyant pump the weight is kept for twice max_burn: that may be ice
+//! or a keel, not a failure to float; but a heavy vehicle hangs below a layer
+//! of light water just there, and nobody finds it. Without a depth, time alone decides: max_burn with
 //! evidence of buoyancy, min_burn without.
 
 use super::Watch;
@@ -18,10 +19,14 @@ use signals::{Abort, Weight};
 
 /// Slowest sinking reckoned with in the at-risk rule, m/s.
 const SINK_FLOOR_M_S: f32 = 0.05;
+/// Reaction, s: two looks and the command's own cycle (12 s), and the time a sinking vehicle takes to stop (m U / 2 D, 8 s).
+const REACTION_S: f32 = 20.0;
 /// Way towards the surface that counts as rising, m.
 const RISING_M: f32 = 1.0;
 /// Shallower than this a buoyant vehicle is held by something above, m.
 const KEEL_M: f32 = 8.0;
+/// Shallower than this the vehicle is at the surface, or at the underside of ice, m.
+const SURFACE_M: f32 = 2.0;
 /// Firings before the release is left on for good.
 const FIRINGS: u8 = 5;
 
@@ -38,7 +43,7 @@ pub(crate) enum Zone {
 
 /// The zone at a depth and sink rate (down positive).
 pub(crate) fn zone(config: &Config, depth_m: f32, sink_m_s: f32) -> Zone {
-    let at_risk = config.crush_depth_m - sink_m_s.at_least(SINK_FLOOR_M_S) * config.release_time_s;
+    let at_risk = config.crush_depth_m - sink_m_s.at_least(SINK_FLOOR_M_S) * (config.release_time_s + REACTION_S);
     if depth_m >= at_risk.at_least(config.working_depth_m) {
         Zone::AtRisk
     } else if depth_m > config.working_depth_m {
@@ -120,7 +125,7 @@ impl Release {
             return self.not_rising_s >= if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
         }
         if seen.depth_m < KEEL_M && buoyant {
-            return false;
+            return seen.depth_m > SURFACE_M && self.not_rising_s >= 2.0 * w.config.max_burn_s;
         }
         let patience = match zone(w.config, seen.depth_m, seen.rate_m_s) {
             // At risk was dealt with above, by counts.
@@ -129,7 +134,7 @@ impl Release {
             Zone::Working => w.config.max_burn_s,
         };
         // At the surface without fix or shore (ice, lost antenna): floating, not failing.
-        seen.depth_m > 2.0 && self.not_rising_s >= patience
+        seen.depth_m > SURFACE_M && self.not_rising_s >= patience
     }
 }
 
@@ -143,12 +148,12 @@ mod tests {
         let c = Config::default();
         assert_eq!(zone(&c, 200.0, 0.0), Zone::Working);
         assert_eq!(zone(&c, 200.01, 0.0), Zone::Over);
-        // 250 − 0.12 · 120 = 235.6 m.
-        assert_eq!(zone(&c, 235.5, 0.12), Zone::Over);
-        assert_eq!(zone(&c, 235.61, 0.12), Zone::AtRisk);
+        // 250 − 0.12 · 140 = 233.2 m.
+        assert_eq!(zone(&c, 233.1, 0.12), Zone::Over);
+        assert_eq!(zone(&c, 233.21, 0.12), Zone::AtRisk);
         // Rising: the floor of the sink rate still counts.
-        assert_eq!(zone(&c, 243.9, -0.3), Zone::Over);
-        assert_eq!(zone(&c, 244.1, -0.3), Zone::AtRisk);
+        assert_eq!(zone(&c, 242.9, -0.3), Zone::Over);
+        assert_eq!(zone(&c, 243.1, -0.3), Zone::AtRisk);
         // So fast that no depth below working is safe; above it the leg's own limit acts.
         assert_eq!(zone(&c, 201.0, 2.0), Zone::AtRisk);
         assert_eq!(zone(&c, f32::NAN, 0.1), Zone::Working);

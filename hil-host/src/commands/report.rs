@@ -1,15 +1,56 @@
-//! `glider report`.
+//! `glider report`: the offline page of a flight.
 
+use super::diagnose::{bar, load};
 use super::{Output, Verdict};
+use crate::flight_report;
+use crate::page::Provenance;
+use anyhow::Context as _;
+use discovery::{diagnose, read};
+use serde_json::json;
+use sha2::{Digest as _, Sha256};
+use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(after_help = "Examples:\n  glider report --flight trial_dir\n  glider report --flight flight.csv --vehicle vehicle.json --out flight.html")]
+pub struct Args {
+    /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
+    #[arg(long, value_name = "DIR|CSV")]
+    flight: PathBuf,
+    /// Vehicle file; default: the one beside the flight.
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Where the page goes.
+    #[arg(long, default_value = "out/flight.html", value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// Where a page's numbers come from: this run, and the hash of the flight's csv.
+///
+/// # Errors
+/// The csv cannot be read.
+pub fn provenance(flight: &Path) -> anyhow::Result<Provenance> {
+    let file = read::csv_of(flight)?;
+    let bytes = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let hash = Sha256::digest(&bytes).iter().take(8).map(|b| format!("{b:02x}")).collect();
+    Ok(Provenance { data_hash: hash, ..Provenance::of_this_run() })
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
+    let bar = bar();
+    let found = diagnose::diagnose(&flight, &vehicle, &|what, share| {
+        bar.set_position((share * 100.0) as u64);
+        bar.set_message(what.to_string());
+    })?;
+    bar.finish_and_clear();
+    flight_report::page(&found, &vehicle, &flight.name, provenance(&args.flight)?).write(&args.out)?;
+    let bytes = std::fs::metadata(&args.out).map_or(0, |m| m.len());
+    let document = json!({"page": args.out, "bytes": bytes, "verdict": found.verdict.name(), "answer": found.answer});
+    output.emit(&document, || println!("{} ({} kB): {}", args.out.display(), bytes / 1000, found.verdict.name()));
+    Ok(Verdict::Ok)
 }

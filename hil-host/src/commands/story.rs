@@ -1,15 +1,166 @@
 //! `glider loop`.
 
-use super::{Output, Verdict};
+use super::diagnose::{bar, load};
+use super::{Output, Verdict, report};
+use crate::page::{Axis, Chart, Page, Section, Table};
+use crate::story::{self, Flown};
+use crate::{flight_report, trial_score};
+use anyhow::Context as _;
+use discovery::{add, diagnose, vehicle};
+use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
+use serde_json::{Value, json};
+use std::path::PathBuf;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(
+    after_help = "Examples:\n  glider loop\n  glider loop --flight trial_dir --out out/story\n  glider loop --flight flight.csv --vehicle vehicle.json --json\n\n\
+Without --flight: the paper's puzzle. A rail-wing glider is flown in a simulated lake whose truth has body-wing vortex lift that its \
+model lacks.\nExit code 1: nothing was found that could be added."
+)]
+pub struct Args {
+    /// Flight directory or csv file; default: the paper's puzzle, simulated.
+    #[arg(long, value_name = "DIR|CSV")]
+    flight: Option<PathBuf>,
+    /// Vehicle file; default: the one beside the flight.
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Where the new vehicle, the tables and the page go.
+    #[arg(long, default_value = "out/loop", value_name = "DIR")]
+    out: PathBuf,
+    /// Seed of the simulated puzzle.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// The paper's puzzle as a sealed case below `out`.
+fn puzzle(args: &Args) -> anyhow::Result<PathBuf> {
+    let spec = Spec {
+        site: Site::Lake,
+        wing: Wing::LowAr,
+        kind: Kind::Single,
+        effects: vec![catalogue::Effect::VortexLiftBodywing],
+        outside: None,
+        strength: Some(catalogue::Strength::Strong),
+    };
+    trial_score::write_case(&args.out.join("puzzle"), &generate(&spec, args.seed, 0))
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let path = match &args.flight {
+        Some(path) => path.clone(),
+        None => puzzle(args)?,
+    };
+    let (flight, model) = load(&path, args.vehicle.as_deref())?;
+    let bar = bar();
+    let found = diagnose::diagnose(&flight, &model, &|what, share| {
+        bar.set_position((share * 80.0) as u64);
+        bar.set_message(what.to_string());
+    })?;
+    let parent = std::fs::read(&model.path).with_context(|| format!("cannot read {}", model.path.display()))?;
+    let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
+    if effects.is_empty() {
+        bar.finish_and_clear();
+        let document = json!({"flight": path, "verdict": found.verdict.name(), "answer": [], "explanation": discovery::report::explanation(&found)});
+        output.emit(&document, || {
+            println!("Verdict: {}. Nothing to add.\n{}", found.verdict.name(), discovery::report::explanation(&found));
+        });
+        return Ok(Verdict::Negative);
+    }
+    bar.set_message("adding it and refitting");
+    let added = add::add(&flight, &model, &effects, &parent)?;
+    std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
+    let new_file = args.out.join("vehicle.json");
+    let text = format!("{:#}\n", added.vehicle);
+    std::fs::write(&new_file, &text).with_context(|| format!("cannot write {}", new_file.display()))?;
+    let refitted = vehicle::parse_text(&text, &new_file)?;
+
+    bar.set_message("new flight table, and flying with the old and the new one");
+    bar.set_position(90);
+    let (old, new) = (story::table_of(&model, &parent)?, story::table_of(&refitted, text.as_bytes())?);
+    let mission = story::mission(new.spec.wings)?;
+    let world = story::world_of(new.spec.wings, &refitted, &mission);
+    for (name, table) in [("table-before.bin", &old), ("table-after.bin", &new)] {
+        std::fs::write(args.out.join(name), &table.bytes).with_context(|| format!("cannot write {name}"))?;
+    }
+    let before = story::fly_with(old, &world, &mission)?;
+    let after = story::fly_with(new, &world, &mission)?;
+    bar.finish_and_clear();
+
+    let heldout = added.heldout_m_s[0].is_finite();
+    let errors = if heldout { added.heldout_m_s } else { added.fitted_m_s };
+    let gain = after.outcome.achieved_l_over_d() / before.outcome.achieved_l_over_d() - 1.0;
+    let page = args.out.join("story.html");
+    let mut whole = flight_report::page(&found, &model, &flight.name, report::provenance(&path)?);
+    fly_section(&mut whole, &before, &after, gain);
+    whole.write(&page)?;
+    let document = json!({
+        "flight": path, "verdict": found.verdict.name(), "answer": found.answer, "equivalent": found.equivalent,
+        "error_unit": "m/s", "error_on": if heldout { "held-out segments" } else { "fitted segments" },
+        "error_before": errors[0], "error_recalibrated": errors[1], "error_after": errors[2],
+        "parameters": added.parameters.iter().map(|p| (p.name.clone(), json!({"value": p.value, "low": p.low, "high": p.high, "unit": p.unit}))).collect::<serde_json::Map<_, _>>(),
+        "vehicle": new_file, "table_before": flown(&before), "table_after": flown(&after),
+        "achieved_l_over_d_before": before.outcome.achieved_l_over_d(), "achieved_l_over_d_after": after.outcome.achieved_l_over_d(),
+        "range_gain": gain, "page": page,
+    });
+    output.emit(&document, || {
+        println!("1  compare   {:.3} cm/s as given, {:.3} recalibrated", 100.0 * errors[0], 100.0 * errors[1]);
+        println!("2  diagnose  {}: {}", found.verdict.name(), found.answer.join(" + "));
+        println!("3  add       {:.3} cm/s with it, vehicle in {}", 100.0 * errors[2], new_file.display());
+        println!(
+            "4  table     best L/D {:.3} at {:.2}°, before {:.3} at {:.2}°",
+            after.table.spec.best_l_over_d,
+            after.table.spec.best_alpha_rad.to_degrees(),
+            before.table.spec.best_l_over_d,
+            before.table.spec.best_alpha_rad.to_degrees()
+        );
+        println!(
+            "5  fly       L/D over ground {:.3} with the old table, {:.3} with the new one: {:+.2} % range",
+            before.outcome.achieved_l_over_d(),
+            after.outcome.achieved_l_over_d(),
+            100.0 * gain
+        );
+        println!("   page      {}", page.display());
+    });
+    Ok(Verdict::Ok)
+}
+
+fn flown(f: &Flown) -> Value {
+    json!({
+        "id": format!("{:08x}", f.table.id()), "best_l_over_d": f.table.spec.best_l_over_d, "best_alpha_rad": f.table.spec.best_alpha_rad,
+        "end": f.outcome.end.to_string(), "dives": f.outcome.dives, "distance_m": f.outcome.distance_m, "share_near_best": f.outcome.share_near_best,
+    })
+}
+
+fn fly_section(page: &mut Page, before: &Flown, after: &Flown, gain: f64) {
+    let names = vec!["old table".to_owned(), "new table".to_owned()];
+    let ratios = [before.outcome.achieved_l_over_d(), after.outcome.achieved_l_over_d()];
+    let chart = Chart::bars("L/D over ground, 0–200 m", Axis::new("L/D", ""), names, "L/D", &ratios, &[], &[]);
+    let row = |name: &str, f: &Flown| {
+        vec![
+            name.to_owned(),
+            format!("{:08x}", f.table.id()),
+            format!("{:.3}", f.table.spec.best_l_over_d),
+            format!("{:.2}°", f.table.spec.best_alpha_rad.to_degrees()),
+            format!("{:.3}", f.outcome.achieved_l_over_d()),
+            format!("{:.0} %", 100.0 * f.outcome.share_near_best),
+            f.outcome.end.to_string(),
+        ]
+    };
+    let head = ["", "table id", "(L/D)max believed", "at angle of attack", "L/D flown", "time within 2° of the true best", "end"];
+    let table = Table {
+        caption: "The controller with both tables in the world the flight revealed".into(),
+        head: head.map(Into::into).to_vec(),
+        rows: vec![row("old", before), row("new", after)],
+    };
+    page.answer.push(("Worth it".into(), format!("{:+.2} % range with the new table.", 100.0 * gain)));
+    page.sections.push(Section {
+        title: "Flown with the old and the new table".into(),
+        lead: "The world is the refitted vehicle in the simulator's own force law; both flights differ only in the table.".into(),
+        items: vec![chart.into(), table.into()],
+    });
 }

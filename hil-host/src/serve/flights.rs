@@ -1,18 +1,24 @@
 //! Flights opened in the workbench: what the model says of them with the
 //! ticked effects on.
 
-use super::Workbench;
+use super::{Sorry, Workbench};
+use crate::story;
 use anyhow::{Context, bail};
+use axum::Json;
+use axum::body::Body;
+use axum::response::{IntoResponse, Response};
+use discovery::add;
 use discovery::dynamics::{Track, track};
 use discovery::metric::{blocks, modelled_m_s, rms};
 use discovery::prepare::{Prepared, prepare};
+use discovery::problem::{State, law};
 use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, CATALOGUE, Continuation, Flow, ForceModel, by_name};
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A dropped file.
 #[derive(Debug, Deserialize)]
@@ -66,6 +72,8 @@ pub struct Opened {
     pub prepared: Prepared,
     /// The model as given, run once per run of the flight.
     nominal: Vec<Track>,
+    /// Fitted states by the effects that are on (sorted names); the empty list is recalibration alone.
+    fitted: Mutex<BTreeMap<Vec<String>, State>>,
 }
 
 impl Opened {
@@ -74,8 +82,8 @@ impl Opened {
         if prepared.runs.is_empty() {
             bail!("{}: no stretch of this flight is long enough for the model: {}", flight.name, prepared.notes.join("; "));
         }
-        let nominal = tracks(&prepared, &vehicle, &vehicle.effects);
-        Ok(Self { id, flight, vehicle, prepared, nominal })
+        let nominal = tracks(&prepared, &vehicle, &State::nominal());
+        Ok(Self { id, flight, vehicle, prepared, nominal, fitted: Mutex::default() })
     }
 
     fn summary(&self) -> Value {
@@ -89,27 +97,57 @@ impl Opened {
         self.vehicle.check_segments.is_empty() || self.vehicle.check_segments.contains(&segment)
     }
 
-    /// Error, traces by block, and L/D curve with `effects` on; `recalibrated_m_s` where it is known.
+    /// The state that the ticked effects mean: their values, with the calibration fitted together with them, where it was.
+    fn state(&self, effects: &[Active]) -> State {
+        let mut names: Vec<String> = effects.iter().map(|e| e.effect.name().to_owned()).collect();
+        names.sort_unstable();
+        let fitted = self.fitted.lock().unwrap_or_else(PoisonError::into_inner);
+        let calibration = fitted.get(&names).map_or(State::nominal().calibration, |s| s.calibration);
+        State { calibration: if effects.is_empty() { State::nominal().calibration } else { calibration }, effects: effects.to_vec(), wave: None }
+    }
+
+    fn remember(&self, state: &State) {
+        let mut names: Vec<String> = state.effects.iter().map(|e| e.effect.name().to_owned()).collect();
+        names.sort_unstable();
+        self.fitted.lock().unwrap_or_else(PoisonError::into_inner).insert(names, State { wave: None, ..state.clone() });
+    }
+
+    fn recalibrated(&self) -> Option<State> {
+        self.fitted.lock().unwrap_or_else(PoisonError::into_inner).get(&Vec::new()).cloned()
+    }
+
+    /// Block residuals on the judged segments, and the error, m/s.
+    fn error(&self, tracks: &[Track]) -> Option<f64> {
+        let residuals = self.prepared.runs.iter().zip(tracks).filter(|(run, _)| self.judged(run.segment));
+        let all = residuals.flat_map(|(run, t)| {
+            blocks(run).into_iter().map(|b| b.observed_m_s - modelled_m_s(run, &b, &t.depth_m)).collect::<Vec<_>>()
+        });
+        Some(rms(all)).filter(|v| v.is_finite())
+    }
+
+    /// Error, traces by block, and L/D curve with `effects` on.
     #[must_use]
-    pub fn evaluation(&self, effects: &[Active], recalibrated_m_s: Option<f64>) -> Value {
-        let now = if effects.is_empty() { None } else { Some(tracks(&self.prepared, &self.vehicle, effects)) };
-        let now = now.as_ref().unwrap_or(&self.nominal);
+    pub fn evaluation(&self, effects: &[Active]) -> Value {
+        let state = self.state(effects);
+        let now = tracks(&self.prepared, &self.vehicle, &state);
+        let recalibrated = self.recalibrated().and_then(|s| self.error(&tracks(&self.prepared, &self.vehicle, &s)));
         let start = self.prepared.runs.first().and_then(|r| r.time_s.first()).copied().unwrap_or(0.0);
-        let (mut before, mut after) = (Vec::new(), Vec::new());
         let names = ["t", "depth", "observed", "nominal", "now", "alpha"];
         let mut columns: BTreeMap<&str, Vec<Option<f64>>> = names.iter().map(|n| (*n, Vec::new())).collect();
         let mut flown = Histogram::default();
-        for ((run, old), new) in self.prepared.runs.iter().zip(&self.nominal).zip(now) {
+        for ((run, old), new) in self.prepared.runs.iter().zip(&self.nominal).zip(&now) {
             for block in blocks(run) {
-                let (a, b) = (modelled_m_s(run, &block, &old.depth_m), modelled_m_s(run, &block, &new.depth_m));
-                if self.judged(run.segment) {
-                    before.push(block.observed_m_s - a);
-                    after.push(block.observed_m_s - b);
-                }
                 let (first, middle) = (block.rows[0], block.rows[block.rows.len() / 2]);
                 let alpha = new.alpha_rad.get(middle).copied().unwrap_or(f64::NAN).to_degrees();
                 flown.count(alpha.abs());
-                let row = [run.time_s[first] - start, run.depth_m[middle], 100.0 * block.observed_m_s, 100.0 * a, 100.0 * b, alpha];
+                let row = [
+                    run.time_s[first] - start,
+                    run.depth_m[middle],
+                    100.0 * block.observed_m_s,
+                    100.0 * modelled_m_s(run, &block, &old.depth_m),
+                    100.0 * modelled_m_s(run, &block, &new.depth_m),
+                    alpha,
+                ];
                 for (name, value) in names.iter().zip(row) {
                     columns.entry(name).or_default().push(value.is_finite().then_some(value));
                 }
@@ -120,11 +158,11 @@ impl Opened {
                 columns.entry(name).or_default().push(end);
             }
         }
-        let error = |values: Vec<f64>| Some(rms(values.into_iter())).filter(|v| v.is_finite());
+        let values: Map<String, Value> =
+            effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
         json!({
-            "error": {"nominal": error(before), "recalibrated": recalibrated_m_s, "now": error(after)},
-            "blocks": columns,
-            "curve": curve(&self.vehicle, effects, &flown),
+            "error": {"nominal": self.error(&self.nominal), "recalibrated": recalibrated, "now": self.error(&now)},
+            "effects": values, "blocks": columns, "curve": curve(&self.vehicle, &state, &flown),
         })
     }
 }
@@ -147,23 +185,24 @@ impl Histogram {
     }
 }
 
-fn tracks(prepared: &Prepared, vehicle: &Vehicle, effects: &[Active]) -> Vec<Track> {
-    prepared.runs.iter().map(|run| track(run, vehicle.constants, effects, vehicle.water_depth_m, 0.0, Continuation::default())).collect()
+fn tracks(prepared: &Prepared, vehicle: &Vehicle, state: &State) -> Vec<Track> {
+    let (constants, effects) = law(vehicle, state);
+    prepared.runs.iter().map(|run| track(run, constants, &effects, vehicle.water_depth_m, 0.0, Continuation::default())).collect()
 }
 
-/// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, before and with the effects.
-fn curve(vehicle: &Vehicle, effects: &[Active], flown: &Histogram) -> Value {
+/// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, as given and in a state.
+fn curve(vehicle: &Vehicle, state: &State, flown: &Histogram) -> Value {
     let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
-    let ratio = |active: &[Active]| -> Vec<f64> {
-        let model = ForceModel::new(vehicle.constants, active);
-        let at =
-            |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
+    let ratio = |state: &State| -> Vec<f64> {
+        let (constants, effects) = law(vehicle, state);
+        let model = ForceModel::new(constants, &effects);
+        let at = |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
         degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
     };
     let total = f64::from(flown.total.max(1));
     let shares: Vec<f64> = flown.bins.iter().take(20).map(|n| f64::from(*n) / total).collect();
     let middles: Vec<f64> = (0..20).map(|i| f64::from(i) + 0.5).collect();
-    json!({"alpha": degrees, "nominal": ratio(&vehicle.effects), "now": ratio(effects), "flown_alpha": middles, "flown_share": shares})
+    json!({"alpha": degrees, "nominal": ratio(&State::nominal()), "now": ratio(state), "flown_alpha": middles, "flown_share": shares})
 }
 
 /// Effects by name and values, as the page sends them.
@@ -239,8 +278,73 @@ impl Workbench {
     /// Unknown flight or effect, value out of range.
     pub fn evaluate(&self, request: &Evaluate) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
-        Ok(opened.evaluation(&active(&request.effects)?, None))
+        Ok(opened.evaluation(&active(&request.effects)?))
     }
+
+    /// The same, with the ticked effects and the calibration fitted first.
+    ///
+    /// # Errors
+    /// Unknown flight or effect, or nothing to fit.
+    pub fn fit(&self, request: &Fit) -> anyhow::Result<Value> {
+        let opened = self.flight(request.flight)?;
+        let effects = request.effects.iter().map(|n| by_name(n).with_context(|| format!("there is no effect named {n}")));
+        let effects: Vec<_> = effects.collect::<anyhow::Result<_>>()?;
+        let fit = add::fit(&opened.flight, &opened.vehicle, &effects)?;
+        opened.remember(&fit.recalibrated);
+        opened.remember(&fit.with_effects);
+        Ok(opened.evaluation(&fit.with_effects.effects))
+    }
+
+    /// New vehicle file and flight table with the ticked effects fitted.
+    ///
+    /// # Errors
+    /// Nothing ticked, or nothing to fit.
+    pub fn save(&self, request: &Evaluate) -> anyhow::Result<Value> {
+        let opened = self.flight(request.flight)?;
+        let effects: Vec<_> = active(&request.effects)?.iter().map(|a| a.effect).collect();
+        if effects.is_empty() {
+            bail!("tick at least one effect: the vehicle as given is the file you opened");
+        }
+        let parent = opened.vehicle.document.to_string();
+        let added = add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?;
+        let text = format!("{:#}\n", added.vehicle);
+        let name = format!("{}-with-{}.json", opened.vehicle.name, effects.iter().map(|e| e.name()).collect::<Vec<_>>().join("-"));
+        let refitted = discovery::vehicle::parse_text(&text, Path::new(&name))?;
+        let mut answer = json!({"vehicle": {"name": name, "text": text}});
+        match story::table_of(&refitted, text.as_bytes()) {
+            Ok(table) => {
+                let bytes: Vec<u8> = table.bytes;
+                answer["table"] = json!({"name": "table.bin", "bytes": bytes.len(), "values": bytes});
+            }
+            Err(e) => answer["note"] = json!(format!("no flight table: {e:#}")),
+        }
+        Ok(answer)
+    }
+}
+
+/// Diagnoses an open flight; progress goes out as it comes.
+///
+/// # Errors
+/// The flight is not open.
+pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request): Json<Fit>) -> Result<Response, Sorry> {
+    let opened = bench.flight(request.flight)?;
+    let (lines, body) = super::lines();
+    tokio::task::spawn_blocking(move || {
+        let found = discovery::diagnose::diagnose(&opened.flight, &opened.vehicle, &|what, share| {
+            lines.send(&json!({"progress": share, "text": what}));
+        });
+        match found {
+            Ok(found) => {
+                opened.remember(&found.recalibrated);
+                for c in &found.candidates {
+                    opened.remember(&c.state);
+                }
+                lines.send(&json!({"result": discovery::report::document(&found, &opened.vehicle, &opened.flight.name)}));
+            }
+            Err(e) => lines.send(&json!({"error": e.to_string()})),
+        }
+    });
+    Ok(Body::from_stream(body).into_response())
 }
 
 fn dropped(files: &[File]) -> anyhow::Result<(Flight, Vehicle)> {

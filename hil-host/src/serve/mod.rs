@@ -115,6 +115,9 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
             "/api/evaluate",
             post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.evaluate(&r)).await }),
         )
+        .route("/api/fit", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.fit(&r)).await }))
+        .route("/api/save", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.save(&r)).await }))
+        .route("/api/diagnose", post(flights::diagnose))
         .route("/api/fly", post(live::fly))
         .route(
             "/api/fault",

@@ -225,7 +225,7 @@
     try {
       const r = await json('/api/save', { flight: state.flight.id, effects: chosen() });
       download(r.vehicle.name, r.vehicle.text, 'application/toml');
-      if (r.table) download(r.table.name, Uint8Array.from(atob(r.table.base64), (c) => c.charCodeAt(0)), 'application/octet-stream');
+      if (r.table) download(r.table.name, Uint8Array.from(r.table.values), 'application/octet-stream');
       say(findSay, `Saved ${r.vehicle.name}${r.table ? ` and ${r.table.name} (${r.table.bytes} bytes)` : ''}${r.note ? ': ' + r.note : ''}.`, 'good');
     } catch (e) { say(findSay, e.message, 'bad'); }
   });

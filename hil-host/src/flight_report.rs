@@ -1,0 +1,287 @@
+//! The page of one flight: how wrong the model is, where, why, what next; then
+//! everything a person would check before believing it.
+
+use crate::page::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
+use discovery::diagnose::{Diagnosis, Ranked};
+use discovery::dynamics::{Track, track};
+use discovery::metric::{blocks, modelled_m_s};
+use discovery::problem::{State, law};
+use discovery::whereabouts::{Residual, VARIABLES, residuals};
+use discovery::{Vehicle, report};
+use hydro::effects::{Active, Constants, Flow, ForceModel};
+
+/// Group of charts that share the time axis.
+const TIME: &str = "time";
+
+/// Builds the page.
+#[must_use]
+pub fn page(found: &Diagnosis, vehicle: &Vehicle, flight: &str, provenance: Provenance) -> Page {
+    let (nominal, recalibrated, after) = (State::nominal(), &found.recalibrated, &found.after);
+    let seen = Seen::new(found, vehicle, &[&nominal, recalibrated, after]);
+    Page {
+        title: format!("{flight}: model against measurement"),
+        answer: answer(found, vehicle),
+        sections: vec![
+            traces(&seen),
+            where_it_fails(&seen),
+            why(found),
+            glide(vehicle, &nominal, after, &seen),
+            Section { title: "Notes".into(), lead: String::new(), items: found.notes.iter().map(|n| n.as_str().into()).collect() },
+        ],
+        provenance,
+    }
+}
+
+fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
+    let heldout = found.block_error_m_s[0].is_finite();
+    let [nominal, recalibrated, after] = if heldout { found.block_error_m_s } else { found.fitted_error_m_s }.map(|e| e * 100.0);
+    let data = if heldout { "on segments kept out of the fit" } else { "on the fitted segments" };
+    let mut how = format!("{nominal:.3} cm/s as given, {recalibrated:.3} recalibrated within tolerance");
+    if !found.answer.is_empty() {
+        how += &format!(", {after:.3} with {}", found.answer.join(" + "));
+    }
+    how += &format!(" ({data}; water and sensors alone leave {:.3})", found.noise_floor_m_s * 100.0);
+    let place = report::where_it_fails(found, vehicle, &found.recalibrated).first().map_or_else(
+        || "Nowhere in particular.".to_owned(),
+        |f| {
+            let chance = if f.p_value > 0.05 { " – chance would do as well" } else { "" };
+            format!(
+                "{} {:.3} to {:.3} {}, {}: {:.0} % of the squared error{chance}",
+                f.variable.replace('_', " "),
+                f.range.0,
+                f.range.1,
+                f.unit,
+                f.phase,
+                100.0 * f.share_of_error
+            )
+        },
+    );
+    [("How wrong", how), ("Where", place), ("Why", report::explanation(found)), ("What next", report::next_flight(found))]
+        .map(|(k, v)| (k.to_owned(), v))
+        .to_vec()
+}
+
+/// What the models said, block by block.
+struct Seen {
+    /// Time from the start, s; a gap after each run.
+    time_s: Vec<f64>,
+    depth_m: Vec<f64>,
+    observed: Vec<f64>,
+    /// Of each state, cm/s.
+    modelled: Vec<Vec<f64>>,
+    /// Residuals of the first and of the last state.
+    before: Vec<Residual>,
+    after: Vec<Residual>,
+    alpha_deg: Vec<f64>,
+}
+
+impl Seen {
+    fn new(found: &Diagnosis, vehicle: &Vehicle, states: &[&State]) -> Self {
+        let start = found.prepared.runs.first().and_then(|r| r.time_s.first()).copied().unwrap_or(0.0);
+        let mut seen = Self {
+            time_s: Vec::new(),
+            depth_m: Vec::new(),
+            observed: Vec::new(),
+            modelled: vec![Vec::new(); states.len()],
+            before: Vec::new(),
+            after: Vec::new(),
+            alpha_deg: Vec::new(),
+        };
+        for run in &found.prepared.runs {
+            let tracks: Vec<Track> = states
+                .iter()
+                .map(|s| {
+                    let (constants, effects) = law(vehicle, s);
+                    track(run, constants, &effects, vehicle.water_depth_m, 0.0, found.beyond)
+                })
+                .collect();
+            let cut = blocks(run);
+            for b in &cut {
+                let middle = b.rows[b.rows.len() / 2];
+                seen.time_s.push(run.time_s[middle] - start);
+                seen.depth_m.push(run.depth_m[middle]);
+                seen.observed.push(100.0 * b.observed_m_s);
+                for (column, t) in seen.modelled.iter_mut().zip(&tracks) {
+                    column.push(100.0 * modelled_m_s(run, b, &t.depth_m));
+                }
+                seen.alpha_deg.push(tracks[0].alpha_rad[middle].to_degrees().abs());
+            }
+            if let (Some(first), Some(last)) = (tracks.first(), tracks.last()) {
+                seen.before.extend(residuals(run, &cut, first));
+                seen.after.extend(residuals(run, &cut, last));
+            }
+            // A gap, so that no line joins two segments.
+            seen.time_s.push(run.time_s.last().map_or(f64::NAN, |t| t - start));
+            seen.depth_m.push(f64::NAN);
+            seen.observed.push(f64::NAN);
+            seen.modelled.iter_mut().for_each(|m| m.push(f64::NAN));
+        }
+        seen
+    }
+}
+
+fn traces(seen: &Seen) -> Section {
+    let time = || Axis::new("time", "s");
+    let depth =
+        Chart::new("Depth", Mark::Line, time(), Axis::new("depth", "m").down()).with(Series::new("measured", &seen.time_s, &seen.depth_m));
+    let names = ["model as given", "recalibrated", "after"];
+    let mut rate = Chart::new("Depth rate in 20 s blocks", Mark::Line, time(), Axis::new("depth rate", "cm/s"))
+        .with(Series::new("measured", &seen.time_s, &seen.observed));
+    let mut residual = Chart::new("Residual (measured minus model)", Mark::Line, time(), Axis::new("residual", "cm/s"));
+    for (name, model) in names.iter().zip(&seen.modelled) {
+        rate = rate.with(Series::new(name, &seen.time_s, model));
+        if *name != "recalibrated" {
+            let r: Vec<f64> = seen.observed.iter().zip(model).map(|(o, m)| o - m).collect();
+            residual = residual.with(Series::new(name, &seen.time_s, &r));
+        }
+    }
+    Section {
+        title: "Traces".into(),
+        lead: "Drag to zoom, double-click to see all; with the keyboard: tab to a chart, plus and minus.".into(),
+        items: [depth, rate, residual].into_iter().map(|c| c.grouped(TIME).into()).collect(),
+    }
+}
+
+/// Bins of equal count of one variable: centre, mean residual and its 90 % interval, cm/s.
+fn binned(residuals: &[Residual], variable: usize) -> (Vec<String>, Vec<f64>, Vec<f64>, Vec<f64>) {
+    let mut pairs: Vec<(f64, f64)> = residuals
+        .iter()
+        .map(|r| (r.values[variable], 100.0 * r.residual_m_s))
+        .filter(|(v, r)| v.is_finite() && r.is_finite())
+        .collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let size = pairs.len().div_ceil(8).max(1);
+    let (mut names, mut mean, mut low, mut high) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for bin in pairs.chunks(size).filter(|b| b.len() > 2) {
+        let n = bin.len() as f64;
+        let m = bin.iter().map(|p| p.1).sum::<f64>() / n;
+        let variance = bin.iter().map(|p| (p.1 - m).powi(2)).sum::<f64>() / (n - 1.0);
+        // 1.645 standard errors; neighbouring blocks are alike, so the interval is widened by half.
+        let half = 1.645 * 1.5 * (variance / n).sqrt();
+        names.push(format!("{:.3} – {:.3}", bin[0].0, bin[bin.len() - 1].0));
+        mean.push(m);
+        low.push(m - half);
+        high.push(m + half);
+    }
+    (names, mean, low, high)
+}
+
+fn where_it_fails(seen: &Seen) -> Section {
+    let alpha = |list: &[Residual]| -> (Vec<f64>, Vec<f64>) {
+        list.iter().map(|r| (r.values[0].to_degrees(), 100.0 * r.residual_m_s)).unzip()
+    };
+    let (bx, by) = alpha(&seen.before);
+    let (ax, ay) = alpha(&seen.after);
+    let scatter =
+        Chart::new("Residual against angle of attack", Mark::Point, Axis::new("angle of attack", "°"), Axis::new("residual", "cm/s"))
+            .with(Series::new("as given", &bx, &by))
+            .with(Series::new("after", &ax, &ay));
+    let mut items: Vec<Item> = vec![scatter.into(), map(&seen.before).into()];
+    for (k, (name, unit)) in VARIABLES.iter().enumerate().take(7) {
+        let (names, mean, low, high) = binned(&seen.before, k);
+        if names.len() > 1 {
+            let title = format!("Mean residual of the model as given by {} ({unit})", name.replace('_', " "));
+            items.push(Chart::bars(&title, Axis::new("residual", "cm/s"), names, "mean", &mean, &low, &high).into());
+        }
+    }
+    Section {
+        title: "Where it fails".into(),
+        lead: "Bars are means of bins of equal count with 90 % intervals; a bar whose interval leaves zero is where the model as given is wrong.".into(),
+        items,
+    }
+}
+
+/// Mean residual over a grid of angle of attack and speed.
+fn map(residuals: &[Residual]) -> Chart {
+    let range = |k: usize, factor: f64| {
+        let values: Vec<f64> = residuals.iter().map(|r| r.values[k] * factor).filter(|v| v.is_finite()).collect();
+        (discovery::read::quantile(&values, 0.01), discovery::read::quantile(&values, 0.99))
+    };
+    let (nx, ny) = (14usize, 8usize);
+    let (a, u) = (range(0, 1f64.to_degrees()), range(1, 1.0));
+    let mut sums = vec![(0.0, 0u32); nx * ny];
+    for r in residuals {
+        let i = ((r.values[0].to_degrees() - a.0) / (a.1 - a.0) * nx as f64).floor();
+        let j = ((r.values[1] - u.0) / (u.1 - u.0) * ny as f64).floor();
+        if (0.0..nx as f64).contains(&i) && (0.0..ny as f64).contains(&j) {
+            let cell = &mut sums[j as usize * nx + i as usize];
+            *cell = (cell.0 + 100.0 * r.residual_m_s, cell.1 + 1);
+        }
+    }
+    let centre = |(low, high): (f64, f64), n: usize| (0..n).map(|i| low + (high - low) * (i as f64 + 0.5) / n as f64).collect();
+    let z = sums.iter().map(|(s, n)| if *n > 0 { s / f64::from(*n) } else { f64::NAN }).collect();
+    let series = Series { name: "cm/s".into(), x: centre(a, nx), y: centre(u, ny), z, ..Series::default() };
+    Chart::new("Mean residual of the model as given", Mark::Map, Axis::new("angle of attack", "°"), Axis::new("speed", "m/s")).with(series)
+}
+
+fn name_of(c: &Ranked) -> String {
+    c.effects.join(" + ")
+}
+
+fn why(found: &Diagnosis) -> Section {
+    let heldout = found.block_error_m_s[0].is_finite();
+    let errors = if heldout { found.block_error_m_s } else { found.fitted_error_m_s };
+    let mut steps = vec!["as given".to_owned(), "recalibrated".to_owned()];
+    let mut values = vec![100.0 * errors[0], 100.0 * errors[1]];
+    for c in found.candidates.iter().take(8) {
+        steps.push(format!("with {}", name_of(c)));
+        values.push(100.0 * if heldout { c.error_check_m_s } else { c.error_fitted_m_s });
+    }
+    steps.push("water and sensors alone".into());
+    values.push(100.0 * found.noise_floor_m_s);
+    let fall = Chart::bars("Error as effects are added", Axis::new("error", "cm/s"), steps, "error", &values, &[], &[]);
+    let rows = found
+        .candidates
+        .iter()
+        .map(|c| {
+            let numbers: Vec<String> =
+                c.parameters.iter().map(|p| format!("{} = {:.4} [{:.4}, {:.4}] {}", p.name, p.value, p.low, p.high, p.unit)).collect();
+            let cm = |v: f64| if v.is_finite() { format!("{:.3}", 100.0 * v) } else { "–".into() };
+            vec![
+                name_of(c),
+                format!("{:.1} %", 100.0 * c.probability),
+                format!("{:+.1}", c.log_odds),
+                cm(c.error_fitted_m_s),
+                cm(c.error_check_m_s),
+                numbers.join("; "),
+            ]
+        })
+        .take(40)
+        .collect();
+    let head = ["effects", "probability", "log odds", "error fitted (cm/s)", "error held out (cm/s)", "parameters with 90 % interval"];
+    let table = Table { caption: "All that was asked, best first".into(), head: head.map(Into::into).to_vec(), rows };
+    let mut items: Vec<Item> = vec![fall.into()];
+    if found.equivalent.len() > 1 {
+        let tied: Vec<String> = found.equivalent.iter().map(|e| e.join(" + ")).collect();
+        items.push(format!("Cannot be told apart with this flight: {}.", tied.join("; ")).as_str().into());
+    }
+    items.push(table.into());
+    Section { title: "Why".into(), lead: format!("Verdict: {}.", found.verdict.name()), items }
+}
+
+fn l_over_d((constants, effects): &(Constants, Vec<Active>), degrees: &[f64]) -> Vec<f64> {
+    let model = ForceModel::new(*constants, effects);
+    // 0.3 m/s: a shallow glider's speed, where a speed-dependent effect is at its reference.
+    let at = |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
+    degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
+}
+
+fn glide(vehicle: &Vehicle, before: &State, after: &State, seen: &Seen) -> Section {
+    let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
+    let curve = Chart::new("L/D in a dive at 0.3 m/s", Mark::Line, Axis::new("angle of attack", "°"), Axis::new("L/D", ""))
+        .with(Series::new("as given", &degrees, &l_over_d(&law(vehicle, before), &degrees)))
+        .with(Series::new("after", &degrees, &l_over_d(&law(vehicle, after), &degrees)));
+    let share: Vec<f64> = (0..20)
+        .map(|i| {
+            let inside = seen.alpha_deg.iter().filter(|a| (f64::from(i)..f64::from(i + 1)).contains(a)).count();
+            100.0 * inside as f64 / seen.alpha_deg.len().max(1) as f64
+        })
+        .collect();
+    let names = (0..20).map(|i| format!("{i}–{} °", i + 1)).collect();
+    let flown = Chart::bars("Where the flight was: |angle of attack| of the model", Axis::new("share of blocks", "%"), names, "share", &share, &[], &[]);
+    Section {
+        title: "Glide".into(),
+        lead: "What the finding means for lift-to-drag ratio, and which angles this flight has tried.".into(),
+        items: vec![curve.into(), flown.into()],
+    }
+}

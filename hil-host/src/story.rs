@@ -1,0 +1,126 @@
+//! The whole story in one: a flight disagrees with its model, the missing
+//! effect is found and added, a new flight table is made, and the controller
+//! flies with the old and the new one.
+//!
+//! The world of the last act is what the flight revealed: the refitted numbers
+//! and effects, put into the plant's own force law ([`revealed`]), which is not
+//! the model's. Both tables fly in the same world; the difference is the worth
+//! of the finding.
+
+use crate::closed_loop::{Outcome, Setup, fly};
+use crate::mission_file::built_in;
+use crate::seats::in_process::InProcess;
+use crate::seats::upload::upload;
+use crate::seats::{Link, Seat};
+use crate::tables::{self, Built};
+use crate::vehicles::Model;
+use crate::worlds;
+use anyhow::{Context, anyhow};
+use discovery::Vehicle;
+use hydro::effects::{Active, Constants};
+use plant::vehicle::Aero;
+use plant::{Effect, EffectKind, Scenario, World};
+use signals::{Mission, Object, Wings};
+
+/// One wing set with one table.
+#[derive(Debug)]
+pub struct Flown {
+    /// The table.
+    pub table: Built,
+    /// The flight.
+    pub outcome: Outcome,
+}
+
+/// The table of a vehicle with the effects its file has switched on.
+///
+/// # Errors
+/// The vehicle has no best glide, or does not say which wings it has.
+pub fn table_of(vehicle: &Vehicle, bytes: &[u8]) -> anyhow::Result<Built> {
+    let id = signals::link::CRC32.checksum(bytes);
+    let model = Model::of_coefficients(vehicle, id)?;
+    tables::build(&model, model.wings, id, 0).with_context(|| format!("no flight table from {}", vehicle.path.display()))
+}
+
+/// The plant's force law that agrees with the model's to second order in α:
+/// ```text
+/// C_N = C_L + C_D0 α     C_D − C_D0 = (C_Lα + C_D0) α² − suction + separation
+/// ```
+#[must_use]
+pub fn revealed(wings: Wings, c: &Constants) -> Aero {
+    let s = c.reference_area_m2;
+    let usual = Aero::of(wings);
+    let slope = c.lift_slope_per_rad + c.cd0;
+    // Drag the normal force alone would make beyond the model's, per α².
+    let surplus = slope - c.induced_k * c.lift_slope_per_rad * c.lift_slope_per_rad - c.hull_drag_per_rad2;
+    let shape = usual.hull_slope_m2 / (usual.hull_slope_m2 + usual.wing_slope_m2);
+    let cross = usual.hull_crossflow_m2 / (usual.hull_crossflow_m2 + usual.wing_crossflow_m2);
+    let quadratic = (c.lift_quadratic_per_rad2 * s).max(0.0);
+    Aero {
+        reference_area_m2: s,
+        axial_m2: c.cd0 * s,
+        hull_slope_m2: slope * s * shape,
+        wing_slope_m2: slope * s * (1.0 - shape),
+        suction_m2: (surplus * s).max(0.0),
+        separation_m2: (-surplus * s).max(0.0),
+        hull_crossflow_m2: quadratic * cross,
+        wing_crossflow_m2: quadratic * (1.0 - cross),
+        ..usual
+    }
+}
+
+/// Effects of the glide (not of sensors or water) as the plant's own.
+fn in_the_plant(effects: &[Active]) -> Vec<Effect> {
+    effects
+        .iter()
+        .filter_map(|a| {
+            let kind = EffectKind::ALL.iter().copied().find(|k| k.name() == a.effect.name())?;
+            let glide = matches!(
+                kind,
+                EffectKind::VortexLiftBodywing
+                    | EffectKind::SideEdgeLift
+                    | EffectKind::ReynoldsDrag
+                    | EffectKind::Stall
+                    | EffectKind::ClimbDrag
+                    | EffectKind::RollTurnDrag
+                    | EffectKind::DragLevelError
+                    | EffectKind::LiftSlopeError
+                    | EffectKind::InducedDragError
+                    | EffectKind::ZeroLiftAngle
+                    | EffectKind::AddedMass
+                    | EffectKind::HeaveAddedMass
+            );
+            glide.then_some(Effect { kind, value: a.values[0], aux: None })
+        })
+        .collect()
+}
+
+/// The world that a refitted vehicle describes.
+#[must_use]
+pub fn world_of(wings: Wings, vehicle: &Vehicle, mission: &Mission) -> Scenario {
+    let mut scenario = worlds::for_mission(mission);
+    scenario.wings = wings;
+    scenario.vehicle.aero = Some(revealed(wings, &vehicle.constants));
+    scenario.effects = in_the_plant(&vehicle.effects);
+    scenario
+}
+
+/// Flies the lake mission with this table in a world.
+///
+/// # Errors
+/// The controller refuses the table, or the flight cannot be flown.
+pub fn fly_with(table: Built, scenario: &Scenario, mission: &Mission) -> anyhow::Result<Flown> {
+    let mut link = Link::new(InProcess::default());
+    link.hello()?;
+    upload(&mut link, Object::Table(mission.wings), &table.bytes, |_, _| {}).context("the controller refuses the table")?;
+    let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
+    let outcome = fly(&mut world, &mut link, &Setup::new(mission.clone()), &mut |_| Ok(()))?;
+    Ok(Flown { table, outcome })
+}
+
+/// The mission of the last act: 0–200 m, where steady glide dominates.
+///
+/// # Errors
+/// None in practice: the mission is built in.
+pub fn mission(wings: Wings) -> anyhow::Result<Mission> {
+    Ok(Mission { wings, ..built_in("sea").context("no mission called sea")? })
+}

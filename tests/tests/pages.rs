@@ -1,0 +1,269 @@
+//! The page and the report as a person meets them: headless Chromium drives
+//! the live workbench and the offline report. Skipped loudly where there is no
+//! chromedriver (scripts/setup-browser brings it).
+
+use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
+use fantoccini::{Client, ClientBuilder, Locator};
+use hil_host::serve::{Workbench, run};
+use hil_host::{flight_report, page::Provenance};
+use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A chromedriver that ends with the test.
+struct Driver {
+    child: Child,
+    port: u16,
+    profile: PathBuf,
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        let _ = std::fs::remove_dir_all(&self.profile);
+    }
+}
+
+fn free_port() -> u16 {
+    std::net::TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).map_or(9515, |a| a.port())
+}
+
+fn driver(name: &str) -> Option<Driver> {
+    let port = free_port();
+    let child = Command::new("chromedriver").arg(format!("--port={port}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let Ok(child) = child else {
+        eprintln!("skipped: no chromedriver (scripts/setup-browser brings it)");
+        return None;
+    };
+    let profile = std::env::temp_dir().join(format!("glider-page-test-{name}-{}", std::process::id()));
+    let until = Instant::now() + Duration::from_secs(20);
+    while std::net::TcpStream::connect(("127.0.0.1", port)).is_err() && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    Some(Driver { child, port, profile })
+}
+
+impl Driver {
+    async fn browser(&self) -> Client {
+        let mut wanted = Capabilities::new();
+        let flags = [
+            "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+            "--disable-component-update", "--disable-sync", "--window-size=1280,1000", "--disable-dev-shm-usage",
+        ];
+        let mut args: Vec<String> = flags.map(String::from).to_vec();
+        args.push(format!("--user-data-dir={}", self.profile.display()));
+        wanted.insert("goog:chromeOptions".into(), json!({"args": args}));
+        wanted.insert("goog:loggingPrefs".into(), json!({"browser": "ALL"}));
+        ClientBuilder::new(hyper_util::client::legacy::connect::HttpConnector::new())
+            .capabilities(wanted)
+            .connect(&format!("http://127.0.0.1:{}", self.port))
+            .await
+            .expect("chromedriver gives a session")
+    }
+}
+
+/// Chromium's console, which WebDriver itself does not name.
+#[derive(Debug)]
+struct ConsoleLog;
+
+impl WebDriverCompatibleCommand for ConsoleLog {
+    fn endpoint(&self, base: &url::Url, session: Option<&str>) -> Result<url::Url, url::ParseError> {
+        base.join(&format!("session/{}/se/log", session.unwrap_or_default()))
+    }
+
+    fn method_and_body(&self, _: &url::Url) -> (http::Method, Option<String>) {
+        (http::Method::POST, Some(json!({"type": "browser"}).to_string()))
+    }
+}
+
+async fn console_errors(c: &Client) -> Vec<String> {
+    let log = c.issue_cmd(ConsoleLog).await.expect("the console can be read");
+    let entries = log.as_array().cloned().unwrap_or_default();
+    entries.iter().filter(|e| e["level"] == "SEVERE").map(ToString::to_string).collect()
+}
+
+/// Text of an element once it satisfies `done`.
+async fn wait_text(c: &Client, selector: &str, done: impl Fn(&str) -> bool, seconds: u64) -> String {
+    let until = Instant::now() + Duration::from_secs(seconds);
+    let mut last = String::new();
+    while Instant::now() < until {
+        if let Ok(e) = c.find(Locator::Css(selector)).await {
+            last = e.text().await.unwrap_or_default();
+            if done(&last) {
+                return last;
+            }
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    panic!("{selector}: still {last:?} after {seconds} s");
+}
+
+async fn click(c: &Client, selector: &str) {
+    c.find(Locator::Css(selector)).await.unwrap_or_else(|e| panic!("{selector}: {e}")).click().await.unwrap_or_else(|e| panic!("{selector}: {e}"));
+}
+
+async fn js(c: &Client, code: &str, args: Vec<Value>) -> Value {
+    c.execute(code, args).await.unwrap_or_else(|e| panic!("{code}: {e}"))
+}
+
+/// Serious findings of axe-core; none where it is not on this machine.
+async fn axe(c: &Client) -> Vec<String> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/axe.min.js");
+    let Ok(source) = std::fs::read_to_string(&file) else {
+        eprintln!("skipped: no axe-core (scripts/setup-browser brings it)");
+        return Vec::new();
+    };
+    js(c, &source, vec![]).await;
+    let code = "const done = arguments[arguments.length - 1]; axe.run().then((r) => done(r.violations.filter((v) => ['serious', 'critical'].includes(v.impact)).map((v) => v.id + ': ' + v.nodes.map((n) => n.html).slice(0, 3).join(' | '))));";
+    let found = c.execute_async(code, vec![]).await.expect("axe runs");
+    found.as_array().cloned().unwrap_or_default().iter().map(|v| v.as_str().unwrap_or_default().to_owned()).collect()
+}
+
+async fn screenshot(c: &Client, name: &str, width: u32) {
+    c.set_window_size(width, 1400).await.expect("the window can be sized");
+    tokio::time::sleep(Duration::from_millis(400)).await;
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/screenshots");
+    std::fs::create_dir_all(&folder).expect("a folder below target");
+    std::fs::write(folder.join(format!("{name}-{width}.png")), c.screenshot().await.expect("a screenshot")).expect("written");
+}
+
+async fn no_sideways_scroll(c: &Client, name: &str) {
+    let over = js(c, "return document.documentElement.scrollWidth - document.documentElement.clientWidth;", vec![]).await;
+    assert!(over.as_f64().is_some_and(|o| o <= 1.0), "{name}: the page is {over} px wider than the window");
+}
+
+/// A flight whose truth has a strong effect that its model lacks.
+fn puzzle(folder: &Path) -> PathBuf {
+    let spec = Spec {
+        site: Site::Lake,
+        wing: Wing::Standard,
+        kind: Kind::Single,
+        effects: vec![catalogue::Effect::ClimbDrag],
+        outside: None,
+        strength: Some(catalogue::Strength::Strong),
+    };
+    hil_host::trial_score::write_case(folder, &generate(&spec, 5, 0)).expect("a case can be written")
+}
+
+fn runtime() -> tokio::runtime::Runtime {
+    tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime")
+}
+
+#[test]
+fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
+    let Some(driver) = driver("workbench") else { return };
+    let folder = std::env::temp_dir().join(format!("glider-page-flight-{}", std::process::id()));
+    let case = puzzle(&folder);
+    let flight = discovery::read::flight(&case).expect("our own case reads");
+    let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
+    let found = discovery::diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("our own case can be diagnosed");
+    let told = discovery::report::document(&found, &vehicle, "case");
+    let cm = |key: &str| format!("{:.3}", 100.0 * told["block_error_m_s"][key].as_f64().expect("an error"));
+
+    let (address, at) = std::sync::mpsc::channel();
+    let bench = Workbench { logs: folder.join("logs"), ..Workbench::default() };
+    std::thread::spawn(move || run(0, bench, |a| drop(address.send(a.to_owned()))));
+    let address = at.recv_timeout(Duration::from_secs(20)).expect("the server starts");
+
+    runtime().block_on(async {
+        let c = driver.browser().await;
+        c.goto(&address).await.expect("the page opens");
+        wait_text(&c, "#status", |t| t.starts_with("Ready"), 20).await;
+
+        // Nonsense first: a clear message, and the page stays.
+        let drop_files = "const t = new DataTransfer(); for (const [n, s] of arguments[0]) t.items.add(new File([s], n)); document.getElementById('drop').dispatchEvent(new DragEvent('drop', {dataTransfer: t, bubbles: true, cancelable: true}));";
+        js(&c, drop_files, vec![json!([["flight.csv", "time_s,depth\n1,abc\n"], ["vehicle.json", "{"]])]).await;
+        let message = wait_text(&c, "#status", |t| t.contains("flight.csv") || t.contains("vehicle.json"), 20).await;
+        assert!(!message.contains("panicked"), "{message}");
+
+        // Drag the flight in: the number is the command line's.
+        let text = |name: &str| std::fs::read_to_string(case.join(name)).expect("written above");
+        js(&c, drop_files, vec![json!([["flight.csv", text("flight.csv")], ["vehicle.json", text("vehicle.json")]])]).await;
+        wait_text(&c, "#status", |t| t.contains("Flight open"), 30).await;
+        assert_eq!(wait_text(&c, "#error-nominal", |t| t != "–", 10).await, cm("nominal"));
+
+        // Find what is missing, tick it, see the error fall to the command line's value.
+        click(&c, "#find").await;
+        wait_text(&c, "#find-status", |t| t.starts_with("Verdict"), 120).await;
+        assert_eq!(found.answer, ["climb_drag"], "this strong case is told by the library");
+        click(&c, "#take").await;
+        assert_eq!(wait_text(&c, "#error-now", |t| t == cm("after"), 30).await, cm("after"));
+        assert_eq!(wait_text(&c, "#error-recalibrated", |t| t != "–", 10).await, cm("recalibrated"));
+
+        // Unticking by keyboard brings the model as given back.
+        c.find(Locator::Css("#fx-climb_drag")).await.expect("its box").send_keys(" ").await.expect("space unticks");
+        assert_eq!(wait_text(&c, "#error-now", |t| t == cm("nominal"), 20).await, cm("nominal"));
+
+        // Zoom by keyboard.
+        let span = "const s = document.querySelectorAll('#page .plot')[1].handle.plot.scales.x; return s.max - s.min;";
+        let before = js(&c, span, vec![]).await.as_f64().expect("a span");
+        js(&c, "document.querySelectorAll('#page .plot')[1].focus();", vec![]).await;
+        c.find_all(Locator::Css("#page .plot")).await.expect("plots")[1].send_keys("+").await.expect("plus zooms");
+        let after = js(&c, span, vec![]).await.as_f64().expect("a span");
+        assert!(after < 0.6 * before, "{before} -> {after}");
+
+        // Fly in the pty seat and break the hull: the vehicle comes home.
+        js(&c, "document.getElementById('seat').value = 'pty'; document.getElementById('pace').value = '200';", vec![]).await;
+        click(&c, "#fly").await;
+        wait_text(&c, "#live-status", |t| t.starts_with("Flying"), 30).await;
+        wait_text(&c, "#live-phase", |t| t == "Dive", 60).await;
+        click(&c, "[data-fault='hull:leak']").await;
+        let end = wait_text(&c, "#live-status", |t| t.starts_with("End"), 120).await;
+        assert!(end.contains("safe: Leak"), "{end}");
+
+        assert_eq!(axe(&c).await, Vec::<String>::new());
+        screenshot(&c, "workbench", 1280).await;
+        screenshot(&c, "workbench", 390).await;
+        no_sideways_scroll(&c, "workbench at 390 px").await;
+        let loaded = js(&c, "return performance.getEntriesByType('resource').map((e) => e.name);", vec![]).await;
+        let origin = address.split("/?").next().unwrap_or_default();
+        for name in loaded.as_array().expect("a list") {
+            assert!(name.as_str().is_some_and(|n| n.starts_with(origin) || n.starts_with("data:")), "a request left this server: {name}");
+        }
+        // Chromium logs the refused nonsense (400) as an error of the network, not of the page.
+        let errors: Vec<String> = console_errors(&c).await.into_iter().filter(|e| !e.contains("status of 400")).collect();
+        assert_eq!(errors, Vec::<String>::new());
+        c.close().await.expect("the browser closes");
+    });
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+#[test]
+fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
+    let Some(driver) = driver("report") else { return };
+    let folder = std::env::temp_dir().join(format!("glider-page-report-{}", std::process::id()));
+    let case = puzzle(&folder);
+    let flight = discovery::read::flight(&case).expect("our own case reads");
+    let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
+    let found = discovery::diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("our own case can be diagnosed");
+    let file = folder.join("report.html");
+    flight_report::page(&found, &vehicle, "case", Provenance::of_this_run()).write(&file).expect("the page is written");
+    let bytes = std::fs::metadata(&file).expect("the page is there").len();
+    assert!(bytes < 1_000_000, "{bytes} bytes");
+
+    runtime().block_on(async {
+        let c = driver.browser().await;
+        c.goto(&format!("file://{}", file.display())).await.expect("the page opens");
+        let first = wait_text(&c, ".answer", |t| t.contains("What next"), 10).await;
+        let number = format!("{:.3} cm/s as given", 100.0 * found.block_error_m_s[0]);
+        assert!(first.contains(&number), "{first}");
+        let charts = c.find_all(Locator::Css(".uplot")).await.expect("charts").len();
+        assert!(charts >= 5, "{charts} charts");
+        // Hover: the legend follows the cursor.
+        let hover = "const p = document.querySelector('.plot').handle.plot; p.setCursor({left: p.over.clientWidth / 2, top: 20}); return document.querySelector('.u-legend .u-value').textContent;";
+        let value = js(&c, hover, vec![]).await;
+        assert!(value.as_str().is_some_and(|v| v.trim().parse::<f64>().is_ok()), "{value}");
+        assert_eq!(axe(&c).await, Vec::<String>::new());
+        screenshot(&c, "report", 1280).await;
+        screenshot(&c, "report", 390).await;
+        no_sideways_scroll(&c, "report at 390 px").await;
+        let loaded = js(&c, "return performance.getEntriesByType('resource').length;", vec![]).await;
+        assert_eq!(loaded, json!(0));
+        assert_eq!(console_errors(&c).await, Vec::<String>::new());
+        c.close().await.expect("the browser closes");
+    });
+    let _ = std::fs::remove_dir_all(&folder);
+}

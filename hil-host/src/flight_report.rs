@@ -125,8 +125,11 @@ fn traces(seen: &Seen) -> Section {
     let depth =
         Chart::new("Depth", Mark::Line, time(), Axis::new("depth", "m").down()).with(Series::new("measured", &seen.time_s, &seen.depth_m));
     let names = ["model as given", "recalibrated", "after"];
-    let mut rate = Chart::new("Depth rate in 20 s blocks", Mark::Line, time(), Axis::new("depth rate", "cm/s"))
-        .with(Series::new("measured", &seen.time_s, &seen.observed));
+    let mut rate = Chart::new("Depth rate in 20 s blocks", Mark::Line, time(), Axis::new("depth rate", "cm/s")).with(Series::new(
+        "measured",
+        &seen.time_s,
+        &seen.observed,
+    ));
     let mut residual = Chart::new("Residual (measured minus model)", Mark::Line, time(), Axis::new("residual", "cm/s"));
     for (name, model) in names.iter().zip(&seen.modelled) {
         rate = rate.with(Series::new(name, &seen.time_s, model));
@@ -144,11 +147,8 @@ fn traces(seen: &Seen) -> Section {
 
 /// Bins of equal count of one variable: centre, mean residual and its 90 % interval, cm/s.
 fn binned(residuals: &[Residual], variable: usize) -> (Vec<String>, Vec<f64>, Vec<f64>, Vec<f64>) {
-    let mut pairs: Vec<(f64, f64)> = residuals
-        .iter()
-        .map(|r| (r.values[variable], 100.0 * r.residual_m_s))
-        .filter(|(v, r)| v.is_finite() && r.is_finite())
-        .collect();
+    let mut pairs: Vec<(f64, f64)> =
+        residuals.iter().map(|r| (r.values[variable], 100.0 * r.residual_m_s)).filter(|(v, r)| v.is_finite() && r.is_finite()).collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let size = pairs.len().div_ceil(8).max(1);
     let (mut names, mut mean, mut low, mut high) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -167,9 +167,8 @@ fn binned(residuals: &[Residual], variable: usize) -> (Vec<String>, Vec<f64>, Ve
 }
 
 fn where_it_fails(seen: &Seen) -> Section {
-    let alpha = |list: &[Residual]| -> (Vec<f64>, Vec<f64>) {
-        list.iter().map(|r| (r.values[0].to_degrees(), 100.0 * r.residual_m_s)).unzip()
-    };
+    let alpha =
+        |list: &[Residual]| -> (Vec<f64>, Vec<f64>) { list.iter().map(|r| (r.values[0].to_degrees(), 100.0 * r.residual_m_s)).unzip() };
     let (bx, by) = alpha(&seen.before);
     let (ax, ay) = alpha(&seen.after);
     let scatter =
@@ -278,7 +277,15 @@ fn glide(vehicle: &Vehicle, before: &State, after: &State, seen: &Seen) -> Secti
         })
         .collect();
     let names = (0..20).map(|i| format!("{i}–{} °", i + 1)).collect();
-    let flown = Chart::bars("Where the flight was: |angle of attack| of the model", Axis::new("share of blocks", "%"), names, "share", &share, &[], &[]);
+    let flown = Chart::bars(
+        "Where the flight was: |angle of attack| of the model",
+        Axis::new("share of blocks", "%"),
+        names,
+        "share",
+        &share,
+        &[],
+        &[],
+    );
     Section {
         title: "Glide".into(),
         lead: "What the finding means for lift-to-drag ratio, and which angles this flight has tried.".into(),

@@ -50,8 +50,16 @@ impl Driver {
     async fn browser(&self) -> Client {
         let mut wanted = Capabilities::new();
         let flags = [
-            "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-            "--disable-component-update", "--disable-sync", "--window-size=1280,1000", "--disable-dev-shm-usage",
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--window-size=1280,1000",
+            "--disable-dev-shm-usage",
         ];
         let mut args: Vec<String> = flags.map(String::from).to_vec();
         args.push(format!("--user-data-dir={}", self.profile.display()));
@@ -102,7 +110,12 @@ async fn wait_text(c: &Client, selector: &str, done: impl Fn(&str) -> bool, seco
 }
 
 async fn click(c: &Client, selector: &str) {
-    c.find(Locator::Css(selector)).await.unwrap_or_else(|e| panic!("{selector}: {e}")).click().await.unwrap_or_else(|e| panic!("{selector}: {e}"));
+    c.find(Locator::Css(selector))
+        .await
+        .unwrap_or_else(|e| panic!("{selector}: {e}"))
+        .click()
+        .await
+        .unwrap_or_else(|e| panic!("{selector}: {e}"));
 }
 
 async fn js(c: &Client, code: &str, args: Vec<Value>) -> Value {

@@ -6,7 +6,7 @@ use crate::prepare::{Prepared, prepare};
 use crate::problem::{N_CALIBRATION, Problem, State, block_error, tolerance_of};
 use crate::search::fit_named;
 use crate::{Flight, Vehicle};
-use hydro::effects::Effect;
+use hydro::effects::{Continuation, Effect};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
@@ -25,6 +25,12 @@ pub struct Added {
     pub gain: f64,
     /// What had to be repaired or assumed.
     pub notes: Vec<String>,
+    /// Calibration alone refitted.
+    pub recalibrated: State,
+    /// Calibration and effects refitted together.
+    pub after: State,
+    /// How lift was taken to go on beyond the valid angle of attack.
+    pub beyond: Continuation,
 }
 
 /// Adds effects and refits calibration and effects together on the segments that may be fitted.
@@ -52,6 +58,9 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         vehicle: document,
         gain: null.chi2 - fit.chi2,
         notes,
+        recalibrated: null.state,
+        after: fit.state,
+        beyond: problem.beyond,
     })
 }
 

@@ -115,6 +115,14 @@ enum Command {
 /// Parses the command line, runs the command, returns the exit code.
 #[must_use]
 pub fn main() -> std::process::ExitCode {
+    // `glider … | head`: a reader that has seen enough is not an error.
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        if info.to_string().contains("Broken pipe") {
+            std::process::exit(0);
+        }
+        report(info);
+    }));
     let cli = Cli::parse();
     let output = Output { json: cli.json };
     let result = match &cli.command {

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:\n  glider report --flight trial_dir\n  glider report --flight flight.csv --vehicle vehicle.json --out flight.html")]
+#[command(
+    after_help = "Examples:\n  glider report --flight trial_dir\n  glider report --flight flight.csv --vehicle vehicle.json --out flight.html"
+)]
 pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(long, value_name = "DIR|CSV")]

@@ -37,7 +37,7 @@ pub struct Args {
 fn puzzle(args: &Args) -> anyhow::Result<PathBuf> {
     let spec = Spec {
         site: Site::Lake,
-        wing: Wing::LowAr,
+        wing: Wing::LowAspectRatio,
         kind: Kind::Single,
         effects: vec![catalogue::Effect::VortexLiftBodywing],
         outside: None,
@@ -65,7 +65,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
     if effects.is_empty() {
         bar.finish_and_clear();
-        let document = json!({"flight": path, "verdict": found.verdict.name(), "answer": [], "explanation": discovery::report::explanation(&found)});
+        let document =
+            json!({"flight": path, "verdict": found.verdict.name(), "answer": [], "explanation": discovery::report::explanation(&found)});
         output.emit(&document, || {
             println!("Verdict: {}. Nothing to add.\n{}", found.verdict.name(), discovery::report::explanation(&found));
         });

@@ -70,8 +70,8 @@ pub struct Opened {
     pub vehicle: Vehicle,
     /// Cleaned and cut.
     pub prepared: Prepared,
-    /// The model as given, run once per run of the flight.
-    nominal: Vec<Track>,
+    /// How lift goes on beyond the valid angle of attack, as the last fit took it.
+    beyond: Mutex<Continuation>,
     /// Fitted states by the effects that are on (sorted names); the empty list is recalibration alone.
     fitted: Mutex<BTreeMap<Vec<String>, State>>,
 }
@@ -82,8 +82,12 @@ impl Opened {
         if prepared.runs.is_empty() {
             bail!("{}: no stretch of this flight is long enough for the model: {}", flight.name, prepared.notes.join("; "));
         }
-        let nominal = tracks(&prepared, &vehicle, &State::nominal());
-        Ok(Self { id, flight, vehicle, prepared, nominal, fitted: Mutex::default() })
+        let opened = Self { id, flight, vehicle, prepared, beyond: Mutex::default(), fitted: Mutex::default() };
+        // A flight too short to fit can still be looked at.
+        if let Ok(calibrated) = add::add(&opened.flight, &opened.vehicle, &[], &[]) {
+            opened.remember(&calibrated.recalibrated, calibrated.beyond);
+        }
+        Ok(opened)
     }
 
     fn summary(&self) -> Value {
@@ -103,25 +107,35 @@ impl Opened {
         names.sort_unstable();
         let fitted = self.fitted.lock().unwrap_or_else(PoisonError::into_inner);
         let calibration = fitted.get(&names).map_or(State::nominal().calibration, |s| s.calibration);
-        State { calibration: if effects.is_empty() { State::nominal().calibration } else { calibration }, effects: effects.to_vec(), wave: None }
+        State {
+            calibration: if effects.is_empty() { State::nominal().calibration } else { calibration },
+            effects: effects.to_vec(),
+            wave: None,
+        }
     }
 
-    fn remember(&self, state: &State) {
+    fn remember(&self, state: &State, beyond: Continuation) {
+        *self.beyond.lock().unwrap_or_else(PoisonError::into_inner) = beyond;
         let mut names: Vec<String> = state.effects.iter().map(|e| e.effect.name().to_owned()).collect();
         names.sort_unstable();
         self.fitted.lock().unwrap_or_else(PoisonError::into_inner).insert(names, State { wave: None, ..state.clone() });
     }
 
-    fn recalibrated(&self) -> Option<State> {
-        self.fitted.lock().unwrap_or_else(PoisonError::into_inner).get(&Vec::new()).cloned()
+    fn fitted(&self, names: &[String]) -> Option<State> {
+        self.fitted.lock().unwrap_or_else(PoisonError::into_inner).get(names).cloned()
+    }
+
+    fn tracks(&self, state: &State) -> Vec<Track> {
+        let (constants, effects) = law(&self.vehicle, state);
+        let beyond = *self.beyond.lock().unwrap_or_else(PoisonError::into_inner);
+        self.prepared.runs.iter().map(|run| track(run, constants, &effects, self.vehicle.water_depth_m, 0.0, beyond)).collect()
     }
 
     /// Block residuals on the judged segments, and the error, m/s.
     fn error(&self, tracks: &[Track]) -> Option<f64> {
         let residuals = self.prepared.runs.iter().zip(tracks).filter(|(run, _)| self.judged(run.segment));
-        let all = residuals.flat_map(|(run, t)| {
-            blocks(run).into_iter().map(|b| b.observed_m_s - modelled_m_s(run, &b, &t.depth_m)).collect::<Vec<_>>()
-        });
+        let all = residuals
+            .flat_map(|(run, t)| blocks(run).into_iter().map(|b| b.observed_m_s - modelled_m_s(run, &b, &t.depth_m)).collect::<Vec<_>>());
         Some(rms(all)).filter(|v| v.is_finite())
     }
 
@@ -129,13 +143,13 @@ impl Opened {
     #[must_use]
     pub fn evaluation(&self, effects: &[Active]) -> Value {
         let state = self.state(effects);
-        let now = tracks(&self.prepared, &self.vehicle, &state);
-        let recalibrated = self.recalibrated().and_then(|s| self.error(&tracks(&self.prepared, &self.vehicle, &s)));
+        let (nominal, now) = (self.tracks(&State::nominal()), self.tracks(&state));
+        let recalibrated = self.fitted(&[]).and_then(|s| self.error(&self.tracks(&s)));
         let start = self.prepared.runs.first().and_then(|r| r.time_s.first()).copied().unwrap_or(0.0);
         let names = ["t", "depth", "observed", "nominal", "now", "alpha"];
         let mut columns: BTreeMap<&str, Vec<Option<f64>>> = names.iter().map(|n| (*n, Vec::new())).collect();
         let mut flown = Histogram::default();
-        for ((run, old), new) in self.prepared.runs.iter().zip(&self.nominal).zip(&now) {
+        for ((run, old), new) in self.prepared.runs.iter().zip(&nominal).zip(&now) {
             for block in blocks(run) {
                 let (first, middle) = (block.rows[0], block.rows[block.rows.len() / 2]);
                 let alpha = new.alpha_rad.get(middle).copied().unwrap_or(f64::NAN).to_degrees();
@@ -161,7 +175,7 @@ impl Opened {
         let values: Map<String, Value> =
             effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
         json!({
-            "error": {"nominal": self.error(&self.nominal), "recalibrated": recalibrated, "now": self.error(&now)},
+            "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now)},
             "effects": values, "blocks": columns, "curve": curve(&self.vehicle, &state, &flown),
         })
     }
@@ -185,18 +199,14 @@ impl Histogram {
     }
 }
 
-fn tracks(prepared: &Prepared, vehicle: &Vehicle, state: &State) -> Vec<Track> {
-    let (constants, effects) = law(vehicle, state);
-    prepared.runs.iter().map(|run| track(run, constants, &effects, vehicle.water_depth_m, 0.0, Continuation::default())).collect()
-}
-
 /// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, as given and in a state.
 fn curve(vehicle: &Vehicle, state: &State, flown: &Histogram) -> Value {
     let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
     let ratio = |state: &State| -> Vec<f64> {
         let (constants, effects) = law(vehicle, state);
         let model = ForceModel::new(constants, &effects);
-        let at = |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
+        let at =
+            |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
         degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
     };
     let total = f64::from(flown.total.max(1));
@@ -289,10 +299,14 @@ impl Workbench {
         let opened = self.flight(request.flight)?;
         let effects = request.effects.iter().map(|n| by_name(n).with_context(|| format!("there is no effect named {n}")));
         let effects: Vec<_> = effects.collect::<anyhow::Result<_>>()?;
-        let fit = add::fit(&opened.flight, &opened.vehicle, &effects)?;
-        opened.remember(&fit.recalibrated);
-        opened.remember(&fit.with_effects);
-        Ok(opened.evaluation(&fit.with_effects.effects))
+        let mut names = request.effects.clone();
+        names.sort_unstable();
+        if let Some(known) = opened.fitted(&names) {
+            return Ok(opened.evaluation(&known.effects));
+        }
+        let fit = add::add(&opened.flight, &opened.vehicle, &effects, &[])?;
+        opened.remember(&fit.after, fit.beyond);
+        Ok(opened.evaluation(&fit.after.effects))
     }
 
     /// New vehicle file and flight table with the ticked effects fitted.
@@ -335,9 +349,9 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
         });
         match found {
             Ok(found) => {
-                opened.remember(&found.recalibrated);
+                opened.remember(&found.recalibrated, found.beyond);
                 for c in &found.candidates {
-                    opened.remember(&c.state);
+                    opened.remember(&c.state, found.beyond);
                 }
                 lines.send(&json!({"result": discovery::report::document(&found, &opened.vehicle, &opened.flight.name)}));
             }

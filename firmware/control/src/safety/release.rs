@@ -27,6 +27,8 @@ const RISING_M: f32 = 1.0;
 const KEEL_M: f32 = 8.0;
 /// Shallower than this the vehicle is at the surface, or at the underside of ice, m.
 const SURFACE_M: f32 = 2.0;
+/// Deeper than this the antenna is under water, m: never heard for an hour there is lost, under ice or under light water.
+const AWASH_M: f32 = 0.7;
 /// Firings before the release is left on for good.
 const FIRINGS: u8 = 5;
 
@@ -125,7 +127,7 @@ impl Release {
             return self.not_rising_s >= if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
         }
         if seen.depth_m < KEEL_M && buoyant {
-            return seen.depth_m > SURFACE_M && self.not_rising_s >= 2.0 * w.config.max_burn_s;
+            return seen.depth_m > AWASH_M && self.not_rising_s >= 2.0 * w.config.max_burn_s;
         }
         let patience = match zone(w.config, seen.depth_m, seen.rate_m_s) {
             // At risk was dealt with above, by counts.

@@ -320,37 +320,6 @@ fn within_range(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
 }
 
 #[cfg(test)]
-mod toy;
-
+mod laws;
 #[cfg(test)]
-mod flights {
-    use crate::toy::Toy;
-    use crate::{Config, State, step};
-    use signals::{Micros, Mission, Phase};
-
-    #[test]
-    fn flies_the_default_mission_and_comes_home() {
-        let config = Config::default();
-        let table = polar::builtin(signals::Wings::Standard).ok();
-        let mut toy = Toy::new(&config);
-        let mut state = State::new(&config, Mission::default(), Micros(0));
-        let mut log = Vec::new();
-        for _ in 0..3000 {
-            let frame = toy.frame();
-            let a = step(&config, table.as_ref(), &mut state, frame.time, &frame);
-            log.push((toy.t, toy.z, toy.theta, a.command.ballast_m3, a.command.battery_mass_m, a.trace, toy.u, toy.w));
-            if a.trace.phase == Phase::Done {
-                break;
-            }
-            toy.fly(&a.command, 4.0);
-        }
-        for l in log.iter().step_by(9).take(20) {
-            println!("{:6.0} z {:6.2} th {:6.3} b {:8.1e} x {:7.4} {:?} {} {}", l.0, l.1, l.2, l.3, l.4, l.5.phase, l.6, l.7);
-        }
-        println!("x {} way {} L/D {} zmax {}", toy.x, toy.way, toy.x / toy.way, toy.z_max);
-        let last = log.last().expect("flew").5;
-        assert_eq!(last.phase, Phase::Done);
-        assert_eq!(last.dives, 4);
-        assert!(toy.z_max < 28.0 && toy.z_max > 25.0, "{}", toy.z_max);
-    }
-}
+mod toy;

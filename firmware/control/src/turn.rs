@@ -67,9 +67,4 @@ impl Turn {
         let next = self.lag_s + share * (lag - self.lag_s);
         self.lag_s = if next.is_finite() { next.at_least(*LAG_RANGE_S.start()).at_most(*LAG_RANGE_S.end()) } else { LAG_FIRST_S };
     }
-
-    #[cfg(test)]
-    pub(crate) fn lag_s(&self) -> f32 {
-        self.lag_s
-    }
 }

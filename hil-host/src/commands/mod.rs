@@ -23,6 +23,7 @@ pub mod plot;
 pub mod polar;
 pub mod report;
 pub mod scorecard;
+pub mod scorecard_flight;
 pub mod serve;
 pub mod story;
 pub mod table;

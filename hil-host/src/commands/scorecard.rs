@@ -25,6 +25,8 @@ pub struct Args {
 enum What {
     /// Sealed cases with a hidden effect against `diagnose`.
     Discovery(DiscoveryArgs),
+    /// Our controller beside the ordinary one: wings, depth bands, disturbances.
+    Flight(super::scorecard_flight::FlightArgs),
 }
 
 /// Arguments of `scorecard discovery`.
@@ -83,6 +85,7 @@ impl Only {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     match &args.what {
         What::Discovery(a) => discovery(a, output),
+        What::Flight(a) => super::scorecard_flight::run(a, output),
     }
 }
 

@@ -362,7 +362,7 @@ struct Signature {
 fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec<Signature> {
     let base = problem.model(at);
     let mut out = Vec::new();
-    for effect in CATALOGUE {
+    for effect in CATALOGUE.iter().copied() {
         let p = &effect.parameters()[0];
         let sizes: Vec<f64> = match effect.name() {
             WAVE | "horizontal_current" => continue,

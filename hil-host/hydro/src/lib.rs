@@ -38,3 +38,8 @@ pub use polar::Polar;
 
 /// |α| up to which the hull's cross-flow form is valid, rad (25°; paper sec. IV-A, from Fidler & Smith 1977).
 pub const ALPHA_BODY_VALID_RAD: f64 = 0.436_332_312_998_582_4;
+
+/// The worked example of CONTRIBUTING.md, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../CONTRIBUTING.md")]
+mod contributing {}

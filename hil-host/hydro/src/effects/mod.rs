@@ -2,7 +2,8 @@
 //!
 //! One effect is one type with named, united parameters; every effect is off
 //! unless it is in the list of a [`ForceModel`]. A new effect is one type that
-//! implements [`Effect`] and one line in [`CATALOGUE`].
+//! implements [`Effect`], in the file of its kind, and one line in
+//! [`CATALOGUE`]; CONTRIBUTING.md has a worked example.
 //!
 //! Axes and signs: x along the horizontal track, z up, pitch θ nose up, angle
 //! of attack α = θ − γ (positive in a dive), depth and pressure positive down,
@@ -195,8 +196,8 @@ pub trait Effect: Sync + core::fmt::Debug {
     }
 }
 
-/// Every effect with a name, in the order of FORMAT section 6.3.
-pub static CATALOGUE: [&dyn Effect; 24] = [
+/// Every effect with a name, in the order of FORMAT section 6.3; a new one is a line more, such as `&drag::MastDrag,`.
+pub static CATALOGUE: &[&dyn Effect] = &[
     &VortexLiftBodyWing,
     &SideEdgeLift,
     &ReynoldsDrag,
@@ -416,7 +417,7 @@ mod tests {
     #[test]
     fn every_effect_is_off_by_default_and_its_range_holds_its_off_value() {
         let flows = [(-0.2, 0.25, -0.1), (0.05, 0.4, 0.2), (0.3, 0.3, 0.0), (0.9, 0.1, 0.0)];
-        for e in CATALOGUE {
+        for e in CATALOGUE.iter().copied() {
             let active = [Active::off(e)];
             let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
             assert_eq!(with.constants, without.constants, "{}", e.name());
@@ -440,7 +441,7 @@ mod tests {
 
     #[test]
     fn every_effect_changes_something_at_its_typical_size() {
-        for e in CATALOGUE {
+        for e in CATALOGUE.iter().copied() {
             let p = e.parameters()[0];
             let size = if p.off + p.typical <= p.high { p.off + p.typical } else { p.off - p.typical };
             let active = [Active::sized(e, size)];

@@ -2,6 +2,7 @@
 
 use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::line::Line;
+use crate::board::spi::Spi;
 use crate::board::watchdog::Watchdog;
 use crate::board::{canary, clock, log, power_up};
 use crate::own::Own;
@@ -11,7 +12,7 @@ use control::Config;
 use cortex_m_rt::entry;
 use heapless::spsc::Queue;
 use helm::session::CYCLE_MS;
-use helm::{Boot, Helm, Seat};
+use helm::{Boot, Helm, Mark, Seat};
 use signals::link::MAX_WIRE;
 use signals::{Abort, Micros, Phase, ToHost, encode};
 use stm32f4::stm32f405::Peripherals;
@@ -35,11 +36,18 @@ fn main() -> ! {
     power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
     log::open(&chip.USART2);
-    let mut watchdog = Watchdog::start(chip.IWDG);
     let mut line = Line::open(chip.USART1, QUEUE);
+    let helm = HELM;
 
+    // Looking through the log's sectors takes a third of a second: before the watchdog.
+    let mark = helm.storage().open(Spi::open(chip.SPI2));
+    let mut watchdog = Watchdog::start(chip.IWDG);
     let found = last_words::read();
     let mut words = found.unwrap_or(LastWords { in_mission: false, own_sensors: false, cause: Cause::Unknown, resets: 0 });
+    // Either record is enough: after a power cut the RAM knows nothing, a broken flash never.
+    if let (false, Some(marked @ (Mark::Host | Mark::Sensors))) = (words.in_mission, mark) {
+        (words.in_mission, words.own_sensors) = (true, marked == Mark::Sensors);
+    }
     defmt::info!(
         "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz",
         FIRMWARE[0],
@@ -49,6 +57,10 @@ fn main() -> ! {
         source,
         tick_hz
     );
+    match mark {
+        Some(mark) => defmt::info!("log flash: mark {=u8}", mark as u8),
+        None => defmt::warn!("no log flash: uploads stay in RAM, no flight log"),
+    }
     if found.is_some() {
         words.resets = words.resets.saturating_add(1);
         defmt::warn!("reset number {=u32}, cause {}, in mission {=bool}", words.resets, words.cause, words.in_mission);
@@ -61,7 +73,6 @@ fn main() -> ! {
     let boot = Boot { reset_during_mission: words.in_mission, boots: words.resets, firmware: FIRMWARE, seat };
     words.cause = Cause::Unknown;
     last_words::write(words);
-    let helm = HELM;
     helm.booted(boot);
 
     let mut wire = [0; MAX_WIRE];
@@ -80,11 +91,13 @@ fn main() -> ! {
             heard_ms = clock::now_ms();
             // First write down that a mission is on, then answer: a reset in between is SAFE.
             remember(&mut words, helm.mission_in_progress(), helm.seat() == Seat::Sensors);
+            helm.keep_mark();
             if let Ok(n) = encode(&answer, &mut wire) {
                 line.send(wire.get(..n).unwrap_or_default());
             }
             tell(&answer, &mut told);
             watchdog.feed();
+            helm.keep_log();
         }
         let now_ms = clock::now_ms();
         if now_ms >= HELLO_WINDOW_MS {
@@ -113,8 +126,11 @@ fn main() -> ! {
                 let frame = own.measure(now_ms, since as f32 * 1e-3);
                 if let Some(answer) = helm.cycle(&frame) {
                     remember(&mut words, helm.mission_in_progress(), true);
+                    helm.keep_mark();
                     own.command(answer.command);
                     tell(&ToHost::Answer(answer), &mut told);
+                    watchdog.feed();
+                    helm.keep_log();
                 }
             }
             let since = now_ms.saturating_sub(looked_ms);

@@ -1,9 +1,13 @@
-//! Where the board keeps uploaded objects.
+//! Where the board keeps uploaded objects, the mark of a mission and the log:
+//! on the log flash where it answers, else in RAM.
 
-use helm::{Content, Kept, RamStorage, Storage};
-use signals::{Object, Refusal};
+use crate::board::pins::Wait;
+use crate::board::spi::Spi;
+use devices::flash::Flash;
+use helm::{Content, Kept, Mark, Storage, Vault};
+use signals::{Answer, Object, Refusal, SensorFrame};
 
-static mut RAM: RamStorage = RamStorage::new();
+static mut VAULT: Vault<Flash<Spi, Wait>> = Vault::new();
 
 /// The one storage of the board: a handle without a size, so that the
 /// controller can be built at compile time.
@@ -18,20 +22,36 @@ impl Shelf {
         Self(())
     }
 
-    fn ram(&mut self) -> &mut RamStorage {
+    /// Looks for the log flash; the mark on it, `None` if there is no part.
+    #[inline(never)]
+    pub fn open(&mut self, spi: Spi) -> Option<Mark> {
+        let part = Flash::start(spi, Wait).ok()?;
+        Some(self.vault().attach(part))
+    }
+
+    fn vault(&mut self) -> &mut Vault<Flash<Spi, Wait>> {
         // SAFETY: one handle exists (see `new`), borrowed mutably here.
-        unsafe { &mut *(&raw mut RAM) }
+        unsafe { &mut *(&raw mut VAULT) }
     }
 }
 
 impl Storage for Shelf {
     fn load(&mut self, object: Object, out: &mut Content) -> bool {
-        self.ram().load(object, out)
+        self.vault().load(object, out)
     }
     fn save(&mut self, object: Object, bytes: &[u8]) -> Result<Kept, Refusal> {
-        self.ram().save(object, bytes)
+        self.vault().save(object, bytes)
     }
     fn rollback(&mut self, object: Object) -> Result<Kept, Refusal> {
-        self.ram().rollback(object)
+        self.vault().rollback(object)
+    }
+    fn mark(&mut self, mark: Mark) {
+        self.vault().mark(mark);
+    }
+    fn log(&mut self, frame: &SensorFrame, answer: &Answer) {
+        self.vault().log(frame, answer);
+    }
+    fn log_lost(&mut self) -> bool {
+        self.vault().log_lost()
     }
 }

@@ -106,7 +106,7 @@ impl<S: SpiDevice, D: DelayNs> NorFlash for Flash<S, D> {
         if !from.is_multiple_of(sector) || !to.is_multiple_of(sector) || to as usize > CAPACITY {
             return Err(Error::Range);
         }
-        (from / sector..to / sector).try_for_each(|n| self.command(ERASE_SECTOR, n * sector, &[], ERASE_MS))
+        (from / sector..to / sector).try_for_each(|n| self.command(ERASE_SECTOR, n.saturating_mul(sector), &[], ERASE_MS))
     }
 
     /// A page program wraps inside its page, so writes are cut at page borders.
@@ -116,7 +116,7 @@ impl<S: SpiDevice, D: DelayNs> NorFlash for Flash<S, D> {
         }
         let mut at = offset;
         while !bytes.is_empty() {
-            let room = PAGE - at as usize % PAGE;
+            let room = PAGE.saturating_sub(at as usize % PAGE);
             let (now, later) = bytes.split_at_checked(room).unwrap_or((bytes, &[]));
             self.command(PROGRAM, at, now, PROGRAM_MS)?;
             at = at.saturating_add(now.len() as u32);

@@ -32,6 +32,8 @@ pub mod session;
 pub mod silence;
 pub mod storage;
 mod upload;
+pub mod vault;
 
 pub use session::{Boot, Helm, Seat};
 pub use storage::{Content, Kept, MAX_OBJECT, RamStorage, Storage};
+pub use vault::{Mark, Vault};

@@ -4,10 +4,13 @@ use crate::objects;
 use crate::silence::{PATIENCE_MS, aged};
 use crate::storage::{Content, Kept, Storage};
 use crate::upload::Staging;
+use crate::vault::Mark;
 use control::{Config, State};
 use polar::Table;
 use signals::link::CHUNK;
-use signals::{Abort, Answer, Counters, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, SensorFrame, ToBoard, ToHost, Wings};
+use signals::{
+    Abort, Answer, Counters, Flags, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, SensorFrame, ToBoard, ToHost, Wings,
+};
 
 /// Control cycle, ms (the paper's vehicle samples every 4 s).
 pub const CYCLE_MS: u32 = 4_000;
@@ -87,6 +90,8 @@ pub struct Helm<S> {
     greeted: bool,
     /// Own steps made in the present silence.
     silent_steps: u64,
+    /// The last step is not in the flight log yet.
+    unlogged: bool,
 }
 
 impl<S: Storage> Helm<S> {
@@ -112,6 +117,7 @@ impl<S: Storage> Helm<S> {
             nonce: None,
             greeted: false,
             silent_steps: 0,
+            unlogged: false,
         }
     }
 
@@ -200,6 +206,28 @@ impl<S: Storage> Helm<S> {
     #[must_use]
     pub fn mission_in_progress(&self) -> bool {
         self.waking || matches!(&self.activity, Activity::Flying { phase, .. } if *phase != Phase::Done)
+    }
+
+    /// Keeps the mark of the mission in step with what is being done. Call it
+    /// before anything that was answered leaves the board: then no command of
+    /// a mission is ever out without its mark.
+    pub fn keep_mark(&mut self) {
+        let mark = match (self.mission_in_progress(), self.boot.seat) {
+            (false, _) => Mark::None,
+            (true, Seat::Sensors) => Mark::Sensors,
+            (true, Seat::Open | Seat::Host) => Mark::Host,
+        };
+        self.storage.mark(mark);
+    }
+
+    /// Writes the last step to the flight log, once. It may take as long as
+    /// the part needs for an erase: call it when the answer is on its way.
+    pub fn keep_log(&mut self) {
+        if core::mem::take(&mut self.unlogged)
+            && let Some((frame, answer)) = &self.last
+        {
+            self.storage.log(frame, answer);
+        }
     }
 
     /// What is known of the line.
@@ -341,8 +369,12 @@ impl<S: Storage> Helm<S> {
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
         self.cast_off(frame.time);
         let Activity::Flying { state, phase } = &mut self.activity else { return None };
-        let answer =
+        let mut answer =
             advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.in_flash.as_ref(), self.wings, state, phase, frame);
+        if self.storage.log_lost() {
+            answer.trace.flags = answer.trace.flags.with(Flags::LOG_FULL);
+        }
+        self.unlogged = true;
         self.last = Some((*frame, answer));
         self.in_sequence = true;
         self.silent_steps = 0;

@@ -1,7 +1,8 @@
 //! Where uploaded objects live: the trait, and a copy in RAM.
 
+use crate::vault::Mark;
 use heapless::Vec;
-use signals::{Object, Refusal, Wings};
+use signals::{Answer, Object, Refusal, SensorFrame, Wings};
 
 /// Largest object, bytes: a table is the largest.
 pub const MAX_OBJECT: usize = polar::MAX_TABLE;
@@ -43,6 +44,14 @@ pub trait Storage {
     /// # Errors
     /// [`Refusal::Storage`]; what was in use still is.
     fn rollback(&mut self, object: Object) -> Result<Kept, Refusal>;
+    /// Keeps the mark of a mission under way; cheap when it is kept already.
+    fn mark(&mut self, _mark: Mark) {}
+    /// Writes one control cycle to the flight log.
+    fn log(&mut self, _frame: &SensorFrame, _answer: &Answer) {}
+    /// A mark or log entry of this run could not be written.
+    fn log_lost(&mut self) -> bool {
+        false
+    }
 }
 
 impl<S: Storage> Storage for &mut S {
@@ -54,6 +63,15 @@ impl<S: Storage> Storage for &mut S {
     }
     fn rollback(&mut self, object: Object) -> Result<Kept, Refusal> {
         (**self).rollback(object)
+    }
+    fn mark(&mut self, mark: Mark) {
+        (**self).mark(mark);
+    }
+    fn log(&mut self, frame: &SensorFrame, answer: &Answer) {
+        (**self).log(frame, answer);
+    }
+    fn log_lost(&mut self) -> bool {
+        (**self).log_lost()
     }
 }
 
@@ -80,6 +98,20 @@ impl RamStorage {
     #[must_use]
     pub const fn new() -> Self {
         Self { newest: [const { None }; OBJECTS], before: [const { None }; OBJECTS] }
+    }
+
+    /// Whether there is a generation of `object` in use here.
+    pub(crate) fn holds(&self, object: Object) -> bool {
+        matches!(self.newest.get(place(object)), Some(Some(_)))
+    }
+
+    /// Drops both generations.
+    pub(crate) fn forget(&mut self, object: Object) {
+        for generation in [&mut self.newest, &mut self.before] {
+            if let Some(content) = generation.get_mut(place(object)) {
+                *content = None;
+            }
+        }
     }
 }
 

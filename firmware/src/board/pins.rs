@@ -5,11 +5,12 @@ use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use stm32f4::stm32f405::{GPIOB, GPIOC, gpioa};
 
-/// Port of a pin.
+/// Port of a pin. Zero is left free for "no pin", so that a static without
+/// one is all zeros and takes no flash.
 #[derive(Clone, Copy)]
 pub enum Port {
-    B,
-    C,
+    B = 1,
+    C = 2,
 }
 
 /// How a pin drives.

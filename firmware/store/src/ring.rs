@@ -48,6 +48,13 @@ struct Entry {
     length: usize,
 }
 
+impl Entry {
+    /// Bytes it takes on the part.
+    const fn span(&self) -> u32 {
+        self.length.saturating_add(ENTRY_HEADER) as u32
+    }
+}
+
 impl Ring {
     /// Finds the end of the log on the part from byte `base` on. One header
     /// per sector is read, and the newest sector's entries.
@@ -62,7 +69,7 @@ impl Ring {
         if sectors < 2 || !base.is_multiple_of(size) {
             return Err(Error::Place);
         }
-        let mut ring = Self { base, sectors, sector: sectors - 1, sequence: 0, next: size, note: 0 };
+        let mut ring = Self { base, sectors, sector: sectors.saturating_sub(1), sequence: 0, next: size, note: 0 };
         for sector in 0..sectors {
             if let Some((sequence, note)) = ring.sector_header(flash, sector)?
                 && sequence > ring.sequence
@@ -80,7 +87,7 @@ impl Ring {
                     if let (NOTE, Some(note)) = (entry.kind, data.first()) {
                         ring.note = *note;
                     }
-                    ring.next += (ENTRY_HEADER + entry.length) as u32;
+                    ring.next = ring.next.saturating_add(entry.span());
                 }
                 Found::Free => return Ok(ring),
                 Found::Torn => {
@@ -116,13 +123,13 @@ impl Ring {
             return Err(Error::TooLong);
         }
         let size = F::ERASE_SIZE as u32;
-        let length = (ENTRY_HEADER + data.len()) as u32;
-        if self.next + length > size {
+        let length = Entry { kind, length: data.len() }.span();
+        if self.next.saturating_add(length) > size {
             self.open_next_sector(flash)?;
         }
-        let at = self.address::<F>(self.sector) + self.next;
+        let at = self.address::<F>(self.sector).saturating_add(self.next);
         let head = entry_header(kind, data);
-        let written = flash.write(at, &head).and_then(|()| flash.write(at + ENTRY_HEADER as u32, data));
+        let written = flash.write(at, &head).and_then(|()| flash.write(at.saturating_add(ENTRY_HEADER as u32), data));
         if written.is_err() {
             self.next = size;
             return Err(Error::Flash);
@@ -132,7 +139,7 @@ impl Ring {
             self.next = size;
             return Err(Error::Flash);
         }
-        self.next += length;
+        self.next = self.next.saturating_add(length);
         Ok(())
     }
 
@@ -142,32 +149,39 @@ impl Ring {
     /// [`Error::Flash`] if the part does not answer.
     pub fn read<F: NorFlash>(&self, flash: &mut F, mut show: impl FnMut(u8, &[u8])) -> Result<(), Error> {
         let mut data = [0u8; MAX_ENTRY];
-        for step in 1..=self.sectors {
-            let sector = (self.sector + step) % self.sectors;
+        let mut sector = self.sector;
+        for _ in 0..self.sectors {
+            sector = self.after(sector);
             if self.sector_header(flash, sector)?.is_none() {
                 continue;
             }
             let mut at = SECTOR_HEADER;
             while let Found::Entry(entry) = self.entry(flash, sector, at, &mut data)? {
                 show(entry.kind, data.get(..entry.length).unwrap_or_default());
-                at += (ENTRY_HEADER + entry.length) as u32;
+                at = at.saturating_add(entry.span());
             }
         }
         Ok(())
     }
 
     fn address<F: NorFlash>(&self, sector: u32) -> u32 {
-        self.base + sector * F::ERASE_SIZE as u32
+        self.base.saturating_add(sector.saturating_mul(F::ERASE_SIZE as u32))
+    }
+
+    /// The sector after this one, round and round.
+    const fn after(&self, sector: u32) -> u32 {
+        let next = sector.saturating_add(1);
+        if next < self.sectors { next } else { 0 }
     }
 
     fn open_next_sector<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), Error> {
-        let sector = (self.sector + 1) % self.sectors;
+        let sector = self.after(self.sector);
         let sequence = self.sequence.saturating_add(1);
         let at = self.address::<F>(sector);
         // Whatever happens below, this sector is not tried twice in a row.
         self.sector = sector;
         self.next = F::ERASE_SIZE as u32;
-        flash.erase(at, at + F::ERASE_SIZE as u32).map_err(|_| Error::Flash)?;
+        flash.erase(at, at.saturating_add(F::ERASE_SIZE as u32)).map_err(|_| Error::Flash)?;
         flash.write(at, &sector_header(sequence, self.note)).map_err(|_| Error::Flash)?;
         if self.sector_header(flash, sector)? != Some((sequence, self.note)) {
             return Err(Error::Flash);
@@ -187,19 +201,21 @@ impl Ring {
 
     fn entry<F: NorFlash>(&self, flash: &mut F, sector: u32, at: u32, data: &mut [u8; MAX_ENTRY]) -> Result<Found, Error> {
         let size = F::ERASE_SIZE as u32;
-        if at + ENTRY_HEADER as u32 > size {
+        let body_at = at.saturating_add(ENTRY_HEADER as u32);
+        if body_at > size {
             return Ok(Found::Free);
         }
+        let base = self.address::<F>(sector);
         let mut raw = [0u8; ENTRY_HEADER];
-        flash.read(self.address::<F>(sector) + at, &mut raw).map_err(|_| Error::Flash)?;
+        flash.read(base.saturating_add(at), &mut raw).map_err(|_| Error::Flash)?;
         if raw == [0xff; ENTRY_HEADER] {
             return Ok(Found::Free);
         }
         let [lo, hi, kind, ..] = raw;
         let length = usize::from(u16::from_le_bytes([lo, hi]));
-        let fits = at as usize + ENTRY_HEADER + length <= F::ERASE_SIZE;
+        let fits = (body_at as usize).saturating_add(length) <= F::ERASE_SIZE;
         let Some(body) = data.get_mut(..length).filter(|_| fits) else { return Ok(Found::Torn) };
-        flash.read(self.address::<F>(sector) + at + ENTRY_HEADER as u32, body).map_err(|_| Error::Flash)?;
+        flash.read(base.saturating_add(body_at), body).map_err(|_| Error::Flash)?;
         Ok(if raw == entry_header(kind, body) { Found::Entry(Entry { kind, length }) } else { Found::Torn })
     }
 }

@@ -78,7 +78,7 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
     /// # Errors
     /// [`Error::Flash`] also when the content does not read back as written.
     pub fn save(&mut self, object: usize, bytes: &[u8]) -> Result<u32, Error> {
-        if bytes.len() + CONTENT as usize > F::ERASE_SIZE {
+        if bytes.len().saturating_add(CONTENT as usize) > F::ERASE_SIZE {
             return Err(Error::TooLong);
         }
         let found = self.newest_first(object)?;
@@ -93,8 +93,8 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
         let (a, b) = Self::places(object)?;
         let at = if in_use == Some(a) { b } else { a };
         let crc = CRC32.checksum(bytes);
-        self.flash.erase(at, at + F::ERASE_SIZE as u32).map_err(|_| Error::Flash)?;
-        self.flash.write(at + CONTENT, bytes).map_err(|_| Error::Flash)?;
+        self.flash.erase(at, at.saturating_add(F::ERASE_SIZE as u32)).map_err(|_| Error::Flash)?;
+        self.flash.write(at.saturating_add(CONTENT), bytes).map_err(|_| Error::Flash)?;
         let header = header(object, generation, bytes.len() as u32, crc);
         self.flash.write(at, &header).map_err(|_| Error::Flash)?;
         match self.read_slot(object, at)? {
@@ -110,7 +110,7 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
     pub fn rollback(&mut self, object: usize) -> Result<(), Error> {
         for slot in self.newest_first(object)?.into_iter().flatten() {
             if !slot.revoked && self.content_is_good(&slot)? {
-                self.flash.write(slot.at + MARK, &[0; 4]).map_err(|_| Error::Flash)?;
+                self.flash.write(slot.at.saturating_add(MARK), &[0; 4]).map_err(|_| Error::Flash)?;
                 return match self.read_slot(object, slot.at)? {
                     Some(now) if !now.revoked => Err(Error::Flash),
                     _ => Ok(()),
@@ -124,8 +124,9 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
         if object >= OBJECTS {
             return Err(Error::Place);
         }
-        let a = 2 * object as u32 * F::ERASE_SIZE as u32;
-        Ok((a, a + F::ERASE_SIZE as u32))
+        let size = F::ERASE_SIZE as u32;
+        let a = (object as u32).saturating_mul(2).saturating_mul(size);
+        Ok((a, a.saturating_add(size)))
     }
 
     /// Both slots with a whole header, the newer first.
@@ -153,7 +154,7 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
         if slot.length > N || out.resize(slot.length, 0).is_err() {
             return Ok(false);
         }
-        self.flash.read(slot.at + CONTENT, out).map_err(|_| Error::Flash)?;
+        self.flash.read(slot.at.saturating_add(CONTENT), out).map_err(|_| Error::Flash)?;
         Ok(CRC32.checksum(out) == slot.crc)
     }
 
@@ -162,11 +163,11 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
         let mut piece = [0u8; 32];
         let mut done = 0;
         while done < slot.length {
-            let n = piece.len().min(slot.length - done);
+            let n = piece.len().min(slot.length.saturating_sub(done));
             let part = piece.get_mut(..n).ok_or(Error::Flash)?;
-            self.flash.read(slot.at + CONTENT + done as u32, part).map_err(|_| Error::Flash)?;
+            self.flash.read(slot.at.saturating_add(CONTENT).saturating_add(done as u32), part).map_err(|_| Error::Flash)?;
             digest.update(part);
-            done += n;
+            done = done.saturating_add(n);
         }
         Ok(digest.finalize() == slot.crc)
     }

@@ -1,0 +1,315 @@
+//! The vault over a flash part whose power may be cut at any byte: uploads
+//! live in slots, the mark of a mission is there before its first command, and
+//! a flight goes on without its log.
+
+use control::Config;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use helm::vault::CYCLE;
+use helm::{Boot, Content, Helm, Kept, Mark, RamStorage, Seat, Storage, Vault};
+use signals::{Abort, Answer, Flags, Micros, Mission, Object, Phase, Reading, SensorFrame, ToBoard, ToHost};
+use std::cell::RefCell;
+use std::rc::Rc;
+use store::Ring;
+
+const SECTOR: usize = 4096;
+const SECTORS: usize = 12;
+
+struct Chip {
+    bytes: Vec<u8>,
+    /// Byte operations until the power is cut.
+    left: Option<usize>,
+    done: usize,
+    /// Writes say Ok and do nothing, reads give zeros: QEMU's internal flash.
+    deaf: bool,
+    /// Every write fails from now on.
+    broken: bool,
+}
+
+/// NOR flash in memory that outlives its driver.
+#[derive(Clone)]
+struct Part(Rc<RefCell<Chip>>);
+
+#[derive(Debug)]
+struct Cut;
+
+impl NorFlashError for Cut {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl Part {
+    fn new() -> Self {
+        Self(Rc::new(RefCell::new(Chip { bytes: vec![0xff; SECTORS * SECTOR], left: None, done: 0, deaf: false, broken: false })))
+    }
+}
+
+impl Chip {
+    fn power(&mut self) -> Result<(), Cut> {
+        self.done += 1;
+        match &mut self.left {
+            Some(0) => Err(Cut),
+            Some(n) => {
+                *n -= 1;
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl ErrorType for Part {
+    type Error = Cut;
+}
+
+impl ReadNorFlash for Part {
+    const READ_SIZE: usize = 1;
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Cut> {
+        let chip = self.0.borrow();
+        let at = offset as usize;
+        if chip.deaf {
+            bytes.fill(0)
+        } else {
+            bytes.copy_from_slice(&chip.bytes[at..at + bytes.len()])
+        }
+        Ok(())
+    }
+    fn capacity(&self) -> usize {
+        SECTORS * SECTOR
+    }
+}
+
+impl NorFlash for Part {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = SECTOR;
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Cut> {
+        let mut chip = self.0.borrow_mut();
+        if chip.broken {
+            return Err(Cut);
+        }
+        chip.power()?; // a cut erase is store's own test
+        if !chip.deaf {
+            chip.bytes[from as usize..to as usize].fill(0xff);
+        }
+        Ok(())
+    }
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Cut> {
+        let mut chip = self.0.borrow_mut();
+        if chip.broken {
+            return Err(Cut);
+        }
+        for (i, b) in bytes.iter().enumerate() {
+            chip.power()?;
+            if !chip.deaf {
+                chip.bytes[offset as usize + i] &= b;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn vault(part: &Part) -> (Vault<Part>, Mark) {
+    let mut vault = Vault::new();
+    let mark = vault.attach(part.clone());
+    (vault, mark)
+}
+
+fn loaded(vault: &mut Vault<Part>) -> Option<Vec<u8>> {
+    let mut out = Content::new();
+    vault.load(Object::Mission, &mut out).then(|| out.to_vec())
+}
+
+/// Boots as the board does: the mark on flash says whether a mission was under way.
+fn boot(part: &Part) -> (Helm<Vault<Part>>, Mark) {
+    let (vault, mark) = vault(part);
+    let boot = Boot { reset_during_mission: mark != Mark::None, seat: Seat::Host, ..Boot::default() };
+    (Helm::new(Config::default(), boot, vault), mark)
+}
+
+/// One message as the board's loop handles it: mark, answer out, log.
+fn ask(helm: &mut Helm<Vault<Part>>, message: ToBoard) -> Option<ToHost> {
+    let answer = helm.handle(message);
+    helm.keep_mark();
+    let out = answer.clone();
+    helm.keep_log();
+    out
+}
+
+fn frame(seq: u32) -> SensorFrame {
+    let depth_m = Reading::now(0.05 * seq as f32);
+    SensorFrame { seq, time: Micros::from_secs(4 * u64::from(seq)), depth_m, pitch_rad: Reading::now(-0.3), ..SensorFrame::default() }
+}
+
+fn begin(helm: &mut Helm<Vault<Part>>) -> Option<ToHost> {
+    ask(helm, ToBoard::Hello { nonce: 1 });
+    ask(helm, ToBoard::Begin(Mission::default()))
+}
+
+#[test]
+fn uploads_outlive_the_power_and_roll_back() {
+    let part = Part::new();
+    let (mut v, _) = vault(&part);
+    assert_eq!(v.save(Object::Mission, &[1, 2, 3]), Ok(Kept::ForGood));
+    assert_eq!(v.save(Object::Mission, &[4]), Ok(Kept::ForGood));
+    let (mut v, _) = vault(&part);
+    assert_eq!(loaded(&mut v), Some(vec![4]));
+    assert_eq!(v.rollback(Object::Mission), Ok(Kept::ForGood));
+    let (mut v, _) = vault(&part);
+    assert_eq!(loaded(&mut v), Some(vec![1, 2, 3]));
+}
+
+#[test]
+fn a_part_that_keeps_nothing_or_breaks_gives_way_to_ram_and_says_so() {
+    let part = Part::new();
+    part.0.borrow_mut().deaf = true;
+    let (mut v, mark) = vault(&part);
+    assert_eq!(mark, Mark::None);
+    assert_eq!(v.save(Object::Mission, &[7]), Ok(Kept::UntilReset));
+    assert_eq!(loaded(&mut v), Some(vec![7]));
+
+    let part = Part::new();
+    let (mut v, _) = vault(&part);
+    assert_eq!(v.save(Object::Mission, &[1]), Ok(Kept::ForGood));
+    part.0.borrow_mut().broken = true;
+    assert_eq!(v.save(Object::Mission, &[2]), Ok(Kept::UntilReset));
+    assert_eq!(loaded(&mut v), Some(vec![2]), "the newest is in use");
+    assert_eq!(v.rollback(Object::Mission), Ok(Kept::UntilReset));
+    assert_eq!(loaded(&mut v), Some(vec![1]), "and the one on flash behind it");
+    part.0.borrow_mut().broken = false;
+    assert_eq!(v.save(Object::Mission, &[3]), Ok(Kept::ForGood));
+    assert_eq!(loaded(&mut v), Some(vec![3]));
+}
+
+#[test]
+fn without_a_part_all_is_in_ram() {
+    let mut v = Vault::<Part>::new();
+    assert_eq!(v.save(Object::Mission, &[1]), Ok(Kept::UntilReset));
+    assert_eq!(v.rollback(Object::Mission), Ok(Kept::UntilReset));
+    assert_eq!(loaded(&mut v), None);
+    assert!(!v.log_lost(), "a bench board without a part answers like the session on the host");
+}
+
+/// Flies from boot until the power goes; says whether a command of the mission
+/// got out, and whether its end was answered.
+fn until_the_cut(part: &Part) -> (bool, bool) {
+    let alive = |part: &Part| part.0.borrow().left != Some(0);
+    let (mut helm, _) = boot(part);
+    begin(&mut helm);
+    let mut commanded = false;
+    for seq in 1..30 {
+        let answer = helm.handle(ToBoard::Sensor(frame(seq)));
+        helm.keep_mark();
+        if !alive(part) {
+            return (commanded, false);
+        }
+        commanded |= matches!(answer, Some(ToHost::Answer(_)));
+        helm.keep_log();
+        if !alive(part) {
+            return (commanded, false);
+        }
+    }
+    ask(&mut helm, ToBoard::Recall);
+    ask(&mut helm, ToBoard::Sensor(SensorFrame { depth_m: Reading::now(0.1), ..frame(30) }));
+    ask(&mut helm, ToBoard::Recovered);
+    (commanded, alive(part))
+}
+
+#[test]
+fn a_cut_at_any_byte_of_a_mission_boots_safe_if_a_command_was_out() {
+    let whole = Part::new();
+    assert_eq!(until_the_cut(&whole), (true, true));
+    assert_eq!(boot(&whole).1, Mark::None, "the mission is over");
+    let operations = whole.0.borrow().done;
+    assert!(operations > 1000, "{operations}");
+    let mut safe = 0;
+    for cut in 0..operations {
+        let part = Part::new();
+        part.0.borrow_mut().left = Some(cut);
+        let (commanded, ended) = until_the_cut(&part);
+        part.0.borrow_mut().left = None;
+        let (mut helm, mark) = boot(&part);
+        if mark == Mark::None {
+            // Either nothing was out yet, or the very last operations were those of clearing the mark.
+            assert!(!commanded || ended || cut + 10 > operations, "cut at {cut}");
+            continue;
+        }
+        safe += 1;
+        let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame(40))) else { panic!("no answer, cut at {cut}") };
+        assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, Some(Abort::Reset)), "cut at {cut}");
+        assert!(answer.command.ballast_m3 > 0.0);
+        assert!(matches!(begin(&mut helm), Some(ToHost::Refused(_))), "no dive after it, cut at {cut}");
+        let calm = SensorFrame { depth_m: Reading::now(0.1), ..frame(41) };
+        ask(&mut helm, ToBoard::Sensor(calm));
+        assert_eq!(ask(&mut helm, ToBoard::Recovered), Some(ToHost::Done { crc: 0 }), "cut at {cut}");
+        assert_eq!(boot(&part).1, Mark::None, "recovered clears it, cut at {cut}");
+    }
+    assert!(safe > operations / 2, "{safe} of {operations}");
+}
+
+fn log_of(part: &Part) -> Vec<(SensorFrame, Answer)> {
+    let mut part = part.clone();
+    let ring = Ring::mount(&mut part, 8 * SECTOR as u32).unwrap();
+    let mut got = vec![];
+    ring.read(&mut part, |kind, data| {
+        if kind == CYCLE {
+            got.push(postcard::from_bytes(data).unwrap());
+        }
+    })
+    .unwrap();
+    got
+}
+
+#[test]
+fn every_cycle_is_in_the_log_once_and_the_oldest_go_first() {
+    let part = Part::new();
+    let (mut helm, _) = boot(&part);
+    begin(&mut helm);
+    let mut sent = vec![];
+    for seq in 1..400 {
+        let frame = frame(seq % 300 + seq / 300 * 300);
+        for _ in 0..2 {
+            let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame)) else { panic!() };
+            if sent.last() != Some(&(frame, answer)) {
+                sent.push((frame, answer));
+            }
+        }
+    }
+    let got = log_of(&part);
+    assert!(got.len() > 60 && got.len() < sent.len(), "{} of {}", got.len(), sent.len());
+    assert_eq!(got, sent[sent.len() - got.len()..]);
+    assert!(!sent.iter().any(|(_, a)| a.trace.flags.contains(Flags::LOG_FULL)));
+}
+
+/// The answers of a flight during which writes fail from cycle 10 to `mended`.
+fn flight_with_a_failing_log(part: &Part, mended: u32) -> Vec<u32> {
+    let (mut helm, _) = boot(part);
+    let mut twin = Helm::new(Config::default(), Boot::default(), RamStorage::default());
+    begin(&mut helm);
+    twin.handle(ToBoard::Hello { nonce: 1 });
+    twin.handle(ToBoard::Begin(Mission::default()));
+    let mut flagged = vec![];
+    for seq in 1..40 {
+        part.0.borrow_mut().broken = (10..mended).contains(&seq);
+        let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame(seq))) else { panic!() };
+        let Some(ToHost::Answer(without)) = twin.handle(ToBoard::Sensor(frame(seq))) else { panic!() };
+        assert_eq!((answer.command, answer.trace.abort), (without.command, without.trace.abort), "cycle {seq}");
+        if answer.trace.flags.contains(Flags::LOG_FULL) {
+            flagged.push(seq);
+        }
+    }
+    flagged
+}
+
+#[test]
+fn a_log_that_fails_is_flagged_and_the_flight_goes_on() {
+    let seqs = |part: &Part| log_of(part).iter().map(|(f, _)| f.seq).collect::<Vec<u32>>();
+    let part = Part::new();
+    // Told from the answer after the first lost entry on, for good: entries are missing.
+    assert_eq!(flight_with_a_failing_log(&part, 15), (11..40).collect::<Vec<_>>());
+    assert_eq!(seqs(&part), (1..10).chain(15..40).collect::<Vec<_>>());
+    // A part that goes on failing is left alone.
+    let part = Part::new();
+    assert_eq!(flight_with_a_failing_log(&part, 30), (11..40).collect::<Vec<_>>());
+    assert_eq!(seqs(&part), (1..10).collect::<Vec<_>>());
+    assert_ne!(boot(&part).1, Mark::None, "the mark of the mission is still there");
+}

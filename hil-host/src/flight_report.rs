@@ -5,6 +5,7 @@ use crate::page::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Ta
 use discovery::diagnose::{Diagnosis, Ranked};
 use discovery::dynamics::{Track, track};
 use discovery::metric::{blocks, modelled_m_s};
+use discovery::prepare::Prepared;
 use discovery::problem::{State, law};
 use discovery::whereabouts::{Residual, VARIABLES, residuals};
 use discovery::{Vehicle, report};
@@ -61,6 +62,20 @@ fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
         .to_vec()
 }
 
+/// What to take from each run's time so that the time axis shows only time under way, with a minute between runs.
+#[must_use]
+pub fn under_way(prepared: &Prepared) -> Vec<f64> {
+    const PAUSE_S: f64 = 60.0;
+    let mut next = 0.0;
+    let mut shifts = Vec::with_capacity(prepared.runs.len());
+    for run in &prepared.runs {
+        let (first, last) = (run.time_s.first().copied().unwrap_or(0.0), run.time_s.last().copied().unwrap_or(0.0));
+        shifts.push(first - next);
+        next += last - first + PAUSE_S;
+    }
+    shifts
+}
+
 /// What the models said, block by block.
 struct Seen {
     /// Time from the start, s; a gap after each run.
@@ -77,7 +92,6 @@ struct Seen {
 
 impl Seen {
     fn new(found: &Diagnosis, vehicle: &Vehicle, states: &[&State]) -> Self {
-        let start = found.prepared.runs.first().and_then(|r| r.time_s.first()).copied().unwrap_or(0.0);
         let mut seen = Self {
             time_s: Vec::new(),
             depth_m: Vec::new(),
@@ -87,7 +101,7 @@ impl Seen {
             after: Vec::new(),
             alpha_deg: Vec::new(),
         };
-        for run in &found.prepared.runs {
+        for (run, shift) in found.prepared.runs.iter().zip(under_way(&found.prepared)) {
             let tracks: Vec<Track> = states
                 .iter()
                 .map(|s| {
@@ -98,7 +112,7 @@ impl Seen {
             let cut = blocks(run);
             for b in &cut {
                 let middle = b.rows[b.rows.len() / 2];
-                seen.time_s.push(run.time_s[middle] - start);
+                seen.time_s.push(run.time_s[middle] - shift);
                 seen.depth_m.push(run.depth_m[middle]);
                 seen.observed.push(100.0 * b.observed_m_s);
                 for (column, t) in seen.modelled.iter_mut().zip(&tracks) {
@@ -111,7 +125,7 @@ impl Seen {
                 seen.after.extend(residuals(run, &cut, last));
             }
             // A gap, so that no line joins two segments.
-            seen.time_s.push(run.time_s.last().map_or(f64::NAN, |t| t - start));
+            seen.time_s.push(run.time_s.last().map_or(f64::NAN, |t| t - shift));
             seen.depth_m.push(f64::NAN);
             seen.observed.push(f64::NAN);
             seen.modelled.iter_mut().for_each(|m| m.push(f64::NAN));
@@ -121,7 +135,7 @@ impl Seen {
 }
 
 fn traces(seen: &Seen) -> Section {
-    let time = || Axis::new("time", "s");
+    let time = || Axis::new("time under way", "s");
     let depth =
         Chart::new("Depth", Mark::Line, time(), Axis::new("depth", "m").down()).with(Series::new("measured", &seen.time_s, &seen.depth_m));
     let names = ["model as given", "recalibrated", "after"];

@@ -34,7 +34,8 @@ const Glider = (() => {
   function linesData(chart) {
     const same = chart.series.every((s) => s.x.length === chart.series[0].x.length && s.x.every((v, i) => v === chart.series[0].x[i]));
     const rising = (x) => x.every((v, i) => i === 0 || v >= x[i - 1]);
-    if (same && rising(chart.series[0].x)) return [chart.series[0].x, ...chart.series.map((s) => s.y)];
+    chart.joined = !(same && rising(chart.series[0].x));
+    if (!chart.joined) return [chart.series[0].x, ...chart.series.map((s) => s.y)];
     const tables = chart.series.map((s) => {
       const at = s.x.map((_, i) => i).filter((i) => s.x[i] != null).sort((a, b) => s.x[a] - s.x[b] || a - b);
       // uPlot.join wants distinct abscissae: nudge ties by one part in 1e9.
@@ -42,7 +43,7 @@ const Glider = (() => {
       const xs = at.map((i) => (last = s.x[i] > last ? s.x[i] : last + Math.max(Math.abs(last), 1e-6) * 1e-9));
       return [xs, at.map((i) => s.y[i])];
     });
-    return uPlot.join(tables, tables.map(() => [0, 2]));
+    return uPlot.join(tables);
   }
   function lines(box, chart) {
     const mark = (s) => s.mark || chart.mark;
@@ -60,7 +61,7 @@ const Glider = (() => {
       series: [
         { label: axisText(chart.x), value: (u, v) => fmt(v) },
         ...chart.series.map((s, i) => ({
-          label: s.name, stroke: colour(i), value: (u, v) => fmt(v), spanGaps: chart.series.length > 1,
+          label: s.name, stroke: colour(i), value: (u, v) => fmt(v), spanGaps: false,
           width: mark(s) === 'point' ? 0 : 1.6, dash: i % 7 === 6 ? [6, 4] : undefined,
           paths: mark(s) === 'point' ? () => null : undefined,
           points: mark(s) === 'point' ? { show: true, size: 4, fill: colour(i), width: 0 } : { show: false },
@@ -69,13 +70,16 @@ const Glider = (() => {
     });
     let plot = null;
     const draw = () => {
-      const range = plot && { min: plot.scales.x.min, max: plot.scales.x.max };
+      // A zoom of the person survives new data; the full range does not.
+      const span = plot && full();
+      const range = plot && plot.scales.x.max - plot.scales.x.min < 0.999 * (span[1] - span[0]) ? { min: plot.scales.x.min, max: plot.scales.x.max } : null;
       if (plot) plot.destroy();
-      plot = new uPlot(options(), linesData(chart), box);
-      if (range && range.min != null) plot.setScale('x', range);
+      const data = linesData(chart);
+      plot = new uPlot(options(), data, box);
+      if (range) plot.setScale('x', range);
     };
-    draw();
     const full = () => [plot.data[0][0], plot.data[0][plot.data[0].length - 1]];
+    draw();
     const zoom = (min, max) => {
       const [lo, hi] = full();
       if (hi > lo) plot.setScale('x', { min: Math.max(lo, min), max: Math.min(hi, max) });

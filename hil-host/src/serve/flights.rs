@@ -2,7 +2,7 @@
 //! ticked effects on.
 
 use super::{Sorry, Workbench};
-use crate::story;
+use crate::{flight_report, story};
 use anyhow::{Context, bail};
 use axum::Json;
 use axum::body::Body;
@@ -85,7 +85,7 @@ impl Opened {
         let opened = Self { id, flight, vehicle, prepared, beyond: Mutex::default(), fitted: Mutex::default() };
         // A flight too short to fit can still be looked at.
         if let Ok(calibrated) = add::add(&opened.flight, &opened.vehicle, &[], &[]) {
-            opened.remember(&calibrated.recalibrated, calibrated.beyond);
+            opened.remember(&[], &calibrated.recalibrated, calibrated.beyond);
         }
         Ok(opened)
     }
@@ -103,26 +103,26 @@ impl Opened {
 
     /// The state that the ticked effects mean: their values, with the calibration fitted together with them, where it was.
     fn state(&self, effects: &[Active]) -> State {
-        let mut names: Vec<String> = effects.iter().map(|e| e.effect.name().to_owned()).collect();
-        names.sort_unstable();
-        let fitted = self.fitted.lock().unwrap_or_else(PoisonError::into_inner);
-        let calibration = fitted.get(&names).map_or(State::nominal().calibration, |s| s.calibration);
-        State {
-            calibration: if effects.is_empty() { State::nominal().calibration } else { calibration },
-            effects: effects.to_vec(),
-            wave: None,
+        if effects.is_empty() {
+            return State::nominal();
         }
+        let names: Vec<String> = effects.iter().map(|e| e.effect.name().to_owned()).collect();
+        let calibration = self.fitted(&names).map_or(State::nominal().calibration, |s| s.calibration);
+        State { calibration, effects: effects.to_vec(), wave: None }
     }
 
-    fn remember(&self, state: &State, beyond: Continuation) {
+    /// Keeps a fit under the names of its effects. A wave's phase is known only in fitted segments: its amplitudes stay behind.
+    fn remember(&self, names: &[&str], state: &State, beyond: Continuation) {
         *self.beyond.lock().unwrap_or_else(PoisonError::into_inner) = beyond;
-        let mut names: Vec<String> = state.effects.iter().map(|e| e.effect.name().to_owned()).collect();
+        let mut names: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
         names.sort_unstable();
         self.fitted.lock().unwrap_or_else(PoisonError::into_inner).insert(names, State { wave: None, ..state.clone() });
     }
 
     fn fitted(&self, names: &[String]) -> Option<State> {
-        self.fitted.lock().unwrap_or_else(PoisonError::into_inner).get(names).cloned()
+        let mut names = names.to_vec();
+        names.sort_unstable();
+        self.fitted.lock().unwrap_or_else(PoisonError::into_inner).get(&names).cloned()
     }
 
     fn tracks(&self, state: &State) -> Vec<Track> {
@@ -139,23 +139,22 @@ impl Opened {
         Some(rms(all)).filter(|v| v.is_finite())
     }
 
-    /// Error, traces by block, and L/D curve with `effects` on.
+    /// Error, traces by block, and L/D curve in a state.
     #[must_use]
-    pub fn evaluation(&self, effects: &[Active]) -> Value {
-        let state = self.state(effects);
-        let (nominal, now) = (self.tracks(&State::nominal()), self.tracks(&state));
+    pub fn evaluation(&self, state: &State) -> Value {
+        let (nominal, now) = (self.tracks(&State::nominal()), self.tracks(state));
         let recalibrated = self.fitted(&[]).and_then(|s| self.error(&self.tracks(&s)));
-        let start = self.prepared.runs.first().and_then(|r| r.time_s.first()).copied().unwrap_or(0.0);
+        let clock = flight_report::under_way(&self.prepared);
         let names = ["t", "depth", "observed", "nominal", "now", "alpha"];
         let mut columns: BTreeMap<&str, Vec<Option<f64>>> = names.iter().map(|n| (*n, Vec::new())).collect();
         let mut flown = Histogram::default();
-        for ((run, old), new) in self.prepared.runs.iter().zip(&nominal).zip(&now) {
+        for (((run, old), new), shift) in self.prepared.runs.iter().zip(&nominal).zip(&now).zip(clock) {
             for block in blocks(run) {
                 let (first, middle) = (block.rows[0], block.rows[block.rows.len() / 2]);
                 let alpha = new.alpha_rad.get(middle).copied().unwrap_or(f64::NAN).to_degrees();
                 flown.count(alpha.abs());
                 let row = [
-                    run.time_s[first] - start,
+                    run.time_s[first] - shift,
                     run.depth_m[middle],
                     100.0 * block.observed_m_s,
                     100.0 * modelled_m_s(run, &block, &old.depth_m),
@@ -168,15 +167,15 @@ impl Opened {
             }
             // A gap between segments, so that no line joins them.
             for name in names {
-                let end = (name == "t").then(|| run.time_s.last().map(|t| t - start)).flatten();
+                let end = (name == "t").then(|| run.time_s.last().map(|t| t - shift)).flatten();
                 columns.entry(name).or_default().push(end);
             }
         }
         let values: Map<String, Value> =
-            effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
+            state.effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
         json!({
             "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now)},
-            "effects": values, "blocks": columns, "curve": curve(&self.vehicle, &state, &flown),
+            "effects": values, "blocks": columns, "curve": curve(&self.vehicle, state, &flown),
         })
     }
 }
@@ -288,7 +287,7 @@ impl Workbench {
     /// Unknown flight or effect, value out of range.
     pub fn evaluate(&self, request: &Evaluate) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
-        Ok(opened.evaluation(&active(&request.effects)?))
+        Ok(opened.evaluation(&opened.state(&active(&request.effects)?)))
     }
 
     /// The same, with the ticked effects and the calibration fitted first.
@@ -299,14 +298,13 @@ impl Workbench {
         let opened = self.flight(request.flight)?;
         let effects = request.effects.iter().map(|n| by_name(n).with_context(|| format!("there is no effect named {n}")));
         let effects: Vec<_> = effects.collect::<anyhow::Result<_>>()?;
-        let mut names = request.effects.clone();
-        names.sort_unstable();
-        if let Some(known) = opened.fitted(&names) {
-            return Ok(opened.evaluation(&known.effects));
+        if let Some(known) = opened.fitted(&request.effects) {
+            return Ok(opened.evaluation(&known));
         }
         let fit = add::add(&opened.flight, &opened.vehicle, &effects, &[])?;
-        opened.remember(&fit.after, fit.beyond);
-        Ok(opened.evaluation(&fit.after.effects))
+        let names: Vec<&str> = effects.iter().map(|e| e.name()).collect();
+        opened.remember(&names, &fit.after, fit.beyond);
+        Ok(opened.evaluation(&fit.after))
     }
 
     /// New vehicle file and flight table with the ticked effects fitted.
@@ -349,9 +347,9 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
         });
         match found {
             Ok(found) => {
-                opened.remember(&found.recalibrated, found.beyond);
+                opened.remember(&[], &found.recalibrated, found.beyond);
                 for c in &found.candidates {
-                    opened.remember(&c.state, found.beyond);
+                    opened.remember(&c.effects, &c.state, found.beyond);
                 }
                 lines.send(&json!({"result": discovery::report::document(&found, &opened.vehicle, &opened.flight.name)}));
             }

@@ -56,8 +56,8 @@
   const findBar = el('progress', { hidden: true, 'aria-label': 'search for the missing effect' });
   const verdict = el('div', { id: 'verdict' });
   const chart = (title, mark, x, y, group, down) => Glider.figure({ title, mark, x: { label: x[0], unit: x[1] }, y: { label: y[0], unit: y[1], inverted: !!down }, series: [{ name: '', x: [0, 1], y: [null, null] }], group }, true);
-  const fDepth = chart('Depth', 'line', ['time', 's'], ['depth', 'm'], 'flight', true);
-  const fRate = chart('Depth rate: measured and model', 'line', ['time', 's'], ['depth rate', 'cm/s'], 'flight');
+  const fDepth = chart('Depth', 'line', ['time under way', 's'], ['depth', 'm'], 'flight', true);
+  const fRate = chart('Depth rate: measured and model', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'flight');
   const fRes = chart('Residual against angle of attack', 'point', ['angle of attack', '°'], ['residual', 'cm/s']);
   const fCurve = chart('L/D against angle of attack', 'line', ['angle of attack', '°'], ['L/D', '']);
   const second = el('select', { id: 'second', 'aria-label': 'Second flight to show beside this one' }, el('option', { value: '' }, 'no second flight'));

@@ -22,6 +22,9 @@ const TIME_HANDICAP: f64 = 9.0;
 const REMAINS_SHARE: f64 = 0.12;
 /// Or a mean square of innovations (1 for noise) that no difference of form explains.
 const REMAINS_MISFIT: f64 = 1.3;
+/// What a family must be better by than the best name: log odds, and share of them.
+const FAMILY_HANDICAP: f64 = 5.0;
+const FAMILY_SHARE: f64 = 0.05;
 /// Log odds within which hypotheses are not told apart.
 const TIED: f64 = 3.0;
 /// Innovations beyond this are outliers, sigma.
@@ -254,12 +257,35 @@ fn speaks_up(c: &Candidate) -> bool {
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness } = found;
     let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(c));
-    let remainder = families(problem, spoken.map_or(&null, |c| &c.fit));
-    let strongest =
-        remainder.iter().map(|f| f.log_bayes - if f.period_s.is_some() { TIME_HANDICAP } else { 0.0 }).fold(f64::NEG_INFINITY, f64::max);
+    let mut remainder = families(problem, spoken.map_or(&null, |c| &c.fit));
+    let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
+    let weight = |f: &Family, waves: bool| match f.period_s {
+        // A wave that is not quite a sine leaves some of itself.
+        Some(_) if waves => f64::NEG_INFINITY,
+        Some(_) => f.log_bayes - TIME_HANDICAP,
+        None => f.log_bayes,
+    };
+    let strongest = remainder.iter().map(|f| weight(f, waves)).fold(f64::NEG_INFINITY, f64::max);
     let explained = spoken.map_or(0.0, |c| 0.5 * c.gain);
     let misfit = spoken.map_or(&null, |c| &c.fit).residual.iter().map(|r| r * r).sum::<f64>() / problem.data.len().max(1) as f64;
-    let unexplained = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > REMAINS_MISFIT);
+    let left_over = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > REMAINS_MISFIT);
+    // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
+    let mut better_told = false;
+    if let Some(best) = spoken {
+        let single = candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE));
+        let bases = [(Some(&null), 0.0), (single.map(|c| &c.fit), single.map_or(0.0, |c| c.log_odds))];
+        for (base, odds) in bases {
+            let Some(base) = base else { continue };
+            for f in families(problem, base) {
+                let told = odds + f.log_bayes - FAMILY_HANDICAP;
+                if f.period_s.is_none() && f.log_bayes > REMAINS && told > best.log_odds * (1.0 + FAMILY_SHARE) {
+                    better_told = true;
+                    remainder.insert(0, f);
+                }
+            }
+        }
+    }
+    let unexplained = left_over || better_told;
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);
     let mut equivalent: Vec<Vec<&'static str>> = Vec::new();

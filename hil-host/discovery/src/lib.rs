@@ -12,6 +12,7 @@ pub mod flight;
 pub mod import;
 pub mod metric;
 pub mod noise;
+pub mod plan;
 pub mod prepare;
 pub mod problem;
 pub mod read;

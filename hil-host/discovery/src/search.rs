@@ -75,7 +75,7 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
     // A deviation inside two tolerances is scatter, beyond three a discovery.
     let hole = own_tolerance(problem, effect.name());
     let smallest = hole.map_or(p.typical / 30.0, |t| 2.2 * t);
-    let largest = hole.map_or(p.typical * 10.0, |t| (25.0 * t).max(p.typical * 3.0));
+    let largest = hole.map_or(p.typical * 12.0, |t| (60.0 * t).max(p.typical * 12.0));
     let one_sided = p.low >= 0.0;
     let steps = 60;
     let width = (largest / smallest).ln() / f64::from(steps);
@@ -405,6 +405,8 @@ pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fi
     (null, out)
 }
 
+/// Share of a single effect's log odds that its form may be wrong by.
+const FORM_SHARE: f64 = 0.03;
 /// Gain of chi² from which signatures are renewed at the fit.
 const RENEW_GAIN: f64 = 40.0;
 /// Gain of chi² below which a linear estimate is as good as a fit.
@@ -550,6 +552,12 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
         let Some(base) = found.iter().find(|c| c.effects == [first.name()]).map(|c| c.fit.state.clone()) else { continue };
         let f = screen.best_with(&base, second, 6);
         found.push(screen.candidate(f, pair_prior, 0.0));
+    }
+    // Forms of nature differ a little from ours, and a second effect can mend that: it must be worth more than the difference.
+    let alone: Vec<(&'static str, f64)> = found.iter().filter(|c| c.effects.len() == 1).map(|c| (c.effects[0], c.log_odds)).collect();
+    for c in found.iter_mut().filter(|c| c.effects.len() > 1) {
+        let first = alone.iter().filter(|(n, _)| c.effects.contains(n)).map(|a| a.1).fold(0.0, f64::max);
+        c.log_odds -= FORM_SHARE * first;
     }
     found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     Found { null: screen.null, candidates: found, likeness }

@@ -133,7 +133,8 @@ impl Effect for LiftSlopeError {
     }
 }
 
-/// Lift is zero at an angle: CL(α) becomes CL(α − angle).
+/// Lift is zero at an angle: CL(α) becomes CL(α − angle). How much of the hull's drag polar turns with it is open:
+/// CDb α² becomes CDb (α − drag_share angle)², 0 for a wing set at an angle, 1 for a hull that is crooked as a whole.
 #[derive(Clone, Copy, Debug)]
 pub struct ZeroLiftAngle;
 
@@ -148,15 +149,22 @@ impl Effect for ZeroLiftAngle {
         "dives and climbs at several pitches and speeds, and a bench check of the pitch sensor"
     }
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "angle_rad",
-            unit: "rad",
-            off: 0.0,
-            low: -0.2,
-            high: 0.2,
-            typical: 0.02,
-            source: "wing incidence of 0.5-2 deg; guess",
-        }]
+        &[
+            Parameter {
+                name: "angle_rad",
+                unit: "rad",
+                off: 0.0,
+                low: -0.2,
+                high: 0.2,
+                typical: 0.02,
+                source: "wing incidence of 0.5-2 deg; guess",
+            },
+            Parameter { name: "drag_share", unit: "1", off: 0.0, low: 0.0, high: 1.0, typical: 0.7, source: "guess" },
+        ]
+    }
+    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, c: &Constants) -> f64 {
+        let shifted = at.alpha_rad - p[1] * p[0];
+        c.hull_drag_per_rad2 * (shifted * shifted - at.alpha_rad * at.alpha_rad)
     }
     fn lift_angle_rad(&self, p: &[f64], alpha_rad: f64) -> f64 {
         alpha_rad - p[0]

@@ -1,0 +1,252 @@
+//! Which flight would tell tied hypotheses apart: legs are simulated with every hypothesis, and those are chosen greedily that
+//! lift the smallest separation of any two most.
+//!
+//! Separation of two hypotheses on a leg: whitened distance of the depths they predict, with what the calibration could mimic
+//! projected out over all legs chosen so far (expected chi², so 2.7 is 90 % sure for one number). Legs differ in pitch and
+//! buoyancy drive; each is one dive and climb through the water of the flight at hand.
+
+use crate::Vehicle;
+use crate::diagnose::Diagnosis;
+use crate::dynamics::track;
+use crate::noise::{Colour, Whitener};
+use crate::prepare::{Input, Run};
+use crate::problem::{N_SIMULATED, State, law};
+use hydro::effects::Sensed;
+use nalgebra::{DMatrix, DVector};
+
+/// One leg of a plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// Pitch held, rad, positive; dives nose down, climbs nose up.
+    pub pitch_rad: f64,
+    /// Buoyancy drive, m³.
+    pub ballast_m3: f64,
+}
+
+/// A plan.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Hypotheses to tell apart.
+    pub tied: Vec<Vec<&'static str>>,
+    /// Legs in the order of their worth.
+    pub legs: Vec<Leg>,
+    /// Smallest separation of any two hypotheses after each leg (expected chi²).
+    pub separation: Vec<f64>,
+    /// The same number of legs all alike (middle pitch, full drive), for comparison.
+    pub default_separation: f64,
+    /// Deepest depth, m.
+    pub depth_max_m: f64,
+    /// Least depth, m.
+    pub depth_min_m: f64,
+}
+
+/// Pitches on the menu, rad (11° to 40°), and drives as shares of the largest seen.
+const PITCHES_RAD: [f64; 6] = [0.20, 0.28, 0.37, 0.46, 0.58, 0.70];
+const DRIVES: [f64; 2] = [0.6, 1.0];
+/// Legs of a mission file.
+const LEGS: usize = 6;
+
+/// A dive and a climb at constant pitch and drive through a water column.
+fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, speed: f64, start_s: f64) -> Run {
+    let step = 2.0;
+    let half = (bottom - top) / speed;
+    let total = 2.0 * half + 80.0;
+    let turn = half + 40.0;
+    let count = (total / (0.5 * step)) as usize;
+    let mut inputs = Vec::with_capacity(count + 3);
+    for j in 0..count + 3 {
+        let t = j as f64 * 0.5 * step;
+        // tanh over 12 s: the pitch mode of a Slocum.
+        let x = (t - turn) / 12.0;
+        let (s, q) = (x.tanh(), (1.0 - x.tanh().powi(2)) / 12.0);
+        let depth = if t < turn { top + (t - 40.0).max(0.0) * speed } else { bottom - (t - turn) * speed }.clamp(top, bottom);
+        let (rho, temperature) = column(depth);
+        let pitch = leg.pitch_rad * s;
+        inputs.push(Input {
+            sensed: Sensed {
+                time_s: start_s + t,
+                pitch_rad: pitch,
+                ballast_m3: leg.ballast_m3 * ((t - turn) / 15.0).clamp(-1.0, 1.0),
+                density_kg_m3: rho,
+                temperature_degc: temperature,
+                pressure_pa: depth * 1.0e4,
+            },
+            pitch_rate_rad_s: leg.pitch_rad * q,
+            sin_pitch: pitch.sin(),
+            cos_pitch: pitch.cos(),
+            roll_rad: if (t / 60.0) as i64 % 3 == 1 { 0.2 } else { 0.0 },
+            sin_heading: 0.0,
+            cos_heading: 1.0,
+            depth_m: depth.max(1.0),
+        });
+    }
+    let time_s: Vec<f64> = (0..(total / 4.0) as usize).map(|i| start_s + i as f64 * 4.0).collect();
+    let depth_m: Vec<f64> = time_s.iter().map(|t| inputs[((t - start_s) / (0.5 * step)) as usize].depth_m).collect();
+    Run {
+        segment: 0,
+        first_row: 0,
+        used: time_s.iter().map(|t| t - start_s > 60.0).collect(),
+        pressure_pa: depth_m.iter().map(|z| z * 1e4).collect(),
+        speed_m_s: vec![f64::NAN; time_s.len()],
+        depth_m,
+        time_s,
+        inputs,
+        step_s: step,
+        displacement_m: None,
+        displacement_s: f64::NAN,
+        surface: [None, None],
+        starts_afloat: false,
+    }
+}
+
+/// Plans the flight that best separates the hypotheses that a diagnosis could not tell apart.
+///
+/// With one hypothesis left, it is set against the runner-up; with none, the two most probable are.
+#[must_use]
+pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
+    let mut tied: Vec<(Vec<&'static str>, State)> = Vec::new();
+    let wanted = d.equivalent.len().max(2);
+    for c in d.equivalent.iter().filter_map(|e| d.candidates.iter().find(|c| c.effects == *e)).chain(&d.candidates) {
+        // A wave's phase on another day is unknown: no plan can be made for it.
+        let known = tied.iter().any(|t| t.0 == c.effects);
+        if !known && c.state.wave.is_none() && c.log_odds.is_finite() && tied.len() < wanted {
+            tied.push((c.effects.clone(), c.state.clone()));
+        }
+    }
+    if tied.len() < 2 {
+        return None;
+    }
+    // The water column and the reach of the flight at hand.
+    let mut levels: Vec<(f64, f64, f64)> = d
+        .prepared
+        .runs
+        .iter()
+        .flat_map(|r| r.inputs.iter().step_by(4).map(|i| (i.depth_m, i.sensed.density_kg_m3, i.sensed.temperature_degc)))
+        .collect();
+    levels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let column = |z: f64| {
+        let k = levels.partition_point(|l| l.0 < z).clamp(1, levels.len() - 1);
+        let (a, b) = (levels[k - 1], levels[k]);
+        let f = if b.0 > a.0 { ((z - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) } else { 0.0 };
+        (a.1 + (b.1 - a.1) * f, a.2 + (b.2 - a.2) * f)
+    };
+    let bottom = crate::read::quantile(&levels.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0);
+    let top = 3.0_f64.min(0.3 * bottom);
+    let drive = d.prepared.runs.iter().flat_map(|r| r.inputs.iter().map(|i| i.sensed.ballast_m3.abs())).fold(0.0, f64::max);
+    let noise = Colour {
+        rms_m_s: vehicle.background.0,
+        correlation_s: vehicle.background.1,
+        sensor_m: vehicle.sensors.pressure_noise_pa / 1e4,
+        walk_m2_s: 1e-6,
+    };
+    let predict = |run: &Run, whitener: &Whitener, state: &State| {
+        let (constants, effects) = law(vehicle, state);
+        let t = track(run, constants, &effects, vehicle.water_depth_m, 0.0, d.beyond);
+        let mut out = Vec::new();
+        whitener.whiten(|row| t.depth_m[row], &mut out);
+        out
+    };
+    struct Offer {
+        leg: Leg,
+        /// Whitened prediction of each hypothesis, and signatures of the calibration.
+        predictions: Vec<DVector<f64>>,
+        calibration: DMatrix<f64>,
+    }
+    let mut offers = Vec::new();
+    let day = 86_400.0;
+    for pitch_rad in PITCHES_RAD {
+        for share in DRIVES {
+            let leg = Leg { pitch_rad, ballast_m3: share * drive };
+            // How fast this leg sinks: asked of the model itself, twice.
+            let mut speed = 0.12;
+            for _ in 0..3 {
+                let run = leg_run(leg, &column, top, bottom, speed, day);
+                let (constants, effects) = law(vehicle, &tied[0].1);
+                let t = track(&run, constants, &effects, vehicle.water_depth_m, 0.0, d.beyond);
+                let middle = t.sink_m_s.len() / 3;
+                speed = t.sink_m_s.get(middle).copied().unwrap_or(0.12).clamp(0.03, 0.6);
+            }
+            let run = leg_run(leg, &column, top, bottom, speed, day);
+            let whitener = Whitener::new(&run, &run.used, &noise);
+            let predictions: Vec<DVector<f64>> = tied.iter().map(|(_, s)| DVector::from_vec(predict(&run, &whitener, s))).collect();
+            let base = &tied[0].1;
+            let columns: Vec<DVector<f64>> = (0..N_SIMULATED)
+                .map(|k| {
+                    let mut beside = base.clone();
+                    beside.calibration[k] += 0.5;
+                    (DVector::from_vec(predict(&run, &whitener, &beside)) - &predictions[0]) * 2.0
+                })
+                .collect();
+            // A leg on which the model stalls is no leg.
+            if predictions.iter().all(|p| p.iter().all(|v| v.is_finite())) && speed > 0.04 {
+                offers.push(Offer { leg, predictions, calibration: DMatrix::from_columns(&columns) });
+            }
+        }
+    }
+    let separation = |chosen: &[&Offer]| -> f64 {
+        let mut curvature = DMatrix::identity(N_SIMULATED, N_SIMULATED);
+        for o in chosen {
+            curvature += o.calibration.transpose() * &o.calibration;
+        }
+        let Some(c) = curvature.cholesky() else { return 0.0 };
+        let mut least = f64::INFINITY;
+        for i in 0..tied.len() {
+            for j in i + 1..tied.len() {
+                let (mut square, mut match_) = (0.0, DVector::zeros(N_SIMULATED));
+                for o in chosen {
+                    let difference = &o.predictions[i] - &o.predictions[j];
+                    square += difference.norm_squared();
+                    match_ += o.calibration.transpose() * difference;
+                }
+                least = least.min(square - match_.dot(&c.solve(&match_)));
+            }
+        }
+        least
+    };
+    let mut chosen: Vec<&Offer> = Vec::new();
+    let mut steps = Vec::new();
+    for _ in 0..LEGS {
+        let best = offers
+            .iter()
+            .map(|o| {
+                let mut with = chosen.clone();
+                with.push(o);
+                (separation(&with), o)
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        steps.push(best.0);
+        chosen.push(best.1);
+    }
+    let plain = offers.iter().min_by(|a, b| {
+        let off = |o: &Offer| (o.leg.pitch_rad - 0.46).abs() + (o.leg.ballast_m3 - drive).abs() * 1e3;
+        off(a).total_cmp(&off(b))
+    })?;
+    Some(Plan {
+        tied: tied.iter().map(|t| t.0.clone()).collect(),
+        legs: chosen.iter().map(|o| o.leg).collect(),
+        separation: steps,
+        default_separation: separation(&[plain; LEGS]),
+        depth_max_m: bottom,
+        depth_min_m: top,
+    })
+}
+
+impl Plan {
+    /// The mission file that `glider fly` reads. `wings` is `standard` or `low-ar`.
+    #[must_use]
+    pub fn mission(&self, wings: &str) -> String {
+        let names: Vec<String> = self.tied.iter().map(|t| t.join(" with ")).collect();
+        let mut out =
+            format!("# Written by glider next-flight: tells apart {}\nwings = \"{wings}\"\nmax_duration_h = 24\n", names.join(", "));
+        for leg in &self.legs {
+            out += &format!(
+                "\n[[leg]]\ndives = 1\ndepth_min_m = {:.0}\ndepth_max_m = {:.0}\ngoal = \"fixed-pitch\"\npitch_deg = {:.1}\nballast_cc = {:.0}\n",
+                self.depth_min_m,
+                self.depth_max_m,
+                leg.pitch_rad.to_degrees(),
+                leg.ballast_m3 * 1e6
+            );
+        }
+        out
+    }
+}

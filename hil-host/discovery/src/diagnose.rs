@@ -26,7 +26,7 @@ const REMAINS_MISFIT: f64 = 1.3;
 const FAMILY_HANDICAP: f64 = 5.0;
 const FAMILY_SHARE: f64 = 0.05;
 /// Log odds within which hypotheses are not told apart.
-const TIED: f64 = 3.0;
+const TIED: f64 = 4.5;
 /// Innovations beyond this are outliers, sigma.
 const OUTLIER: f64 = 5.0;
 /// Two-sided 90 % of a normal variable, sigma.

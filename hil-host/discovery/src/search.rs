@@ -194,7 +194,7 @@ impl Screen<'_> {
         }
         match effect.name() {
             "stall" => vec![0.05, 0.10, 0.16],
-            "vortex_lift_bodywing" => vec![0.5 * p.typical, -0.2 * p.typical],
+            "vortex_lift_bodywing" => vec![0.5 * p.typical],
             _ => vec![p.off],
         }
     }
@@ -406,7 +406,9 @@ pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fi
 }
 
 /// Share of a single effect's log odds that its form may be wrong by.
-const FORM_SHARE: f64 = 0.03;
+const FORM_SHARE: f64 = 0.01;
+/// And at most this: many forms (sensors, volumes, currents) are exact.
+const FORM_MOST: f64 = 1.5;
 /// Gain of chi² from which signatures are renewed at the fit.
 const RENEW_GAIN: f64 = 40.0;
 /// Gain of chi² below which a linear estimate is as good as a fit.
@@ -415,7 +417,7 @@ const WORTH_A_FIT: f64 = 4.0;
 const MOST_SINGLES: usize = 9;
 const MOST_PAIRS: usize = 14;
 /// Odds by which any hypothesis with a wave is marked down: it has two amplitudes per run to follow noise of another colour with.
-const WAVE_HANDICAP: f64 = 3.5;
+const WAVE_HANDICAP: f64 = 6.0;
 
 /// Searches all singles and the promising pairs. `tick` is told what is being done and which share is done.
 #[must_use]
@@ -557,7 +559,7 @@ pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
     let alone: Vec<(&'static str, f64)> = found.iter().filter(|c| c.effects.len() == 1).map(|c| (c.effects[0], c.log_odds)).collect();
     for c in found.iter_mut().filter(|c| c.effects.len() > 1) {
         let first = alone.iter().filter(|(n, _)| c.effects.contains(n)).map(|a| a.1).fold(0.0, f64::max);
-        c.log_odds -= FORM_SHARE * first;
+        c.log_odds -= (FORM_SHARE * first).min(FORM_MOST);
     }
     found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     Found { null: screen.null, candidates: found, likeness }

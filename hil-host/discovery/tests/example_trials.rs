@@ -1,6 +1,6 @@
 //! The example trials: nominal model against the stated error figures. Needs `GLIDER_FLIGHTS`.
 
-use discovery::{dynamics, metric, prepare, read, vehicle};
+use discovery::{add, compare, diagnose, dynamics, metric, plan, prepare, read, vehicle};
 use std::path::PathBuf;
 
 fn trials() -> Option<PathBuf> {
@@ -36,4 +36,67 @@ fn validate_nominal_error_of_the_example_trials() {
         assert_eq!(n, blocks, "{name}");
         assert!((error / stated - 1.0).abs() < tolerance, "{name}: {error} m/s, stated {stated}");
     }
+}
+
+#[test]
+fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure() {
+    let Some(folder) = trials() else { return };
+    for name in ["example_lake", "example_sea"] {
+        let case = folder.join(name);
+        let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
+        let flight = read::flight(&case).expect("flight");
+        let d = diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("diagnosis");
+        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{name}");
+        // Recalibration inside the tolerances must not hurt: 10 % of a 37-block rms is its own sampling error.
+        assert!(d.block_error_m_s[1] < d.block_error_m_s[0] * 1.1, "{name}: {:?}", d.block_error_m_s);
+        // The pressure of check segments must influence nothing: the same fit with that pressure replaced by nonsense.
+        let mut blind = flight.clone();
+        for i in 0..blind.len() {
+            if vehicle.check_segments.contains(&blind.segment[i]) {
+                blind.pressure_pa[i] = 5e4;
+            }
+        }
+        let b = diagnose::diagnose(&blind, &vehicle, &|_, _| {}).expect("diagnosis");
+        assert_eq!(b.recalibrated.calibration, d.recalibrated.calibration, "{name}");
+        let p = plan::plan(&d, &vehicle).expect("two hypotheses at least");
+        assert!(p.separation.windows(2).all(|w| w[1] >= w[0] - 1e-9), "{:?}", p.separation);
+        assert!(p.separation[p.separation.len() - 1] > p.default_separation, "{name}: {:?} {}", p.separation, p.default_separation);
+    }
+}
+
+/// A known effect is put into the model's own inputs (ballast read 8 % too small), and `add` must find it: a check of the plumbing,
+/// not of the physics.
+#[test]
+fn a_wrong_ballast_gain_is_named_and_the_new_vehicle_file_mends_the_error() {
+    let Some(folder) = trials() else { return };
+    let case = folder.join("example_sea");
+    let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
+    let mut flight = read::flight(&case).expect("flight");
+    flight.ballast_m3.iter_mut().for_each(|b| *b /= 1.08);
+    let d = diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("diagnosis");
+    assert!(d.equivalent.iter().any(|e| e == &["ballast_scale"]), "{:?} {:?}", d.verdict, d.equivalent);
+    let scale = hydro::effects::by_name("ballast_scale").expect("in the catalogue");
+    let added = add::add(&flight, &vehicle, &[scale], b"parent").expect("added");
+    // Mended means: as good as the untouched flight after its own recalibration, to 5 %.
+    let untouched = diagnose::diagnose(&read::flight(&case).expect("flight"), &vehicle, &|_, _| {}).expect("diagnosis");
+    assert!(added.heldout_m_s[2] < 1.05 * untouched.block_error_m_s[1], "{:?} {:?}", added.heldout_m_s, untouched.block_error_m_s);
+    assert!(added.heldout_m_s[2] < added.heldout_m_s[0], "{:?}", added.heldout_m_s);
+    let again = vehicle::parse(added.vehicle, std::path::Path::new("new.json")).expect("the new file reads");
+    let c = compare::compare(&flight, &again);
+    assert!((c.block_error_m_s / added.heldout_m_s[2] - 1.0).abs() < 0.02, "{} {:?}", c.block_error_m_s, added.heldout_m_s);
+}
+
+#[test]
+fn a_log_without_a_dive_is_refused_with_the_reason() {
+    let mut text = String::from("time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
+    for i in 0..200 {
+        text += &format!("{},0,0.{},0.1,200,1025.0\n", i * 4, i % 3);
+    }
+    let flight = read::parse(&text, std::path::Path::new("f.csv"), "f").expect("reads");
+    let json = r#"{"mass_kg":68,"hull_volume_m3":0.068,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,
+        "wing":{"area_m2":0.11},"hydro":{"reference_area_m2":0.11,"wing_lift_slope_per_rad":3.45,"hull_lift_slope_per_rad":1.2,
+        "hull_area_m2":0.0356,"cd0":0.15}}"#;
+    let vehicle = vehicle::parse(serde_json::from_str(json).expect("json"), std::path::Path::new("v.json")).expect("vehicle");
+    let why = diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect_err("refused").to_string();
+    assert!(why.contains("deeper than 2 m") && why.contains("dbar"), "{why}");
 }

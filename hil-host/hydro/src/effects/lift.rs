@@ -28,7 +28,7 @@ impl Effect for VortexLiftBodyWing {
                 name: "k",
                 unit: "1/rad^2",
                 off: 0.0,
-                low: -10.0,
+                low: 0.0,
                 high: 80.0,
                 typical: 8.0,
                 source: "Kv ~ pi on the wing (Polhamus), hull comparable; wide",
@@ -61,7 +61,7 @@ impl Effect for SideEdgeLift {
             name: "k",
             unit: "1/rad^2",
             off: 0.0,
-            low: -8.0,
+            low: 0.0,
             high: 40.0,
             typical: 3.0,
             source: "K_v of rectangular wings, Lamar; C_Dc 1-3",
@@ -159,7 +159,7 @@ impl Effect for ZeroLiftAngle {
                 typical: 0.02,
                 source: "wing incidence of 0.5-2 deg; guess",
             },
-            Parameter { name: "drag_share", unit: "1", off: 0.0, low: 0.0, high: 1.0, typical: 0.7, source: "guess" },
+            Parameter { name: "drag_share", unit: "1", off: 0.5, low: 0.0, high: 1.0, typical: 0.5, source: "guess" },
         ]
     }
     fn drag(&self, p: &[f64], at: &Flow, _lift: f64, c: &Constants) -> f64 {

@@ -42,14 +42,14 @@ struct Noisy {
 impl Wire for Noisy {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         self.sent += 1;
-        if self.sent % 3 == 0 { Ok(()) } else { self.inner.send(bytes) }
+        if self.sent.is_multiple_of(3) { Ok(()) } else { self.inner.send(bytes) }
     }
 
     fn receive(&mut self, into: &mut [u8], wait: Duration) -> std::io::Result<usize> {
         let n = self.inner.receive(into, wait)?;
         if n > 0 {
             self.received += 1;
-            if self.received % 5 == 0 {
+            if self.received.is_multiple_of(5) {
                 into[n / 2] ^= 0x10;
             }
         }

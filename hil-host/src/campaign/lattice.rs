@@ -174,7 +174,7 @@ pub fn cases() -> Vec<Case> {
     for (i, first) in all.iter().enumerate() {
         for second in all.iter().skip(i + 1) {
             let phase = |k: usize| PHASES.get(k % PHASES.len()).copied().unwrap_or(Phase::Dive);
-            let wings = if n % 2 == 0 { Wings::Standard } else { Wings::LowAspectRatio };
+            let wings = if n.is_multiple_of(2) { Wings::Standard } else { Wings::LowAspectRatio };
             add(Water::Shallow, wings, vec![first.at(phase(n / 2), 0.0), second.at(phase(n / 12), 20.0)], None);
             n += 1;
         }
@@ -207,7 +207,9 @@ mod tests {
             .collect();
         assert_eq!(pairs.len(), faults * (faults - 1) / 2);
         let mut phases: std::collections::HashSet<_> = std::collections::HashSet::new();
-        cases.iter().filter(|c| c.faults.len() == 2).for_each(|c| drop(phases.insert((c.faults[0].phase, c.faults[1].phase))));
+        cases.iter().filter(|c| c.faults.len() == 2).for_each(|c| {
+            phases.insert((c.faults[0].phase, c.faults[1].phase));
+        });
         assert_eq!(phases.len(), 36, "pairs start in every combination of phases");
     }
 

@@ -25,7 +25,7 @@ impl BadLine {
     /// Damages bytes; they keep their order.
     fn damaged(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut out = bytes.to_vec();
-        if self.rng.next_u32() % ONE_IN != 0 || out.is_empty() {
+        if !self.rng.next_u32().is_multiple_of(ONE_IN) || out.is_empty() {
             return out;
         }
         let at = self.rng.next_u32() as usize % out.len();

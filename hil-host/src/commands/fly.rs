@@ -108,7 +108,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let bar = progress(&mission);
     let flown = fly(&mut world, &mut *seat, &setup, &mut |cycle| {
         bar.set_position(u64::from(cycle.answer.trace.dives));
-        if (cycle.time_s / CYCLE_S) as u64 % 64 == 0 {
+        if ((cycle.time_s / CYCLE_S) as u64).is_multiple_of(64) {
             let t = &cycle.answer.trace;
             bar.set_message(format!("{:.0} s, {:?} at {:.1} m", cycle.time_s, t.phase, cycle.truth.depth_m));
         }

@@ -70,8 +70,11 @@ fn table(f: &Findings) -> Section {
     }
 }
 
+/// Columns with their names.
+type Named = Vec<(String, Vec<f64>)>;
+
 fn traces(f: &Findings) -> Section {
-    let each = |title: &str, y: Axis, pick: &dyn Fn(&Flown) -> Vec<(String, Vec<f64>)>| {
+    let each = |title: &str, y: Axis, pick: &dyn Fn(&Flown) -> Named| {
         let mut chart = Chart::new(title, Mark::Line, Axis::new("time", "s"), y).grouped("flight");
         for x in &f.flights {
             for (name, values) in pick(x) {

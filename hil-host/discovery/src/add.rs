@@ -97,6 +97,7 @@ fn document(
         hydro["added_mass_heave"] = json!(vehicle.constants.added_mass_heave + z[9] * t.added_mass_heave);
     }
     let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
+    let parents = on.clone();
     for effect in effects {
         let mut entry = serde_json::Map::new();
         let prefix = format!("{}.", effect.name());
@@ -112,7 +113,7 @@ fn document(
     // Two calibration numbers have no constant in the file: they go on as the effect that states them.
     for (k, name, parameter, unit) in [(4, "ballast_scale", "gain_error", "1"), (5, "pitch_offset", "offset_rad", "rad")] {
         let shift = z[k] * tolerance_of(vehicle, k);
-        let before = on.get(name).and_then(|e| e.get(parameter)).map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
+        let before = parents.get(name).and_then(|e| e.get(parameter)).map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
         on.insert(name.into(), json!({parameter: {"value": before + shift, "unit": unit, "from": "calibration"}}));
         if effects.iter().any(|e| e.name() == name)
             && let Some(p) = parameters.iter().find(|p| p.name == format!("{name}.{parameter}"))

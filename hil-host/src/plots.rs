@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 
 use anyhow::anyhow;
+use plotters::coord::Shift;
 use plotters::prelude::*;
 use serde_json::{Value, json};
 
@@ -96,92 +97,86 @@ impl Chart {
     /// # Errors
     /// What the drawing library said.
     pub fn svg(&self) -> anyhow::Result<String> {
-        let mut text = String::new();
+        Figure { panels: vec![self.clone()], caption: String::new() }.svg()
+    }
+
+    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> anyhow::Result<()> {
         let bars = self.series.iter().any(|s| s.mark == Mark::Bars);
         let (x0, x1) = self.x_range.unwrap_or_else(|| self.range(|p| p.0, false));
         let (y0, y1) = self.y_range.unwrap_or_else(|| self.range(|p| p.1, bars));
-        {
-            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-            let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing `{}`: {e}", self.title);
-            root.fill(&WHITE).map_err(said)?;
-            let mut chart = ChartBuilder::on(&root)
-                .caption(&self.title, ("sans-serif", 20))
-                .margin(14)
-                .x_label_area_size(48)
-                .y_label_area_size(64)
-                .build_cartesian_2d(x0..x1, y0..y1)
-                .map_err(said)?;
-            chart
-                .configure_mesh()
-                .x_desc(&self.x)
-                .y_desc(&self.y)
-                .light_line_style(RGBColor(240, 240, 240))
-                .bold_line_style(RGBColor(220, 220, 220))
-                .label_style(("sans-serif", 14))
-                .axis_desc_style(("sans-serif", 16))
-                .draw()
-                .map_err(said)?;
-            for (i, s) in self.series.iter().enumerate() {
-                let (r, g, b) = PALETTE[i % PALETTE.len()];
-                let colour = RGBColor(r, g, b);
-                let finite = s.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
-                let runs: Vec<Vec<(f64, f64)>> = s
-                    .points
-                    .split(|p| !(p.0.is_finite() && p.1.is_finite()))
-                    .filter(|r| !r.is_empty())
-                    .map(<[(f64, f64)]>::to_vec)
-                    .collect();
-                let legend_line = move |(x, y): (i32, i32)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2));
-                match s.mark {
-                    Mark::Line => {
-                        for (k, run) in runs.into_iter().enumerate() {
-                            let drawn = chart.draw_series(LineSeries::new(run, colour.stroke_width(2))).map_err(said)?;
-                            if k == 0 {
-                                drawn.label(&s.name).legend(legend_line);
-                            }
+        let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing `{}`: {e}", self.title);
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, ("sans-serif", 20))
+            .margin(14)
+            .x_label_area_size(48)
+            .y_label_area_size(64)
+            .build_cartesian_2d(x0..x1, y0..y1)
+            .map_err(said)?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x)
+            .y_desc(&self.y)
+            .light_line_style(RGBColor(240, 240, 240))
+            .bold_line_style(RGBColor(220, 220, 220))
+            .label_style(("sans-serif", 14))
+            .axis_desc_style(("sans-serif", 16))
+            .draw()
+            .map_err(said)?;
+        for (i, s) in self.series.iter().enumerate() {
+            let (r, g, b) = PALETTE[i % PALETTE.len()];
+            let colour = RGBColor(r, g, b);
+            let finite = s.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
+            let runs: Vec<Vec<(f64, f64)>> =
+                s.points.split(|p| !(p.0.is_finite() && p.1.is_finite())).filter(|r| !r.is_empty()).map(<[(f64, f64)]>::to_vec).collect();
+            let legend_line = move |(x, y): (i32, i32)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2));
+            match s.mark {
+                Mark::Line => {
+                    for (k, run) in runs.into_iter().enumerate() {
+                        let drawn = chart.draw_series(LineSeries::new(run, colour.stroke_width(2))).map_err(said)?;
+                        if k == 0 {
+                            drawn.label(&s.name).legend(legend_line);
                         }
-                    }
-                    Mark::Dashed => {
-                        for (k, run) in runs.into_iter().enumerate() {
-                            let drawn = chart.draw_series(DashedLineSeries::new(run, 8, 5, colour.stroke_width(2))).map_err(said)?;
-                            if k == 0 {
-                                drawn.label(format!("{} (dashed)", s.name)).legend(legend_line);
-                            }
-                        }
-                    }
-                    Mark::Points => {
-                        chart
-                            .draw_series(finite.map(|p| Circle::new(p, 2, colour.mix(0.6).filled())))
-                            .map_err(said)?
-                            .label(&s.name)
-                            .legend(move |(x, y)| Circle::new((x + 9, y), 3, colour.filled()));
-                    }
-                    Mark::Bars => {
-                        let half = match s.points.as_slice() {
-                            [a, b, ..] => 0.5 * (b.0 - a.0).abs(),
-                            _ => 0.5,
-                        };
-                        chart
-                            .draw_series(finite.map(|(x, y)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.45).filled())))
-                            .map_err(said)?
-                            .label(&s.name)
-                            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.mix(0.45).filled()));
                     }
                 }
+                Mark::Dashed => {
+                    for (k, run) in runs.into_iter().enumerate() {
+                        let drawn = chart.draw_series(DashedLineSeries::new(run, 8, 5, colour.stroke_width(2))).map_err(said)?;
+                        if k == 0 {
+                            drawn.label(format!("{} (dashed)", s.name)).legend(legend_line);
+                        }
+                    }
+                }
+                Mark::Points => {
+                    chart
+                        .draw_series(finite.map(|p| Circle::new(p, 2, colour.mix(0.6).filled())))
+                        .map_err(said)?
+                        .label(&s.name)
+                        .legend(move |(x, y)| Circle::new((x + 9, y), 3, colour.filled()));
+                }
+                Mark::Bars => {
+                    let half = match s.points.as_slice() {
+                        [a, b, ..] => 0.5 * (b.0 - a.0).abs(),
+                        _ => 0.5,
+                    };
+                    chart
+                        .draw_series(finite.map(|(x, y)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.45).filled())))
+                        .map_err(said)?
+                        .label(&s.name)
+                        .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.mix(0.45).filled()));
+                }
             }
-            if self.series.len() > 1 {
-                chart
-                    .configure_series_labels()
-                    .position(SeriesLabelPosition::UpperRight)
-                    .background_style(WHITE.mix(0.85))
-                    .border_style(RGBColor(160, 160, 160))
-                    .label_font(("sans-serif", 14))
-                    .draw()
-                    .map_err(said)?;
-            }
-            root.present().map_err(said)?;
         }
-        Ok(text)
+        if self.series.len() > 1 {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(160, 160, 160))
+                .label_font(("sans-serif", 14))
+                .draw()
+                .map_err(said)?;
+        }
+        Ok(())
     }
 
     /// The numbers as csv: series, x, y; the axis labels are in the header.
@@ -223,6 +218,83 @@ impl Chart {
     }
 }
 
+/// Height of one line of a caption, px, and about how many characters fit in it.
+const CAPTION: (u32, usize) = (19, 108);
+
+/// Charts below each other with one caption.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// From top to bottom.
+    pub panels: Vec<Chart>,
+    /// What it shows, for the reader of a paper; may be empty.
+    pub caption: String,
+}
+
+impl Figure {
+    fn caption_lines(&self) -> Vec<String> {
+        let mut lines: Vec<String> = Vec::new();
+        for word in self.caption.split_whitespace() {
+            match lines.last_mut() {
+                Some(l) if l.chars().count() + 1 + word.chars().count() <= CAPTION.1 => {
+                    l.push(' ');
+                    l.push_str(word);
+                }
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        lines
+    }
+
+    /// The figure as SVG text.
+    ///
+    /// # Errors
+    /// What the drawing library said.
+    pub fn svg(&self) -> anyhow::Result<String> {
+        let lines = self.caption_lines();
+        let charts = SIZE.1 * self.panels.len() as u32;
+        let foot = if lines.is_empty() { 0 } else { 14 + CAPTION.0 * lines.len() as u32 };
+        let mut text = String::new();
+        {
+            let root = SVGBackend::with_string(&mut text, (SIZE.0, charts + foot)).into_drawing_area();
+            let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing a figure: {e}");
+            root.fill(&WHITE).map_err(said)?;
+            let (upper, _) = root.split_vertically(charts);
+            for (chart, area) in self.panels.iter().zip(upper.split_evenly((self.panels.len().max(1), 1))) {
+                chart.draw(&area)?;
+            }
+            let style = ("sans-serif", 15).into_text_style(&root);
+            for (y, line) in (charts..).step_by(CAPTION.0 as usize).zip(&lines) {
+                root.draw_text(line, &style, (20, y as i32)).map_err(said)?;
+            }
+            root.present().map_err(said)?;
+        }
+        Ok(text)
+    }
+
+    /// The numbers as csv: of one panel as [`Chart::csv`], of several with a column for the panel.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        if let [only] = self.panels.as_slice() {
+            return only.csv();
+        }
+        let mut out = String::from("panel,series,x,y\n");
+        for chart in &self.panels {
+            let panel = format!("{}: {} over {}", chart.title, chart.y, chart.x).replace(", ", " in ").replace(',', ";");
+            for line in chart.csv().lines().skip(1) {
+                // Writing to a String cannot fail.
+                let _ = writeln!(out, "{panel},{line}");
+            }
+        }
+        out
+    }
+
+    /// The numbers as JSON.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({"caption": self.caption, "panels": self.panels.iter().map(Chart::json).collect::<Vec<_>>()})
+    }
+}
+
 /// Histogram of values as (bin centre, share of all values), over `[low, high)` in `bins` equal bins.
 #[must_use]
 pub fn histogram(values: &[f64], low: f64, high: f64, bins: usize) -> Vec<(f64, f64)> {
@@ -258,6 +330,17 @@ mod tests {
         assert!(c.csv().starts_with("series,angle of attack in deg,L/D in 1\na & b,0,1\n"));
         assert!(c.json()["series"][0]["y"][1].is_null());
         assert!(Chart::new("empty", "x", "y").svg().unwrap().contains("</svg>"));
+    }
+
+    #[test]
+    fn a_figure_has_its_caption_and_every_panel() {
+        let panel = |t: &str| Chart::new(t, "time, s", "depth, m").with("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)]);
+        let caption = "word ".repeat(40);
+        let f = Figure { panels: vec![panel("upper"), panel("lower").within(None, Some((3.0, 0.0)))], caption };
+        let svg = f.svg().unwrap();
+        assert!(svg.contains("upper") && svg.contains("lower") && svg.matches("word word").count() == 2, "{svg}");
+        assert_eq!(f.csv().lines().count(), 5);
+        assert_eq!(f.json()["panels"][1]["title"], "lower");
     }
 
     #[test]

@@ -1,15 +1,207 @@
-//! `glider plot`.
+//! `glider plot`: one figure for a paper.
 
+use super::diagnose::load;
 use super::{Output, Verdict};
+use crate::plots::{Chart, Figure, Mark, histogram};
+use crate::tables::TABLE_SPEED_M_S;
+use crate::vehicles::{Model, wings_name};
+use anyhow::{Context as _, bail, ensure};
+use discovery::compare::{Sample, compare};
+use hydro::glide;
+use hydro::{Flow, Polar as _};
+use serde_json::json;
+use signals::Wings;
+use std::path::{Path, PathBuf};
+
+/// Length of the averages of a residual plot, s (as the block error of the flight format, section 6.1).
+const BLOCK_S: f64 = 20.0;
+/// Largest |α| of a histogram, degrees, and its bins of 1°.
+const HISTOGRAM_DEG: (f64, usize) = (30.0, 60);
+/// Points per line at most, so that a long flight stays a small file.
+const LINE_POINTS: usize = 2000;
+
+/// What is drawn.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// C_L, C_D and L/D against angle of attack.
+    Polar,
+    /// Depth, and depth rate measured and modelled, against time.
+    Flight,
+    /// Depth rate measured minus modelled, 20 s means, against angle of attack.
+    Residual,
+    /// Where the flight was: share of time per degree of angle of attack.
+    Histogram,
+}
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-pub struct Args {}
+#[command(after_help = "Examples:
+  glider plot polar --out polar.svg                        both sea-calibrated vehicles
+  glider plot polar --wings low-ar --out rail.csv          one wing set, the numbers
+  glider plot flight --flight trial_dir --out flight.svg
+  glider plot residual --flight trial_dir --vehicle new.json --out residual.svg
+
+The ending of --out decides: .svg (figure with caption), .csv or .json (the numbers of the same figure).
+PNG is not drawn here: SVG scales to any print size; a converter such as rsvg-convert makes PNG of it.
+The figures of the source paper: glider paper --out DIR.")]
+pub struct Args {
+    /// The figure.
+    #[arg(value_enum)]
+    kind: Kind,
+    /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
+    #[arg(long, value_name = "DIR|CSV")]
+    flight: Option<PathBuf>,
+    /// Vehicle file, or for a polar a built-in vehicle; default: the one beside the flight.
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Wing set of a polar: standard or low-ar; default: both.
+    #[arg(long, value_parser = ["standard", "low-ar"])]
+    wings: Option<String>,
+    /// Where the figure goes; the ending decides what it is.
+    #[arg(long, value_name = "FILE.svg|.csv|.json")]
+    out: PathBuf,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub fn run(_args: &Args, _output: &Output) -> anyhow::Result<Verdict> {
-    anyhow::bail!("not there yet")
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let ending = args.out.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let name = args.out.display();
+    match ending.as_str() {
+        "svg" | "csv" | "json" => {}
+        "png" => bail!("{name}: PNG is not drawn here; write .svg and convert it, for example with rsvg-convert"),
+        "" => bail!("{name}: has no ending; name a file that ends in .svg, .csv or .json"),
+        other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .csv or .json"),
+    }
+    let figure = if args.kind == Kind::Polar { polar(args)? } else { flown(args)? };
+    let text = match ending.as_str() {
+        "svg" => figure.svg()?,
+        "csv" => figure.csv(),
+        _ => format!("{:#}\n", figure.json()),
+    };
+    if let Some(folder) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    std::fs::write(&args.out, &text).with_context(|| format!("cannot write {name}"))?;
+    let panels: Vec<_> = figure
+        .panels
+        .iter()
+        .map(|c| {
+            let series: Vec<_> = c.series.iter().map(|s| json!({"name": s.name, "points": s.points.len()})).collect();
+            json!({"title": c.title, "x": c.x, "y": c.y, "series": series})
+        })
+        .collect();
+    let document = json!({
+        "tool": env!("CARGO_PKG_VERSION"), "written": args.out, "format": ending, "bytes": text.len(),
+        "caption": figure.caption, "panels": panels,
+    });
+    output.emit(&document, || println!("{name} ({} kB)\n{}", text.len().div_ceil(1000), figure.caption));
+    Ok(Verdict::Ok)
+}
+
+fn polar(args: &Args) -> anyhow::Result<Figure> {
+    ensure!(args.flight.is_none(), "a polar is of a vehicle: leave out --flight, or draw flight, residual or histogram");
+    let asked = args.wings.as_deref().map(|w| if w == "standard" { Wings::Standard } else { Wings::LowAspectRatio });
+    let models = match (&args.vehicle, asked) {
+        (Some(file), None) => vec![Model::load(file, None)?],
+        (Some(_), Some(_)) => bail!("a vehicle file says which wings it has: give --vehicle or --wings, not both"),
+        (None, Some(w)) => vec![Model::sea(w)?],
+        (None, None) => vec![Model::sea(Wings::Standard)?, Model::sea(Wings::LowAspectRatio)?],
+    };
+    let mut coefficients = Chart::new("Lift and drag", "angle of attack, deg", "coefficient on the reference area, 1");
+    let mut ratio = Chart::new("Glide ratio", "angle of attack, deg", "L/D, 1");
+    let mut told = Vec::new();
+    for model in &models {
+        let valid_deg = model.alpha_valid_rad().to_degrees();
+        let rows: Vec<_> = (0..=(4.0 * valid_deg + 1e-9) as u32)
+            .map(|i| f64::from(i) / 4.0)
+            .map(|deg| (deg, model.force(&Flow::steady(deg.to_radians(), TABLE_SPEED_M_S))))
+            .collect();
+        let wings = wings_name(model.wings);
+        coefficients = coefficients.with(&format!("C_L, {wings} wings"), Mark::Line, rows.iter().map(|(a, f)| (*a, f.cl))).with(
+            &format!("C_D, {wings} wings"),
+            Mark::Dashed,
+            rows.iter().map(|(a, f)| (*a, f.cd)),
+        );
+        ratio = ratio.with(&format!("{wings} wings"), Mark::Line, rows.iter().map(|(a, f)| (*a, f.l_over_d())));
+        let best = glide::best(model, TABLE_SPEED_M_S, model.alpha_valid_rad());
+        told.push(format!(
+            "{} ({wings} wings, coefficients on {:.4} m2): (L/D)max {:.3} at {:.1} deg",
+            model.name,
+            model.reference_area_m2(),
+            best.l_over_d,
+            best.alpha_rad.to_degrees()
+        ));
+    }
+    Ok(Figure { panels: vec![coefficients, ratio], caption: format!("Model at {TABLE_SPEED_M_S} m/s. {}.", told.join("; ")) })
+}
+
+/// Points with a gap (NaN) where a segment ends or more than 30 s are missing.
+fn with_gaps(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
+    let start = samples.first().map_or(0.0, |s| s.time_s);
+    let every = samples.len().div_ceil(LINE_POINTS).max(1);
+    let mut out = Vec::new();
+    let mut last: Option<&Sample> = None;
+    for s in samples.iter().step_by(every) {
+        if last.is_some_and(|l| l.segment != s.segment || s.time_s - l.time_s > 30.0f64.max(10.0 * every as f64)) {
+            out.push((f64::NAN, f64::NAN));
+        }
+        out.push(((s.time_s - start) / 60.0, value(s)));
+        last = Some(s);
+    }
+    out
+}
+
+/// Means over blocks: angle of attack (degrees) and residual (cm/s), dives and climbs apart.
+fn block_means(samples: &[Sample]) -> [Vec<(f64, f64)>; 2] {
+    let key = |s: &Sample| (s.segment, (s.time_s / BLOCK_S).floor() as i64);
+    let mut out = [Vec::new(), Vec::new()];
+    for block in samples.chunk_by(|a, b| key(a) == key(b)) {
+        let mean = |of: &dyn Fn(&Sample) -> f64| block.iter().map(of).sum::<f64>() / block.len() as f64;
+        let climbs = mean(&|s| s.observed_m_s) < 0.0;
+        out[usize::from(climbs)].push((mean(&|s| s.alpha_rad.to_degrees()), mean(&|s| 100.0 * (s.observed_m_s - s.modelled_m_s))));
+    }
+    out
+}
+
+fn flown(args: &Args) -> anyhow::Result<Figure> {
+    let path: &Path = args.flight.as_deref().context("name the flight with --flight; only a polar needs none")?;
+    ensure!(args.wings.is_none(), "--wings belongs to a polar; the vehicle file of a flight says which wings it has");
+    let (flight, vehicle) = load(path, args.vehicle.as_deref())?;
+    let c = compare(&flight, &vehicle);
+    ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to draw", path.display());
+    let effects: Vec<&str> = vehicle.effects.iter().map(|a| a.effect.name()).collect();
+    let with = if effects.is_empty() { "no effect on".to_owned() } else { format!("with {}", effects.join(", ")) };
+    let about = format!("Flight {}, model of {} ({with})", flight.name, vehicle.name);
+    let error = format!("depth-rate residual {:.2} cm/s rms over {} rows", 100.0 * c.rms_m_s, c.samples.len());
+    Ok(match args.kind {
+        Kind::Residual => {
+            let [dives, climbs] = block_means(&c.samples);
+            let panel =
+                Chart::new("Residual against angle of attack", "angle of attack of the model, deg", "measured minus modelled, cm/s")
+                    .with("dives", Mark::Points, dives)
+                    .with("climbs", Mark::Points, climbs);
+            Figure { panels: vec![panel], caption: format!("{about}: {error}; points are {BLOCK_S} s means, positive down.") }
+        }
+        Kind::Histogram => {
+            let (edge, bins) = HISTOGRAM_DEG;
+            let alpha: Vec<f64> = c.samples.iter().map(|s| s.alpha_rad.to_degrees()).collect();
+            let shares = histogram(&alpha, -edge, edge, bins).into_iter().map(|(x, share)| (x, 100.0 * share));
+            let panel = Chart::new("Angles of attack flown", "angle of attack of the model, deg", "share of rows per degree, %");
+            let caption = format!("{about}: {} submerged rows; positive in a dive.", c.samples.len());
+            Figure { panels: vec![panel.with("share", Mark::Bars, shares)], caption }
+        }
+        Kind::Flight | Kind::Polar => {
+            let depth = with_gaps(&c.samples, |s| s.depth_m);
+            let deepest = depth.iter().map(|p| p.1).filter(|d| d.is_finite()).fold(1.0, f64::max);
+            let upper =
+                Chart::new("Depth", "time, min", "depth, m").with("measured", Mark::Line, depth).within(None, Some((1.05 * deepest, 0.0)));
+            let lower = Chart::new("Depth rate, positive down", "time, min", "depth rate, cm/s")
+                .with("measured", Mark::Line, with_gaps(&c.samples, |s| 100.0 * s.observed_m_s))
+                .with("model", Mark::Line, with_gaps(&c.samples, |s| 100.0 * s.modelled_m_s));
+            Figure { panels: vec![upper, lower], caption: format!("{about}: {error}; both through the same 21 s filter.") }
+        }
+    })
 }

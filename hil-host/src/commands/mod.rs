@@ -109,7 +109,7 @@ enum Command {
     FetchData(fetch_data::Args),
     /// Closed-loop and discovery scorecards.
     Scorecard(scorecard::Args),
-    /// Plots as SVG or PNG for papers.
+    /// Figures for papers as SVG, or their numbers as csv or JSON.
     Plot(plot::Args),
 }
 

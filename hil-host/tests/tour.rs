@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ lies in the workspace").to_path_buf()
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("hil-host/ lies in the workspace").to_path_buf()
 }
 
 /// The lines of the `sh` blocks, in order, without comments.
@@ -25,33 +25,18 @@ fn commands(page: &str) -> Vec<String> {
     found
 }
 
-/// The program of this build: target/<profile>/glider, built now, so that it is never an old one.
-fn glider() -> PathBuf {
-    let here = std::env::current_exe().expect("the path of this test");
-    let folder = here.parent().and_then(Path::parent).expect("target/<profile>/deps").to_path_buf();
-    let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "-q", "-p", "hil-host", "--bin", "glider"]).current_dir(root());
-    if folder.ends_with("release") {
-        build.arg("--release");
-    }
-    assert!(build.status().expect("cargo runs").success(), "cargo build -p hil-host");
-    let program = folder.join(format!("glider{}", std::env::consts::EXE_SUFFIX));
-    assert!(program.is_file(), "{}", program.display());
-    program
-}
-
 #[test]
 fn every_command_of_the_tour_works_as_printed() {
     let page = std::fs::read_to_string(root().join("docs/tour.md")).expect("docs/tour.md");
     let lines = commands(&page);
     assert!(lines.len() >= 8, "{lines:?}");
-    let program = glider();
+    let program = env!("CARGO_BIN_EXE_glider");
     let work = std::env::temp_dir().join(format!("glider-tour-{}", std::process::id()));
     std::fs::create_dir_all(&work).expect("a temporary folder");
     for line in &lines {
         let mut words = line.split_whitespace();
         assert_eq!(words.next(), Some("glider"), "the tour uses glider alone: {line}");
-        let mut command = Command::new(&program);
+        let mut command = Command::new(program);
         // As printed: no word of the tour is quoted or expanded.
         assert!(!line.contains(['\'', '"', '$', '*', '|', '>']), "{line}");
         command.args(words).current_dir(&work).stdin(Stdio::null());

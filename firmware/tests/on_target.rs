@@ -24,9 +24,10 @@ mod target {
 
     /// Instructions of a control step on average: the aim for each.
     const STEP_MEAN: u32 = 3_000;
-    /// Instructions of the worst control step. The aim of 3,000 is NOT met by
-    /// the worst one; this holds what is reached (0.03 % of a 4 s cycle at 16 MHz).
-    const STEP_WORST: u32 = 5_000;
+    /// Instructions of the worst control step. The aim of 3,000 is NOT met while
+    /// a pitch is searched for: three points of the search take 1,100, in the
+    /// eleven steps after a leg began; all other steps of this flight keep to it.
+    const STEP_WORST: u32 = 4_100;
 
     static FAILED: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
 
@@ -95,7 +96,13 @@ mod target {
         let config = Config::default();
         let (parse, table) = counted(&chip.TIM2, || polar::builtin(Wings::Standard));
         let Ok(table) = table else { process::exit(3) };
-        let mut state = State::new(&config, Mission::default(), Micros(0));
+        // Two legs with different goals: the search for a pitch then also runs in a turn.
+        let mut mission = Mission::default();
+        let leg = mission.legs.first().copied().unwrap_or_default();
+        mission.legs.clear();
+        let _ = mission.legs.push(signals::Leg { dives: 1, ..leg });
+        let _ = mission.legs.push(signals::Leg { dives: 8, goal: signals::Goal::BestRange { hotel_w: 1.0 }, ..leg });
+        let mut state = State::new(&config, mission, Micros(0));
         let mut toy = Toy::START;
         let (mut most, mut sum, mut deepest, mut phases) = (0, 0u32, 0.0f32, 0u32);
         const STEPS: u32 = 900;
@@ -121,7 +128,7 @@ mod target {
         println!("     frame             {n} bytes: encode {}, decode {}", encoding - empty, decoding - empty);
 
         claim("a control step takes 3000 instructions on average", sum / STEPS <= STEP_MEAN);
-        claim("the worst control step takes less than 5000", most <= STEP_WORST);
+        claim("the worst control step takes less than 4100", most <= STEP_WORST);
         claim("the toy glider dived and climbed", deepest > 20.0 && phases & (1 << Phase::Climb as u32) != 0);
         claim("what is encoded is decoded", decoded == Some(Ok(message)));
 

@@ -25,9 +25,28 @@ impl Bound for f32 {
     }
 }
 
+/// Whether all of them are finite: 0 · x is 0 for these and NaN for all others,
+/// so one sum answers for all without a branch.
+#[inline(always)]
+pub(crate) fn all_finite<const N: usize>(numbers: [f32; N]) -> bool {
+    let mut sum = 0.0;
+    for number in numbers {
+        sum += number * 0.0;
+    }
+    sum == 0.0
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Bound;
+    use super::{Bound, all_finite};
+
+    #[test]
+    fn one_number_that_is_not_finite_is_found_among_large_ones() {
+        assert!(all_finite([0.0, -0.0, 1.0, f32::MAX, f32::MIN, 1e-40]));
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert!(!all_finite([1.0, f32::MAX, bad]) && !all_finite([bad, -bad]));
+        }
+    }
 
     #[test]
     fn nan_never_passes() {

@@ -18,7 +18,7 @@
 //! that one step stays cheap.
 
 use crate::angle::{atan, sqrt, tan};
-use crate::bound::Bound;
+use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use polar::Table;
 use signals::{Goal, Leg};
@@ -115,6 +115,9 @@ impl Choice {
             self.begin(config, leg, id);
         }
         let Some(table) = table else { return };
+        if self.next >= GRID {
+            return;
+        }
         let top = (table.best_alpha_rad() * 2.5).at_most(table.alpha_max_rad());
         let buoyancy_n = leg.ballast_m3.at_least(20e-6) * 1025.0 * 9.81;
         for _ in 0..PER_STEP {
@@ -185,7 +188,7 @@ impl Choice {
     }
 
     fn sane(&self) -> bool {
-        self.pitch_rad.is_finite() && self.best_alpha_rad.is_finite() && self.best_pitch_rad.is_finite() && self.flattest_rad.is_finite()
+        all_finite([self.pitch_rad, self.best_alpha_rad, self.best_pitch_rad, self.flattest_rad])
     }
 }
 
@@ -204,7 +207,7 @@ impl Estimate {
     /// One Newton step of |θ| + α = γ(α), warm-started; speed from the depth
     /// rate. Quasi-steady: in a turn the last values fade.
     pub(crate) fn advance(&mut self, table: Option<&Table<'_>>, dt_s: f32, pitch_rad: Option<f32>, rate_m_s: f32, steady_now: bool) {
-        if !(self.alpha_rad.is_finite() && self.speed_m_s.is_finite() && self.gamma_rad.is_finite()) {
+        if !all_finite([self.alpha_rad, self.speed_m_s, self.gamma_rad]) {
             *self = Self::default();
         }
         let (Some(table), Some(pitch)) = (table, pitch_rad) else { return };

@@ -12,7 +12,7 @@
 //! * two depths that disagree by more than 1 m: the deeper one, since it leads
 //!   to ascent.
 
-use crate::bound::Bound;
+use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use signals::{Reading, SensorFrame};
 
@@ -75,7 +75,7 @@ impl Channel {
     }
 
     fn sane(&self) -> bool {
-        self.value_m.is_finite() && self.age_s.is_finite() && self.rejected_m.is_finite() && self.zero_m.abs() <= ZERO_MAX_M
+        all_finite([self.value_m, self.age_s, self.rejected_m]) && self.zero_m.abs() <= ZERO_MAX_M
     }
 }
 
@@ -107,7 +107,7 @@ impl Position {
     }
 
     fn sane(&self) -> bool {
-        self.last.is_finite() && self.age_s.is_finite() && self.rejected.is_finite()
+        all_finite([self.last, self.age_s, self.rejected])
     }
 }
 
@@ -189,7 +189,8 @@ impl Senses {
         self.filter(measured, dt_s);
         // Any winding is taken: differences are wrapped where they are used.
         let angle = -7.0..=13.0;
-        let seen = Seen {
+        let density_kg_m3 = frame.density_kg_m3.accept(990.0..=1060.0, 60_000);
+        let mut seen = Seen {
             dt_s,
             depth_m: self.depth_m,
             measured_m: measured,
@@ -212,8 +213,8 @@ impl Senses {
                 dt_s,
             ),
             fin_rad: frame.fin_rad.accept(-1.0..=1.0, max_age_ms),
-            density_kg_m3: frame.density_kg_m3.accept(990.0..=1060.0, 60_000).unwrap_or(DENSITY_DEFAULT),
-            density_default: frame.density_kg_m3.accept(990.0..=1060.0, 60_000).is_none(),
+            density_kg_m3: density_kg_m3.unwrap_or(DENSITY_DEFAULT),
+            density_default: density_kg_m3.is_none(),
             altitude_m: frame.altitude_m.accept(0.3..=100.0, max_age_ms),
             afloat,
             fix: frame.surface.gps_fix,
@@ -222,18 +223,16 @@ impl Senses {
             refused: false,
         };
         let missing = |r: Reading| matches!(r, Reading::Missing);
-        Seen {
-            silent: [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms))
-                && !afloat,
-            refused: (!missing(frame.depth_m) && a.is_none())
-                || (!missing(frame.depth2_m) && b.is_none())
-                || (!missing(frame.pitch_rad) && seen.pitch_rad.is_none())
-                || (!missing(frame.heading_rad) && seen.heading_rad.is_none())
-                || (!missing(frame.ballast_m3) && seen.ballast_m3.is_none())
-                || (!missing(frame.battery_mass_m) && seen.battery_m.is_none())
-                || (!missing(frame.density_kg_m3) && seen.density_default),
-            ..seen
-        }
+        seen.silent =
+            [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms)) && !afloat;
+        seen.refused = (!missing(frame.depth_m) && a.is_none())
+            || (!missing(frame.depth2_m) && b.is_none())
+            || (!missing(frame.pitch_rad) && seen.pitch_rad.is_none())
+            || (!missing(frame.heading_rad) && seen.heading_rad.is_none())
+            || (!missing(frame.ballast_m3) && seen.ballast_m3.is_none())
+            || (!missing(frame.battery_mass_m) && seen.battery_m.is_none())
+            || (!missing(frame.density_kg_m3) && seen.density_default);
+        seen
     }
 
     /// Critically damped α-β filter: no lag at constant rate.
@@ -268,9 +267,8 @@ impl Senses {
             && self.second.sane()
             && self.ballast.sane()
             && self.battery.sane()
-            && self.depth_m.is_finite()
             && self.rate_m_s.abs() <= GATE_M_S
-            && self.depth_age_s.is_finite()
+            && all_finite([self.depth_m, self.depth_age_s])
     }
 }
 

@@ -125,12 +125,26 @@ impl<'a> Table<'a> {
         // Saturating: position is finite and within 0..=last.
         let left = (position as i32).min(i32::from(self.last) - 2).max(0);
         let t = position - left as f32;
-        let (a, b, c, d) = (self.sample(left - 1), self.sample(left), self.sample(left + 1), self.sample(left + 2));
+        let [a, b, c, d] = self.four(left);
         let (wa, wb) = (-t * (t - 1.0) * (t - 2.0) * (1.0 / 6.0), 0.5 * (t + 1.0) * (t - 1.0) * (t - 2.0));
         let (wc, wd) = (-0.5 * (t + 1.0) * t * (t - 2.0), (t + 1.0) * t * (t - 1.0) * (1.0 / 6.0));
         let cl = wa * a.cl + wb * b.cl + wc * c.cl + wd * d.cl;
         let cd = wa * a.cd + wb * b.cd + wc * c.cd + wd * d.cd;
         Coefficients { cl: sign * cl, cd }
+    }
+
+    /// Grid points `left` − 1 .. `left` + 2: in one piece but at the mirror.
+    fn four(&self, left: i32) -> [Sample; 4] {
+        let first = (left.unsigned_abs() as usize).saturating_sub(1);
+        let piece = self.bytes.get(HEADER + POINT * first..).and_then(|b| b.first_chunk::<{ 4 * POINT }>());
+        if let (Some(piece), true) = (piece, left > 0) {
+            let (words, _) = piece.as_chunks::<4>();
+            if let &[a, b, c, d, e, f, g, h] = words {
+                let point = |cl, cd| Sample { cl: f32::from_le_bytes(cl), cd: f32::from_le_bytes(cd) };
+                return [point(a, b), point(c, d), point(e, f), point(g, h)];
+            }
+        }
+        [self.sample(left - 1), self.sample(left), self.sample(left + 1), self.sample(left + 2)]
     }
 
     /// Grid point `i`; negative `i` mirrors (C_L odd, C_D even).

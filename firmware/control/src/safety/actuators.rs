@@ -8,7 +8,7 @@
 
 use super::{Verdict, Watch};
 use crate::angle::wrap;
-use crate::bound::Bound;
+use crate::bound::{Bound, all_finite};
 use signals::{Abort, Flags};
 
 /// Pump error that is left alone, m³: a few times the dead-band of real pumps.
@@ -49,7 +49,7 @@ struct Follower {
 impl Follower {
     /// Time without way towards `target`, s, and how much farther off than the nearest it has come.
     fn watch(&mut self, target: f32, at: f32, near: f32, way: f32, dt_s: f32) -> (f32, f32) {
-        let sane = self.target.is_finite() && self.mark.is_finite() && self.nearest.is_finite() && self.still_s.is_finite();
+        let sane = all_finite([self.target, self.mark, self.nearest, self.still_s]);
         let off = (target - at).abs();
         if !sane || (target - self.target).abs() > near || off < near {
             *self = Self { target, mark: at, nearest: off, still_s: 0.0 };
@@ -94,7 +94,7 @@ impl ActuatorWatch {
             self.swept_rad,
             self.last_heading_rad,
         ];
-        if !all.into_iter().all(f32::is_finite) {
+        if !all_finite(all) {
             *self = Self::default();
         }
         self.watch_pump(w, v);

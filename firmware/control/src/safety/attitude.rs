@@ -5,7 +5,7 @@
 //! pump, wanted pitch and depth rate for long is flipped.
 
 use super::{Verdict, Watch};
-use crate::bound::Bound;
+use crate::bound::{Bound, all_finite};
 use signals::{Abort, Flags, Phase};
 
 /// Without believable pitch: abort after this, s.
@@ -34,7 +34,7 @@ impl AttitudeWatch {
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
         let all =
             [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.wanted_low_rad, self.wanted_high_rad, self.heading_lost_s];
-        if !all.into_iter().all(f32::is_finite) {
+        if !all_finite(all) {
             *self = Self::default();
         }
         let dt = w.seen.dt_s;

@@ -1,7 +1,7 @@
 //! Depth: too deep, unknown, contradictory, or not moving though it must.
 
 use super::{Verdict, Watch};
-use crate::bound::Bound;
+use crate::bound::{Bound, all_finite};
 use signals::{Abort, Flags, Phase};
 
 /// Without a depth: climb after this, s — a cycle and a second, so that one lost reading changes nothing.
@@ -32,7 +32,7 @@ pub(super) struct DepthWatch {
 
 impl DepthWatch {
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        if ![self.apart_s, self.silent_s, self.still_s, self.expected_m, self.low_m, self.high_m].into_iter().all(f32::is_finite) {
+        if !all_finite([self.apart_s, self.silent_s, self.still_s, self.expected_m, self.low_m, self.high_m]) {
             *self = Self::default();
         }
         let seen = w.seen;

@@ -13,7 +13,7 @@
 //! evidence of buoyancy, min_burn without.
 
 use super::Watch;
-use crate::bound::Bound;
+use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use signals::{Abort, Weight};
 
@@ -81,7 +81,7 @@ impl Release {
 
     /// Whether the release is to be on in this cycle.
     pub(crate) fn fire(&mut self, w: &Watch<'_>, abort: Option<Abort>) -> bool {
-        if !(self.firing_s.is_finite() && self.not_rising_s.is_finite() && self.mark_m.is_finite()) {
+        if !all_finite([self.firing_s, self.not_rising_s, self.mark_m]) {
             *self = Self { fired: self.fired, ..Self::default() };
         }
         let dt = w.seen.dt_s;

@@ -62,7 +62,7 @@ fn usual_sign(effect: &str) -> f64 {
     }
 }
 
-/// Prior of an effect's size, integrated against the normal posterior N(value, sigma): ln E[p].
+/// Prior of an effect's size, integrated against the normal posterior N(value, sigma): `ln E[p]`.
 #[must_use]
 pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma: f64) -> f64 {
     let p = &effect.parameters()[0];

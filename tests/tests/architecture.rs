@@ -12,6 +12,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("store", &["signals"]),
     ("devices", &["signals"]),
     ("helm", &["signals", "polar", "control", "store"]),
+    ("audit", &[]),
     ("firmware", &["signals", "polar", "control", "helm", "devices", "store"]),
     ("hydro", &[]),
     ("plant", &["signals"]),

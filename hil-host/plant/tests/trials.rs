@@ -20,6 +20,14 @@ fn errors(case: &Case) -> (f64, f64, f64) {
     (block_error(&nominal), block_error(&after), floor(&nominal))
 }
 
+/// Equal as numbers: `5e-5` and `0.00005` are one value, however a JSON library keeps them.
+fn same(a: &serde_json::Value, b: &serde_json::Value) -> bool {
+    match (a.as_object(), b.as_object()) {
+        (Some(a), Some(b)) => a.len() == b.len() && a.iter().all(|(k, v)| b.get(k).is_some_and(|w| same(v, w))),
+        _ => a == b || a.as_f64().is_some_and(|x| b.as_f64() == Some(x)),
+    }
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     let spec = clean(Site::Lake, Wing::Standard);
@@ -56,7 +64,7 @@ fn example(name: &str) -> Option<(Nominal, Vec<Row>)> {
         "tolerance_1sigma",
         "pitch",
     ] {
-        assert_eq!(document[key], v[key], "{name} {key}");
+        assert!(same(&document[key], &v[key]), "{name} {key}: {} is not {}", document[key], v[key]);
     }
     nominal.check = [2, 6];
     let header: Vec<&str> = text.lines().next().expect("header").split(',').collect();

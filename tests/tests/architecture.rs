@@ -80,6 +80,18 @@ fn rooms_see_only_what_the_design_allows() {
 }
 
 #[test]
+fn cargo_run_at_the_root_means_glider() {
+    let metadata = metadata();
+    let default = metadata["workspace_default_members"].as_array().expect("default members");
+    let mut programs = Vec::new();
+    for package in metadata["packages"].as_array().expect("packages").iter().filter(|p| default.contains(&p["id"])) {
+        let targets = package["targets"].as_array().expect("targets").iter();
+        programs.extend(targets.filter(|t| t["kind"] == serde_json::json!(["bin"])).map(|t| t["name"].clone()));
+    }
+    assert_eq!(programs, ["glider"], "a second program among the default members makes `cargo run` ambiguous");
+}
+
+#[test]
 fn a_forbidden_edge_is_found() {
     let edges = BTreeMap::from([("control".to_owned(), BTreeSet::from(["hydro".to_owned(), "polar".to_owned()]))]);
     assert_eq!(forbidden(&edges), ["control must not see hydro"]);

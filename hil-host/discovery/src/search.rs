@@ -385,13 +385,19 @@ fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec
 
 /// Chi² per innovation of the calibrated nominal model from which fits start from several values.
 const FAR_OFF: f64 = 2.5;
-/// Fits the calibration alone, and the calibration with these effects.
-#[must_use]
-pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fit) {
+/// Nothing missing: the calibration fitted twice, the second time with signatures taken at the first fit.
+fn calibrated(problem: &Problem) -> (Jacobian, Fit) {
     let nominal = Jacobian::new(problem, &State::nominal());
     let first = fit(problem, &nominal, &State::nominal(), 0.01, Effort { iterations: 3, renew: false });
     let jacobian = Jacobian::new(problem, &first.state);
     let null = fit(problem, &jacobian, &first.state, 0.01, Effort { iterations: 2, renew: false });
+    (jacobian, null)
+}
+
+/// Fits the calibration alone, and the calibration with these effects.
+#[must_use]
+pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fit) {
+    let (jacobian, null) = calibrated(problem);
     let null_evidence = log_evidence(problem, &null);
     let waves = if effects.iter().any(|e| e.name() == WAVE) { wave_library(problem) } else { Vec::new() };
     let screen = Screen { problem, jacobian, null: null.clone(), null_evidence, waves };
@@ -423,10 +429,7 @@ const WAVE_HANDICAP: f64 = 6.0;
 #[must_use]
 pub fn search(problem: &Problem, tick: &dyn Fn(&str, f64)) -> Found {
     tick("calibration", 0.05);
-    let nominal = Jacobian::new(problem, &State::nominal());
-    let first = fit(problem, &nominal, &State::nominal(), 0.01, Effort { iterations: 3, renew: false });
-    let jacobian = Jacobian::new(problem, &first.state);
-    let null = fit(problem, &jacobian, &first.state, 0.01, Effort { iterations: 2, renew: false });
+    let (jacobian, null) = calibrated(problem);
     let null_evidence = log_evidence(problem, &null);
     let waves = wave_library(problem);
     let screen = Screen { problem, jacobian, null, null_evidence, waves };

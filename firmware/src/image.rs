@@ -43,10 +43,10 @@ fn main() -> ! {
     let mark = helm.storage().open(Spi::open(chip.SPI2));
     let mut watchdog = Watchdog::start(chip.IWDG);
     let found = last_words::read();
-    let mut words = found.unwrap_or(LastWords { in_mission: false, own_sensors: false, cause: Cause::Unknown, resets: 0 });
+    let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, cause: Cause::Unknown, resets: 0 });
     // Either record is enough: after a power cut the RAM knows nothing, a broken flash never.
-    if let (false, Some(marked @ (Mark::Host | Mark::Sensors))) = (words.in_mission, mark) {
-        (words.in_mission, words.own_sensors) = (true, marked == Mark::Sensors);
+    if let (false, Some(marked)) = (words.mark.in_mission(), mark) {
+        words.mark = marked;
     }
     defmt::info!(
         "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz",
@@ -58,19 +58,25 @@ fn main() -> ! {
         tick_hz
     );
     match mark {
-        Some(mark) => defmt::info!("log flash: mark {=u8}", mark as u8),
+        Some(mark) => defmt::info!("log flash: mark {=u8}", mark.0),
         None => defmt::warn!("no log flash: uploads stay in RAM, no flight log"),
     }
     if found.is_some() {
         words.resets = words.resets.saturating_add(1);
-        defmt::warn!("reset number {=u32}, cause {}, in mission {=bool}", words.resets, words.cause, words.in_mission);
+        defmt::warn!("reset number {=u32}, cause {}, mark {=u8}", words.resets, words.cause, words.mark.0);
     }
-    let seat = match (words.in_mission, words.own_sensors) {
+    let seat = match (words.mark.in_mission(), words.mark.own_sensors()) {
         (false, _) => Seat::Open,
         (true, false) => Seat::Host,
         (true, true) => Seat::Sensors,
     };
-    let boot = Boot { reset_during_mission: words.in_mission, boots: words.resets, firmware: FIRMWARE, seat };
+    let boot = Boot {
+        reset_during_mission: words.mark.in_mission(),
+        first_cause: words.mark.first_cause(),
+        boots: words.resets,
+        firmware: FIRMWARE,
+        seat,
+    };
     words.cause = Cause::Unknown;
     last_words::write(words);
     helm.booted(boot);
@@ -90,7 +96,7 @@ fn main() -> ! {
             let Some(answer) = helm.byte(byte) else { continue };
             heard_ms = clock::now_ms();
             // First write down that a mission is on, then answer: a reset in between is SAFE.
-            remember(&mut words, helm.mission_in_progress(), helm.seat() == Seat::Sensors);
+            remember(&mut words, helm.mark());
             helm.keep_mark();
             if let Ok(n) = encode(&answer, &mut wire) {
                 line.send(wire.get(..n).unwrap_or_default());
@@ -125,7 +131,7 @@ fn main() -> ! {
                 stepped_ms = now_ms;
                 let frame = own.measure(now_ms, since as f32 * 1e-3);
                 if let Some(answer) = helm.cycle(&frame) {
-                    remember(&mut words, helm.mission_in_progress(), true);
+                    remember(&mut words, helm.mark());
                     helm.keep_mark();
                     own.command(answer.command);
                     tell(&ToHost::Answer(answer), &mut told);
@@ -140,6 +146,7 @@ fn main() -> ! {
             }
         }
         if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(heard_ms))) {
+            remember(&mut words, helm.mark());
             tell(&ToHost::Answer(answer), &mut told);
         }
         // Reached only by a loop that really polls and steps.
@@ -151,8 +158,8 @@ fn main() -> ! {
 }
 
 /// Keeps the record of the mission in step.
-fn remember(words: &mut LastWords, in_mission: bool, own_sensors: bool) {
-    let next = LastWords { in_mission, own_sensors, ..*words };
+fn remember(words: &mut LastWords, mark: Mark) {
+    let next = LastWords { mark, ..*words };
     if next != *words {
         *words = next;
         last_words::write(next);

@@ -6,7 +6,7 @@
 //!
 //! | rule | fires when |
 //! |---|---|
-//! | deep | the deeper raw depth beyond working depth + 10 m, in three frames running |
+//! | deep | every raw depth beyond working depth + 10 m in three frames running, or the deeper one in nine |
 //! | leak | alarm in five frames running, or for 20 s |
 //! | silence | no finite depth from either sensor for 30 s |
 //! | time | mission time + 10 min passed |
@@ -66,7 +66,8 @@ impl Backup {
         match depths {
             Some((deeper, shallower)) => {
                 self.deaf_ms = 0;
-                self.deep_frames = if deeper > limits.deep_cm { self.deep_frames.saturating_add(1) } else { 0 };
+                let weight = if shallower > limits.deep_cm { 3 } else { 1 };
+                self.deep_frames = if deeper > limits.deep_cm { self.deep_frames.saturating_add(weight) } else { 0 };
                 self.burn_frames = if shallower > limits.burn_cm { self.burn_frames.saturating_add(1) } else { 0 };
             }
             None => self.deaf_ms = self.deaf_ms.saturating_add(passed),
@@ -81,7 +82,7 @@ impl Backup {
             self.leak_frames = 0;
             self.leak_ms = 0;
         }
-        let cause = if self.deep_frames >= 3 {
+        let cause = if self.deep_frames >= 9 {
             1
         } else if self.leak_frames >= 5 || self.leak_ms >= 20_000 {
             2

@@ -108,11 +108,12 @@ impl State {
         state
     }
 
-    /// Booted after a reset during a mission: SAFE from the first step, for good.
+    /// Booted after a reset during a mission: SAFE from the first step, for good. `first` is the cause latched before
+    /// the reset, [`Abort::Reset`] where there was none.
     #[must_use]
-    pub fn after_reset(_config: &Config) -> Self {
+    pub fn after_reset(first: Abort) -> Self {
         let mut state = Self::fresh(Mission::default());
-        state.abort(Abort::Reset);
+        state.abort(first);
         state
     }
 
@@ -125,6 +126,12 @@ impl State {
     pub fn abort(&mut self, cause: Abort) {
         self.safety.latch(cause);
         self.voyage.stage = Stage::Safe;
+    }
+
+    /// First cause of the abort, once there is one.
+    #[must_use]
+    pub fn first_cause(&self) -> Option<Abort> {
+        self.safety.aborted()
     }
 
     /// Numbers no flight can have written: put right where that is harmless, else come home.
@@ -319,6 +326,8 @@ fn within_range(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
     }
 }
 
+#[cfg(test)]
+mod flooding;
 #[cfg(test)]
 mod laws;
 #[cfg(test)]

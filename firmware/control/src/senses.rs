@@ -29,6 +29,9 @@ const ZERO_MAX_M: f32 = 1.5;
 /// Time constant of the depth filter, s: two cycles of noise averaging, a fifth of the shortest turn.
 const FILTER_S: f32 = 5.0;
 
+/// A sensor not believed for this long is lost, s: seven readings, so that one that comes and goes is kept.
+const UNBACKED_S: f32 = 30.0;
+
 /// One depth sensor behind its gate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Channel {
@@ -126,6 +129,8 @@ pub struct Seen {
     pub depth_age_s: f32,
     /// Both depth sensors answered and differ by more than they may.
     pub depths_disagree: bool,
+    /// Of two depth sensors that have been believed, one has not been for half a minute.
+    pub depth_unbacked: bool,
     /// Pitch, rad.
     pub pitch_rad: Option<f32>,
     /// Roll, rad.
@@ -197,6 +202,7 @@ impl Senses {
             rate_m_s: self.rate_m_s,
             depth_age_s: self.depth_age_s,
             depths_disagree: differ_m > 3.0 + 0.01 * self.depth_m.abs(),
+            depth_unbacked: self.first.seeded && self.second.seeded && self.first.age_s.at_least(self.second.age_s) > UNBACKED_S,
             pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms),
             roll_rad: frame.roll_rad.accept(angle.clone(), max_age_ms),
             heading_rad: frame.heading_rad.accept(angle, max_age_ms),

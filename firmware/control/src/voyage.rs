@@ -171,7 +171,10 @@ impl Voyage {
                     self.begin_climb(clock, seen);
                 }
             }
-            Stage::Climb { since, top, mark_m, mark_since } => self.climb(config, clock, seen, ballast_m3, since, top, mark_m, mark_since),
+            Stage::Climb { since, top, mark_m, mark_since } => {
+                let top = if self.homeward { Top::End } else { top };
+                self.climb(config, clock, seen, ballast_m3, since, top, mark_m, mark_since);
+            }
             Stage::InflectHigh { since, mut turn } => {
                 turn.peak_m = turn.peak_m.at_least(-seen.depth_m);
                 self.stage = Stage::InflectHigh { since, turn };
@@ -207,7 +210,8 @@ impl Voyage {
         mark_m: f32,
         mark_since: Micros,
     ) {
-        let way = (seen.depth_m - mark_m).abs() > WAY_M;
+        // Sinking is no way up.
+        let way = mark_m - seen.depth_m > WAY_M;
         if way {
             self.stage = Stage::Climb { since, top, mark_m: seen.depth_m, mark_since: clock };
         }

@@ -38,6 +38,8 @@ pub enum Seat {
 pub struct Boot {
     /// The last run ended in the middle of a mission: SAFE from the first step.
     pub reset_during_mission: bool,
+    /// Why that mission had been aborted already, if it had.
+    pub first_cause: Option<Abort>,
     /// Boots since first flash; 0 when not counted.
     pub boots: u32,
     /// Firmware version major, minor, patch.
@@ -48,7 +50,7 @@ pub struct Boot {
 
 impl Boot {
     /// A first boot: nothing known, frames from the host.
-    pub const NEW: Self = Self { reset_during_mission: false, boots: 0, firmware: [0; 3], seat: Seat::Host };
+    pub const NEW: Self = Self { reset_during_mission: false, first_cause: None, boots: 0, firmware: [0; 3], seat: Seat::Host };
 }
 
 /// What is being done.
@@ -138,7 +140,7 @@ impl<S: Storage> Helm<S> {
     fn come_up_safe(&mut self) {
         let config = objects::select_config(&mut self.storage, &self.built_in);
         self.take_table();
-        self.activity = Activity::Flying { state: State::after_reset(&config), phase: Phase::Safe };
+        self.activity = Activity::Flying { state: State::after_reset(self.boot.first_cause.unwrap_or(Abort::Reset)), phase: Phase::Safe };
         self.loaded = Some(config);
     }
 
@@ -208,15 +210,24 @@ impl<S: Storage> Helm<S> {
         self.waking || matches!(&self.activity, Activity::Flying { phase, .. } if *phase != Phase::Done)
     }
 
+    /// What a reset must find again.
+    #[must_use]
+    pub fn mark(&self) -> Mark {
+        if !self.mission_in_progress() {
+            return Mark::NONE;
+        }
+        let first_cause = match &self.activity {
+            Activity::Flying { state, .. } => state.first_cause(),
+            Activity::Idle | Activity::Armed { .. } => self.boot.first_cause,
+        };
+        Mark::mission(self.boot.seat == Seat::Sensors, first_cause)
+    }
+
     /// Keeps the mark of the mission in step with what is being done. Call it
     /// before anything that was answered leaves the board: then no command of
     /// a mission is ever out without its mark.
     pub fn keep_mark(&mut self) {
-        let mark = match (self.mission_in_progress(), self.boot.seat) {
-            (false, _) => Mark::None,
-            (true, Seat::Sensors) => Mark::Sensors,
-            (true, Seat::Open | Seat::Host) => Mark::Host,
-        };
+        let mark = self.mark();
         self.storage.mark(mark);
     }
 

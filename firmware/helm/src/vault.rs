@@ -12,7 +12,7 @@
 
 use crate::storage::{Content, Kept, OBJECTS, RamStorage, Storage, place};
 use embedded_storage::nor_flash::NorFlash;
-use signals::{Answer, Object, Refusal, SensorFrame};
+use signals::{Abort, Answer, Object, Refusal, SensorFrame};
 use store::ring::{MAX_ENTRY, NOTE};
 use store::{Ring, Slots};
 
@@ -20,27 +20,46 @@ use store::{Ring, Slots};
 /// (postcard), so that every decision of a flight can be replayed.
 pub const CYCLE: u8 = 1;
 
-/// Whether a mission is under way, and where its frames come from.
+/// Whether a mission is under way, where its frames come from, and why it was aborted: one byte.
+///
+/// ```text
+/// bits 0..2   0 no mission, 1 on frames from the host, else on the vehicle's own sensors
+/// bits 2..8   0 no abort, else the number of its first cause + 1
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Mark {
-    /// None.
-    #[default]
-    None = 0,
-    /// Flown on frames from the host.
-    Host = 1,
-    /// Flown on the vehicle's own sensors.
-    Sensors = 2,
-}
+pub struct Mark(pub u8);
 
 impl Mark {
-    /// Anything that is not one of the others means a mission: rather SAFE once too often.
-    const fn of(note: u8) -> Self {
-        match note {
-            0 => Self::None,
-            1 => Self::Host,
-            _ => Self::Sensors,
-        }
+    /// No mission under way.
+    pub const NONE: Self = Self(0);
+
+    /// A mission under way.
+    #[must_use]
+    pub const fn mission(own_sensors: bool, first_cause: Option<Abort>) -> Self {
+        let cause = match first_cause {
+            Some(cause) => (cause as u8).wrapping_add(1),
+            None => 0,
+        };
+        Self((cause << 2) | if own_sensors { 2 } else { 1 })
+    }
+
+    /// Anything but zero means a mission: rather SAFE once too often.
+    #[must_use]
+    pub const fn in_mission(self) -> bool {
+        self.0 != 0
+    }
+
+    /// Flown on the vehicle's own sensors.
+    #[must_use]
+    pub const fn own_sensors(self) -> bool {
+        self.0 & 3 != 1
+    }
+
+    /// Why the mission was aborted; none: it was not, or the number means nothing.
+    #[must_use]
+    pub fn first_cause(self) -> Option<Abort> {
+        let number = (self.0 >> 2).checked_sub(1)?;
+        postcard::from_bytes(&[number]).ok()
     }
 }
 
@@ -64,17 +83,17 @@ impl<F: NorFlash> Vault<F> {
     /// Without a part: all in RAM.
     #[must_use]
     pub const fn new() -> Self {
-        Self { part: None, ring: None, ram: RamStorage::new(), mark: Mark::None, lost: false, failed: 0 }
+        Self { part: None, ring: None, ram: RamStorage::new(), mark: Mark::NONE, lost: false, failed: 0 }
     }
 
     /// Takes the part into use; returns the mark found on it. A part without a
-    /// readable log gives [`Mark::None`] and a lost log.
+    /// readable log gives [`Mark::NONE`] and a lost log.
     pub fn attach(&mut self, part: F) -> Mark {
         let mut slots = Slots::new(part);
         self.ring = Ring::mount(slots.flash(), Slots::<F, OBJECTS>::SPAN).ok();
         self.lost = self.ring.is_none();
         self.part = Some(slots);
-        self.mark = self.ring.as_ref().map_or(Mark::None, |ring| Mark::of(ring.note()));
+        self.mark = self.ring.as_ref().map_or(Mark::NONE, |ring| Mark(ring.note()));
         self.mark
     }
 
@@ -146,7 +165,7 @@ impl<F: NorFlash> Storage for Vault<F> {
 
     #[inline(never)]
     fn mark(&mut self, mark: Mark) {
-        if mark != self.mark && self.write(NOTE, &[mark as u8], 2) {
+        if mark != self.mark && self.write(NOTE, &[mark.0], 2) {
             self.mark = mark;
         }
     }

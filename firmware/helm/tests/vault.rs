@@ -122,7 +122,7 @@ fn loaded(vault: &mut Vault<Part>) -> Option<Vec<u8>> {
 /// Boots as the board does: the mark on flash says whether a mission was under way.
 fn boot(part: &Part) -> (Helm<Vault<Part>>, Mark) {
     let (vault, mark) = vault(part);
-    let boot = Boot { reset_during_mission: mark != Mark::None, seat: Seat::Host, ..Boot::default() };
+    let boot = Boot { reset_during_mission: mark.in_mission(), first_cause: mark.first_cause(), seat: Seat::Host, ..Boot::default() };
     (Helm::new(Config::default(), boot, vault), mark)
 }
 
@@ -163,7 +163,7 @@ fn a_part_that_keeps_nothing_or_breaks_gives_way_to_ram_and_says_so() {
     let part = Part::new();
     part.0.borrow_mut().deaf = true;
     let (mut v, mark) = vault(&part);
-    assert_eq!(mark, Mark::None);
+    assert_eq!(mark, Mark::NONE);
     assert_eq!(v.save(Object::Mission, &[7]), Ok(Kept::UntilReset));
     assert_eq!(loaded(&mut v), Some(vec![7]));
 
@@ -218,7 +218,7 @@ fn until_the_cut(part: &Part) -> (bool, bool) {
 fn a_cut_at_any_byte_of_a_mission_boots_safe_if_a_command_was_out() {
     let whole = Part::new();
     assert_eq!(until_the_cut(&whole), (true, true));
-    assert_eq!(boot(&whole).1, Mark::None, "the mission is over");
+    assert_eq!(boot(&whole).1, Mark::NONE, "the mission is over");
     let operations = whole.0.borrow().done;
     assert!(operations > 1000, "{operations}");
     let mut safe = 0;
@@ -228,20 +228,20 @@ fn a_cut_at_any_byte_of_a_mission_boots_safe_if_a_command_was_out() {
         let (commanded, ended) = until_the_cut(&part);
         part.0.borrow_mut().left = None;
         let (mut helm, mark) = boot(&part);
-        if mark == Mark::None {
+        if mark == Mark::NONE {
             // Either nothing was out yet, or the very last operations were those of clearing the mark.
             assert!(!commanded || ended || cut + 10 > operations, "cut at {cut}");
             continue;
         }
         safe += 1;
         let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame(40))) else { panic!("no answer, cut at {cut}") };
-        assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, Some(Abort::Reset)), "cut at {cut}");
+        assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, mark.first_cause().or(Some(Abort::Reset))), "cut at {cut}");
         assert!(answer.command.ballast_m3 > 0.0);
         assert!(matches!(begin(&mut helm), Some(ToHost::Refused(_))), "no dive after it, cut at {cut}");
         let calm = SensorFrame { depth_m: Reading::now(0.1), ..frame(41) };
         ask(&mut helm, ToBoard::Sensor(calm));
         assert_eq!(ask(&mut helm, ToBoard::Recovered), Some(ToHost::Done { crc: 0 }), "cut at {cut}");
-        assert_eq!(boot(&part).1, Mark::None, "recovered clears it, cut at {cut}");
+        assert_eq!(boot(&part).1, Mark::NONE, "recovered clears it, cut at {cut}");
     }
     assert!(safe > operations / 2, "{safe} of {operations}");
 }
@@ -311,5 +311,39 @@ fn a_log_that_fails_is_flagged_and_the_flight_goes_on() {
     let part = Part::new();
     assert_eq!(flight_with_a_failing_log(&part, 30), (11..40).collect::<Vec<_>>());
     assert_eq!(seqs(&part), (1..10).collect::<Vec<_>>());
-    assert_ne!(boot(&part).1, Mark::None, "the mark of the mission is still there");
+    assert_ne!(boot(&part).1, Mark::NONE, "the mark of the mission is still there");
+}
+
+#[test]
+fn the_first_cause_survives_a_reset_and_every_mark_is_read_back() {
+    let part = Part::new();
+    let (mut helm, _) = boot(&part);
+    ask(&mut helm, ToBoard::Hello { nonce: 1 });
+    ask(&mut helm, ToBoard::Begin(Mission::default()));
+    ask(&mut helm, ToBoard::Sensor(frame(1)));
+    let leak = SensorFrame { leak: signals::Switch::Alarm, ..frame(2) };
+    let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(leak)) else { panic!("no answer") };
+    assert_eq!(answer.trace.abort, Some(Abort::Leak));
+    drop(helm);
+    let (mut helm, mark) = boot(&part);
+    assert_eq!(mark, Mark::mission(false, Some(Abort::Leak)));
+    let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame(3))) else { panic!("no answer") };
+    assert_eq!((answer.trace.phase, answer.trace.abort), (signals::Phase::Safe, Some(Abort::Leak)));
+
+    for own in [false, true] {
+        assert_eq!(Mark::mission(own, None).first_cause(), None);
+        for note in 0..=255u8 {
+            let mark = Mark(note);
+            assert_eq!(mark.in_mission(), note != 0);
+            if let Some(cause) = mark.first_cause() {
+                let again = Mark::mission(own, Some(cause));
+                assert_eq!((again.first_cause(), again.own_sensors(), again.in_mission()), (Some(cause), own, true));
+            }
+        }
+    }
+    assert_eq!(
+        (0..=255).filter(|n| n & 3 == 1 && Mark(*n).first_cause().is_some()).count(),
+        Abort::Bottom as usize + 1,
+        "every cause is kept"
+    );
 }

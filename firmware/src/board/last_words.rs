@@ -8,6 +8,7 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use helm::Mark;
 use signals::link::CRC32;
 
 /// Why the chip was reset by its own software.
@@ -29,17 +30,15 @@ pub enum Cause {
 /// What is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LastWords {
-    /// A mission was under way.
-    pub in_mission: bool,
-    /// It was flown on the vehicle's own sensors.
-    pub own_sensors: bool,
+    /// The mission under way, if there was one.
+    pub mark: Mark,
     /// Why the reset.
     pub cause: Cause,
     /// Resets since power-up.
     pub resets: u32,
 }
 
-const WORDS: usize = 5;
+const WORDS: usize = 4;
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
@@ -48,8 +47,8 @@ static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
 pub fn read() -> Option<LastWords> {
     // SAFETY: any bits are valid u32s; one thread, no reference escapes.
     let words = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<[u32; WORDS]>()) };
-    let [in_mission, own_sensors, cause, resets, crc] = words;
-    if crc != checksum([in_mission, own_sensors, cause, resets]) || in_mission > 1 || own_sensors > 1 {
+    let [mark, cause, resets, crc] = words;
+    if crc != checksum([mark, cause, resets]) {
         return None;
     }
     let cause = match cause {
@@ -59,15 +58,15 @@ pub fn read() -> Option<LastWords> {
         4 => Cause::Interrupt,
         _ => Cause::Unknown,
     };
-    Some(LastWords { in_mission: in_mission == 1, own_sensors: own_sensors == 1, cause, resets })
+    Some(LastWords { mark: Mark(mark as u8), cause, resets })
 }
 
 /// Leaves a record for the next run.
 pub fn write(words: LastWords) {
-    let body = [u32::from(words.in_mission), u32::from(words.own_sensors), words.cause as u32, words.resets];
-    let [a, b, c, d] = body;
+    let body = [u32::from(words.mark.0), words.cause as u32, words.resets];
+    let [a, b, c] = body;
     // SAFETY: one thread writes; handlers that write never return.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, d, checksum(body)]) };
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, checksum(body)]) };
 }
 
 /// Notes why, keeps the rest, and resets the chip.
@@ -78,7 +77,7 @@ pub fn reset(cause: Cause) -> ! {
     SCB::sys_reset()
 }
 
-fn checksum(words: [u32; 4]) -> u32 {
+fn checksum(words: [u32; 3]) -> u32 {
     let mut digest = CRC32.digest();
     for word in words {
         digest.update(&word.to_le_bytes());

@@ -18,6 +18,8 @@ pub enum Expect {
     Abort(&'static [Abort], f64),
     /// The mission goes on: no abort.
     Mission,
+    /// No later than this many seconds the vehicle has turned for the surface, aborted or not.
+    Home(f64),
     /// Either is right.
     Either,
 }
@@ -47,6 +49,8 @@ pub fn expect(fault: &Fault, water: Water) -> Expect {
         (T::LeakDetector, K::Stuck) => Expect::Mission,
         (T::Depth, K::Spike | K::Intermittent) => Expect::Mission,
         (T::Sea, K::Current | K::Upwelling) => Expect::Mission,
+        // One of two depth sensors is gone for good (30 s): nothing is left behind the other one. A dwell of 8 s in the new dive.
+        (T::Depth | T::Depth2, K::Off | K::Nan | K::Inf | K::Sentinel) if in_water => Expect::Home(30.0 + 12.0),
         // The vehicle is in danger or blind.
         (T::LeakDetector, K::Alarm) => Expect::Abort(&[Leak], 12.0),
         (T::Hull, K::Leak) => Expect::Abort(&[Leak], 24.0),
@@ -55,7 +59,7 @@ pub fn expect(fault: &Fault, water: Water) -> Expect {
         (T::Power, K::Undervoltage) => Expect::Abort(&[Undervoltage], 60.0),
         (T::Power, K::LowCharge) => Expect::Abort(&[LowCharge], 60.0),
         (T::Power, K::BrownOut) => Expect::Abort(&[Reset], 8.0),
-        // The second sensor takes over a main one that is silent or absurd; one that lies must be found out.
+        // A lie must be found out; what is silent or absurd is above.
         (T::Depth, K::Stuck) if in_water => Expect::Abort(&[StuckDepth, SensorDepth], 60.0 + 4.0 + turning_s),
         (T::Pitch, K::Off | K::Nan | K::Inf | K::Sentinel) if in_water => Expect::Abort(&[SensorPitch], 60.0 + 12.0),
         (T::Pump, K::Stuck) if in_water => {
@@ -68,7 +72,7 @@ pub fn expect(fault: &Fault, water: Water) -> Expect {
     };
     match rule {
         // A fault that is over before the bound need not be seen.
-        Expect::Abort(_, bound) if fault.duration_s.is_some_and(|d| d < bound) => Expect::Either,
+        Expect::Abort(_, bound) | Expect::Home(bound) if fault.duration_s.is_some_and(|d| d < bound) => Expect::Either,
         rule => rule,
     }
 }

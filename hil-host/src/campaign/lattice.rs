@@ -101,32 +101,6 @@ impl Case {
         Self { faults: Vec::new(), line: None, ..self.clone() }
     }
 
-    /// Whether the vehicle has any means of ascent left: pump out, and drop weight, against what pulls it down (N).
-    /// Where not, no controller can bring it home, and the case says nothing of this one.
-    #[must_use]
-    pub fn can_rise(&self) -> bool {
-        const G: f64 = 9.81;
-        let has = |t: Target, k: Kind| self.faults.iter().any(|f| f.target == t && f.kind == k);
-        let pump_lost = has(Target::Pump, Kind::Stuck) || has(Target::Pump, Kind::Runaway);
-        let pump_n = 230e-6 * 1000.0 * G;
-        let mut up_n = if pump_lost { -pump_n } else { pump_n };
-        if !has(Target::Release, Kind::Stuck) {
-            up_n += 0.45 * G;
-        }
-        for f in &self.faults {
-            up_n -= match (f.target, f.kind) {
-                (Target::Vehicle, Kind::Dragged) => f.size,
-                (Target::Vehicle, Kind::Trim) => f.size * 1e-3 * G,
-                // A vehicle of 52 litres in water lighter by `size`.
-                (Target::Sea, Kind::Lens) => -f.size * 0.052 * G,
-                // What comes in over the ten minutes of an ascent.
-                (Target::Hull, Kind::Leak) => f.size * 1e-3 * 10.0 * G,
-                _ => 0.0,
-            };
-        }
-        up_n > 0.3
-    }
-
     /// One line for tables: faults as `glider fly --fault` takes them.
     #[must_use]
     pub fn name(&self) -> String {
@@ -211,15 +185,5 @@ mod tests {
             phases.insert((c.faults[0].phase, c.faults[1].phase));
         });
         assert_eq!(phases.len(), 36, "pairs start in every combination of phases");
-    }
-
-    #[test]
-    fn a_vehicle_without_pump_and_weight_is_not_expected_home() {
-        let fault = |t, k| Fault::new(t, k).unwrap();
-        let case = |faults| Case { water: Water::Shallow, wings: Wings::Standard, seed: 0, faults, line: None };
-        assert!(case(vec![]).can_rise());
-        assert!(case(vec![fault(Target::Pump, Kind::Stuck)]).can_rise());
-        assert!(case(vec![fault(Target::Release, Kind::Stuck)]).can_rise());
-        assert!(!case(vec![fault(Target::Pump, Kind::Stuck), fault(Target::Release, Kind::Stuck)]).can_rise());
     }
 }

@@ -6,8 +6,14 @@
 //! finite and in range; the first cause of an abort is latched and SAFE is
 //! never left. Rules per fault: [`expect`]. A healthy twin with the same noise
 //! must fly its mission without an abort.
+//!
+//! A mission that ends badly is flown again with the ideal reaction
+//! ([`ideal`]). What that saves counts against the controller; what it does
+//! not was beyond pump and weight, is listed apart, and still has to end with
+//! an abort and the weight fired.
 
 pub mod expect;
+pub mod ideal;
 pub mod lattice;
 mod line;
 
@@ -39,8 +45,10 @@ pub struct Verdict {
     pub broken: Vec<&'static str>,
     /// Expectation of the fault not met, in words.
     pub unmet: Option<&'static str>,
-    /// No means of ascent was left: not judged.
+    /// Lost, and lost with the ideal reaction too: physically beyond pump and weight.
     pub hopeless: bool,
+    /// The weight was fired.
+    pub fired: bool,
     /// Hash of the actuator stream.
     pub hash: u64,
 }
@@ -64,7 +72,7 @@ impl Verdict {
         json!({ "case": self.case.name(), "water": format!("{:?}", self.case.water).to_lowercase(),
             "wings": crate::mission_file::wings_name(self.case.wings), "seed": self.case.seed, "end": self.end.to_string(),
             "abort": self.abort.map(|a| format!("{:?}", a.0)), "latency_s": self.abort.map(|a| a.1), "struck": self.struck,
-            "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "hopeless": self.hopeless,
+            "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "beyond_any_controller": self.hopeless, "weight_fired": self.fired,
             "actuator_hash": format!("{:016x}", self.hash) })
     }
 }
@@ -73,13 +81,22 @@ impl Verdict {
 struct Judge<'a> {
     case: &'a Case,
     config: &'a control::Config,
-    onset_s: Option<f64>,
+    /// When each fault began, s.
+    onsets: Vec<Option<f64>>,
     abort: Option<(Abort, f64)>,
     last: Option<Answer>,
+    fired: bool,
+    /// Time after the onset until the vehicle last went down on purpose, s.
+    dived_s: f64,
     broken: Vec<&'static str>,
 }
 
 impl Judge<'_> {
+    /// When the first fault of the case began, s.
+    fn onset_s(&self) -> Option<f64> {
+        self.onsets.first().copied().flatten()
+    }
+
     fn breaks(&mut self, rule: &'static str) {
         if !self.broken.contains(&rule) {
             self.broken.push(rule);
@@ -87,11 +104,10 @@ impl Judge<'_> {
     }
 
     fn see(&mut self, time_s: f64, answer: &Answer) {
-        if let Some(fault) = self.case.faults.first()
-            && self.onset_s.is_none()
-            && fault.phase.is_none_or(|p| p == answer.trace.phase)
-        {
-            self.onset_s = Some(time_s + fault.delay_s);
+        for (fault, onset) in self.case.faults.iter().zip(&mut self.onsets) {
+            if onset.is_none() && fault.phase.is_none_or(|p| p == answer.trace.phase) {
+                *onset = Some(time_s + fault.delay_s);
+            }
         }
         let c = &answer.command;
         let within = |x: f32, limit: f32| x.is_finite() && x.abs() <= limit * 1.0001;
@@ -110,35 +126,56 @@ impl Judge<'_> {
                 self.breaks("SAFE was left");
             }
         }
+        self.fired |= c.drop_weight;
+        if let (Phase::Dive, Some(onset)) = (answer.trace.phase, self.onset_s()) {
+            self.dived_s = self.dived_s.max(time_s - onset);
+        }
         if let (None, Some(cause)) = (self.abort, answer.trace.abort) {
-            self.abort = Some((cause, time_s - self.onset_s.unwrap_or(time_s)));
+            self.abort = Some((cause, time_s - self.onset_s().unwrap_or(time_s)));
         }
         self.last = Some(*answer);
     }
 
-    fn judge(mut self, end: End, max_depth_m: f64, duration_s: f64, hash: u64) -> Verdict {
+    fn judge(mut self, end: End, max_depth_m: f64, duration_s: f64, hash: u64) -> anyhow::Result<Verdict> {
         match end {
             End::Crushed => self.breaks("below crush depth"),
             End::TimeUp => self.breaks("not at the surface in time"),
             End::Done | End::Safe(_) => {}
         }
-        let struck = self.onset_s.is_some_and(|onset| onset < duration_s);
+        let struck = self.onset_s().is_some_and(|onset| onset < duration_s);
         let single = if self.case.faults.len() == 1 { self.case.faults.first() } else { None };
         let unmet = match single.map(|f| expect::expect(f, self.case.water)).filter(|_| struck) {
             None if self.case.faults.is_empty() && self.abort.is_some() => Some("abort without a fault"),
             Some(Expect::Mission) if self.abort.is_some() => Some("abort for a harmless fault"),
+            Some(Expect::Home(bound)) if self.abort.is_none() && self.dived_s > bound + CYCLE_S => Some("did not turn for home"),
             Some(Expect::Abort(causes, bound)) => match self.abort {
                 // Onset and answer are a cycle apart at the closest.
                 Some((cause, after)) if causes.contains(&cause) => (after > bound + CYCLE_S).then_some("abort too late"),
                 Some(_) => Some("abort with another cause"),
                 // The mission was over before the bound.
-                None if self.onset_s.is_some_and(|onset| duration_s - onset < bound + CYCLE_S) => None,
+                None if self.onset_s().is_some_and(|onset| duration_s - onset < bound + CYCLE_S) => None,
                 None => Some("no abort"),
             },
             _ => None,
         };
-        let hopeless = !self.case.can_rise();
-        Verdict { case: self.case.clone(), end, abort: self.abort, struck, max_depth_m, broken: self.broken, unmet, hopeless, hash }
+        let lost = matches!(end, End::Crushed | End::TimeUp);
+        let hopeless = lost && !ideal::survives(self.case, &self.onsets)?;
+        let unmet = match unmet {
+            None if hopeless && (self.abort.is_none() || !self.fired) => Some("lost without abort and weight"),
+            unmet => unmet,
+        };
+        Ok(Verdict {
+            case: self.case.clone(),
+            end,
+            abort: self.abort,
+            struck,
+            max_depth_m,
+            broken: self.broken,
+            unmet,
+            hopeless,
+            fired: self.fired,
+            hash,
+        })
     }
 }
 
@@ -151,12 +188,21 @@ pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> 
     let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
     let setup = Setup { config: worlds::config(&mission), ..Setup::new(mission) };
     let config = setup.config.clone();
-    let mut judge = Judge { case, config: &config, onset_s: None, abort: None, last: None, broken: Vec::new() };
+    let mut judge = Judge {
+        case,
+        config: &config,
+        onsets: vec![None; case.faults.len()],
+        abort: None,
+        last: None,
+        fired: false,
+        dived_s: 0.0,
+        broken: Vec::new(),
+    };
     let out = fly(&mut world, seat, &setup, &mut |c| {
         judge.see(c.time_s, c.answer);
         Ok(())
     })?;
-    Ok(judge.judge(out.end, out.max_depth_m, out.duration_s, out.actuator_hash))
+    judge.judge(out.end, out.max_depth_m, out.duration_s, out.actuator_hash)
 }
 
 /// Flies one case in this process.
@@ -185,7 +231,7 @@ pub struct Summary {
     pub twins: u64,
     /// Of these, aborted or not finished.
     pub false_aborts: u64,
-    /// Missions in which no means of ascent was left; flown, not judged.
+    /// Missions lost with the ideal reaction too; not among `missions`.
     pub hopeless: u64,
     /// Of the missions over a bad line, those with another actuator stream than their twin.
     pub line_changed: u64,
@@ -200,6 +246,7 @@ impl Summary {
         let key = |c: &Case| (c.water == Water::Edge, c.wings as u8, c.seed);
         let streams: std::collections::HashMap<_, u64> = twins.iter().map(|t| (key(&t.case), t.hash)).collect();
         for v in faulty {
+            s.unmet += u64::from(v.unmet.is_some());
             if v.hopeless {
                 s.hopeless += 1;
                 continue;
@@ -207,7 +254,6 @@ impl Summary {
             s.missions += 1;
             s.safe += u64::from(v.safe());
             s.below_crush += u64::from(v.crushed());
-            s.unmet += u64::from(v.unmet.is_some());
             s.line_changed += u64::from(v.case.line.is_some() && streams.get(&key(&v.case)).is_some_and(|h| *h != v.hash));
         }
         s

@@ -79,12 +79,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let seat = if through_seat { Some(compare(args, &choice, &faulty)?) } else { None };
     let summary = Summary::of(&faulty, &healthy);
     let wall_s = started.elapsed().as_secs_f64();
-    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| !v.hopeless && (!v.safe() || v.unmet.is_some())).collect();
+    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| v.unmet.is_some() || !v.hopeless && !v.safe()).collect();
+    let beyond: Vec<Value> = faulty.iter().filter(|v| v.hopeless).map(campaign::Verdict::document).collect();
     let mut document = json!({
         "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "false_aborts": summary.false_aborts,
-            "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "hopeless": summary.hopeless,
+            "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "beyond_any_controller": summary.hopeless,
             "bad_line_changed_commands": summary.line_changed, "seed": args.seed, "seat": choice.to_string() },
         "not_as_expected": bad.iter().map(|v| v.document()).collect::<Vec<_>>(),
+        "beyond_any_controller": beyond,
     });
     if let (Some(map), Some(seat)) = (document.as_object_mut(), &seat) {
         map.insert("through_seat".to_owned(), seat.clone());
@@ -176,7 +178,10 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
     }
     println!("{table}");
     println!("{} fault missions: {} safe, {} below crush depth, {} not as expected", s.missions, s.safe, s.below_crush, s.unmet);
-    println!("{} healthy twins: {} false aborts; {} missions without any means of ascent left out", s.twins, s.false_aborts, s.hopeless);
+    println!(
+        "{} healthy twins: {} false aborts; {} missions lost that the ideal reaction would have lost too",
+        s.twins, s.false_aborts, s.hopeless
+    );
     println!("bad line: {} missions with other commands than their twin; {wall_s:.0} s", s.line_changed);
     if let Some(seat) = seat {
         let different = seat["different"].as_array().map_or(0, Vec::len);

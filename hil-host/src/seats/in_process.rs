@@ -30,7 +30,8 @@ impl Board {
     /// A reset in the middle of whatever is going on: memory is lost, the mark on flash is not.
     pub fn reset(&mut self) {
         let storage = std::mem::take(self.helm.storage());
-        let boot = Boot { reset_during_mission: self.helm.mission_in_progress(), ..Boot::default() };
+        let mark = self.helm.mark();
+        let boot = Boot { reset_during_mission: mark.in_mission(), first_cause: mark.first_cause(), ..Boot::default() };
         self.helm = Helm::new(Config::default(), boot, storage);
     }
 

@@ -10,6 +10,8 @@ const CLIMB_AFTER_S: f32 = 5.0;
 const ABORT_AFTER_S: f32 = 8.0;
 /// Two depths apart for this long, s.
 const APART_S: f32 = 20.0;
+/// Looks too deep while the two sensors contradict each other: 20 s of 4 s cycles.
+const OVER_APART: u8 = 5;
 /// A depth that stays inside this band is not moving, m: below the noise of any live transducer over ten samples.
 const STILL_M: f32 = 0.03;
 /// Slowest sinking at full drive, m/s: a third of the slowest glide.
@@ -47,6 +49,11 @@ impl DepthWatch {
                 v.cause(Abort::SensorDepth);
             }
         }
+        if seen.depth_unbacked {
+            // The other one still measures: no abort, but nothing is left behind it.
+            v.climb = true;
+            v.homeward = true;
+        }
         self.apart_s = if seen.depths_disagree { self.apart_s + seen.dt_s } else { 0.0 };
         if self.apart_s >= APART_S {
             v.cause(Abort::SensorDepth);
@@ -60,7 +67,8 @@ impl DepthWatch {
         let limit = leg.at_most(w.config.working_depth_m + 5.0);
         let over = w.seen.depth_age_s <= 0.0 && !(w.seen.depth_m <= limit);
         self.over = if over { self.over.saturating_add(1) } else { 0 };
-        if self.over >= 2 {
+        // Where the two sensors contradict each other, as long as those have to be found apart.
+        if self.over >= if w.seen.depths_disagree { OVER_APART } else { 2 } {
             v.cause(Abort::OverDepth);
         }
     }

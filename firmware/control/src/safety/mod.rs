@@ -79,6 +79,8 @@ pub(crate) struct Verdict {
     pub(crate) distrust_pitch: bool,
     /// Pump position to command instead of the wanted one, m³.
     pub(crate) pump_instead_m3: Option<f32>,
+    /// Three of the last five looks found water in the hull.
+    pub(crate) leak_stands: bool,
     /// Fire the drop weight.
     pub(crate) drop_weight: bool,
     /// Degradations.
@@ -161,10 +163,13 @@ impl Safety {
         if self.release.lost(w.frame.weight) {
             v.cause(Abort::Degraded);
         }
+        if self.release.sinks(w, v.abort.is_some()) || self.release.floats_below(w) {
+            v.cause(Abort::Stalled);
+        }
         if let Some(cause) = v.abort {
             self.latch(cause);
         }
-        v.drop_weight = self.release.fire(w, v.abort);
+        v.drop_weight = self.release.fire(w, &v);
         if self.release.has_fired() {
             v.flag(Flags::WEIGHT_FIRED);
         }

@@ -6,16 +6,25 @@
 //!   not rising          not rising
 //! at risk = crush − sink rate × (release time + reaction)
 //! ```
+//! Two signs say that the pump alone will not do, and end the patience at any
+//! depth: water in the hull (three looks of five) where the way up takes
+//! longer than the release, and *sinking on* with the pump commanded out for a
+//! minute (aborted: 12 s below the at-risk depth, with a leak or without a pump). A glider
+//! climbs at 0.2 m/s on its pump; no water sinks that fast for so long, but a
+//! flooding, netted or hunted one does. A leak of 20 g/min takes all the
+//! buoyancy of a 236 cc pump in twelve minutes: waiting for "not rising" let a
+//! vehicle come up from 190 m to 82 m and go down again beyond its hull.
+//!
 //! "Not rising": no metre gained towards the surface since. Near the surface
 //! with a buoyant pump the weight is kept for twice max_burn: that may be ice
 //! or a keel, not a failure to float; but a heavy vehicle hangs below a layer
 //! of light water just there, and nobody finds it. Without a depth, time alone decides: max_burn with
 //! evidence of buoyancy, min_burn without.
 
-use super::Watch;
+use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
-use signals::{Abort, Weight};
+use signals::{Abort, Phase, Weight};
 
 /// Slowest sinking reckoned with in the at-risk rule, m/s.
 const SINK_FLOOR_M_S: f32 = 0.05;
@@ -29,6 +38,16 @@ const KEEL_M: f32 = 8.0;
 const SURFACE_M: f32 = 2.0;
 /// Deeper than this the antenna is under water, m: never heard for an hour there is lost, under ice or under light water.
 const AWASH_M: f32 = 0.7;
+/// Sinking that counts, m/s: above the noise of the depth rate.
+const SINKS_M_S: f32 = 0.03;
+/// Sinking on though commanded up, s: three times what a turn takes to stop sinking.
+const SINKS_S: f32 = 60.0;
+/// The same below the at-risk depth, with a leak or without a pump, s: three looks.
+const SINKS_SHORT_S: f32 = 12.0;
+/// Share of the pump's range commanded out that must make the vehicle rise.
+const RISES: f32 = 0.4;
+/// Slow ascent on the pump alone, m/s: nearer to the surface than release time × this the weight would go when it is up.
+const ASCENT_M_S: f32 = 0.2;
 /// Firings before the release is left on for good.
 const FIRINGS: u8 = 5;
 
@@ -43,10 +62,20 @@ pub(crate) enum Zone {
     AtRisk,
 }
 
+/// Depth at which the weight must be fired to be gone before crush depth, m.
+fn at_risk_m(config: &Config, sink_m_s: f32) -> f32 {
+    config.crush_depth_m - sink_m_s.at_least(SINK_FLOOR_M_S) * (config.release_time_s + REACTION_S)
+}
+
+/// Time that the pump may still need to make the vehicle rise, s: half as much again as over its whole range.
+fn pump_time_s(w: &Watch<'_>) -> f32 {
+    let out = w.seen.ballast_m3.is_some_and(|at| at > RISES * w.config.pump_m3);
+    if out { 0.0 } else { 3.0 * w.config.pump_m3 / w.config.pump_rate_m3_s }
+}
+
 /// The zone at a depth and sink rate (down positive).
 pub(crate) fn zone(config: &Config, depth_m: f32, sink_m_s: f32) -> Zone {
-    let at_risk = config.crush_depth_m - sink_m_s.at_least(SINK_FLOOR_M_S) * (config.release_time_s + REACTION_S);
-    if depth_m >= at_risk.at_least(config.working_depth_m) {
+    if depth_m >= at_risk_m(config, sink_m_s).at_least(config.working_depth_m) {
         Zone::AtRisk
     } else if depth_m > config.working_depth_m {
         Zone::Over
@@ -62,6 +91,10 @@ pub(crate) struct Release {
     firings: u8,
     firing_s: f32,
     not_rising_s: f32,
+    /// Time sinking though commanded up, s.
+    sinking_s: f32,
+    /// Time spent where the surface should be with the antenna under water, since it was last out, s.
+    unheard_s: f32,
     mark_m: f32,
     marked: bool,
     at_risk: u8,
@@ -79,18 +112,49 @@ impl Release {
         self.fired
     }
 
+    /// Whether the vehicle sinks on though it is commanded to rise and has had the time to.
+    pub(crate) fn sinks(&mut self, w: &Watch<'_>, aborted: bool) -> bool {
+        let seen = w.seen;
+        // Aborted, the pump is commanded out whatever a retry says in this cycle.
+        let wanted_up = aborted || w.commanded.ballast_m3 > RISES * w.config.pump_m3;
+        let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > SINKS_M_S && !seen.afloat;
+        self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { 0.0 };
+        let found = self.sinking_s >= SINKS_S + pump_time_s(w);
+        if found && !aborted {
+            self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
+        }
+        found
+    }
+
+    /// Whether the vehicle floats below the surface: twice it waited for shore in vain, with its antenna under water. Once
+    /// may be ice, and is tried again elsewhere.
+    pub(crate) fn floats_below(&mut self, w: &Watch<'_>) -> bool {
+        if w.seen.afloat {
+            self.unheard_s = 0.0;
+        } else if matches!(w.phase, Phase::Comms | Phase::Done) && w.seen.depth_m > AWASH_M {
+            self.unheard_s = (self.unheard_s + w.seen.dt_s).at_most(1e6);
+        }
+        self.unheard_s > 1.9 * w.config.comms_patience_s
+    }
+
     /// Whether the release is to be on in this cycle.
-    pub(crate) fn fire(&mut self, w: &Watch<'_>, abort: Option<Abort>) -> bool {
-        if !all_finite([self.firing_s, self.not_rising_s, self.mark_m]) {
+    pub(crate) fn fire(&mut self, w: &Watch<'_>, v: &Verdict) -> bool {
+        if !all_finite([self.firing_s, self.not_rising_s, self.sinking_s, self.unheard_s, self.mark_m]) {
             *self = Self { fired: self.fired, ..Self::default() };
         }
         let dt = w.seen.dt_s;
-        self.fired |= self.wanted(w, abort, dt);
-        if !self.fired || w.frame.weight == Weight::Released {
+        self.fired |= self.wanted(w, v, dt);
+        if !self.fired {
             return false;
         }
-        self.firing_s += dt;
-        if self.firing_s > 1.5 * w.config.release_time_s + 30.0 && w.frame.weight == Weight::Held && self.firings < FIRINGS {
+        self.firing_s = (self.firing_s + dt).at_most(1e6);
+        if self.firing_s <= 1.5 * w.config.release_time_s + 30.0 {
+            return true; // whatever the monitor says: it may be wrong, and a wire once hot burns through
+        }
+        if w.frame.weight == Weight::Released {
+            return false;
+        }
+        if w.frame.weight == Weight::Held && self.firings < FIRINGS {
             // Off for one cycle, then again: a contact that did not close may do so now.
             self.firing_s = 0.0;
             self.firings += 1;
@@ -99,7 +163,7 @@ impl Release {
         true
     }
 
-    fn wanted(&mut self, w: &Watch<'_>, abort: Option<Abort>, dt: f32) -> bool {
+    fn wanted(&mut self, w: &Watch<'_>, v: &Verdict, dt: f32) -> bool {
         let seen = w.seen;
         let buoyant = seen.ballast_m3.is_some_and(|b| b > 0.5 * w.config.pump_m3);
         if seen.depth_age_s < 10.0 {
@@ -111,12 +175,21 @@ impl Release {
                 return true;
             }
         }
-        if abort.is_none() || seen.afloat {
+        if v.abort.is_none() || seen.afloat {
             self.not_rising_s = 0.0;
             self.marked = false;
             return false;
         }
         let known = seen.depth_age_s < 10.0;
+        if v.leak_stands && (!known || seen.depth_m > ASCENT_M_S * w.config.release_time_s) {
+            return true;
+        }
+        let pump_lost = v.abort == Some(Abort::PumpStuck);
+        let at_risk = seen.depth_m >= at_risk_m(w.config, seen.rate_m_s);
+        let patience = if pump_lost || v.leak_stands || at_risk { SINKS_SHORT_S } else { SINKS_S };
+        if self.sinking_s >= patience + if pump_lost { 0.0 } else { pump_time_s(w) } {
+            return true;
+        }
         if !self.marked || (known && seen.depth_m < self.mark_m - RISING_M) {
             self.marked = true;
             self.mark_m = seen.depth_m;
@@ -126,7 +199,7 @@ impl Release {
         if !known {
             return self.not_rising_s >= if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
         }
-        if seen.depth_m < KEEL_M && buoyant {
+        if seen.depth_m < KEEL_M && (buoyant || seen.depth_m <= SURFACE_M) {
             return seen.depth_m > AWASH_M && self.not_rising_s >= 2.0 * w.config.max_burn_s;
         }
         let patience = match zone(w.config, seen.depth_m, seen.rate_m_s) {
@@ -135,8 +208,7 @@ impl Release {
             Zone::Working if !buoyant => w.config.min_burn_s,
             Zone::Working => w.config.max_burn_s,
         };
-        // At the surface without fix or shore (ice, lost antenna): floating, not failing.
-        seen.depth_m > SURFACE_M && self.not_rising_s >= patience
+        self.not_rising_s >= patience
     }
 }
 

@@ -39,6 +39,7 @@ impl SupplyWatch {
         if new {
             let leak = w.frame.leak == Switch::Alarm;
             let voted = self.leak.three_of_five(leak);
+            v.leak_stands = voted;
             // Where three votes would take longer than a leak may wait, one is enough.
             let no_time_to_vote = 2.0 * w.cycle_s() > LEAK_BOUND_S;
             if voted || (leak && no_time_to_vote) {

@@ -1,0 +1,69 @@
+//! The drop weight of a vehicle that takes on water or weight: soon enough, and not for nothing.
+
+use crate::toy::Toy;
+use crate::{Config, State, step};
+use signals::{Abort, Leg, Micros, Mission, Switch};
+
+const CYCLE_S: f64 = 4.0;
+
+/// What came of a flight, in cycles after the event.
+#[derive(Debug)]
+struct Outcome {
+    abort: Option<Abort>,
+    fired: Option<usize>,
+    home: bool,
+}
+
+/// Dives to `depth_m`; then the leak detector says `leak`, and `water_kg` more hang on the vehicle.
+fn after(depth_m: f64, leak: Switch, water_kg: f64) -> Outcome {
+    let config = Config::default();
+    let leg = Leg { dives: 1, depth_min_m: 5.0, depth_max_m: if depth_m > 27.0 { 190.0 } else { 27.0 }, ..Leg::default() };
+    let mission = Mission { legs: [leg].into_iter().collect(), ..Mission::default() };
+    let mut state = State::new(&config, mission, Micros(0));
+    let mut toy = Toy::new(&config);
+    let (mut since, mut dropped) = (None, false);
+    let mut out = Outcome { abort: None, fired: None, home: false };
+    for _ in 0..2000 {
+        let mut frame = toy.frame();
+        if toy.z > depth_m || since.is_some() {
+            since = Some(since.map_or(0, |n| n + 1));
+            frame.leak = leak;
+        }
+        let answer = step(&config, None, &mut state, frame.time, &frame);
+        out.abort = answer.trace.abort;
+        if answer.command.drop_weight && out.fired.is_none() {
+            out.fired = since;
+        }
+        dropped |= answer.command.drop_weight;
+        toy.weight_kg = if dropped { 0.0 } else { 0.5 } + if since.is_some() { water_kg } else { 0.0 };
+        // The weight is gone in the toy's own step too: as soon as it is fired.
+        toy.fly(&signals::ActuatorCommand { drop_weight: false, ..answer.command }, CYCLE_S);
+        out.home = toy.z < 0.5;
+    }
+    out
+}
+
+#[test]
+fn a_leak_far_below_takes_the_weight_at_the_third_look_and_one_near_the_surface_does_not() {
+    let deep = after(150.0, Switch::Alarm, 0.0);
+    assert_eq!((deep.abort, deep.fired, deep.home), (Some(Abort::Leak), Some(2), true));
+    let shallow = after(12.0, Switch::Alarm, 0.0);
+    assert_eq!((shallow.abort, shallow.fired, shallow.home), (Some(Abort::Leak), None, true));
+}
+
+#[test]
+fn a_leak_whose_vehicle_sinks_on_takes_the_weight_near_the_surface_too() {
+    let out = after(12.0, Switch::Alarm, 0.4);
+    // Pump out in 36 s, three looks, two cycles of the depth filter.
+    assert!(out.home && out.fired.is_some_and(|n| n <= 9 + 3 + 2 + 6), "{out:?}");
+}
+
+#[test]
+fn a_vehicle_that_sinks_on_with_its_pump_out_comes_home_on_the_weight() {
+    let heavy = after(12.0, Switch::Clear, 0.4);
+    assert!(heavy.home && heavy.abort == Some(Abort::Stalled) && heavy.fired.is_some(), "{heavy:?}");
+    // Twice a minute and the pump's 36 s after the turn, which comes after at most 2 min of dive.
+    assert!(heavy.fired.is_some_and(|n| n < 100), "{heavy:?}");
+    let healthy = after(12.0, Switch::Clear, 0.0);
+    assert_eq!((healthy.abort, healthy.fired, healthy.home), (None, None, true));
+}

@@ -33,6 +33,16 @@ pub fn page(found: &Diagnosis, vehicle: &Vehicle, flight: &str, provenance: Prov
     }
 }
 
+/// What a person reads a unit in, and the factor to it.
+fn shown_in(unit: &str) -> (f64, &str) {
+    if unit == "rad" { (1f64.to_degrees(), "°") } else { (1.0, unit) }
+}
+
+/// Decimals that show three digits of the larger end of a range: no bin is finer.
+fn places(low: f64, high: f64) -> usize {
+    (2.0 - low.abs().max(high.abs()).max(1e-3).log10().floor()).clamp(0.0, 5.0) as usize
+}
+
 fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
     let heldout = found.block_error_m_s[0].is_finite();
     let [nominal, recalibrated, after] = if heldout { found.block_error_m_s } else { found.fitted_error_m_s }.map(|e| e * 100.0);
@@ -46,12 +56,12 @@ fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
         || "Nowhere in particular.".to_owned(),
         |f| {
             let chance = if f.p_value > 0.05 { " – chance would do as well" } else { "" };
+            let (factor, unit) = shown_in(f.unit);
+            let (low, high) = (f.range.0 * factor, f.range.1 * factor);
+            let places = places(low, high);
             format!(
-                "{} {:.3} to {:.3} {}, {}: {:.0} % of the squared error{chance}",
+                "{} {low:.places$} to {high:.places$} {unit}, {}: {:.0} % of the squared error{chance}",
                 f.variable.replace('_', " "),
-                f.range.0,
-                f.range.1,
-                f.unit,
                 f.phase,
                 100.0 * f.share_of_error
             )
@@ -160,9 +170,12 @@ fn traces(seen: &Seen) -> Section {
 }
 
 /// Bins of equal count of one variable: centre, mean residual and its 90 % interval, cm/s.
-fn binned(residuals: &[Residual], variable: usize) -> (Vec<String>, Vec<f64>, Vec<f64>, Vec<f64>) {
-    let mut pairs: Vec<(f64, f64)> =
-        residuals.iter().map(|r| (r.values[variable], 100.0 * r.residual_m_s)).filter(|(v, r)| v.is_finite() && r.is_finite()).collect();
+fn binned(residuals: &[Residual], variable: usize, factor: f64) -> (Vec<String>, Vec<f64>, Vec<f64>, Vec<f64>) {
+    let mut pairs: Vec<(f64, f64)> = residuals
+        .iter()
+        .map(|r| (factor * r.values[variable], 100.0 * r.residual_m_s))
+        .filter(|(v, r)| v.is_finite() && r.is_finite())
+        .collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let size = pairs.len().div_ceil(8).max(1);
     let (mut names, mut mean, mut low, mut high) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -172,7 +185,9 @@ fn binned(residuals: &[Residual], variable: usize) -> (Vec<String>, Vec<f64>, Ve
         let variance = bin.iter().map(|p| (p.1 - m).powi(2)).sum::<f64>() / (n - 1.0);
         // 1.645 standard errors; neighbouring blocks are alike, so the interval is widened by half.
         let half = 1.645 * 1.5 * (variance / n).sqrt();
-        names.push(format!("{:.3} – {:.3}", bin[0].0, bin[bin.len() - 1].0));
+        let (from, to) = (bin[0].0, bin[bin.len() - 1].0);
+        let places = places(from, to);
+        names.push(format!("{from:.places$} – {to:.places$}"));
         mean.push(m);
         low.push(m - half);
         high.push(m + half);
@@ -191,7 +206,8 @@ fn where_it_fails(seen: &Seen) -> Section {
             .with(Series::new("after", &ax, &ay));
     let mut items: Vec<Item> = vec![scatter.into(), map(&seen.before).into()];
     for (k, (name, unit)) in VARIABLES.iter().enumerate().take(7) {
-        let (names, mean, low, high) = binned(&seen.before, k);
+        let (factor, unit) = shown_in(unit);
+        let (names, mean, low, high) = binned(&seen.before, k, factor);
         if names.len() > 1 {
             let title = format!("Mean residual of the model as given by {} ({unit})", name.replace('_', " "));
             items.push(Chart::bars(&title, Axis::new("residual", "cm/s"), names, "mean", &mean, &low, &high).into());

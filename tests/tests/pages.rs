@@ -137,6 +137,7 @@ async fn axe(c: &Client) -> Vec<String> {
 
 async fn screenshot(c: &Client, name: &str, width: u32) {
     c.set_window_size(width, 1400).await.expect("the window can be sized");
+    js(c, "scrollTo(0, 0);", vec![]).await;
     tokio::time::sleep(Duration::from_millis(400)).await;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/screenshots");
     std::fs::create_dir_all(&folder).expect("a folder below target");

@@ -12,7 +12,7 @@ use crate::paper::{Finding, figures, trials};
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:
   glider paper                       25 claims: the paper's number, ours, reproduced / calibrated / contradicted, why
-  glider paper --out out/paper       and figures 3 to 11 as svg, csv, json, and one HTML page
+  glider paper --out out/paper       and figures 3 to 11 as svg, png, csv, json, and one HTML page
   glider paper --json | jq '.claims[] | select(.verdict==\"contradicted\")'")]
 pub struct Args {
     /// Folder for the redrawn figures.

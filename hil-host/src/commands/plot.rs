@@ -38,11 +38,10 @@ pub enum Kind {
 #[command(after_help = "Examples:
   glider plot polar --out polar.svg                        both sea-calibrated vehicles
   glider plot polar --wings low-ar --out rail.csv          one wing set, the numbers
-  glider plot flight --flight trial_dir --out flight.svg
+  glider plot flight --flight trial_dir --out flight.png
   glider plot residual --flight trial_dir --vehicle new.json --out residual.svg
 
-The ending of --out decides: .svg (figure with caption), .csv or .json (the numbers of the same figure).
-PNG is not drawn here: SVG scales to any print size; a converter such as rsvg-convert makes PNG of it.
+The ending of --out decides: .svg or .png (figure with caption; the PNG is 2400 px wide), .csv or .json (the numbers of the same figure).
 The figures of the source paper: glider paper --out DIR.")]
 pub struct Args {
     /// The figure.
@@ -58,7 +57,7 @@ pub struct Args {
     #[arg(long, value_parser = ["standard", "low-ar"])]
     wings: Option<String>,
     /// Where the figure goes; the ending decides what it is.
-    #[arg(long, value_name = "FILE.svg|.csv|.json")]
+    #[arg(long, value_name = "FILE.svg|.png|.csv|.json")]
     out: PathBuf,
 }
 
@@ -70,16 +69,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let ending = args.out.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let name = args.out.display();
     match ending.as_str() {
-        "svg" | "csv" | "json" => {}
-        "png" => bail!("{name}: PNG is not drawn here; write .svg and convert it, for example with rsvg-convert"),
-        "" => bail!("{name}: has no ending; name a file that ends in .svg, .csv or .json"),
-        other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .csv or .json"),
+        "svg" | "png" | "csv" | "json" => {}
+        "" => bail!("{name}: has no ending; name a file that ends in .svg, .png, .csv or .json"),
+        other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .png, .csv or .json"),
     }
     let figure = if args.kind == Kind::Polar { polar(args)? } else { flown(args)? };
     let text = match ending.as_str() {
-        "svg" => figure.svg()?,
-        "csv" => figure.csv(),
-        _ => format!("{:#}\n", figure.json()),
+        "svg" => figure.svg()?.into(),
+        "png" => figure.png()?,
+        "csv" => figure.csv().into(),
+        _ => format!("{:#}\n", figure.json()).into_bytes(),
     };
     if let Some(folder) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -138,14 +137,20 @@ fn polar(args: &Args) -> anyhow::Result<Figure> {
     Ok(Figure { panels: vec![coefficients, ratio], caption: format!("Model at {TABLE_SPEED_M_S} m/s. {}.", told.join("; ")) })
 }
 
-/// Points with a gap (NaN) where a segment ends or more than 30 s are missing.
+/// Longer pauses than this are cut to it: a log of weeks with a dive a day is drawn as dives, s.
+const PAUSE_S: f64 = 120.0;
+
+/// Points over time under way, with a gap (NaN) where a segment ends or more than 30 s are missing.
 fn with_gaps(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
-    let start = samples.first().map_or(0.0, |s| s.time_s);
+    let mut start = samples.first().map_or(0.0, |s| s.time_s);
     let every = samples.len().div_ceil(LINE_POINTS).max(1);
     let mut out = Vec::new();
     let mut last: Option<&Sample> = None;
     for s in samples.iter().step_by(every) {
-        if last.is_some_and(|l| l.segment != s.segment || s.time_s - l.time_s > 30.0f64.max(10.0 * every as f64)) {
+        if let Some(l) = last
+            && (l.segment != s.segment || s.time_s - l.time_s > 30.0f64.max(10.0 * every as f64))
+        {
+            start += (s.time_s - l.time_s - PAUSE_S).max(0.0);
             out.push((f64::NAN, f64::NAN));
         }
         out.push(((s.time_s - start) / 60.0, value(s)));
@@ -196,12 +201,16 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
         Kind::Flight | Kind::Polar => {
             let depth = with_gaps(&c.samples, |s| s.depth_m);
             let deepest = depth.iter().map(|p| p.1).filter(|d| d.is_finite()).fold(1.0, f64::max);
-            let upper =
-                Chart::new("Depth", "time, min", "depth, m").with("measured", Mark::Line, depth).within(None, Some((1.05 * deepest, 0.0)));
-            let lower = Chart::new("Depth rate, positive down", "time, min", "depth rate, cm/s")
+            let upper = Chart::new("Depth", "time under way, min", "depth, m")
+                .with("measured", Mark::Line, depth)
+                .within(None, Some((1.05 * deepest, 0.0)));
+            let lower = Chart::new("Depth rate, positive down", "time under way, min", "depth rate, cm/s")
                 .with("measured", Mark::Line, with_gaps(&c.samples, |s| 100.0 * s.observed_m_s))
                 .with("model", Mark::Line, with_gaps(&c.samples, |s| 100.0 * s.modelled_m_s));
-            Figure { panels: vec![upper, lower], caption: format!("{about}: {error}; both through the same 21 s filter.") }
+            Figure {
+                panels: vec![upper, lower],
+                caption: format!("{about}: {error}; both through the same 21 s filter; pauses longer than 2 min are cut to that."),
+            }
         }
     })
 }

@@ -20,7 +20,7 @@ use crate::vehicles::{Model, sea_name, wings_name};
   glider polar                                             the two sea-calibrated vehicles beside each other
   glider polar --wings low-ar --model fidler               another lift model of the rail wings
   glider polar --vehicle slocum-standard                   a built-in vehicle, or any vehicle file
-  glider polar --effect stall=0.15 --out out/polar         with an effect of the catalogue; writes svg, csv, json")]
+  glider polar --effect stall=0.15 --out out/polar         with an effect of the catalogue; writes svg, png, csv, json")]
 pub struct Args {
     /// Vehicle file or built-in vehicle; default: the sea-calibrated vehicles.
     #[arg(long)]
@@ -43,7 +43,7 @@ pub struct Args {
     /// Print csv instead of a table.
     #[arg(long)]
     csv: bool,
-    /// Folder for polar.svg, polar.csv and polar.json.
+    /// Folder for polar.svg, .png, .csv and .json.
     #[arg(long)]
     out: Option<PathBuf>,
 }

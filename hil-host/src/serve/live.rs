@@ -108,6 +108,7 @@ pub async fn fly(State(bench): State<Arc<Workbench>>, Json(request): Json<FlyReq
     if bench.live.under_way.swap(true, Ordering::AcqRel) {
         return Err(Sorry("a flight is under way: recall it, or wait for its end".into()));
     }
+    let landed = Landed(bench.clone());
     let orders = Orders::default();
     if let Ok(mut slot) = bench.live.orders.lock() {
         *slot = orders.clone();
@@ -117,9 +118,18 @@ pub async fn fly(State(bench): State<Arc<Workbench>>, Json(request): Json<FlyReq
         if let Err(e) = one_flight(&bench, &request, orders, &lines) {
             lines.send(&json!({"error": format!("{e:#}")}));
         }
-        bench.live.under_way.store(false, Ordering::Release);
+        drop(landed);
     });
     Ok(Body::from_stream(body).into_response())
+}
+
+/// The sky is free again when this goes, also when the flight failed badly.
+struct Landed(Arc<Workbench>);
+
+impl Drop for Landed {
+    fn drop(&mut self) {
+        self.0.live.under_way.store(false, Ordering::Release);
+    }
 }
 
 fn free_log(folder: &std::path::Path, wings: &str, mission: &str) -> anyhow::Result<PathBuf> {
@@ -145,11 +155,13 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     let mut scenario = worlds::for_mission(&mission);
     scenario.wings = mission.wings;
     scenario.seed = request.seed;
-    let log = free_log(&bench.logs, &request.wings, &request.mission)?;
-    let mut seat = match request.controller.as_str() {
-        "ours" => seats::open(&choice, None, None)?,
-        other => bail!("controller {other}: ours"),
+    let mut seat = match (request.controller.as_str(), &choice) {
+        ("ours", _) => seats::open(&choice, None, None)?,
+        ("stock", Choice::InProcess) => Box::new(seats::stock::Stock::default()),
+        ("stock", _) => bail!("the stock controller flies in the seat in-process only"),
+        (other, _) => bail!("controller {other}: ours or stock"),
     };
+    let log = free_log(&bench.logs, &request.wings, &request.mission)?;
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let best = world.best_glide();
     let mut recorder = Recorder::create(&log, &world, &mission)?;

@@ -23,8 +23,9 @@ pub mod guard;
 pub mod live;
 
 use anyhow::Context;
-use axum::extract::{DefaultBodyLimit, State};
-use axum::http::StatusCode;
+use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::http::{StatusCode, header};
+use axum::middleware::Next;
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
@@ -62,6 +63,22 @@ impl<E: std::fmt::Display> From<E> for Sorry {
 impl IntoResponse for Sorry {
     fn into_response(self) -> Response {
         (StatusCode::BAD_REQUEST, self.0).into_response()
+    }
+}
+
+/// Axum layer: says in a sentence what was too large, before reading it where its length is told.
+async fn bounded(request: Request, next: Next) -> Response {
+    let told = request.headers().get(header::CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse::<u64>().ok());
+    let answer = if told.is_some_and(|n| n > MAX_REQUEST as u64) { None } else { Some(next.run(request).await) };
+    match answer {
+        Some(answer) if answer.status() != StatusCode::PAYLOAD_TOO_LARGE => answer,
+        _ => {
+            let text = format!(
+                "These files are too large for the page, which takes up to {} MB: use `glider compare` and `glider diagnose --flight` for more.",
+                MAX_REQUEST >> 20
+            );
+            (StatusCode::PAYLOAD_TOO_LARGE, text).into_response()
+        }
     }
 }
 
@@ -125,6 +142,7 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         )
         .route("/api/stop", post(|State(b): Bench| async move { blocking(move || b.live.recall()).await }))
         .layer(DefaultBodyLimit::max(MAX_REQUEST))
+        .layer(middleware::from_fn(bounded))
         .layer(middleware::from_fn_with_state(guard, guard::check))
         .with_state(bench)
 }

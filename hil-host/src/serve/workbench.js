@@ -34,6 +34,8 @@
     }
   };
   const say = (node, text, kind = '') => { node.textContent = text; node.className = 'say ' + kind; };
+  // A pure number has the unit 1, which nobody wants to read.
+  const unit = (u) => (u && u !== '1' ? ' ' + u : '');
   const cm = (v) => (v == null ? '–' : (100 * v).toFixed(3));
 
   // ---- skeleton ---------------------------------------------------------
@@ -85,8 +87,8 @@
       el('div', { class: 'numbers', 'aria-live': 'polite' }, dNominal, dRecal, dNow)),
     el('div', { class: 'cols' },
       el('section', {}, el('h2', {}, '2 · Effects'), el('p', { class: 'lead' }, 'Tick what may be missing and move its size; error, traces and L/D follow.'),
-        el('div', { class: 'row' }, find, fit, save), findBar, findSay, verdict, effects),
-      el('section', {}, el('h2', {}, 'Model against measurement'), el('div', { class: 'row' }, el('label', { for: 'second' }, 'Beside it:'), second), fDepth, fRate, fRes, fCurve)),
+        el('div', { class: 'row' }, find, fit, save), findBar, findSay, effects),
+      el('section', {}, verdict, el('h2', {}, 'Model against measurement'), el('div', { class: 'row' }, el('label', { for: 'second' }, 'Beside it:'), second), fDepth, fRate, fRes, fCurve)),
     el('section', { id: 'hil' }, el('h2', {}, '3 · Fly it'),
       el('p', { class: 'lead' }, 'The real controller against the simulated glider. In the seat qemu it is the very image that is flashed to the board.'),
       el('div', { class: 'row' }, wings, mission, seat, controller, pace, fly, stop),
@@ -109,8 +111,8 @@
   const open = async (files) => {
     say(status, 'Reading …');
     try {
-      const big = [...files].find((f) => f.size > 64e6);
-      if (big) throw new Error(`${big.name} has ${fmt(big.size / 1e6)} MB: the page takes up to 64 MB, use \`glider diagnose --flight\` for more.`);
+      const size = [...files].reduce((sum, f) => sum + f.size, 0);
+      if (size > 64e6) throw new Error(`${[...files].map((f) => f.name).join(', ')}: ${fmt(size / 1e6)} MB; the page takes up to 64 MB, use \`glider diagnose --flight\` for more.`);
       const texts = await Promise.all([...files].map(async (f) => ({ name: f.name, text: await f.text() })));
       await opened(await json('/api/open', { files: texts }));
       say(status, 'Flight open.', 'good');
@@ -136,9 +138,9 @@
       const values = state.ticked.get(e.name);
       box.checked = !!values;
       sliders.replaceChildren(...(values ? e.parameters.map((p, i) => {
-        const text = el('span', {}, `${fmt(values[i])} ${p.unit}`);
+        const text = el('span', {}, `${fmt(values[i])}${unit(p.unit)}`);
         const s = el('input', { type: 'range', min: p.low, max: p.high, step: (p.high - p.low) / 400, value: values[i], 'aria-label': `${e.name} ${p.name}` });
-        s.addEventListener('input', () => { values[i] = Number(s.value); text.textContent = `${fmt(values[i])} ${p.unit}`; evaluate(); });
+        s.addEventListener('input', () => { values[i] = Number(s.value); text.textContent = `${fmt(values[i])}${unit(p.unit)}`; evaluate(); });
         return el('label', {}, el('span', {}, p.name), text, s);
       }) : []));
     };
@@ -183,7 +185,7 @@
     fDepth.handle.set([{ name: 'measured', x: b.t, y: b.depth }, ...beside('depth', 'measured')]);
     fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'model as given', x: b.t, y: b.nominal }, { name: 'with the ticked effects', x: b.t, y: b.now }, ...beside('observed', 'measured')]);
     fRes.handle.set([{ name: 'as given', x: b.alpha, y: b.observed.map((v, i) => (v == null || b.nominal[i] == null ? null : v - b.nominal[i])) }, { name: 'with the ticked effects', x: b.alpha, y: b.observed.map((v, i) => (v == null || b.now[i] == null ? null : v - b.now[i])) }]);
-    fCurve.handle.set([{ name: 'as given', x: r.curve.alpha, y: r.curve.nominal }, { name: 'with the ticked effects', x: r.curve.alpha, y: r.curve.now }, { name: 'where the flight was (×100 % of time)', x: r.curve.flown_alpha || [0], y: r.curve.flown_share || [null] }]);
+    fCurve.handle.set([{ name: 'as given', x: r.curve.alpha, y: r.curve.nominal }, { name: 'with the ticked effects', x: r.curve.alpha, y: r.curve.now }, { name: 'share of time there, 1 = all of it', x: r.curve.flown_alpha || [0], y: r.curve.flown_share || [null] }]);
   }
   second.addEventListener('change', async () => {
     state.second = null;
@@ -212,12 +214,13 @@
   });
   function showVerdict(d) {
     say(findSay, `Verdict: ${d.verdict}${d.answer.length ? ' – ' + d.answer.join(' + ') : ''}.`, 'good');
-    const rows = d.candidates.slice(0, 8).map((c) => [c.effects.join(' + '), Object.entries(c.parameters).map(([k, p]) => `${k.split('.').pop()} ${fmt(p.value)} [${fmt(p.low)}, ${fmt(p.high)}] ${p.unit}`).join('; '), fmt(c.error_after), (100 * c.probability).toFixed(0) + ' %']);
+    const rows = d.candidates.slice(0, 8).map((c) => [c.effects.join(' + '), Object.entries(c.parameters).map(([k, p]) => `${k.split('.').pop()} ${fmt(p.value)} [${fmt(p.low)}, ${fmt(p.high)}]${unit(p.unit)}`).join('; '), fmt(c.error_after), (100 * c.probability).toFixed(0) + ' %']);
     const same = (d.equivalent || []).filter((c) => c.join() !== d.answer.join());
-    verdict.replaceChildren(el('p', {}, d.explanation), same.length ? el('p', {}, 'Cannot be told apart from: ' + same.map((c) => c.join(' + ')).join('; ') + '.') : '',
-      Glider.table({ caption: 'Candidates', head: ['effects', 'parameters and 90 % interval', `error after (${d.error.unit})`, 'probability'], rows }));
+    verdict.replaceChildren(el('h2', {}, 'What is missing'), el('p', {}, d.explanation), same.length ? el('p', {}, 'Cannot be told apart from: ' + same.map((c) => c.join(' + ')).join('; ') + '.') : '',
+      el('details', innerWidth > 860 ? { open: true } : {}, el('summary', {}, `All candidates, best first (${rows.length} shown)`),
+        Glider.table({ caption: 'Candidates', head: ['effects', 'parameters and 90 % interval', `error after (${d.error.unit})`, 'probability'], rows })));
     if (d.answer.length) {
-      verdict.prepend(el('button', { type: 'button', id: 'take', onclick: () => { state.ticked.clear(); d.answer.forEach((n) => { const e = state.catalogue.find((c) => c.name === n); if (e) state.ticked.set(n, e.parameters.map((p) => p.off)); }); fitTicked(); } }, 'Tick it and fit'));
+      verdict.querySelector('p').after(el('button', { type: 'button', id: 'take', onclick: () => { state.ticked.clear(); d.answer.forEach((n) => { const e = state.catalogue.find((c) => c.name === n); if (e) state.ticked.set(n, e.parameters.map((p) => p.off)); }); fitTicked(); } }, 'Tick it and fit'));
     }
   }
   const download = (name, text, type) => { const a = el('a', { href: URL.createObjectURL(new Blob([text], { type })), download: name }); a.click(); setTimeout(() => URL.revokeObjectURL(a.href), 1000); };

@@ -18,6 +18,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("plant", &["signals"]),
     ("discovery", &["hydro"]),
     ("hil-host", &["signals", "polar", "control", "helm", "store", "hydro", "plant", "discovery"]),
+    ("benches", &["signals", "polar", "control", "hydro", "plant", "discovery", "hil-host"]),
     ("tests", &["signals", "polar", "control", "helm", "store", "devices", "hydro", "plant", "discovery", "hil-host"]),
 ];
 

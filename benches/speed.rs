@@ -1,0 +1,315 @@
+//! Time of everything that somebody waits for. `cargo bench -p benches [-- NAME]`
+//!
+//! criterion, because it writes every median with its interval to disk, where
+//! the table of the README is made from them; divan prints them only.
+//!
+//! Real flights and QEMU take part where they are there, and are said to be
+//! skipped where not. Diagnoses of a day and of a month are run once each,
+//! after the rest, unless a NAME is given.
+
+use benches::{flown, frames, log, results, scratch, shallow};
+use control::{Config, State};
+use criterion::{Criterion, Throughput};
+use discovery::diagnose::diagnose;
+use discovery::{add, compare, export, import, prepare};
+use hil_host::closed_loop::CYCLE_S;
+use hil_host::page::Provenance;
+use hil_host::seats::in_process::InProcess;
+use hil_host::seats::pty::Pty;
+use hil_host::seats::qemu::{self, Qemu};
+use hil_host::seats::{Link, Seat};
+use hil_host::vehicles::Model;
+use hil_host::worlds;
+use hydro::effects::{Active, CATALOGUE};
+use hydro::{Flow, Polar as _};
+use plant::World;
+use signals::link::MAX_WIRE;
+use signals::{Micros, ToBoard, ToHost, Wings, encode};
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Points of a polar.
+const ANGLES: u32 = 4000;
+
+/// The model, the table, the law, the world: one call each.
+fn rooms(c: &mut Criterion) {
+    let model = Model::sea(Wings::Standard).expect("a built-in vehicle");
+    let all: Vec<Active> = CATALOGUE
+        .iter()
+        .map(|e| {
+            let p = e.parameters()[0];
+            Active::sized(*e, if p.off + p.typical <= p.high { p.off + p.typical } else { p.off - p.typical })
+        })
+        .collect();
+    let busy = Model::sea(Wings::Standard).expect("a built-in vehicle").with_effects(&all);
+    let sweep = |m: &Model| {
+        for i in 0..ANGLES {
+            let alpha = 0.7 * (f64::from(i) / f64::from(ANGLES) - 0.5);
+            black_box(m.force(black_box(&Flow::steady(alpha, 0.3))));
+        }
+    };
+    let mut group = c.benchmark_group("polar");
+    group.throughput(Throughput::Elements(u64::from(ANGLES)));
+    group.bench_function("bare", |b| b.iter(|| sweep(&model)));
+    group.bench_function("all-effects", |b| b.iter(|| sweep(&busy)));
+    let table = polar::builtin(Wings::Standard).expect("the built-in table");
+    group.bench_function("table", |b| {
+        b.iter(|| {
+            for i in 0..ANGLES {
+                black_box(table.at(black_box(0.7 * (i as f32 / ANGLES as f32 - 0.5))));
+            }
+        });
+    });
+    group.finish();
+
+    let frames = frames().expect("a flight");
+    let mut group = c.benchmark_group("step");
+    group.throughput(Throughput::Elements(frames.len() as u64));
+    group.bench_function("control", |b| {
+        let config = Config::new(control::Settings::slocum_100()).expect("built-in settings");
+        b.iter(|| {
+            let mut state = State::new(&config, shallow(), Micros(0));
+            for frame in &frames {
+                black_box(control::step(&config, Some(&table), &mut state, frame.time, black_box(frame)));
+            }
+        });
+    });
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("plant", |b| {
+        let mission = shallow();
+        let mut world = World::new(worlds::for_mission(&mission)).expect("a built-in world");
+        let mut down = true;
+        b.iter(|| {
+            let depth_m = world.truth().depth_m;
+            down = if depth_m > 24.0 { false } else { depth_m < 5.0 || down };
+            let sign = if down { -1.0 } else { 1.0 };
+            black_box(world.sense());
+            let command = signals::ActuatorCommand { ballast_m3: sign * 230e-6, battery_mass_m: sign * 0.008, ..Default::default() };
+            world.advance(&command, CYCLE_S);
+        });
+    });
+    group.finish();
+}
+
+fn image() -> Option<std::path::PathBuf> {
+    if !qemu::is_installed() {
+        eprintln!("skipped: no qemu-system-arm");
+        return None;
+    }
+    qemu::find_image().map_err(|e| eprintln!("skipped: {e}")).ok()
+}
+
+/// One exchange, and the whole shallow mission in lockstep, through every seat.
+fn seats(c: &mut Criterion) {
+    let mission = shallow();
+    let frame = frames().expect("a flight")[0];
+    let image = image();
+    // The same frame again is answered without a second step: this is the line alone.
+    let mut trip = |name: &str, seat: &mut dyn Seat| {
+        seat.hello().expect("an answer");
+        seat.begin(&mission).expect("a mission");
+        c.benchmark_group("round-trip").bench_function(name, |b| b.iter(|| black_box(seat.exchange(&frame).expect("an answer"))));
+    };
+    trip("in-process", &mut Link::new(InProcess::default()));
+    trip("pty", &mut Link::new(Pty::new().expect("a pseudo-terminal")));
+    if let Some(image) = &image {
+        trip("qemu", &mut Link::new(Qemu::start(image, None).expect("QEMU starts")));
+    }
+    let mut group = c.benchmark_group("mission");
+    group.bench_function("in-process", |b| b.iter(|| flown(&mission, &mut Link::new(InProcess::default())).expect("flown")));
+    group.sample_size(10).measurement_time(Duration::from_secs(5));
+    group.bench_function("pty", |b| b.iter(|| flown(&mission, &mut Link::new(Pty::new().expect("a pseudo-terminal"))).expect("flown")));
+    if let Some(image) = &image {
+        group.bench_function("qemu", |b| {
+            // Booting is not flying.
+            b.iter_custom(|n| {
+                (0..n)
+                    .map(|_| {
+                        let mut seat = Link::new(Qemu::start(image, None).expect("QEMU starts"));
+                        seat.hello().expect("an answer");
+                        let begin = Instant::now();
+                        flown(&mission, &mut seat).expect("flown");
+                        begin.elapsed()
+                    })
+                    .sum()
+            });
+        });
+    }
+    group.finish();
+}
+
+/// What a person at the workbench waits for, on a simulated log of 3 h.
+fn learning(c: &mut Criterion) {
+    let (flight, vehicle) = log(3.0).expect("a log");
+    let prepared = prepare::prepare(&flight, &vehicle);
+    let problem = discovery::problem::Problem::new(&prepared, &vehicle, |_| true);
+    let edge = hydro::effects::by_name("side_edge_lift").expect("in the catalogue");
+    let mut group = c.benchmark_group("3h-log");
+    group.sample_size(10);
+    group.bench_function("model-once", |b| b.iter(|| black_box(problem.model(&discovery::problem::State::nominal()))));
+    group.bench_function("compare", |b| b.iter(|| black_box(compare::compare(&flight, &vehicle))));
+    group.bench_function("dynamic-fit", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[], &[]).expect("a fit"))));
+    group.bench_function("dynamic-fit-with-effect", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[edge], &[]).expect("a fit"))));
+    group.bench_function("diagnose", |b| b.iter(|| black_box(diagnose(&flight, &vehicle, &|_, _| {}).expect("a diagnosis"))));
+    let found = diagnose(&flight, &vehicle, &|_, _| {}).expect("a diagnosis");
+    let page = scratch().join("report.html");
+    group.bench_function("report", |b| {
+        b.iter(|| {
+            let made = hil_host::flight_report::page(&found, &vehicle, "bench", Provenance::of_this_run());
+            made.write(&page).expect("written");
+        });
+    });
+    let file = scratch().join("log.nc");
+    export::netcdf::write(&flight, &file, None).expect("written");
+    group.bench_function("import-netcdf", |b| b.iter(|| black_box(import::import(&file, &[]).expect("an import"))));
+    let csv = scratch().join("flight.csv");
+    export::csv::write(&flight, std::fs::File::create(&csv).expect("a file")).expect("written");
+    group.bench_function("read-csv", |b| b.iter(|| black_box(discovery::read::flight(&csv).expect("our own log reads"))));
+    group.finish();
+}
+
+/// The same with a flight of a real vehicle.
+fn real(c: &mut Criterion) {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS") else {
+        eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set): import of DBD files, NetCDF of a Seaglider");
+        return;
+    };
+    let mut group = c.benchmark_group("real");
+    group.sample_size(10);
+    let sources = [("import-dbd", "slocum_comet2016/raw"), ("import-seaglider", "seaglider_sg171/p1710104.nc")];
+    for (name, path) in sources {
+        let path = Path::new(&root).join(path);
+        if path.exists() {
+            group.bench_function(name, |b| b.iter(|| black_box(import::import(&path, &[]).expect("an import"))));
+        } else {
+            eprintln!("skipped: {} is not there", path.display());
+        }
+    }
+    group.finish();
+}
+
+/// Diagnoses of longer and longer logs, once each: hours, rows, seconds.
+fn growth() -> Vec<(f64, usize, f64)> {
+    let mut out: Vec<(f64, usize, f64)> = Vec::new();
+    for hours in [3.0, 24.0, 720.0] {
+        let (flight, vehicle) = log(hours).expect("a log");
+        let begin = Instant::now();
+        let found = diagnose(&flight, &vehicle, &|_, _| {}).expect("a diagnosis");
+        let seconds = begin.elapsed().as_secs_f64();
+        let exponent =
+            out.last().map_or(String::new(), |(h, _, s)| format!(", grows as length^{:.2}", (seconds / s).ln() / (hours / h).ln()));
+        println!(
+            "diagnose {hours:>4} h log: {:>7} rows, {seconds:8.2} s{exponent}; {} {:?}",
+            flight.len(),
+            found.verdict.name(),
+            found.answer
+        );
+        out.push((hours, flight.len(), seconds));
+    }
+    out
+}
+
+/// Streaming memory bandwidth of one core, B/s, and its multiply-add rate, flop/s: the best of five.
+fn limits() -> (f64, f64) {
+    let memory = vec![1.0f64; 16 << 20];
+    let flops_of = 400_000_000u32;
+    let best = |work: &dyn Fn() -> f64, amount: f64| {
+        (0..5).fold(0.0f64, |best, _| {
+            let begin = Instant::now();
+            black_box(work());
+            best.max(amount / begin.elapsed().as_secs_f64())
+        })
+    };
+    let read = || memory.chunks_exact(16).fold([0.0f64; 16], |s, c| std::array::from_fn(|i| s[i] + c[i])).iter().sum();
+    // 32 chains side by side: enough to fill every multiplier however wide.
+    let compute = || {
+        let mut chains = [0.5f64; 32];
+        let (a, b) = (black_box(0.999), black_box(1e-3));
+        for _ in 0..flops_of / 64 {
+            chains = chains.map(|x| x * a + b);
+        }
+        chains.iter().sum()
+    };
+    (best(&read, 8.0 * memory.len() as f64), best(&compute, f64::from(flops_of)))
+}
+
+/// Everything that is no time of criterion's, and criterion's own medians (ns), into one table.
+fn write_table(grown: &[(f64, usize, f64)]) -> anyhow::Result<()> {
+    let mut text = String::new();
+    let mission = shallow();
+    let flight = flown(&mission, &mut Link::new(InProcess::default()))?;
+    let frames = frames()?;
+    let mut wire = [0; MAX_WIRE];
+    let out = frames.get(frames.len() / 2).and_then(|f| encode(&ToBoard::Sensor(*f), &mut wire).ok()).unwrap_or(0);
+    let mut board = Link::new(InProcess::default());
+    board.hello()?;
+    board.begin(&mission)?;
+    let answers: Vec<_> = frames.iter().map(|f| board.exchange(f)).collect::<Result<_, _>>()?;
+    let back = answers.get(answers.len() / 2).and_then(|a| encode(&ToHost::Answer(*a), &mut wire).ok()).unwrap_or(0);
+    let (bandwidth, flops) = limits();
+    let (short, _) = log(3.0)?;
+    for (key, value, unit) in [
+        ("mission.seconds", flight.duration_s, "s"),
+        ("mission.cycles", flight.cycles as f64, "1"),
+        ("wire.out", out as f64, "bytes"),
+        ("wire.back", back as f64, "bytes"),
+        ("limit.bandwidth", bandwidth, "B/s"),
+        ("limit.flops", flops, "flop/s"),
+        ("log.rows", short.len() as f64, "1"),
+    ] {
+        writeln!(text, "{key}\t{value}\t{unit}")?;
+    }
+    for (hours, rows, seconds) in grown {
+        writeln!(text, "growth.{hours}h\t{seconds}\ts\ngrowth.{hours}h.rows\t{rows}\t1")?;
+    }
+    let folder = results();
+    std::fs::create_dir_all(&folder)?;
+    // Of a part of the measurements the rest is kept as it was.
+    let criterion = folder.with_file_name("criterion");
+    for group in std::fs::read_dir(&criterion)?.flatten() {
+        for name in std::fs::read_dir(group.path()).into_iter().flatten().flatten() {
+            let Ok(told) = std::fs::read_to_string(name.path().join("new/estimates.json")) else { continue };
+            let told: serde_json::Value = serde_json::from_str(&told)?;
+            let median = &told["median"];
+            let (low, high) = (&median["confidence_interval"]["lower_bound"], &median["confidence_interval"]["upper_bound"]);
+            let key = format!("{}.{}", group.file_name().to_string_lossy(), name.file_name().to_string_lossy());
+            writeln!(text, "{key}\t{}\t{low}\t{high}\tns", median["point_estimate"])?;
+        }
+    }
+    let path = folder.join("speed.tsv");
+    if grown.is_empty()
+        && let Ok(before) = std::fs::read_to_string(&path)
+    {
+        before.lines().filter(|l| l.starts_with("growth.")).for_each(|l| text += &format!("{l}\n"));
+    }
+    std::fs::write(&path, text)?;
+    println!("wrote {}", path.display());
+    Ok(())
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    // `cargo test --benches` and `--all-targets` start this program too: a measurement is no test.
+    if !arguments.iter().any(|a| a == "--bench") {
+        println!("measured by `cargo bench -p benches`");
+        return;
+    }
+    let mut c = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(2))
+        .configure_from_args();
+    rooms(&mut c);
+    seats(&mut c);
+    learning(&mut c);
+    real(&mut c);
+    c.final_summary();
+    let grown = if arguments.iter().all(|a| a.starts_with("--")) { growth() } else { Vec::new() };
+    let _ = std::fs::remove_dir_all(scratch());
+    if let Err(e) = write_table(&grown) {
+        eprintln!("no table of results: {e:#}");
+    }
+    let _ = std::fs::remove_dir_all(scratch());
+}

@@ -22,6 +22,8 @@ const TIME_HANDICAP: f64 = 9.0;
 const REMAINS_SHARE: f64 = 0.12;
 /// Or a mean square of innovations (1 for noise) that no difference of form explains.
 const REMAINS_MISFIT: f64 = 1.3;
+/// Mean square of innovations beyond which no verdict but unexplained is honest.
+const FAR_FROM_NOISE: f64 = 2.5;
 /// What a family must be better by than the best name: log odds, and share of them.
 const FAMILY_HANDICAP: f64 = 5.0;
 const FAMILY_SHARE: f64 = 0.05;
@@ -142,7 +144,7 @@ pub struct Diagnosis {
 /// Which segments are for checking: those the file names, else every fourth of at least four.
 #[must_use]
 pub fn check_segments(vehicle: &Vehicle, prepared: &Prepared, notes: &mut Vec<String>) -> Vec<u32> {
-    let mut present: Vec<u32> = prepared.runs.iter().map(|r| r.segment).collect();
+    let mut present: Vec<u32> = prepared.runs.iter().filter(|r| r.used.iter().any(|u| *u)).map(|r| r.segment).collect();
     present.dedup();
     let named: Vec<u32> = vehicle.check_segments.iter().copied().filter(|s| present.contains(s)).collect();
     if !named.is_empty() {
@@ -192,9 +194,10 @@ pub fn prepared_problem<'a>(
             flight.name
         )));
     }
-    let nominal = State::nominal();
-    let null_fit =
-        |problem: &Problem| fit(problem, &Jacobian::new(problem, &nominal), &nominal, 0.01, Effort { iterations: 3, renew: false });
+    problem.start = crate::start::find(&problem);
+    let null_fit = |problem: &Problem| {
+        fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, 0.01, Effort { iterations: 3, renew: false })
+    };
     let first = null_fit(&problem);
     let brink = problem.settle_continuation(&first.state);
     let second = if brink > 0 { null_fit(&problem) } else { first };
@@ -285,7 +288,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
             }
         }
     }
-    let unexplained = left_over || better_told;
+    // Far more is left than ordinary motion leaves, and nothing has a name for it.
+    let unexplained = left_over || better_told || !(misfit < FAR_FROM_NOISE);
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);
     let mut equivalent: Vec<Vec<&'static str>> = Vec::new();

@@ -1,6 +1,6 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::problem::{CALIBRATION, Column, N_CALIBRATION, N_SIMULATED, Problem, State, Wave, tolerance_of};
+use crate::problem::{CALIBRATION, Column, N_CALIBRATION, Problem, State, Wave, step_of, tolerance_of};
 use hydro::effects::{Active, Effect};
 use nalgebra::{DMatrix, DVector};
 
@@ -19,11 +19,15 @@ impl Jacobian {
         let base = problem.model(at);
         let columns: Vec<Column> = (0..N_CALIBRATION)
             .map(|k| {
-                let step = if k < N_SIMULATED { 0.5 } else { 1.0 };
-                let mut beside = at.clone();
-                beside.calibration[k] += step;
-                let values = problem.model(&beside).iter().zip(&base).map(|(b, a)| (b - a) / step).collect();
-                Column { from: 0, values }
+                let step = step_of(problem.vehicle, k);
+                let aside = |step: f64| -> Vec<f64> {
+                    let mut beside = at.clone();
+                    beside.calibration[k] += step;
+                    problem.model(&beside).iter().zip(&base).map(|(b, a)| (b - a) / step).collect()
+                };
+                // Where the model has no glide on one side, the other side tells; where on neither, nothing does.
+                let values = [step, -0.2 * step].into_iter().map(aside).find(|v| v.iter().all(|x| x.is_finite()));
+                Column { from: 0, values: values.unwrap_or_else(|| vec![0.0; base.len()]) }
             })
             .collect();
         let gram = DMatrix::from_fn(CALIBRATION.len(), CALIBRATION.len(), |i, j| columns[i].dot(&columns[j]));

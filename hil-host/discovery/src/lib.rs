@@ -2,8 +2,10 @@
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
 pub mod add;
+pub mod clocks;
 pub mod compare;
 pub mod diagnose;
+pub mod dives;
 pub mod dynamics;
 pub mod export;
 pub mod expression;
@@ -19,6 +21,7 @@ pub mod read;
 pub mod remainder;
 pub mod report;
 pub mod search;
+pub mod start;
 pub mod steady;
 pub mod vehicle;
 pub mod vehicle_file;

@@ -12,8 +12,12 @@ use hydro::effects::Sensed;
 
 /// Half width of the local fit of pitch, s (shorter than the pitch mode of 16 s, longer than two samples).
 pub const PITCH_WINDOW_S: f64 = 9.0;
-/// Grid step of the simulation, s. The heave mode decays in 1.1-4 s; RK4 is stable to 2.8 times that.
+/// Longest grid step of the simulation, s.
 pub const STEP_S: f64 = 2.0;
+/// Steps per decay time of the heave mode, 1: RK4 is stable to 2.78.
+const STEP_PER_DECAY: f64 = 2.5;
+/// Speed at which that decay is taken, m/s: faster than any glide of a Slocum, guess.
+const FAST_M_S: f64 = 0.5;
 /// A gap longer than this starts a new run, s.
 pub const GAP_S: f64 = 120.0;
 /// Depth above which a row is not compared: surface, waves, launch; m (FORMAT section 6.1).
@@ -219,23 +223,57 @@ pub fn local_slope(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut us
     local_quadratic(time, value, t, half, from).1
 }
 
+/// Grid step on which the heave mode of a vehicle stays stable within three tolerances of its lift, s. The mode decays with
+/// m (1 + k2) / (½ ρ U a S): 1.1 to 4 s for light loads, half of that for large wings.
+#[must_use]
+pub fn step_s(vehicle: &Vehicle) -> f64 {
+    let c = &vehicle.constants;
+    let slope = c.lift_slope_per_rad * (1.0 + 3.0 * vehicle.tolerance.lift_slope_relative);
+    let decay_s = c.mass_kg * (1.0 + c.added_mass_heave) / (0.5 * 1025.0 * FAST_M_S * slope * c.reference_area_m2);
+    (STEP_PER_DECAY * decay_s).clamp(0.25, STEP_S)
+}
+
 /// Cleans a flight and lays its inputs on the grid.
 #[must_use]
 pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     let mut runs = Vec::new();
     let mut notes = Vec::new();
+    let aligned = crate::clocks::aligned(flight);
+    if let Some((_, tau)) = &aligned {
+        notes.push(format!(
+            "pitch, roll and ballast were {:.1} s {} of the CTD (two pressure sensors compared) and were shifted to its clock",
+            tau.abs(),
+            if *tau < 0.0 { "ahead" } else { "behind" }
+        ));
+    }
+    let flight = aligned.as_ref().map_or(flight, |a| &a.0);
+    let dives = crate::dives::cut(flight, vehicle);
+    if dives.is_some() {
+        notes.push("the flight is one long segment: it was cut into its dives, and segments here are dives".into());
+    }
+    let segment = dives.as_ref().unwrap_or(&flight.segment);
     let mut spikes = [0usize; 4];
     let n = flight.len();
     let mut start = 0;
     while start < n {
         let mut end = start + 1;
-        while end < n && flight.segment[end] == flight.segment[start] && flight.time_s[end] - flight.time_s[end - 1] < GAP_S {
+        while end < n && segment[end] == segment[start] && flight.time_s[end] - flight.time_s[end - 1] < GAP_S {
             end += 1;
         }
         if end - start >= 12 && flight.pressure_pa[start..end].iter().filter(|v| v.is_finite()).count() >= 8 {
-            runs.push(run(flight, vehicle, start, end, &mut spikes));
+            let mut one = run(flight, vehicle, start, end, &mut spikes);
+            one.segment = segment[start];
+            // A dive that was cut out starts and ends under way, not afloat.
+            if start > 0 && flight.segment[start] == flight.segment[start - 1] && dives.is_some() {
+                one.surface[0] = None;
+                one.starts_afloat = false;
+            }
+            if end < n && flight.segment[end] == flight.segment[end - 1] && dives.is_some() {
+                one.surface[1] = None;
+            }
+            runs.push(one);
         } else {
-            notes.push(format!("rows {start} to {end} (segment {}) are too few to run a model on; left out", flight.segment[start]));
+            notes.push(format!("rows {start} to {end} (segment {}) are too few to run a model on; left out", segment[start]));
         }
         start = end;
     }
@@ -333,7 +371,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         .collect();
 
     // Half-step grid.
-    let step = STEP_S;
+    let step = step_s(vehicle);
     let count = ((time[time.len() - 1] - time[0]) / (0.5 * step)).ceil() as usize + 3;
     let mut inputs = Vec::with_capacity(count);
     let (mut at, mut from) = (0usize, 0usize);

@@ -84,6 +84,14 @@ pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
     }
 }
 
+/// Step of a difference in a calibration number, in its tolerances: half of one, but never further than a vehicle stays linear.
+#[must_use]
+pub fn step_of(vehicle: &Vehicle, index: usize) -> f64 {
+    // In the unit of the effect that deviates the number; guesses, wider than half the tolerances of a calibrated vehicle.
+    const LARGEST: [f64; N_SIMULATED] = [0.05, 0.05, 0.05, 5.0, 0.02, 0.005, 0.1, 0.1, 0.05, 0.1];
+    LARGEST.get(index).map_or(1.0, |largest| (largest / tolerance_of(vehicle, index)).min(0.5))
+}
+
 /// A wave whose phase is free in each run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wave {
@@ -151,6 +159,8 @@ pub struct Problem<'a> {
     pub beyond: Continuation,
     /// Colour in force.
     pub colour: Colour,
+    /// Where fits start.
+    pub start: State,
     whiteners: Vec<Whitener>,
     used: Vec<Vec<bool>>,
     speed_rows: Vec<Vec<Vec<usize>>>,
@@ -189,6 +199,7 @@ impl<'a> Problem<'a> {
             brink_at: vec![Vec::new(); runs.len()],
             runs,
             colour,
+            start: State::nominal(),
             whiteners: Vec::new(),
             used,
             speed_rows,

@@ -176,8 +176,8 @@ impl Screen<'_> {
             effects.push(WAVE);
         }
         let worse = !(f.chi2 <= self.null.chi2 + 0.5);
-        let log_odds =
-            if worse { f64::NEG_INFINITY } else { log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + extra };
+        let log_odds = log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + extra;
+        let log_odds = if worse || log_odds.is_nan() { f64::NEG_INFINITY } else { log_odds };
         Candidate { effects, log_odds, gain: self.null.chi2 - f.chi2, fit: f }
     }
 
@@ -209,7 +209,9 @@ impl Screen<'_> {
                 active = self.current_start(base);
             }
             start.effects.push(active);
-            let f = self.fit(&start, 0.01, iterations);
+            // Wide tolerances: the calibration must find its way anew beside each effect.
+            let far = crate::start::is_uncalibrated(self.problem.vehicle);
+            let f = if far { crate::start::descend(self.problem, &start) } else { self.fit(&start, 0.01, iterations) };
             if best.as_ref().is_none_or(|b| f.chi2 < b.chi2) {
                 best = Some(f);
             }
@@ -387,8 +389,8 @@ fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec
 const FAR_OFF: f64 = 2.5;
 /// Nothing missing: the calibration fitted twice, the second time with signatures taken at the first fit.
 fn calibrated(problem: &Problem) -> (Jacobian, Fit) {
-    let nominal = Jacobian::new(problem, &State::nominal());
-    let first = fit(problem, &nominal, &State::nominal(), 0.01, Effort { iterations: 3, renew: false });
+    let from = Jacobian::new(problem, &problem.start);
+    let first = fit(problem, &from, &problem.start, 0.01, Effort { iterations: 3, renew: false });
     let jacobian = Jacobian::new(problem, &first.state);
     let null = fit(problem, &jacobian, &first.state, 0.01, Effort { iterations: 2, renew: false });
     (jacobian, null)

@@ -1,0 +1,82 @@
+//! Where the fit of the calibration starts when the vehicle file is far from the vehicle.
+//!
+//! A vehicle that has been calibrated sits so close to its file that one linearisation reaches it. A vehicle that nobody has
+//! calibrated can be hundreds of cm³ off in trim: its nominal model may float where the real one dives, and no signature taken
+//! there points home. So the two numbers that decide whether it dives at all, trim and drag, are scanned over their prior range
+//! with the full model, and from the best places Gauss–Newton goes on with signatures renewed at every step.
+
+use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::problem::{Problem, State};
+use crate::vehicle::Vehicle;
+
+/// Trim and drag tolerances from which a file counts as not calibrated: one linearisation no longer spans them, m³ and 1.
+const WIDE_TRIM_M3: f64 = 1e-5;
+const WIDE_CD0: f64 = 0.1;
+/// Places that are tried, in tolerances.
+const TRIMS: [f64; 17] = [0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0, -1.3, 1.3, -1.6, 1.6, -2.0, 2.0, -2.5, 2.5];
+const DRAGS: [f64; 4] = [0.0, -1.0, 1.2, 3.0];
+/// From how many of them the fit goes on, and how often signatures are renewed at most.
+const DESCENTS: usize = 2;
+const RENEWALS: usize = 8;
+/// Innovations beyond this count linearly, sigma.
+const HUBER: f64 = 3.0;
+
+/// Whether the tolerances of a vehicle file are those of a vehicle that nobody has calibrated.
+#[must_use]
+pub fn is_uncalibrated(vehicle: &Vehicle) -> bool {
+    vehicle.tolerance.trim_volume_m3 > WIDE_TRIM_M3 || vehicle.tolerance.cd0_relative > WIDE_CD0
+}
+
+fn cost(problem: &Problem, state: &State) -> f64 {
+    let model = problem.model(state);
+    let misfit: f64 = problem
+        .data
+        .iter()
+        .zip(&model)
+        .map(|(d, m)| (d - m).abs())
+        .map(|r| if r < HUBER { r * r } else { HUBER * (2.0 * r - HUBER) })
+        .sum();
+    let prior: f64 = state.calibration.iter().map(|z| z * z).sum();
+    if misfit.is_finite() { misfit + prior } else { f64::INFINITY }
+}
+
+/// Follows renewed signatures downhill from a state.
+#[must_use]
+pub fn descend(problem: &Problem, from: &State) -> Fit {
+    let mut best = fit(problem, &Jacobian::new(problem, from), from, 0.01, Effort { iterations: 2, renew: false });
+    for _ in 0..RENEWALS {
+        let next = fit(problem, &Jacobian::new(problem, &best.state), &best.state, 0.01, Effort { iterations: 2, renew: false });
+        let settled = !(next.chi2 < best.chi2 - 0.5 - 1e-3 * best.chi2);
+        if next.chi2 <= best.chi2 {
+            best = next;
+        }
+        if settled {
+            break;
+        }
+    }
+    best
+}
+
+/// The state from which fits of this problem start.
+#[must_use]
+pub fn find(problem: &Problem) -> State {
+    if !is_uncalibrated(problem.vehicle) {
+        return State::nominal();
+    }
+    let mut places: Vec<(f64, State)> = Vec::new();
+    for drag in DRAGS {
+        for trim in TRIMS {
+            let mut state = State::nominal();
+            state.calibration[0] = drag;
+            state.calibration[3] = trim;
+            places.push((cost(problem, &state), state));
+        }
+    }
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    places
+        .iter()
+        .take(DESCENTS)
+        .map(|(_, s)| descend(problem, s))
+        .min_by(|a, b| a.chi2.total_cmp(&b.chi2))
+        .map_or_else(State::nominal, |f| f.state)
+}

@@ -4,8 +4,8 @@
 //! the table of the README is made from them; divan prints them only.
 //!
 //! Real flights and QEMU take part where they are there, and are said to be
-//! skipped where not. Diagnoses of a day and of a month are run once each,
-//! after the rest, unless a NAME is given.
+//! skipped where not. Diagnoses of a day and of a month (`growth`) are run once
+//! each, after the rest.
 
 use benches::{flown, frames, log, results, scratch, shallow};
 use control::{Config, State};
@@ -306,7 +306,8 @@ fn main() {
     learning(&mut c);
     real(&mut c);
     c.final_summary();
-    let grown = if arguments.iter().all(|a| a.starts_with("--")) { growth() } else { Vec::new() };
+    let wanted = arguments.iter().filter(|a| !a.starts_with("--")).all(|a| "growth".contains(a.as_str()));
+    let grown = if wanted { growth() } else { Vec::new() };
     let _ = std::fs::remove_dir_all(scratch());
     if let Err(e) = write_table(&grown) {
         eprintln!("no table of results: {e:#}");

@@ -3,12 +3,16 @@
 //! criterion, because it writes every median with its interval to disk, where
 //! the table of the README is made from them; divan prints them only.
 //!
+//! What computes is measured in CPU time of its thread, what waits for another
+//! thread or program (the seats) by the wall clock.
+//!
 //! Real flights and QEMU take part where they are there, and are said to be
 //! skipped where not. Diagnoses of a day and of a month (`growth`) are run once
 //! each, after the rest.
 
-use benches::{flown, frames, log, results, scratch, shallow};
+use benches::{cpu_time, flown, frames, log, results, scratch, shallow};
 use control::{Config, State};
+use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{Criterion, Throughput};
 use discovery::diagnose::diagnose;
 use discovery::{add, compare, export, import, prepare};
@@ -28,13 +32,40 @@ use signals::{Micros, ToBoard, ToHost, Wings, encode};
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+/// CPU time of the measuring thread.
+struct Cpu;
+
+impl Measurement for Cpu {
+    type Intermediate = Duration;
+    type Value = Duration;
+
+    fn start(&self) -> Duration {
+        cpu_time()
+    }
+    fn end(&self, begin: Duration) -> Duration {
+        cpu_time() - begin
+    }
+    fn add(&self, a: &Duration, b: &Duration) -> Duration {
+        *a + *b
+    }
+    fn zero(&self) -> Duration {
+        Duration::ZERO
+    }
+    fn to_f64(&self, value: &Duration) -> f64 {
+        value.as_nanos() as f64
+    }
+    fn formatter(&self) -> &dyn ValueFormatter {
+        WallTime.formatter()
+    }
+}
 
 /// Points of a polar.
 const ANGLES: u32 = 4000;
 
 /// The model, the table, the law, the world: one call each.
-fn rooms(c: &mut Criterion) {
+fn rooms(c: &mut Criterion<Cpu>) {
     let model = Model::sea(Wings::Standard).expect("a built-in vehicle");
     let all: Vec<Active> = CATALOGUE
         .iter()
@@ -118,22 +149,27 @@ fn seats(c: &mut Criterion) {
         trip("qemu", &mut Link::new(Qemu::start(image, None).expect("QEMU starts")));
     }
     let mut group = c.benchmark_group("mission");
-    group.bench_function("in-process", |b| b.iter(|| flown(&mission, &mut Link::new(InProcess::default())).expect("flown")));
+    // Opening a seat and booting an image is not flying: the flight's own clock counts.
+    let own = |out: hil_host::closed_loop::Outcome| Duration::from_secs_f64(out.wall_s);
+    group.bench_function("in-process", |b| {
+        b.iter_custom(|n| (0..n).map(|_| own(flown(&mission, &mut Link::new(InProcess::default())).expect("flown"))).sum());
+    });
     group.sample_size(10).measurement_time(Duration::from_secs(5));
-    group.bench_function("pty", |b| b.iter(|| flown(&mission, &mut Link::new(Pty::new().expect("a pseudo-terminal"))).expect("flown")));
+    group.bench_function("pty", |b| {
+        b.iter_custom(|n| {
+            (0..n).map(|_| own(flown(&mission, &mut Link::new(Pty::new().expect("a pseudo-terminal"))).expect("flown"))).sum()
+        });
+    });
     if let Some(image) = &image {
         group.bench_function("qemu", |b| {
-            // Booting is not flying.
             b.iter_custom(|n| {
-                (0..n)
-                    .map(|_| {
-                        let mut seat = Link::new(Qemu::start(image, None).expect("QEMU starts"));
-                        seat.hello().expect("an answer");
-                        let begin = Instant::now();
-                        flown(&mission, &mut seat).expect("flown");
-                        begin.elapsed()
-                    })
-                    .sum()
+                let fly = || {
+                    let mut seat = Link::new(Qemu::start(image, None).expect("QEMU starts"));
+                    // The first answer comes when it has booted.
+                    seat.hello().expect("an answer");
+                    own(flown(&mission, &mut seat).expect("flown"))
+                };
+                (0..n).map(|_| fly()).sum()
             });
         });
     }
@@ -141,7 +177,7 @@ fn seats(c: &mut Criterion) {
 }
 
 /// What a person at the workbench waits for, on a simulated log of 3 h.
-fn learning(c: &mut Criterion) {
+fn learning(c: &mut Criterion<Cpu>) {
     let (flight, vehicle) = log(3.0).expect("a log");
     let prepared = prepare::prepare(&flight, &vehicle);
     let problem = discovery::problem::Problem::new(&prepared, &vehicle, |_| true);
@@ -171,7 +207,7 @@ fn learning(c: &mut Criterion) {
 }
 
 /// The same with a flight of a real vehicle.
-fn real(c: &mut Criterion) {
+fn real(c: &mut Criterion<Cpu>) {
     let Some(root) = std::env::var_os("GLIDER_FLIGHTS") else {
         eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set): import of DBD files, NetCDF of a Seaglider");
         return;
@@ -195,9 +231,9 @@ fn growth() -> Vec<(f64, usize, f64)> {
     let mut out: Vec<(f64, usize, f64)> = Vec::new();
     for hours in [3.0, 24.0, 720.0] {
         let (flight, vehicle) = log(hours).expect("a log");
-        let begin = Instant::now();
+        let begin = cpu_time();
         let found = diagnose(&flight, &vehicle, &|_, _| {}).expect("a diagnosis");
-        let seconds = begin.elapsed().as_secs_f64();
+        let seconds = (cpu_time() - begin).as_secs_f64();
         let exponent =
             out.last().map_or(String::new(), |(h, _, s)| format!(", grows as length^{:.2}", (seconds / s).ln() / (hours / h).ln()));
         println!(
@@ -217,9 +253,9 @@ fn limits() -> (f64, f64) {
     let flops_of = 400_000_000u32;
     let best = |work: &dyn Fn() -> f64, amount: f64| {
         (0..5).fold(0.0f64, |best, _| {
-            let begin = Instant::now();
+            let begin = cpu_time();
             black_box(work());
-            best.max(amount / begin.elapsed().as_secs_f64())
+            best.max(amount / (cpu_time() - begin).as_secs_f64())
         })
     };
     let read = || memory.chunks_exact(16).fold([0.0f64; 16], |s, c| std::array::from_fn(|i| s[i] + c[i])).iter().sum();
@@ -296,16 +332,15 @@ fn main() {
         println!("measured by `cargo bench -p benches`");
         return;
     }
-    let mut c = Criterion::default()
-        .sample_size(20)
-        .warm_up_time(Duration::from_millis(300))
-        .measurement_time(Duration::from_secs(2))
-        .configure_from_args();
-    rooms(&mut c);
-    seats(&mut c);
-    learning(&mut c);
-    real(&mut c);
-    c.final_summary();
+    let usual = || Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
+    let mut computing = usual().with_measurement(Cpu).configure_from_args();
+    rooms(&mut computing);
+    learning(&mut computing);
+    real(&mut computing);
+    computing.final_summary();
+    let mut waiting = usual().configure_from_args();
+    seats(&mut waiting);
+    waiting.final_summary();
     let wanted = arguments.iter().filter(|a| !a.starts_with("--")).all(|a| "growth".contains(a.as_str()));
     let grown = if wanted { growth() } else { Vec::new() };
     let _ = std::fs::remove_dir_all(scratch());

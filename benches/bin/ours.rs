@@ -1,5 +1,5 @@
-//! Our side of the comparison with other people's tools: the same data, one task per call, timed from data in memory to the
-//! answer, printed as one line of JSON. Called by `benches/peers/compare.py`.
+//! Our side of the comparison with other people's tools: the same data, one task per call, its CPU time from data in memory to
+//! the answer, printed as one line of JSON. Called by `benches/peers/compare.py`.
 //!
 //! ```text
 //! ours fit FLIGHT ROWS.csv [EFFECT…]  dynamic fit of the calibration, and of effects; depths of every block row
@@ -8,6 +8,7 @@
 //! ```
 
 use anyhow::{Context, bail};
+use benches::cpu_time;
 use discovery::dynamics::track;
 use discovery::metric::blocks;
 use discovery::prepare::prepare;
@@ -18,7 +19,6 @@ use plant::trials::{Kind, generate, plan};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Instant;
 
 /// Fits of one call: the first also warms caches, the median counts.
 const REPEATS: usize = 5;
@@ -28,13 +28,13 @@ fn load(path: &Path) -> anyhow::Result<(Flight, Vehicle)> {
     Ok((discovery::read::flight(path)?, discovery::vehicle::read(&vehicle)?))
 }
 
-/// Median seconds of a piece of work, and what it made.
+/// Median CPU seconds of a piece of work, and what it made.
 fn timed<T>(repeats: usize, work: impl Fn() -> T) -> (f64, T) {
     let mut seconds = Vec::new();
     let out = loop {
-        let begin = Instant::now();
+        let begin = cpu_time();
         let out = work();
-        seconds.push(begin.elapsed().as_secs_f64());
+        seconds.push((cpu_time() - begin).as_secs_f64());
         if seconds.len() >= repeats {
             break out;
         }
@@ -84,7 +84,7 @@ fn find(path: &Path, matrix: &Path) -> anyhow::Result<()> {
     let found = found?;
     let prepared = prepare(&flight, &vehicle);
     let fitted = |s: u32| !vehicle.check_segments.contains(&s) && (vehicle.fit_segments.is_empty() || vehicle.fit_segments.contains(&s));
-    let begin = Instant::now();
+    let begin = cpu_time();
     let problem = Problem::new(&prepared, &vehicle, fitted);
     // Signatures by differences at the recalibrated state: what each number would add to the whitened residual.
     let base_state = &found.recalibrated;
@@ -103,7 +103,7 @@ fn find(path: &Path, matrix: &Path) -> anyhow::Result<()> {
         beside.effects.push(Active::sized(*effect, p.off + step));
         columns.push((effect.name().to_owned(), column(&beside, step)));
     }
-    let matrix_seconds = begin.elapsed().as_secs_f64();
+    let matrix_seconds = (cpu_time() - begin).as_secs_f64();
     let mut text = columns.iter().map(|c| c.0.as_str()).collect::<Vec<_>>().join(",");
     for i in 0..base.len() {
         text.push('\n');

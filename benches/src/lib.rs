@@ -19,10 +19,20 @@ use hil_host::seats::in_process::InProcess;
 use hil_host::seats::{Link, Seat};
 use hil_host::{mission_file, worlds};
 use plant::{Effect, EffectKind, World};
+use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use signals::{Leg, Mission, SensorFrame};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::Duration;
+
+/// CPU time of this thread so far. What is bound by computing is measured in it, so that other work on the machine does not
+/// count; what waits for another thread or program is measured by the wall clock.
+#[must_use]
+pub fn cpu_time() -> Duration {
+    let t = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(t.tv_sec.unsigned_abs(), u32::try_from(t.tv_nsec).unwrap_or(0))
+}
 
 /// The built-in shallow mission: four dives of 3–27 m.
 ///

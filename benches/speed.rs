@@ -124,6 +124,13 @@ fn rooms(c: &mut Criterion<Cpu>) {
     group.finish();
 }
 
+/// Plant and controller in one process: the whole shallow mission.
+fn closed_loop(c: &mut Criterion<Cpu>) {
+    let mission = shallow();
+    c.benchmark_group("mission")
+        .bench_function("in-process", |b| b.iter(|| flown(&mission, &mut Link::new(InProcess::default())).expect("flown")));
+}
+
 fn image() -> Option<std::path::PathBuf> {
     if !qemu::is_installed() {
         eprintln!("skipped: no qemu-system-arm");
@@ -132,7 +139,7 @@ fn image() -> Option<std::path::PathBuf> {
     qemu::find_image().map_err(|e| eprintln!("skipped: {e}")).ok()
 }
 
-/// One exchange, and the whole shallow mission in lockstep, through every seat.
+/// One exchange, and the whole shallow mission in lockstep, through a line.
 fn seats(c: &mut Criterion) {
     let mission = shallow();
     let frame = frames().expect("a flight")[0];
@@ -143,7 +150,6 @@ fn seats(c: &mut Criterion) {
         seat.begin(&mission).expect("a mission");
         c.benchmark_group("round-trip").bench_function(name, |b| b.iter(|| black_box(seat.exchange(&frame).expect("an answer"))));
     };
-    trip("in-process", &mut Link::new(InProcess::default()));
     trip("pty", &mut Link::new(Pty::new().expect("a pseudo-terminal")));
     if let Some(image) = &image {
         trip("qemu", &mut Link::new(Qemu::start(image, None).expect("QEMU starts")));
@@ -151,9 +157,6 @@ fn seats(c: &mut Criterion) {
     let mut group = c.benchmark_group("mission");
     // Opening a seat and booting an image is not flying: the flight's own clock counts.
     let own = |out: hil_host::closed_loop::Outcome| Duration::from_secs_f64(out.wall_s);
-    group.bench_function("in-process", |b| {
-        b.iter_custom(|n| (0..n).map(|_| own(flown(&mission, &mut Link::new(InProcess::default())).expect("flown"))).sum());
-    });
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     group.bench_function("pty", |b| {
         b.iter_custom(|n| {
@@ -335,6 +338,7 @@ fn main() {
     let usual = || Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
     let mut computing = usual().with_measurement(Cpu).configure_from_args();
     rooms(&mut computing);
+    closed_loop(&mut computing);
     learning(&mut computing);
     real(&mut computing);
     computing.final_summary();

@@ -54,4 +54,7 @@ impl Storage for Shelf {
     fn log_lost(&mut self) -> bool {
         self.vault().log_lost()
     }
+    fn read_log(&mut self, at: u32, out: &mut [u8]) -> u32 {
+        self.vault().read_log(at, out)
+    }
 }

@@ -259,6 +259,9 @@ pub fn fly(
 ) -> Result<Outcome, FlightError> {
     let wall = Instant::now();
     let manifest = seat.hello()?;
+    if !manifest.hil {
+        return Err(SeatError::OwnSensors { seat: seat.describe() }.into());
+    }
     seat.configure(&manifest, &setup.config)?;
     let table_id = seat.begin(&setup.mission)?;
     let start_s = world.time_s();

@@ -27,6 +27,7 @@ pub fn check(object: Object, bytes: &[u8], config: &Config) -> Result<(), Refusa
             mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)
         }
         Object::Config => config_of(bytes).map(|_| ()).ok_or(Refusal::Corrupt),
+        Object::Log => Err(Refusal::Storage),
     }
 }
 
@@ -101,7 +102,7 @@ pub fn in_use(storage: &mut impl Storage, built_in: &Config, object: Object, out
             select_table(storage, wings, out);
         }
         Object::Config => config_bytes(&select_config(storage, built_in), out),
-        Object::Mission => {
+        Object::Mission | Object::Log => {
             if !storage.load(object, out) {
                 out.clear();
             }

@@ -446,14 +446,21 @@ impl<S: Storage> Helm<S> {
 
     #[inline(never)]
     fn read_back(&mut self, object: Object, offset: u32) -> Result<ToHost, Refusal> {
-        let mut bytes = Content::new();
-        objects::in_use(&mut self.storage, &self.built_in, object, &mut bytes);
-        let start = usize::try_from(offset).unwrap_or(usize::MAX).min(bytes.len());
-        let rest = bytes.get(start..).unwrap_or_default();
-        let piece = rest.get(..rest.len().min(CHUNK)).unwrap_or_default();
+        let mut piece = [0; CHUNK];
+        let length = if object == Object::Log {
+            self.storage.read_log(offset, &mut piece)
+        } else {
+            let mut bytes = Content::new();
+            objects::in_use(&mut self.storage, &self.built_in, object, &mut bytes);
+            let rest = bytes.get(offset as usize..).unwrap_or_default();
+            piece.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+            bytes.len() as u32
+        };
+        let offset = offset.min(length);
+        let there = length.saturating_sub(offset) as usize;
         let mut data = heapless::Vec::new();
-        piece.iter().try_for_each(|b| data.push(*b)).map_err(|_| Refusal::TooLong)?;
-        Ok(ToHost::Content { offset: start as u32, length: bytes.len() as u32, data })
+        piece.iter().take(there).try_for_each(|b| data.push(*b)).map_err(|_| Refusal::TooLong)?;
+        Ok(ToHost::Content { offset, length, data })
     }
 }
 

@@ -52,6 +52,10 @@ pub trait Storage {
     fn log_lost(&mut self) -> bool {
         false
     }
+    /// Copies the log from byte `at` on, raw as it lies on flash; returns its whole length, bytes, 0 where there is none.
+    fn read_log(&mut self, _at: u32, _out: &mut [u8]) -> u32 {
+        0
+    }
 }
 
 impl<S: Storage> Storage for &mut S {
@@ -73,9 +77,12 @@ impl<S: Storage> Storage for &mut S {
     fn log_lost(&mut self) -> bool {
         (**self).log_lost()
     }
+    fn read_log(&mut self, at: u32, out: &mut [u8]) -> u32 {
+        (**self).read_log(at, out)
+    }
 }
 
-/// Number of an object's place, below [`OBJECTS`].
+/// Number of an object's place, below [`OBJECTS`]; that of the log has none.
 #[must_use]
 pub const fn place(object: Object) -> usize {
     match object {
@@ -83,6 +90,7 @@ pub const fn place(object: Object) -> usize {
         Object::Table(Wings::LowAspectRatio) => 1,
         Object::Config => 2,
         Object::Mission => 3,
+        Object::Log => OBJECTS, // nowhere: it has a ring of its own
     }
 }
 

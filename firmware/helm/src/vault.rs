@@ -187,4 +187,17 @@ impl<F: NorFlash> Storage for Vault<F> {
     fn log_lost(&mut self) -> bool {
         self.lost
     }
+
+    #[inline(never)]
+    fn read_log(&mut self, at: u32, out: &mut [u8]) -> u32 {
+        let Some(part) = self.part.as_mut().map(Slots::flash) else { return 0 };
+        let start = Slots::<F, OBJECTS>::SPAN;
+        let length = (part.capacity() as u32).saturating_sub(start);
+        let at = at.min(length);
+        let there = out.len().min(length.saturating_sub(at) as usize);
+        match out.get_mut(..there).map(|out| part.read(start.saturating_add(at), out)) {
+            Some(Ok(())) => length,
+            _ => 0,
+        }
+    }
 }

@@ -14,6 +14,7 @@ use store::Ring;
 const SECTOR: usize = 4096;
 const SECTORS: usize = 12;
 
+#[derive(Default)]
 struct Chip {
     bytes: Vec<u8>,
     /// Byte operations until the power is cut.
@@ -346,4 +347,124 @@ fn the_first_cause_survives_a_reset_and_every_mark_is_read_back() {
         Abort::Bottom as usize + 1,
         "every cause is kept"
     );
+}
+
+/// The bytes of an object of every kind, a first and a second version; both are usable.
+fn versions(object: Object) -> [Vec<u8>; 2] {
+    // The built-in table as if fitted to another flight (bytes 8..12, then the CRC).
+    let table = |wings| {
+        [1, 2].map(|fit: u32| {
+            let mut bytes = helm::objects::built_in(wings).to_vec();
+            bytes[8..12].copy_from_slice(&fit.to_le_bytes());
+            let end = bytes.len() - 4;
+            let crc = signals::link::CRC32.checksum(&bytes[..end]);
+            bytes[end..].copy_from_slice(&crc.to_le_bytes());
+            bytes
+        })
+    };
+    match object {
+        Object::Table(wings) => table(wings),
+        Object::Config => [control::Settings::slocum_100(), control::Settings::slocum_1000()].map(|settings| {
+            let mut bytes = Content::new();
+            helm::objects::config_bytes(&Config::new(settings).unwrap(), &mut bytes);
+            bytes.to_vec()
+        }),
+        Object::Mission | Object::Log => [2u16, 3]
+            .map(|surface_every| postcard::to_slice(&Mission { surface_every, ..Mission::default() }, &mut [0; 400]).unwrap().to_vec()),
+    }
+}
+
+/// An upload as the host makes it; whether it was answered as stored for good.
+fn upload(helm: &mut Helm<Vault<Part>>, object: Object, bytes: &[u8]) -> bool {
+    let crc = signals::link::CRC32.checksum(bytes);
+    helm.handle(ToBoard::UploadBegin { object, length: bytes.len() as u32, crc });
+    for (i, piece) in bytes.chunks(signals::link::CHUNK).enumerate() {
+        let offset = (i * signals::link::CHUNK) as u32;
+        helm.handle(ToBoard::UploadChunk { offset, data: heapless::Vec::from_slice(piece).unwrap() });
+    }
+    helm.handle(ToBoard::UploadCommit) == Some(ToHost::Done { crc })
+}
+
+fn in_use(helm: &mut Helm<Vault<Part>>, object: Object) -> Vec<u8> {
+    let mut got = vec![];
+    loop {
+        match helm.handle(ToBoard::ReadBack { object, offset: got.len() as u32 }) {
+            Some(ToHost::Content { data, length, .. }) if !data.is_empty() => {
+                got.extend_from_slice(&data);
+                if got.len() >= length as usize {
+                    return got;
+                }
+            }
+            _ => return got,
+        }
+    }
+}
+
+#[test]
+fn a_cut_at_any_byte_of_an_upload_or_rollback_leaves_one_of_the_two_versions_of_every_object() {
+    for object in [Object::Table(signals::Wings::Standard), Object::Table(signals::Wings::LowAspectRatio), Object::Config, Object::Mission]
+    {
+        let [first, second] = versions(object);
+        let built_in = in_use(&mut boot(&Part::new()).0, object);
+        // The whole way once, without a cut: first version, second version, back to the first, back to what is built in.
+        let old = Part::new();
+        assert!(upload(&mut boot(&old).0, object, &first));
+        let both = Part(Rc::new(RefCell::new(Chip { bytes: old.0.borrow().bytes.clone(), ..Chip::default() })));
+        assert!(upload(&mut boot(&both).0, object, &second));
+        assert_eq!(in_use(&mut boot(&both).0, object), second, "{object:?}");
+        let back = Part(Rc::new(RefCell::new(Chip { bytes: both.0.borrow().bytes.clone(), ..Chip::default() })));
+        assert!(matches!(boot(&back).0.handle(ToBoard::Rollback(object)), Some(ToHost::Done { .. })));
+        assert_eq!(in_use(&mut boot(&back).0, object), first, "{object:?}");
+        assert!(matches!(boot(&back).0.handle(ToBoard::Rollback(object)), Some(ToHost::Done { .. })));
+        assert_eq!(in_use(&mut boot(&back).0, object), built_in, "{object:?}");
+
+        for (from, back) in [(&old, false), (&both, true)] {
+            let fresh = |left| Part(Rc::new(RefCell::new(Chip { bytes: from.0.borrow().bytes.clone(), left, ..Chip::default() })));
+            let act = |part: &Part| {
+                let mut helm = boot(part).0;
+                if back {
+                    matches!(helm.handle(ToBoard::Rollback(object)), Some(ToHost::Done { .. }))
+                } else {
+                    upload(&mut helm, object, &second)
+                }
+            };
+            let whole = fresh(None);
+            assert!(act(&whole));
+            let operations = whole.0.borrow().done;
+            assert!(operations >= if back { 4 } else { second.len() });
+            for cut in 0..operations {
+                let part = fresh(Some(cut));
+                assert!(!act(&part) || back, "an upload that was cut does not say it is kept for good: {object:?}, cut at {cut}");
+                part.0.borrow_mut().left = None;
+                let got = in_use(&mut boot(&part).0, object);
+                assert!(got == first || got == second, "{object:?}, back {back}, cut at {cut}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_log_is_read_over_the_line_byte_by_byte_as_it_lies_on_flash() {
+    let part = Part::new();
+    let (mut helm, _) = boot(&part);
+    begin(&mut helm);
+    for seq in 1..20 {
+        ask(&mut helm, ToBoard::Sensor(frame(seq)));
+    }
+    let log = in_use(&mut helm, Object::Log);
+    assert_eq!(log, part.0.borrow().bytes[8 * SECTOR..]);
+    let end = log.len() as u32;
+    for offset in [end, end + 1, u32::MAX] {
+        assert_eq!(
+            helm.handle(ToBoard::ReadBack { object: Object::Log, offset }),
+            Some(ToHost::Content { offset: end, length: end, data: heapless::Vec::new() })
+        );
+    }
+    // A board without a part keeps none; nobody can write one.
+    let mut bench = Helm::new(Config::default(), Boot::default(), RamStorage::default());
+    assert_eq!(
+        bench.handle(ToBoard::ReadBack { object: Object::Log, offset: 0 }),
+        Some(ToHost::Content { offset: 0, length: 0, data: heapless::Vec::new() })
+    );
+    assert!(!upload(&mut boot(&Part::new()).0, Object::Log, &[1, 2, 3]));
 }

@@ -33,6 +33,8 @@ pub enum Object {
     Config,
     /// Mission.
     Mission,
+    /// Flight log, raw as it lies on flash: read back only.
+    Log,
 }
 
 /// Why a message had no effect.

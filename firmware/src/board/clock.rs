@@ -5,8 +5,8 @@
 //! DS8626 table 41). Baud rates and ticks are the same numbers for both. The
 //! clock security system goes back to HSI if the crystal stops in flight.
 //!
-//! QEMU models no clock tree and counts SysTick at a rate of its own; it is
-//! measured against TIM2 once, so that a second is a second there too.
+//! QEMU models no clock tree and counts SysTick at the F405's highest clock;
+//! it is recognised by TIM2 once, so that a second is a second there too.
 
 use core::cell::Cell;
 use cortex_m::peripheral::SYST;
@@ -19,8 +19,8 @@ use stm32f4::stm32f405::{RCC, TIM2};
 pub const CORE_HZ: u32 = 16_000_000;
 /// Longest wait for the crystal, loops of ≥ 4 cycles (≥ 5 ms; start-up is 2 ms, DS8626 table 39).
 const CRYSTAL_WAIT: u32 = 20_000;
-/// Rate at which QEMU counts TIM2, Hz: once per virtual nanosecond.
-const EMULATED_TIM2_HZ: u64 = 1_000_000_000;
+/// Rate at which QEMU's netduinoplus2 counts SysTick, Hz; it counts TIM2 once per virtual nanosecond.
+const EMULATED_TICK_HZ: u32 = 168_000_000;
 
 static MILLIS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
@@ -52,7 +52,9 @@ pub fn start_tick(syst: &mut SYST, tim2: &TIM2, start_ms: u64) -> u32 {
     syst.clear_current();
     syst.enable_counter();
     tim2.cr1().modify(|_, w| w.cen().enabled());
-    let (s0, t0) = (SYST::get_current(), tim2.cnt().read().bits());
+    // TIM2 is read outside of SysTick: an emulator that is held up in between makes it count more, never less.
+    let t0 = tim2.cnt().read().bits();
+    let s0 = SYST::get_current();
     let mut ticks = 0;
     for _ in 0..20_000 {
         ticks = s0.wrapping_sub(SYST::get_current()) & 0x00ff_ffff;
@@ -62,11 +64,7 @@ pub fn start_tick(syst: &mut SYST, tim2: &TIM2, start_ms: u64) -> u32 {
     }
     let counts = tim2.cnt().read().bits().wrapping_sub(t0);
     // On the chip both run from the same 16 MHz.
-    let hz = if counts > 2 * ticks {
-        u32::try_from(EMULATED_TIM2_HZ * u64::from(ticks) / u64::from(counts)).unwrap_or(CORE_HZ)
-    } else {
-        CORE_HZ
-    };
+    let hz = if counts > 2 * ticks { EMULATED_TICK_HZ } else { CORE_HZ };
     critical_section::with(|cs| MILLIS.borrow(cs).set(start_ms));
     syst.set_reload((hz / 1_000).clamp(1_000, 0x00ff_ffff));
     syst.clear_current();

@@ -42,6 +42,18 @@ pub struct Ring {
     note: u8,
 }
 
+/// Bytes at the start of a sector that say which one it is.
+pub const HEADER: usize = SECTOR_HEADER as usize;
+
+/// Sequence number of a sector from its first bytes; none where they are not a header of this log. For tools that read the
+/// part from afar.
+#[must_use]
+pub fn sequence(header: &[u8]) -> Option<u32> {
+    let [_, _, _, _, a, b, c, d, note, ..] = *header.first_chunk::<HEADER>()?;
+    let sequence = u32::from_le_bytes([a, b, c, d]);
+    (header.first_chunk::<HEADER>()? == &sector_header(sequence, note)).then_some(sequence)
+}
+
 /// One whole entry.
 struct Entry {
     kind: u8,

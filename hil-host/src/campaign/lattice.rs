@@ -156,6 +156,16 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
+/// Every k-th case, so that the sample has all parts of the lattice.
+#[must_use]
+pub fn spread(cases: Vec<Case>, wanted: usize) -> Vec<Case> {
+    let all = cases.len();
+    if wanted >= all || wanted == 0 {
+        return cases;
+    }
+    cases.into_iter().enumerate().filter(|(i, _)| i * wanted / all != (i + 1) * wanted / all).map(|(_, c)| c).collect()
+}
+
 /// The twins of `cases`, each once.
 #[must_use]
 pub fn twins(cases: &[Case]) -> Vec<Case> {

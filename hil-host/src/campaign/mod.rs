@@ -16,6 +16,8 @@ pub mod expect;
 pub mod ideal;
 pub mod lattice;
 mod line;
+pub mod report;
+pub mod through_seat;
 
 use crate::closed_loop::{CYCLE_S, End, Setup, fly};
 use crate::seats::in_process::InProcess;

@@ -1,14 +1,12 @@
 //! `glider faults`.
 
 use super::{Output, Verdict};
-use crate::campaign::lattice::{Case, cases, twins};
-use crate::campaign::{self, Summary, run_through};
-use crate::seats::link::SeatError;
-use crate::seats::{self, Choice};
+use crate::campaign::lattice::{Case, cases, spread, twins};
+use crate::campaign::{self, Summary, through_seat};
+use crate::seats::Choice;
 use anyhow::{Context, bail};
 use comfy_table::Table;
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
-use plant::faults::Kind;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -18,7 +16,7 @@ use std::time::Instant;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider faults\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
-glider faults --seat qemu --sample 200\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
+glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
 Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met.")]
 pub struct Args {
     /// in-process, or a seat (pty, qemu, PORT) through which a sample is flown and compared.
@@ -39,6 +37,9 @@ pub struct Args {
     /// Write the whole list as JSON.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Write the report here.
+    #[arg(long, value_name = "FILE", default_value = "out/faults.html")]
+    html: PathBuf,
     /// Image for the QEMU seat.
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
@@ -50,7 +51,7 @@ pub struct Args {
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
-    let through_seat = choice != Choice::InProcess;
+    let in_seat = choice != Choice::InProcess;
     let mut chosen = cases();
     for case in &mut chosen {
         case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(campaign::lattice::SEEDS));
@@ -61,12 +62,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             bail!("--only {text}: no case has this in its name; names are as in glider fly --fault");
         }
     }
-    if through_seat {
-        // A bad line is made in this process; the supply of an emulated board cannot be cut without losing its memory.
-        chosen.retain(|c| c.line.is_none() && c.faults.iter().all(|f| f.kind != Kind::BrownOut));
-    }
-    let wanted = args.sample.or(through_seat.then_some(200)).unwrap_or(chosen.len());
-    chosen = spread(chosen, wanted);
+    let wanted = args.sample.or(in_seat.then_some(200)).unwrap_or(chosen.len());
+    chosen = if in_seat { through_seat::sample(chosen, &choice, wanted) } else { spread(chosen, wanted) };
     let started = Instant::now();
     let twins = twins(&chosen);
     let bar = ProgressBar::new((chosen.len() + twins.len()) as u64).with_style(
@@ -76,7 +73,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let healthy = fly_all(&twins)?;
     let faulty = fly_all(&chosen)?;
     bar.finish_and_clear();
-    let seat = if through_seat { Some(compare(args, &choice, &faulty)?) } else { None };
+    let seat = if in_seat { Some(compare(args, &choice, &faulty)?) } else { None };
     let summary = Summary::of(&faulty, &healthy);
     let wall_s = started.elapsed().as_secs_f64();
     let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| v.unmet.is_some() || !v.hopeless && !v.safe()).collect();
@@ -96,53 +93,36 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         whole["cases"] = faulty.iter().chain(&healthy).map(campaign::Verdict::document).collect();
         std::fs::write(path, format!("{whole:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
     }
-    output.emit(&document, || print(&summary, &faulty, &bad, wall_s, seat.as_ref(), args.list));
+    let through = seat.as_ref().map(|s| {
+        let different = s["different"].as_array().map_or(0, Vec::len);
+        format!(
+            "{} of them through {} too, {different} with another verdict or actuator stream",
+            s["missions"],
+            s["seat"].as_str().unwrap_or_default()
+        )
+    });
+    campaign::report::page(&summary, &faulty, &healthy, wall_s, through.as_deref()).write(&args.html)?;
+    document["report"] = json!(args.html);
+    output.emit(&document, || print(&summary, &faulty, &bad, wall_s, seat.as_ref(), args));
     let seat_equal = seat.is_none_or(|s| s["different"].as_array().is_some_and(Vec::is_empty));
     Ok(if summary.passed() && seat_equal { Verdict::Ok } else { Verdict::Negative })
-}
-
-/// Every k-th case, so that the sample has all parts of the lattice.
-fn spread(cases: Vec<Case>, wanted: usize) -> Vec<Case> {
-    let all = cases.len();
-    if wanted >= all || wanted == 0 {
-        return cases;
-    }
-    cases.into_iter().enumerate().filter(|(i, _)| i * wanted / all != (i + 1) * wanted / all).map(|(_, c)| c).collect()
 }
 
 /// Flies the cases through another seat and compares with what they did in this process.
 fn compare(args: &Args, choice: &Choice, here: &[campaign::Verdict]) -> anyhow::Result<Value> {
     let started = Instant::now();
-    let mut seat = seats::open(choice, args.elf.as_deref(), None)?;
     let bar = ProgressBar::new(here.len() as u64).with_style(
         ProgressStyle::with_template("{bar:30} {pos}/{len} through the seat {elapsed}, {eta} left").unwrap_or(ProgressStyle::default_bar()),
     );
-    let mut different = Vec::new();
-    for verdict in here {
-        // The controller may be in SAFE from the mission before.
-        seat.hello()?;
-        match seat.recover() {
-            Ok(()) => {}
-            // It ended below the surface: another board is needed.
-            Err(SeatError::Refused { .. }) => seat = reopened(seat, args, choice)?,
-            Err(e) => return Err(e.into()),
-        }
-        let there = run_through(&verdict.case, &mut *seat)?;
-        if there.hash != verdict.hash || there.end != verdict.end || there.broken != verdict.broken || there.unmet != verdict.unmet {
-            different.push(json!({ "here": verdict.document(), "there": there.document() }));
-        }
-        bar.inc(1);
-    }
+    let lanes = std::thread::available_parallelism().map_or(1, usize::from);
+    let different = through_seat::compare(here, choice, args.elf.as_deref(), lanes, &|| bar.inc(1))?;
     bar.finish_and_clear();
-    Ok(json!({ "seat": seat.describe(), "missions": here.len(), "different": different, "wall_s": started.elapsed().as_secs_f64() }))
+    let different: Vec<Value> =
+        different.iter().map(|(here, there)| json!({ "here": here.document(), "there": there.document() })).collect();
+    Ok(json!({ "seat": choice.to_string(), "missions": here.len(), "different": different, "wall_s": started.elapsed().as_secs_f64() }))
 }
 
-fn reopened(old: Box<dyn seats::Seat>, args: &Args, choice: &Choice) -> anyhow::Result<Box<dyn seats::Seat>> {
-    drop(old);
-    seats::open(choice, args.elf.as_deref(), None)
-}
-
-fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], wall_s: f64, seat: Option<&Value>, list: bool) {
+fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], wall_s: f64, seat: Option<&Value>, args: &Args) {
     let mut targets: BTreeMap<&str, [u64; 4]> = BTreeMap::new();
     let mut latencies: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for v in faulty.iter().filter(|v| !v.hopeless) {
@@ -191,7 +171,7 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
             seat["missions"]
         );
     }
-    let shown = if list { bad.len() } else { 20 };
+    let shown = if args.list { bad.len() } else { 20 };
     for v in bad.iter().take(shown) {
         let why = v.broken.iter().copied().chain(v.unmet).collect::<Vec<_>>().join(", ");
         let abort = v.abort.map_or_else(|| "no abort".to_owned(), |(cause, after)| format!("{cause:?} after {after:.0} s"));
@@ -208,4 +188,5 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
     if bad.len() > shown {
         println!("  … {} more: --list", bad.len() - shown);
     }
+    println!("report: {}", args.html.display());
 }

@@ -2,14 +2,16 @@
 
 use super::{Output, Verdict};
 use crate::boardlog::Image;
+use crate::onboard_log;
 use crate::seats::port::{BAUD, Port};
 use crate::seats::{Link, Seat, SeatError, Wire, qemu};
 use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signals::{Counters, Manifest, ToBoard, ToHost};
 use std::collections::VecDeque;
 use std::io::{IsTerminal, Read, Seek, SeekFrom, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -20,7 +22,8 @@ const COLUMNS: usize = 80;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider monitor /dev/ttyACM0\n  glider monitor /dev/ttyACM0 --log /dev/ttyUSB0 --elf firmware.elf\n  \
-glider monitor /dev/ttyACM0 --seconds 5 --json\n\nCtrl-C ends. The board's log (defmt) comes on its USART2: give that port, or the file QEMU writes.")]
+glider monitor /dev/ttyACM0 --seconds 5 --json\n  glider monitor /dev/ttyACM0 --flight-log out/recovered\n\nCtrl-C ends. The board's log (defmt) comes on its USART2: give that port, or the file QEMU writes.\n\
+--flight-log reads what the board wrote to its log flash in flight and ends; glider compare takes the result with --vehicle.")]
 pub struct Args {
     /// Serial port of the board's link (USART1).
     port: String,
@@ -30,6 +33,12 @@ pub struct Args {
     /// The image the board runs, to decode the log; default: the one built here.
     #[arg(long)]
     elf: Option<PathBuf>,
+    /// Read the flight log off the board's flash into this directory, one flight each below it, and end.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["log", "seconds"])]
+    flight_log: Option<PathBuf>,
+    /// Of the flight log read only so many control cycles, the newest.
+    #[arg(long, value_name = "N", requires = "flight_log")]
+    last: Option<usize>,
     /// Stop after this many seconds; default: never.
     #[arg(long)]
     seconds: Option<f64>,
@@ -42,6 +51,9 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut link = Link::new(Port::open(&args.port)?);
     let manifest = link.hello()?;
+    if let Some(directory) = &args.flight_log {
+        return read_flight_log(&mut link, directory, args.last, output);
+    }
     let log = match &args.log {
         Some(path) => Some(follow(path, args.elf.clone())?),
         None => None,
@@ -82,6 +94,32 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
         std::thread::sleep(Duration::from_millis(250).min(until.map_or(Duration::MAX, |u| u.saturating_sub(started.elapsed()))));
     }
+}
+
+/// Least control cycles in a sector of the log: 4 KiB of entries of at most 256 bytes.
+const CYCLES_PER_SECTOR: usize = 15;
+
+fn read_flight_log<W: Wire>(link: &mut Link<W>, directory: &Path, last: Option<usize>, output: &Output) -> anyhow::Result<Verdict> {
+    let bar = ProgressBar::new_spinner()
+        .with_style(ProgressStyle::with_template("{spinner} {pos} sectors read, {elapsed}").unwrap_or(ProgressStyle::default_spinner()));
+    let sectors = last.map_or(usize::MAX, |n| n.div_ceil(CYCLES_PER_SECTOR) + 1);
+    let cycles = onboard_log::read(link, sectors, |n| bar.set_position(n as u64))?;
+    bar.finish_and_clear();
+    let cycles = cycles.get(cycles.len().saturating_sub(last.unwrap_or(usize::MAX))..).unwrap_or_default();
+    let flights = onboard_log::write(cycles, directory, &link.describe())?;
+    let document = json!({ "board": link.describe(), "cycles": cycles.len(), "flights": flights });
+    output.emit(&document, || {
+        println!(
+            "{} control cycles in {} flights{}",
+            cycles.len(),
+            flights.len(),
+            if flights.is_empty() { ": the log is empty" } else { "" }
+        );
+        for f in &flights {
+            println!("  {}", f.display());
+        }
+    });
+    Ok(Verdict::Ok)
 }
 
 fn report<W: Wire>(link: &mut Link<W>) -> Result<Counters, SeatError> {

@@ -1,11 +1,12 @@
 //! `glider upload`.
 
 use super::{Output, Verdict};
-use crate::mission_file;
 use crate::seats::port::Port;
-use crate::seats::upload::upload;
+use crate::seats::upload::{Stored, read_back, rollback, upload};
 use crate::seats::{Link, Seat};
+use crate::{config_file, mission_file};
 use anyhow::{Context, bail};
+use clap::ValueEnum;
 use control::Config;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -16,17 +17,59 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider upload /dev/ttyACM0 table-low-ar new_table.bin\n  glider upload /dev/ttyACM0 mission mission.toml\n\n\
-The board checks CRC and content, keeps the version before, and is read back and compared."
+    after_help = "Examples:\n  glider upload /dev/ttyACM0 table-low-ar new_table.bin\n  glider upload /dev/ttyACM0 config vehicle.toml\n  \
+glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n\n\
+The board checks CRC and content, keeps the version before, and is read back and compared. A configuration file names a built-in vehicle and\n\
+what differs (vehicle = \"slocum-200\", crush_depth_m = 240.0, ...); --read shows every setting."
 )]
 pub struct Args {
     /// Serial port of the board.
     port: String,
-    /// What the file is.
-    #[arg(value_parser = ["table-standard", "table-low-ar", "mission"])]
-    object: String,
-    /// Table (.bin, as `glider table` writes it) or mission (.toml).
-    file: PathBuf,
+    /// What it is.
+    #[arg(value_enum)]
+    object: Kind,
+    /// Table (.bin, as `glider table` writes it), configuration or mission (.toml).
+    #[arg(required_unless_present_any = ["read", "rollback"])]
+    file: Option<PathBuf>,
+    /// Read what is in use instead: to FILE, or configuration and mission to the screen.
+    #[arg(long, conflicts_with = "rollback")]
+    read: bool,
+    /// Go back to the version before.
+    #[arg(long, conflicts_with = "file")]
+    rollback: bool,
+}
+
+/// What can be uploaded.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// L/D table of the standard wings.
+    TableStandard,
+    /// L/D table of the low aspect ratio wings.
+    TableLowAr,
+    /// Controller configuration.
+    Config,
+    /// Mission.
+    Mission,
+}
+
+impl Kind {
+    const fn object(self) -> Object {
+        match self {
+            Self::TableStandard => Object::Table(Wings::Standard),
+            Self::TableLowAr => Object::Table(Wings::LowAspectRatio),
+            Self::Config => Object::Config,
+            Self::Mission => Object::Mission,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::TableStandard => "table-standard",
+            Self::TableLowAr => "table-low-ar",
+            Self::Config => "config",
+            Self::Mission => "mission",
+        }
+    }
 }
 
 /// Runs the command.
@@ -34,44 +77,113 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let (object, bytes) = prepare(&args.object, &args.file)?;
+    match &args.file {
+        _ if args.read => read(args, output),
+        _ if args.rollback => go_back(args, output),
+        Some(file) => send(args, file, output),
+        None => bail!("name a FILE, or --read, or --rollback"),
+    }
+}
+
+fn send(args: &Args, file: &Path, output: &Output) -> anyhow::Result<Verdict> {
+    let name = args.object.name();
+    // A mission is checked by the configuration of the board it is for, so the board is asked first.
+    let config = || -> anyhow::Result<Config> {
+        let mut link = Link::new(Port::open(&args.port)?);
+        link.hello()?;
+        decode_config(&read_back(&mut link, Object::Config, |_| {})?)
+    };
+    let bytes = prepare(args.object, file, config)?;
     let mut link = Link::new(Port::open(&args.port)?);
     link.hello()?;
     let bar = ProgressBar::new(2 * bytes.len() as u64)
         .with_style(ProgressStyle::with_template("{msg} {bar:40} {bytes}/{total_bytes}").unwrap_or(ProgressStyle::default_bar()))
-        .with_message(format!("{} → {}", args.object, args.port));
-    let stored = upload(&mut link, object, &bytes, |done, _| bar.set_position(done as u64))?;
+        .with_message(format!("{name} → {}", args.port));
+    let stored = upload(&mut link, args.object.object(), &bytes, |done, _| bar.set_position(done as u64))?;
     bar.finish_and_clear();
-    let document = json!({ "object": args.object, "file": args.file, "bytes": bytes.len(), "crc": format!("{:08x}", CRC32.checksum(&bytes)),
+    let document = json!({ "object": name, "file": file, "bytes": bytes.len(), "crc": format!("{:08x}", CRC32.checksum(&bytes)),
         "board": link.describe(), "in_use_crc": format!("{:08x}", stored.crc), "kept_on_flash": stored.for_good });
     output.emit(&document, || {
-        let kept = if stored.for_good { "kept on flash" } else { "in use until the next reset (this board's flash does not keep it)" };
-        println!("{}: {} bytes, CRC {:08x}, stored, read back and equal; {kept}", args.object, bytes.len(), CRC32.checksum(&bytes));
+        println!("{name}: {} bytes, CRC {:08x}, stored, read back and equal; {}", bytes.len(), CRC32.checksum(&bytes), kept(stored));
     });
     Ok(Verdict::Ok)
 }
 
-/// Reads and checks a file before the board sees it.
-fn prepare(object: &str, file: &Path) -> anyhow::Result<(Object, Vec<u8>)> {
-    let name = file.display();
-    let table = |wings| -> anyhow::Result<(Object, Vec<u8>)> {
-        let bytes = std::fs::read(file).with_context(|| format!("{name}: cannot read this file"))?;
-        polar::Table::parse(&bytes, wings)
-            .map_err(|e| anyhow::anyhow!("{name}: not a table for these wings: {e:?}; make one with glider table"))?;
-        Ok((Object::Table(wings), bytes))
+const fn kept(stored: Stored) -> &'static str {
+    if stored.for_good { "kept on flash" } else { "in use until the next reset (this board's flash does not keep it)" }
+}
+
+fn go_back(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let mut link = Link::new(Port::open(&args.port)?);
+    link.hello()?;
+    let stored = rollback(&mut link, args.object.object())?;
+    let name = args.object.name();
+    let document = json!({ "object": name, "board": link.describe(), "rolled_back": true, "in_use_crc": format!("{:08x}", stored.crc),
+        "kept_on_flash": stored.for_good });
+    output.emit(&document, || match stored.crc {
+        0 => println!("{name}: rolled back; there is none in use now"),
+        crc => println!("{name}: rolled back to the version before, identity {crc:08x}; {}", kept(stored)),
+    });
+    Ok(Verdict::Ok)
+}
+
+fn read(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let mut link = Link::new(Port::open(&args.port)?);
+    link.hello()?;
+    let name = args.object.name();
+    let bytes = read_back(&mut link, args.object.object(), |_| {})?;
+    let text = match args.object {
+        _ if bytes.is_empty() => None,
+        Kind::Config => Some(config_file::write(&decode_config(&bytes)?)?),
+        Kind::Mission => Some(mission_file::write(
+            &helm::objects::mission(&bytes)
+                .with_context(|| format!("{}: holds a mission that this program cannot read", link.describe()))?,
+        )),
+        Kind::TableStandard | Kind::TableLowAr => None,
     };
-    match object {
-        "table-standard" => table(Wings::Standard),
-        "table-low-ar" => table(Wings::LowAspectRatio),
-        "mission" => {
-            let mission = mission_file::load(&file.to_string_lossy(), |_| {
-                let c = Config::default();
-                mission_file::Limits { working_depth_m: c.working_depth_m, pump_m3: c.pump_m3 }
-            })?;
-            let mut buffer = [0u8; 512];
-            let used = postcard::to_slice(&mission, &mut buffer).map_err(|e| anyhow::anyhow!("{name}: mission does not fit: {e}"))?;
-            Ok((Object::Mission, used.to_vec()))
+    if let Some(file) = &args.file {
+        std::fs::write(file, text.as_ref().map_or(bytes.as_slice(), |t| t.as_bytes()))
+            .with_context(|| format!("{}: cannot write", file.display()))?;
+    }
+    let crc = CRC32.checksum(&bytes);
+    let document = json!({ "object": name, "board": link.describe(), "bytes": bytes.len(), "crc": format!("{crc:08x}"), "file": args.file,
+        "content": text });
+    output.emit(&document, || match (&args.file, &text) {
+        _ if bytes.is_empty() => println!("{name}: nothing stored on the board"),
+        (Some(file), _) => println!("{name}: {} bytes, CRC {crc:08x}, written to {}", bytes.len(), file.display()),
+        (None, Some(text)) => print!("{text}"),
+        (None, None) => println!("{name}: {} bytes, CRC {crc:08x}; name a FILE to keep it", bytes.len()),
+    });
+    Ok(Verdict::Ok)
+}
+
+fn decode_config(bytes: &[u8]) -> anyhow::Result<Config> {
+    helm::objects::config_of(bytes).context("the board's configuration is of another release; flash the firmware of this one (cargo flash)")
+}
+
+/// Reads and checks a file before the board sees it.
+fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) -> anyhow::Result<Vec<u8>> {
+    let name = file.display();
+    match kind.object() {
+        Object::Table(wings) => {
+            let bytes = std::fs::read(file).with_context(|| format!("{name}: cannot read this file"))?;
+            polar::Table::parse(&bytes, wings)
+                .map_err(|e| anyhow::anyhow!("{name}: not a table for these wings: {e:?}; make one with glider table"))?;
+            Ok(bytes)
         }
-        other => bail!("{other} is not table-standard, table-low-ar or mission"),
+        Object::Config => {
+            let mut bytes = helm::Content::new();
+            helm::objects::config_bytes(&config_file::load(file)?, &mut bytes);
+            Ok(bytes.to_vec())
+        }
+        Object::Mission => {
+            let config = board()?;
+            let limits = mission_file::Limits { working_depth_m: config.working_depth_m, pump_m3: config.pump_m3 };
+            let mission = mission_file::load(&file.to_string_lossy(), |_| limits)?;
+            let mut buffer = [0u8; helm::MAX_OBJECT];
+            let used = postcard::to_slice(&mission, &mut buffer).map_err(|e| anyhow::anyhow!("{name}: mission does not fit: {e}"))?;
+            Ok(used.to_vec())
+        }
+        Object::Log => bail!("the flight log is read with glider monitor PORT --flight-log DIR"),
     }
 }

@@ -72,6 +72,8 @@ pub enum Item {
     },
     /// A table.
     Table(Table),
+    /// A table with shaded cells.
+    Heat(Heat),
     /// A chart.
     Chart(Chart),
 }
@@ -85,6 +87,20 @@ pub struct Table {
     pub head: Vec<String>,
     /// Rows.
     pub rows: Vec<Vec<String>>,
+}
+
+/// A table whose cells are shaded by how remarkable they are, besides what they say: no meaning by colour alone.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Heat {
+    /// What it shows.
+    pub caption: String,
+    /// Column heads with units.
+    pub head: Vec<String>,
+    /// Rows.
+    pub rows: Vec<Vec<String>>,
+    /// By cell: 0 to 1 from pale to strong (orange), negative: wrong (red), NaN: plain.
+    #[serde(serialize_with = "short::rows")]
+    pub shade: Vec<Vec<f64>>,
 }
 
 /// How a chart's series are drawn.
@@ -214,6 +230,12 @@ impl From<Chart> for Item {
     }
 }
 
+impl From<Heat> for Item {
+    fn from(table: Heat) -> Self {
+        Self::Heat(table)
+    }
+}
+
 impl From<Table> for Item {
     fn from(table: Table) -> Self {
         Self::Table(table)
@@ -282,6 +304,12 @@ fn escape(text: &str) -> String {
 /// Numbers as short as a screen needs: five significant digits, gaps as null.
 mod short {
     use serde::{Serializer, ser::SerializeSeq};
+
+    /// Two digits: a shade.
+    pub fn rows<S: Serializer>(rows: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+        let shade = |v: &f64| if v.is_finite() { Some((v * 100.0).round() / 100.0) } else { None };
+        serializer.collect_seq(rows.iter().map(|row| row.iter().map(shade).collect::<Vec<_>>()))
+    }
 
     /// Eight digits: a time axis must tell rows of a 30-day log apart.
     pub fn long<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {

@@ -211,6 +211,16 @@ const Glider = (() => {
       el('tbody', {}, ...t.rows.map((r) => el('tr', {}, ...r.map((c) => el('td', {}, c))))));
     return el('div', { class: 'tables', tabindex: '0', role: 'region', 'aria-label': t.caption || 'table' }, body);
   }
+  // A table with shaded cells; the shade is orange on the ground, which the common colour blindnesses tell from it.
+  function heat(t) {
+    const node = table(t);
+    node.querySelectorAll('tbody tr').forEach((tr, i) => [...tr.children].forEach((td, j) => {
+      const v = (t.shade[i] || [])[j];
+      if (v != null) td.style.background = `color-mix(in srgb, var(${v < 0 ? '--bad' : '--s1'}) ${v < 0 ? 60 : Math.round(6 + 44 * v)}%, transparent)`;
+    }));
+    node.classList.add('heat');
+    return node;
+  }
   function section(s, id) {
     const node = el('section', { id, 'aria-labelledby': id + '-h' }, el('h2', { id: id + '-h' }, s.title), s.lead ? el('p', { class: 'lead' }, s.lead) : null);
     let grid = null;
@@ -223,7 +233,7 @@ const Glider = (() => {
         grid.append(f);
       } else {
         grid = null;
-        node.append(item.type === 'table' ? table(item) : el('p', {}, item.text));
+        node.append(item.type === 'table' ? table(item) : item.type === 'heat' ? heat(item) : el('p', {}, item.text));
       }
     }
     node.attach = () => figures.forEach((f) => f.attach());

@@ -12,12 +12,13 @@ use std::time::Duration;
 /// loop does the same with its USART.
 pub struct Board {
     helm: Helm<RamStorage>,
+    resets: u32,
 }
 
 impl Default for Board {
     /// A controller that was just started, with the configuration the image has built in.
     fn default() -> Self {
-        Self { helm: Helm::new(Config::default(), Boot::default(), RamStorage::default()) }
+        Self { helm: Helm::new(Config::default(), Boot::default(), RamStorage::default()), resets: 0 }
     }
 }
 
@@ -31,7 +32,8 @@ impl Board {
     pub fn reset(&mut self) {
         let storage = std::mem::take(self.helm.storage());
         let mark = self.helm.mark();
-        let boot = Boot { reset_during_mission: mark.in_mission(), first_cause: mark.first_cause(), ..Boot::default() };
+        self.resets += 1;
+        let boot = Boot { reset_during_mission: mark.in_mission(), first_cause: mark.first_cause(), boots: self.resets, ..Boot::default() };
         self.helm = Helm::new(Config::default(), boot, storage);
     }
 

@@ -20,6 +20,9 @@ pub const FIRST_WAIT: Duration = Duration::from_millis(250);
 /// A request unanswered for this long means that nobody is there.
 pub const GIVE_UP: Duration = Duration::from_secs(10);
 
+/// Wait for the answer to a request that is not repeated, s: an erase of the log flash takes 0.4 s at most.
+const ONCE: Duration = Duration::from_secs(3);
+
 /// Bytes to a controller and back.
 pub trait Wire {
     /// Sends all bytes.
@@ -74,6 +77,11 @@ pub enum SeatError {
         /// What the system says.
         cause: std::io::Error,
     },
+    /// The board latched its own sensors and takes no frames from the line.
+    OwnSensors {
+        /// Who.
+        seat: String,
+    },
     /// The message does not fit a frame.
     TooLong,
     /// The supply of this seat's controller cannot be interrupted.
@@ -98,6 +106,10 @@ impl std::fmt::Display for SeatError {
             ),
             Self::Refused { asked, why } => write!(f, "the controller refuses {asked}: {why:?}"),
             Self::Lost { seat, cause } => write!(f, "{seat}: line lost ({cause}); plug the board in again and repeat"),
+            Self::OwnSensors { seat } => write!(
+                f,
+                "{seat}: the board flies on its own sensors since nobody spoke to it in its first 10 s; reset it and repeat within 10 s"
+            ),
             Self::TooLong => f.write_str("message does not fit a frame"),
             Self::NoReset { seat } => write!(f, "{seat}: cannot interrupt its supply; fly power:brown_out with --seat in-process"),
         }
@@ -150,19 +162,33 @@ impl<W: Wire> Link<W> {
     ///
     /// # Errors
     /// No answer in time, line lost, other version; refusals are answers and go to `accept` too.
-    pub fn request<T>(
+    pub fn request<T>(&mut self, asked: &'static str, message: &ToBoard, accept: impl FnMut(ToHost) -> Option<T>) -> Result<T, SeatError> {
+        self.ask(asked, message, FIRST_WAIT, self.give_up, accept)
+    }
+
+    /// Sends `message` once and waits [`ONCE`] for an answer: for what must not be done twice.
+    ///
+    /// # Errors
+    /// As [`Link::request`].
+    pub fn once<T>(&mut self, asked: &'static str, message: &ToBoard, accept: impl FnMut(ToHost) -> Option<T>) -> Result<T, SeatError> {
+        self.ask(asked, message, ONCE, Duration::ZERO, accept)
+    }
+
+    fn ask<T>(
         &mut self,
         asked: &'static str,
         message: &ToBoard,
+        first_wait: Duration,
+        give_up: Duration,
         mut accept: impl FnMut(ToHost) -> Option<T>,
     ) -> Result<T, SeatError> {
         let mut out = [0u8; MAX_WIRE];
         let length = encode(message, &mut out).map_err(|_| SeatError::TooLong)?;
         let frame = out.get(..length).ok_or(SeatError::TooLong)?;
         let started = Instant::now();
-        let mut wait = FIRST_WAIT;
+        let mut wait = first_wait;
         let mut first = true;
-        while first || started.elapsed() < self.give_up {
+        while first || started.elapsed() < give_up {
             if !first {
                 self.resent += 1;
             }
@@ -262,11 +288,20 @@ impl<W: Wire> Seat for Link<W> {
     }
 
     fn reset(&mut self) -> Result<(), SeatError> {
+        let before = self.hello()?.boots;
         if !self.wire.reset() {
             return Err(SeatError::NoReset { seat: self.wire.describe() });
         }
         self.receiver = Receiver::new();
         self.inbox.clear();
+        // What still answers may be the controller from before; the next frame must meet the one after.
+        let until = Instant::now() + self.give_up;
+        while self.hello()?.boots == before {
+            if Instant::now() >= until {
+                return Err(SeatError::NoReset { seat: self.wire.describe() });
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
         Ok(())
     }
 

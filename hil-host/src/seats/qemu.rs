@@ -1,16 +1,18 @@
 //! The flight image in QEMU: `netduinoplus2` is an STM32F405, the chip of the
 //! science bay board.
 //!
-//! USART1 (the link) becomes a pseudo-terminal, USART2 (the defmt log) a file.
-//! The child dies with the seat.
+//! USART1 (the link) becomes a pseudo-terminal, USART2 (the defmt log) a file,
+//! QEMU's monitor the child's standard input: it is asked to reset the chip.
+//! The RAM that a reset does not clear is kept, as on the board. The child
+//! dies with the seat.
 
 use super::link::Wire;
 use super::port::{self, BAUD};
 use anyhow::{Context, bail};
 use serialport::SerialPort;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -24,7 +26,8 @@ const START: Duration = Duration::from_secs(10);
 /// A running QEMU with the image.
 pub struct Qemu {
     child: Child,
-    port: Box<dyn SerialPort>,
+    monitor: Option<ChildStdin>,
+    port: Option<Box<dyn SerialPort>>,
     name: String,
 }
 
@@ -70,25 +73,56 @@ impl Qemu {
             None => "null".to_owned(),
         };
         let mut child = Command::new(&program)
-            .args(["-M", "netduinoplus2", "-nographic", "-monitor", "none", "-kernel"])
+            .args(["-M", "netduinoplus2", "-nographic", "-monitor", "stdio", "-kernel"])
             .arg(image)
             .args(["-serial", "pty", "-serial", &log])
-            .stdin(Stdio::null())
+            .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .with_context(|| format!("cannot start {}", program.display()))?;
         match terminal_of(&mut child).and_then(|name| {
             let port = serialport::new(&name, BAUD).open().with_context(|| format!("cannot open QEMU's terminal {name}"))?;
-            Ok((name, port))
+            Ok((name, Some(port)))
         }) {
-            Ok((name, port)) => Ok(Self { child, port, name }),
+            Ok((name, port)) => Ok(Self { monitor: child.stdin.take(), child, port, name }),
             Err(e) => {
                 let _ = child.kill();
                 let _ = child.wait();
                 Err(e)
             }
         }
+    }
+}
+
+impl Qemu {
+    /// The terminal that USART1 is behind.
+    #[must_use]
+    pub fn terminal(&self) -> &str {
+        &self.name
+    }
+
+    /// Lets go of the terminal, so that another program may open it.
+    pub fn unplug(&mut self) {
+        self.port = None;
+    }
+
+    fn plugged(&mut self) -> std::io::Result<&mut dyn SerialPort> {
+        match &mut self.port {
+            Some(port) => Ok(&mut **port),
+            None => Err(std::io::ErrorKind::NotConnected.into()),
+        }
+    }
+
+    /// Says a line to QEMU's monitor.
+    ///
+    /// # Errors
+    /// QEMU is gone.
+    pub fn monitor(&mut self, line: &str) -> std::io::Result<()> {
+        let monitor = self.monitor.as_mut().ok_or(std::io::ErrorKind::BrokenPipe)?;
+        monitor.write_all(line.as_bytes())?;
+        monitor.write_all(b"\n")?;
+        monitor.flush()
     }
 }
 
@@ -126,11 +160,15 @@ fn terminal_of(child: &mut Child) -> anyhow::Result<String> {
 
 impl Wire for Qemu {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
-        port::send(&mut *self.port, bytes)
+        port::send(self.plugged()?, bytes)
     }
 
     fn receive(&mut self, into: &mut [u8], wait: Duration) -> std::io::Result<usize> {
-        port::receive(&mut *self.port, into, wait)
+        port::receive(self.plugged()?, into, wait)
+    }
+
+    fn reset(&mut self) -> bool {
+        self.monitor("system_reset").is_ok()
     }
 
     fn describe(&self) -> String {

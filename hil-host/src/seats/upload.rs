@@ -89,6 +89,21 @@ pub fn upload<W: Wire>(
     }
 }
 
+/// Goes back to the version of an object before the one in use; says which is in use now. Asked only once: the repeat of a
+/// request whose answer was lost would go back twice.
+///
+/// # Errors
+/// Line lost, no answer (read back then, to see what is in use), or refused.
+pub fn rollback<W: Wire>(link: &mut Link<W>, object: Object) -> Result<Stored, SeatError> {
+    const WHAT: &str = "the rollback";
+    link.once(WHAT, &ToBoard::Rollback(object), |answer| match answer {
+        ToHost::Done { crc } => Some(Ok(Stored { crc, for_good: true })),
+        ToHost::Volatile { crc } => Some(Ok(Stored { crc, for_good: false })),
+        ToHost::Refused(why) => Some(Err(refused(WHAT, why))),
+        _ => None,
+    })?
+}
+
 /// Reads an object in use from the board.
 ///
 /// # Errors

@@ -1,0 +1,131 @@
+//! The controller's configuration as a TOML file: a built-in vehicle and what differs from it.
+//!
+//! ```toml
+//! vehicle = "slocum-200"      # slocum-100 | slocum-200 (default) | slocum-1000
+//! crush_depth_m = 240.0
+//! undervoltage_v = 10.5
+//! [trim]
+//! offset = 0.12
+//! ```
+//! Keys are those of [`control::Settings`], in its units; `glider upload PORT config --read` prints all of them.
+
+use anyhow::{Context, anyhow, bail};
+use control::{Config, Settings, config::ConfigError};
+use std::path::Path;
+use toml::{Table, Value};
+
+/// Names of the built-in vehicles.
+const VEHICLES: [(&str, Settings); 3] =
+    [("slocum-100", Settings::slocum_100()), ("slocum-200", Settings::slocum_200()), ("slocum-1000", Settings::slocum_1000())];
+
+/// Reads and checks a configuration file.
+///
+/// # Errors
+/// One line: file, line, key, what is wrong, what would be right.
+pub fn load(path: &Path) -> anyhow::Result<Config> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot read this configuration", path.display()))?;
+    parse(&text, &path.display().to_string())
+}
+
+/// Reads a configuration from TOML text; `name` is used in messages.
+///
+/// # Errors
+/// One line: file, line, key, what is wrong, what would be right.
+pub fn parse(text: &str, name: &str) -> anyhow::Result<Config> {
+    let mut file: Table = toml::from_str(text).map_err(|e| {
+        let line = text.get(..e.span().map_or(0, |s| s.start)).unwrap_or_default().matches('\n').count() + 1;
+        anyhow!("{name}:{line}: {}", e.message().lines().collect::<Vec<_>>().join(", "))
+    })?;
+    let settings = match file.remove("vehicle") {
+        None => Settings::default(),
+        Some(Value::String(v)) => {
+            let known = || VEHICLES.map(|v| v.0).join(", ");
+            VEHICLES
+                .iter()
+                .find(|k| k.0 == v)
+                .map(|k| k.1)
+                .ok_or_else(|| wrong(text, name, "vehicle", &format!("no vehicle is called \"{v}\"; there are {}", known())))?
+        }
+        Some(_) => return Err(wrong(text, name, "vehicle", "the vehicle is a name in quotes")),
+    };
+    let mut merged = Table::try_from(settings)?;
+    overlay(&mut merged, file, text, name)?;
+    let settings: Settings = merged.try_into().map_err(|e: toml::de::Error| anyhow!("{name}: {}", e.message()))?;
+    Config::new(settings).map_err(|e| match e {
+        ConfigError::Setting(key) => wrong(
+            text,
+            name,
+            key.rsplit('.').next().unwrap_or(key),
+            &format!("{key} is not finite or outside what the law was written for"),
+        ),
+        other => anyhow!("{name}: {other:?}"),
+    })
+}
+
+/// Puts the file's values over the built-in ones; numbers may be written without a point.
+fn overlay(base: &mut Table, over: Table, text: &str, name: &str) -> anyhow::Result<()> {
+    for (key, value) in over {
+        let known = base.keys().cloned().collect::<Vec<_>>().join(", ");
+        let Some(old) = base.get_mut(&key) else {
+            return Err(wrong(text, name, &key, &format!("no setting is called {key}; there are {known}")));
+        };
+        match (old, value) {
+            (Value::Table(old), Value::Table(new)) => overlay(old, new, text, name)?,
+            (old @ Value::Float(_), Value::Integer(new)) => *old = Value::Float(new as f64),
+            (old, new) if old.same_type(&new) => *old = new,
+            (old, _) => bail!(wrong(text, name, &key, &format!("{key} must be a {}", old.type_str()))),
+        }
+    }
+    Ok(())
+}
+
+/// A complaint with the line of a key.
+fn wrong(text: &str, name: &str, key: &str, what: &str) -> anyhow::Error {
+    let line = text.lines().position(|l| l.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with('=')));
+    match line {
+        Some(line) => anyhow!("{name}:{}: {what}", line + 1),
+        None => anyhow!("{name}: {what}"),
+    }
+}
+
+/// A configuration as such a file.
+///
+/// # Errors
+/// Never for a checked configuration.
+pub fn write(config: &Config) -> anyhow::Result<String> {
+    Ok(toml::to_string(config.settings())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_says_what_differs_and_is_written_and_read_back() {
+        let config = parse("vehicle = \"slocum-100\"\ncrush_depth_m = 130\n[trim]\noffset = 0.125\n", "f").expect("reads");
+        let settings = Settings { crush_depth_m: 130.0, ..Settings::slocum_100() };
+        let trim = control::TrimLaw { offset: 0.125, ..settings.trim };
+        assert_eq!(*config.settings(), Settings { trim, ..settings });
+        for (_, settings) in VEHICLES {
+            let config = Config::new(settings).expect("built in");
+            assert_eq!(parse(&write(&config).expect("writes"), "f").expect("reads"), config);
+        }
+        assert_eq!(parse("", "f").expect("reads"), Config::default());
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_line() {
+        for (text, words) in [
+            ("\ncrush_depth_m = 150.0", &["f:2:", "crush_depth_m", "outside"][..]),
+            ("crush_depth = 250.0", &["f:1:", "crush_depth_m", "no setting"]),
+            ("cycle_s = nan", &["f:1:", "cycle_s"]),
+            ("cycle_s = \"4\"", &["f:1:", "float"]),
+            ("vehicle = \"slocum\"", &["slocum-1000"]),
+            ("[trim]\noffset = 3.0", &["f:2:", "trim.offset"]),
+            ("x = ", &["f:1:"]),
+        ] {
+            let said = format!("{:#}", parse(text, "f").expect_err(text));
+            assert!(words.iter().all(|w| said.contains(w)) && !said.contains('\n'), "{text}: {said}");
+        }
+    }
+}

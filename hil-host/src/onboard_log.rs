@@ -1,0 +1,233 @@
+//! The flight log on the board's flash: read over the line, decoded here by
+//! the board's own code, written as flights of the project's one format.
+//!
+//! The board only hands out bytes of the part. Which ones are worth having is
+//! found here: sectors carry rising sequence numbers, so a dozen headers tell
+//! where the log ends, and it is read backwards from there. At 115,200 baud a
+//! sector (about 20 control cycles) takes half a second.
+
+use crate::flightlog::{Measured, Truth, Writer};
+use crate::seats::{Link, SeatError, Wire, link};
+use anyhow::{Context, bail};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use serde_json::json;
+use signals::{Answer, Object, Reading, Refusal, SensorFrame, ToBoard, ToHost};
+use std::path::{Path, PathBuf};
+use store::ring;
+
+/// Erase sector of the log flash, bytes (W25Q128JV).
+const SECTOR: usize = 4096;
+/// A gap between two cycles that ends a flight, s: the longest patience of the mission at the surface, doubled.
+const GAP_S: f64 = 1800.0;
+/// Sectors without a header that are looked past: bad ones, or the one being erased.
+const BAD: usize = 3;
+/// Density and gravity of the board's conversion from pressure to depth (devices::pressure), kg/m³ and m/s².
+const DEPTH_TO_PA: f64 = 1027.0 * 9.80665;
+
+/// One control cycle as it was logged.
+pub type Logged = (SensorFrame, Answer);
+
+/// Bytes of a part that were read, the rest as erased.
+struct Copy(Vec<u8>);
+
+/// Out of the part; the copy takes no writes.
+#[derive(Debug)]
+struct Outside;
+
+impl NorFlashError for Outside {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::OutOfBounds
+    }
+}
+
+impl ErrorType for Copy {
+    type Error = Outside;
+}
+
+impl ReadNorFlash for Copy {
+    const READ_SIZE: usize = 1;
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Outside> {
+        let at = offset as usize;
+        bytes.copy_from_slice(self.0.get(at..at + bytes.len()).ok_or(Outside)?);
+        Ok(())
+    }
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Copy {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = SECTOR;
+    fn erase(&mut self, _: u32, _: u32) -> Result<(), Outside> {
+        Err(Outside)
+    }
+    fn write(&mut self, _: u32, _: &[u8]) -> Result<(), Outside> {
+        Err(Outside)
+    }
+}
+
+/// The log area of a board, as far as it was read.
+struct Remote<'a, W> {
+    link: &'a mut Link<W>,
+    copy: Copy,
+}
+
+impl<W: Wire> Remote<'_, W> {
+    /// Reads one piece; returns the length of the whole log and of the piece.
+    fn piece(&mut self, at: usize) -> Result<(usize, usize), SeatError> {
+        const WHAT: &str = "the flight log";
+        let offset = at as u32;
+        let (length, data) = self.link.request(WHAT, &ToBoard::ReadBack { object: Object::Log, offset }, |answer| match answer {
+            ToHost::Content { offset: o, length, data } if o == offset || data.is_empty() => Some(Ok((length as usize, data))),
+            ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: WHAT, why })),
+            _ => None,
+        })??;
+        if self.copy.0.len() != length {
+            self.copy.0.resize(length, 0xff);
+        }
+        if let Some(to) = self.copy.0.get_mut(at..at + data.len()) {
+            to.copy_from_slice(&data);
+        }
+        Ok((length, data.len()))
+    }
+
+    /// Sequence number of a sector, none without a header.
+    fn sequence(&mut self, sector: usize) -> Result<Option<u32>, SeatError> {
+        let at = sector * SECTOR;
+        self.piece(at)?;
+        Ok(self.copy.0.get(at..at + ring::HEADER).and_then(ring::sequence))
+    }
+
+    /// The first of this sector and the [`BAD`] after it that has a header.
+    fn near(&mut self, sector: usize, sectors: usize) -> Result<Option<(usize, u32)>, SeatError> {
+        for s in sector..sectors.min(sector + 1 + BAD) {
+            if let Some(sequence) = self.sequence(s)? {
+                return Ok(Some((s, sequence)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads a whole sector.
+    fn sector(&mut self, sector: usize) -> Result<(), SeatError> {
+        let (mut at, end) = (sector * SECTOR, (sector + 1) * SECTOR);
+        while at < end {
+            let (_, n) = self.piece(at)?;
+            if n == 0 {
+                return Err(SeatError::Refused { asked: "the flight log", why: Refusal::Storage });
+            }
+            at += n;
+        }
+        Ok(())
+    }
+}
+
+/// Reads the newest `sectors` of the log, oldest cycle first. `progress` is told sectors read so far.
+///
+/// # Errors
+/// Line lost, or a board without a log.
+pub fn read<W: Wire>(board: &mut Link<W>, sectors: usize, mut progress: impl FnMut(usize)) -> anyhow::Result<Vec<Logged>> {
+    let name = link::Wire::describe(board.wire());
+    let mut remote = Remote { link: board, copy: Copy(Vec::new()) };
+    let (length, _) = remote.piece(0)?;
+    if length < 2 * SECTOR {
+        bail!("{name}: this board keeps no flight log (no log flash answers)");
+    }
+    let all = length / SECTOR;
+    let Some((first, oldest)) = remote.near(0, all)? else { return Ok(Vec::new()) };
+    // Sequence numbers rise up to the newest sector; behind it lies what is erased, or the lap before.
+    let (mut newest, mut beyond) = (first, all);
+    while beyond - newest > 1 {
+        let middle = newest + (beyond - newest) / 2;
+        match remote.near(middle, beyond)? {
+            Some((at, sequence)) if sequence >= oldest => newest = at,
+            _ => beyond = middle,
+        }
+    }
+    let (mut at, mut read, mut missed, mut last) = (newest, 0, 0, u32::MAX);
+    while read < sectors && read + missed < all && missed <= BAD {
+        match remote.sequence(at)? {
+            Some(sequence) if sequence < last => {
+                remote.sector(at)?;
+                (last, missed) = (sequence, 0);
+                read += 1;
+                progress(read);
+            }
+            Some(_) => break,
+            None => missed += 1,
+        }
+        at = if at == 0 { all - 1 } else { at - 1 };
+    }
+    let mut copy = remote.copy;
+    let mut cycles = Vec::new();
+    let decoded = ring::Ring::mount(&mut copy, 0).and_then(|ring| {
+        ring.read(&mut copy, |kind, data| {
+            if kind == helm::vault::CYCLE
+                && let Ok((cycle, [])) = postcard::take_from_bytes::<Logged>(data)
+            {
+                cycles.push(cycle);
+            }
+        })
+    });
+    decoded.map_err(|e| anyhow::anyhow!("{name}: the log cannot be decoded: {e:?}"))?;
+    Ok(cycles)
+}
+
+/// Flights of a log: time that jumps back or far ahead starts a new one.
+#[must_use]
+pub fn flights(cycles: &[Logged]) -> Vec<&[Logged]> {
+    let seconds = |c: &Logged| c.0.time.0 as f64 * 1e-6;
+    cycles.chunk_by(|a, b| (0.0..GAP_S).contains(&(seconds(b) - seconds(a))) && b.0.time > a.0.time).collect()
+}
+
+/// Writes the flights of a log below a directory, each in one of its own; returns where.
+///
+/// # Errors
+/// A flight is there already, or the disk is full.
+pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec<PathBuf>> {
+    let value = |r: Reading| match r {
+        Reading::Sampled { value, .. } if value.is_finite() => f64::from(value),
+        _ => f64::NAN,
+    };
+    let nothing = Truth {
+        depth_m: f64::NAN,
+        east_m: f64::NAN,
+        north_m: f64::NAN,
+        pitch_rad: f64::NAN,
+        alpha_rad: f64::NAN,
+        speed_m_s: f64::NAN,
+        glide_angle_rad: f64::NAN,
+        ballast_m3: f64::NAN,
+        battery_mass_m: f64::NAN,
+        energy_j: f64::NAN,
+    };
+    let mut written = Vec::new();
+    for (i, flight) in flights(cycles).into_iter().enumerate() {
+        let directory = below.join(format!("flight_{}", i + 1));
+        let vehicle = json!({ "format": "glider-trial/1", "case": format!("flight_{}", i + 1), "simulated": false,
+            "source": format!("flight log of the {board}; give the vehicle with --vehicle"), "tool": env!("CARGO_PKG_VERSION") });
+        let mut log = Writer::create(&directory, vehicle, "# the board's log does not hold its mission\n")?;
+        let start = flight.first().map_or(0, |c| c.0.time.0);
+        for (f, answer) in flight {
+            let measured = Measured {
+                time_s: (f.time.0 - start) as f64 * 1e-6,
+                pressure_pa: value(f.depth_m) * DEPTH_TO_PA,
+                pitch_rad: value(f.pitch_rad),
+                roll_rad: value(f.roll_rad),
+                heading_rad: value(f.heading_rad),
+                ballast_m3: value(f.ballast_m3),
+                battery_mass_m: value(f.battery_mass_m),
+                fin_rad: value(f.fin_rad),
+                temperature_degc: f64::NAN,
+                density_kg_m3: value(f.density_kg_m3),
+                gps_east_m: f64::NAN,
+                gps_north_m: f64::NAN,
+                speed_m_s: f64::NAN,
+            };
+            log.push(&measured, answer, &nothing)?;
+        }
+        written.push(log.finish(json!({ "cycles": flight.len() })).with_context(|| directory.display().to_string())?);
+    }
+    Ok(written)
+}

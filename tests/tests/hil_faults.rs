@@ -1,0 +1,26 @@
+//! A sample of the fault campaign through the flight image in QEMU: the same verdicts and the same commands as in process.
+//! The whole proof is `glider faults --seat qemu --sample 200`.
+
+use hil_host::campaign::lattice::cases;
+use hil_host::campaign::{run, through_seat};
+use hil_host::seats::{Choice, qemu};
+use plant::faults::Kind;
+
+#[test]
+fn hil_a_sample_of_the_fault_campaign_ends_alike_in_process_and_in_the_image() {
+    if !qemu::is_installed() {
+        println!("skipped: no qemu-system-arm on this machine (scripts/setup-target installs it)");
+        return;
+    }
+    if let Err(e) = qemu::find_image() {
+        println!("skipped: {e:#}");
+        return;
+    }
+    let sample = through_seat::sample(cases(), &Choice::Qemu, 16);
+    assert!(sample.len() >= 16 && sample.iter().any(|c| c.faults.iter().any(|f| f.kind == Kind::BrownOut)), "a reset of the chip is in it");
+    let here: Vec<_> = sample.iter().map(|c| run(c).unwrap()).collect();
+    assert!(here.iter().all(|v| v.safe() && v.unmet.is_none()));
+    let different = through_seat::compare(&here, &Choice::Qemu, None, 2, &|| {}).unwrap();
+    let told: Vec<_> = different.iter().map(|(here, there)| (here.document(), there.document())).collect();
+    assert!(told.is_empty(), "{told:#?}");
+}

@@ -1,0 +1,263 @@
+//! `glider upload` and `glider monitor` against a board behind a terminal: a
+//! controller with a flash part, and the image in QEMU.
+
+use control::{Config, Settings};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use helm::{Boot, Helm, Vault};
+use hil_host::boardlog::Image;
+use hil_host::closed_loop::{Setup, fly};
+use hil_host::seats::port::Port;
+use hil_host::seats::pty::Terminal;
+use hil_host::seats::qemu::{self, Qemu};
+use hil_host::seats::{Link, Seat};
+use hil_host::{mission_file, onboard_log, worlds};
+use plant::World;
+use serde_json::Value;
+use signals::link::MAX_WIRE;
+use signals::{Phase, encode};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, Mutex};
+
+const SECTOR: usize = 4096;
+
+/// 1 MiB of NOR flash in memory that outlives its driver.
+#[derive(Clone)]
+struct Part(Arc<Mutex<Vec<u8>>>);
+
+#[derive(Debug)]
+struct Never;
+
+impl NorFlashError for Never {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl ErrorType for Part {
+    type Error = Never;
+}
+
+impl ReadNorFlash for Part {
+    const READ_SIZE: usize = 1;
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Never> {
+        let at = offset as usize;
+        bytes.copy_from_slice(&self.0.lock().unwrap()[at..at + bytes.len()]);
+        Ok(())
+    }
+    fn capacity(&self) -> usize {
+        self.0.lock().unwrap().len()
+    }
+}
+
+impl NorFlash for Part {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = SECTOR;
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Never> {
+        self.0.lock().unwrap()[from as usize..to as usize].fill(0xff);
+        Ok(())
+    }
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Never> {
+        let mut all = self.0.lock().unwrap();
+        all.iter_mut().skip(offset as usize).zip(bytes).for_each(|(to, from)| *to &= from);
+        Ok(())
+    }
+}
+
+/// A board with its log flash, behind a terminal: marks, answers and logs as the image's loop does.
+fn board(sectors: usize) -> (Terminal, Part) {
+    let part = Part(Arc::new(Mutex::new(vec![0xff; sectors * SECTOR])));
+    let mut vault = Vault::new();
+    vault.attach(part.clone());
+    let mut helm = Helm::new(Config::default(), Boot::default(), vault);
+    let terminal = Terminal::serve(move |bytes, out| {
+        for byte in bytes {
+            let Some(answer) = helm.byte(*byte) else { continue };
+            helm.keep_mark();
+            let mut wire = [0u8; MAX_WIRE];
+            let n = encode(&answer, &mut wire).unwrap();
+            out.extend_from_slice(&wire[..n]);
+            helm.keep_log();
+        }
+    });
+    (terminal.unwrap(), part)
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("glider-{name}-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Runs the program; its JSON.
+fn glider(args: &[&str]) -> Value {
+    let mut exe = std::env::current_exe().unwrap();
+    exe.pop();
+    exe.pop();
+    let out = Command::new(exe.join("glider")).args(args).arg("--json").output().expect("build it with cargo build -p hil-host");
+    assert!(out.status.success(), "glider {args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap()
+}
+
+#[test]
+fn hil_objects_are_uploaded_read_back_and_rolled_back_by_the_command() {
+    let (terminal, _) = board(64);
+    let folder = scratch("upload");
+    let file = |name: &str, text: &[u8]| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_string_lossy().into_owned()
+    };
+    let built_in = glider(&["upload", &terminal.name, "config", "--read"]);
+    assert!(built_in["content"].as_str().unwrap().contains("crush_depth_m = 250.0"));
+
+    let first = file("a.toml", b"vehicle = \"slocum-100\"\n");
+    let second = file("b.toml", b"crush_depth_m = 240\n");
+    for name in [&first, &second] {
+        let said = glider(&["upload", &terminal.name, "config", name]);
+        assert_eq!((&said["kept_on_flash"], &said["crc"]), (&Value::Bool(true), &said["in_use_crc"]), "{said}");
+    }
+    let read = |object| glider(&["upload", &terminal.name, object, "--read"])["content"].as_str().map(str::to_owned);
+    assert!(read("config").unwrap().contains("crush_depth_m = 240.0"));
+    // A mission is judged by the board's configuration: 150 m is too deep for the vehicle of the first one only.
+    let mission = file("m.toml", b"[[leg]]\ndives = 2\ndepth_max_m = 150\n");
+    assert_eq!(glider(&["upload", &terminal.name, "mission", &mission])["kept_on_flash"], true);
+    assert!(read("mission").unwrap().contains("150"));
+    assert_eq!(glider(&["upload", &terminal.name, "config", "--rollback"])["rolled_back"], true);
+    let back = read("config").unwrap();
+    assert_eq!(back, hil_host::config_file::write(&Config::new(Settings::slocum_100()).unwrap()).unwrap());
+
+    let table = file("t.bin", polar::generated::LOW_ASPECT_RATIO);
+    assert_eq!(glider(&["upload", &terminal.name, "table-low-ar", &table])["bytes"], polar::generated::LOW_ASPECT_RATIO.len());
+    let copy = folder.join("copy.bin").to_string_lossy().into_owned();
+    glider(&["upload", &terminal.name, "table-low-ar", &copy, "--read"]);
+    assert_eq!(std::fs::read(&copy).unwrap(), polar::generated::LOW_ASPECT_RATIO);
+}
+
+#[test]
+fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
+    // 24 sectors of log: a flight of 4 dives fits, the second one goes round the ring.
+    let (terminal, _) = board(8 + 24);
+    let mut flown = Vec::new();
+    let mut link = Link::new(Port::open(&terminal.name).unwrap());
+    for seed in [1, 2] {
+        let mission = mission_file::built_in("shallow").unwrap();
+        let mut world = World::new(plant::Scenario { seed, ..worlds::for_mission(&mission) }).unwrap();
+        let watch = &mut |c: &hil_host::closed_loop::Cycle<'_>| {
+            flown.push((*c.frame, *c.answer));
+            Ok(())
+        };
+        fly(&mut world, &mut link, &Setup::new(mission), watch).unwrap();
+    }
+    let logged = onboard_log::read(&mut link, usize::MAX, |_| {}).unwrap();
+    assert!(logged.len() > 500 && logged.len() < flown.len(), "{} of {}", logged.len(), flown.len());
+    assert_eq!(logged, flown[flown.len() - logged.len()..], "the newest, in order, without a gap");
+    let newest = onboard_log::read(&mut link, 2, |_| {}).unwrap();
+    assert!(newest.len() < 80 && newest[..] == flown[flown.len() - newest.len()..]);
+    drop(link);
+
+    let folder = scratch("flight-log");
+    let to = folder.join("log").to_string_lossy().into_owned();
+    let said = glider(&["monitor", &terminal.name, "--flight-log", &to, "--last", "300"]);
+    assert_eq!(said["cycles"], 300);
+    let flights = said["flights"].as_array().unwrap();
+    let csv = std::fs::read_to_string(PathBuf::from(flights.last().unwrap().as_str().unwrap()).join("flight.csv")).unwrap();
+    let last = flown.last().unwrap();
+    assert_eq!(last.1.trace.phase, Phase::Done);
+    assert_eq!(csv.lines().count(), 301);
+    assert!(csv.lines().last().unwrap().contains(",6,4,"), "phase done after four dives: {:?}", csv.lines().last());
+
+    let (empty, _) = board(16);
+    let mut link = Link::new(Port::open(&empty.name).unwrap());
+    assert!(onboard_log::read(&mut link, usize::MAX, |_| {}).unwrap().is_empty());
+}
+
+#[test]
+fn a_board_without_a_log_flash_says_so() {
+    let terminal = Terminal::with_controller().unwrap();
+    let mut link = Link::new(Port::open(&terminal.name).unwrap());
+    let e = onboard_log::read(&mut link, usize::MAX, |_| {}).unwrap_err().to_string();
+    assert!(e.contains("no flight log") && !e.contains('\n'), "{e}");
+}
+
+/// The image under test; says loudly why not.
+fn image() -> Option<PathBuf> {
+    if !qemu::is_installed() {
+        println!("skipped: no qemu-system-arm on this machine (scripts/setup-target installs it)");
+        return None;
+    }
+    qemu::find_image().inspect_err(|e| println!("skipped: {e:#}")).ok()
+}
+
+#[test]
+fn hil_the_image_is_watched_and_its_log_decoded() {
+    let Some(elf) = image() else { return };
+    let folder = scratch("monitor");
+    let log = folder.join("log.bin");
+    let mut link = Link::new(Qemu::start(&elf, Some(log.clone())).unwrap());
+    let manifest = link.hello().unwrap();
+    let mission = mission_file::built_in("shallow").unwrap();
+    link.configure(&manifest, &worlds::config(&mission)).unwrap();
+    link.begin(&mission).unwrap();
+    let mut world = World::new(worlds::for_mission(&mission)).unwrap();
+    for _ in 0..20 {
+        let answer = link.exchange(&world.sense()).unwrap();
+        world.advance(&answer.command, 4.0);
+    }
+    let decoded = |bytes: &[u8]| {
+        let image = Image::read(&elf).unwrap();
+        let (mut stream, mut lines) = (image.stream(), Vec::new());
+        stream.take(bytes, |line| lines.push(line));
+        assert_eq!(stream.damaged, 0, "{lines:#?}");
+        lines
+    };
+    let told = |lines: &[String], words: &str| assert!(lines.iter().any(|l| l.contains(words)), "{words}: {lines:#?}");
+    // As it leaves the chip by USART2.
+    let lines = decoded(&std::fs::read(&log).unwrap());
+    for words in ["INFO firmware 0.", "WARN no log flash", "seat latched: frames come from the host", "mission taken, table", "phase 1"] {
+        told(&lines, words);
+    }
+    // As a debug probe reads it out of RAM: 512 bytes, what did not fit is dropped whole.
+    let rtt = decoded(&rtt(link.wire(), &elf, &folder));
+    told(&rtt, "INFO firmware 0.");
+    assert!(rtt.iter().all(|l| lines.contains(l)), "{rtt:#?} {lines:#?}");
+
+    // What `glider monitor` shows of it, on the same terminal.
+    let name = link.wire().terminal().to_owned();
+    let before =
+        link.request("a report", &signals::ToBoard::Report, |a| if let signals::ToHost::Counters(c) = a { Some(c) } else { None }).unwrap();
+    link.wire().unplug();
+    let (elf, log) = (elf.to_string_lossy().into_owned(), log.to_string_lossy().into_owned());
+    let shown = glider(&["monitor", &name, "--log", &log, "--elf", &elf, "--seconds", "1"]);
+    assert!(shown["accepted"].as_u64().unwrap() > u64::from(before.accepted) && shown["damaged"] == 0 && shown["hil"] == true, "{shown}");
+    let text: Vec<String> = shown["log"].as_array().unwrap().iter().map(|l| l.as_str().unwrap().to_owned()).collect();
+    told(&text, "mission taken, table");
+}
+
+/// Memory of the emulated chip.
+fn memory(qemu: &mut Qemu, at: u64, length: u64, folder: &Path) -> Vec<u8> {
+    let file = folder.join(format!("memory-{at:x}"));
+    qemu.monitor(&format!("pmemsave {at:#x} {length:#x} \"{}\"", file.display())).unwrap();
+    for _ in 0..200 {
+        match std::fs::read(&file) {
+            Ok(bytes) if bytes.len() as u64 == length => return bytes,
+            _ => std::thread::sleep(std::time::Duration::from_millis(20)),
+        }
+    }
+    panic!("QEMU does not write {}", file.display());
+}
+
+/// What lies in the board's RTT channel: control block by its symbol, then as SEGGER lays it out.
+fn rtt(qemu: &mut Qemu, elf: &Path, folder: &Path) -> Vec<u8> {
+    use object::{Object, ObjectSymbol};
+    let image = std::fs::read(elf).unwrap();
+    let file = object::File::parse(&*image).unwrap();
+    let at = file.symbol_by_name("_SEGGER_RTT").expect("the image has an RTT channel").address();
+    let block = memory(qemu, at, 48, folder);
+    assert_eq!(&block[..10], b"SEGGER RTT");
+    let word = |i: usize| u64::from(u32::from_le_bytes(block[i..i + 4].try_into().unwrap()));
+    let (buffer, written, read) = (word(28), word(36), word(40));
+    assert_eq!(read, 0, "nobody read");
+    memory(qemu, buffer, written, folder)
+}

@@ -194,6 +194,9 @@ pub fn prepared_problem<'a>(
             flight.name
         )));
     }
+    if let Some(why) = crate::inputs::contradiction(prepared) {
+        return Err(NothingToFit(format!("{}: {why}", flight.name)));
+    }
     problem.start = crate::start::find(&problem);
     let null_fit = |problem: &Problem| {
         fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, 0.01, Effort { iterations: 3, renew: false })

@@ -12,6 +12,7 @@ pub mod expression;
 pub mod fit;
 pub mod flight;
 pub mod import;
+pub mod inputs;
 pub mod metric;
 pub mod noise;
 pub mod plan;

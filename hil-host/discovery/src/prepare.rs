@@ -20,6 +20,8 @@ const STEP_PER_DECAY: f64 = 2.5;
 const FAST_M_S: f64 = 0.5;
 /// A gap longer than this starts a new run, s.
 pub const GAP_S: f64 = 120.0;
+/// An input that has had no value for this long is unknown, s: twice the CTD outages of FORMAT section 1.
+pub const SILENT_S: f64 = 120.0;
 /// Depth above which a row is not compared: surface, waves, launch; m (FORMAT section 6.1).
 pub const SURFACE_M: f64 = 2.0;
 /// Time after the last row above [`SURFACE_M`] before rows are compared, s (FORMAT section 6.1).
@@ -159,6 +161,16 @@ fn fill(time: &[f64], value: &[f64], fallback: f64) -> Vec<f64> {
     out
 }
 
+/// Rows that are further than [`SILENT_S`] from any known value.
+fn far_from_known(time: &[f64], value: &[f64]) -> Vec<bool> {
+    let known: Vec<f64> = time.iter().zip(value).filter(|(_, v)| v.is_finite()).map(|(t, _)| *t).collect();
+    let near = |t: f64| {
+        let k = known.partition_point(|x| *x < t);
+        [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| known.get(k)).any(|x| (x - t).abs() <= SILENT_S)
+    };
+    time.iter().map(|t| !near(*t)).collect()
+}
+
 /// Mean over up to five rows where the ballast engine rests (spread below 4 cc): takes the resolution out, keeps strokes.
 fn quiet_ballast(value: &[f64]) -> Vec<f64> {
     (0..value.len())
@@ -252,7 +264,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         notes.push("the flight is one long segment: it was cut into its dives, and segments here are dives".into());
     }
     let segment = dives.as_ref().unwrap_or(&flight.segment);
-    let mut spikes = [0usize; 4];
+    let mut spikes = [0usize; 5];
     let n = flight.len();
     let mut start = 0;
     while start < n {
@@ -271,7 +283,11 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
             if end < n && flight.segment[end] == flight.segment[end - 1] && dives.is_some() {
                 one.surface[1] = None;
             }
-            runs.push(one);
+            if one.depth_m.iter().filter(|z| z.is_nan()).count() * 2 > one.depth_m.len() {
+                notes.push(format!("segment {}: more than half of it has no pitch, ballast, density or pressure; left out", one.segment));
+            } else {
+                runs.push(one);
+            }
         } else {
             notes.push(format!("rows {start} to {end} (segment {}) are too few to run a model on; left out", segment[start]));
         }
@@ -281,6 +297,12 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         if *count > 0 {
             notes.push(format!("{count} spikes removed from {what}"));
         }
+    }
+    if spikes[4] > 0 {
+        notes.push(format!("{} rows further than {SILENT_S} s from any value of pitch, ballast or density are not compared", spikes[4]));
+    }
+    if !flight.temperature_degc.iter().any(|t| t.is_finite()) {
+        notes.push("there is no temperature: the hull's thermal expansion is left out, and nothing is learned about it".into());
     }
     Prepared { runs, notes }
 }
@@ -318,7 +340,7 @@ fn surface_readings(time: &[f64], pressure: &[f64], ballast: &[f64]) -> [Option<
     })
 }
 
-fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mut [usize; 4]) -> Run {
+fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mut [usize; 5]) -> Run {
     let rows = start..end;
     let time = &flight.time_s[rows.clone()];
     let sensors = &vehicle.sensors;
@@ -336,7 +358,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     despike(time, &mut roll, 0.3);
 
     let whole_pressure = fill(time, &pressure, 0.0);
-    let density = fill(time, &density, 1025.0);
+    let raw_density = density;
+    let density = fill(time, &raw_density, 1025.0);
     let temperature = fill(time, &temperature, vehicle.constants.reference_temperature_degc);
     let ballast = quiet_ballast(&fill(time, &flight.ballast_m3[rows.clone()], 0.0));
     let roll = fill(time, &roll, 0.0);
@@ -355,7 +378,15 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     // What the sensor shows afloat: its zero error, drifted or not.
     let afloat: Vec<f64> = surface_readings(time, &pressure, &ballast).iter().flatten().map(|r| r.1 / (density[0] * g)).collect();
     let zero = if afloat.is_empty() { 0.0 } else { afloat.iter().sum::<f64>() / afloat.len() as f64 };
-    let depth: Vec<f64> = whole_depth.iter().zip(&pressure).map(|(z, p)| if p.is_finite() { *z } else { f64::NAN }).collect();
+    // Where an input was made up over a long silence, the model cannot be held to account.
+    let mut silent = vec![false; time.len()];
+    for input in [&pitch, &flight.ballast_m3[rows.clone()], &raw_density] {
+        for (s, lonely) in silent.iter_mut().zip(far_from_known(time, input)) {
+            *s |= lonely;
+        }
+    }
+    spikes[4] += silent.iter().filter(|s| **s).count();
+    let depth: Vec<f64> = (0..time.len()).map(|i| if pressure[i].is_finite() && !silent[i] { whole_depth[i] } else { f64::NAN }).collect();
     let mut last_shallow = f64::NEG_INFINITY;
     let starts_afloat = whole_depth[0] < SURFACE_M;
     if !starts_afloat {
@@ -418,7 +449,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         }
     }
     let [a, b] = fixes;
-    let (displacement_m, displacement_s) = if a[0] > 0.0 && b[0] > 0.0 {
+    // A way through the water on inputs that were made up is none.
+    let (displacement_m, displacement_s) = if a[0] > 0.0 && b[0] > 0.0 && !silent.contains(&true) {
         let sigma = sensors.gps_noise_m * (1.0 / a[0] + 1.0 / b[0]).sqrt();
         (Some((b[1] / b[0] - a[1] / a[0], b[2] / b[0] - a[2] / a[0], sigma)), b[3] / b[0] - a[3] / a[0])
     } else {

@@ -150,7 +150,11 @@ pub fn csv_of(path: &Path) -> Result<PathBuf, ReadError> {
 /// What is wrong, where, and what to do.
 pub fn flight(path: &Path) -> Result<Flight, ReadError> {
     let file = csv_of(path)?;
-    let text = std::fs::read_to_string(&file).map_err(|e| ReadError::File { path: file.clone(), why: e.to_string() })?;
+    let text = std::fs::read_to_string(&file).map_err(|e| {
+        let binary = e.kind() == std::io::ErrorKind::InvalidData;
+        let why = if binary { "is not text; a glider's binary or NetCDF file is read by `glider import`".into() } else { e.to_string() };
+        ReadError::File { path: file.clone(), why }
+    })?;
     let name = if path.is_dir() { path.file_name() } else { path.file_stem() }.map_or_else(String::new, |n| n.to_string_lossy().into());
     parse(&text, &file, &name)
 }
@@ -186,9 +190,10 @@ pub fn parse(text: &str, file: &Path, name: &str) -> Result<Flight, ReadError> {
                 1,
                 column,
                 format!(
-                    "is missing; accepted names: {} (the file has: {})",
+                    "is missing; accepted names: {} (the file has: {}{})",
                     accepted.join(", "),
-                    header.iter().collect::<Vec<_>>().join(", ")
+                    header.iter().collect::<Vec<_>>().join(", "),
+                    if header.len() == 1 { "; columns must be separated by commas" } else { "" }
                 ),
             ));
         }
@@ -339,17 +344,29 @@ fn plausible(f: &Flight, file: &Path, pressure: String, pitch: String, ballast: 
     if !(-5e4..1.2e8).contains(&deep) {
         return Err(bad(
             pressure,
-            format!("reaches {:.0} dbar, more than the ocean is deep; is it in Pa or kPa instead of dbar?", deep * 1e-4),
+            format!("reaches {:.0} dbar, more than the ocean is deep; is it in Pa, kPa or mbar instead of dbar?", deep * 1e-4),
         ));
     }
     let steep = quantile(&f.pitch_rad.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.9);
     if steep > 1.571 {
-        return Err(bad(pitch, format!("reaches {steep:.1} rad; is it in degrees?")));
+        return Err(bad(pitch, format!("reaches {steep:.1} rad; is it in degrees or mrad?")));
     }
     let volume = quantile(&f.ballast_m3.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.9);
     if volume > 5e-3 || (volume > 0.0 && volume < 1e-6) {
         let why = format!("reaches {:.3} cm3; a buoyancy engine moves 100 to 1000 cm3 (litres, m3 or mm3 instead of cm3?)", volume * 1e6);
         return Err(bad(ballast, why));
+    }
+    let turns = quantile(&f.heading_rad, 0.9).abs().max(quantile(&f.heading_rad, 0.1).abs());
+    if turns > 6.4 {
+        return Err(bad("heading".into(), format!("reaches {turns:.1} rad; is it in degrees?")));
+    }
+    let list = quantile(&f.roll_rad.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.9);
+    if list > 1.571 {
+        return Err(bad("roll".into(), format!("reaches {list:.1} rad; is it in degrees?")));
+    }
+    let warmth = quantile(&f.temperature_degc, 0.5);
+    if warmth.is_finite() && !(-3.0..45.0).contains(&warmth) {
+        return Err(bad("temperature".into(), format!("is {warmth:.1} degC in the middle; water is -2 to 40 degC (kelvin?)")));
     }
     let rho = quantile(&f.density_kg_m3, 0.5);
     if !(950.0..1150.0).contains(&rho) {

@@ -194,7 +194,41 @@ pub fn parse_text(text: &str, path: &Path) -> Result<Vehicle, ReadError> {
     } else {
         serde_json::from_str(text).map_err(|e| bad(e.line(), e.to_string()))?
     };
-    parse(document, path)
+    parse(document, path).map_err(|e| located(e, text))
+}
+
+/// The error with the line of its key, or of the table that lacks it.
+fn located(error: ReadError, text: &str) -> ReadError {
+    let ReadError::Content { path, line: 0, column, why } = error else { return error };
+    ReadError::Content { line: line_of(text, &column), path, column, why }
+}
+
+/// Line of a dotted key in TOML or JSON: each part is looked for below the one before; 0 if not even the first is there.
+fn line_of(text: &str, key: &str) -> u64 {
+    let lines: Vec<&str> = text.lines().map(|l| l.split('#').next().unwrap_or_default()).collect();
+    // A key stands alone, quoted, or as the last part of a table's head.
+    let names = |line: &str, part: &str| {
+        let mut from = 0;
+        while let Some(k) = line[from..].find(part) {
+            let (start, end) = (from + k, from + k + part.len());
+            let edge = |c: Option<char>| c.is_none_or(|c| !(c.is_alphanumeric() || c == '_'));
+            let after = line[end..].trim_start_matches(['"', '\'', ' ', '\t']);
+            if edge(line[..start].chars().next_back()) && edge(line[end..].chars().next()) && after.starts_with(['=', ':', ']', '.']) {
+                return true;
+            }
+            from = end;
+        }
+        false
+    };
+    let mut found = 0;
+    for part in key.split('.') {
+        let from = if found > 0 { found - 1 } else { 0 };
+        match (from..lines.len()).find(|&i| names(lines[i], part)) {
+            Some(i) => found = i + 1,
+            None => break,
+        }
+    }
+    found as u64
 }
 
 /// Reads a vehicle from a parsed document; `path` is only for messages.
@@ -325,6 +359,26 @@ mod tests {
         assert_eq!(v.effects.len(), 1);
         assert!((v.effects[0].values[0] - 2.0).abs() < 1e-12);
         assert_eq!(v.document["colour"], "yellow");
+    }
+
+    #[test]
+    fn errors_name_the_line_in_toml_and_json() {
+        const TOML: &str = "mass_kg = 68\nhull_volume_m3 = 0.068 # mass_kg\nhull_compressibility_per_pa = 5e-10\nhull_thermal_expansion_per_k = 5e-5\n\n[wing]\narea_m2 = 0.11\n\n[hydro]\nreference_area_m2 = 0.11\nwing_lift_slope_per_rad = 3.45\nhull_lift_slope_per_rad = 1.2\nhull_area_m2 = 0.0356\ncd0 = 0.15\n";
+        let toml = |from: &str, to: &str| {
+            assert!(TOML.contains(from));
+            parse_text(&TOML.replacen(from, to, 1), Path::new("v.toml")).expect_err("refused").to_string()
+        };
+        assert!(toml("mass_kg = 68", "mass_kg = 6.8e4").contains("v.toml, line 1, column mass_kg"));
+        assert!(toml("cd0 = 0.15", "cd0 = \"low\"").contains("line 14, column hydro.cd0"));
+        // A key that is not there: the table that lacks it.
+        assert!(toml("cd0 = 0.15", "").contains("line 9, column hydro.cd0"));
+        assert!(toml("[wing]\narea_m2 = 0.11", "[wing]\narea_m2 = 110").contains("line 7, column wing.area_m2"));
+        assert!(toml("cd0 = 0.15", "cd0 = ").contains("line 14"));
+        let json =
+            serde_json::to_string_pretty(&serde_json::from_str::<Value>(&MINIMAL.replace("0.15", "-1")).expect("json")).expect("json");
+        let line = 1 + json.lines().position(|l| l.contains("\"cd0\"")).expect("there");
+        let e = parse_text(&json, Path::new("v.json")).expect_err("refused").to_string();
+        assert!(e.contains(&format!("line {line}, column hydro.cd0")), "{e}");
     }
 
     #[test]

@@ -61,9 +61,10 @@ fn validate_raw_comet_files_reproduce_the_tidy_table() {
     }
 }
 
-/// The table interpolates engineering channels to the time the CTD sample was stored
-/// (sci_m_present_time, about 0.8 s late), we to the time it was taken. Decoding and
-/// interpolation are compared at the table's instants.
+/// The table's rule for engineering channels, found by trial: file by file, linear between samples, held at the ends of a file, at
+/// the time the CTD sample was stored (`sci_m_present_time` of the cycle that first carries its stamp, about 0.8 s late). Our import
+/// takes them at the time the sample was taken, which is what the vehicle did then; here decoding and interpolation are compared
+/// by the table's rule.
 #[test]
 fn validate_engineering_channels_of_the_raw_comet_files() {
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
@@ -73,42 +74,36 @@ fn validate_engineering_channels_of_the_raw_comet_files() {
         let cache = |crc: &str| std::fs::read(root.join(format!("raw/{crc}.cac"))).ok();
         discovery::import::dbd::read(&bytes, cache, |_| true).expect("readable")
     };
-    let (mut taken, mut stored) = (Vec::new(), Vec::new());
-    let names = ["m_pitch", "m_roll", "m_ballast_pumped", "m_battpos"];
-    let mut clock = Vec::new();
-    let mut engineering = vec![Vec::new(); names.len()];
+    // Digits printed in the table, in SI.
+    let checks: [(&str, &[f64], f64, f64); 4] = [
+        ("m_pitch", &theirs.pitch_rad, 1.0, 1.1e-5),
+        ("m_roll", &theirs.roll_rad, 1.0, 1.1e-5),
+        ("m_ballast_pumped", &theirs.ballast_m3, 1e-6, 0.011e-6),
+        ("m_battpos", &theirs.battery_mass_m, 0.0254, 1.1e-4 * 0.0254),
+    ];
+    let mut off = [0_usize; 4];
+    let mut compared = [0_usize; 4];
     for stem in 0..10 {
         let (dbd, ebd) = (raw(stem, "dbd"), raw(stem, "ebd"));
-        taken.extend(ebd.columns["sci_ctd41cp_timestamp"].1.iter().copied());
-        stored.extend(ebd.columns["sci_m_present_time"].1.iter().copied());
-        clock.extend(dbd.columns["m_present_time"].1.iter().copied());
-        for (k, name) in names.iter().enumerate() {
-            engineering[k].extend(dbd.columns[*name].1.iter().copied());
-        }
-    }
-    // Digits printed in the table, in SI.
-    let checks: [(&[f64], f64, f64); 4] = [
-        (&theirs.pitch_rad, 1.0, 1e-5),
-        (&theirs.roll_rad, 1.0, 1e-5),
-        (&theirs.ballast_m3, 1e-6, 0.01e-6),
-        (&theirs.battery_mass_m, 0.0254, 1e-4 * 0.0254),
-    ];
-    for (k, (column, factor, tolerance)) in checks.into_iter().enumerate() {
-        let series = discovery::import::align::Series::new(&clock, &engineering[k]);
-        let (mut compared, mut off) = (0, 0);
-        for (t, want) in theirs.time_s.iter().zip(column) {
-            let unix = t + 1_466_704_292.85;
-            let Some(i) = taken.iter().position(|s| (s - unix).abs() < 0.002) else { continue };
-            let got = series.on(&[stored[i]])[0] * factor;
-            if got.is_finite() && want.is_finite() {
-                compared += 1;
-                off += usize::from((got - want).abs() > tolerance);
+        let (taken, stored) = (&ebd.columns["sci_ctd41cp_timestamp"].1, &ebd.columns["sci_m_present_time"].1);
+        for (k, (name, column, factor, tolerance)) in checks.into_iter().enumerate() {
+            let series = discovery::import::align::Series::new(&dbd.columns["m_present_time"].1, &dbd.columns[name].1);
+            let (first, last) = (series.pairs().next().expect("samples"), series.pairs().last().expect("samples"));
+            for (i, want) in column.iter().enumerate().filter(|(i, _)| theirs.segment[*i] == stem) {
+                let unix = theirs.time_s[i] + 1_466_704_292.85;
+                let Some(row) = taken.iter().position(|s| (s - unix).abs() < 0.002) else { continue };
+                let got = factor * series.at(stored[row].clamp(first.0, last.0));
+                assert!(got.is_finite() && want.is_finite(), "{name}: row {i}");
+                compared[k] += 1;
+                off[k] += usize::from((got - want).abs() > tolerance);
             }
         }
-        eprintln!("{}: {off} of {compared} differ", names[k]);
-        assert!(compared > 13_000, "{}: {compared} rows", names[k]);
-        // 4 % of the CTD stamps stand in more than one cycle; which one the table took is not known.
-        assert!(off * 20 <= compared, "{}: {off} of {compared} rows differ by more than {tolerance}", names[k]);
+    }
+    eprintln!("{off:?} of {compared:?} differ");
+    for k in 0..4 {
+        assert!(compared[k] > 13_000, "{}: {} rows", checks[k].0, compared[k]);
+        // One in a thousand: the first cycle of a file, which their reader skips.
+        assert!(off[k] * 1000 <= compared[k], "{}: {} of {} rows differ", checks[k].0, off[k], compared[k]);
     }
 }
 

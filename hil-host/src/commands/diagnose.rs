@@ -60,7 +60,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(path) = &args.predict {
         std::fs::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
     }
-    let document = report::document(&found, &vehicle, &args.flight.display().to_string());
+    let mut document = report::document(&found, &vehicle, &args.flight.display().to_string());
+    // A vehicle nobody has calibrated: what its steady glides alone tell, and whether a speed sensor was there to tell lift from pitch.
+    let steady = if discovery::start::is_uncalibrated(&vehicle) { discovery::steady::steady_report(&flight).ok() } else { None };
+    if let Some(s) = &steady {
+        document["steady"] = serde_json::to_value(s)?;
+    }
     output.emit(&document, || {
         println!("Verdict: {}", found.verdict.name());
         println!("{}\n", report::explanation(&found));
@@ -79,6 +84,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             ]);
         }
         println!("{table}");
+        if let Some(s) = &steady {
+            println!(
+                "Steady glides alone (nominal Slocum coefficients): {:.2} cm/s nominal, {:.2} cm/s with drag and trim fitted. {}",
+                s.before_cm_s, s.after_cm_s, s.identified
+            );
+            if let Some(w) = &s.with_speed {
+                println!("With the speed sensor: true pitch = {:.3} x measured, speed bias {:+.2} cm/s.", w.pitch_scale, w.speed.bias_cm_s);
+            }
+        }
         println!("Next: {}", report::next_flight(&found));
         for note in &found.notes {
             println!("Note: {note}");

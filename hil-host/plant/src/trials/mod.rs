@@ -257,6 +257,12 @@ pub fn generate(spec: &Spec, seed: u64, index: usize) -> Case {
 /// Makes a case with a size of its own instead of the strength's (relative to medium): for sizing.
 #[must_use]
 pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -> Case {
+    generate_flown(spec, seed, index, size, None)
+}
+
+/// The same vehicle and water on a flight of one's own: one yo per leg of (pitch rad, ballast stroke m³), at most [`SEGMENTS`] legs.
+#[must_use]
+pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>) -> Case {
     let i = index as u64;
     let mut rng = stream(seed, i, 1);
     let has_speed = rng.random_bool(0.4);
@@ -312,6 +318,12 @@ pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -
     let list = 0.0175 * vehicle::normal_within_2_sigma(&mut rng) * 0.7;
     let zero = Zero { pressure_dbar: rng.random_range(-0.18..0.18) };
     let mut orders = Orders::draw(spec.site, spec.wing.lowest_pitch_deg(), days, &mut stream(seed, i, 3));
+    if let Some(legs) = legs {
+        orders.truncate(legs.len());
+        for (order, [pitch, stroke]) in orders.iter_mut().zip(legs) {
+            (order.pitch, order.ballast, order.yos) = ([*pitch; 2], *stroke, 1);
+        }
+    }
     let voyage = Voyage { nominal: &nominal, nature: &nature, ocean: &ocean, list };
     let mut rows = Vec::new();
     let mut end_s = 0.0;

@@ -1,0 +1,71 @@
+//! Does the flight that `next-flight` plans tell tied effects apart with fewer dives than a default sawtooth?
+//!
+//! Truth is the plant: its own force law, coloured water motion, calibration scatter, sensor noise. A flight of two dives at one
+//! pitch is diagnosed; what it cannot tell is planned for; then the same vehicle flies those two dives and N more, once as planned
+//! and once as the same sawtooth again. Right is an answer that names exactly what is hidden.
+
+use discovery::plan::plan;
+use discovery::{Vehicle, diagnose, read, vehicle};
+use plant::trials::catalogue::{Effect, Strength};
+use plant::trials::{Kind, Site, Spec, Wing, files, generate_flown};
+use std::path::Path;
+
+/// The sawtooth everybody flies: pitch, rad, and stroke, m³.
+const SAWTOOTH: [f64; 2] = [0.454, 230e-6];
+/// Dives of the first flight.
+const FIRST: usize = 2;
+/// Dives more.
+const MORE: [usize; 2] = [2, 4];
+
+struct Flown {
+    diagnosis: diagnose::Diagnosis,
+    vehicle: Vehicle,
+}
+
+fn fly(spec: &Spec, seed: u64, legs: &[[f64; 2]]) -> Option<Flown> {
+    let case = generate_flown(spec, seed, 0, None, Some(legs));
+    let flight = read::parse(&files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some()), Path::new("flight.csv"), "flight").ok()?;
+    let mut vehicle = vehicle::parse(case.vehicle.document(&case.name), Path::new("vehicle.json")).ok()?;
+    // All dives are for learning here.
+    vehicle.fit_segments = (0..legs.len() as u32).collect();
+    vehicle.check_segments = vec![99];
+    Some(Flown { diagnosis: diagnose::diagnose(&flight, &vehicle, &|_, _| {}).ok()?, vehicle })
+}
+
+#[test]
+fn scorecard_planned_dives_name_what_is_hidden_sooner_than_a_sawtooth() {
+    let hidden = [Effect::BallastScale, Effect::DragLevelError, Effect::LiftSlopeError, Effect::InducedDragError, Effect::PitchOffset];
+    let mut right = [[0; 2]; 2];
+    let mut asked = 0;
+    for seed in 1..=2_u64 {
+        for effect in hidden {
+            let spec = Spec {
+                site: Site::Lake,
+                wing: Wing::Standard,
+                kind: Kind::Single,
+                effects: vec![effect],
+                outside: None,
+                strength: Some(Strength::Strong),
+            };
+            let Some(first) = fly(&spec, seed, &[SAWTOOTH; FIRST]) else { continue };
+            let name = effect.names().0;
+            let Some(p) = plan(&first.diagnosis, &first.vehicle) else { continue };
+            asked += 1;
+            let planned: Vec<[f64; 2]> = p.legs.iter().map(|l| [l.pitch_rad, l.ballast_m3]).collect();
+            for (k, more) in MORE.into_iter().enumerate() {
+                for (arm, extra) in [vec![SAWTOOTH; more], planned[..more].to_vec()].into_iter().enumerate() {
+                    let legs: Vec<[f64; 2]> = [SAWTOOTH; FIRST].into_iter().chain(extra).collect();
+                    let Some(f) = fly(&spec, seed, &legs) else { continue };
+                    let named = f.diagnosis.answer == [name];
+                    right[k][arm] += usize::from(named);
+                }
+            }
+        }
+    }
+    let [[sawtooth_2, planned_2], [sawtooth_4, planned_4]] = right;
+    println!("of {asked}: sawtooth {sawtooth_2} and {sawtooth_4} right after 2 and 4 dives more, planned {planned_2} and {planned_4}");
+    assert_eq!(asked, 10);
+    // Measured: 8 and 8 of 10 against 9 and 10.
+    assert!(planned_2 >= sawtooth_4, "two planned dives: {planned_2}, four of the sawtooth: {sawtooth_4}");
+    assert!(planned_4 > sawtooth_4, "four planned dives: {planned_4}, four of the sawtooth: {sawtooth_4}");
+}

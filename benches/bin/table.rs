@@ -18,7 +18,7 @@ const BOARD: (f64, f64) = (16e6, 4.0);
 const LINE: (f64, f64) = (10.0, 115_200.0);
 /// World seconds per control cycle of the HIL flights.
 const CYCLE_S: f64 = hil_host::closed_loop::CYCLE_S;
-/// Multiply-adds of one step of the flight model, counted by hand in `discovery::dynamics`: two stages of about 120, flop.
+/// Operations of one step of the flight model, counted by hand in `discovery::dynamics`: four stages of about 120, flop.
 const STEP_FLOPS: f64 = 480.0;
 /// Nanoseconds in a second: criterion's unit.
 const NS: f64 = 1e9;
@@ -45,7 +45,9 @@ fn number(x: f64) -> String {
     if !x.is_finite() {
         return "–".into();
     }
-    if x.abs() < 100.0 {
+    if x.abs() < 1e5 && x == x.trunc() && x.abs() >= 10.0 || x.abs() >= 99.95 && x.abs() < 100.0 {
+        // Whole as it is.
+    } else if x.abs() < 100.0 {
         let places = (2.0 - x.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
         return format!("{x:.places$}");
     }
@@ -151,7 +153,7 @@ fn flights(f: &Figures) -> Option<Vec<Row>> {
         format!("{} × real time", number(own)),
         format!("a cycle: plant {}, law {}", time(plant), time(law)),
         String::new(),
-        "the plant's 0.2 s steps; one core".into(),
+        "the plant's 0.5 s steps; one core".into(),
     )];
     for (seat, name, aim, bound) in [
         ("pty", "lockstep through a pseudo-terminal", 10_000.0, "two wake-ups of a thread a cycle"),
@@ -197,9 +199,12 @@ fn fits(f: &Figures) -> Option<Vec<Row>> {
 
 /// What one pass of the model over a 3 h log takes at the machine's own limits.
 fn fit_bound(f: &Figures) -> Option<String> {
-    let (pass, rows) = (f.seconds("3h-log.model-once")?, f.value("log.rows")?);
-    let flops = rows * CYCLE_S / 2.0 * STEP_FLOPS / f.value("limit.flops")?;
-    let memory = rows * 2.0 * 2.0 * 176.0 / f.value("limit.bandwidth")?;
+    let pass = f.seconds("3h-log.model-once")?;
+    let (flight, vehicle) = benches::log(3.0).ok()?;
+    let inputs: usize = discovery::prepare::prepare(&flight, &vehicle).runs.iter().map(|r| r.inputs.len()).sum();
+    // Two inputs a step: its ends are shared.
+    let flops = inputs as f64 / 2.0 * STEP_FLOPS / f.value("limit.flops")?;
+    let memory = (inputs * size_of::<discovery::prepare::Input>()) as f64 / f.value("limit.bandwidth")?;
     Some(format!("a pass of the model over 3 h takes {}; its flops alone {}, its memory {}", time(pass), time(flops), time(memory)))
 }
 

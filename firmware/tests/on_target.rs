@@ -24,10 +24,8 @@ mod target {
 
     /// Instructions of a control step on average: the aim for each.
     const STEP_MEAN: u32 = 3_000;
-    /// Instructions of the worst control step. The aim of 3,000 is NOT met while
-    /// a pitch is searched for: three points of the search take 1,100, in the
-    /// eleven steps after a leg began; all other steps of this flight keep to it.
-    const STEP_WORST: u32 = 4_100;
+    /// Instructions of the worst control step. The aim of 3,000 is NOT met yet.
+    const STEP_WORST: u32 = 3_700;
 
     static FAILED: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
 
@@ -128,7 +126,7 @@ mod target {
         println!("     frame             {n} bytes: encode {}, decode {}", encoding - empty, decoding - empty);
 
         claim("a control step takes 3000 instructions on average", sum / STEPS <= STEP_MEAN);
-        claim("the worst control step takes less than 4100", most <= STEP_WORST);
+        claim("the worst control step takes less than 3700", most <= STEP_WORST);
         claim("the toy glider dived and climbed", deepest > 20.0 && phases & (1 << Phase::Climb as u32) != 0);
         claim("what is encoded is decoded", decoded == Some(Ok(message)));
 

@@ -23,8 +23,38 @@ fn both_wing_sets_fly_near_best_glide_in_calm_water_with_a_right_table() {
     }
 }
 
-/// One known exception, kept in sight: a vehicle whose flow separates at 4.6°, far below the table's α*, and whose controller
-/// cannot see lift. Standard wings 0.676 against 0.679 when written; bounded here at 2 % of (L/D)max.
+/// The table the firmware carries knows nothing of the plant: (L/D)max 2 % and 5 % lower, at 6.5° and 7.4° instead of 7.6° and 10.2°.
+/// Measured when written: 0.949, 0.930; 0.967, 0.965, the first dive included, in which nothing is known yet.
+#[test]
+fn with_the_built_in_table_the_flight_teaches_what_the_table_lacks() {
+    for wings in BOTH {
+        for (band, aim) in [(Band::Shallow, 0.90), (Band::Sea, 0.96)] {
+            let s = ours(band, wings, Disturbance::BuiltInTable, 1);
+            assert!(s.done && s.abort.is_none(), "{s:?}");
+            assert!(s.share_of_max >= aim, "{wings:?} {band:?}: {}", s.share_of_max);
+        }
+    }
+}
+
+#[test]
+fn with_the_table_wrong_by_a_fifth_ours_does_not_lose_to_the_ordinary_controller_in_any_band() {
+    let wrong = [Disturbance::TableLift(0.8), Disturbance::TableLift(1.2), Disturbance::TableDrag(0.8), Disturbance::TableDrag(1.2)];
+    let scores = fly_all(&cases(&BOTH, &[Band::Shallow, Band::Sea, Band::Deep], &wrong, 3), || ()).expect("cases can be flown");
+    for pair in scores.chunks(2) {
+        let [ours, stock] = pair else { panic!("ours and stock") };
+        assert!(
+            ours.done && ours.share_of_max > stock.share_of_max,
+            "{:?}: {} against {}",
+            ours.case,
+            ours.share_of_max,
+            stock.share_of_max
+        );
+    }
+}
+
+/// One known exception, kept in sight: rail wings whose flow separates at 4.6°, far below the table's α*. Their best pitch is by
+/// chance the ordinary controller's, and they sink at nearly the rate of attached ones: 0.874 against 0.891 when written (standard
+/// wings, which show it, 0.76 against 0.68); bounded here at 4 % of (L/D)max.
 #[test]
 fn ours_never_loses_to_the_ordinary_controller_but_for_an_early_stall() {
     let mut disturbances = Disturbance::FIXED.to_vec();
@@ -34,7 +64,8 @@ fn ours_never_loses_to_the_ordinary_controller_but_for_an_early_stall() {
     for pair in scores.chunks(2) {
         let [ours, stock] = pair else { panic!("ours and stock") };
         assert!(ours.done && ours.abort.is_none(), "false abort: {:?} {:?}", ours.case, ours.abort);
-        let allowed = if ours.case.disturbance == Disturbance::Hidden(plant::EffectKind::Stall) { 0.02 } else { 0.0 };
+        let early_stall = ours.case.disturbance == Disturbance::Hidden(plant::EffectKind::Stall);
+        let allowed = if early_stall && ours.case.wings == Wings::LowAspectRatio { 0.04 } else { 0.0 };
         assert!(ours.share_of_max > stock.share_of_max - allowed, "{:?}: {} against {}", ours.case, ours.share_of_max, stock.share_of_max);
     }
 }

@@ -42,10 +42,11 @@ pub struct Settings {
     pub trim: TrimLaw,
     /// |pitch| flown without a usable table, rad: 26°, the stock mission default.
     pub preset_pitch_rad: f32,
-    /// Angle of attack aimed at over that of (L/D)max. Below 1 is the side away from the stall; at 0.95 the loss of L/D is 0.13 %.
+    /// Angle of attack aimed at over that of the best glide. Below 1 is the side away from the stall; at 0.92 the loss of L/D is
+    /// 0.35 %. A vehicle with a pitch below which no steady glide exists has that pitch 1° to 2° below the best one.
     pub alpha_share: f32,
-    /// C_D/C_L of the vehicle over that of the table for which a steady glide must still exist, 1. A 20 % error of the table is
-    /// what the project plans for; the pitch kept for it costs 2 % of (L/D)max when the table is right.
+    /// C_D/C_L of the vehicle over that of the table for which the first pitch is chosen, 1; flight takes it from there. With 1.05
+    /// (and `alpha_share` 0.92) a vehicle with 15 % more drag than its table still glides at the first pitch.
     pub table_doubt: f32,
     /// Fin per heading error, rad/rad.
     pub heading_gain: f32,
@@ -85,8 +86,8 @@ impl Settings {
             cycle_s: 4.0,
             trim: TrimLaw { per_ballast_m3: 1785.0, per_battery_m: -24.0, offset: 0.0 },
             preset_pitch_rad: 0.4538,
-            alpha_share: 0.95,
-            table_doubt: 1.2,
+            alpha_share: 0.92,
+            table_doubt: 1.05,
             heading_gain: 0.3,
             min_altitude_m: 3.0,
             release_time_s: 120.0,

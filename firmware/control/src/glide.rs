@@ -1,6 +1,6 @@
 //! Which pitch to fly for a goal, and what glide a measured pitch means.
 //!
-//! Steady glide over a table C_L(α), C_D(α) (all angles as magnitudes):
+//! Steady glide over a polar C_L(α), C_D(α) (all angles as magnitudes):
 //! ```text
 //! tan γ = C_D / C_L          γ glide angle below (dive) or above (climb) the horizon
 //! |θ|   = γ − α              θ pitch
@@ -8,60 +8,59 @@
 //! ```
 //! At (L/D)max dγ/dα = 0, so pitch falls one for one with α there; past it the
 //! pitch has a minimum (dγ/dα = 1) below which no steady glide exists: the
-//! vehicle falls flat. The setpoint stays away from it by a share of α and a
-//! margin in pitch: the minimum is taken for a vehicle whose C_D/C_L is worse
-//! than the table's by [`crate::Settings::table_doubt`]. (Lift cannot be
-//! checked in flight: at these pitches 10 % of lift slope moves the depth rate
-//! by 0.1 mm/s. So the margin is kept, not learned.)
+//! vehicle falls flat. No pitch is aimed at where it answers less than half of
+//! a change of α.
 //!
-//! The search over α is spread over control cycles ([`Choice::advance`]), so
-//! that one step stays cheap.
+//! The polar is the table as the flight has corrected it ([`crate::belief`]).
+//! The first pitch is that of a vehicle whose C_D/C_L is worse than the table's
+//! by [`crate::Settings::table_doubt`]; once two pairs were measured it goes
+//! flatter, slowly, and steeper at once. Each glide begins steeper for some
+//! seconds: from rest the flow has to come to the wings first, and at the best
+//! pitch a vehicle may fall flat as steadily as it glides. Where the band leaves
+//! room, the way round the first deep turns is flown steeper too (a lesson).
+//!
+//! The search over α takes one point per cycle of steady glide, over and over:
+//! so one step stays cheap and what was learned is used within a minute.
 
-use crate::angle::{atan, sqrt, tan};
+use crate::angle::atan;
+use crate::belief::{Belief, Steady};
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use polar::Table;
 use signals::{Goal, Leg};
 
 /// Points of the search in α.
-const GRID: u8 = 32;
-/// Points looked at in one control cycle.
-const PER_STEP: u8 = 3;
+const GRID: u8 = 16;
+/// First and last α of the search over that of the table's (L/D)max.
+const SPAN: (f32, f32) = (0.2, 1.7);
+/// Least answer of pitch to α (1 − dγ/dα) at which a pitch is aimed.
+const ANSWER_MIN: f32 = 0.5;
+/// Flatter by at most this per measurement, rad (1.7°).
+const FLATTEN_RAD: f32 = 0.03;
+/// Flatter than the table's best glide by at most this, rad (2.5°): farther the table is not to be corrected but replaced.
+const BEYOND_RAD: f32 = 0.044;
+/// Steeper by this, up to that, when the wings have let go, rad (2°, 26°).
+const RETREAT_RAD: f32 = 0.035;
+const RETREAT_MAX_RAD: f32 = 0.4538;
+/// Steeper by this in a lesson, rad (5°): there the drag level shows, apart from lift.
+const LESSON_RAD: f32 = 0.087;
+/// Pairs after which the pitch may go flatter than at first: a steep and a flat one.
+const FIRM_PAIRS: u8 = 2;
+/// Dives of the mission in which a lesson may be.
+const LESSONS: u16 = 3;
 /// Steepest and flattest pitch that is ever aimed at, rad.
 pub(crate) const PITCH_RANGE: core::ops::RangeInclusive<f32> = 0.05..=0.75;
+/// C_D/C_L learned over that of the table from which on the vehicle counts as degraded (fouling, kelp, a bent wing), 1.
+const DEGRADED: f32 = 1.2;
 /// Pump: volume × pressure over this, guess from small piston pumps.
 const PUMP_EFFICIENCY: f32 = 0.4;
 /// Energy of one turn apart from pressure (valves, battery mass, fin), J. Guess.
 const TURN_J: f32 = 60.0;
 
-/// Steady glide at one angle of attack.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Steady {
-    tan_gamma: f32,
-    pitch_rad: f32,
-    /// Speed through the water, m/s.
-    speed_m_s: f32,
-    sin_gamma: f32,
-    cos_gamma: f32,
-}
-
-fn steady(table: &Table<'_>, alpha_rad: f32, buoyancy_n: f32, rho_kg_m3: f32) -> Option<Steady> {
-    let c = table.at(alpha_rad);
-    if !(c.cl > 1e-5 && c.cd > 1e-6) {
-        return None;
-    }
-    let tan_gamma = c.cd / c.cl;
-    let force = sqrt(c.cl * c.cl + c.cd * c.cd);
-    let speed_m_s = sqrt(2.0 * buoyancy_n / (rho_kg_m3 * table.area_m2() * force));
-    let s = Steady { tan_gamma, pitch_rad: atan(tan_gamma) - alpha_rad, speed_m_s, sin_gamma: c.cd / force, cos_gamma: c.cl / force };
-    (s.pitch_rad.is_finite() && s.speed_m_s.is_finite()).then_some(s)
-}
-
 /// What is gained at one angle of attack; larger is better.
-fn worth(goal: Goal, leg: &Leg, s: &Steady) -> f32 {
-    let height_m = (leg.depth_max_m - leg.depth_min_m).at_least(1.0);
+fn worth(leg: &Leg, s: &Steady) -> f32 {
     let sink_m_s = (s.speed_m_s * s.sin_gamma).at_least(1e-3);
-    match goal {
+    match leg.goal {
         Goal::BestGlide | Goal::FixedPitch { .. } => -s.tan_gamma,
         Goal::BestSpeed => s.speed_m_s * s.cos_gamma,
         Goal::Current { along_track_m_s } => {
@@ -70,6 +69,7 @@ fn worth(goal: Goal, leg: &Leg, s: &Steady) -> f32 {
             if ground > 0.0 { ground / sink_m_s } else { ground }
         }
         Goal::BestRange { hotel_w } => {
+            let height_m = (leg.depth_max_m - leg.depth_min_m).at_least(1.0);
             let pump_j = TURN_J + 2.0 * leg.ballast_m3 * 1025.0 * 9.81 * leg.depth_max_m / PUMP_EFFICIENCY;
             let distance_m = 2.0 * height_m / s.tan_gamma;
             distance_m / (pump_j + hotel_w * 2.0 * height_m / sink_m_s)
@@ -77,122 +77,161 @@ fn worth(goal: Goal, leg: &Leg, s: &Steady) -> f32 {
     }
 }
 
-/// The pitch magnitude for a leg, found over several cycles.
+/// The pitch magnitude for a leg, and what it rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choice {
-    leg: Option<Leg>,
+    pub(crate) belief: Belief,
+    leg: Option<u8>,
     table_id: u32,
+    /// Points of the search under way that were looked at.
     next: u8,
     best: f32,
-    best_alpha_rad: f32,
     best_pitch_rad: f32,
-    flattest_rad: f32,
+    best_tan_gamma: f32,
     pitch_rad: f32,
+    /// Not flatter than this: the wings let go there, or it is too far from the table, rad.
+    flattest_rad: f32,
     preset: bool,
+    fixed: bool,
+    degraded: bool,
 }
 
 impl Default for Choice {
     fn default() -> Self {
         Self {
+            belief: Belief::default(),
             leg: None,
             table_id: 0,
-            next: GRID,
+            next: 0,
             best: f32::MIN,
-            best_alpha_rad: 0.0,
             best_pitch_rad: 0.0,
-            flattest_rad: 1.0,
+            best_tan_gamma: 0.0,
             pitch_rad: 0.0,
+            flattest_rad: 0.0,
             preset: true,
+            fixed: false,
+            degraded: false,
         }
     }
 }
 
 impl Choice {
-    /// Works on the choice for `leg` for one cycle.
-    pub(crate) fn advance(&mut self, config: &Config, table: Option<&Table<'_>>, leg: &Leg) {
+    /// Keeps up with leg and table; nearly nothing to do in most cycles.
+    pub(crate) fn follow(&mut self, config: &Config, table: Option<&Table<'_>>, number: u8, leg: &Leg) {
         let id = table.map_or(0, Table::id);
-        if self.leg != Some(*leg) || self.table_id != id || !self.sane() {
-            self.begin(config, leg, id);
-        }
-        let Some(table) = table else { return };
-        if self.next >= GRID {
+        if self.leg == Some(number)
+            && self.table_id == id
+            && all_finite([self.pitch_rad, self.flattest_rad, self.best, self.best_pitch_rad])
+        {
             return;
         }
-        let top = (table.best_alpha_rad() * 2.5).at_most(table.alpha_max_rad());
-        let buoyancy_n = leg.ballast_m3.at_least(20e-6) * 1025.0 * 9.81;
-        for _ in 0..PER_STEP {
-            if self.next >= GRID {
-                return;
-            }
-            self.next += 1;
-            let alpha = top * f32::from(self.next) / f32::from(GRID);
-            let Some(s) = steady(table, alpha, buoyancy_n, 1025.0) else { continue };
-            // The flattest pitch that still glides if the vehicle is that much worse than its table.
-            self.flattest_rad = self.flattest_rad.at_most(atan(s.tan_gamma * config.table_doubt) - alpha);
-            let value = worth(leg.goal, leg, &s);
-            if value > self.best && PITCH_RANGE.contains(&s.pitch_rad) && alpha <= table.best_alpha_rad() * 1.05 {
-                self.best = value;
-                self.best_alpha_rad = alpha;
-                self.best_pitch_rad = s.pitch_rad;
-            }
-            if self.next == GRID {
-                self.settle(config, table, leg);
-            }
-        }
+        self.begin(config, table, number, leg);
     }
 
-    fn begin(&mut self, config: &Config, leg: &Leg, table_id: u32) {
-        // Until the search is done: the last pitch, at first the preset.
-        let last = if PITCH_RANGE.contains(&self.pitch_rad) { self.pitch_rad } else { config.preset_pitch_rad };
-        *self = Self { leg: Some(*leg), table_id, next: 0, pitch_rad: last, ..Self::default() };
-        match leg.goal {
-            Goal::FixedPitch { pitch_rad } => {
+    #[cold]
+    #[inline(never)]
+    fn begin(&mut self, config: &Config, table: Option<&Table<'_>>, number: u8, leg: &Leg) {
+        let id = table.map_or(0, Table::id);
+        // Between legs: the last pitch until the search is through. A new table: nothing is known of it.
+        let last = if PITCH_RANGE.contains(&self.pitch_rad) && !self.preset { self.pitch_rad } else { 0.0 };
+        if self.table_id != id {
+            self.belief.reset(table);
+            self.flattest_rad = 0.0;
+        }
+        (self.leg, self.table_id) = (Some(number), id);
+        (self.next, self.best, self.best_pitch_rad) = (0, f32::MIN, 0.0);
+        (self.preset, self.fixed) = (false, false);
+        match (leg.goal, table) {
+            (Goal::FixedPitch { pitch_rad }, _) => {
+                self.fixed = true;
                 self.pitch_rad = pitch_rad.at_least(*PITCH_RANGE.start()).at_most(*PITCH_RANGE.end());
-                self.preset = false;
-                self.next = GRID;
             }
-            _ if table_id == 0 => self.pitch_rad = config.preset_pitch_rad,
-            _ => {}
+            (_, Some(_)) if last > 0.0 => self.pitch_rad = last,
+            (_, Some(table)) => {
+                let alpha = table.best_alpha_rad();
+                self.flattest_rad = atan(1.0 / table.best_l_over_d()) - alpha - BEYOND_RAD;
+                self.pitch_rad = (atan(config.table_doubt / table.best_l_over_d()) - alpha * config.alpha_share)
+                    .at_least(*PITCH_RANGE.start())
+                    .at_most(config.preset_pitch_rad);
+            }
+            (_, None) => {
+                self.preset = true;
+                self.pitch_rad = config.preset_pitch_rad;
+            }
         }
     }
 
-    fn settle(&mut self, config: &Config, table: &Table<'_>, leg: &Leg) {
-        if self.best_alpha_rad <= 0.0 {
-            self.pitch_rad = config.preset_pitch_rad;
+    /// One cycle of steady glide: looks at one more point.
+    #[inline(never)]
+    pub(crate) fn search(&mut self, config: &Config, table: &Table<'_>, leg: &Leg) {
+        if self.fixed || self.preset || self.next >= GRID {
             return;
         }
-        // Never nearer to the stall than a share of α*.
-        let alpha = match leg.goal {
-            Goal::BestGlide => table.best_alpha_rad() * config.alpha_share,
-            _ => self.best_alpha_rad.at_most(table.best_alpha_rad() * config.alpha_share),
-        };
-        let pitch = steady(table, alpha, 1.0, 1025.0).map_or(self.best_pitch_rad, |s| s.pitch_rad);
-        let pitch = pitch.at_least(self.flattest_rad);
-        let steepest = match leg.goal {
-            // No known glider glides best steeper than the stock preset; a table that says so is not believed that far.
-            Goal::BestGlide => config.preset_pitch_rad,
-            _ => *PITCH_RANGE.end(),
-        };
-        self.pitch_rad = pitch.max(*PITCH_RANGE.start()).min(steepest);
-        self.preset = false;
+        let step = (SPAN.1 - SPAN.0) / f32::from(GRID - 1);
+        let alpha = table.best_alpha_rad() * (SPAN.0 + step * f32::from(self.next));
+        self.next = self.next.saturating_add(1);
+        if let Some(s) = self.belief.steady(table, alpha.at_most(table.alpha_max_rad()), leg.ballast_m3.at_least(20e-6)) {
+            let value = worth(leg, &s);
+            if value > self.best && s.answer() > ANSWER_MIN && PITCH_RANGE.contains(&s.pitch_rad()) {
+                self.best = value;
+                // A little on the side away from the stall.
+                self.best_pitch_rad = s.pitch_rad() + s.alpha_rad * (1.0 - config.alpha_share);
+                self.best_tan_gamma = s.tan_gamma;
+            }
+        }
+    }
+
+    /// A measurement is complete: the pitch found by the search over it is flown.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn settle(&mut self, config: &Config, table: &Table<'_>, leg: &Leg) {
+        if self.next < GRID || self.fixed || self.preset {
+            return;
+        }
+        if self.best > f32::MIN {
+            let steepest = match leg.goal {
+                // No known glider glides best steeper than the stock preset; a table that says so is not believed that far.
+                Goal::BestGlide => config.preset_pitch_rad,
+                _ => *PITCH_RANGE.end(),
+            };
+            let flatter = if self.belief.pairs() >= FIRM_PAIRS { FLATTEN_RAD } else { 0.0 };
+            self.pitch_rad = self.best_pitch_rad.at_least(self.pitch_rad - flatter).at_least(self.flattest_rad).at_most(steepest);
+            self.degraded = leg.goal == Goal::BestGlide && self.best_tan_gamma * table.best_l_over_d() > DEGRADED;
+        }
+        self.next = 0;
+        self.best = f32::MIN;
+    }
+
+    /// The wings have let go at the pitch flown, or no such glide is believed in: steeper, and not that flat again.
+    #[cold]
+    pub(crate) fn retreat(&mut self) {
+        self.flattest_rad = (self.pitch_rad + RETREAT_RAD).at_most(RETREAT_MAX_RAD);
+        self.pitch_rad = self.flattest_rad.at_least(self.pitch_rad);
+    }
+
+    /// Whether a lesson is due: the table is not confirmed yet and the goal leaves the pitch to be chosen.
+    pub(crate) fn wants_lesson(&self, dives: u16) -> bool {
+        !self.fixed && !self.preset && dives < LESSONS && self.belief.pairs() < FIRM_PAIRS
     }
 
     /// |pitch| to fly, rad.
-    pub(crate) fn pitch_rad(&self, config: &Config) -> f32 {
-        if PITCH_RANGE.contains(&self.pitch_rad) { self.pitch_rad } else { config.preset_pitch_rad }
+    pub(crate) fn pitch_rad(&self, config: &Config, steeper: bool) -> f32 {
+        let pitch = if PITCH_RANGE.contains(&self.pitch_rad) { self.pitch_rad } else { config.preset_pitch_rad };
+        if steeper && !self.fixed { (pitch + LESSON_RAD).at_most(*PITCH_RANGE.end()) } else { pitch }
     }
 
     /// The pitch is the preset: no table, or none that can be used.
     pub(crate) fn is_preset(&self) -> bool {
-        self.preset && (self.next >= GRID || self.table_id == 0)
+        self.preset
     }
 
-    fn sane(&self) -> bool {
-        all_finite([self.pitch_rad, self.best_alpha_rad, self.best_pitch_rad, self.flattest_rad])
+    /// The flight says that the vehicle's best glide is worse than the table's by more than the doubt.
+    pub(crate) fn is_degraded(&self) -> bool {
+        self.degraded
     }
 }
 
-/// Angle of attack, speed and path angle as believed; for the trace and for the watch on performance.
+/// Angle of attack, speed and path angle as believed, for the trace.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Estimate {
     /// α, rad, positive when the flow comes from below (dive).
@@ -204,31 +243,37 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
-    /// One Newton step of |θ| + α = γ(α), warm-started; speed from the depth
-    /// rate. Quasi-steady: in a turn the last values fade.
-    pub(crate) fn advance(&mut self, table: Option<&Table<'_>>, dt_s: f32, pitch_rad: Option<f32>, rate_m_s: f32, steady_now: bool) {
+    /// One Newton step of γ(α) − α = |θ|, started at the last α; speed from the
+    /// depth rate. Quasi-steady: in a turn the last values fade. Answers the
+    /// steady glide that belongs to the pitch.
+    pub(crate) fn advance(
+        &mut self,
+        table: &Table<'_>,
+        belief: &Belief,
+        dt_s: f32,
+        pitch_rad: f32,
+        rate_m_s: f32,
+        ballast_m3: f32,
+        steady_now: bool,
+    ) -> Option<Steady> {
         if !all_finite([self.alpha_rad, self.speed_m_s, self.gamma_rad]) {
             *self = Self::default();
         }
-        let (Some(table), Some(pitch)) = (table, pitch_rad) else { return };
-        let down = rate_m_s > 0.0;
-        let side = if down { 1.0 } else { -1.0 };
-        let theta = -pitch * side;
-        let alpha = (self.alpha_rad * side).at_least(0.01).at_most(table.best_alpha_rad().at_least(0.02));
-        let c = table.at(alpha);
-        if !(c.cl > 1e-5 && c.cd > 1e-6) {
-            return;
-        }
-        let gamma = atan(c.cd / c.cl);
-        // Fixed point α ← C_D / (C_L/α · tan(θ+α)): C_L/α is nearly constant, converges in 2..4 steps.
-        let path = (theta + alpha).at_least(0.05).at_most(0.9);
-        let next = c.cd / (c.cl / alpha * tan(path));
-        let next = 0.5 * (alpha + next.at_least(0.005).at_most(table.alpha_max_rad()));
+        let side = if rate_m_s > 0.0 { 1.0 } else { -1.0 };
+        let theta = -pitch_rad * side;
+        let most = (table.best_alpha_rad() * SPAN.1).at_most(table.alpha_max_rad());
+        let alpha = (self.alpha_rad * side).at_least(0.01).at_most(most);
+        let mut now = belief.steady(table, alpha, ballast_m3.abs().at_least(20e-6))?;
+        let change = (now.pitch_rad() - theta) / now.answer().at_least(0.3);
+        let next = (alpha + change.at_least(-0.02).at_most(0.02)).at_least(0.01).at_most(most);
         self.alpha_rad = next * side;
-        self.gamma_rad = -side * if steady_now { path } else { gamma.at_most(path) };
-        let sin = { tan(path) / sqrt(1.0 + tan(path) * tan(path)) };
-        let speed = (rate_m_s.abs() / sin.at_least(0.05)).at_most(2.0);
+        let path = (theta + next).at_least(0.05).at_most(0.9);
+        self.gamma_rad = -side * if steady_now { path } else { now.gamma_rad.at_most(path) };
+        let speed = (rate_m_s.abs() / now.sin_gamma.at_least(0.05)).at_most(2.0);
         let share = if steady_now { 1.0 } else { dt_s / (dt_s + 15.0) };
         self.speed_m_s += (speed - self.speed_m_s) * share;
+        // Not there yet, or no such glide: nothing to compare with.
+        now.alpha_rad = alpha;
+        (change.abs() < 0.01).then_some(now)
     }
 }

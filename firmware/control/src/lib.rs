@@ -11,6 +11,7 @@
 //! | `senses` | what to believe of a frame |
 //! | `voyage` | where in the mission we are |
 //! | `glide` | which pitch for which goal; α, speed and path from what is measured |
+//! | `belief` | how the flight corrects the table |
 //! | `trim` | battery position for a pitch |
 //! | `turn` | when to start a turn |
 //! | `heading` | fin |
@@ -21,6 +22,7 @@
 
 mod angle;
 mod backup;
+mod belief;
 mod bound;
 mod clock;
 pub mod config;
@@ -36,19 +38,28 @@ mod voyage;
 pub use config::{Config, ConfigError, Settings, TrimLaw};
 
 use backup::{Backup, Limits};
+use belief::News;
 use bound::Bound;
 use clock::Clock;
 use glide::{Choice, Estimate};
 use polar::Table;
 use safety::{Safety, Verdict, Watch};
 use senses::{Seen, Senses};
-use signals::{Abort, ActuatorCommand, Answer, Flags, Micros, Mission, Phase, SensorFrame, Trace};
+use signals::{Abort, ActuatorCommand, Answer, Flags, Leg, Micros, Mission, Phase, SensorFrame, Trace};
 use trim::{Trim, Wish};
 use voyage::{Stage, Voyage};
 
 /// Share of the ballast drive at which the full pitch is wanted; below it the
 /// pitch wanted shrinks with the ballast.
 const FULL_PITCH_SHARE: f32 = 0.5;
+/// Time a glide begins steeper for once the pump is through, s: from rest the flow has to come to the wings first, else the vehicle may go on falling flat.
+const ENTRY_S: f32 = 20.0;
+/// Shallower than this the vehicle still floats, m.
+const ENTRY_M: f32 = 1.5;
+/// Above the deep turn by less than this a lesson is flown, m: a steep glide before and after the turn, in the same water.
+const LESSON_M: f32 = 13.0;
+/// The pitch wanted is held when it is met within this, rad (2°): then the glide tells of the polar.
+const HELD_RAD: f32 = 0.035;
 
 /// Everything the law remembers.
 #[derive(Clone, Debug)]
@@ -65,6 +76,8 @@ pub struct State {
     /// Pump rate as seen, m³/s.
     pump_rate_m3_s: f32,
     steady_s: f32,
+    /// Time of this glide with the pump at rest and under water, s.
+    pumped_s: f32,
     pitch_wanted_rad: f32,
     last: ActuatorCommand,
 }
@@ -77,6 +90,7 @@ impl Default for State {
 }
 
 impl State {
+    #[inline(never)]
     fn fresh(mission: Mission) -> Self {
         Self {
             clock: Clock::default(),
@@ -90,6 +104,7 @@ impl State {
             ballast_m3: 0.0,
             pump_rate_m3_s: 0.0,
             steady_s: 0.0,
+            pumped_s: 0.0,
             pitch_wanted_rad: 0.0,
             last: ActuatorCommand::default(),
         }
@@ -117,6 +132,12 @@ impl State {
         state
     }
 
+    /// What the flight says of the table: factors of the drag level, the drag due to lift and the lift.
+    #[must_use]
+    pub fn learned(&self) -> [f32; 3] {
+        self.choice.belief.factors()
+    }
+
     /// The operator orders the vehicle home.
     pub fn recall(&mut self) {
         self.abort(Abort::Operator);
@@ -139,7 +160,7 @@ impl State {
         if !self.voyage.sane() {
             self.abort(Abort::Internal);
         }
-        for number in [&mut self.ballast_m3, &mut self.steady_s, &mut self.pitch_wanted_rad] {
+        for number in [&mut self.ballast_m3, &mut self.steady_s, &mut self.pumped_s, &mut self.pitch_wanted_rad] {
             if !number.is_finite() {
                 *number = 0.0;
             }
@@ -168,8 +189,8 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
     fly(config, state, &seen, &verdict);
     let phase = state.voyage.phase();
     let leg = state.voyage.leg();
-    state.choice.advance(config, table, &leg);
-    let mut command = command(config, table, state, &seen, &verdict, frame.seq);
+    state.choice.follow(config, table, state.voyage.leg_number(), &leg);
+    let mut command = command(config, table, state, &seen, &verdict, &leg, frame.seq);
     let mut abort = verdict.abort;
     if let Some((cause, burn)) = second_way {
         if abort.is_none() {
@@ -184,6 +205,7 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
         (seen.density_default, Flags::DENSITY_DEFAULT),
         (seen.refused, Flags::FIELD_REFUSED),
         (state.choice.is_preset(), Flags::TABLE_REFUSED),
+        (state.choice.is_degraded(), Flags::DEGRADED),
     ] {
         if set {
             flags = flags.with(flag);
@@ -249,22 +271,37 @@ fn fly(config: &Config, state: &mut State, seen: &Seen, verdict: &Verdict) {
     state.steady_s = if state.voyage.phase() == before { (state.steady_s + seen.dt_s).at_most(1e4) } else { 0.0 };
 }
 
-fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: &Seen, verdict: &Verdict, seq: u32) -> ActuatorCommand {
+fn command(
+    config: &Config,
+    table: Option<&Table<'_>>,
+    state: &mut State,
+    seen: &Seen,
+    verdict: &Verdict,
+    leg: &Leg,
+    seq: u32,
+) -> ActuatorCommand {
     let phase = state.voyage.phase();
-    let leg = state.voyage.leg();
-    let order = state.voyage.order(config, state.clock.run);
+    let order = state.voyage.order(config, state.clock.run, leg);
     let ahead = state.pump_rate_m3_s * config.cycle_s * 0.5;
     let expected_m3 = state.ballast_m3 + (order.ballast_m3 - state.ballast_m3).at_least(-ahead).at_most(ahead);
-    let side = side(config, expected_m3, &leg);
+    let side = side(config, expected_m3, leg);
+    let pumped = (order.ballast_m3 - state.ballast_m3).abs() < 10e-6;
+    let way_s = if pumped && seen.depth_m > ENTRY_M { seen.dt_s } else { 0.0 };
+    state.pumped_s = if state.steady_s > 0.0 { (state.pumped_s + way_s).at_most(1e4) } else { 0.0 };
+    let entry = matches!(phase, Phase::Dive | Phase::Climb) && state.pumped_s < ENTRY_S;
+    let lesson = leg.depth_max_m - leg.depth_min_m > 4.0 * LESSON_M
+        && leg.depth_max_m - seen.depth_m < LESSON_M
+        && state.choice.wants_lesson(state.voyage.dives);
     state.pitch_wanted_rad = match phase {
         Phase::Surface | Phase::Comms | Phase::Done => 0.0,
         Phase::Safe => config.preset_pitch_rad,
-        Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config) * side,
+        Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config, lesson || entry) * side,
     };
     let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };
-    let pumped = (order.ballast_m3 - state.ballast_m3).abs() < 10e-6;
     let steady = matches!(phase, Phase::Dive | Phase::Climb) && pumped && state.steady_s > 15.0;
-    state.estimate.advance(table, seen.dt_s, pitch, seen.rate_m_s, steady);
+    if let (Some(table), Some(pitch)) = (table, pitch) {
+        learn(config, table, state, seen, pitch, leg, steady);
+    }
 
     let battery_mass_m = if verdict.hold_mass {
         state.trim.hold(config, seen.battery_m)
@@ -284,6 +321,23 @@ fn command(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: 
         beacon: matches!(phase, Phase::Safe | Phase::Done),
     };
     within_range(config, wanted)
+}
+
+/// What this cycle tells of the glide, and one more point of the search for the pitch.
+fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pitch_rad: f32, leg: &Leg, steady: bool) {
+    let choice = &mut state.choice;
+    choice.belief.heal();
+    let now = state.estimate.advance(table, &choice.belief, seen.dt_s, pitch_rad, seen.rate_m_s, state.ballast_m3, steady);
+    let held = (pitch_rad - state.pitch_wanted_rad).abs() < HELD_RAD;
+    let way = seen.depth_age_s <= 0.0 && seen.dt_s > 0.0 && seen.rate_m_s * state.ballast_m3 < 0.0;
+    match now {
+        Some(now) if steady && held && way => match choice.belief.take(&now, seen.rate_m_s) {
+            News::None => choice.search(config, table, leg),
+            News::Piece => choice.settle(config, table, leg),
+            News::LetGo => choice.retreat(),
+        },
+        _ => choice.belief.interrupt(),
+    }
 }
 
 /// Keeps the believed pump position: measured, else moved at the pump's rate
@@ -310,7 +364,7 @@ fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_
 }
 
 /// Between dive (−1) and climb (+1) by the ballast.
-fn side(config: &Config, ballast_m3: f32, leg: &signals::Leg) -> f32 {
+fn side(config: &Config, ballast_m3: f32, leg: &Leg) -> f32 {
     let drive = leg.ballast_m3.at_least(0.1 * config.pump_m3).at_most(config.pump_m3);
     (ballast_m3 / (drive * FULL_PITCH_SHARE)).at_least(-1.0).at_most(1.0)
 }

@@ -49,12 +49,15 @@ fn pump_span_s(config: &Config, ballast_m3: f32) -> f32 {
 
 impl Turn {
     /// Way still made after starting the pump now, m; never negative.
+    #[inline(never)]
     pub(crate) fn carry_m(&self, config: &Config, speed_m_s: f32, ballast_m3: f32) -> f32 {
         let lag = if LAG_RANGE_S.contains(&self.lag_s) { self.lag_s } else { LAG_FIRST_S };
         (speed_m_s.at_least(0.0) * (pump_span_s(config, ballast_m3) + lag)).at_least(0.0) + AIM_INSIDE_M
     }
 
     /// Learns from a finished turn: quickly towards longer, slowly towards shorter.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn learn(&mut self, config: &Config, turn: &Underway) {
         if !(turn.speed_m_s > 0.03) {
             return;

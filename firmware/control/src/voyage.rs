@@ -126,8 +126,14 @@ impl Voyage {
     }
 
     /// The leg flown now. A damaged counter gives the last leg, no leg at all the default one.
+    #[inline(never)]
     pub(crate) fn leg(&self) -> Leg {
         self.mission.legs.get(usize::from(self.leg)).or(self.mission.legs.last()).copied().unwrap_or_default()
+    }
+
+    /// Number of the leg flown now, from 0.
+    pub(crate) fn leg_number(&self) -> u8 {
+        self.leg
     }
 
     /// One cycle: moves between states.
@@ -257,6 +263,8 @@ impl Voyage {
         self.stage = Stage::Dive { since: clock, mark_m: seen.depth_m, mark_since: clock };
     }
 
+    #[cold]
+    #[inline(never)]
     fn begin_climb(&mut self, clock: Micros, seen: &Seen) {
         let flown = self.dives.saturating_add(1);
         let every = self.mission.surface_every;
@@ -279,6 +287,8 @@ impl Voyage {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn count_dive(&mut self) {
         self.dives = self.dives.saturating_add(1);
         self.leg_dives = self.leg_dives.saturating_add(1);
@@ -301,8 +311,7 @@ impl Voyage {
     }
 
     /// What the state asks for.
-    pub(crate) fn order(&self, config: &Config, clock: Micros) -> Order {
-        let leg = self.leg();
+    pub(crate) fn order(&self, config: &Config, clock: Micros, leg: &Leg) -> Order {
         let drive = if leg.ballast_m3.is_finite() { leg.ballast_m3.at_least(0.0).at_most(config.pump_m3) } else { 0.0 };
         let full = config.pump_m3;
         match self.stage {

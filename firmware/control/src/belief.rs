@@ -1,0 +1,291 @@
+//! What the flight says of the table.
+//!
+//! ```text
+//! C_L = λ C_L,table(α)        C_D = c [ C_D0 + κ (C_D,table(α) − C_D0) ]        C_D0 = C_D,table(0)
+//! w²  = 2 V g sin²γ cos γ / (S C_L)        tan γ = C_D/C_L        γ = |θ| + α
+//! ```
+//! c drag level, κ drag due to lift, λ lift (1: as in the table), V ballast, w
+//! depth rate, θ pitch. Three numbers, started at the table with the spread a
+//! table may be wrong by, are corrected by what steady glides measure (Kalman
+//! filter, one scalar: measured over expected w).
+//!
+//! A measurement is a pair: a piece of a dive and the piece of the climb through
+//! the same water. Buoyancy that is not as planned, stratified water and a
+//! steady vertical current make the one faster and the other slower and cancel
+//! in their mean. Pieces of the way to a turn wait on a stack for their
+//! counterpart on the way back.
+//!
+//! dγ = dα at a given pitch, so with ι = share of C_D due to lift, sc = sin γ cos γ:
+//! ```text
+//! dα    = G (dc + ι dκ − dλ)           G = sc / (1 − sc (2ι − 1)/α)
+//! d ln w = M dα − ½ dλ                 M = cot γ − ½ tan γ − 1/(2α)
+//! ```
+//! What it cannot do: near the best glide a wrong lift slope alone hardly shows
+//! in w (10 % of it are 0.1 mm/s); it shows once the pitch is too flat for it,
+//! as a vehicle that sinks faster than expected, and is then corrected towards
+//! a steeper pitch. Internal waves are taken for a wrong table as far as their
+//! change within a piece does not give them away ([`SCATTER_GAIN`]); the numbers
+//! stay within [`BOUND`] whatever happens.
+
+use crate::angle::{atan, sqrt};
+use crate::bound::{Bound, all_finite};
+use polar::Table;
+
+/// Spread (1 σ) of c, κ and λ before any flight: the project plans for tables wrong by 20 %; fits of one vehicle on several
+/// missions differ by 10–20 % in drag, 30 % in drag due to lift, 10 % in lift.
+const SPREAD: [f32; 3] = [0.15, 0.3, 0.1];
+/// Farthest c, κ and λ are ever believed to be from the table.
+const BOUND: [f32; 3] = [0.35, 0.6, 0.3];
+/// Growth of the spread per measurement, 1: some hours of glide are remembered, so that fouling is followed.
+const FORGET: f32 = 1.005;
+/// Least answer of pitch to α that is divided by: nearer to the pitch below which no steady glide exists the line is no guide.
+const ANSWER_MIN: f32 = 0.25;
+/// Cycles of steady glide before the first is counted: speed and path settle in 10 to 20 s, the depth filter in 5 s.
+const SETTLE: u8 = 6;
+/// Cycles of one half of a piece.
+const HALF: u8 = 6;
+/// Pieces that wait for their counterpart; a power of two.
+const WAITING: u8 = 8;
+/// Variance of one measurement of w, relative, in water at rest: 1.5 % (form of the polar, pitch not quite held).
+const NOISE: f32 = 2e-4;
+/// Variance of a piece's mean over the square of the difference of its halves: 20 for a wave of a quarter of an hour.
+const SCATTER_GAIN: f32 = 20.0;
+/// A pair that sinks faster than expected by more than this has let go: no drag level in [`BOUND`] does that.
+const LET_GO: f32 = 0.2;
+/// Halves farther apart than this were no steady glide in water at rest; nothing is learned from them.
+const APART_MAX: f32 = 0.05;
+
+/// Lift and drag as believed at one angle of attack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Polar {
+    pub(crate) cl: f32,
+    pub(crate) cd: f32,
+    /// ι, share of the drag that is due to lift.
+    pub(crate) induced: f32,
+}
+
+/// Steady glide at one angle of attack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Steady {
+    pub(crate) alpha_rad: f32,
+    /// γ, below (dive) or above (climb) the horizon, rad.
+    pub(crate) gamma_rad: f32,
+    pub(crate) tan_gamma: f32,
+    pub(crate) sin_gamma: f32,
+    pub(crate) cos_gamma: f32,
+    /// Speed through the water, m/s.
+    pub(crate) speed_m_s: f32,
+    /// ι, share of the drag that is due to lift.
+    induced: f32,
+}
+
+impl Steady {
+    /// Pitch it takes, rad, as a magnitude.
+    pub(crate) fn pitch_rad(&self) -> f32 {
+        self.gamma_rad - self.alpha_rad
+    }
+
+    /// 1 − dγ/dα: change of pitch per change of α, with the sign that is positive where a steady glide is stable.
+    pub(crate) fn answer(&self) -> f32 {
+        1.0 - self.sin_gamma * self.cos_gamma * (2.0 * self.induced - 1.0) / self.alpha_rad
+    }
+}
+
+/// A piece of steady glide: what it says, whatever is believed later.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Piece {
+    /// Change of ln w with c, κ, λ.
+    h: [f32; 3],
+    /// Measured over expected w less 1, for a table that is right.
+    z: f32,
+}
+
+/// What a cycle brought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum News {
+    /// Nothing yet.
+    None,
+    /// A piece is complete.
+    Piece,
+    /// The vehicle sinks much faster than any believable table says: the flow has left the wings.
+    LetGo,
+}
+
+/// The correction of the table, and the measurement under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Belief {
+    /// c, κ, λ less 1.
+    x: [f32; 3],
+    /// Covariance of `x`.
+    p: [[f32; 3]; 3],
+    /// Pairs learned from.
+    pairs: u8,
+    /// Mean square of the difference between the halves of a piece.
+    scatter: f32,
+    /// C_D0 of the table.
+    drag0: f32,
+    /// Pieces on the way to the turn, all going the same way; a ring of which `height` up to `top` are in use.
+    stack: [Piece; WAITING as usize],
+    top: u8,
+    height: u8,
+    downward: bool,
+    cycles: u8,
+    sums: [f32; 2],
+}
+
+impl Default for Belief {
+    fn default() -> Self {
+        let [c, k, l] = SPREAD;
+        Self {
+            x: [0.0; 3],
+            p: [[c * c, 0.0, 0.0], [0.0, k * k, 0.0], [0.0, 0.0, l * l]],
+            pairs: 0,
+            scatter: 0.0,
+            drag0: 0.0,
+            stack: [Piece::default(); WAITING as usize],
+            top: 0,
+            height: 0,
+            downward: false,
+            cycles: 0,
+            sums: [0.0; 2],
+        }
+    }
+}
+
+fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+impl Belief {
+    /// Nothing learned yet of this table.
+    pub(crate) fn reset(&mut self, table: Option<&Table<'_>>) {
+        *self = Self::default();
+        self.drag0 = table.map_or(0.0, |t| t.at(0.0).cd);
+    }
+
+    /// c, κ, λ.
+    pub(crate) fn factors(&self) -> [f32; 3] {
+        self.x.map(|x| 1.0 + x)
+    }
+
+    /// Pairs learned from so far.
+    pub(crate) fn pairs(&self) -> u8 {
+        self.pairs
+    }
+
+    /// Lift and drag at an angle of attack.
+    pub(crate) fn polar(&self, table: &Table<'_>, alpha_rad: f32) -> Polar {
+        let [c, k, l] = self.x;
+        let at = table.at(alpha_rad);
+        let induced = (1.0 + k) * (at.cd - self.drag0);
+        let drag = self.drag0 + induced;
+        Polar { cl: (1.0 + l) * at.cl, cd: (1.0 + c) * drag, induced: induced / drag }
+    }
+
+    /// The steady glide at an angle of attack with a ballast volume, m³.
+    #[inline(never)]
+    pub(crate) fn steady(&self, table: &Table<'_>, alpha_rad: f32, ballast_m3: f32) -> Option<Steady> {
+        let p = self.polar(table, alpha_rad);
+        if !(p.cl > 1e-5 && p.cd > 1e-6) {
+            return None;
+        }
+        let tan_gamma = p.cd / p.cl;
+        let force = sqrt(p.cl * p.cl + p.cd * p.cd);
+        // Density cancels between buoyancy and dynamic pressure.
+        let speed_m_s = sqrt(2.0 * 9.81 * ballast_m3 / (table.area_m2() * force));
+        let (sin_gamma, cos_gamma) = (p.cd / force, p.cl / force);
+        let s = Steady { alpha_rad, gamma_rad: atan(tan_gamma), tan_gamma, sin_gamma, cos_gamma, speed_m_s, induced: p.induced };
+        all_finite([s.gamma_rad, speed_m_s, s.induced]).then_some(s)
+    }
+
+    /// Takes one cycle of steady glide, `now` as believed; `measured_m_s` is the depth rate, down positive.
+    pub(crate) fn take(&mut self, now: &Steady, measured_m_s: f32) -> News {
+        let ratio = measured_m_s.abs() / (now.speed_m_s * now.sin_gamma).at_least(0.01);
+        self.cycles = self.cycles.saturating_add(1);
+        let [first, second] = &mut self.sums;
+        if self.cycles > SETTLE + HALF {
+            *second += ratio;
+        } else if self.cycles > SETTLE {
+            *first += ratio;
+        }
+        if self.cycles < SETTLE + 2 * HALF {
+            return News::None;
+        }
+        let n = f32::from(HALF);
+        let (mean, apart) = ((*first + *second) / (2.0 * n), (*second - *first) / n);
+        self.interrupt();
+        if !all_finite([mean, apart]) {
+            return News::None;
+        }
+        self.scatter += 0.2 * ((apart * apart).at_most(0.1) - self.scatter);
+        if apart.abs() < APART_MAX { self.file(now, measured_m_s > 0.0, (mean - 1.0).at_least(-0.5).at_most(0.5)) } else { News::Piece }
+    }
+
+    /// The glide is not steady: the piece under way is dropped.
+    pub(crate) fn interrupt(&mut self) {
+        self.cycles = 0;
+        self.sums = [0.0; 2];
+    }
+
+    /// Puts a piece on the stack, or learns from it and its counterpart there.
+    #[cold]
+    #[inline(never)]
+    fn file(&mut self, now: &Steady, downward: bool, surprise: f32) -> News {
+        let g = now.sin_gamma * now.cos_gamma / now.answer().at_least(ANSWER_MIN);
+        let m = 1.0 / now.tan_gamma - 0.5 * now.tan_gamma - 0.5 / now.alpha_rad;
+        let h = [m * g, m * g * now.induced, -m * g - 0.5];
+        let piece = Piece { h, z: surprise + dot(&h, &self.x) };
+        if self.height == 0 || self.downward == downward {
+            self.downward = downward;
+            self.top = self.top.wrapping_add(1) % WAITING;
+            self.height = self.height.saturating_add(1).min(WAITING);
+            if let Some(place) = self.stack.get_mut(usize::from(self.top)) {
+                *place = piece;
+            }
+        } else if let Some(&other) = self.stack.get(usize::from(self.top)) {
+            self.top = self.top.wrapping_sub(1) % WAITING;
+            self.height = self.height.saturating_sub(1);
+            return self.learn(&piece, &other);
+        }
+        News::Piece
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn learn(&mut self, one: &Piece, other: &Piece) -> News {
+        let [a, b, c] = one.h;
+        let [d, e, f] = other.h;
+        let h = [0.5 * (a + d), 0.5 * (b + e), 0.5 * (c + f)];
+        let surprise = 0.5 * (one.z + other.z) - dot(&h, &self.x);
+        if surprise > LET_GO {
+            self.height = 0;
+            return News::LetGo;
+        }
+        let [a, b, c] = &self.p;
+        let ph = [dot(a, &h), dot(b, &h), dot(c, &h)];
+        let per = 1.0 / (dot(&ph, &h) + NOISE + SCATTER_GAIN * self.scatter);
+        // What no glide tells must not grow without end: forgotten is only what is known better than before any flight.
+        let [[a, ..], [_, b, _], [.., c]] = self.p;
+        let [d, e, f] = SPREAD;
+        let grow = [(a, d), (b, e), (c, f)].map(|(p, spread)| if p < spread * spread { FORGET } else { 1.0 });
+        for ((((x, row), along), bound), grow_row) in self.x.iter_mut().zip(&mut self.p).zip(&ph).zip(&BOUND).zip(&grow) {
+            let gain = along * per;
+            *x = (*x + gain * surprise).at_least(-bound).at_most(*bound);
+            for ((p, across), grow) in row.iter_mut().zip(&ph).zip(&grow) {
+                *p = (*p - gain * across) * (grow_row * grow);
+            }
+        }
+        self.pairs = self.pairs.saturating_add(1);
+        News::Piece
+    }
+
+    /// Numbers no flight can have written give way to the table as it is.
+    pub(crate) fn heal(&mut self) {
+        let [[a, ..], [_, b, _], [.., c]] = self.p;
+        let known = [a, b, c].iter().all(|p| (0.0..=0.1).contains(p));
+        let [c, k, l] = self.x;
+        if !(known && self.top < WAITING && self.height <= WAITING && all_finite([c, k, l, self.scatter, self.drag0])) {
+            *self = Self { drag0: self.drag0, ..Self::default() };
+        }
+    }
+}

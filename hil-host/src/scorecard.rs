@@ -299,7 +299,14 @@ pub fn fly(case: Case) -> anyhow::Result<Score> {
 /// # Errors
 /// As [`fly`].
 pub fn fly_with(case: Case, config: &Config) -> anyhow::Result<Score> {
-    let mission = case.band.mission(case.wings);
+    fly_mission(case, config, &case.band.mission(case.wings))
+}
+
+/// Flies one case with another mission than its band's.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_mission(case: Case, config: &Config, mission: &Mission) -> anyhow::Result<Score> {
     let scenario = case.band.scenario(case.wings, case.disturbance, case.seed);
     let nominal = World::new(Scenario { effects: Vec::new(), ..scenario.clone() }).map_err(|e| anyhow!(e)).context("nominal world")?;
     let mut world = World::new(scenario).map_err(|e| anyhow!(e)).context("world")?;
@@ -320,7 +327,7 @@ pub fn fly_with(case: Case, config: &Config) -> anyhow::Result<Score> {
             Flier::Ours(Box::new(control::State::new(config, mission.clone(), Micros(0))), Some(table))
         }
     };
-    Ok(judge(case, config, &mission, &mut world, flier))
+    Ok(judge(case, config, mission, &mut world, flier))
 }
 
 fn judge(case: Case, config: &Config, mission: &Mission, world: &mut World, mut flier: Flier<'_>) -> Score {

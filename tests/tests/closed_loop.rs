@@ -1,7 +1,7 @@
 //! Plant and controller together: what the controller promises, measured.
 
-use hil_host::scorecard::{Band, Case, Disturbance, Pilot, Score, cases, fly, fly_all};
-use signals::Wings;
+use hil_host::scorecard::{Band, Case, Disturbance, Pilot, Score, cases, fly, fly_all, fly_mission};
+use signals::{Goal, Wings};
 
 const BOTH: [Wings; 2] = [Wings::Standard, Wings::LowAspectRatio];
 
@@ -98,4 +98,61 @@ fn the_same_seed_flies_the_same_flight() {
     let b = ours(Band::Shallow, Wings::Standard, Disturbance::NoisySensors, 7);
     assert_eq!(a, b);
     assert_ne!(a.distance_m, ours(Band::Shallow, Wings::Standard, Disturbance::NoisySensors, 8).distance_m);
+}
+
+/// Four dives of 200 m for a goal, in a current (m/s) towards the heading flown (0: north).
+fn for_goal(goal: Goal, wings: Wings, disturbance: Disturbance, heading_rad: f32) -> Score {
+    let case = Case { wings, band: Band::Sea, disturbance, pilot: Pilot::Ours, seed: 1 };
+    let mut mission = case.band.mission(wings);
+    mission.max_duration_s *= 2;
+    for leg in &mut mission.legs {
+        (leg.goal, leg.dives, leg.heading_rad) = (goal, 4, heading_rad);
+    }
+    let score = fly_mission(case, &case.band.config(), &mission).expect("case can be flown");
+    assert!(score.done && score.abort.is_none(), "{goal:?}: {score:?}");
+    score
+}
+
+fn water_speed_m_s(s: &Score) -> f64 {
+    s.water_distance_m / s.duration_s
+}
+
+#[test]
+fn best_speed_flies_faster_and_best_range_spends_less_per_metre_than_best_glide() {
+    for wings in BOTH {
+        let glide = for_goal(Goal::BestGlide, wings, Disturbance::BuiltInTable, 0.0);
+        let speed = for_goal(Goal::BestSpeed, wings, Disturbance::BuiltInTable, 0.0);
+        assert!(water_speed_m_s(&speed) > 1.15 * water_speed_m_s(&glide), "{} {}", water_speed_m_s(&speed), water_speed_m_s(&glide));
+        // Hotel load of the plant's vehicle. The optimum is flat: the same to 1 % or better.
+        let range = for_goal(Goal::BestRange { hotel_w: 1.2 }, wings, Disturbance::BuiltInTable, 0.0);
+        assert!(range.transport_j_m < 1.01 * glide.transport_j_m, "{wings:?}: {} {} J/m", range.transport_j_m, glide.transport_j_m);
+        // Nothing but the pump to pay for: the best glide is the best range.
+        let idle = for_goal(Goal::BestRange { hotel_w: 0.0 }, wings, Disturbance::BuiltInTable, 0.0);
+        assert!((idle.share_of_max - glide.share_of_max).abs() < 0.02, "{wings:?}: {} {}", idle.share_of_max, glide.share_of_max);
+    }
+}
+
+/// The current flows north at 0.15 m/s. With it the best pitch would be flatter than that of the best glide, where the flow may leave
+/// the wings: the law keeps its margin, so the speed is that of the best glide to 2 %.
+#[test]
+fn against_a_current_the_goal_flies_faster_and_with_it_no_faster_than_best_glide() {
+    let current = Disturbance::Hidden(plant::EffectKind::HorizontalCurrent);
+    for wings in BOTH {
+        let south = std::f32::consts::PI;
+        let glide = for_goal(Goal::BestGlide, wings, current, south);
+        let head = for_goal(Goal::Current { along_track_m_s: -0.15 }, wings, current, south);
+        let tail = for_goal(Goal::Current { along_track_m_s: 0.15 }, wings, current, 0.0);
+        assert!(water_speed_m_s(&head) > 1.1 * water_speed_m_s(&glide), "head {} {}", water_speed_m_s(&head), water_speed_m_s(&glide));
+        assert!(head.achieved_l_over_d > glide.achieved_l_over_d, "over ground {} {}", head.achieved_l_over_d, glide.achieved_l_over_d);
+        assert!(water_speed_m_s(&tail) <= 1.02 * water_speed_m_s(&glide), "tail {} {}", water_speed_m_s(&tail), water_speed_m_s(&glide));
+    }
+}
+
+/// What is learned in the first dive is used in all that follow: 0.97 of (L/D)max over four dives, the first included.
+#[test]
+fn with_the_built_in_table_four_deep_dives_reach_the_aim() {
+    for wings in BOTH {
+        let s = for_goal(Goal::BestGlide, wings, Disturbance::BuiltInTable, 0.0);
+        assert!(s.share_of_max >= 0.97, "{wings:?}: {}", s.share_of_max);
+    }
 }

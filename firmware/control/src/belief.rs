@@ -158,6 +158,8 @@ fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
 
 impl Belief {
     /// Nothing learned yet of this table.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn reset(&mut self, table: Option<&Table<'_>>) {
         *self = Self::default();
         self.drag0 = table.map_or(0.0, |t| t.at(0.0).cd);
@@ -200,6 +202,9 @@ impl Belief {
 
     /// Takes one cycle of steady glide, `now` as believed; `measured_m_s` is the depth rate, down positive.
     pub(crate) fn take(&mut self, now: &Steady, measured_m_s: f32) -> News {
+        if self.cycles == 0 {
+            self.heal();
+        }
         let ratio = measured_m_s.abs() / (now.speed_m_s * now.sin_gamma).at_least(0.01);
         self.cycles = self.cycles.saturating_add(1);
         let [first, second] = &mut self.sums;
@@ -280,7 +285,9 @@ impl Belief {
     }
 
     /// Numbers no flight can have written give way to the table as it is.
-    pub(crate) fn heal(&mut self) {
+    #[cold]
+    #[inline(never)]
+    fn heal(&mut self) {
         let [[a, ..], [_, b, _], [.., c]] = self.p;
         let known = [a, b, c].iter().all(|p| (0.0..=0.1).contains(p));
         let [c, k, l] = self.x;

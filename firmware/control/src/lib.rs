@@ -144,6 +144,8 @@ impl State {
     }
 
     /// The caller found a reason to come home (overrun, lost line). The first cause stays.
+    #[cold]
+    #[inline(never)]
     pub fn abort(&mut self, cause: Abort) {
         self.safety.latch(cause);
         self.voyage.stage = Stage::Safe;
@@ -185,10 +187,14 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
     let seen = state.senses.observe(config, dt_s, frame);
     follow_pump(config, state, seen.ballast_m3, dt_s);
 
-    let verdict = judge(config, state, &seen, frame);
-    fly(config, state, &seen, &verdict);
+    let mut leg = state.voyage.leg();
+    let number = state.voyage.leg_number();
+    let verdict = judge(config, state, &seen, &leg, frame);
+    fly(config, state, &seen, &leg, &verdict);
     let phase = state.voyage.phase();
-    let leg = state.voyage.leg();
+    if state.voyage.leg_number() != number {
+        leg = state.voyage.leg();
+    }
     state.choice.follow(config, table, state.voyage.leg_number(), &leg);
     let mut command = command(config, table, state, &seen, &verdict, &leg, frame.seq);
     let mut abort = verdict.abort;
@@ -237,7 +243,7 @@ fn backup_limits(config: &Config, mission: &Mission) -> Limits {
     }
 }
 
-fn judge(config: &Config, state: &mut State, seen: &Seen, frame: &SensorFrame) -> Verdict {
+fn judge(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, frame: &SensorFrame) -> Verdict {
     let watch = Watch {
         config,
         clock: state.clock.run,
@@ -246,7 +252,7 @@ fn judge(config: &Config, state: &mut State, seen: &Seen, frame: &SensorFrame) -
         commanded: &state.last,
         pitch_wanted_rad: state.pitch_wanted_rad,
         phase: state.voyage.phase(),
-        leg_max_m: state.voyage.leg().depth_max_m,
+        leg_max_m: leg.depth_max_m,
         max_duration_s: state.voyage.mission.max_duration_s,
         climb_without_way_s: state.voyage.climb_without_way_s(state.clock.run),
         no_way_turns: state.voyage.no_way_turns,
@@ -256,7 +262,7 @@ fn judge(config: &Config, state: &mut State, seen: &Seen, frame: &SensorFrame) -
 }
 
 /// Moves the mission on, under what safety allows.
-fn fly(config: &Config, state: &mut State, seen: &Seen, verdict: &Verdict) {
+fn fly(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, verdict: &Verdict) {
     let before = state.voyage.phase();
     let clock = state.clock.run;
     if verdict.abort.is_some() {
@@ -266,7 +272,7 @@ fn fly(config: &Config, state: &mut State, seen: &Seen, verdict: &Verdict) {
             state.voyage.climb_now(clock, seen);
         }
         state.voyage.homeward |= verdict.homeward;
-        state.voyage.advance(config, clock, seen, state.ballast_m3);
+        state.voyage.advance(config, clock, seen, leg, state.ballast_m3);
     }
     state.steady_s = if state.voyage.phase() == before { (state.steady_s + seen.dt_s).at_most(1e4) } else { 0.0 };
 }
@@ -299,7 +305,10 @@ fn command(
     };
     let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };
     let steady = matches!(phase, Phase::Dive | Phase::Climb) && pumped && state.steady_s > 15.0;
-    if let (Some(table), Some(pitch)) = (table, pitch) {
+    // Out of the steady glide the estimate is for the trace alone: every other cycle will do.
+    if let (Some(table), Some(pitch)) = (table, pitch)
+        && (steady || seq & 1 == 0)
+    {
         learn(config, table, state, seen, pitch, leg, steady);
     }
 
@@ -326,7 +335,6 @@ fn command(
 /// What this cycle tells of the glide, and one more point of the search for the pitch.
 fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pitch_rad: f32, leg: &Leg, steady: bool) {
     let choice = &mut state.choice;
-    choice.belief.heal();
     let now = state.estimate.advance(table, &choice.belief, seen.dt_s, pitch_rad, seen.rate_m_s, state.ballast_m3, steady);
     let held = (pitch_rad - state.pitch_wanted_rad).abs() < HELD_RAD;
     let way = seen.depth_age_s <= 0.0 && seen.dt_s > 0.0 && seen.rate_m_s * state.ballast_m3 < 0.0;

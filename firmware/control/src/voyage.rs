@@ -28,6 +28,8 @@ use signals::{Leg, Micros, Mission, Phase};
 
 /// Deeper than this is not the surface, m.
 const SURFACE_M: f32 = 1.0;
+/// A depth sensor may be off by this and the vehicle afloat, m.
+const NEAR_M: f32 = 5.0;
 /// Shortest time in a gliding state, s: two nominal cycles.
 const DWELL_S: f32 = 8.0;
 /// A dive or climb that made no way for this long turns round, s. A third of the stock same-depth limit.
@@ -137,8 +139,7 @@ impl Voyage {
     }
 
     /// One cycle: moves between states.
-    pub(crate) fn advance(&mut self, config: &Config, clock: Micros, seen: &Seen, ballast_m3: f32) {
-        let leg = self.leg();
+    pub(crate) fn advance(&mut self, config: &Config, clock: Micros, seen: &Seen, leg: &Leg, ballast_m3: f32) {
         match self.stage {
             Stage::Surface { since, believed } => {
                 let believed = if seen.depth_age_s <= 0.0 { believed.saturating_add(1) } else { 0 };
@@ -179,7 +180,7 @@ impl Voyage {
             }
             Stage::Climb { since, top, mark_m, mark_since } => {
                 let top = if self.homeward { Top::End } else { top };
-                self.climb(config, clock, seen, ballast_m3, since, top, mark_m, mark_since);
+                self.climb(config, clock, seen, leg, ballast_m3, since, top, mark_m, mark_since);
             }
             Stage::InflectHigh { since, mut turn } => {
                 turn.peak_m = turn.peak_m.at_least(-seen.depth_m);
@@ -198,7 +199,12 @@ impl Voyage {
                 let waited = clock.since(since).seconds();
                 let served = matches!(stage, Stage::Comms { heard: true, fixed: true, .. }) && waited >= DWELL_S;
                 if served || waited >= config.comms_patience_s {
-                    if self.homeward { self.stage = Stage::Done } else { self.begin_dive(clock, seen) }
+                    // Patience alone does not make a mission flown: it ends afloat or near the surface.
+                    match self.homeward {
+                        true if served || seen.afloat || seen.depth_m < NEAR_M => self.stage = Stage::Done,
+                        true => {}
+                        false => self.begin_dive(clock, seen),
+                    }
                 }
             }
             Stage::Done | Stage::Safe => {}
@@ -210,6 +216,7 @@ impl Voyage {
         config: &Config,
         clock: Micros,
         seen: &Seen,
+        leg: &Leg,
         ballast_m3: f32,
         since: Micros,
         top: Top,
@@ -225,7 +232,6 @@ impl Voyage {
         let dwelt = clock.since(since).seconds() >= DWELL_S;
         match top {
             Top::Turn => {
-                let leg = self.leg();
                 let carry = self.high.carry_m(config, -seen.rate_m_s, ballast_m3);
                 let late = 0.5 * (-seen.rate_m_s).at_least(0.0) * config.cycle_s;
                 if (dwelt || seen.depth_m <= leg.depth_min_m) && seen.depth_m - carry - late <= leg.depth_min_m {
@@ -236,7 +242,7 @@ impl Voyage {
             }
             Top::Shore | Top::End => {
                 // A biased depth must not keep the vehicle waiting: afloat, or still near the surface, is there too.
-                let there = seen.afloat || seen.depth_m < SURFACE_M || (seen.depth_m < 5.0 && still_s > 60.0);
+                let there = seen.afloat || seen.depth_m < SURFACE_M || (seen.depth_m < NEAR_M && still_s > 60.0);
                 if dwelt && there {
                     self.count_dive();
                     self.stage = if top == Top::End { Stage::Done } else { Stage::Comms { since: clock, heard: false, fixed: false } };
@@ -258,6 +264,8 @@ impl Voyage {
         (turned && dwelt_s >= DWELL_S) || dwelt_s >= longest
     }
 
+    #[cold]
+    #[inline(never)]
     fn begin_dive(&mut self, clock: Micros, seen: &Seen) {
         self.bottom_hits = 0;
         self.stage = Stage::Dive { since: clock, mark_m: seen.depth_m, mark_since: clock };
@@ -280,6 +288,8 @@ impl Voyage {
     }
 
     /// Ends the dive or turn under way: climb, whatever the mission says.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn climb_now(&mut self, clock: Micros, seen: &Seen) {
         if matches!(self.stage, Stage::Dive { .. } | Stage::InflectHigh { .. }) {
             let turn = Underway { from_m: seen.depth_m, speed_m_s: 0.0, ballast_m3: 0.0, peak_m: seen.depth_m };

@@ -116,7 +116,7 @@ impl Seen {
                 .iter()
                 .map(|s| {
                     let (constants, effects) = law(vehicle, s);
-                    track(run, constants, &effects, vehicle.water_depth_m, 0.0, found.beyond)
+                    track(run, constants, &effects, vehicle.water_depth_m, found.beyond)
                 })
                 .collect();
             let cut = blocks(run);

@@ -3,11 +3,12 @@
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
 use crate::fit::{Effort, Fit, Jacobian, fit};
-use crate::metric::{Block, blocks};
+use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, State, block_error};
 use crate::remainder::{Family, families};
 use crate::search::{Candidate, Found, WAVE, search};
+use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
 
 /// Log odds a hypothesis needs against nothing missing. Set on simulated clean flights: 2 % of them may exceed it.
@@ -22,6 +23,11 @@ const TIME_HANDICAP: f64 = 9.0;
 const REMAINS_SHARE: f64 = 0.12;
 /// Or a mean square of innovations (1 for noise) that no difference of form explains.
 const REMAINS_MISFIT: f64 = 1.3;
+/// Share of the explained misfit that a difference of form may leave; a wave is never quite a sine.
+const FORM_MISFIT: f64 = 0.02;
+const FORM_MISFIT_WAVE: f64 = 0.1;
+/// Typical error on the check segments, in noise floors, from which an answer has failed.
+const FAILS: f64 = 2.2;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 /// What a family must be better by than the best name: log odds, and share of them.
@@ -202,11 +208,10 @@ pub fn prepared_problem<'a>(
         fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, 0.01, Effort { iterations: 3, renew: false })
     };
     let first = null_fit(&problem);
-    let brink = problem.settle_continuation(&first.state);
-    let second = if brink > 0 { null_fit(&problem) } else { first };
+    let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
     let outliers = problem.drop_outliers(&second.residual, OUTLIER);
     if outliers > 0 {
-        notes.push(format!("{outliers} samples beyond {OUTLIER} sigma left out of the fit"));
+        notes.push(format!("{outliers} lone samples beyond {OUTLIER} sigma left out of the fit"));
     }
     problem.tune_colour(&second.state);
     Ok((problem, second))
@@ -222,31 +227,33 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) ->
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let mut found = search(&problem, tick);
-    let state_of =
-        |found: &Found| found.candidates.first().filter(|c| speaks_up(c)).map_or_else(|| found.null.state.clone(), |c| c.fit.state.clone());
-    // Second look, with what the first has taught: near the stall, and the size of the ordinary water motion.
-    let state = state_of(&found);
+    let mut found = search(&problem, None, tick);
+    let best_of = |found: &Found| found.candidates.first().filter(|c| speaks_up(c)).map_or_else(|| found.null.clone(), |c| c.fit.clone());
+    // Second look, with what the first has taught: near the stall, which samples are wrong, and the size of the ordinary water
+    // motion. Rows move only together with a new search.
+    let best = best_of(&found);
     let large = problem.data.len() / 40;
-    let mean_square = |found: &Found, n: usize| {
-        found.candidates.first().filter(|c| speaks_up(c)).map_or(&found.null, |c| &c.fit).residual.iter().map(|r| r * r).sum::<f64>()
-            / n.max(1) as f64
-    };
-    let before = mean_square(&found, problem.data.len());
-    let mut restored = problem.brink_rows() > large && problem.restore_brink(&state) > 0;
+    let mean_square = |f: &Fit| f.residual.iter().map(|r| r * r).sum::<f64>() / f.residual.len().max(1) as f64;
+    let mut kept = problem.left_out();
+    let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state) > 0;
     if restored {
-        let again = search(&problem, tick);
-        if mean_square(&again, problem.data.len()) < before.max(1.0) * 1.06 {
+        let again = search(&problem, Some(&found), tick);
+        restored = mean_square(&best_of(&again)) < mean_square(&best).max(1.0) * 1.06;
+        if restored {
             found = again;
+            kept = problem.left_out();
         } else {
-            // Nature goes on otherwise after all: leave those rows out again.
-            restored = false;
-            problem.settle_continuation(&state);
+            // Nature goes on otherwise after all.
+            problem.leave_out(kept.clone());
         }
     }
-    let widened = !restored && problem.settle_continuation(&state) > large;
-    if problem.tune_colour(&state_of(&found)) || widened {
-        found = search(&problem, tick);
+    let best = best_of(&found);
+    let outliers = problem.drop_outliers(&best.residual, OUTLIER);
+    let widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
+    if problem.tune_colour(&best.state) || widened + outliers > large {
+        found = search(&problem, Some(&found), tick);
+    } else {
+        problem.leave_out(kept);
     }
     tick("what remains", 0.97);
     let brink_rows = problem.brink_rows();
@@ -260,7 +267,7 @@ fn speaks_up(c: &Candidate) -> bool {
     c.log_odds > if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
 }
 
-fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, notes: Vec<String>) -> Diagnosis {
+fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness } = found;
     let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(c));
     let mut remainder = families(problem, spoken.map_or(&null, |c| &c.fit));
@@ -274,7 +281,10 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let strongest = remainder.iter().map(|f| weight(f, waves)).fold(f64::NEG_INFINITY, f64::max);
     let explained = spoken.map_or(0.0, |c| 0.5 * c.gain);
     let misfit = spoken.map_or(&null, |c| &c.fit).residual.iter().map(|r| r * r).sum::<f64>() / problem.data.len().max(1) as f64;
-    let left_over = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > REMAINS_MISFIT);
+    // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
+    let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
+    let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;
+    let left_over = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > forgiven);
     // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
     let mut better_told = false;
     if let Some(best) = spoken {
@@ -291,14 +301,26 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
             }
         }
     }
-    // Far more is left than ordinary motion leaves, and nothing has a name for it.
-    let unexplained = left_over || better_told || !(misfit < FAR_FROM_NOISE);
+    let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
+    let check_blocks = gather(prepared, |s| check.contains(&s));
+    // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown.)
+    let off_track = spoken
+        .filter(|_| !waves)
+        .is_some_and(|c| typical_error(problem, prepared, &c.fit.state, &check_blocks) > FAILS * problem.noise_floor_m_s());
+    if off_track {
+        notes.push("the best hypothesis does not explain the check segments".into());
+    }
+    // Or far more is left than ordinary motion leaves, and nothing has a name for it.
+    let unexplained = left_over || better_told || off_track || !(misfit < forgiven.max(FAR_FROM_NOISE));
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);
     let mut equivalent: Vec<Vec<&'static str>> = Vec::new();
     if let Some(first) = spoken {
         equivalent.push(first.effects.clone());
-        for c in candidates.iter().filter(|c| c.effects.len() == first.effects.len() && best_odds - c.log_odds < TIED) {
+        // A part of the answer may do as well as all of it; a larger set is no alternative, it only adds.
+        let smaller = |c: &Candidate| c.effects.len() < first.effects.len() && c.effects.iter().all(|e| first.effects.contains(e));
+        let same = |c: &Candidate| c.effects.len() == first.effects.len();
+        for c in candidates.iter().filter(|c| (same(c) || smaller(c)) && best_odds - c.log_odds < TIED) {
             let mut sorted = c.effects.clone();
             sorted.sort_unstable();
             let known = equivalent.iter().any(|e| {
@@ -325,8 +347,6 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // Probabilities over everything that was asked.
     let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
     let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
-    let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
-    let check_blocks = gather(prepared, |s| check.contains(&s));
     let error = |state: &State, blocks: &[(usize, Vec<Block>)], with_wave: bool| block_error(problem, prepared, state, blocks, with_wave);
     // Full figures for the hypotheses a reader looks at, the rest only ranked.
     let ranked: Vec<Ranked> = candidates
@@ -385,6 +405,19 @@ impl Diagnosis {
     }
 }
 
+/// Error of the typical block, m/s: half of the blocks are worse (scaled to the rms of a normal variable). Blocks near a stall, where
+/// a model may be on another branch, do not decide it.
+fn typical_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)]) -> f64 {
+    let mut errors: Vec<f64> = Vec::new();
+    for (k, list) in blocks {
+        let run = &prepared.runs[*k];
+        let depth = problem.track(run, state).depth_m;
+        errors.extend(list.iter().map(|b| (b.observed_m_s - modelled_m_s(run, b, &depth)).abs()));
+    }
+    errors.sort_by(f64::total_cmp);
+    errors.get(errors.len() / 2).map_or(f64::NAN, |e| e / 0.6745)
+}
+
 fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {
     prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect()
 }
@@ -410,11 +443,12 @@ pub fn estimates(fit: &Fit) -> Vec<Estimate> {
         .collect();
     if let Some(w) = &fit.state.wave {
         let n = fit.covariance.nrows();
-        let first = n - 2 * w.amplitude_m_s.len();
+        let first = n - PARTS * w.amplitude_m_s.len();
         let runs = w.amplitude_m_s.len() as f64;
         let (mut power, mut variance) = (0.0, 0.0);
-        for (k, (a, b)) in w.amplitude_m_s.iter().enumerate() {
-            let v = fit.covariance[(first + 2 * k, first + 2 * k)] + fit.covariance[(first + 2 * k + 1, first + 2 * k + 1)];
+        for (k, [a, b, ..]) in w.amplitude_m_s.iter().enumerate() {
+            let at = first + PARTS * k;
+            let v = fit.covariance[(at, at)] + fit.covariance[(at + 1, at + 1)];
             power += (a * a + b * b + v) / runs;
             variance += v / runs;
         }
@@ -428,9 +462,15 @@ pub fn estimates(fit: &Fit) -> Vec<Estimate> {
             high: amplitude + NINETY * sigma,
             unit: "m/s",
         });
-        let spread = w.period_s * 0.12;
-        out.push(Estimate { name: name("period_s"), value: w.period_s, low: w.period_s - spread, high: w.period_s + spread, unit: "s" });
-        let mode = f64::from(w.mode);
+        let spread = w.kind.period_s * 0.12;
+        out.push(Estimate {
+            name: name("period_s"),
+            value: w.kind.period_s,
+            low: w.kind.period_s - spread,
+            high: w.kind.period_s + spread,
+            unit: "s",
+        });
+        let mode = f64::from(w.kind.mode);
         out.push(Estimate { name: name("mode"), value: mode, low: mode, high: mode, unit: "1" });
     }
     out

@@ -38,6 +38,19 @@ struct Point {
     time: f64,
 }
 
+/// α = atan2(−n, u), rad. Near the axis, where a glider nearly always flies, by a polynomial (least squares on Chebyshev points of
+/// tan²α in 0..0.16, error below 2e-13 rad): the arc tangent was a sixth of the time of a fit.
+pub(crate) fn angle_of_attack(u: f64, n: f64) -> f64 {
+    if u <= 0.0 || n.abs() > 0.4 * u {
+        return (-n).atan2(u);
+    }
+    let x = -n / u;
+    let s = x * x;
+    let low = (0.999_999_999_999_566_6 - 0.333_333_332_983_024 * s) + s * s * (0.199_999_953_476_835 - 0.142_854_779_522_801_7 * s);
+    let high = (0.111_051_768_035_459_4 - 0.090_090_542_909_586_4 * s) + s * s * (0.070_522_572_057_953_97 - 0.039_098_735_521_716_9 * s);
+    x * (low + s * s * s * s * high)
+}
+
 struct Body<'a> {
     model: &'a ForceModel<'a>,
     surge_kg: f64,
@@ -51,7 +64,7 @@ impl Body<'_> {
         let (mut along, mut across) = (p.buoyancy_n * p.sin_pitch, p.buoyancy_n * p.cos_pitch);
         if speed > 1e-6 {
             let f = self.model.coefficients(&Flow {
-                alpha_rad: (-n).atan2(u),
+                alpha_rad: angle_of_attack(u, n),
                 speed_m_s: speed,
                 roll_rad: p.roll,
                 climb_m_s: -sink,
@@ -69,10 +82,11 @@ impl Body<'_> {
     }
 }
 
-/// Runs the model over one run of a flight. `phase_rad` is the phase of periodic water motion, `beyond` how lift goes on beyond the
-/// valid angle of attack.
+/// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.
 #[must_use]
-pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, phase_rad: f64, beyond: Continuation) -> Track {
+pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Track {
+    // Waves that are effects of a vehicle file have no known phase.
+    let phase_rad = 0.0;
     let model = ForceModel::new(nominal, effects).continued(beyond);
     let mass = nominal.mass_kg;
     let body = Body {
@@ -149,8 +163,9 @@ pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f
             );
             out.sink_m_s.push(sink0 + (sink1 - sink0) * x);
             let (ur, nr) = (u0 + (u - u0) * x, n0 + (n - n0) * x);
-            out.speed_m_s.push(ur.hypot(nr));
-            out.alpha_rad.push(if ur.hypot(nr) > 1e-6 { (-nr).atan2(ur) } else { 0.0 });
+            let speed = (ur * ur + nr * nr).sqrt();
+            out.speed_m_s.push(speed);
+            out.alpha_rad.push(if speed > 1e-6 { angle_of_attack(ur, nr) } else { 0.0 });
             row += 1;
         }
         if row == n_rows {
@@ -187,5 +202,20 @@ impl Run {
     #[must_use]
     pub fn depth_at_row(&self, row: usize, gravity_m_s2: f64) -> f64 {
         if self.depth_m[row].is_finite() { self.depth_m[row] } else { self.pressure_pa[row] / (1015.0 * gravity_m_s2) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::angle_of_attack;
+
+    #[test]
+    fn accuracy_angle_of_attack_is_the_arc_tangent_to_2e_13_rad_on_every_side() {
+        for i in 0..=2000 {
+            let angle = (f64::from(i) - 1000.0) * 1e-3 * std::f64::consts::PI;
+            let (u, n) = (0.3 * angle.cos(), -0.3 * angle.sin());
+            let (ours, exact) = (angle_of_attack(u, n), (-n).atan2(u));
+            assert!((ours - exact).abs() < 2e-13, "{angle}: {ours} {exact}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::problem::{CALIBRATION, Column, N_CALIBRATION, Problem, State, Wave, step_of, tolerance_of};
+use crate::problem::{CALIBRATION, Column, N_CALIBRATION, Problem, State, step_of, tolerance_of};
+use crate::wave::{PARTS, Wave};
 use hydro::effects::{Active, Effect};
 use nalgebra::{DMatrix, DVector};
 
@@ -99,7 +100,7 @@ fn free_numbers(effects: &[Active]) -> Vec<Free> {
 #[must_use]
 pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s: f64, effort: Effort) -> Fit {
     let free = free_numbers(&start.effects);
-    let wave_columns = start.wave.as_ref().map_or_else(Vec::new, |w| problem.wave_columns(w.period_s, w.mode));
+    let wave_columns = start.wave.as_ref().map_or_else(Vec::new, |w| problem.wave_columns(&w.kind));
     let (nc, nf, nw) = (N_CALIBRATION, free.len(), wave_columns.len());
     let n = nc + nf + nw;
     let wave_precision = 2.0 / (wave_prior_m_s * wave_prior_m_s);
@@ -121,8 +122,8 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
         } else if i < nc + nf {
             s.effects[free[i - nc].effect].values[free[i - nc].parameter]
         } else {
-            let (a, b) = s.wave.as_ref().map_or((0.0, 0.0), |w: &Wave| w.amplitude_m_s[(i - nc - nf) / 2]);
-            if (i - nc - nf).is_multiple_of(2) { a } else { b }
+            let j = i - nc - nf;
+            s.wave.as_ref().map_or(0.0, |w: &Wave| w.amplitude_m_s[j / PARTS][j % PARTS])
         }
     };
     let set = |s: &mut State, i: usize, v: f64| {
@@ -132,8 +133,8 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
             let f = &free[i - nc];
             s.effects[f.effect].values[f.parameter] = v.clamp(f.low, f.high);
         } else if let Some(w) = s.wave.as_mut() {
-            let pair = &mut w.amplitude_m_s[(i - nc - nf) / 2];
-            if (i - nc - nf).is_multiple_of(2) { pair.0 = v } else { pair.1 = v }
+            let j = i - nc - nf;
+            w.amplitude_m_s[j / PARTS][j % PARTS] = v;
         }
     };
     let objective = |s: &State| -> (f64, Vec<f64>) {
@@ -178,8 +179,8 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
         if last {
             break;
         }
-        let mut curvature = gram.clone();
         let whole = Column { from: 0, values: residual.clone() };
+        let mut curvature = gram.clone();
         let mut gradient = DVector::zeros(n);
         for i in 0..n {
             curvature[(i, i)] += precision[i];

@@ -2,11 +2,13 @@
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
 pub mod add;
+pub mod brink;
 pub mod clocks;
 pub mod compare;
 pub mod diagnose;
 pub mod dives;
 pub mod dynamics;
+pub mod evidence;
 pub mod export;
 pub mod expression;
 pub mod fit;
@@ -22,10 +24,12 @@ pub mod read;
 pub mod remainder;
 pub mod report;
 pub mod search;
+pub mod signature;
 pub mod start;
 pub mod steady;
 pub mod vehicle;
 pub mod vehicle_file;
+pub mod wave;
 pub mod whereabouts;
 
 pub use flight::Flight;

@@ -5,11 +5,13 @@
 //! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
 
 use crate::dynamics::{Track, track};
+use crate::import::seawater::density;
 use crate::metric::{Block, modelled_m_s, rms};
 use crate::noise::{Colour, Whitener};
-use crate::prepare::{Prepared, Run};
+use crate::prepare::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
-use hydro::effects::{Active, BallastScale, Constants, Continuation, PitchOffset, vertical_mode};
+use crate::wave::{Kind, Wave};
+use hydro::effects::{Active, BallastScale, Constants, Continuation, PitchOffset};
 
 /// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`].
 pub const CALIBRATION: [&str; 13] = [
@@ -41,10 +43,10 @@ const DRIFT_PER_M: f64 = 0.004;
 /// Error of the horizontal speed while the vehicle is near the stall, m/s, and the longest such time for which displacement is used, s.
 const LOST_WAY_M_S: f64 = 0.05;
 const MOST_LOST_S: f64 = 600.0;
-/// Mean square of innovations near the stall up to which a continuation is believed to be nature's.
-const BRINK_TRUSTED: f64 = 1.15;
-/// How long rows stay out after the continuations agree again, s: two time constants of surge.
-const AFTER_BRINK_S: f64 = 20.0;
+/// An innovation that is no news of one sample alone, sigma.
+const LARGE: f64 = 3.0;
+/// Rows beyond the law that are more than a launch and a turn.
+const STALLED_ROWS: usize = 20;
 
 /// Effects that are a deviation of a calibration number: its index in [`CALIBRATION`].
 #[must_use]
@@ -92,17 +94,6 @@ pub fn step_of(vehicle: &Vehicle, index: usize) -> f64 {
     LARGEST.get(index).map_or(1.0, |largest| (largest / tolerance_of(vehicle, index)).min(0.5))
 }
 
-/// A wave whose phase is free in each run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Wave {
-    /// Period, s.
-    pub period_s: f64,
-    /// Vertical mode.
-    pub mode: u32,
-    /// Amplitudes of sine and cosine in each fitted run, m/s, up.
-    pub amplitude_m_s: Vec<(f64, f64)>,
-}
-
 /// Values of all unknowns.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -148,6 +139,16 @@ impl Column {
     }
 }
 
+/// Rows that are left out of a fit, and why.
+#[derive(Clone, Debug)]
+pub struct LeftOut {
+    outlier: Vec<Vec<bool>>,
+    speed_outlier: Vec<Vec<bool>>,
+    brink: Vec<Vec<bool>>,
+    lost_way_s: Vec<f64>,
+    beyond: Continuation,
+}
+
 /// The fit segments of one flight with everything a fit needs.
 #[derive(Debug)]
 pub struct Problem<'a> {
@@ -162,15 +163,18 @@ pub struct Problem<'a> {
     /// Where fits start.
     pub start: State,
     whiteners: Vec<Whitener>,
-    used: Vec<Vec<bool>>,
+    pub(crate) used: Vec<Vec<bool>>,
+    outlier: Vec<Vec<bool>>,
+    speed_outlier: Vec<Vec<bool>>,
     speed_rows: Vec<Vec<Vec<usize>>>,
     offsets: Vec<usize>,
     /// Whitened observations.
     pub data: Vec<f64>,
     way_m: Vec<f64>,
-    lost_way_s: Vec<f64>,
-    brink: usize,
-    brink_at: Vec<Vec<usize>>,
+    /// Median of what the measured density exceeds that of pure water by, kg/m³; none where the water is salt.
+    pub fresh_excess_kg_m3: Option<f64>,
+    pub(crate) lost_way_s: Vec<f64>,
+    pub(crate) brink_at: Vec<Vec<bool>>,
 }
 
 impl<'a> Problem<'a> {
@@ -190,13 +194,17 @@ impl<'a> Problem<'a> {
             walk_m2_s: (0.35 * pitch / 3.0).powi(2) * 8.0,
         };
         let used = runs.iter().map(|r| r.used.clone()).collect();
-        let speed_rows = runs.iter().map(|r| speed_groups(r, &r.used)).collect();
+        let speed_rows = runs.iter().map(|r| speed_groups(r, |i| r.used[i])).collect();
+        let none: Vec<Vec<bool>> = runs.iter().map(|r| vec![false; r.time_s.len()]).collect();
         let way_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
         let mut problem = Self {
+            fresh_excess_kg_m3: fresh_excess(&runs),
             vehicle,
             beyond: Continuation::default(),
             lost_way_s: vec![0.0; runs.len()],
-            brink_at: vec![Vec::new(); runs.len()],
+            brink_at: none.clone(),
+            outlier: none.clone(),
+            speed_outlier: none,
             runs,
             colour,
             start: State::nominal(),
@@ -206,7 +214,6 @@ impl<'a> Problem<'a> {
             offsets: Vec::new(),
             data: Vec::new(),
             way_m,
-            brink: 0,
         };
         problem.set_colour(colour);
         problem
@@ -307,9 +314,9 @@ impl<'a> Problem<'a> {
     fn model_run(&self, k: usize, state: &State, out: &mut Vec<f64>) {
         let run = self.runs[k];
         let (constants, effects) = self.law(state);
-        let t = track(run, constants, &effects, self.vehicle.water_depth_m, 0.0, self.beyond);
+        let t = track(run, constants, &effects, self.vehicle.water_depth_m, self.beyond);
         let z = &state.calibration;
-        let wave = state.wave.as_ref().map(|w| wave_depth(run, w.period_s, w.mode, self.vehicle, w.amplitude_m_s[k]));
+        let wave = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
         let scale = 1.0 + z[10] * self.vehicle.sensors.speed_scale_relative;
         let bias = z[11] * self.vehicle.sensors.heading_bias_rad;
         let zero = z[12] * PRESSURE_ZERO_PA;
@@ -326,94 +333,23 @@ impl<'a> Problem<'a> {
         );
     }
 
-    /// Signatures of unit sine and unit cosine of a wave in each run, two columns per run.
+    /// Signatures of a wave of this kind in each run, [`crate::wave::PARTS`] columns per run.
     #[must_use]
-    pub fn wave_columns(&self, period_s: f64, mode: u32) -> Vec<Column> {
+    pub fn wave_columns(&self, kind: &Kind) -> Vec<Column> {
         let mut out = Vec::new();
         for k in 0..self.runs.len() {
-            let [sine, cosine] = wave_depths(self.runs[k], period_s, mode, self.vehicle);
-            out.push(self.depth_column(k, &|row| sine[row]));
-            out.push(self.depth_column(k, &|row| cosine[row]));
+            for part in kind.depths_m(self.runs[k], self.vehicle) {
+                out.push(self.depth_column(k, &|row| part[row]));
+            }
         }
         out
-    }
-
-    /// Puts the rows near the stall back if, with this state, one of the continuations explains them as well as rows elsewhere:
-    /// then it is nature's. Returns how many came back.
-    pub fn restore_brink(&mut self, state: &State) -> usize {
-        if self.brink == 0 {
-            return 0;
-        }
-        let kept = self.beyond;
-        let mut best = (f64::INFINITY, kept);
-        for c in [Continuation::Rising, Continuation::Fading] {
-            self.beyond = c;
-            let (mut sum, mut count) = (0.0, 0.0);
-            for k in 0..self.runs.len() {
-                let run = self.runs[k];
-                let mut whole = self.used[k].clone();
-                for &row in &self.brink_at[k] {
-                    whole[row] = true;
-                }
-                let whitener = Whitener::new(run, &whole, &self.colour);
-                let mut depth = self.track(run, state).depth_m;
-                if let Some(shift) = self.wave_shift(run, state) {
-                    depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
-                }
-                let mut e = Vec::new();
-                whitener.whiten(|row| run.depth_m[row] - depth[row], &mut e);
-                for (rows, x) in whitener.rows().zip(&e) {
-                    if rows.iter().any(|r| self.brink_at[k].contains(r)) {
-                        sum += (x * x).min(25.0);
-                        count += 1.0;
-                    }
-                }
-            }
-            let mean = if count > 0.0 { sum / count } else { f64::INFINITY };
-            if mean < best.0 {
-                best = (mean, c);
-            }
-        }
-        self.beyond = kept;
-        if best.0 > BRINK_TRUSTED {
-            return 0;
-        }
-        self.beyond = best.1;
-        let mut back = 0;
-        for k in 0..self.runs.len() {
-            for row in std::mem::take(&mut self.brink_at[k]) {
-                self.used[k][row] = true;
-                back += 1;
-            }
-            self.lost_way_s[k] = 0.0;
-            self.speed_rows[k] = speed_groups(self.runs[k], &self.used[k]);
-        }
-        self.brink = 0;
-        self.set_colour(self.colour);
-        back
-    }
-
-    /// Rows that [`Self::settle_continuation`] took out.
-    #[must_use]
-    pub fn brink_rows(&self) -> usize {
-        self.brink
     }
 
     /// Scales the rms of the ordinary water motion to what a state leaves, near its nominal value (the format allows 20 %; a
     /// guess in the file may be far off). Its
     /// correlation time likewise. Returns whether either moved by more than 7 % (20 %).
     pub fn tune_colour(&mut self, state: &State) -> bool {
-        let tracks: Vec<Vec<f64>> = self
-            .runs
-            .iter()
-            .map(|run| {
-                let mut depth = self.track(run, state).depth_m;
-                if let Some(shift) = self.wave_shift(run, state) {
-                    depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
-                }
-                depth
-            })
-            .collect();
+        let tracks: Vec<Vec<f64>> = (0..self.runs.len()).map(|k| self.depth_m(k, state)).collect();
         let nominal = self.vehicle.background.0;
         let spread = if self.vehicle.assumed.iter().any(|a| a.starts_with("background")) { 1.0 } else { 0.12 };
         // The format allows 20 % either way; smaller than nominal is hardly believed, because other colours look smaller to a filter.
@@ -450,7 +386,7 @@ impl<'a> Problem<'a> {
     pub fn wave_shift(&self, run: &Run, state: &State) -> Option<Vec<f64>> {
         let w = state.wave.as_ref()?;
         let k = self.runs.iter().position(|r| r.first_row == run.first_row)?;
-        Some(wave_depth(run, w.period_s, w.mode, self.vehicle, w.amplitude_m_s[k]))
+        Some(w.depth_m(run, k, self.vehicle))
     }
 
     /// Whether any GPS displacement takes part in the fit.
@@ -498,77 +434,76 @@ impl<'a> Problem<'a> {
         Column { from: self.offsets[k], values }
     }
 
-    /// Takes rows out that depend on how lift goes on beyond the valid angle of attack (launch, turns, deep stall after them), and
-    /// settles on the continuation that fits those rows better. Returns how many rows went.
-    pub fn settle_continuation(&mut self, state: &State) -> usize {
-        let mut dropped = 0;
-        let mut misfit = [0.0; 2];
-        for k in 0..self.runs.len() {
-            let run = self.runs[k];
-            let tracks = [Continuation::Rising, Continuation::Fading].map(|c| {
-                self.beyond = c;
-                self.track(run, state)
-            });
-            let limit = 0.4 * self.colour.rms_m_s;
-            let mut last = f64::NEG_INFINITY;
-            let mut lost = 0.0;
-            for row in 0..run.time_s.len() {
-                let t = run.time_s[row];
-                if (tracks[0].sink_m_s[row] - tracks[1].sink_m_s[row]).abs() > limit {
-                    last = t;
-                    lost += if row > 0 { t - run.time_s[row - 1] } else { 0.0 };
-                }
-                if t - last < AFTER_BRINK_S && run.used[row] {
-                    if row > 0 && run.depth_m[row - 1].is_finite() {
-                        let dt = t - run.time_s[row - 1];
-                        let seen = run.depth_m[row] - run.depth_m[row - 1];
-                        for (m, c) in misfit.iter_mut().zip(&tracks) {
-                            *m += (seen - (c.depth_m[row] - c.depth_m[row - 1])).powi(2) / dt;
-                        }
-                    }
-                    if self.used[k][row] {
-                        dropped += 1;
-                        self.brink_at[k].push(row);
-                    }
-                    self.used[k][row] = false;
-                }
-            }
-            self.lost_way_s[k] = lost;
-            self.speed_rows[k] = speed_groups(run, &self.used[k]);
-        }
-        self.beyond = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
-        self.brink += dropped;
-        self.set_colour(self.colour);
-        dropped
-    }
-
-    /// Takes rows whose innovation is beyond `limit` sigma out of the fit; returns how many.
+    /// Takes out rows whose innovation is beyond `limit` sigma while their neighbours' are small (what is missing in the model is
+    /// wrong over a stretch, a sensor's error is alone), and all such rows in runs that are partly beyond the law: there the model
+    /// may be on another branch. Returns how many went.
     pub fn drop_outliers(&mut self, residual: &[f64], limit: f64) -> usize {
         let mut dropped = 0;
         for k in 0..self.runs.len() {
+            let count = self.whiteners[k].len();
+            let e = &residual[self.offsets[k]..self.offsets[k] + count];
+            let stalled = self.brink_at[k].iter().filter(|b| **b).count() > STALLED_ROWS;
+            let alone = |i: usize| {
+                // The filter has been pulled along: the innovation after an outlier is large too.
+                let near = (i.saturating_sub(6)..(i + 7).min(count)).filter(|&j| j != i && j != i + 1);
+                e[i].abs() > limit && (stalled || near.filter(|&j| e[j].abs() > LARGE).count() <= 1)
+            };
             for (i, rows) in self.rows(k).into_iter().enumerate() {
-                if residual[self.offsets[k] + i].abs() > limit {
+                if alone(i) {
                     dropped += rows.len();
                     for row in rows {
-                        self.used[k][row] = false;
+                        self.outlier[k][row] = true;
                     }
                 }
             }
-            let from = self.offsets[k] + self.whiteners[k].len();
-            let rows = std::mem::take(&mut self.speed_rows[k]);
-            self.speed_rows[k] = rows
-                .into_iter()
-                .enumerate()
-                .filter(|(i, _)| {
-                    let keep = residual[from + i].abs() <= limit.max(6.0);
-                    dropped += usize::from(!keep);
-                    keep
-                })
-                .map(|(_, row)| row)
-                .collect();
+            let from = self.offsets[k] + count;
+            let lone = |i: usize| {
+                let r = |j: usize| residual[from + j].abs();
+                let n = self.speed_rows[k].len();
+                r(i) > limit.max(6.0) && (i == 0 || r(i - 1) < LARGE) && (i + 1 >= n || r(i + 1) < LARGE)
+            };
+            let lonely: Vec<usize> = (0..self.speed_rows[k].len()).filter(|&i| lone(i)).collect();
+            dropped += lonely.len();
+            for i in lonely {
+                for row in self.speed_rows[k][i].clone() {
+                    self.speed_outlier[k][row] = true;
+                }
+            }
+        }
+        self.refresh();
+        dropped
+    }
+
+    /// Which rows are left out now, to be put back by [`Self::leave_out`].
+    #[must_use]
+    pub fn left_out(&self) -> LeftOut {
+        LeftOut {
+            outlier: self.outlier.clone(),
+            speed_outlier: self.speed_outlier.clone(),
+            brink: self.brink_at.clone(),
+            lost_way_s: self.lost_way_s.clone(),
+            beyond: self.beyond,
+        }
+    }
+
+    /// Leaves these rows out and no others.
+    pub fn leave_out(&mut self, rows: LeftOut) {
+        self.outlier = rows.outlier;
+        self.speed_outlier = rows.speed_outlier;
+        self.brink_at = rows.brink;
+        self.lost_way_s = rows.lost_way_s;
+        self.beyond = rows.beyond;
+        self.refresh();
+    }
+
+    /// Settles which rows take part from what is known of each, and rebuilds the whitening.
+    pub(crate) fn refresh(&mut self) {
+        for k in 0..self.runs.len() {
+            let run = self.runs[k];
+            self.used[k] = (0..run.time_s.len()).map(|i| run.used[i] && !self.outlier[k][i] && !self.brink_at[k][i]).collect();
+            self.speed_rows[k] = speed_groups(run, |i| self.used[k][i] && !self.speed_outlier[k][i]);
         }
         self.set_colour(self.colour);
-        dropped
     }
 
     /// Error that the ordinary water motion and the sensor leave in a 20 s block, m/s.
@@ -599,8 +534,40 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn track(&self, run: &Run, state: &State) -> Track {
         let (constants, effects) = self.law(state);
-        track(run, constants, &effects, self.vehicle.water_depth_m, 0.0, self.beyond)
+        track(run, constants, &effects, self.vehicle.water_depth_m, self.beyond)
     }
+
+    /// Depth of fitted run `k`, a wave's shift included, m.
+    #[must_use]
+    pub fn depth_m(&self, k: usize, state: &State) -> Vec<f64> {
+        let mut depth = self.track(self.runs[k], state).depth_m;
+        if let Some(w) = &state.wave {
+            depth.iter_mut().zip(w.depth_m(self.runs[k], k, self.vehicle)).for_each(|(d, s)| *d += s);
+        }
+        depth
+    }
+}
+
+/// Excess over pure water up to which water is taken for fresh, kg/m³: a sensor's bias and a little salt.
+const FRESHEST_KG_M3: f64 = 1.5;
+/// Samples of each run that are asked.
+const ASKED: usize = 60;
+
+/// Median excess of the measured density over pure water's, if it is small enough for fresh water with a biased sensor.
+fn fresh_excess(runs: &[&Run]) -> Option<f64> {
+    let mut excess: Vec<f64> = runs
+        .iter()
+        .flat_map(|r| {
+            let under = r.inputs.iter().filter(|i| i.depth_m > SURFACE_M);
+            under.step_by((r.inputs.len() / ASKED).max(1)).map(|i| {
+                let s = &i.sensed;
+                s.density_kg_m3 - density(0.0, s.temperature_degc, s.pressure_pa * 1e-4)
+            })
+        })
+        .filter(|e| e.is_finite())
+        .collect();
+    excess.sort_by(f64::total_cmp);
+    excess.get(excess.len() / 2).copied().filter(|e| e.abs() < FRESHEST_KG_M3)
 }
 
 /// Constants and effects that a state of a vehicle means.
@@ -631,44 +598,15 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
 const SPEED_GROUP_S: f64 = 7.5;
 
 /// Used rows with a speed, neighbours together.
-fn speed_groups(run: &Run, used: &[bool]) -> Vec<Vec<usize>> {
+fn speed_groups(run: &Run, used: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    for row in (0..run.time_s.len()).filter(|&i| used[i] && run.speed_m_s[i].is_finite()) {
+    for row in (0..run.time_s.len()).filter(|&i| used(i) && run.speed_m_s[i].is_finite()) {
         match groups.last_mut() {
             Some(g) if run.time_s[row] - run.time_s[g[0]] < SPEED_GROUP_S => g.push(row),
             _ => groups.push(vec![row]),
         }
     }
     groups
-}
-
-/// Depth shifts of a unit sine and a unit cosine of vertical motion (up) at each row of a run, m, positive down.
-fn wave_depths(run: &Run, period_s: f64, mode: u32, vehicle: &Vehicle) -> [Vec<f64>; 2] {
-    let omega = 2.0 * std::f64::consts::PI / period_s;
-    let n = run.time_s.len();
-    let mut out = [Vec::with_capacity(n), Vec::with_capacity(n)];
-    let mut shift = [0.0; 2];
-    let mut before = ([0.0; 2], f64::NAN);
-    for i in 0..n {
-        let t = run.time_s[i];
-        let shape = vertical_mode(mode, run.depth_at_row(i, vehicle.constants.gravity_m_s2), vehicle.water_depth_m);
-        let (sin, cos) = (omega * t).sin_cos();
-        let up = [sin * shape, cos * shape];
-        for j in 0..2 {
-            if i > 0 {
-                shift[j] -= 0.5 * (up[j] + before.0[j]) * (t - before.1);
-            }
-            out[j].push(shift[j]);
-        }
-        before = (up, t);
-    }
-    out
-}
-
-/// Depth shift of a wave at each row of a run, m, positive down.
-fn wave_depth(run: &Run, period_s: f64, mode: u32, vehicle: &Vehicle, amplitude: (f64, f64)) -> Vec<f64> {
-    let [sine, cosine] = wave_depths(run, period_s, mode, vehicle);
-    sine.iter().zip(&cosine).map(|(s, c)| amplitude.0 * s + amplitude.1 * c).collect()
 }
 
 /// Block error of a state, m/s. A wave's phase is known only in fitted runs.

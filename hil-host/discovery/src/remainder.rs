@@ -4,9 +4,10 @@
 //! rate) are offered to the whitened residual with normal priors, after everything that was fitted is projected out. The log
 //! Bayes factor of a family says whether the residual wants it; no named effect is involved.
 
+use crate::evidence::log_mean_exp;
 use crate::fit::Fit;
 use crate::problem::{Column, Problem};
-use crate::search::{Offer, log_mean_exp};
+use crate::signature::Offer;
 use nalgebra::DMatrix;
 
 /// What a family found.

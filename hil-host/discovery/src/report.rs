@@ -28,7 +28,7 @@ pub fn where_it_fails(diagnosis: &Diagnosis, vehicle: &Vehicle, state: &State) -
     let (constants, effects) = law(vehicle, state);
     let mut all = Vec::new();
     for run in &diagnosis.prepared.runs {
-        let track = dynamics::track(run, constants, &effects, vehicle.water_depth_m, 0.0, diagnosis.beyond);
+        let track = dynamics::track(run, constants, &effects, vehicle.water_depth_m, diagnosis.beyond);
         all.extend(residuals(run, &blocks(run), &track));
     }
     rank(&all)
@@ -185,7 +185,7 @@ pub fn prediction(d: &Diagnosis, vehicle: &Vehicle) -> String {
     let before = law(vehicle, &State::nominal());
     let after = law(vehicle, &d.after);
     for run in d.prepared.runs.iter().filter(|r| d.check.contains(&r.segment)) {
-        let [a, b] = [&before, &after].map(|(c, e)| dynamics::track(run, *c, e, vehicle.water_depth_m, 0.0, d.beyond).sink_m_s);
+        let [a, b] = [&before, &after].map(|(c, e)| dynamics::track(run, *c, e, vehicle.water_depth_m, d.beyond).sink_m_s);
         for (i, t) in run.time_s.iter().enumerate() {
             out += &format!("{t:.3},{:.5},{:.5}\n", a[i], b[i]);
         }

@@ -17,7 +17,7 @@ fn block_error(case: &std::path::Path) -> (f64, usize) {
     let prepared = prepare::prepare(&flight, &vehicle);
     let mut errors = Vec::new();
     for run in prepared.runs.iter().filter(|r| vehicle.check_segments.contains(&r.segment)) {
-        let track = dynamics::track(run, vehicle.constants, &[], vehicle.water_depth_m, 0.0, Default::default());
+        let track = dynamics::track(run, vehicle.constants, &[], vehicle.water_depth_m, Default::default());
         for b in metric::blocks(run) {
             errors.push(b.observed_m_s - metric::modelled_m_s(run, &b, &track.depth_m));
         }

@@ -128,7 +128,7 @@ impl Opened {
     fn tracks(&self, state: &State) -> Vec<Track> {
         let (constants, effects) = law(&self.vehicle, state);
         let beyond = *self.beyond.lock().unwrap_or_else(PoisonError::into_inner);
-        self.prepared.runs.iter().map(|run| track(run, constants, &effects, self.vehicle.water_depth_m, 0.0, beyond)).collect()
+        self.prepared.runs.iter().map(|run| track(run, constants, &effects, self.vehicle.water_depth_m, beyond)).collect()
     }
 
     /// Block residuals on the judged segments, and the error, m/s.

@@ -16,6 +16,10 @@ impl Effect for HullCompressibility {
     fn separated_by(&self) -> &'static str {
         "deep dives in water of little temperature contrast"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "rel_error",
@@ -46,6 +50,10 @@ impl Effect for ThermalExpansion {
     fn separated_by(&self) -> &'static str {
         "dives through different temperature profiles"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "rel_error",
@@ -76,6 +84,10 @@ impl Effect for BallastOffset {
     fn separated_by(&self) -> &'static str {
         "dives and climbs at several buoyancy drives; weighing in the water of the site"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "volume_cc",
@@ -106,6 +118,10 @@ impl Effect for BallastScale {
     fn separated_by(&self) -> &'static str {
         "a bench value of the pump volume, or a speed sensor at several pitches"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { name: "gain_error", unit: "1", off: 0.0, low: -0.6, high: 0.8, typical: 0.05, source: "1-5 % between bench and sea" }]
     }

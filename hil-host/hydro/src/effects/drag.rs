@@ -138,6 +138,10 @@ impl Effect for DragLevelError {
     fn separated_by(&self) -> &'static str {
         "a bench value of the pump volume, or a speed sensor, with several pitches"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "rel_error",

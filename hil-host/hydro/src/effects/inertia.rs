@@ -16,6 +16,10 @@ impl Effect for AddedMass {
     fn separated_by(&self) -> &'static str {
         "many turning points at different speeds"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "delta_k1",
@@ -46,6 +50,10 @@ impl Effect for HeaveAddedMass {
     fn separated_by(&self) -> &'static str {
         "many sharp turning points"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "delta_k2",

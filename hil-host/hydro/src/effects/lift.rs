@@ -117,6 +117,10 @@ impl Effect for LiftSlopeError {
     fn separated_by(&self) -> &'static str {
         "a speed sensor or GPS displacement without current, on shallow legs"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "rel_error",

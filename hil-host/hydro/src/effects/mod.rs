@@ -162,6 +162,11 @@ pub trait Effect: Sync + core::fmt::Debug {
     }
     /// Its numbers; the first is the size.
     fn parameters(&self) -> &'static [Parameter];
+    /// Whether it has a hook that depends on the flow (lift angle, lift, drag, normal force). Only saves time: an effect of
+    /// constants, sensors or water motion may say no and is then not asked in the inner loop.
+    fn acts_in_flow(&self) -> bool {
+        true
+    }
     /// Changes constants of the law.
     fn constants(&self, _p: &[f64], _c: &mut Constants) {}
     /// Turns what the sensors said into what is true.
@@ -278,6 +283,8 @@ pub struct ForceModel<'a> {
     /// Constants, constant effects already in them.
     pub constants: Constants,
     active: &'a [Active],
+    /// The shortest stretch of `active` with all effects that act in the flow.
+    in_flow: &'a [Active],
     continuation: Continuation,
 }
 
@@ -289,7 +296,10 @@ impl<'a> ForceModel<'a> {
         for a in active {
             a.effect.constants(&a.values, &mut constants);
         }
-        Self { constants, active, continuation: Continuation::default() }
+        let acts = |a: &Active| a.effect.acts_in_flow();
+        let first = active.iter().position(acts).unwrap_or(active.len());
+        let end = active.iter().rposition(acts).map_or(first, |last| last + 1);
+        Self { constants, active, in_flow: active.get(first..end).unwrap_or(active), continuation: Continuation::default() }
     }
 
     /// The same law with another continuation beyond the valid angle of attack.
@@ -349,16 +359,16 @@ impl<'a> ForceModel<'a> {
     fn attached(&self, at: &Flow) -> LiftDrag {
         let c = &self.constants;
         let mut angle = at.alpha_rad;
-        for e in self.active {
+        for e in self.in_flow {
             angle = e.effect.lift_angle_rad(&e.values, angle);
         }
         let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs();
-        for e in self.active {
+        for e in self.in_flow {
             cl += e.effect.lift(&e.values, at, c);
         }
         let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad;
         let mut cn = 0.0;
-        for e in self.active {
+        for e in self.in_flow {
             cd += e.effect.drag(&e.values, at, cl, c);
             cn += e.effect.normal_force(&e.values, at);
         }
@@ -457,6 +467,10 @@ mod tests {
                 || with.pressure_error_pa(1e5) != 0.0
                 || with.current_m_s(&place) != (0.0, 0.0);
             assert!(changed, "{}", e.name());
+            // Whoever is not asked in the inner loop must have nothing to say there.
+            let forces = |m: &ForceModel| m.coefficients(&at);
+            let silent = ForceModel::new(with.constants, &[]);
+            assert!(e.acts_in_flow() || forces(&with) == forces(&silent), "{} has a hook in the flow and says it has none", e.name());
         }
     }
 

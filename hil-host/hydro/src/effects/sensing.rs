@@ -16,6 +16,10 @@ impl Effect for PitchOffset {
     fn separated_by(&self) -> &'static str {
         "a level bench; legs at several pitches with a speed sensor"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "offset_rad",
@@ -46,6 +50,10 @@ impl Effect for PitchScale {
     fn separated_by(&self) -> &'static str {
         "a sweep of pitch with a speed sensor; a tilt table"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "gain_error",
@@ -76,6 +84,10 @@ impl Effect for DensityBias {
     fn separated_by(&self) -> &'static str {
         "a calibrated CTD cast beside the glider; the vertical velocity alone cannot tell it from a trim error"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "bias_kg_m3",
@@ -106,6 +118,10 @@ impl Effect for PressureDrift {
     fn separated_by(&self) -> &'static str {
         "pressure readings at the surface before and after every leg"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "rate_dbar_per_day",

@@ -26,6 +26,10 @@ impl Effect for InternalWave {
     fn separated_by(&self) -> &'static str {
         "several dives in a row at one place: it has its own clock"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[
             Parameter { name: "amplitude_m_s", unit: "m/s", off: 0.0, low: 0.0, high: 0.2, typical: 0.01, source: "1-3 cm/s on shelves" },
@@ -61,6 +65,10 @@ impl Effect for VerticalCurrent {
     fn separated_by(&self) -> &'static str {
         "legs at several speeds: the shift in vertical velocity stays the same; another day or place"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "velocity_m_s",
@@ -91,6 +99,10 @@ impl Effect for HorizontalCurrent {
     fn separated_by(&self) -> &'static str {
         "GPS fixes on legs with different headings; vertical velocity does not feel it"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &[
             Parameter { name: "speed_m_s", unit: "m/s", off: 0.0, low: 0.0, high: 1.5, typical: 0.05, source: "2-50 cm/s" },

@@ -1,0 +1,101 @@
+//! What no model knows: flight beyond the valid angle of attack, where the law of lift is anybody's continuation.
+//!
+//! A glider that stalls deeply (after a launch, a turn, or at a shallow pitch) may stay there for minutes, and whether a model does
+//! depends on the continuation. Rows that depend on it are left out of the fit, until a hypothesis turns up under which one of the
+//! continuations explains them as well as rows elsewhere: then it is nature's.
+//!
+//! Tried and worse: judging stretches one by one, and keeping those that the model of the day explains. Whether a leg stalls flips
+//! with small changes of the calibration, so rows that one state explains make the misfit of its neighbours explode, and clean
+//! flights look as if something were missing.
+
+use crate::dynamics::{Track, track};
+use crate::noise::Whitener;
+use crate::problem::{Problem, State};
+use hydro::effects::Continuation;
+
+/// How long rows stay out after the continuations agree again, s: two time constants of surge.
+const AFTER_S: f64 = 20.0;
+/// Mean square of innovations near the stall up to which a continuation is believed to be nature's.
+const TRUSTED: f64 = 1.15;
+/// An innovation counts no more than this square: one bad sample must not condemn a continuation.
+const MOST: f64 = 25.0;
+const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
+
+impl Problem<'_> {
+    fn both_tracks(&self, k: usize, state: &State) -> [Track; 2] {
+        let (constants, effects) = self.law(state);
+        BOTH.map(|c| track(self.runs[k], constants, &effects, self.vehicle.water_depth_m, c))
+    }
+
+    /// Takes rows out that at this state depend on how lift goes on beyond the valid angle of attack (launch, turns, deep stall
+    /// after them), and settles on the continuation that fits those rows better. Returns how many rows went.
+    pub fn settle_continuation(&mut self, state: &State) -> usize {
+        let before = self.brink_rows();
+        let mut misfit = [0.0; 2];
+        for k in 0..self.runs.len() {
+            let run = self.runs[k];
+            let tracks = self.both_tracks(k, state);
+            let limit = 0.4 * self.colour.rms_m_s;
+            let mut last = f64::NEG_INFINITY;
+            let mut lost = 0.0;
+            for row in 0..run.time_s.len() {
+                let t = run.time_s[row];
+                if (tracks[0].sink_m_s[row] - tracks[1].sink_m_s[row]).abs() > limit {
+                    last = t;
+                    lost += if row > 0 { t - run.time_s[row - 1] } else { 0.0 };
+                }
+                if t - last < AFTER_S && run.used[row] {
+                    if row > 0 && run.depth_m[row - 1].is_finite() {
+                        let dt = t - run.time_s[row - 1];
+                        let seen = run.depth_m[row] - run.depth_m[row - 1];
+                        for (m, c) in misfit.iter_mut().zip(&tracks) {
+                            *m += (seen - (c.depth_m[row] - c.depth_m[row - 1])).powi(2) / dt;
+                        }
+                    }
+                    self.brink_at[k][row] = true;
+                }
+            }
+            self.lost_way_s[k] = lost;
+        }
+        self.beyond = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
+        self.refresh();
+        self.brink_rows() - before
+    }
+
+    /// Puts the rows near the stall back if, with this state, one of the continuations explains them as well as rows elsewhere:
+    /// then it is nature's. Returns how many came back.
+    pub fn restore_brink(&mut self, state: &State) -> usize {
+        let (mut sums, mut count) = ([0.0; 2], 0.0);
+        for k in (0..self.runs.len()).filter(|&k| self.brink_at[k].contains(&true)) {
+            let run = self.runs[k];
+            let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || self.brink_at[k][i]).collect();
+            let whitener = Whitener::new(run, &whole, &self.colour);
+            let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
+            for (sum, t) in sums.iter_mut().zip(self.both_tracks(k, state)) {
+                let mut e = Vec::new();
+                whitener.whiten(|row| run.depth_m[row] - t.depth_m[row] - shift.as_ref().map_or(0.0, |s| s[row]), &mut e);
+                let near = whitener.rows().zip(&e).filter(|(rows, _)| rows.iter().any(|r| self.brink_at[k][*r]));
+                for (_, x) in near {
+                    *sum += (x * x).min(MOST);
+                    count += 0.5;
+                }
+            }
+        }
+        let chosen = usize::from(sums[1] < sums[0]);
+        if count == 0.0 || sums[chosen] > TRUSTED * count {
+            return 0;
+        }
+        self.beyond = BOTH[chosen];
+        let back = self.brink_rows();
+        self.brink_at.iter_mut().for_each(|b| b.fill(false));
+        self.lost_way_s.fill(0.0);
+        self.refresh();
+        back
+    }
+
+    /// Rows that [`Self::settle_continuation`] took out.
+    #[must_use]
+    pub fn brink_rows(&self) -> usize {
+        self.brink_at.iter().flatten().filter(|b| **b).count()
+    }
+}

@@ -1,0 +1,139 @@
+//! How much a hypothesis is to be believed: log evidence, with what was known of every effect before the flight.
+
+use crate::fit::{Fit, own_tolerance};
+use crate::problem::{N_CALIBRATION, Problem};
+use hydro::effects::Effect;
+use std::f64::consts::PI;
+
+/// Prior probability that nothing is missing, that one effect is, that two are.
+pub const PRIOR: (f64, f64, f64) = (0.25, 0.65, 0.10);
+/// ln of the mean of exp.
+#[must_use]
+pub fn log_mean_exp(values: &[f64]) -> f64 {
+    let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if !top.is_finite() {
+        return f64::NEG_INFINITY;
+    }
+    top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / values.len() as f64).ln()
+}
+
+/// Sign that an effect has by what it is (growth grows, vortices add force); 0 if either is as likely.
+fn usual_sign(effect: &str) -> f64 {
+    match effect {
+        "vortex_lift_bodywing"
+        | "side_edge_lift"
+        | "roll_turn_drag"
+        | "biofouling_drag"
+        | "climb_drag"
+        | "added_mass"
+        | "heave_added_mass"
+        | "reynolds_drag" => 1.0,
+        _ => 0.0,
+    }
+}
+
+/// Prior of an effect's size, integrated against the normal posterior N(value, sigma): `ln E[p]`.
+#[must_use]
+pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma: f64) -> f64 {
+    let p = &effect.parameters()[0];
+    if effect.name() == "stall" {
+        // An angle: uniform where the wings fly.
+        let (low, high) = (0.03, 0.25);
+        let inside = normal_between(low, high, value, sigma);
+        return (inside.max(1e-12) / (high - low)).ln();
+    }
+    // A deviation inside two tolerances is scatter, beyond three a discovery.
+    let hole = own_tolerance(problem, effect.name());
+    let smallest = hole.map_or(p.typical / 30.0, |t| 2.2 * t);
+    let largest = hole.map_or(p.typical * 12.0, |t| (60.0 * t).max(p.typical * 12.0));
+    let one_sided = p.low >= 0.0;
+    let steps = 60;
+    let width = (largest / smallest).ln() / f64::from(steps);
+    let sigma = sigma.max(1e-12 * p.typical);
+    let mut sum = 0.0;
+    for side in [1.0, -1.0] {
+        if one_sided && side < 0.0 {
+            continue;
+        }
+        let usual = usual_sign(effect.name());
+        let weight = if usual == 0.0 || one_sided {
+            1.0
+        } else if usual == side {
+            1.9
+        } else {
+            0.1
+        };
+        for k in 0..steps {
+            let a = smallest * (width * f64::from(k)).exp();
+            let b = a * width.exp();
+            let mass = if side > 0.0 { normal_between(a, b, value, sigma) } else { normal_between(-b, -a, value, sigma) };
+            let middle = (a * b).sqrt();
+            let admitted = hole.map_or(1.0, |t| 1.0 / (1.0 + (-(middle / t - 2.8) / 0.15).exp()));
+            sum += mass * admitted / middle * weight;
+        }
+    }
+    let volume = (largest / smallest).ln() * if one_sided { 1.0 } else { 2.0 };
+    (sum / volume).max(1e-300).ln()
+}
+
+/// Probability of a normal variable between two values.
+fn normal_between(a: f64, b: f64, mean: f64, sigma: f64) -> f64 {
+    let scale = sigma * std::f64::consts::SQRT_2;
+    let (x, y) = ((a - mean) / scale, (b - mean) / scale);
+    // On the far side use the complement, so that tails keep their digits.
+    if x > 0.0 {
+        0.5 * (libm::erfc(x) - libm::erfc(y))
+    } else if y < 0.0 {
+        0.5 * (libm::erfc(-y) - libm::erfc(-x))
+    } else {
+        1.0 - 0.5 * (libm::erfc(-x) + libm::erfc(y))
+    }
+}
+
+/// Log evidence of a fit up to a constant common to all hypotheses.
+#[must_use]
+pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
+    let mut z = -0.5 * f.chi2 - 0.5 * f.log_det;
+    for p in f.precision.iter().skip(N_CALIBRATION) {
+        z += 0.5 * if *p > 0.0 { p.ln() } else { (2.0 * PI).ln() };
+    }
+    for &(effect, parameter, sigma) in &f.sigma {
+        let a = &f.state.effects[effect];
+        if parameter == 0 {
+            z += log_size_prior(problem, a.effect, a.values[0], sigma);
+            if a.effect.name() == "density_bias" {
+                z += log_fresh_water(problem.fresh_excess_kg_m3, a.values[0], sigma);
+            }
+        }
+    }
+    z
+}
+
+/// Range of what salt and sediment add to the density of a lake's water, kg/m³ (0 to 0.4 g/kg), and how sharp its ends are.
+const FRESH_KG_M3: (f64, f64, f64) = (0.0, 0.3, 0.02);
+/// Probability that a lake is none of that kind.
+const NOT_FRESH: f64 = 0.02;
+
+/// Fresh water weighs what TEOS-10 says of its temperature and pressure and hardly more: what a density bias would make of
+/// the measured `excess` over pure water, against what no bias leaves; log ratio. No say (0) where the water is salt.
+fn log_fresh_water(excess_kg_m3: Option<f64>, bias_kg_m3: f64, sigma: f64) -> f64 {
+    let Some(excess) = excess_kg_m3 else { return 0.0 };
+    let (low, high, edge) = FRESH_KG_M3;
+    let believed = |x: f64, sigma: f64| NOT_FRESH + (1.0 - NOT_FRESH) * normal_between(low, high, x, edge.hypot(sigma));
+    (believed(excess - bias_kg_m3, sigma) / believed(excess, 0.0)).ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::log_fresh_water;
+
+    #[test]
+    fn fresh_water_lighter_than_pure_water_is_a_biased_sensor_and_a_bias_that_would_make_it_so_is_not_believed() {
+        // 0.3 kg/m³ lighter than pure water can be: only a bias explains it.
+        assert!(log_fresh_water(Some(-0.3), -0.35, 0.03) > 3.0);
+        // As heavy as fresh water is: a bias of that size would leave it lighter than pure.
+        assert!(log_fresh_water(Some(0.05), 0.3, 0.03) < -3.0);
+        // Salt water says nothing.
+        assert_eq!(log_fresh_water(None, 0.3, 0.03), 0.0);
+    }
+}

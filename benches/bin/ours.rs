@@ -54,7 +54,7 @@ fn fit(path: &Path, rows: &Path, names: &[&str]) -> anyhow::Result<()> {
     let mut text = String::from("time_s,block,check,depth_m,model_m\n");
     let mut block = 0;
     for run in &prepared.runs {
-        let model = track(run, constants, &effects, vehicle.water_depth_m, 0.0, fitted.beyond);
+        let model = track(run, constants, &effects, vehicle.water_depth_m, fitted.beyond);
         let check = u8::from(vehicle.check_segments.contains(&run.segment));
         for b in blocks(run) {
             for &row in &b.rows {

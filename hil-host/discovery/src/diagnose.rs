@@ -28,6 +28,8 @@ const FORM_MISFIT: f64 = 0.02;
 const FORM_MISFIT_WAVE: f64 = 0.1;
 /// Typical error on the check segments, in noise floors, from which an answer has failed.
 const FAILS: f64 = 2.2;
+/// The same relative to nothing missing: an answer that makes it worse is none.
+const WORSE: f64 = 1.15;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 /// What a family must be better by than the best name: log odds, and share of them.
@@ -303,10 +305,13 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     }
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
     let check_blocks = gather(prepared, |s| check.contains(&s));
-    // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown.)
-    let off_track = spoken
-        .filter(|_| !waves)
-        .is_some_and(|c| typical_error(problem, prepared, &c.fit.state, &check_blocks) > FAILS * problem.noise_floor_m_s());
+    // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a stall.)
+    let tellable = !waves && problem.brink_rows() < problem.data.len() / 10;
+    let on_check = |state: &State| typical_error(problem, prepared, state, &check_blocks);
+    let off_track = spoken.filter(|_| tellable).is_some_and(|c| {
+        let error = on_check(&c.fit.state);
+        error > FAILS * problem.noise_floor_m_s() || error > WORSE * on_check(&null.state)
+    });
     if off_track {
         notes.push("the best hypothesis does not explain the check segments".into());
     }

@@ -210,8 +210,8 @@ impl<'a> Screen<'a> {
 
     /// Best fit of `effect` added to a state.
     fn best_with(&self, base: &State, effect: &'static dyn Effect, iterations: usize) -> Fit {
-        // Wide tolerances: the calibration must find its way anew beside each effect.
-        let far = crate::start::is_uncalibrated(self.problem.vehicle);
+        // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
+        let far = crate::start::is_uncalibrated(self.problem.vehicle) && base.effects.is_empty();
         let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(&start, 0.01, iterations) };
         let starts = self.starts(effect).into_iter().map(|size| from(self.start(base, effect, size)));
         let mut best = starts.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone());

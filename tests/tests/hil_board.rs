@@ -115,7 +115,7 @@ fn hil_board_answers_like_the_session_on_the_host_and_counts_what_is_damaged() {
 fn hil_board_keeps_and_gives_back_every_object() {
     let (name, _line) = port();
     let mut link = board(&name);
-    let mut config = |settings| {
+    let config = |settings| {
         let mut bytes = Content::new();
         helm::objects::config_bytes(&Config::new(settings).unwrap(), &mut bytes);
         bytes.to_vec()

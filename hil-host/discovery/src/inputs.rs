@@ -104,9 +104,12 @@ mod tests {
         diagnose::diagnose(&flight, &vehicle, &|_, _| {}).map_or_else(|e| e.to_string(), |d| d.verdict.name().to_string())
     }
 
+    /// Changes time, pressure, pitch and ballast of a sound log into what it shall say: pressure, pitch, ballast.
+    type Edit = &'static dyn Fn(f64, f64, f64, f64) -> (f64, f64, f64);
+
     #[test]
     fn columns_that_contradict_a_dive_are_refused_with_the_likely_cause() {
-        let cases: [(&dyn Fn(f64, f64, f64, f64) -> (f64, f64, f64), &str); 5] = [
+        let cases: [(Edit, &str); 5] = [
             (&|_, p, _, b| (p, -0.4, b), "m_pitch_rad: stays"),
             (&|_, p, t, _| (p, t, 100.0), "m_ballast_pumped_cc: stays"),
             (&|_, _, t, b| (10.0, t, b), "no dive in it"),

@@ -9,7 +9,7 @@
 //! Two kinds of fault even this controller does not know at once, because
 //! nothing on board can show them: a stuck release shows only when the weight
 //! is needed, and what pulls on the vehicle (weight added, something dragging,
-//! a net, a lens of light water) shows only in its motion, [`MOTION_S`] later.
+//! a net, a lens of light water) shows only in its motion, `MOTION_S` later.
 
 use super::lattice::Case;
 use crate::closed_loop::{CYCLE_S, End, SURFACED_M, Setup, fly};

@@ -166,7 +166,7 @@ impl<W: Wire> Link<W> {
         self.ask(asked, message, FIRST_WAIT, self.give_up, accept)
     }
 
-    /// Sends `message` once and waits [`ONCE`] for an answer: for what must not be done twice.
+    /// Sends `message` once and waits a moment for an answer: for what must not be done twice.
     ///
     /// # Errors
     /// As [`Link::request`].

@@ -65,7 +65,7 @@ fn scorecard_planned_dives_name_what_is_hidden_sooner_than_a_sawtooth() {
     let [[sawtooth_2, planned_2], [sawtooth_4, planned_4]] = right;
     println!("of {asked}: sawtooth {sawtooth_2} and {sawtooth_4} right after 2 and 4 dives more, planned {planned_2} and {planned_4}");
     assert_eq!(asked, 10);
-    // Measured: 8 and 8 of 10 against 9 and 10.
+    // Measured: 9 and 9 of 10 against 9 and 10. A small sample: one flight is the margin.
     assert!(planned_2 >= sawtooth_4, "two planned dives: {planned_2}, four of the sawtooth: {sawtooth_4}");
     assert!(planned_4 > sawtooth_4, "four planned dives: {planned_4}, four of the sawtooth: {sawtooth_4}");
 }

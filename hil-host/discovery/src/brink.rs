@@ -10,6 +10,7 @@
 
 use crate::dynamics::{Track, track};
 use crate::noise::Whitener;
+use crate::prepare::Run;
 use crate::problem::{Problem, State};
 use hydro::effects::Continuation;
 
@@ -22,9 +23,10 @@ const MOST: f64 = 25.0;
 const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
 
 impl Problem<'_> {
-    fn both_tracks(&self, k: usize, state: &State) -> [Track; 2] {
+    /// Tracks of a run under each continuation.
+    pub(crate) fn both_tracks(&self, run: &Run, state: &State) -> [Track; 2] {
         let (constants, effects) = self.law(state);
-        BOTH.map(|c| track(self.runs[k], constants, &effects, self.vehicle.water_depth_m, c))
+        BOTH.map(|c| track(run, constants, &effects, self.vehicle.water_depth_m, c))
     }
 
     /// Takes rows out that at this state depend on how lift goes on beyond the valid angle of attack (launch, turns, deep stall
@@ -34,7 +36,7 @@ impl Problem<'_> {
         let mut misfit = [0.0; 2];
         for k in 0..self.runs.len() {
             let run = self.runs[k];
-            let tracks = self.both_tracks(k, state);
+            let tracks = self.both_tracks(self.runs[k], state);
             let limit = 0.4 * self.colour.rms_m_s;
             let mut last = f64::NEG_INFINITY;
             let mut lost = 0.0;
@@ -71,7 +73,7 @@ impl Problem<'_> {
             let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || self.brink_at[k][i]).collect();
             let whitener = Whitener::new(run, &whole, &self.colour);
             let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
-            for (sum, t) in sums.iter_mut().zip(self.both_tracks(k, state)) {
+            for (sum, t) in sums.iter_mut().zip(self.both_tracks(self.runs[k], state)) {
                 let mut e = Vec::new();
                 whitener.whiten(|row| run.depth_m[row] - t.depth_m[row] - shift.as_ref().map_or(0.0, |s| s[row]), &mut e);
                 let near = whitener.rows().zip(&e).filter(|(rows, _)| rows.iter().any(|r| self.brink_at[k][*r]));

@@ -29,7 +29,9 @@ const FORM_MISFIT_WAVE: f64 = 0.1;
 /// Typical error on the check segments, in noise floors, from which an answer has failed.
 const FAILS: f64 = 2.2;
 /// The same relative to nothing missing: an answer that makes it worse is none.
-const WORSE: f64 = 1.15;
+const WORSE: f64 = 1.3;
+/// Fewest blocks that a typical error is taken of.
+const FEWEST_BLOCKS: usize = 20;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 /// What a family must be better by than the best name: log odds, and share of them.
@@ -310,7 +312,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let on_check = |state: &State| typical_error(problem, prepared, state, &check_blocks);
     let off_track = spoken.filter(|_| tellable).is_some_and(|c| {
         let error = on_check(&c.fit.state);
-        error > FAILS * problem.noise_floor_m_s() || error > WORSE * on_check(&null.state)
+        error > FAILS * problem.noise_floor_m_s() || (error > 1.5 * problem.noise_floor_m_s() && error > WORSE * on_check(&null.state))
     });
     if off_track {
         notes.push("the best hypothesis does not explain the check segments".into());
@@ -410,17 +412,22 @@ impl Diagnosis {
     }
 }
 
-/// Error of the typical block, m/s: half of the blocks are worse (scaled to the rms of a normal variable). Blocks near a stall, where
-/// a model may be on another branch, do not decide it.
+/// Error of the typical block, m/s: half of the blocks are worse (scaled to the rms of a normal variable). Blocks that depend on how
+/// lift goes on beyond its law do not count: there a model may be on another branch. NaN where fewer than [`FEWEST_BLOCKS`] are left.
 fn typical_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)]) -> f64 {
     let mut errors: Vec<f64> = Vec::new();
     for (k, list) in blocks {
         let run = &prepared.runs[*k];
-        let depth = problem.track(run, state).depth_m;
-        errors.extend(list.iter().map(|b| (b.observed_m_s - modelled_m_s(run, b, &depth)).abs()));
+        let [rising, fading] = problem.both_tracks(run, state).map(|t| t.depth_m);
+        let (mine, other) = if problem.beyond == hydro::effects::Continuation::Fading { (fading, rising) } else { (rising, fading) };
+        errors.extend(list.iter().filter_map(|b| {
+            let rate = modelled_m_s(run, b, &mine);
+            let same = (rate - modelled_m_s(run, b, &other)).abs() < 0.2 * problem.noise_floor_m_s();
+            same.then_some((b.observed_m_s - rate).abs())
+        }));
     }
     errors.sort_by(f64::total_cmp);
-    errors.get(errors.len() / 2).map_or(f64::NAN, |e| e / 0.6745)
+    if errors.len() < FEWEST_BLOCKS { f64::NAN } else { errors[errors.len() / 2] / 0.6745 }
 }
 
 fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {

@@ -316,8 +316,18 @@ impl<'a> Screen<'a> {
 /// its answers are the starts. `tick` is told what is being done and which share is done.
 #[must_use]
 pub fn search(problem: &Problem, before: Option<&Found>, tick: &dyn Fn(&str, f64)) -> Found {
+    let found = search_from(problem, before.map_or(&problem.start, |b| &b.null.state), before, tick);
+    // Near a stall the calibration may sit in a hollow that any effect lifts it out of: what it finds beside the best effect,
+    // taken without the effect, may serve nothing missing better than its own start did.
+    let Some(best) = found.candidates.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|c| c.gain > RENEW_GAIN) else { return found };
+    let alone = State { calibration: best.fit.state.calibration, ..State::nominal() };
+    let null = fit(problem, &Jacobian::new(problem, &alone), &alone, 0.01, effort(6));
+    if null.chi2 < found.null.chi2 - RENEW_GAIN { search_from(problem, &null.state, None, tick) } else { found }
+}
+
+fn search_from(problem: &Problem, start: &State, before: Option<&Found>, tick: &dyn Fn(&str, f64)) -> Found {
     tick("calibration", 0.05);
-    let screen = Screen::new(problem, before.map_or(&problem.start, |b| &b.null.state), wave_library(problem));
+    let screen = Screen::new(problem, start, wave_library(problem));
     let single_prior = PRIOR.1 / CATALOGUE.len() as f64;
     let pair_prior = PRIOR.2 / (CATALOGUE.len() * (CATALOGUE.len() - 1) / 2) as f64;
     let known = |effects: &[&str]| before.and_then(|b| b.of(effects)).filter(|c| c.log_odds.is_finite());

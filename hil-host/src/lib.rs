@@ -15,6 +15,7 @@ pub mod page;
 pub mod paper;
 pub mod plots;
 pub mod scorecard;
+pub mod scorecard_page;
 pub mod seats;
 pub mod serve;
 pub mod story;

@@ -1,5 +1,7 @@
 //! `glider scorecard flight`: our controller beside the ordinary one.
 
+use std::path::PathBuf;
+
 use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -11,7 +13,7 @@ use crate::scorecard::{BIN_DEG, Band, Disturbance, Pilot, Score, cases, fly_all}
 /// Arguments of `scorecard flight`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard flight\n  glider scorecard flight --band shallow --effects --json\n\nShare: achieved L/D through the water over (L/D)max of the true vehicle. Exit code 1 when ours loses to stock, aborts,\nor leaves the depth band by more than 1 m anywhere (the hidden effects included, the built-in table aside)."
+    after_help = "Examples:\n  glider scorecard flight\n  glider scorecard flight --band shallow --effects --json\n\nShare: achieved L/D through the water over (L/D)max of the true vehicle. Exit code 1 when ours loses to stock, aborts,\nor leaves the depth band by more than 1 m anywhere (the hidden effects included)."
 )]
 pub struct FlightArgs {
     /// Only one depth band.
@@ -23,6 +25,9 @@ pub struct FlightArgs {
     /// Seed of the worlds.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Where the page goes.
+    #[arg(long, value_name = "FILE", default_value = "out/scorecard.html")]
+    html: PathBuf,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
@@ -58,13 +63,14 @@ pub fn run(args: &FlightArgs, output: &Output) -> anyhow::Result<Verdict> {
 
     // `cases` puts stock right behind ours.
     let pairs: Vec<(&Score, &Score)> = scores.iter().zip(scores.iter().skip(1)).step_by(2).collect();
-    let judged = |s: &Score| s.case.disturbance != Disturbance::BuiltInTable;
-    let lost = pairs.iter().filter(|(o, s)| judged(o) && o.share_of_max < s.share_of_max).count();
+    let lost = pairs.iter().filter(|(o, s)| o.share_of_max < s.share_of_max).count();
     let aborted = pairs.iter().filter(|(o, _)| !o.done).count();
     let worst = pairs.iter().map(|(o, _)| o.overshoot_m).fold(0.0, f64::max);
     let good = lost == 0 && aborted == 0 && worst <= 1.0;
+    crate::scorecard_page::page(&pairs, lost, aborted, worst, args.seed).write(&args.html)?;
     let document = json!({
         "seed": args.seed,
+        "report": args.html,
         "summary": {"pairs": pairs.len(), "lost_to_stock": lost, "not_flown": aborted, "worst_overshoot_m": worst},
         "alpha_bin_deg": BIN_DEG,
         "flights": scores,
@@ -72,6 +78,7 @@ pub fn run(args: &FlightArgs, output: &Output) -> anyhow::Result<Verdict> {
     output.emit(&document, || {
         println!("{}", table(&pairs));
         println!("(stock in brackets)  lost to stock: {lost}  not flown: {aborted}  farthest beyond the band: {worst:.2} m");
+        println!("report: {}", args.html.display());
     });
     Ok(if good { Verdict::Ok } else { Verdict::Negative })
 }

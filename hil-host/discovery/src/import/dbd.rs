@@ -8,6 +8,8 @@
 //! known cycle 's' 'a' int16 0x1234 float 123.456 double 123456789.12345: tells the byte order
 //! cycles      'd', two bits of state per stored sensor (0 nothing, 1 as before, 2 new value follows),
 //!             the new values in sensor order; the file ends with 'X'
+//! opening     the first cycle, in which every sensor has a new value: the last one it had, whenever that was
+//!             taken, under the time of opening. No samples, so it only serves "as before"
 //! ```
 //! LZ4 forms are a run of blocks, each with a two-byte big-endian length; a block
 //! holds up to 32 KiB and stands alone.
@@ -253,17 +255,20 @@ struct Decoder<'a> {
     previous: Vec<f64>,
     cycles: usize,
     ended: bool,
+    /// The next cycle is the first of the file.
+    opening: bool,
 }
 
 impl<'a> Decoder<'a> {
     fn new(sensors: &'a [Sensor], state_bytes: usize, order: Order, wanted: impl Fn(&str) -> bool) -> Self {
         let columns = sensors.iter().map(|s| wanted(&s.name).then(Vec::new)).collect();
-        Self { sensors, state_bytes, order, columns, previous: vec![f64::NAN; sensors.len()], cycles: 0, ended: false }
+        Self { sensors, state_bytes, order, columns, previous: vec![f64::NAN; sensors.len()], cycles: 0, ended: false, opening: true }
     }
 
     /// Something is missing here: no value is known any more.
     fn hole(&mut self) {
         self.previous.fill(f64::NAN);
+        self.opening = false;
     }
 
     fn stretch(&mut self, place: &str, bytes: &[u8], problems: &mut Vec<String>) {
@@ -348,6 +353,7 @@ impl<'a> Decoder<'a> {
     fn cycle(&mut self, bytes: &[u8]) {
         let mut at = 1 + self.state_bytes;
         let states: Vec<u8> = self.states(bytes).collect();
+        let opening = std::mem::take(&mut self.opening) && states.iter().all(|s| *s == 2);
         for (k, state) in states.into_iter().enumerate() {
             let value = match state {
                 1 => self.previous[k],
@@ -360,11 +366,13 @@ impl<'a> Decoder<'a> {
                 }
                 _ => f64::NAN,
             };
-            if let Some(column) = &mut self.columns[k] {
+            if let Some(column) = &mut self.columns[k]
+                && !opening
+            {
                 column.push(value);
             }
         }
-        self.cycles += 1;
+        self.cycles += usize::from(!opening);
     }
 }
 

@@ -26,6 +26,8 @@ impl Encoder {
         out.put(2, f64::from(0x1234));
         out.put(4, f64::from(123.456_f32));
         out.put(8, 123_456_789.123_45);
+        // The opening cycle: old values under the time of the first true cycle.
+        out.cycle([1000.0, -9.0, 77.0]);
         out
     }
 
@@ -121,6 +123,30 @@ fn prop_decoding_undoes_encoding_in_both_byte_orders_factored_or_not_packed_or_n
             }
         }
     }
+}
+
+#[test]
+fn the_opening_cycle_is_no_sample_but_serves_as_before() {
+    let mut out = Encoder::new(Order::Little, true);
+    out.cycle([1000.0, f64::NAN, 77.0]);
+    out.cycle([1004.0, 0.25, 77.0]);
+    let read = read_all(&out.end());
+    assert_eq!(read.cycles, 2);
+    assert_eq!(read.columns["m_present_time"].1, [1000.0, 1004.0]);
+    assert_eq!(read.columns["x_state"].1, [77.0, 77.0]);
+    let pitch = &read.columns["m_pitch"].1;
+    assert!(pitch[0].is_nan() && pitch[1] == 0.25, "{pitch:?}");
+}
+
+/// A file that does not open with such a cycle keeps its first one.
+#[test]
+fn a_first_cycle_with_a_silent_sensor_is_a_sample() {
+    let mut out = Encoder::new(Order::Little, true);
+    let opening = out.bytes.len() - (2 + 8 + 4 + 1);
+    out.bytes.truncate(opening);
+    out.previous = [f64::NAN; 3];
+    out.cycle([1000.0, f64::NAN, 3.0]);
+    assert_eq!(read_all(&out.end()).columns["m_present_time"].1, [1000.0]);
 }
 
 #[test]

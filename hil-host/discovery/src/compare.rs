@@ -113,6 +113,10 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
         findings: rank(&all),
         speed_error_m_s: (!speed.is_empty()).then(|| (speed.iter().sum::<f64>() / speed.len() as f64, rms(speed.iter().copied()))),
         samples,
-        notes: prepared.notes.clone(),
+        notes: crate::inputs::contradiction(&prepared)
+            .map(|why| format!("the inputs contradict a dive: {why}"))
+            .into_iter()
+            .chain(prepared.notes.iter().cloned())
+            .collect(),
     }
 }

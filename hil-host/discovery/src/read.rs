@@ -331,7 +331,7 @@ pub fn quantile(values: &[f64], q: f64) -> f64 {
     v[((v.len() - 1) as f64 * q).round() as usize]
 }
 
-/// Refuses columns whose bulk cannot be in the unit they claim. Quantiles, so that single spikes pass.
+/// Refuses columns that are empty or whose bulk cannot be in the unit they claim.
 fn plausible(f: &Flight, file: &Path, pressure: String, pitch: String, ballast: String, density: String) -> Result<(), ReadError> {
     let bad = |column: String, why: String| ReadError::Content { path: file.to_path_buf(), line: 0, column, why };
     for (values, column) in [(&f.pressure_pa, &pressure), (&f.pitch_rad, &pitch), (&f.ballast_m3, &ballast), (&f.density_kg_m3, &density)] {
@@ -340,40 +340,64 @@ fn plausible(f: &Flight, file: &Path, pressure: String, pitch: String, ballast: 
             return Err(bad(column.clone(), format!("has only {filled} values; at least 10 are needed")));
         }
     }
+    implausible(f, [&pressure, &pitch, &ballast, &density]).map_or(Ok(()), |(column, why)| Err(bad(column, why)))
+}
+
+/// The first column whose bulk cannot be in the unit it claims, and why; `names` are those of pressure, pitch, ballast and density.
+/// Quantiles, so that single spikes pass; a column without values passes.
+#[must_use]
+pub fn implausible(f: &Flight, names: [&str; 4]) -> Option<(String, String)> {
+    let [pressure, pitch, ballast, density] = names;
+    let size = |values: &[f64], q: f64| quantile(&values.iter().map(|v| v.abs()).collect::<Vec<_>>(), q);
+    let found = |column: &str, why: String| Some((column.to_string(), why));
     let deep = quantile(&f.pressure_pa, 0.99);
-    if !(-5e4..1.2e8).contains(&deep) {
-        return Err(bad(
-            pressure,
-            format!("reaches {:.0} dbar, more than the ocean is deep; is it in Pa, kPa or mbar instead of dbar?", deep * 1e-4),
-        ));
+    if deep.is_finite() && !(-5e4..1.2e8).contains(&deep) {
+        let why = format!("reaches {:.0} dbar, more than the ocean is deep; is it in Pa, kPa or mbar instead of dbar?", deep * 1e-4);
+        return found(pressure, why);
     }
-    let steep = quantile(&f.pitch_rad.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.9);
+    let steep = size(&f.pitch_rad, 0.9);
     if steep > 1.571 {
-        return Err(bad(pitch, format!("reaches {steep:.1} rad; is it in degrees or mrad?")));
+        return found(pitch, format!("reaches {steep:.1} rad; is it in degrees or mrad?"));
     }
-    let volume = quantile(&f.ballast_m3.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.9);
+    if deep > 2e4 && steep > 0.0 && steep < 2e-3 {
+        return found(pitch, format!("stays within {steep:.5} rad in a flight that dives; is it divided by 1000, or the wrong column?"));
+    }
+    let volume = size(&f.ballast_m3, 0.9);
     if volume > 5e-3 || (volume > 0.0 && volume < 1e-6) {
         let why = format!("reaches {:.3} cm3; a buoyancy engine moves 100 to 1000 cm3 (litres, m3 or mm3 instead of cm3?)", volume * 1e6);
-        return Err(bad(ballast, why));
+        return found(ballast, why);
     }
     let turns = quantile(&f.heading_rad, 0.9).abs().max(quantile(&f.heading_rad, 0.1).abs());
     if turns > 6.4 {
-        return Err(bad("heading".into(), format!("reaches {turns:.1} rad; is it in degrees?")));
+        return found("heading", format!("reaches {turns:.1} rad; is it in degrees?"));
     }
-    let list = quantile(&f.roll_rad.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.9);
+    let list = size(&f.roll_rad, 0.9);
     if list > 1.571 {
-        return Err(bad("roll".into(), format!("reaches {list:.1} rad; is it in degrees?")));
+        return found("roll", format!("reaches {list:.1} rad; is it in degrees?"));
     }
     let warmth = quantile(&f.temperature_degc, 0.5);
     if warmth.is_finite() && !(-3.0..45.0).contains(&warmth) {
-        return Err(bad("temperature".into(), format!("is {warmth:.1} degC in the middle; water is -2 to 40 degC (kelvin?)")));
+        return found("temperature", format!("is {warmth:.1} degC in the middle; water is -2 to 40 degC (kelvin?)"));
+    }
+    // All of it within 0.05 K of 0 degC, and not one repeated number: no water a glider dives in.
+    if size(&f.temperature_degc, 0.95) < 0.05 && quantile(&f.temperature_degc, 0.95) > quantile(&f.temperature_degc, 0.05) {
+        let why = format!("stays within {:.4} K of 0 degC; is it divided by 1000?", size(&f.temperature_degc, 0.95));
+        return found("temperature", why);
     }
     let rho = quantile(&f.density_kg_m3, 0.5);
-    if !(950.0..1150.0).contains(&rho) {
+    if rho.is_finite() && !(950.0..1150.0).contains(&rho) {
         let why = format!("is {rho:.3} in the middle; in-situ density of water is 990 to 1080 kg/m3 (g/cm3, or sigma = density - 1000?)");
-        return Err(bad(density, why));
+        return found(density, why);
     }
-    Ok(())
+    let fast = f.speed_m_s.as_deref().map_or(f64::NAN, |speed| size(speed, 0.9));
+    if fast > 5.0 || (fast > 0.0 && fast < 5e-3) {
+        return found("speed", format!("reaches {fast:.4} m/s; gliders do 0.2 to 1 m/s (mm/s, cm/s or km/s instead of m/s?)"));
+    }
+    let shift = size(&f.battery_mass_m, 0.9);
+    if shift > 2.0 {
+        return found("battery position", format!("reaches {shift:.1} m, longer than the glider (inches, cm or mm instead of m?)"));
+    }
+    None
 }
 
 #[cfg(test)]
@@ -414,6 +438,39 @@ mod tests {
         assert!(error_of("time_s,pressure_dbar\n").contains("missing"));
         let e = error_of(&(rows(20) + "80,0,1\n"));
         assert!(e.contains("line 22") && e.contains("cut off"), "{e}");
+    }
+
+    #[test]
+    fn every_channel_off_by_a_thousand_is_refused_by_its_name() {
+        let sound = parse(&rows(40), Path::new("f.csv"), "f").expect("reads");
+        let names = ["pressure", "pitch", "ballast", "density"];
+        assert_eq!(implausible(&sound, names), None);
+        type Pick = fn(&mut Flight) -> &mut Vec<f64>;
+        let channels: [(&str, Pick, f64, &[f64]); 7] = [
+            // Divided by a thousand it is a log from the surface, which may be read, but not imported or diagnosed.
+            ("pressure", |f| &mut f.pressure_pa, 50e4, &[1e3]),
+            ("pitch", |f| &mut f.pitch_rad, 0.4, &[1e3, 1e-3]),
+            ("ballast", |f| &mut f.ballast_m3, 2e-4, &[1e3, 1e-3]),
+            ("density", |f| &mut f.density_kg_m3, 1025.0, &[1e3, 1e-3]),
+            ("temperature", |f| &mut f.temperature_degc, 10.0, &[1e3, 1e-3]),
+            // Divided by a thousand they are a straight course and no list, which a flight may have.
+            ("heading", |f| &mut f.heading_rad, 3.0, &[1e3]),
+            ("roll", |f| &mut f.roll_rad, 0.1, &[1e3]),
+        ];
+        for (name, column, size, factors) in channels {
+            for factor in factors {
+                let mut flight = sound.clone();
+                for (i, v) in column(&mut flight).iter_mut().enumerate() {
+                    *v = size * factor * (1.0 + 0.1 * (i as f64).sin());
+                }
+                let found = implausible(&flight, names).unwrap_or_else(|| panic!("{name} x {factor} passes"));
+                assert_eq!(found.0, name, "{found:?}");
+            }
+        }
+        for speed in [300.0, 3e-4] {
+            let flight = Flight { speed_m_s: Some(vec![speed; 40]), ..sound.clone() };
+            assert_eq!(implausible(&flight, names).expect("refused").0, "speed");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! GLIDER_FLIGHTS: `slocum_comet2016/raw` (dbd, ebd, cac) with the table made from
 //! them by other people's tools. GLIDER_DBD_SAMPLES: the `data` folder of the
-//! Python package `dbdreader` 0.6.3 (test input only).
+//! Python package `dbdreader` 0.6.3 (test input only); `scripts/fetch-samples` brings it.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,9 @@ use discovery::Flight;
 use discovery::import::import;
 
 fn folder(variable: &str, relative: &str) -> Option<PathBuf> {
-    let root = std::env::var_os(variable);
+    let fetched = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../data-cache/samples/dbdreader-0.6.3/dbdreader/data");
+    let fetched = (variable == "GLIDER_DBD_SAMPLES" && fetched.is_dir()).then(|| fetched.into_os_string());
+    let root = std::env::var_os(variable).or(fetched);
     if root.is_none() {
         eprintln!("skipped: no flights ({variable} is not set)");
     }

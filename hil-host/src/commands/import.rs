@@ -90,8 +90,9 @@ fn print(args: &Args, flight: &discovery::Flight, report: &Report) {
     for note in &report.notes {
         println!("note: {note}");
     }
+    let segments = flight.segment.iter().collect::<std::collections::BTreeSet<_>>().len();
     let hours = flight.time_s.last().copied().unwrap_or(0.0) / 3600.0;
-    println!("wrote {}: {} rows, {} segments, {hours:.2} h", args.out.display(), flight.len(), report.segments.len().max(1));
+    println!("wrote {}: {} rows, {segments} segments, {hours:.2} h", args.out.display(), flight.len());
     if args.vehicle.is_none() {
         println!("next: put a vehicle.toml beside it, or name one with --vehicle (examples in vehicles/)");
     }

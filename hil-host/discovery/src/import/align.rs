@@ -5,10 +5,16 @@
 pub struct Series {
     time_s: Vec<f64>,
     value: Vec<f64>,
+    /// Usual time from one value to the next, s; NaN for fewer than two.
+    step_s: f64,
 }
 
 /// Silence longer than this is not bridged, s: engineering channels come every 4 s, or every 30 s in the short files sent home.
 pub const MAX_BRIDGE_S: f64 = 120.0;
+/// Short files sent home by satellite may have a channel every 2 or 5 minutes only (Slocum sbd of the pyglider examples: 123 and
+/// 300 s): then so many of its usual steps are bridged, up to the limit, s.
+const BRIDGED_STEPS: f64 = 2.0;
+const LONGEST_BRIDGE_S: f64 = 700.0;
 
 impl Series {
     /// Pairs with finite time and value, sorted by time; of equal times the first stays.
@@ -18,8 +24,21 @@ impl Series {
             time_s.iter().copied().zip(value.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         pairs.dedup_by(|b, a| a.0 == b.0);
-        let (time_s, value) = pairs.into_iter().unzip();
-        Self { time_s, value }
+        let (time_s, value): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+        let steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+        Self { time_s, value, step_s: crate::read::quantile(&steps, 0.5) }
+    }
+
+    /// Usual time from one value to the next, s; NaN for fewer than two values.
+    #[must_use]
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// Number of values.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
     }
 
     /// Whether there is no value.
@@ -43,7 +62,7 @@ impl Series {
         let Some(before) = next.checked_sub(1) else { return f64::NAN };
         let Some(&after_s) = self.time_s.get(next) else { return f64::NAN };
         let step = after_s - self.time_s[before];
-        if step > MAX_BRIDGE_S {
+        if step > (BRIDGED_STEPS * self.step_s).clamp(MAX_BRIDGE_S, LONGEST_BRIDGE_S) {
             return f64::NAN;
         }
         let share = (t - self.time_s[before]) / step;
@@ -59,7 +78,7 @@ impl Series {
     /// An angle at `times`, rad, through the shorter way; in 0..2π.
     #[must_use]
     pub fn angle_on(&self, times: &[f64]) -> Vec<f64> {
-        let part = |f: fn(f64) -> f64| Self { time_s: self.time_s.clone(), value: self.value.iter().map(|v| f(*v)).collect() }.on(times);
+        let part = |f: fn(f64) -> f64| Self { value: self.value.iter().map(|v| f(*v)).collect(), ..self.clone() }.on(times);
         let (sin, cos) = (part(f64::sin), part(f64::cos));
         sin.into_iter().zip(cos).map(|(s, c)| s.atan2(c).rem_euclid(std::f64::consts::TAU)).collect()
     }
@@ -75,6 +94,13 @@ mod tests {
         assert_eq!(series.at(2.0), 2.0);
         assert_eq!(series.at(4.0), 3.0);
         assert!(series.at(500.0).is_nan() && series.at(-1.0).is_nan() && series.at(1001.0).is_nan());
+    }
+
+    #[test]
+    fn a_channel_that_always_comes_seldom_is_bridged() {
+        let series = Series::new(&[0.0, 300.0, 600.0, 900.0, 5000.0], &[0.0, 3.0, 6.0, 9.0, 50.0]);
+        assert_eq!((series.step_s(), series.at(450.0)), (300.0, 4.5));
+        assert!(series.at(2000.0).is_nan());
     }
 
     #[test]

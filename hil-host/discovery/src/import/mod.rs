@@ -160,8 +160,44 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
         _ => return Err(error("is of no known kind: Slocum binary (.dbd, .ebd ...), NetCDF (.nc) or csv is expected".into())),
     };
     imported.report.find_missing(&imported.flight);
+    check(&mut imported).map_err(error)?;
     Ok(imported)
 }
+
+/// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
+fn check(imported: &mut Imported) -> Result<(), String> {
+    let flight = &imported.flight;
+    if let Some((column, why)) = crate::read::implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
+        return Err(format!("{column} {why}"));
+    }
+    let deep = crate::read::quantile(&flight.pressure_pa, 0.99);
+    if deep < SHALLOW_PA {
+        return Err(format!("pressure never exceeds {:.4} dbar: no dive to compare with, or kbar or MPa instead of dbar?", deep * 1e-4));
+    }
+    let mut steps: Vec<f64> = flight.time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    match steps.get(steps.len() / 2) {
+        Some(step) if *step < SHORTEST_STEP_S => {
+            return Err(format!("the usual step of time is {step} s (a clock that counts in another unit than it states?)"));
+        }
+        Some(step) if *step > LONGEST_STEP_S => {
+            imported.report.note(format!("samples are {step:.0} s apart: too sparse for a comparison, which needs one every 0.1 to 60 s"));
+        }
+        _ => {}
+    }
+    let needed = ["m_pitch_rad", "m_ballast_pumped_cc", "sci_density_kg_m3"];
+    let lacking: Vec<&str> = needed.into_iter().filter(|n| imported.report.missing.iter().any(|m| m == n)).collect();
+    if !lacking.is_empty() {
+        imported.report.note(format!("a comparison needs {}, which this file does not have", lacking.join(" and ")));
+    }
+    Ok(())
+}
+
+/// The comparison leaves out what is shallower than 2 m.
+const SHALLOW_PA: f64 = 2e4;
+/// A flight is sampled every 0.1 to 60 s (the bounds of reading a csv).
+const SHORTEST_STEP_S: f64 = 0.01;
+const LONGEST_STEP_S: f64 = 120.0;
 
 /// A Slocum file and the files of the same stem beside it.
 fn with_its_partner(path: &Path) -> Vec<PathBuf> {

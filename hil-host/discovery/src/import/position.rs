@@ -81,6 +81,9 @@ pub fn place(flight: &mut Flight, unix: &[f64], fixes: &[Fix], report: &mut Repo
             }
         }
     }
+    if fixes.is_empty() {
+        return;
+    }
     report.note(format!("{} of {} GPS fixes placed at the row nearest in time", placed.len(), fixes.len()));
 }
 

@@ -56,6 +56,24 @@ pub fn absolute_salinity(practical: f64, place: Option<Place>) -> f64 {
     if place.is_some_and(Place::is_baltic) { (SSO - 0.087) / 35.0 * practical + 0.087 } else { SSO / 35.0 * practical }
 }
 
+/// Practical salinity below this is a cell in air (about 0.001) and not the freshest lake (Superior: 0.05).
+const AIR: f64 = 0.02;
+
+/// ρ, kg/m³, from practical salinity, in-situ temperature, °C, pressure, dbar; NaN where the cell was in air.
+#[must_use]
+pub fn density_of_water(practical: f64, place: Option<Place>, temperature_degc: f64, pressure_dbar: f64) -> f64 {
+    if !(practical > AIR) {
+        return f64::NAN;
+    }
+    density(absolute_salinity(practical, place), temperature_degc, pressure_dbar)
+}
+
+/// Gauge pressure, Pa, at a depth, m, positive down (standard ocean); what lies above the surface has none.
+#[must_use]
+pub fn pressure_pa(depth_m: f64, lat_deg: f64) -> f64 {
+    gsw::conversions::p_from_z(-depth_m, lat_deg, None, None).map_or(f64::NAN, |dbar| dbar * 1e4)
+}
+
 /// ρ, kg/m³, from SA, g/kg, in-situ temperature, °C, pressure, dbar; NaN outside the equation's range.
 #[must_use]
 pub fn density(absolute_salinity: f64, temperature_degc: f64, pressure_dbar: f64) -> f64 {
@@ -102,8 +120,16 @@ mod tests {
         assert!(!Place { lon_deg: 3.0, lat_deg: 54.75 }.is_baltic());
     }
 
+    /// gsw_p_from_z of the TEOS-10 toolbox (Python package gsw 3.6.23) at 1000 m, 4 deg N.
+    #[test]
+    fn validate_pressure_from_depth_against_the_toolbox() {
+        assert!((pressure_pa(1000.0, 4.0) * 1e-4 - 1_007.990_337_692_001_3).abs() < 1e-6);
+        assert!(pressure_pa(-8.0, 4.0).is_nan());
+    }
+
     #[test]
     fn air_has_no_density() {
+        assert!(density_of_water(0.003, None, 20.0, 0.0).is_nan());
         assert!(density(f64::NAN, 20.0, 0.0).is_nan());
     }
 }

@@ -37,6 +37,8 @@ const SENSORS: &[(&str, &str, &[&str], f64)] = &[
     ("m_lon", "dr_east_m", &["lon"], 1.0),
     ("m_fin", "m_fin_rad", &["rad"], 1.0),
 ];
+/// A channel that comes less often than this does not show a turn, which takes about a minute, s.
+const SELDOM_S: f64 = 30.0;
 /// Clocks.
 const CLOCKS: [&str; 3] = ["m_present_time", "sci_m_present_time", "sci_ctd41cp_timestamp"];
 
@@ -221,9 +223,18 @@ fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let lon: Series = degrees(get("m_gps_lon"));
     let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
     report.density_from("sci_water_cond, sci_water_temp, sci_water_pressure", place, !all.ctd[0].conductivity_s_m.is_nan());
-    // Shallow gliders have a pump, deep ones an oil bladder; the reading of the other is a fill.
-    let (oil, other) =
-        if get("m_ballast_pumped").is_empty() { ("m_de_oil_vol", "m_ballast_pumped") } else { ("m_ballast_pumped", "m_de_oil_vol") };
+    // Shallow gliders have a pump, deep ones an oil bladder; the reading of the other is a fill, now and then.
+    let (oil, other) = if get("m_ballast_pumped").len() >= get("m_de_oil_vol").len() {
+        ("m_ballast_pumped", "m_de_oil_vol")
+    } else {
+        ("m_de_oil_vol", "m_ballast_pumped")
+    };
+    for name in ["m_pitch", oil] {
+        let step_s = get(name).step_s();
+        if step_s > SELDOM_S {
+            report.note(format!("{name} comes every {step_s:.0} s only: interpolated, what happens in between, such as a turn, is lost"));
+        }
+    }
     report.mapped.retain(|m| m.from != other && (m.from != "m_pressure" || !from_ctd));
     let mut flight = Flight {
         name: report.segments.first().cloned().unwrap_or_default(),
@@ -281,11 +292,7 @@ fn degrees(series: &Series) -> Series {
 fn density(row: &CtdRow, place: Option<Place>) -> f64 {
     let pressure_dbar = row.pressure_pa * 1e-4;
     let practical = seawater::practical_salinity(row.conductivity_s_m, row.temperature_degc, pressure_dbar);
-    // A conductivity cell in air.
-    if !(practical > 0.1) {
-        return f64::NAN;
-    }
-    seawater::density(seawater::absolute_salinity(practical, place), row.temperature_degc, pressure_dbar)
+    seawater::density_of_water(practical, place, row.temperature_degc, pressure_dbar)
 }
 
 fn name_of(path: &Path) -> String {

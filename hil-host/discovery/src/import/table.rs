@@ -16,7 +16,15 @@ const ABSOLUTE: [&str; 2] = ["SA_g_kg", "absolute_salinity"];
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path) -> Result<Imported, ImportError> {
-    let mut flight = read::flight(path).map_err(|e| ImportError { file: "csv".into(), what: e.to_string() })?;
+    let mut flight = read::flight(path).map_err(|e| match e {
+        read::ReadError::File { path, why } => ImportError { file: path.display().to_string(), what: why },
+        read::ReadError::Content { path, line: 0, column, why } => {
+            ImportError { file: path.display().to_string(), what: format!("{column}: {why}") }
+        }
+        read::ReadError::Content { path, line, column, why } => {
+            ImportError { file: format!("{}, line {line}", path.display()), what: format!("column {column}: {why}") }
+        }
+    })?;
     let mut report = Report { kind: "csv".into(), ..Report::default() };
     let header = std::fs::read_to_string(path).unwrap_or_default();
     let header: Vec<&str> = header.lines().find(|l| !l.starts_with('#')).unwrap_or("").split(',').map(str::trim).collect();

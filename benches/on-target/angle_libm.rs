@@ -15,6 +15,12 @@ pub fn atan(t: f32) -> f32 {
     libm::atanf(t)
 }
 
+/// One over the square root of a positive number; 0 for what is not positive.
+#[must_use]
+pub fn inverse_sqrt(v: f32) -> f32 {
+    if v > 1e-30 { 1.0 / libm::sqrtf(v) } else { 0.0 }
+}
+
 /// Square root of a non-negative number; 0 for what is not positive.
 #[must_use]
 pub fn sqrt(v: f32) -> f32 {

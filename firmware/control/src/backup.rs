@@ -1,7 +1,7 @@
 //! The second way home, written apart from the first.
 //!
 //! Uses nothing of `senses`, `voyage`, `safety` or their arithmetic: raw
-//! readings, whole numbers (cm, ms, counts), four rules, one latch in three
+//! readings, whole numbers (cm, µs, counts), four rules, one latch in three
 //! copies. If the first way home has a fault, this one must not share it.
 //!
 //! | rule | fires when |
@@ -17,23 +17,25 @@
 
 use signals::{Abort, ActuatorCommand, Micros, Reading, SensorFrame, Switch};
 
+/// Longest time between two frames that is believed, µs.
+const LONGEST_US: u32 = 120_000_000;
+
 /// The numbers it needs, as whole units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
-    pub(crate) deep_cm: i64,
-    pub(crate) burn_cm: i64,
-    pub(crate) mission_ms: u64,
+    pub(crate) deep_cm: i32,
+    pub(crate) burn_cm: i32,
+    pub(crate) mission_us: u64,
     pub(crate) pump_m3: f32,
 }
 
 /// Memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Backup {
-    first_ms: Option<u64>,
-    last_ms: u64,
-    flown_ms: u64,
-    deaf_ms: u64,
-    leak_ms: u64,
+    last_us: Option<u64>,
+    flown_us: u64,
+    deaf_us: u32,
+    leak_us: u32,
     deep_frames: u32,
     leak_frames: u32,
     burn_frames: u32,
@@ -41,9 +43,9 @@ pub(crate) struct Backup {
     latch: [u8; 3],
 }
 
-fn centimetres(reading: Reading) -> Option<i64> {
+fn centimetres(reading: Reading) -> Option<i32> {
     match reading {
-        Reading::Sampled { value, age_ms } if value > -50.0 && value < 8000.0 && age_ms < 20_000 => Some(i64::from((value * 100.0) as i32)),
+        Reading::Sampled { value, age_ms } if value > -50.0 && value < 8000.0 && age_ms < 20_000 => Some((value * 100.0) as i32),
         _ => None,
     }
 }
@@ -51,11 +53,12 @@ fn centimetres(reading: Reading) -> Option<i64> {
 impl Backup {
     /// Returns the cause while home is ordered, and whether to burn.
     pub(crate) fn check(&mut self, limits: &Limits, now: Micros, frame: &SensorFrame) -> Option<(Abort, bool)> {
-        let now_ms = now.0 / 1000;
-        let passed = if self.first_ms.is_none() { 0 } else { now_ms.saturating_sub(self.last_ms).min(120_000) };
-        self.first_ms = self.first_ms.or(Some(now_ms));
-        self.last_ms = now_ms;
-        self.flown_ms = self.flown_ms.saturating_add(passed);
+        let passed = match self.last_us {
+            Some(last) if now.0 > last => u32::try_from(now.0 - last).map_or(LONGEST_US, |span| span.min(LONGEST_US)),
+            _ => 0,
+        };
+        self.last_us = Some(now.0);
+        self.flown_us = self.flown_us.saturating_add(u64::from(passed));
 
         // The deeper one calls home; for the weight, which does not come back, both must agree.
         let depths = match (centimetres(frame.depth_m), centimetres(frame.depth2_m)) {
@@ -65,30 +68,30 @@ impl Backup {
         };
         match depths {
             Some((deeper, shallower)) => {
-                self.deaf_ms = 0;
+                self.deaf_us = 0;
                 let weight = if shallower > limits.deep_cm { 3 } else { 1 };
                 self.deep_frames = if deeper > limits.deep_cm { self.deep_frames.saturating_add(weight) } else { 0 };
                 self.burn_frames = if shallower > limits.burn_cm { self.burn_frames.saturating_add(1) } else { 0 };
             }
-            None => self.deaf_ms = self.deaf_ms.saturating_add(passed),
+            None => self.deaf_us = self.deaf_us.saturating_add(passed),
         }
         if frame.surface.gps_fix || frame.surface.comms {
-            self.deaf_ms = 0;
+            self.deaf_us = 0;
         }
         if frame.leak == Switch::Alarm {
             self.leak_frames = self.leak_frames.saturating_add(1);
-            self.leak_ms = self.leak_ms.saturating_add(passed);
+            self.leak_us = self.leak_us.saturating_add(passed);
         } else {
             self.leak_frames = 0;
-            self.leak_ms = 0;
+            self.leak_us = 0;
         }
         let cause = if self.deep_frames >= 9 {
             1
-        } else if self.leak_frames >= 5 || self.leak_ms >= 20_000 {
+        } else if self.leak_frames >= 5 || self.leak_us >= 20_000_000 {
             2
-        } else if self.deaf_ms >= 30_000 {
+        } else if self.deaf_us >= 30_000_000 {
             3
-        } else if self.flown_ms > limits.mission_ms {
+        } else if self.flown_us > limits.mission_us {
             4
         } else {
             0
@@ -104,7 +107,7 @@ impl Backup {
             4 => Abort::OverTime,
             _ => Abort::Internal,
         };
-        self.burning |= self.burn_frames >= 3 || self.deaf_ms >= 1_800_000;
+        self.burning |= self.burn_frames >= 3 || self.deaf_us >= 1_800_000_000;
         Some((home, self.burning))
     }
 
@@ -131,7 +134,7 @@ mod tests {
     use super::{Backup, Limits};
     use signals::{Abort, Micros, Reading, SensorFrame, Switch};
 
-    const LIMITS: Limits = Limits { deep_cm: 21_000, burn_cm: 22_000, mission_ms: 3_600_000, pump_m3: 236e-6 };
+    const LIMITS: Limits = Limits { deep_cm: 21_000, burn_cm: 22_000, mission_us: 3_600_000_000, pump_m3: 236e-6 };
 
     fn run(frames: impl Iterator<Item = SensorFrame>) -> Vec<Option<(Abort, bool)>> {
         let mut b = Backup::default();

@@ -27,7 +27,7 @@
 //! change within a piece does not give them away ([`SCATTER_GAIN`]); the numbers
 //! stay within [`BOUND`] whatever happens.
 
-use crate::angle::{atan, sqrt};
+use crate::angle::{atan, inverse_sqrt, sqrt};
 use crate::bound::{Bound, all_finite};
 use polar::Table;
 
@@ -36,6 +36,11 @@ use polar::Table;
 const SPREAD: [f32; 3] = [0.15, 0.3, 0.1];
 /// Farthest c, κ and λ are ever believed to be from the table.
 const BOUND: [f32; 3] = [0.35, 0.6, 0.3];
+/// The covariance that belongs to it.
+const UNKNOWN: [[f32; 3]; 3] = {
+    let [c, k, l] = SPREAD;
+    [[c * c, 0.0, 0.0], [0.0, k * k, 0.0], [0.0, 0.0, l * l]]
+};
 /// Growth of the spread per measurement, 1: some hours of glide are remembered, so that fouling is followed.
 const FORGET: f32 = 1.005;
 /// Least answer of pitch to α that is divided by: nearer to the pitch below which no steady glide exists the line is no guide.
@@ -68,21 +73,25 @@ pub(crate) struct Polar {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Steady {
     pub(crate) alpha_rad: f32,
-    /// γ, below (dive) or above (climb) the horizon, rad.
-    pub(crate) gamma_rad: f32,
+    /// γ: below (dive) or above (climb) the horizon.
     pub(crate) tan_gamma: f32,
     pub(crate) sin_gamma: f32,
     pub(crate) cos_gamma: f32,
-    /// Speed through the water, m/s.
-    pub(crate) speed_m_s: f32,
+    /// Of the speed through the water, m²/s².
+    speed_squared: f32,
     /// ι, share of the drag that is due to lift.
     induced: f32,
 }
 
 impl Steady {
-    /// Pitch it takes, rad, as a magnitude.
-    pub(crate) fn pitch_rad(&self) -> f32 {
-        self.gamma_rad - self.alpha_rad
+    /// γ, rad. Its pitch is this less α.
+    pub(crate) fn gamma_rad(&self) -> f32 {
+        atan(self.tan_gamma)
+    }
+
+    /// Speed through the water, m/s.
+    pub(crate) fn speed_m_s(&self) -> f32 {
+        sqrt(self.speed_squared)
     }
 
     /// 1 − dγ/dα: change of pitch per change of α, with the sign that is positive where a steady glide is stable.
@@ -103,6 +112,8 @@ struct Piece {
 /// What a cycle brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum News {
+    /// The first cycle of a piece: the memory was checked.
+    Begun,
     /// Nothing yet.
     None,
     /// A piece is complete.
@@ -135,10 +146,9 @@ pub(crate) struct Belief {
 
 impl Default for Belief {
     fn default() -> Self {
-        let [c, k, l] = SPREAD;
         Self {
             x: [0.0; 3],
-            p: [[c * c, 0.0, 0.0], [0.0, k * k, 0.0], [0.0, 0.0, l * l]],
+            p: UNKNOWN,
             pairs: 0,
             scatter: 0.0,
             drag0: 0.0,
@@ -161,8 +171,16 @@ impl Belief {
     #[cold]
     #[inline(never)]
     pub(crate) fn reset(&mut self, table: Option<&Table<'_>>) {
-        *self = Self::default();
+        self.forget();
         self.drag0 = table.map_or(0.0, |t| t.at(0.0).cd);
+    }
+
+    /// Back to the table as it is. The stack stays as it was, with nothing of it in use: clearing it costs more than a cycle has.
+    fn forget(&mut self) {
+        (self.x, self.p) = ([0.0; 3], UNKNOWN);
+        (self.pairs, self.scatter) = (0, 0.0);
+        (self.top, self.height) = (0, 0);
+        self.interrupt();
     }
 
     /// c, κ, λ.
@@ -192,20 +210,21 @@ impl Belief {
             return None;
         }
         let tan_gamma = p.cd / p.cl;
-        let force = sqrt(p.cl * p.cl + p.cd * p.cd);
+        let per_force = inverse_sqrt(p.cl * p.cl + p.cd * p.cd);
         // Density cancels between buoyancy and dynamic pressure.
-        let speed_m_s = sqrt(2.0 * 9.81 * ballast_m3 / (table.area_m2() * force));
-        let (sin_gamma, cos_gamma) = (p.cd / force, p.cl / force);
-        let s = Steady { alpha_rad, gamma_rad: atan(tan_gamma), tan_gamma, sin_gamma, cos_gamma, speed_m_s, induced: p.induced };
-        all_finite([s.gamma_rad, speed_m_s, s.induced]).then_some(s)
+        let speed_squared = 2.0 * 9.81 * ballast_m3 / table.area_m2() * per_force;
+        let (sin_gamma, cos_gamma) = (p.cd * per_force, p.cl * per_force);
+        let s = Steady { alpha_rad, tan_gamma, sin_gamma, cos_gamma, speed_squared, induced: p.induced };
+        all_finite([tan_gamma, speed_squared, s.induced]).then_some(s)
     }
 
     /// Takes one cycle of steady glide, `now` as believed; `measured_m_s` is the depth rate, down positive.
     pub(crate) fn take(&mut self, now: &Steady, measured_m_s: f32) -> News {
-        if self.cycles == 0 {
+        let fresh = self.cycles == 0;
+        if fresh {
             self.heal();
         }
-        let ratio = measured_m_s.abs() / (now.speed_m_s * now.sin_gamma).at_least(0.01);
+        let ratio = measured_m_s.abs() / (now.speed_m_s() * now.sin_gamma).at_least(0.01);
         self.cycles = self.cycles.saturating_add(1);
         let [first, second] = &mut self.sums;
         if self.cycles > SETTLE + HALF {
@@ -214,7 +233,7 @@ impl Belief {
             *first += ratio;
         }
         if self.cycles < SETTLE + 2 * HALF {
-            return News::None;
+            return if fresh { News::Begun } else { News::None };
         }
         let n = f32::from(HALF);
         let (mean, apart) = ((*first + *second) / (2.0 * n), (*second - *first) / n);
@@ -292,7 +311,7 @@ impl Belief {
         let known = [a, b, c].iter().all(|p| (0.0..=0.1).contains(p));
         let [c, k, l] = self.x;
         if !(known && self.top < WAITING && self.height <= WAITING && all_finite([c, k, l, self.scatter, self.drag0])) {
-            *self = Self { drag0: self.drag0, ..Self::default() };
+            self.forget();
         }
     }
 }

@@ -25,15 +25,15 @@ impl Bound for f32 {
     }
 }
 
-/// Whether all of them are finite: 0 · x is 0 for these and NaN for all others,
-/// so one sum answers for all without a branch.
+/// Whether all of them are finite: 0 times such numbers stays 0, any other makes it NaN for good,
+/// so one product answers for all without a branch.
 #[inline(always)]
 pub(crate) fn all_finite<const N: usize>(numbers: [f32; N]) -> bool {
-    let mut sum = 0.0;
+    let mut product = 0.0;
     for number in numbers {
-        sum += number * 0.0;
+        product *= number;
     }
-    sum == 0.0
+    product == 0.0
 }
 
 #[cfg(test)]

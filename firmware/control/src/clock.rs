@@ -2,9 +2,9 @@
 
 use signals::Micros;
 
-/// Longest span one step believes, s. A longer gap is a pause of the
+/// Longest span one step believes, µs (a minute). A longer gap is a pause of the
 /// controller or a jump of the clock; neither may look like hours of flight.
-const LONGEST_STEP_S: f32 = 60.0;
+const LONGEST_STEP_US: u32 = 60_000_000;
 
 /// Time as flown: never goes back, never jumps, never wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,11 +18,13 @@ impl Clock {
     /// Takes the caller's time; returns the span to integrate over, 0..60 s.
     /// Zero for a repeated tick and for a clock that went back.
     pub fn advance(&mut self, now: Micros) -> f32 {
-        let span = self.last.map_or(Micros(0), |last| now.since(last));
+        let span_us = match self.last {
+            Some(last) if now > last => u32::try_from(now.since(last).0).map_or(LONGEST_STEP_US, |span| span.min(LONGEST_STEP_US)),
+            _ => 0,
+        };
         self.last = Some(now);
-        let span = Micros(span.0.min((LONGEST_STEP_S * 1e6) as u64));
-        self.run = self.run.plus(span);
-        span.seconds()
+        self.run = self.run.plus(Micros(u64::from(span_us)));
+        span_us as f32 * 1e-6
     }
 }
 

@@ -59,20 +59,22 @@ const TURN_J: f32 = 60.0;
 
 /// What is gained at one angle of attack; larger is better.
 fn worth(leg: &Leg, s: &Steady) -> f32 {
-    let sink_m_s = (s.speed_m_s * s.sin_gamma).at_least(1e-3);
+    if let Goal::BestGlide | Goal::FixedPitch { .. } = leg.goal {
+        return -s.tan_gamma;
+    }
+    let speed_m_s = s.speed_m_s();
+    let sink_m_s = (speed_m_s * s.sin_gamma).at_least(1e-3);
     match leg.goal {
-        Goal::BestGlide | Goal::FixedPitch { .. } => -s.tan_gamma,
-        Goal::BestSpeed => s.speed_m_s * s.cos_gamma,
+        Goal::BestGlide | Goal::FixedPitch { .. } | Goal::BestSpeed => speed_m_s * s.cos_gamma,
         Goal::Current { along_track_m_s } => {
-            let ground = s.speed_m_s * s.cos_gamma + along_track_m_s;
+            let ground = speed_m_s * s.cos_gamma + along_track_m_s;
             // Against a stronger current: lose as little ground per time as can be.
             if ground > 0.0 { ground / sink_m_s } else { ground }
         }
         Goal::BestRange { hotel_w } => {
-            let height_m = (leg.depth_max_m - leg.depth_min_m).at_least(1.0);
-            let pump_j = TURN_J + 2.0 * leg.ballast_m3 * 1025.0 * 9.81 * leg.depth_max_m / PUMP_EFFICIENCY;
-            let distance_m = 2.0 * height_m / s.tan_gamma;
-            distance_m / (pump_j + hotel_w * 2.0 * height_m / sink_m_s)
+            let way_m = 2.0 * (leg.depth_max_m - leg.depth_min_m).at_least(1.0);
+            let pump_j = TURN_J + 2.0 * 1025.0 * 9.81 / PUMP_EFFICIENCY * leg.ballast_m3 * leg.depth_max_m;
+            way_m / s.tan_gamma / (pump_j + hotel_w * way_m / sink_m_s)
         }
     }
 }
@@ -117,21 +119,19 @@ impl Default for Choice {
 
 impl Choice {
     /// Keeps up with leg and table; nearly nothing to do in most cycles.
-    pub(crate) fn follow(&mut self, config: &Config, table: Option<&Table<'_>>, number: u8, leg: &Leg) {
-        let id = table.map_or(0, Table::id);
+    pub(crate) fn follow(&mut self, config: &Config, table: Option<&Table<'_>>, id: u32, number: u8, leg: &Leg) {
         if self.leg == Some(number)
             && self.table_id == id
             && all_finite([self.pitch_rad, self.flattest_rad, self.best, self.best_pitch_rad])
         {
             return;
         }
-        self.begin(config, table, number, leg);
+        self.begin(config, table, id, number, leg);
     }
 
     #[cold]
     #[inline(never)]
-    fn begin(&mut self, config: &Config, table: Option<&Table<'_>>, number: u8, leg: &Leg) {
-        let id = table.map_or(0, Table::id);
+    fn begin(&mut self, config: &Config, table: Option<&Table<'_>>, id: u32, number: u8, leg: &Leg) {
         // Between legs: the last pitch until the search is through. A new table: nothing is known of it.
         let last = if PITCH_RANGE.contains(&self.pitch_rad) && !self.preset { self.pitch_rad } else { 0.0 };
         if self.table_id != id {
@@ -172,11 +172,14 @@ impl Choice {
         self.next = self.next.saturating_add(1);
         if let Some(s) = self.belief.steady(table, alpha.at_most(table.alpha_max_rad()), leg.ballast_m3.at_least(20e-6)) {
             let value = worth(leg, &s);
-            if value > self.best && s.answer() > ANSWER_MIN && PITCH_RANGE.contains(&s.pitch_rad()) {
-                self.best = value;
-                // A little on the side away from the stall.
-                self.best_pitch_rad = s.pitch_rad() + s.alpha_rad * (1.0 - config.alpha_share);
-                self.best_tan_gamma = s.tan_gamma;
+            if value > self.best && s.answer() > ANSWER_MIN {
+                let pitch_rad = s.gamma_rad() - s.alpha_rad;
+                if PITCH_RANGE.contains(&pitch_rad) {
+                    self.best = value;
+                    // A little on the side away from the stall.
+                    self.best_pitch_rad = pitch_rad + s.alpha_rad * (1.0 - config.alpha_share);
+                    self.best_tan_gamma = s.tan_gamma;
+                }
             }
         }
     }
@@ -264,11 +267,12 @@ impl Estimate {
         let most = (table.best_alpha_rad() * SPAN.1).at_most(table.alpha_max_rad());
         let alpha = (self.alpha_rad * side).at_least(0.01).at_most(most);
         let mut now = belief.steady(table, alpha, ballast_m3.abs().at_least(20e-6))?;
-        let change = (now.pitch_rad() - theta) / now.answer().at_least(0.3);
+        let gamma_rad = now.gamma_rad();
+        let change = (gamma_rad - alpha - theta) / now.answer().at_least(0.3);
         let next = (alpha + change.at_least(-0.02).at_most(0.02)).at_least(0.01).at_most(most);
         self.alpha_rad = next * side;
         let path = (theta + next).at_least(0.05).at_most(0.9);
-        self.gamma_rad = -side * if steady_now { path } else { now.gamma_rad.at_most(path) };
+        self.gamma_rad = -side * if steady_now { path } else { gamma_rad.at_most(path) };
         let speed = (rate_m_s.abs() / now.sin_gamma.at_least(0.05)).at_most(2.0);
         let share = if steady_now { 1.0 } else { dt_s / (dt_s + 15.0) };
         self.speed_m_s += (speed - self.speed_m_s) * share;

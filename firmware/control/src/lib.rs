@@ -39,7 +39,7 @@ pub use config::{Config, ConfigError, Settings, TrimLaw};
 
 use backup::{Backup, Limits};
 use belief::News;
-use bound::Bound;
+use bound::{Bound, all_finite};
 use clock::Clock;
 use glide::{Choice, Estimate};
 use polar::Table;
@@ -162,13 +162,26 @@ impl State {
         if !self.voyage.sane() {
             self.abort(Abort::Internal);
         }
-        for number in [&mut self.ballast_m3, &mut self.steady_s, &mut self.pumped_s, &mut self.pitch_wanted_rad] {
-            if !number.is_finite() {
-                *number = 0.0;
-            }
+        let l = &self.last;
+        let own = [self.ballast_m3, self.steady_s, self.pumped_s, self.pitch_wanted_rad];
+        if !all_finite(own) || !all_finite([l.ballast_m3, l.battery_mass_m, l.fin_rad]) {
+            self.put_right();
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn put_right(&mut self) {
         let l = &mut self.last;
-        for number in [&mut l.ballast_m3, &mut l.battery_mass_m, &mut l.fin_rad] {
+        for number in [
+            &mut self.ballast_m3,
+            &mut self.steady_s,
+            &mut self.pumped_s,
+            &mut self.pitch_wanted_rad,
+            &mut l.ballast_m3,
+            &mut l.battery_mass_m,
+            &mut l.fin_rad,
+        ] {
             if !number.is_finite() {
                 *number = 0.0;
             }
@@ -178,6 +191,7 @@ impl State {
 
 /// One control cycle: decides, changes nothing but `state`.
 #[must_use]
+#[inline(never)]
 pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: Micros, frame: &SensorFrame) -> Answer {
     let table = table.filter(|t| t.wings() == state.voyage.mission.wings);
     let limits = backup_limits(config, &state.voyage.mission);
@@ -195,7 +209,8 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
     if state.voyage.leg_number() != number {
         leg = state.voyage.leg();
     }
-    state.choice.follow(config, table, state.voyage.leg_number(), &leg);
+    let table_id = table.map_or(0, Table::id);
+    state.choice.follow(config, table, table_id, state.voyage.leg_number(), &leg);
     let mut command = command(config, table, state, &seen, &verdict, &leg, frame.seq);
     let mut abort = verdict.abort;
     if let Some((cause, burn)) = second_way {
@@ -229,16 +244,16 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
             speed_m_s: state.estimate.speed_m_s,
             glide_angle_rad: state.estimate.gamma_rad,
             depth_m: seen.depth_m,
-            table_id: table.map_or(0, Table::id),
+            table_id,
         },
     }
 }
 
 fn backup_limits(config: &Config, mission: &Mission) -> Limits {
     Limits {
-        deep_cm: i64::from((config.working_depth_m * 100.0) as i32).saturating_add(1_000),
-        burn_cm: i64::from((config.crush_depth_m * 100.0) as i32).saturating_sub(3_000),
-        mission_ms: u64::from(mission.max_duration_s) * 1_000 + 600_000,
+        deep_cm: ((config.working_depth_m * 100.0) as i32).saturating_add(1_000),
+        burn_cm: ((config.crush_depth_m * 100.0) as i32).saturating_sub(3_000),
+        mission_us: (u64::from(mission.max_duration_s) + 600) * 1_000_000,
         pump_m3: config.pump_m3,
     }
 }
@@ -254,7 +269,7 @@ fn judge(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, frame: &Sen
         phase: state.voyage.phase(),
         leg_max_m: leg.depth_max_m,
         max_duration_s: state.voyage.mission.max_duration_s,
-        climb_without_way_s: state.voyage.climb_without_way_s(state.clock.run),
+        climb_stalled: state.voyage.climbs_without_way(state.clock.run, 900),
         no_way_turns: state.voyage.no_way_turns,
         bottom_turns: state.voyage.bottom_turns,
     };
@@ -340,6 +355,8 @@ fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pit
     let way = seen.depth_age_s <= 0.0 && seen.dt_s > 0.0 && seen.rate_m_s * state.ballast_m3 < 0.0;
     match now {
         Some(now) if steady && held && way => match choice.belief.take(&now, seen.rate_m_s) {
+            // Not in the cycle that checks the memory: the other sixteen of a piece are enough for the grid.
+            News::Begun => {}
             News::None => choice.search(config, table, leg),
             News::Piece => choice.settle(config, table, leg),
             News::LetGo => choice.retreat(),
@@ -367,8 +384,7 @@ fn follow_pump(config: &Config, state: &mut State, measured_m3: Option<f32>, dt_
     }
     let reach = state.pump_rate_m3_s * dt_s;
     let modelled = state.ballast_m3 + (state.last.ballast_m3 - state.ballast_m3).at_least(-reach).at_most(reach);
-    let m3 = measured_m3.unwrap_or(modelled);
-    state.ballast_m3 = if m3.is_finite() { m3.at_least(-config.pump_m3).at_most(config.pump_m3) } else { 0.0 };
+    state.ballast_m3 = measured_m3.unwrap_or(modelled).at_least(-config.pump_m3).at_most(config.pump_m3);
 }
 
 /// Between dive (−1) and climb (+1) by the ballast.
@@ -379,11 +395,14 @@ fn side(config: &Config, ballast_m3: f32, leg: &Leg) -> f32 {
 
 /// The last gate before the wires: finite and in range, whatever came before.
 fn within_range(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
-    let gate = |v: f32, range: f32, safe: f32| if v.is_finite() { v.at_least(-range).at_most(range) } else { safe };
+    if !all_finite([c.ballast_m3, c.battery_mass_m, c.fin_rad]) {
+        return ActuatorCommand { ballast_m3: config.pump_m3, battery_mass_m: 0.0, fin_rad: 0.0, ..c };
+    }
+    let gate = |v: f32, range: f32| v.at_least(-range).at_most(range);
     ActuatorCommand {
-        ballast_m3: gate(c.ballast_m3, config.pump_m3, config.pump_m3),
-        battery_mass_m: gate(c.battery_mass_m, config.battery_m, 0.0),
-        fin_rad: gate(c.fin_rad, config.fin_rad, 0.0),
+        ballast_m3: gate(c.ballast_m3, config.pump_m3),
+        battery_mass_m: gate(c.battery_mass_m, config.battery_m),
+        fin_rad: gate(c.fin_rad, config.fin_rad),
         ..c
     }
 }

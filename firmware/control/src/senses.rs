@@ -48,7 +48,8 @@ impl Channel {
     /// Takes a reading; returns the depth if there is a believable new one.
     fn take(&mut self, reading: Reading, deepest_m: f32, max_age_ms: u32, rate_m_s: f32, dt_s: f32, afloat: bool) -> Option<f32> {
         self.age_s = (self.age_s + dt_s).at_most(1e4);
-        let age_s = if let Reading::Sampled { age_ms, .. } = reading { age_ms as f32 * 1e-3 } else { 0.0 };
+        let Reading::Sampled { age_ms, .. } = reading else { return None };
+        let age_s = age_ms as f32 * 1e-3;
         let raw = reading.accept(-10.0..=deepest_m, max_age_ms)?;
         if afloat && raw.abs() < 3.0 {
             self.zero_m += (raw.at_least(-ZERO_MAX_M).at_most(ZERO_MAX_M) - self.zero_m) * 0.2;
@@ -76,10 +77,6 @@ impl Channel {
         self.seeded = true;
         self.rejected = 0;
     }
-
-    fn sane(&self) -> bool {
-        all_finite([self.value_m, self.age_s, self.rejected_m]) && self.zero_m.abs() <= ZERO_MAX_M
-    }
 }
 
 /// Position feedback of a motor behind its gate: a motor cannot be where its
@@ -95,22 +92,24 @@ struct Position {
 
 impl Position {
     fn take(&mut self, reading: Option<f32>, slack: f32, rate: f32, dt_s: f32) -> Option<f32> {
-        self.age_s = (self.age_s + dt_s).at_most(1e3);
-        let at = reading?;
-        if self.seeded && (at - self.last).abs() > slack + rate * self.age_s {
-            let same = self.rejects > 0 && (at - self.rejected).abs() <= slack + rate * dt_s;
-            self.rejects = if same { self.rejects.saturating_add(1) } else { 1 };
-            self.rejected = at;
-            if self.rejects < 3 {
-                return None;
-            }
+        let age_s = self.age_s + dt_s;
+        if let Some(at) = reading
+            && (!self.seeded || (at - self.last).abs() <= slack + rate * age_s || self.third(at, slack + rate * dt_s))
+        {
+            *self = Self { last: at, seeded: true, ..Self::default() };
+            return reading;
         }
-        *self = Self { last: at, seeded: true, ..Self::default() };
-        Some(at)
+        self.age_s = age_s.at_most(1e3);
+        None
     }
 
-    fn sane(&self) -> bool {
-        all_finite([self.last, self.age_s, self.rejected])
+    /// Whether this is the third sample running at a place out of reach.
+    #[cold]
+    fn third(&mut self, at: f32, near: f32) -> bool {
+        let same = self.rejects > 0 && (at - self.rejected).abs() <= near;
+        self.rejects = if same { self.rejects.saturating_add(1) } else { 1 };
+        self.rejected = at;
+        self.rejects >= 3
     }
 }
 
@@ -229,8 +228,12 @@ impl Senses {
             refused: false,
         };
         let missing = |r: Reading| matches!(r, Reading::Missing);
-        seen.silent =
-            [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms)) && !afloat;
+        // Where one was believed, one has answered.
+        seen.silent = measured.is_none()
+            && seen.pitch_rad.is_none()
+            && seen.ballast_m3.is_none()
+            && !afloat
+            && [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms));
         seen.refused = (!missing(frame.depth_m) && a.is_none())
             || (!missing(frame.depth2_m) && b.is_none())
             || (!missing(frame.pitch_rad) && seen.pitch_rad.is_none())
@@ -269,12 +272,25 @@ impl Senses {
     }
 
     fn sane(&self) -> bool {
-        self.first.sane()
-            && self.second.sane()
-            && self.ballast.sane()
-            && self.battery.sane()
+        let (a, b, c, d) = (&self.first, &self.second, &self.ballast, &self.battery);
+        all_finite([
+            a.value_m,
+            a.age_s,
+            a.rejected_m,
+            b.value_m,
+            b.age_s,
+            b.rejected_m,
+            c.last,
+            c.age_s,
+            c.rejected,
+            d.last,
+            d.age_s,
+            d.rejected,
+            self.depth_m,
+            self.depth_age_s,
+        ]) && a.zero_m.abs() <= ZERO_MAX_M
+            && b.zero_m.abs() <= ZERO_MAX_M
             && self.rate_m_s.abs() <= GATE_M_S
-            && all_finite([self.depth_m, self.depth_age_s])
     }
 }
 

@@ -38,7 +38,7 @@ pub(crate) struct Wish {
     pub(crate) pitch_rad: f32,
     /// Pump position expected half a cycle ahead, m³.
     pub(crate) ballast_m3: f32,
-    /// Where between dive (−1) and climb (+1) the vehicle is.
+    /// Where between dive (−1) and climb (+1) the vehicle is, −1..1.
     pub(crate) side: f32,
     /// Steady glide: learning allowed.
     pub(crate) steady: bool,
@@ -52,7 +52,6 @@ impl Trim {
         }
         let wanted = tan(wish.pitch_rad);
         let t = &config.trim;
-        let saturated = self.battery_m.abs() >= config.battery_m * 0.999;
         if let (true, Some(pitch), Some(at)) = (wish.steady, pitch_rad, battery_m) {
             // Only when the mass is where it was sent: else the error is on its way out already.
             if (at - self.battery_m).abs() <= 2.0 * config.battery_deadband_m + 1e-4 {
@@ -60,16 +59,18 @@ impl Trim {
                 let gain = dt_s / (dt_s + LEARN_S);
                 let learned = if wish.side < 0.0 { &mut self.dive } else { &mut self.climb };
                 // Saturated: learn only what leads out of it.
+                let saturated = self.battery_m.abs() >= config.battery_m * 0.999;
                 let outward = (self.battery_m > 0.0) == (error > 0.0);
                 if !(saturated && outward) {
                     *learned = (*learned + gain * error).at_least(-LEARN_MAX).at_most(LEARN_MAX);
                 }
             }
         }
-        let mix = 0.5 + 0.5 * wish.side.at_least(-1.0).at_most(1.0);
+        let mix = 0.5 + 0.5 * wish.side;
         let learned = self.dive + (self.climb - self.dive) * mix;
         let x = (wanted - t.per_ballast_m3 * wish.ballast_m3 - t.offset - learned) / t.per_battery_m;
-        let x = if x.is_finite() { x.at_least(-config.battery_m).at_most(config.battery_m) } else { 0.0 };
+        // What is no number would pitch the vehicle up.
+        let x = x.at_least(-config.battery_m).at_most(config.battery_m);
         if (x - self.battery_m).abs() > config.battery_deadband_m {
             self.battery_m = x;
         }

@@ -31,13 +31,18 @@ const SURFACE_M: f32 = 1.0;
 /// A depth sensor may be off by this and the vehicle afloat, m.
 const NEAR_M: f32 = 5.0;
 /// Shortest time in a gliding state, s: two nominal cycles.
-const DWELL_S: f32 = 8.0;
+const DWELL_S: Micros = Micros::from_secs(8);
 /// A dive or climb that made no way for this long turns round, s. A third of the stock same-depth limit.
-const NO_WAY_S: f32 = 600.0;
+const NO_WAY_S: u32 = 600;
 /// Way that counts as way, m.
 const WAY_M: f32 = 1.0;
 /// Altimeter hits that must agree before the bottom is believed.
 const BOTTOM_HITS: u8 = 3;
+
+/// Whether more than `s` seconds have passed since then, in whole numbers: cheaper than a time as f32.
+fn longer(clock: Micros, since: Micros, s: u32) -> bool {
+    clock.since(since) > Micros::from_secs(u64::from(s))
+}
 
 /// A climb's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,12 +159,12 @@ impl Voyage {
                 let deep = seen.depth_m + carry + late >= leg.depth_max_m;
                 let bottom = self.bottom_is_near(config, seen, carry + late);
                 let way = (seen.depth_m - mark_m).abs() > WAY_M;
-                let no_way = !way && clock.since(mark_since).seconds() > NO_WAY_S;
+                let no_way = !way && longer(clock, mark_since, NO_WAY_S);
                 if way {
                     self.stage = Stage::Dive { since, mark_m: seen.depth_m, mark_since: clock };
                 }
                 // A dive that goes nowhere for long is turned round; the limit depth overrules the dwell.
-                let dwelt = clock.since(since).seconds() >= DWELL_S || seen.depth_m >= leg.depth_max_m;
+                let dwelt = clock.since(since) >= DWELL_S || seen.depth_m >= leg.depth_max_m;
                 if dwelt && (deep || bottom || no_way) {
                     self.bottom_turns = if bottom && !deep { self.bottom_turns.saturating_add(1) } else { 0 };
                     self.no_way_turns = if no_way { self.no_way_turns.saturating_add(1) } else { 0 };
@@ -171,7 +176,7 @@ impl Voyage {
                 turn.peak_m = turn.peak_m.at_least(seen.depth_m);
                 self.stage = Stage::InflectLow { since, turn };
                 let turned = seen.rate_m_s < -0.01 && ballast_m3 > 0.0;
-                if Self::turn_is_over(config, clock.since(since).seconds(), turned) {
+                if Self::turn_is_over(config, clock.since(since), turned) {
                     if turned {
                         self.low.learn(config, &turn);
                     }
@@ -186,7 +191,7 @@ impl Voyage {
                 turn.peak_m = turn.peak_m.at_least(-seen.depth_m);
                 self.stage = Stage::InflectHigh { since, turn };
                 let turned = seen.rate_m_s > 0.01 && ballast_m3 < 0.0;
-                if Self::turn_is_over(config, clock.since(since).seconds(), turned) {
+                if Self::turn_is_over(config, clock.since(since), turned) {
                     if turned {
                         self.high.learn(config, &turn);
                     }
@@ -196,9 +201,9 @@ impl Voyage {
             Stage::Comms { since, heard, fixed } => {
                 let stage = Stage::Comms { since, heard: heard || seen.shore, fixed: fixed || seen.fix };
                 self.stage = stage;
-                let waited = clock.since(since).seconds();
+                let waited = clock.since(since);
                 let served = matches!(stage, Stage::Comms { heard: true, fixed: true, .. }) && waited >= DWELL_S;
-                if served || waited >= config.comms_patience_s {
+                if served || waited.seconds() >= config.comms_patience_s {
                     // Patience alone does not make a mission flown: it ends afloat or near the surface.
                     match self.homeward {
                         true if served || seen.afloat || seen.depth_m < NEAR_M => self.stage = Stage::Done,
@@ -228,8 +233,8 @@ impl Voyage {
         if way {
             self.stage = Stage::Climb { since, top, mark_m: seen.depth_m, mark_since: clock };
         }
-        let still_s = clock.since(if way { clock } else { mark_since }).seconds();
-        let dwelt = clock.since(since).seconds() >= DWELL_S;
+        let still = !way && longer(clock, mark_since, 60);
+        let dwelt = clock.since(since) >= DWELL_S;
         match top {
             Top::Turn => {
                 let carry = self.high.carry_m(config, -seen.rate_m_s, ballast_m3);
@@ -242,7 +247,7 @@ impl Voyage {
             }
             Top::Shore | Top::End => {
                 // A biased depth must not keep the vehicle waiting: afloat, or still near the surface, is there too.
-                let there = seen.afloat || seen.depth_m < SURFACE_M || (seen.depth_m < NEAR_M && still_s > 60.0);
+                let there = seen.afloat || seen.depth_m < SURFACE_M || (seen.depth_m < NEAR_M && still);
                 if dwelt && there {
                     self.count_dive();
                     self.stage = if top == Top::End { Stage::Done } else { Stage::Comms { since: clock, heard: false, fixed: false } };
@@ -251,17 +256,17 @@ impl Voyage {
         }
     }
 
-    /// Time without way in the climb under way, s.
-    pub(crate) fn climb_without_way_s(&self, clock: Micros) -> f32 {
+    /// Whether the climb under way has made no way for longer than `s` seconds.
+    pub(crate) fn climbs_without_way(&self, clock: Micros, s: u32) -> bool {
         match self.stage {
-            Stage::Climb { mark_since, .. } => clock.since(mark_since).seconds(),
-            _ => 0.0,
+            Stage::Climb { mark_since, .. } => longer(clock, mark_since, s),
+            _ => false,
         }
     }
 
-    fn turn_is_over(config: &Config, dwelt_s: f32, turned: bool) -> bool {
+    fn turn_is_over(config: &Config, dwelt: Micros, turned: bool) -> bool {
         let longest = 2.0 * config.pump_m3 / config.pump_rate_m3_s * 1.5 + 60.0;
-        (turned && dwelt_s >= DWELL_S) || dwelt_s >= longest
+        (turned && dwelt >= DWELL_S) || dwelt.seconds() >= longest
     }
 
     #[cold]
@@ -329,7 +334,7 @@ impl Voyage {
             Stage::InflectLow { .. } => Order { ballast_m3: drive, antenna_up: false, steer: true },
             Stage::Climb { top, .. } => {
                 // All buoyancy there is for a climb that makes no way.
-                let more = self.climb_without_way_s(clock) > 120.0 || top != Top::Turn && drive <= 0.0;
+                let more = self.climbs_without_way(clock, 120) || top != Top::Turn && drive <= 0.0;
                 Order { ballast_m3: if more { full } else { drive }, antenna_up: false, steer: true }
             }
             Stage::Surface { .. } | Stage::Comms { .. } | Stage::Done => Order { ballast_m3: full, antenna_up: true, steer: false },

@@ -25,13 +25,14 @@ impl Reading {
         Self::Sampled { value, age_ms: 0 }
     }
 
-    /// The value if it is finite and inside `range`, and not older than
+    /// The value if it is inside `range` (of finite ends), and not older than
     /// `max_age_ms`. This is the door at which NaN, infinities and sentinels
-    /// (9999) are refused.
+    /// (9999) are refused: no comparison holds for NaN, infinities lie outside.
     #[must_use]
+    #[inline(always)]
     pub fn accept(self, range: core::ops::RangeInclusive<f32>, max_age_ms: u32) -> Option<f32> {
         match self {
-            Self::Sampled { value, age_ms } if value.is_finite() && range.contains(&value) && age_ms <= max_age_ms => Some(value),
+            Self::Sampled { value, age_ms } if range.contains(&value) && age_ms <= max_age_ms => Some(value),
             _ => None,
         }
     }

@@ -49,9 +49,9 @@ struct Follower {
 impl Follower {
     /// Time without way towards `target`, s, and how much farther off than the nearest it has come.
     fn watch(&mut self, target: f32, at: f32, near: f32, way: f32, dt_s: f32) -> (f32, f32) {
-        let sane = all_finite([self.target, self.mark, self.nearest, self.still_s]);
         let off = (target - at).abs();
-        if !sane || (target - self.target).abs() > near || off < near {
+        // What is overwritten need not be checked first.
+        if off < near || (target - self.target).abs() > near || !all_finite([self.target, self.mark, self.nearest, self.still_s]) {
             *self = Self { target, mark: at, nearest: off, still_s: 0.0 };
             return (0.0, 0.0);
         }
@@ -99,7 +99,6 @@ impl ActuatorWatch {
         }
         self.watch_pump(w, v);
         self.watch_mass(w, v);
-        self.watch_fin(w, v);
     }
 
     fn watch_pump(&mut self, w: &Watch<'_>, v: &mut Verdict) {
@@ -126,8 +125,7 @@ impl ActuatorWatch {
         if self.away >= 2 {
             v.cause(Abort::PumpStuck);
         }
-        let wait = PUMP_WAIT_S.at_least(2.0 * w.cycle_s());
-        if still_s >= wait {
+        if still_s >= PUMP_WAIT_S && still_s >= 2.0 * w.cycle_s() {
             if self.pump_tries == 0 {
                 self.rate_at_first_try_m_s = w.seen.rate_m_s;
             }
@@ -161,10 +159,12 @@ impl ActuatorWatch {
                     v.cause(Abort::MassStuck);
                 }
                 // Stopped for a while, then tried again.
-                let wait = MASS_WAIT_S.at_least(2.0 * w.cycle_s());
-                let rounds = (still_s - wait) / (8.0 * wait);
-                // Without `%`: it would be the only use of fmod in the image, 650 bytes.
-                still_s >= wait && rounds - (rounds as u32 as f32) < 0.75
+                still_s >= MASS_WAIT_S && {
+                    let wait = MASS_WAIT_S.at_least(2.0 * w.cycle_s());
+                    let rounds = (still_s - wait) / (8.0 * wait);
+                    // Without `%`: it would be the only use of fmod in the image, 650 bytes.
+                    still_s >= wait && rounds - (rounds as u32 as f32) < 0.75
+                }
             }
         };
         if stopped {
@@ -179,8 +179,8 @@ impl ActuatorWatch {
         }
     }
 
-    fn watch_fin(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        let dt = w.seen.dt_s;
+    /// The fin, every other cycle; `dt` since the last look, s.
+    pub(super) fn look(&mut self, w: &Watch<'_>, dt: f32, v: &mut Verdict) {
         let lost = match w.seen.fin_rad {
             None => false,
             Some(at) => self.fin.watch(w.commanded.fin_rad, at, FIN.0, 0.02, dt).0 > FIN.1,

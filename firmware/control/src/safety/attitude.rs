@@ -28,35 +28,42 @@ pub(super) struct AttitudeWatch {
     wanted_low_rad: f32,
     wanted_high_rad: f32,
     heading_lost_s: f32,
+    /// The reading is stuck or has the wrong sign, as found at the last look.
+    distrusted: bool,
 }
 
 impl AttitudeWatch {
+    /// What is known of this cycle, whoever's turn it is.
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        if w.seen.pitch_rad.is_none() || self.distrusted {
+            v.flag(Flags::PITCH_PRESET);
+            v.distrust_pitch = true;
+        }
+        if w.seen.heading_rad.is_none() {
+            v.flag(Flags::NO_HEADING);
+        }
+    }
+
+    /// Every other cycle; `dt_s` since the last look.
+    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
         let all =
             [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.wanted_low_rad, self.wanted_high_rad, self.heading_lost_s];
         if !all_finite(all) {
             *self = Self::default();
         }
-        let dt = w.seen.dt_s;
-        let stuck = self.stuck(w);
-        let opposed = self.opposed(w);
-        if w.seen.pitch_rad.is_none() || stuck || opposed {
-            v.flag(Flags::PITCH_PRESET);
-            v.distrust_pitch = true;
-            self.lost_s += dt;
+        let stuck = self.stuck(w, dt_s);
+        let opposed = self.opposed(w, dt_s);
+        self.distrusted = stuck || opposed;
+        if w.seen.pitch_rad.is_none() || self.distrusted {
+            self.lost_s += dt_s;
         } else {
             // Forgiven slowly, so that a reading that comes and goes is not believed for ever.
-            self.lost_s = (self.lost_s - dt).at_least(0.0);
+            self.lost_s = (self.lost_s - dt_s).at_least(0.0);
         }
         if self.lost_s > PITCH_LOST_S {
             v.cause(Abort::SensorPitch);
         }
-        if w.seen.heading_rad.is_none() {
-            v.flag(Flags::NO_HEADING);
-            self.heading_lost_s = (self.heading_lost_s + dt).at_most(1e6);
-        } else {
-            self.heading_lost_s = 0.0;
-        }
+        self.heading_lost_s = if w.seen.heading_rad.is_none() { (self.heading_lost_s + dt_s).at_most(1e6) } else { 0.0 };
         if self.heading_lost_s > HEADING_LOST_S {
             v.homeward = true;
             if matches!(w.phase, Phase::Climb | Phase::InflectHigh | Phase::Surface | Phase::Comms) {
@@ -65,7 +72,7 @@ impl AttitudeWatch {
         }
     }
 
-    fn stuck(&mut self, w: &Watch<'_>) -> bool {
+    fn stuck(&mut self, w: &Watch<'_>, dt_s: f32) -> bool {
         let Some(pitch) = w.seen.pitch_rad else { return false };
         if !w.gliding() || (pitch - self.still_at_rad).abs() > STILL_RAD {
             self.still_at_rad = pitch;
@@ -74,19 +81,19 @@ impl AttitudeWatch {
             self.wanted_high_rad = w.pitch_wanted_rad;
             return false;
         }
-        self.still_s += w.seen.dt_s;
+        self.still_s += dt_s;
         self.wanted_low_rad = self.wanted_low_rad.at_most(w.pitch_wanted_rad);
         self.wanted_high_rad = self.wanted_high_rad.at_least(w.pitch_wanted_rad);
         self.still_s > 20.0 && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
     }
 
-    fn opposed(&mut self, w: &Watch<'_>) -> bool {
+    fn opposed(&mut self, w: &Watch<'_>, dt_s: f32) -> bool {
         let (Some(pitch), Some(ballast)) = (w.seen.pitch_rad, w.seen.ballast_m3) else { return false };
         let against = pitch * w.pitch_wanted_rad < 0.0 && pitch.abs() > 0.06 && w.pitch_wanted_rad.abs() > 0.06;
         let moving = w.seen.rate_m_s * ballast < 0.0 && w.seen.rate_m_s.abs() > 0.03;
         let glide = matches!(w.phase, Phase::Dive | Phase::Climb);
         if against && moving && glide {
-            self.opposed_s += w.seen.dt_s;
+            self.opposed_s += dt_s;
         } else if !against && glide {
             self.opposed_s = 0.0;
         }

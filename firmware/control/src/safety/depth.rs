@@ -2,7 +2,7 @@
 
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
-use signals::{Abort, Flags, Phase};
+use signals::{Abort, Flags};
 
 /// Without a depth: climb after this, s — a cycle and a second, so that one lost reading changes nothing.
 const CLIMB_AFTER_S: f32 = 5.0;
@@ -63,9 +63,9 @@ impl DepthWatch {
     }
 
     fn over_depth(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        let leg = w.leg_max_m + (0.05 * w.leg_max_m).at_least(10.0);
-        let limit = leg.at_most(w.config.working_depth_m + 5.0);
-        let over = w.seen.depth_age_s <= 0.0 && !(w.seen.depth_m <= limit);
+        let (z, leg) = (w.seen.depth_m, w.leg_max_m);
+        let within = z <= w.config.working_depth_m + 5.0 && (z <= leg + 10.0 || z <= 1.05 * leg);
+        let over = w.seen.depth_age_s <= 0.0 && !within;
         self.over = if over { self.over.saturating_add(1) } else { 0 };
         // Where the two sensors contradict each other, as long as those have to be found apart.
         if self.over >= if w.seen.depths_disagree { OVER_APART } else { 2 } {
@@ -77,23 +77,18 @@ impl DepthWatch {
     fn stuck(&mut self, w: &Watch<'_>, v: &mut Verdict) {
         let seen = w.seen;
         let (Some(z), Some(ballast), Some(pitch)) = (seen.measured_m, seen.ballast_m3, seen.pitch_rad) else { return };
-        let drive = ballast / w.config.pump_m3;
-        let down = drive < -0.4 && pitch < -MOVES_RAD;
-        let up = drive > 0.4 && pitch > MOVES_RAD && z > 2.0;
-        let free = matches!(w.phase, Phase::Dive | Phase::Climb | Phase::InflectHigh | Phase::InflectLow) && !seen.afloat;
-        if !(free && (down || up)) || z < self.low_m || z > self.high_m {
-            let low = z.at_most(self.low_m).at_least(z - STILL_M);
-            let high = z.at_least(self.high_m).at_most(z + STILL_M);
-            let reset = !(free && (down || up)) || z - self.low_m > STILL_M || self.high_m - z > STILL_M;
-            (self.low_m, self.high_m) = if reset { (z, z) } else { (low, high) };
-            if reset {
-                self.still_s = 0.0;
-                self.expected_m = 0.0;
-                return;
-            }
+        let full = w.config.pump_m3;
+        // Down with the nose down, or up with the nose up and water above.
+        let driven = ballast.abs() > 0.4 * full && pitch.abs() > MOVES_RAD && ballast * pitch > 0.0 && (ballast < 0.0 || z > 2.0);
+        if !(driven && w.gliding() && !seen.afloat) || z - self.low_m > STILL_M || self.high_m - z > STILL_M {
+            (self.low_m, self.high_m) = (z, z);
+            (self.still_s, self.expected_m) = (0.0, 0.0);
+            return;
         }
+        self.low_m = z.at_most(self.low_m);
+        self.high_m = z.at_least(self.high_m);
         self.still_s += seen.dt_s;
-        self.expected_m += SLOWEST_M_S * drive.abs() * seen.dt_s;
+        self.expected_m += SLOWEST_M_S * ballast.abs() / full * seen.dt_s;
         if self.still_s >= STUCK_S && self.expected_m >= 0.5 {
             v.cause(Abort::StuckDepth);
         }

@@ -44,8 +44,8 @@ pub(crate) struct Watch<'a> {
     /// Deepest depth of the leg, m.
     pub(crate) leg_max_m: f32,
     pub(crate) max_duration_s: u32,
-    /// Time in the climb under way without way made, s.
-    pub(crate) climb_without_way_s: f32,
+    /// The climb under way has made no way for a quarter of an hour.
+    pub(crate) climb_stalled: bool,
     /// Turns in a row forced by a lack of way.
     pub(crate) no_way_turns: u8,
     /// Turns in a row forced by the bottom.
@@ -112,6 +112,9 @@ pub(crate) struct Safety {
     actuators: actuators::ActuatorWatch,
     supply: supply::SupplyWatch,
     release: Release,
+    /// Which of the slow watches look in this cycle, and how long the cycle before was, s.
+    turn: bool,
+    before_s: f32,
 }
 
 impl Default for Safety {
@@ -124,6 +127,8 @@ impl Default for Safety {
             actuators: actuators::ActuatorWatch::default(),
             supply: supply::SupplyWatch::default(),
             release: Release::default(),
+            turn: false,
+            before_s: 0.0,
         }
     }
 }
@@ -153,11 +158,22 @@ impl Safety {
         self.supply.watch(w, &mut v);
         self.depth.watch(w, &mut v);
         self.actuators.watch(w, &mut v);
+        // What may take a minute is looked at by turns, so that no cycle is burdened with all of it.
+        let span_s = w.seen.dt_s + self.before_s.at_least(0.0).at_most(60.0);
+        self.before_s = w.seen.dt_s;
+        self.turn = !self.turn;
+        if self.turn {
+            self.supply.look_at_charge(w, span_s, &mut v);
+            self.attitude.look(w, span_s, &mut v);
+        } else {
+            self.supply.look(w, span_s, &mut v);
+            self.actuators.look(w, span_s, &mut v);
+        }
         self.attitude.watch(w, &mut v);
         if w.bottom_turns >= 5 {
             v.cause(Abort::Bottom);
         }
-        if w.no_way_turns >= 2 || w.climb_without_way_s > 900.0 {
+        if w.no_way_turns >= 2 || w.climb_stalled {
             v.cause(Abort::Stalled);
         }
         if self.release.lost(w.frame.weight) {

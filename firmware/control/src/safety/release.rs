@@ -119,7 +119,7 @@ impl Release {
         let wanted_up = aborted || w.commanded.ballast_m3 > RISES * w.config.pump_m3;
         let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > SINKS_M_S && !seen.afloat;
         self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { 0.0 };
-        let found = self.sinking_s >= SINKS_S + pump_time_s(w);
+        let found = self.sinking_s >= SINKS_S && self.sinking_s >= SINKS_S + pump_time_s(w);
         if found && !aborted {
             self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
         }

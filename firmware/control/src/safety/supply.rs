@@ -2,12 +2,18 @@
 
 use super::{Verdict, Watch};
 use crate::bound::Bound;
-use signals::{Abort, Micros, Phase, Reading, Switch};
+use signals::{Abort, Micros, Phase, Switch};
 
 /// Longest time a standing leak alarm may wait for its vote, s.
 const LEAK_BOUND_S: f32 = 2.0;
 /// Both battery gauges silent for this long: the worst is assumed, s.
 const GAUGES_LOST_S: f32 = 300.0;
+
+#[cold]
+#[inline(never)]
+fn no_time_to_vote(w: &Watch<'_>) -> bool {
+    2.0 * w.cycle_s() > LEAK_BOUND_S
+}
 
 /// The last five answers of a detector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,7 +23,8 @@ impl Vote {
     /// Whether three of the last five are alarms.
     fn three_of_five(&mut self, alarm: bool) -> bool {
         self.0 = ((self.0 << 1) | u8::from(alarm)) & 0b1_1111;
-        self.0.count_ones() >= 3
+        // Bit n says whether three bits or more are set in n: the processor has no instruction that counts bits.
+        (0xFEE8_E880_u32 >> self.0) & 1 != 0
     }
 }
 
@@ -27,6 +34,8 @@ pub(super) struct SupplyWatch {
     vacuum: Vote,
     volts: Vote,
     charge: Vote,
+    /// The hull's gauge was looked at last, not the battery's.
+    hull: bool,
     gauges_seen: bool,
     gauges_lost_s: f32,
     shore: Micros,
@@ -41,29 +50,9 @@ impl SupplyWatch {
             let voted = self.leak.three_of_five(leak);
             v.leak_stands = voted;
             // Where three votes would take longer than a leak may wait, one is enough.
-            let no_time_to_vote = 2.0 * w.cycle_s() > LEAK_BOUND_S;
-            if voted || (leak && no_time_to_vote) {
+            if voted || (leak && no_time_to_vote(w)) {
                 v.cause(Abort::Leak);
             }
-            let vacuum = w.frame.vacuum_pa.accept(10e3..=200e3, 60_000);
-            if self.vacuum.three_of_five(vacuum.is_some_and(|p| p > config.vacuum_max_pa)) {
-                v.cause(Abort::Vacuum);
-            }
-            let volts = w.frame.battery_v.accept(0.0..=100.0, 60_000);
-            if self.volts.three_of_five(volts.is_some_and(|u| u < config.undervoltage_v)) {
-                v.cause(Abort::Undervoltage);
-            }
-            let charge = w.frame.charge.accept(-0.01..=1.01, 60_000);
-            if self.charge.three_of_five(charge.is_some_and(|c| c < config.reserve_charge)) {
-                v.cause(Abort::LowCharge);
-            }
-            let known = volts.is_some() || charge.is_some();
-            self.gauges_seen |= known;
-            let lost = self.gauges_lost_s + w.seen.dt_s;
-            self.gauges_lost_s = if known || !lost.is_finite() { 0.0 } else { lost.at_most(1e6) };
-            v.homeward |= self.gauges_seen
-                && self.gauges_lost_s > GAUGES_LOST_S
-                && !matches!(w.frame.battery_v, Reading::Sampled { age_ms: 0, value } if value.is_finite() && value > config.undervoltage_v);
         }
         let running = !matches!(w.phase, Phase::Done);
         if running && w.clock > Micros::from_secs(u64::from(w.max_duration_s)) {
@@ -74,6 +63,49 @@ impl SupplyWatch {
         }
         if running && w.clock.since(self.shore) > Micros::from_secs(u64::from(config.no_comms_s)) {
             v.cause(Abort::NoComms);
+        }
+    }
+
+    /// Every other cycle, `dt_s` since the last look: vacuum and voltage by turns. So their third vote comes in the twelfth
+    /// cycle after the alarm at the latest.
+    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
+        if !(dt_s > 0.0) {
+            return;
+        }
+        self.hull = !self.hull;
+        if self.hull {
+            let vacuum = w.frame.vacuum_pa.accept(10e3..=200e3, 60_000);
+            if self.vacuum.three_of_five(vacuum.is_some_and(|p| p > w.config.vacuum_max_pa)) {
+                v.cause(Abort::Vacuum);
+            }
+            return;
+        }
+        let volts = w.frame.battery_v.accept(0.0..=100.0, 60_000);
+        if self.volts.three_of_five(volts.is_some_and(|u| u < w.config.undervoltage_v)) {
+            v.cause(Abort::Undervoltage);
+        }
+        self.heard(volts.is_some());
+    }
+
+    /// The cycles between: the charge, and whether any gauge of the battery still answers.
+    pub(super) fn look_at_charge(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
+        if !(dt_s > 0.0) {
+            return;
+        }
+        let charge = w.frame.charge.accept(-0.01..=1.01, 60_000);
+        if self.charge.three_of_five(charge.is_some_and(|c| c < w.config.reserve_charge)) {
+            v.cause(Abort::LowCharge);
+        }
+        let lost = self.gauges_lost_s + dt_s;
+        self.gauges_lost_s = if lost.is_finite() { lost.at_most(1e6) } else { 0.0 };
+        self.heard(charge.is_some());
+        v.homeward |= self.gauges_lost_s > GAUGES_LOST_S && self.gauges_seen;
+    }
+
+    fn heard(&mut self, gauge: bool) {
+        if gauge {
+            self.gauges_seen = true;
+            self.gauges_lost_s = 0.0;
         }
     }
 }

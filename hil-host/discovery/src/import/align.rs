@@ -84,9 +84,36 @@ impl Series {
     }
 }
 
+/// Places of the longest run of `times` that never goes back (patience sorting, Fredman 1975).
+#[must_use]
+pub fn longest_in_order(times: &[f64]) -> Vec<usize> {
+    // Of all runs of a length, the one that ends earliest in time; and what precedes each sample.
+    let mut ends: Vec<usize> = Vec::new();
+    let mut before: Vec<Option<usize>> = Vec::with_capacity(times.len());
+    for (i, t) in times.iter().enumerate() {
+        let length = ends.partition_point(|e| times[*e] <= *t);
+        before.push(length.checked_sub(1).map(|l| ends[l]));
+        if length == ends.len() {
+            ends.push(i);
+        } else {
+            ends[length] = i;
+        }
+    }
+    let mut kept: Vec<usize> = std::iter::successors(ends.last().copied(), |i| before[*i]).collect();
+    kept.reverse();
+    kept
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_fewest_samples_are_called_out_of_order() {
+        assert_eq!(longest_in_order(&[0.0, 1.0, 9.0, 2.0, 2.0, 3.0]), [0, 1, 3, 4, 5]);
+        assert_eq!(longest_in_order(&[3.0, 2.0, 1.0]).len(), 1);
+        assert!(longest_in_order(&[]).is_empty());
+    }
 
     #[test]
     fn values_are_interpolated_but_silence_is_not_bridged() {

@@ -147,7 +147,7 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
     let clock = |names: &[&str]| {
         names.iter().find_map(|n| file.columns.get(*n)).map_or_else(|| vec![f64::NAN; file.cycles], |(_, values)| values.clone())
     };
-    let own = plausible_times(clock(&["m_present_time", "sci_m_present_time"]));
+    let own = in_order(plausible_times(clock(&["m_present_time", "sci_m_present_time"])), "the file's clock", report);
     for (name, channel, units, factor) in SENSORS {
         let Some((unit, values)) = file.columns.get(*name) else { continue };
         if !units.contains(&unit.as_str()) {
@@ -172,7 +172,8 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
     };
     // The CTD's own clock says which cycles carry a new sample; without it every cycle does.
     let has_stamp = file.columns.contains_key("sci_ctd41cp_timestamp");
-    let stamp = if has_stamp { plausible_times(science("sci_ctd41cp_timestamp", 1.0)) } else { own.clone() };
+    let stamp =
+        if has_stamp { in_order(plausible_times(science("sci_ctd41cp_timestamp", 1.0)), "the CTD's clock", report) } else { own.clone() };
     let (pressure, temperature, conductivity) =
         (science("sci_water_pressure", 1e5), science("sci_water_temp", 1.0), science("sci_water_cond", 1.0));
     for k in 0..file.cycles {
@@ -197,6 +198,23 @@ fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {
     for t in &mut times {
         if !((*t - middle).abs() < 30.0 * 86400.0) {
             *t = f64::NAN;
+        }
+    }
+    times
+}
+
+/// Cycles whose time goes back become none: sorted in, they would lie between those of another time.
+fn in_order(mut times: Vec<f64>, clock: &str, report: &mut Report) -> Vec<f64> {
+    let (place, known): (Vec<usize>, Vec<f64>) = times.iter().copied().enumerate().filter(|(_, t)| t.is_finite()).unzip();
+    let kept = super::align::longest_in_order(&known);
+    if kept.len() < known.len() {
+        let file = report.files.last().map_or_else(String::new, |f| f.file.clone());
+        let out = known.len() - kept.len();
+        report.note(format!("{file}: {clock} goes backwards, {out} of {} cycles are out of order: left out", known.len()));
+        let mut in_order = vec![false; known.len()];
+        kept.into_iter().for_each(|k| in_order[k] = true);
+        for (row, _) in place.into_iter().zip(in_order).filter(|(_, good)| !good) {
+            times[row] = f64::NAN;
         }
     }
     times

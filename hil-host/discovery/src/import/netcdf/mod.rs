@@ -202,6 +202,11 @@ impl Reader<'_> {
                 }
             }
         }
+        // Further than a turn and its rounding in nine tenths of the rows is no heading; it would be wrapped into one.
+        if let Some(heading) = channels[2].take_if(|c| quantile(&c.series.pairs().map(|(_, v)| v.abs()).collect::<Vec<_>>(), 0.9) > 7.0) {
+            let reach = quantile(&heading.series.pairs().map(|(_, v)| v.abs()).collect::<Vec<_>>(), 0.9);
+            self.report.note(format!("{} reaches {reach:.1} rad by its unit, more than a turn: left out", heading.name));
+        }
         if let Some(heading) = &mut channels[2] {
             let magnetic = self.text(&heading.name, "comment").is_some_and(|c| c.to_ascii_lowercase().contains("magnetic"));
             if let Some(variation) = self.scalar("magnetic_variation").filter(|_| magnetic || heading.name == "eng_head") {

@@ -164,6 +164,10 @@ fn units_off_by_a_thousand_and_empty_columns_are_told() {
         assert!(error.contains(said) && !error.contains('\n'), "{name} x {factor}: {error}");
     }
     let mut columns = sawtooth();
+    change(&mut columns, "HEADING", "degrees", |_, v| 1000.0 * v);
+    let read = imported(&columns, None).expect("an import");
+    assert!(has_note(&read, "HEADING reaches") && read.flight.heading_rad.iter().all(|v| v.is_nan()));
+    let mut columns = sawtooth();
     change(&mut columns, "PITCH", "degrees", |_, _| f64::NAN);
     assert!(has_note(&imported(&columns, None).expect("an import"), "a comparison needs m_pitch_rad and m_ballast_pumped_cc"));
 }

@@ -2,7 +2,7 @@
 
 use netcdf_reader::{NcFile, NcType};
 
-use super::super::align::Series;
+use super::super::align::{Series, longest_in_order};
 use super::super::{MappedName, Report};
 use super::names::Wanted;
 
@@ -79,7 +79,7 @@ impl Reader<'_> {
         let mut values = match self.file.read_variable_unpacked_masked(name) {
             Ok(values) => values.iter().map(|v| if v.abs() < LARGEST { v * factor } else { f64::NAN }).collect::<Vec<_>>(),
             Err(e) => {
-                self.report.note(format!("{name} cannot be read ({e}): left out"));
+                self.report.note(format!("{name} cannot be read ({}): left out", reason(&e)));
                 return None;
             }
         };
@@ -170,7 +170,7 @@ impl Reader<'_> {
             let values = match self.file.read_variable_unpacked_masked(&clock) {
                 Ok(values) => values,
                 Err(e) => {
-                    self.report.note(format!("{clock} cannot be read ({e})"));
+                    self.report.note(format!("{clock} cannot be read ({})", reason(&e)));
                     return None;
                 }
             };
@@ -206,6 +206,13 @@ impl Reader<'_> {
     }
 }
 
+/// What the reader says, with the way out where there is one.
+fn reason(error: &netcdf_reader::Error) -> String {
+    let said = error.to_string();
+    let way_out = if said.contains("unsupported filter") { "; repack the file with `h5repack -f NONE IN OUT`" } else { "" };
+    format!("{said}{way_out}")
+}
+
 fn backwards(time: &[f64], values: &[f64]) -> Option<Backwards> {
     let finite: Vec<(usize, f64, f64)> =
         time.iter().zip(values).enumerate().filter(|(_, (t, v))| t.is_finite() && v.is_finite()).map(|(i, (t, v))| (i, *t, *v)).collect();
@@ -216,25 +223,6 @@ fn backwards(time: &[f64], values: &[f64]) -> Option<Backwards> {
     let samples = (finite.len() - kept.len(), finite.len());
     let (time, value): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|k| (finite[k].1, finite[k].2)).unzip();
     Some(Backwards { samples, first, without: Series::new(&time, &value) })
-}
-
-/// Places of the longest run of `times` that never goes back (patience sorting, Fredman 1975).
-fn longest_in_order(times: &[f64]) -> Vec<usize> {
-    // Of all runs of a length, the one that ends earliest in time; and what precedes each sample.
-    let mut ends: Vec<usize> = Vec::new();
-    let mut before: Vec<Option<usize>> = Vec::with_capacity(times.len());
-    for (i, t) in times.iter().enumerate() {
-        let length = ends.partition_point(|e| times[*e] <= *t);
-        before.push(length.checked_sub(1).map(|l| ends[l]));
-        if length == ends.len() {
-            ends.push(i);
-        } else {
-            ends[length] = i;
-        }
-    }
-    let mut kept: Vec<usize> = std::iter::successors(ends.last().copied(), |i| before[*i]).collect();
-    kept.reverse();
-    kept
 }
 
 /// Seconds per unit and Unix time of the origin of "seconds since 1970-01-01 00:00:00".
@@ -288,8 +276,6 @@ mod tests {
 
     #[test]
     fn the_fewest_samples_are_called_out_of_order() {
-        assert_eq!(longest_in_order(&[0.0, 1.0, 9.0, 2.0, 2.0, 3.0]), [0, 1, 3, 4, 5]);
-        assert_eq!(longest_in_order(&[3.0, 2.0, 1.0]).len(), 1);
         assert!(backwards(&[0.0, 1.0, f64::NAN, 2.0], &[0.0; 4]).is_none());
         let found = backwards(&[0.0, 1.0, 9.0, 2.0, 3.0], &[0.0; 5]).expect("one step back");
         assert_eq!((found.samples, found.first.as_str()), ((1, 5), "from 9.000 to 2.000 s at sample 4"));

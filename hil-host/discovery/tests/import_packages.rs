@@ -188,6 +188,21 @@ fn validate_netcdf_of_a_slocum_against_its_raw_files() {
     }
 }
 
+/// Files sent home by satellite; rows counted with dbdreader 0.6.3.
+#[test]
+fn validate_short_slocum_files_sent_home() {
+    let data = "dbdreader-0.6.3/dbdreader/data";
+    // 50 samples of which one is the zeros of a CTD just switched on; 409 samples, of which the vehicle's own file repeats some.
+    for (file, rows) in [("unit_887-2021-321-3-0.sbd", 49), ("electa-2023-143-00-050.sbd", 409)] {
+        let Some(path) = sample(data, file) else { return };
+        let imported = import(&path, &[path.with_file_name("cac")]).expect("an import");
+        assert_eq!(imported.flight.len(), rows, "{file}");
+        let known = imported.flight.pitch_rad.iter().filter(|v| v.is_finite()).count();
+        assert!(known * 10 > rows * 5, "{file}: a pitch in {known} of {rows} rows");
+        assert!(imported.report.notes.iter().any(|n| n.contains("m_pitch comes every")), "{:?}", imported.report.notes);
+    }
+}
+
 #[test]
 fn validate_netcdf_of_seaexplorers() {
     let files = [

@@ -86,11 +86,16 @@ pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportE
     let mut all = Collected::default();
     let mut refused: Vec<String> = Vec::new();
     for (segment, (stem, members)) in (0_u32..).zip(stems) {
-        for path in members {
-            match read_file(&path, caches) {
+        let read: Vec<_> = members.into_iter().map(|path| (read_file(&path, caches), path)).collect();
+        // The vehicle's own files may repeat a few of the CTD's values, late and on another clock.
+        let of_science = |path: &Path| ending(path).is_some_and(|e| SCIENCE.contains(&e.as_str()));
+        let has_ctd = |file: &dbd::DbdFile| file.columns.get("sci_water_pressure").is_some_and(|c| c.1.iter().any(|v| v.is_finite()));
+        let science = read.iter().any(|(file, path)| of_science(path) && file.as_ref().is_ok_and(has_ctd));
+        for (file, path) in read {
+            match file {
                 Ok(file) => {
                     report.files.push(FileNote { file: name_of(&path), rows: file.cycles, problems: file.problems.clone() });
-                    collect(&mut all, &mut report, &file, segment);
+                    collect(&mut all, &mut report, &file, segment, of_science(&path) || !science);
                 }
                 Err(what) => {
                     refused.push(format!("{} {what}", name_of(&path)));
@@ -143,7 +148,8 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
     dbd::read(&bytes, cache, wanted).map_err(|e: DbdError| e.to_string())
 }
 
-fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segment: u32) {
+/// Takes over what one file has; of the CTD only if `with_ctd`.
+fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segment: u32, with_ctd: bool) {
     let clock = |names: &[&str]| {
         names.iter().find_map(|n| file.columns.get(*n)).map_or_else(|| vec![f64::NAN; file.cycles], |(_, values)| values.clone())
     };
@@ -166,6 +172,9 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
     if let (Some(first), Some(last)) = (finite.clone().reduce(f64::min), finite.reduce(f64::max)) {
         let span = all.spans.entry(segment).or_insert((first, last));
         *span = (span.0.min(first), span.1.max(last));
+    }
+    if !with_ctd {
+        return;
     }
     let science = |name: &str, factor: f64| -> Vec<f64> {
         file.columns.get(name).map_or_else(|| vec![f64::NAN; file.cycles], |(_, v)| v.iter().map(|v| v * factor).collect())

@@ -67,6 +67,10 @@ pub fn write(flight: &Flight, path: &Path, start_unix_s: Option<f64>) -> Result<
         set.add_var_f64(&name, &[ROWS])?;
         set.add_var_attr_f64(&name, "_FillValue", vec![FILL])?;
         set.add_var_attr_string(&name, "long_name", c.name)?;
+        set.add_var_attr_string(&name, "coordinates", "TIME")?;
+        if let Some(standard) = standard_name(c.og1) {
+            set.add_var_attr_string(&name, "standard_name", standard)?;
+        }
         if !c.unit.is_empty() {
             set.add_var_attr_string(&name, "units", c.unit)?;
         }
@@ -84,6 +88,19 @@ pub fn write(flight: &Flight, path: &Path, start_unix_s: Option<f64>) -> Result<
         file.write_var_f64(name, values)?;
     }
     Ok(file.close()?)
+}
+
+/// Name in the CF standard name table, where it has one.
+fn standard_name(og1: &str) -> Option<&'static str> {
+    Some(match og1 {
+        "PRES" => "sea_water_pressure_due_to_sea_water",
+        "TEMP" => "sea_water_temperature",
+        "DENSITY" => "sea_water_density",
+        "PITCH" => "platform_pitch",
+        "ROLL" => "platform_roll",
+        "HEADING" => "platform_orientation",
+        _ => return None,
+    })
 }
 
 /// A name that NetCDF accepts.
@@ -107,6 +124,9 @@ mod tests {
             ballast_m3: column(&|_| -2e-4),
             temperature_degc: column(&|i| 15.0 - 0.1 * i),
             density_kg_m3: column(&|i| 1025.0 + 0.01 * i),
+            segment: (0..n as u32).map(|i| i / 15).collect(),
+            gps_east_m: column(&|i| if i == 3.0 { 7.5 } else { f64::NAN }),
+            gps_north_m: column(&|i| if i == 3.0 { -7.5 } else { f64::NAN }),
             ..super::super::csv::blank(n as usize)
         };
         let folder = std::env::temp_dir().join(format!("glider-netcdf-{}", std::process::id()));
@@ -118,6 +138,10 @@ mod tests {
         assert_eq!(imported.report.start_unix_s, Some(1.7e9));
         let again = imported.flight;
         assert_eq!(again.time_s, flight.time_s);
+        assert_eq!(again.segment, flight.segment);
+        for (a, b) in again.gps_east_m.iter().chain(&again.gps_north_m).zip(flight.gps_east_m.iter().chain(&flight.gps_north_m)) {
+            assert!(a == b || (a.is_nan() && b.is_nan()), "a fix stays at its row: {a} {b}");
+        }
         for (a, b) in [
             (&again.pressure_pa, &flight.pressure_pa),
             (&again.pitch_rad, &flight.pitch_rad),

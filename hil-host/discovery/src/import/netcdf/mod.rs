@@ -30,8 +30,8 @@ mod names;
 mod variables;
 
 use names::{
-    ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, CONDUCTIVITY, DEGREE, DENSITY, DEPTH, DIVE, HEADING, LATITUDE, LONGITUDE, PITCH,
-    PRESSURE, ROLL, SALINITY, SPEED, TEMPERATURE,
+    ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, CONDUCTIVITY, DEGREE, DENSITY, DEPTH, DIVE, EAST, HEADING, LATITUDE, LONGITUDE,
+    NORTH, PITCH, PRESSURE, ROLL, SALINITY, SPEED, TEMPERATURE,
 };
 use variables::{Channel, Reader};
 
@@ -87,6 +87,15 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         ..Flight::default()
     };
     reader.segments(&mut flight, &unix);
+    for (wanted, column) in [(&EAST, &mut flight.gps_east_m), (&NORTH, &mut flight.gps_north_m)] {
+        // A fix holds at its instant only.
+        for (t, v) in reader.channel(wanted).iter().flat_map(|c| c.series.pairs()) {
+            let row = unix.partition_point(|u| *u < t);
+            if unix.get(row) == Some(&t) {
+                column[row] = v;
+            }
+        }
+    }
     let mut report = reader.report;
     position::place(&mut flight, &unix, &fixes, &mut report);
     report.start_unix_s = Some(unix[0]);
@@ -252,8 +261,8 @@ impl Reader<'_> {
             for i in 1..flight.len() {
                 flight.segment[i] = flight.segment[i - 1] + u32::from(of(unix[i]) > of(unix[i - 1]));
             }
-            self.report.note(format!("segments are the dives that {name} numbers"));
-            self.report.segments = segment_names(flight, |i| format!("dive {}", of(unix[i])));
+            self.report.note(format!("segments are what {name} numbers"));
+            self.report.segments = segment_names(flight, |i| format!("{name} {}", of(unix[i])));
         } else {
             for i in 1..flight.len() {
                 flight.segment[i] = flight.segment[i - 1] + u32::from(flight.time_s[i] - flight.time_s[i - 1] > SEGMENT_GAP_S);

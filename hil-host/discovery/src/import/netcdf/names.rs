@@ -129,10 +129,13 @@ pub(super) const LONGITUDE: Wanted = Wanted {
     units: DEGREES,
     without_unit: &[("log_gps_lon", 1.0), ("LONGITUDE_GPS", 1.0)],
 };
+/// Fixes in the local plane already, as our own export writes them.
+pub(super) const EAST: Wanted = Wanted { column: "gps_east_m", names: &["GPS_EAST"], units: &[("m", 1.0)], without_unit: &[] };
+pub(super) const NORTH: Wanted = Wanted { column: "gps_north_m", names: &["GPS_NORTH"], units: &[("m", 1.0)], without_unit: &[] };
 /// Position of each row, interpolated or dead reckoned: only says in which sea it was.
 pub(super) const ABOUT_LATITUDE: Wanted =
     Wanted { column: "place", names: &["LATITUDE", "latitude", "lat", "profile_lat"], units: DEGREES, without_unit: &[] };
 pub(super) const ABOUT_LONGITUDE: Wanted =
     Wanted { column: "place", names: &["LONGITUDE", "longitude", "lon", "profile_lon"], units: DEGREES, without_unit: &[] };
-/// Number of the dive of each row.
-pub(super) const DIVE: [&str; 3] = ["divenum", "DIVE_NUMBER", "dive_number"];
+/// Number of the dive of each row, or of the segment where our own export wrote it.
+pub(super) const DIVE: [&str; 4] = ["divenum", "DIVE_NUMBER", "dive_number", "SEGMENT"];

@@ -40,7 +40,8 @@ mod target {
         (timer.cnt().read().bits().wrapping_sub(start), value)
     }
 
-    /// A glider that does what it is told: enough for every phase to be met.
+    /// A glider that does what it is told: enough for every phase to be met. It has every sensor, so that no step is cheap
+    /// for want of one.
     struct Toy {
         depth_m: f32,
         pitch_rad: f32,
@@ -54,8 +55,10 @@ mod target {
         fn frame(&self, seq: u32) -> SensorFrame {
             SensorFrame {
                 seq,
-                time: Micros::from_secs(4 * u64::from(seq)),
+                // Both 32-bit wraps, of µs and of ms, have passed long ago.
+                time: Micros::from_secs(5_000_000 + 4 * u64::from(seq)),
                 depth_m: Reading::now(self.depth_m),
+                depth2_m: Reading::now(self.depth_m + 0.1),
                 pitch_rad: Reading::now(self.pitch_rad),
                 roll_rad: Reading::now(0.01),
                 heading_rad: Reading::now(0.2),
@@ -63,6 +66,7 @@ mod target {
                 battery_mass_m: Reading::now(self.battery_m),
                 fin_rad: Reading::now(0.0),
                 density_kg_m3: Reading::now(1025.0),
+                altitude_m: Reading::now((80.0 - self.depth_m).max(1.0)),
                 battery_v: Reading::now(14.5),
                 charge: Reading::now(0.9),
                 vacuum_pa: Reading::now(70_000.0),

@@ -96,6 +96,9 @@ impl Backup {
         } else {
             0
         };
+        if cause == 0 && self.latch == [0; 3] {
+            return None;
+        }
         if cause != 0 && self.voted() == 0 {
             self.latch = [cause; 3];
         }

@@ -395,14 +395,21 @@ fn side(config: &Config, ballast_m3: f32, leg: &Leg) -> f32 {
 
 /// The last gate before the wires: finite and in range, whatever came before.
 fn within_range(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
-    if !all_finite([c.ballast_m3, c.battery_mass_m, c.fin_rad]) {
-        return ActuatorCommand { ballast_m3: config.pump_m3, battery_mass_m: 0.0, fin_rad: 0.0, ..c };
+    // NaN is within nothing.
+    if c.ballast_m3.abs() <= config.pump_m3 && c.battery_mass_m.abs() <= config.battery_m && c.fin_rad.abs() <= config.fin_rad {
+        return c;
     }
-    let gate = |v: f32, range: f32| v.at_least(-range).at_most(range);
+    brought_within(config, c)
+}
+
+#[cold]
+#[inline(never)]
+fn brought_within(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
+    let gate = |v: f32, range: f32, safe: f32| if v.is_finite() { v.at_least(-range).at_most(range) } else { safe };
     ActuatorCommand {
-        ballast_m3: gate(c.ballast_m3, config.pump_m3),
-        battery_mass_m: gate(c.battery_mass_m, config.battery_m),
-        fin_rad: gate(c.fin_rad, config.fin_rad),
+        ballast_m3: gate(c.ballast_m3, config.pump_m3, config.pump_m3),
+        battery_mass_m: gate(c.battery_mass_m, config.battery_m, 0.0),
+        fin_rad: gate(c.fin_rad, config.fin_rad, 0.0),
         ..c
     }
 }

@@ -24,11 +24,13 @@ pub enum Expect {
     Either,
 }
 
-/// Longest time until a pump that fails in a dive is next asked to move, s: a dive of 190 m at 0.12 m/s, and of 27 m.
+/// Longest time until a pump that fails in a dive or climb is next asked to move, s: 27 m at 0.09 m/s, and 190 m at the
+/// 0.074 m/s of the slowest healthy climb (standard wings at the flat pitch that the flight has learned, 2,504 s). Until
+/// then a pump at rest, or its feedback stuck where the pump was sent, is no different from a sound one.
 fn next_turn_s(water: Water) -> f64 {
     match water {
         Water::Shallow => 300.0,
-        Water::Edge => 2000.0,
+        Water::Edge => 2600.0,
     }
 }
 

@@ -33,19 +33,36 @@ pub(super) struct AttitudeWatch {
 }
 
 impl AttitudeWatch {
-    /// What is known of this cycle, whoever's turn it is.
+    /// Every cycle: what is lost, and for how long.
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let dt = w.seen.dt_s;
         if w.seen.pitch_rad.is_none() || self.distrusted {
             v.flag(Flags::PITCH_PRESET);
             v.distrust_pitch = true;
+            self.lost_s += dt;
+        } else {
+            // Forgiven slowly, so that a reading that comes and goes is not believed for ever.
+            self.lost_s = (self.lost_s - dt).at_least(0.0);
+        }
+        if self.lost_s > PITCH_LOST_S {
+            v.cause(Abort::SensorPitch);
         }
         if w.seen.heading_rad.is_none() {
             v.flag(Flags::NO_HEADING);
+            self.heading_lost_s = (self.heading_lost_s + dt).at_most(1e6);
+            if self.heading_lost_s > HEADING_LOST_S {
+                v.homeward = true;
+                if matches!(w.phase, Phase::Climb | Phase::InflectHigh | Phase::Surface | Phase::Comms) {
+                    v.cause(Abort::NoHeading);
+                }
+            }
+        } else {
+            self.heading_lost_s = 0.0;
         }
     }
 
-    /// Every other cycle; `dt_s` since the last look.
-    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
+    /// Every third cycle, `dt_s` since the last look: whether the reading can be believed.
+    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32) {
         let all =
             [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.wanted_low_rad, self.wanted_high_rad, self.heading_lost_s];
         if !all_finite(all) {
@@ -54,22 +71,6 @@ impl AttitudeWatch {
         let stuck = self.stuck(w, dt_s);
         let opposed = self.opposed(w, dt_s);
         self.distrusted = stuck || opposed;
-        if w.seen.pitch_rad.is_none() || self.distrusted {
-            self.lost_s += dt_s;
-        } else {
-            // Forgiven slowly, so that a reading that comes and goes is not believed for ever.
-            self.lost_s = (self.lost_s - dt_s).at_least(0.0);
-        }
-        if self.lost_s > PITCH_LOST_S {
-            v.cause(Abort::SensorPitch);
-        }
-        self.heading_lost_s = if w.seen.heading_rad.is_none() { (self.heading_lost_s + dt_s).at_most(1e6) } else { 0.0 };
-        if self.heading_lost_s > HEADING_LOST_S {
-            v.homeward = true;
-            if matches!(w.phase, Phase::Climb | Phase::InflectHigh | Phase::Surface | Phase::Comms) {
-                v.cause(Abort::NoHeading);
-            }
-        }
     }
 
     fn stuck(&mut self, w: &Watch<'_>, dt_s: f32) -> bool {

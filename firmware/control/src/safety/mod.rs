@@ -98,6 +98,9 @@ impl Verdict {
     }
 }
 
+/// Longest time between two looks of a slow watch, s: three cycles of the longest span a cycle believes.
+const LONGEST_SPAN_S: f32 = 180.0;
+
 /// Guard word of a state without an abort; any other value is an abort.
 const CLEAR: u32 = 0x0C1E_A25A;
 
@@ -112,9 +115,9 @@ pub(crate) struct Safety {
     actuators: actuators::ActuatorWatch,
     supply: supply::SupplyWatch,
     release: Release,
-    /// Which of the slow watches look in this cycle, and how long the cycle before was, s.
-    turn: bool,
-    before_s: f32,
+    /// Which of the slow watches look in this cycle, and how long the two cycles before were, s.
+    turn: u8,
+    before_s: [f32; 2],
 }
 
 impl Default for Safety {
@@ -127,8 +130,8 @@ impl Default for Safety {
             actuators: actuators::ActuatorWatch::default(),
             supply: supply::SupplyWatch::default(),
             release: Release::default(),
-            turn: false,
-            before_s: 0.0,
+            turn: 0,
+            before_s: [0.0; 2],
         }
     }
 }
@@ -159,15 +162,23 @@ impl Safety {
         self.depth.watch(w, &mut v);
         self.actuators.watch(w, &mut v);
         // What may take a minute is looked at by turns, so that no cycle is burdened with all of it.
-        let span_s = w.seen.dt_s + self.before_s.at_least(0.0).at_most(60.0);
-        self.before_s = w.seen.dt_s;
-        self.turn = !self.turn;
-        if self.turn {
-            self.supply.look_at_charge(w, span_s, &mut v);
-            self.attitude.look(w, span_s, &mut v);
-        } else {
-            self.supply.look(w, span_s, &mut v);
-            self.actuators.look(w, span_s, &mut v);
+        let [one, two] = self.before_s;
+        let span_s = (w.seen.dt_s + one + two).at_most(LONGEST_SPAN_S);
+        self.before_s = [w.seen.dt_s, one];
+        match self.turn {
+            0 => {
+                self.turn = 1;
+                self.attitude.look(w, span_s);
+            }
+            1 => {
+                self.turn = 2;
+                self.supply.look_at_hull(w, span_s, &mut v);
+                self.actuators.look(w, span_s, &mut v);
+            }
+            _ => {
+                self.turn = 0;
+                self.supply.look_at_battery(w, span_s, &mut v);
+            }
         }
         self.attitude.watch(w, &mut v);
         if w.bottom_turns >= 5 {

@@ -34,8 +34,6 @@ pub(super) struct SupplyWatch {
     vacuum: Vote,
     volts: Vote,
     charge: Vote,
-    /// The hull's gauge was looked at last, not the battery's.
-    hull: bool,
     gauges_seen: bool,
     gauges_lost_s: f32,
     shore: Micros,
@@ -66,46 +64,37 @@ impl SupplyWatch {
         }
     }
 
-    /// Every other cycle, `dt_s` since the last look: vacuum and voltage by turns. So their third vote comes in the twelfth
-    /// cycle after the alarm at the latest.
-    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
+    /// Every third cycle, `dt_s` since the last look. So the third vote comes in the ninth cycle after the alarm at the latest.
+    pub(super) fn look_at_hull(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
         if !(dt_s > 0.0) {
             return;
         }
-        self.hull = !self.hull;
-        if self.hull {
-            let vacuum = w.frame.vacuum_pa.accept(10e3..=200e3, 60_000);
-            if self.vacuum.three_of_five(vacuum.is_some_and(|p| p > w.config.vacuum_max_pa)) {
-                v.cause(Abort::Vacuum);
-            }
+        let vacuum = w.frame.vacuum_pa.accept(10e3..=200e3, 60_000);
+        if self.vacuum.three_of_five(vacuum.is_some_and(|p| p > w.config.vacuum_max_pa)) {
+            v.cause(Abort::Vacuum);
+        }
+    }
+
+    /// The same for voltage and charge.
+    pub(super) fn look_at_battery(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
+        if !(dt_s > 0.0) {
             return;
         }
         let volts = w.frame.battery_v.accept(0.0..=100.0, 60_000);
         if self.volts.three_of_five(volts.is_some_and(|u| u < w.config.undervoltage_v)) {
             v.cause(Abort::Undervoltage);
         }
-        self.heard(volts.is_some());
-    }
-
-    /// The cycles between: the charge, and whether any gauge of the battery still answers.
-    pub(super) fn look_at_charge(&mut self, w: &Watch<'_>, dt_s: f32, v: &mut Verdict) {
-        if !(dt_s > 0.0) {
-            return;
-        }
         let charge = w.frame.charge.accept(-0.01..=1.01, 60_000);
         if self.charge.three_of_five(charge.is_some_and(|c| c < w.config.reserve_charge)) {
             v.cause(Abort::LowCharge);
         }
-        let lost = self.gauges_lost_s + dt_s;
-        self.gauges_lost_s = if lost.is_finite() { lost.at_most(1e6) } else { 0.0 };
-        self.heard(charge.is_some());
-        v.homeward |= self.gauges_lost_s > GAUGES_LOST_S && self.gauges_seen;
-    }
-
-    fn heard(&mut self, gauge: bool) {
-        if gauge {
+        if volts.is_some() || charge.is_some() {
             self.gauges_seen = true;
             self.gauges_lost_s = 0.0;
+        } else {
+            // What is no number becomes the longest time.
+            self.gauges_lost_s = (self.gauges_lost_s + dt_s).at_most(1e6);
+            v.homeward |= self.gauges_lost_s > GAUGES_LOST_S && self.gauges_seen;
         }
     }
 }

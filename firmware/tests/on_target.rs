@@ -10,6 +10,11 @@ fn main() {
     println!("skipped: on-target tests need the target (scripts/check-firmware runs them in QEMU)");
 }
 
+/// The flown one.
+#[cfg(target_os = "none")]
+#[path = "../src/board/fault.rs"]
+mod fault;
+
 #[cfg(target_os = "none")]
 mod target {
     use control::{Config, State};
@@ -138,6 +143,25 @@ mod target {
         let again = HELM.handle(ToBoard::Sensor(Toy::START.frame(1)));
         claim("a repeated frame gets the same answer", first.is_some() && first == again);
 
+        // Last, since there is no way back: a stack without end is a fault before it reaches a static.
+        let deep = dig(1);
+        claim("a stack without end faults", deep == 0);
+        process::exit(1)
+    }
+
+    /// Calls itself until the stack ends.
+    #[inline(never)]
+    fn dig(depth: u32) -> u32 {
+        let room = core::hint::black_box([depth; 64]);
+        if depth == u32::MAX { 0 } else { dig(depth + 1).wrapping_add(room[63]) }
+    }
+
+    /// Called by the handler of hard faults, on a fresh stack.
+    #[unsafe(no_mangle)]
+    extern "C" fn after_fault() -> ! {
+        // Else it would have gone through the statics first.
+        let fresh = 0u32;
+        claim("a stack without end faults, and no static lies below it", (&raw const FAILED).addr() > (&raw const fresh).addr());
         let failed = critical_section::with(|cs| FAILED.borrow(cs).get());
         process::exit(i32::from(failed))
     }

@@ -29,6 +29,8 @@ pub struct Image {
     pub flash: u64,
     /// Bytes of RAM taken by statics.
     pub statics: u64,
+    /// Bytes of RAM set apart for the stack.
+    pub stack: u64,
     /// Words outside code that may be a function's address.
     pub words: BTreeSet<u32>,
     /// Exception handlers named by the vector table.
@@ -111,6 +113,7 @@ impl Image {
                 Function { name, start, end, code: code[from..to].to_vec() }
             })
             .collect();
-        Ok(Self { functions, flash, statics, words, vectors })
+        let top = elf.symbol_by_name("_stack_start").map_or(RAM_START, |s| s.address());
+        Ok(Self { functions, flash, statics, stack: top.saturating_sub(RAM_START), words, vectors })
     }
 }

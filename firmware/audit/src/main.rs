@@ -6,7 +6,8 @@
 //! - no panic: no function of `core::panicking` was linked;
 //! - no heap: no allocator symbol was linked;
 //! - the worst-case stack, from every stack adjustment and every call in the
-//!   machine code ([`thumb`], [`stack`]), statics + stack ≤ RAM.
+//!   machine code ([`thumb`], [`stack`]), against the RAM set apart for it; statics
+//!   and that RAM against the chip's share.
 //!
 //! Exits 1 if a promise is broken, 2 if the file cannot be read.
 
@@ -22,6 +23,8 @@ use std::process::ExitCode;
 const FLASH: u64 = 64 * 1024;
 /// RAM the image may take with its stack, bytes.
 const RAM: u64 = 16 * 1024;
+/// Words of pattern at the end of the stack, bytes.
+const CANARY: u64 = 64;
 /// Linked into every panic, and into nothing else.
 const PANICS: &[&str] = &["core::panicking::", "rust_begin_unwind"];
 /// Linked into every allocation.
@@ -49,8 +52,10 @@ fn audit(path: &str) -> Result<bool> {
     for (bytes, name) in &worst.exceptions {
         println!("     {bytes:6}  {name} (exception, with its entry frame)");
     }
-    let total = image.statics + worst.total;
-    promise("RAM", total <= RAM, format!("{} statics + {} worst-case stack = {total} of {RAM} bytes", image.statics, worst.total));
+    let needed = worst.total + CANARY;
+    promise("stack", needed <= image.stack, format!("{} at worst + {CANARY} of canary = {needed} of {} bytes", worst.total, image.stack));
+    let total = image.statics + image.stack;
+    promise("RAM", total <= RAM, format!("{} statics + {} set apart for the stack = {total} of {RAM} bytes", image.statics, image.stack));
     Ok(kept)
 }
 

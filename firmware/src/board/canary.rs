@@ -1,5 +1,5 @@
-//! Whether the stack stayed where it belongs: words of a pattern between the
-//! statics and the deepest the stack may reach.
+//! Whether the stack stayed where it belongs: words of a pattern at the end of
+//! its RAM, below which an overflow is a fault.
 
 use super::last_words::{Cause, reset};
 
@@ -7,22 +7,22 @@ const PATTERN: u32 = 0x5afe_57ac;
 const WORDS: usize = 16;
 
 unsafe extern "C" {
-    /// End of the statics, from cortex-m-rt's linker script.
-    static mut __sheap: u32;
+    /// First address of RAM, from `memory.x`.
+    static mut _stack_end: u32;
 }
 
 /// Lays the pattern. Call first, from the shallowest stack there is.
 pub fn lay() {
     for i in 0..WORDS {
-        // SAFETY: the RAM between the statics and the stack belongs to nobody else; there is no heap.
-        unsafe { (&raw mut __sheap).add(i).write_volatile(PATTERN) };
+        // SAFETY: the stack is proven not to reach this far, and nothing else lies here.
+        unsafe { (&raw mut _stack_end).add(i).write_volatile(PATTERN) };
     }
 }
 
 /// Resets into SAFE if the stack has reached the pattern.
 pub fn check() {
     // SAFETY: as in `lay`.
-    let intact = (0..WORDS).all(|i| unsafe { (&raw const __sheap).add(i).read_volatile() } == PATTERN);
+    let intact = (0..WORDS).all(|i| unsafe { (&raw const _stack_end).add(i).read_volatile() } == PATTERN);
     if !intact {
         reset(Cause::Stack);
     }

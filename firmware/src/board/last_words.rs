@@ -7,7 +7,7 @@
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 use helm::Mark;
 use signals::link::CRC32;
 
@@ -90,8 +90,9 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     reset(Cause::Panic)
 }
 
-#[exception]
-unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+/// Called by [`super::fault`].
+#[unsafe(no_mangle)]
+extern "C" fn after_fault() -> ! {
     reset(Cause::Fault)
 }
 

@@ -2,6 +2,7 @@
 
 pub mod canary;
 pub mod clock;
+mod fault;
 pub mod last_words;
 pub mod line;
 pub mod log;

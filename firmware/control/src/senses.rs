@@ -45,17 +45,34 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    /// Takes a reading; returns the depth if there is a believable new one.
+    /// Takes a reading; returns the depth if there is a believable new one. `rate_m_s` is within the gate.
     fn take(&mut self, reading: Reading, deepest_m: f32, max_age_ms: u32, rate_m_s: f32, dt_s: f32, afloat: bool) -> Option<f32> {
-        self.age_s = (self.age_s + dt_s).at_most(1e4);
+        let since_s = self.age_s + dt_s;
+        let taken = self.look(reading, deepest_m, max_age_ms, rate_m_s, dt_s, since_s, afloat);
+        if taken.is_none() {
+            self.age_s = since_s.at_most(1e4);
+        }
+        taken
+    }
+
+    #[inline(always)]
+    fn look(
+        &mut self,
+        reading: Reading,
+        deepest_m: f32,
+        max_age_ms: u32,
+        rate_m_s: f32,
+        dt_s: f32,
+        since_s: f32,
+        afloat: bool,
+    ) -> Option<f32> {
         let Reading::Sampled { age_ms, .. } = reading else { return None };
-        let age_s = age_ms as f32 * 1e-3;
         let raw = reading.accept(-10.0..=deepest_m, max_age_ms)?;
         if afloat && raw.abs() < 3.0 {
             self.zero_m += (raw.at_least(-ZERO_MAX_M).at_most(ZERO_MAX_M) - self.zero_m) * 0.2;
         }
-        let value = raw - self.zero_m + rate_m_s.at_least(-GATE_M_S).at_most(GATE_M_S) * age_s;
-        let reach = GATE_M + GATE_M_S * self.age_s.at_most(20.0);
+        let value = raw - self.zero_m + rate_m_s * (age_ms as f32 * 1e-3);
+        let reach = GATE_M + GATE_M_S * since_s.at_most(20.0);
         if !self.seeded || (value - self.value_m).abs() <= reach {
             self.believe(value);
             return Some(value);

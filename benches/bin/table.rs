@@ -109,7 +109,7 @@ fn board(f: &Figures) -> Option<Vec<Row>> {
             format!("{} instructions", number(worst.0)),
             alternatives(worst),
             ratios(worst),
-            "three points of the pitch search in one step".into(),
+            "one point of the pitch search and one group of slow watches".into(),
         ),
         row(
             "look-up of lift and drag on Cortex-M4F",

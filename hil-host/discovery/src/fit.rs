@@ -1,9 +1,9 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::problem::{CALIBRATION, Column, N_CALIBRATION, Problem, State, step_of, tolerance_of};
+use crate::problem::{Column, N_CALIBRATION, Problem, State, step_of, tolerance_of};
 use crate::wave::{PARTS, Wave};
 use hydro::effects::{Active, Effect};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Signatures of the calibration numbers, and their inner products.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ impl Jacobian {
                 Column { from: 0, values: values.unwrap_or_else(|| vec![0.0; base.len()]) }
             })
             .collect();
-        let gram = DMatrix::from_fn(CALIBRATION.len(), CALIBRATION.len(), |i, j| columns[i].dot(&columns[j]));
+        let gram = symmetric(N_CALIBRATION, |i, j| columns[i].dot(&columns[j]));
         Self { columns, gram }
     }
 }
@@ -67,6 +67,44 @@ pub struct Fit {
     pub columns: Vec<Column>,
     /// Prior precision of all free numbers.
     pub precision: Vec<f64>,
+    /// Pull that is left on each free number (none on those held by a bound).
+    pub gradient: DVector<f64>,
+}
+
+/// What a fit leaves to more signatures: its residual, its columns and their curvature, priors in it.
+pub struct Ground<'a> {
+    /// The fit.
+    pub fit: &'a Fit,
+    /// Cholesky factor of its curvature.
+    pub curvature: Cholesky<f64, Dyn>,
+    /// Its whitened residual.
+    pub residual: Column,
+}
+
+impl Fit {
+    /// What the fit leaves; none where its curvature is not positive.
+    #[must_use]
+    pub fn ground(&self) -> Option<Ground<'_>> {
+        let n = self.columns.len();
+        let mut curvature = symmetric(n, |i, j| self.columns[i].dot(&self.columns[j]));
+        for i in 0..n {
+            curvature[(i, i)] = (curvature[(i, i)] + self.precision[i]).max(1e-12) * (1.0 + 1e-9);
+        }
+        let residual = Column { from: 0, values: self.residual.clone() };
+        Some(Ground { fit: self, curvature: curvature.cholesky()?, residual })
+    }
+}
+
+/// A symmetric matrix from its lower half.
+#[must_use]
+pub fn symmetric(n: usize, of: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+    let mut out = DMatrix::from_fn(n, n, |i, j| if j <= i { of(i, j) } else { 0.0 });
+    for i in 0..n {
+        for j in i + 1..n {
+            out[(i, j)] = out[(j, i)];
+        }
+    }
+    out
 }
 
 /// How a fit is run.
@@ -144,6 +182,19 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
         (if misfit.is_finite() { misfit + prior } else { f64::INFINITY }, residual)
     };
 
+    // Numbers at a bound that want to go further.
+    let held = |s: &State, gradient: &DVector<f64>| -> Vec<usize> {
+        let stuck = |(j, f): (usize, &Free)| {
+            let (i, v) = (nc + j, get(s, nc + j));
+            ((v <= f.low && gradient[i] < 0.0) || (v >= f.high && gradient[i] > 0.0)).then_some(i)
+        };
+        free.iter().enumerate().filter_map(stuck).collect()
+    };
+    let pull = |s: &State, columns: &[Column], residual: &[f64]| -> DVector<f64> {
+        let whole = Column { from: 0, values: residual.to_vec() };
+        DVector::from_fn(n, |i, _| columns[i].dot(&whole) - precision[i] * (get(s, i) - prior_mean(i)))
+    };
+
     let mut state = start.clone();
     let (mut chi2, mut residual) = objective(&state);
     let mut columns: Vec<Column> = jacobian.columns.clone();
@@ -179,30 +230,21 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
         if last {
             break;
         }
-        let whole = Column { from: 0, values: residual.clone() };
         let mut curvature = gram.clone();
-        let mut gradient = DVector::zeros(n);
+        let mut gradient = pull(&state, &columns, &residual);
         for i in 0..n {
             curvature[(i, i)] += precision[i];
-            gradient[i] = columns[i].dot(&whole) - precision[i] * (get(&state, i) - prior_mean(i));
             // A whisper of damping keeps a signature of zero from breaking the solve.
             curvature[(i, i)] *= 1.0 + 1e-9;
             if curvature[(i, i)] < 1e-12 {
                 curvature[(i, i)] = 1e-12;
             }
         }
-        // Numbers at a bound that want to go further stay there.
-        for (j, f) in free.iter().enumerate() {
-            let i = nc + j;
-            let v = get(&state, i);
-            if (v <= f.low && gradient[i] < 0.0) || (v >= f.high && gradient[i] > 0.0) {
-                gradient[i] = 0.0;
-                for k in 0..n {
-                    if k != i {
-                        curvature[(i, k)] = 0.0;
-                        curvature[(k, i)] = 0.0;
-                    }
-                }
+        for i in held(&state, &gradient) {
+            gradient[i] = 0.0;
+            for k in (0..n).filter(|k| *k != i) {
+                curvature[(i, k)] = 0.0;
+                curvature[(k, i)] = 0.0;
             }
         }
         let Some(cholesky) = curvature.cholesky() else { break };
@@ -241,7 +283,9 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s
         .cholesky()
         .map_or((f64::INFINITY, DMatrix::identity(n, n)), |c| (2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>(), c.inverse()));
     let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
-    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision }
+    let mut gradient = pull(&state, &columns, &residual);
+    held(&state, &gradient).into_iter().for_each(|i| gradient[i] = 0.0);
+    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, gradient }
 }
 
 /// The fit that one more signature would give if everything were linear: no simulation. `size` is where `column` was taken.
@@ -257,7 +301,7 @@ pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
     let through = &null.covariance * &cross;
     let left = (own - cross.dot(&through)).max(1e-12 * own + 1e-300);
     let whole = Column { from: 0, values: null.residual.clone() };
-    let match_ = column.dot(&whole);
+    let match_ = column.dot(&whole) - through.dot(&null.gradient);
     let p = &active.effect.parameters()[0];
     let size = (p.off + match_ / left).clamp(p.low, p.high) - p.off;
     let mut state = null.state.clone();
@@ -292,6 +336,7 @@ pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
         sigma: vec![(0, 0, left.powf(-0.5))],
         columns,
         precision,
+        gradient: DVector::zeros(n + 1),
     }
 }
 

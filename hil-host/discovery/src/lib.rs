@@ -27,6 +27,7 @@ pub mod search;
 pub mod signature;
 pub mod start;
 pub mod steady;
+pub mod strangers;
 pub mod vehicle;
 pub mod vehicle_file;
 pub mod wave;

@@ -312,7 +312,27 @@ impl<'a> Problem<'a> {
     }
 
     fn model_run(&self, k: usize, state: &State, out: &mut Vec<f64>) {
-        let run = self.runs[k];
+        self.model_on(self.runs[k], k, state, out);
+    }
+
+    /// The model's answer to run `k` with other inputs: additions to ballast (m³) and to pitch (rad) at each of them.
+    pub fn nudged(&self, k: usize, state: &State, additions: &[(f64, f64)], out: &mut Vec<f64>) {
+        let mut run = self.runs[k].clone();
+        let grid_s = 0.5 * run.step_s;
+        for (j, i) in run.inputs.iter_mut().enumerate() {
+            let (trim, pitch) = additions[j];
+            i.sensed.ballast_m3 += trim;
+            if pitch != 0.0 {
+                i.sensed.pitch_rad += pitch;
+                (i.sin_pitch, i.cos_pitch) = i.sensed.pitch_rad.sin_cos();
+                let (before, after) = (j.saturating_sub(1), (j + 1).min(additions.len() - 1));
+                i.pitch_rate_rad_s += (additions[after].1 - additions[before].1) / ((after - before).max(1) as f64 * grid_s);
+            }
+        }
+        self.model_on(&run, k, state, out);
+    }
+
+    fn model_on(&self, run: &Run, k: usize, state: &State, out: &mut Vec<f64>) {
         let (constants, effects) = self.law(state);
         let t = track(run, constants, &effects, self.vehicle.water_depth_m, self.beyond);
         let z = &state.calibration;

@@ -8,7 +8,7 @@ use crate::evidence::log_mean_exp;
 use crate::fit::Fit;
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
-use nalgebra::DMatrix;
+use crate::strangers::strangers;
 
 /// What a family found.
 #[derive(Clone, Debug)]
@@ -17,8 +17,8 @@ pub struct Family {
     pub variable: &'static str,
     /// Log Bayes factor against a clean residual.
     pub log_bayes: f64,
-    /// Amplitude that fits best, m/s.
-    pub scale_m_s: f64,
+    /// Amplitude of the vertical velocity that fits best, m/s; none for what acts through trim or pitch.
+    pub scale_m_s: Option<f64>,
     /// Period, s, for families in time.
     pub period_s: Option<f64>,
 }
@@ -73,16 +73,7 @@ fn traits(problem: &Problem, k: usize) -> Traits {
 /// Asks every family. Best first.
 #[must_use]
 pub fn families(problem: &Problem, fit: &Fit) -> Vec<Family> {
-    let n = fit.columns.len();
-    let mut curvature = DMatrix::from_fn(n, n, |i, j| if j <= i { fit.columns[i].dot(&fit.columns[j]) } else { 0.0 });
-    for i in 0..n {
-        for j in i + 1..n {
-            curvature[(i, j)] = curvature[(j, i)];
-        }
-        curvature[(i, i)] = (curvature[(i, i)] + fit.precision[i]).max(1e-12) * (1.0 + 1e-9);
-    }
-    let Some(base) = curvature.cholesky() else { return Vec::new() };
-    let residual = Column { from: 0, values: fit.residual.clone() };
+    let Some(ground) = fit.ground() else { return Vec::new() };
     let all: Vec<Traits> = (0..problem.runs.len()).map(|k| traits(problem, k)).collect();
     let g = problem.vehicle.constants.gravity_m_s2;
     let depth = |k: usize, row: usize| problem.runs[k].depth_at_row(row, g);
@@ -93,10 +84,10 @@ pub fn families(problem: &Problem, fit: &Fit) -> Vec<Family> {
     let sign = |k: usize, row: usize| if all[k].down[row] { 1.0 } else { -1.0 };
     let mut out = Vec::new();
     let mut ask = |variable: &'static str, columns: &[Column], period_s: Option<f64>| {
-        let offer = Offer::new(columns, &fit.columns, &base, &residual);
+        let offer = Offer::new(columns, &ground);
         let bayes: Vec<f64> = SCALES_M_S.iter().map(|s| offer.log_bayes(*s)).collect();
         let best = (0..bayes.len()).max_by(|a, b| bayes[*a].total_cmp(&bayes[*b])).unwrap_or(0);
-        out.push(Family { variable, log_bayes: log_mean_exp(&bayes), scale_m_s: SCALES_M_S[best], period_s });
+        out.push(Family { variable, log_bayes: log_mean_exp(&bayes), scale_m_s: Some(SCALES_M_S[best]), period_s });
     };
     // Each leg on its own: what changes from leg to leg (time, speed, pitch, ballast).
     let mut legs = Vec::new();
@@ -163,6 +154,9 @@ pub fn families(problem: &Problem, fit: &Fit) -> Vec<Family> {
             }
         }
         ask("time", &columns, Some(period));
+    }
+    for stranger in strangers(problem, &fit.state) {
+        out.push(Family { variable: stranger.variable, log_bayes: stranger.log_bayes(problem, &ground), scale_m_s: None, period_s: None });
     }
     out.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     out

@@ -95,7 +95,7 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
         "probability_nothing_missing": number(d.probability_nothing),
         "where": findings(&where_it_fails(d, vehicle, &d.recalibrated)),
         "remainder": d.remainder.iter().take(5).map(|f| json!({
-            "variable": f.variable, "log_bayes": number(f.log_bayes), "amplitude_cm_s": number(f.scale_m_s * 100.0),
+            "variable": f.variable, "log_bayes": number(f.log_bayes), "amplitude_cm_s": f.scale_m_s.map_or(Value::Null, |s| number(s * 100.0)),
             "period_s": f.period_s.map_or(Value::Null, number),
         })).collect::<Vec<_>>(),
         "explanation": explanation(d),
@@ -125,7 +125,7 @@ pub fn explanation(d: &Diagnosis) -> String {
             let f = d.remainder.first();
             let what = f.map_or_else(String::new, |f| {
                 let period = f.period_s.map_or_else(String::new, |p| format!(" with a period of about {:.0} min", p / 60.0));
-                format!(" It follows the {}{period}, about {}.", f.variable, cm(f.scale_m_s))
+                format!(" It follows the {}{period}{}.", f.variable, f.scale_m_s.map_or_else(String::new, |s| format!(", about {}", cm(s))))
             });
             let best = d
                 .candidates

@@ -8,11 +8,10 @@
 
 use crate::evidence::{PRIOR, log_evidence, log_mean_exp};
 use crate::fit::{Effort, Fit, Jacobian, fit, linear, start_at};
-use crate::problem::{Column, Problem, State};
+use crate::problem::{Column, Problem, State, calibration_of, tolerance_of};
 use crate::signature::{Offer, log_size_prior_of, pair_score, project, signatures};
 use crate::wave::{Kind, PARTS, Wave, stretched};
 use hydro::effects::{Active, CATALOGUE, Effect};
-use nalgebra::DMatrix;
 
 /// Name of the effect whose phase is free in every run.
 pub const WAVE: &str = "internal_wave";
@@ -197,6 +196,13 @@ impl<'a> Screen<'a> {
 
     fn start(&self, base: &State, effect: &'static dyn Effect, size: f64) -> State {
         let mut start = base.clone();
+        let mut size = size;
+        // What the calibration has stretched for belongs to the effect that deviates the same number: the same law, no strain.
+        if let Some(k) = calibration_of(effect.name()) {
+            let p = &effect.parameters()[0];
+            size = (size + start.calibration[k] * tolerance_of(self.problem.vehicle, k)).clamp(p.low, p.high);
+            start.calibration[k] = 0.0;
+        }
         start.effects.push(if effect.name() == "horizontal_current" { self.current_start(base) } else { start_at(effect, size) });
         start
     }
@@ -250,20 +256,11 @@ impl<'a> Screen<'a> {
     /// Scans kind and amplitude of a wave on the residual of a fit: best kind and scale, and the log Bayes factor.
     fn scan_wave(&self, f: &Fit) -> (Kind, f64, f64) {
         let none = Kind { period_s: 1200.0, mode: 1, stretched: None };
-        let n = f.columns.len();
-        let mut curvature = DMatrix::from_fn(n, n, |i, j| if j <= i { f.columns[i].dot(&f.columns[j]) } else { 0.0 });
-        for i in 0..n {
-            for j in i + 1..n {
-                curvature[(i, j)] = curvature[(j, i)];
-            }
-            curvature[(i, i)] = (curvature[(i, i)] + f.precision[i]).max(1e-12);
-        }
-        let Some(base) = curvature.cholesky() else { return (none, 0.01, f64::NEG_INFINITY) };
-        let whole = Column { from: 0, values: f.residual.clone() };
+        let Some(ground) = f.ground() else { return (none, 0.01, f64::NEG_INFINITY) };
         let mut best = (&none, 0.01, f64::NEG_INFINITY);
         let mut all = Vec::new();
         for (kind, columns) in &self.waves {
-            let prepared = Offer::new(columns, &f.columns, &base, &whole);
+            let prepared = Offer::new(columns, &ground);
             for scale in WAVE_SCALES {
                 // Second modes are rarer than first ones.
                 let log_bayes = prepared.log_bayes(scale / 2.0_f64.sqrt()) - if kind.mode == 1 { 0.0 } else { 1.0 };
@@ -292,7 +289,8 @@ impl<'a> Screen<'a> {
     /// Effects that would gain most beside what is fitted, best first: log odds (no prior) and effect.
     fn seconds(&self, f: &Fit) -> Vec<(f64, &'static dyn Effect)> {
         let renewed = signatures(self.problem, &f.state, None);
-        let (gram, match_) = project(f, &renewed);
+        let Some(ground) = f.ground() else { return Vec::new() };
+        let Offer { gram, match_ } = project(&ground, &renewed);
         let mut second: Vec<(f64, &'static dyn Effect)> = (0..renewed.len())
             .map(|i| {
                 let (g, b) = (gram[(i, i)].max(1e-300), match_[i]);
@@ -322,7 +320,7 @@ pub fn search(problem: &Problem, before: Option<&Found>, tick: &dyn Fn(&str, f64
     let Some(best) = found.candidates.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|c| c.gain > RENEW_GAIN) else { return found };
     let alone = State { calibration: best.fit.state.calibration, ..State::nominal() };
     let null = fit(problem, &Jacobian::new(problem, &alone), &alone, 0.01, effort(6));
-    if null.chi2 < found.null.chi2 - RENEW_GAIN { search_from(problem, &null.state, None, tick) } else { found }
+    if null.chi2 < found.null.chi2 - RENEW_GAIN { search_from(problem, &null.state, Some(&found), tick) } else { found }
 }
 
 fn search_from(problem: &Problem, start: &State, before: Option<&Found>, tick: &dyn Fn(&str, f64)) -> Found {
@@ -378,17 +376,18 @@ fn search_from(problem: &Problem, start: &State, before: Option<&Found>, tick: &
 
     // Geometry of the signatures after the calibration is projected out.
     tick("pairs", 0.5);
-    let projected = project(&screen.null, &signs);
+    let ground = screen.null.ground();
+    let projected = ground.as_ref().map(|ground| project(ground, &signs));
     let mut likeness = Vec::new();
     let mut ranked: Vec<(f64, usize, usize)> = Vec::new();
-    for i in 0..signs.len() {
+    for (i, projected) in (0..signs.len()).flat_map(|i| projected.iter().map(move |p| (i, p))) {
         for j in i + 1..signs.len() {
             if signs[i].effect.name() == signs[j].effect.name() {
                 continue;
             }
-            let (gi, gj, gij) = (projected.0[(i, i)], projected.0[(j, j)], projected.0[(i, j)]);
+            let (gi, gj, gij) = (projected.gram[(i, i)], projected.gram[(j, j)], projected.gram[(i, j)]);
             likeness.push((signs[i].effect.name(), signs[j].effect.name(), gij / (gi * gj).max(1e-300).sqrt()));
-            ranked.push((pair_score(problem, &signs, &projected, i, j), i, j));
+            ranked.push((pair_score(problem, &signs, projected, i, j), i, j));
         }
     }
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));

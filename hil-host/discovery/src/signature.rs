@@ -1,33 +1,35 @@
 //! Signatures of effects in the whitened observations, and their geometry once everything that is fitted is projected out.
 
 use crate::evidence::log_size_prior;
-use crate::fit::{Fit, Jacobian, start_at};
+use crate::fit::{Ground, Jacobian, start_at, symmetric};
 use crate::problem::{Column, Problem, State, calibration_of, tolerance_of};
 use crate::search::WAVE;
 use hydro::effects::{CATALOGUE, Effect};
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Borrow;
 use std::f64::consts::PI;
 
 /// Extra columns offered to a residual, with what is fitted already projected out.
 pub struct Offer {
-    gram: DMatrix<f64>,
-    match_: DVector<f64>,
+    /// Inner products of the columns.
+    pub gram: DMatrix<f64>,
+    /// Their match with the residual.
+    pub match_: DVector<f64>,
 }
 
 impl Offer {
     /// Projects the columns.
     #[must_use]
-    pub fn new(extra: &[Column], base: &[Column], base_curvature: &nalgebra::Cholesky<f64, nalgebra::Dyn>, residual: &Column) -> Self {
-        let (n, m) = (base.len(), extra.len());
-        let cross = DMatrix::from_fn(n, m, |i, j| base[i].dot(&extra[j]));
-        let mut gram = DMatrix::from_fn(m, m, |i, j| if j <= i { extra[i].dot(&extra[j]) } else { 0.0 });
-        for i in 0..m {
-            for j in i + 1..m {
-                gram[(i, j)] = gram[(j, i)];
-            }
-        }
-        gram -= cross.transpose() * base_curvature.solve(&cross);
-        Self { gram, match_: DVector::from_fn(m, |i, _| extra[i].dot(residual)) }
+    pub fn new<C: Borrow<Column>>(extra: &[C], ground: &Ground) -> Self {
+        let base = &ground.fit.columns;
+        let m = extra.len();
+        let cross = DMatrix::from_fn(base.len(), m, |i, j| base[i].dot(extra[j].borrow()));
+        let mut gram = symmetric(m, |i, j| extra[i].borrow().dot(extra[j].borrow()));
+        let through = ground.curvature.solve(&cross);
+        gram -= cross.transpose() * &through;
+        // A pull that the fit has left on its own numbers is not to be made good by the offer.
+        let match_ = DVector::from_fn(m, |j, _| extra[j].borrow().dot(&ground.residual)) - through.transpose() * &ground.fit.gradient;
+        Self { gram, match_ }
     }
 
     /// Log Bayes factor for normal amplitudes of this scale.
@@ -99,33 +101,13 @@ pub(crate) fn log_size_prior_of(problem: &Problem, s: &Signature, value: f64, si
     log_size_prior(problem, s.effect, s.effect.parameters()[0].off + value, sigma) + sigma.ln() + 0.5 * (2.0 * PI).ln()
 }
 
-/// Inner products of signatures and of their match with the residual, after what is fitted is projected out.
-pub(crate) fn project(f: &Fit, signs: &[Signature]) -> (DMatrix<f64>, DVector<f64>) {
-    let (n, m) = (f.columns.len(), signs.len());
-    let mut curvature = DMatrix::from_fn(n, n, |i, j| if j <= i { f.columns[i].dot(&f.columns[j]) } else { 0.0 });
-    for i in 0..n {
-        for j in i + 1..n {
-            curvature[(i, j)] = curvature[(j, i)];
-        }
-        curvature[(i, i)] = (curvature[(i, i)] + f.precision[i]).max(1e-12) * (1.0 + 1e-9);
-    }
-    let cross = DMatrix::from_fn(n, m, |i, j| f.columns[i].dot(&signs[j].column));
-    let mut gram = DMatrix::from_fn(m, m, |i, j| if j <= i { signs[i].column.dot(&signs[j].column) } else { 0.0 });
-    for i in 0..m {
-        for j in i + 1..m {
-            gram[(i, j)] = gram[(j, i)];
-        }
-    }
-    if let Some(c) = curvature.cholesky() {
-        gram -= cross.transpose() * c.solve(&cross);
-    }
-    let whole = Column { from: 0, values: f.residual.clone() };
-    let b = DVector::from_fn(m, |i, _| signs[i].column.dot(&whole));
-    (gram, b)
+/// Signatures offered to a fit.
+pub(crate) fn project(ground: &Ground, signs: &[Signature]) -> Offer {
+    Offer::new(&signs.iter().map(|s| &s.column).collect::<Vec<_>>(), ground)
 }
 
-pub(crate) fn pair_score(problem: &Problem, signs: &[Signature], projected: &(DMatrix<f64>, DVector<f64>), i: usize, j: usize) -> f64 {
-    let (g, b) = projected;
+pub(crate) fn pair_score(problem: &Problem, signs: &[Signature], projected: &Offer, i: usize, j: usize) -> f64 {
+    let (g, b) = (&projected.gram, &projected.match_);
     let (a, c, d) = (g[(i, i)] * (1.0 + 1e-6) + 1e-300, g[(i, j)], g[(j, j)] * (1.0 + 1e-6) + 1e-300);
     let det = a * d - c * c;
     if !(det > 0.0) {

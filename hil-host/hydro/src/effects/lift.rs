@@ -87,19 +87,30 @@ impl Effect for Stall {
         "shallow legs that pass through the stall angle, up and down"
     }
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "alpha_stall_rad",
-            unit: "rad",
-            off: 0.35,
-            low: 0.01,
-            high: 0.35,
-            typical: 0.2,
-            source: "6 % sections at chord Reynolds number 1e4-1e5 separate at 6-12 deg",
-        }]
+        &[
+            Parameter {
+                name: "alpha_stall_rad",
+                unit: "rad",
+                off: 0.35,
+                low: 0.01,
+                high: 0.35,
+                typical: 0.2,
+                source: "6 % sections at chord Reynolds number 1e4-1e5 separate at 6-12 deg",
+            },
+            Parameter {
+                name: "loss",
+                unit: "1",
+                off: 0.5,
+                low: 0.2,
+                high: 0.9,
+                typical: 0.08,
+                source: "half of the slope by definition; its spread is a guess",
+            },
+        ]
     }
     fn lift(&self, p: &[f64], at: &Flow, c: &Constants) -> f64 {
         let beyond = at.alpha_rad.abs() - p[0];
-        if beyond > 0.0 { -0.5 * c.lift_slope_per_rad * beyond * at.alpha_rad.signum() } else { 0.0 }
+        if beyond > 0.0 { -p[1] * c.lift_slope_per_rad * beyond * at.alpha_rad.signum() } else { 0.0 }
     }
 }
 

@@ -63,5 +63,6 @@ pub fn truth_document(case: &Case) -> Value {
         "pressure_zero_dbar": t.pressure_zero_dbar,
         "list_rad": t.list_rad,
         "duration_days": t.days,
+        "stalled_share": t.stalled_share,
     })
 }

@@ -154,6 +154,8 @@ pub struct Truth {
     pub list_rad: f64,
     /// Duration of the trial, days.
     pub days: f64,
+    /// Share of the time under water that each segment flew beyond the angle of attack where the given law ends.
+    pub stalled_share: [f64; SEGMENTS],
 }
 
 /// A sealed case.
@@ -327,10 +329,12 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
     let voyage = Voyage { nominal: &nominal, nature: &nature, ocean: &ocean, list };
     let mut rows = Vec::new();
     let mut end_s = 0.0;
+    let mut stalled_share = [0.0; SEGMENTS];
     for (k, order) in orders.iter_mut().enumerate() {
         order.start_s = ((end_s + order.gap_s) / 0.05).round() * 0.05;
         let order = &*order;
         let moments = voyage.fly(k, order, voyage::STEP_S, &mut stream(seed, i, 100 + k as u64));
+        stalled_share[k] = voyage::stalled_share(&moments);
         end_s = order.start_s + moments.last().map_or(0.0, |m| m.t);
         rows.extend(sensors::sample(&voyage, &scatter, zero, k, order, &moments, &mut stream(seed, i, 200 + k as u64)));
     }
@@ -349,6 +353,7 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
             pressure_zero_dbar: zero.pressure_dbar,
             list_rad: list,
             days,
+            stalled_share,
         },
         vehicle: nominal,
     }

@@ -4,14 +4,16 @@
 //! scatter. What is missing from the file is added here in forms of its own:
 //! other onsets, powers, references and smoothings than a tool is likely to
 //! assume (format, section 6.3). Beyond 0.35 rad, where the format leaves the
-//! law free, lift fades and drag grows towards a bluff body, smoothly.
+//! law free and says that only launches and turns are flown, the normal force goes
+//! on growing with the cross-flow, sin², as on slender bodies and wings of low
+//! aspect ratio (Jorgensen, NASA TR R-474, 1977); the axial force falls with the cosine.
 
 use super::vehicle::{Nominal, Scatter};
 
 /// Angle at which the given polar ends, rad (format, section 3).
-const ALPHA_END_RAD: f64 = 0.35;
+pub(super) const ALPHA_END_RAD: f64 = 0.35;
 /// Normal-force coefficient of the hull and wing broadside, on S (flat plate and cylinder about 1.1 to 2, guess).
-const BROADSIDE_CD: f64 = 3.2;
+const BROADSIDE_CN: f64 = 3.2;
 
 /// Extra normal force `k e^p 0.1^(2-p)`, e the angle beyond the onset.
 #[derive(Clone, Copy, Debug)]
@@ -261,15 +263,23 @@ impl Nature {
     #[must_use]
     pub fn lift_and_drag(&self, alpha: f64, speed: f64, climb: f64, at: &Instant) -> (f64, f64) {
         let q = 0.5 * at.rho * self.area * speed * speed;
-        let inner = alpha.clamp(-ALPHA_END_RAD, ALPHA_END_RAD);
-        let (mut cl, mut cd) = self.coefficients(inner, speed, climb, at);
-        let beyond = alpha.abs() - ALPHA_END_RAD;
-        if beyond > 0.0 {
-            // Lift fades with the cosine, drag rises to the broadside value.
-            let share = libm::sin(beyond.min(core::f64::consts::PI - ALPHA_END_RAD) * core::f64::consts::FRAC_PI_2 / 1.22);
-            cl *= libm::cos(alpha) / libm::cos(ALPHA_END_RAD);
-            cd += (BROADSIDE_CD - cd) * share * share;
+        let edge = ALPHA_END_RAD.copysign(alpha);
+        if alpha.abs() <= ALPHA_END_RAD {
+            let (cl, cd) = self.coefficients(alpha, speed, climb, at);
+            return (q * cl, q * cd);
         }
+        let (cl, cd) = self.coefficients(edge, speed, climb, at);
+        let (sin_e, cos_e, sin_a, cos_a) = (libm::sin(edge), libm::cos(edge), libm::sin(alpha), libm::cos(alpha));
+        let (normal_e, axial_e) = (cl * cos_e + cd * sin_e, cd * cos_e - cl * sin_e);
+        let backwards = cos_a < 0.0 && sin_a.abs() < sin_e.abs();
+        let normal = if backwards {
+            normal_e * sin_a / sin_e
+        } else {
+            let crossflow = (sin_a * sin_a - sin_e * sin_e) / (cos_e * cos_e);
+            normal_e + (BROADSIDE_CN.copysign(alpha) - normal_e) * crossflow
+        };
+        let axial = axial_e * cos_a / cos_e;
+        let (cl, cd) = (normal * cos_a - axial * sin_a, normal * sin_a + axial * cos_a);
         (q * cl, q * cd)
     }
 

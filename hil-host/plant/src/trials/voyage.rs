@@ -10,7 +10,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::nature::{Instant, Nature};
+use super::nature::{ALPHA_END_RAD, Instant, Nature};
 use super::ocean::Ocean;
 use super::vehicle::{Nominal, PITCH};
 use super::{SEGMENTS, Site};
@@ -148,6 +148,17 @@ pub struct Moment {
     pub position: [f64; 2],
     /// Floating at the surface.
     pub floating: bool,
+}
+
+/// Share of the time under water that was flown beyond the angle of attack where the given law ends.
+#[must_use]
+pub fn stalled_share(moments: &[Moment]) -> f64 {
+    let (mut stalled, mut under) = (0_u32, 0_u32);
+    for m in moments.iter().filter(|m| !m.floating && m.depth > 2.0) {
+        under += 1;
+        stalled += u32::from(libm::atan2(-m.velocity[1], m.velocity[0]).abs() > ALPHA_END_RAD);
+    }
+    f64::from(stalled) / f64::from(under.max(1))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -1,0 +1,183 @@
+//! Effects that have no name in the vocabulary: asked, so that the tool can say that something else is there, never answered.
+//!
+//! Each is a change of the model's inputs (trim, pitch), run through the model at a fitted state; its whitened signature is offered to
+//! the residual like the families of [`crate::remainder`], and what the best of it really gains is then seen by flying it. They are
+//! what gliders are known to do beside the catalogue: trim that is not repeatable or leaks away, a hull or a conductivity cell that
+//! follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks, a
+//! pitch sensor that depends on heading (soft iron), pressure or roll.
+
+use crate::evidence::log_mean_exp;
+use crate::fit::Ground;
+use crate::prepare::Input;
+use crate::problem::{Column, N_CALIBRATION, Problem, State};
+use crate::signature::Offer;
+use hydro::effects::Sensed;
+use nalgebra::DVector;
+
+/// Unit of a change of trim, m³: ten cm³, what a glider's trim is known to.
+const TRIM_M3: f64 = 10e-6;
+/// Unit of a change of pitch, rad: half a degree.
+const PITCH_RAD: f64 = 0.01;
+/// Share of a unit that signatures are differenced over.
+const STEP: f64 = 0.2;
+/// Amplitudes that are believed in, in these units, 1 sigma.
+const SCALES: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
+/// Log Bayes factor from which the gain is checked by flying it.
+const WORTH_FLYING: f64 = 4.0;
+/// Shares of the linear step that are flown.
+const SHARES: [f64; 3] = [1.0, 0.6, 0.3];
+/// Lags of temperature, s: cells of conductivity sensors 20 to 60 s (Garau et al. 2011), hulls and oil some minutes (guess).
+const TEMPERATURE_LAGS_S: [f64; 5] = [20.0, 60.0, 150.0, 400.0, 900.0];
+/// Lags of the water in free-flooding spaces, s (guess).
+const DENSITY_LAGS_S: [f64; 4] = [20.0, 60.0, 180.0, 500.0];
+/// Lags of the buoyancy engine behind its reading, s (guess).
+const BALLAST_LAGS_S: [f64; 3] = [5.0, 15.0, 40.0];
+/// Pressure of the atmosphere, Pa.
+const ATMOSPHERE_PA: f64 = 101_325.0;
+
+/// Change of trim and of pitch of every input of a run, in their units.
+type Change = Vec<(f64, f64)>;
+
+/// One amplitude of a stranger: the change it makes in each run, and its whitened signature.
+struct Part {
+    changes: Vec<Change>,
+    column: Column,
+}
+
+/// A kind of stranger; each of its forms has one or several amplitudes.
+pub struct Stranger {
+    /// Which variable it follows, and through what it acts.
+    pub variable: &'static str,
+    forms: Vec<Vec<Part>>,
+}
+
+impl Stranger {
+    /// Log Bayes factor of this stranger beside a fit, averaged over forms and sizes; the best of them as it flies, the others as
+    /// linear theory has them.
+    #[must_use]
+    pub fn log_bayes(&self, problem: &Problem, ground: &Ground) -> f64 {
+        let mut all = Vec::new();
+        let mut best: (f64, Option<(&Vec<Part>, Offer, f64)>) = (f64::NEG_INFINITY, None);
+        for form in &self.forms {
+            let offer = Offer::new(&form.iter().map(|p| &p.column).collect::<Vec<_>>(), ground);
+            let told = SCALES.map(|s| (offer.log_bayes(s), s));
+            all.extend(told.map(|t| t.0));
+            let top = told.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 1.0));
+            if top.0 > best.0 {
+                best = (top.0, Some((form, offer, top.1)));
+            }
+        }
+        let linear = log_mean_exp(&all);
+        match best.1 {
+            Some((form, offer, scale)) if linear > WORTH_FLYING => linear - flown_short(problem, ground, form, &offer, scale),
+            _ => linear,
+        }
+    }
+}
+
+/// By how much the gain of a form as it flies falls short of what linear theory promises, in log evidence (never below 0).
+fn flown_short(problem: &Problem, ground: &Ground, form: &[Part], offer: &Offer, scale: f64) -> f64 {
+    let n = form.len();
+    let mut gram = offer.gram.clone();
+    for i in 0..n {
+        gram[(i, i)] += 1.0 / (scale * scale);
+    }
+    let Some(c) = gram.cholesky() else { return f64::INFINITY };
+    let amplitude = c.solve(&offer.match_);
+    let promised = offer.match_.dot(&amplitude);
+    // The calibration gives way: what the form takes of each number's signature.
+    let base = &ground.fit.columns;
+    let pulled = DVector::from_fn(base.len(), |i, _| {
+        ground.fit.gradient[i] - (0..n).map(|j| base[i].dot(&form[j].column) * amplitude[j]).sum::<f64>()
+    });
+    let give = ground.curvature.solve(&pulled);
+    let prior = |z: &[f64; N_CALIBRATION]| z.iter().map(|z| z * z).sum::<f64>();
+    let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
+    let before = prior(&ground.fit.state.calibration) + misfit(&mut ground.fit.residual.iter().copied());
+    let gain = |share: f64| {
+        let mut state = ground.fit.state.clone();
+        (0..N_CALIBRATION).for_each(|i| state.calibration[i] += share * give[i]);
+        let mut model = Vec::with_capacity(problem.data.len());
+        for k in 0..problem.runs.len() {
+            let total: Change = (0..problem.runs[k].inputs.len())
+                .map(|j| {
+                    form.iter().zip(amplitude.iter()).fold((0.0, 0.0), |sum, (part, a)| {
+                        let (v, p) = part.changes[k].get(j).copied().unwrap_or_default();
+                        (sum.0 + share * a * v, sum.1 + share * a * p)
+                    })
+                })
+                .collect();
+            problem.nudged(k, &state, &in_si(&total), &mut model);
+        }
+        let size: f64 = amplitude.iter().map(|a| (share * a / scale).powi(2)).sum();
+        before - prior(&state.calibration) - misfit(&mut problem.data.iter().zip(&model).map(|(d, m)| d - m)) - size
+    };
+    let flown = SHARES.into_iter().map(gain).filter(|g| g.is_finite()).fold(0.0, f64::max);
+    0.5 * (promised - flown).max(0.0)
+}
+
+fn in_si(change: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    change.iter().map(|(v, p)| (v * TRIM_M3, p * PITCH_RAD)).collect()
+}
+
+/// All strangers at a state.
+#[must_use]
+pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
+    let base = problem.model(at);
+    let runs = problem.runs.len();
+    let whole = |change: &dyn Fn(usize) -> Change| -> Part {
+        let changes: Vec<Change> = (0..runs).map(change).collect();
+        let mut model = Vec::with_capacity(base.len());
+        for (k, change) in changes.iter().enumerate() {
+            let step: Change = change.iter().map(|(v, p)| (STEP * v, STEP * p)).collect();
+            problem.nudged(k, at, &in_si(&step), &mut model);
+        }
+        Part { changes, column: Column { from: 0, values: model.iter().zip(&base).map(|(a, b)| (a - b) / STEP).collect() } }
+    };
+    let trim = |of: &dyn Fn(usize, &Sensed) -> f64| whole(&|k| problem.runs[k].inputs.iter().map(|i| (of(k, &i.sensed), 0.0)).collect());
+    let pitch = |of: &dyn Fn(&Input) -> f64| whole(&|k| problem.runs[k].inputs.iter().map(|i| (0.0, of(i))).collect());
+    let lagged = |seconds: f64, of: &dyn Fn(&Sensed) -> f64| {
+        whole(&|k| {
+            let run = problem.runs[k];
+            let share = 1.0 - (-0.5 * run.step_s / seconds).exp();
+            let mut behind = run.inputs.first().map_or(0.0, |i| of(&i.sensed));
+            let late = |i: &Input| {
+                let now = of(&i.sensed);
+                behind += share * (now - behind);
+                (behind - now, 0.0)
+            };
+            run.inputs.iter().map(late).collect()
+        })
+    };
+    let lags = |seconds: &[f64], of: &dyn Fn(&Sensed) -> f64| seconds.iter().map(|t| vec![lagged(*t, of)]).collect();
+    let constant = trim(&|_, _| 1.0);
+    let each_run = (0..runs)
+        .map(|k| {
+            let range = problem.range(k).0;
+            let mut changes = vec![Change::new(); runs];
+            changes[k].clone_from(&constant.changes[k]);
+            Part { changes, column: Column { from: range.start, values: constant.column.values[range].to_vec() } }
+        })
+        .collect();
+    let first_s = problem.runs.first().map_or(0.0, |r| r.time_s[0]);
+    let start_s = |k: usize| problem.runs[k].time_s[0];
+    let mpa = |i: &Input| i.sensed.pressure_pa * 1e-6;
+    vec![
+        Stranger { variable: "segment (trim)", forms: vec![each_run] },
+        Stranger {
+            variable: "time since the start of the segment (trim)",
+            forms: vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]],
+        },
+        Stranger { variable: "day (trim)", forms: vec![vec![trim(&|_, s| (s.time_s - first_s) / 864_000.0)]] },
+        Stranger { variable: "temperature some time ago (trim)", forms: lags(&TEMPERATURE_LAGS_S, &|s| s.temperature_degc * 0.2) },
+        Stranger { variable: "density some time ago (trim)", forms: lags(&DENSITY_LAGS_S, &|s| s.density_kg_m3) },
+        Stranger { variable: "ballast some time ago (trim)", forms: lags(&BALLAST_LAGS_S, &|s| s.ballast_m3 / TRIM_M3) },
+        Stranger {
+            variable: "pressure of enclosed air (trim)",
+            forms: vec![vec![trim(&|_, s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))]],
+        },
+        Stranger { variable: "heading (pitch)", forms: vec![vec![pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]] },
+        Stranger { variable: "depth (pitch)", forms: vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]] },
+        Stranger { variable: "roll (pitch)", forms: vec![vec![pitch(&|i| i.roll_rad * 4.0)]] },
+    ]
+}

@@ -191,8 +191,10 @@ fn learning(c: &mut Criterion<Cpu>) {
     group.bench_function("compare", |b| b.iter(|| black_box(compare::compare(&flight, &vehicle))));
     group.bench_function("dynamic-fit", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[], &[]).expect("a fit"))));
     group.bench_function("dynamic-fit-with-effect", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[edge], &[]).expect("a fit"))));
-    group.bench_function("diagnose", |b| b.iter(|| black_box(diagnose(&flight, &vehicle, &|_, _| {}).expect("a diagnosis"))));
-    let found = diagnose(&flight, &vehicle, &|_, _| {}).expect("a diagnosis");
+    group.bench_function("diagnose", |b| {
+        b.iter(|| black_box(diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis")))
+    });
+    let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     let page = scratch().join("report.html");
     group.bench_function("report", |b| {
         b.iter(|| {
@@ -235,7 +237,7 @@ fn growth() -> Vec<(f64, usize, f64)> {
     for hours in [3.0, 24.0, 720.0] {
         let (flight, vehicle) = log(hours).expect("a log");
         let begin = cpu_time();
-        let found = diagnose(&flight, &vehicle, &|_, _| {}).expect("a diagnosis");
+        let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
         let seconds = (cpu_time() - begin).as_secs_f64();
         let exponent =
             out.last().map_or(String::new(), |(h, _, s)| format!(", grows as length^{:.2}", (seconds / s).ln() / (hours / h).ln()));

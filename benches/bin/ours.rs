@@ -80,7 +80,7 @@ fn cases(folder: &Path, n: usize, seed: u64) -> anyhow::Result<()> {
 
 fn find(path: &Path, matrix: &Path) -> anyhow::Result<()> {
     let (flight, vehicle) = load(path)?;
-    let (seconds, found) = timed(1, || diagnose::diagnose(&flight, &vehicle, &|_, _| {}));
+    let (seconds, found) = timed(1, || diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}));
     let found = found?;
     let prepared = prepare(&flight, &vehicle);
     let fitted = |s: u32| !vehicle.check_segments.contains(&s) && (vehicle.fit_segments.is_empty() || vehicle.fit_segments.contains(&s));

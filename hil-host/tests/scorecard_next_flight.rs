@@ -29,7 +29,7 @@ fn fly(spec: &Spec, seed: u64, legs: &[[f64; 2]]) -> Option<Flown> {
     // All dives are for learning here.
     vehicle.fit_segments = (0..legs.len() as u32).collect();
     vehicle.check_segments = vec![99];
-    Some(Flown { diagnosis: diagnose::diagnose(&flight, &vehicle, &|_, _| {}).ok()?, vehicle })
+    Some(Flown { diagnosis: diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).ok()?, vehicle })
 }
 
 #[test]

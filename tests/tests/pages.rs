@@ -173,7 +173,8 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
     let case = puzzle(&folder);
     let flight = discovery::read::flight(&case).expect("our own case reads");
     let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
-    let found = discovery::diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("our own case can be diagnosed");
+    let found = discovery::diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {})
+        .expect("our own case can be diagnosed");
     let told = discovery::report::document(&found, &vehicle, "case");
     let cm = |key: &str| format!("{:.3}", 100.0 * told["block_error_m_s"][key].as_f64().expect("an error"));
 
@@ -252,7 +253,8 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
     let case = puzzle(&folder);
     let flight = discovery::read::flight(&case).expect("our own case reads");
     let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
-    let found = discovery::diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("our own case can be diagnosed");
+    let found = discovery::diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {})
+        .expect("our own case can be diagnosed");
     let file = folder.join("report.html");
     flight_report::page(&found, &vehicle, "case", Provenance::of_this_run()).write(&file).expect("the page is written");
     let bytes = std::fs::metadata(&file).expect("the page is there").len();

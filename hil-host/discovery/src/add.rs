@@ -4,7 +4,7 @@ use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepare
 use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{N_CALIBRATION, Problem, State, block_error, tolerance_of};
-use crate::search::fit_named;
+use crate::screen::fit_named;
 use crate::{Flight, Vehicle};
 use hydro::effects::{Continuation, Effect};
 use serde_json::{Value, json};

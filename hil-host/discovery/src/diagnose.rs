@@ -7,7 +7,8 @@ use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, State, block_error};
 use crate::remainder::{Family, families};
-use crate::search::{Candidate, Found, WAVE, search};
+use crate::screen::{Candidate, WAVE};
+use crate::search::{Depth, Found, search};
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
 
@@ -221,17 +222,17 @@ pub fn prepared_problem<'a>(
     Ok((problem, second))
 }
 
-/// Diagnoses a flight. `tick` is told what is being done and which share is done.
+/// Diagnoses a flight, looking for as many effects at once as `depth` says. `tick` is told what is being done and which share is done.
 ///
 /// # Errors
 /// No dive in the flight that a model could be compared with.
-pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
+pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
     tick("reading the inputs", 0.0);
     let prepared = prepare(flight, vehicle);
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let mut found = search(&problem, None, tick);
+    let mut found = search(&problem, None, depth, tick);
     let best_of = |found: &Found| found.candidates.first().filter(|c| speaks_up(c)).map_or_else(|| found.null.clone(), |c| c.fit.clone());
     // Second look, with what the first has taught: near the stall, which samples are wrong, and the size of the ordinary water
     // motion. Rows move only together with a new search.
@@ -241,7 +242,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) ->
     let mut kept = problem.left_out();
     let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state) > 0;
     if restored {
-        let again = search(&problem, Some(&found), tick);
+        let again = search(&problem, Some(&found), depth, tick);
         restored = mean_square(&best_of(&again)) < mean_square(&best).max(1.0) * 1.06;
         if restored {
             found = again;
@@ -255,7 +256,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, tick: &dyn Fn(&str, f64)) ->
     let outliers = problem.drop_outliers(&best.residual, OUTLIER);
     let widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
     if problem.tune_colour(&best.state) || widened + outliers > large {
-        found = search(&problem, Some(&found), tick);
+        found = search(&problem, Some(&found), depth, tick);
     } else {
         problem.leave_out(kept);
     }

@@ -101,7 +101,8 @@ mod tests {
         }
         let flight = read::parse(&text, Path::new("f.csv"), "f").expect("reads");
         let vehicle = vehicle::parse_text(VEHICLE, Path::new("v.json")).expect("vehicle");
-        diagnose::diagnose(&flight, &vehicle, &|_, _| {}).map_or_else(|e| e.to_string(), |d| d.verdict.name().to_string())
+        diagnose::diagnose(&flight, &vehicle, crate::search::Depth::Pairs, &|_, _| {})
+            .map_or_else(|e| e.to_string(), |d| d.verdict.name().to_string())
     }
 
     /// Changes time, pressure, pitch and ballast of a sound log into what it shall say: pressure, pitch, ballast.

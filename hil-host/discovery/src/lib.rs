@@ -23,6 +23,7 @@ pub mod problem;
 pub mod read;
 pub mod remainder;
 pub mod report;
+pub mod screen;
 pub mod search;
 pub mod signature;
 pub mod start;

@@ -78,7 +78,7 @@ impl Stranger {
 /// By how much the gain of a form as it flies falls short of what linear theory promises, in log evidence (never below 0).
 fn flown_short(problem: &Problem, ground: &Ground, form: &[Part], offer: &Offer, scale: f64) -> f64 {
     let n = form.len();
-    let mut gram = offer.gram.clone();
+    let mut gram = offer.gram();
     for i in 0..n {
         gram[(i, i)] += 1.0 / (scale * scale);
     }

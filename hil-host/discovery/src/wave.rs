@@ -68,6 +68,13 @@ impl Kind {
 }
 
 impl Wave {
+    /// Rms over the runs of the amplitude of the fundamental, m/s.
+    #[must_use]
+    pub fn rms_amplitude_m_s(&self) -> f64 {
+        let power: f64 = self.amplitude_m_s.iter().map(|[a, b, ..]| a * a + b * b).sum();
+        (power / self.amplitude_m_s.len().max(1) as f64).sqrt()
+    }
+
     /// Depth shift at each row of fitted run `k`, m, positive down.
     #[must_use]
     pub fn depth_m(&self, run: &Run, k: usize, vehicle: &Vehicle) -> Vec<f64> {

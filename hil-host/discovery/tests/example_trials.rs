@@ -45,7 +45,7 @@ fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure
         let case = folder.join(name);
         let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
         let flight = read::flight(&case).expect("flight");
-        let d = diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("diagnosis");
+        let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{name}");
         // Recalibration inside the tolerances must not hurt: 10 % of a 37-block rms is its own sampling error.
         assert!(d.block_error_m_s[1] < d.block_error_m_s[0] * 1.1, "{name}: {:?}", d.block_error_m_s);
@@ -56,7 +56,7 @@ fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure
                 blind.pressure_pa[i] = 5e4;
             }
         }
-        let b = diagnose::diagnose(&blind, &vehicle, &|_, _| {}).expect("diagnosis");
+        let b = diagnose::diagnose(&blind, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(b.recalibrated.calibration, d.recalibrated.calibration, "{name}");
         let p = plan::plan(&d, &vehicle).expect("two hypotheses at least");
         assert!(p.separation.windows(2).all(|w| w[1] >= w[0] - 1e-9), "{:?}", p.separation);
@@ -73,12 +73,13 @@ fn a_wrong_ballast_gain_is_named_and_the_new_vehicle_file_mends_the_error() {
     let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
     let mut flight = read::flight(&case).expect("flight");
     flight.ballast_m3.iter_mut().for_each(|b| *b /= 1.08);
-    let d = diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("diagnosis");
+    let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
     assert!(d.equivalent.iter().any(|e| e == &["ballast_scale"]), "{:?} {:?}", d.verdict, d.equivalent);
     let scale = hydro::effects::by_name("ballast_scale").expect("in the catalogue");
     let added = add::add(&flight, &vehicle, &[scale], b"parent").expect("added");
     // Mended means: as good as the untouched flight after its own recalibration, to 5 %.
-    let untouched = diagnose::diagnose(&read::flight(&case).expect("flight"), &vehicle, &|_, _| {}).expect("diagnosis");
+    let untouched = diagnose::diagnose(&read::flight(&case).expect("flight"), &vehicle, discovery::search::Depth::Pairs, &|_, _| {})
+        .expect("diagnosis");
     assert!(added.heldout_m_s[2] < 1.05 * untouched.block_error_m_s[1], "{:?} {:?}", added.heldout_m_s, untouched.block_error_m_s);
     assert!(added.heldout_m_s[2] < added.heldout_m_s[0], "{:?}", added.heldout_m_s);
     let again = vehicle::parse(added.vehicle, std::path::Path::new("new.json")).expect("the new file reads");
@@ -97,6 +98,6 @@ fn a_log_without_a_dive_is_refused_with_the_reason() {
         "wing":{"area_m2":0.11},"hydro":{"reference_area_m2":0.11,"wing_lift_slope_per_rad":3.45,"hull_lift_slope_per_rad":1.2,
         "hull_area_m2":0.0356,"cd0":0.15}}"#;
     let vehicle = vehicle::parse(serde_json::from_str(json).expect("json"), std::path::Path::new("v.json")).expect("vehicle");
-    let why = diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect_err("refused").to_string();
+    let why = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect_err("refused").to_string();
     assert!(why.contains("deeper than 2 m") && why.contains("dbar"), "{why}");
 }

@@ -20,7 +20,7 @@ const MODENA: &str = "slocum_modena2015/modena-2015-191-0-34_tidy.csv";
 fn validate_uncalibrated_vehicles_are_brought_home_and_nothing_is_nan() {
     for (flight, file, most_m_s) in [(COMET, "comet.toml", 0.0070), (MODENA, "modena.toml", 0.0065)] {
         let Some((flight, vehicle)) = real(flight, file) else { return };
-        let d = diagnose::diagnose(&flight, &vehicle, &|_, _| {}).expect("diagnosis");
+        let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         let [nominal, recalibrated, _] = d.block_error_m_s;
         assert!(!d.check.is_empty(), "{}: no dive was kept out of the fit", flight.name);
         assert!(nominal > 0.02, "{nominal}");

@@ -2,14 +2,16 @@
 
 use super::{Output, Verdict};
 use anyhow::Context as _;
-use discovery::{Flight, Vehicle, diagnose, read, report, vehicle};
+use discovery::diagnose::{self, Diagnosis};
+use discovery::search::Depth;
+use discovery::{Flight, Vehicle, read, report, vehicle};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider diagnose --flight trial_dir\n  glider diagnose --flight flight.csv --vehicle vehicle.json --json\n  glider diagnose --flight trial_dir --predict after.csv\n\nExit code 0: done (whatever the verdict); 2: bad input."
+    after_help = "Examples:\n  glider diagnose --flight trial_dir\n  glider diagnose --flight flight.csv --vehicle vehicle.json --json\n  glider diagnose --flight trial_dir --predict after.csv\n  glider diagnose --flight trial_dir --depth 3\n\nExit code 0: done (whatever the verdict); 2: bad input."
 )]
 pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
@@ -18,6 +20,9 @@ pub struct Args {
     /// Vehicle file; default: the one beside the flight.
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
+    /// Most effects that are sought at once.
+    #[arg(long, default_value = "2", value_name = "2|3", value_parser = clap::value_parser!(u8).range(2..=3))]
+    depth: u8,
     /// Write time_s,w_before_m_s,w_after_m_s (positive down) of the check segments.
     #[arg(long, value_name = "OUT.csv")]
     predict: Option<PathBuf>,
@@ -45,18 +50,37 @@ pub fn bar() -> ProgressBar {
     bar
 }
 
+/// Diagnoses a flight with a bar that reaches `end` %.
+///
+/// # Errors
+/// Nothing in the flight that could be asked.
+pub fn ask(flight: &Flight, vehicle: &Vehicle, depth: Depth, bar: &ProgressBar, end: f64) -> anyhow::Result<Diagnosis> {
+    let found = diagnose::diagnose(flight, vehicle, depth, &|what, share| {
+        bar.set_position((share * end) as u64);
+        bar.set_message(what.to_string());
+    });
+    Ok(found.inspect_err(|_| bar.finish_and_clear())?)
+}
+
+/// Reads a flight and its vehicle and diagnoses it.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub fn load_and_ask(flight: &Path, vehicle_file: Option<&Path>, depth: Depth) -> anyhow::Result<(Flight, Vehicle, Diagnosis)> {
+    let (flight, vehicle) = load(flight, vehicle_file)?;
+    let bar = bar();
+    let found = ask(&flight, &vehicle, depth, &bar, 100.0)?;
+    bar.finish_and_clear();
+    Ok((flight, vehicle, found))
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
-    let bar = bar();
-    let found = diagnose::diagnose(&flight, &vehicle, &|what, share| {
-        bar.set_position((share * 100.0) as u64);
-        bar.set_message(what.to_string());
-    })?;
-    bar.finish_and_clear();
+    let depth = if args.depth > 2 { Depth::Triples } else { Depth::Pairs };
+    let (flight, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), depth)?;
     if let Some(path) = &args.predict {
         std::fs::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
     }

@@ -1,9 +1,10 @@
 //! `glider next-flight`.
 
-use super::diagnose::{bar, load};
+use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use anyhow::Context as _;
-use discovery::{diagnose, plan, report};
+use discovery::search::Depth;
+use discovery::{plan, report};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -29,13 +30,7 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
-    let bar = bar();
-    let found = diagnose::diagnose(&flight, &vehicle, &|what, share| {
-        bar.set_position((share * 100.0) as u64);
-        bar.set_message(what.to_string());
-    })?;
-    bar.finish_and_clear();
+    let (_, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
     let Some(p) = plan::plan(&found, &vehicle) else {
         output.emit(&json!({"verdict": found.verdict.name(), "tied": [], "legs": []}), || {
             println!("There are no two hypotheses that a mission could tell apart (verdict: {}).", found.verdict.name());

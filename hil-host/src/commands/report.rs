@@ -1,11 +1,12 @@
 //! `glider report`: the offline page of a flight.
 
-use super::diagnose::{bar, load};
+use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use crate::flight_report;
 use crate::page::Provenance;
 use anyhow::Context as _;
-use discovery::{diagnose, read};
+use discovery::read;
+use discovery::search::Depth;
 use serde_json::json;
 use sha2::{Digest as _, Sha256};
 use std::path::{Path, PathBuf};
@@ -43,13 +44,7 @@ pub fn provenance(flight: &Path) -> anyhow::Result<Provenance> {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
-    let bar = bar();
-    let found = diagnose::diagnose(&flight, &vehicle, &|what, share| {
-        bar.set_position((share * 100.0) as u64);
-        bar.set_message(what.to_string());
-    })?;
-    bar.finish_and_clear();
+    let (flight, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
     flight_report::page(&found, &vehicle, &flight.name, provenance(&args.flight)?).write(&args.out)?;
     let bytes = std::fs::metadata(&args.out).map_or(0, |m| m.len());
     let document = json!({"page": args.out, "bytes": bytes, "verdict": found.verdict.name(), "answer": found.answer});

@@ -1,12 +1,13 @@
 //! `glider loop`.
 
-use super::diagnose::{bar, load};
+use super::diagnose::{ask, bar, load};
 use super::{Output, Verdict, report};
 use crate::page::{Axis, Chart, Page, Section, Table};
 use crate::story::{self, Flown};
 use crate::{flight_report, trial_score};
 use anyhow::Context as _;
-use discovery::{add, diagnose, vehicle};
+use discovery::search::Depth;
+use discovery::{add, vehicle};
 use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -57,10 +58,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     };
     let (flight, model) = load(&path, args.vehicle.as_deref())?;
     let bar = bar();
-    let found = diagnose::diagnose(&flight, &model, &|what, share| {
-        bar.set_position((share * 80.0) as u64);
-        bar.set_message(what.to_string());
-    })?;
+    let found = ask(&flight, &model, Depth::Pairs, &bar, 80.0)?;
     let parent = std::fs::read(&model.path).with_context(|| format!("cannot read {}", model.path.display()))?;
     let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
     if effects.is_empty() {

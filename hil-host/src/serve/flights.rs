@@ -342,7 +342,7 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
     let opened = bench.flight(request.flight)?;
     let (lines, body) = super::lines();
     tokio::task::spawn_blocking(move || {
-        let found = discovery::diagnose::diagnose(&opened.flight, &opened.vehicle, &|what, share| {
+        let found = discovery::diagnose::diagnose(&opened.flight, &opened.vehicle, discovery::search::Depth::Pairs, &|what, share| {
             lines.send(&json!({"progress": share, "text": what}));
         });
         match found {

@@ -1,0 +1,315 @@
+//! One hypothesis at a time: the calibration with these effects, fitted from several starts, and how much it is to be believed.
+//!
+//! Every hypothesis gets a log evidence: likelihood at the most probable state times the volume of the posterior over the volume
+//! of the prior (Laplace). Sizes have a log-uniform prior over the typical range, so all effects pay about the same for being
+//! able to explain; an effect that deviates a calibration number must deviate it beyond the tolerance, because inside it is no
+//! discovery.
+
+use crate::evidence::{PRIOR, log_evidence, log_mean_exp};
+use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
+use crate::problem::{Column, Problem, State, calibration_of, tolerance_of};
+use crate::signature::{Offer, log_size_prior_of, project, signatures};
+use crate::wave::{Kind, PARTS, Wave, stretched};
+use hydro::effects::{Active, Effect};
+
+/// Name of the effect whose phase is free in every run.
+pub const WAVE: &str = "internal_wave";
+
+/// A hypothesis that was fitted.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Names of its effects, most important first.
+    pub effects: Vec<&'static str>,
+    /// Log evidence relative to nothing missing (prior odds in it).
+    pub log_odds: f64,
+    /// Part of it that corrects the evidence of the fit: a wave's kind is one of many.
+    pub correction: f64,
+    /// Fall of chi² against nothing missing.
+    pub gain: f64,
+    /// The fit.
+    pub fit: Fit,
+}
+
+/// Amplitudes a wave is tried at, m/s.
+const WAVE_SCALES: [f64; 5] = [0.002, 0.004, 0.008, 0.016, 0.032];
+/// Times that the kind of a wave is looked for anew beside what it was fitted with.
+const WAVE_ROUNDS: usize = 2;
+/// A background of one period has this amplitude, in its rms; the format's rms is off by up to a fifth. A wave no larger is none.
+const BACKGROUND_AMPLITUDE: f64 = 1.2 * std::f64::consts::SQRT_2;
+/// Odds by which any hypothesis with a wave is marked down: it has amplitudes in every run to follow noise of another colour with.
+const WAVE_HANDICAP: f64 = 6.0;
+/// Chi² per innovation of the calibrated nominal model from which fits start from several values.
+const FAR_OFF: f64 = 2.5;
+/// Gain of chi² from which signatures are renewed at the fit.
+pub(crate) const RENEW_GAIN: f64 = 40.0;
+/// Odds by which an effect beyond an angle of attack is marked down that the model hardly ever flies at: launches and turns are
+/// where the law is least known.
+const HARDLY_FLOWN: f64 = 8.0;
+/// Share of the used rows that is hardly.
+const HARDLY: f64 = 0.03;
+/// Odds by which a hypothesis is marked down whose size wants to go beyond what is possible.
+const AT_BOUND: f64 = 6.0;
+
+pub(crate) fn effort(iterations: usize) -> Effort {
+    Effort { iterations, renew: false }
+}
+
+/// Tens of minutes: 7 to 52. A longer wave is a drift of each dive of its own and explains anything.
+fn wave_periods() -> impl Iterator<Item = f64> {
+    (0..18).map(|k| 420.0 * 1.125_f64.powi(k))
+}
+
+/// Kinds of waves that are tried, with their signatures.
+pub(crate) type Waves = Vec<(Kind, Vec<Column>)>;
+
+/// All kinds: periods and modes, in depth and, where the water is stratified, in stretched depth.
+pub(crate) fn wave_library(problem: &Problem) -> Waves {
+    let mut shapes = vec![None];
+    shapes.extend(stretched(&problem.runs, problem.vehicle).map(Some));
+    let kinds = shapes.iter().flat_map(|shape| [1, 2].into_iter().flat_map(move |mode| wave_periods().map(move |p| (shape, mode, p))));
+    kinds
+        .map(|(shape, mode, period_s)| {
+            let kind = Kind { period_s, mode, stretched: shape.clone() };
+            let columns = problem.wave_columns(&kind);
+            (kind, columns)
+        })
+        .collect()
+}
+
+/// Nothing missing: the calibration fitted twice, the second time with signatures taken at the first fit.
+fn calibrated(problem: &Problem, start: &State) -> (Jacobian, Fit) {
+    let first = fit(problem, &Jacobian::new(problem, start), start, 0.01, effort(3));
+    let jacobian = Jacobian::new(problem, &first.state);
+    let null = fit(problem, &jacobian, &first.state, 0.01, effort(2));
+    (jacobian, null)
+}
+
+/// Fits the calibration alone, and the calibration with these effects.
+#[must_use]
+pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fit) {
+    let waved = effects.iter().any(|e| e.name() == WAVE);
+    let waves = if waved { wave_library(problem) } else { Vec::new() };
+    let screen = Screen::new(problem, &problem.start, &waves);
+    let mut out = screen.null.clone();
+    for effect in effects.iter().filter(|e| e.name() != WAVE) {
+        out = screen.best_with(&out.state, *effect, 8);
+    }
+    if waved {
+        out = screen.with_wave(&out, 3).0;
+    }
+    (screen.null, out)
+}
+
+/// What all hypotheses of one search share: nothing missing, its signatures, and the waves that are tried.
+pub(crate) struct Screen<'a> {
+    pub(crate) problem: &'a Problem<'a>,
+    pub(crate) jacobian: Jacobian,
+    pub(crate) null: Fit,
+    null_evidence: f64,
+    waves: &'a Waves,
+}
+
+impl<'a> Screen<'a> {
+    pub(crate) fn new(problem: &'a Problem<'a>, start: &State, waves: &'a Waves) -> Self {
+        let (jacobian, null) = calibrated(problem, start);
+        let null_evidence = log_evidence(problem, &null);
+        Self { problem, jacobian, null, null_evidence, waves }
+    }
+
+    pub(crate) fn candidate(&self, f: Fit, prior: f64, correction: f64) -> Candidate {
+        let mut effects: Vec<&'static str> = f.state.effects.iter().map(|a| a.effect.name()).collect();
+        if f.state.wave.is_some() {
+            effects.push(WAVE);
+        }
+        let worse = !(f.chi2 <= self.null.chi2 + 0.5);
+        let odds = log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + correction;
+        let log_odds = if worse || odds.is_nan() { f64::NEG_INFINITY } else { odds - if odds > 0.0 { self.doubts(&f) } else { 0.0 } };
+        Candidate { effects, log_odds, correction, gain: self.null.chi2 - f.chi2, fit: f }
+    }
+
+    /// Odds against a fit for reasons that a likelihood does not see.
+    fn doubts(&self, f: &Fit) -> f64 {
+        let bound = |a: &Active| {
+            let p = &a.effect.parameters()[0];
+            let margin = 1e-3 * (p.high - p.low);
+            // Zero is the bound of what only grows, and no size.
+            (a.values[0] - p.high).abs() < margin || ((a.values[0] - p.low).abs() < margin && p.low != p.off)
+        };
+        let hardly = |a: &Active| match a.effect.name() {
+            "stall" => self.flown_beyond(&f.state, a.values[0]) < HARDLY,
+            "vortex_lift_bodywing" => self.flown_beyond(&f.state, a.values[1]) < HARDLY,
+            _ => false,
+        };
+        let background = BACKGROUND_AMPLITUDE * self.problem.vehicle.background.0;
+        if f.state.wave.as_ref().is_some_and(|w| w.rms_amplitude_m_s() < background) {
+            return f64::INFINITY;
+        }
+        let effects = &f.state.effects;
+        effects.iter().filter(|a| bound(a)).count() as f64 * AT_BOUND + effects.iter().filter(|a| hardly(a)).count() as f64 * HARDLY_FLOWN
+    }
+
+    /// Share of the used rows at which the model flies beyond an angle of attack.
+    fn flown_beyond(&self, state: &State, angle_rad: f64) -> f64 {
+        let (mut beyond, mut all) = (0, 0);
+        for (k, run) in self.problem.runs.iter().enumerate() {
+            let t = self.problem.track(run, state);
+            for row in (0..run.time_s.len()).filter(|&i| self.problem.used[k][i]) {
+                all += 1;
+                beyond += usize::from(t.alpha_rad[row].abs() > angle_rad);
+            }
+        }
+        beyond as f64 / all.max(1) as f64
+    }
+
+    pub(crate) fn fit(&self, start: &State, wave_prior: f64, iterations: usize) -> Fit {
+        fit(self.problem, &self.jacobian, start, wave_prior, effort(iterations))
+    }
+
+    /// Starts to try for one effect.
+    fn starts(&self, effect: &'static dyn Effect) -> Vec<f64> {
+        let p = &effect.parameters()[0];
+        match effect.name() {
+            "stall" => vec![0.05, 0.10, 0.16],
+            // A flight far from its model may sit behind a hill: look from further away too.
+            _ if self.null.chi2 > FAR_OFF * self.problem.data.len() as f64 => {
+                vec![p.off, (p.off + 1.5 * p.typical).min(p.high), (p.off - 1.5 * p.typical).max(p.low)]
+            }
+            "vortex_lift_bodywing" => vec![0.5 * p.typical],
+            _ => vec![p.off],
+        }
+    }
+
+    fn start(&self, base: &State, effect: &'static dyn Effect, size: f64) -> State {
+        let mut start = base.clone();
+        let mut size = size;
+        // What the calibration has stretched for belongs to the effect that deviates the same number: the same law, no strain.
+        if let Some(k) = calibration_of(effect.name()) {
+            let p = &effect.parameters()[0];
+            size = (size + start.calibration[k] * tolerance_of(self.problem.vehicle, k)).clamp(p.low, p.high);
+            start.calibration[k] = 0.0;
+        }
+        start.effects.push(if effect.name() == "horizontal_current" { self.current_start(base) } else { start_at(effect, size) });
+        start
+    }
+
+    /// Goes on from a fit with signatures taken there.
+    pub(crate) fn renewed(&self, f: Fit, iterations: usize) -> Fit {
+        let jacobian = Jacobian::new(self.problem, &f.state);
+        let again = fit(self.problem, &jacobian, &f.state, 0.01, effort(iterations));
+        if again.chi2 <= f.chi2 { again } else { f }
+    }
+
+    /// Best fit of `effect` added to a state.
+    pub(crate) fn best_with(&self, base: &State, effect: &'static dyn Effect, iterations: usize) -> Fit {
+        // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
+        let far = crate::start::is_uncalibrated(self.problem.vehicle) && base.effects.is_empty();
+        let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(&start, 0.01, iterations) };
+        let starts = self.starts(effect).into_iter().map(|size| from(self.start(base, effect, size)));
+        let mut best = starts.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone());
+        // Far from the calibrated nominal model the signatures are others: renew them there and go on.
+        if self.null.chi2 - best.chi2 > RENEW_GAIN {
+            best = self.renewed(best, 5);
+        }
+        best
+    }
+
+    /// Stall where it promises nothing: the angle out of reach, no discovery.
+    pub(crate) fn fit_stall(&self, gain: f64) -> Fit {
+        let start = self.start(&self.null.state, &hydro::effects::Stall, 0.2);
+        self.fit(&start, 0.01, if gain > 1.0 { 4 } else { 0 })
+    }
+
+    /// A current from the displacement residuals, as a start of its fit.
+    fn current_start(&self, base: &State) -> Active {
+        let (mut east, mut north, mut n) = (0.0, 0.0, 0.0);
+        for run in &self.problem.runs {
+            if let Some((e, no, _)) = run.displacement_m {
+                let t = self.problem.track(run, base);
+                east += (e - t.displacement_m.0) / run.displacement_s;
+                north += (no - t.displacement_m.1) / run.displacement_s;
+                n += 1.0;
+            }
+        }
+        let mut a = start_at(&hydro::effects::HorizontalCurrent, 0.0);
+        if n > 0.0 {
+            a.values[0] = (east / n).hypot(north / n).max(1e-3);
+            a.values[1] = (east / n).atan2(north / n);
+        }
+        a
+    }
+
+    /// Scans kind and amplitude of a wave on the residual of a fit: best kind, its scale and its log Bayes factor, and what the
+    /// average over all kinds and scales falls short of that.
+    fn scan_wave(&self, f: &Fit) -> Option<(Kind, f64, f64, f64)> {
+        let ground = f.ground()?;
+        let mut best: Option<(&Kind, f64, f64)> = None;
+        let mut all = Vec::new();
+        for (kind, columns) in self.waves {
+            let prepared = Offer::new(columns, &ground);
+            for scale in WAVE_SCALES {
+                // Second modes are rarer than first ones.
+                let log_bayes = prepared.log_bayes(scale / 2.0_f64.sqrt()) - if kind.mode == 1 { 0.0 } else { 1.0 };
+                all.push(log_bayes);
+                if best.is_none_or(|b| log_bayes > b.2) {
+                    best = Some((kind, scale, log_bayes));
+                }
+            }
+        }
+        best.map(|(kind, scale, told)| (kind.clone(), scale, told, log_mean_exp(&all) - told))
+    }
+
+    /// The best wave beside a fit, and what its log evidence is to be corrected by for its kind being one of many. Where the wave is
+    /// large its kind is looked for again, beside what was found with it.
+    pub(crate) fn with_wave(&self, f: &Fit, iterations: usize) -> (Fit, f64) {
+        let mut best: Option<(Fit, f64, f64)> = None;
+        let mut beside = f.clone();
+        for round in 0..WAVE_ROUNDS {
+            let Some((kind, scale, _, fewer)) = self.scan_wave(&beside) else { break };
+            if round > 0 && best.as_ref().and_then(|b| b.0.state.wave.as_ref()).is_some_and(|w| w.kind == kind) {
+                break;
+            }
+            let mut start = beside.state.clone();
+            start.wave = Some(Wave { kind, amplitude_m_s: vec![[0.0; PARTS]; self.problem.runs.len()] });
+            let fitted = self.fit(&start, scale, iterations);
+            let told = log_evidence(self.problem, &fitted) + fewer;
+            if best.as_ref().is_some_and(|b| told <= b.2) {
+                break;
+            }
+            let large = f.chi2 - fitted.chi2 > RENEW_GAIN;
+            let without = State { wave: None, ..fitted.state.clone() };
+            best = Some((fitted, fewer, told));
+            if !large {
+                break;
+            }
+            beside = self.fit(&without, 0.01, 0);
+        }
+        match best {
+            Some((fitted, fewer, _)) if fitted.chi2 <= f.chi2 => (fitted, fewer - WAVE_HANDICAP),
+            Some((fitted, ..)) => (fitted, f64::NEG_INFINITY),
+            None => (f.clone(), f64::NEG_INFINITY),
+        }
+    }
+
+    /// Effects that would gain most beside what is fitted, best first: log odds (no prior) and effect.
+    pub(crate) fn seconds(&self, f: &Fit) -> Vec<(f64, &'static dyn Effect)> {
+        let renewed = signatures(self.problem, &f.state, None);
+        let Some(ground) = f.ground() else { return Vec::new() };
+        let (gram, match_) = project(&ground, &renewed);
+        let mut second: Vec<(f64, &'static dyn Effect)> = (0..renewed.len())
+            .map(|i| {
+                let (g, b) = (gram[(i, i)].max(1e-300), match_[i]);
+                (0.5 * b * b / g + log_size_prior_of(self.problem, &renewed[i], b / g, g.powf(-0.5)), renewed[i].effect)
+            })
+            .filter(|s| s.0 > -1.0)
+            .collect();
+        second.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut seen: Vec<&str> = f.state.effects.iter().map(|a| a.effect.name()).collect();
+        second.retain(|s| {
+            !seen.contains(&s.1.name()) && {
+                seen.push(s.1.name());
+                true
+            }
+        });
+        second
+    }
+}

@@ -7,6 +7,7 @@
 
 use crate::bound::Bound;
 use core::f32::consts::{PI, TAU};
+use micromath::F32;
 
 /// tan x for |x| ≤ 0.9 rad (clamped), error ≤ 7e-4. Padé (3,2).
 #[must_use]
@@ -27,13 +28,13 @@ pub fn atan(t: f32) -> f32 {
 
 /// One over the square root of a positive number, relative error ≤ 1e-5; 0 for what is not positive.
 ///
-/// Half the exponent, mirrored, is a first guess (3 % off); each Newton step squares the error.
+/// micromath gives a first guess (half the exponent, mirrored: 3 % off); each Newton step squares the error.
 #[must_use]
 pub fn inverse_sqrt(v: f32) -> f32 {
     if !(v > 1e-30) {
         return 0.0;
     }
-    let y = f32::from_bits(0x5F37_59DF_u32.wrapping_sub(v.to_bits() >> 1));
+    let y = F32(v).invsqrt().0;
     let half = 0.5 * v;
     let y = y * (1.5 - half * y * y);
     y * (1.5 - half * y * y)

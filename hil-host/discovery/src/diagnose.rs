@@ -42,6 +42,8 @@ const FAMILY_SHARE: f64 = 0.05;
 const TIED: f64 = 4.5;
 /// Innovations beyond this are outliers, sigma.
 const OUTLIER: f64 = 5.0;
+/// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.
+const FORM: f64 = 0.07;
 /// Two-sided 90 % of a normal variable, sigma.
 const NINETY: f64 = 1.645;
 
@@ -445,6 +447,7 @@ pub fn estimates(fit: &Fit) -> Vec<Estimate> {
             let a = &fit.state.effects[e];
             let parameter = &a.effect.parameters()[p];
             let value = a.values[p];
+            let sigma = if p == 0 { sigma.hypot(FORM * value) } else { sigma };
             Estimate {
                 name: format!("{}.{}", a.effect.name(), parameter.name),
                 value,

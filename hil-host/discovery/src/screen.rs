@@ -165,13 +165,18 @@ impl<'a> Screen<'a> {
         fit(self.problem, &self.jacobian, start, wave_prior, effort(iterations))
     }
 
+    /// Whether nothing missing leaves the flight far from its model.
+    fn is_far_off(&self) -> bool {
+        self.null.chi2 > FAR_OFF * self.problem.data.len() as f64
+    }
+
     /// Starts to try for one effect.
     fn starts(&self, effect: &'static dyn Effect) -> Vec<f64> {
         let p = &effect.parameters()[0];
         match effect.name() {
             "stall" => vec![0.05, 0.10, 0.16],
             // A flight far from its model may sit behind a hill: look from further away too.
-            _ if self.null.chi2 > FAR_OFF * self.problem.data.len() as f64 => {
+            _ if self.is_far_off() => {
                 vec![p.off, (p.off + 1.5 * p.typical).min(p.high), (p.off - 1.5 * p.typical).max(p.low)]
             }
             "vortex_lift_bodywing" => vec![0.5 * p.typical],
@@ -204,7 +209,13 @@ impl<'a> Screen<'a> {
         // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
         let far = crate::start::is_uncalibrated(self.problem.vehicle) && base.effects.is_empty();
         let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(&start, 0.01, iterations) };
-        let starts = self.starts(effect).into_iter().map(|size| from(self.start(base, effect, size)));
+        let mut bases = vec![base.clone()];
+        if base.effects.is_empty() && self.is_far_off() {
+            // What the calibration had to become without the effect may lie behind a hill.
+            bases.push(State::nominal());
+        }
+        let sizes = self.starts(effect);
+        let starts = bases.iter().flat_map(|base| sizes.iter().map(|size| from(self.start(base, effect, *size))));
         let mut best = starts.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone());
         // Far from the calibrated nominal model the signatures are others: renew them there and go on.
         if self.null.chi2 - best.chi2 > RENEW_GAIN {

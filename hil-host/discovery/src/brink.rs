@@ -16,8 +16,10 @@ use hydro::effects::Continuation;
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
 const AFTER_S: f64 = 20.0;
-/// Mean square of innovations near the stall up to which a continuation is believed to be nature's.
-const TRUSTED: f64 = 1.15;
+/// Mean square of innovations near the stall up to which a continuation is believed to be nature's at once.
+pub const TRUSTED: f64 = 1.15;
+/// The same up to which it is worth a search on all rows, whose outcome decides.
+pub const WORTH_TRYING: f64 = 4.0;
 /// An innovation counts no more than this square: one bad sample must not condemn a continuation.
 const MOST: f64 = 25.0;
 const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
@@ -64,9 +66,9 @@ impl Problem<'_> {
         self.brink_rows() - before
     }
 
-    /// Puts the rows near the stall back if, with this state, one of the continuations explains them as well as rows elsewhere:
-    /// then it is nature's. Returns how many came back.
-    pub fn restore_brink(&mut self, state: &State) -> usize {
+    /// Puts the rows near the stall back if, with this state, one of the continuations leaves innovations of at most this mean
+    /// square: then it may be nature's. Returns how many came back.
+    pub fn restore_brink(&mut self, state: &State, trusted: f64) -> usize {
         let (mut sums, mut count) = ([0.0; 2], 0.0);
         for k in (0..self.runs.len()).filter(|&k| self.brink_at[k].contains(&true)) {
             let run = self.runs[k];
@@ -84,7 +86,7 @@ impl Problem<'_> {
             }
         }
         let chosen = usize::from(sums[1] < sums[0]);
-        if count == 0.0 || sums[chosen] > TRUSTED * count {
+        if count == 0.0 || sums[chosen] > trusted * count {
             return 0;
         }
         self.beyond = BOTH[chosen];

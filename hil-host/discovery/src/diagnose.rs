@@ -2,6 +2,7 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
+use crate::brink::{TRUSTED, WORTH_TRYING};
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
@@ -13,7 +14,7 @@ use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
 
 /// Log odds a hypothesis needs against nothing missing. Set on simulated clean flights: 2 % of them may exceed it.
-const SPEAK_UP: f64 = 0.5;
+const SPEAK_UP: f64 = 1.5;
 /// The same where a wave is in it: ordinary water motion of another colour looks like one.
 const SPEAK_UP_WAVE: f64 = 2.0;
 /// Log Bayes factor a family of the remainder needs.
@@ -216,6 +217,7 @@ pub fn prepared_problem<'a>(
     };
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
+    let second = if problem.restore_brink(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
     let outliers = problem.drop_outliers(&second.residual, OUTLIER);
     if outliers > 0 {
         notes.push(format!("{outliers} lone samples beyond {OUTLIER} sigma left out of the fit"));
@@ -242,7 +244,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let large = problem.data.len() / 40;
     let mean_square = |f: &Fit| f.residual.iter().map(|r| r * r).sum::<f64>() / f.residual.len().max(1) as f64;
     let mut kept = problem.left_out();
-    let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state) > 0;
+    let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state, WORTH_TRYING) > 0;
     if restored {
         let again = search(&problem, Some(&found), depth, tick);
         restored = mean_square(&best_of(&again)) < mean_square(&best).max(1.0) * 1.06;

@@ -5,6 +5,7 @@ pub mod campaign;
 pub mod closed_loop;
 pub mod commands;
 pub mod config_file;
+pub mod discovery_page;
 pub mod fetch;
 pub mod flight_report;
 pub mod flightlog;

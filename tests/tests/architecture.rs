@@ -81,6 +81,17 @@ fn rooms_see_only_what_the_design_allows() {
 }
 
 #[test]
+fn the_crates_that_users_ask_for_by_name_are_used() {
+    let metadata = metadata();
+    let dependencies = metadata["packages"].as_array().expect("packages").iter().flat_map(|p| p["dependencies"].as_array().expect("list"));
+    // Those of programs and libraries, not of their tests.
+    let used: BTreeSet<&str> = dependencies.filter(|d| d["kind"].is_null()).filter_map(|d| d["name"].as_str()).collect();
+    for wanted in ["heapless", "micromath", "embedded-hal", "defmt", "postcard", "serialport"] {
+        assert!(used.contains(wanted), "{wanted} is gone: {used:?}");
+    }
+}
+
+#[test]
 fn cargo_run_at_the_root_means_glider() {
     let metadata = metadata();
     let default = metadata["workspace_default_members"].as_array().expect("default members");

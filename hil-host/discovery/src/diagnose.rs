@@ -37,8 +37,8 @@ const FEWEST_BLOCKS: usize = 20;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 /// What a family must be better by than the best name: log odds, and share of them.
-const FAMILY_HANDICAP: f64 = 5.0;
-const FAMILY_SHARE: f64 = 0.05;
+const FAMILY_HANDICAP: f64 = 4.0;
+const FAMILY_SHARE: f64 = 0.01;
 /// Log odds within which hypotheses are not told apart.
 const TIED: f64 = 4.5;
 /// Innovations beyond this are outliers, sigma.

@@ -43,7 +43,7 @@ impl Offer {
             }
         }
         if (1..m).any(|i| column(i).from < column(i - 1).from) {
-            groups = vec![0..m];
+            groups = std::iter::once(0..m).collect();
         }
         let block = |g: &std::ops::Range<usize>| symmetric(g.len(), |i, j| column(g.start + i).dot(column(g.start + j)));
         let cross = DMatrix::from_fn(base.len(), m, |i, j| base[i].dot(column(j)));

@@ -57,18 +57,20 @@ impl Stranger {
     #[must_use]
     pub fn log_bayes(&self, problem: &Problem, ground: &Ground) -> f64 {
         let mut all = Vec::new();
-        let mut best: (f64, Option<(&Vec<Part>, Offer, f64)>) = (f64::NEG_INFINITY, None);
+        let mut best = None;
+        let mut best_told = f64::NEG_INFINITY;
         for form in &self.forms {
             let offer = Offer::new(&form.iter().map(|p| &p.column).collect::<Vec<_>>(), ground);
             let told = SCALES.map(|s| (offer.log_bayes(s), s));
             all.extend(told.map(|t| t.0));
             let top = told.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 1.0));
-            if top.0 > best.0 {
-                best = (top.0, Some((form, offer, top.1)));
+            if top.0 > best_told {
+                best_told = top.0;
+                best = Some((form, offer, top.1));
             }
         }
         let linear = log_mean_exp(&all);
-        match best.1 {
+        match best {
             Some((form, offer, scale)) if linear > WORTH_FLYING => linear - flown_short(problem, ground, form, &offer, scale),
             _ => linear,
         }

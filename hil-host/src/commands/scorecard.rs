@@ -50,6 +50,9 @@ pub struct DiscoveryArgs {
     /// Write the cases to this folder instead of scoring them; the truth goes to its subfolder `truth`.
     #[arg(long, value_name = "DIR")]
     write: Option<PathBuf>,
+    /// Where the page goes.
+    #[arg(long, value_name = "FILE", default_value = "out/scorecard-discovery.html")]
+    html: PathBuf,
     /// List every case, not only the tables (always in JSON).
     #[arg(long)]
     list: bool,
@@ -113,7 +116,11 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     let mut document = trial_score::summary(&scored);
     document["seed"] = json!(args.seed);
     document["list"] = scored.iter().map(trial_score::case_document).collect();
-    output.emit(&document, || print(&document, args.list));
+    crate::discovery_page::page(&document, args.seed).write(&args.html)?;
+    output.emit(&document, || {
+        print(&document, args.list);
+        println!("Page: {}", args.html.display());
+    });
     let failed = document["failures"].as_u64().unwrap_or(0) > 0;
     Ok(if failed { Verdict::Negative } else { Verdict::Ok })
 }

@@ -347,7 +347,8 @@ fn main() {
     let mut waiting = usual().configure_from_args();
     seats(&mut waiting);
     waiting.final_summary();
-    let wanted = arguments.iter().filter(|a| !a.starts_with("--")).all(|a| "growth".contains(a.as_str()));
+    let parts: Vec<&String> = arguments.iter().filter(|a| !a.starts_with("--")).collect();
+    let wanted = parts.is_empty() || parts.iter().any(|a| *a == "growth");
     let grown = if wanted { growth() } else { Vec::new() };
     let _ = std::fs::remove_dir_all(scratch());
     if let Err(e) = write_table(&grown) {

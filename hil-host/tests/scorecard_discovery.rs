@@ -67,6 +67,21 @@ fn scorecard_a_leak_is_unexplained_and_what_remains_follows_trim() {
     assert!(d.remainder.iter().take(3).any(|f| f.variable.contains("trim")), "{:?}", d.remainder);
 }
 
+/// A hull expands with temperature: where none was measured, no single name can be certain.
+#[test]
+fn scorecard_without_temperature_a_name_is_never_certain() {
+    let folder = folder("temperature");
+    let case = generate(&spec(Site::Lake, Kind::Single, vec![Effect::DragLevelError], None), 2, 0);
+    let flight = trial_score::write_case(&folder, &case).expect("a case can be written");
+    let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
+    let mut f = read::flight(&flight).expect("our own log reads");
+    f.temperature_degc.fill(f64::NAN);
+    let d = diagnose::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    std::fs::remove_dir_all(folder).ok();
+    assert_ne!(d.verdict, diagnose::Verdict::Explained, "{:?}", d.answer);
+    assert!(d.notes.iter().any(|n| n.contains("no temperature")), "{:?}", d.notes);
+}
+
 /// A third effect is sought on request only, and must not push a true pair from its place.
 #[test]
 fn scorecard_three_effects_are_tried_on_request_and_a_single_stays_first() {

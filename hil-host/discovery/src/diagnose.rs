@@ -201,6 +201,10 @@ pub fn prepared_problem<'a>(
 ) -> Result<(Problem<'a>, Fit), NothingToFit> {
     let fitted = |s: u32| !check.contains(&s) && (vehicle.fit_segments.is_empty() || vehicle.fit_segments.contains(&s));
     let mut problem = Problem::new(prepared, vehicle, fitted);
+    let all = prepared.runs.iter().filter(|r| fitted(r.segment)).count();
+    if problem.runs.len() < all {
+        notes.push(format!("{} of {all} dives, spread evenly over the flight, are fitted", problem.runs.len()));
+    }
     let under_way: usize = problem.runs.iter().map(|r| r.used.iter().filter(|u| **u).count()).sum();
     if under_way < FEWEST_ROWS {
         return Err(NothingToFit(format!(
@@ -269,7 +273,12 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if brink_rows > 0 {
         notes.push(format!("{brink_rows} rows near or beyond the stall (angle of attack over 0.35 rad in the model) left out of the fit"));
     }
-    Ok(conclude(vehicle, &prepared, &problem, found, check, notes))
+    let mut said = conclude(vehicle, &prepared, &problem, found, check, notes);
+    if !said.answer.is_empty() && !flight.temperature_degc.iter().any(|t| t.is_finite()) {
+        said.verdict = Verdict::Ambiguous;
+        said.notes.push("without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into());
+    }
+    Ok(said)
 }
 
 fn speaks_up(c: &Candidate) -> bool {
@@ -453,8 +462,9 @@ pub fn estimates(fit: &Fit) -> Vec<Estimate> {
             Estimate {
                 name: format!("{}.{}", a.effect.name(), parameter.name),
                 value,
-                low: value - NINETY * sigma,
-                high: value + NINETY * sigma,
+                // Beyond its bounds the parameter means nothing.
+                low: (value - NINETY * sigma).max(parameter.low),
+                high: (value + NINETY * sigma).min(parameter.high),
                 unit: parameter.unit,
             }
         })

@@ -13,6 +13,15 @@ const LEAST_SWING_PA: f64 = 3e4;
 /// Fewest dives worth cutting: with fewer none could be spared for checking.
 pub const FEWEST_DIVES: usize = 4;
 
+/// Most dives that a fit takes: what hundreds more of one mission add is less than the model's form is off by.
+pub const MOST_FITTED: usize = 60;
+
+/// At most `most` of `n` things, spread evenly from first to last.
+#[must_use]
+pub fn evenly(n: usize, most: usize) -> Vec<usize> {
+    if n <= most { (0..n).collect() } else { (0..most).map(|i| (i * (n - 1) + (most - 1) / 2) / (most - 1).max(1)).collect() }
+}
+
 /// Rows at which a dive begins after a climb, within each segment.
 #[must_use]
 pub fn shallow_turns(flight: &Flight) -> Vec<usize> {
@@ -101,6 +110,14 @@ mod tests {
         for (k, t) in turns.iter().enumerate() {
             assert!(t.abs_diff(200 * (k + 1)) < 6, "{turns:?}");
         }
+    }
+
+    #[test]
+    fn of_many_dives_the_fitted_ones_are_spread_from_the_first_to_the_last() {
+        assert_eq!(evenly(4, 60), [0, 1, 2, 3]);
+        let some = evenly(3000, 60);
+        assert_eq!((some.len(), some[0], some[59]), (60, 0, 2999));
+        assert!(some.windows(2).all(|w| (50..=51).contains(&(w[1] - w[0]))), "{some:?}");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened by [`crate::noise`]), speed
 //! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
 
+use crate::dives::{MOST_FITTED, evenly};
 use crate::dynamics::{Track, track};
 use crate::import::seawater::density;
 use crate::metric::{Block, modelled_m_s, rms};
@@ -178,10 +179,11 @@ pub struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// Collects the runs of the fit segments.
+    /// Collects the runs of the fit segments; of very many, [`MOST_FITTED`] spread evenly.
     #[must_use]
     pub fn new(prepared: &'a Prepared, vehicle: &'a Vehicle, fitted: impl Fn(u32) -> bool) -> Self {
-        let runs: Vec<&Run> = prepared.runs.iter().filter(|r| fitted(r.segment)).collect();
+        let all: Vec<&Run> = prepared.runs.iter().filter(|r| fitted(r.segment)).collect();
+        let runs: Vec<&Run> = evenly(all.len(), MOST_FITTED).into_iter().map(|i| all[i]).collect();
         let s = &vehicle.sensors;
         let pascal_per_m = 1015.0 * vehicle.constants.gravity_m_s2;
         let sensor_m = (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0).sqrt() / pascal_per_m;

@@ -291,7 +291,7 @@ fn why(found: &Diagnosis) -> Section {
 fn l_over_d((constants, effects): &(Constants, Vec<Active>), degrees: &[f64]) -> Vec<f64> {
     let model = ForceModel::new(*constants, effects);
     // 0.3 m/s: a shallow glider's speed, where a speed-dependent effect is at its reference.
-    let at = |d: &f64| model.coefficients(&Flow { alpha_rad: d.to_radians(), speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: -0.1, time_s: 0.0 });
+    let at = |d: &f64| model.coefficients(&Flow { climb_m_s: -0.1, ..Flow::steady(d.to_radians(), 0.3) });
     degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
 }
 

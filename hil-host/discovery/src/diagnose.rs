@@ -217,7 +217,7 @@ pub fn prepared_problem<'a>(
     }
     problem.start = crate::start::find(&problem);
     let null_fit = |problem: &Problem| {
-        fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, 0.01, Effort { iterations: 3, renew: false })
+        fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, Effort { iterations: 3, renew: false })
     };
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
@@ -328,11 +328,14 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         let error = on_check(&c.fit.state);
         error > FAILS * problem.noise_floor_m_s() || (error > 1.5 * problem.noise_floor_m_s() && error > WORSE * on_check(&null.state))
     });
-    if off_track {
-        notes.push("the best hypothesis does not explain the check segments".into());
-    }
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
-    let unexplained = left_over || better_told || off_track || !(misfit < forgiven.max(FAR_FROM_NOISE));
+    let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
+    let unexplained = left_over || better_told || off_track || far_off;
+    let mut say = |it_is: bool, why: &str| if it_is { notes.push(format!("unexplained: {why}")) };
+    say(left_over, "what remains after the best hypothesis follows a variable");
+    say(better_told, "a remainder that follows one variable tells it better than any effect");
+    say(off_track, "the best hypothesis does not explain the check segments");
+    say(far_off, "far more than ordinary water motion remains after the best hypothesis");
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);
     let mut equivalent: Vec<Vec<&'static str>> = Vec::new();

@@ -36,6 +36,7 @@ struct Point {
     rate: f64,
     roll: f64,
     time: f64,
+    temperature: f64,
 }
 
 /// α = atan2(−n, u), rad. Near the axis, where a glider nearly always flies, by a polynomial (least squares on Chebyshev points of
@@ -69,6 +70,7 @@ impl Body<'_> {
                 roll_rad: p.roll,
                 climb_m_s: -sink,
                 time_s: p.time,
+                temperature_degc: p.temperature,
             });
             let pressure = p.dynamic * speed;
             let (lift, drag) = (pressure * f.cl, pressure * f.cd);
@@ -115,6 +117,7 @@ pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f
                 rate,
                 roll: i.roll_rad,
                 time: i.sensed.time_s,
+                temperature: true_now.temperature_degc,
             }
         })
         .collect();

@@ -134,14 +134,14 @@ fn free_numbers(effects: &[Active]) -> Vec<Free> {
     out
 }
 
-/// Fits the calibration and the effects of `start`. `wave_prior_m_s` is the amplitude scale of a wave on trial.
+/// Fits the calibration and the effects of `start`.
 #[must_use]
-pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, wave_prior_m_s: f64, effort: Effort) -> Fit {
+pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort) -> Fit {
     let free = free_numbers(&start.effects);
     let wave_columns = start.wave.as_ref().map_or_else(Vec::new, |w| problem.wave_columns(&w.kind));
     let (nc, nf, nw) = (N_CALIBRATION, free.len(), wave_columns.len());
     let n = nc + nf + nw;
-    let wave_precision = 2.0 / (wave_prior_m_s * wave_prior_m_s);
+    let wave_precision = start.wave.as_ref().map_or(0.0, |w| 2.0 / (w.scale_m_s * w.scale_m_s));
     let precision: Vec<f64> = (0..n)
         .map(|i| {
             if i < nc {

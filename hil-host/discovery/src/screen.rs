@@ -78,9 +78,9 @@ pub(crate) fn wave_library(problem: &Problem) -> Waves {
 
 /// Nothing missing: the calibration fitted twice, the second time with signatures taken at the first fit.
 fn calibrated(problem: &Problem, start: &State) -> (Jacobian, Fit) {
-    let first = fit(problem, &Jacobian::new(problem, start), start, 0.01, effort(3));
+    let first = fit(problem, &Jacobian::new(problem, start), start, effort(3));
     let jacobian = Jacobian::new(problem, &first.state);
-    let null = fit(problem, &jacobian, &first.state, 0.01, effort(2));
+    let null = fit(problem, &jacobian, &first.state, effort(2));
     (jacobian, null)
 }
 
@@ -161,8 +161,8 @@ impl<'a> Screen<'a> {
         beyond as f64 / all.max(1) as f64
     }
 
-    pub(crate) fn fit(&self, start: &State, wave_prior: f64, iterations: usize) -> Fit {
-        fit(self.problem, &self.jacobian, start, wave_prior, effort(iterations))
+    pub(crate) fn fit(&self, start: &State, iterations: usize) -> Fit {
+        fit(self.problem, &self.jacobian, start, effort(iterations))
     }
 
     /// Whether nothing missing leaves the flight far from its model.
@@ -200,7 +200,7 @@ impl<'a> Screen<'a> {
     /// Goes on from a fit with signatures taken there.
     pub(crate) fn renewed(&self, f: Fit, iterations: usize) -> Fit {
         let jacobian = Jacobian::new(self.problem, &f.state);
-        let again = fit(self.problem, &jacobian, &f.state, 0.01, effort(iterations));
+        let again = fit(self.problem, &jacobian, &f.state, effort(iterations));
         if again.chi2 <= f.chi2 { again } else { f }
     }
 
@@ -208,7 +208,7 @@ impl<'a> Screen<'a> {
     pub(crate) fn best_with(&self, base: &State, effect: &'static dyn Effect, iterations: usize) -> Fit {
         // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
         let far = crate::start::is_uncalibrated(self.problem.vehicle) && base.effects.is_empty();
-        let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(&start, 0.01, iterations) };
+        let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(&start, iterations) };
         let mut bases = vec![base.clone()];
         if base.effects.is_empty() && self.is_far_off() {
             // What the calibration had to become without the effect may lie behind a hill.
@@ -227,7 +227,7 @@ impl<'a> Screen<'a> {
     /// Stall where it promises nothing: the angle out of reach, no discovery.
     pub(crate) fn fit_stall(&self, gain: f64) -> Fit {
         let start = self.start(&self.null.state, &hydro::effects::Stall, 0.2);
-        self.fit(&start, 0.01, if gain > 1.0 { 4 } else { 0 })
+        self.fit(&start, if gain > 1.0 { 4 } else { 0 })
     }
 
     /// A current from the displacement residuals, as a start of its fit.
@@ -275,13 +275,13 @@ impl<'a> Screen<'a> {
         let mut best: Option<(Fit, f64, f64)> = None;
         let mut beside = f.clone();
         for round in 0..WAVE_ROUNDS {
-            let Some((kind, scale, _, fewer)) = self.scan_wave(&beside) else { break };
+            let Some((kind, scale_m_s, _, fewer)) = self.scan_wave(&beside) else { break };
             if round > 0 && best.as_ref().and_then(|b| b.0.state.wave.as_ref()).is_some_and(|w| w.kind == kind) {
                 break;
             }
             let mut start = beside.state.clone();
-            start.wave = Some(Wave { kind, amplitude_m_s: vec![[0.0; PARTS]; self.problem.runs.len()] });
-            let fitted = self.fit(&start, scale, iterations);
+            start.wave = Some(Wave { kind, amplitude_m_s: vec![[0.0; PARTS]; self.problem.runs.len()], scale_m_s });
+            let fitted = self.fit(&start, iterations);
             let told = log_evidence(self.problem, &fitted) + fewer;
             if best.as_ref().is_some_and(|b| told <= b.2) {
                 break;
@@ -292,7 +292,7 @@ impl<'a> Screen<'a> {
             if !large {
                 break;
             }
-            beside = self.fit(&without, 0.01, 0);
+            beside = self.fit(&without, 0);
         }
         match best {
             Some((fitted, fewer, _)) if fitted.chi2 <= f.chi2 => (fitted, fewer - WAVE_HANDICAP),

@@ -72,7 +72,7 @@ pub fn search(problem: &Problem, before: Option<&Found>, depth: Depth, tick: &dy
     // taken without the effect, may serve nothing missing better than its own start did.
     let Some(best) = found.candidates.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|c| c.gain > RENEW_GAIN) else { return found };
     let alone = State { calibration: best.fit.state.calibration, ..State::nominal() };
-    let null = fit(problem, &Jacobian::new(problem, &alone), &alone, 0.01, effort(6));
+    let null = fit(problem, &Jacobian::new(problem, &alone), &alone, effort(6));
     if null.chi2 < found.null.chi2 - RENEW_GAIN { search_from(problem, &waves, &null.state, Some(&found), depth, tick) } else { found }
 }
 
@@ -142,8 +142,8 @@ impl Search<'_> {
     /// A hypothesis answered before goes on from there, whichever start serves better.
     fn resumed(&self, effects: &[&str], fresh: impl FnOnce() -> Fit) -> Candidate {
         let f = match self.known(effects) {
-            Some(c) if c.gain > RENEW_GAIN => self.screen.renewed(self.screen.fit(&c.fit.state, 0.01, 4), 4),
-            Some(c) => self.screen.fit(&c.fit.state, 0.01, 4),
+            Some(c) if c.gain > RENEW_GAIN => self.screen.renewed(self.screen.fit(&c.fit.state, 4), 4),
+            Some(c) => self.screen.fit(&c.fit.state, 4),
             None => fresh(),
         };
         self.screen.candidate(f, prior_of(effects.len()), 0.0)
@@ -271,7 +271,7 @@ impl Search<'_> {
             let keep = best.fit.state.effects[kept];
             let mut alone = best.fit.state.clone();
             alone.effects = vec![keep];
-            let mut base = screen.fit(&alone, 0.01, 4);
+            let mut base = screen.fit(&alone, 4);
             // What the pair has found may serve the single better than its own start did.
             if let Some(single) = self.found.iter_mut().find(|c| c.effects == [keep.effect.name()]) {
                 if single.fit.chi2 - base.chi2 > 0.5 {

@@ -32,6 +32,8 @@ pub struct Wave {
     pub kind: Kind,
     /// Amplitudes in each fitted run, m/s, up; the harmonic's in units of [`HARMONIC`].
     pub amplitude_m_s: Vec<[f64; PARTS]>,
+    /// Amplitude that waves of this scale have, m/s: the rms that the prior of the amplitudes expects.
+    pub scale_m_s: f64,
 }
 
 impl Kind {

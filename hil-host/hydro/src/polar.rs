@@ -1,7 +1,7 @@
 //! Who can be asked for lift and drag: a vehicle from geometry, one from
 //! coefficients, either with effects added.
 
-use crate::effects::{ALPHA_VALID_RAD, Flow, ForceModel, LiftDrag};
+use crate::effects::{ALPHA_VALID_RAD, Flow, ForceModel, LiftDrag, REFERENCE_TEMPERATURE_DEGC};
 
 /// Anything whose lift and drag can be asked for.
 pub trait Polar {
@@ -62,10 +62,10 @@ impl core::ops::Mul<f64> for LiftDrag {
 }
 
 impl Flow {
-    /// Straight steady flight at α and U at the start of a trial: no roll. The vertical velocity, of which effects use the
+    /// Straight steady flight at α and U in water of 10 °C at the start of a trial: no roll. The vertical velocity, of which effects use the
     /// sign, is taken as −U α (dives have α > 0).
     #[must_use]
     pub fn steady(alpha_rad: f64, speed_m_s: f64) -> Self {
-        Self { alpha_rad, speed_m_s, roll_rad: 0.0, climb_m_s: -speed_m_s * alpha_rad, time_s: 0.0 }
+        Self { alpha_rad, speed_m_s, roll_rad: 0.0, climb_m_s: -speed_m_s * alpha_rad, time_s: 0.0, temperature_degc: REFERENCE_TEMPERATURE_DEGC }
     }
 }

@@ -21,18 +21,24 @@ impl Effect for HullCompressibility {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "rel_error",
-            unit: "1",
-            off: 0.0,
-            low: -1.5,
-            high: 4.0,
-            typical: 0.3,
-            source: "3-6e-10/Pa between vehicles, 5e-10/Pa Slocum",
-        }]
+        &[
+            Parameter {
+                name: "rel_error",
+                unit: "1",
+                off: 0.0,
+                low: -1.5,
+                high: 4.0,
+                typical: 0.3,
+                source: "3-6e-10/Pa between vehicles, 5e-10/Pa Slocum",
+            },
+            Parameter { name: "slope_per_mpa", unit: "1/MPa", off: 0.0, low: -0.3, high: 0.3, typical: 0.05, source: "seals and foam settle; guess" },
+        ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
         c.compressibility_per_pa *= 1.0 + p[0];
+    }
+    fn volume_m3(&self, p: &[f64], s: &Sensed, c: &Constants) -> f64 {
+        -c.hull_volume_m3 * c.compressibility_per_pa * s.pressure_pa * p[1] * s.pressure_pa * 1e-6
     }
 }
 
@@ -55,18 +61,33 @@ impl Effect for ThermalExpansion {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "rel_error",
-            unit: "1",
-            off: 0.0,
-            low: -3.0,
-            high: 6.0,
-            typical: 0.5,
-            source: "5-7e-5/K (Seaglider 7.05e-5, Deepglider 6.2e-5)",
-        }]
+        &[
+            Parameter {
+                name: "rel_error",
+                unit: "1",
+                off: 0.0,
+                low: -3.0,
+                high: 6.0,
+                typical: 0.5,
+                source: "5-7e-5/K (Seaglider 7.05e-5, Deepglider 6.2e-5)",
+            },
+            Parameter {
+                name: "slope_per_k",
+                unit: "1/K",
+                off: 0.0,
+                low: -0.04,
+                high: 0.04,
+                typical: 0.01,
+                source: "oils and plastics expand about 1 % more per kelvin; guess",
+            },
+        ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
         c.thermal_expansion_per_k *= 1.0 + p[0];
+    }
+    fn volume_m3(&self, p: &[f64], s: &Sensed, c: &Constants) -> f64 {
+        let warmer = s.temperature_degc - c.reference_temperature_degc;
+        c.hull_volume_m3 * c.thermal_expansion_per_k * warmer * p[1] * warmer
     }
 }
 

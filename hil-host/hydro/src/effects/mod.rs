@@ -104,7 +104,12 @@ pub struct Flow {
     pub climb_m_s: f64,
     /// Time since the start of the trial, s.
     pub time_s: f64,
+    /// Water temperature, °C: it sets the viscosity.
+    pub temperature_degc: f64,
 }
+
+/// Water temperature of coefficients that are stated without one, °C.
+pub const REFERENCE_TEMPERATURE_DEGC: f64 = 10.0;
 
 /// A place and a time in the water.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,6 +176,10 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn constants(&self, _p: &[f64], _c: &mut Constants) {}
     /// Turns what the sensors said into what is true.
     fn sensed(&self, _p: &[f64], _s: &mut Sensed) {}
+    /// Displaced volume added, m³.
+    fn volume_m3(&self, _p: &[f64], _s: &Sensed, _c: &Constants) -> f64 {
+        0.0
+    }
     /// Angle that the linear and quadratic lift see, rad.
     fn lift_angle_rad(&self, _p: &[f64], alpha_rad: f64) -> f64 {
         alpha_rad
@@ -326,6 +335,7 @@ impl<'a> ForceModel<'a> {
             * (1.0 - c.compressibility_per_pa * s.pressure_pa
                 + c.thermal_expansion_per_k * (s.temperature_degc - c.reference_temperature_degc))
             + s.ballast_m3
+            + self.active.iter().map(|a| a.effect.volume_m3(&a.values, s, c)).sum::<f64>()
     }
 
     /// Net buoyancy, N, up.
@@ -435,7 +445,7 @@ mod tests {
                 Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
             assert_eq!(with.truth(s), s, "{}", e.name());
             for (alpha_rad, speed_m_s, roll_rad) in flows {
-                let at = Flow { alpha_rad, speed_m_s, roll_rad, climb_m_s: 0.1, time_s: 1e5 };
+                let at = Flow { alpha_rad, speed_m_s, roll_rad, climb_m_s: 0.1, time_s: 1e5, temperature_degc: 10.0 };
                 let (a, b) = (with.coefficients(&at), without.coefficients(&at));
                 assert!((a.cl - b.cl).abs() < 1e-12 && (a.cd - b.cd).abs() < 1e-12, "{} at {alpha_rad}", e.name());
             }
@@ -458,7 +468,7 @@ mod tests {
             let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
             let s =
                 Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
-            let at = Flow { alpha_rad: 0.25, speed_m_s: 0.4, roll_rad: 0.2, climb_m_s: 0.1, time_s: 1e5 };
+            let at = Flow { alpha_rad: 0.25, speed_m_s: 0.4, roll_rad: 0.2, climb_m_s: 0.1, time_s: 1e5, temperature_degc: 10.0 };
             let place = Place { time_s: 9.0, depth_m: 40.0, water_depth_m: 100.0, phase_rad: 1.0 };
             let changed = with.constants != without.constants
                 || with.truth(s) != s
@@ -477,7 +487,7 @@ mod tests {
     #[test]
     fn prop_lift_is_odd_and_drag_even_in_angle_of_attack_and_both_are_continuous_at_the_edge() {
         let model = ForceModel::new(nominal(), &[]);
-        let at = |alpha_rad| Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0 };
+        let at = |alpha_rad| Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0, temperature_degc: 10.0 };
         for i in 0..150 {
             let a = f64::from(i) * 0.01;
             let (p, m) = (model.coefficients(&at(a)), model.coefficients(&at(-a)));

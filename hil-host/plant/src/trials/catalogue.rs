@@ -386,6 +386,8 @@ pub fn apply(
         }
         E::ZeroLiftAngle => {
             nature.zero_lift = signed;
+            nature.zero_lift_hull = rng.random_range(0.0..1.0);
+            form = json!({ "hull_share": nature.zero_lift_hull });
             signed
         }
         E::DensityBias => {

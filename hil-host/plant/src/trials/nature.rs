@@ -129,6 +129,8 @@ pub struct Nature {
     pub lift_quadratic: f64,
     /// Zero-lift angle, rad.
     pub zero_lift: f64,
+    /// Share of it that the hull's drag turns with: 0 for wings set at an angle, 1 for a vehicle crooked as a whole.
+    pub zero_lift_hull: f64,
     /// CD0 on S.
     pub cd0: f64,
     /// K.
@@ -211,6 +213,7 @@ impl Nature {
             lift_slope: nominal.lift_slope() * (1.0 + slope),
             lift_quadratic: nominal.lift_quadratic * (1.0 + quadratic),
             zero_lift: 0.0,
+            zero_lift_hull: 0.0,
             cd0: nominal.cd0 * (1.0 + cd0),
             induced_k: nominal.induced_k,
             hull_drag: nominal.hull_drag,
@@ -305,7 +308,7 @@ impl Nature {
         }
         cd0 *= 1.0 + self.climb_drag * 0.5 * (1.0 + libm::tanh(climb / 0.02));
         cd0 *= 1.0 + self.off.bending * (speed * speed - 0.09);
-        let mut cd = cd0 + self.induced_k * cl * cl + self.hull_drag * a * a;
+        let mut cd = cd0 + self.induced_k * cl * cl + self.hull_drag * (alpha - self.zero_lift_hull * self.zero_lift).powi(2);
         let roll = at.roll.abs();
         if self.roll_drag[0] != 0.0 && roll > 0.0 {
             cd += self.roll_drag[0] * 0.0625 * libm::pow(roll / 0.25, self.roll_drag[1]);

@@ -9,7 +9,7 @@ use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, State, block_error};
 use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE};
-use crate::search::{Depth, Found, search};
+use crate::search::{Depth, Found, search, weigh_again};
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
 
@@ -20,7 +20,7 @@ const SPEAK_UP_WAVE: f64 = 2.0;
 /// Log Bayes factor a family of the remainder needs.
 const REMAINS: f64 = 9.0;
 /// How much more a family in time needs: ordinary water motion of another colour looks like one.
-const TIME_HANDICAP: f64 = 9.0;
+const TIME_HANDICAP: f64 = 12.0;
 /// And its share of what the best hypothesis explained: forms of nature differ from ours by that much.
 const REMAINS_SHARE: f64 = 0.12;
 /// Or a mean square of innovations (1 for noise) that no difference of form explains.
@@ -29,7 +29,7 @@ const REMAINS_MISFIT: f64 = 1.3;
 const FORM_MISFIT: f64 = 0.02;
 const FORM_MISFIT_WAVE: f64 = 0.1;
 /// Typical error on the check segments, in noise floors, from which an answer has failed.
-const FAILS: f64 = 2.2;
+const FAILS: f64 = 3.0;
 /// The same relative to nothing missing: an answer that makes it worse is none.
 const WORSE: f64 = 1.3;
 /// Fewest blocks that a typical error is taken of.
@@ -263,8 +263,11 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let best = best_of(&found);
     let outliers = problem.drop_outliers(&best.residual, OUTLIER);
     let widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
-    if problem.tune_colour(&best.state) || widened + outliers > large {
+    let recoloured = problem.tune_colour(&best.state);
+    if widened + outliers > large {
         found = search(&problem, Some(&found), depth, tick);
+    } else if recoloured {
+        found = weigh_again(&problem, found, tick);
     } else {
         problem.leave_out(kept);
     }
@@ -324,17 +327,17 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a stall.)
     let tellable = !waves && problem.brink_rows() < problem.data.len() / 10;
     let on_check = |state: &State| typical_error(problem, prepared, state, &check_blocks);
-    let off_track = spoken.filter(|_| tellable).is_some_and(|c| {
-        let error = on_check(&c.fit.state);
-        error > FAILS * problem.noise_floor_m_s() || (error > 1.5 * problem.noise_floor_m_s() && error > WORSE * on_check(&null.state))
-    });
+    let floor = problem.noise_floor_m_s();
+    let check_error = spoken.filter(|_| tellable).map_or(f64::NAN, |c| on_check(&c.fit.state));
+    let off_track = check_error > FAILS * floor || (check_error > 1.5 * floor && check_error > WORSE * on_check(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
     let unexplained = left_over || better_told || off_track || far_off;
     let mut say = |it_is: bool, why: &str| if it_is { notes.push(format!("unexplained: {why}")) };
     say(left_over, "what remains after the best hypothesis follows a variable");
     say(better_told, "a remainder that follows one variable tells it better than any effect");
-    say(off_track, "the best hypothesis does not explain the check segments");
+    let times = check_error / floor;
+    say(off_track, &format!("on the check segments the best hypothesis leaves {times:.1} times what ordinary water motion leaves"));
     say(far_off, "far more than ordinary water motion remains after the best hypothesis");
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);

@@ -10,7 +10,7 @@
 //! Water motion shifts depth but not the forces: it is slow against the vehicle's own time scales.
 
 use crate::prepare::{FLOAT_M, Run};
-use hydro::effects::{Active, Constants, Continuation, Flow, ForceModel, Place};
+use hydro::effects::{Active, Constants, Continuation, Flow, ForceModel, Place, Sensed};
 
 /// What the model says at the rows of a run.
 #[derive(Clone, Debug, Default)]
@@ -50,6 +50,17 @@ pub(crate) fn angle_of_attack(u: f64, n: f64) -> f64 {
     let low = (0.999_999_999_999_566_6 - 0.333_333_332_983_024 * s) + s * s * (0.199_999_953_476_835 - 0.142_854_779_522_801_7 * s);
     let high = (0.111_051_768_035_459_4 - 0.090_090_542_909_586_4 * s) + s * s * (0.070_522_572_057_953_97 - 0.039_098_735_521_716_9 * s);
     x * (low + s * s * s * s * high)
+}
+
+/// Sine and cosine: up to 0.3 rad by their series, within 1e-15.
+fn sin_cos_of_small(x: f64) -> (f64, f64) {
+    if x.abs() > 0.3 {
+        return x.sin_cos();
+    }
+    let s = x * x;
+    let sin = 1.0 + s * (-1.0 / 6.0 + s * (1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362_880.0 - s * (1.0 / 39_916_800.0)))));
+    let cos = 1.0 + s * (-0.5 + s * (1.0 / 24.0 + s * (-1.0 / 720.0 + s * (1.0 / 40_320.0 - s * (1.0 / 3_628_800.0)))));
+    (x * sin, cos)
 }
 
 struct Body<'a> {
@@ -97,17 +108,20 @@ pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f
         heave_kg: mass * (1.0 + model.constants.added_mass_heave).max(0.02),
     };
     let area = model.constants.reference_area_m2;
+    let pitch_slope = |s: Sensed| (model.truth(Sensed { pitch_rad: s.pitch_rad + 1e-3, ..s }).pitch_rad - model.truth(s).pitch_rad) / 1e-3;
+    let affine = model.pitch_is_affine();
+    let slope = run.inputs.first().map_or(1.0, |i| pitch_slope(i.sensed));
     let points: Vec<Point> = run
         .inputs
         .iter()
         .map(|i| {
             let true_now = model.truth(i.sensed);
             let (mut sin_pitch, mut cos_pitch, mut rate) = (i.sin_pitch, i.cos_pitch, i.pitch_rate_rad_s);
-            if true_now.pitch_rad != i.sensed.pitch_rad {
-                (sin_pitch, cos_pitch) = true_now.pitch_rad.sin_cos();
-                let mut beside = i.sensed;
-                beside.pitch_rad += 1e-3;
-                rate *= (model.truth(beside).pitch_rad - true_now.pitch_rad) / 1e-3;
+            let off = true_now.pitch_rad - i.sensed.pitch_rad;
+            if off != 0.0 {
+                let (sin, cos) = sin_cos_of_small(off);
+                (sin_pitch, cos_pitch) = (sin_pitch * cos + cos_pitch * sin, cos_pitch * cos - sin_pitch * sin);
+                rate *= if affine { slope } else { pitch_slope(i.sensed) };
             }
             Point {
                 buoyancy_n: model.net_buoyancy_n(&true_now),
@@ -210,7 +224,16 @@ impl Run {
 
 #[cfg(test)]
 mod tests {
-    use super::angle_of_attack;
+    use super::{angle_of_attack, sin_cos_of_small};
+
+    #[test]
+    fn accuracy_sine_and_cosine_of_small_angles_to_1e_15() {
+        for i in -400..=400 {
+            let x = f64::from(i) * 1e-3;
+            let (sin, cos) = sin_cos_of_small(x);
+            assert!((sin - x.sin()).abs() < 1e-15 && (cos - x.cos()).abs() < 1e-15, "{x}");
+        }
+    }
 
     #[test]
     fn accuracy_angle_of_attack_is_the_arc_tangent_to_2e_13_rad_on_every_side() {

@@ -26,6 +26,7 @@ pub mod report;
 pub mod screen;
 pub mod search;
 pub mod signature;
+pub mod spikes;
 pub mod start;
 pub mod steady;
 pub mod strangers;

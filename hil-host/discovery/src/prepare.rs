@@ -1,12 +1,12 @@
 //! Turns a raw flight into what a forward model can be run on: spikes and gaps removed, inputs on a fixed grid, depth to compare with.
 //!
-//! Method. Spikes are single samples that disagree with all interpolations and extrapolations of their neighbours by more than a
-//! threshold (a running median would eat the turning points). Pitch on the grid is a local quadratic fit over ±[`PITCH_WINDOW_S`]
+//! Method. Spikes go first ([`crate::spikes`]). Pitch on the grid is a local quadratic fit over ±[`PITCH_WINDOW_S`]
 //! with weights, which also gives the pitch rate; everything else is interpolated linearly. Depth is ∫ dp/(ρ g).
 //!
 //! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
 
 use crate::flight::Flight;
+use crate::spikes::{FASTEST, despike};
 use crate::vehicle::Vehicle;
 use hydro::effects::Sensed;
 
@@ -88,61 +88,6 @@ pub struct Prepared {
     pub runs: Vec<Run>,
     /// What had to be repaired or left out, for the report.
     pub notes: Vec<String>,
-}
-
-/// Marks single samples that no neighbour supports: NaN in place of a spike. Returns how many.
-fn despike(time: &[f64], value: &mut [f64], threshold: f64) -> usize {
-    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
-    let n = index.len();
-    let line = |a: usize, b: usize, t: f64, v: &[f64]| {
-        let (i, j) = (index[a], index[b]);
-        v[i] + (v[j] - v[i]) * (t - time[i]) / (time[j] - time[i])
-    };
-    let mut bad = Vec::new();
-    for (k, &i) in index.iter().enumerate() {
-        let t = time[i];
-        // Predictions that leave the sample out; a turning point is met by at least one of them, a spike by none.
-        let mut guesses = Vec::with_capacity(5);
-        if k >= 1 && k + 1 < n {
-            guesses.push(line(k - 1, k + 1, t, value));
-        }
-        if k >= 2 && k + 1 < n {
-            guesses.push(line(k - 2, k + 1, t, value));
-        }
-        if k >= 1 && k + 2 < n {
-            guesses.push(line(k - 1, k + 2, t, value));
-        }
-        if k >= 2 {
-            guesses.push(line(k - 2, k - 1, t, value));
-        }
-        if k + 2 < n {
-            guesses.push(line(k + 1, k + 2, t, value));
-        }
-        // At the ends there is nothing to interpolate: let the neighbours be held.
-        if k < 2 || k + 2 >= n {
-            for j in [k.saturating_sub(2), k.saturating_sub(1), k + 1, k + 2] {
-                if j != k && j < n {
-                    guesses.push(value[index[j]]);
-                }
-            }
-        }
-        let off = guesses.iter().map(|g| (value[i] - g).abs()).fold(f64::INFINITY, f64::min);
-        if guesses.len() >= 3 && off > threshold {
-            bad.push((i, off));
-        }
-    }
-    // Of two adjacent suspects only the larger is a spike.
-    bad.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut taken: Vec<usize> = Vec::new();
-    for (i, _) in bad {
-        if !taken.iter().any(|&j| i.abs_diff(j) <= 1) {
-            taken.push(i);
-        }
-    }
-    for &i in &taken {
-        value[i] = f64::NAN;
-    }
-    taken.len()
 }
 
 /// Linear interpolation over missing values; ends are held. All-NaN input gives `fallback`.
@@ -345,17 +290,17 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     let time = &flight.time_s[rows.clone()];
     let sensors = &vehicle.sensors;
     let mut pressure = flight.pressure_pa[rows.clone()].to_vec();
-    spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa);
+    spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa, FASTEST.pressure_pa_s);
     let mut pitch = flight.pitch_rad[rows.clone()].to_vec();
-    spikes[1] += despike(time, &mut pitch, 0.035 + 6.0 * sensors.pitch_noise_rad);
+    spikes[1] += despike(time, &mut pitch, 0.035 + 6.0 * sensors.pitch_noise_rad, FASTEST.angle_rad_s);
     let mut density = flight.density_kg_m3[rows.clone()].to_vec();
-    spikes[2] += despike(time, &mut density, 0.25);
+    spikes[2] += despike(time, &mut density, 0.25, FASTEST.density_kg_m3_s);
     let mut temperature = flight.temperature_degc[rows.clone()].to_vec();
-    despike(time, &mut temperature, 1.0);
+    despike(time, &mut temperature, 1.0, FASTEST.temperature_k_s);
     let mut speed = flight.speed_m_s.as_ref().map_or_else(|| vec![f64::NAN; time.len()], |s| s[rows.clone()].to_vec());
-    spikes[3] += despike(time, &mut speed, 8.0 * sensors.speed_noise_m_s);
+    spikes[3] += despike(time, &mut speed, 8.0 * sensors.speed_noise_m_s, FASTEST.speed_m_s2);
     let mut roll = flight.roll_rad[rows.clone()].to_vec();
-    despike(time, &mut roll, 0.3);
+    despike(time, &mut roll, 0.3, FASTEST.angle_rad_s);
 
     let whole_pressure = fill(time, &pressure, 0.0);
     let raw_density = density;
@@ -477,17 +422,6 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_spike_is_removed_and_a_turning_point_is_not() {
-        let time: Vec<f64> = (0..40).map(|i| f64::from(i) * 4.0).collect();
-        let mut depth: Vec<f64> = time.iter().map(|t| 20.0 - (t - 80.0).abs() * 0.15).collect();
-        depth[10] += 3.0;
-        let clean = depth.clone();
-        assert_eq!(despike(&time, &mut depth, 0.27), 1);
-        assert!(depth[10].is_nan());
-        assert!((0..40).all(|i| i == 10 || depth[i] == clean[i]));
-    }
 
     #[test]
     fn accuracy_local_fit_gives_value_and_rate_of_a_parabola() {

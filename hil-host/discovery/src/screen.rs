@@ -42,6 +42,9 @@ const WAVE_HANDICAP: f64 = 6.0;
 const FAR_OFF: f64 = 2.5;
 /// Gain of chi² from which signatures are renewed at the fit.
 pub(crate) const RENEW_GAIN: f64 = 40.0;
+/// Gain of chi² below which the calibration rests, and most rounds of signatures until then.
+const AT_REST: f64 = 2.0;
+const MOST_ROUNDS: usize = 4;
 /// Odds by which an effect beyond an angle of attack is marked down that the model hardly ever flies at: launches and turns are
 /// where the law is least known.
 const HARDLY_FLOWN: f64 = 8.0;
@@ -76,11 +79,19 @@ pub(crate) fn wave_library(problem: &Problem) -> Waves {
         .collect()
 }
 
-/// Nothing missing: the calibration fitted twice, the second time with signatures taken at the first fit.
+/// Nothing missing: the calibration fitted until it rests, each time with signatures taken at the fit before.
 fn calibrated(problem: &Problem, start: &State) -> (Jacobian, Fit) {
-    let first = fit(problem, &Jacobian::new(problem, start), start, effort(3));
-    let jacobian = Jacobian::new(problem, &first.state);
-    let null = fit(problem, &jacobian, &first.state, effort(2));
+    let mut jacobian = Jacobian::new(problem, start);
+    let mut null = fit(problem, &jacobian, start, effort(3));
+    for _ in 0..MOST_ROUNDS {
+        jacobian = Jacobian::new(problem, &null.state);
+        let next = fit(problem, &jacobian, &null.state, effort(3));
+        let gained = null.chi2 - next.chi2;
+        null = next;
+        if !(gained > AT_REST) {
+            break;
+        }
+    }
     (jacobian, null)
 }
 

@@ -57,10 +57,15 @@ const MOST_PAIRS: usize = 14;
 const EXCHANGED: usize = 4;
 /// Pairs that a third effect is sought for, and third effects tried beside each.
 const TRIPLED: (usize, usize) = (3, 4);
+/// Log odds behind the best from which a hypothesis is not weighed again: a change of the water motion's size by a fifth changes
+/// odds by less than half.
+const MAY_WIN: f64 = 25.0;
+/// Hypotheses whose signatures are taken anew when they are weighed again.
+const WEIGHED_CLOSELY: usize = 4;
 /// Share of a single effect's log odds that its form may be wrong by.
-const FORM_SHARE: f64 = 0.015;
+const FORM_SHARE: f64 = 0.008;
 /// And at most this: many forms (sensors, volumes, currents) are exact.
-const FORM_MOST: f64 = 20.0;
+const FORM_MOST: f64 = 10.0;
 
 /// Searches all singles and the promising pairs. `before` is an earlier search of the same flight (other rows or another colour):
 /// its answers are the starts. `tick` is told what is being done and which share is done.
@@ -92,10 +97,49 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
         tick("three effects", 0.95);
         s.triples();
     }
-    s.mark_down_larger_sets();
     let mut candidates = s.found;
+    mark_down_larger_sets(&mut candidates, &[]);
     candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     Found { null: screen.null, candidates, likeness }
+}
+
+/// An earlier search weighed anew, where only the size of the ordinary water motion has changed since: hypotheses that may win are
+/// fitted again from where they were, the others stay as they were.
+#[must_use]
+pub fn weigh_again(problem: &Problem, before: Found, tick: &dyn Fn(&str, f64)) -> Found {
+    tick("weighing again", 0.9);
+    let no_waves = Waves::new();
+    let screen = Screen::new(problem, &before.null.state, &no_waves);
+    let top = before.candidates.first().map_or(0.0, |c| c.log_odds);
+    let best_single = before.candidates.iter().position(|c| c.effects.len() == 1 && c.effects != [WAVE]);
+    let (mut contenders, mut others) = (Vec::new(), Vec::new());
+    for (k, c) in before.candidates.into_iter().enumerate() {
+        let may_win = c.log_odds.is_finite() && (c.log_odds > top - MAY_WIN || Some(k) == best_single);
+        if may_win { contenders.push(c) } else { others.push(c) }
+    }
+    for (k, c) in contenders.iter_mut().enumerate() {
+        let mut f = screen.fit(&c.fit.state, 4);
+        if c.gain > RENEW_GAIN && k < WEIGHED_CLOSELY {
+            f = screen.renewed(f, 4);
+        }
+        *c = screen.candidate(f, prior_of(c.effects.len()), c.correction);
+    }
+    mark_down_larger_sets(&mut contenders, &others);
+    contenders.append(&mut others);
+    contenders.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    Found { null: screen.null, candidates: contenders, likeness: before.likeness }
+}
+
+/// Forms of nature differ a little from ours, and one effect more can mend that: it must be worth more than the difference. `beside`
+/// are smaller sets that are marked already.
+fn mark_down_larger_sets(found: &mut [Candidate], beside: &[Candidate]) {
+    let odds = |c: &Candidate| (c.effects.clone(), c.log_odds);
+    let smaller: Vec<(Vec<&'static str>, f64)> = found.iter().chain(beside).map(odds).collect();
+    for c in found.iter_mut().filter(|c| c.effects.len() > 1) {
+        let part = |s: &&(Vec<&'static str>, f64)| s.0.len() + 1 == c.effects.len() && s.0.iter().all(|e| c.effects.contains(e));
+        let first = smaller.iter().filter(part).map(|s| s.1).fold(0.0, f64::max);
+        c.log_odds -= (FORM_SHARE * first).min(FORM_MOST);
+    }
 }
 
 /// Prior probability of one given set of effects.
@@ -226,7 +270,11 @@ impl Search<'_> {
             if single.effects == [WAVE] {
                 for (_, effect) in second.iter().take(2) {
                     let f = screen.best_with(&single.fit.state, *effect, 4);
-                    self.found.push(screen.candidate(f, prior_of(2), single.correction));
+                    // The kind of wave was found beside a calibration that strained for the effect: look again without the strain.
+                    let far = single.fit.chi2 - f.chi2 > RENEW_GAIN;
+                    let again = far.then(|| screen.with_wave(&screen.fit(&State { wave: None, ..f.state.clone() }, 2), 3));
+                    let (f, extra) = again.filter(|a| a.0.chi2 < f.chi2).unwrap_or((f, single.correction));
+                    self.found.push(screen.candidate(f, prior_of(2), extra));
                 }
             } else {
                 let first = single.fit.state.effects[0].effect;
@@ -309,16 +357,6 @@ impl Search<'_> {
                 let (f, extra) = screen.with_wave(&pair.fit, 2);
                 self.found.push(screen.candidate(f, prior_of(3), extra));
             }
-        }
-    }
-
-    /// Forms of nature differ a little from ours, and one effect more can mend that: it must be worth more than the difference.
-    fn mark_down_larger_sets(&mut self) {
-        let smaller: Vec<(Vec<&'static str>, f64)> = self.found.iter().map(|c| (c.effects.clone(), c.log_odds)).collect();
-        for c in self.found.iter_mut().filter(|c| c.effects.len() > 1) {
-            let part = |s: &&(Vec<&'static str>, f64)| s.0.len() + 1 == c.effects.len() && s.0.iter().all(|e| c.effects.contains(e));
-            let first = smaller.iter().filter(part).map(|s| s.1).fold(0.0, f64::max);
-            c.log_odds -= (FORM_SHARE * first).min(FORM_MOST);
         }
     }
 }

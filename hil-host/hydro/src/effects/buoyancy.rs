@@ -37,6 +37,9 @@ impl Effect for HullCompressibility {
     fn constants(&self, p: &[f64], c: &mut Constants) {
         c.compressibility_per_pa *= 1.0 + p[0];
     }
+    fn acts_on_volume(&self) -> bool {
+        true
+    }
     fn volume_m3(&self, p: &[f64], s: &Sensed, c: &Constants) -> f64 {
         -c.hull_volume_m3 * c.compressibility_per_pa * s.pressure_pa * p[1] * s.pressure_pa * 1e-6
     }
@@ -84,6 +87,9 @@ impl Effect for ThermalExpansion {
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
         c.thermal_expansion_per_k *= 1.0 + p[0];
+    }
+    fn acts_on_volume(&self) -> bool {
+        true
     }
     fn volume_m3(&self, p: &[f64], s: &Sensed, c: &Constants) -> f64 {
         let warmer = s.temperature_degc - c.reference_temperature_degc;

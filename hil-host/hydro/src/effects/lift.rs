@@ -106,11 +106,27 @@ impl Effect for Stall {
                 typical: 0.08,
                 source: "half of the slope by definition; its spread is a guess",
             },
+            Parameter {
+                name: "quadratic_share",
+                unit: "1",
+                off: 0.5,
+                low: 0.0,
+                high: 1.0,
+                typical: 0.5,
+                source: "0: vortex lift of the edges survives, 1: it is lost like the linear lift",
+            },
         ]
     }
     fn lift(&self, p: &[f64], at: &Flow, c: &Constants) -> f64 {
-        let beyond = at.alpha_rad.abs() - p[0];
-        if beyond > 0.0 { -p[1] * c.lift_slope_per_rad * beyond * at.alpha_rad.signum() } else { 0.0 }
+        let angle = at.alpha_rad.abs();
+        let beyond = angle - p[0];
+        if beyond <= 0.0 {
+            return 0.0;
+        }
+        // Separated flow gives the lift of a smaller angle.
+        let lost = p[1] * beyond;
+        let quadratic = c.lift_quadratic_per_rad2 * ((angle - lost) * (angle - lost) - angle * angle);
+        (p[2] * quadratic - c.lift_slope_per_rad * lost) * at.alpha_rad.signum()
     }
 }
 

@@ -176,7 +176,11 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn constants(&self, _p: &[f64], _c: &mut Constants) {}
     /// Turns what the sensors said into what is true.
     fn sensed(&self, _p: &[f64], _s: &mut Sensed) {}
-    /// Displaced volume added, m³.
+    /// Whether it has a hook of its own for the displaced volume. Only saves time.
+    fn acts_on_volume(&self) -> bool {
+        false
+    }
+    /// Displaced volume added, m³; asked only of effects that say they act on it.
     fn volume_m3(&self, _p: &[f64], _s: &Sensed, _c: &Constants) -> f64 {
         0.0
     }
@@ -294,6 +298,7 @@ pub struct ForceModel<'a> {
     active: &'a [Active],
     /// The shortest stretch of `active` with all effects that act in the flow.
     in_flow: &'a [Active],
+    on_volume: bool,
     continuation: Continuation,
 }
 
@@ -308,7 +313,13 @@ impl<'a> ForceModel<'a> {
         let acts = |a: &Active| a.effect.acts_in_flow();
         let first = active.iter().position(acts).unwrap_or(active.len());
         let end = active.iter().rposition(acts).map_or(first, |last| last + 1);
-        Self { constants, active, in_flow: active.get(first..end).unwrap_or(active), continuation: Continuation::default() }
+        Self {
+            constants,
+            active,
+            in_flow: active.get(first..end).unwrap_or(active),
+            on_volume: active.iter().any(|a| a.effect.acts_on_volume()),
+            continuation: Continuation::default(),
+        }
     }
 
     /// The same law with another continuation beyond the valid angle of attack.
@@ -316,6 +327,12 @@ impl<'a> ForceModel<'a> {
     pub fn continued(mut self, continuation: Continuation) -> Self {
         self.continuation = continuation;
         self
+    }
+
+    /// Whether the true pitch is a straight line in the measured one (a person's expression may be anything).
+    #[must_use]
+    pub fn pitch_is_affine(&self) -> bool {
+        self.active.iter().all(|a| a.effect.expression().is_none())
     }
 
     /// What is true when the sensors say `s`.
@@ -331,11 +348,14 @@ impl<'a> ForceModel<'a> {
     #[must_use]
     pub fn volume_m3(&self, s: &Sensed) -> f64 {
         let c = &self.constants;
-        c.hull_volume_m3
+        let volume = c.hull_volume_m3
             * (1.0 - c.compressibility_per_pa * s.pressure_pa
                 + c.thermal_expansion_per_k * (s.temperature_degc - c.reference_temperature_degc))
-            + s.ballast_m3
-            + self.active.iter().map(|a| a.effect.volume_m3(&a.values, s, c)).sum::<f64>()
+            + s.ballast_m3;
+        if !self.on_volume {
+            return volume;
+        }
+        volume + self.active.iter().map(|a| a.effect.volume_m3(&a.values, s, c)).sum::<f64>()
     }
 
     /// Net buoyancy, N, up.

@@ -1,0 +1,133 @@
+//! Single samples that cannot be: which values of a sensor are spikes?
+//!
+//! Two rules. A sample that most of its neighbours could only reach faster than the vehicle or the water can change is none of the
+//! vehicle's; this holds however many spikes stand close together. And a sample that disagrees with all interpolations and
+//! extrapolations of its neighbours by more than a threshold is one too (a running median would eat the turning points).
+
+/// Neighbours on each side that a leap is judged by.
+const BESIDE: usize = 3;
+
+/// Fastest changes that are believed, per second: several times what gliders and water show.
+pub struct Fastest {
+    /// Pressure, Pa/s: a metre a second.
+    pub pressure_pa_s: f64,
+    /// Pitch and roll, rad/s.
+    pub angle_rad_s: f64,
+    /// Density, kg/(m³ s): a halocline of 1 kg/m³ per metre.
+    pub density_kg_m3_s: f64,
+    /// Temperature, K/s.
+    pub temperature_k_s: f64,
+    /// Speed, m/s².
+    pub speed_m_s2: f64,
+}
+
+/// See [`Fastest`].
+pub const FASTEST: Fastest =
+    Fastest { pressure_pa_s: 1e4, angle_rad_s: 0.15, density_kg_m3_s: 0.5, temperature_k_s: 2.0, speed_m_s2: 0.2 };
+
+/// Puts NaN in place of spikes: of leaps faster than `fastest` (per second), then of samples that no neighbour supports within
+/// `threshold`. Returns how many.
+pub fn despike(time: &[f64], value: &mut [f64], threshold: f64, fastest: f64) -> usize {
+    leaps(time, value, threshold, fastest) + unsupported(time, value, threshold)
+}
+
+/// Samples that cannot be reached from most of their neighbours.
+fn leaps(time: &[f64], value: &mut [f64], threshold: f64, fastest: f64) -> usize {
+    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
+    let apart = |i: usize, j: usize| (value[i] - value[j]).abs() > threshold + fastest * (time[i] - time[j]).abs();
+    let alone = |k: usize| {
+        let near = (k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(index.len())).filter(|&j| j != k);
+        let (mut far, mut all) = (0, 0);
+        for j in near {
+            all += 1;
+            far += usize::from(apart(index[k], index[j]));
+        }
+        far >= 3 && 2 * far > all
+    };
+    let bad: Vec<usize> = (0..index.len()).filter(|&k| alone(k)).map(|k| index[k]).collect();
+    bad.iter().for_each(|&i| value[i] = f64::NAN);
+    bad.len()
+}
+
+/// Single samples that no interpolation or extrapolation of their neighbours meets.
+fn unsupported(time: &[f64], value: &mut [f64], threshold: f64) -> usize {
+    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
+    let n = index.len();
+    let line = |a: usize, b: usize, t: f64, v: &[f64]| {
+        let (i, j) = (index[a], index[b]);
+        v[i] + (v[j] - v[i]) * (t - time[i]) / (time[j] - time[i])
+    };
+    let mut bad = Vec::new();
+    for (k, &i) in index.iter().enumerate() {
+        let t = time[i];
+        // Predictions that leave the sample out; a turning point is met by at least one of them, a spike by none.
+        let mut guesses = Vec::with_capacity(5);
+        if k >= 1 && k + 1 < n {
+            guesses.push(line(k - 1, k + 1, t, value));
+        }
+        if k >= 2 && k + 1 < n {
+            guesses.push(line(k - 2, k + 1, t, value));
+        }
+        if k >= 1 && k + 2 < n {
+            guesses.push(line(k - 1, k + 2, t, value));
+        }
+        if k >= 2 {
+            guesses.push(line(k - 2, k - 1, t, value));
+        }
+        if k + 2 < n {
+            guesses.push(line(k + 1, k + 2, t, value));
+        }
+        // At the ends there is nothing to interpolate: let the neighbours be held.
+        if k < 2 || k + 2 >= n {
+            for j in [k.saturating_sub(2), k.saturating_sub(1), k + 1, k + 2] {
+                if j != k && j < n {
+                    guesses.push(value[index[j]]);
+                }
+            }
+        }
+        let off = guesses.iter().map(|g| (value[i] - g).abs()).fold(f64::INFINITY, f64::min);
+        if guesses.len() >= 3 && off > threshold {
+            bad.push((i, off));
+        }
+    }
+    // Of two adjacent suspects only the larger is a spike.
+    bad.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut taken: Vec<usize> = Vec::new();
+    for (i, _) in bad {
+        if !taken.iter().any(|&j| i.abs_diff(j) <= 1) {
+            taken.push(i);
+        }
+    }
+    for &i in &taken {
+        value[i] = f64::NAN;
+    }
+    taken.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spike_is_removed_and_a_turning_point_is_not() {
+        let time: Vec<f64> = (0..40).map(|i| f64::from(i) * 4.0).collect();
+        let mut depth: Vec<f64> = time.iter().map(|t| 20.0 - (t - 80.0).abs() * 0.15).collect();
+        depth[10] += 3.0;
+        let clean = depth.clone();
+        assert_eq!(despike(&time, &mut depth, 0.27, 1.0), 1);
+        assert!(depth[10].is_nan());
+        assert!((0..40).all(|i| i == 10 || depth[i] == clean[i]));
+    }
+
+    #[test]
+    fn regress_two_opposite_spikes_beside_one_good_sample_are_both_removed() {
+        // As logged: the line through the second spike meets the first by accident.
+        let time: Vec<f64> = (0..12).map(|i| f64::from(i) * 2.0).collect();
+        let mut depth: Vec<f64> = time.iter().map(|t| 85.0 - 0.25 * t).collect();
+        let clean = depth.clone();
+        depth[5] = 87.46;
+        depth[7] = 76.4;
+        assert_eq!(despike(&time, &mut depth, 0.27, 1.0), 2);
+        assert!((0..12).all(|i| if i == 5 || i == 7 { depth[i].is_nan() } else { depth[i] == clean[i] }));
+    }
+}

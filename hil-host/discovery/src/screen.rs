@@ -11,6 +11,7 @@ use crate::problem::{Column, Problem, State, calibration_of, tolerance_of};
 use crate::signature::{Offer, log_size_prior_of, project, signatures};
 use crate::wave::{Kind, PARTS, Wave, stretched};
 use hydro::effects::{Active, Effect};
+use std::sync::Arc;
 
 /// Name of the effect whose phase is free in every run.
 pub const WAVE: &str = "internal_wave";
@@ -28,6 +29,8 @@ pub struct Candidate {
     pub gain: f64,
     /// The fit.
     pub fit: Fit,
+    /// Signatures of the calibration taken near it; none if those of nothing missing served.
+    pub(crate) own: Option<Arc<Jacobian>>,
 }
 
 /// Amplitudes a wave is tried at, m/s.
@@ -103,10 +106,10 @@ pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fi
     let screen = Screen::new(problem, &problem.start, &waves);
     let mut out = screen.null.clone();
     for effect in effects.iter().filter(|e| e.name() != WAVE) {
-        out = screen.best_with(&out.state, *effect, 8);
+        out = screen.renewed(screen.best_with(&screen.jacobian, &out.state, *effect, 8), 5).0;
     }
     if waved {
-        out = screen.with_wave(&out, 3).0;
+        out = screen.with_wave(&Jacobian::new(problem, &out.state), &out, 3).0;
     }
     (screen.null, out)
 }
@@ -135,7 +138,7 @@ impl<'a> Screen<'a> {
         let worse = !(f.chi2 <= self.null.chi2 + 0.5);
         let odds = log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + correction;
         let log_odds = if worse || odds.is_nan() { f64::NEG_INFINITY } else { odds - if odds > 0.0 { self.doubts(&f) } else { 0.0 } };
-        Candidate { effects, log_odds, correction, gain: self.null.chi2 - f.chi2, fit: f }
+        Candidate { effects, log_odds, correction, gain: self.null.chi2 - f.chi2, fit: f, own: None }
     }
 
     /// Odds against a fit for reasons that a likelihood does not see.
@@ -172,8 +175,13 @@ impl<'a> Screen<'a> {
         beyond as f64 / all.max(1) as f64
     }
 
-    pub(crate) fn fit(&self, start: &State, iterations: usize) -> Fit {
-        fit(self.problem, &self.jacobian, start, effort(iterations))
+    /// The signatures to fit with beside a hypothesis.
+    pub(crate) fn beside<'b>(&'b self, c: Option<&'b Candidate>) -> &'b Jacobian {
+        c.and_then(|c| c.own.as_deref()).unwrap_or(&self.jacobian)
+    }
+
+    pub(crate) fn fit(&self, jacobian: &Jacobian, start: &State, iterations: usize) -> Fit {
+        fit(self.problem, jacobian, start, effort(iterations))
     }
 
     /// Whether nothing missing leaves the flight far from its model.
@@ -209,17 +217,17 @@ impl<'a> Screen<'a> {
     }
 
     /// Goes on from a fit with signatures taken there.
-    pub(crate) fn renewed(&self, f: Fit, iterations: usize) -> Fit {
+    pub(crate) fn renewed(&self, f: Fit, iterations: usize) -> (Fit, Arc<Jacobian>) {
         let jacobian = Jacobian::new(self.problem, &f.state);
         let again = fit(self.problem, &jacobian, &f.state, effort(iterations));
-        if again.chi2 <= f.chi2 { again } else { f }
+        (if again.chi2 <= f.chi2 { again } else { f }, Arc::new(jacobian))
     }
 
     /// Best fit of `effect` added to a state.
-    pub(crate) fn best_with(&self, base: &State, effect: &'static dyn Effect, iterations: usize) -> Fit {
+    pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &State, effect: &'static dyn Effect, iterations: usize) -> Fit {
         // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
         let far = crate::start::is_uncalibrated(self.problem.vehicle) && base.effects.is_empty();
-        let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(&start, iterations) };
+        let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(jacobian, &start, iterations) };
         let mut bases = vec![base.clone()];
         if base.effects.is_empty() && self.is_far_off() {
             // What the calibration had to become without the effect may lie behind a hill.
@@ -227,18 +235,13 @@ impl<'a> Screen<'a> {
         }
         let sizes = self.starts(effect);
         let starts = bases.iter().flat_map(|base| sizes.iter().map(|size| from(self.start(base, effect, *size))));
-        let mut best = starts.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone());
-        // Far from the calibrated nominal model the signatures are others: renew them there and go on.
-        if self.null.chi2 - best.chi2 > RENEW_GAIN {
-            best = self.renewed(best, 5);
-        }
-        best
+        starts.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone())
     }
 
     /// Stall where it promises nothing: the angle out of reach, no discovery.
     pub(crate) fn fit_stall(&self, gain: f64) -> Fit {
         let start = self.start(&self.null.state, &hydro::effects::Stall, 0.2);
-        self.fit(&start, if gain > 1.0 { 4 } else { 0 })
+        self.fit(&self.jacobian, &start, if gain > 1.0 { 4 } else { 0 })
     }
 
     /// A current from the displacement residuals, as a start of its fit.
@@ -282,7 +285,7 @@ impl<'a> Screen<'a> {
 
     /// The best wave beside a fit, and what its log evidence is to be corrected by for its kind being one of many. Where the wave is
     /// large its kind is looked for again, beside what was found with it.
-    pub(crate) fn with_wave(&self, f: &Fit, iterations: usize) -> (Fit, f64) {
+    pub(crate) fn with_wave(&self, jacobian: &Jacobian, f: &Fit, iterations: usize) -> (Fit, f64) {
         let mut best: Option<(Fit, f64, f64)> = None;
         let mut beside = f.clone();
         for round in 0..WAVE_ROUNDS {
@@ -292,7 +295,7 @@ impl<'a> Screen<'a> {
             }
             let mut start = beside.state.clone();
             start.wave = Some(Wave { kind, amplitude_m_s: vec![[0.0; PARTS]; self.problem.runs.len()], scale_m_s });
-            let fitted = self.fit(&start, iterations);
+            let fitted = self.fit(jacobian, &start, iterations);
             let told = log_evidence(self.problem, &fitted) + fewer;
             if best.as_ref().is_some_and(|b| told <= b.2) {
                 break;
@@ -303,7 +306,7 @@ impl<'a> Screen<'a> {
             if !large {
                 break;
             }
-            beside = self.fit(&without, 0);
+            beside = self.fit(jacobian, &without, 0);
         }
         match best {
             Some((fitted, fewer, _)) if fitted.chi2 <= f.chi2 => (fitted, fewer - WAVE_HANDICAP),

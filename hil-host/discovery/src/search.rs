@@ -60,6 +60,10 @@ const TRIPLED: (usize, usize) = (3, 4);
 /// Log odds behind the best from which a hypothesis is not weighed again: a change of the water motion's size by a fifth changes
 /// odds by less than half.
 const MAY_WIN: f64 = 25.0;
+/// The same where signatures are taken anew: what stale ones leave of a gain.
+const MAY_WIN_SHARE: f64 = 0.25;
+/// Most hypotheses of one size that get signatures of their own at a time.
+const MOST_SETTLED: usize = 10;
 /// Hypotheses whose signatures are taken anew when they are weighed again.
 const WEIGHED_CLOSELY: usize = 4;
 /// Share of a single effect's log odds that its form may be wrong by.
@@ -118,9 +122,9 @@ pub fn weigh_again(problem: &Problem, before: Found, tick: &dyn Fn(&str, f64)) -
         if may_win { contenders.push(c) } else { others.push(c) }
     }
     for (k, c) in contenders.iter_mut().enumerate() {
-        let mut f = screen.fit(&c.fit.state, 4);
+        let mut f = screen.fit(&screen.jacobian, &c.fit.state, 4);
         if c.gain > RENEW_GAIN && k < WEIGHED_CLOSELY {
-            f = screen.renewed(f, 4);
+            f = screen.renewed(f, 4).0;
         }
         *c = screen.candidate(f, prior_of(c.effects.len()), c.correction);
     }
@@ -183,11 +187,10 @@ impl Search<'_> {
         self.before.and_then(|b| b.of(effects)).filter(|c| c.log_odds.is_finite() && c.gain > WORTH_A_FIT)
     }
 
-    /// A hypothesis answered before goes on from there, whichever start serves better.
-    fn resumed(&self, effects: &[&str], fresh: impl FnOnce() -> Fit) -> Candidate {
+    /// A hypothesis answered before goes on from there.
+    fn resumed(&self, jacobian: &Jacobian, effects: &[&str], fresh: impl FnOnce() -> Fit) -> Candidate {
         let f = match self.known(effects) {
-            Some(c) if c.gain > RENEW_GAIN => self.screen.renewed(self.screen.fit(&c.fit.state, 4), 4),
-            Some(c) => self.screen.fit(&c.fit.state, 4),
+            Some(c) => self.screen.fit(jacobian, &c.fit.state, 4),
             None => fresh(),
         };
         self.screen.candidate(f, prior_of(effects.len()), 0.0)
@@ -224,7 +227,7 @@ impl Search<'_> {
             let c = if promising || fitted < 2 || self.known(&[effect.name()]).is_some() {
                 fitted += 1;
                 (self.tick)(effect.name(), 0.15 + 0.03 * fitted as f64);
-                self.resumed(&[effect.name()], || screen.best_with(&screen.null.state, effect, 6))
+                self.resumed(&screen.jacobian, &[effect.name()], || screen.best_with(&screen.jacobian, &screen.null.state, effect, 6))
             } else if effect.name() == "stall" {
                 // Its signature has no size: the linear estimate would be of an amplitude.
                 screen.candidate(screen.fit_stall(gain), prior_of(1), 0.0)
@@ -234,12 +237,12 @@ impl Search<'_> {
             self.found.push(c);
         }
         if let Some(current) = self.current() {
-            let f = screen.best_with(&screen.null.state, current, 6);
+            let f = screen.best_with(&screen.jacobian, &screen.null.state, current, 6);
             self.found.push(screen.candidate(f, prior_of(1), 0.0));
         }
-        let (f, extra) = screen.with_wave(&screen.null, 2);
+        let (f, extra) = screen.with_wave(&screen.jacobian, &screen.null, 2);
         self.found.push(screen.candidate(f, prior_of(1), extra));
-        self.found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        self.settle(1);
     }
 
     /// Pairs that an earlier look, the best singles or the geometry of the signatures promise something of.
@@ -269,10 +272,10 @@ impl Search<'_> {
             let second = screen.seconds(&single.fit);
             if single.effects == [WAVE] {
                 for (_, effect) in second.iter().take(2) {
-                    let f = screen.best_with(&single.fit.state, *effect, 4);
+                    let (f, own) = screen.renewed(screen.best_with(&screen.jacobian, &single.fit.state, *effect, 4), 4);
                     // The kind of wave was found beside a calibration that strained for the effect: look again without the strain.
                     let far = single.fit.chi2 - f.chi2 > RENEW_GAIN;
-                    let again = far.then(|| screen.with_wave(&screen.fit(&State { wave: None, ..f.state.clone() }, 2), 3));
+                    let again = far.then(|| screen.with_wave(&own, &screen.fit(&own, &State { wave: None, ..f.state.clone() }, 2), 3));
                     let (f, extra) = again.filter(|a| a.0.chi2 < f.chi2).unwrap_or((f, single.correction));
                     self.found.push(screen.candidate(f, prior_of(2), extra));
                 }
@@ -281,7 +284,7 @@ impl Search<'_> {
                 for (_, effect) in second.iter().take(4) {
                     add(first, *effect);
                 }
-                let (f, extra) = screen.with_wave(&single.fit, 2);
+                let (f, extra) = screen.with_wave(screen.beside(Some(single)), &single.fit, 2);
                 self.found.push(screen.candidate(f, prior_of(2), extra));
                 if let Some(current) = self.current() {
                     add(first, current);
@@ -303,10 +306,33 @@ impl Search<'_> {
             // Start from the better of the two singles.
             let gain = |e: &dyn Effect| self.single(e.name()).map_or(f64::NEG_INFINITY, |c| c.gain);
             let (first, second) = if gain(a) >= gain(b) { (a, b) } else { (b, a) };
-            let Some(base) = self.single(first.name()).map(|c| c.fit.state.clone()) else { continue };
-            let c = self.resumed(&[a.name(), b.name()], || screen.best_with(&base, second, 6));
+            let Some(base) = self.single(first.name()) else { continue };
+            let jacobian = screen.beside(Some(base));
+            let c = self.resumed(jacobian, &[a.name(), b.name()], || screen.best_with(jacobian, &base.fit.state, second, 6));
             self.found.push(c);
         }
+        self.settle(2);
+    }
+
+    /// Far from the calibrated nominal model the signatures are others: contenders of this size get their own and go on. Best first
+    /// at the end.
+    fn settle(&mut self, size: usize) {
+        for _ in 0..MOST_SETTLED {
+            let sized = |c: &Candidate| c.effects.len() == size && c.fit.state.wave.is_none();
+            let top = self.found.iter().filter(|c| sized(c)).map(|c| c.log_odds).fold(0.0, f64::max);
+            let floor = top - MAY_WIN - MAY_WIN_SHARE * top;
+            // A larger set that gains little more than a part of it was fitted with the signatures of the part.
+            let part = |c: &Candidate| {
+                let parts = self.found.iter().filter(|p| p.effects.len() < size && p.effects.iter().all(|e| c.effects.contains(e)));
+                parts.map(|p| p.gain).fold(0.0, f64::max)
+            };
+            let open = |c: &Candidate| sized(c) && c.own.is_none() && c.log_odds > floor && c.gain - part(c) > RENEW_GAIN;
+            let best = (0..self.found.len()).filter(|&k| open(&self.found[k]));
+            let Some(k) = best.max_by(|a, b| self.found[*a].log_odds.total_cmp(&self.found[*b].log_odds)) else { break };
+            let (f, own) = self.screen.renewed(self.found[k].fit.clone(), 5);
+            self.found[k] = Candidate { own: Some(own), ..self.screen.candidate(f, prior_of(size), self.found[k].correction) };
+        }
+        self.found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     }
 
     /// In the best pair each member is exchanged for its look-alikes.
@@ -319,12 +345,13 @@ impl Search<'_> {
             let keep = best.fit.state.effects[kept];
             let mut alone = best.fit.state.clone();
             alone.effects = vec![keep];
-            let mut base = screen.fit(&alone, 4);
+            let mut base = screen.fit(screen.beside(self.single(keep.effect.name())), &alone, 4);
             // What the pair has found may serve the single better than its own start did.
             if let Some(single) = self.found.iter_mut().find(|c| c.effects == [keep.effect.name()]) {
                 if single.fit.chi2 - base.chi2 > 0.5 {
-                    base = screen.renewed(base, 5);
-                    *single = screen.candidate(base.clone(), prior_of(1), 0.0);
+                    let own;
+                    (base, own) = screen.renewed(base, 5);
+                    *single = Candidate { own: Some(own), ..screen.candidate(base.clone(), prior_of(1), 0.0) };
                 } else {
                     base = single.fit.clone();
                 }
@@ -334,10 +361,12 @@ impl Search<'_> {
                 if self.found.iter().any(|c| c.is(&names)) {
                     continue;
                 }
-                let c = self.resumed(&names, || screen.best_with(&base.state, other, 6));
+                let jacobian = screen.beside(self.single(keep.effect.name()));
+                let c = self.resumed(jacobian, &names, || screen.best_with(jacobian, &base.state, other, 6));
                 self.found.push(c);
             }
         }
+        self.settle(2);
     }
 
     /// To the best pairs, the third effects that promise most.
@@ -349,12 +378,12 @@ impl Search<'_> {
             for (_, third) in screen.seconds(&pair.fit).into_iter().take(TRIPLED.1) {
                 let names: Vec<&str> = pair.effects.iter().copied().chain([third.name()]).collect();
                 if !self.found.iter().any(|c| c.is(&names)) {
-                    let f = screen.best_with(&pair.fit.state, third, 6);
+                    let f = screen.best_with(screen.beside(Some(&pair)), &pair.fit.state, third, 6);
                     self.found.push(screen.candidate(f, prior_of(3), pair.correction));
                 }
             }
             if pair.fit.state.wave.is_none() {
-                let (f, extra) = screen.with_wave(&pair.fit, 2);
+                let (f, extra) = screen.with_wave(screen.beside(Some(&pair)), &pair.fit, 2);
                 self.found.push(screen.candidate(f, prior_of(3), extra));
             }
         }

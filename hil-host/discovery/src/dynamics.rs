@@ -52,9 +52,9 @@ pub(crate) fn angle_of_attack(u: f64, n: f64) -> f64 {
     x * (low + s * s * s * s * high)
 }
 
-/// Sine and cosine: up to 0.3 rad by their series, within 1e-15.
+/// Sine and cosine: up to 0.25 rad by their series, within 1e-15.
 fn sin_cos_of_small(x: f64) -> (f64, f64) {
-    if x.abs() > 0.3 {
+    if x.abs() > 0.25 {
         return x.sin_cos();
     }
     let s = x * x;

@@ -3,6 +3,7 @@
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
 use crate::brink::{TRUSTED, WORTH_TRYING};
+use crate::evidence::log_evidence;
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
@@ -39,6 +40,9 @@ const FAR_FROM_NOISE: f64 = 2.5;
 /// What a family must be better by than the best name: log odds, and share of them.
 const FAMILY_HANDICAP: f64 = 4.0;
 const FAMILY_SHARE: f64 = 0.01;
+/// Steps of the fit of a hypothesis from all rows to those away from the stall, and the log evidence it may lose there.
+const ELSEWHERE_STEPS: usize = 6;
+const WORSE_ELSEWHERE: f64 = 6.0;
 /// Log odds within which hypotheses are not told apart.
 const TIED: f64 = 4.5;
 /// Innovations beyond this are outliers, sigma.
@@ -251,13 +255,18 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state, WORTH_TRYING) > 0;
     if restored {
         let again = search(&problem, Some(&found), depth, tick);
-        restored = mean_square(&best_of(&again)) < mean_square(&best).max(1.0) * 1.06;
+        let other = best_of(&again);
+        let whole = problem.left_out();
+        // Whatever the rows near the stall say, the others must not be explained worse for it; else nature goes on otherwise there.
+        problem.leave_out(kept.clone());
+        let elsewhere =
+            fit(&problem, &Jacobian::new(&problem, &other.state), &other.state, Effort { iterations: ELSEWHERE_STEPS, renew: false });
+        restored = mean_square(&other) < mean_square(&best).max(1.0) * 1.06
+            && log_evidence(&problem, &elsewhere) > log_evidence(&problem, &best) - WORSE_ELSEWHERE;
         if restored {
             found = again;
-            kept = problem.left_out();
-        } else {
-            // Nature goes on otherwise after all.
-            problem.leave_out(kept.clone());
+            problem.leave_out(whole.clone());
+            kept = whole;
         }
     }
     let best = best_of(&found);
@@ -329,7 +338,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let on_check = |state: &State| typical_error(problem, prepared, state, &check_blocks);
     let floor = problem.noise_floor_m_s();
     let check_error = spoken.filter(|_| tellable).map_or(f64::NAN, |c| on_check(&c.fit.state));
-    let off_track = check_error > FAILS * floor || (check_error > 1.5 * floor && check_error > WORSE * on_check(&null.state));
+    let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * on_check(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
     let unexplained = left_over || better_told || off_track || far_off;

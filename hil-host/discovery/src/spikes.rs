@@ -7,6 +7,9 @@
 /// Neighbours on each side that a leap is judged by.
 const BESIDE: usize = 3;
 
+/// Rounds of looking for samples without support: spikes that stand together.
+const MOST_ROUNDS: usize = 4;
+
 /// Fastest changes that are believed, per second: several times what gliders and water show.
 pub struct Fastest {
     /// Pressure, Pa/s: a metre a second.
@@ -28,7 +31,16 @@ pub const FASTEST: Fastest =
 /// Puts NaN in place of spikes: of leaps faster than `fastest` (per second), then of samples that no neighbour supports within
 /// `threshold`. Returns how many.
 pub fn despike(time: &[f64], value: &mut [f64], threshold: f64, fastest: f64) -> usize {
-    leaps(time, value, threshold, fastest) + unsupported(time, value, threshold)
+    let mut removed = leaps(time, value, threshold, fastest);
+    // Where one has gone, the one beside it stands alone.
+    for _ in 0..MOST_ROUNDS {
+        let more = unsupported(time, value, threshold);
+        removed += more;
+        if more == 0 {
+            break;
+        }
+    }
+    removed
 }
 
 /// Samples that cannot be reached from most of their neighbours.
@@ -117,6 +129,18 @@ mod tests {
         assert_eq!(despike(&time, &mut depth, 0.27, 1.0), 1);
         assert!(depth[10].is_nan());
         assert!((0..40).all(|i| i == 10 || depth[i] == clean[i]));
+    }
+
+    #[test]
+    fn regress_two_spikes_in_a_row_are_both_removed_and_a_turn_of_pitch_stays() {
+        let time: Vec<f64> = (0..30).map(|i| f64::from(i) * 4.0).collect();
+        // As logged: both of one sensor's errors, then a turn as fast as a glider's pitch mode of 16 s allows.
+        let mut steps: Vec<f64> = time.iter().map(|t| 0.317 * ((t - 84.0) / 8.0).tanh()).collect();
+        steps[4] = -0.98;
+        steps[5] = 0.2135;
+        let mut pitch = steps.clone();
+        assert_eq!(despike(&time, &mut pitch, 0.043, 0.15), 2);
+        assert!((0..30).all(|i| if i == 4 || i == 5 { pitch[i].is_nan() } else { pitch[i] == steps[i] }));
     }
 
     #[test]

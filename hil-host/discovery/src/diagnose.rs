@@ -220,9 +220,8 @@ pub fn prepared_problem<'a>(
         return Err(NothingToFit(format!("{}: {why}", flight.name)));
     }
     problem.start = crate::start::find(&problem);
-    let null_fit = |problem: &Problem| {
-        fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, Effort { iterations: 3, renew: false })
-    };
+    let null_fit =
+        |problem: &Problem| fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, Effort { iterations: 3, renew: false });
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
     let second = if problem.restore_brink(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
@@ -285,6 +284,16 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if brink_rows > 0 {
         notes.push(format!("{brink_rows} rows near or beyond the stall (angle of attack over 0.35 rad in the model) left out of the fit"));
     }
+    let compared: usize = problem.used.iter().flatten().filter(|u| **u).count();
+    if compared < FEWEST_ROWS {
+        return Err(NothingToFit(format!(
+            "{}: {compared} rows are left to compare once {brink_rows} near or beyond the stall in the model are left out; at least {FEWEST_ROWS} are needed: longer dives or steeper pitch settings show more",
+            flight.name
+        )));
+    }
+    if brink_rows > compared {
+        notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
+    }
     let mut said = conclude(vehicle, &prepared, &problem, found, check, notes);
     if !said.answer.is_empty() && !flight.temperature_degc.iter().any(|t| t.is_finite()) {
         said.verdict = Verdict::Ambiguous;
@@ -342,7 +351,11 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
     let unexplained = left_over || better_told || off_track || far_off;
-    let mut say = |it_is: bool, why: &str| if it_is { notes.push(format!("unexplained: {why}")) };
+    let mut say = |it_is: bool, why: &str| {
+        if it_is {
+            notes.push(format!("unexplained: {why}"))
+        }
+    };
     say(left_over, "what remains after the best hypothesis follows a variable");
     say(better_told, "a remainder that follows one variable tells it better than any effect");
     let times = check_error / floor;

@@ -106,7 +106,7 @@ pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fi
     let screen = Screen::new(problem, &problem.start, &waves);
     let mut out = screen.null.clone();
     for effect in effects.iter().filter(|e| e.name() != WAVE) {
-        out = screen.renewed(screen.best_with(&screen.jacobian, &out.state, *effect, 8), 5).0;
+        out = screen.renewed(screen.best_with(&screen.jacobian, &out, *effect, 8), 5).0;
     }
     if waved {
         out = screen.with_wave(&Jacobian::new(problem, &out.state), &out, 3).0;
@@ -184,19 +184,20 @@ impl<'a> Screen<'a> {
         fit(self.problem, jacobian, start, effort(iterations))
     }
 
-    /// Whether nothing missing leaves the flight far from its model.
-    fn is_far_off(&self) -> bool {
-        self.null.chi2 > FAR_OFF * self.problem.data.len() as f64
+    /// Whether a fit leaves the flight far from its model.
+    fn is_far_off(&self, f: &Fit) -> bool {
+        f.chi2 > FAR_OFF * self.problem.data.len() as f64
     }
 
     /// Starts to try for one effect.
-    fn starts(&self, effect: &'static dyn Effect) -> Vec<f64> {
+    fn starts(effect: &'static dyn Effect, far_off: bool) -> Vec<f64> {
         let p = &effect.parameters()[0];
         match effect.name() {
             "stall" => vec![0.05, 0.10, 0.16],
             // A flight far from its model may sit behind a hill: look from further away too.
-            _ if self.is_far_off() => {
-                vec![p.off, (p.off + 1.5 * p.typical).min(p.high), (p.off - 1.5 * p.typical).max(p.low)]
+            _ if far_off => {
+                let aside = [(p.off + 1.5 * p.typical).min(p.high), (p.off - 1.5 * p.typical).max(p.low)];
+                std::iter::once(p.off).chain(aside.into_iter().filter(|s| *s != p.off)).collect()
             }
             "vortex_lift_bodywing" => vec![0.5 * p.typical],
             _ => vec![p.off],
@@ -224,16 +225,18 @@ impl<'a> Screen<'a> {
     }
 
     /// Best fit of `effect` added to a state.
-    pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &State, effect: &'static dyn Effect, iterations: usize) -> Fit {
+    pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &Fit, effect: &'static dyn Effect, iterations: usize) -> Fit {
         // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
-        let far = crate::start::is_uncalibrated(self.problem.vehicle) && base.effects.is_empty();
-        let from = |start: State| if far { crate::start::descend(self.problem, &start) } else { self.fit(jacobian, &start, iterations) };
-        let mut bases = vec![base.clone()];
-        if base.effects.is_empty() && self.is_far_off() {
+        let first = base.state.effects.is_empty();
+        let far_off = self.is_far_off(base);
+        let anew = crate::start::is_uncalibrated(self.problem.vehicle) && first;
+        let from = |start: State| if anew { crate::start::descend(self.problem, &start) } else { self.fit(jacobian, &start, iterations) };
+        let mut bases = vec![base.state.clone()];
+        if first && far_off {
             // What the calibration had to become without the effect may lie behind a hill.
             bases.push(State::nominal());
         }
-        let sizes = self.starts(effect);
+        let sizes = Self::starts(effect, far_off);
         let starts = bases.iter().flat_map(|base| sizes.iter().map(|size| from(self.start(base, effect, *size))));
         starts.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone())
     }

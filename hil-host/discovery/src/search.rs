@@ -227,7 +227,7 @@ impl Search<'_> {
             let c = if promising || fitted < 2 || self.known(&[effect.name()]).is_some() {
                 fitted += 1;
                 (self.tick)(effect.name(), 0.15 + 0.03 * fitted as f64);
-                self.resumed(&screen.jacobian, &[effect.name()], || screen.best_with(&screen.jacobian, &screen.null.state, effect, 6))
+                self.resumed(&screen.jacobian, &[effect.name()], || screen.best_with(&screen.jacobian, &screen.null, effect, 6))
             } else if effect.name() == "stall" {
                 // Its signature has no size: the linear estimate would be of an amplitude.
                 screen.candidate(screen.fit_stall(gain), prior_of(1), 0.0)
@@ -237,7 +237,7 @@ impl Search<'_> {
             self.found.push(c);
         }
         if let Some(current) = self.current() {
-            let f = screen.best_with(&screen.jacobian, &screen.null.state, current, 6);
+            let f = screen.best_with(&screen.jacobian, &screen.null, current, 6);
             self.found.push(screen.candidate(f, prior_of(1), 0.0));
         }
         let (f, extra) = screen.with_wave(&screen.jacobian, &screen.null, 2);
@@ -272,7 +272,7 @@ impl Search<'_> {
             let second = screen.seconds(&single.fit);
             if single.effects == [WAVE] {
                 for (_, effect) in second.iter().take(2) {
-                    let (f, own) = screen.renewed(screen.best_with(&screen.jacobian, &single.fit.state, *effect, 4), 4);
+                    let (f, own) = screen.renewed(screen.best_with(&screen.jacobian, &single.fit, *effect, 4), 4);
                     // The kind of wave was found beside a calibration that strained for the effect: look again without the strain.
                     let far = single.fit.chi2 - f.chi2 > RENEW_GAIN;
                     let again = far.then(|| screen.with_wave(&own, &screen.fit(&own, &State { wave: None, ..f.state.clone() }, 2), 3));
@@ -308,7 +308,7 @@ impl Search<'_> {
             let (first, second) = if gain(a) >= gain(b) { (a, b) } else { (b, a) };
             let Some(base) = self.single(first.name()) else { continue };
             let jacobian = screen.beside(Some(base));
-            let c = self.resumed(jacobian, &[a.name(), b.name()], || screen.best_with(jacobian, &base.fit.state, second, 6));
+            let c = self.resumed(jacobian, &[a.name(), b.name()], || screen.best_with(jacobian, &base.fit, second, 6));
             self.found.push(c);
         }
         self.settle(2);
@@ -362,7 +362,7 @@ impl Search<'_> {
                     continue;
                 }
                 let jacobian = screen.beside(self.single(keep.effect.name()));
-                let c = self.resumed(jacobian, &names, || screen.best_with(jacobian, &base.state, other, 6));
+                let c = self.resumed(jacobian, &names, || screen.best_with(jacobian, &base, other, 6));
                 self.found.push(c);
             }
         }
@@ -378,7 +378,7 @@ impl Search<'_> {
             for (_, third) in screen.seconds(&pair.fit).into_iter().take(TRIPLED.1) {
                 let names: Vec<&str> = pair.effects.iter().copied().chain([third.name()]).collect();
                 if !self.found.iter().any(|c| c.is(&names)) {
-                    let f = screen.best_with(screen.beside(Some(&pair)), &pair.fit.state, third, 6);
+                    let f = screen.best_with(screen.beside(Some(&pair)), &pair.fit, third, 6);
                     self.found.push(screen.candidate(f, prior_of(3), pair.correction));
                 }
             }

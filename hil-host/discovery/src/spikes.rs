@@ -25,8 +25,7 @@ pub struct Fastest {
 }
 
 /// See [`Fastest`].
-pub const FASTEST: Fastest =
-    Fastest { pressure_pa_s: 1e4, angle_rad_s: 0.15, density_kg_m3_s: 0.5, temperature_k_s: 2.0, speed_m_s2: 0.2 };
+pub const FASTEST: Fastest = Fastest { pressure_pa_s: 1e4, angle_rad_s: 0.15, density_kg_m3_s: 0.5, temperature_k_s: 2.0, speed_m_s2: 0.2 };
 
 /// Puts NaN in place of spikes: of leaps faster than `fastest` (per second), then of samples that no neighbour supports within
 /// `threshold`. Returns how many.

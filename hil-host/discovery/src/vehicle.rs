@@ -8,6 +8,9 @@ use hydro::effects::{Active, Constants, by_name};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+/// Rms of the vertical motion of the calmest water that is believed, m/s (guess): below it every difference of form is a discovery.
+const CALMEST_M_S: f64 = 0.001;
+
 /// 1-sigma calibration tolerances of the nominal numbers: the priors of every fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
@@ -294,8 +297,11 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         speed_noise_m_s: keys.number("sensors.speed_noise_m_s")?.unwrap_or(s.speed_noise_m_s),
         speed_scale_relative: keys.number("sensors.speed_scale_1sigma")?.unwrap_or(s.speed_scale_relative),
     };
-    let background =
-        (or("background_vertical_water_motion.rms_m_s", 0.005)?, or("background_vertical_water_motion.correlation_time_s", 90.0)?);
+    let stated = or("background_vertical_water_motion.rms_m_s", 0.005)?;
+    let background = (stated.max(CALMEST_M_S), or("background_vertical_water_motion.correlation_time_s", 90.0)?);
+    if stated < CALMEST_M_S {
+        assumed.push(format!("background_vertical_water_motion.rms_m_s = {CALMEST_M_S} (the file says {stated}, calmer than any water)"));
+    }
     let mut effects = Vec::new();
     if let Some(list) = keys.at("effects") {
         let table = list.as_object().ok_or_else(|| keys.bad("effects", "is not a table of effect name to parameters".into()))?;

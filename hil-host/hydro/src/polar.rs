@@ -66,6 +66,13 @@ impl Flow {
     /// sign, is taken as −U α (dives have α > 0).
     #[must_use]
     pub fn steady(alpha_rad: f64, speed_m_s: f64) -> Self {
-        Self { alpha_rad, speed_m_s, roll_rad: 0.0, climb_m_s: -speed_m_s * alpha_rad, time_s: 0.0, temperature_degc: REFERENCE_TEMPERATURE_DEGC }
+        Self {
+            alpha_rad,
+            speed_m_s,
+            roll_rad: 0.0,
+            climb_m_s: -speed_m_s * alpha_rad,
+            time_s: 0.0,
+            temperature_degc: REFERENCE_TEMPERATURE_DEGC,
+        }
     }
 }

@@ -204,8 +204,7 @@ fn curve(vehicle: &Vehicle, state: &State, flown: &Histogram) -> Value {
     let ratio = |state: &State| -> Vec<f64> {
         let (constants, effects) = law(vehicle, state);
         let model = ForceModel::new(constants, &effects);
-        let at =
-            |d: &f64| model.coefficients(&Flow { climb_m_s: -0.1, ..Flow::steady(d.to_radians(), 0.3) });
+        let at = |d: &f64| model.coefficients(&Flow { climb_m_s: -0.1, ..Flow::steady(d.to_radians(), 0.3) });
         degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
     };
     let total = f64::from(flown.total.max(1));

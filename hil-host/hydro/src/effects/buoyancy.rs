@@ -31,7 +31,15 @@ impl Effect for HullCompressibility {
                 typical: 0.3,
                 source: "3-6e-10/Pa between vehicles, 5e-10/Pa Slocum",
             },
-            Parameter { name: "slope_per_mpa", unit: "1/MPa", off: 0.0, low: -0.3, high: 0.3, typical: 0.05, source: "seals and foam settle; guess" },
+            Parameter {
+                name: "slope_per_mpa",
+                unit: "1/MPa",
+                off: 0.0,
+                low: -0.3,
+                high: 0.3,
+                typical: 0.05,
+                source: "seals and foam settle; guess",
+            },
         ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {

@@ -23,16 +23,26 @@ impl Effect for ReynoldsDrag {
         "legs at several buoyancy drives on the same day"
     }
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "exponent",
-            unit: "1",
-            off: 0.0,
-            low: -1.5,
-            high: 1.5,
-            typical: 0.25,
-            source: "0.5 laminar, 0.15-0.2 turbulent; Seaglider base station 0.5",
-        },
-        Parameter { name: "viscosity_share", unit: "1", off: 0.5, low: 0.0, high: 1.0, typical: 0.5, source: "0 speed alone, 1 Reynolds number" }]
+        &[
+            Parameter {
+                name: "exponent",
+                unit: "1",
+                off: 0.0,
+                low: -1.5,
+                high: 1.5,
+                typical: 0.25,
+                source: "0.5 laminar, 0.15-0.2 turbulent; Seaglider base station 0.5",
+            },
+            Parameter {
+                name: "viscosity_share",
+                unit: "1",
+                off: 0.5,
+                low: 0.0,
+                high: 1.0,
+                typical: 0.5,
+                source: "0 speed alone, 1 Reynolds number",
+            },
+        ]
     }
     fn drag(&self, p: &[f64], at: &Flow, _lift: f64, c: &Constants) -> f64 {
         if p[0] == 0.0 {

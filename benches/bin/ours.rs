@@ -9,10 +9,11 @@
 
 use anyhow::{Context, bail};
 use benches::cpu_time;
+use discovery::calibration::{N_CALIBRATION, State, law};
 use discovery::dynamics::track;
 use discovery::metric::blocks;
 use discovery::prepare::prepare;
-use discovery::problem::{N_CALIBRATION, Problem, State, law};
+use discovery::problem::Problem;
 use discovery::{Flight, Vehicle, add, diagnose};
 use hydro::effects::{Active, CATALOGUE, by_name};
 use plant::trials::{Kind, generate, plan};

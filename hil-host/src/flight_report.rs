@@ -2,11 +2,11 @@
 //! everything a person would check before believing it.
 
 use crate::page::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
+use discovery::calibration::{State, law};
 use discovery::diagnose::{Diagnosis, Ranked};
 use discovery::dynamics::{Track, track};
 use discovery::metric::{blocks, modelled_m_s};
 use discovery::prepare::Prepared;
-use discovery::problem::{State, law};
 use discovery::whereabouts::{Residual, VARIABLES, residuals};
 use discovery::{Vehicle, report};
 use hydro::effects::{Active, Constants, Flow, ForceModel};

@@ -1,9 +1,10 @@
 //! Adds named effects to a vehicle: refit, error before and after, and a new vehicle file that says where it came from.
 
+use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
 use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
-use crate::problem::{N_CALIBRATION, Problem, State, block_error, tolerance_of};
+use crate::problem::{Problem, block_error};
 use crate::screen::fit_named;
 use crate::{Flight, Vehicle};
 use hydro::effects::{Continuation, Effect};
@@ -128,7 +129,7 @@ fn document(
     }
     d["effects"] = on.into();
     let calibration: serde_json::Map<String, Value> =
-        (0..N_CALIBRATION).map(|k| (crate::problem::CALIBRATION[k].to_string(), json!(z[k]))).collect();
+        (0..N_CALIBRATION).map(|k| (crate::calibration::CALIBRATION[k].to_string(), json!(z[k]))).collect();
     d["provenance"] = json!({
         "tool": concat!("glider ", env!("CARGO_PKG_VERSION")),
         "parent": vehicle.path.file_name().map(|n| n.to_string_lossy()),

@@ -8,10 +8,11 @@
 //! with small changes of the calibration, so rows that one state explains make the misfit of its neighbours explode, and clean
 //! flights look as if something were missing.
 
+use crate::calibration::State;
 use crate::dynamics::{Track, track};
 use crate::noise::Whitener;
 use crate::prepare::Run;
-use crate::problem::{Problem, State};
+use crate::problem::Problem;
 use hydro::effects::Continuation;
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.

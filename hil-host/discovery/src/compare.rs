@@ -1,8 +1,9 @@
 //! Model against measurement, as the vehicle file stands: how far off, and where.
 
+use crate::calibration::State;
 use crate::metric::{blocks, rms};
 use crate::prepare::{Prepared, local_slope, prepare};
-use crate::problem::{Problem, State};
+use crate::problem::Problem;
 use crate::whereabouts::{Finding, rank, residuals};
 use crate::{Flight, Vehicle};
 

@@ -3,11 +3,12 @@
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
 use crate::brink::{TRUSTED, WORTH_TRYING};
+use crate::calibration::State;
 use crate::evidence::log_evidence;
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
-use crate::problem::{Problem, State, block_error};
+use crate::problem::{Problem, block_error};
 use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE};
 use crate::search::{Depth, Found, search, weigh_again};

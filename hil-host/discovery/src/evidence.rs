@@ -1,7 +1,8 @@
 //! How much a hypothesis is to be believed: log evidence, with what was known of every effect before the flight.
 
+use crate::calibration::N_CALIBRATION;
 use crate::fit::{Fit, own_tolerance};
-use crate::problem::{N_CALIBRATION, Problem};
+use crate::problem::Problem;
 use hydro::effects::Effect;
 use std::f64::consts::PI;
 

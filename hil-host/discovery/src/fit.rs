@@ -1,6 +1,7 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::problem::{Column, N_CALIBRATION, Problem, State, step_of, tolerance_of};
+use crate::calibration::{N_CALIBRATION, State, step_of, tolerance_of};
+use crate::problem::{Column, Problem};
 use crate::wave::{PARTS, Wave};
 use hydro::effects::{Active, Effect};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -349,5 +350,5 @@ pub fn start_at(effect: &'static dyn Effect, size: f64) -> Active {
 /// Tolerance of the calibration number that an effect deviates, in the effect's unit; none if it is a term of its own.
 #[must_use]
 pub fn own_tolerance(problem: &Problem, effect: &str) -> Option<f64> {
-    crate::problem::calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
+    crate::calibration::calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
 }

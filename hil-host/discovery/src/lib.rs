@@ -3,6 +3,7 @@
 
 pub mod add;
 pub mod brink;
+pub mod calibration;
 pub mod clocks;
 pub mod compare;
 pub mod diagnose;

@@ -6,11 +6,11 @@
 //! buoyancy drive; each is one dive and climb through the water of the flight at hand.
 
 use crate::Vehicle;
+use crate::calibration::{N_SIMULATED, State, law};
 use crate::diagnose::Diagnosis;
 use crate::dynamics::track;
 use crate::noise::{Colour, Whitener};
 use crate::prepare::{Input, Run};
-use crate::problem::{N_SIMULATED, State, law};
 use hydro::effects::Sensed;
 use nalgebra::{DMatrix, DVector};
 

@@ -1,8 +1,8 @@
 //! A diagnosis as JSON (the contract) and as words.
 
+use crate::calibration::{State, law};
 use crate::diagnose::{Diagnosis, Ranked, Verdict};
 use crate::metric::blocks;
-use crate::problem::{State, law};
 use crate::whereabouts::{Finding, rank, residuals};
 use crate::{Vehicle, dynamics};
 use hydro::effects::by_name;

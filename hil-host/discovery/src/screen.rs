@@ -5,9 +5,10 @@
 //! able to explain; an effect that deviates a calibration number must deviate it beyond the tolerance, because inside it is no
 //! discovery.
 
+use crate::calibration::{State, calibration_of, tolerance_of};
 use crate::evidence::{PRIOR, log_evidence, log_mean_exp};
 use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
-use crate::problem::{Column, Problem, State, calibration_of, tolerance_of};
+use crate::problem::{Column, Problem};
 use crate::signature::{Offer, log_size_prior_of, project, signatures};
 use crate::wave::{Kind, PARTS, Wave, stretched};
 use hydro::effects::{Active, Effect};

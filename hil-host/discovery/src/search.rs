@@ -4,9 +4,10 @@
 //! projected out, and the best ones fitted; in the best pair each member is then exchanged for its look-alikes. How one hypothesis is
 //! fitted and believed is [`crate::screen`]'s.
 
+use crate::calibration::State;
 use crate::evidence::PRIOR;
 use crate::fit::{Fit, Jacobian, fit, linear, start_at};
-use crate::problem::{Problem, State};
+use crate::problem::Problem;
 use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, effort, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
 use hydro::effects::{CATALOGUE, Effect};

@@ -1,8 +1,9 @@
 //! Signatures of effects in the whitened observations, and their geometry once everything that is fitted is projected out.
 
+use crate::calibration::{State, calibration_of, tolerance_of};
 use crate::evidence::log_size_prior;
 use crate::fit::{Ground, Jacobian, start_at, symmetric};
-use crate::problem::{Column, Problem, State, calibration_of, tolerance_of};
+use crate::problem::{Column, Problem};
 use crate::screen::WAVE;
 use hydro::effects::{CATALOGUE, Effect};
 use nalgebra::{DMatrix, DVector};
@@ -183,7 +184,7 @@ pub(crate) fn pair_score(problem: &Problem, signs: &[Signature], projected: &(DM
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::problem::State;
+    use crate::calibration::State;
 
     fn wobble(from: usize, n: usize, seed: f64) -> Column {
         Column { from, values: (0..n).map(|i| ((i as f64 + 1.0) * seed).sin() + 0.3 * (i as f64 * seed * 0.37).cos()).collect() }

@@ -6,10 +6,11 @@
 //! follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks, a
 //! pitch sensor that depends on heading (soft iron), pressure or roll.
 
+use crate::calibration::{N_CALIBRATION, State};
 use crate::evidence::log_mean_exp;
 use crate::fit::Ground;
 use crate::prepare::Input;
-use crate::problem::{Column, N_CALIBRATION, Problem, State};
+use crate::problem::{Column, Problem};
 use crate::signature::Offer;
 use hydro::effects::Sensed;
 use nalgebra::DVector;

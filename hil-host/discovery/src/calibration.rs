@@ -1,0 +1,117 @@
+//! What scatters in every vehicle: the calibration numbers, their tolerances, and the model that a state of them means.
+
+use crate::vehicle::Vehicle;
+use crate::wave::Wave;
+use hydro::effects::{Active, BallastScale, Constants, PitchOffset};
+
+/// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`].
+pub const CALIBRATION: [&str; 13] = [
+    "cd0",
+    "lift_slope",
+    "lift_quadratic",
+    "trim_volume",
+    "ballast_gain",
+    "pitch_zero",
+    "hull_compressibility",
+    "thermal_expansion",
+    "added_mass_surge",
+    "added_mass_heave",
+    "speed_scale",
+    "heading_bias",
+    "pressure_zero",
+];
+/// Number of calibration numbers.
+pub const N_CALIBRATION: usize = CALIBRATION.len();
+/// How many of them change the simulation (the rest act on its result).
+pub const N_SIMULATED: usize = 10;
+/// Zero error of the pressure sensor, 1 sigma, Pa (FORMAT section 1: below 0.2 dbar).
+pub(crate) const PRESSURE_ZERO_PA: f64 = 1500.0;
+
+/// Effects that are a deviation of a calibration number: its index in [`CALIBRATION`].
+#[must_use]
+pub fn calibration_of(effect: &str) -> Option<usize> {
+    Some(match effect {
+        "drag_level_error" => 0,
+        "lift_slope_error" => 1,
+        "ballast_offset" => 3,
+        "ballast_scale" => 4,
+        "pitch_offset" => 5,
+        "hull_compressibility" => 6,
+        "thermal_expansion" => 7,
+        "added_mass" => 8,
+        "heave_added_mass" => 9,
+        _ => return None,
+    })
+}
+
+/// Tolerance of a calibration number in the unit of the effect that deviates it.
+#[must_use]
+pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
+    let t = &vehicle.tolerance;
+    match index {
+        0 => t.cd0_relative,
+        1 => t.lift_slope_relative,
+        2 => t.lift_quadratic_relative,
+        3 => t.trim_volume_m3 * 1e6,
+        4 => t.ballast_gain_relative,
+        5 => t.pitch_zero_rad,
+        6 => t.hull_compressibility_relative,
+        7 => t.hull_thermal_expansion_relative,
+        8 => t.added_mass_surge,
+        9 => t.added_mass_heave,
+        10 => vehicle.sensors.speed_scale_relative,
+        11 => vehicle.sensors.heading_bias_rad,
+        _ => PRESSURE_ZERO_PA,
+    }
+}
+
+/// Step of a difference in a calibration number, in its tolerances: half of one, but never further than a vehicle stays linear.
+#[must_use]
+pub fn step_of(vehicle: &Vehicle, index: usize) -> f64 {
+    // In the unit of the effect that deviates the number; guesses, wider than half the tolerances of a calibrated vehicle.
+    const LARGEST: [f64; N_SIMULATED] = [0.05, 0.05, 0.05, 5.0, 0.02, 0.005, 0.1, 0.1, 0.05, 0.1];
+    LARGEST.get(index).map_or(1.0, |largest| (largest / tolerance_of(vehicle, index)).min(0.5))
+}
+
+/// Values of all unknowns.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Calibration numbers in units of their tolerance.
+    pub calibration: [f64; N_CALIBRATION],
+    /// Effects on trial.
+    pub effects: Vec<Active>,
+    /// Internal wave on trial.
+    pub wave: Option<Wave>,
+}
+
+impl State {
+    /// Everything nominal.
+    #[must_use]
+    pub fn nominal() -> Self {
+        Self { calibration: [0.0; N_CALIBRATION], effects: Vec::new(), wave: None }
+    }
+}
+
+/// Constants and effects that a state of a vehicle means.
+#[must_use]
+pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
+    let (t, z) = (&vehicle.tolerance, &state.calibration);
+    let mut c = vehicle.constants;
+    c.cd0 *= 1.0 + z[0] * t.cd0_relative;
+    c.lift_slope_per_rad *= 1.0 + z[1] * t.lift_slope_relative;
+    c.lift_quadratic_per_rad2 *= 1.0 + z[2] * t.lift_quadratic_relative;
+    c.hull_volume_m3 += z[3] * t.trim_volume_m3;
+    c.compressibility_per_pa *= 1.0 + z[6] * t.hull_compressibility_relative;
+    c.thermal_expansion_per_k *= 1.0 + z[7] * t.hull_thermal_expansion_relative;
+    c.added_mass_surge += z[8] * t.added_mass_surge;
+    c.added_mass_heave += z[9] * t.added_mass_heave;
+    let mut effects = vehicle.effects.clone();
+    if z[4] != 0.0 {
+        effects.push(Active::sized(&BallastScale, z[4] * t.ballast_gain_relative));
+    }
+    if z[5] != 0.0 {
+        effects.push(Active::sized(&PitchOffset, z[5] * t.pitch_zero_rad));
+    }
+    effects.extend_from_slice(&state.effects);
+    (c, effects)
+}

@@ -187,7 +187,7 @@ fn learning(c: &mut Criterion<Cpu>) {
     let edge = hydro::effects::by_name("side_edge_lift").expect("in the catalogue");
     let mut group = c.benchmark_group("3h-log");
     group.sample_size(10);
-    group.bench_function("model-once", |b| b.iter(|| black_box(problem.model(&discovery::problem::State::nominal()))));
+    group.bench_function("model-once", |b| b.iter(|| black_box(problem.model(&discovery::calibration::State::nominal()))));
     group.bench_function("compare", |b| b.iter(|| black_box(compare::compare(&flight, &vehicle))));
     group.bench_function("dynamic-fit", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[], &[]).expect("a fit"))));
     group.bench_function("dynamic-fit-with-effect", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[edge], &[]).expect("a fit"))));

@@ -19,6 +19,8 @@ use crate::{Flight, Vehicle};
 const SPEAK_UP: f64 = 1.5;
 /// The same where a wave is in it: ordinary water motion of another colour looks like one.
 const SPEAK_UP_WAVE: f64 = 2.0;
+/// How much more where more rows are left out than compared: the model is wrong about most of the flight.
+const SPEAK_UP_THIN: f64 = 6.0;
 /// Log Bayes factor a family of the remainder needs.
 const REMAINS: f64 = 9.0;
 /// How much more a family in time needs: ordinary water motion of another colour looks like one.
@@ -251,17 +253,19 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
     let mut found = search(&problem, None, depth, tick);
-    let best_of = |found: &Found| found.candidates.first().filter(|c| speaks_up(c)).map_or_else(|| found.null.clone(), |c| c.fit.clone());
+    let best_of = |problem: &Problem, found: &Found| {
+        found.candidates.first().filter(|c| speaks_up(problem, c)).map_or_else(|| found.null.clone(), |c| c.fit.clone())
+    };
     // Second look, with what the first has taught: near the stall, which samples are wrong, and the size of the ordinary water
     // motion. Rows move only together with a new search.
-    let best = best_of(&found);
+    let best = best_of(&problem, &found);
     let large = problem.data.len() / 40;
     let mean_square = |f: &Fit| f.residual.iter().map(|r| r * r).sum::<f64>() / f.residual.len().max(1) as f64;
     let mut kept = problem.left_out();
     let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state, WORTH_TRYING) > 0;
     if restored {
         let again = search(&problem, Some(&found), depth, tick);
-        let other = best_of(&again);
+        let other = best_of(&problem, &again);
         let whole = problem.left_out();
         // Whatever the rows near the stall say, the others must not be explained worse for it; else nature goes on otherwise there.
         problem.leave_out(kept.clone());
@@ -275,7 +279,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
             kept = whole;
         }
     }
-    let best = best_of(&found);
+    let best = best_of(&problem, &found);
     let outliers = problem.drop_outliers(&best.residual, OUTLIER);
     let widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
     let recoloured = problem.tune_colour(&best.state);
@@ -309,13 +313,16 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     Ok(said)
 }
 
-fn speaks_up(c: &Candidate) -> bool {
-    c.log_odds > if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
+/// Whether a hypothesis is worth naming; more is asked of it where more rows are left out than compared.
+fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
+    let compared = problem.used.iter().flatten().filter(|u| **u).count();
+    let thin = if problem.brink_rows() > compared { SPEAK_UP_THIN } else { 0.0 };
+    c.log_odds > thin + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
 }
 
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness } = found;
-    let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(c));
+    let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(problem, c));
     let mut remainder = families(problem, spoken.map_or(&null, |c| &c.fit));
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
     let weight = |f: &Family, waves: bool| match f.period_s {

@@ -193,6 +193,10 @@ fn fits(f: &Figures) -> Option<Vec<Row>> {
             format!("× {} ({} to {})", number(ratio.value), number(ratio.low), number(ratio.high)),
             match (ours, theirs) {
                 ("ours", "dynamic") => fit_bound(f).unwrap_or_default(),
+                ("pair", _) => {
+                    let calibrations = of("ours").map_or(f64::NAN, |o| own.value / o.value);
+                    format!("{} calibrations: one, then each effect in turn with signatures taken anew", number(calibrations))
+                }
                 (_, "sindy") => "without physics it runs away when integrated".into(),
                 _ => String::new(),
             },

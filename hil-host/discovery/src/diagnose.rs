@@ -260,7 +260,6 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     // motion. Rows move only together with a new search.
     let best = best_of(&problem, &found);
     let large = problem.data.len() / 40;
-    let mean_square = |f: &Fit| f.residual.iter().map(|r| r * r).sum::<f64>() / f.residual.len().max(1) as f64;
     let mut kept = problem.left_out();
     let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state, WORTH_TRYING) > 0;
     if restored {
@@ -271,7 +270,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
         problem.leave_out(kept.clone());
         let elsewhere =
             fit(&problem, &Jacobian::new(&problem, &other.state), &other.state, Effort { iterations: ELSEWHERE_STEPS, renew: false });
-        restored = mean_square(&other) < mean_square(&best).max(1.0) * 1.06
+        restored = other.mean_square() < best.mean_square().max(1.0) * 1.06
             && log_evidence(&problem, &elsewhere) > log_evidence(&problem, &best) - WORSE_ELSEWHERE;
         if restored {
             found = again;
@@ -295,7 +294,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if brink_rows > 0 {
         notes.push(format!("{brink_rows} rows near or beyond the stall (angle of attack over 0.35 rad in the model) left out of the fit"));
     }
-    let compared: usize = problem.used.iter().flatten().filter(|u| **u).count();
+    let compared = problem.rows_compared();
     if compared < FEWEST_COMPARED {
         return Err(NothingToFit(format!(
             "{}: {compared} rows are left to compare once {brink_rows} near or beyond the stall in the model are left out; at least {FEWEST_COMPARED} are needed: longer dives or steeper pitch settings show more",
@@ -315,8 +314,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 
 /// Whether a hypothesis is worth naming; more is asked of it where more rows are left out than compared.
 fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
-    let compared = problem.used.iter().flatten().filter(|u| **u).count();
-    let thin = if problem.brink_rows() > compared { SPEAK_UP_THIN } else { 0.0 };
+    let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
     c.log_odds > thin + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
 }
 
@@ -333,7 +331,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     };
     let strongest = remainder.iter().map(|f| weight(f, waves)).fold(f64::NEG_INFINITY, f64::max);
     let explained = spoken.map_or(0.0, |c| 0.5 * c.gain);
-    let misfit = spoken.map_or(&null, |c| &c.fit).residual.iter().map(|r| r * r).sum::<f64>() / problem.data.len().max(1) as f64;
+    let misfit = spoken.map_or(&null, |c| &c.fit).mean_square();
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
     let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
     let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;

@@ -83,6 +83,12 @@ pub struct Ground<'a> {
 }
 
 impl Fit {
+    /// Mean square of the innovations, 1 for noise.
+    #[must_use]
+    pub fn mean_square(&self) -> f64 {
+        self.residual.iter().map(|r| r * r).sum::<f64>() / self.residual.len().max(1) as f64
+    }
+
     /// What the fit leaves; none where its curvature is not positive.
     #[must_use]
     pub fn ground(&self) -> Option<Ground<'_>> {

@@ -410,6 +410,12 @@ impl<'a> Problem<'a> {
         dropped
     }
 
+    /// Rows that take part in the fit.
+    #[must_use]
+    pub fn rows_compared(&self) -> usize {
+        self.used.iter().flatten().filter(|u| **u).count()
+    }
+
     /// Which rows are left out now, to be put back by [`Self::leave_out`].
     #[must_use]
     pub fn left_out(&self) -> LeftOut {

@@ -10,7 +10,7 @@ use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_error};
 use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE};
+use crate::screen::{Candidate, WAVE, wants_further};
 use crate::search::{Depth, Found, search, weigh_again};
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
@@ -335,7 +335,9 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
     let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
     let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;
-    let left_over = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > forgiven);
+    // A size at the end of what is possible excuses nothing.
+    let strained = spoken.is_some_and(|c| c.fit.state.effects.iter().any(wants_further));
+    let left_over = strongest > REMAINS && (strained || strongest > REMAINS_SHARE * (explained + strongest) || misfit > forgiven);
     // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
     let mut better_told = false;
     if let Some(best) = spoken {

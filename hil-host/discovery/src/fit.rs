@@ -123,6 +123,11 @@ pub struct Effort {
     pub renew: bool,
 }
 
+/// Most that a calibration number may deviate, in its tolerances: scatter beyond two is rare and beyond three a discovery; what
+/// strains further is no calibration, and the model has no glide there. A vehicle that nobody has calibrated has no such limit.
+const MOST_STRAINED: f64 = 10.0;
+/// Prior precision of a calibration number at that limit: none of it is left free.
+const HELD: f64 = 1e12;
 /// Share of a parameter's typical size that is the step of a difference.
 const DIFFERENCE: f64 = 0.02;
 
@@ -171,9 +176,10 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             s.wave.as_ref().map_or(0.0, |w: &Wave| w.amplitude_m_s[j / PARTS][j % PARTS])
         }
     };
+    let strained = if crate::start::is_uncalibrated(problem.vehicle) { f64::INFINITY } else { MOST_STRAINED };
     let set = |s: &mut State, i: usize, v: f64| {
         if i < nc {
-            s.calibration[i] = v;
+            s.calibration[i] = v.clamp(-strained, strained);
         } else if i < nc + nf {
             let f = &free[i - nc];
             s.effects[f.effect].values[f.parameter] = v.clamp(f.low, f.high);
@@ -191,11 +197,12 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
 
     // Numbers at a bound that want to go further.
     let held = |s: &State, gradient: &DVector<f64>| -> Vec<usize> {
-        let stuck = |(j, f): (usize, &Free)| {
-            let (i, v) = (nc + j, get(s, nc + j));
-            ((v <= f.low && gradient[i] < 0.0) || (v >= f.high && gradient[i] > 0.0)).then_some(i)
+        let bounds = std::iter::repeat_n((-strained, strained), nc).chain(free.iter().map(|f| (f.low, f.high)));
+        let stuck = |(i, (low, high)): (usize, (f64, f64))| {
+            let v = get(s, i);
+            ((v <= low && gradient[i] < 0.0) || (v >= high && gradient[i] > 0.0)).then_some(i)
         };
-        free.iter().enumerate().filter_map(stuck).collect()
+        bounds.enumerate().filter_map(stuck).collect()
     };
     let pull = |s: &State, columns: &[Column], residual: &[f64]| -> DVector<f64> {
         let whole = Column { from: 0, values: residual.to_vec() };
@@ -286,12 +293,19 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
         curvature[(i, i)] += precision[i];
         curvature[(i, i)] = curvature[(i, i)].max(1e-12) * (1.0 + 1e-9);
     }
-    let (log_det, covariance) = curvature
-        .cholesky()
-        .map_or((f64::INFINITY, DMatrix::identity(n, n)), |c| (2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>(), c.inverse()));
-    let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
+    let log_det = curvature.clone().cholesky().map_or(f64::INFINITY, |c| 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
     let mut gradient = pull(&state, &columns, &residual);
-    held(&state, &gradient).into_iter().for_each(|i| gradient[i] = 0.0);
+    let mut precision = precision;
+    for i in held(&state, &gradient) {
+        gradient[i] = 0.0;
+        // A calibration at its limit does not give way to anything beside it.
+        if i < nc {
+            precision[i] = HELD;
+            curvature[(i, i)] += HELD;
+        }
+    }
+    let covariance = curvature.cholesky().map_or_else(|| DMatrix::identity(n, n), |c| c.inverse());
+    let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
     Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, gradient }
 }
 

@@ -44,6 +44,8 @@ const BACKGROUND_AMPLITUDE: f64 = 1.2 * std::f64::consts::SQRT_2;
 const WAVE_HANDICAP: f64 = 6.0;
 /// Chi² per innovation of the calibrated nominal model from which fits start from several values.
 const FAR_OFF: f64 = 2.5;
+/// Or a calibration number that deviates by this many tolerances: what is missing pulls at it.
+const STRAINED: f64 = 4.0;
 /// Gain of chi² from which signatures are renewed at the fit.
 pub(crate) const RENEW_GAIN: f64 = 40.0;
 /// Gain of chi² below which the calibration rests, and most rounds of signatures until then.
@@ -56,6 +58,16 @@ const HARDLY_FLOWN: f64 = 8.0;
 const HARDLY: f64 = 0.03;
 /// Odds by which a hypothesis is marked down whose size wants to go beyond what is possible.
 const AT_BOUND: f64 = 6.0;
+
+/// Whether a size or a shape is at the end of what is possible.
+pub(crate) fn wants_further(a: &Active) -> bool {
+    a.effect.parameters().iter().zip(&a.values).any(|(p, v)| {
+        let margin = 1e-3 * (p.high - p.low);
+        // Zero is the bound of what only grows, and no size; a share may well be all or nothing.
+        let share = p.name.ends_with("_share");
+        !share && ((v - p.high).abs() < margin || ((v - p.low).abs() < margin && p.low != p.off))
+    })
+}
 
 pub(crate) fn effort(iterations: usize) -> Effort {
     Effort { iterations, renew: false }
@@ -144,12 +156,10 @@ impl<'a> Screen<'a> {
 
     /// Odds against a fit for reasons that a likelihood does not see.
     fn doubts(&self, f: &Fit) -> f64 {
-        let bound = |a: &Active| {
-            let p = &a.effect.parameters()[0];
-            let margin = 1e-3 * (p.high - p.low);
-            // Zero is the bound of what only grows, and no size.
-            (a.values[0] - p.high).abs() < margin || ((a.values[0] - p.low).abs() < margin && p.low != p.off)
-        };
+        // A stall beyond every angle that the law is good for stalls nothing: it only changes what is not known.
+        if f.state.effects.iter().any(|a| a.effect.name() == "stall" && a.values[0] >= a.effect.parameters()[0].high) {
+            return f64::INFINITY;
+        }
         let hardly = |a: &Active| match a.effect.name() {
             "stall" => self.flown_beyond(&f.state, a.values[0]) < HARDLY,
             "vortex_lift_bodywing" => self.flown_beyond(&f.state, a.values[1]) < HARDLY,
@@ -160,7 +170,8 @@ impl<'a> Screen<'a> {
             return f64::INFINITY;
         }
         let effects = &f.state.effects;
-        effects.iter().filter(|a| bound(a)).count() as f64 * AT_BOUND + effects.iter().filter(|a| hardly(a)).count() as f64 * HARDLY_FLOWN
+        effects.iter().filter(|a| wants_further(a)).count() as f64 * AT_BOUND
+            + effects.iter().filter(|a| hardly(a)).count() as f64 * HARDLY_FLOWN
     }
 
     /// Share of the used rows at which the model flies beyond an angle of attack.
@@ -185,9 +196,9 @@ impl<'a> Screen<'a> {
         fit(self.problem, jacobian, start, effort(iterations))
     }
 
-    /// Whether a fit leaves the flight far from its model.
+    /// Whether a fit leaves the flight far from its model, or strains the calibration to come near.
     fn is_far_off(&self, f: &Fit) -> bool {
-        f.chi2 > FAR_OFF * self.problem.data.len() as f64
+        f.chi2 > FAR_OFF * self.problem.data.len() as f64 || f.state.calibration.iter().any(|z| z.abs() > STRAINED)
     }
 
     /// Starts to try for one effect.

@@ -344,19 +344,7 @@ impl Search<'_> {
         let Some(best) = pairs.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)).cloned() else { return };
         for kept in 0..2 {
             let keep = best.fit.state.effects[kept];
-            let mut alone = best.fit.state.clone();
-            alone.effects = vec![keep];
-            let mut base = screen.fit(screen.beside(self.single(keep.effect.name())), &alone, 4);
-            // What the pair has found may serve the single better than its own start did.
-            if let Some(single) = self.found.iter_mut().find(|c| c.effects == [keep.effect.name()]) {
-                if single.fit.chi2 - base.chi2 > 0.5 {
-                    let own;
-                    (base, own) = screen.renewed(base, 5);
-                    *single = Candidate { own: Some(own), ..screen.candidate(base.clone(), prior_of(1), 0.0) };
-                } else {
-                    base = single.fit.clone();
-                }
-            }
+            let Some(base) = self.without(&best, kept) else { continue };
             for (_, other) in screen.seconds(&base).into_iter().take(EXCHANGED) {
                 let names = [keep.effect.name(), other.name()];
                 if self.found.iter().any(|c| c.is(&names)) {
@@ -368,6 +356,25 @@ impl Search<'_> {
             }
         }
         self.settle(2);
+        // The same once more for what is best now: a pair that owes its place to a better calibration is none.
+        let pairs = self.found.iter().filter(|c| c.is_plain_pair() && c.log_odds > floor);
+        if let Some(now) = pairs.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)).cloned() {
+            (0..2).for_each(|kept| drop(self.without(&now, kept)));
+        }
+    }
+
+    /// The fit of one effect of a pair alone; what the pair has found may serve it better than its own start did.
+    fn without(&mut self, pair: &Candidate, kept: usize) -> Option<Fit> {
+        let screen = self.screen;
+        let keep = pair.fit.state.effects[kept];
+        let alone = State { effects: vec![keep], ..pair.fit.state.clone() };
+        let base = screen.fit(screen.beside(Some(pair)), &alone, 4);
+        let single = self.found.iter_mut().find(|c| c.effects == [keep.effect.name()])?;
+        if single.fit.chi2 - base.chi2 > 0.5 {
+            let (base, own) = screen.renewed(base, 5);
+            *single = Candidate { own: Some(own), ..screen.candidate(base, prior_of(1), 0.0) };
+        }
+        Some(single.fit.clone())
     }
 
     /// To the best pairs, the third effects that promise most.

@@ -42,3 +42,26 @@ fn validate_the_two_clocks_of_comet_2016() {
     // 0.25 s: a straight scan of the same misfit, made with another tool, has its minimum at -1.25 s.
     assert!((tau + 1.25).abs() < 0.25, "{tau} s");
 }
+
+/// Three days of a deep mission with a vehicle file whose hull is rigid and knows no temperature: what is missing is named, and the
+/// error on dives kept out of the fit falls below the 0.70 cm/s of a steady model with both terms.
+#[test]
+fn validate_a_rigid_hull_in_the_file_of_modena_is_found_out() {
+    let days = ["175-0-1", "187-0-12", "191-0-34"].map(|day| format!("slocum_modena2015/modena-2015-{day}_tidy.csv"));
+    let Some((_, mut vehicle)) = real(&days[0], "modena.toml") else { return };
+    vehicle.constants.compressibility_per_pa = 0.0;
+    vehicle.constants.thermal_expansion_per_k = 0.0;
+    let root = PathBuf::from(std::env::var_os("GLIDER_FLIGHTS").expect("set"));
+    let text = |day: &String| std::fs::read_to_string(root.join(day)).expect("a flight");
+    // One log: the first file whole, the others without their header.
+    let log: String =
+        days.iter().enumerate().flat_map(|(k, d)| text(d).lines().skip(k.min(1)).map(|l| format!("{l}\n")).collect::<Vec<_>>()).collect();
+    let file = std::env::temp_dir().join(format!("modena_three_days_{}.csv", std::process::id()));
+    std::fs::write(&file, log).expect("a temporary file");
+    let flight = read::flight(&file).expect("three days");
+    std::fs::remove_file(&file).expect("removed");
+    let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+    assert!(d.answer.contains(&"hull_compressibility"), "{:?} {:?}", d.verdict, d.answer);
+    let [_, recalibrated, after] = d.block_error_m_s;
+    assert!(recalibrated > 0.0070 && after <= 0.0070, "{recalibrated} m/s without, {after} m/s with it, held out");
+}

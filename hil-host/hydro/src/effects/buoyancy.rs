@@ -2,6 +2,17 @@
 
 use super::{Constants, Effect, Parameter, Sensed};
 
+/// Compressibility of a Slocum hull, 1/Pa (gliderflight 1.2.1): what a relative error is relative to where the vehicle file
+/// says that the hull is rigid.
+const SLOCUM_COMPRESSIBILITY_PER_PA: f64 = 5e-10;
+/// The same for thermal expansion, 1/K: aluminium 7e-5 less its oil; a guess.
+const SLOCUM_EXPANSION_PER_K: f64 = 5e-5;
+
+/// What the file states, or a typical value where it states none at all (zero).
+fn stated_or(stated: f64, typical: f64) -> f64 {
+    if stated == 0.0 { typical } else { stated }
+}
+
 /// ε (1 + rel_error).
 #[derive(Clone, Copy, Debug)]
 pub struct HullCompressibility;
@@ -43,7 +54,7 @@ impl Effect for HullCompressibility {
         ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
-        c.compressibility_per_pa *= 1.0 + p[0];
+        c.compressibility_per_pa += stated_or(c.compressibility_per_pa, SLOCUM_COMPRESSIBILITY_PER_PA) * p[0];
     }
     fn acts_on_volume(&self) -> bool {
         true
@@ -94,7 +105,7 @@ impl Effect for ThermalExpansion {
         ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
-        c.thermal_expansion_per_k *= 1.0 + p[0];
+        c.thermal_expansion_per_k += stated_or(c.thermal_expansion_per_k, SLOCUM_EXPANSION_PER_K) * p[0];
     }
     fn acts_on_volume(&self) -> bool {
         true

@@ -12,6 +12,14 @@ pub fn vertical_mode(n: u32, depth_m: f64, water_depth_m: f64) -> f64 {
     libm::sin(f64::from(n) * PI * (depth_m / water_depth_m).clamp(0.0, 1.0))
 }
 
+/// The first mode with its peak moved: sin πs (1 + c cos πs) over its own maximum, s = z/H; above mid-depth for c > 0, |c| < 1.
+fn skewed_mode(c: f64, depth_m: f64, water_depth_m: f64) -> f64 {
+    let shape = vertical_mode(1, depth_m, water_depth_m) + 0.5 * c * vertical_mode(2, depth_m, water_depth_m);
+    // Where the slope vanishes: cos x + c cos 2x = 0, without the cancellation of its textbook root.
+    let cos = 2.0 * c / (1.0 + libm::sqrt(1.0 + 8.0 * c * c));
+    shape / (libm::sqrt(1.0 - cos * cos) * (1.0 + c * cos))
+}
+
 /// Vertical water motion A sin(2π t/T + phase) sin(n π z/H). The phase is one per segment.
 #[derive(Clone, Copy, Debug)]
 pub struct InternalWave;
@@ -70,18 +78,29 @@ impl Effect for VerticalCurrent {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "velocity_m_s",
-            unit: "m/s",
-            off: 0.0,
-            low: -0.1,
-            high: 0.1,
-            typical: 0.008,
-            source: "upwelling below 1 mm/s, convection and lee slopes 1-5 cm/s",
-        }]
+        &[
+            Parameter {
+                name: "velocity_m_s",
+                unit: "m/s",
+                off: 0.0,
+                low: -0.1,
+                high: 0.1,
+                typical: 0.008,
+                source: "upwelling below 1 mm/s, convection and lee slopes 1-5 cm/s",
+            },
+            Parameter {
+                name: "shallowness",
+                unit: "1",
+                off: 0.0,
+                low: -0.8,
+                high: 0.8,
+                typical: 0.3,
+                source: "peak between 0.34 and 0.66 of the water depth; guess",
+            },
+        ]
     }
     fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
-        p[0] * vertical_mode(1, at.depth_m, at.water_depth_m)
+        p[0] * skewed_mode(p[1], at.depth_m, at.water_depth_m)
     }
 }
 
@@ -119,5 +138,22 @@ impl Effect for HorizontalCurrent {
     }
     fn current_m_s(&self, p: &[f64], _at: &Place) -> (f64, f64) {
         (p[0] * libm::sin(p[1]), p[0] * libm::cos(p[1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::skewed_mode;
+
+    #[test]
+    fn a_skewed_mode_peaks_at_one_and_vanishes_at_surface_and_bottom() {
+        for c in [-0.8, -0.3, 0.0, 0.3, 0.8] {
+            let at = |i: i32| skewed_mode(c, 0.1 * f64::from(i), 100.0);
+            let (peak, where_) = (0..=1000).map(|i| (at(i), i)).fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a });
+            // 0.1 m of 100 m misses the maximum by (π 0.0005)² / 2 times the curvature, which is at most 4.
+            assert!((peak - 1.0).abs() < 1e-5, "{c}: {peak}");
+            assert!(at(0).abs() < 1e-12 && at(1000).abs() < 1e-12);
+            assert!((where_ - 500) as f64 * c <= 0.0, "{c}: peak at {where_}");
+        }
     }
 }

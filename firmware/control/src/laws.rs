@@ -75,16 +75,11 @@ fn each_lost_sense_brings_the_vehicle_home_with_its_own_cause_and_in_time() {
     let pitch: Spoil = |f| f.pitch_rad = Reading::now(f32::INFINITY);
     let pump: Spoil = |f| f.ballast_m3 = Reading::Missing;
     let all: Spoil = |f| *f = SensorFrame { seq: f.seq, time: f.time, ..SensorFrame::default() };
-    let volts: Spoil = |f| f.battery_v = Reading::now(9.4);
-    let hull: Spoil = |f| f.vacuum_pa = Reading::now(99e3);
     for (spoil, want, bound_s) in [
         (depth, Abort::SensorDepth, 10.0),
         (pitch, Abort::SensorPitch, 70.0),
         (pump, Abort::BallastFeedback, 14.0),
         (all, Abort::LinkLost, 10.0),
-        // A gauge is looked at every third cycle: the third vote comes in the ninth at the latest.
-        (volts, Abort::Undervoltage, 9.0 * CYCLE_S),
-        (hull, Abort::Vacuum, 9.0 * CYCLE_S),
     ] {
         let (toy, log) = fly(Mission::default(), 3000, |toy, frame, _| {
             if toy.t >= 160.0 {
@@ -95,6 +90,34 @@ fn each_lost_sense_brings_the_vehicle_home_with_its_own_cause_and_in_time() {
         assert_eq!(got, want);
         assert!(at - 160.0 <= bound_s, "{want:?} after {} s", at - 160.0);
         assert!(toy.z < 1.0, "{want:?}: at {} m in the end", toy.z);
+    }
+}
+
+#[test]
+fn each_gauge_ends_the_mission_in_the_cycle_of_its_third_alarm_whatever_the_cycle_it_begins_in() {
+    type Spoil = fn(&mut SensorFrame);
+    let vacuum: Spoil = |f| f.vacuum_pa = Reading::now(99e3);
+    let volts: Spoil = |f| f.battery_v = Reading::now(9.4);
+    let charge: Spoil = |f| f.charge = Reading::now(0.05);
+    for (spoil, want) in [(vacuum, Abort::Vacuum), (volts, Abort::Undervoltage), (charge, Abort::LowCharge)] {
+        for first in 40..46u32 {
+            let mut n = 0u32;
+            let (_, log) = fly(Mission::default(), 60, |_, frame, _| {
+                // Two of five before it change nothing: they are out of the last five by then.
+                if n >= first || n == first - 7 || n == first - 5 {
+                    spoil(frame);
+                }
+                n += 1;
+            });
+            let (got, at) = cause(&log).unwrap_or_else(|| panic!("{want:?} not seen"));
+            // Cycles `first`, `first` + 1, `first` + 2: 8 s after the first reading beyond the limit.
+            assert_eq!((got, at.round() as u32), (want, 4 * (first + 2)), "from cycle {first} on");
+        }
+    }
+    // An old reading, one out of range and no number are none, however often.
+    for reading in [Reading::Sampled { value: 9.4, age_ms: 61_000 }, Reading::now(-999.0), Reading::now(f32::NAN), Reading::Missing] {
+        let (_, log) = fly(Mission::default(), 60, |_, f, _| (f.battery_v, f.charge, f.vacuum_pa) = (reading, reading, reading));
+        assert_eq!(cause(&log), None, "{reading:?}");
     }
 }
 

@@ -324,7 +324,7 @@ fn command(
     if let (Some(table), Some(pitch)) = (table, pitch)
         && (steady || seq & 1 == 0)
     {
-        learn(config, table, state, seen, pitch, leg, steady);
+        learn(config, table, state, seen, pitch, leg, steady, verdict.busy);
     }
 
     let battery_mass_m = if verdict.hold_mass {
@@ -348,7 +348,7 @@ fn command(
 }
 
 /// What this cycle tells of the glide, and one more point of the search for the pitch.
-fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pitch_rad: f32, leg: &Leg, steady: bool) {
+fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pitch_rad: f32, leg: &Leg, steady: bool, busy: bool) {
     let choice = &mut state.choice;
     let now = state.estimate.advance(table, &choice.belief, seen.dt_s, pitch_rad, seen.rate_m_s, state.ballast_m3, steady);
     let held = (pitch_rad - state.pitch_wanted_rad).abs() < HELD_RAD;
@@ -357,6 +357,7 @@ fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pit
         Some(now) if steady && held && way => match choice.belief.take(&now, seen.rate_m_s) {
             // Not in the cycle that checks the memory: the other sixteen of a piece are enough for the grid.
             News::Begun => {}
+            News::None if busy => {}
             News::None => choice.search(config, table, leg),
             News::Piece => choice.settle(config, table, leg),
             News::LetGo => choice.retreat(),

@@ -24,6 +24,9 @@ pub enum Expect {
     Either,
 }
 
+/// Three looks of five, one in each cycle, s: what is there when the first is taken is found two cycles later.
+const THREE_LOOKS_S: f64 = 8.0;
+
 /// Longest time until a pump that fails in a dive or climb is next asked to move, s: 27 m at 0.09 m/s, and 190 m at the
 /// 0.074 m/s of the slowest healthy climb (standard wings at the flat pitch that the flight has learned, 2,504 s). Until
 /// then a pump at rest, or its feedback stuck where the pump was sent, is no different from a sound one.
@@ -56,10 +59,10 @@ pub fn expect(fault: &Fault, water: Water) -> Expect {
         // The vehicle is in danger or blind.
         (T::LeakDetector, K::Alarm) => Expect::Abort(&[Leak], 12.0),
         (T::Hull, K::Leak) => Expect::Abort(&[Leak], 24.0),
-        // 600 s time constant: the limit is crossed after 337 s.
-        (T::Hull, K::VacuumLoss) => Expect::Abort(&[Vacuum], 400.0),
-        (T::Power, K::Undervoltage) => Expect::Abort(&[Undervoltage], 60.0),
-        (T::Power, K::LowCharge) => Expect::Abort(&[LowCharge], 60.0),
+        // 77.6 kPa towards an atmosphere with 600 s: 87.8 kPa is crossed after 337 s.
+        (T::Hull, K::VacuumLoss) => Expect::Abort(&[Vacuum], 337.0 + THREE_LOOKS_S),
+        (T::Power, K::Undervoltage) => Expect::Abort(&[Undervoltage], THREE_LOOKS_S),
+        (T::Power, K::LowCharge) => Expect::Abort(&[LowCharge], THREE_LOOKS_S),
         (T::Power, K::BrownOut) => Expect::Abort(&[Reset], 8.0),
         // A lie must be found out; what is silent or absurd is above.
         (T::Depth, K::Stuck) if in_water => Expect::Abort(&[StuckDepth, SensorDepth], 60.0 + 4.0 + turning_s),

@@ -179,7 +179,7 @@ impl ActuatorWatch {
         }
     }
 
-    /// The fin, every other cycle; `dt` since the last look, s.
+    /// The fin, every third cycle; `dt` since the last look, s.
     pub(super) fn look(&mut self, w: &Watch<'_>, dt: f32, v: &mut Verdict) {
         let lost = match w.seen.fin_rad {
             None => false,

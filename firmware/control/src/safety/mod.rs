@@ -83,6 +83,8 @@ pub(crate) struct Verdict {
     pub(crate) leak_stands: bool,
     /// Fire the drop weight.
     pub(crate) drop_weight: bool,
+    /// A suspicion was looked into: what can wait for the next cycle does.
+    pub(crate) busy: bool,
     /// Degradations.
     pub(crate) flags: Flags,
 }
@@ -172,12 +174,11 @@ impl Safety {
             }
             1 => {
                 self.turn = 2;
-                self.supply.look_at_hull(w, span_s, &mut v);
                 self.actuators.look(w, span_s, &mut v);
             }
             _ => {
                 self.turn = 0;
-                self.supply.look_at_battery(w, span_s, &mut v);
+                self.supply.look(w, span_s, &mut v);
             }
         }
         self.attitude.watch(w, &mut v);

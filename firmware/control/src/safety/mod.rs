@@ -83,6 +83,8 @@ pub(crate) struct Verdict {
     pub(crate) leak_stands: bool,
     /// Fire the drop weight.
     pub(crate) drop_weight: bool,
+    /// The vehicle sinks though pump and weight do what they can.
+    pub(crate) sinks_on: bool,
     /// A suspicion was looked into: what can wait for the next cycle does.
     pub(crate) busy: bool,
     /// Degradations.
@@ -198,6 +200,7 @@ impl Safety {
             self.latch(cause);
         }
         v.drop_weight = self.release.fire(w, &v);
+        v.sinks_on = self.release.sunk();
         if self.release.has_fired() {
             v.flag(Flags::WEIGHT_FIRED);
         }

@@ -93,6 +93,8 @@ pub(crate) struct Release {
     not_rising_s: f32,
     /// Time sinking though commanded up, s.
     sinking_s: f32,
+    /// The weight was fired, the vehicle sank on like that for long all the same and does not rise yet.
+    sunk: bool,
     /// Time spent where the surface should be with the antenna under water, since it was last out, s.
     unheard_s: f32,
     mark_m: f32,
@@ -126,6 +128,11 @@ impl Release {
         found
     }
 
+    /// Whether the vehicle sinks though pump and weight do what they can: slowly is then the best it can do.
+    pub(crate) fn sunk(&self) -> bool {
+        self.sunk
+    }
+
     /// Whether the vehicle floats below the surface: twice it waited for shore in vain, with its antenna under water. Once
     /// may be ice, and is tried again elsewhere.
     pub(crate) fn floats_below(&mut self, w: &Watch<'_>) -> bool {
@@ -147,6 +154,9 @@ impl Release {
         if !self.fired {
             return false;
         }
+        // Ends when it rises; a glide so flat that it hardly sinks goes on.
+        self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
+        self.sunk |= self.sinking_s >= SINKS_S + pump_time_s(w);
         self.firing_s = (self.firing_s + dt).at_most(1e6);
         if self.firing_s <= 1.5 * w.config.release_time_s + 30.0 {
             return true; // whatever the monitor says: it may be wrong, and a wire once hot burns through

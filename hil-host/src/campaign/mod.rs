@@ -18,6 +18,7 @@ pub mod lattice;
 mod line;
 pub mod report;
 pub mod through_seat;
+pub mod twin;
 
 use crate::closed_loop::{CYCLE_S, End, Setup, fly};
 use crate::seats::in_process::InProcess;
@@ -29,6 +30,7 @@ use lattice::{Case, Water};
 use plant::World;
 use serde_json::{Value, json};
 use signals::{Abort, Answer, Phase};
+use twin::Twin;
 
 /// What came of one mission.
 #[derive(Clone, Debug)]
@@ -146,7 +148,11 @@ impl Judge<'_> {
         }
         let struck = self.onset_s().is_some_and(|onset| onset < duration_s);
         let single = if self.case.faults.len() == 1 { self.case.faults.first() } else { None };
-        let unmet = match single.map(|f| expect::expect(f, self.case.water)).filter(|_| struck) {
+        let expected = match single.filter(|_| struck) {
+            Some(fault) => Some(expect::expect(fault, Twin::needed_s(self.case, fault)?)),
+            None => None,
+        };
+        let unmet = match expected {
             None if self.case.faults.is_empty() && self.abort.is_some() => Some("abort without a fault"),
             Some(Expect::Mission) if self.abort.is_some() => Some("abort for a harmless fault"),
             Some(Expect::Home(bound)) if self.abort.is_none() && self.dived_s > bound + CYCLE_S => Some("did not turn for home"),

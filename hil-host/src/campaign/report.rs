@@ -280,6 +280,7 @@ fn method() -> Section {
             "Every mission: at the surface within its time limit, never below crush depth, every command finite and in range, the first cause of an abort kept, SAFE never left.".into(),
             "Every fault of its own: an abort with the right cause within a bound, or none at all where it is harmless, or a way home without an abort where a second sensor is left.".into(),
             "A healthy twin with the same noise flies each mission without an abort.".into(),
+            "A pump that holds still, or its feedback, cannot be told from a sound one before it is needed: the bound counts from the moment at which the healthy twin asks it to be elsewhere.".into(),
             "A mission that ends badly is flown again with an ideal reaction: the fault is known in the cycle in which it can be known, the pump goes out and the weight is fired at once. What that brings home counts against the controller.".into(),
         ],
     }

@@ -1,0 +1,152 @@
+//! The healthy twin of a case: what the pump was asked for, and when.
+//!
+//! Until its fault acts a mission is its twin, bit for bit. So the twin knows
+//! before the mission is flown when a fault that waits for a phase begins, where
+//! the pump then stands, and when it is next asked to be elsewhere: no earlier
+//! can a pump that holds still, or one that stands where it was sent, be told
+//! from a sound one.
+
+use super::lattice::Case;
+use crate::closed_loop::{Setup, fly};
+use crate::seats::Link;
+use crate::seats::in_process::InProcess;
+use anyhow::anyhow;
+use plant::faults::{Kind, Target};
+use plant::{Fault, World};
+use signals::Phase;
+
+/// Pump error that no controller need mind, m³: 0.1 N, a few times the dead-band of real pumps.
+const NEAR_M3: f64 = 12e-6;
+/// A pump is needed where it is asked to be for at least this long, s: time for a look, three retries and a reverse of 8 s each.
+const STANDS_S: f64 = 40.0;
+
+/// One control cycle of the twin.
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    time_s: f64,
+    phase: Phase,
+    /// Where the pump stands, and where it is asked to be, m³.
+    pump_m3: f64,
+    asked_m3: f64,
+}
+
+/// What is kept of a healthy flight.
+#[derive(Clone, Debug)]
+pub struct Twin {
+    moments: Vec<Moment>,
+    limit_m3: f64,
+}
+
+impl Twin {
+    /// Flies the twin of a case.
+    ///
+    /// # Errors
+    /// The world cannot be, or the controller does not answer.
+    pub fn of(case: &Case) -> anyhow::Result<Self> {
+        let twin = case.twin();
+        let mut world = World::new(twin.scenario()).map_err(|e| anyhow!("{e}"))?;
+        let limit_m3 = world.scenario().actuators.pump.volume_m3;
+        let mut moments = Vec::new();
+        fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(twin.mission()), &mut |c| {
+            let asked_m3 = f64::from(c.answer.command.ballast_m3);
+            moments.push(Moment { time_s: c.time_s, phase: c.answer.trace.phase, pump_m3: c.truth.ballast_m3, asked_m3 });
+            Ok(())
+        })?;
+        Ok(Self { moments, limit_m3 })
+    }
+
+    /// When the phase is entered that a fault waits for, s; none: it never is.
+    fn entered_s(&self, fault: &Fault) -> Option<f64> {
+        self.moments.iter().find(|m| fault.phase.is_none_or(|p| p == m.phase)).map(|m| m.time_s)
+    }
+
+    /// When a fault begins, s; none: its phase is never reached.
+    #[must_use]
+    pub fn onset_s(&self, fault: &Fault) -> Option<f64> {
+        self.entered_s(fault).map(|s| s + fault.delay_s)
+    }
+
+    /// Where a fault holds the pump, or its feedback, m³; none: it does neither, or never begins.
+    #[must_use]
+    pub fn held_m3(&self, fault: &Fault) -> Option<f64> {
+        match (fault.target, fault.kind) {
+            (Target::Pump, Kind::Runaway) => Some(fault.size * self.limit_m3),
+            (Target::Pump | Target::BallastFeedback, Kind::Stuck) => {
+                let (entered_s, onset_s) = (self.entered_s(fault)?, self.onset_s(fault)?);
+                // A motor stops at once; a sensor repeats its first reading after the phase is known.
+                let after_s = if fault.target == Target::Pump { f64::NEG_INFINITY } else { entered_s };
+                self.moments.iter().find(|m| m.time_s >= onset_s && m.time_s > after_s).map(|m| m.pump_m3)
+            }
+            _ => None,
+        }
+    }
+
+    /// [`Self::asked_elsewhere_s`] for a fault that holds pump or feedback; the twin is flown for those alone.
+    ///
+    /// # Errors
+    /// As for [`Self::of`].
+    pub fn needed_s(case: &Case, fault: &Fault) -> anyhow::Result<f64> {
+        match (fault.target, fault.kind) {
+            (Target::Pump, Kind::Runaway | Kind::Stuck) | (Target::BallastFeedback, Kind::Stuck) => {
+                Ok(Self::of(case)?.asked_elsewhere_s(fault))
+            }
+            _ => Ok(f64::INFINITY),
+        }
+    }
+
+    /// Time from a fault's onset until the pump is asked, and not only for a cycle, to be elsewhere than where the fault holds
+    /// it, s. Infinite where it never is again.
+    #[must_use]
+    pub fn asked_elsewhere_s(&self, fault: &Fault) -> f64 {
+        let (Some(onset_s), Some(held_m3)) = (self.onset_s(fault), self.held_m3(fault)) else { return f64::INFINITY };
+        let mut since_s = None;
+        for m in self.moments.iter().filter(|m| m.time_s >= onset_s) {
+            let elsewhere = (m.asked_m3 - held_m3).abs() > NEAR_M3;
+            since_s = elsewhere.then(|| since_s.unwrap_or(m.time_s));
+            if let Some(since_s) = since_s.filter(|s| m.time_s - s >= STANDS_S) {
+                return since_s - onset_s;
+            }
+        }
+        f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::lattice::Water;
+    use signals::Wings;
+
+    #[test]
+    fn the_twin_knows_when_a_fault_begins_and_when_the_pump_is_next_needed() {
+        let case = |fault: &str| Case {
+            water: Water::Shallow,
+            wings: Wings::Standard,
+            seed: 3,
+            faults: vec![fault.parse().expect("a fault")],
+            line: None,
+        };
+        let twin = Twin::of(&case("pump:stuck@climb")).expect("flies");
+        let fault = |text: &str| text.parse::<Fault>().expect("a fault");
+        let first = |phase: &str| twin.onset_s(&fault(&format!("pump:stuck@{phase}"))).expect("reached");
+        // Asked to turn in the very cycle: at once. The dive's first cycle asks the floating vehicle's pump in.
+        for phase in ["dive", "inflect_low", "inflect_high"] {
+            assert_eq!(twin.asked_elsewhere_s(&fault(&format!("pump:stuck@{phase}"))), 0.0, "{phase}");
+        }
+        // At rest in the climb: when the upper turn begins, and so for the feedback. Run away to the buoyant end: the same.
+        let climb_s = first("inflect_high") - first("climb");
+        assert!(climb_s > 100.0, "{climb_s}");
+        for text in ["pump:stuck@climb", "ballast:stuck@climb", "pump:runaway=1@climb"] {
+            assert_eq!(twin.asked_elsewhere_s(&fault(text)), climb_s, "{text}");
+        }
+        assert_eq!(twin.asked_elsewhere_s(&fault("pump:stuck@climb+20s")), climb_s - 20.0);
+        // Run away to the sink end while diving: at the lower turn. Half way through a stroke: now.
+        assert_eq!(twin.asked_elsewhere_s(&fault("pump:runaway=-1@dive+40s")), first("inflect_low") - first("dive") - 40.0);
+        assert_eq!(twin.asked_elsewhere_s(&fault("pump:stuck@inflect_low+8s")), 0.0);
+        // Run away at the surface one cycle before the dive asks for the same: at the lower turn too.
+        assert_eq!(twin.asked_elsewhere_s(&fault("pump:runaway=-1@surface")), first("inflect_low") - first("surface"));
+        // What holds no pump has no such time.
+        assert_eq!(twin.asked_elsewhere_s(&fault("depth:stuck@climb")), f64::INFINITY);
+        assert_eq!(twin.held_m3(&fault("pump:runaway=-1@climb")), Some(-230e-6));
+    }
+}

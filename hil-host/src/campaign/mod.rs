@@ -7,15 +7,15 @@
 //! never left. Rules per fault: [`expect`]. A healthy twin with the same noise
 //! must fly its mission without an abort.
 //!
-//! A mission that ends badly is flown again with the ideal reaction
-//! ([`ideal`]). What that saves counts against the controller; what it does
-//! not was beyond pump and weight, is listed apart, and still has to end with
-//! an abort and the weight fired.
+//! What a case has left to rise with is known before it is flown ([`means`]).
+//! Where no force on board points up for good the mission is set apart: flown,
+//! but owing only an abort, full buoyancy and the weight. Every other loss counts
+//! against the controller, whatever led to it.
 
 pub mod expect;
-pub mod ideal;
 pub mod lattice;
 mod line;
+pub mod means;
 pub mod report;
 pub mod through_seat;
 pub mod twin;
@@ -27,6 +27,7 @@ use crate::worlds;
 use anyhow::anyhow;
 use expect::Expect;
 use lattice::{Case, Water};
+use means::Means;
 use plant::World;
 use serde_json::{Value, json};
 use signals::{Abort, Answer, Phase};
@@ -49,8 +50,8 @@ pub struct Verdict {
     pub broken: Vec<&'static str>,
     /// Expectation of the fault not met, in words.
     pub unmet: Option<&'static str>,
-    /// Lost, and lost with the ideal reaction too: physically beyond pump and weight.
-    pub hopeless: bool,
+    /// What the case had left to rise with, by its budget before the flight.
+    pub means: Means,
     /// The weight was fired.
     pub fired: bool,
     /// Hash of the actuator stream.
@@ -70,26 +71,55 @@ impl Verdict {
         self.end == End::Crushed
     }
 
+    /// Set apart before the flight: nothing on board points up for good.
+    #[must_use]
+    pub fn apart(&self) -> bool {
+        self.means.none_left()
+    }
+
+    /// At the surface in the end, above crush depth all the way.
+    #[must_use]
+    pub fn home(&self) -> bool {
+        !matches!(self.end, End::Crushed | End::TimeUp)
+    }
+
     /// One entry of the JSON list.
     #[must_use]
     pub fn document(&self) -> Value {
         json!({ "case": self.case.name(), "water": format!("{:?}", self.case.water).to_lowercase(),
             "wings": crate::mission_file::wings_name(self.case.wings), "seed": self.case.seed, "end": self.end.to_string(),
             "abort": self.abort.map(|a| format!("{:?}", a.0)), "latency_s": self.abort.map(|a| a.1), "struck": self.struck,
-            "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "beyond_any_controller": self.hopeless, "weight_fired": self.fired,
+            "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "weight_fired": self.fired,
+            "budget_n": milli(self.means.for_good_n), "budget_at_m": self.means.at_m, "budget_while_all_act_n": milli(self.means.while_all_act_n),
+            "came_home": self.home(),
             "actuator_hash": format!("{:016x}", self.hash) })
     }
 }
+
+/// The two rules that a mission without means may break.
+const BELOW_CRUSH: &str = "below crush depth";
+const NOT_HOME: &str = "not at the surface in time";
+
+fn milli(x: f64) -> f64 {
+    (x * 1e3).round() / 1e3
+}
+
+/// Time before the end within which full buoyancy must have been commanded, s: a retry of a stuck pump takes it back for a cycle.
+const LATELY_S: f64 = 60.0;
 
 /// Watches one mission.
 struct Judge<'a> {
     case: &'a Case,
     config: &'a control::Config,
+    /// The budget, made before the flight.
+    means: Means,
     /// When each fault began, s.
     onsets: Vec<Option<f64>>,
     abort: Option<(Abort, f64)>,
     last: Option<Answer>,
     fired: bool,
+    /// When full buoyancy was last commanded, s.
+    full_s: Option<f64>,
     /// Time after the onset until the vehicle last went down on purpose, s.
     dived_s: f64,
     broken: Vec<&'static str>,
@@ -121,6 +151,9 @@ impl Judge<'_> {
         {
             self.breaks("a command is not finite or out of range");
         }
+        if c.ballast_m3 >= self.config.pump_m3 * 0.999 {
+            self.full_s = Some(time_s);
+        }
         let before = self.last.map(|a| a.trace);
         if let Some(b) = before {
             if b.abort.is_some() && b.abort != answer.trace.abort {
@@ -142,10 +175,11 @@ impl Judge<'_> {
 
     fn judge(mut self, end: End, max_depth_m: f64, duration_s: f64, hash: u64) -> anyhow::Result<Verdict> {
         match end {
-            End::Crushed => self.breaks("below crush depth"),
-            End::TimeUp => self.breaks("not at the surface in time"),
+            End::Crushed => self.breaks(BELOW_CRUSH),
+            End::TimeUp => self.breaks(NOT_HOME),
             End::Done | End::Safe(_) => {}
         }
+        let means = self.means;
         let struck = self.onset_s().is_some_and(|onset| onset < duration_s);
         let single = if self.case.faults.len() == 1 { self.case.faults.first() } else { None };
         let expected = match single.filter(|_| struck) {
@@ -167,9 +201,12 @@ impl Judge<'_> {
             _ => None,
         };
         let lost = matches!(end, End::Crushed | End::TimeUp);
-        let hopeless = lost && !ideal::survives(self.case, &self.onsets)?;
+        let did_all = self.abort.is_some() && self.fired && self.full_s.is_some_and(|at| duration_s - at <= LATELY_S);
         let unmet = match unmet {
-            None if hopeless && (self.abort.is_none() || !self.fired) => Some("lost without abort and weight"),
+            None if means.none_left() && lost && !did_all => Some("lost without abort, full buoyancy and weight"),
+            None if means.none_left() && self.broken.iter().any(|rule| ![BELOW_CRUSH, NOT_HOME].contains(rule)) => {
+                Some("a rule broken that needs no means")
+            }
             unmet => unmet,
         };
         Ok(Verdict {
@@ -180,7 +217,7 @@ impl Judge<'_> {
             max_depth_m,
             broken: self.broken,
             unmet,
-            hopeless,
+            means,
             fired: self.fired,
             hash,
         })
@@ -199,10 +236,12 @@ pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> 
     let mut judge = Judge {
         case,
         config: &config,
+        means: Means::of(case)?,
         onsets: vec![None; case.faults.len()],
         abort: None,
         last: None,
         fired: false,
+        full_s: None,
         dived_s: 0.0,
         broken: Vec::new(),
     };
@@ -239,8 +278,10 @@ pub struct Summary {
     pub twins: u64,
     /// Of these, aborted or not finished.
     pub false_aborts: u64,
-    /// Missions lost with the ideal reaction too; not among `missions`.
-    pub hopeless: u64,
+    /// Missions set apart before the flight, for want of any force that points up; not among `missions`.
+    pub apart: u64,
+    /// Of these, home all the same: a fault's phase never came, or the weight went before its release stuck.
+    pub apart_home: u64,
     /// Of the missions over a bad line, those with another actuator stream than their twin.
     pub line_changed: u64,
 }
@@ -255,8 +296,9 @@ impl Summary {
         let streams: std::collections::HashMap<_, u64> = twins.iter().map(|t| (key(&t.case), t.hash)).collect();
         for v in faulty {
             s.unmet += u64::from(v.unmet.is_some());
-            if v.hopeless {
-                s.hopeless += 1;
+            if v.apart() {
+                s.apart += 1;
+                s.apart_home += u64::from(v.home());
                 continue;
             }
             s.missions += 1;
@@ -271,5 +313,37 @@ impl Summary {
     #[must_use]
     pub fn passed(&self) -> bool {
         self.missions > 0 && self.safe == self.missions && self.below_crush + self.unmet + self.false_aborts + self.line_changed == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signals::Wings;
+
+    fn verdict(faults: &[&str]) -> Verdict {
+        let faults = faults.iter().map(|f| f.parse().expect("a fault")).collect();
+        run(&Case { water: Water::Shallow, wings: Wings::Standard, seed: 46, faults, line: None }).expect("flies")
+    }
+
+    #[test]
+    fn a_loss_with_a_force_left_that_points_up_is_a_failure_and_one_without_is_set_apart() {
+        // A litre of water a minute: a race that no one wins, and yet it counts.
+        let race = verdict(&["hull:leak=1000@dive+120s"]);
+        assert!(!race.home() && !race.apart() && race.means.for_good_n > 0.0, "{race:?}");
+        let s = Summary::of(std::slice::from_ref(&race), &[]);
+        assert_eq!((s.missions, s.safe, s.apart, s.passed()), (1, 0, 0, false));
+        let none = verdict(&["pump:runaway=-1@inflect_high", "release:stuck@surface+20s"]);
+        assert!(!none.home() && none.apart() && none.unmet.is_none(), "{none:?}");
+        let s = Summary::of(std::slice::from_ref(&none), &[]);
+        assert_eq!((s.missions, s.apart, s.apart_home, s.unmet), (0, 1, 0, 0));
+    }
+
+    #[test]
+    fn a_load_that_lets_go_in_time_is_survived_without_the_weight() {
+        let held = verdict(&["release:stuck@climb", "vehicle:dragged=3@inflect_high+20s,1200s"]);
+        assert!(held.means.while_all_act_n < 0.0 && !held.apart() && held.safe(), "{held:?}");
+        // 125 m is where the hull fails.
+        assert!(held.max_depth_m < 100.0, "{}", held.max_depth_m);
     }
 }

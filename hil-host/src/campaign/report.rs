@@ -46,7 +46,7 @@ impl<'a> Matrix<'a> {
     fn text(&self, row: usize, column: usize) -> String {
         let Some(all) = self.0.get(&(row, column)) else { return String::new() };
         let struck: Vec<_> = all.iter().filter(|v| v.struck).collect();
-        if all.iter().any(|v| !v.safe() && !v.hopeless) {
+        if all.iter().any(|v| !v.safe() && !v.apart()) {
             return "✗ unsafe".into();
         }
         if all.iter().any(|v| v.unmet.is_some()) {
@@ -64,7 +64,7 @@ impl<'a> Matrix<'a> {
     /// How strongly a cell is shaded: by the logarithm of its time, a control cycle to half an hour.
     fn shade(&self, row: usize, column: usize) -> f64 {
         let Some(all) = self.0.get(&(row, column)) else { return f64::NAN };
-        if all.iter().any(|v| v.unmet.is_some() || !v.safe() && !v.hopeless) {
+        if all.iter().any(|v| v.unmet.is_some() || !v.safe() && !v.apart()) {
             return -1.0;
         }
         Self::worst_s(all).map_or(f64::NAN, |worst| ((worst.max(4.0) / 4.0).ln() / 450f64.ln()).min(1.0))
@@ -99,10 +99,13 @@ pub fn page(s: &Summary, faulty: &[Verdict], healthy: &[Verdict], wall_s: f64, t
         ),
     ));
     answer.push((
-        "Beyond any controller".into(),
-        match s.hopeless {
-            0 => "No mission was lost that an instant reaction (pump out, weight fired) would have lost too.".into(),
-            n => format!("{n} more missions were lost that an instant reaction (pump out, weight fired) would have lost too; listed below, not counted."),
+        "No means left".into(),
+        match s.apart {
+            0 => "Every mission had a force on board that points up for good.".into(),
+            n => format!(
+                "{n} more missions were set apart before they were flown: what their faults leave of pump and weight does not lift what they load on the vehicle. {} came home all the same; listed below, not counted.",
+                s.apart_home
+            ),
         },
     ));
     answer.push(("Flown".into(), format!("{wall_s:.0} s, in this process{}", through.map_or(String::new(), |t| format!("; {t}")))));
@@ -151,19 +154,42 @@ fn bad(faulty: &[Verdict], healthy: &[Verdict]) -> Section {
             Table { caption: caption.into(), head: head.clone(), rows }.into()
         }
     };
-    let wrong = faulty.iter().chain(healthy).filter(|v| v.unmet.is_some() || !v.hopeless && !v.safe()).map(row).collect();
-    let beyond = faulty.iter().filter(|v| v.hopeless).map(row).collect();
+    let wrong = faulty.iter().chain(healthy).filter(|v| v.unmet.is_some() || !v.apart() && !v.safe()).map(row).collect();
     Section {
         title: "Not as expected".into(),
         lead:
-            "Unsafe missions and unmet expectations count against the controller; what lies beyond pump and weight together is shown apart."
+            "Unsafe missions and unmet expectations count against the controller; missions without any force that points up for good, by a budget of pump, weight and load made before the flight, are shown apart."
                 .into(),
-        items: vec![table("Not as expected", wrong), table("Beyond any controller", beyond)],
+        items: vec![table("Not as expected", wrong), apart(faulty)],
     }
 }
 
+/// The missions set apart, with their budget.
+fn apart(faulty: &[Verdict]) -> Item {
+    let caption = "No means left".to_owned();
+    let rows: Vec<Vec<String>> = faulty
+        .iter()
+        .filter(|v| v.apart())
+        .map(|v| {
+            vec![
+                v.case.name(),
+                crate::mission_file::wings_name(v.case.wings).to_owned(),
+                format!("{:.2} N at {:.0} m", v.means.for_good_n, v.means.at_m),
+                v.end.to_string(),
+                format!("{:.0} m", v.max_depth_m),
+                if v.fired { "fired" } else { "kept" }.to_owned(),
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        return format!("{caption}: none.").as_str().into();
+    }
+    let head = ["faults", "wings", "upward force at rest, least", "end", "deepest", "weight"].into_iter().map(str::to_owned).collect();
+    Table { caption, head, rows }.into()
+}
+
 fn latencies(faulty: &[Verdict]) -> Section {
-    let singles = || faulty.iter().filter(|v| v.case.faults.len() == 1 && v.struck && !v.hopeless);
+    let singles = || faulty.iter().filter(|v| v.case.faults.len() == 1 && v.struck && !v.apart());
     let mut counts = [0.0; BINS_S.len()];
     for (_, after) in singles().filter_map(|v| v.abort) {
         if let Some(count) = BINS_S.iter().position(|end| after <= *end).and_then(|i| counts.get_mut(i)) {
@@ -210,7 +236,7 @@ fn latencies(faulty: &[Verdict]) -> Section {
 
 fn depths(faulty: &[Verdict]) -> Section {
     let of = |water: Water| {
-        let points = faulty.iter().filter(|v| v.case.water == water && !v.hopeless);
+        let points = faulty.iter().filter(|v| v.case.water == water && !v.apart());
         let (x, y): (Vec<f64>, Vec<f64>) = points
             .filter_map(|v| {
                 let (_, after) = v.abort?;
@@ -280,8 +306,8 @@ fn method() -> Section {
             "Every mission: at the surface within its time limit, never below crush depth, every command finite and in range, the first cause of an abort kept, SAFE never left.".into(),
             "Every fault of its own: an abort with the right cause within a bound, or none at all where it is harmless, or a way home without an abort where a second sensor is left.".into(),
             "A healthy twin with the same noise flies each mission without an abort.".into(),
+            "Before it is flown every mission has a budget: the upward force at rest that the best of pump and weight still gives, less what the faults load on the vehicle for good, where it is least between surface and crush depth. Only where that is negative a mission is set apart; it still owes an abort, full buoyancy and the weight. What ends or grows (a pull, water coming in) is a race that has to be won.".into(),
             "A pump that holds still, or its feedback, cannot be told from a sound one before it is needed: the bound counts from the moment at which the healthy twin asks it to be elsewhere.".into(),
-            "A mission that ends badly is flown again with an ideal reaction: the fault is known in the cycle in which it can be known, the pump goes out and the weight is fired at once. What that brings home counts against the controller.".into(),
         ],
     }
 }

@@ -17,6 +17,8 @@ use std::time::Instant;
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider faults\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
 glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
+A mission whose faults leave no force that points up for good (pump and weight less the load, reckoned before the flight) is set apart\n\
+under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
 Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met.")]
 pub struct Args {
     /// in-process, or a seat (pty, qemu, PORT) through which a sample is flown and compared.
@@ -76,14 +78,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let seat = if in_seat { Some(compare(args, &choice, &faulty)?) } else { None };
     let summary = Summary::of(&faulty, &healthy);
     let wall_s = started.elapsed().as_secs_f64();
-    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| v.unmet.is_some() || !v.hopeless && !v.safe()).collect();
-    let beyond: Vec<Value> = faulty.iter().filter(|v| v.hopeless).map(campaign::Verdict::document).collect();
+    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| v.unmet.is_some() || !v.apart() && !v.safe()).collect();
+    let apart: Vec<Value> = faulty.iter().filter(|v| v.apart()).map(campaign::Verdict::document).collect();
     let mut document = json!({
         "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "false_aborts": summary.false_aborts,
-            "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "beyond_any_controller": summary.hopeless,
+            "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "beyond_any_controller": summary.apart, "of_these_home": summary.apart_home,
             "bad_line_changed_commands": summary.line_changed, "seed": args.seed, "seat": choice.to_string() },
         "not_as_expected": bad.iter().map(|v| v.document()).collect::<Vec<_>>(),
-        "beyond_any_controller": beyond,
+        "no_means_left": apart,
     });
     if let (Some(map), Some(seat)) = (document.as_object_mut(), &seat) {
         map.insert("through_seat".to_owned(), seat.clone());
@@ -125,7 +127,7 @@ fn compare(args: &Args, choice: &Choice, here: &[campaign::Verdict]) -> anyhow::
 fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], wall_s: f64, seat: Option<&Value>, args: &Args) {
     let mut targets: BTreeMap<&str, [u64; 4]> = BTreeMap::new();
     let mut latencies: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for v in faulty.iter().filter(|v| !v.hopeless) {
+    for v in faulty.iter().filter(|v| !v.apart()) {
         let name = match (v.case.faults.as_slice(), v.case.line) {
             ([one], _) => one.target.name(),
             (_, Some(_)) => "line",
@@ -159,8 +161,8 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
     println!("{table}");
     println!("{} fault missions: {} safe, {} below crush depth, {} not as expected", s.missions, s.safe, s.below_crush, s.unmet);
     println!(
-        "{} healthy twins: {} false aborts; {} missions lost that the ideal reaction would have lost too",
-        s.twins, s.false_aborts, s.hopeless
+        "{} healthy twins: {} false aborts; {} more missions without any force left that points up, {} of them home all the same",
+        s.twins, s.false_aborts, s.apart, s.apart_home
     );
     println!("bad line: {} missions with other commands than their twin; {wall_s:.0} s", s.line_changed);
     if let Some(seat) = seat {

@@ -1,6 +1,7 @@
 //! What the true vehicle could do at best, and bench figures a person would know of it.
 
 use super::World;
+use crate::ocean::GRAVITY_M_S2;
 
 /// The true vehicle's best steady glide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +45,15 @@ impl World {
     #[must_use]
     pub const fn hull_volume_m3(&self) -> f64 {
         self.body.hull_volume_m3
+    }
+
+    /// Upward force on the whole vehicle at rest, N: at a depth of the undisturbed water whose density is off by
+    /// `density_kg_m3`, with this ballast, and `load_kg` more on board than the vehicle has with its weight.
+    #[must_use]
+    pub fn upward_at_rest_n(&self, depth_m: f64, density_kg_m3: f64, ballast_m3: f64, load_kg: f64) -> f64 {
+        let water = self.column.at(depth_m, 0.0);
+        let volume = self.body.volume(water.pressure_pa, water.temperature) + ballast_m3;
+        ((water.rho + density_kg_m3) * volume - self.scenario.vehicle.mass_kg - load_kg) * GRAVITY_M_S2
     }
 
     /// Density by which the vehicle computes depth from pressure, kg/m³.

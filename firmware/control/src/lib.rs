@@ -314,12 +314,12 @@ fn command(
     let lesson = leg.depth_max_m - leg.depth_min_m > 4.0 * LESSON_M
         && leg.depth_max_m - seen.depth_m < LESSON_M
         && state.choice.wants_lesson(state.voyage.dives);
+    // What sinks in spite of pump and weight sinks slowest on its wings: 0.7 N too many at 0.06 m/s, tail first at 0.11 m/s.
+    let (steeper, way) = if verdict.sinks_on { (false, -1.0) } else { (lesson || entry, side) };
     state.pitch_wanted_rad = match phase {
         Phase::Surface | Phase::Comms | Phase::Done => 0.0,
-        // What sinks in spite of pump and weight sinks slowest on its wings: 0.7 N too many at 0.06 m/s, tail first at 0.11 m/s.
-        Phase::Safe if verdict.sinks_on => -state.choice.pitch_rad(config, false),
-        Phase::Safe => config.preset_pitch_rad,
-        Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config, lesson || entry) * side,
+        Phase::Safe if !verdict.sinks_on => config.preset_pitch_rad,
+        Phase::Safe | Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config, steeper) * way,
     };
     let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };
     let steady = matches!(phase, Phase::Dive | Phase::Climb) && pumped && state.steady_s > 15.0;

@@ -156,7 +156,7 @@ impl Release {
         }
         // Ends when it rises; a glide so flat that it hardly sinks goes on.
         self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
-        self.sunk |= self.sinking_s >= SINKS_S + pump_time_s(w);
+        self.sunk |= self.sinking_s >= SINKS_S && self.sinking_s >= SINKS_S + pump_time_s(w);
         self.firing_s = (self.firing_s + dt).at_most(1e6);
         if self.firing_s <= 1.5 * w.config.release_time_s + 30.0 {
             return true; // whatever the monitor says: it may be wrong, and a wire once hot burns through

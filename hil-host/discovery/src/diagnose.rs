@@ -5,7 +5,7 @@
 use crate::brink::{TRUSTED, WORTH_TRYING};
 use crate::calibration::State;
 use crate::evidence::log_evidence;
-use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_error};
@@ -229,8 +229,7 @@ pub fn prepared_problem<'a>(
         return Err(NothingToFit(format!("{}: {why}", flight.name)));
     }
     problem.start = crate::start::find(&problem);
-    let null_fit =
-        |problem: &Problem| fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, Effort { iterations: 3, renew: false });
+    let null_fit = |problem: &Problem| fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, Effort::of(3));
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
     let second = if problem.restore_brink(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
@@ -268,8 +267,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
         let whole = problem.left_out();
         // Whatever the rows near the stall say, the others must not be explained worse for it; else nature goes on otherwise there.
         problem.leave_out(kept.clone());
-        let elsewhere =
-            fit(&problem, &Jacobian::new(&problem, &other.state), &other.state, Effort { iterations: ELSEWHERE_STEPS, renew: false });
+        let elsewhere = fit(&problem, &Jacobian::new(&problem, &other.state), &other.state, Effort::of(ELSEWHERE_STEPS));
         restored = other.mean_square() < best.mean_square().max(1.0) * 1.06
             && log_evidence(&problem, &elsewhere) > log_evidence(&problem, &best) - WORSE_ELSEWHERE;
         if restored {
@@ -330,7 +328,10 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         None => f.log_bayes,
     };
     let strongest = remainder.iter().map(|f| weight(f, waves)).fold(f64::NEG_INFINITY, f64::max);
-    let explained = spoken.map_or(0.0, |c| 0.5 * c.gain);
+    // Against the best that a calibration without limits does: what it can follow needs no name.
+    let free = beyond_limits(problem, &null);
+    let head_start = log_evidence(problem, &free) - log_evidence(problem, &null);
+    let explained = spoken.map_or(0.0, |c| 0.5 * (free.chi2 - c.fit.chi2).max(0.0));
     let misfit = spoken.map_or(&null, |c| &c.fit).mean_square();
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
     let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
@@ -342,7 +343,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let mut better_told = false;
     if let Some(best) = spoken {
         let single = candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE));
-        let bases = [(Some(&null), 0.0), (single.map(|c| &c.fit), single.map_or(0.0, |c| c.log_odds))];
+        let bases = [(Some(&free), head_start), (single.map(|c| &c.fit), single.map_or(0.0, |c| c.log_odds))];
         for (base, odds) in bases {
             let Some(base) = base else { continue };
             for f in families(problem, base) {

@@ -119,8 +119,16 @@ pub fn symmetric(n: usize, of: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
 pub struct Effort {
     /// Most iterations.
     pub iterations: usize,
-    /// Whether the calibration signatures are renewed at the end.
-    pub renew: bool,
+    /// Whether calibration numbers may deviate without limit.
+    pub free: bool,
+}
+
+impl Effort {
+    /// At most so many iterations, within the limits.
+    #[must_use]
+    pub const fn of(iterations: usize) -> Self {
+        Self { iterations, free: false }
+    }
 }
 
 /// Most that a calibration number may deviate, in its tolerances: scatter beyond two is rare and beyond three a discovery; what
@@ -176,7 +184,8 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             s.wave.as_ref().map_or(0.0, |w: &Wave| w.amplitude_m_s[j / PARTS][j % PARTS])
         }
     };
-    let strained = if crate::start::is_uncalibrated(problem.vehicle) { f64::INFINITY } else { MOST_STRAINED };
+    let limitless = effort.free || crate::start::is_uncalibrated(problem.vehicle);
+    let strained = if limitless { f64::INFINITY } else { MOST_STRAINED };
     let set = |s: &mut State, i: usize, v: f64| {
         if i < nc {
             s.calibration[i] = v.clamp(-strained, strained);
@@ -229,11 +238,6 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             columns[nc + j].values = model.iter().zip(problem.data.iter().zip(&residual)).map(|(m, (d, r))| (m - (d - r)) / step).collect();
         }
         let last = settled || iteration == effort.iterations;
-        if last && effort.renew {
-            let fresh = Jacobian::new(problem, &state);
-            columns[..nc].clone_from_slice(&fresh.columns);
-            gram.view_mut((0, 0), (nc, nc)).copy_from(&fresh.gram);
-        }
         for i in nc..n {
             for j in 0..=i {
                 let v = columns[i].dot(&columns[j]);
@@ -307,6 +311,21 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let covariance = curvature.cholesky().map_or_else(|| DMatrix::identity(n, n), |c| c.inverse());
     let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
     Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, gradient }
+}
+
+/// Steps of a fit that goes on beyond the limits.
+const FREE_STEPS: usize = 12;
+
+/// A fit that the limits of the calibration hold, gone on beyond them: what nothing but a strained calibration can explain. The fit
+/// itself where nothing is held, or where the model has no glide out there.
+#[must_use]
+pub fn beyond_limits(problem: &Problem, held: &Fit) -> Fit {
+    if held.precision.iter().take(N_CALIBRATION).all(|p| *p < HELD) {
+        return held.clone();
+    }
+    let free = fit(problem, &Jacobian::new(problem, &held.state), &held.state, Effort { iterations: FREE_STEPS, free: true });
+    let sane = free.chi2.is_finite() && free.log_det.is_finite() && free.chi2 <= held.chi2;
+    if sane { free } else { held.clone() }
 }
 
 /// The fit that one more signature would give if everything were linear: no simulation. `size` is where `column` was taken.

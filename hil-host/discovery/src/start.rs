@@ -44,9 +44,9 @@ fn cost(problem: &Problem, state: &State) -> f64 {
 /// Follows renewed signatures downhill from a state.
 #[must_use]
 pub fn descend(problem: &Problem, from: &State) -> Fit {
-    let mut best = fit(problem, &Jacobian::new(problem, from), from, Effort { iterations: 2, renew: false });
+    let mut best = fit(problem, &Jacobian::new(problem, from), from, Effort::of(2));
     for _ in 0..RENEWALS {
-        let next = fit(problem, &Jacobian::new(problem, &best.state), &best.state, Effort { iterations: 2, renew: false });
+        let next = fit(problem, &Jacobian::new(problem, &best.state), &best.state, Effort::of(2));
         let settled = !(next.chi2 < best.chi2 - 0.5 - 1e-3 * best.chi2);
         if next.chi2 <= best.chi2 {
             best = next;

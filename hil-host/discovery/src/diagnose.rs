@@ -10,7 +10,7 @@ use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_error};
 use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE, wants_further};
+use crate::screen::{Candidate, WAVE, size_at_end};
 use crate::search::{Depth, Found, search, weigh_again};
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
@@ -21,6 +21,8 @@ const SPEAK_UP: f64 = 1.5;
 const SPEAK_UP_WAVE: f64 = 2.0;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
+/// And how much more where an effect begins at an angle of its own: it finds the few rows that another form of the law misses.
+const SPEAK_UP_ANGLE: f64 = 5.5;
 /// Log Bayes factor a family of the remainder needs.
 const REMAINS: f64 = 9.0;
 /// How much more a family in time needs: ordinary water motion of another colour looks like one.
@@ -313,7 +315,9 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 /// Whether a hypothesis is worth naming; more is asked of it where more rows are left out than compared.
 fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
     let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
-    c.log_odds > thin + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
+    let angles = c.effects.iter().any(|e| matches!(*e, "stall" | "vortex_lift_bodywing"));
+    let found = if angles { SPEAK_UP_ANGLE } else { 0.0 };
+    c.log_odds > thin + found + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
 }
 
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
@@ -336,9 +340,9 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
     let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
     let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;
-    // A size at the end of what is possible excuses nothing.
-    let strained = spoken.is_some_and(|c| c.fit.state.effects.iter().any(wants_further));
-    let left_over = strongest > REMAINS && (strained || strongest > REMAINS_SHARE * (explained + strongest) || misfit > forgiven);
+    let left_over = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > forgiven);
+    // Or the best name would have to be larger than it can be.
+    let too_large = spoken.and_then(|c| c.fit.state.effects.iter().find(|a| size_at_end(a)));
     // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
     let mut better_told = false;
     if let Some(best) = spoken {
@@ -365,7 +369,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * on_check(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
-    let unexplained = left_over || better_told || off_track || far_off;
+    let unexplained = left_over || better_told || off_track || far_off || too_large.is_some();
     let mut say = |it_is: bool, why: &str| {
         if it_is {
             notes.push(format!("unexplained: {why}"))
@@ -375,6 +379,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     say(better_told, "a remainder that follows one variable tells it better than any effect");
     let times = check_error / floor;
     say(off_track, &format!("on the check segments the best hypothesis leaves {times:.1} times what ordinary water motion leaves"));
+    let name = too_large.map_or("", |a| a.effect.name());
+    say(too_large.is_some(), &format!("{name} would have to be larger than it is anywhere"));
     say(far_off, "far more than ordinary water motion remains after the best hypothesis");
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);

@@ -11,7 +11,7 @@ use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
 use crate::problem::{Column, Problem};
 use crate::signature::{Offer, log_size_prior_of, project, signatures};
 use crate::wave::{Kind, PARTS, Wave, stretched};
-use hydro::effects::{Active, Effect};
+use hydro::effects::{Active, Effect, Parameter};
 use std::sync::Arc;
 
 /// Name of the effect whose phase is free in every run.
@@ -56,20 +56,26 @@ const MOST_ROUNDS: usize = 4;
 const HARDLY_FLOWN: f64 = 8.0;
 /// Share of the used rows that is hardly.
 const HARDLY: f64 = 0.03;
-/// Odds by which an effect is marked down that begins at an angle of its own: it finds the few rows that another form of the law
-/// misses. On simulated flights those that are there gain 8 and more, those that are not 7 at most.
-const FREE_ANGLE: f64 = 5.5;
+/// Odds by which two effects are marked down that each begin at an angle of their own: together they bend the law to any form.
+const BOTH_ANGLES: f64 = 5.5;
 /// Odds by which a hypothesis is marked down whose size wants to go beyond what is possible.
 const AT_BOUND: f64 = 6.0;
 
 /// Whether a size or a shape is at the end of what is possible.
-pub(crate) fn wants_further(a: &Active) -> bool {
-    a.effect.parameters().iter().zip(&a.values).any(|(p, v)| {
-        let margin = 1e-3 * (p.high - p.low);
-        // Zero is the bound of what only grows, and no size; a share may well be all or nothing.
-        let share = p.name.ends_with("_share");
-        !share && ((v - p.high).abs() < margin || ((v - p.low).abs() < margin && p.low != p.off))
-    })
+fn wants_further(a: &Active) -> bool {
+    // A share may well be all or nothing.
+    a.effect.parameters().iter().zip(&a.values).any(|(p, v)| !p.name.ends_with("_share") && at_end(p, *v))
+}
+
+/// Whether a size is at the end of what is possible.
+pub(crate) fn size_at_end(a: &Active) -> bool {
+    a.effect.parameters().iter().zip(&a.values).take(1).any(|(p, v)| at_end(p, *v))
+}
+
+fn at_end(p: &Parameter, v: f64) -> bool {
+    let margin = 1e-3 * (p.high - p.low);
+    // Zero is the bound of what only grows, and no size.
+    (v - p.high).abs() < margin || ((v - p.low).abs() < margin && p.low != p.off)
 }
 
 pub(crate) fn effort(iterations: usize) -> Effort {
@@ -174,8 +180,8 @@ impl<'a> Screen<'a> {
         }
         let effects = &f.state.effects;
         let count = |of: &dyn Fn(&Active) -> bool| effects.iter().filter(|a| of(a)).count() as f64;
-        let free_angle = |a: &Active| matches!(a.effect.name(), "stall" | "vortex_lift_bodywing");
-        count(&wants_further) * AT_BOUND + count(&hardly) * HARDLY_FLOWN + count(&free_angle) * FREE_ANGLE
+        let bent = if count(&|a| matches!(a.effect.name(), "stall" | "vortex_lift_bodywing")) > 1.0 { BOTH_ANGLES } else { 0.0 };
+        count(&wants_further) * AT_BOUND + count(&hardly) * HARDLY_FLOWN + bent
     }
 
     /// Share of the used rows at which the model flies beyond an angle of attack.

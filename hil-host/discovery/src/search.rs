@@ -188,13 +188,11 @@ impl Search<'_> {
         self.before.and_then(|b| b.of(effects)).filter(|c| c.log_odds.is_finite() && c.gain > WORTH_A_FIT)
     }
 
-    /// A hypothesis answered before goes on from there.
+    /// A hypothesis answered before goes on from there, unless that has become worse than nothing missing on the rows of today.
     fn resumed(&self, jacobian: &Jacobian, effects: &[&str], fresh: impl FnOnce() -> Fit) -> Candidate {
-        let f = match self.known(effects) {
-            Some(c) => self.screen.fit(jacobian, &c.fit.state, 4),
-            None => fresh(),
-        };
-        self.screen.candidate(f, prior_of(effects.len()), 0.0)
+        let screen = self.screen;
+        let from = self.known(effects).map(|c| screen.fit(jacobian, &c.fit.state, 4)).filter(|f| f.chi2 <= screen.null.chi2);
+        screen.candidate(from.unwrap_or_else(fresh), prior_of(effects.len()), 0.0)
     }
 
     fn single(&self, effect: &str) -> Option<&Candidate> {

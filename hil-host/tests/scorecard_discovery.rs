@@ -59,6 +59,20 @@ fn scorecard_hidden_effects_are_named_nothing_is_named_where_nothing_is_hidden_a
     assert!(ratio <= 1.05, "{ratio}");
 }
 
+/// Two single effects that were lost once: a drag that depends on speed strained the calibration to where the model does not glide,
+/// and a vertical current peaks where nature has it, not at mid-depth.
+#[test]
+fn regress_a_strained_calibration_and_a_skewed_current_do_not_hide_a_single_effect() {
+    for (seed, index, name) in [(20_261_121, 129, "reynolds_drag"), (777_001, 63, "vertical_current")] {
+        let spec = plan(150, seed, None).swap_remove(index);
+        let folder = folder(name);
+        let flight = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
+        let told = ask(&flight).expect("a diagnosis");
+        std::fs::remove_dir_all(folder).ok();
+        assert_eq!((&told["verdict"], &told["answer"]), (&"explained".into(), &serde_json::json!([name])), "case {index} of seed {seed}");
+    }
+}
+
 /// Nobody has a name for a leak, and the tool must say that, and what it looks like.
 #[test]
 fn scorecard_a_leak_is_unexplained_and_what_remains_follows_trim() {

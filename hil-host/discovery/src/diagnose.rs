@@ -10,7 +10,7 @@ use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_error};
 use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE, size_at_end};
+use crate::screen::{Candidate, WAVE, has_own_angle, size_at_end};
 use crate::search::{Depth, Found, search, weigh_again};
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
@@ -315,9 +315,8 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 /// Whether a hypothesis is worth naming; more is asked of it where more rows are left out than compared.
 fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
     let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
-    let angles = c.effects.iter().any(|e| matches!(*e, "stall" | "vortex_lift_bodywing"));
-    let found = if angles { SPEAK_UP_ANGLE } else { 0.0 };
-    c.log_odds > thin + found + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
+    let angle = if c.effects.iter().any(|e| has_own_angle(e)) { SPEAK_UP_ANGLE } else { 0.0 };
+    c.log_odds > thin + angle + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
 }
 
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {

@@ -61,6 +61,11 @@ const BOTH_ANGLES: f64 = 5.5;
 /// Odds by which a hypothesis is marked down whose size wants to go beyond what is possible.
 const AT_BOUND: f64 = 6.0;
 
+/// Whether an effect begins at an angle of attack of its own.
+pub(crate) fn has_own_angle(effect: &str) -> bool {
+    matches!(effect, "stall" | "vortex_lift_bodywing")
+}
+
 /// Whether a size or a shape is at the end of what is possible.
 fn wants_further(a: &Active) -> bool {
     // A share may well be all or nothing.
@@ -76,10 +81,6 @@ fn at_end(p: &Parameter, v: f64) -> bool {
     let margin = 1e-3 * (p.high - p.low);
     // Zero is the bound of what only grows, and no size.
     (v - p.high).abs() < margin || ((v - p.low).abs() < margin && p.low != p.off)
-}
-
-pub(crate) fn effort(iterations: usize) -> Effort {
-    Effort::of(iterations)
 }
 
 /// Tens of minutes: 7 to 52. A longer wave is a drift of each dive of its own and explains anything.
@@ -107,10 +108,10 @@ pub(crate) fn wave_library(problem: &Problem) -> Waves {
 /// Nothing missing: the calibration fitted until it rests, each time with signatures taken at the fit before.
 fn calibrated(problem: &Problem, start: &State) -> (Jacobian, Fit) {
     let mut jacobian = Jacobian::new(problem, start);
-    let mut null = fit(problem, &jacobian, start, effort(3));
+    let mut null = fit(problem, &jacobian, start, Effort::of(3));
     for _ in 0..MOST_ROUNDS {
         jacobian = Jacobian::new(problem, &null.state);
-        let next = fit(problem, &jacobian, &null.state, effort(3));
+        let next = fit(problem, &jacobian, &null.state, Effort::of(3));
         let gained = null.chi2 - next.chi2;
         null = next;
         if !(gained > AT_REST) {
@@ -180,7 +181,7 @@ impl<'a> Screen<'a> {
         }
         let effects = &f.state.effects;
         let count = |of: &dyn Fn(&Active) -> bool| effects.iter().filter(|a| of(a)).count() as f64;
-        let bent = if count(&|a| matches!(a.effect.name(), "stall" | "vortex_lift_bodywing")) > 1.0 { BOTH_ANGLES } else { 0.0 };
+        let bent = if count(&|a| has_own_angle(a.effect.name())) > 1.0 { BOTH_ANGLES } else { 0.0 };
         count(&wants_further) * AT_BOUND + count(&hardly) * HARDLY_FLOWN + bent
     }
 
@@ -203,7 +204,7 @@ impl<'a> Screen<'a> {
     }
 
     pub(crate) fn fit(&self, jacobian: &Jacobian, start: &State, iterations: usize) -> Fit {
-        fit(self.problem, jacobian, start, effort(iterations))
+        fit(self.problem, jacobian, start, Effort::of(iterations))
     }
 
     /// Whether a fit leaves the flight far from its model, or strains the calibration to come near.
@@ -242,7 +243,7 @@ impl<'a> Screen<'a> {
     /// Goes on from a fit with signatures taken there.
     pub(crate) fn renewed(&self, f: Fit, iterations: usize) -> (Fit, Arc<Jacobian>) {
         let jacobian = Jacobian::new(self.problem, &f.state);
-        let again = fit(self.problem, &jacobian, &f.state, effort(iterations));
+        let again = fit(self.problem, &jacobian, &f.state, Effort::of(iterations));
         (if again.chi2 <= f.chi2 { again } else { f }, Arc::new(jacobian))
     }
 

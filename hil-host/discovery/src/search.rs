@@ -6,9 +6,9 @@
 
 use crate::calibration::State;
 use crate::evidence::PRIOR;
-use crate::fit::{Fit, Jacobian, fit, linear, start_at};
+use crate::fit::{Effort, Fit, Jacobian, fit, linear, start_at};
 use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, effort, wave_library};
+use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
 use hydro::effects::{CATALOGUE, Effect};
 
@@ -82,7 +82,7 @@ pub fn search(problem: &Problem, before: Option<&Found>, depth: Depth, tick: &dy
     // taken without the effect, may serve nothing missing better than its own start did.
     let Some(best) = found.candidates.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|c| c.gain > RENEW_GAIN) else { return found };
     let alone = State { calibration: best.fit.state.calibration, ..State::nominal() };
-    let null = fit(problem, &Jacobian::new(problem, &alone), &alone, effort(6));
+    let null = fit(problem, &Jacobian::new(problem, &alone), &alone, Effort::of(6));
     if null.chi2 < found.null.chi2 - RENEW_GAIN { search_from(problem, &waves, &null.state, Some(&found), depth, tick) } else { found }
 }
 
@@ -334,12 +334,17 @@ impl Search<'_> {
         self.found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     }
 
+    /// The best pair without a wave, if it is above this.
+    fn best_pair(&self, floor: f64) -> Option<Candidate> {
+        let pairs = self.found.iter().filter(|c| c.is_plain_pair() && c.log_odds > floor);
+        pairs.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)).cloned()
+    }
+
     /// In the best pair each member is exchanged for its look-alikes.
     fn exchange(&mut self) {
         let screen = self.screen;
         let floor = self.best_single() - 3.0;
-        let pairs = self.found.iter().filter(|c| c.is_plain_pair() && c.log_odds > floor);
-        let Some(best) = pairs.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)).cloned() else { return };
+        let Some(best) = self.best_pair(floor) else { return };
         for kept in 0..2 {
             let keep = best.fit.state.effects[kept];
             let Some(base) = self.without(&best, kept) else { continue };
@@ -355,8 +360,7 @@ impl Search<'_> {
         }
         self.settle(2);
         // The same once more for what is best now: a pair that owes its place to a better calibration is none.
-        let pairs = self.found.iter().filter(|c| c.is_plain_pair() && c.log_odds > floor);
-        if let Some(now) = pairs.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)).cloned() {
+        if let Some(now) = self.best_pair(floor) {
             (0..2).for_each(|kept| drop(self.without(&now, kept)));
         }
     }

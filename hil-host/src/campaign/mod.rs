@@ -77,6 +77,12 @@ impl Verdict {
         self.means.none_left()
     }
 
+    /// Counts against the controller: a rule broken with means left, or an expectation not met.
+    #[must_use]
+    pub fn wrong(&self) -> bool {
+        self.unmet.is_some() || !self.apart() && !self.safe()
+    }
+
     /// At the surface in the end, above crush depth all the way.
     #[must_use]
     pub fn home(&self) -> bool {

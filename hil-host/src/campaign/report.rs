@@ -64,7 +64,7 @@ impl<'a> Matrix<'a> {
     /// How strongly a cell is shaded: by the logarithm of its time, a control cycle to half an hour.
     fn shade(&self, row: usize, column: usize) -> f64 {
         let Some(all) = self.0.get(&(row, column)) else { return f64::NAN };
-        if all.iter().any(|v| v.unmet.is_some() || !v.safe() && !v.apart()) {
+        if all.iter().any(|v| v.wrong()) {
             return -1.0;
         }
         Self::worst_s(all).map_or(f64::NAN, |worst| ((worst.max(4.0) / 4.0).ln() / 450f64.ln()).min(1.0))
@@ -154,7 +154,7 @@ fn bad(faulty: &[Verdict], healthy: &[Verdict]) -> Section {
             Table { caption: caption.into(), head: head.clone(), rows }.into()
         }
     };
-    let wrong = faulty.iter().chain(healthy).filter(|v| v.unmet.is_some() || !v.apart() && !v.safe()).map(row).collect();
+    let wrong = faulty.iter().chain(healthy).filter(|v| v.wrong()).map(row).collect();
     Section {
         title: "Not as expected".into(),
         lead:

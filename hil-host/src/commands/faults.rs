@@ -78,7 +78,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let seat = if in_seat { Some(compare(args, &choice, &faulty)?) } else { None };
     let summary = Summary::of(&faulty, &healthy);
     let wall_s = started.elapsed().as_secs_f64();
-    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| v.unmet.is_some() || !v.apart() && !v.safe()).collect();
+    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| v.wrong()).collect();
     let apart: Vec<Value> = faulty.iter().filter(|v| v.apart()).map(campaign::Verdict::document).collect();
     let mut document = json!({
         "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "false_aborts": summary.false_aborts,

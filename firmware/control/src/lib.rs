@@ -16,6 +16,7 @@
 //! | `turn` | when to start a turn |
 //! | `heading` | fin |
 //! | `safety` | when to come home, and how; independent of the mission |
+//! | [`waits`] | how long the watches wait, for those who judge them |
 //! | `backup` | the second, separately written way home |
 //! | [`stock`] | the ordinary controller, for comparison |
 #![cfg_attr(not(test), no_std)]
@@ -34,6 +35,7 @@ pub mod stock;
 mod trim;
 mod turn;
 mod voyage;
+pub mod waits;
 
 pub use config::{Config, ConfigError, Settings, TrimLaw};
 
@@ -269,7 +271,7 @@ fn judge(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, frame: &Sen
         phase: state.voyage.phase(),
         leg_max_m: leg.depth_max_m,
         max_duration_s: state.voyage.mission.max_duration_s,
-        climb_stalled: state.voyage.climbs_without_way(state.clock.run, 900),
+        climb_stalled: state.voyage.climbs_without_way(state.clock.run, voyage::CLIMB_STALLED_S),
         no_way_turns: state.voyage.no_way_turns,
         bottom_turns: state.voyage.bottom_turns,
     };

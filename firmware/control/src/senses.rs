@@ -22,15 +22,19 @@ const GATE_M_S: f32 = 2.0;
 const GATE_M: f32 = 1.0;
 /// Depths closer than this agree, m.
 const AGREE_M: f32 = 1.0;
+/// Two depths farther from each other than this, m, and [`APART_SHARE`] of the depth, contradict each other.
+pub const APART_M: f32 = 3.0;
+/// Share of the depth by which two sound transducers may differ.
+pub const APART_SHARE: f32 = 0.01;
 /// Density when the CTD gives none, kg/m³: mid-latitude sea surface.
 const DENSITY_DEFAULT: f32 = 1025.0;
 /// Largest zero error of a pressure transducer that is taken out at the surface, m.
-const ZERO_MAX_M: f32 = 1.5;
+pub const ZERO_MAX_M: f32 = 1.5;
 /// Time constant of the depth filter, s: two cycles of noise averaging, a fifth of the shortest turn.
 const FILTER_S: f32 = 5.0;
 
 /// A sensor not believed for this long is lost, s: seven readings, so that one that comes and goes is kept.
-const UNBACKED_S: f32 = 30.0;
+pub const UNBACKED_S: f32 = 30.0;
 
 /// One depth sensor behind its gate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -217,7 +221,7 @@ impl Senses {
             measured_m: measured,
             rate_m_s: self.rate_m_s,
             depth_age_s: self.depth_age_s,
-            depths_disagree: differ_m > 3.0 + 0.01 * self.depth_m.abs(),
+            depths_disagree: differ_m > APART_M + APART_SHARE * self.depth_m.abs(),
             depth_unbacked: self.first.seeded && self.second.seeded && self.first.age_s.at_least(self.second.age_s) > UNBACKED_S,
             pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms),
             roll_rad: frame.roll_rad.accept(angle.clone(), max_age_ms),

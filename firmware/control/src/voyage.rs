@@ -33,15 +33,23 @@ const NEAR_M: f32 = 5.0;
 /// Shortest time in a gliding state, s: two nominal cycles.
 const DWELL_S: Micros = Micros::from_secs(8);
 /// A dive or climb that made no way for this long turns round, s. A third of the stock same-depth limit.
-const NO_WAY_S: u32 = 600;
+pub const NO_WAY_S: u32 = 600;
+/// A climb that made no way for this long is an abort, s: half the stock same-depth limit.
+pub const CLIMB_STALLED_S: u32 = 900;
 /// Way that counts as way, m.
-const WAY_M: f32 = 1.0;
+pub const WAY_M: f32 = 1.0;
 /// Altimeter hits that must agree before the bottom is believed.
 const BOTTOM_HITS: u8 = 3;
 
 /// Whether more than `s` seconds have passed since then, in whole numbers: cheaper than a time as f32.
 fn longer(clock: Micros, since: Micros, s: u32) -> bool {
     clock.since(since) > Micros::from_secs(u64::from(s))
+}
+
+/// Longest time a turn is held, s: half as much again as its pump needs, and a minute.
+#[must_use]
+pub fn longest_turn_s(config: &Config) -> f32 {
+    2.0 * config.pump_m3 / config.pump_rate_m3_s * 1.5 + 60.0
 }
 
 /// A climb's end.
@@ -265,8 +273,7 @@ impl Voyage {
     }
 
     fn turn_is_over(config: &Config, dwelt: Micros, turned: bool) -> bool {
-        let longest = 2.0 * config.pump_m3 / config.pump_rate_m3_s * 1.5 + 60.0;
-        (turned && dwelt >= DWELL_S) || dwelt.seconds() >= longest
+        (turned && dwelt >= DWELL_S) || dwelt.seconds() >= longest_turn_s(config)
     }
 
     #[cold]

@@ -12,29 +12,29 @@ use crate::bound::{Bound, all_finite};
 use signals::{Abort, Flags};
 
 /// Pump error that is left alone, m³: a few times the dead-band of real pumps.
-const PUMP_NEAR_M3: f32 = 12e-6;
+pub const PUMP_NEAR_M3: f32 = 12e-6;
 /// Way that counts as way, m³.
 const PUMP_WAY_M3: f32 = 3e-6;
 /// Shortest time without way before a retry, s.
-const PUMP_WAIT_S: f32 = 8.0;
+pub const PUMP_WAIT_S: f32 = 8.0;
 /// Way in the wrong direction that no command explains, m³.
-const PUMP_AWAY_M3: f32 = 40e-6;
+pub const PUMP_AWAY_M3: f32 = 40e-6;
 /// How far the pump is reversed to free it, m³.
 const PUMP_REVERSE_M3: f32 = 30e-6;
 /// Retries before the reverse.
-const RETRIES: u8 = 3;
+pub const RETRIES: u8 = 3;
 /// Feedback missing for this long is lost, s.
-const FEEDBACK_LOST_S: f32 = 9.0;
+pub const FEEDBACK_LOST_S: f32 = 9.0;
 /// Depth rate that answers a command, m/s.
 const ANSWER_M_S: f32 = 0.05;
 /// Battery mass error that is left alone, m.
-const MASS_NEAR_M: f32 = 1.5e-3;
+pub const MASS_NEAR_M: f32 = 1.5e-3;
 /// Battery mass without way for this long is stopped, s (or two cycles).
-const MASS_WAIT_S: f32 = 2.0;
+pub const MASS_WAIT_S: f32 = 2.0;
 /// Mass stopped in all for this long: abort, s.
-const MASS_LOST_S: f32 = 120.0;
+pub const MASS_LOST_S: f32 = 120.0;
 /// Fin error left alone, rad; time without way, s.
-const FIN: (f32, f32) = (0.1, 60.0);
+pub const FIN: (f32, f32) = (0.1, 60.0);
 /// Heading swept in one direction that is a spiral: two full turns, rad.
 const SPIRAL_RAD: f32 = 12.566;
 

@@ -9,15 +9,17 @@ use crate::bound::{Bound, all_finite};
 use signals::{Abort, Flags, Phase};
 
 /// Without believable pitch: abort after this, s.
-const PITCH_LOST_S: f32 = 60.0;
+pub const PITCH_LOST_S: f32 = 60.0;
 /// Sign opposed for this long: the reading is not used any more, s.
-const OPPOSED_S: f32 = 20.0;
+pub const OPPOSED_S: f32 = 20.0;
 /// A pitch inside this band is not moving, rad.
 const STILL_RAD: f32 = 0.003;
+/// A reading that does not move for this long, though it must, is stuck, s.
+pub const STILL_S: f32 = 20.0;
 /// Change of the wanted pitch that must show, rad.
-const MUST_SHOW_RAD: f32 = 0.15;
+pub const MUST_SHOW_RAD: f32 = 0.15;
 /// Without heading: come home after this, s.
-const HEADING_LOST_S: f32 = 60.0;
+pub const HEADING_LOST_S: f32 = 60.0;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct AttitudeWatch {
@@ -85,7 +87,7 @@ impl AttitudeWatch {
         self.still_s += dt_s;
         self.wanted_low_rad = self.wanted_low_rad.at_most(w.pitch_wanted_rad);
         self.wanted_high_rad = self.wanted_high_rad.at_least(w.pitch_wanted_rad);
-        self.still_s > 20.0 && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
+        self.still_s > STILL_S && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
     }
 
     fn opposed(&mut self, w: &Watch<'_>, dt_s: f32) -> bool {

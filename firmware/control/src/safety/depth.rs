@@ -9,7 +9,13 @@ const CLIMB_AFTER_S: f32 = 5.0;
 /// Without a depth: abort after this, s (bound 10 s).
 const ABORT_AFTER_S: f32 = 8.0;
 /// Two depths apart for this long, s.
-const APART_S: f32 = 20.0;
+pub const APART_S: f32 = 20.0;
+/// Too deep: this far below the working depth, m.
+pub const OVER_WORKING_M: f32 = 5.0;
+/// Too deep: this far below the leg's deepest, m, and beyond [`OVER_LEG_SHARE`].
+pub const OVER_LEG_M: f32 = 10.0;
+/// Too deep: beyond this multiple of the leg's deepest.
+pub const OVER_LEG_SHARE: f32 = 1.05;
 /// Looks too deep while the two sensors contradict each other: 20 s of 4 s cycles.
 const OVER_APART: u8 = 5;
 /// A depth that stays inside this band is not moving, m: below the noise of any live transducer over ten samples.
@@ -17,7 +23,7 @@ const STILL_M: f32 = 0.03;
 /// Slowest sinking at full drive, m/s: a third of the slowest glide.
 const SLOWEST_M_S: f32 = 0.03;
 /// Shortest watch before "stuck", s (bound 60 s).
-const STUCK_S: f32 = 45.0;
+pub const STUCK_S: f32 = 45.0;
 /// Pitch beyond which the vehicle must move, rad (5°).
 const MOVES_RAD: f32 = 0.087;
 
@@ -64,7 +70,7 @@ impl DepthWatch {
 
     fn over_depth(&mut self, w: &Watch<'_>, v: &mut Verdict) {
         let (z, leg) = (w.seen.depth_m, w.leg_max_m);
-        let within = z <= w.config.working_depth_m + 5.0 && (z <= leg + 10.0 || z <= 1.05 * leg);
+        let within = z <= w.config.working_depth_m + OVER_WORKING_M && (z <= leg + OVER_LEG_M || z <= OVER_LEG_SHARE * leg);
         let over = w.seen.depth_age_s <= 0.0 && !within;
         self.over = if over { self.over.saturating_add(1) } else { 0 };
         // Where the two sensors contradict each other, as long as those have to be found apart.

@@ -18,11 +18,11 @@
 
 use crate::bound::Bound;
 
-mod actuators;
-mod attitude;
-mod depth;
-mod release;
-mod supply;
+pub(crate) mod actuators;
+pub(crate) mod attitude;
+pub(crate) mod depth;
+pub(crate) mod release;
+pub(crate) mod supply;
 
 use crate::config::Config;
 use crate::senses::Seen;

@@ -39,9 +39,9 @@ const SURFACE_M: f32 = 2.0;
 /// Deeper than this the antenna is under water, m: never heard for an hour there is lost, under ice or under light water.
 const AWASH_M: f32 = 0.7;
 /// Sinking that counts, m/s: above the noise of the depth rate.
-const SINKS_M_S: f32 = 0.03;
+pub const SINKS_M_S: f32 = 0.03;
 /// Sinking on though commanded up, s: three times what a turn takes to stop sinking.
-const SINKS_S: f32 = 60.0;
+pub const SINKS_S: f32 = 60.0;
 /// The same below the at-risk depth, with a leak or without a pump, s: three looks.
 const SINKS_SHORT_S: f32 = 12.0;
 /// Share of the pump's range commanded out that must make the vehicle rise.
@@ -67,10 +67,16 @@ fn at_risk_m(config: &Config, sink_m_s: f32) -> f32 {
     config.crush_depth_m - sink_m_s.at_least(SINK_FLOOR_M_S) * (config.release_time_s + REACTION_S)
 }
 
+/// Half as much again as the pump needs over its whole range, s.
+#[must_use]
+pub fn pump_stroke_s(config: &Config) -> f32 {
+    3.0 * config.pump_m3 / config.pump_rate_m3_s
+}
+
 /// Time that the pump may still need to make the vehicle rise, s: half as much again as over its whole range.
 fn pump_time_s(w: &Watch<'_>) -> f32 {
     let out = w.seen.ballast_m3.is_some_and(|at| at > RISES * w.config.pump_m3);
-    if out { 0.0 } else { 3.0 * w.config.pump_m3 / w.config.pump_rate_m3_s }
+    if out { 0.0 } else { pump_stroke_s(w.config) }
 }
 
 /// The zone at a depth and sink rate (down positive).

@@ -18,10 +18,12 @@ fn no_time_to_vote(w: &Watch<'_>) -> bool {
 
 /// Oldest reading of a gauge that is an answer, ms.
 const GAUGE_MS: u32 = 60_000;
-/// Answers of a hull gauge, Pa, of a voltmeter, V, and of a charge gauge, 0..1.
-const VACUUM_PA: RangeInclusive<f32> = 10e3..=200e3;
-const VOLTS: RangeInclusive<f32> = 0.0..=100.0;
-const CHARGE: RangeInclusive<f32> = -0.01..=1.01;
+/// Answers of a hull gauge, Pa.
+pub const VACUUM_PA: RangeInclusive<f32> = 10e3..=200e3;
+/// Answers of a voltmeter, V.
+pub const VOLTS: RangeInclusive<f32> = 0.0..=100.0;
+/// Answers of a charge gauge, 0..1.
+pub const CHARGE: RangeInclusive<f32> = -0.01..=1.01;
 
 /// Which detector or gauge: its byte among the votes.
 #[derive(Clone, Copy)]

@@ -24,6 +24,7 @@ pub struct Toy {
     pub heading: f64,
     pub pump_rate: f64,
     pub pump_sticks: bool,
+    pub battery_sticks: bool,
     pub weight_kg: f64,
     /// C_D S at α = 0, m²; lift slope × S; induced, all m².
     pub drag_area: f64,
@@ -54,6 +55,7 @@ impl Toy {
             heading: 0.0,
             pump_rate: f64::from(config.pump_rate_m3_s),
             pump_sticks: false,
+            battery_sticks: false,
             weight_kg: 0.5,
             drag_area: 0.0150,
             lift_area: 0.675,
@@ -102,7 +104,9 @@ impl Toy {
         if !self.pump_sticks {
             self.ballast = go(self.ballast, f64::from(c.ballast_m3), self.pump_rate);
         }
-        self.battery = go(self.battery, f64::from(c.battery_mass_m), 2.54e-3);
+        if !self.battery_sticks {
+            self.battery = go(self.battery, f64::from(c.battery_mass_m), 2.54e-3);
+        }
         self.fin = go(self.fin, f64::from(c.fin_rad), 0.02);
         if c.drop_weight {
             self.weight_kg = 0.0;

@@ -56,7 +56,8 @@ impl Follower {
             return (0.0, 0.0);
         }
         self.nearest = self.nearest.at_most(off);
-        if (self.target - self.mark).abs() - off > way {
+        // Both from the target of now: one that has crept since is no way made.
+        if (target - self.mark).abs() - off > way {
             self.mark = at;
             self.still_s = 0.0;
         } else {
@@ -76,6 +77,8 @@ pub(super) struct ActuatorWatch {
     away: u8,
     mass: Follower,
     mass_stopped_s: f32,
+    /// Stopped in the cycle before: what is commanded is where it stands, not where it is wanted.
+    mass_held: bool,
     mass_away: u8,
     fin: Follower,
     fin_lost_s: f32,
@@ -153,7 +156,8 @@ impl ActuatorWatch {
         let stopped = match w.seen.battery_m {
             None => true,
             Some(at) => {
-                let (still_s, away) = self.mass.watch(w.commanded.battery_mass_m, at, MASS_NEAR_M, 0.3e-3, dt);
+                let wanted = if self.mass_held { self.mass.target } else { w.commanded.battery_mass_m };
+                let (still_s, away) = self.mass.watch(wanted, at, MASS_NEAR_M, 0.3e-3, dt);
                 self.mass_away = if away > 4e-3 { self.mass_away.saturating_add(1) } else { 0 };
                 if self.mass_away >= 2 {
                     v.cause(Abort::MassStuck);
@@ -167,6 +171,7 @@ impl ActuatorWatch {
                 }
             }
         };
+        self.mass_held = stopped && w.seen.battery_m.is_some();
         if stopped {
             v.flag(Flags::MASS_STOPPED);
             v.hold_mass = true;
@@ -200,5 +205,21 @@ impl ActuatorWatch {
         if self.swept_rad.abs() > SPIRAL_RAD {
             v.cause(Abort::FinStuck);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Follower, MASS_NEAR_M};
+
+    #[test]
+    fn an_order_that_creeps_towards_a_stuck_motor_is_no_way_of_the_motor() {
+        let (mut follower, at) = (Follower::default(), 0.025);
+        // From 21 mm off to 19.6 mm off within one cycle: less than would begin the watch anew.
+        assert_eq!(follower.watch(0.004, at, MASS_NEAR_M, 0.3e-3, 4.0).0, 0.0);
+        let still: Vec<f32> = (0..3).map(|_| follower.watch(0.0054, at, MASS_NEAR_M, 0.3e-3, 4.0).0).collect();
+        assert_eq!(still, [4.0, 8.0, 12.0]);
+        // A motor on its way makes way.
+        assert_eq!(follower.watch(0.0054, at - 0.001, MASS_NEAR_M, 0.3e-3, 4.0).0, 0.0);
     }
 }

@@ -64,14 +64,14 @@ impl AttitudeWatch {
     }
 
     /// Every third cycle, `dt_s` since the last look: whether the reading can be believed.
-    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32) {
+    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32, mass_held: bool) {
         let all =
             [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.wanted_low_rad, self.wanted_high_rad, self.heading_lost_s];
         if !all_finite(all) {
             *self = Self::default();
         }
         let stuck = self.stuck(w, dt_s);
-        let opposed = self.opposed(w, dt_s);
+        let opposed = self.opposed(w, dt_s, mass_held);
         self.distrusted = stuck || opposed;
     }
 
@@ -90,15 +90,16 @@ impl AttitudeWatch {
         self.still_s > STILL_S && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
     }
 
-    fn opposed(&mut self, w: &Watch<'_>, dt_s: f32) -> bool {
+    fn opposed(&mut self, w: &Watch<'_>, dt_s: f32, mass_held: bool) -> bool {
         let (Some(pitch), Some(ballast)) = (w.seen.pitch_rad, w.seen.ballast_m3) else { return false };
         let against = pitch * w.pitch_wanted_rad < 0.0 && pitch.abs() > 0.06 && w.pitch_wanted_rad.abs() > 0.06;
         let moving = w.seen.rate_m_s * ballast < 0.0 && w.seen.rate_m_s.abs() > 0.03;
         let glide = matches!(w.phase, Phase::Dive | Phase::Climb);
-        if against && moving && glide {
-            self.opposed_s += dt_s;
-        } else if !against && glide {
+        // A mass that does not follow pitches the vehicle the wrong way, and the reading tells the truth.
+        if mass_held || !against && glide {
             self.opposed_s = 0.0;
+        } else if against && moving && glide {
+            self.opposed_s += dt_s;
         }
         self.opposed_s > OPPOSED_S
     }

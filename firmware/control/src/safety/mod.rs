@@ -172,7 +172,7 @@ impl Safety {
         match self.turn {
             0 => {
                 self.turn = 1;
-                self.attitude.look(w, span_s);
+                self.attitude.look(w, span_s, v.hold_mass);
             }
             1 => {
                 self.turn = 2;

@@ -13,7 +13,7 @@ use serialport::SerialPort;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc;
+use std::sync::{Once, mpsc};
 use std::time::{Duration, Instant};
 
 /// The emulator's command.
@@ -59,6 +59,35 @@ pub fn find_image() -> anyhow::Result<PathBuf> {
         .context("no firmware image for QEMU; build it with scripts/build-firmware, or name one with --elf FILE")
 }
 
+/// A source in the working tree newer than the image made from it, by the list of sources that cargo leaves beside the image;
+/// none outside that tree, or for an image without such a list.
+#[must_use]
+pub fn newer_source(image: &Path, tree: &Path) -> Option<PathBuf> {
+    let made = std::fs::metadata(image).and_then(|m| m.modified()).ok()?;
+    let list = std::fs::read_to_string(image.with_extension("d")).ok()?;
+    // `image: source source …`, a blank in a name escaped.
+    let (_, sources) = list.split_once(": ")?;
+    let named = sources.replace("\\ ", "\0");
+    let paths = named.split_whitespace().map(|path| PathBuf::from(path.replace('\0', " ")));
+    paths.filter(|path| path.starts_with(tree)).find(|path| std::fs::metadata(path).and_then(|m| m.modified()).is_ok_and(|at| at > made))
+}
+
+/// Says once, on stderr, that the image is older than its sources.
+fn warn_if_old(image: &Path) {
+    static SAID: Once = Once::new();
+    let here = std::env::current_dir().unwrap_or_default();
+    let Some(tree) = here.ancestors().find(|dir| dir.join("firmware/control").is_dir()) else { return };
+    if let Some(source) = newer_source(image, tree) {
+        SAID.call_once(|| {
+            eprintln!(
+                "warning: {} is older than {}; what flies is not what is written: scripts/build-firmware",
+                image.display(),
+                source.strip_prefix(tree).unwrap_or(&source).display()
+            );
+        });
+    }
+}
+
 impl Qemu {
     /// Starts the image.
     ///
@@ -66,6 +95,7 @@ impl Qemu {
     /// One line: what is missing, and the fix.
     pub fn start(image: &Path, board_log: Option<PathBuf>) -> anyhow::Result<Self> {
         anyhow::ensure!(image.is_file(), "{}: no such firmware image; build it with scripts/build-firmware", image.display());
+        warn_if_old(image);
         let program = find_program()
             .with_context(|| format!("{PROGRAM} is not installed; install it (Debian: apt install qemu-system-arm) or use --seat pty"))?;
         let log = match board_log {
@@ -180,5 +210,33 @@ impl Drop for Qemu {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::newer_source;
+    use std::time::{Duration, SystemTime};
+
+    #[test]
+    fn an_image_is_old_when_a_source_of_it_in_this_tree_is_newer_and_not_for_any_other_file() {
+        let tree = std::env::temp_dir().join(format!("glider-old-image-{}", std::process::id())).join("a tree");
+        std::fs::create_dir_all(&tree).expect("writes");
+        let file = |name: &str, age_s: u64| {
+            let path = tree.join(name);
+            std::fs::write(&path, "x").expect("writes");
+            let at = SystemTime::now() - Duration::from_secs(age_s);
+            std::fs::File::options().append(true).open(&path).and_then(|f| f.set_modified(at)).expect("a time");
+            path
+        };
+        let (image, law, _other) = (file("firmware", 100), file("law.rs", 200), file("other.rs", 10));
+        let escaped = law.display().to_string().replace(' ', "\\ ");
+        assert_eq!(newer_source(&image, &tree), None, "no list of sources");
+        std::fs::write(image.with_extension("d"), format!("{}: {escaped} /nowhere/gone.rs\n", image.display())).expect("writes");
+        assert_eq!(newer_source(&image, &tree), None, "built after its source was written");
+        file("law.rs", 50);
+        assert_eq!(newer_source(&image, &tree), Some(law));
+        assert_eq!(newer_source(&image, &tree.join("elsewhere")), None, "another tree");
+        let _ = std::fs::remove_dir_all(tree.ancestors().nth(1).unwrap_or(&tree));
     }
 }

@@ -98,6 +98,14 @@ pub enum End {
     TimeUp,
 }
 
+impl End {
+    /// At the surface in the end, above crush depth all the way.
+    #[must_use]
+    pub const fn home(self) -> bool {
+        matches!(self, Self::Done | Self::Safe(_))
+    }
+}
+
 impl std::fmt::Display for End {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {

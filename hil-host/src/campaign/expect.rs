@@ -1,94 +1,422 @@
 //! What the controller owes to each fault.
 //!
 //! The global rules hold for every case (surface, crush depth, ranges, latch).
-//! On top of them a fault may demand an abort within a bound, or forbid one.
-//! Bounds count from the fault's onset and are sums of what the law says it
-//! waits for; the judge adds the control cycle between onset and reading. Where
-//! the failed part shows only when it is next needed, the time until then is
-//! that of the mission's own healthy twin ([`super::twin`]).
+//! On top of them every fault of the catalogue has a row here; one without is
+//! held against the controller. Four kinds of row:
+//!
+//! | | the mission |
+//! |---|---|
+//! | `Abort` | is over within a bound, by one of these first causes: the law sees the fault for certain |
+//! | `Home` | has turned for the surface within a bound; an abort on the way only by these causes |
+//! | `Mission` | goes on: harmless by design |
+//! | `Tolerated` | goes on or is aborted, by these causes only: the effect decides; what it owes once the effect shows are its duties |
+//!
+//! Bounds count from the fault's onset, duties from their sign, and both are
+//! sums of what the law says it waits for ([`super::bounds`]); the judge adds the
+//! control cycle between onset and reading. Where the failed part shows only when
+//! it is next needed, the time until then is that of the mission's own healthy
+//! twin ([`super::twin`]).
 
+use super::bounds::{self, THREE_LOOKS_S};
+use super::signs::Sign;
+use crate::closed_loop::CYCLE_S;
+use control::{Config, waits};
 use plant::Fault;
 use plant::faults::{Kind, Target};
 use signals::{Abort, Phase};
 
+/// A reading is believed until it is a cycle and three seconds old, s.
+const FRESH_S: f64 = CYCLE_S + 3.0;
+
+/// Permitted first causes of an abort.
+pub type Causes = &'static [Abort];
+
 /// Expected behaviour beyond the global rules.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Expect {
     /// Abort with one of these first causes within this many seconds.
-    Abort(&'static [Abort], f64),
+    Abort(Causes, f64),
+    /// No later than this many seconds the vehicle has turned for the surface; an abort on the way only with one of these causes.
+    Home(Causes, f64),
     /// The mission goes on: no abort.
     Mission,
-    /// No later than this many seconds the vehicle has turned for the surface, aborted or not.
-    Home(f64),
-    /// Either is right.
-    Either,
+    /// The mission goes on, or an abort with one of these causes; and these duties.
+    Tolerated(Causes, Vec<Duty>),
 }
 
-/// Three looks of five, one in each cycle, s: what is there when the first is taken is found two cycles later.
-const THREE_LOOKS_S: f64 = 8.0;
+/// What is owed once a sign has stood for so long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Duty {
+    /// What shows.
+    pub sign: Sign,
+    /// What is owed then.
+    pub act: Act,
+    /// After how long, s.
+    pub within_s: f64,
+}
 
-/// From the moment at which a pump is asked for what it does not do, s: three retries and a reverse of 8 s each, the depth's
-/// answer, and as much again.
-const NO_ANSWER_S: f64 = 120.0;
+/// What a duty asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// An abort.
+    Abort,
+    /// An abort, or no more dive.
+    Turn,
+}
 
-/// What is owed to a single fault; `needed_s`: time from its onset until the healthy twin asks the pump to be elsewhere than
-/// where the fault holds it or its feedback, s.
+/// What the healthy twin knows of a fault before it is flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ahead {
+    /// Time from the onset until the pump is asked to be elsewhere than where the fault holds it or its feedback, s.
+    pub pump_needed_s: f64,
+    /// Way that a battery motor running away has before it, m.
+    pub mass_way_m: f64,
+}
+
+impl Ahead {
+    /// Of a fault that holds neither pump nor battery.
+    pub const NOTHING: Self = Self { pump_needed_s: f64::INFINITY, mass_way_m: 0.0 };
+}
+
+impl Expect {
+    /// Kind of row, as in the report.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Abort(..) => "abort",
+            Self::Home(..) => "home",
+            Self::Mission => "mission",
+            Self::Tolerated(..) => "tolerated",
+        }
+    }
+
+    /// First causes that are right.
+    #[must_use]
+    pub const fn causes(&self) -> Causes {
+        match self {
+            Self::Abort(causes, _) | Self::Home(causes, _) | Self::Tolerated(causes, _) => causes,
+            Self::Mission => &[],
+        }
+    }
+
+    /// Duties that go with it.
+    #[must_use]
+    pub fn duties(&self) -> &[Duty] {
+        match self {
+            Self::Tolerated(_, duties) => duties,
+            _ => &[],
+        }
+    }
+}
+
+fn owes(sign: Sign, within_s: f64) -> Duty {
+    Duty { sign, act: Act::Abort, within_s }
+}
+
+/// What is owed to a single fault; none: it has no row.
 #[must_use]
-pub fn expect(fault: &Fault, needed_s: f64) -> Expect {
-    use Abort::*;
+pub fn expect(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
+    let rule = match fault.target {
+        Target::Depth | Target::Depth2 => depth(fault),
+        Target::Pitch => pitch(fault),
+        Target::Heading => heading(fault),
+        Target::BallastFeedback => ballast_feedback(fault, config, ahead),
+        Target::MassFeedback => mass_feedback(fault, config),
+        Target::FinFeedback => fin_feedback(fault),
+        Target::Roll | Target::Density | Target::Altitude => bystander(fault),
+        Target::Voltage => gauge(fault, Sign::Volts, &[Abort::Undervoltage]),
+        Target::Charge => gauge(fault, Sign::Charge, &[Abort::LowCharge]),
+        Target::VacuumGauge => gauge(fault, Sign::Vacuum, &[Abort::Vacuum]),
+        Target::LeakDetector | Target::WeightMonitor | Target::Gps | Target::Comms => detector(fault),
+        Target::Pump | Target::MassMotor | Target::FinMotor | Target::Release | Target::Command => actuator(fault, config, ahead),
+        Target::Hull | Target::Vehicle | Target::Sea | Target::Power => outside(fault, config),
+        _ => None,
+    };
+    Some(match rule? {
+        // A fault that is over before the bound need not be seen.
+        Expect::Abort(causes, bound) | Expect::Home(causes, bound) if fault.duration_s.is_some_and(|d| d < bound) => {
+            Expect::Tolerated(causes, Vec::new())
+        }
+        rule => rule,
+    })
+}
+
+/// Begins in a turn.
+fn turning(fault: &Fault) -> bool {
+    matches!(fault.phase, Some(Phase::InflectLow | Phase::InflectHigh))
+}
+
+/// Depth sensors: the other one measures on. None is an abort as long as they do not contradict each other.
+fn depth(fault: &Fault) -> Option<Expect> {
     use Kind as K;
-    use Target as T;
     let in_water = !matches!(fault.phase, Some(Phase::Surface | Phase::Comms) | None);
     // In a turn nothing can be expected to move before the pump has changed sides: 472 cc at 13 cc/s.
-    let turning_s = if matches!(fault.phase, Some(Phase::InflectLow | Phase::InflectHigh)) { 37.0 } else { 0.0 };
-    let rule = match (fault.target, fault.kind) {
-        // No effect on the safety loop, whatever it says.
-        (T::Density | T::Roll, _) => Expect::Mission,
-        (T::WeightMonitor | T::Gps | T::Comms, _) if fault.kind != K::Alarm => Expect::Mission,
-        (T::Altitude, K::Off | K::Nan | K::Inf | K::Sentinel | K::Intermittent | K::Stuck | K::Slow | K::Delayed) => Expect::Mission,
-        (T::LeakDetector, K::Stuck) => Expect::Mission,
-        (T::Depth, K::Spike | K::Intermittent) => Expect::Mission,
-        (T::Sea, K::Current | K::Upwelling) => Expect::Mission,
-        // One of two depth sensors is gone for good (30 s): nothing is left behind the other one. A dwell of 8 s in the new dive.
-        (T::Depth | T::Depth2, K::Off | K::Nan | K::Inf | K::Sentinel) if in_water => Expect::Home(30.0 + 12.0),
-        // The vehicle is in danger or blind.
-        (T::LeakDetector, K::Alarm) => Expect::Abort(&[Leak], 0.0),
-        // A spoonful of 2 g at 20 g/min.
-        (T::Hull, K::Leak) => Expect::Abort(&[Leak], 6.0),
-        // 77.6 kPa towards an atmosphere with 600 s: 87.8 kPa is crossed after 337 s, at 22 Pa/s; 3 σ of the gauge are 300 Pa.
-        (T::Hull, K::VacuumLoss) => Expect::Abort(&[Vacuum], 337.0 + 300.0 / 22.0 + THREE_LOOKS_S),
-        (T::Power, K::Undervoltage) => Expect::Abort(&[Undervoltage], THREE_LOOKS_S),
-        (T::Power, K::LowCharge) => Expect::Abort(&[LowCharge], THREE_LOOKS_S),
-        (T::Power, K::BrownOut) => Expect::Abort(&[Reset], 4.0),
-        (T::VacuumGauge, K::Bias) if fault.size >= 2e4 => Expect::Abort(&[Vacuum], THREE_LOOKS_S),
-        (T::WeightMonitor, K::Alarm) => Expect::Abort(&[Degraded], THREE_LOOKS_S),
-        // The wire burns for 120 s.
-        (T::Release, K::Spurious) => Expect::Abort(&[Degraded], 120.0 + THREE_LOOKS_S),
-        // A lie must be found out; what is silent or absurd is above.
-        (T::Depth | T::Depth2, K::Stuck) if in_water => Expect::Abort(&[StuckDepth, SensorDepth], 60.0 + 4.0 + turning_s),
-        (T::Pitch, K::Off | K::Nan | K::Inf | K::Sentinel) => Expect::Abort(&[SensorPitch], 60.0),
-        (T::MassFeedback, K::Off | K::Nan | K::Inf | K::Sentinel) => Expect::Abort(&[MassStuck], 120.0),
-        (T::BallastFeedback, K::Off | K::Nan | K::Inf | K::Sentinel) => Expect::Abort(&[BallastFeedback], 9.0),
-        // At rest a pump that sticks, one run away to where it is, and a feedback stuck there are no different from sound ones.
-        (T::Pump, K::Stuck) => Expect::Abort(&[PumpStuck, BallastFeedback, StuckDepth, Stalled, OverDepth], needed_s + NO_ANSWER_S),
-        (T::Pump, K::Runaway) => Expect::Abort(&[PumpStuck], needed_s + NO_ANSWER_S),
-        (T::BallastFeedback, K::Stuck) => Expect::Abort(&[BallastFeedback, PumpStuck], needed_s + NO_ANSWER_S),
-        _ => Expect::Either,
+    let turning_s = if turning(fault) { 37.0 } else { 0.0 };
+    let wrong = |causes| {
+        Expect::Tolerated(causes, vec![Duty { sign: Sign::DepthWrong(fault.target), act: Act::Turn, within_s: bounds::depth_wrong_s() }])
     };
-    match rule {
-        // A fault that is over before the bound need not be seen.
-        Expect::Abort(_, bound) | Expect::Home(bound) if fault.duration_s.is_some_and(|d| d < bound) => Expect::Either,
-        rule => rule,
+    Some(match fault.kind {
+        // Silent or absurd, or honestly stamped and too old.
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Home(&[], bounds::unbacked_s()),
+        // A lie must be found out.
+        K::Stuck if in_water => Expect::Abort(&[Abort::StuckDepth, Abort::SensorDepth], 60.0 + CYCLE_S + turning_s),
+        // At the surface it is right; under way it parts from the other one.
+        K::Stuck | K::Drift | K::Flip | K::Bias => wrong(&[Abort::SensorDepth]),
+        // Of ±1200 m 82 m are within reach of what was believed 20 s ago: believed, and the count of a lost sensor begins anew.
+        // What is believed of it leads upward, if at all.
+        K::Garbage => Expect::Home(
+            &[Abort::OverDepth],
+            bounds::by_chance_s(f64::from(waits::UNBACKED_S), f64::INFINITY, 1.0 - 82.0 / 2400.0) + 3.0 * CYCLE_S,
+        ),
+        // Two in eight come in time; a new level is believed at its third.
+        K::Slow | K::Intermittent | K::Spike => Expect::Mission,
+        _ => return None,
+    })
+}
+
+/// Pitch: without it the vehicle comes home after a minute.
+fn pitch(fault: &Fault) -> Option<Expect> {
+    use Kind as K;
+    const CAUSE: Causes = &[Abort::SensorPitch];
+    let lost_s = f64::from(waits::PITCH_LOST_S);
+    Some(match fault.kind {
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(CAUSE, lost_s),
+        K::Slow => Expect::Abort(CAUSE, bounds::by_the_clock_s(lost_s, 1.0, fault.size, FRESH_S)),
+        // Of ±20 rad one in twelve is a pitch.
+        K::Garbage => Expect::Abort(CAUSE, bounds::by_chance_s(lost_s, 1.0, 1.0 - 3.2 / 40.0)),
+        // Every other reading is enough to fly by; luck may run out.
+        K::Intermittent => Expect::Tolerated(CAUSE, Vec::new()),
+        K::Stuck => Expect::Tolerated(CAUSE, vec![owes(Sign::PitchFrozen, bounds::pitch_lie_s())]),
+        K::Flip | K::Drift => Expect::Tolerated(CAUSE, vec![owes(Sign::PitchOpposed, bounds::pitch_lie_s())]),
+        // 0.15 rad flatter one way and steeper the other: it still sinks and rises. One reading in twenty is no lie of 20 s.
+        K::Bias | K::Spike => Expect::Mission,
+        _ => return None,
+    })
+}
+
+/// Heading: the mission comes home at its next climb; a wrong one leads elsewhere, not into danger.
+fn heading(fault: &Fault) -> Option<Expect> {
+    use Kind as K;
+    // Two cycles until the climb is known as one.
+    let lost = |causes| Expect::Tolerated(causes, vec![owes(Sign::HeadingLost, 2.0 * CYCLE_S)]);
+    Some(match fault.kind {
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed | K::Intermittent => lost(&[Abort::NoHeading]),
+        // Random headings may be lost for a minute, or sweep two turns.
+        K::Garbage => lost(&[Abort::NoHeading, Abort::FinStuck]),
+        K::Stuck | K::Slow | K::Bias | K::Drift | K::Spike | K::Flip => Expect::Mission,
+        _ => return None,
+    })
+}
+
+/// Position of the pump as reported.
+fn ballast_feedback(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
+    use Kind as K;
+    const LOST: Causes = &[Abort::BallastFeedback];
+    // Whether the depth answers decides between the two.
+    const EITHER: Causes = &[Abort::BallastFeedback, Abort::PumpStuck];
+    // "At" the wait is enough here, not beyond it.
+    let lost_s = f64::from(waits::FEEDBACK_LOST_S) - 0.1;
+    let at_rest_s = bounds::stroke_s(config) + bounds::no_answer_s();
+    Some(match fault.kind {
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(LOST, f64::from(waits::FEEDBACK_LOST_S)),
+        K::Slow => Expect::Abort(LOST, bounds::by_the_clock_s(lost_s, 1.0, fault.size, FRESH_S)),
+        K::Intermittent => Expect::Abort(LOST, bounds::by_chance_s(lost_s, 1.0, fault.size)),
+        // Of ±8000 cc one in thirty is a place of the pump.
+        K::Garbage => Expect::Abort(EITHER, bounds::by_chance_s(lost_s, 1.0, 1.0 - 1.0 / 30.0)),
+        // At rest a feedback stuck where the pump stands is no different from a sound one.
+        K::Stuck => Expect::Abort(EITHER, ahead.pump_needed_s + bounds::no_answer_s()),
+        // Elsewhere than the pump was sent, once it stands; beyond its range no answer at all.
+        K::Bias | K::Flip => Expect::Abort(EITHER, at_rest_s),
+        K::Drift => Expect::Abort(EITHER, f64::from(waits::PUMP_NEAR_M3) / fault.size * 3600.0 + at_rest_s),
+        // Twice running it looks like a pump that runs the wrong way.
+        K::Spike => Expect::Tolerated(EITHER, Vec::new()),
+        _ => return None,
+    })
+}
+
+/// Position of the battery as reported.
+fn mass_feedback(fault: &Fault, config: &Config) -> Option<Expect> {
+    use Kind as K;
+    const CAUSE: Causes = &[Abort::MassStuck];
+    // Each cycle without it counts, each with it takes a quarter back.
+    let (lost_s, back) = (f64::from(waits::MASS_LOST_S), 0.25);
+    let at_rest_s = 2.0 * f64::from(config.battery_m / config.battery_rate_m_s) + bounds::mass_s() + bounds::turn_s(config);
+    Some(match fault.kind {
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(CAUSE, lost_s),
+        K::Slow => Expect::Abort(CAUSE, bounds::by_the_clock_s(lost_s, back, fault.size, FRESH_S)),
+        K::Intermittent => Expect::Abort(CAUSE, bounds::by_chance_s(lost_s, back, fault.size)),
+        // Of ±1 m one in thirty is a place of the battery.
+        K::Garbage => Expect::Abort(CAUSE, bounds::by_chance_s(lost_s, back, 1.0 - 1.2 * f64::from(config.battery_m))),
+        // Where the battery stands it seems elsewhere, and wherever it is held instead.
+        K::Bias => Expect::Abort(CAUSE, at_rest_s),
+        K::Drift => Expect::Abort(CAUSE, f64::from(waits::MASS_NEAR_M + config.battery_deadband_m) / fault.size * 3600.0 + at_rest_s),
+        K::Stuck => Expect::Tolerated(CAUSE, vec![off_pitch(config)]),
+        // Held where it says it is, the battery goes to the other side, and that reads as where it is wanted: one cycle of three counts.
+        K::Flip => {
+            let found_s = bounds::by_the_clock_s(lost_s, back, 3.0 * CYCLE_S, CYCLE_S);
+            Expect::Tolerated(CAUSE, vec![owes(Sign::PitchOff, found_s + bounds::turn_s(config))])
+        }
+        K::Spike => Expect::Mission,
+        _ => return None,
+    })
+}
+
+/// Six millimetres of battery are 0.15 rad of pitch: what keeps the vehicle that far off its pitch is found as a stuck mass.
+fn off_pitch(config: &Config) -> Duty {
+    // A turn moves the order, and the wait begins anew.
+    owes(Sign::PitchOff, bounds::mass_s() + bounds::turn_s(config))
+}
+
+/// Position of the fin as reported: nothing but a check.
+fn fin_feedback(fault: &Fault) -> Option<Expect> {
+    use Kind as K;
+    Some(match fault.kind {
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed | K::Slow | K::Intermittent | K::Spike => Expect::Mission,
+        K::Stuck | K::Garbage | K::Bias | K::Drift | K::Flip => {
+            Expect::Tolerated(&[Abort::FinStuck], vec![owes(Sign::FinElsewhere, bounds::fin_s())])
+        }
+        _ => return None,
+    })
+}
+
+/// No effect on the safety loop, whatever it says: roll and density are not used, the bottom is out of the altimeter's range and
+/// a false one turns a dive.
+fn bystander(fault: &Fault) -> Option<Expect> {
+    use Kind as K;
+    match fault.kind {
+        K::Off | K::Stuck | K::Slow | K::Delayed | K::Intermittent | K::Garbage | K::Bias | K::Drift | K::Spike => Some(Expect::Mission),
+        K::Nan | K::Inf | K::Sentinel | K::Flip => Some(Expect::Mission),
+        _ => None,
     }
+}
+
+/// Gauges of battery and hull: another one is left, or none is needed; what they say counts if three looks of five say it.
+fn gauge(fault: &Fault, sign: Sign, causes: Causes) -> Option<Expect> {
+    use Kind as K;
+    Some(match fault.kind {
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Stuck | K::Slow | K::Delayed | K::Intermittent | K::Flip => Expect::Mission,
+        // 77.6 kPa and 20 kPa are more than 87.8 kPa; 2 V and a third of the charge are not missed.
+        K::Bias if fault.target == Target::VacuumGauge => Expect::Abort(causes, THREE_LOOKS_S),
+        K::Bias => Expect::Mission,
+        K::Garbage | K::Drift | K::Spike => Expect::Tolerated(causes, vec![owes(sign, 0.0)]),
+        _ => return None,
+    })
+}
+
+/// What only says yes or no.
+fn detector(fault: &Fault) -> Option<Expect> {
+    use Kind as K;
+    use Target as T;
+    Some(match (fault.target, fault.kind) {
+        (T::LeakDetector, K::Alarm) => Expect::Abort(&[Abort::Leak], 0.0),
+        (T::LeakDetector, K::Chatter) => Expect::Tolerated(&[Abort::Leak], vec![owes(Sign::Leak, 0.0)]),
+        (T::WeightMonitor, K::Alarm) => Expect::Abort(&[Abort::Degraded], THREE_LOOKS_S),
+        (T::LeakDetector, K::Off | K::Stuck) | (T::WeightMonitor, K::Off) => Expect::Mission,
+        (T::Gps | T::Comms, K::Off | K::Intermittent) => Expect::Mission,
+        _ => return None,
+    })
+}
+
+/// Actuators and the commands to them.
+fn actuator(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
+    use Kind as K;
+    use Target as T;
+    Some(match (fault.target, fault.kind) {
+        // At rest a pump that sticks, and one run away to where it is, are no different from sound ones.
+        (T::Pump, K::Stuck) => {
+            Expect::Abort(&[Abort::PumpStuck, Abort::BallastFeedback, Abort::OverDepth], ahead.pump_needed_s + bounds::no_answer_s())
+        }
+        (T::Pump, K::Runaway) => Expect::Abort(&[Abort::PumpStuck], ahead.pump_needed_s + bounds::no_answer_s()),
+        // Three commands missed, then the pump runs out by itself. A vehicle that reaches the surface stops rising, as if its
+        // depth had answered to a pump going in. The battery does not follow either.
+        (T::Command, K::Lost) => Expect::Abort(
+            &[Abort::PumpStuck, Abort::BallastFeedback, Abort::MassStuck],
+            ahead.pump_needed_s + 3.0 * CYCLE_S + bounds::no_answer_s(),
+        ),
+        // Three in a row are missed now and then, and a fourth looks like a pump running away.
+        (T::Command, K::Intermittent) => Expect::Tolerated(&[Abort::PumpStuck], Vec::new()),
+        // A tenth of the rate is way, but a turn takes ten times as long and as deep.
+        (T::Pump, K::Slow) => {
+            Expect::Tolerated(&[Abort::OverDepth, Abort::Stalled], vec![too_deep(), owes(Sign::SinksOn, bounds::sinks_on_s(config))])
+        }
+        (T::Pump, K::LeakBack | K::Intermittent) => Expect::Mission,
+        // Two looks, each 4 mm farther off: 8 mm at 2.5 mm/s and a look. In a turn the order moves as well.
+        (T::MassMotor, K::Runaway) if ahead.mass_way_m > 0.02 && !turning(fault) => {
+            Expect::Abort(&[Abort::MassStuck], 2.0 * CYCLE_S + CYCLE_S)
+        }
+        (T::MassMotor, K::Runaway | K::Stuck) => Expect::Tolerated(&[Abort::MassStuck], vec![off_pitch(config)]),
+        (T::MassMotor | T::FinMotor, K::Slow | K::Intermittent) => Expect::Mission,
+        (T::FinMotor, K::Stuck | K::Runaway) => Expect::Tolerated(&[Abort::FinStuck], vec![owes(Sign::FinElsewhere, bounds::fin_s())]),
+        // Not needed as long as nothing else breaks.
+        (T::Release, K::Stuck) => Expect::Mission,
+        // The wire burns for 120 s.
+        (T::Release, K::Spurious) => Expect::Abort(&[Abort::Degraded], f64::from(config.release_time_s) + THREE_LOOKS_S),
+        _ => return None,
+    })
+}
+
+/// Two looks, and one for the filter.
+fn too_deep() -> Duty {
+    owes(Sign::TooDeep, 3.0 * CYCLE_S)
+}
+
+/// Hull, vehicle, water and supply.
+fn outside(fault: &Fault, config: &Config) -> Option<Expect> {
+    use Kind as K;
+    use Target as T;
+    let heavy = |causes| {
+        let turned_s = f64::from(waits::NO_WAY_S) + 2.0 * CYCLE_S;
+        // A dive in vain, a turn, and a climb in vain; held at the upper turn's depth it is a second dive instead, which is over sooner.
+        let climbed_s = turned_s + bounds::turn_s(config) + f64::from(waits::CLIMB_STALLED_S);
+        let turn = Duty { sign: Sign::DivesInVain, act: Act::Turn, within_s: turned_s };
+        Expect::Tolerated(causes, vec![too_deep(), owes(Sign::SinksOn, bounds::sinks_on_s(config)), turn, owes(Sign::NoWay, climbed_s)])
+    };
+    Some(match (fault.target, fault.kind) {
+        // A spoonful of 2 g at 20 g/min.
+        (T::Hull, K::Leak) => Expect::Abort(&[Abort::Leak], 6.0),
+        // 77.6 kPa towards an atmosphere with 600 s: 87.8 kPa is crossed after 337 s, at 22 Pa/s; 3 σ of the gauge are 300 Pa.
+        (T::Hull, K::VacuumLoss) => Expect::Abort(&[Abort::Vacuum], 337.0 + 300.0 / 22.0 + THREE_LOOKS_S),
+        (T::Power, K::Undervoltage) => Expect::Abort(&[Abort::Undervoltage], THREE_LOOKS_S),
+        (T::Power, K::LowCharge) => Expect::Abort(&[Abort::LowCharge], THREE_LOOKS_S),
+        (T::Power, K::BrownOut) => Expect::Abort(&[Abort::Reset], CYCLE_S),
+        // Slower, and never still.
+        (T::Vehicle, K::Fouling) => Expect::Mission,
+        // A list of 0.2 rad and a circle of 33 m: the fin may not hold it.
+        (T::Vehicle, K::WingLoss) => Expect::Tolerated(&[Abort::FinStuck], vec![owes(Sign::FinElsewhere, bounds::fin_s())]),
+        // Pulled down by as much as the pump lifts, or more.
+        (T::Vehicle, K::Trim | K::Dragged) => heavy(&[Abort::OverDepth, Abort::Stalled]),
+        // Held: a depth that does not move though it must, or no way.
+        (T::Vehicle, K::Net) => heavy(&[Abort::Stalled, Abort::StuckDepth]),
+        // No reason to drop anything: tried again elsewhere. Light water takes 1.3 N of the pump's 2.3 N.
+        (T::Sea, K::Ice | K::Lens | K::Current | K::Upwelling) => Expect::Mission,
+        _ => return None,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::lattice::PHASES;
+    use control::Settings;
     use plant::faults::catalogue;
 
-    fn owed(fault: &str, needed_s: f64) -> Expect {
-        expect(&fault.parse().expect("a fault"), needed_s)
+    fn owed(fault: &str, pump_needed_s: f64) -> Expect {
+        let config = Config::new(Settings::slocum_100()).expect("valid");
+        expect(&fault.parse().expect("a fault"), &config, &Ahead { pump_needed_s, mass_way_m: 0.0 }).expect("has a row")
+    }
+
+    #[test]
+    fn every_fault_of_the_catalogue_has_a_row_in_every_phase_for_good_and_for_a_while() {
+        let config = Config::default();
+        for (target, kind, ..) in catalogue() {
+            let fault = Fault::new(target, kind).expect("in the catalogue");
+            for fault in PHASES.iter().flat_map(|p| [fault.at(*p, 0.0), fault.at(*p, 45.0).lasting(90.0)]).chain([fault]) {
+                let expect = expect(&fault, &config, &Ahead::NOTHING).unwrap_or_else(|| panic!("{fault}: no row"));
+                // What may end a mission has a cause; what is owed has a time.
+                assert_eq!(expect.causes().is_empty(), matches!(expect, Expect::Mission | Expect::Home(&[], _)), "{fault}: {expect:?}");
+                assert!(expect.duties().iter().all(|d| d.within_s.is_finite()), "{fault}: {expect:?}");
+            }
+        }
     }
 
     #[test]
@@ -98,24 +426,40 @@ mod tests {
                 Expect::Abort(_, bound) => bound,
                 other => panic!("{fault}: {other:?}"),
             };
-            assert_eq!((bound(0.0), bound(2316.0), bound(f64::INFINITY)), (120.0, 2436.0, f64::INFINITY), "{fault}");
+            assert_eq!((bound(0.0), bound(2316.0), bound(f64::INFINITY)), (88.0, 2404.0, f64::INFINITY), "{fault}");
         }
-        // Over before the bound.
-        assert_eq!(owed("pump:stuck@climb,90s", 0.0), Expect::Either);
+        // Over before the bound: no abort is owed, and none but for these causes is right.
+        assert_eq!(owed("ballast:stuck@climb,80s", 0.0), Expect::Tolerated(&[Abort::BallastFeedback, Abort::PumpStuck], Vec::new()));
         // Its feedback silent: at once, needed or not.
         assert_eq!(owed("ballast:off@climb", f64::INFINITY), Expect::Abort(&[Abort::BallastFeedback], 9.0));
     }
 
     #[test]
-    fn no_bound_but_that_of_a_held_pump_a_lost_vacuum_and_a_burning_wire_is_longer_than_two_minutes() {
-        for (target, kind, _, _) in catalogue() {
+    fn what_can_take_the_vehicle_down_is_bounded_by_what_it_does() {
+        for fault in ["pump:slow@dive", "vehicle:trim@dive", "vehicle:dragged=3@dive,1200s", "vehicle:net@dive,1200s"] {
+            let signs: Vec<Sign> = owed(fault, 0.0).duties().iter().map(|d| d.sign).collect();
+            assert!(signs.contains(&Sign::TooDeep) && signs.contains(&Sign::SinksOn), "{fault}: {signs:?}");
+        }
+        for fault in ["depth:drift@dive", "depth2:flip@climb", "depth:stuck@surface", "depth:bias=3@comms"] {
+            assert!(owed(fault, 0.0).duties().iter().any(|d| matches!(d.sign, Sign::DepthWrong(_))), "{fault}");
+        }
+    }
+
+    #[test]
+    fn nothing_owed_by_the_clock_takes_longer_than_three_minutes_but_what_is_slow_itself() {
+        for (target, kind, ..) in catalogue() {
             let fault = Fault::new(target, kind).expect("in the catalogue").at(Phase::InflectLow, 0.0);
-            let bound = match expect(&fault, 0.0) {
-                Expect::Abort(_, bound) | Expect::Home(bound) => bound,
-                Expect::Mission | Expect::Either => continue,
+            let config = Config::default();
+            let ahead = Ahead { pump_needed_s: 0.0, ..Ahead::NOTHING };
+            let bound = match expect(&fault, &config, &ahead) {
+                Some(Expect::Abort(_, bound) | Expect::Home(_, bound)) => bound,
+                _ => continue,
             };
-            let slow = matches!((target, kind), (Target::Hull, Kind::VacuumLoss) | (Target::Release, Kind::Spurious));
-            assert!(bound <= 120.0 || slow, "{}:{} {bound} s", target.name(), kind.name());
+            // Vacuum through a seal and a drift are slow, a battery that does not follow moves no depth; by chance: some more.
+            let slow =
+                matches!((target, kind), (Target::Hull, Kind::VacuumLoss) | (_, Kind::Drift | Kind::Slow) | (Target::MassFeedback, _));
+            let by_chance = matches!(kind, Kind::Intermittent | Kind::Garbage);
+            assert!(bound <= 180.0 || slow || by_chance && bound <= 900.0, "{}:{} {bound} s", target.name(), kind.name());
         }
     }
 }

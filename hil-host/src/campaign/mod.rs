@@ -12,25 +12,30 @@
 //! but owing only an abort, full buoyancy and the weight. Every other loss counts
 //! against the controller, whatever led to it.
 
+pub mod bounds;
 pub mod expect;
 pub mod lattice;
 mod line;
 pub mod means;
 pub mod report;
+pub mod signs;
+pub mod tally;
 pub mod through_seat;
 pub mod twin;
 
-use crate::closed_loop::{CYCLE_S, End, Setup, fly};
+use crate::closed_loop::{CYCLE_S, Cycle, End, Setup, fly};
 use crate::seats::in_process::InProcess;
 use crate::seats::{Link, Seat};
 use crate::worlds;
 use anyhow::anyhow;
-use expect::Expect;
+use control::Config;
+use expect::{Act, Ahead, Duty, Expect};
 use lattice::{Case, Water};
 use means::Means;
 use plant::World;
 use serde_json::{Value, json};
 use signals::{Abort, Answer, Phase};
+use signs::Witness;
 use twin::Twin;
 
 /// What came of one mission.
@@ -50,6 +55,10 @@ pub struct Verdict {
     pub broken: Vec<&'static str>,
     /// Expectation of the fault not met, in words.
     pub unmet: Option<&'static str>,
+    /// What the fault is owed, if it is the only one and became active.
+    pub owed: Option<Expect>,
+    /// Time from the sign that made it due to the abort, s; none: no abort, or none due by a sign.
+    pub after_sign_s: Option<f64>,
     /// What the case had left to rise with, by its budget before the flight.
     pub means: Means,
     /// The weight was fired.
@@ -86,7 +95,7 @@ impl Verdict {
     /// At the surface in the end, above crush depth all the way.
     #[must_use]
     pub fn home(&self) -> bool {
-        !matches!(self.end, End::Crushed | End::TimeUp)
+        self.end.home()
     }
 
     /// One entry of the JSON list.
@@ -95,7 +104,7 @@ impl Verdict {
         json!({ "case": self.case.name(), "water": format!("{:?}", self.case.water).to_lowercase(),
             "wings": crate::mission_file::wings_name(self.case.wings), "seed": self.case.seed, "end": self.end.to_string(),
             "abort": self.abort.map(|a| format!("{:?}", a.0)), "latency_s": self.abort.map(|a| a.1), "struck": self.struck,
-            "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "weight_fired": self.fired,
+            "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "owed": self.owed.as_ref().map(Expect::kind), "weight_fired": self.fired,
             "budget_n": milli(self.means.for_good_n), "budget_at_m": self.means.at_m, "budget_while_all_act_n": milli(self.means.while_all_act_n),
             "came_home": self.home(),
             "actuator_hash": format!("{:016x}", self.hash) })
@@ -113,10 +122,17 @@ fn milli(x: f64) -> f64 {
 /// Time before the end within which full buoyancy must have been commanded, s: a retry of a stuck pump takes it back for a cycle.
 const LATELY_S: f64 = 60.0;
 
+/// A duty, who watches for its sign, and how long that stood in the cycle before, s.
+struct Watched {
+    duty: Duty,
+    witness: Witness,
+    stood_s: Option<f64>,
+}
+
 /// Watches one mission.
 struct Judge<'a> {
     case: &'a Case,
-    config: &'a control::Config,
+    config: &'a Config,
     /// The budget, made before the flight.
     means: Means,
     /// When each fault began, s.
@@ -129,9 +145,39 @@ struct Judge<'a> {
     /// Time after the onset until the vehicle last went down on purpose, s.
     dived_s: f64,
     broken: Vec<&'static str>,
+    /// What a single fault is owed, and who watches for its signs.
+    owed: Option<Expect>,
+    duties: Vec<Watched>,
+    /// Time from the sign of the duty that the abort came first for, s.
+    after_sign_s: Option<f64>,
+    /// The sign whose duty was missed first.
+    missed: Option<&'static str>,
 }
 
-impl Judge<'_> {
+impl<'a> Judge<'a> {
+    fn of(case: &'a Case, config: &'a Config, means: Means, owed: Option<Expect>) -> Self {
+        Judge {
+            case,
+            config,
+            means,
+            onsets: vec![None; case.faults.len()],
+            abort: None,
+            last: None,
+            fired: false,
+            full_s: None,
+            dived_s: 0.0,
+            broken: Vec::new(),
+            duties: owed
+                .iter()
+                .flat_map(Expect::duties)
+                .map(|d| Watched { duty: *d, witness: Witness::of(d.sign), stood_s: None })
+                .collect(),
+            owed,
+            after_sign_s: None,
+            missed: None,
+        }
+    }
+
     /// When the first fault of the case began, s.
     fn onset_s(&self) -> Option<f64> {
         self.onsets.first().copied().flatten()
@@ -143,7 +189,43 @@ impl Judge<'_> {
         }
     }
 
-    fn see(&mut self, time_s: f64, answer: &Answer) {
+    /// Whether the (only) fault acts, as far as this cycle's frame and truth can show it.
+    fn acts(&self, time_s: f64) -> bool {
+        let ends_s = self.case.faults.first().and_then(|f| f.duration_s).unwrap_or(f64::INFINITY);
+        self.onset_s().is_some_and(|onset_s| time_s > onset_s && time_s < onset_s + ends_s)
+    }
+
+    /// Whether what is owed by a sign was done in time.
+    fn witness(&mut self, cycle: &Cycle<'_>) {
+        let acts = self.acts(cycle.time_s);
+        let deepest_m = f64::from(worlds::deepest_m(&self.case.mission()));
+        let trace = &cycle.answer.trace;
+        for Watched { duty, witness, stood_s: before_s } in &mut self.duties {
+            let now_s = witness.see(cycle, self.config, deepest_m, acts);
+            // SAFE glides no more: a sign that stood until now led to it.
+            let until_s = now_s.or(before_s.map(|s| s + CYCLE_S));
+            *before_s = now_s;
+            if let (Some(stood_s), Act::Abort, true) = (until_s, duty.act, trace.abort.is_some()) {
+                self.after_sign_s = Some(self.after_sign_s.map_or(stood_s, |s| s.max(stood_s)));
+            }
+            let Some(stood_s) = now_s else { continue };
+            // The law reads in the cycle after; a mission that is over owes nothing.
+            let due = stood_s > duty.within_s + CYCLE_S && trace.abort.is_none();
+            let undone = match duty.act {
+                Act::Abort => trace.phase != Phase::Done,
+                Act::Turn => trace.phase == Phase::Dive,
+            };
+            if due && undone {
+                self.missed = self.missed.or(Some(duty.sign.name()));
+            }
+        }
+    }
+
+    fn see(&mut self, cycle: &Cycle<'_>) {
+        let (time_s, answer) = (cycle.time_s, cycle.answer);
+        if self.abort.is_none() {
+            self.witness(cycle);
+        }
         for (fault, onset) in self.case.faults.iter().zip(&mut self.onsets) {
             if onset.is_none() && fault.phase.is_none_or(|p| p == answer.trace.phase) {
                 *onset = Some(time_s + fault.delay_s);
@@ -179,7 +261,42 @@ impl Judge<'_> {
         self.last = Some(*answer);
     }
 
-    fn judge(mut self, end: End, max_depth_m: f64, duration_s: f64, hash: u64) -> anyhow::Result<Verdict> {
+    /// What is owed beyond the global rules and was not done, in words.
+    fn unmet(&self, struck: bool, duration_s: f64) -> Option<&'static str> {
+        let fault = match self.case.faults.as_slice() {
+            [] => return self.abort.map(|_| "abort without a fault"),
+            [one] if struck => one,
+            _ => return None,
+        };
+        let Some(owed) = &self.owed else { return Some("nothing is laid down for this fault") };
+        if let Some((cause, after_s)) = self.abort {
+            if *owed == Expect::Mission {
+                return Some("abort for a harmless fault");
+            }
+            if !owed.causes().contains(&cause) {
+                return Some("abort with another cause");
+            }
+            let over_s = fault.duration_s.map_or(f64::INFINITY, |d| d + bounds::aftermath_s(self.config));
+            if after_s > over_s + CYCLE_S {
+                return Some("abort long after the fault");
+            }
+            if !self.duties.is_empty() && self.duties.iter().all(|d| d.duty.sign.exact() && !d.witness.seen()) {
+                return Some("abort without its sign");
+            }
+        }
+        // Onset and answer are a cycle apart at the closest.
+        match (owed, self.abort) {
+            (Expect::Abort(_, bound), Some((_, after_s))) => (after_s > bound + CYCLE_S).then_some("abort too late"),
+            // Unless the mission was over before the bound.
+            (Expect::Abort(_, bound), None) => {
+                self.onset_s().is_none_or(|onset_s| duration_s - onset_s >= bound + CYCLE_S).then_some("no abort")
+            }
+            (Expect::Home(_, bound), None) => (self.dived_s > bound + CYCLE_S).then_some("did not turn for home"),
+            _ => self.missed,
+        }
+    }
+
+    fn judge(mut self, end: End, max_depth_m: f64, duration_s: f64, hash: u64) -> Verdict {
         match end {
             End::Crushed => self.breaks(BELOW_CRUSH),
             End::TimeUp => self.breaks(NOT_HOME),
@@ -187,35 +304,16 @@ impl Judge<'_> {
         }
         let means = self.means;
         let struck = self.onset_s().is_some_and(|onset| onset < duration_s);
-        let single = if self.case.faults.len() == 1 { self.case.faults.first() } else { None };
-        let expected = match single.filter(|_| struck) {
-            Some(fault) => Some(expect::expect(fault, Twin::needed_s(self.case, fault)?)),
-            None => None,
-        };
-        let unmet = match expected {
-            None if self.case.faults.is_empty() && self.abort.is_some() => Some("abort without a fault"),
-            Some(Expect::Mission) if self.abort.is_some() => Some("abort for a harmless fault"),
-            Some(Expect::Home(bound)) if self.abort.is_none() && self.dived_s > bound + CYCLE_S => Some("did not turn for home"),
-            Some(Expect::Abort(causes, bound)) => match self.abort {
-                // Onset and answer are a cycle apart at the closest.
-                Some((cause, after)) if causes.contains(&cause) => (after > bound + CYCLE_S).then_some("abort too late"),
-                Some(_) => Some("abort with another cause"),
-                // The mission was over before the bound.
-                None if self.onset_s().is_some_and(|onset| duration_s - onset < bound + CYCLE_S) => None,
-                None => Some("no abort"),
-            },
-            _ => None,
-        };
-        let lost = matches!(end, End::Crushed | End::TimeUp);
+        let unmet = self.unmet(struck, duration_s);
         let did_all = self.abort.is_some() && self.fired && self.full_s.is_some_and(|at| duration_s - at <= LATELY_S);
         let unmet = match unmet {
-            None if means.none_left() && lost && !did_all => Some("lost without abort, full buoyancy and weight"),
+            None if means.none_left() && !end.home() && !did_all => Some("lost without abort, full buoyancy and weight"),
             None if means.none_left() && self.broken.iter().any(|rule| ![BELOW_CRUSH, NOT_HOME].contains(rule)) => {
                 Some("a rule broken that needs no means")
             }
             unmet => unmet,
         };
-        Ok(Verdict {
+        Verdict {
             case: self.case.clone(),
             end,
             abort: self.abort,
@@ -223,10 +321,12 @@ impl Judge<'_> {
             max_depth_m,
             broken: self.broken,
             unmet,
+            owed: self.owed.filter(|_| struck),
+            after_sign_s: self.after_sign_s,
             means,
             fired: self.fired,
             hash,
-        })
+        }
     }
 }
 
@@ -239,23 +339,17 @@ pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> 
     let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
     let setup = Setup { config: worlds::config(&mission), ..Setup::new(mission) };
     let config = setup.config.clone();
-    let mut judge = Judge {
-        case,
-        config: &config,
-        means: Means::of(case)?,
-        onsets: vec![None; case.faults.len()],
-        abort: None,
-        last: None,
-        fired: false,
-        full_s: None,
-        dived_s: 0.0,
-        broken: Vec::new(),
+    let twin = Twin::if_needed(case)?;
+    let owed = match case.faults.as_slice() {
+        [fault] => expect::expect(fault, &config, &twin.as_ref().map_or(Ahead::NOTHING, |t| t.ahead(fault))),
+        _ => None,
     };
+    let mut judge = Judge::of(case, &config, Means::of(case, twin.as_ref())?, owed);
     let out = fly(&mut world, seat, &setup, &mut |c| {
-        judge.see(c.time_s, c.answer);
+        judge.see(c);
         Ok(())
     })?;
-    judge.judge(out.end, out.max_depth_m, out.duration_s, out.actuator_hash)
+    Ok(judge.judge(out.end, out.max_depth_m, out.duration_s, out.actuator_hash))
 }
 
 /// Flies one case in this process.
@@ -351,5 +445,32 @@ mod tests {
         assert!(held.means.while_all_act_n < 0.0 && !held.apart() && held.safe(), "{held:?}");
         // 125 m is where the hull fails.
         assert!(held.max_depth_m < 100.0, "{}", held.max_depth_m);
+    }
+
+    #[test]
+    fn an_abort_counts_only_with_its_cause_in_its_time_and_after_its_sign() {
+        let config = Config::default();
+        let unmet = |fault: &str, abort: Option<(Abort, f64)>, missed: Option<&'static str>, duration_s: f64| {
+            let faults: Vec<plant::Fault> = vec![fault.parse().expect("a fault")];
+            let case = Case { water: Water::Edge, wings: Wings::Standard, seed: 0, faults, line: None };
+            let owed = expect::expect(&case.faults[0], &config, &Ahead::NOTHING);
+            let mut judge = Judge::of(&case, &config, Means { for_good_n: 1.0, while_all_act_n: 1.0, at_m: 0.0 }, owed);
+            (judge.onsets, judge.abort, judge.missed) = (vec![Some(100.0)], abort, missed);
+            judge.unmet(true, duration_s)
+        };
+        let late = |s: f64| Some((Abort::SensorPitch, s));
+        assert_eq!(unmet("pitch:off@dive", late(64.0), None, 5e3), None);
+        assert_eq!(unmet("pitch:off@dive", late(68.0), None, 5e3), Some("abort too late"));
+        assert_eq!(unmet("pitch:off@dive", Some((Abort::Stalled, 8.0)), None, 5e3), Some("abort with another cause"));
+        assert_eq!(unmet("pitch:off@dive", None, None, 5e3), Some("no abort"));
+        assert_eq!(unmet("pitch:off@dive", None, None, 150.0), None, "over before the bound");
+        // Over after 40 s: not owed, but no other cause, and not for ever.
+        assert_eq!(unmet("pitch:off@dive,40s", None, None, 5e3), None);
+        assert_eq!(unmet("pitch:off@dive,40s", Some((Abort::Stalled, 8.0)), None, 5e3), Some("abort with another cause"));
+        assert_eq!(unmet("pitch:off@dive,40s", late(2e3), None, 5e3), Some("abort long after the fault"));
+        assert_eq!(unmet("roll:off@dive", late(8.0), None, 5e3), Some("abort for a harmless fault"));
+        assert_eq!(unmet("depth:off@dive", Some((Abort::SensorDepth, 8.0)), None, 5e3), Some("abort with another cause"));
+        assert_eq!(unmet("pump:slow@dive", None, Some("too deep"), 5e3), Some("too deep"));
+        assert_eq!(unmet("voltage:spike@dive", Some((Abort::Undervoltage, 8.0)), None, 5e3), Some("abort without its sign"));
     }
 }

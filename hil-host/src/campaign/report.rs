@@ -112,7 +112,7 @@ pub fn page(s: &Summary, faulty: &[Verdict], healthy: &[Verdict], wall_s: f64, t
     Page {
         title: "Fault campaign".into(),
         answer,
-        sections: vec![bad(faulty, healthy), latencies(faulty), depths(faulty), matrix(faulty), method()],
+        sections: vec![bad(faulty, healthy), owed(faulty), latencies(faulty), depths(faulty), matrix(faulty), method()],
         provenance: Provenance::of_this_run(),
     }
 }
@@ -186,6 +186,51 @@ fn apart(faulty: &[Verdict]) -> Item {
     }
     let head = ["faults", "wings", "upward force at rest, least", "end", "deepest", "weight"].into_iter().map(str::to_owned).collect();
     Table { caption, head, rows }.into()
+}
+
+/// What each fault is owed and what came of it.
+fn owed(faulty: &[Verdict]) -> Section {
+    let seconds = |s: Option<f64>| s.map_or_else(String::new, |s| format!("{s:.0}"));
+    let rows = super::tally::rows(faulty)
+        .into_iter()
+        .map(|row| {
+            let by_sign =
+                row.by_sign.iter().map(|(sign, act, within_s)| format!("{act} {within_s:.0} s after: {sign}")).collect::<Vec<_>>();
+            let (aborted, went_on) = (row.aborted.to_string(), row.went_on().to_string());
+            let unmet = if row.unmet == 0 { String::new() } else { format!("✗ {}", row.unmet) };
+            vec![
+                row.fault,
+                row.owed.join(", "),
+                row.causes.join(", "),
+                seconds(row.bound_s),
+                seconds(row.worst_bounded_s),
+                by_sign.join("; "),
+                seconds(row.worst_after_sign_s),
+                seconds(row.worst_s),
+                aborted,
+                went_on,
+                unmet,
+            ]
+        })
+        .collect();
+    let head = [
+        "fault",
+        "owed",
+        "causes",
+        "bound, s",
+        "worst of these, s",
+        "owed by a sign",
+        "worst after it, s",
+        "worst of all, s",
+        "aborted",
+        "went on",
+        "not as owed",
+    ];
+    Section {
+        title: "What each fault is owed".into(),
+        lead: "abort: one of these first causes within the bound. home: turned for the surface within the bound. mission: no abort. tolerated: the mission may go on, an abort may have these causes only, and what a sign in truth or frames makes due is done in time. Bounds are the longest over phases, waters and wings (a pump is owed an abort from when it is next needed), latencies the longest, both from the fault's onset; reading and answer add a control cycle of 4 s. Tolerated beside another kind: over before its bound.".into(),
+        items: vec![Table { caption: "Owed and done, single faults".into(), head: head.map(str::to_owned).to_vec(), rows }.into()],
+    }
 }
 
 fn latencies(faulty: &[Verdict]) -> Section {
@@ -304,7 +349,7 @@ fn method() -> Section {
         lead: String::new(),
         items: vec![
             "Every mission: at the surface within its time limit, never below crush depth, every command finite and in range, the first cause of an abort kept, SAFE never left.".into(),
-            "Every fault of its own: an abort with the right cause within a bound, or none at all where it is harmless, or a way home without an abort where a second sensor is left.".into(),
+            "Every fault alone: an abort with the right cause within a bound, or none at all where it is harmless, or a way home without an abort where a second sensor is left, or, where its effect decides, an abort with the right cause at most, due in time after a sign of it. Bounds are sums of the waits that the law states; signs are reckoned from the truth and the frames.".into(),
             "A healthy twin with the same noise flies each mission without an abort.".into(),
             "Before it is flown every mission has a budget: the upward force at rest that the best of pump and weight still gives, less what the faults load on the vehicle for good, where it is least between surface and crush depth. Only where that is negative a mission is set apart; it still owes an abort, full buoyancy and the weight. What ends or grows (a pull, water coming in) is a race that has to be won.".into(),
             "A pump that holds still, or its feedback, cannot be told from a sound one before it is needed: the bound counts from the moment at which the healthy twin asks it to be elsewhere.".into(),

@@ -4,21 +4,22 @@
 //! before the mission is flown when a fault that waits for a phase begins, where
 //! the pump then stands, and when it is next asked to be elsewhere: no earlier
 //! can a pump that holds still, or one that stands where it was sent, be told
-//! from a sound one.
+//! from a sound one. A battery that runs away is seen on its way, if it has one.
 
+use super::bounds;
+use super::expect::Ahead;
 use super::lattice::Case;
 use crate::closed_loop::{Setup, fly};
 use crate::seats::Link;
 use crate::seats::in_process::InProcess;
 use anyhow::anyhow;
+use control::waits;
 use plant::faults::{Kind, Target};
 use plant::{Fault, World};
 use signals::Phase;
 
-/// Pump error that no controller need mind, m³: 0.1 N, a few times the dead-band of real pumps.
-const NEAR_M3: f64 = 12e-6;
-/// A pump is needed where it is asked to be for at least this long, s: time for a look, three retries and a reverse of 8 s each.
-const STANDS_S: f64 = 40.0;
+/// Pump error that no controller need mind, m³: what the law leaves alone, 0.1 N.
+const NEAR_M3: f64 = waits::PUMP_NEAR_M3 as f64;
 
 /// One control cycle of the twin.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,7 @@ struct Moment {
     /// Where the pump stands, and where it is asked to be, m³.
     pump_m3: f64,
     asked_m3: f64,
+    battery_m: f64,
 }
 
 /// What is kept of a healthy flight.
@@ -35,6 +37,7 @@ struct Moment {
 pub struct Twin {
     moments: Vec<Moment>,
     limit_m3: f64,
+    travel_m: f64,
 }
 
 impl Twin {
@@ -45,14 +48,35 @@ impl Twin {
     pub fn of(case: &Case) -> anyhow::Result<Self> {
         let twin = case.twin();
         let mut world = World::new(twin.scenario()).map_err(|e| anyhow!("{e}"))?;
-        let limit_m3 = world.scenario().actuators.pump.volume_m3;
+        let actuators = world.scenario().actuators;
+        let (limit_m3, travel_m) = (actuators.pump.volume_m3, actuators.battery_travel_m);
         let mut moments = Vec::new();
         fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(twin.mission()), &mut |c| {
             let asked_m3 = f64::from(c.answer.command.ballast_m3);
-            moments.push(Moment { time_s: c.time_s, phase: c.answer.trace.phase, pump_m3: c.truth.ballast_m3, asked_m3 });
+            let (phase, battery_m) = (c.answer.trace.phase, c.truth.battery_mass_m);
+            moments.push(Moment { time_s: c.time_s, phase, pump_m3: c.truth.ballast_m3, asked_m3, battery_m });
             Ok(())
         })?;
-        Ok(Self { moments, limit_m3 })
+        Ok(Self { moments, limit_m3, travel_m })
+    }
+
+    /// The twin of a case that cannot be judged without one: of a fault that holds pump, feedback or battery somewhere.
+    ///
+    /// # Errors
+    /// As for [`Self::of`].
+    pub fn if_needed(case: &Case) -> anyhow::Result<Option<Self>> {
+        let needs = |f: &Fault| {
+            matches!(
+                (f.target, f.kind),
+                (Target::Pump, Kind::Runaway | Kind::Stuck)
+                    | (Target::BallastFeedback, Kind::Stuck)
+                    | (Target::Command, Kind::Lost)
+                    | (Target::MassMotor, Kind::Runaway)
+            )
+        };
+        // Of a pair only the pump's place is asked for, by the budget.
+        let stuck = case.faults.iter().any(|f| (f.target, f.kind) == (Target::Pump, Kind::Stuck));
+        if stuck || matches!(case.faults.as_slice(), [one] if needs(one)) { Self::of(case).map(Some) } else { Ok(None) }
     }
 
     /// When the phase is entered that a fault waits for, s; none: it never is.
@@ -71,6 +95,8 @@ impl Twin {
     pub fn held_m3(&self, fault: &Fault) -> Option<f64> {
         match (fault.target, fault.kind) {
             (Target::Pump, Kind::Runaway) => Some(fault.size * self.limit_m3),
+            // Without commands it goes out by itself.
+            (Target::Command, Kind::Lost) => Some(self.limit_m3),
             (Target::Pump | Target::BallastFeedback, Kind::Stuck) => {
                 let (entered_s, onset_s) = (self.entered_s(fault)?, self.onset_s(fault)?);
                 // A motor stops at once; a sensor repeats its first reading after the phase is known.
@@ -81,21 +107,21 @@ impl Twin {
         }
     }
 
-    /// [`Self::asked_elsewhere_s`] for a fault that holds pump or feedback; the twin is flown for those alone.
-    ///
-    /// # Errors
-    /// As for [`Self::of`].
-    pub fn needed_s(case: &Case, fault: &Fault) -> anyhow::Result<f64> {
-        match (fault.target, fault.kind) {
-            (Target::Pump, Kind::Runaway | Kind::Stuck) | (Target::BallastFeedback, Kind::Stuck) => {
-                Ok(Self::of(case)?.asked_elsewhere_s(fault))
-            }
-            _ => Ok(f64::INFINITY),
-        }
+    /// What the twin knows of a fault before it is flown.
+    #[must_use]
+    pub fn ahead(&self, fault: &Fault) -> Ahead {
+        Ahead { pump_needed_s: self.asked_elsewhere_s(fault), mass_way_m: self.mass_way_m(fault) }
+    }
+
+    /// Way that a battery motor running away has before it when it begins, m; none for any other fault.
+    fn mass_way_m(&self, fault: &Fault) -> f64 {
+        let runs = (fault.target, fault.kind) == (Target::MassMotor, Kind::Runaway);
+        let at = self.onset_s(fault).filter(|_| runs).and_then(|onset_s| self.moments.iter().find(|m| m.time_s >= onset_s));
+        at.map_or(0.0, |m| (fault.size * self.travel_m - m.battery_m).abs())
     }
 
     /// Time from a fault's onset until the pump is asked, and not only for a cycle, to be elsewhere than where the fault holds
-    /// it, s. Infinite where it never is again.
+    /// it, s. Infinite where it never is again. Asked for less time than its tries take, a stuck pump is not found out.
     #[must_use]
     pub fn asked_elsewhere_s(&self, fault: &Fault) -> f64 {
         let (Some(onset_s), Some(held_m3)) = (self.onset_s(fault), self.held_m3(fault)) else { return f64::INFINITY };
@@ -103,7 +129,7 @@ impl Twin {
         for m in self.moments.iter().filter(|m| m.time_s >= onset_s) {
             let elsewhere = (m.asked_m3 - held_m3).abs() > NEAR_M3;
             since_s = elsewhere.then(|| since_s.unwrap_or(m.time_s));
-            if let Some(since_s) = since_s.filter(|s| m.time_s - s >= STANDS_S) {
+            if let Some(since_s) = since_s.filter(|s| m.time_s - s >= bounds::pump_tries_s()) {
                 return since_s - onset_s;
             }
         }
@@ -115,6 +141,7 @@ impl Twin {
 mod tests {
     use super::*;
     use crate::campaign::lattice::Water;
+    use plant::actuators::Pump;
     use signals::Wings;
 
     #[test]
@@ -145,8 +172,21 @@ mod tests {
         assert_eq!(twin.asked_elsewhere_s(&fault("pump:stuck@inflect_low+8s")), 0.0);
         // Run away at the surface one cycle before the dive asks for the same: at the lower turn too.
         assert_eq!(twin.asked_elsewhere_s(&fault("pump:runaway=-1@surface")), first("inflect_low") - first("surface"));
+        // Without commands it goes out: when the dive that began is to be flown.
+        assert_eq!(twin.asked_elsewhere_s(&fault("command:lost@inflect_low")), first("inflect_high") - first("inflect_low"));
         // What holds no pump has no such time.
         assert_eq!(twin.asked_elsewhere_s(&fault("depth:stuck@climb")), f64::INFINITY);
         assert_eq!(twin.held_m3(&fault("pump:runaway=-1@climb")), Some(-230e-6));
+        // At the surface the battery stands at its forward end; in a climb it is two centimetres from there.
+        let ways = ["comms", "climb"].map(|phase| twin.ahead(&fault(&format!("mass_motor:runaway=1@{phase}+20s"))).mass_way_m);
+        assert!(ways[0] < 0.001 && ways[1] > 0.02, "{ways:?}");
+    }
+
+    #[test]
+    fn what_a_pump_may_be_off_is_more_than_any_pump_stops_short_of_and_less_than_any_glide_needs() {
+        for pump in [Pump::shallow_100(), Pump::shallow_200(), Pump::deep()] {
+            // Its dead-band and three times the noise of its feedback.
+            assert!(NEAR_M3 > pump.dead_band_m3 + 3.0 * 0.3e-6 && NEAR_M3 < 0.1 * pump.volume_m3, "{pump:?}");
+        }
     }
 }

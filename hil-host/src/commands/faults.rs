@@ -19,6 +19,8 @@ use std::time::Instant;
 glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
 A mission whose faults leave no force that points up for good (pump and weight less the load, reckoned before the flight) is set apart\n\
 under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
+Every fault alone is owed an abort within a bound, a way home, an undisturbed mission, or, where its effect decides, an abort for the right\n\
+cause at most, in time after a sign of it: the report and by_fault in the JSON list all of them, with the worst latency seen.\n\
 Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met.")]
 pub struct Args {
     /// in-process, or a seat (pty, qemu, PORT) through which a sample is flown and compared.
@@ -86,6 +88,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             "bad_line_changed_commands": summary.line_changed, "seed": args.seed, "seat": choice.to_string() },
         "not_as_expected": bad.iter().map(|v| v.document()).collect::<Vec<_>>(),
         "no_means_left": apart,
+        "by_fault": campaign::tally::rows(&faulty).iter().map(campaign::tally::Row::document).collect::<Vec<_>>(),
     });
     if let (Some(map), Some(seat)) = (document.as_object_mut(), &seat) {
         map.insert("through_seat".to_owned(), seat.clone());

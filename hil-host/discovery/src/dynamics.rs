@@ -145,7 +145,7 @@ pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f
         displacement_m: (0.0, 0.0),
     };
     let h = run.step_s;
-    let (mut u, mut n, mut z) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let (mut u, mut n, mut z) = (run.start_speed_m_s, 0.0_f64, 0.0_f64);
     let mut row = 0;
     let steps = (points.len() - 1) / 2;
     for k in 0..steps {

@@ -96,6 +96,7 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
         displacement_s: f64::NAN,
         surface: [None, None],
         starts_afloat: false,
+        start_speed_m_s: 0.0,
     }
 }
 

@@ -6,7 +6,7 @@
 //! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
 
 use crate::flight::Flight;
-use crate::spikes::{FASTEST, despike};
+use crate::spikes::{FASTEST, despike, despike_by, turn_allowance};
 use crate::vehicle::Vehicle;
 use hydro::effects::Sensed;
 
@@ -79,6 +79,8 @@ pub struct Run {
     pub surface: [Option<(f64, f64, usize)>; 2],
     /// Whether the vehicle floats at the surface at the start.
     pub starts_afloat: bool,
+    /// Speed along the hull at the start, m/s: zero afloat; under way what the first depths and pitches say.
+    pub start_speed_m_s: f64,
 }
 
 /// A flight ready for the model.
@@ -172,6 +174,21 @@ fn local_quadratic(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut us
     // Nothing to fit on: the nearest value, no rate.
     let nearest = (0..time.len()).filter(|&i| value[i].is_finite()).min_by(|&a, &b| (time[a] - t).abs().total_cmp(&(time[b] - t).abs()));
     (nearest.map_or(0.0, |i| value[i]), 0.0)
+}
+
+/// Value and slope at `t`, between samples `at` and `at` + 1, of the cubic with the slopes of its neighbours there: what swings within
+/// a few samples must not be smoothed away.
+fn hermite(time: &[f64], value: &[f64], at: usize, t: f64) -> (f64, f64) {
+    let slope = |i: usize| {
+        let (a, b) = (i.saturating_sub(1), (i + 1).min(time.len() - 1));
+        (value[b] - value[a]) / (time[b] - time[a])
+    };
+    let h = time[at + 1] - time[at];
+    let x = ((t - time[at]) / h).clamp(0.0, 1.0);
+    let (m0, m1, rise) = (h * slope(at), h * slope(at + 1), value[at + 1] - value[at]);
+    // v0 + m0 x + (3 rise − 2 m0 − m1) x² + (m0 + m1 − 2 rise) x³
+    let (c2, c3) = (3.0 * rise - 2.0 * m0 - m1, m0 + m1 - 2.0 * rise);
+    (value[at] + x * (m0 + x * (c2 + x * c3)), (m0 + x * (2.0 * c2 + 3.0 * x * c3)) / h)
 }
 
 /// Slope at `t` of the local quadratic fit within ±`half`.
@@ -292,7 +309,9 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     let mut pressure = flight.pressure_pa[rows.clone()].to_vec();
     spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa, FASTEST.pressure_pa_s);
     let mut pitch = flight.pitch_rad[rows.clone()].to_vec();
-    spikes[1] += despike(time, &mut pitch, 0.035 + 6.0 * sensors.pitch_noise_rad, FASTEST.angle_rad_s);
+    let raw_ballast = fill(time, &flight.ballast_m3[rows.clone()], 0.0);
+    let turning = turn_allowance(time, &raw_ballast);
+    spikes[1] += despike_by(time, &mut pitch, &|i| 0.035 + 6.0 * sensors.pitch_noise_rad + turning[i], FASTEST.angle_rad_s);
     let mut density = flight.density_kg_m3[rows.clone()].to_vec();
     spikes[2] += despike(time, &mut density, 0.25, FASTEST.density_kg_m3_s);
     let mut temperature = flight.temperature_degc[rows.clone()].to_vec();
@@ -306,7 +325,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     let raw_density = density;
     let density = fill(time, &raw_density, 1025.0);
     let temperature = fill(time, &temperature, vehicle.constants.reference_temperature_degc);
-    let ballast = quiet_ballast(&fill(time, &flight.ballast_m3[rows.clone()], 0.0));
+    let ballast = quiet_ballast(&raw_ballast);
     let roll = fill(time, &roll, 0.0);
     let sin_heading = fill(time, &flight.heading_rad[rows.clone()].iter().map(|h| h.sin()).collect::<Vec<_>>(), 0.0);
     let cos_heading = fill(time, &flight.heading_rad[rows.clone()].iter().map(|h| h.cos()).collect::<Vec<_>>(), 0.0);
@@ -346,6 +365,10 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         })
         .collect();
 
+    let whole_pitch = fill(time, &pitch, 0.0);
+    let first_pitch = pitch.iter().copied().find(|p| p.is_finite()).unwrap_or(0.0);
+    let start_speed_m_s = if starts_afloat { 0.0 } else { start_speed_m_s(time, &whole_depth, first_pitch.sin()) };
+
     // Half-step grid.
     let step = step_s(vehicle);
     let count = ((time[time.len() - 1] - time[0]) / (0.5 * step)).ceil() as usize + 3;
@@ -358,7 +381,12 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         }
         let f = ((t - time[at]) / (time[at + 1] - time[at])).clamp(0.0, 1.0);
         let mix = |v: &[f64]| v[at] + (v[at + 1] - v[at]) * f;
-        let (theta, q) = local_quadratic(time, &pitch, t.min(time[time.len() - 1]), PITCH_WINDOW_S, &mut from);
+        let within = t.min(time[time.len() - 1]);
+        let (theta, q) = if turning[at].max(turning[at + 1]) > 0.0 {
+            hermite(time, &whole_pitch, at, within)
+        } else {
+            local_quadratic(time, &pitch, within, PITCH_WINDOW_S, &mut from)
+        };
         let (sh, ch) = (mix(&sin_heading), mix(&cos_heading));
         let norm = sh.hypot(ch).max(1e-9);
         inputs.push(Input {
@@ -416,7 +444,24 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         displacement_s,
         surface,
         starts_afloat,
+        start_speed_m_s,
     }
+}
+
+/// Time over which the speed at the start of a run is taken, s: short against the 10 s in which speed changes.
+const START_S: f64 = 9.0;
+/// Speed along the hull where depth and pitch say nothing (at a turning point), and the most that is believed, m/s.
+const START_SPEED_M_S: (f64, f64) = (0.2, 0.6);
+/// Least sine of the pitch that says anything.
+const LEAST_SIN_PITCH: f64 = 0.1;
+
+/// Speed along the hull of a vehicle under way, m/s: a model that starts from rest there falls flat, and may stay stalled for the
+/// whole glide.
+fn start_speed_m_s(time_s: &[f64], depth_m: &[f64], sin_pitch: f64) -> f64 {
+    let (usual, most) = START_SPEED_M_S;
+    let last = time_s.iter().take_while(|t| **t - time_s[0] <= START_S).count().max(2) - 1;
+    let rise_m_s = -(depth_m[last] - depth_m[0]) / (time_s[last] - time_s[0]);
+    if sin_pitch.abs() < LEAST_SIN_PITCH || !(rise_m_s / sin_pitch > 0.0) { usual } else { (rise_m_s / sin_pitch).min(most) }
 }
 
 #[cfg(test)]

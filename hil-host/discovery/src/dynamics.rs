@@ -6,11 +6,13 @@
 //! m(1+k2) dn/dt = F_n − q m(1+k1) u        F_n =  L cos α + D sin α + B cos θ
 //! α = atan2(−n, u)    w = −(u sin θ + n cos θ)   (positive down)
 //! ```
-//! Classical Runge–Kutta on a fixed grid. Afloat (observed depth below [`FLOAT_M`] and buoyant) the vehicle is held at rest.
+//! Classical Runge–Kutta on a fixed grid ([`crate::lanes`]). Afloat (observed depth below [`crate::prepare::FLOAT_M`] and buoyant) the vehicle is held at rest.
 //! Water motion shifts depth but not the forces: it is slow against the vehicle's own time scales.
 
-use crate::prepare::{FLOAT_M, Run};
-use hydro::effects::{Active, Constants, Continuation, Flow, ForceModel, Place, Sensed};
+use crate::lanes::tracks;
+use crate::prepare::{Input, Run};
+use hydro::effects::{Active, Constants, Continuation, ForceModel, Place, Sensed};
+use std::borrow::Cow;
 
 /// What the model says at the rows of a run.
 #[derive(Clone, Debug, Default)]
@@ -27,16 +29,18 @@ pub struct Track {
     pub displacement_m: (f64, f64),
 }
 
-#[derive(Clone, Copy)]
-struct Point {
-    buoyancy_n: f64,
-    dynamic: f64,
-    sin_pitch: f64,
-    cos_pitch: f64,
-    rate: f64,
-    roll: f64,
-    time: f64,
-    temperature: f64,
+/// What drives the vehicle at one half step of the grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    pub(crate) buoyancy_n: f64,
+    /// ½ ρ S.
+    pub(crate) dynamic: f64,
+    pub(crate) sin_pitch: f64,
+    pub(crate) cos_pitch: f64,
+    pub(crate) rate: f64,
+    pub(crate) roll: f64,
+    pub(crate) time: f64,
+    pub(crate) temperature: f64,
 }
 
 /// α = atan2(−n, u), rad. Near the axis, where a glider nearly always flies, by a polynomial (least squares on Chebyshev points of
@@ -63,147 +67,99 @@ fn sin_cos_of_small(x: f64) -> (f64, f64) {
     (x * sin, cos)
 }
 
-struct Body<'a> {
-    model: &'a ForceModel<'a>,
-    surge_kg: f64,
-    heave_kg: f64,
+/// A run of a flight under a law: what is simulated.
+#[derive(Clone, Debug)]
+pub struct Job<'a> {
+    /// The run.
+    pub run: &'a Run,
+    /// Nominal constants.
+    pub constants: Constants,
+    /// Effects that are on.
+    pub effects: Cow<'a, [Active]>,
 }
 
-impl Body<'_> {
-    fn rates(&self, p: &Point, u: f64, n: f64) -> (f64, f64, f64) {
-        let speed = (u * u + n * n).sqrt();
-        let sink = -(u * p.sin_pitch + n * p.cos_pitch);
-        let (mut along, mut across) = (p.buoyancy_n * p.sin_pitch, p.buoyancy_n * p.cos_pitch);
-        if speed > 1e-6 {
-            let f = self.model.coefficients(&Flow {
-                alpha_rad: angle_of_attack(u, n),
-                speed_m_s: speed,
-                roll_rad: p.roll,
-                climb_m_s: -sink,
-                time_s: p.time,
-                temperature_degc: p.temperature,
-            });
-            let pressure = p.dynamic * speed;
-            let (lift, drag) = (pressure * f.cl, pressure * f.cd);
-            // With cos α = u/U and sin α = −n/U.
-            along += -drag * u - lift * n;
-            across += lift * u - drag * n;
-        }
-        let du = (along + p.rate * self.heave_kg * n) / self.surge_kg;
-        let dn = (across - p.rate * self.surge_kg * u) / self.heave_kg;
-        (du, dn, sink)
+impl Job<'_> {
+    /// Whether the points of another job are this one's too: the same run, volume and sensors.
+    pub(crate) fn shares_points(&self, other: &Self) -> bool {
+        let of_forces = |c: &Constants| Constants {
+            lift_slope_per_rad: 0.0,
+            lift_quadratic_per_rad2: 0.0,
+            cd0: 0.0,
+            induced_k: 0.0,
+            hull_drag_per_rad2: 0.0,
+            added_mass_surge: 0.0,
+            added_mass_heave: 0.0,
+            ..*c
+        };
+        std::ptr::eq(self.run, other.run)
+            && of_forces(&self.constants) == of_forces(&other.constants)
+            && same(&self.effects, &other.effects)
     }
+
+    /// Whether another job is the same simulation.
+    #[must_use]
+    pub fn is(&self, other: &Self) -> bool {
+        std::ptr::eq(self.run, other.run) && self.constants == other.constants && same(&self.effects, &other.effects)
+    }
+}
+
+fn same(a: &[Active], b: &[Active]) -> bool {
+    a.len() == b.len()
+        && a.iter().zip(b).all(|(a, b)| std::ptr::addr_eq(a.effect, b.effect) && a.effect.name() == b.effect.name() && a.values == b.values)
 }
 
 /// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.
 #[must_use]
 pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Track {
-    // Waves that are effects of a vehicle file have no known phase.
-    let phase_rad = 0.0;
-    let model = ForceModel::new(nominal, effects).continued(beyond);
-    let mass = nominal.mass_kg;
-    let body = Body {
-        model: &model,
-        surge_kg: mass * (1.0 + model.constants.added_mass_surge).max(0.02),
-        heave_kg: mass * (1.0 + model.constants.added_mass_heave).max(0.02),
-    };
+    let job = Job { run, constants: nominal, effects: Cow::Borrowed(effects) };
+    tracks(std::slice::from_ref(&job), water_depth_m, beyond).pop().unwrap_or_default()
+}
+
+/// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid.
+pub(crate) fn points(run: &Run, model: &ForceModel) -> Vec<Point> {
     let area = model.constants.reference_area_m2;
     let pitch_slope = |s: Sensed| (model.truth(Sensed { pitch_rad: s.pitch_rad + 1e-3, ..s }).pitch_rad - model.truth(s).pitch_rad) / 1e-3;
     let affine = model.pitch_is_affine();
     let slope = run.inputs.first().map_or(1.0, |i| pitch_slope(i.sensed));
-    let points: Vec<Point> = run
-        .inputs
-        .iter()
-        .map(|i| {
-            let true_now = model.truth(i.sensed);
-            let (mut sin_pitch, mut cos_pitch, mut rate) = (i.sin_pitch, i.cos_pitch, i.pitch_rate_rad_s);
-            let off = true_now.pitch_rad - i.sensed.pitch_rad;
-            if off != 0.0 {
-                let (sin, cos) = sin_cos_of_small(off);
-                (sin_pitch, cos_pitch) = (sin_pitch * cos + cos_pitch * sin, cos_pitch * cos - sin_pitch * sin);
-                rate *= if affine { slope } else { pitch_slope(i.sensed) };
-            }
-            Point {
-                buoyancy_n: model.net_buoyancy_n(&true_now),
-                dynamic: 0.5 * true_now.density_kg_m3 * area,
-                sin_pitch,
-                cos_pitch,
-                rate,
-                roll: i.roll_rad,
-                time: i.sensed.time_s,
-                temperature: true_now.temperature_degc,
-            }
-        })
-        .collect();
-
-    let n_rows = run.time_s.len();
-    let mut out = Track {
-        depth_m: Vec::with_capacity(n_rows),
-        sink_m_s: Vec::with_capacity(n_rows),
-        speed_m_s: Vec::with_capacity(n_rows),
-        alpha_rad: Vec::with_capacity(n_rows),
-        displacement_m: (0.0, 0.0),
+    let mut all: Vec<Sensed> = run.inputs.iter().map(|i| i.sensed).collect();
+    model.make_true(&mut all);
+    let point = |(i, true_now): (&Input, &Sensed)| {
+        let (mut sin_pitch, mut cos_pitch, mut rate) = (i.sin_pitch, i.cos_pitch, i.pitch_rate_rad_s);
+        let off = true_now.pitch_rad - i.sensed.pitch_rad;
+        if off != 0.0 {
+            let (sin, cos) = sin_cos_of_small(off);
+            (sin_pitch, cos_pitch) = (sin_pitch * cos + cos_pitch * sin, cos_pitch * cos - sin_pitch * sin);
+            rate *= if affine { slope } else { pitch_slope(i.sensed) };
+        }
+        Point {
+            buoyancy_n: model.net_buoyancy_n(true_now),
+            dynamic: 0.5 * true_now.density_kg_m3 * area,
+            sin_pitch,
+            cos_pitch,
+            rate,
+            roll: i.roll_rad,
+            time: i.sensed.time_s,
+            temperature: true_now.temperature_degc,
+        }
     };
-    let h = run.step_s;
-    let (mut u, mut n, mut z) = (run.start_speed_m_s, 0.0_f64, 0.0_f64);
-    let mut row = 0;
-    let steps = (points.len() - 1) / 2;
-    for k in 0..steps {
-        let (p0, p1, p2) = (&points[2 * k], &points[2 * k + 1], &points[2 * k + 2]);
-        let t0 = p0.time;
-        let afloat = p0.buoyancy_n >= 0.0 && run.inputs[2 * k].depth_m < FLOAT_M;
-        let (u0, n0, z0) = (u, n, z);
-        let mut sink0 = 0.0;
-        if afloat {
-            (u, n) = (0.0, 0.0);
-        } else {
-            let (a1, b1, c1) = body.rates(p0, u, n);
-            let (a2, b2, c2) = body.rates(p1, u + 0.5 * h * a1, n + 0.5 * h * b1);
-            let (a3, b3, c3) = body.rates(p1, u + 0.5 * h * a2, n + 0.5 * h * b2);
-            let (a4, b4, c4) = body.rates(p2, u + h * a3, n + h * b3);
-            sink0 = c1;
-            u += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
-            n += h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4);
-            z += h / 6.0 * (c1 + 2.0 * c2 + 2.0 * c3 + c4);
-            let i = &run.inputs[2 * k + 1];
-            let horizontal = 0.5 * (u0 + u) * p1.cos_pitch - 0.5 * (n0 + n) * p1.sin_pitch;
-            out.displacement_m.0 += h * horizontal * i.sin_heading;
-            out.displacement_m.1 += h * horizontal * i.cos_heading;
-        }
-        let sink1 = if afloat { 0.0 } else { -(u * p2.sin_pitch + n * p2.cos_pitch) };
-        while row < n_rows && run.time_s[row] < t0 + h {
-            let x = ((run.time_s[row] - t0) / h).clamp(0.0, 1.0);
-            let (x2, x3) = (x * x, x * x * x);
-            // Cubic Hermite between grid points.
-            out.depth_m.push(
-                z0 * (2.0 * x3 - 3.0 * x2 + 1.0) + h * sink0 * (x3 - 2.0 * x2 + x) + z * (3.0 * x2 - 2.0 * x3) + h * sink1 * (x3 - x2),
-            );
-            out.sink_m_s.push(sink0 + (sink1 - sink0) * x);
-            let (ur, nr) = (u0 + (u - u0) * x, n0 + (n - n0) * x);
-            let speed = (ur * ur + nr * nr).sqrt();
-            out.speed_m_s.push(speed);
-            out.alpha_rad.push(if speed > 1e-6 { angle_of_attack(ur, nr) } else { 0.0 });
-            row += 1;
-        }
-        if row == n_rows {
-            break;
-        }
-    }
-    if effects.is_empty() {
-        return out;
-    }
-    // The water's own motion, at the measured depth and by its own clock.
+    run.inputs.iter().zip(&all).map(point).collect()
+}
+
+/// What the water's own motion, the pressure sensor and a current add, at the measured depth and by the water's own clock.
+pub(crate) fn add_water(out: &mut Track, run: &Run, model: &ForceModel, gravity_m_s2: f64, water_depth_m: f64) {
+    // Waves that are effects of a vehicle file have no known phase.
+    let phase_rad = 0.0;
     let mut shift = 0.0;
     let mut before = (0.0, f64::NAN);
     for i in 0..out.depth_m.len() {
         let time_s = run.time_s[i];
-        let depth_m = run.depth_at_row(i, nominal.gravity_m_s2);
+        let depth_m = run.depth_at_row(i, gravity_m_s2);
         let up = model.water_up_m_s(&Place { time_s, depth_m, water_depth_m, phase_rad });
         if i > 0 {
             shift -= 0.5 * (up + before.0) * (time_s - before.1);
         }
         before = (up, time_s);
-        out.depth_m[i] += shift + model.pressure_error_pa(time_s) / (1000.0 * nominal.gravity_m_s2);
+        out.depth_m[i] += shift + model.pressure_error_pa(time_s) / (1000.0 * gravity_m_s2);
         out.sink_m_s[i] -= up;
     }
     let (east, north) = model.current_m_s(&Place { time_s: 0.0, depth_m: 0.0, water_depth_m, phase_rad });
@@ -211,7 +167,6 @@ pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f
         out.displacement_m.0 += east * run.displacement_s;
         out.displacement_m.1 += north * run.displacement_s;
     }
-    out
 }
 
 impl Run {

@@ -18,18 +18,27 @@ impl Jacobian {
     /// By differences around a state.
     #[must_use]
     pub fn new(problem: &Problem, at: &State) -> Self {
-        let base = problem.model(at);
-        let columns: Vec<Column> = (0..N_CALIBRATION)
-            .map(|k| {
-                let step = step_of(problem.vehicle, k);
-                let aside = |step: f64| -> Vec<f64> {
-                    let mut beside = at.clone();
-                    beside.calibration[k] += step;
-                    problem.model(&beside).iter().zip(&base).map(|(b, a)| (b - a) / step).collect()
-                };
+        let steps: Vec<f64> = (0..N_CALIBRATION).map(|k| step_of(problem.vehicle, k)).collect();
+        let aside = |k: usize, step: f64| {
+            let mut beside = at.clone();
+            beside.calibration[k] += step;
+            beside
+        };
+        let states: Vec<State> = std::iter::once(at.clone()).chain((0..N_CALIBRATION).map(|k| aside(k, steps[k]))).collect();
+        let mut models = problem.models(&states).into_iter();
+        let base = models.next().unwrap_or_default();
+        let slope = |model: &[f64], step: f64| -> Vec<f64> { model.iter().zip(&base).map(|(b, a)| (b - a) / step).collect() };
+        let columns: Vec<Column> = models
+            .enumerate()
+            .map(|(k, model)| {
+                let mut values = slope(&model, steps[k]);
                 // Where the model has no glide on one side, the other side tells; where on neither, nothing does.
-                let values = [step, -0.2 * step].into_iter().map(aside).find(|v| v.iter().all(|x| x.is_finite()));
-                Column { from: 0, values: values.unwrap_or_else(|| vec![0.0; base.len()]) }
+                if !values.iter().all(|x| x.is_finite()) {
+                    let step = -0.2 * steps[k];
+                    values = slope(&problem.model(&aside(k, step)), step);
+                }
+                let told = values.iter().all(|x| x.is_finite());
+                Column { from: 0, values: if told { values } else { vec![0.0; base.len()] } }
             })
             .collect();
         let gram = symmetric(N_CALIBRATION, |i, j| columns[i].dot(&columns[j]));
@@ -229,13 +238,19 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let mut moved = true;
     for iteration in 0..=effort.iterations {
         // Signatures of the effects' own numbers at this state.
-        for (j, f) in free.iter().enumerate().filter(|_| moved) {
-            let v = state.effects[f.effect].values[f.parameter];
-            let step = if v + f.step > f.high { -f.step } else { f.step };
-            let mut beside = state.clone();
-            beside.effects[f.effect].values[f.parameter] = v + step;
-            let model = problem.model(&beside);
-            columns[nc + j].values = model.iter().zip(problem.data.iter().zip(&residual)).map(|(m, (d, r))| (m - (d - r)) / step).collect();
+        if moved {
+            let step = |f: &Free| if state.effects[f.effect].values[f.parameter] + f.step > f.high { -f.step } else { f.step };
+            let beside = |f: &Free| {
+                let mut beside = state.clone();
+                beside.effects[f.effect].values[f.parameter] += step(f);
+                beside
+            };
+            let models = problem.models(&free.iter().map(beside).collect::<Vec<_>>());
+            for ((j, f), model) in free.iter().enumerate().zip(models) {
+                let step = step(f);
+                columns[nc + j].values =
+                    model.iter().zip(problem.data.iter().zip(&residual)).map(|(m, (d, r))| (m - (d - r)) / step).collect();
+            }
         }
         let last = settled || iteration == effort.iterations;
         for i in nc..n {

@@ -186,9 +186,10 @@ fn small_angle(u: Lanes, n: Lanes) -> Lanes {
     let c = Lanes::splat;
     let x = -n / u;
     let s = x * x;
-    let low = (c(0.999_999_999_999_566_6) - c(0.333_333_332_983_024) * s) + s * s * (c(0.199_999_953_476_835) - c(0.142_854_779_522_801_7) * s);
-    let high =
-        (c(0.111_051_768_035_459_4) - c(0.090_090_542_909_586_4) * s) + s * s * (c(0.070_522_572_057_953_97) - c(0.039_098_735_521_716_9) * s);
+    let low =
+        (c(0.999_999_999_999_566_6) - c(0.333_333_332_983_024) * s) + s * s * (c(0.199_999_953_476_835) - c(0.142_854_779_522_801_7) * s);
+    let high = (c(0.111_051_768_035_459_4) - c(0.090_090_542_909_586_4) * s)
+        + s * s * (c(0.070_522_572_057_953_97) - c(0.039_098_735_521_716_9) * s);
     x * (low + s * s * s * s * high)
 }
 
@@ -307,5 +308,118 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
         for i in (0..LANES).filter(|i| !idle[*i]) {
             lanes[i].take(afloat[i], [u[i], n[i], z[i]], sink[i]);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::{Input, Run};
+    use hydro::effects::{Active, Constants, Sensed, by_name};
+    use std::borrow::Cow;
+
+    const SLOCUM: Constants = Constants {
+        gravity_m_s2: 9.81,
+        mass_kg: 52.0,
+        hull_volume_m3: 0.0519,
+        compressibility_per_pa: 5e-10,
+        thermal_expansion_per_k: 5e-5,
+        reference_temperature_degc: 10.0,
+        reference_area_m2: 0.1,
+        lift_slope_per_rad: 8.0,
+        lift_quadratic_per_rad2: 2.0,
+        cd0: 0.15,
+        induced_k: 0.1,
+        hull_drag_per_rad2: 8.0,
+        added_mass_surge: 0.06,
+        added_mass_heave: 1.05,
+    };
+
+    /// A dive and a climb of `half_s` each at this pitch, from afloat or from under way.
+    fn run(half_s: f64, pitch: f64, afloat: bool) -> Run {
+        let step_s = 1.0;
+        let time_s: Vec<f64> = (0..(half_s / 2.0) as usize).map(|i| 4.0 * i as f64).collect();
+        let input = |j: usize| {
+            let t = 0.5 * step_s * j as f64;
+            let x = (t - half_s) / 12.0;
+            let floats = afloat && t < 20.0;
+            let pitch_rad = if floats { 0.0 } else { pitch * x.tanh() };
+            let depth_m = if floats { 0.0 } else { 3.0 + 0.1 * t.min(2.0 * half_s - t) };
+            Input {
+                sensed: Sensed {
+                    time_s: t,
+                    pitch_rad,
+                    ballast_m3: if floats { 230e-6 } else { 230e-6 * (x / 2.0).clamp(-1.0, 1.0) },
+                    density_kg_m3: 1001.0 + 0.01 * depth_m,
+                    temperature_degc: 15.0 - 0.1 * depth_m,
+                    pressure_pa: 1e4 * depth_m,
+                },
+                pitch_rate_rad_s: pitch / 12.0 * (1.0 - x.tanh().powi(2)),
+                sin_pitch: pitch_rad.sin(),
+                cos_pitch: pitch_rad.cos(),
+                roll_rad: 0.1,
+                sin_heading: 0.6,
+                cos_heading: 0.8,
+                depth_m,
+            }
+        };
+        let n = time_s.len();
+        Run {
+            segment: 0,
+            first_row: 0,
+            depth_m: time_s.iter().map(|t| input((t / step_s * 2.0) as usize).depth_m).collect(),
+            pressure_pa: vec![1e5; n],
+            used: vec![true; n],
+            speed_m_s: vec![f64::NAN; n],
+            inputs: (0..(2.0 * half_s / step_s * 2.0) as usize + 3).map(input).collect(),
+            step_s,
+            displacement_m: None,
+            displacement_s: 100.0,
+            surface: [None, None],
+            starts_afloat: afloat,
+            start_speed_m_s: if afloat { 0.0 } else { 0.25 },
+            time_s,
+        }
+    }
+
+    fn bits(t: &Track) -> Vec<u64> {
+        let ends = [t.displacement_m.0, t.displacement_m.1];
+        t.depth_m.iter().chain(&t.sink_m_s).chain(&t.speed_m_s).chain(&t.alpha_rad).chain(&ends).map(|x| x.to_bits()).collect()
+    }
+
+    #[test]
+    fn prop_a_simulation_does_not_depend_on_what_is_beside_it() {
+        // Unequal lengths; pitches from steep to flatter than any glide, where the model stalls deeply.
+        let runs =
+            [run(200.0, 0.45, true), run(150.0, 0.25, false), run(340.0, 0.06, true), run(100.0, 0.35, false), run(260.0, 0.15, true)];
+        let sized = |name: &str, size: f64| Active::sized(by_name(name).expect("known"), size);
+        let laws: [Vec<Active>; 5] = [
+            vec![],
+            vec![sized("stall", 0.1), sized("pitch_offset", 0.02)],
+            vec![sized("vertical_current", 0.01), sized("pressure_drift", 1.0), sized("horizontal_current", 0.1)],
+            vec![sized("vortex_lift_bodywing", 20.0), sized("reynolds_drag", 0.3), sized("hull_compressibility", 0.5)],
+            vec![sized("added_mass", 0.4), sized("ballast_scale", 0.05)],
+        ];
+        let mut jobs: Vec<Job> = Vec::new();
+        for run in &runs {
+            for (effects, cd0) in laws.iter().zip([0.15, 0.15, 0.3, 0.1, 0.2]) {
+                jobs.push(Job { run, constants: Constants { cd0, ..SLOCUM }, effects: Cow::Borrowed(effects) });
+            }
+        }
+        for beyond in [Continuation::Rising, Continuation::Fading] {
+            let together = tracks(&jobs, 60.0, beyond);
+            let backwards = tracks(&jobs.iter().rev().cloned().collect::<Vec<_>>(), 60.0, beyond);
+            let mut moved = 0;
+            for (k, job) in jobs.iter().enumerate() {
+                let alone = crate::dynamics::track(job.run, job.constants, &job.effects, 60.0, beyond);
+                assert_eq!(alone.depth_m.len(), job.run.time_s.len());
+                assert!(alone.depth_m.iter().all(|z| z.is_finite()), "job {k}");
+                assert_eq!(bits(&alone), bits(&together[k]), "job {k}");
+                assert_eq!(bits(&alone), bits(&backwards[jobs.len() - 1 - k]), "job {k} backwards");
+                moved += usize::from(alone.depth_m.last().is_some_and(|z| z.abs() > 0.1));
+            }
+            assert!(moved > 20, "{moved}");
+        }
+        assert!(tracks(&[], 60.0, Continuation::Rising).is_empty());
     }
 }

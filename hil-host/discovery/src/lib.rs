@@ -16,6 +16,7 @@ pub mod fit;
 pub mod flight;
 pub mod import;
 pub mod inputs;
+pub mod lanes;
 pub mod metric;
 pub mod noise;
 pub mod plan;

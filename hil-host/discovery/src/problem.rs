@@ -6,14 +6,16 @@
 
 use crate::calibration::{PRESSURE_ZERO_PA, State};
 use crate::dives::{MOST_FITTED, evenly};
-use crate::dynamics::{Track, track};
+use crate::dynamics::{Job, Track, track};
 use crate::import::seawater::density;
+use crate::lanes::tracks;
 use crate::metric::{Block, modelled_m_s, rms};
 use crate::noise::{Colour, Whitener};
 use crate::prepare::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
 use crate::wave::Kind;
 use hydro::effects::{Active, Constants, Continuation};
+use std::borrow::Cow;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
 const SURFACE_PA: f64 = 100.0;
@@ -220,15 +222,39 @@ impl<'a> Problem<'a> {
     /// The model's answer to the observations, whitened.
     #[must_use]
     pub fn model(&self, state: &State) -> Vec<f64> {
-        let mut out = Vec::with_capacity(self.data.len());
-        for k in 0..self.runs.len() {
-            self.model_run(k, state, &mut out);
-        }
-        out
+        self.models(std::slice::from_ref(state)).pop().unwrap_or_default()
     }
 
-    fn model_run(&self, k: usize, state: &State, out: &mut Vec<f64>) {
-        self.model_on(self.runs[k], k, state, out);
+    /// The model's answers at several states. Cheaper than one by one: they are simulated side by side, and those that differ in
+    /// nothing that is simulated are simulated once.
+    #[must_use]
+    pub fn models(&self, states: &[State]) -> Vec<Vec<f64>> {
+        let laws: Vec<(Constants, Vec<Active>)> = states.iter().map(|s| self.law(s)).collect();
+        let mut out: Vec<Vec<f64>> = states.iter().map(|_| Vec::with_capacity(self.data.len())).collect();
+        let mut jobs: Vec<Job> = Vec::new();
+        // Which job is whose, run by run.
+        let mut of: Vec<usize> = Vec::new();
+        for run in &self.runs {
+            let first = jobs.len();
+            for (constants, effects) in &laws {
+                let job = Job { run, constants: *constants, effects: Cow::Borrowed(effects) };
+                let known = jobs[first..].iter().position(|j| j.is(&job)).map(|k| first + k);
+                of.push(known.unwrap_or(jobs.len()));
+                if known.is_none() {
+                    jobs.push(job);
+                }
+            }
+        }
+        let tracks = tracks(&jobs, self.vehicle.water_depth_m, self.beyond);
+        let mut of = of.into_iter();
+        for k in 0..self.runs.len() {
+            for ((state, (_, effects)), out) in states.iter().zip(&laws).zip(&mut out) {
+                if let Some(job) = of.next() {
+                    self.answer(self.runs[k], k, state, effects, &tracks[job], out);
+                }
+            }
+        }
+        out
     }
 
     /// The model's answer to run `k` with other inputs: additions to ballast (m³) and to pitch (rad) at each of them.
@@ -245,12 +271,13 @@ impl<'a> Problem<'a> {
                 i.pitch_rate_rad_s += (additions[after].1 - additions[before].1) / ((after - before).max(1) as f64 * grid_s);
             }
         }
-        self.model_on(&run, k, state, out);
+        let (constants, effects) = self.law(state);
+        let t = track(&run, constants, &effects, self.vehicle.water_depth_m, self.beyond);
+        self.answer(&run, k, state, &effects, &t, out);
     }
 
-    fn model_on(&self, run: &Run, k: usize, state: &State, out: &mut Vec<f64>) {
-        let (constants, effects) = self.law(state);
-        let t = track(run, constants, &effects, self.vehicle.water_depth_m, self.beyond);
+    /// A track as the sensors show it, whitened.
+    fn answer(&self, run: &Run, k: usize, state: &State, effects: &[Active], t: &Track, out: &mut Vec<f64>) {
         let z = &state.calibration;
         let wave = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
         let scale = 1.0 + z[10] * self.vehicle.sensors.speed_scale_relative;

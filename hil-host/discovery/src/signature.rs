@@ -107,17 +107,15 @@ fn ln_det(c: &nalgebra::Cholesky<f64, nalgebra::Dyn>) -> f64 {
     2.0 * c.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
 }
 
-/// Signature of an effect at a state: difference of the model per unit of size, at a size that is felt.
-fn signature(problem: &Problem, at: &State, base: &[f64], effect: &'static dyn Effect, size: f64) -> Column {
+/// A state with an effect of this size beside what is there.
+fn with(at: &State, effect: &'static dyn Effect, size: f64) -> State {
     let mut with = at.clone();
     let mut active = start_at(effect, size);
     if effect.name() == "horizontal_current" {
         active.values[1] = 0.0;
     }
     with.effects.push(active);
-    let unit = if effect.name() == "stall" { 1.0 } else { size - effect.parameters()[0].off };
-    let values = problem.model(&with).iter().zip(base).map(|(a, b)| (a - b) / unit).collect();
-    Column { from: 0, values }
+    with
 }
 
 /// An effect's signature.
@@ -131,27 +129,36 @@ pub struct Signature {
 /// Signatures of all effects at a state. With a `jacobian` taken there, calibration numbers lend theirs.
 #[must_use]
 pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec<Signature> {
-    let base = problem.model(at);
-    let mut out = Vec::new();
+    let mut tried: Vec<(&'static dyn Effect, f64)> = Vec::new();
+    let lent = |effect: &dyn Effect| jacobian.zip(calibration_of(effect.name()));
     for effect in CATALOGUE.iter().copied() {
         let p = &effect.parameters()[0];
-        let sizes: Vec<f64> = match effect.name() {
-            WAVE | "horizontal_current" => continue,
-            "stall" => vec![0.05, 0.09, 0.15],
-            _ => vec![p.off + 0.25 * p.typical],
-        };
-        if let (Some(j), Some(k)) = (jacobian, calibration_of(effect.name())) {
-            // A calibration number's own signature, in the effect's unit.
-            let unit = tolerance_of(problem.vehicle, k);
-            let column = Column { from: 0, values: j.columns[k].values.iter().map(|v| v / unit).collect() };
-            out.push(Signature { effect, column });
-            continue;
-        }
-        for size in sizes {
-            out.push(Signature { effect, column: signature(problem, at, &base, effect, size) });
+        match effect.name() {
+            WAVE | "horizontal_current" => {}
+            "stall" => tried.extend([0.05, 0.09, 0.15].map(|angle| (effect, angle))),
+            _ => tried.push((effect, p.off + 0.25 * p.typical)),
         }
     }
-    out
+    let simulated = tried.iter().filter(|t| lent(t.0).is_none()).map(|t| with(at, t.0, t.1));
+    let states: Vec<State> = std::iter::once(at.clone()).chain(simulated).collect();
+    let mut models = problem.models(&states).into_iter();
+    let base = models.next().unwrap_or_default();
+    let column = |(effect, size): (&'static dyn Effect, f64)| {
+        let values = match lent(effect) {
+            // A calibration number's own signature, in the effect's unit.
+            Some((j, k)) => {
+                let unit = tolerance_of(problem.vehicle, k);
+                j.columns[k].values.iter().map(|v| v / unit).collect()
+            }
+            // Difference of the model per unit of size, at a size that is felt.
+            None => {
+                let unit = if effect.name() == "stall" { 1.0 } else { size - effect.parameters()[0].off };
+                models.next().unwrap_or_default().iter().zip(&base).map(|(a, b)| (a - b) / unit).collect()
+            }
+        };
+        Signature { effect, column: Column { from: 0, values } }
+    };
+    tried.into_iter().map(column).collect()
 }
 
 pub(crate) fn log_size_prior_of(problem: &Problem, s: &Signature, value: f64, sigma: f64) -> f64 {

@@ -176,6 +176,10 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn constants(&self, _p: &[f64], _c: &mut Constants) {}
     /// Turns what the sensors said into what is true.
     fn sensed(&self, _p: &[f64], _s: &mut Sensed) {}
+    /// The same for many instants: one call for a whole flight. Not for an effect to write.
+    fn sensed_all(&self, p: &[f64], all: &mut [Sensed]) {
+        all.iter_mut().for_each(|s| self.sensed(p, s));
+    }
     /// Whether it has a hook of its own for the displaced volume. Only saves time.
     fn acts_on_volume(&self) -> bool {
         false
@@ -329,6 +333,12 @@ impl<'a> ForceModel<'a> {
         self
     }
 
+    /// Whether no effect acts in the flow: the nominal law with these constants is all there is.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        self.in_flow.is_empty()
+    }
+
     /// Whether the true pitch is a straight line in the measured one (a person's expression may be anything).
     #[must_use]
     pub fn pitch_is_affine(&self) -> bool {
@@ -344,7 +354,15 @@ impl<'a> ForceModel<'a> {
         s
     }
 
+    /// The same at many instants, in place.
+    pub fn make_true(&self, all: &mut [Sensed]) {
+        for a in self.active {
+            a.effect.sensed_all(&a.values, all);
+        }
+    }
+
     /// Displaced volume, m³.
+    #[inline]
     #[must_use]
     pub fn volume_m3(&self, s: &Sensed) -> f64 {
         let c = &self.constants;
@@ -359,6 +377,7 @@ impl<'a> ForceModel<'a> {
     }
 
     /// Net buoyancy, N, up.
+    #[inline]
     #[must_use]
     pub fn net_buoyancy_n(&self, s: &Sensed) -> f64 {
         self.constants.gravity_m_s2 * (s.density_kg_m3 * self.volume_m3(s) - self.constants.mass_kg)

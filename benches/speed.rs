@@ -10,7 +10,7 @@
 //! skipped where not. Diagnoses of a day and of a month (`growth`) are run once
 //! each, after the rest.
 
-use benches::{cpu_time, flown, frames, log, results, scratch, shallow};
+use benches::{cpu_time, flown, frames, hidden, log, results, scratch, shallow};
 use control::{Config, State};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{Criterion, Throughput};
@@ -181,18 +181,22 @@ fn seats(c: &mut Criterion) {
 
 /// What a person at the workbench waits for, on a simulated log of 3 h.
 fn learning(c: &mut Criterion<Cpu>) {
-    let (flight, vehicle) = log(3.0).expect("a log");
+    let (flight, vehicle) = log(3.0, Some(hidden())).expect("a log");
     let prepared = prepare::prepare(&flight, &vehicle);
     let problem = discovery::problem::Problem::new(&prepared, &vehicle, |_| true);
-    let edge = hydro::effects::by_name("side_edge_lift").expect("in the catalogue");
+    let drag = hydro::effects::by_name("climb_drag").expect("in the catalogue");
     let mut group = c.benchmark_group("3h-log");
     group.sample_size(10);
     group.bench_function("model-once", |b| b.iter(|| black_box(problem.model(&discovery::calibration::State::nominal()))));
     group.bench_function("compare", |b| b.iter(|| black_box(compare::compare(&flight, &vehicle))));
     group.bench_function("dynamic-fit", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[], &[]).expect("a fit"))));
-    group.bench_function("dynamic-fit-with-effect", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[edge], &[]).expect("a fit"))));
+    group.bench_function("dynamic-fit-with-effect", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[drag], &[]).expect("a fit"))));
     group.bench_function("diagnose", |b| {
         b.iter(|| black_box(diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis")))
+    });
+    let nothing = log(3.0, None).expect("a log");
+    group.bench_function("diagnose-nothing", |b| {
+        b.iter(|| black_box(diagnose(&nothing.0, &nothing.1, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis")))
     });
     let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     let page = scratch().join("report.html");
@@ -235,7 +239,7 @@ fn real(c: &mut Criterion<Cpu>) {
 fn growth() -> Vec<(f64, usize, f64)> {
     let mut out: Vec<(f64, usize, f64)> = Vec::new();
     for hours in [3.0, 24.0, 720.0] {
-        let (flight, vehicle) = log(hours).expect("a log");
+        let (flight, vehicle) = log(hours, Some(hidden())).expect("a log");
         let begin = cpu_time();
         let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
         let seconds = (cpu_time() - begin).as_secs_f64();
@@ -290,7 +294,7 @@ fn write_table(grown: &[(f64, usize, f64)]) -> anyhow::Result<()> {
     let answers: Vec<_> = frames.iter().map(|f| board.exchange(f)).collect::<Result<_, _>>()?;
     let back = answers.get(answers.len() / 2).and_then(|a| encode(&ToHost::Answer(*a), &mut wire).ok()).unwrap_or(0);
     let (bandwidth, flops) = limits();
-    let (short, _) = log(3.0)?;
+    let (short, _) = log(3.0, None)?;
     for (key, value, unit) in [
         ("mission.seconds", flight.duration_s, "s"),
         ("mission.cycles", flight.cycles as f64, "1"),

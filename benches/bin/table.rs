@@ -208,7 +208,7 @@ fn fits(f: &Figures) -> Option<Vec<Row>> {
 /// What one pass of the model over a 3 h log takes at the machine's own limits.
 fn fit_bound(f: &Figures) -> Option<String> {
     let pass = f.seconds("3h-log.model-once")?;
-    let (flight, vehicle) = benches::log(3.0).ok()?;
+    let (flight, vehicle) = benches::log(3.0, None).ok()?;
     let inputs: usize = discovery::prepare::prepare(&flight, &vehicle).runs.iter().map(|r| r.inputs.len()).sum();
     // Two inputs a step: its ends are shared.
     let flops = inputs as f64 / 2.0 * STEP_FLOPS / f.value("limit.flops")?;
@@ -219,16 +219,26 @@ fn fit_bound(f: &Figures) -> Option<String> {
 fn finding(f: &Figures) -> Option<Vec<Row>> {
     let three = f.seconds("3h-log.diagnose")?;
     let mut rows = vec![row(
-        "diagnose a 3 h log, whole catalogue with pairs (aim ≤ 1 s)",
+        "diagnose a 3 h log, whole catalogue with pairs, one effect hidden (aim ≤ 1 s)",
         time(three),
         format!("a dynamic fit of it: {}", time(f.seconds("3h-log.dynamic-fit")?)),
         format!("{} fits", number(three / f.seconds("3h-log.dynamic-fit")?)),
         format!("{} passes of the model", number(three / f.seconds("3h-log.model-once")?)),
     )];
+    if let Some(nothing) = f.seconds("3h-log.diagnose-nothing") {
+        let passes = number(nothing / f.seconds("3h-log.model-once")?);
+        rows.push(row(
+            "the same with nothing missing",
+            time(nothing),
+            String::new(),
+            String::new(),
+            format!("{passes} passes of the model"),
+        ));
+    }
     if let (Some(day), Some(month), Some(base)) = (f.value("growth.24h"), f.value("growth.720h"), f.value("growth.3h")) {
         let exponent = |long: f64, short: f64, of: f64| (long / short).ln() / of.ln();
         rows.push(row(
-            "the same, 24 h and 30 days",
+            "one effect hidden, 24 h and 30 days",
             format!("{}, {}", time(day), time(month)),
             format!("3 h, once: {}", time(base)),
             format!("length^{:.2}, length^{:.2}", exponent(day, base, 8.0), exponent(month, day, 30.0)),

@@ -74,18 +74,24 @@ pub fn scratch() -> PathBuf {
     std::env::temp_dir().join(format!("glider-benches-{}", std::process::id()))
 }
 
-/// A log of a glider whose wings have an edge lift that its model lacks: flights of 40 dives one after the other, a row each
-/// 4 s, until it has `hours`.
+/// Drag that a glider has more in climbs than its model says: named by a diagnosis.
+#[must_use]
+pub fn hidden() -> Effect {
+    Effect { value: 0.4, ..Effect::typical(EffectKind::ClimbDrag) }
+}
+
+/// A log of a glider with this effect, which its model lacks: flights of 40 dives one after the other, a row each 4 s, until it
+/// has `hours`.
 ///
 /// # Errors
 /// A flight failed, or the disk did.
-pub fn log(hours: f64) -> anyhow::Result<(Flight, Vehicle)> {
+pub fn log(hours: f64, hidden: Option<Effect>) -> anyhow::Result<(Flight, Vehicle)> {
     let mut mission = shallow();
     mission.legs.clear();
     let _ = mission.legs.push(Leg { dives: 40, ..Leg::default() });
     mission.max_duration_s = 24 * 3600;
     let mut scenario = worlds::for_mission(&mission);
-    scenario.effects = vec![Effect::typical(EffectKind::SideEdgeLift)];
+    scenario.effects = hidden.into_iter().collect();
     scenario.ocean.background_rms_m_s = 0.003;
     let mut out: Option<(Flight, Vehicle)> = None;
     for seed in 0.. {

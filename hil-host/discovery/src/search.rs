@@ -130,6 +130,12 @@ pub fn weigh_again(problem: &Problem, before: Found, tick: &dyn Fn(&str, f64)) -
         *c = screen.candidate(f, prior_of(c.effects.len()), c.correction);
     }
     mark_down_larger_sets(&mut contenders, &others);
+    // Odds are against nothing missing, which another size of the water motion may fit quite differently: those that were not
+    // fitted again stay as far behind the best as they were.
+    let moved = contenders.first().map_or(0.0, |c| c.log_odds - top);
+    if moved.is_finite() {
+        others.iter_mut().for_each(|c| c.log_odds += moved);
+    }
     contenders.append(&mut others);
     contenders.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     Found { null: screen.null, candidates: contenders, likeness: before.likeness }

@@ -12,7 +12,7 @@ use crate::calibration::State;
 use crate::dynamics::{Track, track};
 use crate::noise::Whitener;
 use crate::prepare::Run;
-use crate::problem::Problem;
+use crate::problem::{LeftOut, Problem};
 use hydro::effects::Continuation;
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
@@ -70,24 +70,10 @@ impl Problem<'_> {
     /// Puts the rows near the stall back if, with this state, one of the continuations leaves innovations of at most this mean
     /// square: then it may be nature's. Returns how many came back.
     pub fn restore_brink(&mut self, state: &State, trusted: f64) -> usize {
-        let (mut sums, mut count) = ([0.0; 2], 0.0);
-        for k in (0..self.runs.len()).filter(|&k| self.brink_at[k].contains(&true)) {
-            let run = self.runs[k];
-            let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || self.brink_at[k][i]).collect();
-            let whitener = Whitener::new(run, &whole, &self.colour);
-            let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
-            for (sum, t) in sums.iter_mut().zip(self.both_tracks(self.runs[k], state)) {
-                let mut e = Vec::new();
-                whitener.whiten(|row| run.depth_m[row] - t.depth_m[row] - shift.as_ref().map_or(0.0, |s| s[row]), &mut e);
-                let near = whitener.rows().zip(&e).filter(|(rows, _)| rows.iter().any(|r| self.brink_at[k][*r]));
-                for (_, x) in near {
-                    *sum += (x * x).min(MOST);
-                    count += 0.5;
-                }
-            }
-        }
-        let chosen = usize::from(sums[1] < sums[0]);
-        if count == 0.0 || sums[chosen] > trusted * count {
+        let misfit = self.misfit_near_stall(state, &self.brink_at);
+        let chosen = usize::from(misfit[1] < misfit[0]);
+        // Not a number where there are no such rows.
+        if !(misfit[chosen] <= trusted) {
             return 0;
         }
         self.beyond = BOTH[chosen];
@@ -96,6 +82,35 @@ impl Problem<'_> {
         self.lost_way_s.fill(0.0);
         self.refresh();
         back
+    }
+
+    /// Mean square of the innovations of these rows under each continuation; not a number where there are none.
+    fn misfit_near_stall(&self, state: &State, near: &[Vec<bool>]) -> [f64; 2] {
+        let (mut sums, mut count) = ([0.0; 2], 0.0);
+        for k in (0..self.runs.len()).filter(|&k| near[k].contains(&true)) {
+            let run = self.runs[k];
+            let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || near[k][i]).collect();
+            let whitener = Whitener::new(run, &whole, &self.colour);
+            let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
+            for (sum, t) in sums.iter_mut().zip(self.both_tracks(self.runs[k], state)) {
+                let mut e = Vec::new();
+                whitener.whiten(|row| run.depth_m[row] - t.depth_m[row] - shift.as_ref().map_or(0.0, |s| s[row]), &mut e);
+                let counted = whitener.rows().zip(&e).filter(|(rows, _)| rows.iter().any(|r| near[k][*r]));
+                for (_, x) in counted {
+                    *sum += (x * x).min(MOST);
+                    count += 0.5;
+                }
+            }
+        }
+        sums.map(|s| s / count)
+    }
+
+    /// Whether a state explains the rows near the stall that took part `before`, under the continuation in force then.
+    #[must_use]
+    pub fn explains_near_stall(&self, state: &State, before: &LeftOut) -> bool {
+        let newly = |(now, then): (&Vec<bool>, &Vec<bool>)| now.iter().zip(then).map(|(n, t)| *n && !t).collect();
+        let newly: Vec<Vec<bool>> = self.brink_at.iter().zip(before.brink()).map(newly).collect();
+        self.misfit_near_stall(state, &newly)[usize::from(before.beyond() == BOTH[1])] <= TRUSTED
     }
 
     /// Rows that [`Self::settle_continuation`] took out.

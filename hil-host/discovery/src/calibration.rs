@@ -90,6 +90,12 @@ impl State {
     pub fn nominal() -> Self {
         Self { calibration: [0.0; N_CALIBRATION], effects: Vec::new(), wave: None }
     }
+
+    /// How many effects are on trial, the wave among them.
+    #[must_use]
+    pub fn effects_in_all(&self) -> usize {
+        self.effects.len() + usize::from(self.wave.is_some())
+    }
 }
 
 /// Constants and effects that a state of a vehicle means.

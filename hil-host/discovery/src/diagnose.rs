@@ -2,7 +2,7 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
-use crate::brink::{TRUSTED, WORTH_TRYING};
+use crate::brink::TRUSTED;
 use crate::calibration::State;
 use crate::evidence::log_evidence;
 use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
@@ -11,7 +11,8 @@ use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_error};
 use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE, has_own_angle, size_at_end};
-use crate::search::{Depth, Found, search, weigh_again};
+use crate::search::{Depth, Found, search};
+use crate::second_look::second_look;
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
 
@@ -49,13 +50,10 @@ const TELLS: f64 = 6.0;
 const FAMILY_HANDICAP: f64 = 1.0;
 const FAMILY_HANDICAP_WAVE: f64 = -10.0;
 const FAMILY_SHARE: f64 = 0.01;
-/// Steps of the fit of a hypothesis from all rows to those away from the stall, and the log evidence it may lose there.
-const ELSEWHERE_STEPS: usize = 6;
-const WORSE_ELSEWHERE: f64 = 6.0;
 /// Log odds within which hypotheses are not told apart.
-const TIED: f64 = 4.5;
+pub(crate) const TIED: f64 = 4.5;
 /// Innovations beyond this are outliers, sigma.
-const OUTLIER: f64 = 5.0;
+pub(crate) const OUTLIER: f64 = 5.0;
 /// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.
 const FORM: f64 = 0.07;
 /// Two-sided 90 % of a normal variable, sigma.
@@ -253,42 +251,8 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let mut found = search(&problem, None, depth, tick);
-    let best_of = |problem: &Problem, found: &Found| {
-        found.candidates.first().filter(|c| speaks_up(problem, c)).map_or_else(|| found.null.clone(), |c| c.fit.clone())
-    };
-    // Second look, with what the first has taught: near the stall, which samples are wrong, and the size of the ordinary water
-    // motion. Rows move only together with a new search.
-    let best = best_of(&problem, &found);
-    let large = problem.data.len() / 40;
-    let mut kept = problem.left_out();
-    let mut restored = problem.brink_rows() > large && problem.restore_brink(&best.state, WORTH_TRYING) > 0;
-    if restored {
-        let again = search(&problem, Some(&found), depth, tick);
-        let other = best_of(&problem, &again);
-        let whole = problem.left_out();
-        // Whatever the rows near the stall say, the others must not be explained worse for it; else nature goes on otherwise there.
-        problem.leave_out(kept.clone());
-        let elsewhere = fit(&problem, &Jacobian::new(&problem, &other.state), &other.state, Effort::of(ELSEWHERE_STEPS));
-        restored = other.mean_square() < best.mean_square().max(1.0) * 1.06
-            && log_evidence(&problem, &elsewhere) > log_evidence(&problem, &best) - WORSE_ELSEWHERE;
-        if restored {
-            found = again;
-            problem.leave_out(whole.clone());
-            kept = whole;
-        }
-    }
-    let best = best_of(&problem, &found);
-    let outliers = problem.drop_outliers(&best.residual, OUTLIER);
-    let widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
-    let recoloured = problem.tune_colour(&best.state);
-    if widened + outliers > large {
-        found = search(&problem, Some(&found), depth, tick);
-    } else if recoloured {
-        found = weigh_again(&problem, found, tick);
-    } else {
-        problem.leave_out(kept);
-    }
+    let first = search(&problem, None, depth, tick);
+    let found = second_look(&mut problem, first, depth, tick);
     tick("what remains", 0.97);
     let brink_rows = problem.brink_rows();
     if brink_rows > 0 {
@@ -313,7 +277,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 }
 
 /// Whether a hypothesis is worth naming; more is asked of it where more rows are left out than compared.
-fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
+pub(crate) fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
     let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
     let angle = if c.effects.iter().any(|e| has_own_angle(e)) { SPEAK_UP_ANGLE } else { 0.0 };
     c.log_odds > thin + angle + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }

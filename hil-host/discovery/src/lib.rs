@@ -27,6 +27,7 @@ pub mod remainder;
 pub mod report;
 pub mod screen;
 pub mod search;
+mod second_look;
 pub mod signature;
 pub mod spikes;
 pub mod start;

@@ -66,6 +66,20 @@ pub struct LeftOut {
     beyond: Continuation,
 }
 
+impl LeftOut {
+    /// Rows near the stall, by run.
+    #[must_use]
+    pub fn brink(&self) -> &[Vec<bool>] {
+        &self.brink
+    }
+
+    /// How lift was taken to go on beyond the valid angle of attack.
+    #[must_use]
+    pub fn beyond(&self) -> Continuation {
+        self.beyond
+    }
+}
+
 /// The fit segments of one flight with everything a fit needs.
 #[derive(Debug)]
 pub struct Problem<'a> {

@@ -1,0 +1,91 @@
+//! The second look: what the first search has taught settles anew which rows take part (near the stall, wrong samples) and how large
+//! the ordinary water motion is. Rows move only together with a new search.
+
+use crate::brink::WORTH_TRYING;
+use crate::calibration::State;
+use crate::diagnose::{OUTLIER, TIED, speaks_up};
+use crate::evidence::log_evidence;
+use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::problem::Problem;
+use crate::search::{Depth, Found, prior_of, search, weigh_again};
+
+/// Share of the observations that is worth a new search when it comes or goes.
+const WORTH_A_SEARCH: usize = 40;
+/// Steps of the fit of a hypothesis from all rows to those away from the stall.
+const ELSEWHERE_STEPS: usize = 6;
+/// By how much the rows near the stall may raise the mean square of innovations.
+const WORSE_OVERALL: f64 = 1.06;
+
+/// The best hypothesis that is worth naming, else nothing missing.
+fn best_of<'a>(problem: &Problem, found: &'a Found) -> &'a Fit {
+    found.candidates.first().filter(|c| speaks_up(problem, c)).map_or(&found.null, |c| &c.fit)
+}
+
+/// Looks again.
+pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
+    let mut found = first;
+    let large = problem.data.len() / WORTH_A_SEARCH;
+    let mut kept = problem.left_out();
+    let mut restored = problem.brink_rows() > large && problem.restore_brink(&best_of(problem, &found).state, WORTH_TRYING) > 0;
+    if restored {
+        let again = search(problem, Some(&found), depth, tick);
+        let other = best_of(problem, &again);
+        let whole = problem.left_out();
+        problem.leave_out(kept.clone());
+        restored = holds_elsewhere(problem, best_of(problem, &found), other);
+        if restored {
+            found = again;
+            problem.leave_out(whole.clone());
+            kept = whole;
+        }
+    }
+    let best = best_of(problem, &found).clone();
+    let outliers = problem.drop_outliers(&best.residual, OUTLIER);
+    let widened = if restored { 0 } else { settle_rows(problem, &best) };
+    let recoloured = problem.tune_colour(&best.state);
+    if widened + outliers > large {
+        found = search(problem, Some(&found), depth, tick);
+    } else if recoloured {
+        found = weigh_again(problem, found, tick);
+    } else {
+        problem.leave_out(kept);
+    }
+    found
+}
+
+/// Takes rows out that at the best fit depend on how lift goes on beyond its law, unless they took part before, the fit explains them,
+/// and what it names is asked for by the other rows too: then they are evidence like others. Returns how many rows went.
+fn settle_rows(problem: &mut Problem, best: &Fit) -> usize {
+    let before = problem.left_out();
+    let went = problem.settle_continuation(&best.state);
+    if went > 0 && best.state.effects_in_all() > 0 && problem.explains_near_stall(&best.state, &before) && is_wanted(problem, best) {
+        problem.leave_out(before);
+        return 0;
+    }
+    went
+}
+
+/// Whether the rows of today ask for every effect of a fit: none may be left out without loss of belief.
+fn is_wanted(problem: &Problem, of: &Fit) -> bool {
+    let here = |state: &State| fit(problem, &Jacobian::new(problem, state), state, Effort::of(ELSEWHERE_STEPS));
+    let believed = |f: &Fit| log_evidence(problem, f) + prior_of(f.state.effects_in_all()).ln();
+    let whole = believed(&here(&of.state));
+    let one_less = (0..of.state.effects.len()).map(|k| {
+        let mut state = of.state.clone();
+        state.effects.remove(k);
+        state
+    });
+    let no_wave = of.state.wave.is_some().then(|| State { wave: None, ..of.state.clone() });
+    one_less.chain(no_wave).all(|state| believed(&here(&state)) < whole)
+}
+
+/// Whether what all rows say holds on those away from the stall, which the first look saw alone: nature may go on otherwise near the
+/// stall than any of our laws.
+fn holds_elsewhere(problem: &Problem, first: &Fit, other: &Fit) -> bool {
+    let elsewhere = fit(problem, &Jacobian::new(problem, &other.state), &other.state, Effort::of(ELSEWHERE_STEPS));
+    let gained = log_evidence(problem, &elsewhere) - log_evidence(problem, first);
+    // One effect more that only rows near the stall ask for is the form of nature's stall.
+    let (before, now) = (first.state.effects_in_all(), other.state.effects_in_all());
+    let wanted = now <= before.max(1) || gained + (prior_of(now) / prior_of(before)).ln() > 0.0;
+    wanted && other.mean_square() < first.mean_square().max(1.0) * WORSE_OVERALL && gained > -TIED
+}

@@ -8,7 +8,7 @@ use crate::calibration::State;
 use crate::evidence::PRIOR;
 use crate::fit::{Effort, Fit, Jacobian, fit, linear, start_at};
 use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, wave_library};
+use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, has_guessed_form, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
 use hydro::effects::{CATALOGUE, Effect};
 
@@ -69,7 +69,7 @@ const MOST_SETTLED: usize = 10;
 const WEIGHED_CLOSELY: usize = 4;
 /// Share of a single effect's log odds that its form may be wrong by.
 const FORM_SHARE: f64 = 0.008;
-/// And at most this: many forms (sensors, volumes, currents) are exact.
+/// And at most this.
 const FORM_MOST: f64 = 10.0;
 
 /// Searches all singles and the promising pairs. `before` is an earlier search of the same flight (other rows or another colour):
@@ -141,13 +141,15 @@ pub fn weigh_again(problem: &Problem, before: Found, tick: &dyn Fn(&str, f64)) -
     Found { null: screen.null, candidates: contenders, likeness: before.likeness }
 }
 
-/// Forms of nature differ a little from ours, and one effect more can mend that: it must be worth more than the difference. `beside`
-/// are smaller sets that are marked already.
+/// Forms of nature differ a little from ours, and one effect more can mend that: it must be worth more than the difference. A number
+/// that is wrong has no form to mend. `beside` are smaller sets that are marked already.
 fn mark_down_larger_sets(found: &mut [Candidate], beside: &[Candidate]) {
     let odds = |c: &Candidate| (c.effects.clone(), c.log_odds);
     let smaller: Vec<(Vec<&'static str>, f64)> = found.iter().chain(beside).map(odds).collect();
     for c in found.iter_mut().filter(|c| c.effects.len() > 1) {
-        let part = |s: &&(Vec<&'static str>, f64)| s.0.len() + 1 == c.effects.len() && s.0.iter().all(|e| c.effects.contains(e));
+        let part = |s: &&(Vec<&'static str>, f64)| {
+            s.0.len() + 1 == c.effects.len() && s.0.iter().all(|e| c.effects.contains(e)) && s.0.iter().any(|e| has_guessed_form(e))
+        };
         let first = smaller.iter().filter(part).map(|s| s.1).fold(0.0, f64::max);
         c.log_odds -= (FORM_SHARE * first).min(FORM_MOST);
     }

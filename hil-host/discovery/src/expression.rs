@@ -285,7 +285,7 @@ impl Effect for Custom {
             _ => s.density_kg_m3 += v,
         }
     }
-    fn lift(&self, p: &[f64], at: &Flow, _c: &Constants) -> f64 {
+    fn lift(&self, p: &[f64], at: &Flow, _lift_angle_rad: f64, _c: &Constants) -> f64 {
         if self.target == Target::Lift { self.at_flow(p, at) } else { 0.0 }
     }
     fn drag(&self, p: &[f64], at: &Flow, _lift: f64, _c: &Constants) -> f64 {

@@ -117,8 +117,8 @@ impl Effect for Stall {
             },
         ]
     }
-    fn lift(&self, p: &[f64], at: &Flow, c: &Constants) -> f64 {
-        let angle = at.alpha_rad.abs();
+    fn lift(&self, p: &[f64], _at: &Flow, lift_angle_rad: f64, c: &Constants) -> f64 {
+        let angle = lift_angle_rad.abs();
         let beyond = angle - p[0];
         if beyond <= 0.0 {
             return 0.0;
@@ -126,7 +126,7 @@ impl Effect for Stall {
         // Separated flow gives the lift of a smaller angle.
         let lost = p[1] * beyond;
         let quadratic = c.lift_quadratic_per_rad2 * ((angle - lost) * (angle - lost) - angle * angle);
-        (p[2] * quadratic - c.lift_slope_per_rad * lost) * at.alpha_rad.signum()
+        (p[2] * quadratic - c.lift_slope_per_rad * lost) * lift_angle_rad.signum()
     }
 }
 

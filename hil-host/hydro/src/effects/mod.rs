@@ -192,8 +192,8 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn lift_angle_rad(&self, _p: &[f64], alpha_rad: f64) -> f64 {
         alpha_rad
     }
-    /// Lift coefficient added before the induced drag is formed.
-    fn lift(&self, _p: &[f64], _at: &Flow, _c: &Constants) -> f64 {
+    /// Lift coefficient added before the induced drag is formed; the angle is the one that the linear and quadratic lift see.
+    fn lift(&self, _p: &[f64], _at: &Flow, _lift_angle_rad: f64, _c: &Constants) -> f64 {
         0.0
     }
     /// Drag coefficient added.
@@ -413,7 +413,7 @@ impl<'a> ForceModel<'a> {
         }
         let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs();
         for e in self.in_flow {
-            cl += e.effect.lift(&e.values, at, c);
+            cl += e.effect.lift(&e.values, at, angle, c);
         }
         let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad;
         let mut cn = 0.0;
@@ -534,5 +534,17 @@ mod tests {
         }
         let (below, above) = (model.coefficients(&at(0.349_999_99)), model.coefficients(&at(0.350_000_01)));
         assert!((below.cl - above.cl).abs() < 1e-6 && (below.cd - above.cd).abs() < 1e-6);
+    }
+
+    #[test]
+    fn prop_a_wing_set_at_an_angle_stalls_as_far_above_zero_lift_as_below() {
+        let effects = [Active::sized(&Stall, 0.06), Active::sized(&ZeroLiftAngle, 0.03)];
+        let model = ForceModel::new(nominal(), &effects);
+        let at = |alpha_rad| Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0, temperature_degc: 10.0 };
+        for i in 0..30 {
+            let a = f64::from(i) * 0.01;
+            let (above, below) = (model.coefficients(&at(0.03 + a)).cl, model.coefficients(&at(0.03 - a)).cl);
+            assert!((above + below).abs() < 1e-12, "{a}: {above} {below}");
+        }
     }
 }

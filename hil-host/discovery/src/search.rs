@@ -156,10 +156,9 @@ fn mark_down_larger_sets(found: &mut [Candidate], beside: &[Candidate]) {
 }
 
 /// Prior probability of one given set of effects.
-pub(crate) fn prior_of(effects: usize) -> f64 {
+fn prior_of(effects: usize) -> f64 {
     let n = CATALOGUE.len() as f64;
     match effects {
-        0 => PRIOR.0,
         1 => PRIOR.1 / n,
         2 => PRIOR.2 / (n * (n - 1.0) / 2.0),
         // A third is as much rarer beside two as a second is beside one.

@@ -7,7 +7,7 @@ use crate::diagnose::{OUTLIER, TIED, speaks_up};
 use crate::evidence::log_evidence;
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::Problem;
-use crate::search::{Depth, Found, prior_of, search, weigh_again};
+use crate::search::{Depth, Found, search, weigh_again};
 
 /// Share of the observations that is worth a new search when it comes or goes.
 const WORTH_A_SEARCH: usize = 40;
@@ -54,29 +54,29 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
 }
 
 /// Takes rows out that at the best fit depend on how lift goes on beyond its law, unless they took part before, the fit explains them,
-/// and what it names is asked for by the other rows too: then they are evidence like others. Returns how many rows went.
+/// and the other rows ask for what it names: then they are evidence like others. A wave follows whatever is slow, a wrong law near the
+/// stall too, and keeps no rows. Returns how many rows went.
 fn settle_rows(problem: &mut Problem, best: &Fit) -> usize {
     let before = problem.left_out();
     let went = problem.settle_continuation(&best.state);
-    if went > 0 && best.state.effects_in_all() > 0 && problem.explains_near_stall(&best.state, &before) && is_wanted(problem, best) {
+    let named = !best.state.effects.is_empty() && best.state.wave.is_none();
+    if went > 0 && named && problem.explains_near_stall(&best.state, &before) && is_asked_for(problem, best) {
         problem.leave_out(before);
         return 0;
     }
     went
 }
 
-/// Whether the rows of today ask for every effect of a fit: none may be left out without loss of belief.
-fn is_wanted(problem: &Problem, of: &Fit) -> bool {
-    let here = |state: &State| fit(problem, &Jacobian::new(problem, state), state, Effort::of(ELSEWHERE_STEPS));
-    let believed = |f: &Fit| log_evidence(problem, f) + prior_of(f.state.effects_in_all()).ln();
-    let whole = believed(&here(&of.state));
-    let one_less = (0..of.state.effects.len()).map(|k| {
-        let mut state = of.state.clone();
-        state.effects.remove(k);
-        state
-    });
-    let no_wave = of.state.wave.is_some().then(|| State { wave: None, ..of.state.clone() });
-    one_less.chain(no_wave).all(|state| believed(&here(&state)) < whole)
+/// Whether the rows of today ask for every effect of a fit: their evidence falls whichever is left out. (That more effects are rarer
+/// has been counted where the fit was chosen.)
+fn is_asked_for(problem: &Problem, of: &Fit) -> bool {
+    let here = |state: &State| log_evidence(problem, &fit(problem, &Jacobian::new(problem, state), state, Effort::of(ELSEWHERE_STEPS)));
+    let whole = here(&of.state);
+    (0..of.state.effects.len()).all(|k| {
+        let mut one_less = of.state.clone();
+        one_less.effects.remove(k);
+        here(&one_less) < whole
+    })
 }
 
 /// Whether what all rows say holds on those away from the stall, which the first look saw alone: nature may go on otherwise near the
@@ -85,7 +85,7 @@ fn holds_elsewhere(problem: &Problem, first: &Fit, other: &Fit) -> bool {
     let elsewhere = fit(problem, &Jacobian::new(problem, &other.state), &other.state, Effort::of(ELSEWHERE_STEPS));
     let gained = log_evidence(problem, &elsewhere) - log_evidence(problem, first);
     // One effect more that only rows near the stall ask for is the form of nature's stall.
-    let (before, now) = (first.state.effects_in_all(), other.state.effects_in_all());
-    let wanted = now <= before.max(1) || gained + (prior_of(now) / prior_of(before)).ln() > 0.0;
-    wanted && other.mean_square() < first.mean_square().max(1.0) * WORSE_OVERALL && gained > -TIED
+    let more = other.state.effects_in_all() > first.state.effects_in_all().max(1);
+    let bearable = if more { 0.0 } else { -TIED };
+    other.mean_square() < first.mean_square().max(1.0) * WORSE_OVERALL && gained > bearable
 }

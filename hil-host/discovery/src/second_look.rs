@@ -9,7 +9,7 @@ use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::Problem;
 use crate::search::{Depth, Found, search, weigh_again};
 
-/// Share of the observations that is worth a new search when it comes or goes.
+/// One observation in so many, coming or going, is worth a new search.
 const WORTH_A_SEARCH: usize = 40;
 /// Steps of the fit of a hypothesis from all rows to those away from the stall.
 const ELSEWHERE_STEPS: usize = 6;
@@ -41,10 +41,19 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     }
     let best = best_of(problem, &found).clone();
     let outliers = problem.drop_outliers(&best.residual, OUTLIER);
-    let widened = if restored { 0 } else { settle_rows(problem, &best) };
+    let before = problem.left_out();
+    let widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
+    let explained = widened > 0 && problem.explains_near_stall(&best.state, &before);
     let recoloured = problem.tune_colour(&best.state);
     if widened + outliers > large {
-        found = search(problem, Some(&found), depth, tick);
+        // Rows that depend on the continuation are out. Where only the power to tell is lost with them, they come back: the fit
+        // explains them, the others name part of what it names, and ask for the rest.
+        let again = search(problem, Some(&found), depth, tick);
+        if explained && is_part(best_of(problem, &again), &best) && is_asked_for(problem, &best) {
+            problem.leave_out(before);
+            return weigh_again(problem, found, tick);
+        }
+        found = again;
     } else if recoloured {
         found = weigh_again(problem, found, tick);
     } else {
@@ -53,18 +62,15 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     found
 }
 
-/// Takes rows out that at the best fit depend on how lift goes on beyond its law, unless they took part before, the fit explains them,
-/// and the other rows ask for what it names: then they are evidence like others. A wave follows whatever is slow, a wrong law near the
-/// stall too, and keeps no rows. Returns how many rows went.
-fn settle_rows(problem: &mut Problem, best: &Fit) -> usize {
-    let before = problem.left_out();
-    let went = problem.settle_continuation(&best.state);
-    let named = !best.state.effects.is_empty() && best.state.wave.is_none();
-    if went > 0 && named && problem.explains_near_stall(&best.state, &before) && is_asked_for(problem, best) {
-        problem.leave_out(before);
-        return 0;
-    }
-    went
+/// Whether all that a fit names is named by another that names more. A wave follows whatever is slow, a wrong law near the stall too:
+/// nothing is part of a fit with one.
+fn is_part(fit: &Fit, of: &Fit) -> bool {
+    let (part, whole) = (&fit.state, &of.state);
+    let named = |name: &str| whole.effects.iter().any(|a| a.effect.name() == name);
+    whole.wave.is_none()
+        && part.wave.is_none()
+        && part.effects.len() < whole.effects.len()
+        && part.effects.iter().all(|a| named(a.effect.name()))
 }
 
 /// Whether the rows of today ask for every effect of a fit: their evidence falls whichever is left out. (That more effects are rarer

@@ -115,8 +115,9 @@ pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f
     tracks(std::slice::from_ref(&job), water_depth_m, beyond).pop().unwrap_or_default()
 }
 
-/// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid.
-pub(crate) fn points(run: &Run, model: &ForceModel) -> Vec<Point> {
+/// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid, and between them where a step is
+/// `split`.
+pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> {
     let area = model.constants.reference_area_m2;
     let pitch_slope = |s: Sensed| (model.truth(Sensed { pitch_rad: s.pitch_rad + 1e-3, ..s }).pitch_rad - model.truth(s).pitch_rad) / 1e-3;
     let affine = model.pitch_is_affine();
@@ -142,7 +143,31 @@ pub(crate) fn points(run: &Run, model: &ForceModel) -> Vec<Point> {
             temperature: true_now.temperature_degc,
         }
     };
-    run.inputs.iter().zip(&all).map(point).collect()
+    let whole: Vec<Point> = run.inputs.iter().zip(&all).map(point).collect();
+    if split <= 1 {
+        return whole;
+    }
+    let between = |pair: &[Point]| -> Vec<Point> {
+        (0..split).map(|k| if k == 0 { pair[0] } else { pair[0].mixed(&pair[1], k as f64 / split as f64) }).collect()
+    };
+    whole.windows(2).flat_map(between).chain(whole.last().copied()).collect()
+}
+
+impl Point {
+    /// A share of the way to another point.
+    fn mixed(&self, other: &Self, share: f64) -> Self {
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        Self {
+            buoyancy_n: mix(self.buoyancy_n, other.buoyancy_n),
+            dynamic: mix(self.dynamic, other.dynamic),
+            sin_pitch: mix(self.sin_pitch, other.sin_pitch),
+            cos_pitch: mix(self.cos_pitch, other.cos_pitch),
+            rate: mix(self.rate, other.rate),
+            roll: mix(self.roll, other.roll),
+            time: mix(self.time, other.time),
+            temperature: mix(self.temperature, other.temperature),
+        }
+    }
 }
 
 /// What the water's own motion, the pressure sensor and a current add, at the measured depth and by the water's own clock.

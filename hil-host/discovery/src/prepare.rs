@@ -8,7 +8,7 @@
 use crate::flight::Flight;
 use crate::spikes::{FASTEST, despike, despike_by, turn_allowance};
 use crate::vehicle::Vehicle;
-use hydro::effects::Sensed;
+use hydro::effects::{Constants, Sensed};
 
 /// Half width of the local fit of pitch, s (shorter than the pitch mode of 16 s, longer than two samples).
 pub const PITCH_WINDOW_S: f64 = 9.0;
@@ -197,14 +197,19 @@ pub fn local_slope(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut us
     local_quadratic(time, value, t, half, from).1
 }
 
+/// Decay time of the heave mode of a vehicle with this lift slope (1/rad on S) at [`FAST_M_S`], s.
+#[must_use]
+pub fn heave_decay_s(c: &Constants, slope: f64) -> f64 {
+    c.mass_kg * (1.0 + c.added_mass_heave) / (0.5 * 1025.0 * FAST_M_S * slope * c.reference_area_m2)
+}
+
 /// Grid step on which the heave mode of a vehicle stays stable within three tolerances of its lift, s. The mode decays with
 /// m (1 + k2) / (½ ρ U a S): 1.1 to 4 s for light loads, half of that for large wings.
 #[must_use]
 pub fn step_s(vehicle: &Vehicle) -> f64 {
     let c = &vehicle.constants;
     let slope = c.lift_slope_per_rad * (1.0 + 3.0 * vehicle.tolerance.lift_slope_relative);
-    let decay_s = c.mass_kg * (1.0 + c.added_mass_heave) / (0.5 * 1025.0 * FAST_M_S * slope * c.reference_area_m2);
-    (STEP_PER_DECAY * decay_s).clamp(0.25, STEP_S)
+    (STEP_PER_DECAY * heave_decay_s(c, slope)).clamp(0.25, STEP_S)
 }
 
 /// Cleans a flight and lays its inputs on the grid.
@@ -450,23 +455,51 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
 
 /// Time over which the speed at the start of a run is taken, s: short against the 10 s in which speed changes.
 const START_S: f64 = 9.0;
-/// Speed along the hull where depth and pitch say nothing (at a turning point), and the most that is believed, m/s.
-const START_SPEED_M_S: (f64, f64) = (0.2, 0.6);
-/// Least sine of the pitch that says anything.
+/// Speed along the hull where depth and pitch say nothing (at a turning point the depth stands still, the vehicle does not), m/s.
+const TURNING_SPEED_M_S: f64 = 0.2;
+/// Speeds that depth and pitch are believed, m/s, and the least sine of the pitch that says anything.
+const START_SPEEDS_M_S: std::ops::RangeInclusive<f64> = 0.1..=0.6;
 const LEAST_SIN_PITCH: f64 = 0.1;
 
 /// Speed along the hull of a vehicle under way, m/s: a model that starts from rest there falls flat, and may stay stalled for the
 /// whole glide.
 fn start_speed_m_s(time_s: &[f64], depth_m: &[f64], sin_pitch: f64) -> f64 {
-    let (usual, most) = START_SPEED_M_S;
     let last = time_s.iter().take_while(|t| **t - time_s[0] <= START_S).count().max(2) - 1;
-    let rise_m_s = -(depth_m[last] - depth_m[0]) / (time_s[last] - time_s[0]);
-    if sin_pitch.abs() < LEAST_SIN_PITCH || !(rise_m_s / sin_pitch > 0.0) { usual } else { (rise_m_s / sin_pitch).min(most) }
+    let speed = (depth_m[0] - depth_m[last]) / (time_s[last] - time_s[0]) / sin_pitch;
+    if sin_pitch.abs() > LEAST_SIN_PITCH && START_SPEEDS_M_S.contains(&speed) { speed } else { TURNING_SPEED_M_S }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_under_way_starts_at_the_speed_its_depth_and_pitch_say_and_in_a_turn_at_a_usual_one() {
+        let time: Vec<f64> = (0..9).map(|i| 2.0 * f64::from(i)).collect();
+        let sinking = |rate: f64| time.iter().map(|t| 20.0 + rate * t).collect::<Vec<_>>();
+        // 0.12 m/s down at 24 degrees nose down: 0.295 m/s along the hull.
+        assert!((start_speed_m_s(&time, &sinking(0.12), -0.407) - 0.12 / 0.407).abs() < 1e-12);
+        for (rate, sin_pitch) in [(0.0, -0.4), (0.12, 0.4), (0.12, -0.05), (-0.9, 0.4), (0.12, 0.0)] {
+            assert_eq!(start_speed_m_s(&time, &sinking(rate), sin_pitch), TURNING_SPEED_M_S, "{rate} {sin_pitch}");
+        }
+    }
+
+    #[test]
+    fn accuracy_a_cubic_between_samples_meets_a_swing_of_16_s_where_the_local_fit_flattens_it() {
+        let time: Vec<f64> = (0..20).map(|i| 4.0 * f64::from(i)).collect();
+        let omega = std::f64::consts::TAU / 16.0;
+        let pitch: Vec<f64> = time.iter().map(|t| 0.3 * (omega * t).sin()).collect();
+        let (mut worst, mut flattened) = (0.0_f64, 0.0_f64);
+        for i in 0..160 {
+            let t = 20.0 + 0.1 * f64::from(i);
+            let (exact, rate) = (0.3 * (omega * t).sin(), 0.3 * omega * (omega * t).cos());
+            let (v, q) = hermite(&time, &pitch, (t / 4.0) as usize, t);
+            worst = worst.max((v - exact).abs()).max((q - rate).abs());
+            flattened = flattened.max((local_quadratic(&time, &pitch, t, PITCH_WINDOW_S, &mut 0).0 - exact).abs());
+        }
+        // Four samples a period: slopes by central differences are 2/pi of the true ones. 0.06 rad of 0.3, against most of it.
+        assert!(worst < 0.06 && flattened > 0.1, "{worst} {flattened}");
+    }
 
     #[test]
     fn accuracy_local_fit_gives_value_and_rate_of_a_parabola() {

@@ -224,6 +224,8 @@ impl Search<'_> {
         let mut gains: Vec<(f64, usize)> = linear_fits.iter().enumerate().map(|(i, f)| (screen.null.chi2 - f.chi2, i)).collect();
         gains.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best_gain = gains.first().map_or(0.0, |g| g.0);
+        // Where the calibration itself has to be found, a signature may be that of a dive that stalls: every effect gets its fit.
+        let all = crate::start::is_uncalibrated(screen.problem.vehicle);
         let mut fitted = 0;
         for (gain, i) in gains {
             let effect = signs[i].effect;
@@ -231,7 +233,7 @@ impl Search<'_> {
                 continue;
             }
             let promising = gain > WORTH_A_FIT && fitted < MOST_SINGLES && gain > 0.1 * best_gain;
-            let c = if promising || fitted < 2 || self.known(&[effect.name()]).is_some() {
+            let c = if promising || all || fitted < 2 || self.known(&[effect.name()]).is_some() {
                 fitted += 1;
                 (self.tick)(effect.name(), 0.15 + 0.03 * fitted as f64);
                 self.resumed(&screen.jacobian, &[effect.name()], || screen.best_with(&screen.jacobian, &screen.null, effect, 6))

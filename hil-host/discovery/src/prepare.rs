@@ -197,7 +197,7 @@ pub fn local_slope(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut us
     local_quadratic(time, value, t, half, from).1
 }
 
-/// Decay time of the heave mode of a vehicle with this lift slope (1/rad on S) at [`FAST_M_S`], s.
+/// Decay time of the heave mode of a vehicle with this lift slope (1/rad on S) at 0.5 m/s, s.
 #[must_use]
 pub fn heave_decay_s(c: &Constants, slope: f64) -> f64 {
     c.mass_kg * (1.0 + c.added_mass_heave) / (0.5 * 1025.0 * FAST_M_S * slope * c.reference_area_m2)

@@ -35,6 +35,8 @@ const FILTER_S: f32 = 5.0;
 
 /// A sensor not believed for this long is lost, s: seven readings, so that one that comes and goes is kept.
 pub const UNBACKED_S: f32 = 30.0;
+/// A reading is believed until it is a cycle and this much old, ms.
+pub const LATE_MS: u32 = 3000;
 
 /// One depth sensor behind its gate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -200,7 +202,7 @@ impl Senses {
         if !self.sane() {
             *self = Self::default();
         }
-        let max_age_ms = ((config.cycle_s * 1000.0) as u32).saturating_add(3000);
+        let max_age_ms = ((config.cycle_s * 1000.0) as u32).saturating_add(LATE_MS);
         let afloat = frame.surface.gps_fix || frame.surface.comms;
         let deepest = config.crush_depth_m * 1.5;
         let rate = self.rate_m_s;

@@ -6,13 +6,15 @@
 //! m(1+k2) dn/dt = F_n − q m(1+k1) u        F_n =  L cos α + D sin α + B cos θ
 //! α = atan2(−n, u)    w = −(u sin θ + n cos θ)   (positive down)
 //! ```
-//! Classical Runge–Kutta on a fixed grid ([`crate::lanes`]). Afloat (observed depth below [`crate::prepare::FLOAT_M`] and buoyant) the vehicle is held at rest.
+//! Classical Runge–Kutta on a fixed grid ([`crate::lanes`]). Afloat (observed depth below [`crate::prepare::FLOAT_M`] and buoyant) the
+//! vehicle is held at rest.
 //! Water motion shifts depth but not the forces: it is slow against the vehicle's own time scales.
 
 use crate::lanes::tracks;
 use crate::prepare::{Input, Run};
 use hydro::effects::{Active, Constants, Continuation, ForceModel, Place, Sensed};
 use std::borrow::Cow;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What the model says at the rows of a run.
 #[derive(Clone, Debug, Default)]
@@ -49,10 +51,21 @@ pub(crate) fn angle_of_attack(u: f64, n: f64) -> f64 {
     if u <= 0.0 || n.abs() > 0.4 * u {
         return (-n).atan2(u);
     }
+    small_angle(u, n)
+}
+
+/// The polynomial of [`angle_of_attack`], of one vehicle or of several side by side.
+pub(crate) fn small_angle<T>(u: T, n: T) -> T
+where
+    T: Copy + From<f64> + Neg<Output = T> + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Div<Output = T>,
+{
+    let c = T::from;
     let x = -n / u;
     let s = x * x;
-    let low = (0.999_999_999_999_566_6 - 0.333_333_332_983_024 * s) + s * s * (0.199_999_953_476_835 - 0.142_854_779_522_801_7 * s);
-    let high = (0.111_051_768_035_459_4 - 0.090_090_542_909_586_4 * s) + s * s * (0.070_522_572_057_953_97 - 0.039_098_735_521_716_9 * s);
+    let low =
+        (c(0.999_999_999_999_566_6) - c(0.333_333_332_983_024) * s) + s * s * (c(0.199_999_953_476_835) - c(0.142_854_779_522_801_7) * s);
+    let high = (c(0.111_051_768_035_459_4) - c(0.090_090_542_909_586_4) * s)
+        + s * s * (c(0.070_522_572_057_953_97) - c(0.039_098_735_521_716_9) * s);
     x * (low + s * s * s * s * high)
 }
 

@@ -4,7 +4,7 @@
 //! flight, the columns of a Jacobian) fill that time, two to a register where the nominal law of forces is all there is. Each lane does
 //! the same operations in the same order as if it were alone: the result does not depend on what is beside it.
 
-use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points};
+use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
 use crate::prepare::{FLOAT_M, heave_decay_s};
 use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel};
 use std::rc::Rc;
@@ -132,11 +132,13 @@ impl<'a> Lane<'a> {
         self.step += 1;
     }
 
-    fn finish(mut self, water_depth_m: f64) -> (usize, Track) {
+    /// The track, the water's own motion in it.
+    fn finish(&mut self, water_depth_m: f64) -> Track {
+        let mut out = std::mem::take(&mut self.out);
         if !self.of.effects.is_empty() {
-            add_water(&mut self.out, self.of.run, &self.model, self.of.constants.gravity_m_s2, water_depth_m);
+            add_water(&mut out, self.of.run, &self.model, self.of.constants.gravity_m_s2, water_depth_m);
         }
-        (self.job, self.out)
+        out
     }
 }
 
@@ -198,18 +200,6 @@ impl<'a> Now<'a> {
             resting,
         }
     }
-}
-
-/// The polynomial of [`angle_of_attack`], good where u > 0 and |n| ≤ 0.4 u.
-fn small_angle(u: Lanes, n: Lanes) -> Lanes {
-    let c = Lanes::splat;
-    let x = -n / u;
-    let s = x * x;
-    let low =
-        (c(0.999_999_999_999_566_6) - c(0.333_333_332_983_024) * s) + s * s * (c(0.199_999_953_476_835) - c(0.142_854_779_522_801_7) * s);
-    let high = (c(0.111_051_768_035_459_4) - c(0.090_090_542_909_586_4) * s)
-        + s * s * (c(0.070_522_572_057_953_97) - c(0.039_098_735_521_716_9) * s);
-    x * (low + s * s * s * s * high)
 }
 
 /// Accelerations along and across the hull, and the sink rate.
@@ -278,28 +268,21 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
     if next == 0 {
         return out;
     }
-    // Lanes without a job repeat the first one and are not kept.
-    let mut idle = [false; LANES];
-    let mut lanes: [Lane; LANES] = std::array::from_fn(|i| {
-        idle[i] = i >= jobs.len();
-        start(if i < jobs.len() { i } else { 0 })
-    });
+    // Lanes without a job repeat the last one and are not kept.
+    let mut idle: [bool; LANES] = std::array::from_fn(|i| i >= jobs.len());
+    let mut lanes: [Lane; LANES] = std::array::from_fn(|i| start(i.min(jobs.len() - 1)));
     let mut constants = Beside::of(&lanes);
     loop {
         let mut changed = false;
         for i in 0..LANES {
             while !idle[i] && lanes[i].done() {
-                let finished = if next < jobs.len() {
-                    changed = true;
-                    next += 1;
-                    std::mem::replace(&mut lanes[i], start(next - 1))
+                out[lanes[i].job] = lanes[i].finish(water_depth_m);
+                if next < jobs.len() {
+                    lanes[i] = start(next);
+                    (next, changed) = (next + 1, true);
                 } else {
                     idle[i] = true;
-                    let again = Lane::new(lanes[i].job, lanes[i].of, lanes[i].model, lanes[i].points.clone(), lanes[i].split);
-                    std::mem::replace(&mut lanes[i], again)
-                };
-                let (job, track) = finished.finish(water_depth_m);
-                out[job] = track;
+                }
             }
         }
         if idle.iter().all(|i| *i) {

@@ -133,6 +133,8 @@ struct Watched {
 struct Judge<'a> {
     case: &'a Case,
     config: &'a Config,
+    /// Deepest of the mission's legs, m.
+    deepest_m: f64,
     /// The budget, made before the flight.
     means: Means,
     /// When each fault began, s.
@@ -159,6 +161,7 @@ impl<'a> Judge<'a> {
         Judge {
             case,
             config,
+            deepest_m: f64::from(worlds::deepest_m(&case.mission())),
             means,
             onsets: vec![None; case.faults.len()],
             abort: None,
@@ -198,10 +201,9 @@ impl<'a> Judge<'a> {
     /// Whether what is owed by a sign was done in time.
     fn witness(&mut self, cycle: &Cycle<'_>) {
         let acts = self.acts(cycle.time_s);
-        let deepest_m = f64::from(worlds::deepest_m(&self.case.mission()));
         let trace = &cycle.answer.trace;
         for Watched { duty, witness, stood_s: before_s } in &mut self.duties {
-            let now_s = witness.see(cycle, self.config, deepest_m, acts);
+            let now_s = witness.see(cycle, self.config, self.deepest_m, acts);
             // SAFE glides no more: a sign that stood until now led to it.
             let until_s = now_s.or(before_s.map(|s| s + CYCLE_S));
             *before_s = now_s;

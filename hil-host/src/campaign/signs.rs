@@ -158,7 +158,7 @@ impl Witness {
             }
             Sign::PitchOpposed => {
                 let pitch = fresh(f.pitch_rad, config).unwrap_or(0.0);
-                let plain = 0.06 + PITCH_NOISE_RAD;
+                let plain = f64::from(waits::PLAIN_RAD) + PITCH_NOISE_RAD;
                 let sinking = t.sink_rate_m_s;
                 matches!(phase, Phase::Dive | Phase::Climb)
                     // Where the reading is what is asked for the lie shows in nothing on board; the vehicle rises and sinks all the same.
@@ -214,9 +214,9 @@ impl Witness {
     }
 }
 
-/// A finite reading no older than a control cycle and three seconds.
+/// A finite reading no older than the law believes.
 fn fresh(reading: Reading, config: &Config) -> Option<f64> {
-    let oldest_ms = (config.cycle_s * 1e3) as u32 + 3000;
+    let oldest_ms = (config.cycle_s * 1e3) as u32 + waits::LATE_MS;
     reading.accept(f32::MIN..=f32::MAX, oldest_ms).map(f64::from)
 }
 

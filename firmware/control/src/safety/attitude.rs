@@ -12,6 +12,8 @@ use signals::{Abort, Flags, Phase};
 pub const PITCH_LOST_S: f32 = 60.0;
 /// Sign opposed for this long: the reading is not used any more, s.
 pub const OPPOSED_S: f32 = 20.0;
+/// Pitch, read or wanted, whose sign is beyond doubt, rad.
+pub const PLAIN_RAD: f32 = 0.06;
 /// A pitch inside this band is not moving, rad.
 const STILL_RAD: f32 = 0.003;
 /// A reading that does not move for this long, though it must, is stuck, s.
@@ -92,7 +94,7 @@ impl AttitudeWatch {
 
     fn opposed(&mut self, w: &Watch<'_>, dt_s: f32, mass_held: bool) -> bool {
         let (Some(pitch), Some(ballast)) = (w.seen.pitch_rad, w.seen.ballast_m3) else { return false };
-        let against = pitch * w.pitch_wanted_rad < 0.0 && pitch.abs() > 0.06 && w.pitch_wanted_rad.abs() > 0.06;
+        let against = pitch * w.pitch_wanted_rad < 0.0 && pitch.abs() > PLAIN_RAD && w.pitch_wanted_rad.abs() > PLAIN_RAD;
         let moving = w.seen.rate_m_s * ballast < 0.0 && w.seen.rate_m_s.abs() > 0.03;
         let glide = matches!(w.phase, Phase::Dive | Phase::Climb);
         // A mass that does not follow pitches the vehicle the wrong way, and the reading tells the truth.

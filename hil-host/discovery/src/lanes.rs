@@ -5,7 +5,7 @@
 //! the same operations in the same order as if it were alone: the result does not depend on what is beside it.
 
 use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
-use crate::prepare::{FLOAT_M, heave_decay_s};
+use crate::prepare::{FAST_M_S, FLOAT_M, heave_decay_s};
 use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel};
 use std::rc::Rc;
 use wide::f64x4;
@@ -16,16 +16,17 @@ type Lanes = f64x4;
 /// Speed below which no force of the water is asked for, m/s.
 const LEAST_SPEED_M_S: f64 = 1e-6;
 
-/// Grid steps per decay time of the heave mode at 0.5 m/s from which a step is split, those that its parts then are at most, and most
-/// parts. Runge-Kutta is stable to 2.78: 3.6 at 0.5 m/s is that at 0.39 m/s, faster than a glide that has more lift than its file says.
-const STIFF: f64 = 3.6;
+/// Grid steps per decay time of the heave mode, at the speed of the run, from which a step is split; those that its parts then are at
+/// most, and most parts. Runge-Kutta is stable to 2.78.
+const STIFF: f64 = 2.7;
 const PART: f64 = 2.5;
 const MOST_PARTS: usize = 3;
 
 /// Parts of a grid step: the grid is stable for the vehicle of the file, and a fit may try several times its lift. What would take
 /// more parts (hardly any mass across) is no vehicle, and may fail.
 fn parts(of: &Job, model: &ForceModel) -> usize {
-    let per_decay = of.run.step_s / heave_decay_s(&model.constants, model.constants.lift_slope_per_rad);
+    let decay_s = heave_decay_s(&model.constants, model.constants.lift_slope_per_rad) * FAST_M_S / of.run.fastest_m_s;
+    let per_decay = of.run.step_s / decay_s;
     let parts = (per_decay / PART).ceil() as usize;
     if per_decay > STIFF && parts <= MOST_PARTS { parts } else { 1 }
 }
@@ -381,6 +382,7 @@ mod tests {
             surface: [None, None],
             starts_afloat: afloat,
             start_speed_m_s: if afloat { 0.0 } else { 0.25 },
+            fastest_m_s: FAST_M_S,
             time_s,
         }
     }
@@ -403,6 +405,25 @@ mod tests {
         let (nominal, much) = (sink(1.0), sink(3.0));
         // Three times the lift at a third of the angle of attack: less induced drag, so a little faster down the path.
         assert!(nominal > 0.1 && (much / nominal - 1.0).abs() < 0.5, "{nominal} {much}");
+    }
+
+    #[test]
+    fn regress_twice_the_lift_on_a_fast_run_is_a_glide_and_no_instability() {
+        // Heavy and steep: 0.6 m/s, at which twice the lift decays within a third of a second; one step is too long.
+        let mut fast = run(200.0, 0.6, true);
+        for i in &mut fast.inputs {
+            i.sensed.ballast_m3 *= 3.5;
+        }
+        let last = |fastest_m_s: f64| {
+            let run = Run { fastest_m_s, ..fast.clone() };
+            let job = Job { run: &run, constants: Constants { lift_slope_per_rad: 20.0, ..SLOCUM }, effects: Cow::Borrowed(&[]) };
+            tracks(&[job], 60.0, Continuation::Rising)[0]
+                .depth_m
+                .iter()
+                .copied()
+                .fold(0.0, |a: f64, b| if b.is_finite() { a } else { f64::NAN })
+        };
+        assert!(last(0.25).is_nan() && last(0.7).is_finite());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::calibration::{N_SIMULATED, State, law};
 use crate::diagnose::Diagnosis;
 use crate::dynamics::track;
 use crate::noise::{Colour, Whitener};
-use crate::prepare::{Input, Run};
+use crate::prepare::{FAST_M_S, Input, Run};
 use hydro::effects::Sensed;
 use nalgebra::{DMatrix, DVector};
 
@@ -97,6 +97,7 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
         surface: [None, None],
         starts_afloat: false,
         start_speed_m_s: 0.0,
+        fastest_m_s: FAST_M_S,
     }
 }
 

@@ -17,7 +17,7 @@ pub const STEP_S: f64 = 2.0;
 /// Steps per decay time of the heave mode, 1: RK4 is stable to 2.78.
 const STEP_PER_DECAY: f64 = 2.5;
 /// Speed at which that decay is taken, m/s: faster than any glide of a Slocum, guess.
-const FAST_M_S: f64 = 0.5;
+pub(crate) const FAST_M_S: f64 = 0.5;
 /// A gap longer than this starts a new run, s.
 pub const GAP_S: f64 = 120.0;
 /// An input that has had no value for this long is unknown, s: twice the CTD outages of FORMAT section 1.
@@ -81,6 +81,8 @@ pub struct Run {
     pub starts_afloat: bool,
     /// Speed along the hull at the start, m/s: zero afloat; under way what the first depths and pitches say.
     pub start_speed_m_s: f64,
+    /// Speed along the hull that the run hardly ever exceeds, from depth and pitch, m/s.
+    pub fastest_m_s: f64,
 }
 
 /// A flight ready for the model.
@@ -435,6 +437,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         (None, f64::NAN)
     };
     let surface = surface_readings(time, &pressure, &ballast);
+    let fastest_m_s = fastest_m_s(&inputs, step);
     Run {
         segment: flight.segment[start],
         first_row: start,
@@ -450,6 +453,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         surface,
         starts_afloat,
         start_speed_m_s,
+        fastest_m_s,
     }
 }
 
@@ -469,6 +473,29 @@ fn start_speed_m_s(time_s: &[f64], depth_m: &[f64], sin_pitch: f64) -> f64 {
     if sin_pitch.abs() > LEAST_SIN_PITCH && START_SPEEDS_M_S.contains(&speed) { speed } else { TURNING_SPEED_M_S }
 }
 
+/// Time over which the speed under way is taken, s.
+const WAY_S: f64 = 20.0;
+/// Share of the run that may be faster: turns, and depths that jump.
+const FASTER: f64 = 0.02;
+/// Least sine of the pitch of a glide.
+const GLIDE_SIN_PITCH: f64 = 0.2;
+/// Speeds that are believed of a whole run, m/s.
+const RUN_SPEEDS_M_S: (f64, f64) = (0.25, 1.0);
+
+/// Speed along the hull that a run hardly ever exceeds, m/s. The path is steeper than the pitch, so this errs on the fast side.
+fn fastest_m_s(inputs: &[Input], step_s: f64) -> f64 {
+    let apart = ((2.0 * WAY_S / step_s) as usize).max(1);
+    let speed = |pair: (&Input, &Input)| {
+        let sin_pitch = 0.5 * (pair.0.sin_pitch + pair.1.sin_pitch);
+        let sink = (pair.1.depth_m - pair.0.depth_m) / (pair.1.sensed.time_s - pair.0.sensed.time_s);
+        (sin_pitch.abs() > GLIDE_SIN_PITCH).then(|| -sink / sin_pitch).filter(|u| u.is_finite())
+    };
+    let mut speeds: Vec<f64> = inputs.iter().zip(inputs.iter().skip(apart)).filter_map(speed).collect();
+    speeds.sort_by(f64::total_cmp);
+    let at = (speeds.len() as f64 * (1.0 - FASTER)) as usize;
+    speeds.get(at).map_or(FAST_M_S, |u| u.clamp(RUN_SPEEDS_M_S.0, RUN_SPEEDS_M_S.1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -482,6 +509,26 @@ mod tests {
         for (rate, sin_pitch) in [(0.0, -0.4), (0.12, 0.4), (0.12, -0.05), (-0.9, 0.4), (0.12, 0.0)] {
             assert_eq!(start_speed_m_s(&time, &sinking(rate), sin_pitch), TURNING_SPEED_M_S, "{rate} {sin_pitch}");
         }
+    }
+
+    #[test]
+    fn a_run_is_as_fast_as_its_glides_whatever_its_turns_and_jumps_say() {
+        let step_s = 1.0;
+        // Ten minutes down at 0.2 m/s and 24 degrees (0.49 m/s along the hull), a slower climb, and a jump of the pressure of 40 m.
+        let input = |j: usize| {
+            let time_s = 0.5 * j as f64;
+            let down = time_s < 600.0;
+            let depth_m = if down { 0.2 * time_s } else { 120.0 - 0.1 * (time_s - 600.0) } + if j == 900 { 40.0 } else { 0.0 };
+            let pitch_rad: f64 = if down { -0.42 } else { 0.42 };
+            let sensed =
+                Sensed { time_s, pitch_rad, ballast_m3: 0.0, density_kg_m3: 1000.0, temperature_degc: 10.0, pressure_pa: depth_m * 1e4 };
+            let (sin_pitch, cos_pitch) = pitch_rad.sin_cos();
+            Input { sensed, pitch_rate_rad_s: 0.0, sin_pitch, cos_pitch, roll_rad: 0.0, sin_heading: 0.0, cos_heading: 1.0, depth_m }
+        };
+        let inputs: Vec<Input> = (0..3600).map(input).collect();
+        let fastest = fastest_m_s(&inputs, step_s);
+        assert!((fastest - 0.2 / 0.42_f64.sin()).abs() < 1e-6, "{fastest} m/s");
+        assert_eq!(fastest_m_s(&inputs[..10], step_s), FAST_M_S);
     }
 
     #[test]

@@ -130,13 +130,15 @@ pub struct Effort {
     pub iterations: usize,
     /// Whether calibration numbers may deviate without limit.
     pub free: bool,
+    /// Whether only the place matters: signatures, curvature and errors are those of the step before.
+    pub rough: bool,
 }
 
 impl Effort {
     /// At most so many iterations, within the limits.
     #[must_use]
     pub const fn of(iterations: usize) -> Self {
-        Self { iterations, free: false }
+        Self { iterations, free: false, rough: false }
     }
 }
 
@@ -237,8 +239,9 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let mut settled = false;
     let mut moved = true;
     for iteration in 0..=effort.iterations {
+        let last = settled || iteration == effort.iterations;
         // Signatures of the effects' own numbers at this state.
-        if moved {
+        if moved && !(last && effort.rough) {
             let step = |f: &Free| if state.effects[f.effect].values[f.parameter] + f.step > f.high { -f.step } else { f.step };
             let beside = |f: &Free| {
                 let mut beside = state.clone();
@@ -252,7 +255,6 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
                     model.iter().zip(problem.data.iter().zip(&residual)).map(|(m, (d, r))| (m - (d - r)) / step).collect();
             }
         }
-        let last = settled || iteration == effort.iterations;
         for i in nc..n {
             for j in 0..=i {
                 let v = columns[i].dot(&columns[j]);
@@ -338,7 +340,7 @@ pub fn beyond_limits(problem: &Problem, held: &Fit) -> Fit {
     if held.precision.iter().take(N_CALIBRATION).all(|p| *p < HELD) {
         return held.clone();
     }
-    let free = fit(problem, &Jacobian::new(problem, &held.state), &held.state, Effort { iterations: FREE_STEPS, free: true });
+    let free = fit(problem, &Jacobian::new(problem, &held.state), &held.state, Effort { free: true, ..Effort::of(FREE_STEPS) });
     let sane = free.chi2.is_finite() && free.log_det.is_finite() && free.chi2 <= held.chi2;
     if sane { free } else { held.clone() }
 }

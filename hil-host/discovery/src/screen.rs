@@ -46,6 +46,9 @@ const WAVE_HANDICAP: f64 = 6.0;
 const FAR_OFF: f64 = 2.5;
 /// Or a calibration number that deviates by this many tolerances: what is missing pulls at it.
 const STRAINED: f64 = 4.0;
+/// Steps that every start of a fit takes, and how many starts go on from there.
+const SCOUT_STEPS: usize = 2;
+const KEPT_STARTS: usize = 2;
 /// Gain of chi² from which signatures are renewed at the fit.
 pub(crate) const RENEW_GAIN: f64 = 40.0;
 /// Gain of chi² below which the calibration rests, and most rounds of signatures until then.
@@ -259,15 +262,26 @@ impl<'a> Screen<'a> {
         let first = base.state.effects.is_empty();
         let far_off = self.is_far_off(base);
         let anew = crate::start::is_uncalibrated(self.problem.vehicle) && first;
-        let from = |start: State| if anew { crate::start::descend(self.problem, &start) } else { self.fit(jacobian, &start, iterations) };
         let mut bases = vec![base.state.clone()];
         if first && far_off {
             // What the calibration had to become without the effect may lie behind a hill.
             bases.push(State::nominal());
         }
         let sizes = Self::starts(effect, far_off);
-        let starts = bases.iter().flat_map(|base| sizes.iter().map(|size| from(self.start(base, effect, *size))));
-        starts.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone())
+        let starts: Vec<State> = bases.iter().flat_map(|base| sizes.iter().map(|size| self.start(base, effect, *size))).collect();
+        let best = |fits: Vec<Fit>| fits.into_iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone());
+        if anew {
+            return best(starts.iter().map(|start| crate::start::descend(self.problem, start)).collect());
+        }
+        if starts.len() <= KEPT_STARTS {
+            return best(starts.iter().map(|start| self.fit(jacobian, start, iterations)).collect());
+        }
+        // All go a little way; those that are lowest then go on.
+        let scout = Effort { rough: true, ..Effort::of(SCOUT_STEPS) };
+        let mut scouts: Vec<Fit> = starts.iter().map(|start| fit(self.problem, jacobian, start, scout)).collect();
+        scouts.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+        scouts.truncate(KEPT_STARTS);
+        best(scouts.iter().map(|f| self.fit(jacobian, &f.state, iterations.saturating_sub(SCOUT_STEPS))).collect())
     }
 
     /// Stall where it promises nothing: the angle out of reach, no discovery.
@@ -347,9 +361,10 @@ impl<'a> Screen<'a> {
         }
     }
 
-    /// Effects that would gain most beside what is fitted, best first: log odds (no prior) and effect.
-    pub(crate) fn seconds(&self, f: &Fit) -> Vec<(f64, &'static dyn Effect)> {
-        let renewed = signatures(self.problem, &f.state, None);
+    /// Effects that would gain most beside what is fitted, best first: log odds (no prior) and effect. `own` are signatures of the
+    /// calibration taken there.
+    pub(crate) fn seconds(&self, f: &Fit, own: Option<&Jacobian>) -> Vec<(f64, &'static dyn Effect)> {
+        let renewed = signatures(self.problem, &f.state, own);
         let Some(ground) = f.ground() else { return Vec::new() };
         let (gram, match_) = project(&ground, &renewed);
         let mut second: Vec<(f64, &'static dyn Effect)> = (0..renewed.len())

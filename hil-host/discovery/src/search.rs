@@ -5,6 +5,7 @@
 //! fitted and believed is [`crate::screen`]'s.
 
 use crate::calibration::State;
+use crate::diagnose::TIED;
 use crate::evidence::PRIOR;
 use crate::fit::{Effort, Fit, Jacobian, fit, linear, start_at};
 use crate::problem::Problem;
@@ -58,6 +59,11 @@ const MOST_PAIRS: usize = 14;
 const EXCHANGED: usize = 4;
 /// Pairs that a third effect is sought for, and third effects tried beside each.
 const TRIPLED: (usize, usize) = (3, 4);
+/// Log odds by which a single effect leads the others clearly, what a second beside it may promise beyond its price, and the mean
+/// square of the innovations that it may leave: where all three hold, no pair without it can win.
+const CLEAR_LEAD: f64 = 15.0;
+const HARDLY_A_SECOND: f64 = 2.0;
+const TELLS_ALL: f64 = 1.3;
 /// Log odds behind the best from which a hypothesis is not weighed again: a change of the water motion's size by a fifth changes
 /// odds by less than half.
 const MAY_WIN: f64 = 25.0;
@@ -89,7 +95,7 @@ pub fn search(problem: &Problem, before: Option<&Found>, depth: Depth, tick: &dy
 fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&Found>, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
     tick("calibration", 0.05);
     let screen = Screen::new(problem, start, waves);
-    let mut s = Search { screen: &screen, before, tick, found: Vec::new() };
+    let mut s = Search { screen: &screen, before, tick, found: Vec::new(), told: false };
     let signs = signatures(problem, &screen.null.state, Some(&screen.jacobian));
     s.singles(&signs);
     tick("pairs", 0.5);
@@ -188,6 +194,8 @@ struct Search<'a> {
     before: Option<&'a Found>,
     tick: &'a dyn Fn(&str, f64),
     found: Vec<Candidate>,
+    /// Whether one single effect tells all there is.
+    told: bool,
 }
 
 impl Search<'_> {
@@ -277,8 +285,14 @@ impl Search<'_> {
         // From the best singles, with signatures renewed at their fits.
         let near = |c: &&Candidate| c.effects.len() == 1 && c.log_odds > best_single - 25.0 - 0.3 * best_single.max(0.0);
         let leaders: Vec<Candidate> = self.found.iter().filter(near).take(if best_single < -1.0 { 0 } else { 4 }).cloned().collect();
-        for single in &leaders {
-            let second = screen.seconds(&single.fit);
+        let seconds: Vec<_> = leaders.iter().take(1).map(|l| screen.seconds(&l.fit, l.own.as_deref())).collect();
+        self.told = leaders.first().zip(seconds.first()).is_some_and(|(first, seconds)| {
+            let promised = seconds.first().map_or(f64::NEG_INFINITY, |s| s.0) + (prior_of(2) / prior_of(1)).ln();
+            let lead = leaders.get(1).map_or(f64::INFINITY, |next| first.log_odds - next.log_odds);
+            lead > CLEAR_LEAD && promised < HARDLY_A_SECOND && first.fit.mean_square() < TELLS_ALL
+        });
+        for (k, single) in leaders.iter().enumerate().take(if self.told { 1 } else { leaders.len() }) {
+            let second = seconds.get(k).cloned().unwrap_or_else(|| screen.seconds(&single.fit, single.own.as_deref()));
             if single.effects == [WAVE] {
                 for (_, effect) in second.iter().take(2) {
                     let (f, own) = screen.renewed(screen.best_with(&screen.jacobian, &single.fit, *effect, 4), 4);
@@ -301,7 +315,7 @@ impl Search<'_> {
             }
         }
         let top = ranked.first().map_or(f64::NEG_INFINITY, |r| r.0);
-        if top + (prior_of(2) / PRIOR.0).ln() > (0.5 * best_single).max(-2.0) {
+        if !self.told && top + (prior_of(2) / PRIOR.0).ln() > (0.5 * best_single).max(-2.0) {
             let mut taken = 0;
             for (score, i, j) in ranked {
                 if taken < 6 && *score > top - 12.0 - 0.15 * top.max(0.0) && add(signs[*i].effect, signs[*j].effect) {
@@ -354,11 +368,18 @@ impl Search<'_> {
     fn exchange(&mut self) {
         let screen = self.screen;
         let floor = self.best_single() - 3.0;
+        if self.told {
+            // A look-alike alone may sit in a hollow that a pair with it has left.
+            let floor = floor - TIED;
+            let pairs: Vec<Candidate> = self.found.iter().filter(|c| c.is_plain_pair() && c.log_odds > floor).cloned().collect();
+            pairs.iter().for_each(|pair| (0..2).for_each(|kept| drop(self.without(pair, kept))));
+            return;
+        }
         let Some(best) = self.best_pair(floor) else { return };
         for kept in 0..2 {
             let keep = best.fit.state.effects[kept];
             let Some(base) = self.without(&best, kept) else { continue };
-            for (_, other) in screen.seconds(&base).into_iter().take(EXCHANGED) {
+            for (_, other) in screen.seconds(&base, None).into_iter().take(EXCHANGED) {
                 let names = [keep.effect.name(), other.name()];
                 if self.found.iter().any(|c| c.is(&names)) {
                     continue;
@@ -395,7 +416,7 @@ impl Search<'_> {
         let mut pairs: Vec<Candidate> = self.found.iter().filter(|c| c.effects.len() == 2 && c.log_odds.is_finite()).cloned().collect();
         pairs.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
         for pair in pairs.into_iter().take(TRIPLED.0) {
-            for (_, third) in screen.seconds(&pair.fit).into_iter().take(TRIPLED.1) {
+            for (_, third) in screen.seconds(&pair.fit, pair.own.as_deref()).into_iter().take(TRIPLED.1) {
                 let names: Vec<&str> = pair.effects.iter().copied().chain([third.name()]).collect();
                 if !self.found.iter().any(|c| c.is(&names)) {
                     let f = screen.best_with(screen.beside(Some(&pair)), &pair.fit, third, 6);

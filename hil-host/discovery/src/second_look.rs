@@ -46,8 +46,13 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     let explained = widened > 0 && problem.explains_near_stall(&best.state, &before);
     let recoloured = problem.tune_colour(&best.state);
     if widened + outliers > large {
-        // Rows that depend on the continuation are out. Where only the power to tell is lost with them, they come back: the fit
-        // explains them, the others name part of what it names, and ask for the rest.
+        // Rows that depend on the continuation are out. What says the same without them needs no new search.
+        let weighed = weigh_again(problem, found.clone(), tick);
+        if names(best_of(problem, &weighed)) == names(&best) {
+            return weighed;
+        }
+        // Where only the power to tell is lost with them, they come back: the fit explains them, the others name part of what it
+        // names, and ask for the rest.
         let again = search(problem, Some(&found), depth, tick);
         if explained && is_part(best_of(problem, &again), &best) && is_asked_for(problem, &best) {
             problem.leave_out(before);
@@ -60,6 +65,13 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
         problem.leave_out(kept);
     }
     found
+}
+
+/// What a fit names, and whether there is a wave in it.
+fn names(fit: &Fit) -> (Vec<&'static str>, bool) {
+    let mut names: Vec<&str> = fit.state.effects.iter().map(|a| a.effect.name()).collect();
+    names.sort_unstable();
+    (names, fit.state.wave.is_some())
 }
 
 /// Whether all that a fit names is named by another that names more. A wave follows whatever is slow, a wrong law near the stall too:

@@ -192,6 +192,9 @@ impl Effect for InducedDragError {
     fn separated_by(&self) -> &'static str {
         "a sweep of pitch: it is felt on shallow legs only"
     }
+    fn acts_in_flow(&self) -> bool {
+        false
+    }
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "rel_error",
@@ -203,7 +206,8 @@ impl Effect for InducedDragError {
             source: "K between 1/(pi A) and the zero-suction limit",
         }]
     }
-    fn drag(&self, p: &[f64], at: &Flow, lift: f64, c: &Constants) -> f64 {
-        p[0] * (c.induced_k * lift * lift + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad)
+    fn constants(&self, p: &[f64], c: &mut Constants) {
+        c.induced_k *= 1.0 + p[0];
+        c.hull_drag_per_rad2 *= 1.0 + p[0];
     }
 }

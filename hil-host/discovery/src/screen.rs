@@ -47,7 +47,7 @@ const FAR_OFF: f64 = 2.5;
 /// Or a calibration number that deviates by this many tolerances: what is missing pulls at it.
 const STRAINED: f64 = 4.0;
 /// Steps that every start of a fit takes, and how many starts go on from there.
-const SCOUT_STEPS: usize = 2;
+const SCOUT_STEPS: usize = 1;
 const KEPT_STARTS: usize = 2;
 /// Gain of chi² from which signatures are renewed at the fit.
 pub(crate) const RENEW_GAIN: f64 = 40.0;

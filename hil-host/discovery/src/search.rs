@@ -65,9 +65,10 @@ const CLEAR_LEAD: f64 = 15.0;
 const HARDLY_A_SECOND: f64 = 2.0;
 const TELLS_ALL: f64 = 1.3;
 /// Log odds behind the best from which a hypothesis is not weighed again: a change of the water motion's size by a fifth changes
-/// odds by less than half.
-const MAY_WIN: f64 = 25.0;
-/// The same where signatures are taken anew: what stale ones leave of a gain.
+/// odds, and how far one is behind another, by less than half.
+pub(crate) const MAY_WIN_RECOLOURED: f64 = 10.0;
+/// The same where rows or signatures are others, and of these what stale ones leave of a gain.
+pub(crate) const MAY_WIN: f64 = 25.0;
 const MAY_WIN_SHARE: f64 = 0.25;
 /// Most hypotheses of one size that get signatures of their own at a time.
 const MOST_SETTLED: usize = 10;
@@ -114,10 +115,10 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
     Found { null: screen.null, candidates, likeness }
 }
 
-/// An earlier search weighed anew, where only the size of the ordinary water motion has changed since: hypotheses that may win are
-/// fitted again from where they were, the others stay as they were.
+/// An earlier search weighed anew, where little has changed since: hypotheses no further behind the best than `within` are fitted
+/// again from where they were, the others stay as they were.
 #[must_use]
-pub fn weigh_again(problem: &Problem, before: Found, tick: &dyn Fn(&str, f64)) -> Found {
+pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(&str, f64)) -> Found {
     tick("weighing again", 0.9);
     let no_waves = Waves::new();
     let screen = Screen::new(problem, &before.null.state, &no_waves);
@@ -125,7 +126,7 @@ pub fn weigh_again(problem: &Problem, before: Found, tick: &dyn Fn(&str, f64)) -
     let best_single = before.candidates.iter().position(|c| c.effects.len() == 1 && c.effects != [WAVE]);
     let (mut contenders, mut others) = (Vec::new(), Vec::new());
     for (k, c) in before.candidates.into_iter().enumerate() {
-        let may_win = c.log_odds.is_finite() && (c.log_odds > top - MAY_WIN || Some(k) == best_single);
+        let may_win = c.log_odds.is_finite() && (c.log_odds > top - within || Some(k) == best_single);
         if may_win { contenders.push(c) } else { others.push(c) }
     }
     for (k, c) in contenders.iter_mut().enumerate() {

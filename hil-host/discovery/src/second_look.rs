@@ -7,7 +7,7 @@ use crate::diagnose::{OUTLIER, TIED, speaks_up};
 use crate::evidence::log_evidence;
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::Problem;
-use crate::search::{Depth, Found, search, weigh_again};
+use crate::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
 
 /// One observation in so many, coming or going, is worth a new search.
 const WORTH_A_SEARCH: usize = 40;
@@ -47,7 +47,7 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     let recoloured = problem.tune_colour(&best.state);
     if widened + outliers > large {
         // Rows that depend on the continuation are out. What says the same without them needs no new search.
-        let weighed = weigh_again(problem, found.clone(), tick);
+        let weighed = weigh_again(problem, found.clone(), MAY_WIN, tick);
         if names(best_of(problem, &weighed)) == names(&best) {
             return weighed;
         }
@@ -56,11 +56,11 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
         let again = search(problem, Some(&found), depth, tick);
         if explained && is_part(best_of(problem, &again), &best) && is_asked_for(problem, &best) {
             problem.leave_out(before);
-            return weigh_again(problem, found, tick);
+            return weigh_again(problem, found, MAY_WIN, tick);
         }
         found = again;
     } else if recoloured {
-        found = weigh_again(problem, found, tick);
+        found = weigh_again(problem, found, MAY_WIN_RECOLOURED, tick);
     } else {
         problem.leave_out(kept);
     }

@@ -2,14 +2,16 @@
 
 use super::diagnose::load;
 use super::{Output, Verdict};
-use discovery::{compare, report};
+use anyhow::Context as _;
+use discovery::steady::{HeldOut, held_out};
+use discovery::{compare, read, report};
 use serde_json::json;
 use std::path::PathBuf;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider compare --flight trial_dir\n  glider compare --flight flight.csv --vehicle vehicle.toml --json\n\nThe model is the one of the vehicle file as it stands, with its effects on; nothing is fitted."
+    after_help = "Examples:\n  glider compare --flight trial_dir\n  glider compare --flight flight.csv --vehicle vehicle.toml --json\n  glider compare --flight june.csv --test july.csv\n\nThe model is the one of the vehicle file as it stands, with its effects on; nothing is fitted.\nWith --test a steady glide of nominal Slocum coefficients is fitted to --flight, step by step, and\njudged on the other flight: which effects does that one ask for? No vehicle file is needed."
 )]
 pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
@@ -18,6 +20,9 @@ pub struct Args {
     /// Vehicle file; default: the one beside the flight.
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
+    /// Another flight of the same vehicle: fit steady glides to --flight, believe this one.
+    #[arg(long, value_name = "DIR|CSV", conflicts_with = "vehicle")]
+    test: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -25,6 +30,12 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if let Some(test) = &args.test {
+        let (fitted, judged) = (read::flight(&args.flight)?, read::flight(test)?);
+        let found = held_out(&fitted, &judged).with_context(|| format!("{} judged on {}", args.flight.display(), test.display()))?;
+        output.emit(&serde_json::to_value(&found)?, || show(&found));
+        return Ok(Verdict::Ok);
+    }
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
     let c = compare::compare(&flight, &vehicle);
     anyhow::ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to compare", args.flight.display());
@@ -80,4 +91,40 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
     });
     Ok(Verdict::Ok)
+}
+
+/// The steps and what the other flight says of each effect, for a person.
+fn show(found: &HeldOut) {
+    println!("Steady glides: rms error of vertical velocity, cm/s.");
+    let mut steps = comfy_table::Table::new();
+    steps.set_header(["step", "fitted flight", "other flight"]);
+    for step in &found.ladder {
+        let other = step.test_rms_cm_s.map_or_else(String::new, |e| format!("{e:.2}"));
+        steps.add_row([step.title.to_owned(), format!("{:.2}", step.rms_cm_s), other]);
+    }
+    println!("{steps}");
+    println!("What the other flight asks for ({} legs):", found.legs);
+    let mut sets = comfy_table::Table::new();
+    sets.set_header(["effects beside drag and trim", "fitted flight", "other flight", "worse than the best, standard errors"]);
+    for set in &found.sets {
+        sets.add_row([
+            names(&set.effects),
+            format!("{:.2}", set.fitted_cm_s),
+            format!("{:.2}", set.test_cm_s),
+            format!("{:.1}{}", set.t, if set.as_good { ": as good" } else { "" }),
+        ]);
+    }
+    println!("{sets}");
+    let named: Vec<String> = found.named.iter().map(|n| names(n)).collect();
+    println!(
+        "Named: {}. With the first {:.2} cm/s on the fitted flight, {:.2} cm/s on the other.",
+        named.join("; not told apart from it: "),
+        found.fitted_cm_s,
+        found.test_cm_s
+    );
+    println!("Values are of the fitted flight alone; the set was chosen on the other.");
+}
+
+fn names(effects: &[&str]) -> String {
+    if effects.is_empty() { "nothing".into() } else { effects.join(" + ") }
 }

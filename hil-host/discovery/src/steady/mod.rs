@@ -11,6 +11,7 @@
 //! * [`samples`]: which samples are steady, and the observed vertical velocity.
 //! * [`fit`]: least squares over named parameters.
 //! * [`ladder`]: the steps, trained on one flight and tested on another.
+//! * [`held_out`]: which effects another flight asks for.
 //! * [`identify`]: what these channels can and cannot tell.
 //! * [`report`]: all of it for one flight.
 //!
@@ -19,9 +20,11 @@
 
 pub mod fit;
 pub mod glide;
+pub mod held_out;
 pub mod identify;
 pub mod ladder;
 pub mod report;
 pub mod samples;
 
+pub use held_out::{HeldOut, held_out};
 pub use report::{SteadyReport, steady_report};

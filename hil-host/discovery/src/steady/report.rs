@@ -17,6 +17,15 @@ pub enum SteadyError {
     Samples(super::samples::SamplesError),
     /// No fit.
     Fit(super::fit::FitError),
+    /// Too few legs to judge a model on.
+    FewLegs {
+        /// Flight.
+        flight: String,
+        /// Its steady legs.
+        legs: usize,
+        /// Legs that are needed.
+        fewest: usize,
+    },
 }
 
 impl std::fmt::Display for SteadyError {
@@ -24,6 +33,9 @@ impl std::fmt::Display for SteadyError {
         match self {
             Self::Samples(e) => e.fmt(f),
             Self::Fit(e) => e.fmt(f),
+            Self::FewLegs { flight, legs, fewest } => {
+                write!(f, "{flight}: {legs} steady legs; at least {fewest} are needed to judge a model on")
+            }
         }
     }
 }

@@ -26,7 +26,7 @@ use hil_host::vehicles::Model;
 use hil_host::worlds;
 use hydro::effects::{Active, CATALOGUE};
 use hydro::{Flow, Polar as _};
-use plant::World;
+use plant::{Effect, EffectKind, World};
 use signals::link::MAX_WIRE;
 use signals::{Micros, ToBoard, ToHost, Wings, encode};
 use std::fmt::Write as _;
@@ -256,6 +256,37 @@ fn growth() -> Vec<(f64, usize, f64)> {
     out
 }
 
+/// Effects hidden one at a time in a log of 3 h.
+const KINDS: [EffectKind; 12] = [
+    EffectKind::ClimbDrag,
+    EffectKind::DragLevelError,
+    EffectKind::LiftSlopeError,
+    EffectKind::SideEdgeLift,
+    EffectKind::Stall,
+    EffectKind::HullCompressibility,
+    EffectKind::BallastOffset,
+    EffectKind::BallastScale,
+    EffectKind::PitchOffset,
+    EffectKind::AddedMass,
+    EffectKind::VerticalCurrent,
+    EffectKind::InternalWave,
+];
+
+/// Diagnoses of 3 h logs with another effect of typical size hidden in each, once each: seconds, fastest first.
+fn kinds() -> Vec<f64> {
+    let one = |kind: EffectKind| {
+        let (flight, vehicle) = log(3.0, Some(Effect::typical(kind))).expect("a log");
+        let begin = cpu_time();
+        let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+        let seconds = (cpu_time() - begin).as_secs_f64();
+        println!("diagnose 3 h, {kind:?} hidden: {seconds:8.2} s; {} {:?}", found.verdict.name(), found.answer);
+        seconds
+    };
+    let mut out: Vec<f64> = KINDS.into_iter().map(one).collect();
+    out.sort_by(f64::total_cmp);
+    out
+}
+
 /// Streaming memory bandwidth of one core, B/s, and its multiply-add rate, flop/s: the best of five.
 fn limits() -> (f64, f64) {
     let memory = vec![1.0f64; 16 << 20];
@@ -281,7 +312,7 @@ fn limits() -> (f64, f64) {
 }
 
 /// Everything that is no time of criterion's, and criterion's own medians (ns), into one table.
-fn write_table(grown: &[(f64, usize, f64)]) -> anyhow::Result<()> {
+fn write_table(grown: &[(f64, usize, f64)], told: &[f64]) -> anyhow::Result<()> {
     let mut text = String::new();
     let mission = shallow();
     let flight = flown(&mission, &mut Link::new(InProcess::default()))?;
@@ -309,6 +340,9 @@ fn write_table(grown: &[(f64, usize, f64)]) -> anyhow::Result<()> {
     for (hours, rows, seconds) in grown {
         writeln!(text, "growth.{hours}h\t{seconds}\ts\ngrowth.{hours}h.rows\t{rows}\t1")?;
     }
+    if let (Some(median), Some(slowest)) = (told.get(told.len() / 2), told.last()) {
+        writeln!(text, "kinds.median\t{median}\ts\nkinds.slowest\t{slowest}\ts\nkinds.count\t{}\t1", told.len())?;
+    }
     let folder = results();
     std::fs::create_dir_all(&folder)?;
     // Of a part of the measurements the rest is kept as it was.
@@ -327,7 +361,7 @@ fn write_table(grown: &[(f64, usize, f64)]) -> anyhow::Result<()> {
     if grown.is_empty()
         && let Ok(before) = std::fs::read_to_string(&path)
     {
-        before.lines().filter(|l| l.starts_with("growth.")).for_each(|l| text += &format!("{l}\n"));
+        before.lines().filter(|l| l.starts_with("growth.") || l.starts_with("kinds.")).for_each(|l| text += &format!("{l}\n"));
     }
     std::fs::write(&path, text)?;
     println!("wrote {}", path.display());
@@ -353,9 +387,9 @@ fn main() {
     waiting.final_summary();
     let parts: Vec<&String> = arguments.iter().filter(|a| !a.starts_with("--")).collect();
     let wanted = parts.is_empty() || parts.iter().any(|a| *a == "growth");
-    let grown = if wanted { growth() } else { Vec::new() };
+    let (grown, told) = if wanted { (growth(), kinds()) } else { (Vec::new(), Vec::new()) };
     let _ = std::fs::remove_dir_all(scratch());
-    if let Err(e) = write_table(&grown) {
+    if let Err(e) = write_table(&grown, &told) {
         eprintln!("no table of results: {e:#}");
     }
     let _ = std::fs::remove_dir_all(scratch());

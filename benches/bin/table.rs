@@ -235,6 +235,15 @@ fn finding(f: &Figures) -> Option<Vec<Row>> {
             format!("{passes} passes of the model"),
         ));
     }
+    if let (Some(median), Some(slowest), Some(count)) = (f.value("kinds.median"), f.value("kinds.slowest"), f.value("kinds.count")) {
+        rows.push(row(
+            &format!("each of {} effects hidden in turn, typical size", number(count)),
+            format!("{} in the median, {} at most", time(median), time(slowest)),
+            String::new(),
+            String::new(),
+            "how far the flight is from its model".into(),
+        ));
+    }
     if let (Some(day), Some(month), Some(base)) = (f.value("growth.24h"), f.value("growth.720h"), f.value("growth.3h")) {
         let exponent = |long: f64, short: f64, of: f64| (long / short).ln() / of.ln();
         rows.push(row(

@@ -11,7 +11,7 @@
 //! * [`samples`]: which samples are steady, and the observed vertical velocity.
 //! * [`fit`]: least squares over named parameters.
 //! * [`ladder`]: the steps, trained on one flight and tested on another.
-//! * [`held_out`]: which effects another flight asks for.
+//! * [`mod@held_out`]: which effects another flight asks for.
 //! * [`identify`]: what these channels can and cannot tell.
 //! * [`report`]: all of it for one flight.
 //!

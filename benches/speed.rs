@@ -14,8 +14,8 @@ use benches::{cpu_time, flown, frames, hidden, log, results, scratch, shallow};
 use control::{Config, State};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{Criterion, Throughput};
-use discovery::diagnose::diagnose;
-use discovery::{add, compare, export, import, prepare};
+use discovery::diagnose::{Diagnosis, diagnose};
+use discovery::{Flight, Vehicle, add, compare, export, import, prepare};
 use hil_host::closed_loop::CYCLE_S;
 use hil_host::page::Provenance;
 use hil_host::seats::in_process::InProcess;
@@ -235,14 +235,19 @@ fn real(c: &mut Criterion<Cpu>) {
     group.finish();
 }
 
+/// One diagnosis and its CPU time, s.
+fn diagnosed(flight: &Flight, vehicle: &Vehicle) -> (f64, Diagnosis) {
+    let begin = cpu_time();
+    let found = diagnose(flight, vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    ((cpu_time() - begin).as_secs_f64(), found)
+}
+
 /// Diagnoses of longer and longer logs, once each: hours, rows, seconds.
 fn growth() -> Vec<(f64, usize, f64)> {
     let mut out: Vec<(f64, usize, f64)> = Vec::new();
     for hours in [3.0, 24.0, 720.0] {
         let (flight, vehicle) = log(hours, Some(hidden())).expect("a log");
-        let begin = cpu_time();
-        let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
-        let seconds = (cpu_time() - begin).as_secs_f64();
+        let (seconds, found) = diagnosed(&flight, &vehicle);
         let exponent =
             out.last().map_or(String::new(), |(h, _, s)| format!(", grows as length^{:.2}", (seconds / s).ln() / (hours / h).ln()));
         println!(
@@ -276,9 +281,7 @@ const KINDS: [EffectKind; 12] = [
 fn kinds() -> Vec<f64> {
     let one = |kind: EffectKind| {
         let (flight, vehicle) = log(3.0, Some(Effect::typical(kind))).expect("a log");
-        let begin = cpu_time();
-        let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
-        let seconds = (cpu_time() - begin).as_secs_f64();
+        let (seconds, found) = diagnosed(&flight, &vehicle);
         println!("diagnose 3 h, {kind:?} hidden: {seconds:8.2} s; {} {:?}", found.verdict.name(), found.answer);
         seconds
     };

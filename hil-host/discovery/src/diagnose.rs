@@ -4,7 +4,7 @@
 
 use crate::brink::TRUSTED;
 use crate::calibration::State;
-use crate::evidence::log_evidence;
+use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
@@ -50,8 +50,6 @@ const TELLS: f64 = 6.0;
 const FAMILY_HANDICAP: f64 = 1.0;
 const FAMILY_HANDICAP_WAVE: f64 = -10.0;
 const FAMILY_SHARE: f64 = 0.01;
-/// Log odds within which hypotheses are not told apart.
-pub(crate) const TIED: f64 = 4.5;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
 /// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.

@@ -9,6 +9,9 @@ use std::f64::consts::PI;
 /// Prior probability that nothing is missing, that one effect is, that two are.
 pub const PRIOR: (f64, f64, f64) = (0.25, 0.60, 0.15);
 
+/// Log odds within which hypotheses are not told apart.
+pub(crate) const TIED: f64 = 4.5;
+
 /// ln of the mean of exp.
 #[must_use]
 pub fn log_mean_exp(values: &[f64]) -> f64 {

@@ -5,7 +5,7 @@
 //! the same operations in the same order as if it were alone: the result does not depend on what is beside it.
 
 use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
-use crate::prepare::{FAST_M_S, FLOAT_M, heave_decay_s};
+use crate::prepare::{FLOAT_M, heave_decay_s};
 use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel};
 use std::rc::Rc;
 use wide::f64x4;
@@ -25,8 +25,8 @@ const MOST_PARTS: usize = 3;
 /// Parts of a grid step: the grid is stable for the vehicle of the file, and a fit may try several times its lift. What would take
 /// more parts (hardly any mass across) is no vehicle, and may fail.
 fn parts(of: &Job, model: &ForceModel) -> usize {
-    let decay_s = heave_decay_s(&model.constants, model.constants.lift_slope_per_rad) * FAST_M_S / of.run.fastest_m_s;
-    let per_decay = of.run.step_s / decay_s;
+    let c = &model.constants;
+    let per_decay = of.run.step_s / heave_decay_s(c, c.lift_slope_per_rad, of.run.fastest_m_s);
     let parts = (per_decay / PART).ceil() as usize;
     if per_decay > STIFF && parts <= MOST_PARTS { parts } else { 1 }
 }
@@ -318,7 +318,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prepare::{Input, Run};
+    use crate::prepare::{FAST_M_S, Input, Run};
     use hydro::effects::{Active, Constants, Sensed, by_name};
     use std::borrow::Cow;
 

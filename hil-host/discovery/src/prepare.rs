@@ -199,10 +199,10 @@ pub fn local_slope(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut us
     local_quadratic(time, value, t, half, from).1
 }
 
-/// Decay time of the heave mode of a vehicle with this lift slope (1/rad on S) at 0.5 m/s, s.
+/// Decay time of the heave mode of a vehicle with this lift slope (1/rad on S) at a speed, s.
 #[must_use]
-pub fn heave_decay_s(c: &Constants, slope: f64) -> f64 {
-    c.mass_kg * (1.0 + c.added_mass_heave) / (0.5 * 1025.0 * FAST_M_S * slope * c.reference_area_m2)
+pub fn heave_decay_s(c: &Constants, slope: f64, speed_m_s: f64) -> f64 {
+    c.mass_kg * (1.0 + c.added_mass_heave) / (0.5 * 1025.0 * speed_m_s * slope * c.reference_area_m2)
 }
 
 /// Grid step on which the heave mode of a vehicle stays stable within three tolerances of its lift, s. The mode decays with
@@ -211,7 +211,7 @@ pub fn heave_decay_s(c: &Constants, slope: f64) -> f64 {
 pub fn step_s(vehicle: &Vehicle) -> f64 {
     let c = &vehicle.constants;
     let slope = c.lift_slope_per_rad * (1.0 + 3.0 * vehicle.tolerance.lift_slope_relative);
-    (STEP_PER_DECAY * heave_decay_s(c, slope)).clamp(0.25, STEP_S)
+    (STEP_PER_DECAY * heave_decay_s(c, slope, FAST_M_S)).clamp(0.25, STEP_S)
 }
 
 /// Cleans a flight and lays its inputs on the grid.

@@ -34,6 +34,11 @@ pub struct Candidate {
     pub(crate) own: Option<Arc<Jacobian>>,
 }
 
+/// Names of the effects of a state.
+pub(crate) fn named(state: &State) -> Vec<&'static str> {
+    state.effects.iter().map(|a| a.effect.name()).chain(state.wave.is_some().then_some(WAVE)).collect()
+}
+
 /// Amplitudes a wave is tried at, m/s.
 const WAVE_SCALES: [f64; 5] = [0.002, 0.004, 0.008, 0.016, 0.032];
 /// Times that the kind of a wave is looked for anew beside what it was fitted with.
@@ -165,10 +170,7 @@ impl<'a> Screen<'a> {
     }
 
     pub(crate) fn candidate(&self, f: Fit, prior: f64, correction: f64) -> Candidate {
-        let mut effects: Vec<&'static str> = f.state.effects.iter().map(|a| a.effect.name()).collect();
-        if f.state.wave.is_some() {
-            effects.push(WAVE);
-        }
+        let effects = named(&f.state);
         let worse = !(f.chi2 <= self.null.chi2 + 0.5);
         let odds = log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + correction;
         let log_odds = if worse || odds.is_nan() { f64::NEG_INFINITY } else { odds - if odds > 0.0 { self.doubts(&f) } else { 0.0 } };
@@ -270,20 +272,18 @@ impl<'a> Screen<'a> {
             bases.push(State::nominal());
         }
         let sizes = Self::starts(effect, far_off);
-        let starts: Vec<State> = bases.iter().flat_map(|base| sizes.iter().map(|size| self.start(base, effect, *size))).collect();
-        let best = |fits: Vec<Fit>| fits.into_iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone());
-        if anew {
-            return best(starts.iter().map(|start| crate::start::descend(self.problem, start)).collect());
+        let mut starts: Vec<State> = bases.iter().flat_map(|base| sizes.iter().map(|size| self.start(base, effect, *size))).collect();
+        let mut left = iterations;
+        if !anew && starts.len() > KEPT_STARTS {
+            // All go a little way; those that are lowest then go on.
+            let scout = Effort { rough: true, ..Effort::of(SCOUT_STEPS) };
+            let mut scouts: Vec<Fit> = starts.iter().map(|start| fit(self.problem, jacobian, start, scout)).collect();
+            scouts.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+            starts = scouts.into_iter().take(KEPT_STARTS).map(|f| f.state).collect();
+            left = iterations.saturating_sub(SCOUT_STEPS);
         }
-        if starts.len() <= KEPT_STARTS {
-            return best(starts.iter().map(|start| self.fit(jacobian, start, iterations)).collect());
-        }
-        // All go a little way; those that are lowest then go on.
-        let scout = Effort { rough: true, ..Effort::of(SCOUT_STEPS) };
-        let mut scouts: Vec<Fit> = starts.iter().map(|start| fit(self.problem, jacobian, start, scout)).collect();
-        scouts.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        scouts.truncate(KEPT_STARTS);
-        best(scouts.iter().map(|f| self.fit(jacobian, &f.state, iterations.saturating_sub(SCOUT_STEPS))).collect())
+        let from = |start: &State| if anew { crate::start::descend(self.problem, start) } else { self.fit(jacobian, start, left) };
+        starts.iter().map(from).min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone())
     }
 
     /// Stall where it promises nothing: the angle out of reach, no discovery.

@@ -5,8 +5,7 @@
 //! fitted and believed is [`crate::screen`]'s.
 
 use crate::calibration::State;
-use crate::diagnose::TIED;
-use crate::evidence::PRIOR;
+use crate::evidence::{PRIOR, TIED};
 use crate::fit::{Effort, Fit, Jacobian, fit, linear, start_at};
 use crate::problem::Problem;
 use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, has_guessed_form, wave_library};
@@ -285,15 +284,19 @@ impl Search<'_> {
         }
         // From the best singles, with signatures renewed at their fits.
         let near = |c: &&Candidate| c.effects.len() == 1 && c.log_odds > best_single - 25.0 - 0.3 * best_single.max(0.0);
-        let leaders: Vec<Candidate> = self.found.iter().filter(near).take(if best_single < -1.0 { 0 } else { 4 }).cloned().collect();
-        let seconds: Vec<_> = leaders.iter().take(1).map(|l| screen.seconds(&l.fit, l.own.as_deref())).collect();
-        self.told = leaders.first().zip(seconds.first()).is_some_and(|(first, seconds)| {
+        let mut leaders: Vec<Candidate> = self.found.iter().filter(near).take(if best_single < -1.0 { 0 } else { 4 }).cloned().collect();
+        let seconds_of = |single: &Candidate| screen.seconds(&single.fit, single.own.as_deref());
+        let mut of_first = leaders.first().map(seconds_of);
+        self.told = leaders.first().zip(of_first.as_ref()).is_some_and(|(first, seconds)| {
             let promised = seconds.first().map_or(f64::NEG_INFINITY, |s| s.0) + (prior_of(2) / prior_of(1)).ln();
             let lead = leaders.get(1).map_or(f64::INFINITY, |next| first.log_odds - next.log_odds);
             lead > CLEAR_LEAD && promised < HARDLY_A_SECOND && first.fit.mean_square() < TELLS_ALL
         });
-        for (k, single) in leaders.iter().enumerate().take(if self.told { 1 } else { leaders.len() }) {
-            let second = seconds.get(k).cloned().unwrap_or_else(|| screen.seconds(&single.fit, single.own.as_deref()));
+        if self.told {
+            leaders.truncate(1);
+        }
+        for single in &leaders {
+            let second = of_first.take().unwrap_or_else(|| seconds_of(single));
             if single.effects == [WAVE] {
                 for (_, effect) in second.iter().take(2) {
                     let (f, own) = screen.renewed(screen.best_with(&screen.jacobian, &single.fit, *effect, 4), 4);
@@ -371,9 +374,8 @@ impl Search<'_> {
         let floor = self.best_single() - 3.0;
         if self.told {
             // A look-alike alone may sit in a hollow that a pair with it has left.
-            let floor = floor - TIED;
-            let pairs: Vec<Candidate> = self.found.iter().filter(|c| c.is_plain_pair() && c.log_odds > floor).cloned().collect();
-            pairs.iter().for_each(|pair| (0..2).for_each(|kept| drop(self.without(pair, kept))));
+            let near: Vec<Candidate> = self.found.iter().filter(|c| c.is_plain_pair() && c.log_odds > floor - TIED).cloned().collect();
+            near.iter().for_each(|pair| self.each_alone(pair));
             return;
         }
         let Some(best) = self.best_pair(floor) else { return };
@@ -393,8 +395,13 @@ impl Search<'_> {
         self.settle(2);
         // The same once more for what is best now: a pair that owes its place to a better calibration is none.
         if let Some(now) = self.best_pair(floor) {
-            (0..2).for_each(|kept| drop(self.without(&now, kept)));
+            self.each_alone(&now);
         }
+    }
+
+    /// Both members of a pair fitted alone from where the pair is.
+    fn each_alone(&mut self, pair: &Candidate) {
+        (0..2).for_each(|kept| drop(self.without(pair, kept)));
     }
 
     /// The fit of one effect of a pair alone; what the pair has found may serve it better than its own start did.

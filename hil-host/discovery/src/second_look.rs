@@ -3,10 +3,11 @@
 
 use crate::brink::WORTH_TRYING;
 use crate::calibration::State;
-use crate::diagnose::{OUTLIER, TIED, speaks_up};
-use crate::evidence::log_evidence;
+use crate::diagnose::{OUTLIER, speaks_up};
+use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::Problem;
+use crate::screen::named;
 use crate::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
 
 /// One observation in so many, coming or going, is worth a new search.
@@ -48,7 +49,7 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     if widened + outliers > large {
         // Rows that depend on the continuation are out. What says the same without them needs no new search.
         let weighed = weigh_again(problem, found.clone(), MAY_WIN, tick);
-        if names(best_of(problem, &weighed)) == names(&best) {
+        if name_the_same(best_of(problem, &weighed), &best) {
             return weighed;
         }
         // Where only the power to tell is lost with them, they come back: the fit explains them, the others name part of what it
@@ -67,11 +68,12 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     found
 }
 
-/// What a fit names, and whether there is a wave in it.
-fn names(fit: &Fit) -> (Vec<&'static str>, bool) {
-    let mut names: Vec<&str> = fit.state.effects.iter().map(|a| a.effect.name()).collect();
-    names.sort_unstable();
-    (names, fit.state.wave.is_some())
+/// Whether two fits name the same effects.
+fn name_the_same(a: &Fit, b: &Fit) -> bool {
+    let [mut a, mut b] = [named(&a.state), named(&b.state)];
+    a.sort_unstable();
+    b.sort_unstable();
+    a == b
 }
 
 /// Whether all that a fit names is named by another that names more. A wave follows whatever is slow, a wrong law near the stall too:

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::fit::{Channels, Parameter, fit, residuals};
 use super::glide::GlideModel;
-use super::ladder::{Step, ladder, rms_cm_s};
+use super::ladder::{Rung, Step, ladder, rms_cm_s};
 use super::report::SteadyError;
 use super::samples::SteadySamples;
 use crate::flight::Flight;
@@ -23,8 +23,6 @@ const EFFECTS: [(Parameter, &str); 3] = [
     (Parameter::ThermalExpansion, "thermal_expansion"),
     (Parameter::PitchOffset, "pitch_offset"),
 ];
-/// Fitted whatever is kept: scatter of every dive.
-const ALWAYS: [Parameter; 2] = [Parameter::Cd0, Parameter::TrimMass];
 /// A leg ends where the samples change direction or stop for this long, s.
 const LEG_GAP_S: f64 = 120.0;
 /// Legs with fewer samples say little of their own.
@@ -85,12 +83,12 @@ pub fn held_out(train: &Flight, test: &Flight) -> Result<HeldOut, SteadyError> {
     }
     let warm = fitted.has_temperature() && judged.has_temperature();
     let effects: Vec<_> = EFFECTS.into_iter().filter(|(p, _)| warm || *p != Parameter::ThermalExpansion).collect();
-    let mut start = GlideModel::nominal(fitted.mean_density_kg_m3(), fitted.mean_temperature_degc());
-    start.constant_density = false;
+    let start = fitted.nominal_model(false);
+    let always = Rung::TrimMeasuredDensity.free();
     let mut sets = Vec::new();
     for chosen in 0..1_usize << effects.len() {
         let set = || effects.iter().enumerate().filter(|(k, _)| chosen >> k & 1 == 1).map(|(_, e)| e);
-        let free: Vec<Parameter> = ALWAYS.into_iter().chain(set().map(|e| e.0)).collect();
+        let free: Vec<Parameter> = always.iter().copied().chain(set().map(|e| e.0)).collect();
         let model = fit(&fitted, &start, &free, Channels::Vertical)?.model;
         sets.push(Judged {
             effects: set().map(|e| e.1).collect(),
@@ -150,8 +148,8 @@ fn squares(samples: &SteadySamples, model: &GlideModel, legs: &[std::ops::Range<
 
 /// Mean in its standard errors; 0 where nothing varies.
 fn in_standard_errors(x: &DVector<f64>) -> f64 {
-    let n = x.len() as f64;
-    let error = (x.variance() * n / (n - 1.0) / n).sqrt();
+    // The variance is over n, that of a sample over n − 1.
+    let error = (x.variance() / (x.len() as f64 - 1.0)).sqrt();
     if error > 0.0 { x.mean() / error } else { 0.0 }
 }
 

@@ -92,9 +92,7 @@ pub struct Step {
 /// # Errors
 /// [`FitError`].
 pub fn climb(train: &SteadySamples, rung: Rung) -> Result<Fit, FitError> {
-    let mut start = GlideModel::nominal(train.mean_density_kg_m3(), train.mean_temperature_degc());
-    start.constant_density = rung.constant_density();
-    fit(train, &start, rung.free(), Channels::Vertical)
+    fit(train, &train.nominal_model(rung.constant_density()), rung.free(), Channels::Vertical)
 }
 
 /// Error of `model` on `samples`: rms of vertical velocity, cm/s; NaN if it has no value on some sample.

@@ -112,8 +112,7 @@ pub fn steady_report(flight: &Flight) -> Result<SteadyReport, SteadyError> {
     let samples = SteadySamples::of(flight)?;
     let ladder = ladder(&samples, None)?;
     let rms = |rung| ladder.iter().find(|s| s.rung == rung).map_or(f64::NAN, |s| s.rms_cm_s);
-    let mut start = GlideModel::nominal(samples.mean_density_kg_m3(), samples.mean_temperature_degc());
-    start.constant_density = false;
+    let start = samples.nominal_model(false);
     let base = fit(&samples, &start, &BASE, Channels::Vertical)?;
     let lift_anywhere = [LIFT_RANGE[0], 1.0, LIFT_RANGE[1]].map(|k| k * LIFT_SLOPE_PER_RAD);
     let pitch_anywhere = [PITCH_SCALE_RANGE[0], 1.0, PITCH_SCALE_RANGE[1]];

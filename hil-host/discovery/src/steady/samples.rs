@@ -14,7 +14,7 @@
 
 use serde::Serialize;
 
-use super::glide::{GRAVITY_M_S2, Input};
+use super::glide::{GRAVITY_M_S2, GlideModel, Input};
 use crate::flight::Flight;
 
 /// Half width of the derivative's window, s (source: the published figures' 21 s).
@@ -184,6 +184,13 @@ impl SteadySamples {
     #[must_use]
     pub fn mean_temperature_degc(&self) -> f64 {
         self.inputs.iter().map(|i| i.temperature_degc).sum::<f64>() / self.inputs.len() as f64
+    }
+
+    /// The published coefficients in this flight's water.
+    #[must_use]
+    pub fn nominal_model(&self, constant_density: bool) -> GlideModel {
+        let nominal = GlideModel::nominal(self.mean_density_kg_m3(), self.mean_temperature_degc());
+        GlideModel { constant_density, ..nominal }
     }
 
     /// Whether the samples both dive and climb; one of them alone ties trim to drag.

@@ -14,7 +14,8 @@
 //!
 //! Segments: the format's segment starts and ends floating at the surface. A
 //! mission that turns at depth without surfacing has its dive cycles as
-//! segments instead (`segment_start` in the vehicle file says which).
+//! segments instead (`segment_start` in the vehicle file says which); positions
+//! then count from the launch point of the last dive from the surface.
 
 pub mod recorder;
 
@@ -127,6 +128,15 @@ pub struct Truth {
     pub energy_j: f64,
 }
 
+/// Where a segment starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SegmentStart {
+    /// Floating, a dive from the surface.
+    Surface,
+    /// At depth, where the vehicle turns down without having surfaced.
+    Moving,
+}
+
 /// A flight log being written.
 pub struct Writer {
     directory: PathBuf,
@@ -179,16 +189,21 @@ impl Writer {
         &self.directory
     }
 
-    /// Number of the segment being written.
-    #[must_use]
-    pub fn segment(&self) -> u32 {
-        self.segment
-    }
-
     /// Rows written.
     #[must_use]
     pub fn rows(&self) -> u64 {
         self.rows
+    }
+
+    /// How the segment starts that a cycle with this answer begins; none where it goes on with the one being written.
+    #[must_use]
+    pub fn new_segment(&self, answer: &Answer) -> Option<SegmentStart> {
+        let last = self.last.filter(|last| answer.trace.dives > 0 && answer.trace.phase != last.trace.phase)?;
+        match answer.trace.phase {
+            Phase::Dive if matches!(last.trace.phase, Phase::Comms | Phase::Surface) => Some(SegmentStart::Surface),
+            Phase::InflectHigh => Some(SegmentStart::Moving),
+            _ => None,
+        }
     }
 
     /// Writes one cycle.
@@ -210,15 +225,10 @@ impl Writer {
         if answer.trace.flags.0 & !flags != 0 {
             self.event(m.time_s, "degraded", &format!("{:#x}", answer.trace.flags.0 & !flags))?;
         }
-        // A new segment where a dive starts from the surface again, or where the vehicle turns down at depth.
-        if answer.trace.dives > 0 && phase != before {
-            let from_surface = phase == Phase::Dive && matches!(before, Phase::Comms | Phase::Surface);
-            let at_depth = phase == Phase::InflectHigh;
-            if from_surface || at_depth {
-                self.segment += 1;
-                self.segments_start_at_surface &= from_surface;
-                self.write_vehicle()?;
-            }
+        if let Some(start) = self.new_segment(answer) {
+            self.segment += 1;
+            self.segments_start_at_surface &= start == SegmentStart::Surface;
+            self.write_vehicle()?;
         }
         self.last = Some(*answer);
         let line = self.line(m, answer, truth);

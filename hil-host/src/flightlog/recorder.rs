@@ -1,6 +1,6 @@
 //! From a cycle of the closed loop to a row of the log.
 
-use super::{Measured, Truth, Writer};
+use super::{Measured, SegmentStart, Truth, Writer};
 use crate::closed_loop::Cycle;
 use crate::{mission_file, worlds};
 use plant::World;
@@ -60,10 +60,13 @@ impl Recorder {
     /// Disk full or gone.
     pub fn push(&mut self, cycle: &Cycle<'_>) -> anyhow::Result<()> {
         let (f, t) = (cycle.frame, cycle.truth);
-        let segment = self.writer.segment();
+        // Positions count from the launch point: of the segment, or of the first of those without a surfacing between them.
+        if self.writer.new_segment(cycle.answer) == Some(SegmentStart::Surface) {
+            self.origin = None;
+        }
+        let origin = *self.origin.get_or_insert((t.east_m, t.north_m));
         let (mut east, mut north) = (f64::NAN, f64::NAN);
         if f.surface.gps_fix {
-            let origin = *self.origin.get_or_insert((t.east_m, t.north_m));
             east = t.east_m - origin.0 + self.gps.sample(&mut self.rng);
             north = t.north_m - origin.1 + self.gps.sample(&mut self.rng);
         }
@@ -96,12 +99,7 @@ impl Recorder {
             battery_mass_m: t.battery_mass_m,
             energy_j: t.energy.total_j(),
         };
-        self.writer.push(&measured, cycle.answer, &truth)?;
-        if self.writer.segment() != segment {
-            // The format's origin is the segment's own start.
-            self.origin = None;
-        }
-        Ok(())
+        self.writer.push(&measured, cycle.answer, &truth)
     }
 
     /// Says what an interrupted flight left behind.

@@ -75,11 +75,9 @@ pub(crate) fn has_own_angle(effect: &str) -> bool {
 }
 
 /// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape beside its size. The
-/// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law. (Drag due to lift is two coefficients;
-/// that they are wrong together is a guess.)
+/// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law.
 pub(crate) fn has_guessed_form(effect: &str) -> bool {
-    let two_at_once = effect == hydro::effects::InducedDragError.name();
-    two_at_once || hydro::effects::by_name(effect).is_none_or(|e| e.acts_in_flow() || e.parameters().len() > 1)
+    hydro::effects::by_name(effect).is_none_or(|e| e.acts_in_flow() || e.parameters().len() > 1)
 }
 
 /// Whether a size or a shape is at the end of what is possible.

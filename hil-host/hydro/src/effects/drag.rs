@@ -178,7 +178,9 @@ impl Effect for DragLevelError {
     }
 }
 
-/// Drag due to lift times (1 + rel_error): K and CDb together, because vertical speed cannot tell them apart.
+/// K times (1 + rel_error min(1, 2 wing_share)) and CDb times (1 + rel_error min(1, 2 (1 - wing_share))): 1 where the wing's induced
+/// drag alone is wrong, 0 where the hull's cross-flow drag alone is, one half where both are by the same factor. They are one effect,
+/// because to first order both grow with the square of the angle of attack; what is left (lift is not quite linear) may tell them apart.
 #[derive(Clone, Copy, Debug)]
 pub struct InducedDragError;
 
@@ -196,18 +198,21 @@ impl Effect for InducedDragError {
         false
     }
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "rel_error",
-            unit: "1",
-            off: 0.0,
-            low: -1.0,
-            high: 6.0,
-            typical: 0.5,
-            source: "K between 1/(pi A) and the zero-suction limit",
-        }]
+        &[
+            Parameter {
+                name: "rel_error",
+                unit: "1",
+                off: 0.0,
+                low: -1.0,
+                high: 6.0,
+                typical: 0.5,
+                source: "K between 1/(pi A) and the zero-suction limit",
+            },
+            Parameter { name: "wing_share", unit: "1", off: 0.5, low: 0.0, high: 1.0, typical: 0.5, source: "guess" },
+        ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
-        c.induced_k *= 1.0 + p[0];
-        c.hull_drag_per_rad2 *= 1.0 + p[0];
+        c.induced_k *= 1.0 + p[0] * (2.0 * p[1]).min(1.0);
+        c.hull_drag_per_rad2 *= 1.0 + p[0] * (2.0 - 2.0 * p[1]).min(1.0);
     }
 }

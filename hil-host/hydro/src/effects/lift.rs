@@ -130,7 +130,8 @@ impl Effect for Stall {
     }
 }
 
-/// Linear lift times (1 + rel_error).
+/// Linear lift times (1 + rel_error). How much of the quadratic lift goes with it is open: times (1 + quadratic_share rel_error), 0 for
+/// a lift that is only steeper at the origin, 1 for a lift curve that is wrong as a whole.
 #[derive(Clone, Copy, Debug)]
 pub struct LiftSlopeError;
 
@@ -149,18 +150,22 @@ impl Effect for LiftSlopeError {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "rel_error",
-            unit: "1",
-            off: 0.0,
-            low: -0.8,
-            high: 2.0,
-            typical: 0.3,
-            source: "hull carry-over changes the slope by 1.4-2.1 (slender-body theory)",
-        }]
+        &[
+            Parameter {
+                name: "rel_error",
+                unit: "1",
+                off: 0.0,
+                low: -0.8,
+                high: 2.0,
+                typical: 0.3,
+                source: "hull carry-over changes the slope by 1.4-2.1 (slender-body theory)",
+            },
+            Parameter { name: "quadratic_share", unit: "1", off: 0.5, low: 0.0, high: 1.0, typical: 0.5, source: "guess" },
+        ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
         c.lift_slope_per_rad *= 1.0 + p[0];
+        c.lift_quadratic_per_rad2 *= 1.0 + p[1] * p[0];
     }
 }
 

@@ -10,13 +10,17 @@
 
 use crate::calibration::State;
 use crate::dynamics::{Track, track};
+use crate::left_out::LeftOut;
 use crate::noise::Whitener;
 use crate::prepare::Run;
-use crate::problem::{LeftOut, Problem};
+use crate::problem::Problem;
 use hydro::effects::Continuation;
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
 const AFTER_S: f64 = 20.0;
+/// A stretch beyond the valid angle of attack that both continuations have left after this time, s, is passed through; what lasts
+/// longer may be nature's other branch.
+const PASSING_S: f64 = 120.0;
 /// Mean square of innovations near the stall up to which a continuation is believed to be nature's at once.
 pub const TRUSTED: f64 = 1.15;
 /// The same up to which it is worth a search on all rows, whose outcome decides.
@@ -42,6 +46,7 @@ impl Problem<'_> {
             let tracks = self.both_tracks(self.runs[k], state);
             let limit = 0.4 * self.colour.rms_m_s;
             let mut last = f64::NEG_INFINITY;
+            let mut stretches: Vec<(f64, f64)> = Vec::new();
             let mut lost = 0.0;
             for row in 0..run.time_s.len() {
                 let t = run.time_s[row];
@@ -49,17 +54,28 @@ impl Problem<'_> {
                     last = t;
                     lost += if row > 0 { t - run.time_s[row - 1] } else { 0.0 };
                 }
-                if t - last < AFTER_S && run.used[row] {
-                    if row > 0 && run.depth_m[row - 1].is_finite() {
-                        let dt = t - run.time_s[row - 1];
-                        let seen = run.depth_m[row] - run.depth_m[row - 1];
-                        for (m, c) in misfit.iter_mut().zip(&tracks) {
-                            *m += (seen - (c.depth_m[row] - c.depth_m[row - 1])).powi(2) / dt;
-                        }
-                    }
-                    self.brink_at[k][row] = true;
+                if t - last >= AFTER_S {
+                    continue;
                 }
+                match stretches.last_mut() {
+                    Some((_, end)) if row > 0 && *end == run.time_s[row - 1] => *end = t,
+                    _ => stretches.push((t, t)),
+                }
+                if !run.used[row] {
+                    continue;
+                }
+                if row > 0 && run.depth_m[row - 1].is_finite() {
+                    let dt = t - run.time_s[row - 1];
+                    let seen = run.depth_m[row] - run.depth_m[row - 1];
+                    for (m, c) in misfit.iter_mut().zip(&tracks) {
+                        *m += (seen - (c.depth_m[row] - c.depth_m[row - 1])).powi(2) / dt;
+                    }
+                }
+                self.brink_at[k][row] = true;
             }
+            // What a hypothesis does with a launch or a turn that is left out must not decide whether it stalls all the way after it.
+            stretches.retain(|(from, to)| to - from < PASSING_S);
+            self.attached[k] = stretches;
             self.lost_way_s[k] = lost;
         }
         self.beyond = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
@@ -80,6 +96,7 @@ impl Problem<'_> {
         let back = self.brink_rows();
         self.brink_at.iter_mut().for_each(|b| b.fill(false));
         self.lost_way_s.fill(0.0);
+        self.attached.iter_mut().for_each(Vec::clear);
         self.refresh();
         back
     }

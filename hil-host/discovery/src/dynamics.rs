@@ -89,6 +89,8 @@ pub struct Job<'a> {
     pub constants: Constants,
     /// Effects that are on.
     pub effects: Cow<'a, [Active]>,
+    /// From when to when the flow is known to attach, s: the angle of attack stays where the law is good.
+    pub attached: &'a [(f64, f64)],
 }
 
 impl Job<'_> {
@@ -124,7 +126,20 @@ fn same(a: &[Active], b: &[Active]) -> bool {
 /// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.
 #[must_use]
 pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Track {
-    let job = Job { run, constants: nominal, effects: Cow::Borrowed(effects) };
+    track_attached(run, nominal, effects, water_depth_m, beyond, &[])
+}
+
+/// The same where the flow is known to attach.
+#[must_use]
+pub(crate) fn track_attached(
+    run: &Run,
+    nominal: Constants,
+    effects: &[Active],
+    water_depth_m: f64,
+    beyond: Continuation,
+    attached: &[(f64, f64)],
+) -> Track {
+    let job = Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached };
     tracks(std::slice::from_ref(&job), water_depth_m, beyond).pop().unwrap_or_default()
 }
 

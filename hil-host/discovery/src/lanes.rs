@@ -10,6 +10,8 @@ use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel};
 use std::rc::Rc;
 use wide::f64x4;
 
+/// Velocity across the hull per velocity along it at [`ALPHA_VALID_RAD`]: tan 0.35.
+const TAN_VALID: f64 = 0.365_028_494_830_424_54;
 /// Simulations side by side.
 const LANES: usize = 4;
 type Lanes = f64x4;
@@ -109,6 +111,10 @@ impl<'a> Lane<'a> {
             let (sin1, cos1) = (p1.sin_pitch, p1.cos_pitch);
             sink0 = sink_at_start;
             [self.u, self.n, self.z] = new;
+            if self.of.attached.iter().any(|(from, to)| (*from..*to).contains(&t0)) {
+                let most = TAN_VALID * self.u.max(0.0);
+                self.n = self.n.clamp(-most, most);
+            }
             let i = &run.inputs[(2 * self.step + 1) / self.split];
             let horizontal = 0.5 * (u0 + self.u) * cos1 - 0.5 * (n0 + self.n) * sin1;
             self.out.displacement_m.0 += h * horizontal * i.sin_heading;
@@ -379,6 +385,8 @@ mod tests {
             step_s,
             displacement_m: None,
             displacement_s: 100.0,
+            fixes: [None; 2],
+            blind: false,
             surface: [None, None],
             starts_afloat: afloat,
             start_speed_m_s: if afloat { 0.0 } else { 0.25 },
@@ -393,10 +401,32 @@ mod tests {
     }
 
     #[test]
+    fn prop_a_flow_that_is_known_to_attach_stays_within_the_valid_angle_of_attack() {
+        let run = run(200.0, 0.45, true);
+        let steepest = |attached: &[(f64, f64)]| {
+            let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached };
+            let t = &tracks(&[job], 60.0, Continuation::Fading)[0];
+            // The launch, and the glide half a minute later.
+            let largest = |from: usize, to: usize| t.alpha_rad[from..to].iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            [largest(6, 20), largest(30, 40)]
+        };
+        let (free, held) = (steepest(&[]), steepest(&[(0.0, 100.0)]));
+        assert!(free[0] > 0.5, "the launch of this run is a stall: {free:?}");
+        assert!(held[0] <= ALPHA_VALID_RAD + 1e-9, "{held:?}");
+        // 1e-3 rad: both have come to the same glide.
+        assert!((free[1] - held[1]).abs() < 1e-3, "{free:?} {held:?}");
+    }
+
+    #[test]
     fn regress_several_times_the_lift_is_a_glide_and_no_instability() {
         let run = run(200.0, 0.45, true);
         let sink = |lift: f64| {
-            let job = Job { run: &run, constants: Constants { lift_slope_per_rad: lift * 8.0, ..SLOCUM }, effects: Cow::Borrowed(&[]) };
+            let job = Job {
+                run: &run,
+                constants: Constants { lift_slope_per_rad: lift * 8.0, ..SLOCUM },
+                effects: Cow::Borrowed(&[]),
+                attached: &[],
+            };
             let t = tracks(&[job], 60.0, Continuation::Rising).pop().expect("one");
             assert!(t.depth_m.iter().all(|z| z.is_finite()), "lift x {lift}");
             // Half way down, in the glide.
@@ -416,7 +446,8 @@ mod tests {
         }
         let last = |fastest_m_s: f64| {
             let run = Run { fastest_m_s, ..fast.clone() };
-            let job = Job { run: &run, constants: Constants { lift_slope_per_rad: 20.0, ..SLOCUM }, effects: Cow::Borrowed(&[]) };
+            let job =
+                Job { run: &run, constants: Constants { lift_slope_per_rad: 20.0, ..SLOCUM }, effects: Cow::Borrowed(&[]), attached: &[] };
             tracks(&[job], 60.0, Continuation::Rising)[0]
                 .depth_m
                 .iter()
@@ -442,7 +473,7 @@ mod tests {
         let mut jobs: Vec<Job> = Vec::new();
         for run in &runs {
             for (effects, cd0) in laws.iter().zip([0.15, 0.15, 0.3, 0.1, 0.2]) {
-                jobs.push(Job { run, constants: Constants { cd0, ..SLOCUM }, effects: Cow::Borrowed(effects) });
+                jobs.push(Job { run, constants: Constants { cd0, ..SLOCUM }, effects: Cow::Borrowed(effects), attached: &[] });
             }
         }
         for beyond in [Continuation::Rising, Continuation::Fading] {

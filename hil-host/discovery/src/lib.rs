@@ -17,6 +17,7 @@ pub mod flight;
 pub mod import;
 pub mod inputs;
 pub mod lanes;
+pub mod left_out;
 pub mod metric;
 pub mod noise;
 pub mod plan;
@@ -36,6 +37,7 @@ pub mod strangers;
 pub mod vehicle;
 pub mod vehicle_file;
 pub mod wave;
+pub mod ways;
 pub mod whereabouts;
 
 pub use flight::Flight;

@@ -8,6 +8,7 @@
 use crate::flight::Flight;
 use crate::spikes::{FASTEST, despike, despike_by, turn_allowance};
 use crate::vehicle::Vehicle;
+use crate::ways::{Fix, Way, fixes, ways};
 use hydro::effects::{Constants, Sensed};
 
 /// Half width of the local fit of pitch, s (shorter than the pitch mode of 16 s, longer than two samples).
@@ -73,8 +74,12 @@ pub struct Run {
     pub step_s: f64,
     /// Mean GPS displacement from start to end (east, north), m, and its 1-sigma error in each direction, m.
     pub displacement_m: Option<(f64, f64, f64)>,
-    /// Mean time between the fixes at the start and those at the end, s.
+    /// Time between the fixes at the start and those at the end, s; of a way over several runs this run's part of it.
     pub displacement_s: f64,
+    /// Mean fixes before the dive and after it.
+    pub(crate) fixes: [Option<Fix>; 2],
+    /// Whether inputs had to be made up over a stretch.
+    pub(crate) blind: bool,
     /// Mean time and mean pressure (Pa) of rows floating at the surface, and how many rows, at the start and at the end.
     pub surface: [Option<(f64, f64, usize)>; 2],
     /// Whether the vehicle floats at the surface at the start.
@@ -90,6 +95,8 @@ pub struct Run {
 pub struct Prepared {
     /// Runs in order of time.
     pub runs: Vec<Run>,
+    /// Ways over more than one run.
+    pub ways: Vec<Way>,
     /// What had to be repaired or left out, for the report.
     pub notes: Vec<String>,
 }
@@ -273,7 +280,8 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     if !flight.temperature_degc.iter().any(|t| t.is_finite()) {
         notes.push("there is no temperature: the hull's thermal expansion is left out, and nothing is learned about it".into());
     }
-    Prepared { runs, notes }
+    let ways = ways(&mut runs, vehicle.sensors.gps_noise_m);
+    Prepared { runs, ways, notes }
 }
 
 /// Spread of readings afloat, Pa: sensor noise and ripples; and the highest zero error that is believed, Pa.
@@ -415,26 +423,12 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         });
     }
 
-    // GPS fixes before the dive and after it.
-    let middle = 0.5 * (time[0] + time[time.len() - 1]);
-    let mut fixes = [[0.0_f64; 4]; 2];
-    for (k, i) in rows.clone().enumerate() {
-        let (e, n) = (flight.gps_east_m[i], flight.gps_north_m[i]);
-        if e.is_finite() && n.is_finite() {
-            let f = &mut fixes[usize::from(time[k] > middle)];
-            f[0] += 1.0;
-            f[1] += e;
-            f[2] += n;
-            f[3] += time[k];
-        }
-    }
-    let [a, b] = fixes;
+    let fixes = fixes(flight, rows.clone());
     // A way through the water on inputs that were made up is none.
-    let (displacement_m, displacement_s) = if a[0] > 0.0 && b[0] > 0.0 && !silent.contains(&true) {
-        let sigma = sensors.gps_noise_m * (1.0 / a[0] + 1.0 / b[0]).sqrt();
-        (Some((b[1] / b[0] - a[1] / a[0], b[2] / b[0] - a[2] / a[0], sigma)), b[3] / b[0] - a[3] / a[0])
-    } else {
-        (None, f64::NAN)
+    let blind = silent.contains(&true);
+    let (displacement_m, displacement_s) = match fixes {
+        [Some(a), Some(b)] if !blind => (Some(a.to(&b, sensors.gps_noise_m)), b.time_s - a.time_s),
+        _ => (None, f64::NAN),
     };
     let surface = surface_readings(time, &pressure, &ballast);
     let fastest_m_s = fastest_m_s(&inputs, step);
@@ -450,6 +444,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         step_s: step,
         displacement_m,
         displacement_s,
+        fixes,
+        blind,
         surface,
         starts_afloat,
         start_speed_m_s,

@@ -6,7 +6,7 @@
 
 use crate::calibration::{PRESSURE_ZERO_PA, State};
 use crate::dives::{MOST_FITTED, evenly};
-use crate::dynamics::{Job, Track, track};
+use crate::dynamics::{Job, Track, track_attached};
 use crate::import::seawater::density;
 use crate::lanes::tracks;
 use crate::metric::{Block, modelled_m_s, rms};
@@ -14,22 +14,12 @@ use crate::noise::{Colour, Whitener};
 use crate::prepare::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
 use crate::wave::Kind;
+use crate::ways::Way;
 use hydro::effects::{Active, Constants, Continuation};
 use std::borrow::Cow;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
 const SURFACE_PA: f64 = 100.0;
-/// Error of a GPS displacement besides the fixes (drift afloat, turns), m, and per metre of way; guess from example flights.
-const DRIFT_M: f64 = 1.0;
-const DRIFT_PER_M: f64 = 0.004;
-/// Error of the horizontal speed while the vehicle is near the stall, m/s, and the longest such time for which displacement is used, s.
-const LOST_WAY_M_S: f64 = 0.05;
-const MOST_LOST_S: f64 = 600.0;
-/// An innovation that is no news of one sample alone, sigma.
-const LARGE: f64 = 3.0;
-/// Rows beyond the law that are more than a launch and a turn.
-const STALLED_ROWS: usize = 20;
-
 /// A stretch of a whitened vector.
 #[derive(Clone, Debug)]
 pub struct Column {
@@ -56,30 +46,6 @@ impl Column {
     }
 }
 
-/// Rows that are left out of a fit, and why.
-#[derive(Clone, Debug)]
-pub struct LeftOut {
-    outlier: Vec<Vec<bool>>,
-    speed_outlier: Vec<Vec<bool>>,
-    brink: Vec<Vec<bool>>,
-    lost_way_s: Vec<f64>,
-    beyond: Continuation,
-}
-
-impl LeftOut {
-    /// Rows near the stall, by run.
-    #[must_use]
-    pub fn brink(&self) -> &[Vec<bool>] {
-        &self.brink
-    }
-
-    /// How lift was taken to go on beyond the valid angle of attack.
-    #[must_use]
-    pub fn beyond(&self) -> Continuation {
-        self.beyond
-    }
-}
-
 /// The fit segments of one flight with everything a fit needs.
 #[derive(Debug)]
 pub struct Problem<'a> {
@@ -93,18 +59,22 @@ pub struct Problem<'a> {
     pub colour: Colour,
     /// Where fits start.
     pub start: State,
-    whiteners: Vec<Whitener>,
+    pub(crate) whiteners: Vec<Whitener>,
     pub(crate) used: Vec<Vec<bool>>,
-    outlier: Vec<Vec<bool>>,
-    speed_outlier: Vec<Vec<bool>>,
-    speed_rows: Vec<Vec<Vec<usize>>>,
-    offsets: Vec<usize>,
+    pub(crate) outlier: Vec<Vec<bool>>,
+    pub(crate) speed_outlier: Vec<Vec<bool>>,
+    pub(crate) speed_rows: Vec<Vec<Vec<usize>>>,
+    pub(crate) offsets: Vec<usize>,
     /// Whitened observations.
     pub data: Vec<f64>,
-    way_m: Vec<f64>,
+    pub(crate) way_m: Vec<f64>,
+    /// Ways over several fitted runs.
+    pub(crate) ways: Vec<Way>,
     /// Median of what the measured density exceeds that of pure water by, kg/m³; none where the water is salt.
     pub fresh_excess_kg_m3: Option<f64>,
     pub(crate) lost_way_s: Vec<f64>,
+    /// From when to when the flow of each run is known to attach, s.
+    pub(crate) attached: Vec<Vec<(f64, f64)>>,
     pub(crate) brink_at: Vec<Vec<bool>>,
 }
 
@@ -114,6 +84,13 @@ impl<'a> Problem<'a> {
     pub fn new(prepared: &'a Prepared, vehicle: &'a Vehicle, fitted: impl Fn(u32) -> bool) -> Self {
         let all: Vec<&Run> = prepared.runs.iter().filter(|r| fitted(r.segment)).collect();
         let runs: Vec<&Run> = evenly(all.len(), MOST_FITTED).into_iter().map(|i| all[i]).collect();
+        let ways = prepared.ways.iter().filter_map(|way| {
+            let from = runs.iter().position(|r| std::ptr::eq(*r, &prepared.runs[way.runs.start]))?;
+            let here = from..from + way.runs.len();
+            let whole = runs.get(here.clone())?.iter().zip(&prepared.runs[way.runs.clone()]).all(|(a, b)| std::ptr::eq(*a, b));
+            whole.then(|| Way { runs: here, ..way.clone() })
+        });
+        let ways = ways.collect();
         let s = &vehicle.sensors;
         let pascal_per_m = 1015.0 * vehicle.constants.gravity_m_s2;
         let sensor_m = (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0).sqrt() / pascal_per_m;
@@ -134,6 +111,7 @@ impl<'a> Problem<'a> {
             vehicle,
             beyond: Continuation::default(),
             lost_way_s: vec![0.0; runs.len()],
+            attached: vec![Vec::new(); runs.len()],
             brink_at: none.clone(),
             outlier: none.clone(),
             speed_outlier: none,
@@ -146,6 +124,7 @@ impl<'a> Problem<'a> {
             offsets: Vec::new(),
             data: Vec::new(),
             way_m,
+            ways,
         };
         problem.set_colour(colour);
         problem
@@ -170,6 +149,9 @@ impl<'a> Problem<'a> {
             );
         }
         offsets.push(data.len());
+        for way in &self.ways {
+            self.whiten_way(way, (way.displacement_m.0, way.displacement_m.1), &mut data);
+        }
         self.offsets = offsets;
         self.data = data;
     }
@@ -191,14 +173,9 @@ impl<'a> Problem<'a> {
             rows.iter().map(|&row| speed(row)).sum::<f64>() / (n.sqrt() * sigma)
         }));
         if let (Some((_, _, gps)), Some(d)) = (run.displacement_m, displacement)
-            && !self.vehicle.current_unknown
-            && self.lost_way_s[k] < MOST_LOST_S
+            && let Some(sigma) = self.displacement_error_m(k..k + 1, gps)
         {
-            let sigma =
-                (gps * gps + DRIFT_M * DRIFT_M + (DRIFT_PER_M * self.way_m[k]).powi(2) + (LOST_WAY_M_S * self.lost_way_s[k]).powi(2))
-                    .sqrt();
-            out.push(d.0 / sigma);
-            out.push(d.1 / sigma);
+            out.extend([d.0 / sigma, d.1 / sigma]);
         }
         for late in 0..2 {
             if let (Some((_, _, n)), Some(p)) = (run.surface[late], surface(late)) {
@@ -248,10 +225,10 @@ impl<'a> Problem<'a> {
         let mut jobs: Vec<Job> = Vec::new();
         // Which job is whose, run by run.
         let mut of: Vec<usize> = Vec::new();
-        for run in &self.runs {
+        for (k, run) in self.runs.iter().enumerate() {
             let first = jobs.len();
             for (constants, effects) in &laws {
-                let job = Job { run, constants: *constants, effects: Cow::Borrowed(effects) };
+                let job = Job { run, constants: *constants, effects: Cow::Borrowed(effects), attached: &self.attached[k] };
                 let known = jobs[first..].iter().position(|j| j.is(&job)).map(|k| first + k);
                 of.push(known.unwrap_or(jobs.len()));
                 if known.is_none() {
@@ -260,12 +237,17 @@ impl<'a> Problem<'a> {
             }
         }
         let tracks = tracks(&jobs, self.vehicle.water_depth_m, self.beyond);
-        let mut of = of.into_iter();
+        let job = |k: usize, i: usize| &tracks[of[k * states.len() + i]];
         for k in 0..self.runs.len() {
-            for ((state, (_, effects)), out) in states.iter().zip(&laws).zip(&mut out) {
-                if let Some(job) = of.next() {
-                    self.answer(self.runs[k], k, state, effects, &tracks[job], out);
-                }
+            for (i, ((state, (_, effects)), out)) in states.iter().zip(&laws).zip(&mut out).enumerate() {
+                self.answer(self.runs[k], k, state, effects, job(k, i), out);
+            }
+        }
+        for way in &self.ways {
+            for (i, (state, out)) in states.iter().zip(&mut out).enumerate() {
+                let parts = way.runs.clone().map(|k| job(k, i).displacement_m);
+                let sum = parts.fold((0.0, 0.0), |s, d| (s.0 + d.0, s.1 + d.1));
+                self.whiten_way(way, self.as_steered(state, sum), out);
             }
         }
         out
@@ -286,7 +268,7 @@ impl<'a> Problem<'a> {
             }
         }
         let (constants, effects) = self.law(state);
-        let t = track(&run, constants, &effects, self.vehicle.water_depth_m, self.beyond);
+        let t = track_attached(&run, constants, &effects, self.vehicle.water_depth_m, self.beyond, &self.attached[k]);
         self.answer(&run, k, state, &effects, &t, out);
     }
 
@@ -295,16 +277,14 @@ impl<'a> Problem<'a> {
         let z = &state.calibration;
         let wave = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
         let scale = 1.0 + z[10] * self.vehicle.sensors.speed_scale_relative;
-        let bias = z[11] * self.vehicle.sensors.heading_bias_rad;
         let zero = z[12] * PRESSURE_ZERO_PA;
-        let (east, north) = t.displacement_m;
         // Drift of the pressure zero is read while afloat; it is one effect's business.
         let drift = |time_s: f64| effects.iter().map(|a| a.effect.pressure_error_pa(&a.values, time_s)).sum::<f64>();
         self.whiten_run(
             k,
             &|row| t.depth_m[row] + wave.as_ref().map_or(0.0, |w| w[row]),
             &|row| t.speed_m_s[row] * scale,
-            Some((east - bias * north, north + bias * east)),
+            Some(self.as_steered(state, t.displacement_m)),
             |late| run.surface[late].map(|s| zero + drift(s.0)),
             out,
         );
@@ -366,13 +346,6 @@ impl<'a> Problem<'a> {
         Some(w.depth_m(run, k, self.vehicle))
     }
 
-    /// Whether any GPS displacement takes part in the fit.
-    #[must_use]
-    pub fn has_displacement(&self) -> bool {
-        !self.vehicle.current_unknown
-            && self.runs.iter().zip(&self.lost_way_s).any(|(r, lost)| *lost < MOST_LOST_S && r.displacement_m.is_some())
-    }
-
     /// Signature of a vertical velocity `rate(run, row)`, m/s positive down, over all runs, whitened.
     #[must_use]
     pub fn rate_column(&self, rate: &dyn Fn(usize, usize) -> f64) -> Column {
@@ -411,82 +384,10 @@ impl<'a> Problem<'a> {
         Column { from: self.offsets[k], values }
     }
 
-    /// Takes out rows whose innovation is beyond `limit` sigma while their neighbours' are small (what is missing in the model is
-    /// wrong over a stretch, a sensor's error is alone), and all such rows in runs that are partly beyond the law: there the model
-    /// may be on another branch. Returns how many went.
-    pub fn drop_outliers(&mut self, residual: &[f64], limit: f64) -> usize {
-        let mut dropped = 0;
-        for k in 0..self.runs.len() {
-            let count = self.whiteners[k].len();
-            let e = &residual[self.offsets[k]..self.offsets[k] + count];
-            let stalled = self.brink_at[k].iter().filter(|b| **b).count() > STALLED_ROWS;
-            let alone = |i: usize| {
-                // The filter has been pulled along: the innovation after an outlier is large too.
-                let near = (i.saturating_sub(6)..(i + 7).min(count)).filter(|&j| j != i && j != i + 1);
-                e[i].abs() > limit && (stalled || near.filter(|&j| e[j].abs() > LARGE).count() <= 1)
-            };
-            for (i, rows) in self.rows(k).into_iter().enumerate() {
-                if alone(i) {
-                    dropped += rows.len();
-                    for row in rows {
-                        self.outlier[k][row] = true;
-                    }
-                }
-            }
-            let from = self.offsets[k] + count;
-            let lone = |i: usize| {
-                let r = |j: usize| residual[from + j].abs();
-                let n = self.speed_rows[k].len();
-                r(i) > limit.max(6.0) && (i == 0 || r(i - 1) < LARGE) && (i + 1 >= n || r(i + 1) < LARGE)
-            };
-            let lonely: Vec<usize> = (0..self.speed_rows[k].len()).filter(|&i| lone(i)).collect();
-            dropped += lonely.len();
-            for i in lonely {
-                for row in self.speed_rows[k][i].clone() {
-                    self.speed_outlier[k][row] = true;
-                }
-            }
-        }
-        self.refresh();
-        dropped
-    }
-
     /// Rows that take part in the fit.
     #[must_use]
     pub fn rows_compared(&self) -> usize {
         self.used.iter().flatten().filter(|u| **u).count()
-    }
-
-    /// Which rows are left out now, to be put back by [`Self::leave_out`].
-    #[must_use]
-    pub fn left_out(&self) -> LeftOut {
-        LeftOut {
-            outlier: self.outlier.clone(),
-            speed_outlier: self.speed_outlier.clone(),
-            brink: self.brink_at.clone(),
-            lost_way_s: self.lost_way_s.clone(),
-            beyond: self.beyond,
-        }
-    }
-
-    /// Leaves these rows out and no others.
-    pub fn leave_out(&mut self, rows: LeftOut) {
-        self.outlier = rows.outlier;
-        self.speed_outlier = rows.speed_outlier;
-        self.brink_at = rows.brink;
-        self.lost_way_s = rows.lost_way_s;
-        self.beyond = rows.beyond;
-        self.refresh();
-    }
-
-    /// Settles which rows take part from what is known of each, and rebuilds the whitening.
-    pub(crate) fn refresh(&mut self) {
-        for k in 0..self.runs.len() {
-            let run = self.runs[k];
-            self.used[k] = (0..run.time_s.len()).map(|i| run.used[i] && !self.outlier[k][i] && !self.brink_at[k][i]).collect();
-            self.speed_rows[k] = speed_groups(run, |i| self.used[k][i] && !self.speed_outlier[k][i]);
-        }
-        self.set_colour(self.colour);
     }
 
     /// Error that the ordinary water motion and the sensor leave in a 20 s block, m/s.
@@ -517,7 +418,9 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn track(&self, run: &Run, state: &State) -> Track {
         let (constants, effects) = self.law(state);
-        track(run, constants, &effects, self.vehicle.water_depth_m, self.beyond)
+        let k = self.runs.iter().position(|r| std::ptr::eq(*r, run));
+        let attached = k.map_or(&[][..], |k| &self.attached[k]);
+        track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.beyond, attached)
     }
 
     /// Depth of fitted run `k`, a wave's shift included, m.
@@ -557,7 +460,7 @@ fn fresh_excess(runs: &[&Run]) -> Option<f64> {
 const SPEED_GROUP_S: f64 = 7.5;
 
 /// Used rows with a speed, neighbours together.
-fn speed_groups(run: &Run, used: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+pub(crate) fn speed_groups(run: &Run, used: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for row in (0..run.time_s.len()).filter(|&i| used(i) && run.speed_m_s[i].is_finite()) {
         match groups.last_mut() {

@@ -292,19 +292,12 @@ impl<'a> Screen<'a> {
 
     /// A current from the displacement residuals, as a start of its fit.
     fn current_start(&self, base: &State) -> Active {
-        let (mut east, mut north, mut n) = (0.0, 0.0, 0.0);
-        for run in &self.problem.runs {
-            if let Some((e, no, _)) = run.displacement_m {
-                let t = self.problem.track(run, base);
-                east += (e - t.displacement_m.0) / run.displacement_s;
-                north += (no - t.displacement_m.1) / run.displacement_s;
-                n += 1.0;
-            }
-        }
+        let left = self.problem.currents_m_s(base);
+        let (east, north) = left.iter().fold((0.0, 0.0), |s, c| (s.0 + c.0, s.1 + c.1));
         let mut a = start_at(&hydro::effects::HorizontalCurrent, 0.0);
-        if n > 0.0 {
-            a.values[0] = (east / n).hypot(north / n).max(1e-3);
-            a.values[1] = (east / n).atan2(north / n);
+        if !left.is_empty() {
+            a.values[0] = (east.hypot(north) / left.len() as f64).max(1e-3);
+            a.values[1] = east.atan2(north);
         }
         a
     }

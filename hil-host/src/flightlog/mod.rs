@@ -144,7 +144,8 @@ pub struct Writer {
     events: File,
     vehicle: Value,
     segment: u32,
-    segments_start_at_surface: bool,
+    /// Segments that started at the surface.
+    from_surface: Vec<u32>,
     last: Option<Answer>,
     rows: u64,
 }
@@ -169,16 +170,8 @@ impl Writer {
         let mut events = create("events.csv")?;
         writeln!(events, "time_s,event,detail")?;
         std::fs::write(at("mission.toml"), mission_toml).with_context(|| format!("{}: cannot write", at("mission.toml").display()))?;
-        let mut log = Self {
-            directory: directory.to_owned(),
-            csv,
-            events,
-            vehicle,
-            segment: 0,
-            segments_start_at_surface: true,
-            last: None,
-            rows: 0,
-        };
+        let mut log =
+            Self { directory: directory.to_owned(), csv, events, vehicle, segment: 0, from_surface: vec![0], last: None, rows: 0 };
         log.write_vehicle()?;
         Ok(log)
     }
@@ -227,7 +220,9 @@ impl Writer {
         }
         if let Some(start) = self.new_segment(answer) {
             self.segment += 1;
-            self.segments_start_at_surface &= start == SegmentStart::Surface;
+            if start == SegmentStart::Surface {
+                self.from_surface.push(self.segment);
+            }
             self.write_vehicle()?;
         }
         self.last = Some(*answer);
@@ -312,13 +307,21 @@ impl Writer {
     }
 
     fn write_vehicle(&mut self) -> anyhow::Result<()> {
-        // Every fourth segment from the third on judges, the others may be fitted; of fewer, the last one judges.
+        // Every fourth segment from the third on judges, the others may be fitted; of fewer, the last one judges. Dives without a
+        // surfacing between them stay together where there are enough of such groups: the fixes tell of a whole group only.
         let all: Vec<u32> = (0..=self.segment).collect();
-        let is_check = |s: u32| if self.segment < 2 { self.segment == 1 && s == 1 } else { s % 4 == 2 };
+        let group = |s: u32| self.from_surface.partition_point(|first| *first <= s) - 1;
+        let is_check = |s: u32| match (self.segment, self.from_surface.len()) {
+            (0, _) => false,
+            (1, _) => s == 1,
+            (_, 0..3) => s % 4 == 2,
+            _ => group(s) % 4 == 2,
+        };
+        let all_segments = all.len();
         let (check, fit): (Vec<u32>, Vec<u32>) = all.into_iter().partition(|s| is_check(*s));
         if let Some(v) = self.vehicle.as_object_mut() {
             v.insert("segments".to_owned(), json!({ "fit": fit, "check": check }));
-            v.insert("segment_start".to_owned(), json!(if self.segments_start_at_surface { "surface" } else { "moving" }));
+            v.insert("segment_start".to_owned(), json!(if self.from_surface.len() == all_segments { "surface" } else { "moving" }));
             let columns: serde_json::Map<String, Value> =
                 EXTRA_COLUMNS.iter().map(|(n, u, m)| ((*n).to_owned(), json!({ "unit": u, "meaning": m }))).collect();
             v.insert("columns".to_owned(), Value::Object(columns));

@@ -158,3 +158,32 @@ pub fn density_at(scenario: &Scenario, depth_m: f64) -> Option<f64> {
     let probe = Scenario { start, faults: Vec::new(), ..scenario.clone() };
     World::new(probe).ok().map(|w| w.truth().density_kg_m3)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plant::EffectKind;
+
+    const PAGE: &str = include_str!("../../docs/truth-file.md");
+
+    #[test]
+    fn validate_the_page_on_truth_files_lists_every_effect_with_its_size_and_unit() {
+        for kind in EffectKind::ALL {
+            let name = kind.name();
+            let row = PAGE.lines().find(|l| l.starts_with(&format!("| `{name}` |"))).unwrap_or_else(|| panic!("no row for {name}"));
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let (parameter, unit) = kind.parameter();
+            let size = format!("{} {unit}", kind.typical());
+            assert_eq!(cells[2..=3], [parameter, size.trim_end_matches(" -")], "{name}");
+            assert_eq!(cells[5], kind.second(), "{name}");
+        }
+    }
+
+    #[test]
+    fn validate_the_example_of_the_page_is_a_truth_file() {
+        let toml = PAGE.split("```toml").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
+        let scenario = Scenario::from_toml(toml).expect("a truth file");
+        assert_eq!(scenario.effects.iter().map(|e| e.kind).collect::<Vec<_>>(), [EffectKind::ClimbDrag]);
+        assert!(scenario.ocean.background_rms_m_s > 0.0);
+    }
+}

@@ -196,7 +196,7 @@ impl std::error::Error for NothingToFit {}
 /// Fewest rows under way that a diagnosis is made on.
 const FEWEST_ROWS: usize = 40;
 /// Fewest of them that are left when those near the stall are out.
-const FEWEST_COMPARED: usize = 20;
+pub(crate) const FEWEST_COMPARED: usize = 20;
 
 /// The fit of a flight made ready: rows near the stall and outliers out, the size of the water motion settled. Also the fit of the
 /// calibration alone.

@@ -149,14 +149,24 @@ pub fn explanation(d: &Diagnosis) -> String {
                 String::new()
             };
             format!(
-                "Missing: {}. {}. The depth-rate error falls from {} (nominal) and {} (recalibrated) to {}; {floor}.{rivals}",
+                "Missing: {}. {}. The depth-rate error {}; {floor}.{rivals}",
                 physics.join("; and "),
                 size.join(", "),
-                cm(nominal),
-                cm(recalibrated),
-                cm(after)
+                change(nominal, recalibrated, after)
             )
         }
+    }
+}
+
+/// How the depth-rate error changes, m/s, in words.
+fn change(nominal: f64, recalibrated: f64, after: f64) -> String {
+    let cm = |v: f64| format!("{:.2} cm/s", v * 100.0);
+    let before = format!("{} (nominal) and {} (recalibrated)", cm(nominal), cm(recalibrated));
+    // A few blocks kept out of a fit say little.
+    if after <= nominal.min(recalibrated) {
+        format!("falls from {before} to {}", cm(after))
+    } else {
+        format!("was {before} and is {} with it: the fit is better, this error is not; fly more before you rely on it", cm(after))
     }
 }
 
@@ -191,4 +201,20 @@ pub fn prediction(d: &Diagnosis, vehicle: &Vehicle) -> String {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::change;
+
+    #[test]
+    fn regress_an_error_that_rises_is_not_said_to_fall() {
+        assert_eq!(change(0.0093, 0.006, 0.0031), "falls from 0.93 cm/s (nominal) and 0.60 cm/s (recalibrated) to 0.31 cm/s");
+        let worse = change(0.0028, 0.0043, 0.0047);
+        assert!(
+            worse.starts_with("was 0.28 cm/s (nominal)") && worse.contains("is 0.47 cm/s with it") && !worse.contains("falls"),
+            "{worse}"
+        );
+        assert!(!change(0.004, 0.003, f64::NAN).contains("falls"));
+    }
 }

@@ -3,7 +3,7 @@
 
 use crate::brink::WORTH_TRYING;
 use crate::calibration::State;
-use crate::diagnose::{OUTLIER, speaks_up};
+use crate::diagnose::{FEWEST_COMPARED, OUTLIER, speaks_up};
 use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::Problem;
@@ -43,7 +43,12 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     let best = best_of(problem, &found).clone();
     let outliers = problem.drop_outliers(&best.residual, OUTLIER);
     let before = problem.left_out();
-    let widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
+    let mut widened = if restored { 0 } else { problem.settle_continuation(&best.state) };
+    if problem.rows_compared() < FEWEST_COMPARED {
+        // Nothing to judge by would be left.
+        problem.leave_out(before.clone());
+        widened = 0;
+    }
     let explained = widened > 0 && problem.explains_near_stall(&best.state, &before);
     let recoloured = problem.tune_colour(&best.state);
     if widened + outliers > large {

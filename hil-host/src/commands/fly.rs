@@ -34,7 +34,7 @@ pub struct Args {
     /// Fault to inject, again for more.
     #[arg(long = "fault", value_name = "SPEC")]
     pub faults: Vec<String>,
-    /// What shall be true (TOML): vehicle, water, sensors, hidden effects.
+    /// What shall be true (TOML): vehicle, water, sensors, hidden effects; see docs/truth-file.md.
     #[arg(long, value_name = "FILE")]
     pub truth: Option<PathBuf>,
     /// Seed of all noise.

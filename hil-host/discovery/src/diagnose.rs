@@ -16,10 +16,9 @@ use crate::second_look::second_look;
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
 
-/// Log odds a hypothesis needs against nothing missing. Set on simulated clean flights: 2 % of them may exceed it.
-const SPEAK_UP: f64 = 1.5;
-/// The same where a wave is in it: ordinary water motion of another colour looks like one.
-const SPEAK_UP_WAVE: f64 = 2.0;
+/// Log odds from which a hypothesis is named: twenty to one. A tool that names what is not there is not asked twice; a weak effect that
+/// goes unnamed shows in a longer flight.
+const SPEAK_UP: f64 = 3.0;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
 /// And how much more where an effect begins at an angle of its own: it finds the few rows that another form of the law misses.
@@ -278,7 +277,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 pub(crate) fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
     let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
     let angle = if c.effects.iter().any(|e| has_own_angle(e)) { SPEAK_UP_ANGLE } else { 0.0 };
-    c.log_odds > thin + angle + if c.effects.contains(&WAVE) { SPEAK_UP_WAVE } else { SPEAK_UP }
+    c.log_odds > SPEAK_UP + thin + angle
 }
 
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {

@@ -16,9 +16,9 @@ use crate::second_look::second_look;
 use crate::wave::PARTS;
 use crate::{Flight, Vehicle};
 
-/// Log odds from which a hypothesis is named: twenty to one. A tool that names what is not there is not asked twice; a weak effect that
+/// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
 /// goes unnamed shows in a longer flight.
-const SPEAK_UP: f64 = 3.0;
+const SPEAK_UP: f64 = std::f64::consts::LN_10;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
 /// And how much more where an effect begins at an angle of its own: it finds the few rows that another form of the law misses.

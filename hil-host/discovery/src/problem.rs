@@ -20,6 +20,7 @@ use std::borrow::Cow;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
 const SURFACE_PA: f64 = 100.0;
+
 /// A stretch of a whitened vector.
 #[derive(Clone, Debug)]
 pub struct Column {
@@ -150,7 +151,8 @@ impl<'a> Problem<'a> {
         }
         offsets.push(data.len());
         for way in &self.ways {
-            self.whiten_way(way, (way.displacement_m.0, way.displacement_m.1), &mut data);
+            let (east, north, gps_m) = way.displacement_m;
+            self.whiten_way(way.runs.clone(), gps_m, (east, north), &mut data);
         }
         self.offsets = offsets;
         self.data = data;
@@ -172,10 +174,8 @@ impl<'a> Problem<'a> {
             let n = rows.len() as f64;
             rows.iter().map(|&row| speed(row)).sum::<f64>() / (n.sqrt() * sigma)
         }));
-        if let (Some((_, _, gps)), Some(d)) = (run.displacement_m, displacement)
-            && let Some(sigma) = self.displacement_error_m(k..k + 1, gps)
-        {
-            out.extend([d.0 / sigma, d.1 / sigma]);
+        if let (Some((_, _, gps_m)), Some(d)) = (run.displacement_m, displacement) {
+            self.whiten_way(k..k + 1, gps_m, d, out);
         }
         for late in 0..2 {
             if let (Some((_, _, n)), Some(p)) = (run.surface[late], surface(late)) {
@@ -247,7 +247,7 @@ impl<'a> Problem<'a> {
             for (i, (state, out)) in states.iter().zip(&mut out).enumerate() {
                 let parts = way.runs.clone().map(|k| job(k, i).displacement_m);
                 let sum = parts.fold((0.0, 0.0), |s, d| (s.0 + d.0, s.1 + d.1));
-                self.whiten_way(way, self.as_steered(state, sum), out);
+                self.whiten_way(way.runs.clone(), way.displacement_m.2, self.as_steered(state, sum), out);
             }
         }
         out
@@ -338,11 +338,16 @@ impl<'a> Problem<'a> {
         moved
     }
 
+    /// Which of the fitted runs this is; none where it is kept out of the fit.
+    fn index_of(&self, run: &Run) -> Option<usize> {
+        self.runs.iter().position(|r| r.first_row == run.first_row)
+    }
+
     /// Depth shift of the wave of a state in one of the fitted runs, m.
     #[must_use]
     pub fn wave_shift(&self, run: &Run, state: &State) -> Option<Vec<f64>> {
         let w = state.wave.as_ref()?;
-        let k = self.runs.iter().position(|r| r.first_row == run.first_row)?;
+        let k = self.index_of(run)?;
         Some(w.depth_m(run, k, self.vehicle))
     }
 
@@ -418,8 +423,7 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn track(&self, run: &Run, state: &State) -> Track {
         let (constants, effects) = self.law(state);
-        let k = self.runs.iter().position(|r| std::ptr::eq(*r, run));
-        let attached = k.map_or(&[][..], |k| &self.attached[k]);
+        let attached = self.index_of(run).map_or(&[][..], |k| &self.attached[k]);
         track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.beyond, attached)
     }
 

@@ -12,6 +12,7 @@ const DRIFT_PER_M: f64 = 0.004;
 /// Error of the horizontal speed while the vehicle is near the stall, m/s, and the longest such time for which displacement is used, s.
 const LOST_WAY_M_S: f64 = 0.05;
 const MOST_LOST_S: f64 = 600.0;
+
 /// Mean of the GPS fixes at one end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fix {
@@ -82,7 +83,7 @@ pub(crate) fn ways(runs: &mut [Run], gps_noise_m: f64) -> Vec<Way> {
 
 impl Problem<'_> {
     /// Error of a displacement over these runs in each direction, m; none where too much of the way was near the stall.
-    pub(crate) fn displacement_error_m(&self, runs: Range<usize>, gps_m: f64) -> Option<f64> {
+    fn displacement_error_m(&self, runs: Range<usize>, gps_m: f64) -> Option<f64> {
         let most_lost_s = MOST_LOST_S * runs.len() as f64;
         let way_m = self.way_m[runs.clone()].iter().sum::<f64>();
         let lost_s = self.lost_way_s[runs].iter().sum::<f64>();
@@ -90,10 +91,17 @@ impl Problem<'_> {
         (!self.vehicle.current_unknown && lost_s < most_lost_s).then_some(error)
     }
 
-    pub(crate) fn whiten_way(&self, way: &Way, displacement: (f64, f64), out: &mut Vec<f64>) {
-        if let Some(sigma) = self.displacement_error_m(way.runs.clone(), way.displacement_m.2) {
-            out.extend([displacement.0 / sigma, displacement.1 / sigma]);
+    /// A displacement (east, north) over these runs in errors of the observed one; nothing where that takes no part in the fit.
+    pub(crate) fn whiten_way(&self, runs: Range<usize>, gps_m: f64, (east, north): (f64, f64), out: &mut Vec<f64>) {
+        if let Some(sigma) = self.displacement_error_m(runs, gps_m) {
+            out.extend([east / sigma, north / sigma]);
         }
+    }
+
+    /// All observed displacements: over which runs, and what.
+    fn displacements_m(&self) -> impl Iterator<Item = (Range<usize>, (f64, f64, f64))> {
+        let alone = self.runs.iter().enumerate().filter_map(|(k, r)| Some((k..k + 1, r.displacement_m?)));
+        alone.chain(self.ways.iter().map(|w| (w.runs.clone(), w.displacement_m)))
     }
 
     /// A displacement (east, north) by a compass with this state's bias.
@@ -105,19 +113,16 @@ impl Problem<'_> {
     /// Whether any GPS displacement takes part in the fit.
     #[must_use]
     pub fn has_displacement(&self) -> bool {
-        let alone = self.runs.iter().enumerate().filter(|(_, r)| r.displacement_m.is_some()).map(|(k, _)| k..k + 1);
-        alone.chain(self.ways.iter().map(|w| w.runs.clone())).any(|runs| self.displacement_error_m(runs, 0.0).is_some())
+        self.displacements_m().any(|(runs, (_, _, gps_m))| self.displacement_error_m(runs, gps_m).is_some())
     }
 
     /// Mean water velocity (east, north) that the displacements leave to be explained at a state, m/s: one for each.
     pub(crate) fn currents_m_s(&self, state: &State) -> Vec<(f64, f64)> {
-        let alone = self.runs.iter().enumerate().filter_map(|(k, r)| Some((k..k + 1, r.displacement_m?)));
-        let ways = alone.chain(self.ways.iter().map(|w| (w.runs.clone(), w.displacement_m)));
         let left = |(runs, (east, north, _)): (Range<usize>, (f64, f64, f64))| {
             let tracks = runs.map(|k| (self.track(self.runs[k], state).displacement_m, self.runs[k].displacement_s));
             let (e, n, time_s) = tracks.fold((east, north, 0.0), |s, (d, t)| (s.0 - d.0, s.1 - d.1, s.2 + t));
             (e / time_s, n / time_s)
         };
-        ways.map(left).collect()
+        self.displacements_m().map(left).collect()
     }
 }

@@ -317,11 +317,11 @@ impl Writer {
             (_, 0..3) => s % 4 == 2,
             _ => group(s) % 4 == 2,
         };
-        let all_segments = all.len();
+        let start = if self.from_surface.len() == all.len() { "surface" } else { "moving" };
         let (check, fit): (Vec<u32>, Vec<u32>) = all.into_iter().partition(|s| is_check(*s));
         if let Some(v) = self.vehicle.as_object_mut() {
             v.insert("segments".to_owned(), json!({ "fit": fit, "check": check }));
-            v.insert("segment_start".to_owned(), json!(if self.from_surface.len() == all_segments { "surface" } else { "moving" }));
+            v.insert("segment_start".to_owned(), json!(start));
             let columns: serde_json::Map<String, Value> =
                 EXTRA_COLUMNS.iter().map(|(n, u, m)| ((*n).to_owned(), json!({ "unit": u, "meaning": m }))).collect();
             v.insert("columns".to_owned(), Value::Object(columns));

@@ -62,23 +62,39 @@ fn scorecard_hidden_effects_are_named_nothing_is_named_where_nothing_is_hidden_a
 /// Effects that were lost once. A drag that depends on speed strained the calibration to where the model does not glide. A vertical
 /// current peaks where nature has it, not at mid-depth. Pairs that had been weighed against another null stayed ahead of the right
 /// one. Rows near the stall that a weak lift explained were left out all the same. Rows near the stall asked for vortices beside a
-/// weak lift, which the others do not know of.
+/// weak lift, which the others do not know of. Glides that followed a slow launch were left out, more than half of the flight. A pair
+/// stayed where it was when one of its members alone found a better fit.
 #[test]
 fn regress_effects_that_the_search_or_the_second_look_lost_once_are_named() {
-    let lost: [(u64, usize, &[&str]); 5] = [
+    let lost: [(u64, usize, &[&str]); 7] = [
         (20_261_121, 129, &["reynolds_drag"]),
         (777_001, 63, &["vertical_current"]),
         (424_242, 8, &["horizontal_current", "pitch_scale"]),
         (55_501, 130, &["lift_slope_error"]),
         (777_001, 120, &["lift_slope_error"]),
+        (313_131, 229, &["biofouling_drag"]),
+        (313_131, 153, &["induced_drag_error", "ballast_scale"]),
     ];
     for (seed, index, names) in lost {
-        let spec = plan(150, seed, None).swap_remove(index);
+        let spec = plan(index + 1, seed, None).swap_remove(index);
         let folder = folder(&format!("{seed}-{index}"));
         let flight = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
         let told = ask(&flight).expect("a diagnosis");
         std::fs::remove_dir_all(folder).ok();
         assert_eq!((&told["verdict"], &told["answer"]), (&"explained".into(), &serde_json::json!(names)), "case {index} of seed {seed}");
+    }
+}
+
+/// Launches and turns of the low-aspect-ratio wings are flown beyond the given law, the glides after them are not: nature's share is
+/// held below 15 % elsewhere in this file. Once half of a flight and more was left out, because a model may stall after any launch.
+#[test]
+fn validate_of_a_clean_flight_hardly_more_is_left_out_than_launches_and_turns() {
+    let clean = |site| Spec { site, wing: Wing::LowAspectRatio, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None };
+    for (site, seed) in [(Site::Lake, 99), (Site::Lake, 100), (Site::Sea, 99)] {
+        let d = one(&format!("glides-{seed}"), &clean(site), seed, Depth::Pairs);
+        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{site:?} {seed}: {:?}", d.answer);
+        // 110 s of each launch in a yo of ten minutes, and turns as above: a third. Once it was more than one.
+        assert!(d.brink * 3 < d.rows, "{site:?} {seed}: {} rows left out, {} observations fitted", d.brink, d.rows);
     }
 }
 

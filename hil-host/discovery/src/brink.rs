@@ -4,23 +4,33 @@
 //! depends on the continuation. Rows that depend on it are left out of the fit, until a hypothesis turns up under which one of the
 //! continuations explains them as well as rows elsewhere: then it is nature's.
 //!
-//! Tried and worse: judging stretches one by one, and keeping those that the model of the day explains. Whether a leg stalls flips
-//! with small changes of the calibration, so rows that one state explains make the misfit of its neighbours explode, and clean
-//! flights look as if something were missing.
+//! Where the vehicle is plainly seen to glide after a launch, that is settled for good: the model is held attached through the launch
+//! under every hypothesis. Without that, whether a leg stalls flips with small changes of the calibration: rows that one state
+//! explains make the misfit of its neighbours explode, and clean flights look as if something were missing.
 
 use crate::calibration::State;
-use crate::dynamics::{Track, track};
+use crate::dynamics::{Track, track, track_attached};
 use crate::left_out::LeftOut;
 use crate::noise::Whitener;
 use crate::prepare::Run;
 use crate::problem::Problem;
-use hydro::effects::Continuation;
+use hydro::effects::{ALPHA_VALID_RAD, Continuation};
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
 const AFTER_S: f64 = 20.0;
 /// A stretch beyond the valid angle of attack that both continuations have left after this time, s, is passed through; what lasts
 /// longer may be nature's other branch.
 const PASSING_S: f64 = 120.0;
+/// One row near the stall in so many that are compared is more than launches and turns.
+const MUCH: usize = 5;
+/// How long a launch may take to attach, s: 60 to 120 serve simulated flights alike.
+const HELD_S: f64 = 90.0;
+/// A stall is told from a glide where their rates differ by so many times the rms of the water motion, and one is seen where it
+/// leaves less than this share of the other's mean square: what is missing in a model moves a glide by much less than a stall does.
+const TOLD_APART: f64 = 3.0;
+const MUCH_NEARER: f64 = 0.25;
+/// One row in so many may be beyond the valid angle of attack in a glide.
+const HARDLY: usize = 20;
 /// Mean square of innovations near the stall up to which a continuation is believed to be nature's at once.
 pub const TRUSTED: f64 = 1.15;
 /// The same up to which it is worth a search on all rows, whose outcome decides.
@@ -28,6 +38,30 @@ pub const WORTH_TRYING: f64 = 4.0;
 /// An innovation counts no more than this square: one bad sample must not condemn a continuation.
 const MOST: f64 = 25.0;
 const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
+
+/// From when to when, s.
+type Stretch = (f64, f64);
+
+/// Whether a time lies in a stretch, after the launch that it begins with.
+fn after_launch((from, to): Stretch, time_s: f64) -> bool {
+    (from + HELD_S + AFTER_S..=to).contains(&time_s)
+}
+
+/// Mean square by which a track misses the measured rates of some 20 s over these rows, (m/s)²; not a number where there are none.
+fn misfit_of_rates(run: &Run, rows: &[usize], t: &Track) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    let mut start = rows.first().copied().unwrap_or(0);
+    for &row in rows {
+        let dt = run.time_s[row] - run.time_s[start];
+        if dt >= AFTER_S {
+            let missed = |from: usize, to: usize| (run.depth_m[to] - t.depth_m[to]) - (run.depth_m[from] - t.depth_m[from]);
+            sum += (missed(start, row) / dt).powi(2);
+            count += 1.0;
+            start = row;
+        }
+    }
+    sum / count
+}
 
 impl Problem<'_> {
     /// Tracks of a run under each continuation.
@@ -37,16 +71,17 @@ impl Problem<'_> {
     }
 
     /// Takes rows out that at this state depend on how lift goes on beyond the valid angle of attack (launch, turns, deep stall
-    /// after them), and settles on the continuation that fits those rows better. Returns how many rows went.
+    /// after them), and settles on the continuation that fits those rows better. A vehicle that is seen to glide after its launch is held
+    /// to that under every hypothesis, and its rows take part. Returns how many rows went or came back.
     pub fn settle_continuation(&mut self, state: &State) -> usize {
-        let before = self.brink_rows();
+        let before = self.brink_at.clone();
         let mut misfit = [0.0; 2];
         for k in 0..self.runs.len() {
             let run = self.runs[k];
             let tracks = self.both_tracks(self.runs[k], state);
             let limit = 0.4 * self.colour.rms_m_s;
             let mut last = f64::NEG_INFINITY;
-            let mut stretches: Vec<(f64, f64)> = Vec::new();
+            let mut stretches: Vec<Stretch> = Vec::new();
             let mut lost = 0.0;
             for row in 0..run.time_s.len() {
                 let t = run.time_s[row];
@@ -74,13 +109,41 @@ impl Problem<'_> {
                 self.brink_at[k][row] = true;
             }
             // What a hypothesis does with a launch or a turn that is left out must not decide whether it stalls all the way after it.
-            stretches.retain(|(from, to)| to - from < PASSING_S);
-            self.attached[k] = stretches;
+            let (mut passed, long): (Vec<Stretch>, Vec<Stretch>) = stretches.into_iter().partition(|(from, to)| to - from < PASSING_S);
+            for (from, to) in self.seen_attached(run, state, &tracks, &long) {
+                for row in (0..run.time_s.len()).filter(|&row| after_launch((from, to), run.time_s[row])) {
+                    self.brink_at[k][row] = false;
+                    let dt = if row > 0 { run.time_s[row] - run.time_s[row - 1] } else { 0.0 };
+                    lost = (lost - dt).max(0.0);
+                }
+                passed.push((from, from + HELD_S));
+            }
+            self.attached[k] = passed;
             self.lost_way_s[k] = lost;
         }
         self.beyond = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
         self.refresh();
-        self.brink_rows() - before
+        self.brink_at.iter().flatten().zip(before.iter().flatten()).filter(|(now, then)| now != then).count()
+    }
+
+    /// Those of these stretches in which the vehicle is seen to glide: once the flow is held attached for as long as a launch takes,
+    /// the model goes on in a glide that is much nearer to what was measured than a stall is.
+    fn seen_attached(&self, run: &Run, state: &State, tracks: &[Track; 2], long: &[Stretch]) -> Vec<Stretch> {
+        if long.is_empty() {
+            return Vec::new();
+        }
+        let held: Vec<Stretch> = long.iter().map(|(from, _)| (*from, from + HELD_S)).collect();
+        let (constants, effects) = self.law(state);
+        let glide = track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.beyond, &held);
+        let told_apart = (TOLD_APART * self.colour.rms_m_s).powi(2);
+        let seen = |stretch: &Stretch| {
+            let rows: Vec<usize> = (0..run.time_s.len()).filter(|&i| run.used[i] && after_launch(*stretch, run.time_s[i])).collect();
+            let stalled = rows.iter().filter(|&&i| glide.alpha_rad[i].abs() > ALPHA_VALID_RAD).count();
+            let of_stall = tracks.iter().map(|t| misfit_of_rates(run, &rows, t)).fold(f64::NAN, f64::max);
+            // Not a number where there is nothing to judge by.
+            stalled * HARDLY <= rows.len() && of_stall > told_apart && misfit_of_rates(run, &rows, &glide) < MUCH_NEARER * of_stall
+        };
+        long.iter().filter(|s| seen(s)).copied().collect()
     }
 
     /// Puts the rows near the stall back if, with this state, one of the continuations leaves innovations of at most this mean
@@ -128,6 +191,12 @@ impl Problem<'_> {
         let newly = |(now, then): (&Vec<bool>, &Vec<bool>)| now.iter().zip(then).map(|(n, t)| *n && !t).collect();
         let newly: Vec<Vec<bool>> = self.brink_at.iter().zip(before.brink()).map(newly).collect();
         self.misfit_near_stall(state, &newly)[usize::from(before.beyond() == BOTH[1])] <= TRUSTED
+    }
+
+    /// Whether the rows near the stall are more than launches and turns: worth finding out which law they follow.
+    #[must_use]
+    pub fn much_near_stall(&self) -> bool {
+        self.brink_rows() * MUCH > self.rows_compared()
     }
 
     /// Rows that [`Self::settle_continuation`] took out.

@@ -56,6 +56,8 @@ const MOST_SINGLES: usize = 9;
 const MOST_PAIRS: usize = 14;
 /// Look-alikes that each member of the best pair is exchanged for.
 const EXCHANGED: usize = 4;
+/// Pairs that are fitted anew from a part of them that fits better than they do.
+const CAUGHT_UP: usize = 6;
 /// Pairs that a third effect is sought for, and third effects tried beside each.
 const TRIPLED: (usize, usize) = (3, 4);
 /// Log odds by which a single effect leads the others clearly, what a second beside it may promise beyond its price, and the mean
@@ -204,10 +206,10 @@ impl Search<'_> {
         self.before.and_then(|b| b.of(effects)).filter(|c| c.log_odds.is_finite() && c.gain > WORTH_A_FIT)
     }
 
-    /// A hypothesis answered before goes on from there, unless that has become worse than nothing missing on the rows of today.
-    fn resumed(&self, jacobian: &Jacobian, effects: &[&str], fresh: impl FnOnce() -> Fit) -> Candidate {
+    /// A hypothesis answered before goes on from there, unless that has become worse than a `part` of it on the rows of today.
+    fn resumed(&self, jacobian: &Jacobian, effects: &[&str], part: &Fit, fresh: impl FnOnce() -> Fit) -> Candidate {
         let screen = self.screen;
-        let from = self.known(effects).map(|c| screen.fit(jacobian, &c.fit.state, 4)).filter(|f| f.chi2 <= screen.null.chi2);
+        let from = self.known(effects).map(|c| screen.fit(jacobian, &c.fit.state, 4)).filter(|f| f.chi2 <= part.chi2);
         screen.candidate(from.unwrap_or_else(fresh), prior_of(effects.len()), 0.0)
     }
 
@@ -244,7 +246,9 @@ impl Search<'_> {
             let c = if promising || all || fitted < 2 || self.known(&[effect.name()]).is_some() {
                 fitted += 1;
                 (self.tick)(effect.name(), 0.15 + 0.03 * fitted as f64);
-                self.resumed(&screen.jacobian, &[effect.name()], || screen.best_with(&screen.jacobian, &screen.null, effect, 6))
+                self.resumed(&screen.jacobian, &[effect.name()], &screen.null, || {
+                    screen.best_with(&screen.jacobian, &screen.null, effect, 6)
+                })
             } else if effect.name() == "stall" {
                 // Its signature has no size: the linear estimate would be of an amplitude.
                 screen.candidate(screen.fit_stall(gain), prior_of(1), 0.0)
@@ -335,7 +339,7 @@ impl Search<'_> {
             let (first, second) = if gain(a) >= gain(b) { (a, b) } else { (b, a) };
             let Some(base) = self.single(first.name()) else { continue };
             let jacobian = screen.beside(Some(base));
-            let c = self.resumed(jacobian, &[a.name(), b.name()], || screen.best_with(jacobian, &base.fit, second, 6));
+            let c = self.resumed(jacobian, &[a.name(), b.name()], &base.fit, || screen.best_with(jacobian, &base.fit, second, 6));
             self.found.push(c);
         }
         self.settle(2);
@@ -388,7 +392,7 @@ impl Search<'_> {
                     continue;
                 }
                 let jacobian = screen.beside(self.single(keep.effect.name()));
-                let c = self.resumed(jacobian, &names, || screen.best_with(jacobian, &base, other, 6));
+                let c = self.resumed(jacobian, &names, &base, || screen.best_with(jacobian, &base, other, 6));
                 self.found.push(c);
             }
         }
@@ -397,6 +401,31 @@ impl Search<'_> {
         if let Some(now) = self.best_pair(floor) {
             self.each_alone(&now);
         }
+        self.catch_up();
+    }
+
+    /// A single effect that was found to fit better than a pair with it goes on to that pair: more effects never fit worse.
+    fn catch_up(&mut self) {
+        let screen = self.screen;
+        let leader = |name: &str| self.single(name).filter(|c| c.own.is_some() && c.gain > RENEW_GAIN);
+        let lags = |pair: &Candidate| {
+            let of = |k: usize| pair.fit.state.effects[k].effect;
+            let better = [0, 1].into_iter().filter_map(|k| leader(of(k).name()).map(|c| (c.clone(), of(1 - k))));
+            better.filter(|(c, _)| pair.fit.chi2 > c.fit.chi2).min_by(|a, b| a.0.fit.chi2.total_cmp(&b.0.fit.chi2))
+        };
+        let pairs = self.found.iter().enumerate().filter(|(_, c)| c.is_plain_pair());
+        let mut behind: Vec<(usize, Candidate, &'static dyn Effect)> =
+            pairs.filter_map(|(k, pair)| lags(pair).map(|(single, other)| (k, single, other))).collect();
+        behind.sort_by(|a, b| self.found[b.0].log_odds.total_cmp(&self.found[a.0].log_odds));
+        behind.truncate(CAUGHT_UP);
+        if behind.is_empty() {
+            return;
+        }
+        for (k, single, other) in behind {
+            let f = screen.best_with(screen.beside(Some(&single)), &single.fit, other, 6);
+            self.found[k] = screen.candidate(f, prior_of(2), 0.0);
+        }
+        self.settle(2);
     }
 
     /// Both members of a pair fitted alone from where the pair is.

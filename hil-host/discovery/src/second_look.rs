@@ -27,7 +27,7 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     let mut found = first;
     let large = problem.data.len() / WORTH_A_SEARCH;
     let mut kept = problem.left_out();
-    let mut restored = problem.brink_rows() > large && problem.restore_brink(&best_of(problem, &found).state, WORTH_TRYING) > 0;
+    let mut restored = problem.much_near_stall() && problem.restore_brink(&best_of(problem, &found).state, WORTH_TRYING) > 0;
     if restored {
         let again = search(problem, Some(&found), depth, tick);
         let other = best_of(problem, &again);

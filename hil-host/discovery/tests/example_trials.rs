@@ -47,6 +47,8 @@ fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure
         let flight = read::flight(&case).expect("flight");
         let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{name}");
+        // Launches and turns, not the glides after them: once 485 rows of 807 of the lake flight.
+        assert!(d.brink * 5 < d.rows, "{name}: {} rows left out, {} observations fitted", d.brink, d.rows);
         // Recalibration inside the tolerances must not hurt: 10 % of a 37-block rms is its own sampling error.
         assert!(d.block_error_m_s[1] < d.block_error_m_s[0] * 1.1, "{name}: {:?}", d.block_error_m_s);
         // The pressure of check segments must influence nothing: the same fit with that pressure replaced by nonsense.

@@ -5,6 +5,7 @@ pub mod add;
 pub mod brink;
 pub mod calibration;
 pub mod clocks;
+mod column;
 pub mod compare;
 pub mod diagnose;
 pub mod dives;

@@ -5,6 +5,7 @@
 //!
 //! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
 
+use crate::column::fill_by_depth;
 use crate::flight::Flight;
 use crate::spikes::{FASTEST, despike, despike_by, turn_allowance};
 use crate::vehicle::Vehicle;
@@ -101,8 +102,8 @@ pub struct Prepared {
     pub notes: Vec<String>,
 }
 
-/// Linear interpolation over missing values; ends are held. All-NaN input gives `fallback`.
-fn fill(time: &[f64], value: &[f64], fallback: f64) -> Vec<f64> {
+/// Linear interpolation in time over missing values; ends are held. All-NaN input gives `fallback`.
+pub(crate) fn fill(time: &[f64], value: &[f64], fallback: f64) -> Vec<f64> {
     let known: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
     let (Some(&first), Some(&last)) = (known.first(), known.last()) else { return vec![fallback; value.len()] };
     let mut out = value.to_vec();
@@ -338,8 +339,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
 
     let whole_pressure = fill(time, &pressure, 0.0);
     let raw_density = density;
-    let density = fill(time, &raw_density, 1025.0);
-    let temperature = fill(time, &temperature, vehicle.constants.reference_temperature_degc);
+    let density = fill_by_depth(time, &whole_pressure, &raw_density, 1025.0);
+    let temperature = fill_by_depth(time, &whole_pressure, &temperature, vehicle.constants.reference_temperature_degc);
     let ballast = quiet_ballast(&raw_ballast);
     let roll = fill(time, &roll, 0.0);
     let sin_heading = fill(time, &flight.heading_rad[rows.clone()].iter().map(|h| h.sin()).collect::<Vec<_>>(), 0.0);

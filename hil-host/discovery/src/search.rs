@@ -34,6 +34,11 @@ impl Candidate {
         self.effects.len() == effects.len() && effects.iter().all(|e| self.effects.contains(e))
     }
 
+    /// Whether all effects of another hypothesis are in this one.
+    pub(crate) fn has_all_of(&self, other: &Self) -> bool {
+        other.effects.iter().all(|e| self.effects.contains(e))
+    }
+
     /// Two effects, neither of them a wave.
     fn is_plain_pair(&self) -> bool {
         self.fit.state.effects.len() == 2 && self.fit.state.wave.is_none()
@@ -75,10 +80,11 @@ const MAY_WIN_SHARE: f64 = 0.25;
 const MOST_SETTLED: usize = 10;
 /// Hypotheses whose signatures are taken anew when they are weighed again.
 const WEIGHED_CLOSELY: usize = 4;
-/// Share of a single effect's log odds that its form may be wrong by.
+/// Share of a single effect's log odds that its form may be wrong by, and the log odds up to which: a guess, seen to hold.
 const FORM_SHARE: f64 = 0.008;
-/// And at most this.
 const FORM_MOST: f64 = 10.0;
+/// However strong an effect is, a form that differs from nature's by 4.5 % leaves the square of that of what it explains.
+const FORM_LEAVES: f64 = 0.002;
 
 /// Searches all singles and the promising pairs. `before` is an earlier search of the same flight (other rows or another colour):
 /// its answers are the starts. `tick` is told what is being done and which share is done.
@@ -159,7 +165,7 @@ fn mark_down_larger_sets(found: &mut [Candidate], beside: &[Candidate]) {
             s.0.len() + 1 == c.effects.len() && s.0.iter().all(|e| c.effects.contains(e)) && s.0.iter().any(|e| has_guessed_form(e))
         };
         let first = smaller.iter().filter(part).map(|s| s.1).fold(0.0, f64::max);
-        c.log_odds -= (FORM_SHARE * first).min(FORM_MOST);
+        c.log_odds -= (FORM_SHARE * first).min(FORM_MOST).max(FORM_LEAVES * first);
     }
 }
 
@@ -354,7 +360,7 @@ impl Search<'_> {
             let floor = top - MAY_WIN - MAY_WIN_SHARE * top;
             // A larger set that gains little more than a part of it was fitted with the signatures of the part.
             let part = |c: &Candidate| {
-                let parts = self.found.iter().filter(|p| p.effects.len() < size && p.effects.iter().all(|e| c.effects.contains(e)));
+                let parts = self.found.iter().filter(|p| p.effects.len() < size && c.has_all_of(p));
                 parts.map(|p| p.gain).fold(0.0, f64::max)
             };
             let open = |c: &Candidate| sized(c) && c.own.is_none() && c.log_odds > floor && c.gain - part(c) > RENEW_GAIN;
@@ -404,26 +410,34 @@ impl Search<'_> {
         self.catch_up();
     }
 
-    /// A single effect that was found to fit better than a pair with it goes on to that pair: more effects never fit worse.
+    /// A single effect that was found to fit better than pairs with it goes on to those of them that promise most beside it: more
+    /// effects never fit worse.
     fn catch_up(&mut self) {
         let screen = self.screen;
-        let leader = |name: &str| self.single(name).filter(|c| c.own.is_some() && c.gain > RENEW_GAIN);
-        let lags = |pair: &Candidate| {
-            let of = |k: usize| pair.fit.state.effects[k].effect;
-            let better = [0, 1].into_iter().filter_map(|k| leader(of(k).name()).map(|c| (c.clone(), of(1 - k))));
-            better.filter(|(c, _)| pair.fit.chi2 > c.fit.chi2).min_by(|a, b| a.0.fit.chi2.total_cmp(&b.0.fit.chi2))
-        };
-        let pairs = self.found.iter().enumerate().filter(|(_, c)| c.is_plain_pair());
-        let mut behind: Vec<(usize, Candidate, &'static dyn Effect)> =
-            pairs.filter_map(|(k, pair)| lags(pair).map(|(single, other)| (k, single, other))).collect();
-        behind.sort_by(|a, b| self.found[b.0].log_odds.total_cmp(&self.found[a.0].log_odds));
-        behind.truncate(CAUGHT_UP);
-        if behind.is_empty() {
+        let is_behind =
+            |single: &Candidate, pair: &Candidate| pair.is_plain_pair() && pair.has_all_of(single) && pair.fit.chi2 > single.fit.chi2;
+        let leads = |c: &&Candidate| c.effects.len() == 1 && c.own.is_some() && c.gain > RENEW_GAIN;
+        let mut promised: Vec<(f64, Candidate, &'static dyn Effect, usize)> = Vec::new();
+        for single in self.found.iter().filter(leads) {
+            let behind: Vec<usize> = (0..self.found.len()).filter(|&k| is_behind(single, &self.found[k])).collect();
+            if behind.is_empty() {
+                continue;
+            }
+            for (score, other) in screen.seconds(&single.fit, single.own.as_deref()) {
+                let pair = behind.iter().find(|&&k| self.found[k].is(&[single.effects[0], other.name()]));
+                promised.extend(pair.map(|&k| (single.log_odds + score, single.clone(), other, k)));
+            }
+        }
+        promised.sort_by(|a, b| b.0.total_cmp(&a.0));
+        promised.truncate(CAUGHT_UP);
+        if promised.is_empty() {
             return;
         }
-        for (k, single, other) in behind {
+        for (_, single, other, k) in promised {
             let f = screen.best_with(screen.beside(Some(&single)), &single.fit, other, 6);
-            self.found[k] = screen.candidate(f, prior_of(2), 0.0);
+            if f.chi2 < self.found[k].fit.chi2 {
+                self.found[k] = screen.candidate(f, prior_of(2), 0.0);
+            }
         }
         self.settle(2);
     }

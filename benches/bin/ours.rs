@@ -9,8 +9,7 @@
 
 use anyhow::{Context, bail};
 use benches::cpu_time;
-use discovery::calibration::{N_CALIBRATION, State, law};
-use discovery::dynamics::track;
+use discovery::calibration::{N_CALIBRATION, State};
 use discovery::metric::blocks;
 use discovery::prepare::prepare;
 use discovery::problem::Problem;
@@ -51,11 +50,10 @@ fn fit(path: &Path, rows: &Path, names: &[&str]) -> anyhow::Result<()> {
     let (seconds, fitted) = timed(REPEATS, || add::add(&flight, &vehicle, &named, &[]));
     let fitted = fitted?;
     let prepared = prepare(&flight, &vehicle);
-    let (constants, effects) = law(&vehicle, &fitted.after);
     let mut text = String::from("time_s,block,check,depth_m,model_m\n");
     let mut block = 0;
     for run in &prepared.runs {
-        let model = track(run, constants, &effects, vehicle.water_depth_m, fitted.beyond);
+        let model = fitted.branch.track(run, &vehicle, &fitted.after);
         let check = u8::from(vehicle.check_segments.contains(&run.segment));
         for b in blocks(run) {
             for &row in &b.rows {

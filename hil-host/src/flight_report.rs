@@ -4,7 +4,7 @@
 use crate::page::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
 use discovery::calibration::{State, law};
 use discovery::diagnose::{Diagnosis, Ranked};
-use discovery::dynamics::{Track, track};
+use discovery::dynamics::Track;
 use discovery::metric::{blocks, modelled_m_s};
 use discovery::prepare::Prepared;
 use discovery::whereabouts::{Residual, VARIABLES, residuals};
@@ -112,13 +112,7 @@ impl Seen {
             alpha_deg: Vec::new(),
         };
         for (run, shift) in found.prepared.runs.iter().zip(under_way(&found.prepared)) {
-            let tracks: Vec<Track> = states
-                .iter()
-                .map(|s| {
-                    let (constants, effects) = law(vehicle, s);
-                    track(run, constants, &effects, vehicle.water_depth_m, found.beyond)
-                })
-                .collect();
+            let tracks: Vec<Track> = states.iter().map(|s| found.branch.track(run, vehicle, s)).collect();
             let cut = blocks(run);
             for b in &cut {
                 let middle = b.rows[b.rows.len() / 2];

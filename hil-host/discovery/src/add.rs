@@ -1,5 +1,6 @@
 //! Adds named effects to a vehicle: refit, error before and after, and a new vehicle file that says where it came from.
 
+use crate::brink::Branch;
 use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
 use crate::metric::blocks;
@@ -7,7 +8,7 @@ use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_error};
 use crate::screen::fit_named;
 use crate::{Flight, Vehicle};
-use hydro::effects::{Continuation, Effect};
+use hydro::effects::Effect;
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
@@ -30,8 +31,8 @@ pub struct Added {
     pub recalibrated: State,
     /// Calibration and effects refitted together.
     pub after: State,
-    /// How lift was taken to go on beyond the valid angle of attack.
-    pub beyond: Continuation,
+    /// Which branch the model was taken to be on beyond the valid angle of attack.
+    pub branch: Branch,
 }
 
 /// Adds effects and refits calibration and effects together on the segments that may be fitted.
@@ -61,7 +62,7 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         notes,
         recalibrated: null.state,
         after: fit.state,
-        beyond: problem.beyond,
+        branch: problem.branch,
     })
 }
 

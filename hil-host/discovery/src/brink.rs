@@ -8,12 +8,13 @@
 //! under every hypothesis. Without that, whether a leg stalls flips with small changes of the calibration: rows that one state
 //! explains make the misfit of its neighbours explode, and clean flights look as if something were missing.
 
-use crate::calibration::State;
+use crate::calibration::{State, law};
 use crate::dynamics::{Track, track, track_attached};
 use crate::left_out::LeftOut;
 use crate::noise::Whitener;
-use crate::prepare::Run;
+use crate::prepare::{FLOAT_M, Run};
 use crate::problem::Problem;
+use crate::vehicle::Vehicle;
 use hydro::effects::{ALPHA_VALID_RAD, Continuation};
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
@@ -29,6 +30,8 @@ const HELD_S: f64 = 90.0;
 /// leaves less than this share of the other's mean square: what is missing in a model moves a glide by much less than a stall does.
 const TOLD_APART: f64 = 3.0;
 const MUCH_NEARER: f64 = 0.25;
+/// A stall sinks faster or slower than a glide by more than this, m/s: a tenth of a glide's 0.1 to 0.2.
+const STALL_M_S: f64 = 0.01;
 /// One row in so many may be beyond the valid angle of attack in a glide.
 const HARDLY: usize = 20;
 /// Mean square of innovations near the stall up to which a continuation is believed to be nature's at once.
@@ -41,6 +44,38 @@ const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
 
 /// From when to when, s.
 type Stretch = (f64, f64);
+
+/// Which branch a model takes where its law of lift ends: what the fitted runs have shown of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Branch {
+    /// How lift goes on beyond the valid angle of attack.
+    pub continuation: Continuation,
+    /// Whether launches end in a glide: of those after which the calibrated model may stall, at least half are seen to.
+    pub glides: bool,
+}
+
+impl Branch {
+    /// Runs the model over a run of which nothing but its inputs is known. Where it depends on the continuation whether a launch ends
+    /// in a stall, it ends as the launches of the fitted runs did; the vehicle as its file gives it knows of none.
+    #[must_use]
+    pub fn track(self, run: &Run, vehicle: &Vehicle, state: &State) -> Track {
+        let (constants, effects) = law(vehicle, state);
+        let with = |c: Continuation, held: &[Stretch]| track_attached(run, constants, &effects, vehicle.water_depth_m, c, held);
+        let free = with(self.continuation, &[]);
+        let Some(launch) = launch(run).filter(|_| self.glides && !state.is_nominal()) else { return free };
+        let other = with(if self.continuation == BOTH[0] { BOTH[1] } else { BOTH[0] }, &[]);
+        let late = (0..run.time_s.len()).filter(|&row| run.time_s[row] > launch.1);
+        let differ = late.map(|row| (free.sink_m_s[row] - other.sink_m_s[row]).abs()).fold(0.0, f64::max);
+        if differ > STALL_M_S { with(self.continuation, &[launch]) } else { free }
+    }
+}
+
+/// From when to when the launch of a run takes, if it has one.
+fn launch(run: &Run) -> Option<Stretch> {
+    let under = run.inputs.iter().position(|i| i.depth_m > FLOAT_M).filter(|_| run.starts_afloat)?;
+    let from = run.time_s.first()? + 0.5 * run.step_s * under as f64;
+    Some((from, from + HELD_S))
+}
 
 /// Whether a time lies in a stretch, after the launch that it begins with.
 fn after_launch((from, to): Stretch, time_s: f64) -> bool {
@@ -76,6 +111,7 @@ impl Problem<'_> {
     pub fn settle_continuation(&mut self, state: &State) -> usize {
         let before = self.brink_at.clone();
         let mut misfit = [0.0; 2];
+        let (mut launches, mut glides) = (0, 0);
         for k in 0..self.runs.len() {
             let run = self.runs[k];
             let tracks = self.both_tracks(self.runs[k], state);
@@ -110,7 +146,10 @@ impl Problem<'_> {
             }
             // What a hypothesis does with a launch or a turn that is left out must not decide whether it stalls all the way after it.
             let (mut passed, long): (Vec<Stretch>, Vec<Stretch>) = stretches.into_iter().partition(|(from, to)| to - from < PASSING_S);
-            for (from, to) in self.seen_attached(run, state, &tracks, &long) {
+            let seen = self.seen_attached(run, state, &tracks, &long);
+            launches += long.len();
+            glides += seen.len();
+            for (from, to) in seen {
                 for row in (0..run.time_s.len()).filter(|&row| after_launch((from, to), run.time_s[row])) {
                     self.brink_at[k][row] = false;
                     let dt = if row > 0 { run.time_s[row] - run.time_s[row - 1] } else { 0.0 };
@@ -121,7 +160,8 @@ impl Problem<'_> {
             self.attached[k] = passed;
             self.lost_way_s[k] = lost;
         }
-        self.beyond = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
+        let continuation = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
+        self.branch = Branch { continuation, glides: 2 * glides >= launches };
         self.refresh();
         self.brink_at.iter().flatten().zip(before.iter().flatten()).filter(|(now, then)| now != then).count()
     }
@@ -134,7 +174,7 @@ impl Problem<'_> {
         }
         let held: Vec<Stretch> = long.iter().map(|(from, _)| (*from, from + HELD_S)).collect();
         let (constants, effects) = self.law(state);
-        let glide = track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.beyond, &held);
+        let glide = track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &held);
         let told_apart = (TOLD_APART * self.colour.rms_m_s).powi(2);
         let seen = |stretch: &Stretch| {
             let rows: Vec<usize> = (0..run.time_s.len()).filter(|&i| run.used[i] && after_launch(*stretch, run.time_s[i])).collect();
@@ -155,7 +195,7 @@ impl Problem<'_> {
         if !(misfit[chosen] <= trusted) {
             return 0;
         }
-        self.beyond = BOTH[chosen];
+        self.branch = Branch { continuation: BOTH[chosen], glides: false };
         let back = self.brink_rows();
         self.brink_at.iter_mut().for_each(|b| b.fill(false));
         self.lost_way_s.fill(0.0);
@@ -190,7 +230,7 @@ impl Problem<'_> {
     pub fn explains_near_stall(&self, state: &State, before: &LeftOut) -> bool {
         let newly = |(now, then): (&Vec<bool>, &Vec<bool>)| now.iter().zip(then).map(|(n, t)| *n && !t).collect();
         let newly: Vec<Vec<bool>> = self.brink_at.iter().zip(before.brink()).map(newly).collect();
-        self.misfit_near_stall(state, &newly)[usize::from(before.beyond() == BOTH[1])] <= TRUSTED
+        self.misfit_near_stall(state, &newly)[usize::from(before.branch().continuation == BOTH[1])] <= TRUSTED
     }
 
     /// Whether the rows near the stall are more than launches and turns: worth finding out which law they follow.

@@ -91,6 +91,12 @@ impl State {
         Self { calibration: [0.0; N_CALIBRATION], effects: Vec::new(), wave: None }
     }
 
+    /// Whether this is the vehicle as its file gives it.
+    #[must_use]
+    pub fn is_nominal(&self) -> bool {
+        self.effects_in_all() == 0 && self.calibration.iter().all(|z| *z == 0.0)
+    }
+
     /// How many effects are on trial, the wave among them.
     #[must_use]
     pub fn effects_in_all(&self) -> usize {

@@ -2,7 +2,7 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
-use crate::brink::TRUSTED;
+use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
 use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
@@ -157,8 +157,8 @@ pub struct Diagnosis {
     pub brink: usize,
     /// Rms of the ordinary water motion that was used, relative to the vehicle file's.
     pub colour: f64,
-    /// How lift was taken to go on beyond the valid angle of attack.
-    pub beyond: hydro::effects::Continuation,
+    /// Which branch the model was taken to be on beyond the valid angle of attack.
+    pub branch: Branch,
     /// Likeness of signatures.
     pub likeness: Vec<(&'static str, &'static str, f64)>,
 }
@@ -348,7 +348,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     if let Some(first) = spoken {
         equivalent.push(first.effects.clone());
         // A part of the answer may do as well as all of it; a larger set is no alternative, it only adds.
-        let smaller = |c: &Candidate| c.effects.len() < first.effects.len() && c.effects.iter().all(|e| first.effects.contains(e));
+        let smaller = |c: &Candidate| c.effects.len() < first.effects.len() && first.has_all_of(c);
         let same = |c: &Candidate| c.effects.len() == first.effects.len();
         for c in candidates.iter().filter(|c| (same(c) || smaller(c)) && best_odds - c.log_odds < TIED) {
             let mut sorted = c.effects.clone();
@@ -416,7 +416,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         check,
         notes,
         prepared: prepared.clone(),
-        beyond: problem.beyond,
+        branch: problem.branch,
         misfit,
         rows: problem.data.len(),
         brink: problem.brink_rows(),
@@ -442,7 +442,8 @@ fn typical_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: 
     for (k, list) in blocks {
         let run = &prepared.runs[*k];
         let [rising, fading] = problem.both_tracks(run, state).map(|t| t.depth_m);
-        let (mine, other) = if problem.beyond == hydro::effects::Continuation::Fading { (fading, rising) } else { (rising, fading) };
+        let (mine, other) =
+            if problem.branch.continuation == hydro::effects::Continuation::Fading { (fading, rising) } else { (rising, fading) };
         errors.extend(list.iter().filter_map(|b| {
             let rate = modelled_m_s(run, b, &mine);
             let same = (rate - modelled_m_s(run, b, &other)).abs() < 0.2 * problem.noise_floor_m_s();

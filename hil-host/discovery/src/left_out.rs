@@ -1,7 +1,7 @@
 //! Which rows are left out of a fit, and why: outliers of a sensor, and what [`crate::brink`] takes out.
 
+use crate::brink::Branch;
 use crate::problem::{Problem, speed_groups};
-use hydro::effects::Continuation;
 
 /// An innovation that is no news of one sample alone, sigma.
 const LARGE: f64 = 3.0;
@@ -16,7 +16,7 @@ pub struct LeftOut {
     brink: Vec<Vec<bool>>,
     lost_way_s: Vec<f64>,
     attached: Vec<Vec<(f64, f64)>>,
-    beyond: Continuation,
+    branch: Branch,
 }
 
 impl LeftOut {
@@ -26,10 +26,10 @@ impl LeftOut {
         &self.brink
     }
 
-    /// How lift was taken to go on beyond the valid angle of attack.
+    /// Which branch the model was taken to be on.
     #[must_use]
-    pub fn beyond(&self) -> Continuation {
-        self.beyond
+    pub fn branch(&self) -> Branch {
+        self.branch
     }
 }
 
@@ -83,7 +83,7 @@ impl Problem<'_> {
             brink: self.brink_at.clone(),
             lost_way_s: self.lost_way_s.clone(),
             attached: self.attached.clone(),
-            beyond: self.beyond,
+            branch: self.branch,
         }
     }
 
@@ -94,7 +94,7 @@ impl Problem<'_> {
         self.brink_at = rows.brink;
         self.lost_way_s = rows.lost_way_s;
         self.attached = rows.attached;
-        self.beyond = rows.beyond;
+        self.branch = rows.branch;
         self.refresh();
     }
 

@@ -145,7 +145,7 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
     };
     let predict = |run: &Run, whitener: &Whitener, state: &State| {
         let (constants, effects) = law(vehicle, state);
-        let t = track(run, constants, &effects, vehicle.water_depth_m, d.beyond);
+        let t = track(run, constants, &effects, vehicle.water_depth_m, d.branch.continuation);
         let mut out = Vec::new();
         whitener.whiten(|row| t.depth_m[row], &mut out);
         out
@@ -166,7 +166,7 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
             for _ in 0..3 {
                 let run = leg_run(leg, &column, top, bottom, speed, day);
                 let (constants, effects) = law(vehicle, &tied[0].1);
-                let t = track(&run, constants, &effects, vehicle.water_depth_m, d.beyond);
+                let t = track(&run, constants, &effects, vehicle.water_depth_m, d.branch.continuation);
                 let middle = t.sink_m_s.len() / 3;
                 speed = t.sink_m_s.get(middle).copied().unwrap_or(0.12).clamp(0.03, 0.6);
             }

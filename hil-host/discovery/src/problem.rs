@@ -4,6 +4,7 @@
 //! effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened by [`crate::noise`]), speed
 //! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
 
+use crate::brink::Branch;
 use crate::calibration::{PRESSURE_ZERO_PA, State};
 use crate::dives::{MOST_FITTED, evenly};
 use crate::dynamics::{Job, Track, track_attached};
@@ -15,7 +16,7 @@ use crate::prepare::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
 use crate::wave::Kind;
 use crate::ways::Way;
-use hydro::effects::{Active, Constants, Continuation};
+use hydro::effects::{Active, Constants};
 use std::borrow::Cow;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
@@ -54,8 +55,8 @@ pub struct Problem<'a> {
     pub vehicle: &'a Vehicle,
     /// Runs that are fitted.
     pub runs: Vec<&'a Run>,
-    /// How lift goes on beyond the valid angle of attack.
-    pub beyond: Continuation,
+    /// Which branch the model takes beyond the valid angle of attack.
+    pub branch: Branch,
     /// Colour in force.
     pub colour: Colour,
     /// Where fits start.
@@ -110,7 +111,7 @@ impl<'a> Problem<'a> {
         let mut problem = Self {
             fresh_excess_kg_m3: fresh_excess(&runs),
             vehicle,
-            beyond: Continuation::default(),
+            branch: Branch::default(),
             lost_way_s: vec![0.0; runs.len()],
             attached: vec![Vec::new(); runs.len()],
             brink_at: none.clone(),
@@ -236,7 +237,7 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        let tracks = tracks(&jobs, self.vehicle.water_depth_m, self.beyond);
+        let tracks = tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation);
         let job = |k: usize, i: usize| &tracks[of[k * states.len() + i]];
         for k in 0..self.runs.len() {
             for (i, ((state, (_, effects)), out)) in states.iter().zip(&laws).zip(&mut out).enumerate() {
@@ -268,7 +269,7 @@ impl<'a> Problem<'a> {
             }
         }
         let (constants, effects) = self.law(state);
-        let t = track_attached(&run, constants, &effects, self.vehicle.water_depth_m, self.beyond, &self.attached[k]);
+        let t = track_attached(&run, constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &self.attached[k]);
         self.answer(&run, k, state, &effects, &t, out);
     }
 
@@ -422,9 +423,11 @@ impl<'a> Problem<'a> {
     /// Model track of any run for a state (a wave has no known phase outside the fitted runs and is left out).
     #[must_use]
     pub fn track(&self, run: &Run, state: &State) -> Track {
-        let (constants, effects) = self.law(state);
-        let attached = self.index_of(run).map_or(&[][..], |k| &self.attached[k]);
-        track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.beyond, attached)
+        let known = |k: usize| {
+            let (constants, effects) = self.law(state);
+            track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &self.attached[k])
+        };
+        self.index_of(run).map_or_else(|| self.branch.track(run, self.vehicle, state), known)
     }
 
     /// Depth of fitted run `k`, a wave's shift included, m.

@@ -1,10 +1,10 @@
 //! A diagnosis as JSON (the contract) and as words.
 
-use crate::calibration::{State, law};
+use crate::Vehicle;
+use crate::calibration::State;
 use crate::diagnose::{Diagnosis, Ranked, Verdict};
 use crate::metric::blocks;
 use crate::whereabouts::{Finding, rank, residuals};
-use crate::{Vehicle, dynamics};
 use hydro::effects::by_name;
 use serde_json::{Value, json};
 
@@ -25,10 +25,9 @@ pub fn number(v: f64) -> Value {
 /// Where a state fails, over all segments.
 #[must_use]
 pub fn where_it_fails(diagnosis: &Diagnosis, vehicle: &Vehicle, state: &State) -> Vec<Finding> {
-    let (constants, effects) = law(vehicle, state);
     let mut all = Vec::new();
     for run in &diagnosis.prepared.runs {
-        let track = dynamics::track(run, constants, &effects, vehicle.water_depth_m, diagnosis.beyond);
+        let track = diagnosis.branch.track(run, vehicle, state);
         all.extend(residuals(run, &blocks(run), &track));
     }
     rank(&all)
@@ -192,10 +191,9 @@ pub fn next_flight(d: &Diagnosis) -> String {
 #[must_use]
 pub fn prediction(d: &Diagnosis, vehicle: &Vehicle) -> String {
     let mut out = String::from("time_s,w_before_m_s,w_after_m_s\n");
-    let before = law(vehicle, &State::nominal());
-    let after = law(vehicle, &d.after);
+    let nominal = State::nominal();
     for run in d.prepared.runs.iter().filter(|r| d.check.contains(&r.segment)) {
-        let [a, b] = [&before, &after].map(|(c, e)| dynamics::track(run, *c, e, vehicle.water_depth_m, d.beyond).sink_m_s);
+        let [a, b] = [&nominal, &d.after].map(|s| d.branch.track(run, vehicle, s).sink_m_s);
         for (i, t) in run.time_s.iter().enumerate() {
             out += &format!("{t:.3},{:.5},{:.5}\n", a[i], b[i]);
         }

@@ -8,12 +8,13 @@ use axum::Json;
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
 use discovery::add;
+use discovery::brink::Branch;
 use discovery::calibration::{State, law};
-use discovery::dynamics::{Track, track};
+use discovery::dynamics::Track;
 use discovery::metric::{blocks, modelled_m_s, rms};
 use discovery::prepare::{Prepared, prepare};
 use discovery::{Flight, Vehicle};
-use hydro::effects::{Active, CATALOGUE, Continuation, Flow, ForceModel, by_name};
+use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -70,8 +71,8 @@ pub struct Opened {
     pub vehicle: Vehicle,
     /// Cleaned and cut.
     pub prepared: Prepared,
-    /// How lift goes on beyond the valid angle of attack, as the last fit took it.
-    beyond: Mutex<Continuation>,
+    /// Which branch the model takes beyond the valid angle of attack, as the last fit took it.
+    branch: Mutex<Branch>,
     /// Fitted states by the effects that are on (sorted names); the empty list is recalibration alone.
     fitted: Mutex<BTreeMap<Vec<String>, State>>,
 }
@@ -82,10 +83,10 @@ impl Opened {
         if prepared.runs.is_empty() {
             bail!("{}: no stretch of this flight is long enough for the model: {}", flight.name, prepared.notes.join("; "));
         }
-        let opened = Self { id, flight, vehicle, prepared, beyond: Mutex::default(), fitted: Mutex::default() };
+        let opened = Self { id, flight, vehicle, prepared, branch: Mutex::default(), fitted: Mutex::default() };
         // A flight too short to fit can still be looked at.
         if let Ok(calibrated) = add::add(&opened.flight, &opened.vehicle, &[], &[]) {
-            opened.remember(&[], &calibrated.recalibrated, calibrated.beyond);
+            opened.remember(&[], &calibrated.recalibrated, calibrated.branch);
         }
         Ok(opened)
     }
@@ -112,8 +113,8 @@ impl Opened {
     }
 
     /// Keeps a fit under the names of its effects. A wave's phase is known only in fitted segments: its amplitudes stay behind.
-    fn remember(&self, names: &[&str], state: &State, beyond: Continuation) {
-        *self.beyond.lock().unwrap_or_else(PoisonError::into_inner) = beyond;
+    fn remember(&self, names: &[&str], state: &State, branch: Branch) {
+        *self.branch.lock().unwrap_or_else(PoisonError::into_inner) = branch;
         let mut names: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
         names.sort_unstable();
         self.fitted.lock().unwrap_or_else(PoisonError::into_inner).insert(names, State { wave: None, ..state.clone() });
@@ -126,9 +127,8 @@ impl Opened {
     }
 
     fn tracks(&self, state: &State) -> Vec<Track> {
-        let (constants, effects) = law(&self.vehicle, state);
-        let beyond = *self.beyond.lock().unwrap_or_else(PoisonError::into_inner);
-        self.prepared.runs.iter().map(|run| track(run, constants, &effects, self.vehicle.water_depth_m, beyond)).collect()
+        let branch = *self.branch.lock().unwrap_or_else(PoisonError::into_inner);
+        self.prepared.runs.iter().map(|run| branch.track(run, &self.vehicle, state)).collect()
     }
 
     /// Block residuals on the judged segments, and the error, m/s.
@@ -302,7 +302,7 @@ impl Workbench {
         }
         let fit = add::add(&opened.flight, &opened.vehicle, &effects, &[])?;
         let names: Vec<&str> = effects.iter().map(|e| e.name()).collect();
-        opened.remember(&names, &fit.after, fit.beyond);
+        opened.remember(&names, &fit.after, fit.branch);
         Ok(opened.evaluation(&fit.after))
     }
 
@@ -346,9 +346,9 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
         });
         match found {
             Ok(found) => {
-                opened.remember(&[], &found.recalibrated, found.beyond);
+                opened.remember(&[], &found.recalibrated, found.branch);
                 for c in &found.candidates {
-                    opened.remember(&c.effects, &c.state, found.beyond);
+                    opened.remember(&c.effects, &c.state, found.branch);
                 }
                 lines.send(&json!({"result": discovery::report::document(&found, &opened.vehicle, &opened.flight.name)}));
             }

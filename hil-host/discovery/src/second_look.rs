@@ -109,8 +109,9 @@ fn is_asked_for(problem: &Problem, of: &Fit) -> bool {
 fn holds_elsewhere(problem: &Problem, first: &Fit, other: &Fit) -> bool {
     let elsewhere = fit(problem, &Jacobian::new(problem, &other.state), &other.state, Effort::of(ELSEWHERE_STEPS));
     let gained = log_evidence(problem, &elsewhere) - log_evidence(problem, first);
-    // One effect more that only rows near the stall ask for is the form of nature's stall.
-    let more = other.state.effects_in_all() > first.state.effects_in_all().max(1);
+    // One effect more that only rows near the stall ask for is the form of nature's stall: a clean flight of a vehicle whose lift
+    // goes on otherwise than by any of our laws was told to have edge lift.
+    let more = other.state.effects_in_all() > first.state.effects_in_all();
     let bearable = if more { 0.0 } else { -TIED };
     other.mean_square() < first.mean_square().max(1.0) * WORSE_OVERALL && gained > bearable
 }

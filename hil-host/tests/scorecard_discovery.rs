@@ -23,6 +23,16 @@ fn ask(flight: &Path) -> Result<Value, String> {
     Ok(report::document(&d, &v, "case"))
 }
 
+/// What is told of one case of a plan.
+fn told(seed: u64, index: usize) -> Value {
+    let spec = plan(index + 1, seed, None).swap_remove(index);
+    let folder = folder(&format!("{seed}-{index}"));
+    let flight = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
+    let told = ask(&flight).expect("a diagnosis");
+    std::fs::remove_dir_all(folder).ok();
+    told
+}
+
 fn one(name: &str, spec: &Spec, seed: u64, depth: Depth) -> diagnose::Diagnosis {
     let folder = folder(name);
     let flight = trial_score::write_case(&folder, &generate(spec, seed, 0)).expect("a case can be written");
@@ -77,11 +87,7 @@ fn regress_effects_that_the_search_or_the_second_look_lost_once_are_named() {
         (313_131, 262, &["induced_drag_error", "pressure_drift"]),
     ];
     for (seed, index, names) in lost {
-        let spec = plan(index + 1, seed, None).swap_remove(index);
-        let folder = folder(&format!("{seed}-{index}"));
-        let flight = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
-        let told = ask(&flight).expect("a diagnosis");
-        std::fs::remove_dir_all(folder).ok();
+        let told = told(seed, index);
         assert_eq!((&told["verdict"], &told["answer"]), (&"explained".into(), &serde_json::json!(names)), "case {index} of seed {seed}");
     }
 }
@@ -90,12 +96,7 @@ fn regress_effects_that_the_search_or_the_second_look_lost_once_are_named() {
 /// at, the model once stayed stalled after one, and the error of a right answer was twice that of none.
 #[test]
 fn regress_a_launch_of_a_check_segment_ends_as_those_of_the_fitted_segments_do() {
-    let (seed, index) = (313_131, 138);
-    let spec = plan(index + 1, seed, None).swap_remove(index);
-    let folder = folder("check-launch");
-    let flight = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
-    let told = ask(&flight).expect("a diagnosis");
-    std::fs::remove_dir_all(folder).ok();
+    let told = told(313_131, 138);
     assert_eq!(told["answer"], serde_json::json!(["zero_lift_angle", "climb_drag"]));
     let error = |which: &str| told["error"][which].as_f64().expect("an error, cm/s");
     // 0.32 of 0.24 cm/s; 0.73 while stalled.

@@ -55,18 +55,24 @@ pub struct Branch {
 }
 
 impl Branch {
+    /// Of what both continuations give, in the order of [`BOTH`]: that of the one in force, and the other's.
+    pub(crate) fn in_force<T>(self, [rising, fading]: [T; 2]) -> [T; 2] {
+        if self.continuation == Continuation::Fading { [fading, rising] } else { [rising, fading] }
+    }
+
     /// Runs the model over a run of which nothing but its inputs is known. Where it depends on the continuation whether a launch ends
     /// in a stall, it ends as the launches of the fitted runs did; the vehicle as its file gives it knows of none.
     #[must_use]
     pub fn track(self, run: &Run, vehicle: &Vehicle, state: &State) -> Track {
         let (constants, effects) = law(vehicle, state);
         let with = |c: Continuation, held: &[Stretch]| track_attached(run, constants, &effects, vehicle.water_depth_m, c, held);
-        let free = with(self.continuation, &[]);
+        let [mine, other] = self.in_force(BOTH);
+        let free = with(mine, &[]);
         let Some(launch) = launch(run).filter(|_| self.glides && !state.is_nominal()) else { return free };
-        let other = with(if self.continuation == BOTH[0] { BOTH[1] } else { BOTH[0] }, &[]);
+        let other = with(other, &[]);
         let late = (0..run.time_s.len()).filter(|&row| run.time_s[row] > launch.1);
         let differ = late.map(|row| (free.sink_m_s[row] - other.sink_m_s[row]).abs()).fold(0.0, f64::max);
-        if differ > STALL_M_S { with(self.continuation, &[launch]) } else { free }
+        if differ > STALL_M_S { with(mine, &[launch]) } else { free }
     }
 }
 
@@ -230,7 +236,8 @@ impl Problem<'_> {
     pub fn explains_near_stall(&self, state: &State, before: &LeftOut) -> bool {
         let newly = |(now, then): (&Vec<bool>, &Vec<bool>)| now.iter().zip(then).map(|(n, t)| *n && !t).collect();
         let newly: Vec<Vec<bool>> = self.brink_at.iter().zip(before.brink()).map(newly).collect();
-        self.misfit_near_stall(state, &newly)[usize::from(before.branch().continuation == BOTH[1])] <= TRUSTED
+        let [in_force, _] = before.branch().in_force(self.misfit_near_stall(state, &newly));
+        in_force <= TRUSTED
     }
 
     /// Whether the rows near the stall are more than launches and turns: worth finding out which law they follow.

@@ -20,7 +20,7 @@ pub(crate) fn fill_by_depth(time: &[f64], pressure: &[f64], value: &[f64], fallb
     let passes = Passes { time, pressure, value, known: &known };
     for (at, pair) in known.windows(2).enumerate() {
         let (a, b) = (pair[0], pair[1]);
-        if time[b] - time[a] < SHORT_S {
+        if b == a + 1 || time[b] - time[a] < SHORT_S {
             continue;
         }
         let seen: Option<Vec<f64>> = (a..=b).map(|row| passes.at(row, at)).collect();

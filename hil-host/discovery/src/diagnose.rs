@@ -441,9 +441,7 @@ fn typical_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: 
     let mut errors: Vec<f64> = Vec::new();
     for (k, list) in blocks {
         let run = &prepared.runs[*k];
-        let [rising, fading] = problem.both_tracks(run, state).map(|t| t.depth_m);
-        let (mine, other) =
-            if problem.branch.continuation == hydro::effects::Continuation::Fading { (fading, rising) } else { (rising, fading) };
+        let [mine, other] = problem.branch.in_force(problem.both_tracks(run, state)).map(|t| t.depth_m);
         errors.extend(list.iter().filter_map(|b| {
             let rate = modelled_m_s(run, b, &mine);
             let same = (rate - modelled_m_s(run, b, &other)).abs() < 0.2 * problem.noise_floor_m_s();

@@ -112,7 +112,7 @@ impl Seen {
             alpha_deg: Vec::new(),
         };
         for (run, shift) in found.prepared.runs.iter().zip(under_way(&found.prepared)) {
-            let tracks: Vec<Track> = states.iter().map(|s| found.branch.track(run, vehicle, s)).collect();
+            let tracks: Vec<Track> = found.branch.tracks(run, vehicle, states);
             let cut = blocks(run);
             for b in &cut {
                 let middle = b.rows[b.rows.len() / 2];

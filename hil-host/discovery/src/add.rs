@@ -5,7 +5,7 @@ use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
 use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
-use crate::problem::{Problem, block_error};
+use crate::problem::{Problem, block_errors};
 use crate::screen::fit_named;
 use crate::{Flight, Vehicle};
 use hydro::effects::Effect;
@@ -50,7 +50,11 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     };
     let fitted = gather(&|s| problem.runs.iter().any(|r| r.segment == s));
     let kept = gather(&|s| check.contains(&s));
-    let errors = |list: &[_], wave| [&State::nominal(), &null.state, &fit.state].map(|s| block_error(&problem, &prepared, s, list, wave));
+    let nominal = State::nominal();
+    let errors = |list: &[_], wave| {
+        let of = block_errors(&problem, &prepared, &[&nominal, &null.state, &fit.state], list, wave);
+        [of[0], of[1], of[2]]
+    };
     let parameters = estimates(&fit);
     let document = document(vehicle, &problem, &fit.state, effects, &parameters, flight, parent);
     Ok(Added {

@@ -9,13 +9,15 @@
 //! explains make the misfit of its neighbours explode, and clean flights look as if something were missing.
 
 use crate::calibration::{State, law};
-use crate::dynamics::{Track, track, track_attached};
+use crate::dynamics::{Job, Track, track_attached, tracks_of};
+use crate::lanes::tracks;
 use crate::left_out::LeftOut;
 use crate::noise::Whitener;
 use crate::prepare::{FLOAT_M, Run};
 use crate::problem::Problem;
 use crate::vehicle::Vehicle;
 use hydro::effects::{ALPHA_VALID_RAD, Continuation};
+use std::borrow::Cow;
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
 const AFTER_S: f64 = 20.0;
@@ -64,15 +66,29 @@ impl Branch {
     /// in a stall, it ends as the launches of the fitted runs did; the vehicle as its file gives it knows of none.
     #[must_use]
     pub fn track(self, run: &Run, vehicle: &Vehicle, state: &State) -> Track {
-        let (constants, effects) = law(vehicle, state);
-        let with = |c: Continuation, held: &[Stretch]| track_attached(run, constants, &effects, vehicle.water_depth_m, c, held);
+        self.tracks(run, vehicle, &[state]).pop().unwrap_or_default()
+    }
+
+    /// The same at several states: they are simulated side by side.
+    #[must_use]
+    pub fn tracks(self, run: &Run, vehicle: &Vehicle, states: &[&State]) -> Vec<Track> {
+        let laws: Vec<_> = states.iter().map(|s| law(vehicle, s)).collect();
+        let with = |which: &[usize], c: Continuation, attached: &[Stretch]| {
+            let job = |&k: &usize| Job { run, constants: laws[k].0, effects: Cow::Borrowed(&laws[k].1), attached };
+            tracks(&which.iter().map(job).collect::<Vec<_>>(), vehicle.water_depth_m, c)
+        };
         let [mine, other] = self.in_force(BOTH);
-        let free = with(mine, &[]);
-        let Some(launch) = launch(run).filter(|_| self.glides && !state.is_nominal()) else { return free };
-        let other = with(other, &[]);
-        let late = (0..run.time_s.len()).filter(|&row| run.time_s[row] > launch.1);
-        let differ = late.map(|row| (free.sink_m_s[row] - other.sink_m_s[row]).abs()).fold(0.0, f64::max);
-        if differ > STALL_M_S { with(mine, &[launch]) } else { free }
+        let mut out = with(&(0..states.len()).collect::<Vec<_>>(), mine, &[]);
+        let Some(launch) = launch(run).filter(|_| self.glides) else { return out };
+        let calibrated: Vec<usize> = (0..states.len()).filter(|&k| !states[k].is_nominal()).collect();
+        let others = with(&calibrated, other, &[]);
+        let late: Vec<usize> = (0..run.time_s.len()).filter(|&row| run.time_s[row] > launch.1).collect();
+        let differ = |a: &Track, b: &Track| late.iter().any(|&row| (a.sink_m_s[row] - b.sink_m_s[row]).abs() > STALL_M_S);
+        let undecided: Vec<usize> =
+            calibrated.into_iter().zip(&others).filter(|(k, other)| differ(&out[*k], other)).map(|(k, _)| k).collect();
+        let held = with(&undecided, mine, &[launch]);
+        undecided.into_iter().zip(held).for_each(|(k, track)| out[k] = track);
+        out
     }
 }
 
@@ -105,10 +121,11 @@ fn misfit_of_rates(run: &Run, rows: &[usize], t: &Track) -> f64 {
 }
 
 impl Problem<'_> {
-    /// Tracks of a run under each continuation.
-    pub(crate) fn both_tracks(&self, run: &Run, state: &State) -> [Track; 2] {
+    /// Tracks of these runs under each continuation.
+    pub(crate) fn both_tracks(&self, runs: &[&Run], state: &State) -> Vec<[Track; 2]> {
         let (constants, effects) = self.law(state);
-        BOTH.map(|c| track(run, constants, &effects, self.vehicle.water_depth_m, c))
+        let [rising, fading] = BOTH.map(|c| tracks_of(runs, constants, &effects, self.vehicle.water_depth_m, c));
+        rising.into_iter().zip(fading).map(|(a, b)| [a, b]).collect()
     }
 
     /// Takes rows out that at this state depend on how lift goes on beyond the valid angle of attack (launch, turns, deep stall
@@ -118,9 +135,8 @@ impl Problem<'_> {
         let before = self.brink_at.clone();
         let mut misfit = [0.0; 2];
         let (mut launches, mut glides) = (0, 0);
-        for k in 0..self.runs.len() {
+        for (k, tracks) in self.both_tracks(&self.runs, state).into_iter().enumerate() {
             let run = self.runs[k];
-            let tracks = self.both_tracks(self.runs[k], state);
             let limit = 0.4 * self.colour.rms_m_s;
             let mut last = f64::NEG_INFINITY;
             let mut stretches: Vec<Stretch> = Vec::new();
@@ -213,12 +229,14 @@ impl Problem<'_> {
     /// Mean square of the innovations of these rows under each continuation; not a number where there are none.
     fn misfit_near_stall(&self, state: &State, near: &[Vec<bool>]) -> [f64; 2] {
         let (mut sums, mut count) = ([0.0; 2], 0.0);
-        for k in (0..self.runs.len()).filter(|&k| near[k].contains(&true)) {
+        let concerned: Vec<usize> = (0..self.runs.len()).filter(|&k| near[k].contains(&true)).collect();
+        let runs: Vec<&Run> = concerned.iter().map(|&k| self.runs[k]).collect();
+        for (k, tracks) in concerned.into_iter().zip(self.both_tracks(&runs, state)) {
             let run = self.runs[k];
             let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || near[k][i]).collect();
             let whitener = Whitener::new(run, &whole, &self.colour);
             let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
-            for (sum, t) in sums.iter_mut().zip(self.both_tracks(self.runs[k], state)) {
+            for (sum, t) in sums.iter_mut().zip(tracks) {
                 let mut e = Vec::new();
                 whitener.whiten(|row| run.depth_m[row] - t.depth_m[row] - shift.as_ref().map_or(0.0, |s| s[row]), &mut e);
                 let counted = whitener.rows().zip(&e).filter(|(rows, _)| rows.iter().any(|r| near[k][*r]));

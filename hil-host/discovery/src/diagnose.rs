@@ -8,7 +8,7 @@ use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, prepare};
-use crate::problem::{Problem, block_error};
+use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE, has_own_angle, size_at_end};
 use crate::search::{Depth, Found, search};
@@ -49,6 +49,8 @@ const TELLS: f64 = 6.0;
 const FAMILY_HANDICAP: f64 = 1.0;
 const FAMILY_HANDICAP_WAVE: f64 = -10.0;
 const FAMILY_SHARE: f64 = 0.01;
+/// Hypotheses that get full figures, for a reader to look at; the others are only ranked.
+const SHOWN: usize = 12;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
 /// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.
@@ -283,7 +285,8 @@ pub(crate) fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness } = found;
     let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(problem, c));
-    let mut remainder = families(problem, spoken.map_or(&null, |c| &c.fit));
+    let best_fit = spoken.map_or(&null, |c| &c.fit);
+    let after_best = families(problem, best_fit);
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
     let weight = |f: &Family, waves: bool| match f.period_s {
         // A wave that is not quite a sine leaves some of itself.
@@ -291,12 +294,12 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         Some(_) => f.log_bayes - TIME_HANDICAP,
         None => f.log_bayes,
     };
-    let strongest = remainder.iter().map(|f| weight(f, waves)).fold(f64::NEG_INFINITY, f64::max);
+    let strongest = after_best.iter().map(|f| weight(f, waves)).fold(f64::NEG_INFINITY, f64::max);
     // Against the best that a calibration without limits does: what it can follow needs no name.
     let free = beyond_limits(problem, &null);
     let head_start = log_evidence(problem, &free) - log_evidence(problem, &null);
     let explained = spoken.map_or(0.0, |c| 0.5 * (free.chi2 - c.fit.chi2).max(0.0));
-    let misfit = spoken.map_or(&null, |c| &c.fit).mean_square();
+    let misfit = best_fit.mean_square();
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
     let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
     let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;
@@ -305,12 +308,14 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let too_large = spoken.and_then(|c| c.fit.state.effects.iter().find(|a| size_at_end(a)));
     // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
     let mut better_told = false;
+    let mut remainder = after_best.clone();
     if let Some(best) = spoken {
         let single = candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE));
         let bases = [(Some(&free), head_start), (single.map(|c| &c.fit), single.map_or(0.0, |c| c.log_odds))];
         for (base, odds) in bases {
             let Some(base) = base else { continue };
-            for f in families(problem, base) {
+            let after_it = if std::ptr::eq(base, best_fit) { after_best.clone() } else { families(problem, base) };
+            for f in after_it {
                 let told = odds + f.log_bayes - if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
                 if f.period_s.is_none() && f.log_bayes > TELLS && told > best.log_odds * (1.0 + FAMILY_SHARE) {
                     better_told = true;
@@ -323,10 +328,10 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let check_blocks = gather(prepared, |s| check.contains(&s));
     // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a stall.)
     let tellable = !waves && problem.brink_rows() < problem.data.len() / 10;
-    let on_check = |state: &State| typical_error(problem, prepared, state, &check_blocks);
+    let typical = |state: &State| typical_error(problem, prepared, state, &check_blocks);
     let floor = problem.noise_floor_m_s();
-    let check_error = spoken.filter(|_| tellable).map_or(f64::NAN, |c| on_check(&c.fit.state));
-    let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * on_check(&null.state));
+    let check_error = spoken.filter(|_| tellable).map_or(f64::NAN, |c| typical(&c.fit.state));
+    let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
     let unexplained = left_over || better_told || off_track || far_off || too_large.is_some();
@@ -377,30 +382,27 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // Probabilities over everything that was asked.
     let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
     let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
-    let error = |state: &State, blocks: &[(usize, Vec<Block>)], with_wave: bool| block_error(problem, prepared, state, blocks, with_wave);
-    // Full figures for the hypotheses a reader looks at, the rest only ranked.
+    let after = if answer.is_empty() { null.state.clone() } else { spoken.map_or_else(|| null.state.clone(), |c| c.fit.state.clone()) };
+    let nominal = State::nominal();
+    let mut states = vec![&nominal, &null.state, &after];
+    states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
+    let on_fitted = block_errors(problem, prepared, &states, &fit_blocks, true);
+    let on_check = block_errors(problem, prepared, &states, &check_blocks, false);
     let ranked: Vec<Ranked> = candidates
         .iter()
         .enumerate()
-        .map(|(k, c)| {
-            let show = k < 12;
-            Ranked {
-                effects: c.effects.clone(),
-                parameters: estimates(&c.fit),
-                error_fitted_m_s: if show { error(&c.fit.state, &fit_blocks, true) } else { f64::NAN },
-                error_check_m_s: if show { error(&c.fit.state, &check_blocks, false) } else { f64::NAN },
-                probability: (c.log_odds - top).exp() / total,
-                log_odds: c.log_odds,
-                gain: c.gain,
-                state: c.fit.state.clone(),
-            }
+        .map(|(k, c)| Ranked {
+            effects: c.effects.clone(),
+            parameters: estimates(&c.fit),
+            error_fitted_m_s: on_fitted.get(3 + k).copied().unwrap_or(f64::NAN),
+            error_check_m_s: on_check.get(3 + k).copied().unwrap_or(f64::NAN),
+            probability: (c.log_odds - top).exp() / total,
+            log_odds: c.log_odds,
+            gain: c.gain,
+            state: c.fit.state.clone(),
         })
         .collect();
-    let after = if answer.is_empty() { null.state.clone() } else { spoken.map_or_else(|| null.state.clone(), |c| c.fit.state.clone()) };
-    let nominal = State::nominal();
-    let errors = |blocks: &[(usize, Vec<Block>)], wave: bool| {
-        [error(&nominal, blocks, wave), error(&null.state, blocks, wave), error(&after, blocks, wave)]
-    };
+    let (block_error_m_s, fitted_error_m_s) = ([on_check[0], on_check[1], on_check[2]], [on_fitted[0], on_fitted[1], on_fitted[2]]);
     Diagnosis {
         verdict,
         answer,
@@ -408,8 +410,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         candidates: ranked,
         probability_nothing: (-top).exp() / total,
         recalibrated: null.state.clone(),
-        block_error_m_s: errors(&check_blocks, false),
-        fitted_error_m_s: errors(&fit_blocks, true),
+        block_error_m_s,
+        fitted_error_m_s,
         after,
         noise_floor_m_s: problem.noise_floor_m_s(),
         remainder,
@@ -441,7 +443,8 @@ fn typical_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: 
     let mut errors: Vec<f64> = Vec::new();
     for (k, list) in blocks {
         let run = &prepared.runs[*k];
-        let [mine, other] = problem.branch.in_force(problem.both_tracks(run, state)).map(|t| t.depth_m);
+        let Some(both) = problem.both_tracks(&[run], state).pop() else { continue };
+        let [mine, other] = problem.branch.in_force(both).map(|t| t.depth_m);
         errors.extend(list.iter().filter_map(|b| {
             let rate = modelled_m_s(run, b, &mine);
             let same = (rate - modelled_m_s(run, b, &other)).abs() < 0.2 * problem.noise_floor_m_s();

@@ -143,6 +143,13 @@ pub(crate) fn track_attached(
     tracks(std::slice::from_ref(&job), water_depth_m, beyond).pop().unwrap_or_default()
 }
 
+/// Runs one law over several runs side by side, results in their order.
+#[must_use]
+pub(crate) fn tracks_of(runs: &[&Run], nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Vec<Track> {
+    let jobs: Vec<Job> = runs.iter().map(|run| Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached: &[] }).collect();
+    tracks(&jobs, water_depth_m, beyond)
+}
+
 /// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid, and between them where a step is
 /// `split`.
 pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> {

@@ -5,7 +5,7 @@
 //! the same operations in the same order as if it were alone: the result does not depend on what is beside it.
 
 use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
-use crate::prepare::{FLOAT_M, heave_decay_s};
+use crate::prepare::{FLOAT_M, Input, heave_decay_s};
 use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel};
 use std::rc::Rc;
 use wide::f64x4;
@@ -15,6 +15,8 @@ const TAN_VALID: f64 = 0.365_028_494_830_424_54;
 /// Simulations side by side.
 const LANES: usize = 4;
 type Lanes = f64x4;
+/// A bit for each.
+const ALL: u32 = (1 << LANES) - 1;
 /// Speed below which no force of the water is asked for, m/s.
 const LEAST_SPEED_M_S: f64 = 1e-6;
 
@@ -87,22 +89,29 @@ impl<'a> Lane<'a> {
         self.step >= self.steps || self.row >= self.of.run.time_s.len()
     }
 
-    /// Points at the start, the middle and the end of the step that comes next (of the last one, when done).
-    fn now(&self) -> [&Point; 3] {
-        let k = 2 * self.step.min(self.steps.saturating_sub(1));
-        [&self.points[k], &self.points[k + 1], &self.points[k + 2]]
+    /// Index of the point at the start of the step that comes next (of the last one, when done); the next two are at its middle and
+    /// its end.
+    fn first(&self) -> usize {
+        2 * self.step.min(self.steps.saturating_sub(1))
+    }
+
+    /// What was measured at a point of the step that comes next.
+    fn input(&self, ahead: usize) -> &'a Input {
+        let k = 2 * self.step + ahead;
+        &self.of.run.inputs[if self.split == 1 { k } else { k / self.split }]
     }
 
     fn is_afloat(&self) -> bool {
-        self.now()[0].buoyancy_n >= 0.0 && self.of.run.inputs[2 * self.step / self.split].depth_m < FLOAT_M
+        self.points[self.first()].buoyancy_n >= 0.0 && self.input(0).depth_m < FLOAT_M
     }
 
     /// Takes the step: new velocities and the depth gained, and the rows on the way.
     fn take(&mut self, afloat: bool, new: [f64; 3], sink_at_start: f64) {
         let run = self.of.run;
         let h = self.step_s;
-        let [p0, p1, p2] = self.now();
-        let (t0, sin2, cos2) = (p0.time, p2.sin_pitch, p2.cos_pitch);
+        let k = self.first();
+        let (p1, p2) = (&self.points[k + 1], &self.points[k + 2]);
+        let (t0, sin2, cos2) = (self.points[k].time, p2.sin_pitch, p2.cos_pitch);
         let (u0, n0, z0) = (self.u, self.n, self.z);
         let mut sink0 = 0.0;
         if afloat {
@@ -115,7 +124,7 @@ impl<'a> Lane<'a> {
                 let most = TAN_VALID * self.u.max(0.0);
                 self.n = self.n.clamp(-most, most);
             }
-            let i = &run.inputs[(2 * self.step + 1) / self.split];
+            let i = self.input(1);
             let horizontal = 0.5 * (u0 + self.u) * cos1 - 0.5 * (n0 + self.n) * sin1;
             self.out.displacement_m.0 += h * horizontal * i.sin_heading;
             self.out.displacement_m.1 += h * horizontal * i.cos_heading;
@@ -153,11 +162,15 @@ impl<'a> Lane<'a> {
 struct Beside {
     surge_kg: Lanes,
     heave_kg: Lanes,
+    /// What a force gives along and across, 1/kg.
+    per_surge: Lanes,
+    per_heave: Lanes,
     slope: Lanes,
     quadratic: Lanes,
     cd0: Lanes,
     induced: Lanes,
     hull: Lanes,
+    step_s: Lanes,
     /// Whether the nominal law is all there is in every lane.
     plain: bool,
 }
@@ -172,21 +185,23 @@ impl Beside {
         Self {
             surge_kg: constant(&|l| l.surge_kg),
             heave_kg: constant(&|l| l.heave_kg),
+            per_surge: constant(&|l| 1.0 / l.surge_kg),
+            per_heave: constant(&|l| 1.0 / l.heave_kg),
             slope: constant(&|l| l.model.constants.lift_slope_per_rad),
             quadratic: constant(&|l| l.model.constants.lift_quadratic_per_rad2),
             cd0: constant(&|l| l.model.constants.cd0),
             induced: constant(&|l| l.model.constants.induced_k),
             hull: constant(&|l| l.model.constants.hull_drag_per_rad2),
+            step_s: constant(&|l| l.step_s),
             plain: lanes.iter().all(|l| l.model.is_plain()),
         }
     }
 }
 
 /// Points of all lanes at one time.
-struct Now<'a> {
-    at: [&'a Point; LANES],
-    /// Lanes whose rates nobody asks for: afloat, or without a job.
-    resting: [bool; LANES],
+struct Now {
+    /// Index of each.
+    at: [usize; LANES],
     buoyancy: Lanes,
     dynamic: Lanes,
     sin_pitch: Lanes,
@@ -194,46 +209,47 @@ struct Now<'a> {
     rate: Lanes,
 }
 
-impl<'a> Now<'a> {
-    fn of(at: [&'a Point; LANES], resting: [bool; LANES]) -> Self {
-        let value = |pick: &dyn Fn(&Point) -> f64| beside(|i| pick(at[i]));
+impl Now {
+    /// `ahead` points from the start of the step that comes next.
+    fn of(lanes: &[Lane; LANES], ahead: usize) -> Self {
+        let at: [usize; LANES] = std::array::from_fn(|i| lanes[i].first() + ahead);
+        let point: [&Point; LANES] = std::array::from_fn(|i| &lanes[i].points[at[i]]);
+        let value = |pick: fn(&Point) -> f64| beside(|i| pick(point[i]));
         Self {
-            buoyancy: value(&|p| p.buoyancy_n),
-            dynamic: value(&|p| p.dynamic),
-            sin_pitch: value(&|p| p.sin_pitch),
-            cos_pitch: value(&|p| p.cos_pitch),
-            rate: value(&|p| p.rate),
             at,
-            resting,
+            buoyancy: value(|p| p.buoyancy_n),
+            dynamic: value(|p| p.dynamic),
+            sin_pitch: value(|p| p.sin_pitch),
+            cos_pitch: value(|p| p.cos_pitch),
+            rate: value(|p| p.rate),
         }
     }
 }
 
-/// Accelerations along and across the hull, and the sink rate.
-fn rates(lanes: &[Lane; LANES], b: &Beside, p: &Now, u: Lanes, n: Lanes) -> [Lanes; 3] {
+/// Accelerations along and across the hull, and the sink rate. Nobody asks for those of `resting` lanes (a bit for each): afloat, or
+/// without a job.
+fn rates(lanes: &[Lane; LANES], b: &Beside, resting: u32, p: &Now, u: Lanes, n: Lanes) -> [Lanes; 3] {
     let speed = (u * u + n * n).sqrt();
     let sink = -(u * p.sin_pitch + n * p.cos_pitch);
     let (mut along, mut across) = (p.buoyancy * p.sin_pitch, p.buoyancy * p.cos_pitch);
-    let (us, ns, speeds) = (u.to_array(), n.to_array(), speed.to_array());
     let mut alpha = small_angle(u, n);
-    let near = |i: usize| p.resting[i] || us[i] > 0.0 && ns[i].abs() <= 0.4 * us[i];
-    if !(0..LANES).all(near) {
-        let mut each = alpha.to_array();
-        for i in (0..LANES).filter(|i| !near(*i)) {
+    let near = resting | (u.simd_gt(Lanes::ZERO) & n.abs().simd_le(Lanes::splat(0.4) * u)).to_bitmask();
+    if near != ALL {
+        let (mut each, us, ns, speeds) = (alpha.to_array(), u.to_array(), n.to_array(), speed.to_array());
+        for i in (0..LANES).filter(|i| near & (1 << i) == 0) {
             each[i] = if speeds[i] > LEAST_SPEED_M_S { angle_of_attack(us[i], ns[i]) } else { 0.0 };
         }
         alpha = Lanes::from(each);
     }
-    let angles = alpha.to_array();
-    let attached = |i: usize| p.resting[i] || b.plain && angles[i].abs() <= ALPHA_VALID_RAD;
     let size = alpha.abs();
+    let attached = resting | if b.plain { size.simd_le(Lanes::splat(ALPHA_VALID_RAD)).to_bitmask() } else { 0 };
     let mut cl = b.slope * alpha + b.quadratic * alpha * size;
     let mut cd = b.cd0 + b.induced * cl * cl + b.hull * alpha * alpha;
-    if !(0..LANES).all(attached) {
+    if attached != ALL {
         let (mut cls, mut cds) = (cl.to_array(), cd.to_array());
-        let sinks = sink.to_array();
-        for i in (0..LANES).filter(|i| !attached(*i)) {
-            let at = p.at[i];
+        let (angles, speeds, sinks) = (alpha.to_array(), speed.to_array(), sink.to_array());
+        for i in (0..LANES).filter(|i| attached & (1 << i) == 0) {
+            let at = &lanes[i].points[p.at[i]];
             let f = lanes[i].model.coefficients(&Flow {
                 alpha_rad: angles[i],
                 speed_m_s: speeds[i],
@@ -251,7 +267,7 @@ fn rates(lanes: &[Lane; LANES], b: &Beside, p: &Now, u: Lanes, n: Lanes) -> [Lan
     // With cos α = u/U and sin α = −n/U. At rest both are nothing.
     along += -drag * u - lift * n;
     across += lift * u - drag * n;
-    [(along + p.rate * b.heave_kg * n) / b.surge_kg, (across - p.rate * b.surge_kg * u) / b.heave_kg, sink]
+    [(along + p.rate * b.heave_kg * n) * b.per_surge, (across - p.rate * b.surge_kg * u) * b.per_heave, sink]
 }
 
 /// Runs the model over all jobs, results in their order. `beyond` is how lift goes on beyond the valid angle of attack.
@@ -279,6 +295,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
     let mut idle: [bool; LANES] = std::array::from_fn(|i| i >= jobs.len());
     let mut lanes: [Lane; LANES] = std::array::from_fn(|i| start(i.min(jobs.len() - 1)));
     let mut constants = Beside::of(&lanes);
+    let mut start_of_step = None;
     loop {
         let mut changed = false;
         for i in 0..LANES {
@@ -297,15 +314,16 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
         }
         if changed {
             constants = Beside::of(&lanes);
+            start_of_step = None;
         }
         let afloat: [bool; LANES] = std::array::from_fn(|i| !idle[i] && lanes[i].is_afloat());
-        let resting = std::array::from_fn(|i| idle[i] || afloat[i]);
-        let at = |k: usize| Now::of(std::array::from_fn(|i| lanes[i].now()[k]), resting);
-        let (p0, p1, p2) = (at(0), at(1), at(2));
-        let h = beside(|i| lanes[i].step_s);
+        let resting = (0..LANES).fold(0, |bits, i| bits | u32::from(idle[i] || afloat[i]) << i);
+        let p0 = start_of_step.take().unwrap_or_else(|| Now::of(&lanes, 0));
+        let (p1, p2) = (Now::of(&lanes, 1), Now::of(&lanes, 2));
+        let h = constants.step_s;
         let (u, n, z) = (beside(|i| lanes[i].u), beside(|i| lanes[i].n), beside(|i| lanes[i].z));
         let (half, two, sixth) = (Lanes::splat(0.5), Lanes::splat(2.0), h / Lanes::splat(6.0));
-        let rates = |p: &Now, u: Lanes, n: Lanes| rates(&lanes, &constants, p, u, n);
+        let rates = |p: &Now, u: Lanes, n: Lanes| rates(&lanes, &constants, resting, p, u, n);
         let [a1, b1, c1] = rates(&p0, u, n);
         let [a2, b2, c2] = rates(&p1, u + half * h * a1, n + half * h * b1);
         let [a3, b3, c3] = rates(&p1, u + half * h * a2, n + half * h * b2);
@@ -318,13 +336,15 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
         for i in (0..LANES).filter(|i| !idle[*i]) {
             lanes[i].take(afloat[i], [u[i], n[i], z[i]], sink[i]);
         }
+        // One step ends where the next begins. (A lane without a job stays where it was: nobody asks for its rates.)
+        start_of_step = Some(p2);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prepare::{FAST_M_S, Input, Run};
+    use crate::prepare::{FAST_M_S, Run};
     use hydro::effects::{Active, Constants, Sensed, by_name};
     use std::borrow::Cow;
 

@@ -9,6 +9,7 @@
 //! The start of each run is diffuse: an unknown offset costs one sample.
 
 use crate::prepare::Run;
+use std::sync::Arc;
 
 /// Colour of the depth residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,9 +24,16 @@ pub struct Colour {
     pub walk_m2_s: f64,
 }
 
+/// Rows that carry one news between them.
+#[derive(Clone, Debug)]
+struct Group {
+    rows: Vec<usize>,
+    /// Their mean time, s.
+    time_s: f64,
+}
+
 #[derive(Clone, Debug)]
 struct Stage {
-    rows: Vec<usize>,
     decay: f64,
     reach: f64,
     gain: [f64; 2],
@@ -35,6 +43,7 @@ struct Stage {
 /// The filter of one run: gains do not depend on the data.
 #[derive(Clone, Debug)]
 pub struct Whitener {
+    groups: Arc<Vec<Group>>,
     stages: Vec<Stage>,
     /// Sum of ln of the innovation standard deviations: the likelihood's normaliser.
     pub log_scale: f64,
@@ -47,16 +56,19 @@ const GAP_S: f64 = 45.0;
 /// Variance of the unknown offset at the start of a run, m².
 const DIFFUSE_M2: f64 = 1e4;
 
+impl Group {
+    fn mean(&self, value: &impl Fn(usize) -> f64) -> f64 {
+        match self.rows.as_slice() {
+            [one] => value(*one),
+            many => many.iter().map(|&r| value(r)).sum::<f64>() / many.len() as f64,
+        }
+    }
+}
+
 impl Whitener {
     /// Gains for the used rows of a run.
     #[must_use]
     pub fn new(run: &Run, used: &[bool], colour: &Colour) -> Self {
-        let (var, tau) = (colour.rms_m_s * colour.rms_m_s, colour.correlation_s);
-        let noise = colour.sensor_m * colour.sensor_m;
-        let mut p = [DIFFUSE_M2, 0.0, var];
-        let mut before = f64::NAN;
-        let mut stages = Vec::new();
-        let mut log_scale = 0.0;
         // Rows closer than a sample of motion are averaged: they carry one news between them.
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for (row, &t) in run.time_s.iter().enumerate() {
@@ -68,10 +80,26 @@ impl Whitener {
                 _ => groups.push(vec![row]),
             }
         }
-        for rows in groups {
-            let members = rows.len() as f64;
-            let t = rows.iter().map(|&r| run.time_s[r]).sum::<f64>() / members;
-            let noise = noise / members;
+        let group = |rows: Vec<usize>| Group { time_s: rows.iter().map(|&r| run.time_s[r]).sum::<f64>() / rows.len() as f64, rows };
+        Self::of(Arc::new(groups.into_iter().map(group).collect()), colour)
+    }
+
+    /// The same rows under another colour.
+    #[must_use]
+    pub fn coloured(&self, colour: &Colour) -> Self {
+        Self::of(self.groups.clone(), colour)
+    }
+
+    fn of(groups: Arc<Vec<Group>>, colour: &Colour) -> Self {
+        let (var, tau) = (colour.rms_m_s * colour.rms_m_s, colour.correlation_s);
+        let noise = colour.sensor_m * colour.sensor_m;
+        let mut p = [DIFFUSE_M2, 0.0, var];
+        let mut before = f64::NAN;
+        let mut stages = Vec::with_capacity(groups.len());
+        let mut log_scale = 0.0;
+        for group in groups.iter() {
+            let t = group.time_s;
+            let noise = noise / group.rows.len() as f64;
             let dt = if before.is_nan() { 0.0 } else { t - before };
             before = t;
             // After a gap the model's depth error is anybody's guess: start anew.
@@ -93,12 +121,12 @@ impl Whitener {
             let s = p[0] + noise;
             let gain = [p[0] / s, p[1] / s];
             p = [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]];
-            stages.push(Stage { rows, decay, reach, gain, scale: if anew { 0.0 } else { 1.0 / s.sqrt() } });
+            stages.push(Stage { decay, reach, gain, scale: if anew { 0.0 } else { 1.0 / s.sqrt() } });
             if !anew {
                 log_scale += 0.5 * s.ln();
             }
         }
-        Self { stages, log_scale }
+        Self { groups, stages, log_scale }
     }
 
     /// Number of innovations.
@@ -115,18 +143,24 @@ impl Whitener {
 
     /// Rows behind each innovation.
     pub fn rows(&self) -> impl Iterator<Item = &[usize]> + '_ {
-        self.stages.iter().map(|s| s.rows.as_slice())
+        self.groups.iter().map(|g| g.rows.as_slice())
     }
 
     /// Appends the innovations of `value(row)`.
     pub fn whiten(&self, value: impl Fn(usize) -> f64, out: &mut Vec<f64>) {
+        self.whiten_means(self.groups.iter().map(|g| g.mean(&value)), out);
+    }
+
+    /// What this whitener sees of `value(row)`, whatever the colour: one mean for each innovation.
+    pub fn means(&self, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        self.groups.iter().map(|g| g.mean(&value)).collect()
+    }
+
+    /// Appends the innovations of such means.
+    pub fn whiten_means(&self, means: impl Iterator<Item = f64>, out: &mut Vec<f64>) {
         let (mut zeta, mut v) = (0.0, 0.0);
-        for s in &self.stages {
+        for (s, seen) in self.stages.iter().zip(means) {
             let ahead = zeta + s.reach * v;
-            let seen = match s.rows.as_slice() {
-                [one] => value(*one),
-                many => many.iter().map(|&r| value(r)).sum::<f64>() / many.len() as f64,
-            };
             let e = seen - ahead;
             zeta = ahead + s.gain[0] * e;
             v = s.decay * v + s.gain[1] * e;

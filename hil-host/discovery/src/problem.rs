@@ -7,7 +7,7 @@
 use crate::brink::Branch;
 use crate::calibration::{PRESSURE_ZERO_PA, State};
 use crate::dives::{MOST_FITTED, evenly};
-use crate::dynamics::{Job, Track, track_attached};
+use crate::dynamics::{Job, Track};
 use crate::import::seawater::density;
 use crate::lanes::tracks;
 use crate::metric::{Block, modelled_m_s, rms};
@@ -226,10 +226,10 @@ impl<'a> Problem<'a> {
         let mut jobs: Vec<Job> = Vec::new();
         // Which job is whose, run by run.
         let mut of: Vec<usize> = Vec::new();
-        for (k, run) in self.runs.iter().enumerate() {
+        for k in 0..self.runs.len() {
             let first = jobs.len();
-            for (constants, effects) in &laws {
-                let job = Job { run, constants: *constants, effects: Cow::Borrowed(effects), attached: &self.attached[k] };
+            for law in &laws {
+                let job = self.job(k, law);
                 let known = jobs[first..].iter().position(|j| j.is(&job)).map(|k| first + k);
                 of.push(known.unwrap_or(jobs.len()));
                 if known.is_none() {
@@ -254,23 +254,19 @@ impl<'a> Problem<'a> {
         out
     }
 
-    /// The model's answer to run `k` with other inputs: additions to ballast (m³) and to pitch (rad) at each of them.
-    pub fn nudged(&self, k: usize, state: &State, additions: &[(f64, f64)], out: &mut Vec<f64>) {
-        let mut run = self.runs[k].clone();
-        let grid_s = 0.5 * run.step_s;
-        for (j, i) in run.inputs.iter_mut().enumerate() {
-            let (trim, pitch) = additions[j];
-            i.sensed.ballast_m3 += trim;
-            if pitch != 0.0 {
-                i.sensed.pitch_rad += pitch;
-                (i.sin_pitch, i.cos_pitch) = i.sensed.pitch_rad.sin_cos();
-                let (before, after) = (j.saturating_sub(1), (j + 1).min(additions.len() - 1));
-                i.pitch_rate_rad_s += (additions[after].1 - additions[before].1) / ((after - before).max(1) as f64 * grid_s);
-            }
+    /// The model's answers to run `k` with other inputs, each at its own state.
+    #[must_use]
+    pub(crate) fn answers_to(&self, k: usize, asked: &[(&State, Run)]) -> Vec<Vec<f64>> {
+        let laws: Vec<(Constants, Vec<Active>)> = asked.iter().map(|(s, _)| self.law(s)).collect();
+        let jobs: Vec<Job> = asked.iter().zip(&laws).map(|((_, run), law)| Job { run, ..self.job(k, law) }).collect();
+        let tracks = tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation);
+        let mut out = Vec::with_capacity(asked.len());
+        for (((state, run), (_, effects)), track) in asked.iter().zip(&laws).zip(&tracks) {
+            let mut answer = Vec::new();
+            self.answer(run, k, state, effects, track, &mut answer);
+            out.push(answer);
         }
-        let (constants, effects) = self.law(state);
-        let t = track_attached(&run, constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &self.attached[k]);
-        self.answer(&run, k, state, &effects, &t, out);
+        out
     }
 
     /// A track as the sensors show it, whitened.
@@ -307,7 +303,8 @@ impl<'a> Problem<'a> {
     /// guess in the file may be far off). Its
     /// correlation time likewise. Returns whether either moved by more than 7 % (20 %).
     pub fn tune_colour(&mut self, state: &State) -> bool {
-        let tracks: Vec<Vec<f64>> = (0..self.runs.len()).map(|k| self.depth_m(k, state)).collect();
+        let missed = |((run, w), depth): ((&&Run, &Whitener), &Vec<f64>)| w.means(|row| run.depth_m[row] - depth[row]);
+        let missed: Vec<Vec<f64>> = self.runs.iter().zip(&self.whiteners).zip(&self.depths_m(state)).map(missed).collect();
         let nominal = self.vehicle.background.0;
         let spread = if self.vehicle.assumed.iter().any(|a| a.starts_with("background")) { 1.0 } else { 0.12 };
         // The format allows 20 % either way; smaller than nominal is hardly believed, because other colours look smaller to a filter.
@@ -320,10 +317,10 @@ impl<'a> Problem<'a> {
             }
             let colour = Colour { rms_m_s: nominal * factor, correlation_s: self.vehicle.background.1 * stretch, ..self.colour };
             let mut cost = (factor.ln() / spread).powi(2) + (stretch.ln() / 0.12).powi(2);
-            for ((run, used), depth) in self.runs.iter().zip(&self.used).zip(&tracks) {
-                let w = Whitener::new(run, used, &colour);
-                let mut e = Vec::new();
-                w.whiten(|row| run.depth_m[row] - depth[row], &mut e);
+            for (whitener, missed) in self.whiteners.iter().zip(&missed) {
+                let w = whitener.coloured(&colour);
+                let mut e = Vec::with_capacity(w.len());
+                w.whiten_means(missed.iter().copied(), &mut e);
                 // Huber: a few rows that no model gets right must not set the scale.
                 cost += 2.0 * w.log_scale + e.iter().map(|x| if x.abs() < 3.0 { x * x } else { 6.0 * x.abs() - 9.0 }).sum::<f64>();
             }
@@ -423,21 +420,42 @@ impl<'a> Problem<'a> {
     /// Model track of any run for a state (a wave has no known phase outside the fitted runs and is left out).
     #[must_use]
     pub fn track(&self, run: &Run, state: &State) -> Track {
-        let known = |k: usize| {
-            let (constants, effects) = self.law(state);
-            track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &self.attached[k])
-        };
-        self.index_of(run).map_or_else(|| self.branch.track(run, self.vehicle, state), known)
+        self.tracks(run, &[state]).pop().unwrap_or_default()
     }
 
-    /// Depth of fitted run `k`, a wave's shift included, m.
+    /// The same at several states.
     #[must_use]
-    pub fn depth_m(&self, k: usize, state: &State) -> Vec<f64> {
-        let mut depth = self.track(self.runs[k], state).depth_m;
-        if let Some(w) = &state.wave {
-            depth.iter_mut().zip(w.depth_m(self.runs[k], k, self.vehicle)).for_each(|(d, s)| *d += s);
-        }
-        depth
+    pub fn tracks(&self, run: &Run, states: &[&State]) -> Vec<Track> {
+        let Some(k) = self.index_of(run) else { return self.branch.tracks(run, self.vehicle, states) };
+        let laws: Vec<(Constants, Vec<Active>)> = states.iter().map(|s| self.law(s)).collect();
+        let jobs: Vec<Job> = laws.iter().map(|law| self.job(k, law)).collect();
+        tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation)
+    }
+
+    /// Model tracks of all fitted runs at a state.
+    #[must_use]
+    pub fn fitted_tracks(&self, state: &State) -> Vec<Track> {
+        let law = self.law(state);
+        let jobs: Vec<Job> = (0..self.runs.len()).map(|k| self.job(k, &law)).collect();
+        tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation)
+    }
+
+    /// What simulates fitted run `k` under a law.
+    fn job<'b>(&'b self, k: usize, (constants, effects): &'b (Constants, Vec<Active>)) -> Job<'b> {
+        Job { run: self.runs[k], constants: *constants, effects: Cow::Borrowed(effects), attached: &self.attached[k] }
+    }
+
+    /// Depths of the fitted runs, a wave's shift included, m.
+    #[must_use]
+    pub fn depths_m(&self, state: &State) -> Vec<Vec<f64>> {
+        let shifted = |(k, track): (usize, Track)| {
+            let mut depth = track.depth_m;
+            if let Some(w) = &state.wave {
+                depth.iter_mut().zip(w.depth_m(self.runs[k], k, self.vehicle)).for_each(|(d, s)| *d += s);
+            }
+            depth
+        };
+        self.fitted_tracks(state).into_iter().enumerate().map(shifted).collect()
     }
 }
 
@@ -478,15 +496,25 @@ pub(crate) fn speed_groups(run: &Run, used: impl Fn(usize) -> bool) -> Vec<Vec<u
     groups
 }
 
-/// Block error of a state, m/s. A wave's phase is known only in fitted runs.
+/// Block errors of several states, m/s. A wave's phase is known only in fitted runs.
 #[must_use]
-pub fn block_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)], with_wave: bool) -> f64 {
-    rms(blocks.iter().flat_map(|(k, list)| {
+pub fn block_errors(
+    problem: &Problem,
+    prepared: &Prepared,
+    states: &[&State],
+    blocks: &[(usize, Vec<Block>)],
+    with_wave: bool,
+) -> Vec<f64> {
+    let mut missed: Vec<Vec<f64>> = vec![Vec::new(); states.len()];
+    for (k, list) in blocks {
         let run = &prepared.runs[*k];
-        let mut depth = problem.track(run, state).depth_m;
-        if with_wave && let Some(shift) = problem.wave_shift(run, state) {
-            depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
+        for ((state, track), missed) in states.iter().zip(problem.tracks(run, states)).zip(&mut missed) {
+            let mut depth = track.depth_m;
+            if with_wave && let Some(shift) = problem.wave_shift(run, state) {
+                depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
+            }
+            missed.extend(list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)));
         }
-        list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)).collect::<Vec<_>>()
-    }))
+    }
+    missed.into_iter().map(|m| rms(m.into_iter())).collect()
 }

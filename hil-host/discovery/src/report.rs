@@ -193,9 +193,9 @@ pub fn prediction(d: &Diagnosis, vehicle: &Vehicle) -> String {
     let mut out = String::from("time_s,w_before_m_s,w_after_m_s\n");
     let nominal = State::nominal();
     for run in d.prepared.runs.iter().filter(|r| d.check.contains(&r.segment)) {
-        let [a, b] = [&nominal, &d.after].map(|s| d.branch.track(run, vehicle, s).sink_m_s);
+        let both = d.branch.tracks(run, vehicle, &[&nominal, &d.after]);
         for (i, t) in run.time_s.iter().enumerate() {
-            out += &format!("{t:.3},{:.5},{:.5}\n", a[i], b[i]);
+            out += &format!("{t:.3},{:.5},{:.5}\n", both[0].sink_m_s[i], both[1].sink_m_s[i]);
         }
     }
     out

@@ -199,9 +199,8 @@ impl<'a> Screen<'a> {
     /// Share of the used rows at which the model flies beyond an angle of attack.
     fn flown_beyond(&self, state: &State, angle_rad: f64) -> f64 {
         let (mut beyond, mut all) = (0, 0);
-        for (k, run) in self.problem.runs.iter().enumerate() {
-            let t = self.problem.track(run, state);
-            for row in (0..run.time_s.len()).filter(|&i| self.problem.used[k][i]) {
+        for (k, t) in self.problem.fitted_tracks(state).iter().enumerate() {
+            for row in (0..t.alpha_rad.len()).filter(|&i| self.problem.used[k][i]) {
                 all += 1;
                 beyond += usize::from(t.alpha_rad[row].abs() > angle_rad);
             }

@@ -9,7 +9,7 @@
 use crate::calibration::{N_CALIBRATION, State};
 use crate::evidence::log_mean_exp;
 use crate::fit::Ground;
-use crate::prepare::Input;
+use crate::prepare::{Input, Run};
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
 use hydro::effects::Sensed;
@@ -35,6 +35,9 @@ const DENSITY_LAGS_S: [f64; 4] = [20.0, 60.0, 180.0, 500.0];
 const BALLAST_LAGS_S: [f64; 3] = [5.0, 15.0, 40.0];
 /// Pressure of the atmosphere, Pa.
 const ATMOSPHERE_PA: f64 = 101_325.0;
+
+/// The stranger that may be another one in each segment.
+const EACH_SEGMENT: &str = "segment (trim)";
 
 /// Change of trim and of pitch of every input of a run, in their units.
 type Change = Vec<(f64, f64)>;
@@ -97,30 +100,47 @@ fn flown_short(problem: &Problem, ground: &Ground, form: &[Part], offer: &Offer,
     let prior = |z: &[f64; N_CALIBRATION]| z.iter().map(|z| z * z).sum::<f64>();
     let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
     let before = prior(&ground.fit.state.calibration) + misfit(&mut ground.fit.residual.iter().copied());
-    let gain = |share: f64| {
+    let states = SHARES.map(|share| {
         let mut state = ground.fit.state.clone();
         (0..N_CALIBRATION).for_each(|i| state.calibration[i] += share * give[i]);
-        let mut model = Vec::with_capacity(problem.data.len());
-        for k in 0..problem.runs.len() {
-            let total: Change = (0..problem.runs[k].inputs.len())
-                .map(|j| {
-                    form.iter().zip(amplitude.iter()).fold((0.0, 0.0), |sum, (part, a)| {
-                        let (v, p) = part.changes[k].get(j).copied().unwrap_or_default();
-                        (sum.0 + share * a * v, sum.1 + share * a * p)
-                    })
-                })
-                .collect();
-            problem.nudged(k, &state, &in_si(&total), &mut model);
-        }
+        state
+    });
+    let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
+    for k in 0..problem.runs.len() {
+        let total = |share: f64, j: usize| {
+            form.iter().zip(amplitude.iter()).fold((0.0, 0.0), |sum, (part, a)| {
+                let (v, p) = part.changes[k].get(j).copied().unwrap_or_default();
+                (sum.0 + share * a * v, sum.1 + share * a * p)
+            })
+        };
+        let asked: Vec<(&State, Run)> =
+            SHARES.iter().zip(&states).map(|(share, s)| (s, nudged(problem.runs[k], |j| total(*share, j)))).collect();
+        models.iter_mut().zip(problem.answers_to(k, &asked)).for_each(|(model, answer)| model.extend(answer));
+    }
+    let gain = |((share, state), model): ((f64, &State), &Vec<f64>)| {
         let size: f64 = amplitude.iter().map(|a| (share * a / scale).powi(2)).sum();
-        before - prior(&state.calibration) - misfit(&mut problem.data.iter().zip(&model).map(|(d, m)| d - m)) - size
+        before - prior(&state.calibration) - misfit(&mut problem.data.iter().zip(model).map(|(d, m)| d - m)) - size
     };
-    let flown = SHARES.into_iter().map(gain).filter(|g| g.is_finite()).fold(0.0, f64::max);
+    let flown = SHARES.into_iter().zip(&states).zip(&models).map(gain).filter(|g| g.is_finite()).fold(0.0, f64::max);
     0.5 * (promised - flown).max(0.0)
 }
 
-fn in_si(change: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    change.iter().map(|(v, p)| (v * TRIM_M3, p * PITCH_RAD)).collect()
+/// A run with trim and pitch changed by so many of their units at each of its inputs.
+fn nudged(run: &Run, change: impl Fn(usize) -> (f64, f64)) -> Run {
+    let mut run = run.clone();
+    let grid_s = 0.5 * run.step_s;
+    let change: Change = (0..run.inputs.len()).map(change).map(|(v, p)| (v * TRIM_M3, p * PITCH_RAD)).collect();
+    for (j, i) in run.inputs.iter_mut().enumerate() {
+        let (trim, pitch) = change[j];
+        i.sensed.ballast_m3 += trim;
+        if pitch != 0.0 {
+            i.sensed.pitch_rad += pitch;
+            (i.sin_pitch, i.cos_pitch) = i.sensed.pitch_rad.sin_cos();
+            let (before, after) = (j.saturating_sub(1), (j + 1).min(change.len() - 1));
+            i.pitch_rate_rad_s += (change[after].1 - change[before].1) / ((after - before).max(1) as f64 * grid_s);
+        }
+    }
+    run
 }
 
 /// All strangers at a state.
@@ -128,19 +148,11 @@ fn in_si(change: &[(f64, f64)]) -> Vec<(f64, f64)> {
 pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
     let base = problem.model(at);
     let runs = problem.runs.len();
-    let whole = |change: &dyn Fn(usize) -> Change| -> Part {
-        let changes: Vec<Change> = (0..runs).map(change).collect();
-        let mut model = Vec::with_capacity(base.len());
-        for (k, change) in changes.iter().enumerate() {
-            let step: Change = change.iter().map(|(v, p)| (STEP * v, STEP * p)).collect();
-            problem.nudged(k, at, &in_si(&step), &mut model);
-        }
-        Part { changes, column: Column { from: 0, values: model.iter().zip(&base).map(|(a, b)| (a - b) / STEP).collect() } }
-    };
-    let trim = |of: &dyn Fn(usize, &Sensed) -> f64| whole(&|k| problem.runs[k].inputs.iter().map(|i| (of(k, &i.sensed), 0.0)).collect());
-    let pitch = |of: &dyn Fn(&Input) -> f64| whole(&|k| problem.runs[k].inputs.iter().map(|i| (0.0, of(i))).collect());
+    let each = |change: &dyn Fn(usize) -> Change| -> Vec<Change> { (0..runs).map(change).collect() };
+    let trim = |of: &dyn Fn(usize, &Sensed) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| (of(k, &i.sensed), 0.0)).collect());
+    let pitch = |of: &dyn Fn(&Input) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| (0.0, of(i))).collect());
     let lagged = |seconds: f64, of: &dyn Fn(&Sensed) -> f64| {
-        whole(&|k| {
+        each(&|k| {
             let run = problem.runs[k];
             let share = 1.0 - (-0.5 * run.step_s / seconds).exp();
             let mut behind = run.inputs.first().map_or(0.0, |i| of(&i.sensed));
@@ -153,34 +165,54 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
         })
     };
     let lags = |seconds: &[f64], of: &dyn Fn(&Sensed) -> f64| seconds.iter().map(|t| vec![lagged(*t, of)]).collect();
-    let constant = trim(&|_, _| 1.0);
-    let each_run = (0..runs)
-        .map(|k| {
-            let range = problem.range(k).0;
-            let mut changes = vec![Change::new(); runs];
-            changes[k].clone_from(&constant.changes[k]);
-            Part { changes, column: Column { from: range.start, values: constant.column.values[range].to_vec() } }
-        })
-        .collect();
     let first_s = problem.runs.first().map_or(0.0, |r| r.time_s[0]);
     let start_s = |k: usize| problem.runs[k].time_s[0];
     let mpa = |i: &Input| i.sensed.pressure_pa * 1e-6;
-    vec![
-        Stranger { variable: "segment (trim)", forms: vec![each_run] },
-        Stranger {
-            variable: "time since the start of the segment (trim)",
-            forms: vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]],
-        },
-        Stranger { variable: "day (trim)", forms: vec![vec![trim(&|_, s| (s.time_s - first_s) / 864_000.0)]] },
-        Stranger { variable: "temperature some time ago (trim)", forms: lags(&TEMPERATURE_LAGS_S, &|s| s.temperature_degc * 0.2) },
-        Stranger { variable: "density some time ago (trim)", forms: lags(&DENSITY_LAGS_S, &|s| s.density_kg_m3) },
-        Stranger { variable: "ballast some time ago (trim)", forms: lags(&BALLAST_LAGS_S, &|s| s.ballast_m3 / TRIM_M3) },
-        Stranger {
-            variable: "pressure of enclosed air (trim)",
-            forms: vec![vec![trim(&|_, s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))]],
-        },
-        Stranger { variable: "heading (pitch)", forms: vec![vec![pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]] },
-        Stranger { variable: "depth (pitch)", forms: vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]] },
-        Stranger { variable: "roll (pitch)", forms: vec![vec![pitch(&|i| i.roll_rad * 4.0)]] },
-    ]
+    // Forms of each, and of each form the changes that its amplitudes make.
+    let kinds: Vec<(&'static str, Vec<Vec<Vec<Change>>>)> = vec![
+        (EACH_SEGMENT, vec![vec![trim(&|_, _| 1.0)]]),
+        ("time since the start of the segment (trim)", vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]]),
+        ("day (trim)", vec![vec![trim(&|_, s| (s.time_s - first_s) / 864_000.0)]]),
+        ("temperature some time ago (trim)", lags(&TEMPERATURE_LAGS_S, &|s| s.temperature_degc * 0.2)),
+        ("density some time ago (trim)", lags(&DENSITY_LAGS_S, &|s| s.density_kg_m3)),
+        ("ballast some time ago (trim)", lags(&BALLAST_LAGS_S, &|s| s.ballast_m3 / TRIM_M3)),
+        ("pressure of enclosed air (trim)", vec![vec![trim(&|_, s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))]]),
+        ("heading (pitch)", vec![vec![pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]]),
+        ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
+        ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
+    ];
+    let all: Vec<&Vec<Change>> = kinds.iter().flat_map(|(_, forms)| forms.iter().flatten()).collect();
+    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];
+    for k in 0..runs {
+        let stepped = |changes: &&Vec<Change>| {
+            let change = &changes[k];
+            (at, nudged(problem.runs[k], |j| (STEP * change[j].0, STEP * change[j].1)))
+        };
+        let from = problem.range(k).0.start;
+        let asked: Vec<(&State, Run)> = all.iter().map(stepped).collect();
+        for (column, answer) in columns.iter_mut().zip(problem.answers_to(k, &asked)) {
+            column.extend(answer.iter().zip(&base[from..]).map(|(a, b)| (a - b) / STEP));
+        }
+    }
+    let mut columns = columns.into_iter();
+    let mut part = |changes: Vec<Change>| Part { changes, column: Column { from: 0, values: columns.next().unwrap_or_default() } };
+    let told = |(variable, forms): (&'static str, Vec<Vec<Vec<Change>>>)| {
+        let mut forms: Vec<Vec<Part>> = forms.into_iter().map(|form| form.into_iter().map(&mut part).collect()).collect();
+        if variable == EACH_SEGMENT {
+            forms = forms.iter().map(|form| form.iter().flat_map(|whole| by_run(problem, whole)).collect()).collect();
+        }
+        Stranger { variable, forms }
+    };
+    kinds.into_iter().map(told).collect()
+}
+
+/// What a part does in each run, as a part of its own.
+fn by_run(problem: &Problem, whole: &Part) -> Vec<Part> {
+    let alone = |k: usize| {
+        let range = problem.range(k).0;
+        let mut changes = vec![Change::new(); problem.runs.len()];
+        changes[k].clone_from(&whole.changes[k]);
+        Part { changes, column: Column { from: range.start, values: whole.column.values[range].to_vec() } }
+    };
+    (0..problem.runs.len()).map(alone).collect()
 }

@@ -118,9 +118,10 @@ impl Problem<'_> {
 
     /// Mean water velocity (east, north) that the displacements leave to be explained at a state, m/s: one for each.
     pub(crate) fn currents_m_s(&self, state: &State) -> Vec<(f64, f64)> {
+        let tracks = self.fitted_tracks(state);
         let left = |(runs, (east, north, _)): (Range<usize>, (f64, f64, f64))| {
-            let tracks = runs.map(|k| (self.track(self.runs[k], state).displacement_m, self.runs[k].displacement_s));
-            let (e, n, time_s) = tracks.fold((east, north, 0.0), |s, (d, t)| (s.0 - d.0, s.1 - d.1, s.2 + t));
+            let made = runs.map(|k| (tracks[k].displacement_m, self.runs[k].displacement_s));
+            let (e, n, time_s) = made.fold((east, north, 0.0), |s, (d, t)| (s.0 - d.0, s.1 - d.1, s.2 + t));
             (e / time_s, n / time_s)
         };
         self.displacements_m().map(left).collect()

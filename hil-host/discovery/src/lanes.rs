@@ -6,7 +6,7 @@
 
 use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
 use crate::prepare::{FLOAT_M, Input, heave_decay_s};
-use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel};
+use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel, InFlow};
 use std::rc::Rc;
 use wide::f64x4;
 
@@ -171,8 +171,8 @@ struct Beside {
     induced: Lanes,
     hull: Lanes,
     step_s: Lanes,
-    /// Whether the nominal law is all there is in every lane.
-    plain: bool,
+    /// Hooks in the flow that an effect of any lane has.
+    hooks: InFlow,
 }
 
 fn beside(of: impl Fn(usize) -> f64) -> Lanes {
@@ -180,6 +180,12 @@ fn beside(of: impl Fn(usize) -> f64) -> Lanes {
 }
 
 impl Beside {
+    /// The nominal law: lift at an angle of lift, so much added to it, and its drag.
+    fn nominal(&self, alpha: Lanes, lift_angle: Lanes, added_lift: Lanes) -> (Lanes, Lanes) {
+        let cl = self.slope * lift_angle + self.quadratic * lift_angle * lift_angle.abs() + added_lift;
+        (cl, self.cd0 + self.induced * cl * cl + self.hull * alpha * alpha)
+    }
+
     fn of(lanes: &[Lane; LANES]) -> Self {
         let constant = |pick: &dyn Fn(&Lane) -> f64| beside(|i| pick(&lanes[i]));
         Self {
@@ -193,7 +199,7 @@ impl Beside {
             induced: constant(&|l| l.model.constants.induced_k),
             hull: constant(&|l| l.model.constants.hull_drag_per_rad2),
             step_s: constant(&|l| l.step_s),
-            plain: lanes.iter().all(|l| l.model.is_plain()),
+            hooks: lanes.iter().fold(InFlow::NOTHING, |hooks, l| hooks.or(l.model.in_flow())),
         }
     }
 }
@@ -226,6 +232,58 @@ impl Now {
     }
 }
 
+/// How all lanes move.
+struct Motion {
+    u: Lanes,
+    n: Lanes,
+    speed: Lanes,
+    alpha: Lanes,
+    sink: Lanes,
+    /// Lanes within the valid angle of attack whose rates are wanted, and those beyond it.
+    asked: u32,
+    beyond: u32,
+}
+
+/// Coefficients of lift and drag where effects act in the flow, or where a lane is beyond the valid angle of attack.
+fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lanes, Lanes) {
+    let (alphas, speeds, sinks) = (m.alpha.to_array(), m.speed.to_array(), m.sink.to_array());
+    let flow = |i: usize| {
+        let at = &lanes[i].points[p.at[i]];
+        Flow {
+            alpha_rad: alphas[i],
+            speed_m_s: speeds[i],
+            roll_rad: at.roll,
+            climb_m_s: -sinks[i],
+            time_s: at.time,
+            temperature_degc: at.temperature,
+        }
+    };
+    let each = |of: &dyn Fn(&ForceModel, usize) -> f64| beside(|i| if m.asked & (1 << i) == 0 { 0.0 } else { of(&lanes[i].model, i) });
+    let angle = if b.hooks.lift_angle { each(&|model, i| model.lift_angle_rad(alphas[i])) } else { m.alpha };
+    let angles = angle.to_array();
+    let added = if b.hooks.lift { each(&|model, i| model.added_lift(&flow(i), angles[i])) } else { Lanes::ZERO };
+    let (mut cl, mut cd) = b.nominal(m.alpha, angle, added);
+    if b.hooks.drag {
+        let lift = cl.to_array();
+        cd += each(&|model, i| model.added_drag(&flow(i), lift[i]));
+    }
+    if b.hooks.normal_force {
+        // With cos α = u/U and sin α = −n/U.
+        let force = each(&|model, i| model.normal_force(&flow(i))) / m.speed.max(Lanes::splat(LEAST_SPEED_M_S));
+        cd -= force * m.n;
+        cl += force * m.u;
+    }
+    if m.beyond != 0 {
+        let (mut cls, mut cds) = (cl.to_array(), cd.to_array());
+        for i in (0..LANES).filter(|i| m.beyond & (1 << i) != 0) {
+            let f = lanes[i].model.coefficients(&flow(i));
+            (cls[i], cds[i]) = (f.cl, f.cd);
+        }
+        (cl, cd) = (Lanes::from(cls), Lanes::from(cds));
+    }
+    (cl, cd)
+}
+
 /// Accelerations along and across the hull, and the sink rate. Nobody asks for those of `resting` lanes (a bit for each): afloat, or
 /// without a job.
 fn rates(lanes: &[Lane; LANES], b: &Beside, resting: u32, p: &Now, u: Lanes, n: Lanes) -> [Lanes; 3] {
@@ -241,27 +299,12 @@ fn rates(lanes: &[Lane; LANES], b: &Beside, resting: u32, p: &Now, u: Lanes, n: 
         }
         alpha = Lanes::from(each);
     }
-    let size = alpha.abs();
-    let attached = resting | if b.plain { size.simd_le(Lanes::splat(ALPHA_VALID_RAD)).to_bitmask() } else { 0 };
-    let mut cl = b.slope * alpha + b.quadratic * alpha * size;
-    let mut cd = b.cd0 + b.induced * cl * cl + b.hull * alpha * alpha;
-    if attached != ALL {
-        let (mut cls, mut cds) = (cl.to_array(), cd.to_array());
-        let (angles, speeds, sinks) = (alpha.to_array(), speed.to_array(), sink.to_array());
-        for i in (0..LANES).filter(|i| attached & (1 << i) == 0) {
-            let at = &lanes[i].points[p.at[i]];
-            let f = lanes[i].model.coefficients(&Flow {
-                alpha_rad: angles[i],
-                speed_m_s: speeds[i],
-                roll_rad: at.roll,
-                climb_m_s: -sinks[i],
-                time_s: at.time,
-                temperature_degc: at.temperature,
-            });
-            (cls[i], cds[i]) = (f.cl, f.cd);
-        }
-        (cl, cd) = (Lanes::from(cls), Lanes::from(cds));
-    }
+    let within = resting | alpha.abs().simd_le(Lanes::splat(ALPHA_VALID_RAD)).to_bitmask();
+    let (cl, cd) = if b.hooks == InFlow::NOTHING && within == ALL {
+        b.nominal(alpha, alpha, Lanes::ZERO)
+    } else {
+        under_effects(lanes, b, p, &Motion { u, n, speed, alpha, sink, asked: within & !resting, beyond: !within & ALL })
+    };
     let pressure = p.dynamic * speed;
     let (lift, drag) = (pressure * cl, pressure * cd);
     // With cos α = u/U and sin α = −n/U. At rest both are nothing.

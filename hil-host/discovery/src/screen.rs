@@ -11,7 +11,7 @@ use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
 use crate::problem::{Column, Problem};
 use crate::signature::{Offer, log_size_prior_of, project, signatures};
 use crate::wave::{Kind, PARTS, Wave, stretched};
-use hydro::effects::{Active, Effect, Parameter};
+use hydro::effects::{Active, Effect, InFlow, Parameter};
 use std::sync::Arc;
 
 /// Name of the effect whose phase is free in every run.
@@ -77,7 +77,7 @@ pub(crate) fn has_own_angle(effect: &str) -> bool {
 /// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape beside its size. The
 /// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law.
 pub(crate) fn has_guessed_form(effect: &str) -> bool {
-    hydro::effects::by_name(effect).is_none_or(|e| e.acts_in_flow() || e.parameters().len() > 1)
+    hydro::effects::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters().len() > 1)
 }
 
 /// Whether a size or a shape is at the end of what is possible.

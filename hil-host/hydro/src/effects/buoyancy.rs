@@ -1,6 +1,6 @@
 //! Effects that change displaced volume.
 
-use super::{Constants, Effect, Parameter, Sensed};
+use super::{Constants, Effect, InFlow, Parameter, Sensed};
 
 /// Compressibility of a Slocum hull, 1/Pa (gliderflight 1.2.1): what a relative error is relative to where the vehicle file
 /// says that the hull is rigid.
@@ -27,8 +27,8 @@ impl Effect for HullCompressibility {
     fn separated_by(&self) -> &'static str {
         "deep dives in water of little temperature contrast"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -78,8 +78,8 @@ impl Effect for ThermalExpansion {
     fn separated_by(&self) -> &'static str {
         "dives through different temperature profiles"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -130,8 +130,8 @@ impl Effect for BallastOffset {
     fn separated_by(&self) -> &'static str {
         "dives and climbs at several buoyancy drives; weighing in the water of the site"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -164,8 +164,8 @@ impl Effect for BallastScale {
     fn separated_by(&self) -> &'static str {
         "a bench value of the pump volume, or a speed sensor at several pitches"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {

@@ -1,6 +1,6 @@
 //! Effects that change the drag.
 
-use super::{Constants, Effect, Flow, Parameter};
+use super::{Constants, Effect, Flow, InFlow, Parameter};
 
 /// Speed at which the nominal CD0 is stated, m/s (FORMAT section 6.3).
 pub const REFERENCE_SPEED_M_S: f64 = 0.30;
@@ -21,6 +21,9 @@ impl Effect for ReynoldsDrag {
     }
     fn separated_by(&self) -> &'static str {
         "legs at several buoyancy drives on the same day"
+    }
+    fn in_flow(&self) -> InFlow {
+        InFlow { drag: true, ..InFlow::NOTHING }
     }
     fn parameters(&self) -> &'static [Parameter] {
         &[
@@ -76,6 +79,9 @@ impl Effect for BiofoulingDrag {
     fn separated_by(&self) -> &'static str {
         "the same leg flown days apart, or after cleaning the hull"
     }
+    fn in_flow(&self) -> InFlow {
+        InFlow { drag: true, ..InFlow::NOTHING }
+    }
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "rate_per_day",
@@ -106,6 +112,9 @@ impl Effect for RollTurnDrag {
     fn separated_by(&self) -> &'static str {
         "spirals beside straight legs at the same settings"
     }
+    fn in_flow(&self) -> InFlow {
+        InFlow { drag: true, ..InFlow::NOTHING }
+    }
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { name: "k", unit: "1/rad^2", off: 0.0, low: -5.0, high: 40.0, typical: 1.0, source: "2-15 % of the drag in spirals" }]
     }
@@ -127,6 +136,9 @@ impl Effect for ClimbDrag {
     }
     fn separated_by(&self) -> &'static str {
         "dives and climbs at mirrored pitch and drive, several drives"
+    }
+    fn in_flow(&self) -> InFlow {
+        InFlow { drag: true, ..InFlow::NOTHING }
     }
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
@@ -158,8 +170,8 @@ impl Effect for DragLevelError {
     fn separated_by(&self) -> &'static str {
         "a bench value of the pump volume, or a speed sensor, with several pitches"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -194,8 +206,8 @@ impl Effect for InducedDragError {
     fn separated_by(&self) -> &'static str {
         "a sweep of pitch: it is felt on shallow legs only"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
     fn parameters(&self) -> &'static [Parameter] {
         &[

@@ -1,6 +1,6 @@
 //! Effects that change the inertia of the water carried along.
 
-use super::{Constants, Effect, Parameter};
+use super::{Constants, Effect, InFlow, Parameter};
 
 /// Surge added mass larger by delta_k1 times the mass.
 #[derive(Clone, Copy, Debug)]
@@ -16,8 +16,8 @@ impl Effect for AddedMass {
     fn separated_by(&self) -> &'static str {
         "many turning points at different speeds"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -50,8 +50,8 @@ impl Effect for HeaveAddedMass {
     fn separated_by(&self) -> &'static str {
         "many sharp turning points"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {

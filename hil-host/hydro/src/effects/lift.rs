@@ -1,6 +1,6 @@
 //! Effects that change the lift: vortices, stall, slope and zero of the lift curve.
 
-use super::{Constants, Effect, Flow, Parameter};
+use super::{Constants, Effect, Flow, InFlow, Parameter};
 
 /// Normal force of vortices shed by hull and wing beyond an onset angle.
 ///
@@ -21,6 +21,9 @@ impl Effect for VortexLiftBodyWing {
     }
     fn separated_by(&self) -> &'static str {
         "legs at shallow pitch (large angle of attack) beside steep ones: it is absent below the onset"
+    }
+    fn in_flow(&self) -> InFlow {
+        InFlow { normal_force: true, ..InFlow::NOTHING }
     }
     fn parameters(&self) -> &'static [Parameter] {
         &[
@@ -56,6 +59,9 @@ impl Effect for SideEdgeLift {
     fn separated_by(&self) -> &'static str {
         "a sweep of pitch from steep to shallow, best with a speed sensor"
     }
+    fn in_flow(&self) -> InFlow {
+        InFlow { normal_force: true, ..InFlow::NOTHING }
+    }
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter {
             name: "k",
@@ -85,6 +91,9 @@ impl Effect for Stall {
     }
     fn separated_by(&self) -> &'static str {
         "shallow legs that pass through the stall angle, up and down"
+    }
+    fn in_flow(&self) -> InFlow {
+        InFlow { lift: true, ..InFlow::NOTHING }
     }
     fn parameters(&self) -> &'static [Parameter] {
         &[
@@ -145,8 +154,8 @@ impl Effect for LiftSlopeError {
     fn separated_by(&self) -> &'static str {
         "a speed sensor or GPS displacement without current, on shallow legs"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -183,6 +192,9 @@ impl Effect for ZeroLiftAngle {
     }
     fn separated_by(&self) -> &'static str {
         "dives and climbs at several pitches and speeds, and a bench check of the pitch sensor"
+    }
+    fn in_flow(&self) -> InFlow {
+        InFlow { lift_angle: true, drag: true, ..InFlow::NOTHING }
     }
     fn parameters(&self) -> &'static [Parameter] {
         &[

@@ -152,6 +152,37 @@ pub struct Parameter {
     pub source: &'static str,
 }
 
+/// Which of the hooks that depend on the flow an effect has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InFlow {
+    /// [`Effect::lift_angle_rad`].
+    pub lift_angle: bool,
+    /// [`Effect::lift`].
+    pub lift: bool,
+    /// [`Effect::drag`].
+    pub drag: bool,
+    /// [`Effect::normal_force`].
+    pub normal_force: bool,
+}
+
+impl InFlow {
+    /// None of them.
+    pub const NOTHING: Self = Self { lift_angle: false, lift: false, drag: false, normal_force: false };
+    /// Every one.
+    pub const ALL: Self = Self { lift_angle: true, lift: true, drag: true, normal_force: true };
+
+    /// Those that either has.
+    #[must_use]
+    pub const fn or(self, other: Self) -> Self {
+        Self {
+            lift_angle: self.lift_angle | other.lift_angle,
+            lift: self.lift | other.lift,
+            drag: self.drag | other.drag,
+            normal_force: self.normal_force | other.normal_force,
+        }
+    }
+}
+
 /// One optional physical effect. Hooks do nothing unless an effect writes its own; `p` are its parameters in the order of
 /// [`Effect::parameters`]. The first parameter is its size: at `off` the effect is not there.
 pub trait Effect: Sync + core::fmt::Debug {
@@ -167,10 +198,9 @@ pub trait Effect: Sync + core::fmt::Debug {
     }
     /// Its numbers; the first is the size.
     fn parameters(&self) -> &'static [Parameter];
-    /// Whether it has a hook that depends on the flow (lift angle, lift, drag, normal force). Only saves time: an effect of
-    /// constants, sensors or water motion may say no and is then not asked in the inner loop.
-    fn acts_in_flow(&self) -> bool {
-        true
+    /// Which hooks that depend on the flow it has. Only saves time: hooks that it says it has not are not asked in the inner loop.
+    fn in_flow(&self) -> InFlow {
+        InFlow::ALL
     }
     /// Changes constants of the law.
     fn constants(&self, _p: &[f64], _c: &mut Constants) {}
@@ -302,6 +332,7 @@ pub struct ForceModel<'a> {
     active: &'a [Active],
     /// The shortest stretch of `active` with all effects that act in the flow.
     in_flow: &'a [Active],
+    hooks: InFlow,
     on_volume: bool,
     continuation: Continuation,
 }
@@ -314,13 +345,14 @@ impl<'a> ForceModel<'a> {
         for a in active {
             a.effect.constants(&a.values, &mut constants);
         }
-        let acts = |a: &Active| a.effect.acts_in_flow();
+        let acts = |a: &Active| a.effect.in_flow() != InFlow::NOTHING;
         let first = active.iter().position(acts).unwrap_or(active.len());
         let end = active.iter().rposition(acts).map_or(first, |last| last + 1);
         Self {
             constants,
             active,
             in_flow: active.get(first..end).unwrap_or(active),
+            hooks: active.iter().fold(InFlow::NOTHING, |hooks, a| hooks.or(a.effect.in_flow())),
             on_volume: active.iter().any(|a| a.effect.acts_on_volume()),
             continuation: Continuation::default(),
         }
@@ -333,10 +365,34 @@ impl<'a> ForceModel<'a> {
         self
     }
 
-    /// Whether no effect acts in the flow: the nominal law with these constants is all there is.
+    /// Hooks in the flow that any of its effects has: with none the nominal law with these constants is all there is.
     #[must_use]
-    pub fn is_plain(&self) -> bool {
-        self.in_flow.is_empty()
+    pub fn in_flow(&self) -> InFlow {
+        self.hooks
+    }
+
+    /// Angle that the linear and quadratic lift see, rad.
+    #[must_use]
+    pub fn lift_angle_rad(&self, alpha_rad: f64) -> f64 {
+        self.in_flow.iter().fold(alpha_rad, |angle, e| e.effect.lift_angle_rad(&e.values, angle))
+    }
+
+    /// Lift coefficient that effects add to the law's.
+    #[must_use]
+    pub fn added_lift(&self, at: &Flow, lift_angle_rad: f64) -> f64 {
+        self.in_flow.iter().map(|e| e.effect.lift(&e.values, at, lift_angle_rad, &self.constants)).sum()
+    }
+
+    /// Drag coefficient that effects add to the law's at this lift.
+    #[must_use]
+    pub fn added_drag(&self, at: &Flow, lift: f64) -> f64 {
+        self.in_flow.iter().map(|e| e.effect.drag(&e.values, at, lift, &self.constants)).sum()
+    }
+
+    /// Coefficient of the force normal to the body.
+    #[must_use]
+    pub fn normal_force(&self, at: &Flow) -> f64 {
+        self.in_flow.iter().map(|e| e.effect.normal_force(&e.values, at)).sum()
     }
 
     /// Whether the true pitch is a straight line in the measured one (a person's expression may be anything).
@@ -407,20 +463,10 @@ impl<'a> ForceModel<'a> {
 
     fn attached(&self, at: &Flow) -> LiftDrag {
         let c = &self.constants;
-        let mut angle = at.alpha_rad;
-        for e in self.in_flow {
-            angle = e.effect.lift_angle_rad(&e.values, angle);
-        }
-        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs();
-        for e in self.in_flow {
-            cl += e.effect.lift(&e.values, at, angle, c);
-        }
-        let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad;
-        let mut cn = 0.0;
-        for e in self.in_flow {
-            cd += e.effect.drag(&e.values, at, cl, c);
-            cn += e.effect.normal_force(&e.values, at);
-        }
+        let angle = self.lift_angle_rad(at.alpha_rad);
+        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs() + self.added_lift(at, angle);
+        let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad + self.added_drag(at, cl);
+        let cn = self.normal_force(at);
         if cn != 0.0 {
             cd += cn * libm::sin(at.alpha_rad);
             cl += cn * libm::cos(at.alpha_rad);
@@ -517,9 +563,12 @@ mod tests {
                 || with.current_m_s(&place) != (0.0, 0.0);
             assert!(changed, "{}", e.name());
             // Whoever is not asked in the inner loop must have nothing to say there.
-            let forces = |m: &ForceModel| m.coefficients(&at);
-            let silent = ForceModel::new(with.constants, &[]);
-            assert!(e.acts_in_flow() || forces(&with) == forces(&silent), "{} has a hook in the flow and says it has none", e.name());
+            let hooks = e.in_flow();
+            let silent = |asked: bool, said: f64| assert!(asked || said == 0.0, "{} has a hook in the flow and says it has none", e.name());
+            silent(hooks.lift_angle, with.lift_angle_rad(at.alpha_rad) - at.alpha_rad);
+            silent(hooks.lift, with.added_lift(&at, at.alpha_rad));
+            silent(hooks.drag, with.added_drag(&at, 0.5));
+            silent(hooks.normal_force, with.normal_force(&at));
         }
     }
 

@@ -1,6 +1,6 @@
 //! Effects of the sensors: what is measured is not what is true.
 
-use super::{Effect, Parameter, Sensed};
+use super::{Effect, InFlow, Parameter, Sensed};
 
 /// Measured pitch = true pitch + offset.
 #[derive(Clone, Copy, Debug)]
@@ -16,8 +16,8 @@ impl Effect for PitchOffset {
     fn separated_by(&self) -> &'static str {
         "a level bench; legs at several pitches with a speed sensor"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -50,8 +50,8 @@ impl Effect for PitchScale {
     fn separated_by(&self) -> &'static str {
         "a sweep of pitch with a speed sensor; a tilt table"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -84,8 +84,8 @@ impl Effect for DensityBias {
     fn separated_by(&self) -> &'static str {
         "a calibrated CTD cast beside the glider; the vertical velocity alone cannot tell it from a trim error"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -118,8 +118,8 @@ impl Effect for PressureDrift {
     fn separated_by(&self) -> &'static str {
         "pressure readings at the surface before and after every leg"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {

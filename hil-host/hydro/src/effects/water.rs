@@ -1,6 +1,6 @@
 //! Effects of the water's own motion.
 
-use super::{Effect, Parameter, Place};
+use super::{Effect, InFlow, Parameter, Place};
 use core::f64::consts::PI;
 
 /// Vertical structure of mode `n` (1, 2, …) at `depth_m` in water of `water_depth_m`: sin(n π z/H), zero at surface and bottom.
@@ -34,8 +34,8 @@ impl Effect for InternalWave {
     fn separated_by(&self) -> &'static str {
         "several dives in a row at one place: it has its own clock"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -73,8 +73,8 @@ impl Effect for VerticalCurrent {
     fn separated_by(&self) -> &'static str {
         "legs at several speeds: the shift in vertical velocity stays the same; another day or place"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -118,8 +118,8 @@ impl Effect for HorizontalCurrent {
     fn separated_by(&self) -> &'static str {
         "GPS fixes on legs with different headings; vertical velocity does not feel it"
     }
-    fn acts_in_flow(&self) -> bool {
-        false
+    fn in_flow(&self) -> InFlow {
+        InFlow::NOTHING
     }
 
     fn parameters(&self) -> &'static [Parameter] {

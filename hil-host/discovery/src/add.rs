@@ -95,6 +95,8 @@ fn document(
     scale(["hydro", "wing_lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative);
     scale(["hydro", "hull_lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative);
     scale(["hydro", "lift_quadratic_per_rad2"], 1.0 + z[2] * t.lift_quadratic_relative);
+    scale(["hydro", "induced_k"], 1.0 + z[10] * tolerance_of(vehicle, 10));
+    scale(["hydro", "hull_drag_per_rad2"], 1.0 + z[11] * tolerance_of(vehicle, 11));
     scale(["hull_volume_m3", ""], 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
     scale(["hull_compressibility_per_pa", ""], 1.0 + z[6] * t.hull_compressibility_relative);
     scale(["hull_thermal_expansion_per_k", ""], 1.0 + z[7] * t.hull_thermal_expansion_relative);

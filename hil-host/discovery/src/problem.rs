@@ -1,11 +1,11 @@
 //! What is fitted to what: the unknowns, the observations of the fit segments, and the model's answer to them, whitened.
 //!
-//! Unknowns: thirteen calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
+//! Unknowns: fifteen calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
 //! effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened by [`crate::noise`]), speed
 //! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
 
 use crate::brink::Branch;
-use crate::calibration::{PRESSURE_ZERO_PA, State};
+use crate::calibration::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, State};
 use crate::dives::{MOST_FITTED, evenly};
 use crate::dynamics::{Job, Track};
 use crate::import::seawater::density;
@@ -273,8 +273,8 @@ impl<'a> Problem<'a> {
     fn answer(&self, run: &Run, k: usize, state: &State, effects: &[Active], t: &Track, out: &mut Vec<f64>) {
         let z = &state.calibration;
         let wave = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
-        let scale = 1.0 + z[10] * self.vehicle.sensors.speed_scale_relative;
-        let zero = z[12] * PRESSURE_ZERO_PA;
+        let scale = 1.0 + z[SPEED_SCALE] * self.vehicle.sensors.speed_scale_relative;
+        let zero = z[PRESSURE_ZERO] * PRESSURE_ZERO_PA;
         // Drift of the pressure zero is read while afloat; it is one effect's business.
         let drift = |time_s: f64| effects.iter().map(|a| a.effect.pressure_error_pa(&a.values, time_s)).sum::<f64>();
         self.whiten_run(

@@ -1,6 +1,6 @@
 //! How far the vehicle came, from GPS fix to GPS fix: over one dive, or over several without a surfacing between them.
 
-use crate::calibration::State;
+use crate::calibration::{HEADING_BIAS, State};
 use crate::flight::Flight;
 use crate::prepare::Run;
 use crate::problem::Problem;
@@ -106,7 +106,7 @@ impl Problem<'_> {
 
     /// A displacement (east, north) by a compass with this state's bias.
     pub(crate) fn as_steered(&self, state: &State, (east, north): (f64, f64)) -> (f64, f64) {
-        let bias = state.calibration[11] * self.vehicle.sensors.heading_bias_rad;
+        let bias = state.calibration[HEADING_BIAS] * self.vehicle.sensors.heading_bias_rad;
         (east - bias * north, north + bias * east)
     }
 

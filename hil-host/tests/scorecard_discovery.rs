@@ -18,17 +18,29 @@ fn folder(name: &str) -> PathBuf {
 
 fn ask(flight: &Path) -> Result<Value, String> {
     let v = vehicle::read(&flight.join("vehicle.json")).map_err(|e| e.to_string())?;
+    answer(flight, &v)
+}
+
+fn answer(flight: &Path, v: &discovery::Vehicle) -> Result<Value, String> {
     let f = read::flight(flight).map_err(|e| e.to_string())?;
-    let d = diagnose::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).map_err(|e| e.to_string())?;
-    Ok(report::document(&d, &v, "case"))
+    let d = diagnose::diagnose(&f, v, Depth::Pairs, &|_, _| {}).map_err(|e| e.to_string())?;
+    Ok(report::document(&d, v, "case"))
 }
 
 /// What is told of one case of a plan.
 fn told(seed: u64, index: usize) -> Value {
+    told_of(seed, index, 1.0)
+}
+
+/// What is told of it by a vehicle file whose drag due to angle of attack is so many times nature's.
+fn told_of(seed: u64, index: usize, drag_due_to_angle: f64) -> Value {
     let spec = plan(index + 1, seed, None).swap_remove(index);
     let folder = folder(&format!("{seed}-{index}"));
     let flight = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
-    let told = ask(&flight).expect("a diagnosis");
+    let mut v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
+    v.constants.induced_k *= drag_due_to_angle;
+    v.constants.hull_drag_per_rad2 *= drag_due_to_angle;
+    let told = answer(&flight, &v).expect("a diagnosis");
     std::fs::remove_dir_all(folder).ok();
     told
 }
@@ -89,6 +101,16 @@ fn regress_effects_that_the_search_or_the_second_look_lost_once_are_named() {
     for (seed, index, names) in lost {
         let told = told(seed, index);
         assert_eq!((&told["verdict"], &told["answer"]), (&"explained".into(), &serde_json::json!(names)), "case {index} of seed {seed}");
+    }
+}
+
+/// No file knows the drag due to angle of attack to a hundredth. Two hundredths were named induced drag once in these clean flights,
+/// and something in 6 of 120 others; with a tolerance for it, in 1.
+#[test]
+fn regress_a_drag_law_that_is_two_hundredths_off_is_not_called_missing_physics() {
+    for (index, drag_due_to_angle) in [(21, 1.02), (246, 0.98)] {
+        let told = told_of(313_131, index, drag_due_to_angle);
+        assert_eq!(told["verdict"], "adequate", "case {index}: {}", told["answer"]);
     }
 }
 
@@ -163,4 +185,28 @@ fn prop_clean_trials_fly_beyond_the_given_law_at_launches_and_turns_only() {
             }
         }
     }
+}
+
+/// A pitch sensor on another computer's clock is a second late in every turn. That is no effect of the catalogue, and the tool says
+/// which variable to look at.
+#[test]
+fn scorecard_a_pitch_whose_clock_is_late_is_unexplained_and_what_remains_follows_the_rate_of_pitch() {
+    let clean = Spec { site: Site::Lake, wing: Wing::Standard, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None };
+    let folder = folder("late-pitch");
+    let flight = trial_score::write_case(&folder, &generate(&clean, 4, 0)).expect("a case can be written");
+    let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
+    let mut f = read::flight(&flight).expect("our own log reads");
+    std::fs::remove_dir_all(folder).ok();
+    let told = |f: &discovery::Flight| diagnose::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    assert_eq!(told(&f).verdict, diagnose::Verdict::Adequate);
+    let known: Vec<(f64, f64)> = f.time_s.iter().copied().zip(f.pitch_rad.iter().copied()).filter(|(_, p)| p.is_finite()).collect();
+    for (time_s, pitch) in f.time_s.iter().zip(&mut f.pitch_rad).filter(|(_, p)| p.is_finite()) {
+        let t = time_s - 1.0;
+        let after = known.partition_point(|k| k.0 < t).clamp(1, known.len() - 1);
+        let (a, b) = (known[after - 1], known[after]);
+        *pitch = a.1 + (b.1 - a.1) * ((t - a.0) / (b.0 - a.0)).clamp(0.0, 1.0);
+    }
+    let late = told(&f);
+    assert_eq!(late.verdict, diagnose::Verdict::Unexplained, "{:?}", late.answer);
+    assert!(late.remainder[0].variable.starts_with("rate of pitch"), "{:?}", late.remainder);
 }

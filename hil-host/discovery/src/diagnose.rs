@@ -307,8 +307,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // Or the best name would have to be larger than it can be.
     let too_large = spoken.and_then(|c| c.fit.state.effects.iter().find(|a| size_at_end(a)));
     // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
-    let mut better_told = false;
-    let mut remainder = after_best.clone();
+    let mut tellers: Vec<(f64, Family)> = Vec::new();
     if let Some(best) = spoken {
         let single = candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE));
         let bases = [(Some(&free), head_start), (single.map(|c| &c.fit), single.map_or(0.0, |c| c.log_odds))];
@@ -318,12 +317,15 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
             for f in after_it {
                 let told = odds + f.log_bayes - if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
                 if f.period_s.is_none() && f.log_bayes > TELLS && told > best.log_odds * (1.0 + FAMILY_SHARE) {
-                    better_told = true;
-                    remainder.insert(0, f);
+                    tellers.push((told, f));
                 }
             }
         }
     }
+    // The best teller first, then what remains after the best name.
+    tellers.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let better_told = !tellers.is_empty();
+    let remainder: Vec<Family> = tellers.into_iter().map(|t| t.1).chain(after_best).collect();
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
     let check_blocks = gather(prepared, |s| check.contains(&s));
     // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a stall.)

@@ -4,7 +4,7 @@
 //! the residual like the families of [`crate::remainder`], and what the best of it really gains is then seen by flying it. They are
 //! what gliders are known to do beside the catalogue: trim that is not repeatable or leaks away, a hull or a conductivity cell that
 //! follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks, a
-//! pitch sensor that depends on heading (soft iron), pressure or roll.
+//! pitch sensor that depends on heading (soft iron), pressure or roll, or whose clock is not that of the pressure sensor.
 
 use crate::calibration::{N_CALIBRATION, State};
 use crate::evidence::log_mean_exp;
@@ -33,6 +33,8 @@ const TEMPERATURE_LAGS_S: [f64; 5] = [20.0, 60.0, 150.0, 400.0, 900.0];
 const DENSITY_LAGS_S: [f64; 4] = [20.0, 60.0, 180.0, 500.0];
 /// Lags of the buoyancy engine behind its reading, s (guess).
 const BALLAST_LAGS_S: [f64; 3] = [5.0, 15.0, 40.0];
+/// Unit of a pitch that is late, s: what clocks of two computers are apart.
+const LATE_S: f64 = 1.0;
 /// Pressure of the atmosphere, Pa.
 const ATMOSPHERE_PA: f64 = 101_325.0;
 
@@ -180,6 +182,7 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
         ("heading (pitch)", vec![vec![pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]]),
         ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
+        ("rate of pitch (its clock is early or late)", vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]]),
     ];
     let all: Vec<&Vec<Change>> = kinds.iter().flat_map(|(_, forms)| forms.iter().flatten()).collect();
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];

@@ -1,8 +1,9 @@
 //! Single samples that cannot be: which values of a sensor are spikes?
 //!
-//! Two rules. A sample that most of its neighbours could only reach faster than the vehicle or the water can change is none of the
+//! Three rules. A sample that most of its neighbours could only reach faster than the vehicle or the water can change is none of the
 //! vehicle's; this holds however many spikes stand close together. And a sample that disagrees with all interpolations and
-//! extrapolations of its neighbours by more than a threshold is one too (a running median would eat the turning points).
+//! extrapolations of its neighbours by more than a threshold is one too (a running median would eat the turning points). Two samples
+//! together far off a line that goes on behind them as it came are two spikes, even where they support each other.
 
 /// Neighbours on each side that a leap is judged by.
 const BESIDE: usize = 3;
@@ -35,7 +36,7 @@ pub fn despike(time: &[f64], value: &mut [f64], threshold: f64, fastest: f64) ->
 
 /// The same with a threshold of its own for each row.
 pub fn despike_by(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64, fastest: f64) -> usize {
-    let mut removed = leaps(time, value, threshold, fastest);
+    let mut removed = leaps(time, value, threshold, fastest) + excursions(time, value, threshold);
     // Where one has gone, the one beside it stands alone.
     for _ in 0..MOST_ROUNDS {
         let more = unsupported(time, value, threshold);
@@ -91,6 +92,25 @@ fn leaps(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64, fast
         far >= 3 && 2 * far > all
     };
     let bad: Vec<usize> = (0..index.len()).filter(|&k| alone(k)).map(|k| index[k]).collect();
+    bad.iter().for_each(|&i| value[i] = f64::NAN);
+    bad.len()
+}
+
+/// How many thresholds two samples together must be off the line, and the longest time between the samples before and behind them, s:
+/// a period of the pitch mode, in which nothing goes out and comes back to rest.
+const FAR_OUT: f64 = 3.0;
+const EXCURSION_S: f64 = 16.0;
+
+/// Two neighbours far off a line that the samples before them and those behind them agree on.
+fn excursions(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64) -> usize {
+    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
+    let line = |i: usize, j: usize, at: usize| value[i] + (value[j] - value[i]) * (time[at] - time[i]) / (time[j] - time[i]);
+    let is_one = |w: &[usize]| {
+        let agree = |from: usize, to: usize, at: usize| (line(from, to, at) - value[at]).abs() <= threshold(at);
+        let far = |i: usize| (value[i] - line(w[1], w[4], i)).abs() > FAR_OUT * threshold(i);
+        time[w[4]] - time[w[1]] <= EXCURSION_S && far(w[2]) && far(w[3]) && agree(w[0], w[1], w[4]) && agree(w[4], w[5], w[1])
+    };
+    let bad: Vec<usize> = index.windows(6).filter(|w| is_one(w)).flat_map(|w| [w[2], w[3]]).collect();
     bad.iter().for_each(|&i| value[i] = f64::NAN);
     bad.len()
 }
@@ -196,6 +216,18 @@ mod tests {
         // Without knowing of the turn its top would go too.
         let mut pitch = clean;
         assert!(despike(&time, &mut pitch, 0.043, 0.15) > 1);
+    }
+
+    #[test]
+    fn regress_two_spikes_in_line_with_each_other_are_both_removed() {
+        // As logged: the second lies where the line to the first goes on, the first half way to the second.
+        let mut pitch = vec![0.6825, 0.6790, 0.6825, 0.6790, 0.3133, -0.0560, 0.6790, 0.6755, 0.6737, 0.6755, 0.6790, 0.6790];
+        let time: Vec<f64> = (0..pitch.len()).map(|i| 4.0 * i as f64).collect();
+        assert_eq!(despike(&time, &mut pitch, 0.043, 0.15), 2);
+        assert!((0..pitch.len()).all(|i| pitch[i].is_nan() == (i == 4 || i == 5)), "{pitch:?}");
+        // A turn that goes as far and does not come back stays.
+        let turn = [0.68, 0.68, 0.68, 0.68, 0.31, -0.06, -0.43, -0.68, -0.68, -0.68, -0.68, -0.68];
+        assert_eq!(despike(&time, &mut turn.clone(), 0.043, 0.15), 0);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //! explains make the misfit of its neighbours explode, and clean flights look as if something were missing.
 
 use crate::calibration::{State, law};
-use crate::dynamics::{Job, Track, track_attached, tracks_of};
+use crate::dynamics::{Job, Track, tracks_of};
 use crate::lanes::tracks;
 use crate::left_out::LeftOut;
 use crate::noise::Whitener;
@@ -124,7 +124,7 @@ impl Problem<'_> {
     /// Tracks of these runs under each continuation.
     pub(crate) fn both_tracks(&self, runs: &[&Run], state: &State) -> Vec<[Track; 2]> {
         let (constants, effects) = self.law(state);
-        let [rising, fading] = BOTH.map(|c| tracks_of(runs, constants, &effects, self.vehicle.water_depth_m, c));
+        let [rising, fading] = BOTH.map(|c| tracks_of(runs, constants, &effects, self.vehicle.water_depth_m, c, &[]));
         rising.into_iter().zip(fading).map(|(a, b)| [a, b]).collect()
     }
 
@@ -196,7 +196,8 @@ impl Problem<'_> {
         }
         let held: Vec<Stretch> = long.iter().map(|(from, _)| (*from, from + HELD_S)).collect();
         let (constants, effects) = self.law(state);
-        let glide = track_attached(run, constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &held);
+        let mut tracks_held = tracks_of(&[run], constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &held);
+        let Some(glide) = tracks_held.pop() else { return Vec::new() };
         let told_apart = (TOLD_APART * self.colour.rms_m_s).powi(2);
         let seen = |stretch: &Stretch| {
             let rows: Vec<usize> = (0..run.time_s.len()).filter(|&i| run.used[i] && after_launch(*stretch, run.time_s[i])).collect();

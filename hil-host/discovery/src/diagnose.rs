@@ -7,7 +7,7 @@ use crate::calibration::State;
 use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
-use crate::prepare::{Prepared, prepare};
+use crate::prepare::{Prepared, Run, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE, has_own_angle, size_at_end};
@@ -443,9 +443,8 @@ impl Diagnosis {
 /// lift goes on beyond its law do not count: there a model may be on another branch. NaN where fewer than [`FEWEST_BLOCKS`] are left.
 fn typical_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)]) -> f64 {
     let mut errors: Vec<f64> = Vec::new();
-    for (k, list) in blocks {
-        let run = &prepared.runs[*k];
-        let Some(both) = problem.both_tracks(&[run], state).pop() else { continue };
+    let runs: Vec<&Run> = blocks.iter().map(|(k, _)| &prepared.runs[*k]).collect();
+    for ((run, (_, list)), both) in runs.iter().zip(blocks).zip(problem.both_tracks(&runs, state)) {
         let [mine, other] = problem.branch.in_force(both).map(|t| t.depth_m);
         errors.extend(list.iter().filter_map(|b| {
             let rate = modelled_m_s(run, b, &mine);

@@ -126,27 +126,20 @@ fn same(a: &[Active], b: &[Active]) -> bool {
 /// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.
 #[must_use]
 pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Track {
-    track_attached(run, nominal, effects, water_depth_m, beyond, &[])
+    tracks_of(&[run], nominal, effects, water_depth_m, beyond, &[]).pop().unwrap_or_default()
 }
 
-/// The same where the flow is known to attach.
+/// The same over several runs side by side, results in their order, held attached in these stretches.
 #[must_use]
-pub(crate) fn track_attached(
-    run: &Run,
+pub(crate) fn tracks_of(
+    runs: &[&Run],
     nominal: Constants,
     effects: &[Active],
     water_depth_m: f64,
     beyond: Continuation,
     attached: &[(f64, f64)],
-) -> Track {
-    let job = Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached };
-    tracks(std::slice::from_ref(&job), water_depth_m, beyond).pop().unwrap_or_default()
-}
-
-/// Runs one law over several runs side by side, results in their order.
-#[must_use]
-pub(crate) fn tracks_of(runs: &[&Run], nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Vec<Track> {
-    let jobs: Vec<Job> = runs.iter().map(|run| Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached: &[] }).collect();
+) -> Vec<Track> {
+    let jobs: Vec<Job> = runs.iter().map(|run| Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached }).collect();
     tracks(&jobs, water_depth_m, beyond)
 }
 

@@ -1,8 +1,8 @@
 //! Several simulations side by side: the integration of [`crate::dynamics`], four jobs at a time.
 //!
 //! One step of one simulation waits for its own square root and divisions most of the time. Independent simulations (the dives of a
-//! flight, the columns of a Jacobian) fill that time, two to a register where the nominal law of forces is all there is. Each lane does
-//! the same operations in the same order as if it were alone: the result does not depend on what is beside it.
+//! flight, the columns of a Jacobian) fill that time, two to a register; only what effects add in the flow is asked lane by lane. Each
+//! lane does the same operations in the same order as if it were alone: the result does not depend on what is beside it.
 
 use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
 use crate::prepare::{FLOAT_M, Input, heave_decay_s};

@@ -237,7 +237,7 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        let tracks = tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation);
+        let tracks = self.simulated(&jobs);
         let job = |k: usize, i: usize| &tracks[of[k * states.len() + i]];
         for k in 0..self.runs.len() {
             for (i, ((state, (_, effects)), out)) in states.iter().zip(&laws).zip(&mut out).enumerate() {
@@ -259,7 +259,7 @@ impl<'a> Problem<'a> {
     pub(crate) fn answers_to(&self, k: usize, asked: &[(&State, Run)]) -> Vec<Vec<f64>> {
         let laws: Vec<(Constants, Vec<Active>)> = asked.iter().map(|(s, _)| self.law(s)).collect();
         let jobs: Vec<Job> = asked.iter().zip(&laws).map(|((_, run), law)| Job { run, ..self.job(k, law) }).collect();
-        let tracks = tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation);
+        let tracks = self.simulated(&jobs);
         let mut out = Vec::with_capacity(asked.len());
         for (((state, run), (_, effects)), track) in asked.iter().zip(&laws).zip(&tracks) {
             let mut answer = Vec::new();
@@ -428,16 +428,19 @@ impl<'a> Problem<'a> {
     pub fn tracks(&self, run: &Run, states: &[&State]) -> Vec<Track> {
         let Some(k) = self.index_of(run) else { return self.branch.tracks(run, self.vehicle, states) };
         let laws: Vec<(Constants, Vec<Active>)> = states.iter().map(|s| self.law(s)).collect();
-        let jobs: Vec<Job> = laws.iter().map(|law| self.job(k, law)).collect();
-        tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation)
+        self.simulated(&laws.iter().map(|law| self.job(k, law)).collect::<Vec<_>>())
     }
 
     /// Model tracks of all fitted runs at a state.
     #[must_use]
     pub fn fitted_tracks(&self, state: &State) -> Vec<Track> {
         let law = self.law(state);
-        let jobs: Vec<Job> = (0..self.runs.len()).map(|k| self.job(k, &law)).collect();
-        tracks(&jobs, self.vehicle.water_depth_m, self.branch.continuation)
+        self.simulated(&(0..self.runs.len()).map(|k| self.job(k, &law)).collect::<Vec<_>>())
+    }
+
+    /// Tracks of jobs on the branch in force.
+    fn simulated(&self, jobs: &[Job]) -> Vec<Track> {
+        tracks(jobs, self.vehicle.water_depth_m, self.branch.continuation)
     }
 
     /// What simulates fitted run `k` under a law.

@@ -78,9 +78,19 @@ pub fn turn_allowance(time: &[f64], ballast_m3: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Rows with a value.
+fn known(value: &[f64]) -> Vec<usize> {
+    (0..value.len()).filter(|&i| value[i].is_finite()).collect()
+}
+
+/// Value at time `t` of the line through two samples.
+fn on_line(time: &[f64], value: &[f64], [i, j]: [usize; 2], t: f64) -> f64 {
+    value[i] + (value[j] - value[i]) * (t - time[i]) / (time[j] - time[i])
+}
+
 /// Samples that cannot be reached from most of their neighbours.
 fn leaps(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64, fastest: f64) -> usize {
-    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
+    let index = known(value);
     let apart = |i: usize, j: usize| (value[i] - value[j]).abs() > threshold(i).max(threshold(j)) + fastest * (time[i] - time[j]).abs();
     let alone = |k: usize| {
         let near = (k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(index.len())).filter(|&j| j != k);
@@ -103,11 +113,11 @@ const EXCURSION_S: f64 = 16.0;
 
 /// Two neighbours far off a line that the samples before them and those behind them agree on.
 fn excursions(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64) -> usize {
-    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
-    let line = |i: usize, j: usize, at: usize| value[i] + (value[j] - value[i]) * (time[at] - time[i]) / (time[j] - time[i]);
+    let index = known(value);
+    let off = |i: usize, j: usize, at: usize| (value[at] - on_line(time, value, [i, j], time[at])).abs();
     let is_one = |w: &[usize]| {
-        let agree = |from: usize, to: usize, at: usize| (line(from, to, at) - value[at]).abs() <= threshold(at);
-        let far = |i: usize| (value[i] - line(w[1], w[4], i)).abs() > FAR_OUT * threshold(i);
+        let agree = |from: usize, to: usize, at: usize| off(from, to, at) <= threshold(at);
+        let far = |i: usize| off(w[1], w[4], i) > FAR_OUT * threshold(i);
         time[w[4]] - time[w[1]] <= EXCURSION_S && far(w[2]) && far(w[3]) && agree(w[0], w[1], w[4]) && agree(w[4], w[5], w[1])
     };
     let bad: Vec<usize> = index.windows(6).filter(|w| is_one(w)).flat_map(|w| [w[2], w[3]]).collect();
@@ -117,12 +127,9 @@ fn excursions(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64)
 
 /// Single samples that no interpolation or extrapolation of their neighbours meets.
 fn unsupported(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64) -> usize {
-    let index: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
+    let index = known(value);
     let n = index.len();
-    let line = |a: usize, b: usize, t: f64, v: &[f64]| {
-        let (i, j) = (index[a], index[b]);
-        v[i] + (v[j] - v[i]) * (t - time[i]) / (time[j] - time[i])
-    };
+    let line = |a: usize, b: usize, t: f64, v: &[f64]| on_line(time, v, [index[a], index[b]], t);
     let mut bad = Vec::new();
     for (k, &i) in index.iter().enumerate() {
         let t = time[i];

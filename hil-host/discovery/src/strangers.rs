@@ -38,9 +38,6 @@ const LATE_S: f64 = 1.0;
 /// Pressure of the atmosphere, Pa.
 const ATMOSPHERE_PA: f64 = 101_325.0;
 
-/// The stranger that may be another one in each segment.
-const EACH_SEGMENT: &str = "segment (trim)";
-
 /// Change of trim and of pitch of every input of a run, in their units.
 type Change = Vec<(f64, f64)>;
 
@@ -170,9 +167,9 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
     let first_s = problem.runs.first().map_or(0.0, |r| r.time_s[0]);
     let start_s = |k: usize| problem.runs[k].time_s[0];
     let mpa = |i: &Input| i.sensed.pressure_pa * 1e-6;
+    let constant = trim(&|_, _| 1.0);
     // Forms of each, and of each form the changes that its amplitudes make.
     let kinds: Vec<(&'static str, Vec<Vec<Vec<Change>>>)> = vec![
-        (EACH_SEGMENT, vec![vec![trim(&|_, _| 1.0)]]),
         ("time since the start of the segment (trim)", vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]]),
         ("day (trim)", vec![vec![trim(&|_, s| (s.time_s - first_s) / 864_000.0)]]),
         ("temperature some time ago (trim)", lags(&TEMPERATURE_LAGS_S, &|s| s.temperature_degc * 0.2)),
@@ -184,7 +181,7 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
         ("rate of pitch (its clock is early or late)", vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]]),
     ];
-    let all: Vec<&Vec<Change>> = kinds.iter().flat_map(|(_, forms)| forms.iter().flatten()).collect();
+    let all: Vec<&Vec<Change>> = std::iter::once(&constant).chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];
     for k in 0..runs {
         let stepped = |changes: &&Vec<Change>| {
@@ -199,14 +196,12 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
     }
     let mut columns = columns.into_iter();
     let mut part = |changes: Vec<Change>| Part { changes, column: Column { from: 0, values: columns.next().unwrap_or_default() } };
-    let told = |(variable, forms): (&'static str, Vec<Vec<Vec<Change>>>)| {
-        let mut forms: Vec<Vec<Part>> = forms.into_iter().map(|form| form.into_iter().map(&mut part).collect()).collect();
-        if variable == EACH_SEGMENT {
-            forms = forms.iter().map(|form| form.iter().flat_map(|whole| by_run(problem, whole)).collect()).collect();
-        }
-        Stranger { variable, forms }
-    };
-    kinds.into_iter().map(told).collect()
+    let mut out = vec![Stranger { variable: "segment (trim)", forms: vec![by_run(problem, &part(constant))] }];
+    out.extend(kinds.into_iter().map(|(variable, forms)| Stranger {
+        variable,
+        forms: forms.into_iter().map(|form| form.into_iter().map(&mut part).collect()).collect(),
+    }));
+    out
 }
 
 /// What a part does in each run, as a part of its own.

@@ -104,6 +104,15 @@ fn regress_effects_that_the_search_or_the_second_look_lost_once_are_named() {
     }
 }
 
+/// More is asked of an effect that chooses its angle, to name it rather than nothing. Once a look-alike without one was named in its
+/// place, to which the tool itself gave a probability of a hundredth.
+#[test]
+fn regress_where_something_is_missing_the_most_probable_hypothesis_is_the_answer() {
+    let told = told(313_131, 203);
+    assert_eq!(told["answer"], serde_json::json!(["vortex_lift_bodywing"]));
+    assert_eq!(told["answer"], told["candidates"][0]["effects"]);
+}
+
 /// No file knows the drag due to angle of attack to a hundredth. Two hundredths were named induced drag once in these clean flights,
 /// and something in 6 of 120 others; with a tolerance for it, in 1.
 #[test]

@@ -275,16 +275,20 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     Ok(said)
 }
 
-/// Whether a hypothesis is worth naming; more is asked of it where more rows are left out than compared.
-pub(crate) fn speaks_up(problem: &Problem, c: &Candidate) -> bool {
+/// The best of these hypotheses, best first, where any is worth naming: then something is missing, and the best says what. More is
+/// asked for where more rows are left out than compared, and of a hypothesis that has an angle of its own to choose.
+pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
     let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
-    let angle = if c.effects.iter().any(|e| has_own_angle(e)) { SPEAK_UP_ANGLE } else { 0.0 };
-    c.log_odds > SPEAK_UP + thin + angle
+    let speaks_up = |c: &Candidate| {
+        let angle = if c.effects.iter().any(|e| has_own_angle(e)) { SPEAK_UP_ANGLE } else { 0.0 };
+        c.log_odds > SPEAK_UP + thin + angle
+    };
+    candidates.first().filter(|_| candidates.iter().any(speaks_up))
 }
 
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness } = found;
-    let spoken: Option<&Candidate> = candidates.iter().find(|c| speaks_up(problem, c));
+    let spoken = worth_naming(problem, &candidates);
     let best_fit = spoken.map_or(&null, |c| &c.fit);
     let after_best = families(problem, best_fit);
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));

@@ -3,7 +3,7 @@
 
 use crate::brink::WORTH_TRYING;
 use crate::calibration::State;
-use crate::diagnose::{FEWEST_COMPARED, OUTLIER, speaks_up};
+use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
 use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::Problem;
@@ -19,7 +19,7 @@ const WORSE_OVERALL: f64 = 1.06;
 
 /// The best hypothesis that is worth naming, else nothing missing.
 fn best_of<'a>(problem: &Problem, found: &'a Found) -> &'a Fit {
-    found.candidates.first().filter(|c| speaks_up(problem, c)).map_or(&found.null, |c| &c.fit)
+    worth_naming(problem, &found.candidates).map_or(&found.null, |c| &c.fit)
 }
 
 /// Looks again.

@@ -103,6 +103,9 @@ fn document(
     if let Some(hydro) = d.get_mut("hydro") {
         hydro["added_mass_surge"] = json!(vehicle.constants.added_mass_surge + z[8] * t.added_mass_surge);
         hydro["added_mass_heave"] = json!(vehicle.constants.added_mass_heave + z[9] * t.added_mass_heave);
+        let beyond = crate::calibration::law(vehicle, state).0.beyond;
+        hydro["lift_fading"] = json!(beyond.lift_fading);
+        hydro["cd_broadside"] = json!(beyond.cd_broadside);
     }
     let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
     let parents = on.clone();

@@ -137,7 +137,7 @@ impl Problem<'_> {
         let (mut launches, mut glides) = (0, 0);
         for (k, tracks) in self.both_tracks(&self.runs, state).into_iter().enumerate() {
             let run = self.runs[k];
-            let limit = 0.4 * self.colour.rms_m_s;
+            let limit = self.colour.rms_m_s;
             let mut last = f64::NEG_INFINITY;
             let mut stretches: Vec<Stretch> = Vec::new();
             let mut lost = 0.0;

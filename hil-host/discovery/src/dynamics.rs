@@ -12,7 +12,7 @@
 
 use crate::lanes::tracks;
 use crate::prepare::{Input, Run};
-use hydro::effects::{Active, Constants, Continuation, ForceModel, Place, Sensed};
+use hydro::effects::{Active, Beyond, Constants, Continuation, ForceModel, Place, Sensed};
 use std::borrow::Cow;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -104,6 +104,7 @@ impl Job<'_> {
             hull_drag_per_rad2: 0.0,
             added_mass_surge: 0.0,
             added_mass_heave: 0.0,
+            beyond: Beyond::default(),
             ..*c
         };
         std::ptr::eq(self.run, other.run)

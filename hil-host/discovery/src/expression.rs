@@ -302,6 +302,7 @@ impl Effect for Custom {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hydro::effects::Beyond;
 
     #[test]
     fn an_expression_does_what_the_built_in_effect_of_the_same_form_does() {
@@ -322,6 +323,7 @@ mod tests {
             hull_drag_per_rad2: 0.0,
             added_mass_surge: 0.0,
             added_mass_heave: 0.0,
+            beyond: Beyond::default(),
         };
         let built_in = hydro::effects::RollTurnDrag.drag(&[2.5], &at, 0.0, &c);
         assert!((own.drag(&[2.5], &at, 0.0, &c) - built_in).abs() < 1e-12);

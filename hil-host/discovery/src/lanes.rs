@@ -388,7 +388,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
 mod tests {
     use super::*;
     use crate::prepare::{FAST_M_S, Run};
-    use hydro::effects::{Active, Constants, Sensed, by_name};
+    use hydro::effects::{Active, Beyond, Constants, Sensed, by_name};
     use std::borrow::Cow;
 
     const SLOCUM: Constants = Constants {
@@ -406,6 +406,7 @@ mod tests {
         hull_drag_per_rad2: 8.0,
         added_mass_surge: 0.06,
         added_mass_heave: 1.05,
+        beyond: Beyond { lift_fading: 0.0, cd_broadside: 3.5 },
     };
 
     /// A dive and a climb of `half_s` each at this pitch, from afloat or from under way.

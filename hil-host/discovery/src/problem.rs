@@ -1,6 +1,6 @@
 //! What is fitted to what: the unknowns, the observations of the fit segments, and the model's answer to them, whitened.
 //!
-//! Unknowns: fifteen calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
+//! Unknowns: seventeen calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
 //! effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened by [`crate::noise`]), speed
 //! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
 

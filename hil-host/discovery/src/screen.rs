@@ -11,7 +11,7 @@ use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
 use crate::problem::{Column, Problem};
 use crate::signature::{Offer, log_size_prior_of, project, signatures};
 use crate::wave::{Kind, PARTS, Wave, stretched};
-use hydro::effects::{Active, Effect, InFlow, Parameter};
+use hydro::effects::{ALPHA_VALID_RAD, Active, Effect, InFlow, Parameter};
 use std::sync::Arc;
 
 /// Name of the effect whose phase is free in every run.
@@ -178,7 +178,7 @@ impl<'a> Screen<'a> {
     /// Odds against a fit for reasons that a likelihood does not see.
     fn doubts(&self, f: &Fit) -> f64 {
         // A stall beyond every angle that the law is good for stalls nothing: it only changes what is not known.
-        if f.state.effects.iter().any(|a| a.effect.name() == "stall" && a.values[0] >= a.effect.parameters()[0].high) {
+        if f.state.effects.iter().any(|a| a.effect.name() == "stall" && a.values[0] >= ALPHA_VALID_RAD) {
             return f64::INFINITY;
         }
         let hardly = |a: &Active| match a.effect.name() {

@@ -4,7 +4,7 @@
 //! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
 
 use crate::read::ReadError;
-use hydro::effects::{Active, Constants, by_name};
+use hydro::effects::{Active, Beyond, CD_BROADSIDE, Constants, by_name};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -152,8 +152,15 @@ impl Keys<'_> {
     }
 
     fn within(&self, key: &str, low: f64, high: f64, unit: &str) -> Result<f64, ReadError> {
-        let v = self.number(key)?.ok_or_else(|| self.bad(key, format!("is missing; expected a number in {unit}, {low} to {high}")))?;
-        if (low..=high).contains(&v) { Ok(v) } else { Err(self.bad(key, format!("is {v} {unit}; expected {low} to {high}"))) }
+        let missing = || self.bad(key, format!("is missing; expected a number in {unit}, {low} to {high}"));
+        self.within_if_stated(key, low, high, unit)?.ok_or_else(missing)
+    }
+
+    fn within_if_stated(&self, key: &str, low: f64, high: f64, unit: &str) -> Result<Option<f64>, ReadError> {
+        match self.number(key)? {
+            Some(v) if !(low..=high).contains(&v) => Err(self.bad(key, format!("is {v} {unit}; expected {low} to {high}"))),
+            stated => Ok(stated),
+        }
     }
 
     fn segments(&self, key: &str) -> Result<Vec<u32>, ReadError> {
@@ -271,6 +278,10 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         hull_drag_per_rad2: or("hydro.hull_drag_per_rad2", 0.0)?,
         added_mass_surge: or("hydro.added_mass_surge", 0.2)?,
         added_mass_heave: or("hydro.added_mass_heave", 0.92)?,
+        beyond: Beyond {
+            lift_fading: keys.within_if_stated("hydro.lift_fading", -3.0, 3.0, "of the way")?.unwrap_or(0.0),
+            cd_broadside: keys.within_if_stated("hydro.cd_broadside", 0.1, 20.0, "of S")?.unwrap_or(CD_BROADSIDE),
+        },
     };
     let t = Tolerance::default();
     let tolerance = Tolerance {
@@ -395,6 +406,8 @@ mod tests {
         let e = with("\"mass_kg\":68", "\"mass_kg\":68000");
         assert!(e.contains("v.json") && e.contains("mass_kg") && e.contains("5000"), "{e}");
         assert!(with("\"cd0\":0.15", "\"cd0\":null").contains("missing"));
+        let e = with("\"cd0\":0.15", "\"cd0\":0.15,\"cd_broadside\":-3.5");
+        assert!(e.contains("hydro.cd_broadside") && e.contains("0.1 to 20"), "{e}");
         assert!(with("side_edge_lift", "magic").contains("no such effect"));
     }
 }

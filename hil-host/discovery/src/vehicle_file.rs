@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 use hydro::body::Body;
 use hydro::drag::{DragRule, Layer};
+use hydro::effects::Beyond;
 use hydro::interference::CarryOver;
 use hydro::wing::{Separation, SlopeLaw, Wing, WingModel};
 use hydro::{Appendage, Constants, Geometry};
@@ -371,6 +372,7 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         reference_temperature_degc: d.number("vehicle.reference_temperature_degc", "degC", -5.0, 40.0)?,
         added_mass_surge: d.number("vehicle.added_mass_surge", "1", 0.0, 3.0)?,
         added_mass_heave: d.number("vehicle.added_mass_heave", "1", 0.0, 5.0)?,
+        beyond: Beyond::default(),
         reference_area_m2: geometry.reference_area_m2,
         lift_slope_per_rad: 0.0,
         lift_quadratic_per_rad2: 0.0,

@@ -313,7 +313,7 @@ pub fn sensitivities(polar: &impl Polar, trim: &Trim) -> Result<Sensitivities, G
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{ALPHA_VALID_RAD, Active, Constants, ForceModel, by_name};
+    use crate::effects::{ALPHA_VALID_RAD, Active, Beyond, Constants, ForceModel, by_name};
 
     /// The published at-sea set on 0.1 m²: A0 0.0150, A2 1.05, k_L 0.753 (Merckelbach et al.).
     fn at_sea(lift_slope_per_rad: f64) -> Constants {
@@ -332,6 +332,7 @@ mod tests {
             hull_drag_per_rad2: 10.5,
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
+            beyond: Beyond::default(),
         }
     }
 

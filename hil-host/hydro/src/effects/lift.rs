@@ -1,6 +1,6 @@
 //! Effects that change the lift: vortices, stall, slope and zero of the lift curve.
 
-use super::{Constants, Effect, Flow, InFlow, Parameter};
+use super::{ALPHA_VALID_RAD, Constants, Effect, Flow, InFlow, Parameter};
 
 /// Normal force of vortices shed by hull and wing beyond an onset angle.
 ///
@@ -78,7 +78,21 @@ impl Effect for SideEdgeLift {
     }
 }
 
-/// The slope of the linear lift halves beyond an angle. Off: an angle that is never reached.
+/// Half of the range of angles over which flow separates, rad. A guess: sections of 6 % thickness at low Reynolds numbers lose their
+/// slope over some four degrees.
+const ROUNDED_RAD: f64 = 0.04;
+
+/// How far an angle is beyond the stall, rad, the corner rounded: no flow separates everywhere at once.
+fn rounded(beyond: f64) -> f64 {
+    if beyond >= ROUNDED_RAD {
+        beyond
+    } else {
+        let in_corner = (beyond + ROUNDED_RAD).max(0.0);
+        in_corner * in_corner / (4.0 * ROUNDED_RAD)
+    }
+}
+
+/// The slope of the linear lift halves around an angle. Off: an angle that is never reached.
 #[derive(Clone, Copy, Debug)]
 pub struct Stall;
 
@@ -100,9 +114,9 @@ impl Effect for Stall {
             Parameter {
                 name: "alpha_stall_rad",
                 unit: "rad",
-                off: 0.35,
+                off: ALPHA_VALID_RAD + ROUNDED_RAD,
                 low: 0.01,
-                high: 0.35,
+                high: ALPHA_VALID_RAD + ROUNDED_RAD,
                 typical: 0.2,
                 source: "6 % sections at chord Reynolds number 1e4-1e5 separate at 6-12 deg",
             },
@@ -128,7 +142,7 @@ impl Effect for Stall {
     }
     fn lift(&self, p: &[f64], _at: &Flow, lift_angle_rad: f64, c: &Constants) -> f64 {
         let angle = lift_angle_rad.abs();
-        let beyond = angle - p[0];
+        let beyond = rounded(angle - p[0]);
         if beyond <= 0.0 {
             return 0.0;
         }

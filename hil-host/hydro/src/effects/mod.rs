@@ -20,6 +20,7 @@
 //! Not covered: effects with a memory of their own (pump lag, flooded-volume
 //! lag); they need a state beyond the two velocities of the vehicle.
 
+mod beyond;
 mod buoyancy;
 mod drag;
 mod inertia;
@@ -27,6 +28,7 @@ mod lift;
 mod sensing;
 mod water;
 
+pub use beyond::{ALPHA_VALID_RAD, Beyond, CD_BROADSIDE, Continuation};
 pub use buoyancy::{BallastOffset, BallastScale, HullCompressibility, ThermalExpansion};
 pub use drag::{BiofoulingDrag, ClimbDrag, DragLevelError, InducedDragError, ReynoldsDrag, RollTurnDrag};
 pub use inertia::{AddedMass, HeaveAddedMass};
@@ -34,10 +36,6 @@ pub use lift::{LiftSlopeError, SideEdgeLift, Stall, VortexLiftBodyWing, ZeroLift
 pub use sensing::{DensityBias, PitchOffset, PitchScale, PressureDrift};
 pub use water::{HorizontalCurrent, InternalWave, VerticalCurrent, vertical_mode};
 
-/// Angle of attack beyond which the coefficients are only a bounded continuation, rad (FORMAT section 3).
-pub const ALPHA_VALID_RAD: f64 = 0.35;
-/// Drag coefficient of the vehicle broadside on, on S, 1 (FORMAT section 3; only launch and turning points reach it).
-pub const CD_BROADSIDE: f64 = 3.5;
 /// Most parameters one effect may have.
 pub const MAX_PARAMETERS: usize = 4;
 
@@ -72,6 +70,8 @@ pub struct Constants {
     pub added_mass_surge: f64,
     /// k2, fraction of the mass.
     pub added_mass_heave: f64,
+    /// How the law goes on beyond [`ALPHA_VALID_RAD`].
+    pub beyond: Beyond,
 }
 
 /// What the sensors said at one instant; effects of the sensors turn it into what is true.
@@ -311,16 +311,6 @@ impl Active {
     }
 }
 
-/// How lift goes on beyond [`ALPHA_VALID_RAD`], where nothing is known but that it is bounded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Continuation {
-    /// With sin 2α, as FORMAT section 3 suggests: lift still grows to 45°.
-    #[default]
-    Rising,
-    /// With cos α: lift fades at once. Deep stall after a launch lasts longer.
-    Fading,
-}
-
 /// The law of forces: constants and the effects that are on.
 ///
 /// Constant effects are folded into the constants when the model is made, so the inner loop of a simulation meets only those
@@ -447,18 +437,8 @@ impl<'a> ForceModel<'a> {
             return self.attached(at);
         }
         let edge = self.attached(&Flow { alpha_rad: if a > 0.0 { ALPHA_VALID_RAD } else { -ALPHA_VALID_RAD }, ..*at });
-        let (sin_a, cos_a) = (libm::sin(a), libm::cos(a));
-        // sin²(0.35) and sin(0.7): the continuation meets the law at the edge.
-        let sin2_edge = 0.117_578_906_357_755_77;
-        let sin_twice_edge = 0.644_217_687_237_691_1;
-        let sign = if a > 0.0 { 1.0 } else { -1.0 };
-        let cl = match self.continuation {
-            Continuation::Rising => edge.cl * 2.0 * sin_a * cos_a / sin_twice_edge * sign,
-            // cos(0.35)
-            Continuation::Fading => edge.cl * cos_a / 0.939_372_712_847_378_9,
-        };
-        let cd = edge.cd + (CD_BROADSIDE - edge.cd) * (sin_a * sin_a - sin2_edge) / (1.0 - sin2_edge);
-        LiftDrag { cl, cd: cd.max(self.constants.cd0) }
+        let f = self.constants.beyond.coefficients(a, edge, self.continuation);
+        LiftDrag { cd: f.cd.max(self.constants.cd0), ..f }
     }
 
     fn attached(&self, at: &Flow) -> LiftDrag {
@@ -516,6 +496,7 @@ mod tests {
             hull_drag_per_rad2: 1.0,
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
+            beyond: Beyond::default(),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The sealed cases: reproducible, quick, like the format's examples, clean where they say clean.
 
+use plant::trials::catalogue::{Outside, Strength};
 use plant::trials::nature::Nature;
 use plant::trials::reference::{Log, block_error, floor, recalibrated};
 use plant::trials::sensors::Row;
@@ -165,5 +166,19 @@ fn every_planned_case_flies_and_comes_back() {
         }
         let missing = case.rows.iter().filter(|r| r.pressure_dbar.is_nan()).count() as f64 / case.rows.len() as f64;
         assert!(missing < 0.01, "{what}: {missing}");
+    }
+}
+
+/// A stall that reattaches late shows only where flow was attached on some legs and separated on others: flown on one branch it is a
+/// plain stall, or less lift slope, and those are in the vocabulary.
+#[test]
+fn prop_a_stall_with_hysteresis_is_flown_on_both_branches() {
+    for (index, (site, wing)) in [(Site::Lake, Wing::Standard), (Site::Sea, Wing::LowAspectRatio)].into_iter().enumerate() {
+        let outside = Some(Outside::HystereticStall);
+        let spec = Spec { site, wing, kind: Kind::Off, effects: Vec::new(), outside, strength: Some(Strength::Strong) };
+        let case = generate(&spec, 11, index);
+        let shares = case.truth.hidden[0].form["share_attached_and_separated"].as_array().expect("two shares");
+        // A twentieth of a lake flight is eight minutes.
+        assert!(shares.len() == 2 && shares.iter().all(|s| s.as_f64().is_some_and(|s| s > 0.05)), "{:?} {shares:?}", case.name);
     }
 }

@@ -28,14 +28,17 @@ pub mod vehicle;
 pub mod voyage;
 
 use catalogue::{Effect, Hidden, Outside, Strength};
-use nature::Nature;
+use nature::{Nature, Stall};
 use ocean::{Colour, Column, Ocean};
 use sensors::{Row, Zero};
 use vehicle::{Nominal, Scatter};
-use voyage::{Orders, Voyage};
+use voyage::{Moment, Orders, Voyage};
 
 /// Segments per trial (format, section 1).
 pub const SEGMENTS: usize = 8;
+
+/// Share of the time that a stall with hysteresis is to be flown on either branch where both are possible.
+const ON_EITHER_BRANCH: f64 = 0.1;
 
 /// Where the trial was flown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -256,6 +259,36 @@ pub fn generate(spec: &Spec, seed: u64, index: usize) -> Case {
     generate_sized(spec, seed, index, None)
 }
 
+/// Flies the segments one after the other, and shows each.
+fn fly_each(voyage: &Voyage, orders: &mut [Orders], seed: u64, i: u64, mut show: impl FnMut(usize, &Orders, &[Moment])) {
+    let mut end_s = 0.0;
+    for (k, order) in orders.iter_mut().enumerate() {
+        order.start_s = ((end_s + order.gap_s) / 0.05).round() * 0.05;
+        let moments = voyage.fly(k, order, voyage::STEP_S, &mut stream(seed, i, 100 + k as u64));
+        end_s = order.start_s + moments.last().map_or(0.0, |m| m.t);
+        show(k, order, &moments);
+    }
+}
+
+/// A stall with hysteresis that is flown on one branch only is a plain stall, and one that never ends a smaller lift slope: both are in
+/// the vocabulary. So its angle is raised until the flight has both branches, or is as near to that as these orders come. Returns the
+/// shares of the time on either branch too.
+fn flown_on_both_branches(first: Stall, mut shares: impl FnMut(Stall) -> [f64; 2]) -> (Stall, [f64; 2]) {
+    let mut best = (first, [0.0; 2]);
+    for factor in [1.0, 1.15, 1.3, 1.45, 1.6, 1.8, 2.0] {
+        let stall = Stall { angle: factor * first.angle, ..first };
+        let flown = shares(stall);
+        let less = |s: [f64; 2]| s[0].min(s[1]);
+        if less(flown) > less(best.1) {
+            best = (stall, flown);
+        }
+        if less(best.1) >= ON_EITHER_BRANCH {
+            break;
+        }
+    }
+    best
+}
+
 /// Makes a case with a size of its own instead of the strength's (relative to medium): for sizing.
 #[must_use]
 pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -> Case {
@@ -326,18 +359,30 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
             (order.pitch, order.ballast, order.yos) = ([*pitch; 2], *stroke, 1);
         }
     }
+    if let Some(first) = nature.stall.filter(|s| s.hysteresis > 0.0) {
+        let (stall, branches) = flown_on_both_branches(first, |stall| {
+            nature.stall = Some(stall);
+            let voyage = Voyage { nominal: &nominal, nature: &nature, ocean: &ocean, list };
+            let mut shares = [0.0; 2];
+            fly_each(&voyage, &mut orders, seed, i, |_, _, moments| {
+                let flown = voyage::branches(moments, &stall);
+                shares = [0, 1].map(|k| shares[k] + flown[k] / SEGMENTS as f64);
+            });
+            shares
+        });
+        nature.stall = Some(stall);
+        if let Some(h) = hidden.last_mut() {
+            h.form["angle_rad"] = stall.angle.into();
+            h.form["share_attached_and_separated"] = branches.as_slice().into();
+        }
+    }
     let voyage = Voyage { nominal: &nominal, nature: &nature, ocean: &ocean, list };
     let mut rows = Vec::new();
-    let mut end_s = 0.0;
     let mut stalled_share = [0.0; SEGMENTS];
-    for (k, order) in orders.iter_mut().enumerate() {
-        order.start_s = ((end_s + order.gap_s) / 0.05).round() * 0.05;
-        let order = &*order;
-        let moments = voyage.fly(k, order, voyage::STEP_S, &mut stream(seed, i, 100 + k as u64));
-        stalled_share[k] = voyage::stalled_share(&moments);
-        end_s = order.start_s + moments.last().map_or(0.0, |m| m.t);
-        rows.extend(sensors::sample(&voyage, &scatter, zero, k, order, &moments, &mut stream(seed, i, 200 + k as u64)));
-    }
+    fly_each(&voyage, &mut orders, seed, i, |k, order, moments| {
+        stalled_share[k] = voyage::stalled_share(moments);
+        rows.extend(sensors::sample(&voyage, &scatter, zero, k, order, moments, &mut stream(seed, i, 200 + k as u64)));
+    });
     Case {
         name: format!("case_{seed}_{index:04}"),
         rows,

@@ -52,6 +52,14 @@ pub struct Stall {
     pub hysteresis: f64,
 }
 
+impl Stall {
+    /// Whether flow is separated at an angle of attack of this size, after it was or was not.
+    #[must_use]
+    pub fn separates(&self, size: f64, separated: bool) -> bool {
+        size > if separated { self.angle - self.hysteresis } else { self.angle }
+    }
+}
+
 /// CD0 (1 + rate t), with a mild curvature in time.
 #[derive(Clone, Copy, Debug)]
 pub struct Fouling {

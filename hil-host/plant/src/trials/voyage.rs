@@ -10,7 +10,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::nature::{ALPHA_END_RAD, Instant, Nature};
+use super::nature::{ALPHA_END_RAD, Instant, Nature, Stall};
 use super::ocean::Ocean;
 use super::vehicle::{Nominal, PITCH};
 use super::{SEGMENTS, Site};
@@ -159,6 +159,21 @@ pub fn stalled_share(moments: &[Moment]) -> f64 {
         stalled += u32::from(libm::atan2(-m.velocity[1], m.velocity[0]).abs() > ALPHA_END_RAD);
     }
     f64::from(stalled) / f64::from(under.max(1))
+}
+
+/// Shares of the time under water that were flown where flow may be attached or separated: those of either.
+#[must_use]
+pub fn branches(moments: &[Moment], stall: &Stall) -> [f64; 2] {
+    let (mut flown, mut under, mut separated) = ([0_u32; 2], 0_u32, false);
+    for m in moments.iter().filter(|m| !m.floating && m.depth > 2.0) {
+        let size = libm::atan2(-m.velocity[1], m.velocity[0]).abs();
+        separated = stall.separates(size, separated);
+        under += 1;
+        if (stall.angle - stall.hysteresis..stall.angle).contains(&size) {
+            flown[usize::from(separated)] += 1;
+        }
+    }
+    flown.map(|n| f64::from(n) / f64::from(under.max(1)))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -334,7 +349,7 @@ impl Voyage<'_> {
             if let Some(s) = &nature.stall
                 && s.hysteresis > 0.0
             {
-                separated = if separated { alpha.abs() > s.angle - s.hysteresis } else { alpha.abs() > s.angle };
+                separated = s.separates(alpha.abs(), separated);
             }
             let extra_mass = off.flood_volume_m3 * (flood_density - density) + (off.leak * t).min(BILGE_M3) * density
                 - off.segment_trim[index] * density;

@@ -10,7 +10,7 @@ use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, Run, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE, has_own_angle, size_at_end};
+use crate::screen::{BACKGROUND_AMPLITUDE, Candidate, WAVE, size_at_end};
 use crate::search::{Depth, Found, search};
 use crate::second_look::second_look;
 use crate::wave::PARTS;
@@ -21,12 +21,8 @@ use crate::{Flight, Vehicle};
 const SPEAK_UP: f64 = std::f64::consts::LN_10;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
-/// And how much more where an effect begins at an angle of its own: it finds the few rows that another form of the law misses.
-const SPEAK_UP_ANGLE: f64 = 5.5;
 /// Log Bayes factor a family of the remainder needs.
 const REMAINS: f64 = 9.0;
-/// How much more a family in time needs: ordinary water motion of another colour looks like one.
-const TIME_HANDICAP: f64 = 12.0;
 /// And its share of what the best hypothesis explained: forms of nature differ from ours by that much.
 const REMAINS_SHARE: f64 = 0.12;
 /// Or a mean square of innovations (1 for noise) that no difference of form explains.
@@ -275,15 +271,10 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     Ok(said)
 }
 
-/// The best of these hypotheses, best first, where any is worth naming: then something is missing, and the best says what. More is
-/// asked for where more rows are left out than compared, and of a hypothesis that has an angle of its own to choose.
+/// The best of these hypotheses, best first, where it is worth naming; more is asked for where more rows are left out than compared.
 pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
     let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
-    let speaks_up = |c: &Candidate| {
-        let angle = if c.effects.iter().any(|e| has_own_angle(e)) { SPEAK_UP_ANGLE } else { 0.0 };
-        c.log_odds > SPEAK_UP + thin + angle
-    };
-    candidates.first().filter(|_| candidates.iter().any(speaks_up))
+    candidates.first().filter(|best| best.log_odds > SPEAK_UP + thin)
 }
 
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
@@ -292,13 +283,10 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let best_fit = spoken.map_or(&null, |c| &c.fit);
     let after_best = families(problem, best_fit);
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
-    let weight = |f: &Family, waves: bool| match f.period_s {
-        // A wave that is not quite a sine leaves some of itself.
-        Some(_) if waves => f64::NEG_INFINITY,
-        Some(_) => f.log_bayes - TIME_HANDICAP,
-        None => f.log_bayes,
-    };
-    let strongest = after_best.iter().map(|f| weight(f, waves)).fold(f64::NEG_INFINITY, f64::max);
+    // Ordinary water motion may have a period; and a wave that is not quite a sine leaves some of itself.
+    let ordinary = BACKGROUND_AMPLITUDE * vehicle.background.0;
+    let counts = |f: &&Family| f.period_s.is_none() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
+    let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
     // Against the best that a calibration without limits does: what it can follow needs no name.
     let free = beyond_limits(problem, &null);
     let head_start = log_evidence(problem, &free) - log_evidence(problem, &null);

@@ -44,7 +44,7 @@ const WAVE_SCALES: [f64; 5] = [0.002, 0.004, 0.008, 0.016, 0.032];
 /// Times that the kind of a wave is looked for anew beside what it was fitted with.
 const WAVE_ROUNDS: usize = 2;
 /// A background of one period has this amplitude, in its rms; the format's rms is off by up to a fifth. A wave no larger is none.
-const BACKGROUND_AMPLITUDE: f64 = 1.2 * std::f64::consts::SQRT_2;
+pub(crate) const BACKGROUND_AMPLITUDE: f64 = 1.2 * std::f64::consts::SQRT_2;
 /// Odds by which any hypothesis with a wave is marked down: it has amplitudes in every run to follow noise of another colour with.
 const WAVE_HANDICAP: f64 = 6.0;
 /// Chi² per innovation of the calibrated nominal model from which fits start from several values.
@@ -70,7 +70,7 @@ const BOTH_ANGLES: f64 = 5.5;
 const AT_BOUND: f64 = 6.0;
 
 /// Whether an effect begins at an angle of attack of its own.
-pub(crate) fn has_own_angle(effect: &str) -> bool {
+fn has_own_angle(effect: &str) -> bool {
     matches!(effect, "stall" | "vortex_lift_bodywing")
 }
 

@@ -308,7 +308,9 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
             let after_it = if std::ptr::eq(base, best_fit) { after_best.clone() } else { families(problem, base) };
             for f in after_it {
                 let told = odds + f.log_bayes - if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
-                if f.period_s.is_none() && f.log_bayes > TELLS && told > best.log_odds * (1.0 + FAMILY_SHARE) {
+                // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
+                let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
+                if f.period_s.is_none() && f.log_bayes > TELLS && told > best.log_odds * (1.0 + share) {
                     tellers.push((told, f));
                 }
             }

@@ -50,7 +50,7 @@ const SHOWN: usize = 12;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
 /// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.
-const FORM: f64 = 0.07;
+const FORM: f64 = 0.05;
 /// Two-sided 90 % of a normal variable, sigma.
 const NINETY: f64 = 1.645;
 

@@ -1,7 +1,7 @@
 //! Adds named effects to a vehicle: refit, error before and after, and a new vehicle file that says where it came from.
 
 use crate::brink::Branch;
-use crate::calibration::{N_CALIBRATION, State, tolerance_of};
+use crate::calibration::{N_CALIBRATION, State, law, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
 use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
@@ -101,11 +101,11 @@ fn document(
     scale(["hull_compressibility_per_pa", ""], 1.0 + z[6] * t.hull_compressibility_relative);
     scale(["hull_thermal_expansion_per_k", ""], 1.0 + z[7] * t.hull_thermal_expansion_relative);
     if let Some(hydro) = d.get_mut("hydro") {
-        hydro["added_mass_surge"] = json!(vehicle.constants.added_mass_surge + z[8] * t.added_mass_surge);
-        hydro["added_mass_heave"] = json!(vehicle.constants.added_mass_heave + z[9] * t.added_mass_heave);
-        let beyond = crate::calibration::law(vehicle, state).0.beyond;
-        hydro["lift_fading"] = json!(beyond.lift_fading);
-        hydro["cd_broadside"] = json!(beyond.cd_broadside);
+        let (c, _) = law(vehicle, state);
+        hydro["added_mass_surge"] = json!(c.added_mass_surge);
+        hydro["added_mass_heave"] = json!(c.added_mass_heave);
+        hydro["lift_fading"] = json!(c.beyond.lift_fading);
+        hydro["cd_broadside"] = json!(c.beyond.cd_broadside);
     }
     let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
     let parents = on.clone();

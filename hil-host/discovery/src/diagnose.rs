@@ -10,10 +10,10 @@ use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, Run, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
-use crate::screen::{BACKGROUND_AMPLITUDE, Candidate, WAVE, size_at_end};
+use crate::screen::{Candidate, WAVE, size_at_end};
 use crate::search::{Depth, Found, search};
 use crate::second_look::second_look;
-use crate::wave::PARTS;
+use crate::wave::{PARTS, ordinary_amplitude_m_s};
 use crate::{Flight, Vehicle};
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
@@ -284,7 +284,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let after_best = families(problem, best_fit);
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
     // Ordinary water motion may have a period; and a wave that is not quite a sine leaves some of itself.
-    let ordinary = BACKGROUND_AMPLITUDE * vehicle.background.0;
+    let ordinary = ordinary_amplitude_m_s(vehicle);
     let counts = |f: &&Family| f.period_s.is_none() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
     let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
     // Against the best that a calibration without limits does: what it can follow needs no name.

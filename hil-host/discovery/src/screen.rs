@@ -10,7 +10,7 @@ use crate::evidence::{PRIOR, log_evidence, log_mean_exp};
 use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
 use crate::problem::{Column, Problem};
 use crate::signature::{Offer, log_size_prior_of, project, signatures};
-use crate::wave::{Kind, PARTS, Wave, stretched};
+use crate::wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
 use hydro::effects::{ALPHA_VALID_RAD, Active, Effect, InFlow, Parameter};
 use std::sync::Arc;
 
@@ -43,8 +43,6 @@ pub(crate) fn named(state: &State) -> Vec<&'static str> {
 const WAVE_SCALES: [f64; 5] = [0.002, 0.004, 0.008, 0.016, 0.032];
 /// Times that the kind of a wave is looked for anew beside what it was fitted with.
 const WAVE_ROUNDS: usize = 2;
-/// A background of one period has this amplitude, in its rms; the format's rms is off by up to a fifth. A wave no larger is none.
-pub(crate) const BACKGROUND_AMPLITUDE: f64 = 1.2 * std::f64::consts::SQRT_2;
 /// Odds by which any hypothesis with a wave is marked down: it has amplitudes in every run to follow noise of another colour with.
 const WAVE_HANDICAP: f64 = 6.0;
 /// Chi² per innovation of the calibrated nominal model from which fits start from several values.
@@ -186,8 +184,8 @@ impl<'a> Screen<'a> {
             "vortex_lift_bodywing" => self.flown_beyond(&f.state, a.values[1]) < HARDLY,
             _ => false,
         };
-        let background = BACKGROUND_AMPLITUDE * self.problem.vehicle.background.0;
-        if f.state.wave.as_ref().is_some_and(|w| w.rms_amplitude_m_s() < background) {
+        let ordinary = ordinary_amplitude_m_s(self.problem.vehicle);
+        if f.state.wave.as_ref().is_some_and(|w| w.rms_amplitude_m_s() < ordinary) {
             return f64::INFINITY;
         }
         let effects = &f.state.effects;

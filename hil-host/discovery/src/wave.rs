@@ -86,6 +86,13 @@ impl Wave {
     }
 }
 
+/// Amplitude of ordinary water motion of one period, m/s: that of a sine with the stated rms, which is off by up to a fifth. A wave
+/// no larger is none.
+#[must_use]
+pub fn ordinary_amplitude_m_s(vehicle: &Vehicle) -> f64 {
+    1.2 * std::f64::consts::SQRT_2 * vehicle.background.0
+}
+
 /// Bins of the density profile.
 const BINS: usize = 40;
 

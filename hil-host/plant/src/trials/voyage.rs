@@ -150,13 +150,19 @@ pub struct Moment {
     pub floating: bool,
 }
 
+/// Sizes of the angle of attack at the instants under water, rad.
+fn angles_under_water(moments: &[Moment]) -> impl Iterator<Item = f64> + '_ {
+    let under = moments.iter().filter(|m| !m.floating && m.depth > 2.0);
+    under.map(|m| libm::atan2(-m.velocity[1], m.velocity[0]).abs())
+}
+
 /// Share of the time under water that was flown beyond the angle of attack where the given law ends.
 #[must_use]
 pub fn stalled_share(moments: &[Moment]) -> f64 {
     let (mut stalled, mut under) = (0_u32, 0_u32);
-    for m in moments.iter().filter(|m| !m.floating && m.depth > 2.0) {
+    for size in angles_under_water(moments) {
         under += 1;
-        stalled += u32::from(libm::atan2(-m.velocity[1], m.velocity[0]).abs() > ALPHA_END_RAD);
+        stalled += u32::from(size > ALPHA_END_RAD);
     }
     f64::from(stalled) / f64::from(under.max(1))
 }
@@ -165,8 +171,7 @@ pub fn stalled_share(moments: &[Moment]) -> f64 {
 #[must_use]
 pub fn branches(moments: &[Moment], stall: &Stall) -> [f64; 2] {
     let (mut flown, mut under, mut separated) = ([0_u32; 2], 0_u32, false);
-    for m in moments.iter().filter(|m| !m.floating && m.depth > 2.0) {
-        let size = libm::atan2(-m.velocity[1], m.velocity[0]).abs();
+    for size in angles_under_water(moments) {
         separated = stall.separates(size, separated);
         under += 1;
         if (stall.angle - stall.hysteresis..stall.angle).contains(&size) {

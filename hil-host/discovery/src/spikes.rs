@@ -71,7 +71,8 @@ pub fn turn_allowance(time: &[f64], ballast_m3: &[f64]) -> Vec<f64> {
                 to += 1;
             }
             let stroke = ballast_m3[from..=to].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(*b), h.max(*b)));
-            let apart_s = (time[(i + 1).min(n - 1)] - time[i.saturating_sub(1)]) / 2.0;
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(n - 1));
+            let apart_s = (time[after] - time[before]) / (after - before).max(1) as f64;
             let phase = (std::f64::consts::TAU * apart_s / period_s).min(std::f64::consts::PI);
             if stroke.1 - stroke.0 > TURN_STROKE_M3 { swing * (1.0 - phase.cos()) } else { 0.0 }
         })
@@ -86,6 +87,12 @@ fn known(value: &[f64]) -> Vec<usize> {
 /// Value at time `t` of the line through two samples.
 fn on_line(time: &[f64], value: &[f64], [i, j]: [usize; 2], t: f64) -> f64 {
     value[i] + (value[j] - value[i]) * (t - time[i]) / (time[j] - time[i])
+}
+
+/// Value at time `t` of the cubic through four samples.
+fn on_cubic(time: &[f64], value: &[f64], through: [usize; 4], t: f64) -> f64 {
+    let weight = |i: usize| through.iter().filter(|&&j| j != i).map(|&j| (t - time[j]) / (time[i] - time[j])).product::<f64>();
+    through.iter().map(|&i| value[i] * weight(i)).sum()
 }
 
 /// Samples that cannot be reached from most of their neighbours.
@@ -149,6 +156,10 @@ fn unsupported(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64
         }
         if k + 2 < n {
             guesses.push(line(k + 1, k + 2, t, value));
+        }
+        // The flank of a turn's swing is met by no line through its neighbours, but by a cubic.
+        if k >= 2 && k + 2 < n {
+            guesses.push(on_cubic(time, value, [index[k - 2], index[k - 1], index[k + 1], index[k + 2]], t));
         }
         // At the ends there is nothing to interpolate: let the neighbours be held.
         if k < 2 || k + 2 >= n {
@@ -223,6 +234,27 @@ mod tests {
         // Without knowing of the turn its top would go too.
         let mut pitch = clean;
         assert!(despike(&time, &mut pitch, 0.043, 0.15) > 1);
+    }
+
+    #[test]
+    fn regress_the_flank_of_a_steep_turn_and_a_segment_that_begins_in_one_are_no_spikes() {
+        // As flown by a pitch sensor that reads a tenth too much: 0.49 is 0.22 rad off all lines through its neighbours. Each turn
+        // without it was late, and that read as an angle of zero lift.
+        let turn = [-0.445, -0.441, -0.445, -0.425, -0.093, 0.490, 0.623, 0.509, 0.469, 0.47];
+        let pump = [-150.0, -150.0, -150.0, -9.0, 130.0, 150.0, 150.0, 150.0, 150.0, 150.0].map(|cc| cc * 1e-6);
+        let begun = [0.390, 0.299, -0.168, -0.534, -0.575, -0.46, -0.42];
+        let begun_pump = [100.0, -41.0, -100.0, -100.0, -100.0, -100.0, -100.0].map(|cc| cc * 1e-6);
+        let time: Vec<f64> = (0..turn.len()).map(|i| 4.0 * i as f64).collect();
+        for (pitch, pump) in [(&turn[..], &pump[..]), (&begun[..], &begun_pump[..])] {
+            let allowed = turn_allowance(&time[..pitch.len()], pump);
+            let mut pitch = pitch.to_vec();
+            assert_eq!(despike_by(&time[..pitch.len()], &mut pitch, &|i| 0.043 + allowed[i], 0.15), 0, "{pitch:?}");
+        }
+        let mut spiked = turn;
+        spiked[7] -= 0.4;
+        let allowed = turn_allowance(&time, &pump);
+        assert_eq!(despike_by(&time, &mut spiked, &|i| 0.043 + allowed[i], 0.15), 1);
+        assert!(spiked[7].is_nan(), "{spiked:?}");
     }
 
     #[test]

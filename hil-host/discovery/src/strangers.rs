@@ -35,6 +35,8 @@ const DENSITY_LAGS_S: [f64; 4] = [20.0, 60.0, 180.0, 500.0];
 const BALLAST_LAGS_S: [f64; 3] = [5.0, 15.0, 40.0];
 /// Unit of a pitch that is late, s: what clocks of two computers are apart.
 const LATE_S: f64 = 1.0;
+/// Mean of the unit vectors along the headings from which the heading hardly varies (1: not at all): 0.97 is some 14 degrees rms.
+const ONE_HEADING: f64 = 0.97;
 /// Pressure of the atmosphere, Pa.
 const ATMOSPHERE_PA: f64 = 101_325.0;
 
@@ -168,6 +170,11 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
     let start_s = |k: usize| problem.runs[k].time_s[0];
     let mpa = |i: &Input| i.sensed.pressure_pa * 1e-6;
     let constant = trim(&|_, _| 1.0);
+    let headings = || problem.runs.iter().flat_map(|r| &r.inputs).map(|i| (1.0, i.sin_heading, i.cos_heading));
+    let sum = headings().fold((0.0, 0.0, 0.0), |s, h| (s.0 + h.0, s.1 + h.1, s.2 + h.2));
+    // On one heading all flight long this is a pitch offset, which has a name.
+    let turns = sum.1.hypot(sum.2) < ONE_HEADING * sum.0;
+    let by_heading = if turns { vec![vec![pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]] } else { Vec::new() };
     // Forms of each, and of each form the changes that its amplitudes make.
     let kinds: Vec<(&'static str, Vec<Vec<Vec<Change>>>)> = vec![
         ("time since the start of the segment (trim)", vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]]),
@@ -176,7 +183,7 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
         ("density some time ago (trim)", lags(&DENSITY_LAGS_S, &|s| s.density_kg_m3)),
         ("ballast some time ago (trim)", lags(&BALLAST_LAGS_S, &|s| s.ballast_m3 / TRIM_M3)),
         ("pressure of enclosed air (trim)", vec![vec![trim(&|_, s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))]]),
-        ("heading (pitch)", vec![vec![pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]]),
+        ("heading (pitch)", by_heading),
         ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
         ("rate of pitch (its clock is early or late)", vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]]),

@@ -3,9 +3,11 @@
 //!
 //! The world is never the model: [`plant`] has its own force law. What a log
 //! states as its nominal vehicle is what a person would know of it: masses and
-//! volume from the ballasting bench, and as hydrodynamics the controller's own
-//! polar table, expressed in the coefficients of the flight format by least
-//! squares over 0–0.25 rad.
+//! volume from the ballasting bench, and as hydrodynamics what a towing tank
+//! says of the healthy vehicle of these wings, expressed in the coefficients of
+//! the flight format by least squares of the relative error up to 0.25 rad. The controller's polar
+//! table is older than the tank: with rail wings it overstates the drag due to
+//! lift, and a log that stated it would have that missing in every flight.
 
 use crate::mission_file::{Limits, wings_name};
 use anyhow::{Context, anyhow};
@@ -76,8 +78,15 @@ fn merge(base: &mut toml::Table, over: toml::Table) {
     }
 }
 
-/// Total lift slope of hull and tail, m²/rad (at-sea fits of Slocums, 0.30–0.38), for splitting the table's lift between hull and wing.
+/// Total lift slope of hull and tail, m²/rad (at-sea fits of Slocums, 0.30–0.38), for splitting lift between hull and wing.
 const HULL_SLOPE_M2: f64 = 0.33;
+
+/// Reference area of the coefficients, m² (the at-sea fits' value).
+const REFERENCE_AREA_M2: f64 = 0.1;
+
+/// Least ordinary vertical water motion that a nominal vehicle states, m/s rms: nobody knows of water that it is still, and a law in
+/// the format's coefficients leaves up to 1.6 mm/s of the plant's (eight flights in still water).
+const LEAST_BACKGROUND_M_S: f64 = 0.002;
 
 /// Aspect ratio and area (m²) of a wing set (paper, sec. III).
 fn wing(wings: Wings) -> (f64, f64) {
@@ -87,20 +96,27 @@ fn wing(wings: Wings) -> (f64, f64) {
     }
 }
 
-/// Coefficients of the flight format that follow a polar table: lift slope, quadratic lift, C_D0, drag per α².
-#[must_use]
-pub fn coefficients(table: &polar::Table<'_>) -> [f64; 4] {
-    // Two least-squares fits of two unknowns: C_L = a α + a2 α², C_D = c0 + c2 α² (α ≥ 0; symmetric beyond).
-    let angles = (0..=25).map(|i| f64::from(i) * 0.01);
+/// Coefficients of the flight format that follow a polar: lift slope, quadratic lift, C_D0, drag per α². `at` answers lift and drag
+/// at an angle of attack, rad.
+fn coefficients(at: impl Fn(f64) -> (f64, f64)) -> [f64; 4] {
+    // Two fits of two unknowns: C_L = a α + a2 α², C_D = c0 + c2 α² (α > 0; symmetric beyond), least squares of the relative error.
+    let angles = (1..=25).map(|i| f64::from(i) * 0.01);
     let pair = |points: &mut dyn Iterator<Item = (f64, f64, f64)>| {
-        let s = points.fold([0.0; 5], |s, (f, g, y)| [s[0] + f * f, s[1] + f * g, s[2] + g * g, s[3] + f * y, s[4] + g * y]);
+        let relative = points.map(|(f, g, y)| (f / y, g / y));
+        let s = relative.fold([0.0; 5], |s, (f, g)| [s[0] + f * f, s[1] + f * g, s[2] + g * g, s[3] + f, s[4] + g]);
         let d = s[0] * s[2] - s[1] * s[1];
         [(s[3] * s[2] - s[4] * s[1]) / d, (s[4] * s[0] - s[3] * s[1]) / d]
     };
-    let at = |a: f64| table.at(a as f32);
-    let [slope, quadratic] = pair(&mut angles.clone().map(|a| (a, a * a, f64::from(at(a).cl))));
-    let [cd0, per_alpha2] = pair(&mut angles.map(|a| (1.0, a * a, f64::from(at(a).cd))));
+    let [slope, quadratic] = pair(&mut angles.clone().map(|a| (a, a * a, at(a).0)));
+    let [cd0, per_alpha2] = pair(&mut angles.map(|a| (1.0, a * a, at(a).1)));
     [slope, quadratic, cd0, per_alpha2]
+}
+
+/// The healthy vehicle of a world in a towing tank: nothing hidden, nothing broken, the force law of its wings.
+fn in_the_tank(world: &World) -> anyhow::Result<World> {
+    let mut scenario = Scenario { effects: Vec::new(), faults: Vec::new(), ..world.scenario().clone() };
+    scenario.vehicle.aero = None;
+    World::new(scenario).map_err(|e| anyhow!("the vehicle without what is hidden is none: {e}"))
 }
 
 /// The nominal vehicle of a world, in the flight format's keys.
@@ -111,15 +127,18 @@ pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
     let s = world.scenario();
     let v = &s.vehicle;
     let table = polar::builtin(s.wings).map_err(|e| anyhow!("the built-in table is damaged: {e:?}"))?;
-    let [slope, quadratic, cd0, per_alpha2] = coefficients(&table);
-    let area = f64::from(table.area_m2());
+    let tank = in_the_tank(world)?;
+    let [slope, quadratic, cd0, per_alpha2] = coefficients(|alpha_rad| {
+        let (lift_m2, drag_m2) = tank.lift_drag_area_m2(alpha_rad);
+        (lift_m2 / REFERENCE_AREA_M2, drag_m2 / REFERENCE_AREA_M2)
+    });
     let (aspect_ratio, wing_area) = wing(s.wings);
     let sensors = &s.sensors;
     let site = if s.ocean.water_depth_m <= 100.0 { "lake" } else { "sea" };
     let round = |x: f64| (x * 1e6).round() / 1e6;
     Ok(json!({
         "format": "glider-trial/1", "case": case, "site": site, "simulated": true,
-        "source": "masses and volume: ballasting bench of the simulated vehicle; hydro: the polar table flown with, least squares over 0-0.25 rad",
+        "source": "masses and volume: ballasting bench of the simulated vehicle; hydro: its towing tank, least squares of the relative error up to 0.25 rad",
         "tool": env!("CARGO_PKG_VERSION"), "table_id": format!("{:08x}", table.id()),
         "gravity_m_s2": plant::ocean::GRAVITY_M_S2,
         "mass_kg": v.mass_kg, "hull_volume_m3": world.hull_volume_m3(),
@@ -127,8 +146,8 @@ pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
         "reference_temperature_degc": v.reference_temperature_degc,
         "wing": { "name": wings_name(s.wings).replace('-', "_"), "aspect_ratio": aspect_ratio, "area_m2": wing_area, "sweep_deg": 45.0 },
         "hydro": {
-            "reference_area_m2": area, "hull_area_m2": 0.1, "hull_lift_slope_per_rad": HULL_SLOPE_M2 / 0.1,
-            "wing_lift_slope_per_rad": round(((slope * area - HULL_SLOPE_M2) / wing_area).max(0.0)),
+            "reference_area_m2": REFERENCE_AREA_M2, "hull_area_m2": 0.1, "hull_lift_slope_per_rad": HULL_SLOPE_M2 / 0.1,
+            "wing_lift_slope_per_rad": round(((slope * REFERENCE_AREA_M2 - HULL_SLOPE_M2) / wing_area).max(0.0)),
             "lift_quadratic_per_rad2": round(quadratic), "cd0": round(cd0), "induced_k": 0.0, "hull_drag_per_rad2": round(per_alpha2),
             "added_mass_surge": round(v.added_mass_surge_kg / v.mass_kg), "added_mass_heave": round(v.added_mass_heave_kg / v.mass_kg),
         },
@@ -145,7 +164,7 @@ pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
             "heading_bias_1sigma_rad": 0.015, "gps_noise_m": crate::flightlog::recorder::GPS_NOISE_M,
             "speed_noise_m_s": null, "speed_scale_1sigma": null,
         },
-        "background_vertical_water_motion": { "rms_m_s": s.ocean.background_rms_m_s, "correlation_time_s": s.ocean.background_time_s },
+        "background_vertical_water_motion": { "rms_m_s": s.ocean.background_rms_m_s.max(LEAST_BACKGROUND_M_S), "correlation_time_s": s.ocean.background_time_s },
         "horizontal_current": if s.ocean.current.is_empty() { "none" } else { "unknown" },
         "water_depth_m": s.ocean.water_depth_m,
     }))

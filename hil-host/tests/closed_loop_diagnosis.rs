@@ -12,6 +12,10 @@ use hil_host::worlds;
 use plant::{Effect, EffectKind, World};
 use serde_json::json;
 use signals::{Goal, Leg, Mission, Wings};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Flights flown so far: each has a folder of its own.
+static FLIGHTS: AtomicUsize = AtomicUsize::new(0);
 
 /// Twelve dives of 3 to 27 m.
 fn shallow(wings: Wings) -> Mission {
@@ -40,17 +44,17 @@ fn sweep(wings: Wings, dives: u16, depth_max_m: f32) -> Mission {
 
 /// A mission in ordinary water (3 mm/s of vertical motion, as in the format's lake).
 fn flown(mission: Mission, hidden: Option<Effect>, seed: u64) -> (Flight, Vehicle) {
-    let wings = mission.wings;
+    flown_in(0.003, mission, hidden, seed)
+}
+
+/// The same in water of so much vertical motion, m/s rms.
+fn flown_in(background_rms_m_s: f64, mission: Mission, hidden: Option<Effect>, seed: u64) -> (Flight, Vehicle) {
     let mut scenario = worlds::for_mission(&mission);
-    scenario.ocean.background_rms_m_s = 0.003;
+    scenario.ocean.background_rms_m_s = background_rms_m_s;
     scenario.effects = hidden.into_iter().collect();
     scenario.seed = seed;
-    let folder = std::env::temp_dir().join(format!(
-        "closed-loop-{}-{wings:?}-{seed}-{}-{}",
-        std::process::id(),
-        mission.legs.len(),
-        scenario.effects.len()
-    ));
+    let flight = FLIGHTS.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("closed-loop-{}-{flight}", std::process::id()));
     let mut world = World::new(scenario).expect("a world");
     let mut recorder = Recorder::create(&folder, &world, &mission).expect("a log");
     let seat = &mut Link::new(InProcess::default());
@@ -72,22 +76,61 @@ fn size(d: &Diagnosis, effect: &str) -> f64 {
 }
 
 #[test]
-fn regress_nothing_is_missing_in_a_closed_loop_flight_of_the_standard_wings() {
+fn regress_nothing_is_missing_in_a_closed_loop_flight() {
     // Once unexplained: the swings of turns were taken for spikes, and dives that start at depth for dives from rest, stalled deeply.
-    for seed in [11, 12] {
-        let d = asked(shallow(Wings::Standard), None, seed);
-        assert_eq!((d.verdict, d.brink), (Verdict::Adequate, 0), "seed {seed}: {:?} {:?}", d.answer, d.notes);
+    // Once a wrong drag due to lift on rail wings: the log stated the table flown with in place of the vehicle.
+    for wings in [Wings::Standard, Wings::LowAspectRatio] {
+        for seed in [11, 12] {
+            let d = asked(shallow(wings), None, seed);
+            assert_eq!((d.verdict, d.brink), (Verdict::Adequate, 0), "{wings:?}, seed {seed}: {:?} {:?}", d.answer, d.notes);
+        }
+    }
+}
+
+#[test]
+fn regress_nothing_is_missing_in_still_water() {
+    // Once a wrong drag due to lift, or unexplained: a law in the format's coefficients leaves 1.6 mm/s of the plant's own, which in
+    // water stated to be still had to be something.
+    for wings in [Wings::Standard, Wings::LowAspectRatio] {
+        let (flight, vehicle) = flown_in(0.0, sweep(wings, 3, 40.0), None, 1);
+        let d = diagnose(&flight, &vehicle, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+        assert_eq!(d.verdict, Verdict::Adequate, "{wings:?}: {:?} {:?}", d.answer, d.notes);
     }
 }
 
 #[test]
 fn validate_the_rail_wings_flown_table_overstates_the_drag_due_to_lift_of_the_simulated_sea() {
-    // Table and plant are written apart: the paper's polar against a force law with measured cross-flow.
-    for seed in [11, 12] {
-        let d = asked(shallow(Wings::LowAspectRatio), None, seed);
-        assert_eq!(d.answer, ["induced_drag_error"], "seed {seed}: {:?}", d.verdict);
-        let v = size(&d, "induced_drag_error");
-        assert!((-0.45..-0.25).contains(&v), "seed {seed}: {v}");
+    // Table and plant are written apart: the paper's polar against a force law with measured cross-flow. What is stated of the
+    // vehicle is the plant's, within 5 % (its form is another) up to 0.25 rad.
+    let world = World::new(worlds::for_mission(&shallow(Wings::LowAspectRatio))).expect("a world");
+    let table = polar::builtin(Wings::LowAspectRatio).expect("a table");
+    let stated = worlds::nominal(&world, "tank").expect("a vehicle");
+    let hydro = |key: &str| stated.pointer(&format!("/hydro/{key}")).and_then(serde_json::Value::as_f64).expect(key);
+    let due_to_lift = |at: &dyn Fn(f64) -> f64| (at(0.15) - at(0.0)) / at(0.0);
+    let truth = |a: f64| world.lift_drag_area_m2(a).1;
+    let flown = |a: f64| f64::from(table.at(a as f32).cd);
+    let ratio = due_to_lift(&flown) / due_to_lift(&truth);
+    assert!((1.2..2.0).contains(&ratio), "{ratio}");
+    for a in [0.05, 0.1, 0.15, 0.2, 0.25] {
+        let drag = (hydro("cd0") + hydro("hull_drag_per_rad2") * a * a) * hydro("reference_area_m2");
+        assert!((drag / truth(a) - 1.0).abs() < 0.05, "{a}: {drag} beside {}", truth(a));
+    }
+}
+
+#[test]
+fn validate_what_is_hidden_is_named_alone_on_both_wing_sets() {
+    // Medium sizes. Each once came with a wrong drag due to lift beside it on rail wings; the offset was told as something unknown
+    // that follows the heading, of which this flight has one.
+    let hidden = [
+        (EffectKind::ClimbDrag, 0.4, "climb_drag"),
+        (EffectKind::PitchOffset, 0.02, "pitch_offset"),
+        (EffectKind::VerticalCurrent, 0.01, "vertical_current"),
+    ];
+    for wings in [Wings::Standard, Wings::LowAspectRatio] {
+        for (kind, value, name) in hidden {
+            let d = asked(shallow(wings), Some(Effect { value, ..Effect::typical(kind) }), 5);
+            assert_eq!(d.answer, [name], "{wings:?}: {:?} {:?}", d.verdict, d.notes);
+        }
     }
 }
 

@@ -111,6 +111,18 @@ fn regress_effects_that_the_search_or_the_second_look_lost_once_are_named() {
     }
 }
 
+/// Scatter inside two tolerances is in every vehicle, beyond three it is something missing. Once a calibration number paid for the way
+/// between as a normal variable does, and a drag level of three and a half tolerances was called scatter beside what else was named.
+#[test]
+fn regress_a_drag_level_beyond_its_scatter_is_named_beside_another_effect() {
+    for (index, other) in [(68, "internal_wave"), (108, "pitch_offset")] {
+        let told = told(313_131, index);
+        let mut answer: Vec<&str> = told["answer"].as_array().expect("names").iter().filter_map(|n| n.as_str()).collect();
+        answer.sort_unstable();
+        assert_eq!(answer, ["drag_level_error", other], "case {index}: {}", told["verdict"]);
+    }
+}
+
 /// Once more was asked of effects that choose their angle, and a look-alike without one was named in the place of the best hypothesis,
 /// to which the tool itself gave a probability of a hundredth.
 #[test]

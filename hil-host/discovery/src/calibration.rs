@@ -27,6 +27,8 @@ pub const CALIBRATION: [&str; 17] = [
 ];
 /// Number of calibration numbers.
 pub const N_CALIBRATION: usize = CALIBRATION.len();
+/// How many of them, from the first, have a tolerance that the vehicle file states.
+pub(crate) const STATED: usize = 10;
 /// How many of them change the simulation.
 pub const N_SIMULATED: usize = 14;
 /// Those that act on its result.

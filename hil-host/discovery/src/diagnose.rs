@@ -281,15 +281,19 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let Found { null, candidates, likeness } = found;
     let spoken = worth_naming(problem, &candidates);
     let best_fit = spoken.map_or(&null, |c| &c.fit);
-    let after_best = families(problem, best_fit);
+    // What remains is asked beside calibrations that deviate as they like: what those can follow needs no name.
+    let relaxed = |f: &Fit| {
+        let free = beyond_limits(problem, f);
+        let gained = log_evidence(problem, &free) - log_evidence(problem, f);
+        (free, gained)
+    };
+    let after_best = families(problem, &relaxed(best_fit).0);
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
     // Ordinary water motion may have a period; and a wave that is not quite a sine leaves some of itself.
     let ordinary = ordinary_amplitude_m_s(vehicle);
     let counts = |f: &&Family| f.period_s.is_none() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
     let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
-    // Against the best that a calibration without limits does: what it can follow needs no name.
-    let free = beyond_limits(problem, &null);
-    let head_start = log_evidence(problem, &free) - log_evidence(problem, &null);
+    let (free, head_start) = relaxed(&null);
     let explained = spoken.map_or(0.0, |c| 0.5 * (free.chi2 - c.fit.chi2).max(0.0));
     let misfit = best_fit.mean_square();
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
@@ -302,11 +306,13 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let mut tellers: Vec<(f64, Family)> = Vec::new();
     if let Some(best) = spoken {
         let single = candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE));
-        let bases = [(Some(&free), head_start), (single.map(|c| &c.fit), single.map_or(0.0, |c| c.log_odds))];
-        for (base, odds) in bases {
-            let Some(base) = base else { continue };
-            let after_it = if std::ptr::eq(base, best_fit) { after_best.clone() } else { families(problem, base) };
-            for f in after_it {
+        let after_single = single.map(|c| {
+            let (fit, gained) = relaxed(&c.fit);
+            let left = if std::ptr::eq(c, best) { after_best.clone() } else { families(problem, &fit) };
+            (c.log_odds + gained, left)
+        });
+        for (odds, left) in std::iter::once((head_start, families(problem, &free))).chain(after_single) {
+            for f in left {
                 let told = odds + f.log_bayes - if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
                 // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
                 let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };

@@ -1,6 +1,6 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::calibration::{N_CALIBRATION, State, step_of, tolerance_of};
+use crate::calibration::{N_CALIBRATION, STATED, State, step_of, tolerance_of};
 use crate::problem::{Column, Problem};
 use crate::wave::{PARTS, Wave};
 use hydro::effects::{Active, Effect};
@@ -128,7 +128,7 @@ pub fn symmetric(n: usize, of: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
 pub struct Effort {
     /// Most iterations.
     pub iterations: usize,
-    /// Whether calibration numbers may deviate without limit.
+    /// Whether calibration numbers may deviate as they like: no limit, and nothing but a normal prior.
     pub free: bool,
     /// Whether only the place matters: signatures, curvature and errors are those of the step before.
     pub rough: bool,
@@ -147,8 +147,19 @@ impl Effort {
 const MOST_STRAINED: f64 = 10.0;
 /// Prior precision of a calibration number at that limit: none of it is left free.
 const HELD: f64 = 1e12;
+/// Tolerances within which every vehicle scatters (flight format: inside two is normal, beyond three is something missing), and what
+/// the prior's precision grows by beyond them: a guess; three tolerances cost what three and a half of a normal prior would.
+const SCATTER: f64 = 2.0;
+const RARER: f64 = 3.0;
 /// Share of a parameter's typical size that is the step of a difference.
 const DIFFERENCE: f64 = 0.02;
+
+/// What the prior asks of a calibration number beyond its scatter, on top of a normal prior: penalty, and half of the penalty's slope
+/// and curvature. Numbers without a stated tolerance are only guessed at; they have no such edge.
+fn beyond_scatter(index: usize, z: f64) -> (f64, f64, f64) {
+    let over = z.abs() - SCATTER;
+    if index < STATED && over > 0.0 { (RARER * over * over, RARER * over * z.signum(), RARER) } else { (0.0, 0.0, 0.0) }
+}
 
 fn free_numbers(effects: &[Active]) -> Vec<Free> {
     let mut out = Vec::new();
@@ -208,10 +219,11 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             w.amplitude_m_s[j / PARTS][j % PARTS] = v;
         }
     };
+    let rare = |s: &State, i: usize| if i < nc && !limitless { beyond_scatter(i, s.calibration[i]) } else { (0.0, 0.0, 0.0) };
     let objective = |s: &State| -> (f64, Vec<f64>) {
         let residual: Vec<f64> = problem.data.iter().zip(problem.model(s)).map(|(d, m)| d - m).collect();
         let misfit: f64 = residual.iter().map(|r| r * r).sum();
-        let prior: f64 = (0..n).map(|i| precision[i] * (get(s, i) - prior_mean(i)).powi(2)).sum();
+        let prior: f64 = (0..n).map(|i| precision[i] * (get(s, i) - prior_mean(i)).powi(2) + rare(s, i).0).sum();
         (if misfit.is_finite() { misfit + prior } else { f64::INFINITY }, residual)
     };
 
@@ -226,7 +238,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     };
     let pull = |s: &State, columns: &[Column], residual: &[f64]| -> DVector<f64> {
         let whole = Column { from: 0, values: residual.to_vec() };
-        DVector::from_fn(n, |i, _| columns[i].dot(&whole) - precision[i] * (get(s, i) - prior_mean(i)))
+        DVector::from_fn(n, |i, _| columns[i].dot(&whole) - precision[i] * (get(s, i) - prior_mean(i)) - rare(s, i).1)
     };
 
     let mut state = start.clone();
@@ -268,7 +280,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
         let mut curvature = gram.clone();
         let mut gradient = pull(&state, &columns, &residual);
         for i in 0..n {
-            curvature[(i, i)] += precision[i];
+            curvature[(i, i)] += precision[i] + rare(&state, i).2;
             // A whisper of damping keeps a signature of zero from breaking the solve.
             curvature[(i, i)] *= 1.0 + 1e-9;
             if curvature[(i, i)] < 1e-12 {
@@ -311,7 +323,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     }
     let mut curvature = gram;
     for i in 0..n {
-        curvature[(i, i)] += precision[i];
+        curvature[(i, i)] += precision[i] + rare(&state, i).2;
         curvature[(i, i)] = curvature[(i, i)].max(1e-12) * (1.0 + 1e-9);
     }
     let log_det = curvature.clone().cholesky().map_or(f64::INFINITY, |c| 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
@@ -333,11 +345,11 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
 /// Steps of a fit that goes on beyond the limits.
 const FREE_STEPS: usize = 12;
 
-/// A fit that the limits of the calibration hold, gone on beyond them: what nothing but a strained calibration can explain. The fit
-/// itself where nothing is held, or where the model has no glide out there.
+/// A fit whose calibration is strained, gone on where it may deviate as it likes: what nothing but a strained calibration can explain.
+/// The fit itself where nothing is strained, or where the model has no glide out there.
 #[must_use]
 pub fn beyond_limits(problem: &Problem, held: &Fit) -> Fit {
-    if held.precision.iter().take(N_CALIBRATION).all(|p| *p < HELD) {
+    if held.state.calibration.iter().enumerate().all(|(i, z)| beyond_scatter(i, *z).0 == 0.0 && held.precision[i] < HELD) {
         return held.clone();
     }
     let free = fit(problem, &Jacobian::new(problem, &held.state), &held.state, Effort { free: true, ..Effort::of(FREE_STEPS) });

@@ -287,19 +287,26 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         let gained = log_evidence(problem, &free) - log_evidence(problem, f);
         (free, gained)
     };
-    let after_best = families(problem, &relaxed(best_fit).0);
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
     // Ordinary water motion may have a period; and a wave that is not quite a sine leaves some of itself.
     let ordinary = ordinary_amplitude_m_s(vehicle);
     let counts = |f: &&Family| f.period_s.is_none() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
-    let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
     let (free, head_start) = relaxed(&null);
     let explained = spoken.map_or(0.0, |c| 0.5 * (free.chi2 - c.fit.chi2).max(0.0));
     let misfit = best_fit.mean_square();
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
     let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
     let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;
-    let left_over = strongest > REMAINS && (strongest > REMAINS_SHARE * (explained + strongest) || misfit > forgiven);
+    // A family tells the story better than a name does where it beats the best by its handicap and a share.
+    let handicap = if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
+    let to_beat = |share: f64, odds: f64| spoken.map_or(f64::INFINITY, |c| c.log_odds * (1.0 + share) + handicap - odds).max(TELLS);
+    let remains = REMAINS.max(if misfit > forgiven { 0.0 } else { REMAINS_SHARE / (1.0 - REMAINS_SHARE) * explained });
+    let (free_best, gained_best) = relaxed(best_fit);
+    let alone = spoken.filter(|c| c.effects.len() == 1 && !waves);
+    let decides = alone.map_or(remains, |c| remains.min(to_beat(FAMILY_SHARE, c.log_odds + gained_best)));
+    let after_best = families(problem, &free_best, decides);
+    let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
+    let left_over = strongest > remains;
     // Or the best name would have to be larger than it can be.
     let too_large = spoken.and_then(|c| c.fit.state.effects.iter().find(|a| size_at_end(a)));
     // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
@@ -307,17 +314,19 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     if let Some(best) = spoken {
         let single = candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE));
         let after_single = single.map(|c| {
+            if std::ptr::eq(c, best) {
+                return (c.log_odds + gained_best, after_best.clone());
+            }
             let (fit, gained) = relaxed(&c.fit);
-            let left = if std::ptr::eq(c, best) { after_best.clone() } else { families(problem, &fit) };
-            (c.log_odds + gained, left)
+            (c.log_odds + gained, families(problem, &fit, to_beat(FAMILY_SHARE, c.log_odds + gained)))
         });
-        for (odds, left) in std::iter::once((head_start, families(problem, &free))).chain(after_single) {
+        let after_nothing = (head_start, families(problem, &free, to_beat(FAMILY_SHARE, head_start)));
+        for (odds, left) in std::iter::once(after_nothing).chain(after_single) {
             for f in left {
-                let told = odds + f.log_bayes - if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
                 // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
                 let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
-                if f.period_s.is_none() && f.log_bayes > TELLS && told > best.log_odds * (1.0 + share) {
-                    tellers.push((told, f));
+                if f.period_s.is_none() && f.log_bayes > to_beat(share, odds) {
+                    tellers.push((odds + f.log_bayes, f));
                 }
             }
         }
@@ -325,7 +334,12 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // The best teller first, then what remains after the best name.
     tellers.sort_by(|a, b| b.0.total_cmp(&a.0));
     let better_told = !tellers.is_empty();
-    let remainder: Vec<Family> = tellers.into_iter().map(|t| t.1).chain(after_best).collect();
+    let mut remainder: Vec<Family> = Vec::new();
+    for f in tellers.into_iter().map(|t| t.1).chain(after_best) {
+        if !remainder.iter().any(|r| (r.variable, r.period_s) == (f.variable, f.period_s)) {
+            remainder.push(f);
+        }
+    }
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
     let check_blocks = gather(prepared, |s| check.contains(&s));
     // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a stall.)

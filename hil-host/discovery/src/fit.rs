@@ -146,7 +146,7 @@ impl Effort {
 /// strains further is no calibration, and the model has no glide there. A vehicle that nobody has calibrated has no such limit.
 const MOST_STRAINED: f64 = 10.0;
 /// Prior precision of a calibration number at that limit: none of it is left free.
-const HELD: f64 = 1e12;
+pub(crate) const HELD: f64 = 1e12;
 /// Tolerances within which every vehicle scatters (flight format: inside two is normal, beyond three is something missing), and what
 /// the prior's precision grows by beyond them: a guess; three tolerances cost what three and a half of a normal prior would.
 const SCATTER: f64 = 2.0;

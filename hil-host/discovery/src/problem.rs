@@ -49,7 +49,7 @@ impl Column {
 }
 
 /// The fit segments of one flight with everything a fit needs.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Problem<'a> {
     /// The vehicle.
     pub vehicle: &'a Vehicle,

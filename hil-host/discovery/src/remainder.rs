@@ -70,9 +70,9 @@ fn traits(problem: &Problem, k: usize) -> Traits {
     }
 }
 
-/// Asks every family. Best first.
+/// Asks every family. Best first. A stranger that could reach the log Bayes factor that `decides` is fitted, not only tried.
 #[must_use]
-pub fn families(problem: &Problem, fit: &Fit) -> Vec<Family> {
+pub fn families(problem: &Problem, fit: &Fit, decides: f64) -> Vec<Family> {
     let Some(ground) = fit.ground() else { return Vec::new() };
     let all: Vec<Traits> = (0..problem.runs.len()).map(|k| traits(problem, k)).collect();
     let g = problem.vehicle.constants.gravity_m_s2;
@@ -156,7 +156,12 @@ pub fn families(problem: &Problem, fit: &Fit) -> Vec<Family> {
         ask("time", &columns, Some(period));
     }
     for stranger in strangers(problem, &fit.state) {
-        out.push(Family { variable: stranger.variable, log_bayes: stranger.log_bayes(problem, &ground), scale_m_s: None, period_s: None });
+        out.push(Family {
+            variable: stranger.variable,
+            log_bayes: stranger.log_bayes(problem, &ground, decides),
+            scale_m_s: None,
+            period_s: None,
+        });
     }
     out.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     out

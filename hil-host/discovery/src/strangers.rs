@@ -6,9 +6,9 @@
 //! follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks, a
 //! pitch sensor that depends on heading (soft iron), pressure or roll, or whose clock is not that of the pressure sensor.
 
-use crate::calibration::{N_CALIBRATION, State};
+use crate::calibration::State;
 use crate::evidence::log_mean_exp;
-use crate::fit::Ground;
+use crate::fit::{Effort, Ground, HELD, Jacobian, fit};
 use crate::prepare::{Input, Run};
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
@@ -27,6 +27,13 @@ const SCALES: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 const WORTH_FLYING: f64 = 4.0;
 /// Shares of the linear step that are flown.
 const SHARES: [f64; 3] = [1.0, 0.6, 0.3];
+/// Fits anew of a form that linear theory finds wanting or promising, at most, and their iterations.
+const REFITS: usize = 4;
+const REFIT_ITERATIONS: usize = 4;
+/// Share of the log Bayes factor that would decide from which a form is fitted anew.
+const NEARLY: f64 = 0.6;
+/// Fall of chi² below which another fit is not worth it.
+const LITTLE: f64 = 2.0;
 /// Lags of temperature, s: cells of conductivity sensors 20 to 60 s (Garau et al. 2011), hulls and oil some minutes (guess).
 const TEMPERATURE_LAGS_S: [f64; 5] = [20.0, 60.0, 150.0, 400.0, 900.0];
 /// Lags of the water in free-flooding spaces, s (guess).
@@ -58,9 +65,9 @@ pub struct Stranger {
 
 impl Stranger {
     /// Log Bayes factor of this stranger beside a fit, averaged over forms and sizes; the best of them as it flies, the others as
-    /// linear theory has them.
+    /// linear theory has them. Where it could reach `decides`, the model is fitted anew beside that form.
     #[must_use]
-    pub fn log_bayes(&self, problem: &Problem, ground: &Ground) -> f64 {
+    pub fn log_bayes(&self, problem: &Problem, ground: &Ground, decides: f64) -> f64 {
         let mut all = Vec::new();
         let mut best = None;
         let mut best_told = f64::NEG_INFINITY;
@@ -76,54 +83,167 @@ impl Stranger {
         }
         let linear = log_mean_exp(&all);
         match best {
-            Some((form, offer, scale)) if linear > WORTH_FLYING => linear - flown_short(problem, ground, form, &offer, scale),
+            Some((form, offer, scale)) if linear > WORTH_FLYING => {
+                let Some(step) = Step::new(ground, form, &offer, scale) else { return f64::NEG_INFINITY };
+                let (share, flown) = step.flown(problem, ground);
+                let told = linear - 0.5 * (step.promised - flown).max(0.0);
+                if told >= decides || linear < NEARLY * decides {
+                    return told;
+                }
+                linear - 0.5 * (step.promised - step.fitted_anew(problem, ground, share, flown))
+            }
             _ => linear,
         }
     }
 }
 
-/// By how much the gain of a form as it flies falls short of what linear theory promises, in log evidence (never below 0).
-fn flown_short(problem: &Problem, ground: &Ground, form: &[Part], offer: &Offer, scale: f64) -> f64 {
-    let n = form.len();
-    let mut gram = offer.gram();
-    for i in 0..n {
-        gram[(i, i)] += 1.0 / (scale * scale);
+/// What linear theory makes of a form: its amplitudes, how the calibration gives way, the fall of chi².
+struct Step<'a> {
+    form: &'a [Part],
+    scale: f64,
+    amplitude: DVector<f64>,
+    give: DVector<f64>,
+    promised: f64,
+}
+
+impl<'a> Step<'a> {
+    fn new(ground: &Ground, form: &'a [Part], offer: &Offer, scale: f64) -> Option<Self> {
+        let n = form.len();
+        let amplitude = towards(offer, &DVector::zeros(n), scale)?;
+        let promised = offer.match_.dot(&amplitude);
+        // The calibration gives way: what the form takes of each number's signature.
+        let base = &ground.fit.columns;
+        let pulled = DVector::from_fn(base.len(), |i, _| {
+            ground.fit.gradient[i] - (0..n).map(|j| base[i].dot(&form[j].column) * amplitude[j]).sum::<f64>()
+        });
+        let give = ground.curvature.solve(&pulled);
+        Some(Self { form, scale, amplitude, give, promised })
     }
-    let Some(c) = gram.cholesky() else { return f64::INFINITY };
-    let amplitude = c.solve(&offer.match_);
-    let promised = offer.match_.dot(&amplitude);
-    // The calibration gives way: what the form takes of each number's signature.
-    let base = &ground.fit.columns;
-    let pulled = DVector::from_fn(base.len(), |i, _| {
-        ground.fit.gradient[i] - (0..n).map(|j| base[i].dot(&form[j].column) * amplitude[j]).sum::<f64>()
-    });
-    let give = ground.curvature.solve(&pulled);
-    let prior = |z: &[f64; N_CALIBRATION]| z.iter().map(|z| z * z).sum::<f64>();
-    let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
-    let before = prior(&ground.fit.state.calibration) + misfit(&mut ground.fit.residual.iter().copied());
-    let states = SHARES.map(|share| {
+
+    /// Trim and pitch that so much of each part changes at input `j` of run `k`.
+    fn change(&self, amplitude: &DVector<f64>, k: usize, j: usize) -> (f64, f64) {
+        self.form.iter().zip(amplitude.iter()).fold((0.0, 0.0), |sum, (part, a)| {
+            let (v, p) = part.changes[k].get(j).copied().unwrap_or_default();
+            (sum.0 + a * v, sum.1 + a * p)
+        })
+    }
+
+    /// What amplitudes cost, in chi².
+    fn cost(&self, amplitude: &DVector<f64>) -> f64 {
+        amplitude.norm_squared() / (self.scale * self.scale)
+    }
+
+    /// Where the fit's own numbers give way to, for a share of the step.
+    fn state(&self, ground: &Ground, share: f64) -> State {
         let mut state = ground.fit.state.clone();
-        (0..N_CALIBRATION).for_each(|i| state.calibration[i] += share * give[i]);
+        let mut give = self.give.iter().map(|g| share * g);
+        state.calibration.iter_mut().zip(&mut give).for_each(|(z, g)| *z += g);
+        for (&(e, p, _), g) in ground.fit.sigma.iter().zip(&mut give) {
+            let active = &mut state.effects[e];
+            let parameter = &active.effect.parameters()[p];
+            active.values[p] = (active.values[p] + g).clamp(parameter.low, parameter.high);
+        }
+        let amplitudes = state.wave.iter_mut().flat_map(|w| w.amplitude_m_s.iter_mut().flatten());
+        amplitudes.zip(&mut give).for_each(|(a, g)| *a += g);
         state
-    });
-    let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
-    for k in 0..problem.runs.len() {
-        let total = |share: f64, j: usize| {
-            form.iter().zip(amplitude.iter()).fold((0.0, 0.0), |sum, (part, a)| {
-                let (v, p) = part.changes[k].get(j).copied().unwrap_or_default();
-                (sum.0 + share * a * v, sum.1 + share * a * p)
-            })
-        };
-        let asked: Vec<(&State, Run)> =
-            SHARES.iter().zip(&states).map(|(share, s)| (s, nudged(problem.runs[k], |j| total(*share, j)))).collect();
-        models.iter_mut().zip(problem.answers_to(k, &asked)).for_each(|(model, answer)| model.extend(answer));
     }
-    let gain = |((share, state), model): ((f64, &State), &Vec<f64>)| {
-        let size: f64 = amplitude.iter().map(|a| (share * a / scale).powi(2)).sum();
-        before - prior(&state.calibration) - misfit(&mut problem.data.iter().zip(model).map(|(d, m)| d - m)) - size
-    };
-    let flown = SHARES.into_iter().zip(&states).zip(&models).map(gain).filter(|g| g.is_finite()).fold(0.0, f64::max);
-    0.5 * (promised - flown).max(0.0)
+
+    /// The share of the step that gains most as it flies, and by how much chi² falls then (never below 0).
+    fn flown(&self, problem: &Problem, ground: &Ground) -> (f64, f64) {
+        let prior = |state: &State| prior_of(ground, state);
+        let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
+        let before = prior(&ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
+        let states = SHARES.map(|share| self.state(ground, share));
+        let amplitudes = SHARES.map(|share| &self.amplitude * share);
+        let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
+        for k in 0..problem.runs.len() {
+            let asked: Vec<(&State, Run)> =
+                amplitudes.iter().zip(&states).map(|(a, s)| (s, nudged(problem.runs[k], |j| self.change(a, k, j)))).collect();
+            models.iter_mut().zip(problem.answers_to(k, &asked)).for_each(|(model, answer)| model.extend(answer));
+        }
+        let gain = |((amplitude, state), model): ((&DVector<f64>, &State), &Vec<f64>)| {
+            before - prior(state) - misfit(&mut problem.data.iter().zip(model).map(|(d, m)| d - m)) - self.cost(amplitude)
+        };
+        let gains = amplitudes.iter().zip(&states).zip(&models).map(gain);
+        let shares = SHARES.into_iter().zip(gains).filter(|(_, g)| g.is_finite());
+        shares.max_by(|a, b| a.1.total_cmp(&b.1)).map_or((SHARES[SHARES.len() - 1], 0.0), |(s, g)| (s, g.max(0.0)))
+    }
+
+    /// By how much chi² falls where model and form are fitted together, step by step from a share of the linear one; at least `flown`.
+    fn fitted_anew(&self, problem: &Problem, ground: &Ground, share: f64, flown: f64) -> f64 {
+        let mut state = self.state(ground, share);
+        let mut settled = DVector::zeros(self.form.len());
+        let mut amplitude = &self.amplitude * share;
+        let mut best = flown;
+        for _ in 0..REFITS {
+            let runs: Vec<Run> = (0..problem.runs.len()).map(|k| nudged(problem.runs[k], |j| self.change(&amplitude, k, j))).collect();
+            let beside = Problem { runs: runs.iter().collect(), ..problem.clone() };
+            let effort = Effort { free: true, ..Effort::of(REFIT_ITERATIONS) };
+            let fitted = fit(&beside, &Jacobian::new(&beside, &state), &state, effort);
+            let gain = ground.fit.chi2 - fitted.chi2 - self.cost(&amplitude);
+            if !(gain > best - LITTLE) {
+                // Too far: halfway back to where it was.
+                amplitude = 0.5 * (&amplitude + &settled);
+                continue;
+            }
+            let gained = gain - best;
+            best = best.max(gain);
+            state = fitted.state.clone();
+            settled.clone_from(&amplitude);
+            let Some(here) = fitted.ground() else { break };
+            let columns = columns_at(&beside, &state, &self.form.iter().map(|p| &p.changes).collect::<Vec<_>>());
+            let Some(step) = towards(&Offer::new(&columns, &here), &amplitude, self.scale) else { break };
+            if gained.abs() < LITTLE && step.norm() < 0.1 * amplitude.norm() {
+                break;
+            }
+            amplitude += step;
+        }
+        best
+    }
+}
+
+/// What a state near a fit costs by the priors of its numbers, in chi².
+fn prior_of(ground: &Ground, state: &State) -> f64 {
+    let fit = ground.fit;
+    let own = fit.sigma.iter().map(|&(e, p, _)| {
+        let parameter = &state.effects[e].effect.parameters()[p];
+        // A direction's prior lies around where its fit began, which is not known here; it hardly moves.
+        let centre = if parameter.name == "direction_rad" { fit.state.effects[e].values[p] } else { parameter.off };
+        state.effects[e].values[p] - centre
+    });
+    let waves = state.wave.iter().flat_map(|w| w.amplitude_m_s.iter().flatten().copied());
+    // A number held at its limit costs nothing more: it does not move.
+    let precision = fit.precision.iter().map(|p| if *p < HELD { *p } else { 0.0 });
+    state.calibration.iter().copied().chain(own).chain(waves).zip(precision).map(|(x, p)| p * x * x).sum()
+}
+
+/// The step from these amplitudes to the most probable ones, if everything were linear.
+fn towards(offer: &Offer, from: &DVector<f64>, scale: f64) -> Option<DVector<f64>> {
+    let precision = 1.0 / (scale * scale);
+    let mut gram = offer.gram();
+    for i in 0..from.len() {
+        gram[(i, i)] += precision;
+    }
+    Some(gram.cholesky()?.solve(&(&offer.match_ - from * precision)))
+}
+
+/// Whitened change of the observations per unit of each of these changes of the inputs.
+fn columns_at(problem: &Problem, at: &State, all: &[&Vec<Change>]) -> Vec<Column> {
+    let base = problem.model(at);
+    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];
+    for k in 0..problem.runs.len() {
+        let stepped = |changes: &&Vec<Change>| {
+            let change = &changes[k];
+            let here = |j: usize| change.get(j).copied().unwrap_or_default();
+            (at, nudged(problem.runs[k], |j| (STEP * here(j).0, STEP * here(j).1)))
+        };
+        let from = problem.range(k).0.start;
+        let asked: Vec<(&State, Run)> = all.iter().map(stepped).collect();
+        for (column, answer) in columns.iter_mut().zip(problem.answers_to(k, &asked)) {
+            column.extend(answer.iter().zip(&base[from..]).map(|(a, b)| (a - b) / STEP));
+        }
+    }
+    columns.into_iter().map(|values| Column { from: 0, values }).collect()
 }
 
 /// A run with trim and pitch changed by so many of their units at each of its inputs.
@@ -147,7 +267,6 @@ fn nudged(run: &Run, change: impl Fn(usize) -> (f64, f64)) -> Run {
 /// All strangers at a state.
 #[must_use]
 pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
-    let base = problem.model(at);
     let runs = problem.runs.len();
     let each = |change: &dyn Fn(usize) -> Change| -> Vec<Change> { (0..runs).map(change).collect() };
     let trim = |of: &dyn Fn(usize, &Sensed) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| (of(k, &i.sensed), 0.0)).collect());
@@ -189,20 +308,8 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
         ("rate of pitch (its clock is early or late)", vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]]),
     ];
     let all: Vec<&Vec<Change>> = std::iter::once(&constant).chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
-    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];
-    for k in 0..runs {
-        let stepped = |changes: &&Vec<Change>| {
-            let change = &changes[k];
-            (at, nudged(problem.runs[k], |j| (STEP * change[j].0, STEP * change[j].1)))
-        };
-        let from = problem.range(k).0.start;
-        let asked: Vec<(&State, Run)> = all.iter().map(stepped).collect();
-        for (column, answer) in columns.iter_mut().zip(problem.answers_to(k, &asked)) {
-            column.extend(answer.iter().zip(&base[from..]).map(|(a, b)| (a - b) / STEP));
-        }
-    }
-    let mut columns = columns.into_iter();
-    let mut part = |changes: Vec<Change>| Part { changes, column: Column { from: 0, values: columns.next().unwrap_or_default() } };
+    let mut columns = columns_at(problem, at, &all).into_iter();
+    let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or(Column { from: 0, values: Vec::new() }) };
     let mut out = vec![Stranger { variable: "segment (trim)", forms: vec![by_run(problem, &part(constant))] }];
     out.extend(kinds.into_iter().map(|(variable, forms)| Stranger {
         variable,

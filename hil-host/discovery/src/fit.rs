@@ -161,6 +161,15 @@ fn beyond_scatter(index: usize, z: f64) -> (f64, f64, f64) {
     if index < STATED && over > 0.0 { (RARER * over * over, RARER * over * z.signum(), RARER) } else { (0.0, 0.0, 0.0) }
 }
 
+/// What all calibration numbers of a state pay for being beyond their scatter, in chi²; an uncalibrated vehicle has no scatter.
+#[must_use]
+pub(crate) fn strain(problem: &Problem, state: &State) -> f64 {
+    if crate::start::is_uncalibrated(problem.vehicle) {
+        return 0.0;
+    }
+    state.calibration.iter().enumerate().map(|(i, z)| beyond_scatter(i, *z).0).sum()
+}
+
 fn free_numbers(effects: &[Active]) -> Vec<Free> {
     let mut out = Vec::new();
     for (k, a) in effects.iter().enumerate() {

@@ -136,6 +136,9 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
         let may_win = c.log_odds.is_finite() && (c.log_odds > top - within || Some(k) == best_single);
         if may_win { contenders.push(c) } else { others.push(c) }
     }
+    let single = contenders.iter().position(|c| c.effects.len() == 1 && c.effects != [WAVE]);
+    let odds = |contenders: &[Candidate], k: Option<usize>| k.and_then(|k| contenders.get(k)).map_or(0.0, |c| c.log_odds);
+    let top_single = odds(&contenders, single);
     for (k, c) in contenders.iter_mut().enumerate() {
         let mut f = screen.fit(&screen.jacobian, &c.fit.state, 4);
         if c.gain > RENEW_GAIN && k < WEIGHED_CLOSELY {
@@ -144,11 +147,14 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
         *c = screen.candidate(f, prior_of(c.effects.len()), c.correction);
     }
     mark_down_larger_sets(&mut contenders, &others);
-    // Odds are against nothing missing, which another size of the water motion may fit quite differently: those that were not
-    // fitted again stay as far behind the best as they were.
-    let moved = contenders.first().map_or(0.0, |c| c.log_odds - top);
-    if moved.is_finite() {
-        others.iter_mut().for_each(|c| c.log_odds += moved);
+    // Odds grow and shrink with the size of the water motion and the number of rows: those that were not fitted again change as the best,
+    // or the best single, did.
+    let grown = |after: f64, before: f64| if before > 1.0 && after > 0.0 { after / before } else { 1.0 };
+    let (of_all, of_singles) = (grown(odds(&contenders, Some(0)), top), grown(odds(&contenders, single), top_single));
+    for c in others.iter_mut().filter(|c| c.log_odds > 0.0) {
+        let factor = if c.effects.len() == 1 { of_singles } else { of_all };
+        c.log_odds *= factor;
+        c.gain *= factor;
     }
     contenders.append(&mut others);
     contenders.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
@@ -170,7 +176,7 @@ fn mark_down_larger_sets(found: &mut [Candidate], beside: &[Candidate]) {
 }
 
 /// Prior probability of one given set of effects.
-fn prior_of(effects: usize) -> f64 {
+pub(crate) fn prior_of(effects: usize) -> f64 {
     let n = CATALOGUE.len() as f64;
     match effects {
         1 => PRIOR.1 / n,

@@ -8,7 +8,7 @@
 
 use crate::calibration::State;
 use crate::evidence::log_mean_exp;
-use crate::fit::{Effort, Ground, HELD, Jacobian, fit};
+use crate::fit::{Effort, Ground, HELD, Jacobian, fit, strain};
 use crate::prepare::{Input, Run};
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
@@ -150,9 +150,10 @@ impl<'a> Step<'a> {
 
     /// The share of the step that gains most as it flies, and by how much chi² falls then (never below 0).
     fn flown(&self, problem: &Problem, ground: &Ground) -> (f64, f64) {
-        let prior = |state: &State| prior_of(ground, state);
+        // Beside the form a calibration number pays for its strain as it does beside a name.
+        let prior = |state: &State| prior_of(ground, state) + strain(problem, state);
         let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
-        let before = prior(&ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
+        let before = prior_of(ground, &ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
         let states = SHARES.map(|share| self.state(ground, share));
         let amplitudes = SHARES.map(|share| &self.amplitude * share);
         let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
@@ -178,8 +179,7 @@ impl<'a> Step<'a> {
         for _ in 0..REFITS {
             let runs: Vec<Run> = (0..problem.runs.len()).map(|k| nudged(problem.runs[k], |j| self.change(&amplitude, k, j))).collect();
             let beside = Problem { runs: runs.iter().collect(), ..problem.clone() };
-            let effort = Effort { free: true, ..Effort::of(REFIT_ITERATIONS) };
-            let fitted = fit(&beside, &Jacobian::new(&beside, &state), &state, effort);
+            let fitted = fit(&beside, &Jacobian::new(&beside, &state), &state, Effort::of(REFIT_ITERATIONS));
             let gain = ground.fit.chi2 - fitted.chi2 - self.cost(&amplitude);
             if !(gain > best - LITTLE) {
                 // Too far: halfway back to where it was.

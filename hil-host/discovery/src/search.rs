@@ -148,12 +148,13 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
     }
     mark_down_larger_sets(&mut contenders, &others);
     // Odds grow and shrink with the size of the water motion and the number of rows: those that were not fitted again change as the best,
-    // or the best single, did.
+    // or the best single, did, and come no nearer to the best.
     let grown = |after: f64, before: f64| if before > 1.0 && after > 0.0 { after / before } else { 1.0 };
+    let moved = Some(odds(&contenders, Some(0)) - top).filter(|m| m.is_finite()).unwrap_or(0.0);
     let (of_all, of_singles) = (grown(odds(&contenders, Some(0)), top), grown(odds(&contenders, single), top_single));
     for c in others.iter_mut().filter(|c| c.log_odds > 0.0) {
-        let factor = if c.effects.len() == 1 { of_singles } else { of_all };
-        c.log_odds *= factor;
+        let factor = if c.effects.len() == 1 && c.effects != [WAVE] { of_singles } else { of_all };
+        c.log_odds = (c.log_odds * factor).min(c.log_odds + moved);
         c.gain *= factor;
     }
     contenders.append(&mut others);

@@ -299,13 +299,13 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;
     // A family tells the story better than a name does where it beats the best by its handicap and a share.
     let handicap = if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
-    let (free_best, gained_best) = relaxed(best_fit);
-    let to_beat = |share: f64, odds: f64| spoken.map_or(f64::INFINITY, |c| c.log_odds * (1.0 + share) + handicap - odds).max(TELLS);
+    let (free_best, gained_best) = spoken.map_or_else(|| (free.clone(), head_start), |c| relaxed(&c.fit));
+    let to_beat =
+        |share: f64, odds: f64, least: f64| spoken.map_or(f64::INFINITY, |c| c.log_odds * (1.0 + share) + handicap - odds).max(least);
     let remains = REMAINS.max(if misfit > forgiven { 0.0 } else { REMAINS_SHARE / (1.0 - REMAINS_SHARE) * explained });
     let alone = spoken.filter(|c| c.effects.len() == 1 && !waves);
     // Beside the best hypothesis itself the question is what remains, and asks for as much.
-    let beside_best = |odds: f64| to_beat(FAMILY_SHARE, odds).max(REMAINS);
-    let decides = alone.map_or(remains, |c| remains.min(beside_best(c.log_odds + gained_best)));
+    let decides = alone.map_or(remains, |c| remains.min(to_beat(FAMILY_SHARE, c.log_odds + gained_best, REMAINS)));
     let after_best = families(problem, &free_best, decides);
     let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
     let left_over = strongest > remains;
@@ -322,14 +322,14 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
             let (fit, gained) = relaxed(&c.fit);
             // A stranger beside a name is a second thing missing, as a second name would be.
             let odds = c.log_odds + gained + (prior_of(2) / prior_of(1)).ln();
-            (odds, TELLS, families(problem, &fit, to_beat(FAMILY_SHARE, odds)))
+            (odds, TELLS, families(problem, &fit, to_beat(FAMILY_SHARE, odds, TELLS)))
         });
-        let after_nothing = (head_start, TELLS, families(problem, &free, to_beat(FAMILY_SHARE, head_start)));
+        let after_nothing = (head_start, TELLS, families(problem, &free, to_beat(FAMILY_SHARE, head_start, TELLS)));
         for (odds, least, left) in std::iter::once(after_nothing).chain(after_single) {
             for f in left {
                 // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
                 let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
-                if f.period_s.is_none() && f.log_bayes > to_beat(share, odds).max(least) {
+                if f.period_s.is_none() && f.log_bayes > to_beat(share, odds, least) {
                     tellers.push((odds + f.log_bayes, f));
                 }
             }

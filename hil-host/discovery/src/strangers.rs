@@ -151,9 +151,9 @@ impl<'a> Step<'a> {
     /// The share of the step that gains most as it flies, and by how much chi² falls then (never below 0).
     fn flown(&self, problem: &Problem, ground: &Ground) -> (f64, f64) {
         // Beside the form a calibration number pays for its strain as it does beside a name.
-        let prior = |state: &State| prior_of(ground, state) + strain(problem, state);
+        let prior = |state: &State| cost_of_numbers(ground, state) + strain(problem, state);
         let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
-        let before = prior_of(ground, &ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
+        let before = cost_of_numbers(ground, &ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
         let states = SHARES.map(|share| self.state(ground, share));
         let amplitudes = SHARES.map(|share| &self.amplitude * share);
         let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
@@ -203,7 +203,7 @@ impl<'a> Step<'a> {
 }
 
 /// What a state near a fit costs by the priors of its numbers, in chi².
-fn prior_of(ground: &Ground, state: &State) -> f64 {
+fn cost_of_numbers(ground: &Ground, state: &State) -> f64 {
     let fit = ground.fit;
     let own = fit.sigma.iter().map(|&(e, p, _)| {
         let parameter = &state.effects[e].effect.parameters()[p];

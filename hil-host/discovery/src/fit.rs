@@ -77,6 +77,8 @@ pub struct Fit {
     pub columns: Vec<Column>,
     /// Prior precision of all free numbers.
     pub precision: Vec<f64>,
+    /// Means of their normal priors.
+    pub centre: Vec<f64>,
     /// Pull that is left on each free number (none on those held by a bound).
     pub gradient: DVector<f64>,
 }
@@ -96,6 +98,33 @@ impl Fit {
     #[must_use]
     pub fn mean_square(&self) -> f64 {
         self.residual.iter().map(|r| r * r).sum::<f64>() / self.residual.len().max(1) as f64
+    }
+
+    /// What all free numbers of a state near this fit cost by their normal priors, in chi². One that a limit holds does not move: it
+    /// costs nothing more.
+    #[must_use]
+    pub fn cost_of(&self, state: &State) -> f64 {
+        let own = self.sigma.iter().map(|&(e, p, _)| state.effects[e].values[p]);
+        let waves = state.wave.iter().flat_map(|w| w.amplitude_m_s.iter().flatten().copied());
+        let numbers = state.calibration.iter().copied().chain(own).chain(waves);
+        let priors = self.centre.iter().zip(&self.precision).map(|(c, p)| (c, if *p < HELD { *p } else { 0.0 }));
+        numbers.zip(priors).map(|(x, (centre, precision))| precision * (x - centre).powi(2)).sum()
+    }
+
+    /// The fit's state with its free numbers moved by so much each; those of effects stay within their limits.
+    #[must_use]
+    pub fn moved(&self, by: impl IntoIterator<Item = f64>) -> State {
+        let mut state = self.state.clone();
+        let mut by = by.into_iter();
+        state.calibration.iter_mut().zip(&mut by).for_each(|(z, b)| *z += b);
+        for (&(e, p, _), b) in self.sigma.iter().zip(&mut by) {
+            let active = &mut state.effects[e];
+            let parameter = &active.effect.parameters()[p];
+            active.values[p] = (active.values[p] + b).clamp(parameter.low, parameter.high);
+        }
+        let amplitudes = state.wave.iter_mut().flat_map(|w| w.amplitude_m_s.iter_mut().flatten());
+        amplitudes.zip(&mut by).for_each(|(a, b)| *a += b);
+        state
     }
 
     /// What the fit leaves; none where its curvature is not positive.
@@ -146,7 +175,7 @@ impl Effort {
 /// strains further is no calibration, and the model has no glide there. A vehicle that nobody has calibrated has no such limit.
 const MOST_STRAINED: f64 = 10.0;
 /// Prior precision of a calibration number at that limit: none of it is left free.
-pub(crate) const HELD: f64 = 1e12;
+const HELD: f64 = 1e12;
 /// Tolerances within which every vehicle scatters (flight format: inside two is normal, beyond three is something missing), and what
 /// the prior's precision grows by beyond them: a guess; three tolerances cost what three and a half of a normal prior would.
 const SCATTER: f64 = 2.0;
@@ -204,7 +233,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             }
         })
         .collect();
-    let prior_mean = |i: usize| if i >= nc && i < nc + nf { free[i - nc].prior.map_or(0.0, |p| p.0) } else { 0.0 };
+    let centre: Vec<f64> = (0..n).map(|i| if i >= nc && i < nc + nf { free[i - nc].prior.map_or(0.0, |p| p.0) } else { 0.0 }).collect();
     let get = |s: &State, i: usize| -> f64 {
         if i < nc {
             s.calibration[i]
@@ -232,7 +261,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let objective = |s: &State| -> (f64, Vec<f64>) {
         let residual: Vec<f64> = problem.data.iter().zip(problem.model(s)).map(|(d, m)| d - m).collect();
         let misfit: f64 = residual.iter().map(|r| r * r).sum();
-        let prior: f64 = (0..n).map(|i| precision[i] * (get(s, i) - prior_mean(i)).powi(2) + rare(s, i).0).sum();
+        let prior: f64 = (0..n).map(|i| precision[i] * (get(s, i) - centre[i]).powi(2) + rare(s, i).0).sum();
         (if misfit.is_finite() { misfit + prior } else { f64::INFINITY }, residual)
     };
 
@@ -247,7 +276,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     };
     let pull = |s: &State, columns: &[Column], residual: &[f64]| -> DVector<f64> {
         let whole = Column { from: 0, values: residual.to_vec() };
-        DVector::from_fn(n, |i, _| columns[i].dot(&whole) - precision[i] * (get(s, i) - prior_mean(i)) - rare(s, i).1)
+        DVector::from_fn(n, |i, _| columns[i].dot(&whole) - precision[i] * (get(s, i) - centre[i]) - rare(s, i).1)
     };
 
     let mut state = start.clone();
@@ -348,7 +377,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     }
     let covariance = curvature.cholesky().map_or_else(|| DMatrix::identity(n, n), |c| c.inverse());
     let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
-    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, gradient }
+    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, centre, gradient }
 }
 
 /// Steps of a fit that goes on beyond the limits.
@@ -374,6 +403,8 @@ pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
     columns.push(column.clone());
     let mut precision = null.precision.clone();
     precision.push(0.0);
+    let mut centre = null.centre.clone();
+    centre.push(0.0);
     let cross = DVector::from_fn(n, |i, _| null.columns[i].dot(column));
     let own = column.dot(column);
     let through = &null.covariance * &cross;
@@ -414,6 +445,7 @@ pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
         sigma: vec![(0, 0, left.powf(-0.5))],
         columns,
         precision,
+        centre,
         gradient: DVector::zeros(n + 1),
     }
 }

@@ -155,7 +155,7 @@ pub fn families(problem: &Problem, fit: &Fit, decides: f64) -> Vec<Family> {
         }
         ask("time", &columns, Some(period));
     }
-    for stranger in strangers(problem, &fit.state) {
+    for stranger in strangers(problem, fit) {
         out.push(Family {
             variable: stranger.variable,
             log_bayes: stranger.log_bayes(problem, &ground, decides),

@@ -210,6 +210,7 @@ mod tests {
             sigma: Vec::new(),
             columns,
             precision: vec![1.0, 0.5],
+            centre: vec![0.0; 2],
             gradient: DVector::from_vec(vec![0.2, -0.1]),
         };
         let ground = fit.ground().expect("positive");

@@ -8,7 +8,7 @@
 
 use crate::calibration::State;
 use crate::evidence::log_mean_exp;
-use crate::fit::{Effort, Ground, HELD, Jacobian, fit, strain};
+use crate::fit::{Effort, Fit, Ground, Jacobian, fit, strain};
 use crate::prepare::{Input, Run};
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
@@ -135,25 +135,15 @@ impl<'a> Step<'a> {
 
     /// Where the fit's own numbers give way to, for a share of the step.
     fn state(&self, ground: &Ground, share: f64) -> State {
-        let mut state = ground.fit.state.clone();
-        let mut give = self.give.iter().map(|g| share * g);
-        state.calibration.iter_mut().zip(&mut give).for_each(|(z, g)| *z += g);
-        for (&(e, p, _), g) in ground.fit.sigma.iter().zip(&mut give) {
-            let active = &mut state.effects[e];
-            let parameter = &active.effect.parameters()[p];
-            active.values[p] = (active.values[p] + g).clamp(parameter.low, parameter.high);
-        }
-        let amplitudes = state.wave.iter_mut().flat_map(|w| w.amplitude_m_s.iter_mut().flatten());
-        amplitudes.zip(&mut give).for_each(|(a, g)| *a += g);
-        state
+        ground.fit.moved(self.give.iter().map(|g| share * g))
     }
 
     /// The share of the step that gains most as it flies, and by how much chi² falls then (never below 0).
     fn flown(&self, problem: &Problem, ground: &Ground) -> (f64, f64) {
         // Beside the form a calibration number pays for its strain as it does beside a name.
-        let prior = |state: &State| cost_of_numbers(ground, state) + strain(problem, state);
+        let prior = |state: &State| ground.fit.cost_of(state) + strain(problem, state);
         let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
-        let before = cost_of_numbers(ground, &ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
+        let before = ground.fit.cost_of(&ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
         let states = SHARES.map(|share| self.state(ground, share));
         let amplitudes = SHARES.map(|share| &self.amplitude * share);
         let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
@@ -191,7 +181,7 @@ impl<'a> Step<'a> {
             state = fitted.state.clone();
             settled.clone_from(&amplitude);
             let Some(here) = fitted.ground() else { break };
-            let columns = columns_at(&beside, &state, &self.form.iter().map(|p| &p.changes).collect::<Vec<_>>());
+            let columns = columns_at(&beside, &fitted, &self.form.iter().map(|p| &p.changes).collect::<Vec<_>>());
             let Some(step) = towards(&Offer::new(&columns, &here), &amplitude, self.scale) else { break };
             if gained.abs() < LITTLE && step.norm() < 0.1 * amplitude.norm() {
                 break;
@@ -200,21 +190,6 @@ impl<'a> Step<'a> {
         }
         best
     }
-}
-
-/// What a state near a fit costs by the priors of its numbers, in chi².
-fn cost_of_numbers(ground: &Ground, state: &State) -> f64 {
-    let fit = ground.fit;
-    let own = fit.sigma.iter().map(|&(e, p, _)| {
-        let parameter = &state.effects[e].effect.parameters()[p];
-        // A direction's prior lies around where its fit began, which is not known here; it hardly moves.
-        let centre = if parameter.name == "direction_rad" { fit.state.effects[e].values[p] } else { parameter.off };
-        state.effects[e].values[p] - centre
-    });
-    let waves = state.wave.iter().flat_map(|w| w.amplitude_m_s.iter().flatten().copied());
-    // A number held at its limit costs nothing more: it does not move.
-    let precision = fit.precision.iter().map(|p| if *p < HELD { *p } else { 0.0 });
-    state.calibration.iter().copied().chain(own).chain(waves).zip(precision).map(|(x, p)| p * x * x).sum()
 }
 
 /// The step from these amplitudes to the most probable ones, if everything were linear.
@@ -228,8 +203,9 @@ fn towards(offer: &Offer, from: &DVector<f64>, scale: f64) -> Option<DVector<f64
 }
 
 /// Whitened change of the observations per unit of each of these changes of the inputs.
-fn columns_at(problem: &Problem, at: &State, all: &[&Vec<Change>]) -> Vec<Column> {
-    let base = problem.model(at);
+fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Column> {
+    let at = &fit.state;
+    let base: Vec<f64> = problem.data.iter().zip(&fit.residual).map(|(d, r)| d - r).collect();
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];
     for k in 0..problem.runs.len() {
         let stepped = |changes: &&Vec<Change>| {
@@ -264,9 +240,9 @@ fn nudged(run: &Run, change: impl Fn(usize) -> (f64, f64)) -> Run {
     run
 }
 
-/// All strangers at a state.
+/// All strangers beside a fit.
 #[must_use]
-pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
+pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
     let runs = problem.runs.len();
     let each = |change: &dyn Fn(usize) -> Change| -> Vec<Change> { (0..runs).map(change).collect() };
     let trim = |of: &dyn Fn(usize, &Sensed) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| (of(k, &i.sensed), 0.0)).collect());
@@ -308,7 +284,7 @@ pub fn strangers(problem: &Problem, at: &State) -> Vec<Stranger> {
         ("rate of pitch (its clock is early or late)", vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]]),
     ];
     let all: Vec<&Vec<Change>> = std::iter::once(&constant).chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
-    let mut columns = columns_at(problem, at, &all).into_iter();
+    let mut columns = columns_at(problem, fit, &all).into_iter();
     let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or(Column { from: 0, values: Vec::new() }) };
     let mut out = vec![Stranger { variable: "segment (trim)", forms: vec![by_run(problem, &part(constant))] }];
     out.extend(kinds.into_iter().map(|(variable, forms)| Stranger {

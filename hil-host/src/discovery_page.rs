@@ -31,9 +31,18 @@ pub fn page(card: &Value, seed: u64) -> Page {
     ];
     let mut sizes = Table {
         caption: "Hidden effects by size: first answer exact, in a class of at most three, at least one named".into(),
-        head: ["hidden", "size", "exact", "in class", "one named", "error after / noise floor", "nominal / noise floor"]
-            .map(str::to_owned)
-            .into(),
+        head: [
+            "hidden",
+            "size",
+            "exact",
+            "exact where it can be told",
+            "in class",
+            "one named",
+            "error after / noise floor",
+            "nominal / noise floor",
+        ]
+        .map(str::to_owned)
+        .into(),
         ..Table::default()
     };
     for kind in ["singles", "pairs"] {
@@ -43,6 +52,7 @@ pub fn page(card: &Value, seed: u64) -> Page {
                 kind.to_owned(),
                 size.to_owned(),
                 share(&s["exact"]),
+                share(&s["exact_where_it_can_be_told"]),
                 share(&s["in_class"]),
                 share(&s["at_least_one"]),
                 number(&s["error_after_over_floor_median"], 2),
@@ -52,13 +62,14 @@ pub fn page(card: &Value, seed: u64) -> Page {
     }
     for size in ["medium", "strong"] {
         let dash = || "–".to_owned();
-        sizes.rows.push(vec!["strangers (unexplained)".into(), size.into(), share(&card["off"][size]), dash(), dash(), dash(), dash()]);
+        let [all, told] = [&card["off"][size], &card["off"][format!("{size}_where_it_can_be_told")]].map(share);
+        sizes.rows.push(vec!["strangers (unexplained)".into(), size.into(), all, told, dash(), dash(), dash(), dash()]);
     }
     let provenance = Provenance { seed: Some(seed), ..Provenance::of_this_run() };
     let sections = vec![
         Section {
             title: "How well, by size".into(),
-            lead: "Weak, medium and strong effects leave about 1.5, 3 and 6 noise floors of error when nothing is added.".into(),
+            lead: "Weak, medium and strong effects leave about 1.5, 3 and 6 noise floors of error when nothing is added. What can be told: a density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis nearly a plain one; where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.".into(),
             items: vec![Item::Table(sizes)],
         },
         Section {

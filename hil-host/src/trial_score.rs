@@ -9,7 +9,9 @@
 //! * interval: the stated interval of an exactly named effect contains the hidden value;
 //! * error ratios: block error after, over the noise floor (observed rate minus the rate that the true relative velocity
 //!   and the true missing effects give, so background motion and sensor noise only), and over the known-truth refit (told
-//!   what is hidden, in nature's own form and size, and left to find the calibration quantities).
+//!   what is hidden, in nature's own form and size, and left to find the calibration quantities);
+//! * can be told: nothing hidden has a twin ([`plant::trials::twin`]), or the log prefers the truth to it by ten to one when both
+//!   are known in nature's own form. The rest is a coin's toss for anybody.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,12 +21,15 @@ use anyhow::Context as _;
 use plant::trials::catalogue::Strength;
 use plant::trials::reference::{Log, block_error, floor, known_truth_error};
 use plant::trials::vehicle::Scatter;
-use plant::trials::{Case, Kind, Spec, files, generate, nature::Nature};
+use plant::trials::{Case, Kind, Spec, files, generate, nature::Nature, twin};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 /// Largest number of equivalent classes that still counts as an answer.
 pub const LARGEST_CLASS: usize = 3;
+
+/// Odds of the truth over its twin from which a log is said to tell them apart.
+const TOLD_ODDS: f64 = 10.0;
 
 /// Effects whose nature's form has the parameter of the vocabulary with the same meaning, so that an interval can be judged.
 /// (Vortex lift and stall have other onsets and powers here; their parameter is not the same number.)
@@ -76,10 +81,19 @@ pub struct Scored {
     pub errors_m_s: [f64; 3],
     /// Block error of the refit that is told the truth, m/s (NaN outside the vocabulary).
     pub known_truth_m_s: f64,
+    /// Log odds of the truth over its twin, both in nature's own form; none without a twin.
+    pub twin_log_odds: Option<f64>,
     /// Wall time of the diagnosis, s.
     pub wall_s: f64,
     /// Message if the tool failed.
     pub failure: Option<String>,
+}
+
+impl Scored {
+    /// Whether anybody could tell what is hidden from its twin.
+    fn can_be_told(&self) -> bool {
+        self.twin_log_odds.is_none_or(|odds| odds > TOLD_ODDS.ln())
+    }
 }
 
 fn sorted(v: &Value) -> Vec<String> {
@@ -128,6 +142,7 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
         parameters,
         errors_m_s: [block_error(&blocks), floor(&blocks), d["block_error_m_s"]["after"].as_f64().unwrap_or(f64::NAN)],
         known_truth_m_s: known_truth_error(&log, &case.vehicle, &case.truth).unwrap_or(f64::NAN),
+        twin_log_odds: twin::log_odds(&log, &case.vehicle, &case.truth),
         wall_s,
         failure: diagnosis.as_ref().err().cloned(),
     }
@@ -201,10 +216,12 @@ pub fn summary(scored: &[Scored]) -> Value {
         let mut out = serde_json::Map::new();
         for strength in Strength::ALL {
             let list = pick(kind, Some(strength));
+            let told: Vec<&Scored> = list.iter().copied().filter(|s| s.can_be_told()).collect();
             out.insert(
                 strength.id().to_owned(),
                 json!({
                     "exact": share(&list, |s| s.exact),
+                    "exact_where_it_can_be_told": share(&told, |s| s.exact),
                     "in_class": share(&list, |s| s.in_class),
                     "at_least_one": share(&list, |s| s.hidden.iter().any(|h| s.answer.contains(h))),
                     "error_after_over_floor_median": median(list.iter().map(|s| s.errors_m_s[2] / s.errors_m_s[1]).collect()),
@@ -229,6 +246,13 @@ pub fn summary(scored: &[Scored]) -> Value {
         };
         *confusion.entry(truth).or_default().entry(said).or_default() += 1;
     }
+    let mut off = serde_json::Map::new();
+    for strength in [Strength::Medium, Strength::Strong] {
+        let list = pick(Kind::Off, Some(strength));
+        let told: Vec<&Scored> = list.iter().copied().filter(|s| s.can_be_told()).collect();
+        off.insert(strength.id().to_owned(), share(&list, |s| s.verdict == "unexplained"));
+        off.insert(format!("{}_where_it_can_be_told", strength.id()), share(&told, |s| s.verdict == "unexplained"));
+    }
     let parameters: Vec<&(String, bool, f64)> = scored.iter().flat_map(|s| &s.parameters).collect();
     let covered = parameters.iter().filter(|p| p.1).count();
     let answered: Vec<&Scored> = scored.iter().filter(|s| s.exact).collect();
@@ -240,10 +264,7 @@ pub fn summary(scored: &[Scored]) -> Value {
             "adequate": share(&clean, |s| s.verdict == "adequate"),
             "false_alarms": share(&clean, |s| s.verdict != "adequate"),
         },
-        "off": {
-            "medium": share(&pick(Kind::Off, Some(Strength::Medium)), |s| s.verdict == "unexplained"),
-            "strong": share(&pick(Kind::Off, Some(Strength::Strong)), |s| s.verdict == "unexplained"),
-        },
+        "off": off,
         "intervals": {
             "coverage": if parameters.is_empty() { Value::Null } else { json!(covered as f64 / parameters.len() as f64) },
             "of": parameters.len(),
@@ -281,6 +302,7 @@ pub fn case_document(s: &Scored) -> Value {
         "error_floor_m_s": s.errors_m_s[1],
         "error_after_m_s": if s.errors_m_s[2].is_finite() { json!(s.errors_m_s[2]) } else { Value::Null },
         "error_known_truth_m_s": if s.known_truth_m_s.is_finite() { json!(s.known_truth_m_s) } else { Value::Null },
+        "twin_log_odds": s.twin_log_odds,
         "wall_s": s.wall_s,
         "failure": s.failure,
     })

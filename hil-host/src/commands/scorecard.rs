@@ -135,7 +135,16 @@ fn of(v: &Value) -> String {
 
 fn print(d: &Value, list: bool) {
     let mut table = Table::new();
-    table.set_header(["hidden", "size", "exact", "in class", "one named", "error after / floor", "nominal / floor"]);
+    table.set_header([
+        "hidden",
+        "size",
+        "exact",
+        "where it can be told",
+        "in class",
+        "one named",
+        "error after / floor",
+        "nominal / floor",
+    ]);
     for kind in ["singles", "pairs"] {
         for size in ["weak", "medium", "strong"] {
             let s = &d[kind][size];
@@ -143,6 +152,7 @@ fn print(d: &Value, list: bool) {
                 kind.to_owned(),
                 size.to_owned(),
                 of(&s["exact"]),
+                of(&s["exact_where_it_can_be_told"]),
                 of(&s["in_class"]),
                 of(&s["at_least_one"]),
                 figure(&s["error_after_over_floor_median"]),
@@ -151,8 +161,12 @@ fn print(d: &Value, list: bool) {
         }
     }
     println!("{table}");
+    println!("(A density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis");
+    println!("nearly a plain one: where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.)");
     println!("clean called adequate: {}", of(&d["clean"]["adequate"]));
-    println!("outside the catalogue called unexplained: medium {}, strong {}", of(&d["off"]["medium"]), of(&d["off"]["strong"]));
+    let off =
+        |size: &str| format!("{} (where it can be told {})", of(&d["off"][size]), of(&d["off"][format!("{size}_where_it_can_be_told")]));
+    println!("outside the catalogue called unexplained: medium {}, strong {}", off("medium"), off("strong"));
     println!(
         "intervals contain the truth: {} of {}; median parameter error {}",
         figure(&d["intervals"]["coverage"]),

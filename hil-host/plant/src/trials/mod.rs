@@ -24,6 +24,7 @@ pub mod nature;
 pub mod ocean;
 pub mod reference;
 pub mod sensors;
+pub mod twin;
 pub mod vehicle;
 pub mod voyage;
 

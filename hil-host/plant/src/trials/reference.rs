@@ -161,11 +161,17 @@ impl Log {
     }
 
     /// The log less the water motion of the missing effects.
-    fn without_stirring(mut self) -> Self {
+    pub(super) fn without_stirring(mut self) -> Self {
         for s in &mut self.segments {
             s.depth.iter_mut().zip(&s.stirred_depth).for_each(|(z, d)| *z -= d);
         }
         self
+    }
+
+    /// Mean density of the water, kg/m³.
+    pub(super) fn mean_density(&self) -> f64 {
+        let all = || self.segments.iter().flat_map(|s| &s.density);
+        all().sum::<f64>() / all().count() as f64
     }
 
     /// Blocks of the wanted segments under a vehicle.
@@ -218,7 +224,7 @@ impl Segment {
             first.sort_by(f64::total_cmp);
             first[first.len() / 2]
         };
-        let (mut u, mut w, mut depth) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut u, mut w, mut depth, mut separated) = (0.0_f64, 0.0_f64, 0.0_f64, false);
         let mut out = Vec::with_capacity(n);
         out.push(0.0);
         for i in 0..n - 1 {
@@ -226,6 +232,9 @@ impl Segment {
             let steps = (dt / SUB_STEP_S).ceil().max(1.0) as usize;
             let h = dt / steps as f64;
             for k in 0..steps {
+                if let Some(stall) = &v.stall {
+                    separated = stall.separates(libm::atan2(-w, u).abs(), separated);
+                }
                 let rate = |f: f64, u: f64, w: f64| -> [f64; 3] {
                     let mix = |x: &[f64]| x[i] + (x[i + 1] - x[i]) * f;
                     let theta = (mix(&self.pitch) - v.pitch_zero) / (1.0 + v.pitch_scale);
@@ -238,7 +247,7 @@ impl Segment {
                     let speed = libm::hypot(u, w);
                     let alpha = libm::atan2(-w, u);
                     let day = (self.time[i] + f * dt) * start_day;
-                    let at = Instant { rho, temperature, day, roll: mix(&self.roll), separated: false };
+                    let at = Instant { rho, temperature, day, roll: mix(&self.roll), separated };
                     let (lift, drag) = v.lift_and_drag(alpha, speed, -sink, &at);
                     let b = gravity * (rho * v.displaced(pressure, temperature, mix(&self.ballast)) - v.mass);
                     let (sa, ca) = (libm::sin(alpha), libm::cos(alpha));

@@ -35,6 +35,22 @@ fn parts(of: &Job, model: &ForceModel) -> usize {
     if per_decay > STIFF && parts <= MOST_PARTS { parts } else { 1 }
 }
 
+/// A stall with a memory: angles of attack at which it ends and begins, rad, and whether flow is attached.
+#[derive(Clone, Copy, Debug)]
+struct LateStall {
+    ends: f64,
+    begins: f64,
+    attached: bool,
+}
+
+impl LateStall {
+    /// The stall of a job on a run where flow has a memory; attached at first.
+    fn of(job: &Job) -> Option<Self> {
+        let stall = job.effects.iter().find(|a| a.effect.name() == "stall").filter(|_| job.run.stalls_late_rad > 0.0)?;
+        Some(Self { ends: stall.values[0], begins: stall.values[0] + job.run.stalls_late_rad, attached: true })
+    }
+}
+
 /// One simulation under way.
 struct Lane<'a> {
     job: usize,
@@ -51,6 +67,7 @@ struct Lane<'a> {
     u: f64,
     n: f64,
     z: f64,
+    late_stall: Option<LateStall>,
     surge_kg: f64,
     heave_kg: f64,
     out: Track,
@@ -72,6 +89,7 @@ impl<'a> Lane<'a> {
             u: of.run.start_speed_m_s,
             n: 0.0,
             z: 0.0,
+            late_stall: LateStall::of(of),
             surge_kg: mass * (1.0 + model.constants.added_mass_surge).max(0.02),
             heave_kg: mass * (1.0 + model.constants.added_mass_heave).max(0.02),
             out: Track {
@@ -146,6 +164,15 @@ impl<'a> Lane<'a> {
             self.row += 1;
         }
         self.step += 1;
+        if let Some(stall) = &mut self.late_stall {
+            let angle = angle_of_attack(self.u, self.n).abs();
+            stall.attached = angle < if stall.attached { stall.begins } else { stall.ends };
+        }
+    }
+
+    /// Whether its stall does nothing, for flow came from below.
+    fn is_attached(&self) -> bool {
+        self.late_stall.is_some_and(|s| s.attached)
     }
 
     /// The track, the water's own motion in it.
@@ -261,7 +288,7 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
     let each = |of: &dyn Fn(&ForceModel, usize) -> f64| beside(|i| if m.asked & (1 << i) == 0 { 0.0 } else { of(&lanes[i].model, i) });
     let angle = if b.hooks.lift_angle { each(&|model, i| model.lift_angle_rad(alphas[i])) } else { m.alpha };
     let angles = angle.to_array();
-    let added = if b.hooks.lift { each(&|model, i| model.added_lift(&flow(i), angles[i])) } else { Lanes::ZERO };
+    let added = if b.hooks.lift { each(&|model, i| model.added_lift(&flow(i), angles[i], lanes[i].is_attached())) } else { Lanes::ZERO };
     let (mut cl, mut cd) = b.nominal(m.alpha, angle, added);
     if b.hooks.drag {
         let lift = cl.to_array();
@@ -455,6 +482,7 @@ mod tests {
             starts_afloat: afloat,
             start_speed_m_s: if afloat { 0.0 } else { 0.25 },
             fastest_m_s: FAST_M_S,
+            stalls_late_rad: 0.0,
             time_s,
         }
     }
@@ -519,6 +547,29 @@ mod tests {
                 .fold(0.0, |a: f64, b| if b.is_finite() { a } else { f64::NAN })
         };
         assert!(last(0.25).is_nan() && last(0.7).is_finite());
+    }
+
+    #[test]
+    fn prop_flow_with_a_memory_stays_attached_until_the_stall_begins_and_separated_until_it_ends() {
+        // Half way down a glide at 5 degrees of angle of attack, above the angle where the stall ends.
+        let flown = |stall: Option<f64>, memory: f64, from_a_launch: bool| {
+            let run = Run { stalls_late_rad: memory, ..run(200.0, 0.3, from_a_launch) };
+            let effects: Vec<Active> = stall.iter().map(|angle| Active::sized(by_name("stall").expect("known"), *angle)).collect();
+            let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&effects), attached: &[] };
+            let t = tracks(&[job], 60.0, Continuation::Rising).pop().expect("one");
+            (t.alpha_rad[35], t.alpha_rad.iter().fold(0.0, |a: f64, b| a.max(b.abs())), t)
+        };
+        let (angle, largest, free) = flown(None, 0.0, false);
+        let (ends, memory) = (0.8 * angle, largest);
+        // Under way, the angle never comes to where the stall begins: as if there were none.
+        let (_, _, clinging) = flown(Some(ends), memory, false);
+        assert_eq!(bits(&clinging), bits(&free));
+        // After a launch that stalls, flow stays separated: as without a memory.
+        let (after_launch, steepest, _) = flown(Some(ends), memory, true);
+        assert!(steepest > ends + memory, "the launch of this run is a stall: {steepest}");
+        let (plain, _, _) = flown(Some(ends), 0.0, true);
+        // 1e-6 rad: both have come to the same glide.
+        assert!((after_launch - plain).abs() < 1e-6 && (plain - angle).abs() > 1e-3, "{after_launch} {plain} {angle}");
     }
 
     #[test]

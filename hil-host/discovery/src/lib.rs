@@ -18,6 +18,7 @@ pub mod flight;
 pub mod import;
 pub mod inputs;
 pub mod lanes;
+mod late_stall;
 pub mod left_out;
 pub mod metric;
 pub mod noise;

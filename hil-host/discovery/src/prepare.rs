@@ -89,6 +89,8 @@ pub struct Run {
     pub start_speed_m_s: f64,
     /// Speed along the hull that the run hardly ever exceeds, from depth and pitch, m/s.
     pub fastest_m_s: f64,
+    /// How far beyond the angle of a stall flow that comes from below stays attached, rad; 0 for a stall without a memory.
+    pub stalls_late_rad: f64,
 }
 
 /// A flight ready for the model.
@@ -451,6 +453,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         starts_afloat,
         start_speed_m_s,
         fastest_m_s,
+        stalls_late_rad: 0.0,
     }
 }
 

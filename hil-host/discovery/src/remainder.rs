@@ -6,6 +6,7 @@
 
 use crate::evidence::log_mean_exp;
 use crate::fit::Fit;
+use crate::late_stall;
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
 use crate::strangers::strangers;
@@ -162,6 +163,9 @@ pub fn families(problem: &Problem, fit: &Fit, decides: f64) -> Vec<Family> {
             scale_m_s: None,
             period_s: None,
         });
+    }
+    if let Some(log_bayes) = late_stall::log_bayes(problem, fit) {
+        out.push(Family { variable: "angle of attack some time ago (a stall that ends late)", log_bayes, scale_m_s: None, period_s: None });
     }
     out.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     out

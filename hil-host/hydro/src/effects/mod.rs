@@ -18,7 +18,8 @@
 //! B  = g (ρ V − m)                      net buoyancy, N, up
 //! ```
 //! Not covered: effects with a memory of their own (pump lag, flooded-volume
-//! lag); they need a state beyond the two velocities of the vehicle.
+//! lag); they need a state beyond the two velocities of the vehicle. Whether
+//! flow is attached, where a stall ends late, is the simulation's to know.
 
 mod beyond;
 mod buoyancy;
@@ -367,10 +368,11 @@ impl<'a> ForceModel<'a> {
         self.in_flow.iter().fold(alpha_rad, |angle, e| e.effect.lift_angle_rad(&e.values, angle))
     }
 
-    /// Lift coefficient that effects add to the law's.
+    /// Lift coefficient that effects add to the law's; where flow is known to be attached, a stall does nothing.
     #[must_use]
-    pub fn added_lift(&self, at: &Flow, lift_angle_rad: f64) -> f64 {
-        self.in_flow.iter().map(|e| e.effect.lift(&e.values, at, lift_angle_rad, &self.constants)).sum()
+    pub fn added_lift(&self, at: &Flow, lift_angle_rad: f64, attached: bool) -> f64 {
+        let acting = self.in_flow.iter().filter(|e| !(attached && e.effect.name() == "stall"));
+        acting.map(|e| e.effect.lift(&e.values, at, lift_angle_rad, &self.constants)).sum()
     }
 
     /// Drag coefficient that effects add to the law's at this lift.
@@ -444,7 +446,7 @@ impl<'a> ForceModel<'a> {
     fn attached(&self, at: &Flow) -> LiftDrag {
         let c = &self.constants;
         let angle = self.lift_angle_rad(at.alpha_rad);
-        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs() + self.added_lift(at, angle);
+        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs() + self.added_lift(at, angle, false);
         let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad + self.added_drag(at, cl);
         let cn = self.normal_force(at);
         if cn != 0.0 {
@@ -547,7 +549,7 @@ mod tests {
             let hooks = e.in_flow();
             let silent = |asked: bool, said: f64| assert!(asked || said == 0.0, "{} has a hook in the flow and says it has none", e.name());
             silent(hooks.lift_angle, with.lift_angle_rad(at.alpha_rad) - at.alpha_rad);
-            silent(hooks.lift, with.added_lift(&at, at.alpha_rad));
+            silent(hooks.lift, with.added_lift(&at, at.alpha_rad, false));
             silent(hooks.drag, with.added_drag(&at, 0.5));
             silent(hooks.normal_force, with.normal_force(&at));
         }

@@ -290,7 +290,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
     // Ordinary water motion may have a period; and a wave that is not quite a sine leaves some of itself.
     let ordinary = ordinary_amplitude_m_s(vehicle);
-    let counts = |f: &&Family| f.period_s.is_none() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
+    let counts = |f: &&Family| !f.may_be_water() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
     let (free, head_start) = relaxed(&null);
     let explained = spoken.map_or(0.0, |c| 0.5 * (free.chi2 - c.fit.chi2).max(0.0));
     let misfit = best_fit.mean_square();
@@ -329,7 +329,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
             for f in left {
                 // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
                 let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
-                if f.period_s.is_none() && f.log_bayes > to_beat(share, odds, least) {
+                if !f.may_be_water() && f.log_bayes > to_beat(share, odds, least) {
                     tellers.push((odds + f.log_bayes, f));
                 }
             }

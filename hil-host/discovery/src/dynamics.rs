@@ -43,6 +43,7 @@ pub(crate) struct Point {
     pub(crate) roll: f64,
     pub(crate) time: f64,
     pub(crate) temperature: f64,
+    pub(crate) cd0_relative: f64,
 }
 
 /// α = atan2(−n, u), rad. Near the axis, where a glider nearly always flies, by a polynomial (least squares on Chebyshev points of
@@ -170,6 +171,7 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> 
             roll: i.roll_rad,
             time: i.sensed.time_s,
             temperature: true_now.temperature_degc,
+            cd0_relative: i.cd0_relative,
         }
     };
     let whole: Vec<Point> = run.inputs.iter().zip(&all).map(point).collect();
@@ -195,6 +197,7 @@ impl Point {
             roll: mix(self.roll, other.roll),
             time: mix(self.time, other.time),
             temperature: mix(self.temperature, other.temperature),
+            cd0_relative: mix(self.cd0_relative, other.cd0_relative),
         }
     }
 }

@@ -208,9 +208,9 @@ fn beside(of: impl Fn(usize) -> f64) -> Lanes {
 
 impl Beside {
     /// The nominal law: lift at an angle of lift, so much added to it, and its drag.
-    fn nominal(&self, alpha: Lanes, lift_angle: Lanes, added_lift: Lanes) -> (Lanes, Lanes) {
+    fn nominal(&self, p: &Now, alpha: Lanes, lift_angle: Lanes, added_lift: Lanes) -> (Lanes, Lanes) {
         let cl = self.slope * lift_angle + self.quadratic * lift_angle * lift_angle.abs() + added_lift;
-        (cl, self.cd0 + self.induced * cl * cl + self.hull * alpha * alpha)
+        (cl, self.cd0 * p.cd0_relative + self.induced * cl * cl + self.hull * alpha * alpha)
     }
 
     fn of(lanes: &[Lane; LANES]) -> Self {
@@ -240,6 +240,7 @@ struct Now {
     sin_pitch: Lanes,
     cos_pitch: Lanes,
     rate: Lanes,
+    cd0_relative: Lanes,
 }
 
 impl Now {
@@ -255,6 +256,7 @@ impl Now {
             sin_pitch: value(|p| p.sin_pitch),
             cos_pitch: value(|p| p.cos_pitch),
             rate: value(|p| p.rate),
+            cd0_relative: value(|p| p.cd0_relative),
         }
     }
 }
@@ -289,7 +291,7 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
     let angle = if b.hooks.lift_angle { each(&|model, i| model.lift_angle_rad(alphas[i])) } else { m.alpha };
     let angles = angle.to_array();
     let added = if b.hooks.lift { each(&|model, i| model.added_lift(&flow(i), angles[i], lanes[i].is_attached())) } else { Lanes::ZERO };
-    let (mut cl, mut cd) = b.nominal(m.alpha, angle, added);
+    let (mut cl, mut cd) = b.nominal(p, m.alpha, angle, added);
     if b.hooks.drag {
         let lift = cl.to_array();
         cd += each(&|model, i| model.added_drag(&flow(i), lift[i]));
@@ -328,7 +330,7 @@ fn rates(lanes: &[Lane; LANES], b: &Beside, resting: u32, p: &Now, u: Lanes, n: 
     }
     let within = resting | alpha.abs().simd_le(Lanes::splat(ALPHA_VALID_RAD)).to_bitmask();
     let (cl, cd) = if b.hooks == InFlow::NOTHING && within == ALL {
-        b.nominal(alpha, alpha, Lanes::ZERO)
+        b.nominal(p, alpha, alpha, Lanes::ZERO)
     } else {
         under_effects(lanes, b, p, &Motion { u, n, speed, alpha, sink, asked: within & !resting, beyond: !within & ALL })
     };
@@ -462,6 +464,7 @@ mod tests {
                 sin_heading: 0.6,
                 cos_heading: 0.8,
                 depth_m,
+                cd0_relative: 1.0,
             }
         };
         let n = time_s.len();

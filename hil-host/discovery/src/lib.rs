@@ -22,6 +22,7 @@ mod late_stall;
 pub mod left_out;
 pub mod metric;
 pub mod noise;
+mod periodic;
 pub mod plan;
 pub mod prepare;
 pub mod problem;

@@ -78,6 +78,7 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
             sin_heading: 0.0,
             cos_heading: 1.0,
             depth_m: depth.max(1.0),
+            cd0_relative: 1.0,
         });
     }
     let time_s: Vec<f64> = (0..(total / 4.0) as usize).map(|i| start_s + i as f64 * 4.0).collect();

@@ -50,6 +50,8 @@ pub struct Input {
     pub cos_heading: f64,
     /// Observed depth less what the sensor shows afloat, m.
     pub depth_m: f64,
+    /// CD0 at this instant, relative to the law's (1: the law's own).
+    pub cd0_relative: f64,
 }
 
 /// One stretch of a flight on which the model is run from rest.
@@ -423,6 +425,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
             sin_heading: sh / norm,
             cos_heading: ch / norm,
             depth_m: mix(&whole_depth) - zero,
+            cd0_relative: 1.0,
         });
     }
 
@@ -523,7 +526,17 @@ mod tests {
             let sensed =
                 Sensed { time_s, pitch_rad, ballast_m3: 0.0, density_kg_m3: 1000.0, temperature_degc: 10.0, pressure_pa: depth_m * 1e4 };
             let (sin_pitch, cos_pitch) = pitch_rad.sin_cos();
-            Input { sensed, pitch_rate_rad_s: 0.0, sin_pitch, cos_pitch, roll_rad: 0.0, sin_heading: 0.0, cos_heading: 1.0, depth_m }
+            Input {
+                sensed,
+                pitch_rate_rad_s: 0.0,
+                sin_pitch,
+                cos_pitch,
+                roll_rad: 0.0,
+                sin_heading: 0.0,
+                cos_heading: 1.0,
+                depth_m,
+                cd0_relative: 1.0,
+            }
         };
         let inputs: Vec<Input> = (0..3600).map(input).collect();
         let fastest = fastest_m_s(&inputs, step_s);

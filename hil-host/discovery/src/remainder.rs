@@ -7,6 +7,7 @@
 use crate::evidence::log_mean_exp;
 use crate::fit::Fit;
 use crate::late_stall;
+use crate::periodic::{OWN_PERIOD, period};
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
 use crate::strangers::strangers;
@@ -22,6 +23,14 @@ pub struct Family {
     pub scale_m_s: Option<f64>,
     /// Period, s, for families in time.
     pub period_s: Option<f64>,
+}
+
+impl Family {
+    /// Whether it may be the water's ordinary motion, which may have a period of some minutes or more.
+    #[must_use]
+    pub fn may_be_water(&self) -> bool {
+        self.period_s.is_some() && self.variable != OWN_PERIOD
+    }
 }
 
 /// Amplitudes that are tried, m/s.
@@ -155,6 +164,9 @@ pub fn families(problem: &Problem, fit: &Fit, decides: f64) -> Vec<Family> {
             }
         }
         ask("time", &columns, Some(period));
+    }
+    if let Some((log_bayes, period_s, scale_m_s)) = period(problem, &ground, &SCALES_M_S) {
+        out.push(Family { variable: OWN_PERIOD, log_bayes, scale_m_s: Some(scale_m_s), period_s: Some(period_s) });
     }
     for stranger in strangers(problem, fit) {
         out.push(Family {

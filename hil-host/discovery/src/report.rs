@@ -123,7 +123,10 @@ pub fn explanation(d: &Diagnosis) -> String {
         Verdict::Unexplained => {
             let f = d.remainder.first();
             let what = f.map_or_else(String::new, |f| {
-                let period = f.period_s.map_or_else(String::new, |p| format!(" with a period of about {:.0} min", p / 60.0));
+                let period = f.period_s.map_or_else(String::new, |p| {
+                    let (value, unit) = if p < 300.0 { (p, "s") } else { (p / 60.0, "min") };
+                    format!(" with a period of about {value:.0} {unit}")
+                });
                 format!(" It follows the {}{period}{}.", f.variable, f.scale_m_s.map_or_else(String::new, |s| format!(", about {}", cm(s))))
             });
             let best = d

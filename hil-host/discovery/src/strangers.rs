@@ -1,6 +1,6 @@
 //! Effects that have no name in the vocabulary: asked, so that the tool can say that something else is there, never answered.
 //!
-//! Each is a change of the model's inputs (trim, pitch), run through the model at a fitted state; its whitened signature is offered to
+//! Each is a change of the model's inputs (trim, pitch, drag), run through the model at a fitted state; its whitened signature is offered to
 //! the residual like the families of [`crate::remainder`], and what the best of it really gains is then seen by flying it. They are
 //! what gliders are known to do beside the catalogue: trim that is not repeatable or leaks away, a hull or a conductivity cell that
 //! follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks, a
@@ -19,6 +19,8 @@ use nalgebra::DVector;
 const TRIM_M3: f64 = 10e-6;
 /// Unit of a change of pitch, rad: half a degree.
 const PITCH_RAD: f64 = 0.01;
+/// Unit of a change of CD0, relative: a twentieth, half of what a drag of typical size deviates by.
+const DRAG: f64 = 0.05;
 /// Share of a unit that signatures are differenced over.
 const STEP: f64 = 0.2;
 /// Amplitudes that are believed in, in these units, 1 sigma.
@@ -38,17 +40,27 @@ const LITTLE: f64 = 2.0;
 const TEMPERATURE_LAGS_S: [f64; 5] = [20.0, 60.0, 150.0, 400.0, 900.0];
 /// Lags of the water in free-flooding spaces, s (guess).
 const DENSITY_LAGS_S: [f64; 4] = [20.0, 60.0, 180.0, 500.0];
-/// Lags of the buoyancy engine behind its reading, s (guess).
-const BALLAST_LAGS_S: [f64; 3] = [5.0, 15.0, 40.0];
+/// Lags of the buoyancy engine behind its reading, s: of its motion, and of a bladder or an oil that creeps (guess).
+const BALLAST_LAGS_S: [f64; 5] = [5.0, 15.0, 40.0, 120.0, 400.0];
 /// Unit of a pitch that is late, s: what clocks of two computers are apart.
 const LATE_S: f64 = 1.0;
 /// Mean of the unit vectors along the headings from which the heading hardly varies (1: not at all): 0.97 is some 14 degrees rms.
 const ONE_HEADING: f64 = 0.97;
+/// Least CD0 that a form leaves, relative.
+const LEAST_DRAG: f64 = 0.2;
 /// Pressure of the atmosphere, Pa.
 const ATMOSPHERE_PA: f64 = 101_325.0;
 
-/// Change of trim and of pitch of every input of a run, in their units.
-type Change = Vec<(f64, f64)>;
+/// Change of every input of a run, in units of each.
+type Change = Vec<Nudge>;
+
+/// Change of one input: trim, pitch, drag, in their units.
+type Nudge = [f64; 3];
+
+/// A sum of changes, each so many times.
+fn sum_of(parts: impl Iterator<Item = (f64, Nudge)>) -> Nudge {
+    parts.fold([0.0; 3], |sum, (times, part)| std::array::from_fn(|i| sum[i] + times * part[i]))
+}
 
 /// One amplitude of a stranger: the change it makes in each run, and its whitened signature.
 struct Part {
@@ -120,12 +132,9 @@ impl<'a> Step<'a> {
         Some(Self { form, scale, amplitude, give, promised })
     }
 
-    /// Trim and pitch that so much of each part changes at input `j` of run `k`.
-    fn change(&self, amplitude: &DVector<f64>, k: usize, j: usize) -> (f64, f64) {
-        self.form.iter().zip(amplitude.iter()).fold((0.0, 0.0), |sum, (part, a)| {
-            let (v, p) = part.changes[k].get(j).copied().unwrap_or_default();
-            (sum.0 + a * v, sum.1 + a * p)
-        })
+    /// What so much of each part changes at input `j` of run `k`.
+    fn change(&self, amplitude: &DVector<f64>, k: usize, j: usize) -> Nudge {
+        sum_of(self.form.iter().zip(amplitude.iter()).map(|(part, a)| (*a, part.changes[k].get(j).copied().unwrap_or_default())))
     }
 
     /// What amplitudes cost, in chi².
@@ -210,8 +219,7 @@ fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Column>
     for k in 0..problem.runs.len() {
         let stepped = |changes: &&Vec<Change>| {
             let change = &changes[k];
-            let here = |j: usize| change.get(j).copied().unwrap_or_default();
-            (at, nudged(problem.runs[k], |j| (STEP * here(j).0, STEP * here(j).1)))
+            (at, nudged(problem.runs[k], |j| sum_of(change.get(j).map(|here| (STEP, *here)).into_iter())))
         };
         let from = problem.range(k).0.start;
         let asked: Vec<(&State, Run)> = all.iter().map(stepped).collect();
@@ -222,19 +230,20 @@ fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Column>
     columns.into_iter().map(|values| Column { from: 0, values }).collect()
 }
 
-/// A run with trim and pitch changed by so many of their units at each of its inputs.
-fn nudged(run: &Run, change: impl Fn(usize) -> (f64, f64)) -> Run {
+/// A run with its inputs changed by so many of their units.
+fn nudged(run: &Run, change: impl Fn(usize) -> Nudge) -> Run {
     let mut run = run.clone();
     let grid_s = 0.5 * run.step_s;
-    let change: Change = (0..run.inputs.len()).map(change).map(|(v, p)| (v * TRIM_M3, p * PITCH_RAD)).collect();
+    let change: Change = (0..run.inputs.len()).map(change).map(|[v, p, d]| [v * TRIM_M3, p * PITCH_RAD, d * DRAG]).collect();
     for (j, i) in run.inputs.iter_mut().enumerate() {
-        let (trim, pitch) = change[j];
+        let [trim, pitch, drag] = change[j];
         i.sensed.ballast_m3 += trim;
+        i.cd0_relative = (i.cd0_relative + drag).max(LEAST_DRAG);
         if pitch != 0.0 {
             i.sensed.pitch_rad += pitch;
             (i.sin_pitch, i.cos_pitch) = i.sensed.pitch_rad.sin_cos();
             let (before, after) = (j.saturating_sub(1), (j + 1).min(change.len() - 1));
-            i.pitch_rate_rad_s += (change[after].1 - change[before].1) / ((after - before).max(1) as f64 * grid_s);
+            i.pitch_rate_rad_s += (change[after][1] - change[before][1]) / ((after - before).max(1) as f64 * grid_s);
         }
     }
     run
@@ -245,8 +254,10 @@ fn nudged(run: &Run, change: impl Fn(usize) -> (f64, f64)) -> Run {
 pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
     let runs = problem.runs.len();
     let each = |change: &dyn Fn(usize) -> Change| -> Vec<Change> { (0..runs).map(change).collect() };
-    let trim = |of: &dyn Fn(usize, &Sensed) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| (of(k, &i.sensed), 0.0)).collect());
-    let pitch = |of: &dyn Fn(&Input) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| (0.0, of(i))).collect());
+    let trim =
+        |of: &dyn Fn(usize, &Sensed) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| [of(k, &i.sensed), 0.0, 0.0]).collect());
+    let pitch = |of: &dyn Fn(&Input) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| [0.0, of(i), 0.0]).collect());
+    let drag = |of: &dyn Fn(&Input) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| [0.0, 0.0, of(i)]).collect());
     let lagged = |seconds: f64, of: &dyn Fn(&Sensed) -> f64| {
         each(&|k| {
             let run = problem.runs[k];
@@ -255,7 +266,7 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
             let late = |i: &Input| {
                 let now = of(&i.sensed);
                 behind += share * (now - behind);
-                (behind - now, 0.0)
+                [behind - now, 0.0, 0.0]
             };
             run.inputs.iter().map(late).collect()
         })
@@ -264,12 +275,14 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
     let first_s = problem.runs.first().map_or(0.0, |r| r.time_s[0]);
     let start_s = |k: usize| problem.runs[k].time_s[0];
     let mpa = |i: &Input| i.sensed.pressure_pa * 1e-6;
-    let constant = trim(&|_, _| 1.0);
+    let constants = [trim(&|_, _| 1.0), drag(&|_| 1.0)];
     let headings = || problem.runs.iter().flat_map(|r| &r.inputs).map(|i| (1.0, i.sin_heading, i.cos_heading));
     let sum = headings().fold((0.0, 0.0, 0.0), |s, h| (s.0 + h.0, s.1 + h.1, s.2 + h.2));
-    // On one heading all flight long this is a pitch offset, which has a name.
+    // On one heading all flight long this is a pitch offset or a level of drag, which have names.
     let turns = sum.1.hypot(sum.2) < ONE_HEADING * sum.0;
-    let by_heading = if turns { vec![vec![pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]] } else { Vec::new() };
+    let by_heading = |turned: &[Vec<Change>; 2]| if turns { vec![turned.to_vec()] } else { Vec::new() };
+    let pitch_by_heading = by_heading(&[pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]);
+    let drag_by_heading = by_heading(&[drag(&|i| i.sin_heading), drag(&|i| i.cos_heading)]);
     // Forms of each, and of each form the changes that its amplitudes make.
     let kinds: Vec<(&'static str, Vec<Vec<Vec<Change>>>)> = vec![
         ("time since the start of the segment (trim)", vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]]),
@@ -278,15 +291,19 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
         ("density some time ago (trim)", lags(&DENSITY_LAGS_S, &|s| s.density_kg_m3)),
         ("ballast some time ago (trim)", lags(&BALLAST_LAGS_S, &|s| s.ballast_m3 / TRIM_M3)),
         ("pressure of enclosed air (trim)", vec![vec![trim(&|_, s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))]]),
-        ("heading (pitch)", by_heading),
+        ("heading (pitch)", pitch_by_heading),
+        ("heading (drag)", drag_by_heading),
+        ("depth (drag)", vec![vec![drag(&mpa)]]),
         ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
         ("rate of pitch (its clock is early or late)", vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]]),
     ];
-    let all: Vec<&Vec<Change>> = std::iter::once(&constant).chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
+    let all: Vec<&Vec<Change>> = constants.iter().chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
     let mut columns = columns_at(problem, fit, &all).into_iter();
     let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or(Column { from: 0, values: Vec::new() }) };
-    let mut out = vec![Stranger { variable: "segment (trim)", forms: vec![by_run(problem, &part(constant))] }];
+    let by_segment = ["segment (trim)", "segment (drag)"].into_iter().zip(constants);
+    let mut out: Vec<Stranger> =
+        by_segment.map(|(variable, constant)| Stranger { variable, forms: vec![by_run(problem, &part(constant))] }).collect();
     out.extend(kinds.into_iter().map(|(variable, forms)| Stranger {
         variable,
         forms: forms.into_iter().map(|form| form.into_iter().map(&mut part).collect()).collect(),

@@ -454,11 +454,17 @@ pub enum Outside {
     UnrepeatableTrim,
     /// Water taken in during each segment.
     Leak,
+    /// Drag that depends on heading.
+    DragByHeading,
+    /// Something caught half way through the flight.
+    LineCaught,
+    /// Displaced volume that comes and goes within a minute or two.
+    Breathing,
 }
 
 impl Outside {
-    /// All of them.
-    pub const ALL: [Self; 11] = [
+    /// Those that a plan deals. The others are asked for by name, so that cases of a seed stay what they were.
+    pub const DEALT: [Self; 11] = [
         Self::HullThermalLag,
         Self::FloodedVolumeLag,
         Self::TrappedAir,
@@ -528,6 +534,18 @@ impl Outside {
             Self::Leak => {
                 off.leak = if lake { 45e-6 / 800.0 } else { 32e-6 / 3000.0 } * size;
                 ("leak", "m3_per_s", off.leak, json!({}))
+            }
+            Self::DragByHeading => {
+                off.drag_by_heading = 0.08 * size * sign;
+                ("drag_by_heading", "rel", off.drag_by_heading, json!({}))
+            }
+            Self::LineCaught => {
+                off.caught = (rng.random_range(3..6), 0.15 * size);
+                ("line_caught", "rel", off.caught.1, json!({ "segment": off.caught.0 }))
+            }
+            Self::Breathing => {
+                off.breathing = (5e-6 * size, rng.random_range(65.0..140.0));
+                ("breathing", "volume_m3", off.breathing.0, json!({ "period_s": off.breathing.1 }))
             }
         };
         Hidden { name, parameter, value, form }

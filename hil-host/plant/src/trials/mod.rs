@@ -214,7 +214,7 @@ pub fn plan(cases: usize, seed: u64, only: Option<Kind>) -> Vec<Spec> {
             }
             Kind::Off => {
                 if outside_deck.is_empty() {
-                    outside_deck = Outside::ALL.iter().flat_map(|&o| [(o, Strength::Medium), (o, Strength::Strong)]).collect();
+                    outside_deck = Outside::DEALT.iter().flat_map(|&o| [(o, Strength::Medium), (o, Strength::Strong)]).collect();
                     shuffle(&mut outside_deck, &mut rng);
                 }
                 if let Some((o, s)) = outside_deck.pop() {

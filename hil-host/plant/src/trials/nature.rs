@@ -102,6 +102,28 @@ pub struct OffCatalogue {
     pub leak: f64,
     /// Lift and drag differ with the sign of roll.
     pub roll_bias: f64,
+    /// CD0 depends on heading, relative amplitude (a wing or a mast that is bent, in waves of one direction).
+    pub drag_by_heading: f64,
+    /// Segment from which on something hangs at the hull, and the CD0 it adds, relative.
+    pub caught: (usize, f64),
+    /// Displaced volume that comes and goes, m³, and its period, s (an engine whose valve leaks and is pumped up again).
+    pub breathing: (f64, f64),
+}
+
+impl OffCatalogue {
+    /// Factor on CD0 in a segment, on a heading, rad.
+    #[must_use]
+    pub fn drag(&self, segment: usize, heading: f64) -> f64 {
+        let caught = if segment >= self.caught.0 { self.caught.1 } else { 0.0 };
+        1.0 + self.drag_by_heading * libm::cos(heading - 1.0) + caught
+    }
+
+    /// Displaced volume that is there at a time of a segment, s, and should not be, m³.
+    #[must_use]
+    pub fn breath(&self, t: f64) -> f64 {
+        let (volume, period) = self.breathing;
+        if volume == 0.0 { 0.0 } else { volume * libm::sin(core::f64::consts::TAU * t / period) }
+    }
 }
 
 /// The real vehicle.
@@ -182,6 +204,8 @@ pub struct Instant {
     pub roll: f64,
     /// Whether the flow is separated (hysteretic stall).
     pub separated: bool,
+    /// Factor on CD0.
+    pub drag: f64,
 }
 
 fn softplus(x: f64, width: f64) -> f64 {
@@ -305,7 +329,7 @@ impl Nature {
             linear -= lost.copysign(a);
         }
         let cl = self.lift_slope * linear + self.lift_quadratic * linear * linear.abs();
-        let mut cd0 = self.cd0;
+        let mut cd0 = self.cd0 * at.drag;
         if let Some(r) = &self.reynolds {
             let ratio = speed.max(0.03) / r.reference_speed / if r.viscous { relative_viscosity(at.temperature) } else { 1.0 };
             cd0 *= libm::pow(ratio.clamp(0.2, 4.0), -r.exponent);

@@ -247,7 +247,7 @@ impl Segment {
                     let speed = libm::hypot(u, w);
                     let alpha = libm::atan2(-w, u);
                     let day = (self.time[i] + f * dt) * start_day;
-                    let at = Instant { rho, temperature, day, roll: mix(&self.roll), separated };
+                    let at = Instant { rho, temperature, day, roll: mix(&self.roll), separated, drag: 1.0 };
                     let (lift, drag) = v.lift_and_drag(alpha, speed, -sink, &at);
                     let b = gravity * (rho * v.displaced(pressure, temperature, mix(&self.ballast)) - v.mass);
                     let (sa, ca) = (libm::sin(alpha), libm::cos(alpha));

@@ -357,7 +357,8 @@ impl Voyage<'_> {
                 separated = s.separates(alpha.abs(), separated);
             }
             let extra_mass = off.flood_volume_m3 * (flood_density - density) + (off.leak * t).min(BILGE_M3) * density
-                - off.segment_trim[index] * density;
+                - (off.segment_trim[index] + off.breath(t)) * density;
+            let off_drag = off.drag(index, heading);
             let roll = roll_true + list;
             let g = self.nominal.gravity;
             let swell_temperature = temperature + off.hull_thermal_gain * (hull_temperature - temperature);
@@ -376,7 +377,7 @@ impl Voyage<'_> {
                 let alpha = libm::atan2(-sn, su);
                 let (sin_t, cos_t) = (libm::sin(sth), libm::cos(sth));
                 let sink = -(su * sin_t + sn * cos_t);
-                let at = Instant { rho, temperature, day, roll, separated };
+                let at = Instant { rho, temperature, day, roll, separated, drag: off_drag };
                 let (lift, drag) = nature.lift_and_drag(alpha, speed, -sink, &at);
                 let volume = nature.displaced(pressure + rho * g * (sz - z), swell_temperature, actual_ballast);
                 let buoyancy = g * (rho * volume - nature.mass - extra_mass);

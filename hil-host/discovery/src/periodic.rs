@@ -1,0 +1,55 @@
+//! Does what remains have a period of its own, of about a minute or two?
+//!
+//! The sea's ordinary motion has no period that it keeps for a whole segment; what a vehicle does to itself has (a controller that
+//! hunts, a pump that breathes). Sines of one period, each run with a phase and an amplitude of its own, are offered to the whitened
+//! residual, period by period.
+
+use crate::fit::Ground;
+use crate::problem::{Column, Problem};
+use crate::signature::Offer;
+use std::f64::consts::TAU;
+
+/// What the family is called.
+pub const OWN_PERIOD: &str = "time (a period of the vehicle's own)";
+/// Log odds against: water that happens to keep a period for a whole segment (a guess; of 100 flights with nothing hidden, ten of them
+/// with water motion in a narrow band, the most that was seen is 5.6).
+const KEPT_BY_THE_SEA: f64 = 6.0;
+/// Periods that are asked, s: what is faster is hardly seen in samples some seconds apart, what is slower is the sea's.
+const SHORTEST_S: f64 = 45.0;
+const LONGEST_S: f64 = 230.0;
+/// Frequencies per resolution of the longest run.
+const FINER: f64 = 2.0;
+/// Most frequencies that are asked.
+const MOST: usize = 400;
+
+/// Log Bayes factor of one period, averaged over all that were asked; the best of them, s, and its amplitude, m/s.
+#[must_use]
+pub fn period(problem: &Problem, ground: &Ground, scales_m_s: &[f64]) -> Option<(f64, f64, f64)> {
+    let longest = problem.runs.iter().map(|r| r.time_s[r.time_s.len() - 1] - r.time_s[0]).fold(0.0, f64::max);
+    let (low, high) = (1.0 / LONGEST_S, 1.0 / SHORTEST_S);
+    let asked = ((FINER * longest * (high - low)).ceil() as usize).clamp(2, MOST);
+    let frequency = |i: usize| low + (high - low) * i as f64 / (asked - 1) as f64;
+    let gain = |i: usize| -> f64 { (0..problem.runs.len()).map(|k| alone(&sines(problem, k, frequency(i)), ground)).sum() };
+    let best = (0..asked).map(|i| (i, gain(i))).max_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let columns: Vec<Column> = (0..problem.runs.len()).flat_map(|k| sines(problem, k, frequency(best))).collect();
+    let offer = Offer::new(&columns, ground);
+    let told = scales_m_s.iter().map(|s| (offer.log_bayes(*s), *s)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((told.0 - (asked as f64 * scales_m_s.len() as f64).ln() - KEPT_BY_THE_SEA, 1.0 / frequency(best), told.1))
+}
+
+/// What a vertical velocity of 1 m/s with this frequency, Hz, leaves in one run: sine and cosine.
+fn sines(problem: &Problem, k: usize, frequency: f64) -> [Column; 2] {
+    let omega = TAU * frequency;
+    let run = problem.runs[k];
+    let angle = |row: usize| omega * (run.time_s[row] - run.time_s[0]);
+    [problem.depth_column(k, &|row| angle(row).sin() / omega), problem.depth_column(k, &|row| angle(row).cos() / omega)]
+}
+
+/// By how much chi² falls where two columns are fitted to the residual alone.
+fn alone(columns: &[Column; 2], ground: &Ground) -> f64 {
+    let [s, c] = columns;
+    let (ss, cc, sc) = (s.dot(s), c.dot(c), s.dot(c));
+    let (rs, rc) = (s.dot(&ground.residual), c.dot(&ground.residual));
+    let det = ss * cc - sc * sc;
+    if det > 1e-9 * ss * cc { (cc * rs * rs - 2.0 * sc * rs * rc + ss * rc * rc) / det } else { 0.0 }
+}

@@ -19,17 +19,20 @@ const SHORTEST_S: f64 = 45.0;
 const LONGEST_S: f64 = 230.0;
 /// Frequencies per resolution of the longest run.
 const FINER: f64 = 2.0;
-/// Most frequencies that are asked.
+/// Most frequencies that are asked, and rows that each is looked for in: of a long flight the first dives, what is found counts in all.
 const MOST: usize = 400;
+const SCANNED_ROWS: usize = 10_000;
 
-/// Log Bayes factor of one period, averaged over all that were asked; the best of them, s, and its amplitude, m/s.
+/// Log Bayes factor of one period and amplitude, less what so many of them to choose from cost; the period, s, and the amplitude, m/s.
 #[must_use]
 pub fn period(problem: &Problem, ground: &Ground, scales_m_s: &[f64]) -> Option<(f64, f64, f64)> {
-    let longest = problem.runs.iter().map(|r| r.time_s[r.time_s.len() - 1] - r.time_s[0]).fold(0.0, f64::max);
+    let rows_up_to = |k: &usize| problem.runs[..=*k].iter().map(|r| r.time_s.len()).sum::<usize>();
+    let scanned = (0..problem.runs.len()).take_while(|k| *k == 0 || rows_up_to(k) <= SCANNED_ROWS).count();
+    let longest = problem.runs[..scanned].iter().map(|r| r.time_s[r.time_s.len() - 1] - r.time_s[0]).fold(0.0, f64::max);
     let (low, high) = (1.0 / LONGEST_S, 1.0 / SHORTEST_S);
     let asked = ((FINER * longest * (high - low)).ceil() as usize).clamp(2, MOST);
     let frequency = |i: usize| low + (high - low) * i as f64 / (asked - 1) as f64;
-    let gain = |i: usize| -> f64 { (0..problem.runs.len()).map(|k| alone(&sines(problem, k, frequency(i)), ground)).sum() };
+    let gain = |i: usize| -> f64 { (0..scanned).map(|k| alone(&sines(problem, k, frequency(i)), ground)).sum() };
     let best = (0..asked).map(|i| (i, gain(i))).max_by(|a, b| a.1.total_cmp(&b.1))?.0;
     let columns: Vec<Column> = (0..problem.runs.len()).flat_map(|k| sines(problem, k, frequency(best))).collect();
     let offer = Offer::new(&columns, ground);

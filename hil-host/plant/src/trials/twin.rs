@@ -80,13 +80,15 @@ fn plainly_stalled(of: &Nature, fitted: impl Fn(&Nature) -> Nature, misfit: impl
     Some(Nature { stall: Some(plain), ..of.clone() })
 }
 
-/// Log odds by which a log prefers the truth to the twin of what is hidden; of a pair, to the twin that comes nearest. Near 0 and
-/// below, nobody can tell which of the two it was. `None` where nothing hidden has a twin.
+/// Log odds by which the segments to fit prefer the truth to the twin of what is hidden; of a pair, to the twin that comes nearest. Near 0 and
+/// below, nobody can tell which of the two it was who may not look at the others. `None` where nothing hidden has a twin.
 #[must_use]
 pub fn log_odds(log: &Log, nominal: &Nominal, truth: &Truth) -> Option<f64> {
     let told = log.clone().without_stirring();
     let density = told.mean_density();
-    let as_it_flew = |vehicle: &Nature| whitened(&told.blocks(vehicle, nominal.gravity, |_| true));
+    // What a tool may look at: pressure on the check segments is not.
+    let shown = |segment: usize| !nominal.check.contains(&segment);
+    let as_it_flew = |vehicle: &Nature| whitened(&told.blocks(vehicle, nominal.gravity, shown));
     let fitted = |vehicle: &Nature| recalibrated(&told, nominal, |s| vehicle.rescattered(&truth.scatter, s));
     let misfit = |vehicle: &Nature| {
         let scatter = fitted(vehicle);

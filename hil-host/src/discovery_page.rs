@@ -82,10 +82,10 @@ pub fn page(card: &Value, seed: u64) -> Page {
     Page { title: "Hidden effects in sealed flights, and what was said".into(), answer, sections, provenance }
 }
 
-/// One row per hidden set, answers with their counts; shaded red where none of them is right.
+/// One row per hidden set, answers with their counts; shaded by the share that is wrong, marked and red where none is right.
 fn confusion(card: &Value) -> Heat {
     let mut heat = Heat {
-        caption: "Answers by what was hidden (count); red: never the hidden set itself".into(),
+        caption: "Answers by what was hidden (count); shaded: some are not the hidden set itself; ✗ and red: none is".into(),
         head: ["hidden", "answers"].map(str::to_owned).into(),
         ..Heat::default()
     };
@@ -98,8 +98,14 @@ fn confusion(card: &Value) -> Heat {
         };
         let right: u64 = said.iter().filter(|(k, _)| *k == wanted).map(|(_, n)| n).sum();
         let all: u64 = said.iter().map(|(_, n)| n).sum();
-        heat.rows.push(vec![truth.clone(), said.iter().map(|(k, n)| format!("{k} ({n})")).collect::<Vec<_>>().join(", ")]);
-        heat.shade.push(vec![f64::NAN, if right == 0 { -1.0 } else { 0.5 * right as f64 / all.max(1) as f64 }]);
+        let answers = said.iter().map(|(k, n)| format!("{k} ({n})")).collect::<Vec<_>>().join(", ");
+        let (mark, shade) = match right {
+            0 => (" ✗", -1.0),
+            n if n == all => ("", f64::NAN),
+            n => ("", 1.0 - n as f64 / all as f64),
+        };
+        heat.rows.push(vec![truth.clone(), answers + mark]);
+        heat.shade.push(vec![f64::NAN, shade]);
     }
     heat
 }
@@ -118,7 +124,8 @@ mod tests {
         assert!(page.answer[0].1.contains("98 % of 40"), "{}", page.answer[0].1);
         let heat = confusion(&card);
         let shade = |name: &str| heat.shade[heat.rows.iter().position(|r| r[0] == name).expect("a row")][1];
-        assert!(shade("stall weak") < 0.0 && (shade("(nothing)") - 0.4875).abs() < 1e-12 && (shade("off:leak strong") - 0.5).abs() < 1e-12);
+        assert!(shade("stall weak") < 0.0 && (shade("(nothing)") - 0.025).abs() < 1e-12 && shade("off:leak strong").is_nan());
+        assert!(heat.rows.iter().all(|r| r[1].ends_with(" ✗") == (r[0] == "stall weak")), "{:?}", heat.rows);
         assert!(page.to_html().contains("Hidden effects in sealed flights"));
     }
 }

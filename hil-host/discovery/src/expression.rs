@@ -307,7 +307,8 @@ mod tests {
     #[test]
     fn an_expression_does_what_the_built_in_effect_of_the_same_form_does() {
         let own = parse("cd += k*roll^2").expect("parses");
-        let at = Flow { alpha_rad: 0.1, speed_m_s: 0.3, roll_rad: 0.4, climb_m_s: 0.1, time_s: 9.0, temperature_degc: 10.0 };
+        let at =
+            Flow { alpha_rad: 0.1, speed_m_s: 0.3, roll_rad: 0.4, climb_m_s: 0.1, time_s: 9.0, temperature_degc: 10.0, attached: false };
         let c = Constants {
             gravity_m_s2: 9.81,
             mass_kg: 68.0,

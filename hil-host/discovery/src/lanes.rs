@@ -285,12 +285,13 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
             climb_m_s: -sinks[i],
             time_s: at.time,
             temperature_degc: at.temperature,
+            attached: lanes[i].is_attached(),
         }
     };
     let each = |of: &dyn Fn(&ForceModel, usize) -> f64| beside(|i| if m.asked & (1 << i) == 0 { 0.0 } else { of(&lanes[i].model, i) });
     let angle = if b.hooks.lift_angle { each(&|model, i| model.lift_angle_rad(alphas[i])) } else { m.alpha };
     let angles = angle.to_array();
-    let added = if b.hooks.lift { each(&|model, i| model.added_lift(&flow(i), angles[i], lanes[i].is_attached())) } else { Lanes::ZERO };
+    let added = if b.hooks.lift { each(&|model, i| model.added_lift(&flow(i), angles[i])) } else { Lanes::ZERO };
     let (mut cl, mut cd) = b.nominal(p, m.alpha, angle, added);
     if b.hooks.drag {
         let lift = cl.to_array();
@@ -305,7 +306,8 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
     if m.beyond != 0 {
         let (mut cls, mut cds) = (cl.to_array(), cd.to_array());
         for i in (0..LANES).filter(|i| m.beyond & (1 << i) != 0) {
-            let f = lanes[i].model.coefficients(&flow(i));
+            // Flow has separated there, whatever came before.
+            let f = lanes[i].model.coefficients(&Flow { attached: false, ..flow(i) });
             (cls[i], cds[i]) = (f.cl, f.cd);
         }
         (cl, cd) = (Lanes::from(cls), Lanes::from(cds));

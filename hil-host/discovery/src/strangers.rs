@@ -57,6 +57,8 @@ type Change = Vec<Nudge>;
 
 /// Change of one input: trim, pitch, drag, in their units.
 type Nudge = [f64; 3];
+const ON_PITCH: usize = 1;
+const ON_DRAG: usize = 2;
 
 /// A sum of changes, each so many times.
 fn sum_of(parts: impl Iterator<Item = (f64, Nudge)>) -> Nudge {
@@ -257,8 +259,12 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
     let each = |change: &dyn Fn(usize) -> Change| -> Vec<Change> { (0..runs).map(change).collect() };
     let trim =
         |of: &dyn Fn(usize, &Sensed) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| [of(k, &i.sensed), 0.0, 0.0]).collect());
-    let pitch = |of: &dyn Fn(&Input) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| [0.0, of(i), 0.0]).collect());
-    let drag = |of: &dyn Fn(&Input) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| [0.0, 0.0, of(i)]).collect());
+    let on = |which: usize, of: &dyn Fn(&Input) -> f64| -> Vec<Change> {
+        let nudge = |i: &Input| std::array::from_fn(|w| if w == which { of(i) } else { 0.0 });
+        each(&|k| problem.runs[k].inputs.iter().map(nudge).collect())
+    };
+    let pitch = |of: &dyn Fn(&Input) -> f64| on(ON_PITCH, of);
+    let drag = |of: &dyn Fn(&Input) -> f64| on(ON_DRAG, of);
     let lagged = |seconds: f64, of: &dyn Fn(&Sensed) -> f64| {
         each(&|k| {
             let run = problem.runs[k];
@@ -281,9 +287,8 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
     let sum = headings().fold((0.0, 0.0, 0.0), |s, h| (s.0 + h.0, s.1 + h.1, s.2 + h.2));
     // On one heading all flight long this is a pitch offset or a level of drag, which have names.
     let turns = sum.1.hypot(sum.2) < ONE_HEADING * sum.0;
-    let by_heading = |turned: &[Vec<Change>; 2]| if turns { vec![turned.to_vec()] } else { Vec::new() };
-    let pitch_by_heading = by_heading(&[pitch(&|i| i.sin_heading), pitch(&|i| i.cos_heading)]);
-    let drag_by_heading = by_heading(&[drag(&|i| i.sin_heading), drag(&|i| i.cos_heading)]);
+    let by_heading =
+        |which: usize| if turns { vec![vec![on(which, &|i| i.sin_heading), on(which, &|i| i.cos_heading)]] } else { Vec::new() };
     // Forms of each, and of each form the changes that its amplitudes make.
     let kinds: Vec<(&'static str, Vec<Vec<Vec<Change>>>)> = vec![
         ("time since the start of the segment (trim)", vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]]),
@@ -292,8 +297,8 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
         ("density some time ago (trim)", lags(&DENSITY_LAGS_S, &|s| s.density_kg_m3)),
         ("ballast some time ago (trim)", lags(&BALLAST_LAGS_S, &|s| s.ballast_m3 / TRIM_M3)),
         ("pressure of enclosed air (trim)", vec![vec![trim(&|_, s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))]]),
-        ("heading (pitch)", pitch_by_heading),
-        ("heading (drag)", drag_by_heading),
+        ("heading (pitch)", by_heading(ON_PITCH)),
+        ("heading (drag)", by_heading(ON_DRAG)),
         ("depth (drag)", vec![vec![drag(&mpa)]]),
         ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),

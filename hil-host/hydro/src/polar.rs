@@ -73,6 +73,7 @@ impl Flow {
             climb_m_s: -speed_m_s * alpha_rad,
             time_s: 0.0,
             temperature_degc: REFERENCE_TEMPERATURE_DEGC,
+            attached: false,
         }
     }
 }

@@ -140,10 +140,10 @@ impl Effect for Stall {
             },
         ]
     }
-    fn lift(&self, p: &[f64], _at: &Flow, lift_angle_rad: f64, c: &Constants) -> f64 {
+    fn lift(&self, p: &[f64], at: &Flow, lift_angle_rad: f64, c: &Constants) -> f64 {
         let angle = lift_angle_rad.abs();
         let beyond = rounded(angle - p[0]);
-        if beyond <= 0.0 {
+        if at.attached || beyond <= 0.0 {
             return 0.0;
         }
         // Separated flow gives the lift of a smaller angle.

@@ -107,6 +107,8 @@ pub struct Flow {
     pub time_s: f64,
     /// Water temperature, °C: it sets the viscosity.
     pub temperature_degc: f64,
+    /// Whether flow that came from smaller angles of attack is known to be attached still: a stall does nothing then.
+    pub attached: bool,
 }
 
 /// Water temperature of coefficients that are stated without one, °C.
@@ -368,11 +370,10 @@ impl<'a> ForceModel<'a> {
         self.in_flow.iter().fold(alpha_rad, |angle, e| e.effect.lift_angle_rad(&e.values, angle))
     }
 
-    /// Lift coefficient that effects add to the law's; where flow is known to be attached, a stall does nothing.
+    /// Lift coefficient that effects add to the law's.
     #[must_use]
-    pub fn added_lift(&self, at: &Flow, lift_angle_rad: f64, attached: bool) -> f64 {
-        let acting = self.in_flow.iter().filter(|e| !(attached && e.effect.name() == "stall"));
-        acting.map(|e| e.effect.lift(&e.values, at, lift_angle_rad, &self.constants)).sum()
+    pub fn added_lift(&self, at: &Flow, lift_angle_rad: f64) -> f64 {
+        self.in_flow.iter().map(|e| e.effect.lift(&e.values, at, lift_angle_rad, &self.constants)).sum()
     }
 
     /// Drag coefficient that effects add to the law's at this lift.
@@ -446,7 +447,7 @@ impl<'a> ForceModel<'a> {
     fn attached(&self, at: &Flow) -> LiftDrag {
         let c = &self.constants;
         let angle = self.lift_angle_rad(at.alpha_rad);
-        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs() + self.added_lift(at, angle, false);
+        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs() + self.added_lift(at, angle);
         let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad + self.added_drag(at, cl);
         let cn = self.normal_force(at);
         if cn != 0.0 {
@@ -513,7 +514,7 @@ mod tests {
                 Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
             assert_eq!(with.truth(s), s, "{}", e.name());
             for (alpha_rad, speed_m_s, roll_rad) in flows {
-                let at = Flow { alpha_rad, speed_m_s, roll_rad, climb_m_s: 0.1, time_s: 1e5, temperature_degc: 10.0 };
+                let at = Flow { alpha_rad, speed_m_s, roll_rad, climb_m_s: 0.1, time_s: 1e5, temperature_degc: 10.0, attached: false };
                 let (a, b) = (with.coefficients(&at), without.coefficients(&at));
                 assert!((a.cl - b.cl).abs() < 1e-12 && (a.cd - b.cd).abs() < 1e-12, "{} at {alpha_rad}", e.name());
             }
@@ -536,7 +537,15 @@ mod tests {
             let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
             let s =
                 Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
-            let at = Flow { alpha_rad: 0.25, speed_m_s: 0.4, roll_rad: 0.2, climb_m_s: 0.1, time_s: 1e5, temperature_degc: 10.0 };
+            let at = Flow {
+                alpha_rad: 0.25,
+                speed_m_s: 0.4,
+                roll_rad: 0.2,
+                climb_m_s: 0.1,
+                time_s: 1e5,
+                temperature_degc: 10.0,
+                attached: false,
+            };
             let place = Place { time_s: 9.0, depth_m: 40.0, water_depth_m: 100.0, phase_rad: 1.0 };
             let changed = with.constants != without.constants
                 || with.truth(s) != s
@@ -549,7 +558,7 @@ mod tests {
             let hooks = e.in_flow();
             let silent = |asked: bool, said: f64| assert!(asked || said == 0.0, "{} has a hook in the flow and says it has none", e.name());
             silent(hooks.lift_angle, with.lift_angle_rad(at.alpha_rad) - at.alpha_rad);
-            silent(hooks.lift, with.added_lift(&at, at.alpha_rad, false));
+            silent(hooks.lift, with.added_lift(&at, at.alpha_rad));
             silent(hooks.drag, with.added_drag(&at, 0.5));
             silent(hooks.normal_force, with.normal_force(&at));
         }
@@ -558,7 +567,15 @@ mod tests {
     #[test]
     fn prop_lift_is_odd_and_drag_even_in_angle_of_attack_and_both_are_continuous_at_the_edge() {
         let model = ForceModel::new(nominal(), &[]);
-        let at = |alpha_rad| Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0, temperature_degc: 10.0 };
+        let at = |alpha_rad| Flow {
+            alpha_rad,
+            speed_m_s: 0.3,
+            roll_rad: 0.0,
+            climb_m_s: 0.0,
+            time_s: 0.0,
+            temperature_degc: 10.0,
+            attached: false,
+        };
         for i in 0..150 {
             let a = f64::from(i) * 0.01;
             let (p, m) = (model.coefficients(&at(a)), model.coefficients(&at(-a)));
@@ -572,7 +589,15 @@ mod tests {
     fn prop_a_wing_set_at_an_angle_stalls_as_far_above_zero_lift_as_below() {
         let effects = [Active::sized(&Stall, 0.06), Active::sized(&ZeroLiftAngle, 0.03)];
         let model = ForceModel::new(nominal(), &effects);
-        let at = |alpha_rad| Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0, temperature_degc: 10.0 };
+        let at = |alpha_rad| Flow {
+            alpha_rad,
+            speed_m_s: 0.3,
+            roll_rad: 0.0,
+            climb_m_s: 0.0,
+            time_s: 0.0,
+            temperature_degc: 10.0,
+            attached: false,
+        };
         for i in 0..30 {
             let a = f64::from(i) * 0.01;
             let (above, below) = (model.coefficients(&at(0.03 + a)).cl, model.coefficients(&at(0.03 - a)).cl);

@@ -9,7 +9,7 @@
 
 use super::nature::{Nature, Stall};
 use super::reference::{Block, Log, recalibrated};
-use super::vehicle::{Nominal, TOLERANCE};
+use super::vehicle::{Nominal, Scatter, TOLERANCE};
 use super::{Kind, Truth};
 
 /// The vehicle with a hidden effect exchanged for its twin of the same force; none for an effect without one.
@@ -80,8 +80,8 @@ fn plainly_stalled(of: &Nature, fitted: impl Fn(&Nature) -> Nature, misfit: impl
     Some(Nature { stall: Some(plain), ..of.clone() })
 }
 
-/// Log odds by which the segments to fit prefer the truth to the twin of what is hidden; of a pair, to the twin that comes nearest. Near 0 and
-/// below, nobody can tell which of the two it was who may not look at the others. `None` where nothing hidden has a twin.
+/// Log odds by which the segments to fit prefer the truth to the twin of what is hidden; of a pair, to the twin that comes nearest. Near
+/// 0 and below, nobody can tell which of the two it was who may not look at the others. `None` where nothing hidden has a twin.
 #[must_use]
 pub fn log_odds(log: &Log, nominal: &Nominal, truth: &Truth) -> Option<f64> {
     let told = log.clone().without_stirring();
@@ -89,16 +89,19 @@ pub fn log_odds(log: &Log, nominal: &Nominal, truth: &Truth) -> Option<f64> {
     // What a tool may look at: pressure on the check segments is not.
     let shown = |segment: usize| !nominal.check.contains(&segment);
     let as_it_flew = |vehicle: &Nature| whitened(&told.blocks(vehicle, nominal.gravity, shown));
-    let fitted = |vehicle: &Nature| recalibrated(&told, nominal, |s| vehicle.rescattered(&truth.scatter, s));
+    let fitted = |vehicle: &Nature| {
+        let build = |s: &Scatter| vehicle.rescattered(&truth.scatter, s);
+        let scatter = recalibrated(&told, nominal, build);
+        (build(&scatter), scatter)
+    };
     let misfit = |vehicle: &Nature| {
-        let scatter = fitted(vehicle);
+        let (calibrated, scatter) = fitted(vehicle);
         let strain: f64 = scatter.values.iter().zip(TOLERANCE).map(|(x, (_, tolerance))| (x / tolerance).powi(2)).sum();
-        strain + as_it_flew(&vehicle.rescattered(&truth.scatter, &scatter))
+        strain + as_it_flew(&calibrated)
     };
     let mut twins: Vec<Nature> = truth.hidden.iter().filter_map(|h| exchanged(&truth.nature, h.name, h.value, density)).collect();
     if truth.kind == Kind::Off {
-        let calibrated = |vehicle: &Nature| vehicle.rescattered(&truth.scatter, &fitted(vehicle));
-        twins.extend(plainly_stalled(&truth.nature, calibrated, as_it_flew));
+        twins.extend(plainly_stalled(&truth.nature, |vehicle| fitted(vehicle).0, as_it_flew));
     }
     let nearest = twins.iter().map(misfit).reduce(f64::min)?;
     Some(0.5 * (nearest - misfit(&truth.nature)))

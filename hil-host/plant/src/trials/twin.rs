@@ -110,7 +110,8 @@ pub fn log_odds(log: &Log, nominal: &Nominal, truth: &Truth) -> Option<f64> {
 /// Sum of squares of the model's errors in units of this flight's noise (what was observed less what is known to be true), whose
 /// correlation from block to block is taken out.
 fn whitened(blocks: &[Block]) -> f64 {
-    let noise = |b: &Block| b.observed - b.known;
+    // The water motion that was hidden is taken out of what was observed here, and is in what is known.
+    let noise = |b: &Block| b.observed + b.stirred - b.known;
     let neighbours = || blocks.windows(2).filter(|w| w[0].segment == w[1].segment);
     let square: f64 = blocks.iter().map(|b| noise(b).powi(2)).sum();
     let product: f64 = neighbours().map(|w| noise(&w[0]) * noise(&w[1])).sum();

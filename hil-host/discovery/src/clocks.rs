@@ -2,72 +2,140 @@
 //!
 //! A Slocum logs pitch and ballast by the clock of its flight computer and the CTD by that of its science computer, and tables
 //! made from both can be a second or two apart: enough to look like added mass at every turn. Both carry a pressure sensor. The
-//! shift of time at which one is a straight line of the other,
+//! shift of time at which the rate of one is a straight line of the rates of the other and of the pitch,
 //! ```text
-//! p_engineering(t) = a p_ctd(t − τ) + b        τ < 0: the engineering channels are early
+//! p'_engineering(t) = a p'_ctd(t − τ) + l (sin pitch)'(t) + b        τ < 0: the engineering channels are early
 //! ```
-//! tells the difference. Not covered: a pressure sensor with a lag of its own, which counts as clock.
+//! tells the difference. Rates, because two sensors that bend and creep against each other by a metre (a 200 m pump's do) hide a
+//! shift that moves them by a few centimetres; over a third of a minute neither does. Pitch, because one sensor sits l behind the
+//! other along the hull (0.3 to 0.6 m by the logs of two Slocums, whose engineering port is in the tail) and is the deeper one as
+//! the nose comes up, which a shift imitates. How sure the shift is, its parts of the flight say: each is left out in turn
+//! (jackknife). Not covered: a pressure sensor with a lag of its own, which counts as clock, and a CTD that sits ahead of or
+//! behind the vehicle's centre.
 
 use crate::flight::Flight;
 
 /// Columns that carry the pressure of the flight computer; their unit does not matter.
 const ENGINEERING: [&str; 4] = ["eng_pressure_bar", "m_pressure_bar", "m_pressure", "eng_pressure_dbar"];
 /// Largest shift that is looked for, and the step of the search, s.
-const REACH_S: f64 = 6.0;
-const STEP_S: f64 = 0.5;
+const REACH_S: i32 = 6;
+const STEPS: usize = 2 * REACH_S as usize + 1;
 /// Smaller shifts than this change nothing, s: half a sample of the usual 1 Hz log.
 const WORTH_S: f64 = 0.4;
-/// Share by which the shift must lower the misfit of the two sensors: else nothing is known.
-const WORTH_SHARE: f64 = 0.05;
+/// A shift is believed from so many of its standard errors on.
+const SURE: f64 = 3.0;
+/// Rates are taken over twice this time, s: a turn of a glider, and a few samples of the slower computer (4 s).
+const HALF_WINDOW_S: f64 = 10.0;
+/// No pressure is made up across a longer gap, s.
+const GAP_S: f64 = 10.0;
 /// Rows that are compared at most.
 const MOST_ROWS: usize = 4000;
+/// Parts of the flight that are left out in turn.
+const PARTS: usize = 8;
 
-/// The shift τ of a flight that has both sensors, s; none if it has not, or if they do not tell.
+/// Sums for a straight line of two rates: of the products of (1, x, z, y), x and z being what explains y.
+#[derive(Clone, Copy, Default)]
+struct Line([[f64; 4]; 4]);
+
+impl Line {
+    fn add(&mut self, x: f64, z: f64, y: f64) {
+        let v = [1.0, x, z, y];
+        for (row, a) in self.0.iter_mut().zip(v) {
+            for (s, b) in row.iter_mut().zip(v) {
+                *s += a * b;
+            }
+        }
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|i| std::array::from_fn(|j| self.0[i][j] + other.0[i][j])))
+    }
+
+    /// Mean square that the line leaves; without z where pitch never moves.
+    fn left(&self) -> f64 {
+        let n = self.0[0][0];
+        let s = |i: usize, j: usize| self.0[i][j] / n - self.0[0][i] * self.0[0][j] / (n * n);
+        let (xx, xz, zz) = (s(1, 1), s(1, 2), s(2, 2));
+        let (xy, zy, yy) = (s(1, 3), s(2, 3), s(3, 3));
+        let own = zz - xz * xz / xx;
+        let by_pitch = if own > 1e-9 { (zy - xz * xy / xx).powi(2) / own } else { 0.0 };
+        yy - xy * xy / xx - by_pitch
+    }
+}
+
+/// A sensor's readings in order of time.
+struct Readings {
+    time_s: Vec<f64>,
+    value: Vec<f64>,
+}
+
+impl Readings {
+    fn new(time_s: &[f64], values: &[f64]) -> Self {
+        let (time_s, value) = time_s.iter().zip(values).filter(|(t, v)| t.is_finite() && v.is_finite()).map(|(t, v)| (*t, *v)).unzip();
+        Self { time_s, value }
+    }
+
+    fn at(&self, time_s: f64) -> Option<f64> {
+        let k = self.time_s.partition_point(|x| *x < time_s);
+        let (a, b) = (k.checked_sub(1)?, k);
+        let gap = self.time_s.get(b)? - self.time_s[a];
+        (gap < GAP_S).then(|| self.value[a] + (self.value[b] - self.value[a]) * (time_s - self.time_s[a]) / gap)
+    }
+
+    /// What it changes by in the window about a time.
+    fn change(&self, time_s: f64) -> Option<f64> {
+        Some(self.at(time_s + HALF_WINDOW_S)? - self.at(time_s - HALF_WINDOW_S)?)
+    }
+}
+
+/// Where a scan of misfits over the shift is least, s; none if that is at an end of it.
+fn least(scan: &[Line; STEPS]) -> Option<f64> {
+    let left = scan.map(|l| l.left());
+    if left.iter().any(|m| !m.is_finite()) {
+        return None;
+    }
+    let best = (1..STEPS - 1).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
+    let (before, here, after) = (left[best - 1], left[best], left[best + 1]);
+    let curvature = before - 2.0 * here + after;
+    (curvature > 0.0 && here <= before && here <= after).then(|| best as f64 - f64::from(REACH_S) + 0.5 * (before - after) / curvature)
+}
+
+/// The shift τ of a flight that has both sensors, s; none if it has not, if they do not tell, or if it is not worth taking out.
 #[must_use]
 pub fn shift_s(flight: &Flight) -> Option<f64> {
     let engineering = ENGINEERING.iter().find_map(|n| flight.extra.get(*n))?;
-    let (time, ctd): (Vec<f64>, Vec<f64>) =
-        flight.time_s.iter().zip(&flight.pressure_pa).filter(|(_, p)| p.is_finite()).map(|(t, p)| (*t, *p)).unzip();
-    let all: Vec<usize> =
-        (0..flight.len()).filter(|&i| engineering[i].is_finite() && flight.pressure_pa[i] > 5e4 && flight.time_s[i] > 0.0).collect();
-    let rows: Vec<usize> = all.iter().step_by(all.len().div_ceil(MOST_ROWS).max(1)).copied().collect();
-    if rows.len() < 200 || time.len() < 200 {
+    let ctd = Readings::new(&flight.time_s, &flight.pressure_pa);
+    let engineering = Readings::new(&flight.time_s, engineering);
+    let pitch = Readings::new(&flight.time_s, &flight.pitch_rad.iter().map(|p| p.sin()).collect::<Vec<f64>>());
+    let all: Vec<f64> =
+        (0..flight.len()).filter(|&i| flight.pressure_pa[i] > 5e4 && flight.time_s[i] > 0.0).map(|i| flight.time_s[i]).collect();
+    let rows: Vec<[f64; 3]> = all
+        .iter()
+        .step_by(all.len().div_ceil(MOST_ROWS).max(1))
+        .filter_map(|t| Some([*t, pitch.change(*t)?, engineering.change(*t)?]))
+        .collect();
+    if rows.len() < 200 {
         return None;
     }
-    let misfit = |tau: f64| -> f64 {
-        let mut pairs = Vec::with_capacity(rows.len());
-        for &i in &rows {
-            let t = flight.time_s[i] - tau;
-            let k = time.partition_point(|x| *x < t).clamp(1, time.len() - 1);
-            let (a, b) = (time[k - 1], time[k]);
-            // No pressure is made up across a gap.
-            if b - a < 10.0 {
-                pairs.push((ctd[k - 1] + (ctd[k] - ctd[k - 1]) * ((t - a) / (b - a)).clamp(0.0, 1.0), engineering[i]));
+    let mut parts = [[Line::default(); STEPS]; PARTS];
+    for (k, [t, z, y]) in rows.iter().enumerate() {
+        for (step, line) in parts[k * PARTS / rows.len()].iter_mut().enumerate() {
+            if let Some(x) = ctd.change(t - (step as f64 - f64::from(REACH_S))) {
+                line.add(x, *z, *y);
             }
         }
-        let n = pairs.len() as f64;
-        let (mx, my) = pairs.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-        let (xx, xy, yy) = pairs.iter().fold((0.0, 0.0, 0.0), |(a, b, c), p| {
-            let (x, y) = (p.0 - mx, p.1 - my);
-            (a + x * x, b + x * y, c + y * y)
-        });
-        // Mean square left of a straight line, in units of the slope's.
-        (yy - xy * xy / xx) / n
+    }
+    let sum = |left_out: Option<usize>| -> [Line; STEPS] {
+        std::array::from_fn(|step| {
+            parts.iter().enumerate().filter(|(k, _)| Some(*k) != left_out).fold(Line::default(), |s, (_, p)| s.plus(&p[step]))
+        })
     };
-    let steps = (REACH_S / STEP_S) as i32;
-    let scan: Vec<f64> = (-steps..=steps).map(|k| misfit(f64::from(k) * STEP_S)).collect();
-    if scan.iter().any(|m| !m.is_finite()) {
-        return None;
-    }
-    let best = (1..scan.len() - 1).min_by(|a, b| scan[*a].total_cmp(&scan[*b]))?;
-    let (left, middle, right) = (scan[best - 1], scan[best], scan[best + 1]);
-    let curvature = left - 2.0 * middle + right;
-    // A minimum at the end of the reach is none.
-    if !(curvature > 0.0) || middle > left || middle > right {
-        return None;
-    }
-    let tau = STEP_S * (best as f64 - f64::from(steps) + 0.5 * (left - right) / curvature);
-    (tau.abs() > WORTH_S && middle.sqrt() < (1.0 - WORTH_SHARE) * scan[steps as usize].sqrt()).then_some(tau)
+    let tau = least(&sum(None))?;
+    let without = (0..PARTS).map(|k| least(&sum(Some(k)))).collect::<Option<Vec<f64>>>()?;
+    let mean = without.iter().sum::<f64>() / PARTS as f64;
+    let scatter: f64 = without.iter().map(|t| (t - mean).powi(2)).sum();
+    let sigma = ((PARTS - 1) as f64 / PARTS as f64 * scatter).sqrt();
+    (tau.abs() > WORTH_S && tau.abs() > SURE * sigma).then_some(tau)
 }
 
 /// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much.
@@ -139,5 +207,27 @@ mod tests {
         let mut f = flight(2.0);
         f.extra.clear();
         assert!(aligned(&f).is_none());
+    }
+
+    /// A deep pump's sensor that sits in the tail: it bends by a metre over the range, creeps by half a metre, and is 0.4 m behind
+    /// the CTD; the pitch follows the direction of travel and takes ten seconds to turn.
+    #[test]
+    fn accuracy_a_shift_is_found_under_a_sensor_that_bends_and_creeps_and_sits_behind() {
+        let mut f = flight(-0.8);
+        let pitch = |t: f64| 0.45 * (1.5 * (saw(t - 5.0) - saw(t + 5.0)) / 1.33e4).clamp(-1.0, 1.0);
+        f.pitch_rad = f.time_s.iter().map(|t| pitch(t + 0.8)).collect();
+        let bent = |p: f64, t: f64| p * 1.01e-5 + 0.1 * (p / 5e5).powi(2) + 0.05 * (t / 3000.0).powi(2);
+        f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| bent(saw(t + 0.8), *t) + 0.04 * pitch(t + 0.8).sin()).collect());
+        // 0.15 s: the bend moves the rates of dive and climb apart as well.
+        assert!((shift_s(&f).expect("told") + 0.8).abs() < 0.15, "{:?}", shift_s(&f));
+    }
+
+    /// Half of the flight early and half of it late is a log with a gap in its clock, not a shift.
+    #[test]
+    fn a_shift_that_the_parts_of_a_flight_do_not_agree_on_is_not_believed() {
+        let mut f = flight(0.0);
+        let shift = |t: f64| if t < 1000.0 { 4.0 } else { -0.5 };
+        f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| saw(t - shift(*t)) * 1e-5).collect());
+        assert!(shift_s(&f).is_none(), "{:?}", shift_s(&f));
     }
 }

@@ -302,7 +302,10 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
         ("depth (drag)", vec![vec![drag(&mpa)]]),
         ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
-        ("rate of pitch (its clock is early or late)", vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]]),
+        (
+            "rate of pitch (its clock early or late, or the pressure port off the centre)",
+            vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]],
+        ),
     ];
     let all: Vec<&Vec<Change>> = constants.iter().chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
     let mut columns = columns_at(problem, fit, &all).into_iter();

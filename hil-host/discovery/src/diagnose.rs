@@ -306,32 +306,37 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let alone = spoken.filter(|c| c.effects.len() == 1 && !waves);
     // Beside the best hypothesis itself the question is what remains, and asks for as much.
     let decides = alone.map_or(remains, |c| remains.min(to_beat(FAMILY_SHARE, c.log_odds + gained_best, REMAINS)));
-    let after_best = families(problem, &free_best, decides);
+    // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
+    let single = spoken.and_then(|_| candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE)));
+    let apart = single.filter(|c| !spoken.is_some_and(|best| std::ptr::eq(*c, best))).map(|c| {
+        let (fit, gained) = relaxed(&c.fit);
+        // A stranger beside a name is a second thing missing, as a second name would be.
+        (fit, c.log_odds + gained + (prior_of(2) / prior_of(1)).ln())
+    });
+    let mut beside = vec![(&free_best, decides)];
+    if spoken.is_some() {
+        beside.push((&free, to_beat(FAMILY_SHARE, head_start, TELLS)));
+        beside.extend(apart.iter().map(|(fit, odds)| (fit, to_beat(FAMILY_SHARE, *odds, TELLS))));
+    }
+    let mut asked = families(problem, &beside).into_iter();
+    let after_best = asked.next().unwrap_or_default();
     let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
     let left_over = strongest > remains;
     // Or the best name would have to be larger than it can be.
     let too_large = spoken.and_then(|c| c.fit.state.effects.iter().find(|a| size_at_end(a)));
-    // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
+    let mut told: Vec<(f64, f64, Vec<Family>)> = asked.next().map(|f| (head_start, TELLS, f)).into_iter().collect();
+    match (&apart, single) {
+        (Some((_, odds)), _) => told.extend(asked.next().map(|f| (*odds, TELLS, f))),
+        (None, Some(best)) => told.push((best.log_odds + gained_best, REMAINS, after_best.clone())),
+        (None, None) => {}
+    }
     let mut tellers: Vec<(f64, Family)> = Vec::new();
-    if let Some(best) = spoken {
-        let single = candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE));
-        let after_single = single.map(|c| {
-            if std::ptr::eq(c, best) {
-                return (c.log_odds + gained_best, REMAINS, after_best.clone());
-            }
-            let (fit, gained) = relaxed(&c.fit);
-            // A stranger beside a name is a second thing missing, as a second name would be.
-            let odds = c.log_odds + gained + (prior_of(2) / prior_of(1)).ln();
-            (odds, TELLS, families(problem, &fit, to_beat(FAMILY_SHARE, odds, TELLS)))
-        });
-        let after_nothing = (head_start, TELLS, families(problem, &free, to_beat(FAMILY_SHARE, head_start, TELLS)));
-        for (odds, least, left) in std::iter::once(after_nothing).chain(after_single) {
-            for f in left {
-                // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
-                let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
-                if !f.may_be_water() && f.log_bayes > to_beat(share, odds, least) {
-                    tellers.push((odds + f.log_bayes, f));
-                }
+    for (odds, least, left) in told {
+        for f in left {
+            // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
+            let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
+            if !f.may_be_water() && f.log_bayes > to_beat(share, odds, least) {
+                tellers.push((odds + f.log_bayes, f));
             }
         }
     }

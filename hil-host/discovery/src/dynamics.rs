@@ -208,7 +208,8 @@ pub(crate) fn add_water(out: &mut Track, run: &Run, model: &ForceModel, gravity_
     let phase_rad = 0.0;
     let mut shift = 0.0;
     let mut before = (0.0, f64::NAN);
-    for i in 0..out.depth_m.len() {
+    let rows = if model.acts_on_depth() { out.depth_m.len() } else { 0 };
+    for i in 0..rows {
         let time_s = run.time_s[i];
         let depth_m = run.depth_at_row(i, gravity_m_s2);
         let up = model.water_up_m_s(&Place { time_s, depth_m, water_depth_m, phase_rad });

@@ -294,6 +294,9 @@ impl Effect for Custom {
     fn normal_force(&self, p: &[f64], at: &Flow) -> f64 {
         if self.target == Target::Normal { self.at_flow(p, at) } else { 0.0 }
     }
+    fn acts_on_depth(&self) -> bool {
+        self.target == Target::Water
+    }
     fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
         if self.target == Target::Water { self.value(p, &[at.depth_m, at.water_depth_m, at.time_s]) } else { 0.0 }
     }

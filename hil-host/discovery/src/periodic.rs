@@ -9,8 +9,6 @@ use crate::problem::{Column, Problem};
 use crate::signature::Offer;
 use std::f64::consts::TAU;
 
-/// What the family is called.
-pub const OWN_PERIOD: &str = "time (a period of the vehicle's own)";
 /// Log odds against: water that happens to keep a period for a whole segment (a guess; of 160 flights with nothing hidden, 26 of them
 /// with water motion in a narrow band, the most that was seen is 5.6).
 const KEPT_BY_THE_SEA: f64 = 6.0;
@@ -23,21 +21,52 @@ const FINER: f64 = 2.0;
 const MOST: usize = 400;
 const SCANNED_ROWS: usize = 10_000;
 
-/// Log Bayes factor of one period and amplitude, less what so many of them to choose from cost; the period, s, and the amplitude, m/s.
+/// A period that the residual wants.
+#[derive(Clone, Copy, Debug)]
+pub struct Period {
+    /// Log Bayes factor, less what so many periods and amplitudes to choose from cost.
+    pub log_bayes: f64,
+    /// The period, s.
+    pub period_s: f64,
+    /// Amplitude of the vertical velocity, m/s.
+    pub amplitude_m_s: f64,
+}
+
+/// The best period beside each fit, with the best of these amplitudes.
 #[must_use]
-pub fn period(problem: &Problem, ground: &Ground, scales_m_s: &[f64]) -> Option<(f64, f64, f64)> {
+pub fn periods(problem: &Problem, grounds: &[Option<Ground>], amplitudes_m_s: &[f64]) -> Vec<Option<Period>> {
     let rows_up_to = |k: &usize| problem.runs[..=*k].iter().map(|r| r.time_s.len()).sum::<usize>();
     let scanned = (0..problem.runs.len()).take_while(|k| *k == 0 || rows_up_to(k) <= SCANNED_ROWS).count();
     let longest = problem.runs[..scanned].iter().map(|r| r.time_s[r.time_s.len() - 1] - r.time_s[0]).fold(0.0, f64::max);
     let (low, high) = (1.0 / LONGEST_S, 1.0 / SHORTEST_S);
     let asked = ((FINER * longest * (high - low)).ceil() as usize).clamp(2, MOST);
     let frequency = |i: usize| low + (high - low) * i as f64 / (asked - 1) as f64;
-    let gain = |i: usize| -> f64 { (0..scanned).map(|k| alone(&sines(problem, k, frequency(i)), ground)).sum() };
-    let best = (0..asked).map(|i| (i, gain(i))).max_by(|a, b| a.1.total_cmp(&b.1))?.0;
-    let columns: Vec<Column> = (0..problem.runs.len()).flat_map(|k| sines(problem, k, frequency(best))).collect();
-    let offer = Offer::new(&columns, ground);
-    let told = scales_m_s.iter().map(|s| (offer.log_bayes(*s), *s)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some((told.0 - (asked as f64 * scales_m_s.len() as f64).ln() - KEPT_BY_THE_SEA, 1.0 / frequency(best), told.1))
+    // The gain beside each fit, and where it is largest.
+    let mut best = vec![(f64::NEG_INFINITY, 0); grounds.len()];
+    for i in 0..asked {
+        let mut gain = vec![0.0; grounds.len()];
+        for k in 0..scanned {
+            let columns = sines(problem, k, frequency(i));
+            for (gain, ground) in gain.iter_mut().zip(grounds) {
+                *gain += ground.as_ref().map_or(0.0, |g| alone(&columns, g));
+            }
+        }
+        for (best, gain) in best.iter_mut().zip(gain) {
+            if gain >= best.0 {
+                *best = (gain, i);
+            }
+        }
+    }
+    let told = |(ground, best): (&Option<Ground>, &(f64, usize))| -> Option<Period> {
+        let frequency = frequency(best.1);
+        let columns: Vec<Column> = (0..problem.runs.len()).flat_map(|k| sines(problem, k, frequency)).collect();
+        let offer = Offer::new(&columns, ground.as_ref()?);
+        let told = amplitudes_m_s.iter().map(|s| (offer.log_bayes(*s), *s));
+        let (log_bayes, amplitude_m_s) = told.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let choices = asked as f64 * amplitudes_m_s.len() as f64;
+        Some(Period { log_bayes: log_bayes - choices.ln() - KEPT_BY_THE_SEA, period_s: 1.0 / frequency, amplitude_m_s })
+    };
+    grounds.iter().zip(&best).map(told).collect()
 }
 
 /// What a vertical velocity of 1 m/s with this frequency, Hz, leaves in one run: sine and cosine.

@@ -5,9 +5,9 @@
 //! Bayes factor of a family says whether the residual wants it; no named effect is involved.
 
 use crate::evidence::log_mean_exp;
-use crate::fit::Fit;
+use crate::fit::{Fit, Ground};
 use crate::late_stall;
-use crate::periodic::{OWN_PERIOD, period};
+use crate::periodic::periods;
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
 use crate::strangers::strangers;
@@ -33,6 +33,8 @@ impl Family {
     }
 }
 
+/// What a period of about a minute or two is called.
+const OWN_PERIOD: &str = "time (a period of the vehicle's own)";
 /// Amplitudes that are tried, m/s.
 const SCALES_M_S: [f64; 6] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016];
 /// Bins of depth.
@@ -80,10 +82,11 @@ fn traits(problem: &Problem, k: usize) -> Traits {
     }
 }
 
-/// Asks every family. Best first. A stranger that could reach the log Bayes factor that `decides` is fitted, not only tried.
+/// Asks every family beside each of these fits; of each, best first. A stranger that could reach the log Bayes factor that decides
+/// there (the number beside the fit) is fitted, not only tried.
 #[must_use]
-pub fn families(problem: &Problem, fit: &Fit, decides: f64) -> Vec<Family> {
-    let Some(ground) = fit.ground() else { return Vec::new() };
+pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
+    let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();
     let all: Vec<Traits> = (0..problem.runs.len()).map(|k| traits(problem, k)).collect();
     let g = problem.vehicle.constants.gravity_m_s2;
     let depth = |k: usize, row: usize| problem.runs[k].depth_at_row(row, g);
@@ -92,12 +95,15 @@ pub fn families(problem: &Problem, fit: &Fit, decides: f64) -> Vec<Family> {
         .map(|(k, row)| depth(k, row))
         .fold(1.0, f64::max);
     let sign = |k: usize, row: usize| if all[k].down[row] { 1.0 } else { -1.0 };
-    let mut out = Vec::new();
+    let mut out: Vec<Vec<Family>> = vec![Vec::new(); beside.len()];
     let mut ask = |variable: &'static str, columns: &[Column], period_s: Option<f64>| {
-        let offer = Offer::new(columns, &ground);
-        let bayes: Vec<f64> = SCALES_M_S.iter().map(|s| offer.log_bayes(*s)).collect();
-        let best = (0..bayes.len()).max_by(|a, b| bayes[*a].total_cmp(&bayes[*b])).unwrap_or(0);
-        out.push(Family { variable, log_bayes: log_mean_exp(&bayes), scale_m_s: Some(SCALES_M_S[best]), period_s });
+        for (found, ground) in out.iter_mut().zip(&grounds) {
+            let Some(ground) = ground else { continue };
+            let offer = Offer::new(columns, ground);
+            let bayes: Vec<f64> = SCALES_M_S.iter().map(|s| offer.log_bayes(*s)).collect();
+            let best = (0..bayes.len()).max_by(|a, b| bayes[*a].total_cmp(&bayes[*b])).unwrap_or(0);
+            found.push(Family { variable, log_bayes: log_mean_exp(&bayes), scale_m_s: Some(SCALES_M_S[best]), period_s });
+        }
     };
     // Each leg on its own: what changes from leg to leg (time, speed, pitch, ballast).
     let mut legs = Vec::new();
@@ -165,20 +171,22 @@ pub fn families(problem: &Problem, fit: &Fit, decides: f64) -> Vec<Family> {
         }
         ask("time", &columns, Some(period));
     }
-    if let Some((log_bayes, period_s, scale_m_s)) = period(problem, &ground, &SCALES_M_S) {
-        out.push(Family { variable: OWN_PERIOD, log_bayes, scale_m_s: Some(scale_m_s), period_s: Some(period_s) });
+    for (found, own) in out.iter_mut().zip(periods(problem, &grounds, &SCALES_M_S)) {
+        found.extend(own.map(|p| Family {
+            variable: OWN_PERIOD,
+            log_bayes: p.log_bayes,
+            scale_m_s: Some(p.amplitude_m_s),
+            period_s: Some(p.period_s),
+        }));
     }
-    for stranger in strangers(problem, fit) {
-        out.push(Family {
-            variable: stranger.variable,
-            log_bayes: stranger.log_bayes(problem, &ground, decides),
-            scale_m_s: None,
-            period_s: None,
-        });
+    for ((found, ground), (_, decides)) in out.iter_mut().zip(&grounds).zip(beside) {
+        let Some(ground) = ground else { continue };
+        let through = |variable: &'static str, log_bayes: f64| Family { variable, log_bayes, scale_m_s: None, period_s: None };
+        let asked = strangers(problem, ground.fit);
+        found.extend(asked.iter().map(|s| through(s.variable, s.log_bayes(problem, ground, *decides))));
+        let late = late_stall::log_bayes(problem, ground.fit);
+        found.extend(late.map(|told| through("angle of attack some time ago (a stall that ends late)", told)));
+        found.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     }
-    if let Some(log_bayes) = late_stall::log_bayes(problem, fit) {
-        out.push(Family { variable: "angle of attack some time ago (a stall that ends late)", log_bayes, scale_m_s: None, period_s: None });
-    }
-    out.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     out
 }

@@ -237,11 +237,15 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn normal_force(&self, _p: &[f64], _at: &Flow) -> f64 {
         0.0
     }
-    /// Vertical water motion, m/s, up.
+    /// Whether it has a hook of its own for vertical water motion or the pressure sensor. Only saves time.
+    fn acts_on_depth(&self) -> bool {
+        false
+    }
+    /// Vertical water motion, m/s, up; asked only of effects that say they act on depth.
     fn water_up_m_s(&self, _p: &[f64], _at: &Place) -> f64 {
         0.0
     }
-    /// What the pressure sensor shows too much, Pa.
+    /// What the pressure sensor shows too much, Pa; asked only of effects that say they act on depth.
     fn pressure_error_pa(&self, _p: &[f64], _time_s: f64) -> f64 {
         0.0
     }
@@ -457,6 +461,12 @@ impl<'a> ForceModel<'a> {
         LiftDrag { cl, cd }
     }
 
+    /// Whether any of its effects moves the water up or down, or errs in pressure.
+    #[must_use]
+    pub fn acts_on_depth(&self) -> bool {
+        self.active.iter().any(|a| a.effect.acts_on_depth())
+    }
+
     /// Vertical water motion, m/s, up.
     #[must_use]
     pub fn water_up_m_s(&self, at: &Place) -> f64 {
@@ -561,6 +571,8 @@ mod tests {
             silent(hooks.lift, with.added_lift(&at, at.alpha_rad));
             silent(hooks.drag, with.added_drag(&at, 0.5));
             silent(hooks.normal_force, with.normal_force(&at));
+            let moved = with.water_up_m_s(&place).abs() + with.pressure_error_pa(1e5).abs();
+            assert!(e.acts_on_depth() || moved == 0.0, "{} acts on depth and says it does not", e.name());
         }
     }
 

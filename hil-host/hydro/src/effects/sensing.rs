@@ -133,6 +133,9 @@ impl Effect for PressureDrift {
             source: "a sick strain gauge; guess",
         }]
     }
+    fn acts_on_depth(&self) -> bool {
+        true
+    }
     fn pressure_error_pa(&self, p: &[f64], time_s: f64) -> f64 {
         p[0] * 1e4 * time_s / 86_400.0
     }

@@ -53,6 +53,9 @@ impl Effect for InternalWave {
             Parameter { name: "mode", unit: "1", off: 1.0, low: 1.0, high: 3.0, typical: 1.0, source: "low modes carry the energy" },
         ]
     }
+    fn acts_on_depth(&self) -> bool {
+        true
+    }
     fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
         let mode = if p[2] < 1.5 { 1 } else { 2 };
         p[0] * libm::sin(2.0 * PI * at.time_s / p[1] + at.phase_rad) * vertical_mode(mode, at.depth_m, at.water_depth_m)
@@ -98,6 +101,9 @@ impl Effect for VerticalCurrent {
                 source: "peak between 0.34 and 0.66 of the water depth; guess",
             },
         ]
+    }
+    fn acts_on_depth(&self) -> bool {
+        true
     }
     fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
         p[0] * skewed_mode(p[1], at.depth_m, at.water_depth_m)

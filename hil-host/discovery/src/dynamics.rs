@@ -97,7 +97,14 @@ pub struct Job<'a> {
 impl Job<'_> {
     /// Whether the points of another job are this one's too: the same run, volume and sensors.
     pub(crate) fn shares_points(&self, other: &Self) -> bool {
-        let of_forces = |c: &Constants| Constants {
+        std::ptr::eq(self.run, other.run)
+            && self.constants_of_points() == other.constants_of_points()
+            && same(self.effects_on_points(), other.effects_on_points())
+    }
+
+    /// The constants that points depend on, effects included.
+    fn constants_of_points(&self) -> Constants {
+        Constants {
             lift_slope_per_rad: 0.0,
             lift_quadratic_per_rad2: 0.0,
             cd0: 0.0,
@@ -106,23 +113,31 @@ impl Job<'_> {
             added_mass_surge: 0.0,
             added_mass_heave: 0.0,
             beyond: Beyond::default(),
-            ..*c
-        };
-        std::ptr::eq(self.run, other.run)
-            && of_forces(&self.constants) == of_forces(&other.constants)
-            && same(&self.effects, &other.effects)
+            ..ForceModel::new(self.constants, &self.effects).constants
+        }
+    }
+
+    fn effects_on_points(&self) -> impl Iterator<Item = &Active> {
+        self.effects.iter().filter(|a| a.effect.acts_on_sensors() || a.effect.acts_on_volume())
     }
 
     /// Whether another job is the same simulation.
     #[must_use]
     pub fn is(&self, other: &Self) -> bool {
-        std::ptr::eq(self.run, other.run) && self.constants == other.constants && same(&self.effects, &other.effects)
+        std::ptr::eq(self.run, other.run) && self.constants == other.constants && same(self.effects.iter(), other.effects.iter())
     }
 }
 
-fn same(a: &[Active], b: &[Active]) -> bool {
-    a.len() == b.len()
-        && a.iter().zip(b).all(|(a, b)| std::ptr::addr_eq(a.effect, b.effect) && a.effect.name() == b.effect.name() && a.values == b.values)
+fn same<'a>(mut a: impl Iterator<Item = &'a Active>, mut b: impl Iterator<Item = &'a Active>) -> bool {
+    let alike =
+        |a: &Active, b: &Active| std::ptr::addr_eq(a.effect, b.effect) && a.effect.name() == b.effect.name() && a.values == b.values;
+    loop {
+        match (a.next(), b.next()) {
+            (None, None) => return true,
+            (Some(a), Some(b)) if alike(a, b) => {}
+            _ => return false,
+        }
+    }
 }
 
 /// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.

@@ -272,6 +272,10 @@ impl Effect for Custom {
     fn parameters(&self) -> &'static [Parameter] {
         self.parameters
     }
+    // Of any target: whether pitch stays a straight line is not known of an expression, and points depend on that.
+    fn acts_on_sensors(&self) -> bool {
+        true
+    }
     fn sensed(&self, p: &[f64], s: &mut Sensed) {
         if !matches!(self.target, Target::Volume | Target::Pitch | Target::Density) {
             return;

@@ -349,16 +349,19 @@ fn rates(lanes: &[Lane; LANES], b: &Beside, resting: u32, p: &Now, u: Lanes, n: 
 pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Track> {
     let mut out: Vec<Track> = Vec::new();
     out.resize_with(jobs.len(), Track::default);
-    let mut kept: Option<(usize, usize, Rc<Vec<Point>>)> = None;
+    // Points of the run that is under way, of whom and in how many parts.
+    let mut kept: Vec<(usize, usize, Rc<Vec<Point>>)> = Vec::new();
     let mut start = |k: usize| -> Lane {
         let job = &jobs[k];
         let model = ForceModel::new(job.constants, &job.effects).continued(beyond);
         let split = parts(job, &model);
-        let points = match &kept {
-            Some((of, parts, points)) if *parts == split && jobs[*of].shares_points(job) => points.clone(),
-            _ => Rc::new(points(job.run, &model, split)),
-        };
-        kept = Some((k, split, points.clone()));
+        kept.retain(|(of, ..)| std::ptr::eq(jobs[*of].run, job.run));
+        let known = kept.iter().find(|(of, parts, _)| *parts == split && jobs[*of].shares_points(job)).map(|(.., points)| points.clone());
+        let points = known.unwrap_or_else(|| {
+            let points = Rc::new(points(job.run, &model, split));
+            kept.push((k, split, points.clone()));
+            points
+        });
         Lane::new(k, job, model, points, split)
     };
     let mut next = LANES.min(jobs.len());

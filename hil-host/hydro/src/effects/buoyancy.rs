@@ -171,6 +171,9 @@ impl Effect for BallastScale {
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { name: "gain_error", unit: "1", off: 0.0, low: -0.6, high: 0.8, typical: 0.05, source: "1-5 % between bench and sea" }]
     }
+    fn acts_on_sensors(&self) -> bool {
+        true
+    }
     fn sensed(&self, p: &[f64], s: &mut Sensed) {
         s.ballast_m3 *= 1.0 + p[0];
     }

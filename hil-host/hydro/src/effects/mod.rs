@@ -207,7 +207,11 @@ pub trait Effect: Sync + core::fmt::Debug {
     }
     /// Changes constants of the law.
     fn constants(&self, _p: &[f64], _c: &mut Constants) {}
-    /// Turns what the sensors said into what is true.
+    /// Whether it has a hook of its own for the sensors. Only saves time.
+    fn acts_on_sensors(&self) -> bool {
+        false
+    }
+    /// Turns what the sensors said into what is true; asked only of effects that say they act on them.
     fn sensed(&self, _p: &[f64], _s: &mut Sensed) {}
     /// The same for many instants: one call for a whole flight. Not for an effect to write.
     fn sensed_all(&self, p: &[f64], all: &mut [Sensed]) {
@@ -572,6 +576,7 @@ mod tests {
             silent(hooks.drag, with.added_drag(&at, 0.5));
             silent(hooks.normal_force, with.normal_force(&at));
             let moved = with.water_up_m_s(&place).abs() + with.pressure_error_pa(1e5).abs();
+            assert!(e.acts_on_sensors() || with.truth(s) == s, "{} acts on sensors and says it does not", e.name());
             assert!(e.acts_on_depth() || moved == 0.0, "{} acts on depth and says it does not", e.name());
         }
     }

@@ -31,6 +31,9 @@ impl Effect for PitchOffset {
             source: "0.5-2 deg on real vehicles",
         }]
     }
+    fn acts_on_sensors(&self) -> bool {
+        true
+    }
     fn sensed(&self, p: &[f64], s: &mut Sensed) {
         s.pitch_rad -= p[0];
     }
@@ -65,6 +68,9 @@ impl Effect for PitchScale {
             source: "raw pitch of one public Slocum flight is 1/0.86 too steep",
         }]
     }
+    fn acts_on_sensors(&self) -> bool {
+        true
+    }
     fn sensed(&self, p: &[f64], s: &mut Sensed) {
         s.pitch_rad /= 1.0 + p[0];
     }
@@ -98,6 +104,9 @@ impl Effect for DensityBias {
             typical: 0.2,
             source: "conductivity cell fouling, 0.01-0.5 kg/m3",
         }]
+    }
+    fn acts_on_sensors(&self) -> bool {
+        true
     }
     fn sensed(&self, p: &[f64], s: &mut Sensed) {
         s.density_kg_m3 -= p[0];

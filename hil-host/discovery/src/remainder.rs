@@ -82,10 +82,18 @@ fn traits(problem: &Problem, k: usize) -> Traits {
     }
 }
 
+/// Whether a fit's residual is what its state leaves of this problem's data.
+fn is_of(problem: &Problem, fit: &Fit) -> bool {
+    let left = problem.models(std::slice::from_ref(&fit.state)).remove(0);
+    let apart = |((d, m), r): ((&f64, &f64), &f64)| (d - m - r).powi(2);
+    left.len() == fit.residual.len() && problem.data.iter().zip(&left).zip(&fit.residual).map(apart).sum::<f64>() < 1e-9 * (1.0 + fit.chi2)
+}
+
 /// Asks every family beside each of these fits; of each, best first. A stranger that could reach the log Bayes factor that decides
 /// there (the number beside the fit) is fitted, not only tried.
 #[must_use]
 pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
+    debug_assert!(beside.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
     let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();
     let all: Vec<Traits> = (0..problem.runs.len()).map(|k| traits(problem, k)).collect();
     let g = problem.vehicle.constants.gravity_m_s2;

@@ -130,21 +130,25 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
     let no_waves = Waves::new();
     let screen = Screen::new(problem, &before.null.state, &no_waves);
     let top = before.candidates.first().map_or(0.0, |c| c.log_odds);
-    let best_single = before.candidates.iter().position(|c| c.effects.len() == 1 && c.effects != [WAVE]);
+    let is_single = |c: &Candidate| c.effects.len() == 1 && c.effects != [WAVE];
+    let best_single = before.candidates.iter().position(is_single);
     let (mut contenders, mut others) = (Vec::new(), Vec::new());
     for (k, c) in before.candidates.into_iter().enumerate() {
         let may_win = c.log_odds.is_finite() && (c.log_odds > top - within || Some(k) == best_single);
         if may_win { contenders.push(c) } else { others.push(c) }
     }
-    let single = contenders.iter().position(|c| c.effects.len() == 1 && c.effects != [WAVE]);
+    let single = contenders.iter().position(is_single);
     let odds = |contenders: &[Candidate], k: Option<usize>| k.and_then(|k| contenders.get(k)).map_or(0.0, |c| c.log_odds);
     let top_single = odds(&contenders, single);
-    for (k, c) in contenders.iter_mut().enumerate() {
+    let weighed = |c: &Candidate, closely: bool| {
         let mut f = screen.fit(&screen.jacobian, &c.fit.state, 4);
-        if c.gain > RENEW_GAIN && k < WEIGHED_CLOSELY {
+        if c.gain > RENEW_GAIN && closely {
             f = screen.renewed(f, 4).0;
         }
-        *c = screen.candidate(f, prior_of(c.effects.len()), c.correction);
+        screen.candidate(f, prior_of(c.effects.len()), c.correction)
+    };
+    for (k, c) in contenders.iter_mut().enumerate() {
+        *c = weighed(c, k < WEIGHED_CLOSELY);
     }
     mark_down_larger_sets(&mut contenders, &others);
     // Odds grow and shrink with the size of the water motion and the number of rows: those that were not fitted again change as the best,
@@ -153,9 +157,18 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
     let moved = Some(odds(&contenders, Some(0)) - top).filter(|m| m.is_finite()).unwrap_or(0.0);
     let (of_all, of_singles) = (grown(odds(&contenders, Some(0)), top), grown(odds(&contenders, single), top_single));
     for c in others.iter_mut().filter(|c| c.log_odds > 0.0) {
-        let factor = if c.effects.len() == 1 && c.effects != [WAVE] { of_singles } else { of_all };
+        let factor = if is_single(c) { of_singles } else { of_all };
         c.log_odds = (c.log_odds * factor).min(c.log_odds + moved);
         c.gain *= factor;
+    }
+    // Another single may be the best now; what is left beside the best single is asked of a fit to these rows and this colour.
+    let best = |of: &[Candidate]| {
+        let singles = of.iter().enumerate().filter(|(_, c)| is_single(c));
+        singles.map(|(k, c)| (k, c.log_odds)).max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    while let Some((k, _)) = best(&others).filter(|stale| best(&contenders).is_none_or(|fresh| stale.1 > fresh.1)) {
+        let again = weighed(&others.remove(k), true);
+        contenders.push(again);
     }
     contenders.append(&mut others);
     contenders.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));

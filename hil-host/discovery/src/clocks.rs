@@ -15,8 +15,10 @@
 
 use crate::flight::Flight;
 
-/// Columns that carry the pressure of the flight computer; their unit does not matter.
-const ENGINEERING: [&str; 4] = ["eng_pressure_bar", "m_pressure_bar", "m_pressure", "eng_pressure_dbar"];
+/// Pressure of the flight computer in an imported flight, dbar.
+pub const ENGINEERING_PRESSURE: &str = "eng_pressure_dbar";
+/// Columns that carry it; their unit does not matter.
+const ENGINEERING: [&str; 4] = [ENGINEERING_PRESSURE, "eng_pressure_bar", "m_pressure_bar", "m_pressure"];
 /// Largest shift that is looked for, and the step of the search, s.
 const REACH_S: i32 = 6;
 const STEPS: usize = 2 * REACH_S as usize + 1;

@@ -12,6 +12,7 @@ use super::align::Series;
 use super::dbd::{self, DbdError};
 use super::seawater::{self, Place};
 use super::{FileNote, ImportError, Imported, MappedName, Report};
+use crate::clocks::ENGINEERING_PRESSURE;
 use crate::flight::Flight;
 
 /// Endings of engineering files, the fullest first.
@@ -262,7 +263,10 @@ fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
             report.note(format!("{name} comes every {step_s:.0} s only: interpolated, what happens in between, such as a turn, is lost"));
         }
     }
-    report.mapped.retain(|m| m.from != other && (m.from != "m_pressure" || !from_ctd));
+    report.mapped.retain(|m| m.from != other);
+    for m in report.mapped.iter_mut().filter(|m| from_ctd && m.from == "m_pressure") {
+        m.to = ENGINEERING_PRESSURE.into();
+    }
     let mut flight = Flight {
         name: report.segments.first().cloned().unwrap_or_default(),
         time_s: unix.iter().map(|t| t - start_s).collect(),
@@ -285,6 +289,11 @@ fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     super::position::dead_reckoning(&mut flight, &unix, &degrees(get("m_lat")), &degrees(get("m_lon")), &fixes);
     if !get("m_fin").is_empty() {
         flight.extra.insert("m_fin_rad".into(), get("m_fin").on(&unix));
+    }
+    // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
+    if from_ctd && !get("m_pressure").is_empty() {
+        let pressure = get("m_pressure").on(&unix);
+        flight.extra.insert(ENGINEERING_PRESSURE.into(), pressure.iter().map(|p| p * 1e-4).collect());
     }
     report.start_unix_s = Some(start_s);
     Some(flight)

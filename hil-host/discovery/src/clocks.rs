@@ -13,6 +13,7 @@
 //! (jackknife). Not covered: a pressure sensor with a lag of its own, which counts as clock, and a CTD that sits ahead of or
 //! behind the vehicle's centre.
 
+use crate::align::Series;
 use crate::flight::Flight;
 
 /// Pressure of the flight computer in an imported flight, dbar.
@@ -30,6 +31,8 @@ const SURE: f64 = 3.0;
 const HALF_WINDOW_S: f64 = 10.0;
 /// No pressure is made up across a longer gap, s.
 const GAP_S: f64 = 10.0;
+/// What was steered by stays as it is across a longer gap, s.
+const BRIDGE_S: f64 = 30.0;
 /// Rows that are compared at most.
 const MOST_ROWS: usize = 4000;
 /// Parts of the flight that are left out in turn.
@@ -65,29 +68,9 @@ impl Line {
     }
 }
 
-/// A sensor's readings in order of time.
-struct Readings {
-    time_s: Vec<f64>,
-    value: Vec<f64>,
-}
-
-impl Readings {
-    fn new(time_s: &[f64], values: &[f64]) -> Self {
-        let (time_s, value) = time_s.iter().zip(values).filter(|(t, v)| t.is_finite() && v.is_finite()).map(|(t, v)| (*t, *v)).unzip();
-        Self { time_s, value }
-    }
-
-    fn at(&self, time_s: f64) -> Option<f64> {
-        let k = self.time_s.partition_point(|x| *x < time_s);
-        let (a, b) = (k.checked_sub(1)?, k);
-        let gap = self.time_s.get(b)? - self.time_s[a];
-        (gap < GAP_S).then(|| self.value[a] + (self.value[b] - self.value[a]) * (time_s - self.time_s[a]) / gap)
-    }
-
-    /// What it changes by in the window about a time.
-    fn change(&self, time_s: f64) -> Option<f64> {
-        Some(self.at(time_s + HALF_WINDOW_S)? - self.at(time_s - HALF_WINDOW_S)?)
-    }
+/// What a sensor's readings change by in the window about a time; not a number where they do not tell.
+fn change(of: &Series, time_s: f64) -> f64 {
+    of.at_within(time_s + HALF_WINDOW_S, GAP_S) - of.at_within(time_s - HALF_WINDOW_S, GAP_S)
 }
 
 /// Where a scan of misfits over the shift is least, s; none if that is at an end of it.
@@ -106,15 +89,16 @@ fn least(scan: &[Line; STEPS]) -> Option<f64> {
 #[must_use]
 pub fn shift_s(flight: &Flight) -> Option<f64> {
     let engineering = ENGINEERING.iter().find_map(|n| flight.extra.get(*n))?;
-    let ctd = Readings::new(&flight.time_s, &flight.pressure_pa);
-    let engineering = Readings::new(&flight.time_s, engineering);
-    let pitch = Readings::new(&flight.time_s, &flight.pitch_rad.iter().map(|p| p.sin()).collect::<Vec<f64>>());
+    let ctd = Series::new(&flight.time_s, &flight.pressure_pa);
+    let engineering = Series::new(&flight.time_s, engineering);
+    let pitch = Series::new(&flight.time_s, &flight.pitch_rad.iter().map(|p| p.sin()).collect::<Vec<f64>>());
     let all: Vec<f64> =
         (0..flight.len()).filter(|&i| flight.pressure_pa[i] > 5e4 && flight.time_s[i] > 0.0).map(|i| flight.time_s[i]).collect();
     let rows: Vec<[f64; 3]> = all
         .iter()
         .step_by(all.len().div_ceil(MOST_ROWS).max(1))
-        .filter_map(|t| Some([*t, pitch.change(*t)?, engineering.change(*t)?]))
+        .map(|t| [*t, change(&pitch, *t), change(&engineering, *t)])
+        .filter(|row| row.iter().all(|v| v.is_finite()))
         .collect();
     if rows.len() < 200 {
         return None;
@@ -122,7 +106,8 @@ pub fn shift_s(flight: &Flight) -> Option<f64> {
     let mut parts = [[Line::default(); STEPS]; PARTS];
     for (k, [t, z, y]) in rows.iter().enumerate() {
         for (step, line) in parts[k * PARTS / rows.len()].iter_mut().enumerate() {
-            if let Some(x) = ctd.change(t - (step as f64 - f64::from(REACH_S))) {
+            let x = change(&ctd, t - (step as f64 - f64::from(REACH_S)));
+            if x.is_finite() {
                 line.add(x, *z, *y);
             }
         }
@@ -145,19 +130,10 @@ pub fn shift_s(flight: &Flight) -> Option<f64> {
 pub fn aligned(flight: &Flight) -> Option<(Flight, f64)> {
     let tau = shift_s(flight)?;
     let at = |values: &[f64]| -> Vec<f64> {
-        let known: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
-        (0..values.len())
-            .map(|i| {
-                let t = flight.time_s[i] + tau;
-                let k = known.partition_point(|&j| flight.time_s[j] < t);
-                let (Some(&b), Some(&a)) = (known.get(k), k.checked_sub(1).and_then(|k| known.get(k))) else { return values[i] };
-                let gap = flight.time_s[b] - flight.time_s[a];
-                if gap > 30.0 || !values[i].is_finite() {
-                    return values[i];
-                }
-                values[a] + (values[b] - values[a]) * (t - flight.time_s[a]) / gap
-            })
-            .collect()
+        let series = Series::new(&flight.time_s, values);
+        let moved =
+            |(value, time_s): (&f64, &f64)| Some(series.at_within(time_s + tau, BRIDGE_S)).filter(|m| m.is_finite() && value.is_finite());
+        values.iter().zip(&flight.time_s).map(|at| moved(at).unwrap_or(*at.0)).collect()
     };
     let mut out = flight.clone();
     out.pitch_rad = at(&flight.pitch_rad);

@@ -284,14 +284,13 @@ pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -
 /// The effect of a fit whose size is at the end of what is possible and hardly below it by its interval: one that could as well be
 /// half as large (a size that trades against the angle from which it acts) is not too large.
 fn too_large(fit: &Fit) -> Option<&'static str> {
-    let of = estimates(fit);
-    let surely = |a: &&Active| {
-        let p = &a.effect.parameters()[0];
-        let name = format!("{}.{}", a.effect.name(), p.name);
-        let inner = |e: &Estimate| if e.value > p.off { e.low } else { e.high };
-        size_at_end(a) && of.iter().find(|e| e.name == name).is_none_or(|e| (inner(e) - p.off) / (e.value - p.off) > SURELY_AT_END)
+    let surely = |&(k, a): &(usize, &Active)| {
+        let off = a.effect.parameters()[0].off;
+        let reaches = |e: &Estimate| ((if e.value > off { e.low } else { e.high }) - off) / (e.value - off);
+        let size = fit.sigma.iter().find(|s| (s.0, s.1) == (k, 0)).map(|s| estimate(fit, *s));
+        size_at_end(a) && size.is_none_or(|e| reaches(&e) > SURELY_AT_END)
     };
-    fit.state.effects.iter().find(surely).map(|a| a.effect.name())
+    fit.state.effects.iter().enumerate().find(surely).map(|(_, a)| a.effect.name())
 }
 
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
@@ -330,32 +329,26 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         // A stranger beside a name is a second thing missing, as a second name would be.
         (fit, c.log_odds + gained + (prior_of(2) / prior_of(1)).ln())
     });
-    let mut beside = vec![(&free_best, decides)];
+    // Each fit with what decides there, and the log odds of what is told beside it and the least it has to be told with.
+    let best_too = single.filter(|_| apart.is_none()).map(|c| (c.log_odds + gained_best, REMAINS));
+    let mut beside = vec![(&free_best, decides, best_too)];
     if spoken.is_some() {
-        beside.push((&free, to_beat(FAMILY_SHARE, head_start, TELLS)));
-        beside.extend(apart.iter().map(|(fit, odds)| (fit, to_beat(FAMILY_SHARE, *odds, TELLS))));
+        let others = std::iter::once((&free, head_start)).chain(apart.iter().map(|(fit, odds)| (fit, *odds)));
+        beside.extend(others.map(|(fit, odds)| (fit, to_beat(FAMILY_SHARE, odds, TELLS), Some((odds, TELLS)))));
     }
-    let mut asked = families(problem, &beside).into_iter();
-    let after_best = asked.next().unwrap_or_default();
+    let found = families(problem, &beside.iter().map(|(fit, decides, _)| (*fit, *decides)).collect::<Vec<_>>());
+    let after_best = &found[0];
     let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
     let left_over = strongest > remains;
     // Or the best name would have to be larger than it can be.
     let too_large = spoken.and_then(|c| too_large(&c.fit));
-    let mut told: Vec<(f64, f64, Vec<Family>)> = asked.next().map(|f| (head_start, TELLS, f)).into_iter().collect();
-    match (&apart, single) {
-        (Some((_, odds)), _) => told.extend(asked.next().map(|f| (*odds, TELLS, f))),
-        (None, Some(best)) => told.push((best.log_odds + gained_best, REMAINS, after_best.clone())),
-        (None, None) => {}
-    }
-    let mut tellers: Vec<(f64, Family)> = Vec::new();
-    for (odds, least, left) in told {
-        for f in left {
-            // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
-            let share = if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
-            if !f.may_be_water() && f.log_bayes > to_beat(share, odds, least) {
-                tellers.push((odds + f.log_bayes, f));
-            }
-        }
+    let mut tellers: Vec<(f64, &Family)> = Vec::new();
+    for (left, (.., told)) in found.iter().zip(&beside) {
+        let Some((odds, least)) = *told else { continue };
+        // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
+        let share = |f: &Family| if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
+        let tells = |f: &&Family| !f.may_be_water() && f.log_bayes > to_beat(share(f), odds, least);
+        tellers.extend(left.iter().filter(tells).map(|f| (odds + f.log_bayes, f)));
     }
     // The best teller first, then what remains after the best name.
     tellers.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -363,7 +356,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let mut remainder: Vec<Family> = Vec::new();
     for f in tellers.into_iter().map(|t| t.1).chain(after_best) {
         if !remainder.iter().any(|r| (r.variable, r.period_s) == (f.variable, f.period_s)) {
-            remainder.push(f);
+            remainder.push(f.clone());
         }
     }
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
@@ -500,27 +493,26 @@ fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<
     prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect()
 }
 
+/// One free number of an effect of a fit, by its effect, its parameter and its uncertainty.
+fn estimate(fit: &Fit, (effect, parameter, sigma): (usize, usize, f64)) -> Estimate {
+    let a = &fit.state.effects[effect];
+    let p = &a.effect.parameters()[parameter];
+    let value = a.values[parameter];
+    let sigma = if parameter == 0 { sigma.hypot(FORM * value) } else { sigma };
+    Estimate {
+        name: format!("{}.{}", a.effect.name(), p.name),
+        value,
+        // Beyond its bounds the parameter means nothing.
+        low: (value - NINETY * sigma).max(p.low),
+        high: (value + NINETY * sigma).min(p.high),
+        unit: p.unit,
+    }
+}
+
 /// Parameters of the effects of a fit with 90 % intervals.
 #[must_use]
 pub fn estimates(fit: &Fit) -> Vec<Estimate> {
-    let mut out: Vec<Estimate> = fit
-        .sigma
-        .iter()
-        .map(|&(e, p, sigma)| {
-            let a = &fit.state.effects[e];
-            let parameter = &a.effect.parameters()[p];
-            let value = a.values[p];
-            let sigma = if p == 0 { sigma.hypot(FORM * value) } else { sigma };
-            Estimate {
-                name: format!("{}.{}", a.effect.name(), parameter.name),
-                value,
-                // Beyond its bounds the parameter means nothing.
-                low: (value - NINETY * sigma).max(parameter.low),
-                high: (value + NINETY * sigma).min(parameter.high),
-                unit: parameter.unit,
-            }
-        })
-        .collect();
+    let mut out: Vec<Estimate> = fit.sigma.iter().map(|s| estimate(fit, *s)).collect();
     if let Some(w) = &fit.state.wave {
         let n = fit.covariance.nrows();
         let first = n - PARTS * w.amplitude_m_s.len();

@@ -128,16 +128,9 @@ impl Job<'_> {
     }
 }
 
-fn same<'a>(mut a: impl Iterator<Item = &'a Active>, mut b: impl Iterator<Item = &'a Active>) -> bool {
-    let alike =
-        |a: &Active, b: &Active| std::ptr::addr_eq(a.effect, b.effect) && a.effect.name() == b.effect.name() && a.values == b.values;
-    loop {
-        match (a.next(), b.next()) {
-            (None, None) => return true,
-            (Some(a), Some(b)) if alike(a, b) => {}
-            _ => return false,
-        }
-    }
+fn same<'a>(a: impl Iterator<Item = &'a Active>, b: impl Iterator<Item = &'a Active>) -> bool {
+    let key = |a: &Active| (std::ptr::from_ref(a.effect).cast::<()>(), a.effect.name(), a.values);
+    a.map(key).eq(b.map(key))
 }
 
 /// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.

@@ -2,6 +2,7 @@
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
 pub mod add;
+pub mod align;
 pub mod brink;
 pub mod calibration;
 pub mod clocks;

@@ -89,7 +89,7 @@ fn validate_engineering_channels_of_the_raw_comet_files() {
         let (dbd, ebd) = (raw(stem, "dbd"), raw(stem, "ebd"));
         let (taken, stored) = (&ebd.columns["sci_ctd41cp_timestamp"].1, &ebd.columns["sci_m_present_time"].1);
         for (k, (name, column, factor, tolerance)) in checks.into_iter().enumerate() {
-            let series = discovery::import::align::Series::new(&dbd.columns["m_present_time"].1, &dbd.columns[name].1);
+            let series = discovery::align::Series::new(&dbd.columns["m_present_time"].1, &dbd.columns[name].1);
             let (first, last) = (series.pairs().next().expect("samples"), series.pairs().last().expect("samples"));
             for (i, want) in column.iter().enumerate().filter(|(i, _)| theirs.segment[*i] == stem) {
                 let unix = theirs.time_s[i] + 1_466_704_292.85;

@@ -4,7 +4,7 @@
 //! * [`netcdf`]: Seaglider, OG1, IOOS. [`table`]: csv.
 //! * [`comet`]: the public Comet 2016 flight ([`npy`]: numpy arrays).
 //! * [`seawater`]: density, always computed here from what the CTD measured.
-//! * [`align`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
+//! * [`crate::align`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,6 @@ use serde::Serialize;
 
 use crate::flight::Flight;
 
-pub mod align;
 pub mod comet;
 pub mod dbd;
 pub mod netcdf;

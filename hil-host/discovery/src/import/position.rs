@@ -5,7 +5,7 @@
 //! is good to centimetres.
 
 use super::Report;
-use super::align::Series;
+use crate::align::Series;
 use crate::flight::Flight;
 
 /// Metres per degree of latitude (mean Earth radius 6 371 008.8 m, IUGG).

@@ -8,10 +8,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::align::Series;
 use super::dbd::{self, DbdError};
 use super::seawater::{self, Place};
 use super::{FileNote, ImportError, Imported, MappedName, Report};
+use crate::align::Series;
 use crate::clocks::ENGINEERING_PRESSURE;
 use crate::flight::Flight;
 
@@ -216,7 +216,7 @@ fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {
 /// Cycles whose time goes back become none: sorted in, they would lie between those of another time.
 fn in_order(mut times: Vec<f64>, clock: &str, report: &mut Report) -> Vec<f64> {
     let (place, known): (Vec<usize>, Vec<f64>) = times.iter().copied().enumerate().filter(|(_, t)| t.is_finite()).unzip();
-    let kept = super::align::longest_in_order(&known);
+    let kept = crate::align::longest_in_order(&known);
     if kept.len() < known.len() {
         let file = report.files.last().map_or_else(String::new, |f| f.file.clone());
         let out = known.len() - kept.len();

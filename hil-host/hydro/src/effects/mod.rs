@@ -348,6 +348,11 @@ mod tests {
         }
     }
 
+    /// Level flow of 0.3 m/s.
+    fn at(alpha_rad: f64) -> Flow {
+        Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0, temperature_degc: 10.0, attached: false }
+    }
+
     #[test]
     fn every_effect_is_off_by_default_and_its_range_holds_its_off_value() {
         let flows = [(-0.2, 0.25, -0.1), (0.05, 0.4, 0.2), (0.3, 0.3, 0.0), (0.9, 0.1, 0.0)];
@@ -415,15 +420,6 @@ mod tests {
     #[test]
     fn prop_lift_is_odd_and_drag_even_in_angle_of_attack_and_both_are_continuous_at_the_edge() {
         let model = ForceModel::new(nominal(), &[]);
-        let at = |alpha_rad| Flow {
-            alpha_rad,
-            speed_m_s: 0.3,
-            roll_rad: 0.0,
-            climb_m_s: 0.0,
-            time_s: 0.0,
-            temperature_degc: 10.0,
-            attached: false,
-        };
         for i in 0..150 {
             let a = f64::from(i) * 0.01;
             let (p, m) = (model.coefficients(&at(a)), model.coefficients(&at(-a)));
@@ -437,15 +433,6 @@ mod tests {
     fn prop_a_wing_set_at_an_angle_stalls_as_far_above_zero_lift_as_below() {
         let effects = [Active::sized(&Stall, 0.06), Active::sized(&ZeroLiftAngle, 0.03)];
         let model = ForceModel::new(nominal(), &effects);
-        let at = |alpha_rad| Flow {
-            alpha_rad,
-            speed_m_s: 0.3,
-            roll_rad: 0.0,
-            climb_m_s: 0.0,
-            time_s: 0.0,
-            temperature_degc: 10.0,
-            attached: false,
-        };
         for i in 0..30 {
             let a = f64::from(i) * 0.01;
             let (above, below) = (model.coefficients(&at(0.03 + a)).cl, model.coefficients(&at(0.03 - a)).cl);

@@ -20,9 +20,9 @@ use std::path::Path;
 
 use netcdf_reader::NcFile;
 
-use super::align::Series;
 use super::seawater::{self, Place};
 use super::{FileNote, ImportError, Imported, Report, position};
+use crate::align::Series;
 use crate::flight::Flight;
 use crate::read::quantile;
 

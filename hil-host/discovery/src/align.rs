@@ -55,6 +55,12 @@ impl Series {
     /// Linear interpolation; NaN outside and across long silence.
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
+        self.at_within(t, (BRIDGED_STEPS * self.step_s).clamp(MAX_BRIDGE_S, LONGEST_BRIDGE_S))
+    }
+
+    /// The same where silence up to this length is bridged, s.
+    #[must_use]
+    pub fn at_within(&self, t: f64, bridge_s: f64) -> f64 {
         let next = self.time_s.partition_point(|s| *s < t);
         if self.time_s.get(next) == Some(&t) {
             return self.value[next];
@@ -62,7 +68,7 @@ impl Series {
         let Some(before) = next.checked_sub(1) else { return f64::NAN };
         let Some(&after_s) = self.time_s.get(next) else { return f64::NAN };
         let step = after_s - self.time_s[before];
-        if step > (BRIDGED_STEPS * self.step_s).clamp(MAX_BRIDGE_S, LONGEST_BRIDGE_S) {
+        if step > bridge_s {
             return f64::NAN;
         }
         let share = (t - self.time_s[before]) / step;

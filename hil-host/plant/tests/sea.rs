@@ -11,12 +11,11 @@ struct Sample {
     /// Measured vertical velocity, m/s, up positive: 21 s Savitzky-Golay derivative of depth.
     w_obs_m_s: f64,
     steady: bool,
-    /// Gauge pressure by the engineering computer's own transducer, dbar.
-    engineering_dbar: f64,
     speed_m_s: Option<f64>,
 }
 
-fn comet() -> Option<Vec<Sample>> {
+/// The flight, and by how much its engineering channels (pitch, ballast) are late against the CTD, s: two computers, two clocks.
+fn comet() -> Option<(Vec<Sample>, f64)> {
     let Some(root) = std::env::var_os("GLIDER_FLIGHTS") else {
         eprintln!("skipped: no flights (set GLIDER_FLIGHTS)");
         return None;
@@ -25,20 +24,9 @@ fn comet() -> Option<Vec<Sample>> {
     let mut reader = csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let headers = reader.headers().unwrap().clone();
     let column = |name: &str| headers.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column {name}"));
-    let [t, depth, pressure, engineering, pitch, ballast, rho, temp, w, steady, speed] = [
-        "time_s",
-        "depth_m",
-        "ctd_pressure_dbar",
-        "eng_pressure_bar",
-        "pitch_rad",
-        "ballast_cc",
-        "rho_kg_m3",
-        "temp_C",
-        "w_obs_m_s",
-        "steady",
-        "U_dvl_m_s",
-    ]
-    .map(column);
+    let [t, depth, pressure, pitch, ballast, rho, temp, w, steady, speed] =
+        ["time_s", "depth_m", "ctd_pressure_dbar", "pitch_rad", "ballast_cc", "rho_kg_m3", "temp_C", "w_obs_m_s", "steady", "U_dvl_m_s"]
+            .map(column);
     let mut samples = Vec::new();
     for row in reader.records() {
         let row = row.unwrap();
@@ -61,11 +49,11 @@ fn comet() -> Option<Vec<Sample>> {
             depth_m,
             w_obs_m_s: get(w).unwrap_or(f64::NAN),
             steady: get(steady) == Some(1.0),
-            engineering_dbar: get(engineering).map_or(f64::NAN, |bar| 10.0 * bar),
             speed_m_s: get(speed),
         });
     }
-    Some(samples)
+    let late_s = discovery::clocks::shift_s(&discovery::read::flight(&path).expect("flight")).expect("two pressures");
+    Some((samples, late_s))
 }
 
 /// Value of a channel at a time, by straight lines between samples.
@@ -74,25 +62,6 @@ fn at(samples: &[Sample], time_s: f64, channel: impl Fn(&Sample) -> f64) -> f64 
     let (a, b) = (&samples[next - 1], &samples[next]);
     let share = ((time_s - a.recorded.time_s) / (b.recorded.time_s - a.recorded.time_s)).clamp(0.0, 1.0);
     channel(a) + share * (channel(b) - channel(a))
-}
-
-/// How late the engineering computer's channels (pitch, ballast, its own pressure) are stamped against the science computer's CTD,
-/// s, by the two pressure sensors alone: the delay of the CTD for which a straight line between them is best.
-fn clock_offset_s(samples: &[Sample]) -> f64 {
-    let misfit = |late_s: f64| {
-        let mut n = [0.0; 6];
-        for s in samples.iter().filter(|s| s.recorded.pressure_pa > 5e4 && s.engineering_dbar.is_finite()) {
-            let (x, y) = (at(samples, s.recorded.time_s - late_s, |s| s.recorded.pressure_pa * 1e-4), s.engineering_dbar);
-            n = [n[0] + 1.0, n[1] + x, n[2] + y, n[3] + x * x, n[4] + x * y, n[5] + y * y];
-        }
-        let [n, x, y, xx, xy, yy] = n;
-        let (sxx, sxy, syy) = (xx - x * x / n, xy - x * y / n, yy - y * y / n);
-        syy - sxy * sxy / sxx
-    };
-    let grid = |i: i32| 0.25 * f64::from(i);
-    let best = (-16..=16).min_by(|&a, &b| misfit(grid(a)).total_cmp(&misfit(grid(b)))).unwrap();
-    let [a, b, c] = [best - 1, best, best + 1].map(|i| misfit(grid(i)));
-    grid(best) + 0.25 * 0.5 * (a - c) / (a - 2.0 * b + c)
 }
 
 /// Upward velocity of the replay through the filter that the measurement went through: the slope over ±10 s of its depth.
@@ -127,9 +96,8 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 #[test]
 fn validate_comet_2016_after_trim() {
-    let Some(samples) = comet() else { return };
-    let late_s = clock_offset_s(&samples);
-    // Two computers, two clocks: pitch and ballast are put on the clock of the CTD, whose depth is judged.
+    let Some((samples, late_s)) = comet() else { return };
+    // Pitch and ballast are put on the clock of the CTD, whose depth is judged.
     let record: Vec<_> = samples
         .iter()
         .map(|s| {

@@ -27,6 +27,16 @@ impl Found {
     fn of(&self, effects: &[&str]) -> Option<&Candidate> {
         self.candidates.iter().find(|c| c.is(effects))
     }
+
+    /// Names the effects of every hypothesis in the order of what each explains alone, a wave last.
+    pub(crate) fn name_most_important_first(&mut self) {
+        let singles = self.candidates.iter().filter(|c| c.effects.len() == 1);
+        let alone: Vec<(&'static str, f64)> = singles.map(|c| (c.effects[0], c.gain)).collect();
+        let gain = |name: &str| alone.iter().find(|a| a.0 == name).map_or(f64::NEG_INFINITY, |a| a.1);
+        for c in &mut self.candidates {
+            c.effects.sort_by(|a, b| (*a == WAVE).cmp(&(*b == WAVE)).then(gain(b).total_cmp(&gain(a))));
+        }
+    }
 }
 
 impl Candidate {
@@ -66,10 +76,12 @@ const CAUGHT_UP: usize = 6;
 /// Pairs that a third effect is sought for, and third effects tried beside each.
 const TRIPLED: (usize, usize) = (3, 4);
 /// Log odds by which a single effect leads the others clearly, what a second beside it may promise beyond its price, and the mean
-/// square of the innovations that it may leave: where all three hold, no pair without it can win.
+/// square of the innovations that it may leave: where all three hold, a pair without it hardly wins.
 const CLEAR_LEAD: f64 = 15.0;
 const HARDLY_A_SECOND: f64 = 2.0;
 const TELLS_ALL: f64 = 1.3;
+/// Pairs without it that are tried all the same where signatures at nothing missing promise more of them than of any pair with it.
+const OTHERS: usize = 2;
 /// Log odds behind the best from which a hypothesis is not weighed again: a change of the water motion's size by a fifth changes
 /// odds, and how far one is behind another, by less than half.
 pub(crate) const MAY_WIN_RECOLOURED: f64 = 10.0;
@@ -193,6 +205,7 @@ fn mark_down_larger_sets(found: &mut [Candidate], beside: &[Candidate]) {
 pub(crate) fn prior_of(effects: usize) -> f64 {
     let n = CATALOGUE.len() as f64;
     match effects {
+        0 => PRIOR.0,
         1 => PRIOR.1 / n,
         2 => PRIOR.2 / (n * (n - 1.0) / 2.0),
         // A third is as much rarer beside two as a second is beside one.
@@ -297,6 +310,8 @@ impl Search<'_> {
         let screen = self.screen;
         let best_single = self.best_single();
         let mut pairs: Vec<(&'static dyn Effect, &'static dyn Effect)> = Vec::new();
+        // What each leader promises with each effect beside it: log odds, leader, effect.
+        let mut promised: Vec<(f64, &'static str, &'static str)> = Vec::new();
         let mut add = |a: &'static dyn Effect, b: &'static dyn Effect| {
             let is = |x: &dyn Effect, y: &dyn Effect| x.name() == a.name() && y.name() == b.name();
             let new = !pairs.iter().any(|(x, y)| is(*x, *y) || is(*y, *x));
@@ -338,6 +353,7 @@ impl Search<'_> {
                 }
             } else {
                 let first = single.fit.state.effects[0].effect;
+                promised.extend(second.iter().map(|(score, effect)| (single.log_odds + score, first.name(), effect.name())));
                 for (_, effect) in second.iter().take(4) {
                     add(first, *effect);
                 }
@@ -347,6 +363,13 @@ impl Search<'_> {
                     add(first, current);
                 }
             }
+        }
+        // Two effects that pull apart hide behind the one that tells most of both: signatures where nothing is missing know them.
+        let of_leader = |effect: &dyn Effect| leaders.first().is_some_and(|l| l.effects == [effect.name()]);
+        let others =
+            ranked.iter().map(|(_, i, j)| (signs[*i].effect, signs[*j].effect)).take_while(|(a, b)| !of_leader(*a) && !of_leader(*b));
+        for (a, b) in others.take(if self.told { OTHERS } else { 0 }) {
+            add(a, b);
         }
         let top = ranked.first().map_or(f64::NEG_INFINITY, |r| r.0);
         if !self.told && top + (prior_of(2) / PRIOR.0).ln() > (0.5 * best_single).max(-2.0) {
@@ -360,9 +383,13 @@ impl Search<'_> {
         let total = pairs.len();
         for (k, (a, b)) in pairs.into_iter().enumerate() {
             (self.tick)("pairs", 0.55 + 0.35 * k as f64 / total as f64);
-            // Start from the better of the two singles.
+            // Start from the single that promises more with the other beside it, else from the better of the two.
             let gain = |e: &dyn Effect| self.single(e.name()).map_or(f64::NEG_INFINITY, |c| c.gain);
-            let (first, second) = if gain(a) >= gain(b) { (a, b) } else { (b, a) };
+            let promise = |first: &dyn Effect, second: &dyn Effect| {
+                promised.iter().find(|p| (p.1, p.2) == (first.name(), second.name())).map_or(f64::NEG_INFINITY, |p| p.0)
+            };
+            let (of_a, of_b) = ((promise(a, b), gain(a)), (promise(b, a), gain(b)));
+            let (first, second) = if of_a >= of_b { (a, b) } else { (b, a) };
             let Some(base) = self.single(first.name()) else { continue };
             let jacobian = screen.beside(Some(base));
             let c = self.resumed(jacobian, &[a.name(), b.name()], &base.fit, || screen.best_with(jacobian, &base.fit, second, 6));
@@ -412,14 +439,21 @@ impl Search<'_> {
         for kept in 0..2 {
             let keep = best.fit.state.effects[kept];
             let Some(base) = self.without(&best, kept) else { continue };
-            for (_, other) in screen.seconds(&base, None).into_iter().take(EXCHANGED) {
+            for (score, other) in screen.seconds(&base, None).into_iter().take(EXCHANGED) {
                 let names = [keep.effect.name(), other.name()];
-                if self.found.iter().any(|c| c.is(&names)) {
-                    continue;
-                }
                 let jacobian = screen.beside(self.single(keep.effect.name()));
-                let c = self.resumed(jacobian, &names, &base, || screen.best_with(jacobian, &base, other, 6));
-                self.found.push(c);
+                let Some(known) = self.found.iter().position(|c| c.is(&names)) else {
+                    let c = self.resumed(jacobian, &names, &base, || screen.best_with(jacobian, &base, other, 6));
+                    self.found.push(c);
+                    continue;
+                };
+                // Found before from elsewhere, and in a hollow there.
+                if base.chi2 - self.found[known].fit.chi2 < score {
+                    let f = screen.best_with(jacobian, &base, other, 6);
+                    if f.chi2 < self.found[known].fit.chi2 {
+                        self.found[known] = screen.candidate(f, prior_of(2), 0.0);
+                    }
+                }
             }
         }
         self.settle(2);

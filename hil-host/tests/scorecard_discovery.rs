@@ -55,7 +55,7 @@ fn one(name: &str, spec: &Spec, seed: u64, depth: Depth) -> diagnose::Diagnosis 
 }
 
 fn spec(site: Site, kind: Kind, effects: Vec<Effect>, outside: Option<Outside>) -> Spec {
-    Spec { site, wing: Wing::Standard, kind, effects, outside, strength: Some(Strength::Strong) }
+    Spec { site, wing: Wing::Standard, kind, effects, outside, strength: Some(Strength::Strong), lifelike: false }
 }
 
 /// Twenty cases as they come. The bounds lie one case below what a hundred and more cases of other seeds showed in each group.
@@ -163,7 +163,15 @@ fn regress_a_launch_of_a_check_segment_ends_as_those_of_the_fitted_segments_do()
 /// held below 15 % elsewhere in this file. Once half of a flight and more was left out, because a model may stall after any launch.
 #[test]
 fn validate_of_a_clean_flight_hardly_more_is_left_out_than_launches_and_turns() {
-    let clean = |site| Spec { site, wing: Wing::LowAspectRatio, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None };
+    let clean = |site| Spec {
+        site,
+        wing: Wing::LowAspectRatio,
+        kind: Kind::Clean,
+        effects: Vec::new(),
+        outside: None,
+        strength: None,
+        lifelike: false,
+    };
     for (site, seed) in [(Site::Lake, 99), (Site::Lake, 100), (Site::Sea, 99)] {
         let d = one(&format!("glides-{seed}"), &clean(site), seed, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{site:?} {seed}: {:?}", d.answer);
@@ -178,6 +186,41 @@ fn scorecard_a_leak_is_unexplained_and_what_remains_follows_trim() {
     let d = one("leak", &spec(Site::Lake, Kind::Off, Vec::new(), Some(Outside::Leak)), 3, Depth::Pairs);
     assert_eq!(d.verdict, diagnose::Verdict::Unexplained, "{:?} {:?}", d.answer, d.remainder.first());
     assert!(d.remainder.iter().take(3).any(|f| f.variable.contains("trim")), "{:?}", d.remainder);
+}
+
+/// Two effects that pull apart hide behind a third: ballast offset and thermal expansion behind compressibility, which alone led by
+/// 28 log odds, so that no pair without it was asked. And a pair that starts from the wrong one of its two may stay in a hollow: side
+/// edges and an angle of zero lift were called a lift slope and an angle of zero lift, which fitted worse by 21 of chi².
+#[test]
+fn regress_pairs_that_the_best_single_effect_hides_are_found() {
+    let first = |told: &Value| {
+        let mut named: Vec<String> =
+            told["answer"].as_array().expect("a list").iter().map(|e| e.as_str().expect("a name").into()).collect();
+        named.sort();
+        named
+    };
+    let hidden = told(20_261_140, 173);
+    // A density bias is the same force as a ballast offset in one density.
+    let found = [["ballast_offset", "thermal_expansion"], ["density_bias", "thermal_expansion"]];
+    assert!(found.iter().any(|f| first(&hidden) == *f), "{}", hidden["answer"]);
+    let hollow = told(20_261_140, 238);
+    assert_eq!(first(&hollow), ["side_edge_lift", "zero_lift_angle"], "{}", hollow["answer"]);
+}
+
+/// Real bodies do more than the nominal model: geometry tilts lift with the roll, and a hull follows the water's temperature late.
+/// The first was called drag in turns beside whatever else was missing, the second made a wrong thermal expansion unexplained.
+#[test]
+fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() {
+    for (site, effect) in [
+        (Site::Sea, Effect::InducedDragError),
+        (Site::Sea, Effect::AddedMass),
+        (Site::Sea, Effect::RollTurnDrag),
+        (Site::Lake, Effect::ThermalExpansion),
+    ] {
+        let body = Spec { wing: Wing::LowAspectRatio, lifelike: true, ..spec(site, Kind::Single, vec![effect], None) };
+        let d = one("lifelike", &body, 2, Depth::Pairs);
+        assert_eq!(d.answer, [effect.names().0], "{:?} {:?} {:?}", d.verdict, d.remainder.first(), d.notes);
+    }
 }
 
 /// What makes drag or displaced volume vary in a way that no name has: it was called biofouling with something else, or nothing at all,
@@ -207,6 +250,9 @@ fn regress_a_strong_stranger_is_not_called_two_effects_that_follow_it() {
         (20_261_127, 64, "ballast some time ago (trim)"),
         (20_261_128, 197, "angle of attack some time ago (a stall that ends late)"),
         (20_261_129, 224, "angle of attack some time ago (a stall that ends late)"),
+        // Called a lift slope that is too low: most legs stay separated all the way.
+        (20_261_133, 57, "angle of attack some time ago (a stall that ends late)"),
+        (20_261_141, 244, "angle of attack some time ago (a stall that ends late)"),
     ];
     for (seed, index, variable) in strange {
         let told = told(seed, index);
@@ -249,7 +295,15 @@ fn scorecard_three_effects_are_tried_on_request_and_a_single_stays_first() {
 fn prop_clean_trials_fly_beyond_the_given_law_at_launches_and_turns_only() {
     for (i, site) in [Site::Lake, Site::Sea].into_iter().enumerate() {
         for index in 0..2 {
-            let clean = Spec { site, wing: Wing::LowAspectRatio, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None };
+            let clean = Spec {
+                site,
+                wing: Wing::LowAspectRatio,
+                kind: Kind::Clean,
+                effects: Vec::new(),
+                outside: None,
+                strength: None,
+                lifelike: false,
+            };
             let case = generate(&clean, 70 + i as u64, index);
             for share in case.truth.stalled_share {
                 // A launch and two turns of half a minute each in a lake yo of ten minutes.
@@ -263,7 +317,15 @@ fn prop_clean_trials_fly_beyond_the_given_law_at_launches_and_turns_only() {
 /// which variable to look at.
 #[test]
 fn scorecard_a_pitch_whose_clock_is_late_is_unexplained_and_what_remains_follows_the_rate_of_pitch() {
-    let clean = Spec { site: Site::Lake, wing: Wing::Standard, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None };
+    let clean = Spec {
+        site: Site::Lake,
+        wing: Wing::Standard,
+        kind: Kind::Clean,
+        effects: Vec::new(),
+        outside: None,
+        strength: None,
+        lifelike: false,
+    };
     let folder = folder("late-pitch");
     let flight = trial_score::write_case(&folder, &generate(&clean, 4, 0)).expect("a case can be written");
     let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");

@@ -104,6 +104,7 @@ fn document(
         let (c, _) = law(vehicle, state);
         hydro["added_mass_surge"] = json!(c.added_mass_surge);
         hydro["added_mass_heave"] = json!(c.added_mass_heave);
+        hydro["bank_tilt"] = json!(c.bank_tilt);
         hydro["lift_fading"] = json!(c.beyond.lift_fading);
         hydro["cd_broadside"] = json!(c.beyond.cd_broadside);
     }

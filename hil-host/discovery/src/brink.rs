@@ -16,7 +16,7 @@ use crate::noise::Whitener;
 use crate::prepare::{FLOAT_M, Run};
 use crate::problem::Problem;
 use crate::vehicle::Vehicle;
-use hydro::effects::{ALPHA_VALID_RAD, Continuation};
+use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, Continuation};
 use std::borrow::Cow;
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
@@ -47,19 +47,28 @@ const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
 /// From when to when, s.
 type Stretch = (f64, f64);
 
-/// Which branch a model takes where its law of lift ends: what the fitted runs have shown of it.
+/// Which branch a model takes where its law of lift ends or knows nothing: what the fitted runs have shown of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Branch {
     /// How lift goes on beyond the valid angle of attack.
     pub continuation: Continuation,
     /// Whether launches end in a glide: of those after which the calibrated model may stall, at least half are seen to.
     pub glides: bool,
+    /// Whether lift tilts with the roll all the way ([`crate::bank`]).
+    pub banked: bool,
 }
 
 impl Branch {
     /// Of what both continuations give, in the order of [`BOTH`]: that of the one in force, and the other's.
     pub(crate) fn in_force<T>(self, [rising, fading]: [T; 2]) -> [T; 2] {
         if self.continuation == Continuation::Fading { [fading, rising] } else { [rising, fading] }
+    }
+
+    /// Constants and effects that a state of a vehicle means on this branch.
+    #[must_use]
+    pub(crate) fn law(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
+        let (constants, effects) = law(vehicle, state);
+        (if self.banked { Constants { bank_tilt: 1.0, ..constants } } else { constants }, effects)
     }
 
     /// Runs the model over a run of which nothing but its inputs is known. Where it depends on the continuation whether a launch ends
@@ -72,7 +81,8 @@ impl Branch {
     /// The same at several states: they are simulated side by side.
     #[must_use]
     pub fn tracks(self, run: &Run, vehicle: &Vehicle, states: &[&State]) -> Vec<Track> {
-        let laws: Vec<_> = states.iter().map(|s| law(vehicle, s)).collect();
+        let law = |s: &&State| if s.is_nominal() { law(vehicle, s) } else { self.law(vehicle, s) };
+        let laws: Vec<_> = states.iter().map(law).collect();
         let with = |which: &[usize], c: Continuation, attached: &[Stretch]| {
             let job = |&k: &usize| Job { run, constants: laws[k].0, effects: Cow::Borrowed(&laws[k].1), attached };
             tracks(&which.iter().map(job).collect::<Vec<_>>(), vehicle.water_depth_m, c)
@@ -183,7 +193,7 @@ impl Problem<'_> {
             self.lost_way_s[k] = lost;
         }
         let continuation = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
-        self.branch = Branch { continuation, glides: 2 * glides >= launches };
+        self.branch = Branch { continuation, glides: 2 * glides >= launches, ..self.branch };
         self.refresh();
         self.brink_at.iter().flatten().zip(before.iter().flatten()).filter(|(now, then)| now != then).count()
     }
@@ -218,7 +228,7 @@ impl Problem<'_> {
         if !(misfit[chosen] <= trusted) {
             return 0;
         }
-        self.branch = Branch { continuation: BOTH[chosen], glides: false };
+        self.branch = Branch { continuation: BOTH[chosen], glides: false, ..self.branch };
         let back = self.brink_rows();
         self.brink_at.iter_mut().for_each(|b| b.fill(false));
         self.lost_way_s.fill(0.0);

@@ -250,8 +250,17 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let first = search(&problem, None, depth, tick);
-    let found = second_look(&mut problem, first, depth, tick);
+    let mut first = search(&problem, None, depth, tick);
+    if crate::bank::tells_better(&problem, &first) {
+        problem.branch.banked = true;
+        first = search(&problem, Some(&first), depth, tick);
+        notes.push(
+            "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)"
+                .into(),
+        );
+    }
+    let mut found = second_look(&mut problem, first, depth, tick);
+    found.name_most_important_first();
     tick("what remains", 0.97);
     let brink_rows = problem.brink_rows();
     if brink_rows > 0 {

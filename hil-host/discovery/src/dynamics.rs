@@ -44,6 +44,8 @@ pub(crate) struct Point {
     pub(crate) time: f64,
     pub(crate) temperature: f64,
     pub(crate) cd0_relative: f64,
+    /// What a bank leaves of lift in the vertical plane.
+    pub(crate) upright: f64,
 }
 
 /// α = atan2(−n, u), rad. Near the axis, where a glider nearly always flies, by a polynomial (least squares on Chebyshev points of
@@ -180,6 +182,7 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> 
             time: i.sensed.time_s,
             temperature: true_now.temperature_degc,
             cd0_relative: i.cd0_relative,
+            upright: 1.0 - model.constants.bank_tilt * (1.0 - i.cos_roll),
         }
     };
     let whole: Vec<Point> = run.inputs.iter().zip(&all).map(point).collect();
@@ -206,6 +209,7 @@ impl Point {
             time: mix(self.time, other.time),
             temperature: mix(self.temperature, other.temperature),
             cd0_relative: mix(self.cd0_relative, other.cd0_relative),
+            upright: mix(self.upright, other.upright),
         }
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod add;
 pub mod align;
+pub mod bank;
 pub mod brink;
 pub mod calibration;
 pub mod clocks;

@@ -62,6 +62,7 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
         let depth = if t < turn { top + (t - 40.0).max(0.0) * speed } else { bottom - (t - turn) * speed }.clamp(top, bottom);
         let (rho, temperature) = column(depth);
         let pitch = leg.pitch_rad * s;
+        let roll_rad: f64 = if (t / 60.0) as i64 % 3 == 1 { 0.2 } else { 0.0 };
         inputs.push(Input {
             sensed: Sensed {
                 time_s: start_s + t,
@@ -69,12 +70,14 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
                 ballast_m3: leg.ballast_m3 * ((t - turn) / 15.0).clamp(-1.0, 1.0),
                 density_kg_m3: rho,
                 temperature_degc: temperature,
+                hull_degc: temperature,
                 pressure_pa: depth * 1.0e4,
             },
             pitch_rate_rad_s: leg.pitch_rad * q,
             sin_pitch: pitch.sin(),
             cos_pitch: pitch.cos(),
-            roll_rad: if (t / 60.0) as i64 % 3 == 1 { 0.2 } else { 0.0 },
+            roll_rad,
+            cos_roll: roll_rad.cos(),
             sin_heading: 0.0,
             cos_heading: 1.0,
             depth_m: depth.max(1.0),

@@ -10,7 +10,7 @@ use crate::flight::Flight;
 use crate::spikes::{FASTEST, despike, despike_by, turn_allowance};
 use crate::vehicle::Vehicle;
 use crate::ways::{Fix, Way, fixes, ways};
-use hydro::effects::{Constants, Sensed};
+use hydro::effects::{Constants, HULL_LAG_S, Sensed};
 
 /// Half width of the local fit of pitch, s (shorter than the pitch mode of 16 s, longer than two samples).
 pub const PITCH_WINDOW_S: f64 = 9.0;
@@ -44,6 +44,8 @@ pub struct Input {
     pub cos_pitch: f64,
     /// Roll, rad.
     pub roll_rad: f64,
+    /// Its cosine.
+    pub cos_roll: f64,
     /// sin of the heading.
     pub sin_heading: f64,
     /// cos of the heading.
@@ -393,6 +395,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     let step = step_s(vehicle);
     let count = ((time[time.len() - 1] - time[0]) / (0.5 * step)).ceil() as usize + 3;
     let mut inputs = Vec::with_capacity(count);
+    let follows = 1.0 - (-0.5 * step / HULL_LAG_S).exp();
+    let mut hull_degc = temperature[0];
     let (mut at, mut from) = (0usize, 0usize);
     for j in 0..count {
         let t = time[0] + j as f64 * 0.5 * step;
@@ -407,6 +411,7 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         } else {
             local_quadratic(time, &pitch, within, PITCH_WINDOW_S, &mut from)
         };
+        hull_degc += follows * (mix(&temperature) - hull_degc);
         let (sh, ch) = (mix(&sin_heading), mix(&cos_heading));
         let norm = sh.hypot(ch).max(1e-9);
         inputs.push(Input {
@@ -416,12 +421,14 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
                 ballast_m3: mix(&ballast),
                 density_kg_m3: mix(&density),
                 temperature_degc: mix(&temperature),
+                hull_degc,
                 pressure_pa: mix(&whole_pressure),
             },
             pitch_rate_rad_s: q,
             sin_pitch: theta.sin(),
             cos_pitch: theta.cos(),
             roll_rad: mix(&roll),
+            cos_roll: mix(&roll).cos(),
             sin_heading: sh / norm,
             cos_heading: ch / norm,
             depth_m: mix(&whole_depth) - zero,
@@ -523,8 +530,15 @@ mod tests {
             let down = time_s < 600.0;
             let depth_m = if down { 0.2 * time_s } else { 120.0 - 0.1 * (time_s - 600.0) } + if j == 900 { 40.0 } else { 0.0 };
             let pitch_rad: f64 = if down { -0.42 } else { 0.42 };
-            let sensed =
-                Sensed { time_s, pitch_rad, ballast_m3: 0.0, density_kg_m3: 1000.0, temperature_degc: 10.0, pressure_pa: depth_m * 1e4 };
+            let sensed = Sensed {
+                time_s,
+                pitch_rad,
+                ballast_m3: 0.0,
+                density_kg_m3: 1000.0,
+                temperature_degc: 10.0,
+                hull_degc: 10.0,
+                pressure_pa: depth_m * 1e4,
+            };
             let (sin_pitch, cos_pitch) = pitch_rad.sin_cos();
             Input {
                 sensed,
@@ -532,6 +546,7 @@ mod tests {
                 sin_pitch,
                 cos_pitch,
                 roll_rad: 0.0,
+                cos_roll: 1.0,
                 sin_heading: 0.0,
                 cos_heading: 1.0,
                 depth_m,

@@ -208,7 +208,7 @@ impl<'a> Problem<'a> {
     /// Constants and effects that a state means.
     #[must_use]
     pub fn law(&self, state: &State) -> (Constants, Vec<Active>) {
-        crate::calibration::law(self.vehicle, state)
+        self.branch.law(self.vehicle, state)
     }
 
     /// The model's answer to the observations, whitened.

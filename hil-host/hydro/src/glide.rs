@@ -332,6 +332,7 @@ mod tests {
             hull_drag_per_rad2: 10.5,
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
+            bank_tilt: 0.0,
             beyond: Beyond::default(),
         }
     }

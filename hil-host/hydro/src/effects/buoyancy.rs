@@ -102,17 +102,25 @@ impl Effect for ThermalExpansion {
                 typical: 0.01,
                 source: "oils and plastics expand about 1 % more per kelvin; guess",
             },
+            Parameter {
+                name: "lag_share",
+                unit: "1",
+                off: 0.0,
+                low: 0.0,
+                high: 2.0,
+                typical: 0.7,
+                source: "of what the file lacks; 0: with the water, 1: with a hull that follows it in half a minute; guess",
+            },
         ]
-    }
-    fn constants(&self, p: &[f64], c: &mut Constants) {
-        c.thermal_expansion_per_k += stated_or(c.thermal_expansion_per_k, SLOCUM_EXPANSION_PER_K) * p[0];
     }
     fn acts_on_volume(&self) -> bool {
         true
     }
     fn volume_m3(&self, p: &[f64], s: &Sensed, c: &Constants) -> f64 {
         let warmer = s.temperature_degc - c.reference_temperature_degc;
-        c.hull_volume_m3 * c.thermal_expansion_per_k * warmer * p[1] * warmer
+        let behind = s.hull_degc - s.temperature_degc;
+        let wrong = stated_or(c.thermal_expansion_per_k, SLOCUM_EXPANSION_PER_K) * p[0];
+        c.hull_volume_m3 * (wrong * (warmer + p[2] * behind) + (c.thermal_expansion_per_k + wrong) * warmer * p[1] * warmer)
     }
 }
 

@@ -73,9 +73,15 @@ pub struct Constants {
     pub added_mass_surge: f64,
     /// k2, fraction of the mass.
     pub added_mass_heave: f64,
+    /// Share of the lift's tilt out of the vertical plane in a banked turn: lift there is times 1 − share (1 − cos roll). 1 by
+    /// geometry, 0 in the flight format's nominal model, which knows no roll. Only unsteady models ask for it.
+    pub bank_tilt: f64,
     /// How the law goes on beyond [`ALPHA_VALID_RAD`].
     pub beyond: Beyond,
 }
+
+/// Time constant of a hull's temperature, s: 6 mm of aluminium in water that passes by; a guess between 10 and 60 s.
+pub const HULL_LAG_S: f64 = 30.0;
 
 /// What the sensors said at one instant; effects of the sensors turn it into what is true.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +96,8 @@ pub struct Sensed {
     pub density_kg_m3: f64,
     /// Water temperature, °C.
     pub temperature_degc: f64,
+    /// Temperature of a hull that follows the water with [`HULL_LAG_S`], °C.
+    pub hull_degc: f64,
     /// Gauge pressure, Pa.
     pub pressure_pa: f64,
 }
@@ -344,6 +352,7 @@ mod tests {
             hull_drag_per_rad2: 1.0,
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
+            bank_tilt: 0.0,
             beyond: Beyond::default(),
         }
     }
@@ -360,8 +369,15 @@ mod tests {
             let active = [Active::off(e)];
             let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
             assert_eq!(with.constants, without.constants, "{}", e.name());
-            let s =
-                Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
+            let s = Sensed {
+                time_s: 1e5,
+                pitch_rad: -0.4,
+                ballast_m3: 2e-4,
+                density_kg_m3: 1020.0,
+                temperature_degc: 15.0,
+                hull_degc: 15.5,
+                pressure_pa: 1e6,
+            };
             assert_eq!(with.truth(s), s, "{}", e.name());
             for (alpha_rad, speed_m_s, roll_rad) in flows {
                 let at = Flow { alpha_rad, speed_m_s, roll_rad, climb_m_s: 0.1, time_s: 1e5, temperature_degc: 10.0, attached: false };
@@ -385,8 +401,15 @@ mod tests {
             let size = if p.off + p.typical <= p.high { p.off + p.typical } else { p.off - p.typical };
             let active = [Active::sized(e, size)];
             let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
-            let s =
-                Sensed { time_s: 1e5, pitch_rad: -0.4, ballast_m3: 2e-4, density_kg_m3: 1020.0, temperature_degc: 15.0, pressure_pa: 1e6 };
+            let s = Sensed {
+                time_s: 1e5,
+                pitch_rad: -0.4,
+                ballast_m3: 2e-4,
+                density_kg_m3: 1020.0,
+                temperature_degc: 15.0,
+                hull_degc: 15.5,
+                pressure_pa: 1e6,
+            };
             let at = Flow {
                 alpha_rad: 0.25,
                 speed_m_s: 0.4,
@@ -398,6 +421,7 @@ mod tests {
             };
             let place = Place { time_s: 9.0, depth_m: 40.0, water_depth_m: 100.0, phase_rad: 1.0 };
             let changed = with.constants != without.constants
+                || with.volume_m3(&s) != without.volume_m3(&s)
                 || with.truth(s) != s
                 || with.coefficients(&at) != without.coefficients(&at)
                 || with.water_up_m_s(&place) != 0.0

@@ -116,6 +116,10 @@ impl Kind {
     }
 }
 
+/// Lag of a lifelike hull's temperature, s (6 mm of aluminium), and its bank, rad.
+const HULL_LAG_S: f64 = 30.0;
+const BANK_RAD: f64 = 0.35;
+
 /// What to hide in one case.
 #[derive(Clone, Debug)]
 pub struct Spec {
@@ -131,6 +135,10 @@ pub struct Spec {
     pub outside: Option<Outside>,
     /// Size.
     pub strength: Option<Strength>,
+    /// Whether the body does what real ones do and the format's nominal model leaves out, and is seen at it: its lift tilts out of the
+    /// vertical plane with the roll, its hull follows the water's temperature [`HULL_LAG_S`] late, and it turns twelve times in a yo
+    /// banked by 20 degrees.
+    pub lifelike: bool,
 }
 
 /// The truth of a case.
@@ -198,7 +206,7 @@ pub fn plan(cases: usize, seed: u64, only: Option<Kind>) -> Vec<Spec> {
         let kind = only.unwrap_or(PATTERN[i % PATTERN.len()]);
         let wing = if (i / 2 + i / 20) % 2 == 0 { Wing::Standard } else { Wing::LowAspectRatio };
         let site = if (i + i / 20) % 2 == 0 { Site::Lake } else { Site::Sea };
-        let mut spec = Spec { site, wing, kind, effects: Vec::new(), outside: None, strength: None };
+        let mut spec = Spec { site, wing, kind, effects: Vec::new(), outside: None, strength: None, lifelike: false };
         match kind {
             Kind::Clean => {}
             Kind::Single => {
@@ -317,7 +325,10 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
         (Site::Lake, true) => rng.random_range(6.0..15.0),
         (Site::Sea, _) => rng.random_range(12.0..30.0),
     };
-    let mut nature = Nature::new(&nominal, &scatter);
+    let mut nature = Nature { tilts: spec.lifelike, ..Nature::new(&nominal, &scatter) };
+    if spec.lifelike {
+        (nature.off.hull_thermal_lag_s, nature.off.hull_thermal_gain) = (HULL_LAG_S, 1.0);
+    }
     let colour =
         [Colour::Markov, Colour::Markov, Colour::Markov, Colour::WaveLike, Colour::OneOverF, Colour::PerDive][rng.random_range(0..6)];
     let background_rms = nominal.background_rms_m_s * rng.random_range(0.8..1.2);
@@ -354,6 +365,9 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
     let list = 0.0175 * vehicle::normal_within_2_sigma(&mut rng) * 0.7;
     let zero = Zero { pressure_dbar: rng.random_range(-0.18..0.18) };
     let mut orders = Orders::draw(spec.site, spec.wing.lowest_pitch_deg(), days, &mut stream(seed, i, 3));
+    if spec.lifelike {
+        orders.iter_mut().for_each(|o| o.turn_often(BANK_RAD));
+    }
     if let Some(legs) = legs {
         orders.truncate(legs.len());
         for (order, [pitch, stroke]) in orders.iter_mut().zip(legs) {

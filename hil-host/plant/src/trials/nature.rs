@@ -189,6 +189,8 @@ pub struct Nature {
     pub pressure_drift: f64,
     /// Off-catalogue.
     pub off: OffCatalogue,
+    /// Whether lift tilts out of the vertical plane with the roll.
+    pub tilts: bool,
 }
 
 /// Conditions of one instant.
@@ -260,6 +262,7 @@ impl Nature {
             density_bias: 0.0,
             pressure_drift: 0.0,
             off: OffCatalogue::default(),
+            tilts: false,
         }
     }
 
@@ -294,14 +297,15 @@ impl Nature {
         self.volume * (1.0 - squeeze + swell) + ballast * (1.0 + self.ballast_gain) + air
     }
 
-    /// Lift and drag, N, at angle of attack (rad) and speed (m/s); `climb` is the rate of climb through the water, m/s.
+    /// Lift in the vertical plane and drag, N, at angle of attack (rad) and speed (m/s); `climb` is the rate of climb through the water, m/s.
     #[must_use]
     pub fn lift_and_drag(&self, alpha: f64, speed: f64, climb: f64, at: &Instant) -> (f64, f64) {
         let q = 0.5 * at.rho * self.area * speed * speed;
+        let upright = if self.tilts { libm::cos(at.roll) } else { 1.0 };
         let edge = ALPHA_END_RAD.copysign(alpha);
         if alpha.abs() <= ALPHA_END_RAD {
             let (cl, cd) = self.coefficients(alpha, speed, climb, at);
-            return (q * cl, q * cd);
+            return (q * cl * upright, q * cd);
         }
         let (cl, cd) = self.coefficients(edge, speed, climb, at);
         let (sin_e, cos_e, sin_a, cos_a) = (libm::sin(edge), libm::cos(edge), libm::sin(alpha), libm::cos(alpha));
@@ -315,7 +319,7 @@ impl Nature {
         };
         let axial = axial_e * cos_a / cos_e;
         let (cl, cd) = (normal * cos_a - axial * sin_a, normal * sin_a + axial * cos_a);
-        (q * cl, q * cd)
+        (q * cl * upright, q * cd)
     }
 
     fn coefficients(&self, alpha: f64, speed: f64, climb: f64, at: &Instant) -> (f64, f64) {

@@ -111,6 +111,18 @@ impl Orders {
         }
         orders
     }
+
+    /// Turns to and fro by a radian and a half at six depths of every dive and climb, banked by so much, rad.
+    pub(crate) fn turn_often(&mut self, bank: f64) {
+        self.bank = bank;
+        let depth = |k: i32| f64::from(k) / 7.0 * self.depths[1];
+        let change = |k: i32| if k % 2 == 0 { 1.5 } else { -1.5 };
+        self.turns = [true, false]
+            .into_iter()
+            .flat_map(|dive| (1..=6).map(move |k| (k, dive)))
+            .map(|(k, dive)| (depth(k), dive, change(k)))
+            .collect();
+    }
 }
 
 /// One instant of what really happened, on the step grid.

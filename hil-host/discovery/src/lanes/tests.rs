@@ -1,0 +1,221 @@
+use super::*;
+use crate::prepare::{FAST_M_S, Run};
+use hydro::effects::{Active, Beyond, Constants, Sensed, by_name};
+use std::borrow::Cow;
+
+const SLOCUM: Constants = Constants {
+    gravity_m_s2: 9.81,
+    mass_kg: 52.0,
+    hull_volume_m3: 0.0519,
+    compressibility_per_pa: 5e-10,
+    thermal_expansion_per_k: 5e-5,
+    reference_temperature_degc: 10.0,
+    reference_area_m2: 0.1,
+    lift_slope_per_rad: 8.0,
+    lift_quadratic_per_rad2: 2.0,
+    cd0: 0.15,
+    induced_k: 0.1,
+    hull_drag_per_rad2: 8.0,
+    added_mass_surge: 0.06,
+    added_mass_heave: 1.05,
+    bank_tilt: 0.0,
+    beyond: Beyond { lift_fading: 0.0, cd_broadside: 3.5 },
+};
+
+/// A dive and a climb of `half_s` each at this pitch, from afloat or from under way.
+fn run(half_s: f64, pitch: f64, afloat: bool) -> Run {
+    let step_s = 1.0;
+    let time_s: Vec<f64> = (0..(half_s / 2.0) as usize).map(|i| 4.0 * i as f64).collect();
+    let input = |j: usize| {
+        let t = 0.5 * step_s * j as f64;
+        let x = (t - half_s) / 12.0;
+        let floats = afloat && t < 20.0;
+        let pitch_rad = if floats { 0.0 } else { pitch * x.tanh() };
+        let depth_m = if floats { 0.0 } else { 3.0 + 0.1 * t.min(2.0 * half_s - t) };
+        Input {
+            sensed: Sensed {
+                time_s: t,
+                pitch_rad,
+                ballast_m3: if floats { 230e-6 } else { 230e-6 * (x / 2.0).clamp(-1.0, 1.0) },
+                density_kg_m3: 1001.0 + 0.01 * depth_m,
+                temperature_degc: 15.0 - 0.1 * depth_m,
+                hull_degc: 15.0 - 0.1 * depth_m,
+                pressure_pa: 1e4 * depth_m,
+            },
+            pitch_rate_rad_s: pitch / 12.0 * (1.0 - x.tanh().powi(2)),
+            sin_pitch: pitch_rad.sin(),
+            cos_pitch: pitch_rad.cos(),
+            roll_rad: 0.1,
+            cos_roll: 0.1_f64.cos(),
+            sin_heading: 0.6,
+            cos_heading: 0.8,
+            depth_m,
+            cd0_relative: 1.0,
+        }
+    };
+    let n = time_s.len();
+    Run {
+        segment: 0,
+        first_row: 0,
+        depth_m: time_s.iter().map(|t| input((t / step_s * 2.0) as usize).depth_m).collect(),
+        pressure_pa: vec![1e5; n],
+        used: vec![true; n],
+        speed_m_s: vec![f64::NAN; n],
+        inputs: (0..(2.0 * half_s / step_s * 2.0) as usize + 3).map(input).collect(),
+        step_s,
+        displacement_m: None,
+        displacement_s: 100.0,
+        fixes: [None; 2],
+        blind: false,
+        surface: [None, None],
+        starts_afloat: afloat,
+        start_speed_m_s: if afloat { 0.0 } else { 0.25 },
+        fastest_m_s: FAST_M_S,
+        stalls_late_rad: 0.0,
+        time_s,
+    }
+}
+
+fn bits(t: &Track) -> Vec<u64> {
+    let ends = [t.displacement_m.0, t.displacement_m.1];
+    t.depth_m.iter().chain(&t.sink_m_s).chain(&t.speed_m_s).chain(&t.alpha_rad).chain(&ends).map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn prop_a_flow_that_is_known_to_attach_stays_within_the_valid_angle_of_attack() {
+    let run = run(200.0, 0.45, true);
+    let steepest = |attached: &[(f64, f64)]| {
+        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached };
+        let t = &tracks(&[job], 60.0, Continuation::Fading)[0];
+        // The launch, and the glide half a minute later.
+        let largest = |from: usize, to: usize| t.alpha_rad[from..to].iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        [largest(6, 20), largest(30, 40)]
+    };
+    let (free, held) = (steepest(&[]), steepest(&[(0.0, 100.0)]));
+    assert!(free[0] > 0.5, "the launch of this run is a stall: {free:?}");
+    assert!(held[0] <= ALPHA_VALID_RAD + 1e-9, "{held:?}");
+    // 1e-3 rad: both have come to the same glide.
+    assert!((free[1] - held[1]).abs() < 1e-3, "{free:?} {held:?}");
+}
+
+#[test]
+fn regress_several_times_the_lift_is_a_glide_and_no_instability() {
+    let run = run(200.0, 0.45, true);
+    let sink = |lift: f64| {
+        let job = Job {
+            run: &run,
+            constants: Constants { lift_slope_per_rad: lift * 8.0, ..SLOCUM },
+            effects: Cow::Borrowed(&[]),
+            attached: &[],
+        };
+        let t = tracks(&[job], 60.0, Continuation::Rising).pop().expect("one");
+        assert!(t.depth_m.iter().all(|z| z.is_finite()), "lift x {lift}");
+        // Half way down, in the glide.
+        t.sink_m_s[35]
+    };
+    let (nominal, much) = (sink(1.0), sink(3.0));
+    // Three times the lift at a third of the angle of attack: less induced drag, so a little faster down the path.
+    assert!(nominal > 0.1 && (much / nominal - 1.0).abs() < 0.5, "{nominal} {much}");
+}
+
+#[test]
+fn regress_twice_the_lift_on_a_fast_run_is_a_glide_and_no_instability() {
+    // Heavy and steep: 0.6 m/s, at which twice the lift decays within a third of a second; one step is too long.
+    let mut fast = run(200.0, 0.6, true);
+    for i in &mut fast.inputs {
+        i.sensed.ballast_m3 *= 3.5;
+    }
+    let last = |fastest_m_s: f64| {
+        let run = Run { fastest_m_s, ..fast.clone() };
+        let job =
+            Job { run: &run, constants: Constants { lift_slope_per_rad: 20.0, ..SLOCUM }, effects: Cow::Borrowed(&[]), attached: &[] };
+        tracks(&[job], 60.0, Continuation::Rising)[0]
+            .depth_m
+            .iter()
+            .copied()
+            .fold(0.0, |a: f64, b| if b.is_finite() { a } else { f64::NAN })
+    };
+    assert!(last(0.25).is_nan() && last(0.7).is_finite());
+}
+
+#[test]
+fn prop_flow_with_a_memory_stays_attached_until_the_stall_begins_and_separated_until_it_ends() {
+    // Half way down a glide at 5 degrees of angle of attack, above the angle where the stall ends.
+    let flown = |stall: Option<f64>, memory: f64, from_a_launch: bool| {
+        let run = Run { stalls_late_rad: memory, ..run(200.0, 0.3, from_a_launch) };
+        let effects: Vec<Active> = stall.iter().map(|angle| Active::sized(by_name("stall").expect("known"), *angle)).collect();
+        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&effects), attached: &[] };
+        let t = tracks(&[job], 60.0, Continuation::Rising).pop().expect("one");
+        (t.alpha_rad[35], t.alpha_rad.iter().fold(0.0, |a: f64, b| a.max(b.abs())), t)
+    };
+    let (angle, largest, free) = flown(None, 0.0, false);
+    let (ends, memory) = (0.8 * angle, largest);
+    // Under way, the angle never comes to where the stall begins: as if there were none.
+    let (_, _, clinging) = flown(Some(ends), memory, false);
+    assert_eq!(bits(&clinging), bits(&free));
+    // After a launch that stalls, flow stays separated: as without a memory.
+    let (after_launch, steepest, _) = flown(Some(ends), memory, true);
+    assert!(steepest > ends + memory, "the launch of this run is a stall: {steepest}");
+    let (plain, _, _) = flown(Some(ends), 0.0, true);
+    // 1e-6 rad: both have come to the same glide.
+    assert!((after_launch - plain).abs() < 1e-6 && (plain - angle).abs() > 1e-3, "{after_launch} {plain} {angle}");
+}
+
+#[test]
+fn prop_a_simulation_does_not_depend_on_what_is_beside_it() {
+    // Unequal lengths; pitches from steep to flatter than any glide, where the model stalls deeply.
+    let runs = [run(200.0, 0.45, true), run(150.0, 0.25, false), run(340.0, 0.06, true), run(100.0, 0.35, false), run(260.0, 0.15, true)];
+    let sized = |name: &str, size: f64| Active::sized(by_name(name).expect("known"), size);
+    let laws: [Vec<Active>; 5] = [
+        vec![],
+        vec![sized("stall", 0.1), sized("pitch_offset", 0.02)],
+        vec![sized("vertical_current", 0.01), sized("pressure_drift", 1.0), sized("horizontal_current", 0.1)],
+        vec![sized("vortex_lift_bodywing", 20.0), sized("reynolds_drag", 0.3), sized("hull_compressibility", 0.5)],
+        vec![sized("added_mass", 0.4), sized("ballast_scale", 0.05)],
+    ];
+    let mut jobs: Vec<Job> = Vec::new();
+    for run in &runs {
+        for (effects, cd0) in laws.iter().zip([0.15, 0.15, 0.3, 0.1, 0.2]) {
+            jobs.push(Job { run, constants: Constants { cd0, ..SLOCUM }, effects: Cow::Borrowed(effects), attached: &[] });
+        }
+    }
+    for beyond in [Continuation::Rising, Continuation::Fading] {
+        let together = tracks(&jobs, 60.0, beyond);
+        let backwards = tracks(&jobs.iter().rev().cloned().collect::<Vec<_>>(), 60.0, beyond);
+        let mut moved = 0;
+        for (k, job) in jobs.iter().enumerate() {
+            let alone = crate::dynamics::track(job.run, job.constants, &job.effects, 60.0, beyond);
+            assert_eq!(alone.depth_m.len(), job.run.time_s.len());
+            assert!(alone.depth_m.iter().all(|z| z.is_finite()), "job {k}");
+            assert_eq!(bits(&alone), bits(&together[k]), "job {k}");
+            assert_eq!(bits(&alone), bits(&backwards[jobs.len() - 1 - k]), "job {k} backwards");
+            moved += usize::from(alone.depth_m.last().is_some_and(|z| z.abs() > 0.1));
+        }
+        assert!(moved > 20, "{moved}");
+    }
+    assert!(tracks(&[], 60.0, Continuation::Rising).is_empty());
+}
+
+#[test]
+fn accuracy_lift_in_a_bank_is_the_lift_of_a_law_that_is_smaller_by_the_cosine_of_the_roll() {
+    let run = run(200.0, 0.45, true);
+    let flat = Constants { induced_k: 0.0, ..SLOCUM };
+    let cos = 0.1_f64.cos();
+    let smaller = Constants {
+        lift_slope_per_rad: cos * flat.lift_slope_per_rad,
+        lift_quadratic_per_rad2: cos * flat.lift_quadratic_per_rad2,
+        ..flat
+    };
+    let jobs = [smaller, Constants { bank_tilt: 1.0, ..flat }, flat].map(|constants| Job {
+        run: &run,
+        constants,
+        effects: Cow::Borrowed(&[]),
+        attached: &[],
+    });
+    let flown = tracks(&jobs, 60.0, Continuation::Rising);
+    let apart = |a: &Track, b: &Track| a.depth_m.iter().zip(&b.depth_m).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+    // 1e-9 m: the same simulation but for rounding.
+    assert!(apart(&flown[0], &flown[1]) < 1e-9, "{} m", apart(&flown[0], &flown[1]));
+    // Half a per cent of the lift over two legs of 200 s.
+    assert!(apart(&flown[0], &flown[2]) > 1e-3, "{} m", apart(&flown[0], &flown[2]));
+}

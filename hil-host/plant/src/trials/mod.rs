@@ -136,7 +136,7 @@ pub struct Spec {
     /// Size.
     pub strength: Option<Strength>,
     /// Whether the body does what real ones do and the format's nominal model leaves out, and is seen at it: its lift tilts out of the
-    /// vertical plane with the roll, its hull follows the water's temperature [`HULL_LAG_S`] late, and it turns twelve times in a yo
+    /// vertical plane with the roll, its hull follows the water's temperature half a minute late, and it turns twelve times in a yo
     /// banked by 20 degrees.
     pub lifelike: bool,
 }

@@ -58,6 +58,10 @@ fn spec(site: Site, kind: Kind, effects: Vec<Effect>, outside: Option<Outside>) 
     Spec { site, wing: Wing::Standard, kind, effects, outside, strength: Some(Strength::Strong), lifelike: false }
 }
 
+fn clean(site: Site, wing: Wing) -> Spec {
+    Spec { wing, strength: None, ..spec(site, Kind::Clean, Vec::new(), None) }
+}
+
 /// Twenty cases as they come. The bounds lie one case below what a hundred and more cases of other seeds showed in each group.
 #[test]
 fn scorecard_hidden_effects_are_named_nothing_is_named_where_nothing_is_hidden_and_strangers_stay_unnamed() {
@@ -163,17 +167,8 @@ fn regress_a_launch_of_a_check_segment_ends_as_those_of_the_fitted_segments_do()
 /// held below 15 % elsewhere in this file. Once half of a flight and more was left out, because a model may stall after any launch.
 #[test]
 fn validate_of_a_clean_flight_hardly_more_is_left_out_than_launches_and_turns() {
-    let clean = |site| Spec {
-        site,
-        wing: Wing::LowAspectRatio,
-        kind: Kind::Clean,
-        effects: Vec::new(),
-        outside: None,
-        strength: None,
-        lifelike: false,
-    };
     for (site, seed) in [(Site::Lake, 99), (Site::Lake, 100), (Site::Sea, 99)] {
-        let d = one(&format!("glides-{seed}"), &clean(site), seed, Depth::Pairs);
+        let d = one(&format!("glides-{seed}"), &clean(site, Wing::LowAspectRatio), seed, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{site:?} {seed}: {:?}", d.answer);
         // 110 s of each launch in a yo of ten minutes, and turns as above: a third. Once it was more than one.
         assert!(d.brink * 3 < d.rows, "{site:?} {seed}: {} rows left out, {} observations fitted", d.brink, d.rows);
@@ -295,16 +290,7 @@ fn scorecard_three_effects_are_tried_on_request_and_a_single_stays_first() {
 fn prop_clean_trials_fly_beyond_the_given_law_at_launches_and_turns_only() {
     for (i, site) in [Site::Lake, Site::Sea].into_iter().enumerate() {
         for index in 0..2 {
-            let clean = Spec {
-                site,
-                wing: Wing::LowAspectRatio,
-                kind: Kind::Clean,
-                effects: Vec::new(),
-                outside: None,
-                strength: None,
-                lifelike: false,
-            };
-            let case = generate(&clean, 70 + i as u64, index);
+            let case = generate(&clean(site, Wing::LowAspectRatio), 70 + i as u64, index);
             for share in case.truth.stalled_share {
                 // A launch and two turns of half a minute each in a lake yo of ten minutes.
                 assert!((0.0..0.15).contains(&share), "{:?}: {:?}", case.name, case.truth.stalled_share);
@@ -317,17 +303,8 @@ fn prop_clean_trials_fly_beyond_the_given_law_at_launches_and_turns_only() {
 /// which variable to look at.
 #[test]
 fn scorecard_a_pitch_whose_clock_is_late_is_unexplained_and_what_remains_follows_the_rate_of_pitch() {
-    let clean = Spec {
-        site: Site::Lake,
-        wing: Wing::Standard,
-        kind: Kind::Clean,
-        effects: Vec::new(),
-        outside: None,
-        strength: None,
-        lifelike: false,
-    };
     let folder = folder("late-pitch");
-    let flight = trial_score::write_case(&folder, &generate(&clean, 4, 0)).expect("a case can be written");
+    let flight = trial_score::write_case(&folder, &generate(&clean(Site::Lake, Wing::Standard), 4, 0)).expect("a case can be written");
     let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
     let mut f = read::flight(&flight).expect("our own log reads");
     std::fs::remove_dir_all(folder).ok();

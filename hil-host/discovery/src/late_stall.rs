@@ -33,6 +33,7 @@ fn loses_lift(state: &State) -> Option<(usize, bool)> {
 pub fn log_bayes(problem: &Problem, beside: &Fit) -> Option<f64> {
     let (lost, is_stall) = loses_lift(&beside.state)?;
     let before = log_evidence(problem, beside);
+    let renewals = if is_stall { 0 } else { RENEWALS };
     let told = LATE_RAD.map(|late| {
         let runs: Vec<Run> = problem.runs.iter().map(|run| Run { stalls_late_rad: late, ..(*run).clone() }).collect();
         let with_memory = Problem { runs: runs.iter().collect(), ..problem.clone() };
@@ -52,7 +53,7 @@ pub fn log_bayes(problem: &Problem, beside: &Fit) -> Option<f64> {
         let first = (0..starts.len()).min_by(|a, b| misfits[*a].total_cmp(&misfits[*b])).unwrap_or(0);
         let from = |state: &State| fit(&with_memory, &Jacobian::new(&with_memory, state), state, Effort::of(ITERATIONS));
         let mut f = from(&starts[first]);
-        for _ in 0..if is_stall { 0 } else { RENEWALS } {
+        for _ in 0..renewals {
             f = from(&f.state);
         }
         let told = log_evidence(&with_memory, &f) - before;

@@ -411,7 +411,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
         } else {
             local_quadratic(time, &pitch, within, PITCH_WINDOW_S, &mut from)
         };
-        hull_degc += follows * (mix(&temperature) - hull_degc);
+        let (temperature_degc, roll_rad) = (mix(&temperature), mix(&roll));
+        hull_degc += follows * (temperature_degc - hull_degc);
         let (sh, ch) = (mix(&sin_heading), mix(&cos_heading));
         let norm = sh.hypot(ch).max(1e-9);
         inputs.push(Input {
@@ -420,15 +421,15 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
                 pitch_rad: theta,
                 ballast_m3: mix(&ballast),
                 density_kg_m3: mix(&density),
-                temperature_degc: mix(&temperature),
+                temperature_degc,
                 hull_degc,
                 pressure_pa: mix(&whole_pressure),
             },
             pitch_rate_rad_s: q,
             sin_pitch: theta.sin(),
             cos_pitch: theta.cos(),
-            roll_rad: mix(&roll),
-            cos_roll: mix(&roll).cos(),
+            roll_rad,
+            cos_roll: roll_rad.cos(),
             sin_heading: sh / norm,
             cos_heading: ch / norm,
             depth_m: mix(&whole_depth) - zero,

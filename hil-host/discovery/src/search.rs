@@ -450,9 +450,7 @@ impl Search<'_> {
                 // Found before from elsewhere, and in a hollow there.
                 if base.chi2 - self.found[known].fit.chi2 < score {
                     let f = screen.best_with(jacobian, &base, other, 6);
-                    if f.chi2 < self.found[known].fit.chi2 {
-                        self.found[known] = screen.candidate(f, prior_of(2), 0.0);
-                    }
+                    self.take_better(known, f);
                 }
             }
         }
@@ -489,11 +487,16 @@ impl Search<'_> {
         }
         for (_, single, other, k) in promised {
             let f = screen.best_with(screen.beside(Some(&single)), &single.fit, other, 6);
-            if f.chi2 < self.found[k].fit.chi2 {
-                self.found[k] = screen.candidate(f, prior_of(2), 0.0);
-            }
+            self.take_better(k, f);
         }
         self.settle(2);
+    }
+
+    /// Another fit of a known pair takes its place if it is better.
+    fn take_better(&mut self, known: usize, f: Fit) {
+        if f.chi2 < self.found[known].fit.chi2 {
+            self.found[known] = self.screen.candidate(f, prior_of(2), 0.0);
+        }
     }
 
     /// Both members of a pair fitted alone from where the pair is.

@@ -362,6 +362,19 @@ mod tests {
         Flow { alpha_rad, speed_m_s: 0.3, roll_rad: 0.0, climb_m_s: 0.0, time_s: 0.0, temperature_degc: 10.0, attached: false }
     }
 
+    /// What the sensors say at 100 m under way, the hull warmer than the water.
+    fn sensed() -> Sensed {
+        Sensed {
+            time_s: 1e5,
+            pitch_rad: -0.4,
+            ballast_m3: 2e-4,
+            density_kg_m3: 1020.0,
+            temperature_degc: 15.0,
+            hull_degc: 15.5,
+            pressure_pa: 1e6,
+        }
+    }
+
     #[test]
     fn every_effect_is_off_by_default_and_its_range_holds_its_off_value() {
         let flows = [(-0.2, 0.25, -0.1), (0.05, 0.4, 0.2), (0.3, 0.3, 0.0), (0.9, 0.1, 0.0)];
@@ -369,16 +382,9 @@ mod tests {
             let active = [Active::off(e)];
             let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
             assert_eq!(with.constants, without.constants, "{}", e.name());
-            let s = Sensed {
-                time_s: 1e5,
-                pitch_rad: -0.4,
-                ballast_m3: 2e-4,
-                density_kg_m3: 1020.0,
-                temperature_degc: 15.0,
-                hull_degc: 15.5,
-                pressure_pa: 1e6,
-            };
+            let s = sensed();
             assert_eq!(with.truth(s), s, "{}", e.name());
+            assert_eq!(with.volume_m3(&s), without.volume_m3(&s), "{}", e.name());
             for (alpha_rad, speed_m_s, roll_rad) in flows {
                 let at = Flow { alpha_rad, speed_m_s, roll_rad, climb_m_s: 0.1, time_s: 1e5, temperature_degc: 10.0, attached: false };
                 let (a, b) = (with.coefficients(&at), without.coefficients(&at));
@@ -401,15 +407,7 @@ mod tests {
             let size = if p.off + p.typical <= p.high { p.off + p.typical } else { p.off - p.typical };
             let active = [Active::sized(e, size)];
             let (with, without) = (ForceModel::new(nominal(), &active), ForceModel::new(nominal(), &[]));
-            let s = Sensed {
-                time_s: 1e5,
-                pitch_rad: -0.4,
-                ballast_m3: 2e-4,
-                density_kg_m3: 1020.0,
-                temperature_degc: 15.0,
-                hull_degc: 15.5,
-                pressure_pa: 1e6,
-            };
+            let s = sensed();
             let at = Flow {
                 alpha_rad: 0.25,
                 speed_m_s: 0.4,

@@ -1,7 +1,7 @@
 //! Adds named effects to a vehicle: refit, error before and after, and a new vehicle file that says where it came from.
 
 use crate::brink::Branch;
-use crate::calibration::{N_CALIBRATION, State, law, tolerance_of};
+use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
 use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
@@ -43,8 +43,12 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let prepared: Prepared = prepare(flight, vehicle);
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
-    let (problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let (null, fit) = fit_named(&problem, effects);
+    let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
+    let (mut null, mut fit) = fit_named(&problem, effects);
+    if let Some(tilted) = crate::bank::tells_fit_better(&problem, &null, &fit) {
+        (problem, null, fit) = tilted;
+        notes.push(crate::bank::NOTE.into());
+    }
     let gather = |wanted: &dyn Fn(u32) -> bool| {
         prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect::<Vec<_>>()
     };
@@ -101,7 +105,7 @@ fn document(
     scale(["hull_compressibility_per_pa", ""], 1.0 + z[6] * t.hull_compressibility_relative);
     scale(["hull_thermal_expansion_per_k", ""], 1.0 + z[7] * t.hull_thermal_expansion_relative);
     if let Some(hydro) = d.get_mut("hydro") {
-        let (c, _) = law(vehicle, state);
+        let (c, _) = problem.law(state);
         hydro["added_mass_surge"] = json!(c.added_mass_surge);
         hydro["added_mass_heave"] = json!(c.added_mass_heave);
         hydro["bank_tilt"] = json!(c.bank_tilt);

@@ -19,18 +19,48 @@ const CLEARLY: f64 = 3.0;
 /// Iterations of each fit.
 const ITERATIONS: usize = 6;
 
+/// What a flight is said to show where the tilt is taken.
+pub const NOTE: &str =
+    "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)";
+
 /// Whether what was found is told better by lift that tilts with the roll; not asked where the vehicle file says how far it does.
 #[must_use]
 pub fn tells_better(problem: &Problem, found: &Found) -> bool {
     let Some(best) = found.candidates.first().filter(|c| c.log_odds > 0.0) else { return false };
     let is_it = |c: &&Candidate| c.effects.contains(&TAKEN_FOR) && best.log_odds - c.log_odds < TIED;
-    let untold = problem.vehicle.constants.bank_tilt == 0.0;
-    let Some(turning) = found.candidates.iter().find(is_it).filter(|_| untold) else { return false };
-    let banked = Problem { branch: Branch { banked: true, ..problem.branch }, ..problem.clone() };
-    let odds = |problem: &Problem, fit: &Fit| log_evidence(problem, fit) + prior_of(fit.state.effects_in_all()).ln();
-    let settled = |state: &State| fit(&banked, &Jacobian::new(&banked, state), state, Effort::of(ITERATIONS));
-    let again = |state: &State| odds(&banked, &settled(&settled(state).state));
+    let Some(turning) = found.candidates.iter().find(is_it) else { return false };
+    let Some(banked) = banked(problem) else { return false };
+    let again = |state: &State| odds(&banked, &settled(&banked, state));
     let mut without = turning.fit.state.clone();
     without.effects.retain(|a| a.effect.name() != TAKEN_FOR);
     again(&turning.fit.state).max(again(&without)) > odds(problem, &best.fit) + CLEARLY
+}
+
+/// The problem with the tilt, and nothing missing and the effects that somebody asked for fitted to it, where these are told better so.
+#[must_use]
+pub fn tells_fit_better<'a>(problem: &Problem<'a>, null: &Fit, with: &Fit) -> Option<(Problem<'a>, Fit, Fit)> {
+    let banked = banked(problem)?;
+    // From where they were: near a stall a start from nothing may end in a hollow.
+    let with_tilt = settled(&banked, &with.state);
+    if odds(&banked, &with_tilt) <= odds(problem, with) + CLEARLY {
+        return None;
+    }
+    let null = settled(&banked, &null.state);
+    Some((banked, null, with_tilt))
+}
+
+/// The problem with lift that tilts, where the vehicle file does not say how far it does.
+fn banked<'a>(problem: &Problem<'a>) -> Option<Problem<'a>> {
+    let untold = problem.vehicle.constants.bank_tilt == 0.0;
+    untold.then(|| Problem { branch: Branch { banked: true, ..problem.branch }, ..problem.clone() })
+}
+
+fn odds(problem: &Problem, fit: &Fit) -> f64 {
+    log_evidence(problem, fit) + prior_of(fit.state.effects_in_all()).ln()
+}
+
+/// A fit that starts from a state, signatures taken anew on the way.
+fn settled(problem: &Problem, state: &State) -> Fit {
+    let from = |state: &State| fit(problem, &Jacobian::new(problem, state), state, Effort::of(ITERATIONS));
+    from(&from(state).state)
 }

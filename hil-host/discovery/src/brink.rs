@@ -71,6 +71,12 @@ impl Branch {
         (if self.banked { Constants { bank_tilt: 1.0, ..constants } } else { constants }, effects)
     }
 
+    /// The same, but a vehicle as its file gives it knows of no branch: what is shown of a state, not what a fit moves on.
+    #[must_use]
+    pub(crate) fn law_as_given(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
+        if state.is_nominal() { law(vehicle, state) } else { self.law(vehicle, state) }
+    }
+
     /// Runs the model over a run of which nothing but its inputs is known. Where it depends on the continuation whether a launch ends
     /// in a stall, it ends as the launches of the fitted runs did; the vehicle as its file gives it knows of none.
     #[must_use]
@@ -81,8 +87,7 @@ impl Branch {
     /// The same at several states: they are simulated side by side.
     #[must_use]
     pub fn tracks(self, run: &Run, vehicle: &Vehicle, states: &[&State]) -> Vec<Track> {
-        let law = |s: &&State| if s.is_nominal() { law(vehicle, s) } else { self.law(vehicle, s) };
-        let laws: Vec<_> = states.iter().map(law).collect();
+        let laws: Vec<_> = states.iter().map(|s| self.law_as_given(vehicle, s)).collect();
         let with = |which: &[usize], c: Continuation, attached: &[Stretch]| {
             let job = |&k: &usize| Job { run, constants: laws[k].0, effects: Cow::Borrowed(&laws[k].1), attached };
             tracks(&which.iter().map(job).collect::<Vec<_>>(), vehicle.water_depth_m, c)

@@ -254,10 +254,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if crate::bank::tells_better(&problem, &first) {
         problem.branch.banked = true;
         first = search(&problem, Some(&first), depth, tick);
-        notes.push(
-            "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)"
-                .into(),
-        );
+        notes.push(crate::bank::NOTE.into());
     }
     let mut found = second_look(&mut problem, first, depth, tick);
     found.name_most_important_first();

@@ -427,7 +427,7 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn tracks(&self, run: &Run, states: &[&State]) -> Vec<Track> {
         let Some(k) = self.index_of(run) else { return self.branch.tracks(run, self.vehicle, states) };
-        let laws: Vec<(Constants, Vec<Active>)> = states.iter().map(|s| self.law(s)).collect();
+        let laws: Vec<(Constants, Vec<Active>)> = states.iter().map(|s| self.branch.law_as_given(self.vehicle, s)).collect();
         self.simulated(&laws.iter().map(|law| self.job(k, law)).collect::<Vec<_>>())
     }
 

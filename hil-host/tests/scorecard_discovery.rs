@@ -218,6 +218,14 @@ fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() 
     }
 }
 
+/// Growth need not be steady: nature's goes with the power 1.233 of time here, which a straight line misses by 115 log odds.
+#[test]
+fn accuracy_the_power_of_a_growth_is_found() {
+    let told = told(20_261_140, 198);
+    let power = &told["candidates"][0]["parameters"]["biofouling_drag.power"]["value"];
+    assert!(power.as_f64().is_some_and(|p| (p - 1.233).abs() < 0.05), "{power}");
+}
+
 /// Who adds an effect by name gets the tilt with it, in the new vehicle file too; the vehicle as given stays as its file has it.
 #[test]
 fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {

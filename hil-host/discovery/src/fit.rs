@@ -3,7 +3,7 @@
 use crate::calibration::{N_CALIBRATION, STATED, State, step_of, tolerance_of};
 use crate::problem::{Column, Problem};
 use crate::wave::{PARTS, Wave};
-use hydro::effects::{Active, Effect};
+use hydro::effects::Active;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Signatures of the calibration numbers, and their inner products.
@@ -203,7 +203,7 @@ fn free_numbers(effects: &[Active]) -> Vec<Free> {
     let mut out = Vec::new();
     for (k, a) in effects.iter().enumerate() {
         for (j, p) in a.effect.parameters().iter().enumerate() {
-            if a.effect.name() == "internal_wave" {
+            if a.effect.name() == "internal_wave" || p.typical == 0.0 {
                 continue;
             }
             // A direction may be any: a wide normal prior around its start keeps it finite where nothing is known.
@@ -448,12 +448,6 @@ pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
         centre,
         gradient: DVector::zeros(n + 1),
     }
-}
-
-/// The effect at a start value.
-#[must_use]
-pub fn start_at(effect: &'static dyn Effect, size: f64) -> Active {
-    Active::sized(effect, size)
 }
 
 /// Tolerance of the calibration number that an effect deviates, in the effect's unit; none if it is a term of its own.

@@ -4,7 +4,7 @@
 
 use crate::calibration::State;
 use crate::evidence::{log_evidence, log_mean_exp};
-use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
+use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::prepare::Run;
 use crate::problem::Problem;
 use hydro::effects::Active;
@@ -42,7 +42,7 @@ pub fn log_bayes(problem: &Problem, beside: &Fit) -> Option<f64> {
             let mut state: State = beside.state.clone();
             let stall = &mut state.effects[lost];
             if !is_stall {
-                *stall = start_at(&hydro::effects::Stall, angle_rad);
+                *stall = problem.active(&hydro::effects::Stall, angle_rad);
             }
             let parameter = &stall.effect.parameters()[0];
             stall.values[0] = angle_rad.clamp(parameter.low, parameter.high);

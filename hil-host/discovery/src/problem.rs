@@ -16,7 +16,7 @@ use crate::prepare::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
 use crate::wave::Kind;
 use crate::ways::Way;
-use hydro::effects::{Active, Constants};
+use hydro::effects::{Active, Constants, Effect};
 use std::borrow::Cow;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
@@ -203,6 +203,17 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn log_scale(&self) -> f64 {
         self.whiteners.iter().map(|w| w.log_scale).sum()
+    }
+
+    /// An effect at a start value; what is stated of the flight itself is.
+    #[must_use]
+    pub fn active(&self, effect: &'static dyn Effect, size: f64) -> Active {
+        let mut active = Active::sized(effect, size);
+        let of_trial = effect.parameters().iter().position(|p| p.name == "over_days");
+        if let Some((k, end_s)) = of_trial.zip(self.runs.last().and_then(|run| run.time_s.last())) {
+            active.values[k] = end_s / 86_400.0;
+        }
+        active
     }
 
     /// Constants and effects that a state means.

@@ -7,7 +7,7 @@
 
 use crate::calibration::{State, calibration_of, tolerance_of};
 use crate::evidence::{PRIOR, log_evidence, log_mean_exp};
-use crate::fit::{Effort, Fit, Jacobian, fit, start_at};
+use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::{Column, Problem};
 use crate::signature::{Offer, log_size_prior_of, project, signatures};
 use crate::wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
@@ -244,7 +244,11 @@ impl<'a> Screen<'a> {
             size = (size + start.calibration[k] * tolerance_of(self.problem.vehicle, k)).clamp(p.low, p.high);
             start.calibration[k] = 0.0;
         }
-        start.effects.push(if effect.name() == "horizontal_current" { self.current_start(base) } else { start_at(effect, size) });
+        start.effects.push(if effect.name() == "horizontal_current" {
+            self.current_start(base)
+        } else {
+            self.problem.active(effect, size)
+        });
         start
     }
 
@@ -291,7 +295,7 @@ impl<'a> Screen<'a> {
     fn current_start(&self, base: &State) -> Active {
         let left = self.problem.currents_m_s(base);
         let (east, north) = left.iter().fold((0.0, 0.0), |s, c| (s.0 + c.0, s.1 + c.1));
-        let mut a = start_at(&hydro::effects::HorizontalCurrent, 0.0);
+        let mut a = self.problem.active(&hydro::effects::HorizontalCurrent, 0.0);
         if !left.is_empty() {
             a.values[0] = (east.hypot(north) / left.len() as f64).max(1e-3);
             a.values[1] = east.atan2(north);

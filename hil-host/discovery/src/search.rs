@@ -6,7 +6,7 @@
 
 use crate::calibration::State;
 use crate::evidence::{PRIOR, TIED};
-use crate::fit::{Effort, Fit, Jacobian, fit, linear, start_at};
+use crate::fit::{Effort, Fit, Jacobian, fit, linear};
 use crate::problem::Problem;
 use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, has_guessed_form, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
@@ -269,7 +269,7 @@ impl Search<'_> {
         (self.tick)("single effects", 0.15);
         let screen = self.screen;
         let linear_fits: Vec<Fit> =
-            signs.iter().map(|s| linear(&screen.null, start_at(s.effect, s.effect.parameters()[0].off), &s.column)).collect();
+            signs.iter().map(|s| linear(&screen.null, screen.problem.active(s.effect, s.effect.parameters()[0].off), &s.column)).collect();
         let mut gains: Vec<(f64, usize)> = linear_fits.iter().enumerate().map(|(i, f)| (screen.null.chi2 - f.chi2, i)).collect();
         gains.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best_gain = gains.first().map_or(0.0, |g| g.0);

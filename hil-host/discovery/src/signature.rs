@@ -2,7 +2,7 @@
 
 use crate::calibration::{State, calibration_of, tolerance_of};
 use crate::evidence::log_size_prior;
-use crate::fit::{Ground, Jacobian, start_at, symmetric};
+use crate::fit::{Ground, Jacobian, symmetric};
 use crate::problem::{Column, Problem};
 use crate::screen::WAVE;
 use hydro::effects::{CATALOGUE, Effect};
@@ -108,9 +108,9 @@ fn ln_det(c: &nalgebra::Cholesky<f64, nalgebra::Dyn>) -> f64 {
 }
 
 /// A state with an effect of this size beside what is there.
-fn with(at: &State, effect: &'static dyn Effect, size: f64) -> State {
+fn with(problem: &Problem, at: &State, effect: &'static dyn Effect, size: f64) -> State {
     let mut with = at.clone();
-    let mut active = start_at(effect, size);
+    let mut active = problem.active(effect, size);
     if effect.name() == "horizontal_current" {
         active.values[1] = 0.0;
     }
@@ -139,7 +139,7 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
             _ => tried.push((effect, p.off + 0.25 * p.typical)),
         }
     }
-    let simulated = tried.iter().filter(|t| lent(t.0).is_none()).map(|t| with(at, t.0, t.1));
+    let simulated = tried.iter().filter(|t| lent(t.0).is_none()).map(|t| with(problem, at, t.0, t.1));
     let states: Vec<State> = std::iter::once(at.clone()).chain(simulated).collect();
     let mut models = problem.models(&states).into_iter();
     let base = models.next().unwrap_or_default();

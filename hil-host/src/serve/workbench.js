@@ -137,11 +137,12 @@
     const show = () => {
       const values = state.ticked.get(e.name);
       box.checked = !!values;
-      sliders.replaceChildren(...(values ? e.parameters.map((p, i) => {
+      sliders.replaceChildren(...(values ? e.parameters.flatMap((p, i) => {
+        if (!p.typical) return []; // stated with the others, not for a hand to move
         const text = el('span', {}, `${fmt(values[i])}${unit(p.unit)}`);
         const s = el('input', { type: 'range', min: p.low, max: p.high, step: (p.high - p.low) / 400, value: values[i], 'aria-label': `${e.name} ${p.name}` });
         s.addEventListener('input', () => { values[i] = Number(s.value); text.textContent = `${fmt(values[i])}${unit(p.unit)}`; evaluate(); });
-        return el('label', {}, el('span', {}, p.name), text, s);
+        return [el('label', {}, el('span', {}, p.name), text, s)];
       }) : []));
     };
     box.addEventListener('change', async () => {

@@ -65,7 +65,8 @@ fn log_viscosity(temperature_degc: f64) -> f64 {
     -0.0289 * warmer + 0.000_254 * warmer * warmer
 }
 
-/// CD0 (1 + rate t), t in days since the start of the trial.
+/// CD0 (1 + rate t (t/T)^(power − 1)), t in days since the start of the trial, rate being the mean over the first T days. Linear by
+/// default; growth that settles first and spreads later has a power above 1.
 #[derive(Clone, Copy, Debug)]
 pub struct BiofoulingDrag;
 
@@ -74,7 +75,7 @@ impl Effect for BiofoulingDrag {
         "biofouling_drag"
     }
     fn physics(&self) -> &'static str {
-        "growth on hull and wings raises the drag steadily in time"
+        "growth on hull and wings raises the drag day by day"
     }
     fn separated_by(&self) -> &'static str {
         "the same leg flown days apart, or after cleaning the hull"
@@ -83,18 +84,40 @@ impl Effect for BiofoulingDrag {
         InFlow { drag: true, ..InFlow::NOTHING }
     }
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter {
-            name: "rate_per_day",
-            unit: "1/day",
-            off: 0.0,
-            low: -1.0,
-            high: 3.0,
-            typical: 0.03,
-            source: "0-3 %/day, alarm of the Seaglider base station at 1.5 times",
-        }]
+        &[
+            Parameter {
+                name: "rate_per_day",
+                unit: "1/day",
+                off: 0.0,
+                low: -1.0,
+                high: 3.0,
+                typical: 0.03,
+                source: "0-3 %/day, alarm of the Seaglider base station at 1.5 times",
+            },
+            Parameter {
+                name: "power",
+                unit: "1",
+                off: 1.0,
+                low: 0.3,
+                high: 3.0,
+                typical: 0.3,
+                source: "1 steady growth; the spread is a guess",
+            },
+            Parameter {
+                name: "over_days",
+                unit: "day",
+                off: 1.0,
+                low: 0.01,
+                high: 1e3,
+                typical: 0.0,
+                source: "length of the trial that the rate was found in",
+            },
+        ]
     }
     fn drag(&self, p: &[f64], at: &Flow, _lift: f64, c: &Constants) -> f64 {
-        c.cd0 * p[0] * at.time_s / DAY_S
+        let days = at.time_s / DAY_S;
+        let linear = c.cd0 * p[0] * days;
+        if p[1] == 1.0 || days <= 0.0 { linear } else { linear * libm::pow(days / p[2], p[1] - 1.0) }
     }
 }
 

@@ -159,7 +159,7 @@ pub struct Parameter {
     pub low: f64,
     /// Largest value a fit may reach.
     pub high: f64,
-    /// Size that would be remarkable but not rare, same unit.
+    /// Size that would be remarkable but not rare, same unit; 0 for a number that is stated with the others and never fitted.
     pub typical: f64,
     /// Where range and size come from.
     pub source: &'static str,
@@ -392,8 +392,10 @@ mod tests {
             }
             assert_eq!(with.water_up_m_s(&Place { time_s: 9.0, depth_m: 40.0, water_depth_m: 100.0, phase_rad: 1.0 }), 0.0);
             assert_eq!(with.pressure_error_pa(1e5), 0.0);
-            for p in e.parameters() {
-                assert!(p.low <= p.off && p.off <= p.high && p.typical > 0.0, "{}.{}", e.name(), p.name);
+            for (i, p) in e.parameters().iter().enumerate() {
+                // Only what is stated beside the size may have no spread.
+                let spread = p.typical > 0.0 || (i > 0 && p.typical == 0.0);
+                assert!(p.low <= p.off && p.off <= p.high && spread, "{}.{}", e.name(), p.name);
             }
             assert!(e.parameters().len() <= MAX_PARAMETERS);
             assert_eq!(by_name(e.name()).map(Effect::name), Some(e.name()));
@@ -449,6 +451,19 @@ mod tests {
         }
         let (below, above) = (model.coefficients(&at(0.349_999_99)), model.coefficients(&at(0.350_000_01)));
         assert!((below.cl - above.cl).abs() < 1e-6 && (below.cd - above.cd).abs() < 1e-6);
+    }
+
+    #[test]
+    fn accuracy_growth_keeps_its_mean_rate_over_the_trial_whatever_its_power() {
+        let day = |days: f64| Flow { time_s: days * 86_400.0, ..at(0.05) };
+        for power in [0.5, 1.0, 2.2] {
+            let effects = [Active { effect: &BiofoulingDrag, values: [0.1, power, 8.0, 0.0] }];
+            let model = ForceModel::new(nominal(), &effects);
+            let grown = |days: f64| model.added_drag(&day(days), 0.0) / nominal().cd0;
+            assert!((grown(8.0) - 0.8).abs() < 1e-12, "power {power}: {} after 8 days", grown(8.0));
+            assert!((grown(2.0) - 0.8 * 0.25_f64.powf(power)).abs() < 1e-12, "power {power}: {} after 2 days", grown(2.0));
+            assert_eq!(grown(0.0), 0.0);
+        }
     }
 
     #[test]

@@ -27,13 +27,17 @@ pub const NOTE: &str =
 #[must_use]
 pub fn tells_better(problem: &Problem, found: &Found) -> bool {
     let Some(best) = found.candidates.first().filter(|c| c.log_odds > 0.0) else { return false };
-    let is_it = |c: &&Candidate| c.effects.contains(&TAKEN_FOR) && best.log_odds - c.log_odds < TIED;
-    let Some(turning) = found.candidates.iter().find(is_it) else { return false };
     let Some(banked) = banked(problem) else { return false };
-    let again = |state: &State| odds(&banked, &settled(&banked, state));
-    let mut without = turning.fit.state.clone();
-    without.effects.retain(|a| a.effect.name() != TAKEN_FOR);
-    again(&turning.fit.state).max(again(&without)) > odds(problem, &best.fit) + CLEARLY
+    let is_it = |c: &&Candidate| c.effects.contains(&TAKEN_FOR) && best.log_odds - c.log_odds < TIED;
+    let mut asked = vec![best.fit.state.clone()];
+    if let Some(turning) = found.candidates.iter().find(is_it) {
+        let mut without = turning.fit.state.clone();
+        without.effects.retain(|a| a.effect.name() != TAKEN_FOR);
+        asked.extend((best.effects != turning.effects).then(|| turning.fit.state.clone()));
+        asked.push(without);
+    }
+    let before = odds(problem, &best.fit);
+    asked.iter().any(|state| odds(&banked, &settled(&banked, state)) > before + CLEARLY)
 }
 
 /// The problem with the tilt, and nothing missing and the effects that somebody asked for fitted to it, where these are told better so.

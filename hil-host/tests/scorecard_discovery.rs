@@ -218,6 +218,19 @@ fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() 
     }
 }
 
+/// A second effect that is nearly as likely as not is said so; and where the first alone leaves a remainder that the second explains,
+/// the flight is no riddle.
+#[test]
+fn regress_a_second_effect_that_is_nearly_as_likely_as_not_is_said_so() {
+    let nearly = told(20_261_140, 148);
+    assert_eq!(nearly["answer"], serde_json::json!(["vertical_current"]));
+    let both = serde_json::json!(["vertical_current", "drag_level_error"]);
+    assert!(nearly["equivalent"].as_array().is_some_and(|e| e.contains(&both)), "{}", nearly["equivalent"]);
+    let explained = told(20_261_140, 278);
+    assert_eq!(explained["verdict"], "ambiguous", "{}", explained["remainder"]);
+    assert_eq!(explained["answer"], serde_json::json!(["vertical_current", "thermal_expansion"]));
+}
+
 /// Growth need not be steady: nature's goes with the power 1.233 of time here, which a straight line misses by 115 log odds.
 #[test]
 fn accuracy_the_power_of_a_growth_is_found() {

@@ -4,7 +4,7 @@
 
 use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
-use crate::evidence::{TIED, log_evidence};
+use crate::evidence::{NEARLY, TIED, log_evidence};
 use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, Run, prepare};
@@ -273,7 +273,15 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if brink_rows > compared {
         notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
     }
+    let with_more = found.with_one_more().map(|f| (f, check.clone(), notes.clone()));
     let mut said = conclude(vehicle, &prepared, &problem, found, check, notes);
+    // A remainder that one effect more explains, when that effect is nearly as likely as not, is none.
+    if let Some((found, check, notes)) = with_more.filter(|_| said.verdict == Verdict::Unexplained) {
+        let with_it = conclude(vehicle, &prepared, &problem, found, check, notes);
+        if !with_it.answer.is_empty() {
+            said = with_it;
+        }
+    }
     if !said.answer.is_empty() && !flight.temperature_degc.iter().any(|t| t.is_finite()) {
         said.verdict = Verdict::Ambiguous;
         said.notes.push("without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into());
@@ -393,10 +401,11 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     let mut equivalent: Vec<Vec<&'static str>> = Vec::new();
     if let Some(first) = spoken {
         equivalent.push(first.effects.clone());
-        // A part of the answer may do as well as all of it; a larger set is no alternative, it only adds.
-        let smaller = |c: &Candidate| c.effects.len() < first.effects.len() && first.has_all_of(c);
+        // A part of the answer may do as well as all of it. A larger set only adds: it is one where it is nearly as likely as not.
+        let part = |c: &Candidate| c.effects.len() < first.effects.len() && first.has_all_of(c);
         let same = |c: &Candidate| c.effects.len() == first.effects.len();
-        for c in candidates.iter().filter(|c| (same(c) || smaller(c)) && best_odds - c.log_odds < TIED) {
+        let within = |c: &Candidate| if c.adds_one_to(first) { NEARLY } else { TIED };
+        for c in candidates.iter().filter(|c| (same(c) || part(c) || c.adds_one_to(first)) && best_odds - c.log_odds < within(c)) {
             let mut sorted = c.effects.clone();
             sorted.sort_unstable();
             let known = equivalent.iter().any(|e| {

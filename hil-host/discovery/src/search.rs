@@ -28,6 +28,15 @@ impl Found {
         self.candidates.iter().find(|c| c.is(effects))
     }
 
+    /// The same with the best hypothesis behind the best of those that add one effect to it, where there is one that is not told apart.
+    pub(crate) fn with_one_more(&self) -> Option<Self> {
+        let best = self.candidates.first()?;
+        let more = self.candidates.iter().position(|c| c.adds_one_to(best) && best.log_odds - c.log_odds < TIED)?;
+        let mut found = self.clone();
+        found.candidates[..=more].rotate_right(1);
+        Some(found)
+    }
+
     /// Names the effects of every hypothesis in the order of what each explains alone, a wave last.
     pub(crate) fn name_most_important_first(&mut self) {
         let singles = self.candidates.iter().filter(|c| c.effects.len() == 1);
@@ -47,6 +56,11 @@ impl Candidate {
     /// Whether all effects of another hypothesis are in this one.
     pub(crate) fn has_all_of(&self, other: &Self) -> bool {
         other.effects.iter().all(|e| self.effects.contains(e))
+    }
+
+    /// All effects of another and one more.
+    pub(crate) fn adds_one_to(&self, other: &Self) -> bool {
+        self.effects.len() == other.effects.len() + 1 && self.has_all_of(other)
     }
 
     /// Two effects, neither of them a wave.
@@ -92,8 +106,9 @@ const MAY_WIN_SHARE: f64 = 0.25;
 const MOST_SETTLED: usize = 10;
 /// Hypotheses whose signatures are taken anew when they are weighed again.
 const WEIGHED_CLOSELY: usize = 4;
-/// Share of a single effect's log odds that its form may be wrong by, and the log odds up to which: a guess, seen to hold.
-const FORM_SHARE: f64 = 0.008;
+/// Share of a single effect's log odds that its form may be wrong by, and the log odds up to which: a guess, seen to hold for the forms
+/// that others gave nature.
+const FORM_SHARE: f64 = 0.02;
 const FORM_MOST: f64 = 10.0;
 /// However strong an effect is, a form that differs from nature's by 4.5 % leaves the square of that of what it explains.
 const FORM_LEAVES: f64 = 0.002;

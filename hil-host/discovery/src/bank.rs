@@ -1,8 +1,8 @@
 //! Does lift tilt out of the vertical plane as the vehicle banks?
 //!
 //! Geometry says so; the flight format's nominal model knows no roll. In turns of 15 to 20 degrees it takes 3 to 6 % of the lift,
-//! which is no missing effect but looks like drag in turns, beside whatever else is missing. So where drag in turns is named, or
-//! nearly is, the model with the tilt is asked whether it tells the flight better.
+//! which is no missing effect but looks like drag in turns, beside whatever else is missing. So the model with the tilt is asked whether
+//! it tells the flight better: beside what is named, and in the place of drag in turns where that is named or nearly is.
 
 use crate::brink::Branch;
 use crate::calibration::State;

@@ -110,8 +110,8 @@ const WEIGHED_CLOSELY: usize = 4;
 /// that others gave nature.
 const FORM_SHARE: f64 = 0.02;
 const FORM_MOST: f64 = 10.0;
-/// However strong an effect is, a form that differs from nature's by 4.5 % leaves the square of that of what it explains.
-const FORM_LEAVES: f64 = 0.002;
+/// However strong an effect is, a form that differs from nature's by 2.2 % leaves the square of that of what it explains.
+const FORM_LEAVES: f64 = 0.0005;
 
 /// Searches all singles and the promising pairs. `before` is an earlier search of the same flight (other rows or another colour):
 /// its answers are the starts. `tick` is told what is being done and which share is done.

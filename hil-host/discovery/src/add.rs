@@ -122,7 +122,7 @@ fn document(
             entry.insert(p.name[prefix.len()..].to_string(), value);
         }
         for a in state.effects.iter().filter(|a| a.effect.name() == effect.name()) {
-            let stated = effect.parameters().iter().zip(a.values).filter(|(p, _)| p.typical == 0.0);
+            let stated = effect.parameters().iter().zip(a.values).filter(|(p, _)| p.is_stated());
             entry.extend(stated.map(|(p, value)| (p.name.to_string(), json!({"value": value, "unit": p.unit}))));
         }
         if let Some(text) = crate::expression::text_of(*effect) {

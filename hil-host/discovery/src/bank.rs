@@ -7,7 +7,7 @@
 use crate::brink::Branch;
 use crate::calibration::State;
 use crate::evidence::{TIED, log_evidence};
-use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::fit::{Effort, Fit, fit_from};
 use crate::problem::Problem;
 use crate::screen::Candidate;
 use crate::search::{Found, prior_of};
@@ -65,6 +65,6 @@ fn odds(problem: &Problem, fit: &Fit) -> f64 {
 
 /// A fit that starts from a state, signatures taken anew on the way.
 fn settled(problem: &Problem, state: &State) -> Fit {
-    let from = |state: &State| fit(problem, &Jacobian::new(problem, state), state, Effort::of(ITERATIONS));
+    let from = |state: &State| fit_from(problem, state, Effort::of(ITERATIONS));
     from(&from(state).state)
 }

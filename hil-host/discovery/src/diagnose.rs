@@ -5,7 +5,7 @@
 use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
 use crate::evidence::{NEARLY, TIED, log_evidence};
-use crate::fit::{Effort, Fit, Jacobian, beyond_limits, fit};
+use crate::fit::{Effort, Fit, beyond_limits, fit_from};
 use crate::metric::{Block, blocks, modelled_m_s};
 use crate::prepare::{Prepared, Run, prepare};
 use crate::problem::{Problem, block_errors};
@@ -228,7 +228,7 @@ pub fn prepared_problem<'a>(
         return Err(NothingToFit(format!("{}: {why}", flight.name)));
     }
     problem.start = crate::start::find(&problem);
-    let null_fit = |problem: &Problem| fit(problem, &Jacobian::new(problem, &problem.start), &problem.start, Effort::of(3));
+    let null_fit = |problem: &Problem| fit_from(problem, &problem.start, Effort::of(3));
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
     let second = if problem.restore_brink(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
@@ -273,11 +273,11 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if brink_rows > compared {
         notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
     }
-    let with_more = found.with_one_more().map(|f| (f, check.clone(), notes.clone()));
-    let mut said = conclude(vehicle, &prepared, &problem, found, check, notes);
-    // A remainder that one effect more explains, when that effect is nearly as likely as not, is none.
-    if let Some((found, check, notes)) = with_more.filter(|_| said.verdict == Verdict::Unexplained) {
-        let with_it = conclude(vehicle, &prepared, &problem, found, check, notes);
+    let concluded = |found: &Found| conclude(vehicle, &prepared, &problem, found, &check, notes.clone());
+    let mut said = concluded(&found);
+    // A remainder that one effect more explains, when that effect is not told apart, is none.
+    if said.verdict == Verdict::Unexplained && found.put_one_more_first() {
+        let with_it = concluded(&found);
         if !with_it.answer.is_empty() {
             said = with_it;
         }
@@ -307,10 +307,10 @@ fn too_large(fit: &Fit) -> Option<&'static str> {
     fit.state.effects.iter().enumerate().find(surely).map(|(_, a)| a.effect.name())
 }
 
-fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Found, check: Vec<u32>, mut notes: Vec<String>) -> Diagnosis {
+fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &Found, check: &[u32], mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness } = found;
-    let spoken = worth_naming(problem, &candidates);
-    let best_fit = spoken.map_or(&null, |c| &c.fit);
+    let spoken = worth_naming(problem, candidates);
+    let best_fit = spoken.map_or(null, |c| &c.fit);
     // What remains is asked beside calibrations that deviate as they like: what those can follow needs no name.
     let relaxed = |f: &Fit| {
         let free = beyond_limits(problem, f);
@@ -321,7 +321,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
     // Ordinary water motion may have a period; and a wave that is not quite a sine leaves some of itself.
     let ordinary = ordinary_amplitude_m_s(vehicle);
     let counts = |f: &&Family| !f.may_be_water() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
-    let (free, head_start) = relaxed(&null);
+    let (free, head_start) = relaxed(null);
     let explained = spoken.map_or(0.0, |c| 0.5 * (free.chi2 - c.fit.chi2).max(0.0));
     let misfit = best_fit.mean_square();
     // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
@@ -404,8 +404,11 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         // A part of the answer may do as well as all of it. A larger set only adds: it is one where it is nearly as likely as not.
         let part = |c: &Candidate| c.effects.len() < first.effects.len() && first.has_all_of(c);
         let same = |c: &Candidate| c.effects.len() == first.effects.len();
-        let within = |c: &Candidate| if c.adds_one_to(first) { NEARLY } else { TIED };
-        for c in candidates.iter().filter(|c| (same(c) || part(c) || c.adds_one_to(first)) && best_odds - c.log_odds < within(c)) {
+        let not_told_apart = |c: &&Candidate| {
+            let behind = best_odds - c.log_odds;
+            ((same(c) || part(c)) && behind < TIED) || (c.adds_one_to(first) && behind < NEARLY)
+        };
+        for c in candidates.iter().filter(not_told_apart) {
             let mut sorted = c.effects.clone();
             sorted.sort_unstable();
             let known = equivalent.iter().any(|e| {
@@ -465,7 +468,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         after,
         noise_floor_m_s: problem.noise_floor_m_s(),
         remainder,
-        check,
+        check: check.to_vec(),
         notes,
         prepared: prepared.clone(),
         branch: problem.branch,
@@ -473,7 +476,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: Fo
         rows: problem.data.len(),
         brink: problem.brink_rows(),
         colour: problem.colour.rms_m_s / vehicle.background.0,
-        likeness,
+        likeness: likeness.clone(),
     }
     .with_vehicle_check(vehicle)
 }

@@ -203,7 +203,7 @@ fn free_numbers(effects: &[Active]) -> Vec<Free> {
     let mut out = Vec::new();
     for (k, a) in effects.iter().enumerate() {
         for (j, p) in a.effect.parameters().iter().enumerate() {
-            if a.effect.name() == "internal_wave" || p.typical == 0.0 {
+            if a.effect.name() == "internal_wave" || p.is_stated() {
                 continue;
             }
             // A direction may be any: a wide normal prior around its start keeps it finite where nothing is known.
@@ -212,6 +212,12 @@ fn free_numbers(effects: &[Active]) -> Vec<Free> {
         }
     }
     out
+}
+
+/// Fits the calibration and the effects of `start`, with signatures taken there.
+#[must_use]
+pub fn fit_from(problem: &Problem, start: &State, effort: Effort) -> Fit {
+    fit(problem, &Jacobian::new(problem, start), start, effort)
 }
 
 /// Fits the calibration and the effects of `start`.
@@ -390,7 +396,7 @@ pub fn beyond_limits(problem: &Problem, held: &Fit) -> Fit {
     if held.state.calibration.iter().enumerate().all(|(i, z)| beyond_scatter(i, *z).0 == 0.0 && held.precision[i] < HELD) {
         return held.clone();
     }
-    let free = fit(problem, &Jacobian::new(problem, &held.state), &held.state, Effort { free: true, ..Effort::of(FREE_STEPS) });
+    let free = fit_from(problem, &held.state, Effort { free: true, ..Effort::of(FREE_STEPS) });
     let sane = free.chi2.is_finite() && free.log_det.is_finite() && free.chi2 <= held.chi2;
     if sane { free } else { held.clone() }
 }

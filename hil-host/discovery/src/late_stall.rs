@@ -4,7 +4,7 @@
 
 use crate::calibration::State;
 use crate::evidence::{log_evidence, log_mean_exp};
-use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::fit::{Effort, Fit, fit_from};
 use crate::prepare::Run;
 use crate::problem::Problem;
 use hydro::effects::Active;
@@ -51,7 +51,7 @@ pub fn log_bayes(problem: &Problem, beside: &Fit) -> Option<f64> {
         let misfit = |model: &Vec<f64>| problem.data.iter().zip(model).map(|(d, m)| (d - m) * (d - m)).sum::<f64>();
         let misfits: Vec<f64> = with_memory.models(&starts).iter().map(misfit).collect();
         let first = (0..starts.len()).min_by(|a, b| misfits[*a].total_cmp(&misfits[*b])).unwrap_or(0);
-        let from = |state: &State| fit(&with_memory, &Jacobian::new(&with_memory, state), state, Effort::of(ITERATIONS));
+        let from = |state: &State| fit_from(&with_memory, state, Effort::of(ITERATIONS));
         let mut f = from(&starts[first]);
         for _ in 0..renewals {
             f = from(&f.state);

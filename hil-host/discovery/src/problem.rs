@@ -16,7 +16,7 @@ use crate::prepare::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
 use crate::wave::Kind;
 use crate::ways::Way;
-use hydro::effects::{Active, Constants, Effect};
+use hydro::effects::{Active, Constants, DAY_S, Effect};
 use std::borrow::Cow;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
@@ -211,7 +211,7 @@ impl<'a> Problem<'a> {
         let mut active = Active::sized(effect, size);
         let of_trial = effect.parameters().iter().position(|p| p.name == "over_days");
         if let Some((k, end_s)) = of_trial.zip(self.runs.last().and_then(|run| run.time_s.last())) {
-            active.values[k] = end_s / 86_400.0;
+            active.values[k] = end_s / DAY_S;
         }
         active
     }

@@ -6,7 +6,7 @@
 
 use crate::calibration::State;
 use crate::evidence::{PRIOR, TIED};
-use crate::fit::{Effort, Fit, Jacobian, fit, linear};
+use crate::fit::{Effort, Fit, Jacobian, fit_from, linear};
 use crate::problem::Problem;
 use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, has_guessed_form, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
@@ -28,13 +28,12 @@ impl Found {
         self.candidates.iter().find(|c| c.is(effects))
     }
 
-    /// The same with the best hypothesis behind the best of those that add one effect to it, where there is one that is not told apart.
-    pub(crate) fn with_one_more(&self) -> Option<Self> {
-        let best = self.candidates.first()?;
-        let more = self.candidates.iter().position(|c| c.adds_one_to(best) && best.log_odds - c.log_odds < TIED)?;
-        let mut found = self.clone();
-        found.candidates[..=more].rotate_right(1);
-        Some(found)
+    /// Puts the best of the hypotheses that add one effect to the best one before it, where there is one that is not told apart; whether.
+    pub(crate) fn put_one_more_first(&mut self) -> bool {
+        let more = |best: &Candidate| self.candidates.iter().position(|c| c.adds_one_to(best) && best.log_odds - c.log_odds < TIED);
+        let Some(more) = self.candidates.first().and_then(more) else { return false };
+        self.candidates[..=more].rotate_right(1);
+        true
     }
 
     /// Names the effects of every hypothesis in the order of what each explains alone, a wave last.
@@ -123,7 +122,7 @@ pub fn search(problem: &Problem, before: Option<&Found>, depth: Depth, tick: &dy
     // taken without the effect, may serve nothing missing better than its own start did.
     let Some(best) = found.candidates.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|c| c.gain > RENEW_GAIN) else { return found };
     let alone = State { calibration: best.fit.state.calibration, ..State::nominal() };
-    let null = fit(problem, &Jacobian::new(problem, &alone), &alone, Effort::of(6));
+    let null = fit_from(problem, &alone, Effort::of(6));
     if null.chi2 < found.null.chi2 - RENEW_GAIN { search_from(problem, &waves, &null.state, Some(&found), depth, tick) } else { found }
 }
 

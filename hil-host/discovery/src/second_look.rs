@@ -5,7 +5,7 @@ use crate::brink::WORTH_TRYING;
 use crate::calibration::State;
 use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
 use crate::evidence::{TIED, log_evidence};
-use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::fit::{Effort, Fit, fit_from};
 use crate::problem::Problem;
 use crate::screen::named;
 use crate::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
@@ -95,7 +95,7 @@ fn is_part(fit: &Fit, of: &Fit) -> bool {
 /// Whether the rows of today ask for every effect of a fit: their evidence falls whichever is left out. (That more effects are rarer
 /// has been counted where the fit was chosen.)
 fn is_asked_for(problem: &Problem, of: &Fit) -> bool {
-    let here = |state: &State| log_evidence(problem, &fit(problem, &Jacobian::new(problem, state), state, Effort::of(ELSEWHERE_STEPS)));
+    let here = |state: &State| log_evidence(problem, &fit_from(problem, state, Effort::of(ELSEWHERE_STEPS)));
     let whole = here(&of.state);
     (0..of.state.effects.len()).all(|k| {
         let mut one_less = of.state.clone();
@@ -107,7 +107,7 @@ fn is_asked_for(problem: &Problem, of: &Fit) -> bool {
 /// Whether what all rows say holds on those away from the stall, which the first look saw alone: nature may go on otherwise near the
 /// stall than any of our laws.
 fn holds_elsewhere(problem: &Problem, first: &Fit, other: &Fit) -> bool {
-    let elsewhere = fit(problem, &Jacobian::new(problem, &other.state), &other.state, Effort::of(ELSEWHERE_STEPS));
+    let elsewhere = fit_from(problem, &other.state, Effort::of(ELSEWHERE_STEPS));
     let gained = log_evidence(problem, &elsewhere) - log_evidence(problem, first);
     // One effect more that only rows near the stall ask for is the form of nature's stall: a clean flight of a vehicle whose lift
     // goes on otherwise than by any of our laws was told to have edge lift.

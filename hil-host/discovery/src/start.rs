@@ -6,7 +6,7 @@
 //! with the full model, and from the best places Gauss–Newton goes on with signatures renewed at every step.
 
 use crate::calibration::State;
-use crate::fit::{Effort, Fit, Jacobian, fit};
+use crate::fit::{Effort, Fit, fit_from};
 use crate::problem::Problem;
 use crate::vehicle::Vehicle;
 
@@ -44,9 +44,9 @@ fn cost(problem: &Problem, state: &State) -> f64 {
 /// Follows renewed signatures downhill from a state.
 #[must_use]
 pub fn descend(problem: &Problem, from: &State) -> Fit {
-    let mut best = fit(problem, &Jacobian::new(problem, from), from, Effort::of(2));
+    let mut best = fit_from(problem, from, Effort::of(2));
     for _ in 0..RENEWALS {
-        let next = fit(problem, &Jacobian::new(problem, &best.state), &best.state, Effort::of(2));
+        let next = fit_from(problem, &best.state, Effort::of(2));
         let settled = !(next.chi2 < best.chi2 - 0.5 - 1e-3 * best.chi2);
         if next.chi2 <= best.chi2 {
             best = next;

@@ -9,7 +9,7 @@
 
 use crate::calibration::State;
 use crate::evidence::log_mean_exp;
-use crate::fit::{Effort, Fit, Ground, Jacobian, fit, strain};
+use crate::fit::{Effort, Fit, Ground, fit_from, strain};
 use crate::prepare::{Input, Run};
 use crate::problem::{Column, Problem};
 use crate::signature::Offer;
@@ -181,7 +181,7 @@ impl<'a> Step<'a> {
         for _ in 0..REFITS {
             let runs: Vec<Run> = (0..problem.runs.len()).map(|k| nudged(problem.runs[k], |j| self.change(&amplitude, k, j))).collect();
             let beside = Problem { runs: runs.iter().collect(), ..problem.clone() };
-            let fitted = fit(&beside, &Jacobian::new(&beside, &state), &state, Effort::of(REFIT_ITERATIONS));
+            let fitted = fit_from(&beside, &state, Effort::of(REFIT_ITERATIONS));
             let gain = ground.fit.chi2 - fitted.chi2 - self.cost(&amplitude);
             if !(gain > best - LITTLE) {
                 // Too far: halfway back to where it was.

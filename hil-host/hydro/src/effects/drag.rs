@@ -1,11 +1,9 @@
 //! Effects that change the drag.
 
-use super::{Constants, Effect, Flow, InFlow, Parameter};
+use super::{Constants, DAY_S, Effect, Flow, InFlow, Parameter};
 
 /// Speed at which the nominal CD0 is stated, m/s (FORMAT section 6.3).
 pub const REFERENCE_SPEED_M_S: f64 = 0.30;
-/// Seconds per day.
-const DAY_S: f64 = 86_400.0;
 
 /// CD0 (Re/Re_ref)^−exponent, the Reynolds number being that of 0.30 m/s in water of 10 °C at the reference: CD0 (U/0.30)^−exponent
 /// times the viscosity of the water to a share of the exponent (1 by theory; a laboratory's rule for one water knows no viscosity).

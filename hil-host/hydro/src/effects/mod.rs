@@ -80,6 +80,9 @@ pub struct Constants {
     pub beyond: Beyond,
 }
 
+/// Seconds per day.
+pub const DAY_S: f64 = 86_400.0;
+
 /// Time constant of a hull's temperature, s: 6 mm of aluminium in water that passes by; a guess between 10 and 60 s.
 pub const HULL_LAG_S: f64 = 30.0;
 
@@ -176,6 +179,14 @@ pub struct InFlow {
     pub drag: bool,
     /// [`Effect::normal_force`].
     pub normal_force: bool,
+}
+
+impl Parameter {
+    /// Whether it is stated with the others and never fitted.
+    #[must_use]
+    pub fn is_stated(&self) -> bool {
+        self.typical == 0.0
+    }
 }
 
 impl InFlow {
@@ -394,7 +405,7 @@ mod tests {
             assert_eq!(with.pressure_error_pa(1e5), 0.0);
             for (i, p) in e.parameters().iter().enumerate() {
                 // Only what is stated beside the size may have no spread.
-                let spread = p.typical > 0.0 || (i > 0 && p.typical == 0.0);
+                let spread = p.typical > 0.0 || (i > 0 && p.is_stated());
                 assert!(p.low <= p.off && p.off <= p.high && spread, "{}.{}", e.name(), p.name);
             }
             assert!(e.parameters().len() <= MAX_PARAMETERS);
@@ -455,7 +466,7 @@ mod tests {
 
     #[test]
     fn accuracy_growth_keeps_its_mean_rate_over_the_trial_whatever_its_power() {
-        let day = |days: f64| Flow { time_s: days * 86_400.0, ..at(0.05) };
+        let day = |days: f64| Flow { time_s: days * DAY_S, ..at(0.05) };
         for power in [0.5, 1.0, 2.2] {
             let effects = [Active { effect: &BiofoulingDrag, values: [0.1, power, 8.0, 0.0] }];
             let model = ForceModel::new(nominal(), &effects);

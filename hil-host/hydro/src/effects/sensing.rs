@@ -1,6 +1,6 @@
 //! Effects of the sensors: what is measured is not what is true.
 
-use super::{Effect, InFlow, Parameter, Sensed};
+use super::{DAY_S, Effect, InFlow, Parameter, Sensed};
 
 /// Measured pitch = true pitch + offset.
 #[derive(Clone, Copy, Debug)]
@@ -146,6 +146,6 @@ impl Effect for PressureDrift {
         true
     }
     fn pressure_error_pa(&self, p: &[f64], time_s: f64) -> f64 {
-        p[0] * 1e4 * time_s / 86_400.0
+        p[0] * 1e4 * time_s / DAY_S
     }
 }

@@ -239,29 +239,6 @@ fn accuracy_the_power_of_a_growth_is_found() {
     assert!(power.as_f64().is_some_and(|p| (p - 1.233).abs() < 0.05), "{power}");
 }
 
-/// Who adds an effect by name gets the tilt with it, in the new vehicle file too; the vehicle as given stays as its file has it.
-#[test]
-fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
-    let body = Spec { wing: Wing::LowAspectRatio, lifelike: true, ..spec(Site::Sea, Kind::Single, vec![Effect::InducedDragError], None) };
-    let folder = folder("added-tilt");
-    let flight = trial_score::write_case(&folder, &generate(&body, 2, 0)).expect("a case can be written");
-    let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
-    let log = read::flight(&flight).expect("our own log reads");
-    std::fs::remove_dir_all(folder).ok();
-    let induced = hydro::effects::by_name("induced_drag_error").expect("in the catalogue");
-    let added = |v: &discovery::Vehicle| discovery::add::add(&log, v, &[induced], b"parent").expect("a fit");
-    let told = added(&v);
-    assert_eq!(told.vehicle["hydro"]["bank_tilt"], 1.0, "{:?}", told.notes);
-    // A file that states so little of a tilt that it is none is believed.
-    let mut level = v.clone();
-    level.constants.bank_tilt = 1e-9;
-    let without = added(&level);
-    assert!(told.heldout_m_s[2] < without.heldout_m_s[2], "{:?} {:?}", told.heldout_m_s, without.heldout_m_s);
-    for (a, b) in [(told.fitted_m_s[0], without.fitted_m_s[0]), (told.heldout_m_s[0], without.heldout_m_s[0])] {
-        assert!((a - b).abs() < 1e-8, "the vehicle as given: {a} and {b} m/s");
-    }
-}
-
 /// What makes drag or displaced volume vary in a way that no name has: it was called biofouling with something else, or nothing at all,
 /// by a tool that asked strangers for trim and pitch only and knew no period shorter than the sea's.
 #[test]

@@ -1,5 +1,8 @@
 //! Adds named effects to a vehicle: refit, error before and after, and a new vehicle file that says where it came from.
+//!
+//! An effect that the file has switched on already is fitted anew: what is told is all of it, and the new file says that.
 
+use crate::bank::{NOTE, settled, tells_fit_better};
 use crate::brink::Branch;
 use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
@@ -7,8 +10,9 @@ use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::screen::fit_named;
+use crate::switched_on::new_key;
 use crate::{Flight, Vehicle};
-use hydro::effects::Effect;
+use hydro::effects::{Active, Effect};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
@@ -29,7 +33,7 @@ pub struct Added {
     pub notes: Vec<String>,
     /// Calibration alone refitted.
     pub recalibrated: State,
-    /// Calibration and effects refitted together.
+    /// Calibration and effects refitted together, beside a vehicle whose file says nothing of these effects.
     pub after: State,
     /// Which branch the model was taken to be on beyond the valid angle of attack.
     pub branch: Branch,
@@ -43,24 +47,40 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let prepared: Prepared = prepare(flight, vehicle);
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
-    let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
+    let (as_given, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
+    let base = vehicle.without(effects);
+    let mut problem = Problem { vehicle: &base, ..as_given.clone() };
     let (mut null, mut fit) = fit_named(&problem, effects);
-    if let Some(tilted) = crate::bank::tells_fit_better(&problem, &null, &fit) {
-        (problem, null, fit) = tilted;
-        notes.push(crate::bank::NOTE.into());
+    let own: Vec<Active> = effects.iter().filter_map(|e| vehicle.switched_on(*e)).collect();
+    let mut anew = (!own.is_empty()).then(|| as_given.start.clone());
+    if anew.is_some() {
+        let names: Vec<&str> = own.iter().map(|a| a.effect.name()).collect();
+        notes.push(format!("the vehicle file has {} already: fitted anew, and told as a whole", names.join(", ")));
     }
+    if anew.is_some() && own.len() == effects.len() {
+        // What the file says may be a better start than nothing.
+        let again = settled(&problem, &State { effects: own, ..as_given.start.clone() });
+        fit = if again.chi2 < fit.chi2 { again } else { fit };
+    }
+    if let Some(tilted) = tells_fit_better(&problem, &fit) {
+        (problem, fit) = tilted;
+        anew = anew.or_else(|| Some(null.state.clone()));
+        notes.push(NOTE.into());
+    }
+    let as_given = Problem { vehicle, ..problem.clone() };
+    null = anew.map_or(null, |start| settled(&as_given, &start));
     let gather = |wanted: &dyn Fn(u32) -> bool| {
         prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect::<Vec<_>>()
     };
     let fitted = gather(&|s| problem.runs.iter().any(|r| r.segment == s));
     let kept = gather(&|s| check.contains(&s));
-    let nominal = State::nominal();
     let errors = |list: &[_], wave| {
-        let of = block_errors(&problem, &prepared, &[&nominal, &null.state, &fit.state], list, wave);
-        [of[0], of[1], of[2]]
+        let before = block_errors(&as_given, &prepared, &[&State::nominal(), &null.state], list, wave);
+        let after = block_errors(&problem, &prepared, &[&fit.state], list, wave);
+        [before[0], before[1], after[0]]
     };
     let parameters = estimates(&fit);
-    let document = document(vehicle, &problem, &fit.state, effects, &parameters, flight, parent);
+    let document = document(&problem, &fit.state, effects, &parameters, flight, parent);
     Ok(Added {
         fitted_m_s: errors(&fitted, true),
         heldout_m_s: errors(&kept, false),
@@ -76,7 +96,6 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
 
 /// The vehicle file with refitted numbers, the effects on, and their provenance. The parent's other keys are kept.
 fn document(
-    vehicle: &Vehicle,
     problem: &Problem,
     state: &State,
     effects: &[&'static dyn Effect],
@@ -84,6 +103,7 @@ fn document(
     flight: &Flight,
     parent: &[u8],
 ) -> Value {
+    let vehicle = problem.vehicle;
     let mut d = vehicle.document.clone();
     let t = &vehicle.tolerance;
     let z = &state.calibration;
@@ -128,7 +148,7 @@ fn document(
         if let Some(text) = crate::expression::text_of(*effect) {
             entry.insert("expression".into(), json!(text));
         }
-        on.insert(effect.name().into(), entry.into());
+        on.insert(new_key(&on, *effect), entry.into());
     }
     // Two calibration numbers have no constant in the file: they go on as the effect that states them.
     for (k, name, parameter, unit) in [(4, "ballast_scale", "gain_error", "1"), (5, "pitch_offset", "offset_rad", "rad")] {

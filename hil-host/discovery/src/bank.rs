@@ -40,17 +40,13 @@ pub fn tells_better(problem: &Problem, found: &Found) -> bool {
     asked.iter().any(|state| odds(&banked, &settled(&banked, state)) > before + CLEARLY)
 }
 
-/// The problem with the tilt, and nothing missing and the effects that somebody asked for fitted to it, where these are told better so.
+/// The problem with the tilt, and the effects that somebody asked for fitted to it, where these are told better so.
 #[must_use]
-pub fn tells_fit_better<'a>(problem: &Problem<'a>, null: &Fit, with: &Fit) -> Option<(Problem<'a>, Fit, Fit)> {
+pub fn tells_fit_better<'a>(problem: &Problem<'a>, with: &Fit) -> Option<(Problem<'a>, Fit)> {
     let banked = banked(problem)?;
     // From where they were: near a stall a start from nothing may end in a hollow.
     let with_tilt = settled(&banked, &with.state);
-    if odds(&banked, &with_tilt) <= odds(problem, with) + CLEARLY {
-        return None;
-    }
-    let null = settled(&banked, &null.state);
-    Some((banked, null, with_tilt))
+    (odds(&banked, &with_tilt) > odds(problem, with) + CLEARLY).then_some((banked, with_tilt))
 }
 
 /// The problem with lift that tilts, where the vehicle file does not say how far it does.
@@ -64,7 +60,7 @@ fn odds(problem: &Problem, fit: &Fit) -> f64 {
 }
 
 /// A fit that starts from a state, signatures taken anew on the way.
-fn settled(problem: &Problem, state: &State) -> Fit {
+pub(crate) fn settled(problem: &Problem, state: &State) -> Fit {
     let from = |state: &State| fit_from(problem, state, Effort::of(ITERATIONS));
     from(&from(state).state)
 }

@@ -282,6 +282,10 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
             said = with_it;
         }
     }
+    for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {
+        said.notes
+            .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));
+    }
     if !said.answer.is_empty() && !flight.temperature_degc.iter().any(|t| t.is_finite()) {
         said.verdict = Verdict::Ambiguous;
         said.notes.push("without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into());
@@ -521,8 +525,8 @@ fn estimate(fit: &Fit, (effect, parameter, sigma): (usize, usize, f64)) -> Estim
         name: format!("{}.{}", a.effect.name(), p.name),
         value,
         // Beyond its bounds the parameter means nothing.
-        low: (value - NINETY * sigma).max(p.low),
-        high: (value + NINETY * sigma).min(p.high),
+        low: (value - NINETY * sigma).max(p.low.min(value)),
+        high: (value + NINETY * sigma).min(p.high.max(value)),
         unit: p.unit,
     }
 }

@@ -55,7 +55,9 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
     let hole = own_tolerance(problem, effect.name());
     let smallest = hole.map_or(p.typical / 30.0, |t| 2.2 * t);
     let largest = hole.map_or(p.typical * 12.0, |t| (60.0 * t).max(p.typical * 12.0));
-    let one_sided = p.low >= 0.0;
+    // Of what the file has already there may be too much or too little.
+    let changed = problem.vehicle.switched_on(effect).is_some();
+    let one_sided = problem.size_limits(effect).0 >= 0.0;
     let steps = 60;
     let width = (largest / smallest).ln() / f64::from(steps);
     let sigma = sigma.max(1e-12 * p.typical);
@@ -64,7 +66,7 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
         if one_sided && side < 0.0 {
             continue;
         }
-        let usual = usual_sign(effect.name());
+        let usual = if changed { 0.0 } else { usual_sign(effect.name()) };
         let weight = if usual == 0.0 || one_sided {
             1.0
         } else if usual == side {

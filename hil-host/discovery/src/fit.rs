@@ -119,8 +119,8 @@ impl Fit {
         state.calibration.iter_mut().zip(&mut by).for_each(|(z, b)| *z += b);
         for (&(e, p, _), b) in self.sigma.iter().zip(&mut by) {
             let active = &mut state.effects[e];
-            let parameter = &active.effect.parameters()[p];
-            active.values[p] = (active.values[p] + b).clamp(parameter.low, parameter.high);
+            let (parameter, from) = (&active.effect.parameters()[p], active.values[p]);
+            active.values[p] = (from + b).clamp(parameter.low.min(from), parameter.high.max(from));
         }
         let amplitudes = state.wave.iter_mut().flat_map(|w| w.amplitude_m_s.iter_mut().flatten());
         amplitudes.zip(&mut by).for_each(|(a, b)| *a += b);
@@ -199,7 +199,7 @@ pub(crate) fn strain(problem: &Problem, state: &State) -> f64 {
     state.calibration.iter().enumerate().map(|(i, z)| beyond_scatter(i, *z).0).sum()
 }
 
-fn free_numbers(effects: &[Active]) -> Vec<Free> {
+fn free_numbers(problem: &Problem, effects: &[Active]) -> Vec<Free> {
     let mut out = Vec::new();
     for (k, a) in effects.iter().enumerate() {
         for (j, p) in a.effect.parameters().iter().enumerate() {
@@ -208,7 +208,8 @@ fn free_numbers(effects: &[Active]) -> Vec<Free> {
             }
             // A direction may be any: a wide normal prior around its start keeps it finite where nothing is known.
             let prior = (j > 0).then_some(if p.name == "direction_rad" { (a.values[j], 1.8) } else { (p.off, p.typical) });
-            out.push(Free { effect: k, parameter: j, low: p.low, high: p.high, step: DIFFERENCE * p.typical, prior });
+            let (low, high) = if j == 0 { problem.size_limits(a.effect) } else { (p.low, p.high) };
+            out.push(Free { effect: k, parameter: j, low, high, step: DIFFERENCE * p.typical, prior });
         }
     }
     out
@@ -223,7 +224,7 @@ pub fn fit_from(problem: &Problem, start: &State, effort: Effort) -> Fit {
 /// Fits the calibration and the effects of `start`.
 #[must_use]
 pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort) -> Fit {
-    let free = free_numbers(&start.effects);
+    let free = free_numbers(problem, &start.effects);
     let wave_columns = start.wave.as_ref().map_or_else(Vec::new, |w| problem.wave_columns(&w.kind));
     let (nc, nf, nw) = (N_CALIBRATION, free.len(), wave_columns.len());
     let n = nc + nf + nw;
@@ -403,7 +404,7 @@ pub fn beyond_limits(problem: &Problem, held: &Fit) -> Fit {
 
 /// The fit that one more signature would give if everything were linear: no simulation. `size` is where `column` was taken.
 #[must_use]
-pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
+pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) -> Fit {
     let n = null.columns.len();
     let mut columns = null.columns.clone();
     columns.push(column.clone());
@@ -418,7 +419,8 @@ pub fn linear(null: &Fit, active: Active, column: &Column) -> Fit {
     let whole = Column { from: 0, values: null.residual.clone() };
     let match_ = column.dot(&whole) - through.dot(&null.gradient);
     let p = &active.effect.parameters()[0];
-    let size = (p.off + match_ / left).clamp(p.low, p.high) - p.off;
+    let (low, high) = problem.size_limits(active.effect);
+    let size = (p.off + match_ / left).clamp(low, high) - p.off;
     let mut state = null.state.clone();
     for i in 0..N_CALIBRATION {
         state.calibration[i] -= through[i] * size;

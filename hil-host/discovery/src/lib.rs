@@ -39,6 +39,7 @@ pub mod spikes;
 pub mod start;
 pub mod steady;
 pub mod strangers;
+pub mod switched_on;
 pub mod vehicle;
 pub mod vehicle_file;
 pub mod wave;

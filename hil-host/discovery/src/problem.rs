@@ -205,6 +205,14 @@ impl<'a> Problem<'a> {
         self.whiteners.iter().map(|w| w.log_scale).sum()
     }
 
+    /// Between what an effect's size may be beside what the vehicle file has of it, which may be too much. (A stall's is an angle.)
+    #[must_use]
+    pub fn size_limits(&self, effect: &dyn Effect) -> (f64, f64) {
+        let p = &effect.parameters()[0];
+        let has = self.vehicle.switched_on(effect).filter(|_| effect.name() != "stall").map_or(0.0, |a| a.values[0] - p.off);
+        (p.low - has.max(0.0), p.high - has.min(0.0))
+    }
+
     /// An effect at a start value; what is stated of the flight itself is.
     #[must_use]
     pub fn active(&self, effect: &'static dyn Effect, size: f64) -> Active {

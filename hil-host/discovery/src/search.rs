@@ -282,8 +282,10 @@ impl Search<'_> {
     fn singles(&mut self, signs: &[Signature]) {
         (self.tick)("single effects", 0.15);
         let screen = self.screen;
-        let linear_fits: Vec<Fit> =
-            signs.iter().map(|s| linear(&screen.null, screen.problem.active(s.effect, s.effect.parameters()[0].off), &s.column)).collect();
+        let linear_fits: Vec<Fit> = signs
+            .iter()
+            .map(|s| linear(screen.problem, &screen.null, screen.problem.active(s.effect, s.effect.parameters()[0].off), &s.column))
+            .collect();
         let mut gains: Vec<(f64, usize)> = linear_fits.iter().enumerate().map(|(i, f)| (screen.null.chi2 - f.chi2, i)).collect();
         gains.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best_gain = gains.first().map_or(0.0, |g| g.0);

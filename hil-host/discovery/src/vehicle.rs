@@ -4,7 +4,8 @@
 //! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
 
 use crate::read::ReadError;
-use hydro::effects::{Active, Beyond, CD_BROADSIDE, Constants, by_name};
+use crate::switched_on;
+use hydro::effects::{Active, Beyond, CD_BROADSIDE, Constants};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -314,34 +315,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     if stated < CALMEST_M_S {
         assumed.push(format!("background_vertical_water_motion.rms_m_s = {CALMEST_M_S} (the file says {stated}, calmer than any water)"));
     }
-    let mut effects = Vec::new();
-    if let Some(list) = keys.at("effects") {
-        let table = list.as_object().ok_or_else(|| keys.bad("effects", "is not a table of effect name to parameters".into()))?;
-        for (name, numbers) in table {
-            if let Some(effect) = by_name(name) {
-                let mut active = Active::off(effect);
-                for (value, p) in active.values.iter_mut().zip(effect.parameters()) {
-                    if let Some(v) = numbers.get(p.name).map(|v| v.get("value").unwrap_or(v)) {
-                        *value = v
-                            .as_f64()
-                            .filter(|x| x.is_finite())
-                            .ok_or_else(|| keys.bad(&format!("effects.{name}.{}", p.name), format!("`{v}` is not a number")))?;
-                    }
-                }
-                effects.push(active);
-            } else if let Some(text) = numbers.get("expression").and_then(Value::as_str) {
-                let effect = crate::expression::parse(text).map_err(|e| keys.bad(&format!("effects.{name}.expression"), e.to_string()))?;
-                let mut active = Active::off(effect);
-                for (value, p) in active.values.iter_mut().zip(hydro::effects::Effect::parameters(effect)) {
-                    *value = numbers.get(p.name).map(|v| v.get("value").unwrap_or(v)).and_then(Value::as_f64).unwrap_or(p.off);
-                }
-                effects.push(active);
-            } else {
-                let all: Vec<&str> = hydro::effects::CATALOGUE.iter().map(|e| e.name()).collect();
-                return Err(keys.bad(&format!("effects.{name}"), format!("no such effect; there are {}", all.join(", "))));
-            }
-        }
-    }
+    let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| switched_on::read(table, |key, why| keys.bad(key, why)))?;
     let text = |key: &str| keys.at(key).and_then(Value::as_str).unwrap_or_default().to_string();
     Ok(Vehicle {
         path: path.to_path_buf(),
@@ -409,6 +383,6 @@ mod tests {
         assert!(with("\"cd0\":0.15", "\"cd0\":null").contains("missing"));
         let e = with("\"cd0\":0.15", "\"cd0\":0.15,\"cd_broadside\":-3.5");
         assert!(e.contains("hydro.cd_broadside") && e.contains("0.1 to 20"), "{e}");
-        assert!(with("side_edge_lift", "magic").contains("no such effect"));
+        assert!(with("side_edge_lift", "magic").contains("effects.magic"));
     }
 }

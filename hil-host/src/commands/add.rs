@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider add side_edge_lift --flight trial_dir --out vehicle2.json\n  glider add hull_compressibility,thermal_expansion --flight f.csv --vehicle v.json --out v2.json\n  glider add 'cd += k*abs(roll)*U' --flight trial_dir --out v2.json\n\nAn expression is TARGET += EXPRESSION; targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3\n(p z T rho ballast pitch t), water_up_m_s (z H t). Every other name is a parameter to fit, the one written first from zero.\nExit code 1: the error on segments kept out of the fit did not fall."
+    after_help = "Examples:\n  glider add side_edge_lift --flight trial_dir --out vehicle2.json\n  glider add hull_compressibility,thermal_expansion --flight f.csv --vehicle v.json --out v2.json\n  glider add 'cd += k*abs(roll)*U' --flight trial_dir --out v2.json\n\nAn expression is TARGET += EXPRESSION; targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3\n(p z T rho ballast pitch t), water_up_m_s (z H t). Every other name is a parameter to fit, the one written first from zero.\nAn effect that the vehicle file has already is fitted anew, and told as a whole.\nExit code 1: the error on segments kept out of the fit did not fall."
 )]
 pub struct Args {
     /// Names of effects, separated by commas, or one expression.
@@ -32,14 +32,16 @@ fn effects_of(text: &str) -> anyhow::Result<Vec<&'static dyn Effect>> {
     if expression::is_expression(text) {
         return Ok(vec![expression::parse(text)? as &'static dyn Effect]);
     }
-    text.split(',')
-        .map(|n| {
-            by_name(n.trim()).with_context(|| {
-                let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name()).collect();
-                format!("no effect `{}`; there are {} (or write an expression: `cd += k*roll^2`)", n.trim(), all.join(", "))
-            })
-        })
-        .collect()
+    let mut effects: Vec<&'static dyn Effect> = Vec::new();
+    for name in text.split(',').map(str::trim) {
+        let effect = by_name(name).with_context(|| {
+            let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name()).collect();
+            format!("no effect `{name}`; there are {} (or write an expression: `cd += k*roll^2`)", all.join(", "))
+        })?;
+        anyhow::ensure!(effects.iter().all(|e| e.name() != name), "`{name}` is named twice: name every effect once");
+        effects.push(effect);
+    }
+    Ok(effects)
 }
 
 /// Runs the command.

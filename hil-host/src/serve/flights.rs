@@ -126,9 +126,15 @@ impl Opened {
         self.fitted.lock().unwrap_or_else(PoisonError::into_inner).get(&names).cloned()
     }
 
+    /// The vehicle that a state's effects stand beside: ticked ones are meant as a whole, whatever the file says of them.
+    fn beside(&self, state: &State) -> Vehicle {
+        self.vehicle.without(&state.effects.iter().map(|a| a.effect).collect::<Vec<_>>())
+    }
+
     fn tracks(&self, state: &State) -> Vec<Track> {
         let branch = *self.branch.lock().unwrap_or_else(PoisonError::into_inner);
-        self.prepared.runs.iter().map(|run| branch.track(run, &self.vehicle, state)).collect()
+        let vehicle = self.beside(state);
+        self.prepared.runs.iter().map(|run| branch.track(run, &vehicle, state)).collect()
     }
 
     /// Block residuals on the judged segments, and the error, m/s.
@@ -175,7 +181,7 @@ impl Opened {
             state.effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
         json!({
             "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now)},
-            "effects": values, "blocks": columns, "curve": curve(&self.vehicle, state, &flown),
+            "effects": values, "blocks": columns, "curve": curve([&self.vehicle, &self.beside(state)], state, &flown),
         })
     }
 }
@@ -198,10 +204,10 @@ impl Histogram {
     }
 }
 
-/// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, as given and in a state.
-fn curve(vehicle: &Vehicle, state: &State, flown: &Histogram) -> Value {
+/// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, of a vehicle as given and of one in a state.
+fn curve([given, beside]: [&Vehicle; 2], state: &State, flown: &Histogram) -> Value {
     let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
-    let ratio = |state: &State| -> Vec<f64> {
+    let ratio = |vehicle: &Vehicle, state: &State| -> Vec<f64> {
         let (constants, effects) = law(vehicle, state);
         let model = ForceModel::new(constants, &effects);
         let at = |d: &f64| model.coefficients(&Flow { climb_m_s: -0.1, ..Flow::steady(d.to_radians(), 0.3) });
@@ -210,7 +216,7 @@ fn curve(vehicle: &Vehicle, state: &State, flown: &Histogram) -> Value {
     let total = f64::from(flown.total.max(1));
     let shares: Vec<f64> = flown.bins.iter().take(20).map(|n| f64::from(*n) / total).collect();
     let middles: Vec<f64> = (0..20).map(|i| f64::from(i) + 0.5).collect();
-    json!({"alpha": degrees, "nominal": ratio(&State::nominal()), "now": ratio(state), "flown_alpha": middles, "flown_share": shares})
+    json!({"alpha": degrees, "nominal": ratio(given, &State::nominal()), "now": ratio(beside, state), "flown_alpha": middles, "flown_share": shares})
 }
 
 /// Effects by name and values, as the page sends them.
@@ -347,7 +353,9 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
         match found {
             Ok(found) => {
                 opened.remember(&[], &found.recalibrated, found.branch);
-                for c in &found.candidates {
+                // What is found beside an effect of the file is a change of it, not all of it.
+                let on = |name: &&str| opened.vehicle.effects.iter().any(|a| a.effect.name() == *name);
+                for c in found.candidates.iter().filter(|c| !c.effects.iter().any(on)) {
                     opened.remember(&c.effects, &c.state, found.branch);
                 }
                 lines.send(&json!({"result": discovery::report::document(&found, &opened.vehicle, &opened.flight.name)}));

@@ -1,0 +1,104 @@
+//! What `glider add` writes is what it told: the new vehicle file flies as the fit did.
+
+use discovery::add::{Added, add};
+use discovery::diagnose::diagnose;
+use discovery::search::Depth;
+use discovery::{Flight, Vehicle, compare, expression, read, vehicle};
+use hil_host::trial_score;
+use hydro::effects::{Effect, by_name};
+use plant::trials::catalogue::{Effect as Hidden, Strength};
+use plant::trials::{Kind, Site, Spec, Wing, generate};
+use std::path::Path;
+
+/// A flight that hides one strong effect, and its vehicle.
+fn hiding(effect: Hidden, site: Site, wing: Wing, lifelike: bool, seed: u64) -> (Flight, Vehicle) {
+    let folder = std::env::temp_dir().join(format!("glider-adding-{effect:?}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    let spec = Spec { site, wing, kind: Kind::Single, effects: vec![effect], outside: None, strength: Some(Strength::Strong), lifelike };
+    let flight = trial_score::write_case(&folder, &generate(&spec, seed, 0)).expect("a case can be written");
+    let read = (read::flight(&flight).expect("our log reads"), vehicle::read(&flight.join("vehicle.json")).expect("our file reads"));
+    std::fs::remove_dir_all(folder).ok();
+    read
+}
+
+fn named(name: &str) -> &'static dyn Effect {
+    by_name(name).expect("in the catalogue")
+}
+
+/// The new vehicle, read back, after its error was seen to be the one told.
+fn flown(flight: &Flight, told: &Added) -> Vehicle {
+    let back = vehicle::parse(told.vehicle.clone(), Path::new("new.json")).expect("what is written reads back");
+    let error = compare::compare(flight, &back).block_error_m_s;
+    // A twentieth of the error: the file has no place for the zeros of the pressure and speed sensors and of the compass.
+    assert!((error / told.heldout_m_s[2] - 1.0).abs() < 0.05, "the file flies {error} m/s, told {:?}", told.heldout_m_s);
+    back
+}
+
+/// Who adds an effect by name gets the tilt with it, in the new vehicle file too; the vehicle as given stays as its file has it.
+#[test]
+fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
+    let (log, v) = hiding(Hidden::InducedDragError, Site::Sea, Wing::LowAspectRatio, true, 2);
+    let added = |v: &Vehicle| add(&log, v, &[named("induced_drag_error")], b"parent").expect("a fit");
+    let told = added(&v);
+    assert_eq!(told.vehicle["hydro"]["bank_tilt"], 1.0, "{:?}", told.notes);
+    // A file that states so little of a tilt that it is none is believed.
+    let mut level = v.clone();
+    level.constants.bank_tilt = 1e-9;
+    let without = added(&level);
+    assert!(told.heldout_m_s[2] < without.heldout_m_s[2], "{:?} {:?}", told.heldout_m_s, without.heldout_m_s);
+    for (a, b) in [(told.fitted_m_s[0], without.fitted_m_s[0]), (told.heldout_m_s[0], without.heldout_m_s[0])] {
+        assert!((a - b).abs() < 1e-8, "the vehicle as given: {a} and {b} m/s");
+    }
+}
+
+/// An effect that the file has already was fitted as a change of it and written as all of it: the new file flew three times as far off
+/// as the fit that was told. One number, one with a shape, and one that calibration writes into every file.
+#[test]
+fn regress_an_effect_that_the_file_has_already_is_fitted_anew_as_a_whole() {
+    for (hidden, name) in [(Hidden::RollTurnDrag, "roll_turn_drag"), (Hidden::Stall, "stall"), (Hidden::BallastScale, "ballast_scale")] {
+        let (log, v) = hiding(hidden, Site::Lake, Wing::Standard, false, 7);
+        let effect = named(name);
+        let first = add(&log, &v, &[effect], b"parent").expect("a fit");
+        assert!(first.heldout_m_s[2] < 0.7 * first.heldout_m_s[0], "{name}: {:?}", first.heldout_m_s);
+        let with = flown(&log, &first);
+        let second = add(&log, &with, &[effect], b"parent").expect("a fit");
+        assert!(second.notes.iter().any(|n| n.contains(name) && n.contains("fitted anew")), "{:?}", second.notes);
+        flown(&log, &second);
+        // As given is with what the file has; and the whole size is told, inside the interval that the first fit gave.
+        assert!((second.heldout_m_s[0] / first.heldout_m_s[2] - 1.0).abs() < 0.05, "{name}: {:?}", second.heldout_m_s);
+        let (a, b) = (&first.parameters[0], &second.parameters[0]);
+        assert!(a.low <= b.value && b.value <= a.high, "{name}: {} to {}, then {}", a.low, a.high, b.value);
+    }
+}
+
+/// A file that has too much of an effect: the effect is named, with the sign that mends it, though nature has no vortex that takes lift
+/// away; and adding it finds all of it.
+#[test]
+fn regress_too_much_of_an_effect_in_the_file_is_named_as_a_change_of_it() {
+    let (log, v) = hiding(Hidden::VortexLiftBodywing, Site::Lake, Wing::LowAspectRatio, false, 7);
+    let vortex = named("vortex_lift_bodywing");
+    let first = add(&log, &v, &[vortex], b"parent").expect("a fit");
+    let mut with = flown(&log, &first);
+    for a in with.effects.iter_mut().filter(|a| a.effect.name() == vortex.name()) {
+        a.values[0] *= 2.0;
+    }
+    let d = diagnose(&log, &with, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    let size = d.candidates[0].parameters.iter().find(|p| p.name == "vortex_lift_bodywing.k").map(|p| p.value);
+    assert!(d.answer == ["vortex_lift_bodywing"] && size.is_some_and(|k| k < 0.0), "{:?} {size:?}", d.answer);
+    assert!(d.notes.iter().any(|n| n.contains("change of it")), "{:?}", d.notes);
+    let again = add(&log, &with, &[vortex], b"parent").expect("a fit");
+    let (a, b) = (&first.parameters[0], &again.parameters[0]);
+    assert!(a.low <= b.value && b.value <= a.high, "{} to {}, then {}", a.low, a.high, b.value);
+}
+
+/// Two expressions of one target are two effects: the second was written over the first.
+#[test]
+fn regress_a_second_expression_of_one_target_leaves_the_first_where_it_is() {
+    let (log, v) = hiding(Hidden::RollTurnDrag, Site::Lake, Wing::Standard, false, 7);
+    let own = |text: &str| expression::parse(text).expect("parses") as &'static dyn Effect;
+    let first = add(&log, &v, &[own("cd += k*roll^2")], b"parent").expect("a fit");
+    let second = add(&log, &flown(&log, &first), &[own("cd += k*U")], b"parent").expect("a fit");
+    let both = flown(&log, &second);
+    let texts: Vec<&str> = both.effects.iter().filter_map(|a| a.effect.expression()).collect();
+    assert!(texts.len() == 2 && texts.contains(&"cd += k*roll^2") && texts.contains(&"cd += k*U"), "{texts:?}");
+}

@@ -10,6 +10,7 @@ use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::screen::fit_named;
+use crate::second_look::look_again;
 use crate::switched_on::new_key;
 use crate::{Flight, Vehicle};
 use hydro::effects::{Active, Effect};
@@ -61,6 +62,11 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         // What the file says may be a better start than nothing.
         let again = settled(&problem, &State { effects: own, ..as_given.start.clone() });
         fit = if again.chi2 < fit.chi2 { again } else { fit };
+    }
+    // With nothing asked for, nothing more is known than at the first look.
+    if let Some(again) = (!effects.is_empty()).then(|| look_again(&mut problem, &fit)).flatten() {
+        fit = again;
+        anew = anew.or_else(|| Some(null.state.clone()));
     }
     if let Some(tilted) = tells_fit_better(&problem, &fit) {
         (problem, fit) = tilted;

@@ -280,6 +280,8 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
         let with_it = concluded(&found);
         if !with_it.answer.is_empty() {
             said = with_it;
+            said.notes
+                .push("one effect more is named, and listed first, than odds alone would: without it something unexplained remains".into());
         }
     }
     for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {

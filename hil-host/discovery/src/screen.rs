@@ -67,6 +67,9 @@ const BOTH_ANGLES: f64 = 5.5;
 /// Odds by which a hypothesis is marked down whose size wants to go beyond what is possible.
 const AT_BOUND: f64 = 6.0;
 
+/// Mean square of the innovations up to which a hypothesis leaves hardly more than noise.
+pub(crate) const TELLS_ALL: f64 = 1.3;
+
 /// Whether an effect begins at an angle of attack of its own.
 fn has_own_angle(effect: &str) -> bool {
     matches!(effect, "stall" | "vortex_lift_bodywing")
@@ -136,14 +139,17 @@ fn calibrated(problem: &Problem, start: &State) -> (Jacobian, Fit) {
 /// Fits the calibration alone, and the calibration with these effects.
 #[must_use]
 pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fit) {
-    let waved = effects.iter().any(|e| e.name() == WAVE);
-    let waves = if waved { wave_library(problem) } else { Vec::new() };
-    let screen = Screen::new(problem, &problem.start, &waves);
-    let mut out = screen.null.clone();
-    for effect in effects.iter().filter(|e| e.name() != WAVE) {
-        out = screen.renewed(screen.best_with(&screen.jacobian, &out, *effect, 8), 5).0;
+    let (waves, plain): (Vec<_>, Vec<_>) = effects.iter().copied().partition(|e| e.name() == WAVE);
+    let library = if waves.is_empty() { Vec::new() } else { wave_library(problem) };
+    let screen = Screen::new(problem, &problem.start, &library);
+    let mut out = screen.one_by_one(&plain);
+    // What the calibration became beside the first alone may lie behind a hill.
+    if plain.len() > 1 && out.mean_square() > TELLS_ALL {
+        let back: Vec<_> = plain.iter().rev().copied().collect();
+        let others = [screen.one_by_one(&back), screen.together(&plain)];
+        out = others.into_iter().fold(out, |best, f| if f.chi2 < best.chi2 { f } else { best });
     }
-    if waved {
+    if !waves.is_empty() {
         out = screen.with_wave(&Jacobian::new(problem, &out.state), &out, 3).0;
     }
     (screen.null, out)
@@ -233,6 +239,21 @@ impl<'a> Screen<'a> {
             "vortex_lift_bodywing" => vec![0.5 * p.typical],
             _ => vec![p.off],
         }
+    }
+
+    /// Effects added one after the other to nothing missing.
+    fn one_by_one(&self, effects: &[&'static dyn Effect]) -> Fit {
+        effects.iter().fold(self.null.clone(), |f, effect| self.renewed(self.best_with(&self.jacobian, &f, *effect, 8), 5).0)
+    }
+
+    /// Effects fitted together from the vehicle as given.
+    fn together(&self, effects: &[&'static dyn Effect]) -> Fit {
+        let starting = |effect: &&'static dyn Effect| {
+            let starts = Self::starts(*effect, false);
+            self.problem.active(*effect, starts[starts.len() / 2])
+        };
+        let start = State { effects: effects.iter().map(starting).collect(), ..self.problem.start.clone() };
+        crate::start::descend(self.problem, &start)
     }
 
     fn start(&self, base: &State, effect: &'static dyn Effect, size: f64) -> State {

@@ -8,7 +8,7 @@ use crate::calibration::State;
 use crate::evidence::{PRIOR, TIED};
 use crate::fit::{Effort, Fit, Jacobian, fit_from, linear};
 use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, WAVE, Waves, has_guessed_form, wave_library};
+use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, has_guessed_form, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
 use hydro::effects::{CATALOGUE, Effect};
 
@@ -88,11 +88,10 @@ const EXCHANGED: usize = 4;
 const CAUGHT_UP: usize = 6;
 /// Pairs that a third effect is sought for, and third effects tried beside each.
 const TRIPLED: (usize, usize) = (3, 4);
-/// Log odds by which a single effect leads the others clearly, what a second beside it may promise beyond its price, and the mean
-/// square of the innovations that it may leave: where all three hold, a pair without it hardly wins.
+/// Log odds by which a single effect leads the others clearly, and what a second beside it may promise beyond its price: where both hold
+/// and it leaves hardly more than noise, a pair without it hardly wins.
 const CLEAR_LEAD: f64 = 15.0;
 const HARDLY_A_SECOND: f64 = 2.0;
-const TELLS_ALL: f64 = 1.3;
 /// Pairs without it that are tried all the same where signatures at nothing missing promise more of them than of any pair with it.
 const OTHERS: usize = 2;
 /// Log odds behind the best from which a hypothesis is not weighed again: a change of the water motion's size by a fifth changes
@@ -297,8 +296,10 @@ impl Search<'_> {
             if self.single(effect.name()).is_some() {
                 continue;
             }
+            // A stall's angle is nowhere near linear: of a flight that shows much, its signatures say little.
+            let untold = effect.name() == "stall" && best_gain > RENEW_GAIN;
             let promising = gain > WORTH_A_FIT && fitted < MOST_SINGLES && gain > 0.1 * best_gain;
-            let c = if promising || all || fitted < 2 || self.known(&[effect.name()]).is_some() {
+            let c = if promising || untold || all || fitted < 2 || self.known(&[effect.name()]).is_some() {
                 fitted += 1;
                 (self.tick)(effect.name(), 0.15 + 0.03 * fitted as f64);
                 self.resumed(&screen.jacobian, &[effect.name()], &screen.null, || {

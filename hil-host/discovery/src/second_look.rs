@@ -1,6 +1,7 @@
 //! The second look: what the first search has taught settles anew which rows take part (near the stall, wrong samples) and how large
 //! the ordinary water motion is. Rows move only together with a new search.
 
+use crate::bank::settled;
 use crate::brink::WORTH_TRYING;
 use crate::calibration::State;
 use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
@@ -71,6 +72,28 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
         problem.leave_out(kept);
     }
     found
+}
+
+/// Looks again at what somebody asked for: which rows take part and how large the ordinary water motion is, by what has been fitted. The
+/// fit to these, where they are much else than by the vehicle as given.
+pub(crate) fn look_again(problem: &mut Problem, first: &Fit) -> Option<Fit> {
+    let large = problem.data.len() / WORTH_A_SEARCH;
+    let kept = problem.left_out();
+    if problem.much_near_stall() && problem.restore_brink(&first.state, WORTH_TRYING) > 0 {
+        let whole = problem.left_out();
+        let again = settled(problem, &first.state);
+        problem.leave_out(kept.clone());
+        if holds_elsewhere(problem, first, &again) {
+            problem.leave_out(whole);
+            return Some(again);
+        }
+    }
+    let moved = problem.drop_outliers(&first.residual, OUTLIER) + problem.settle_continuation(&first.state);
+    if problem.tune_colour(&first.state) || (moved > large && problem.rows_compared() >= FEWEST_COMPARED) {
+        return Some(settled(problem, &first.state));
+    }
+    problem.leave_out(kept);
+    None
 }
 
 /// Whether two fits name the same effects.

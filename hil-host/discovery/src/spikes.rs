@@ -114,20 +114,32 @@ fn leaps(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64, fast
 }
 
 /// How many thresholds two samples together must be off the line, and the longest time between the samples before and behind them, s:
-/// a period of the pitch mode, in which nothing goes out and comes back to rest.
+/// a period of the pitch mode, in which nothing goes out and comes back to rest; with one between them half as much again.
 const FAR_OUT: f64 = 3.0;
 const EXCURSION_S: f64 = 16.0;
+const EXCURSION_APART_S: f64 = 24.0;
 
-/// Two neighbours far off a line that the samples before them and those behind them agree on.
+/// Two samples far off a line that the samples before them and those behind them agree on: neighbours, or with one between them that
+/// lies on it.
 fn excursions(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64) -> usize {
     let index = known(value);
     let off = |i: usize, j: usize, at: usize| (value[at] - on_line(time, value, [i, j], time[at])).abs();
-    let is_one = |w: &[usize]| {
-        let agree = |from: usize, to: usize, at: usize| off(from, to, at) <= threshold(at);
-        let far = |i: usize| off(w[1], w[4], i) > FAR_OUT * threshold(i);
-        time[w[4]] - time[w[1]] <= EXCURSION_S && far(w[2]) && far(w[3]) && agree(w[0], w[1], w[4]) && agree(w[4], w[5], w[1])
+    let agree = |from: usize, to: usize, at: usize| off(from, to, at) <= threshold(at);
+    let far = |from: usize, to: usize, at: usize| off(from, to, at) > FAR_OUT * threshold(at);
+    let together = |w: &[usize]| {
+        let out = far(w[1], w[4], w[2]) && far(w[1], w[4], w[3]);
+        time[w[4]] - time[w[1]] <= EXCURSION_S && out && agree(w[0], w[1], w[4]) && agree(w[4], w[5], w[1])
     };
-    let bad: Vec<usize> = index.windows(6).filter(|w| is_one(w)).flat_map(|w| [w[2], w[3]]).collect();
+    // What swings to and fro does not begin and end with it.
+    let apart = |w: &[usize]| {
+        let is_far = |at: usize| far(w[1], w[5], at);
+        let out = is_far(w[2]) && is_far(w[4]) && !is_far(w[0]) && !is_far(w[6]);
+        time[w[5]] - time[w[1]] <= EXCURSION_APART_S && out && agree(w[1], w[5], w[3])
+    };
+    let mut bad: Vec<usize> = index.windows(6).filter(|w| together(w)).flat_map(|w| [w[2], w[3]]).collect();
+    bad.extend(index.windows(7).filter(|w| apart(w)).flat_map(|w| [w[2], w[4]]));
+    bad.sort_unstable();
+    bad.dedup();
     bad.iter().for_each(|&i| value[i] = f64::NAN);
     bad.len()
 }
@@ -279,5 +291,13 @@ mod tests {
         depth[7] = 76.4;
         assert_eq!(despike(&time, &mut depth, 0.27, 1.0), 2);
         assert!((0..12).all(|i| if i == 5 || i == 7 { depth[i].is_nan() } else { depth[i] == clean[i] }));
+        // As logged in a turn, every 4 s and slower than a leap: each lies on the line through the other and the one between them.
+        let mut speed = vec![0.171, 0.182, 0.167, 0.182, 0.219, -0.337, 0.229, 0.864, 0.244, 0.252, 0.267, 0.268];
+        let time: Vec<f64> = (0..speed.len()).map(|i| 4.05 * i as f64).collect();
+        assert_eq!(despike(&time, &mut speed, 0.1, 0.2), 2);
+        assert!((0..12).all(|i| speed[i].is_nan() == (i == 5 || i == 7)), "{speed:?}");
+        // What swings on stays.
+        let swing: Vec<f64> = time.iter().map(|t| 0.5 * (t * std::f64::consts::TAU / 16.2).sin()).collect();
+        assert_eq!(despike(&time, &mut swing.clone(), 0.1, 1.0), 0);
     }
 }

@@ -231,6 +231,28 @@ fn regress_a_second_effect_that_is_nearly_as_likely_as_not_is_said_so() {
     assert_eq!(explained["answer"], serde_json::json!(["vertical_current", "thermal_expansion"]));
 }
 
+/// A calibration that strains for what is missing flies this vehicle into a stall where there is none: nine rows of ten were left out of
+/// the first look, and the answer was a riddle with an error of 5.2 cm/s. Where the rows that the vehicle as given asks for tell all
+/// dives better, they are taken; but no effect is named that only those of them ask for which the other look leaves out.
+#[test]
+fn regress_a_stall_that_only_a_strained_calibration_flies_into_leaves_nothing_out() {
+    let strained = told(20_261_146, 88);
+    assert_eq!(strained["answer"], serde_json::json!(["induced_drag_error", "roll_turn_drag"]), "{}", strained["verdict"]);
+    let error = strained["error"]["best"].as_f64();
+    // 0.22 of 0.24 cm/s that a refit of the known truth leaves.
+    assert!(error.is_some_and(|e| e < 0.3), "{}", strained["error"]);
+    let alone = told(20_261_145, 129);
+    assert_eq!(alone["answer"], serde_json::json!(["induced_drag_error"]), "{}", alone["verdict"]);
+}
+
+/// Rows near the stall are left out of fits, but nobody is to believe that the model is right there.
+#[test]
+fn validate_a_model_that_misses_near_the_stall_alone_says_so() {
+    let says_so = |told: &Value| told["notes"].to_string().contains("near the stall the model misses by");
+    assert!(says_so(&told(20_261_147, 237)));
+    assert!(!says_so(&told(20_261_146, 88)));
+}
+
 /// Growth need not be steady: nature's goes with the power 1.233 of time here, which a straight line misses by 115 log odds.
 #[test]
 fn accuracy_the_power_of_a_growth_is_found() {

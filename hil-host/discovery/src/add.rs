@@ -6,11 +6,11 @@ use crate::bank::{NOTE, settled, tells_fit_better};
 use crate::brink::Branch;
 use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
+use crate::looks::{as_given_flies, look_again, tells_all_better};
 use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::screen::fit_named;
-use crate::second_look::look_again;
 use crate::switched_on::new_key;
 use crate::{Flight, Vehicle};
 use hydro::effects::{Active, Effect};
@@ -52,6 +52,13 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let base = vehicle.without(effects);
     let mut problem = Problem { vehicle: &base, ..as_given.clone() };
     let (mut null, mut fit) = fit_named(&problem, effects);
+    if let Some(other) = as_given_flies(&problem) {
+        let again = fit_named(&other, effects);
+        if tells_all_better(&prepared, (&problem, &fit), (&other, &again.1)) {
+            problem = other;
+            (null, fit) = again;
+        }
+    }
     let own: Vec<Active> = effects.iter().filter_map(|e| vehicle.switched_on(*e)).collect();
     let mut anew = (!own.is_empty()).then(|| as_given.start.clone());
     if anew.is_some() {

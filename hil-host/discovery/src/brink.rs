@@ -12,8 +12,9 @@ use crate::calibration::{State, law};
 use crate::dynamics::{Job, Track, tracks_of};
 use crate::lanes::tracks;
 use crate::left_out::LeftOut;
+use crate::metric::{Block, modelled_m_s};
 use crate::noise::Whitener;
-use crate::prepare::{FLOAT_M, Run};
+use crate::prepare::{FLOAT_M, Prepared, Run};
 use crate::problem::Problem;
 use crate::vehicle::Vehicle;
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, Continuation};
@@ -24,6 +25,8 @@ const AFTER_S: f64 = 20.0;
 /// A stretch beyond the valid angle of attack that both continuations have left after this time, s, is passed through; what lasts
 /// longer may be nature's other branch.
 const PASSING_S: f64 = 120.0;
+/// Share of the noise floor within which both continuations give a block the same rate.
+const SAME_BRANCH: f64 = 0.2;
 /// One row near the stall in so many that are compared is more than launches and turns.
 const MUCH: usize = 5;
 /// How long a launch may take to attach, s: 60 to 120 serve simulated flights alike.
@@ -141,6 +144,26 @@ impl Problem<'_> {
         let (constants, effects) = self.law(state);
         let [rising, fading] = BOTH.map(|c| tracks_of(runs, constants, &effects, self.vehicle.water_depth_m, c, &[]));
         rising.into_iter().zip(fading).map(|(a, b)| [a, b]).collect()
+    }
+
+    /// Block residuals of a state, m/s: of blocks that depend on how lift goes on beyond its law, and of the others.
+    pub(crate) fn residuals_near_stall_and_elsewhere(
+        &self,
+        prepared: &Prepared,
+        state: &State,
+        blocks: &[(usize, Vec<Block>)],
+    ) -> [Vec<f64>; 2] {
+        let [mut near, mut elsewhere] = [Vec::new(), Vec::new()];
+        let runs: Vec<&Run> = blocks.iter().map(|(k, _)| &prepared.runs[*k]).collect();
+        for ((run, (_, list)), both) in runs.iter().zip(blocks).zip(self.both_tracks(&runs, state)) {
+            let [mine, other] = self.branch.in_force(both).map(|t| t.depth_m);
+            for b in list {
+                let rate = modelled_m_s(run, b, &mine);
+                let same = (rate - modelled_m_s(run, b, &other)).abs() < SAME_BRANCH * self.noise_floor_m_s();
+                if same { &mut elsewhere } else { &mut near }.push(b.observed_m_s - rate);
+            }
+        }
+        [near, elsewhere]
     }
 
     /// Takes rows out that at this state depend on how lift goes on beyond the valid angle of attack (launch, turns, deep stall

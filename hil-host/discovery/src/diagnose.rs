@@ -6,13 +6,13 @@ use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
 use crate::evidence::{NEARLY, TIED, log_evidence};
 use crate::fit::{Effort, Fit, beyond_limits, fit_from};
-use crate::metric::{Block, blocks, modelled_m_s};
-use crate::prepare::{Prepared, Run, prepare};
+use crate::looks::{first_look, second_look};
+use crate::metric::{Block, blocks, rms};
+use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE, size_at_end};
 use crate::search::{Depth, Found, prior_of, search};
-use crate::second_look::second_look;
 use crate::wave::{PARTS, ordinary_amplitude_m_s};
 use crate::{Flight, Vehicle};
 use hydro::effects::Active;
@@ -37,6 +37,8 @@ const FAILS: f64 = 3.0;
 const WORSE: f64 = 1.3;
 /// Fewest blocks that a typical error is taken of.
 const FEWEST_BLOCKS: usize = 20;
+/// How many times the error elsewhere the error near the stall is when it is to be spoken of.
+const MUCH_MORE: f64 = 2.0;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 /// Share of a size at the end of what is possible below which its interval must not reach for it to be too large: 0.85 to 0.92 on
@@ -250,7 +252,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let mut first = search(&problem, None, depth, tick);
+    let mut first = first_look(&mut problem, &prepared, depth, tick);
     if crate::bank::tells_better(&problem, &first) {
         problem.branch.banked = true;
         first = search(&problem, Some(&first), depth, tick);
@@ -383,7 +385,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let check_blocks = gather(prepared, |s| check.contains(&s));
     // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a stall.)
     let tellable = !waves && problem.brink_rows() < problem.data.len() / 10;
-    let typical = |state: &State| typical_error(problem, prepared, state, &check_blocks);
+    let kept_out = |state: &State| problem.residuals_near_stall_and_elsewhere(prepared, state, &check_blocks);
+    let typical = |state: &State| typical_error(&kept_out(state));
     let floor = problem.noise_floor_m_s();
     let check_error = spoken.filter(|_| tellable).map_or(f64::NAN, |c| typical(&c.fit.state));
     let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
@@ -442,6 +445,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
     let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
     let after = if answer.is_empty() { null.state.clone() } else { spoken.map_or_else(|| null.state.clone(), |c| c.fit.state.clone()) };
+    notes.extend(missed_near_stall(&kept_out(&after), floor));
     let nominal = State::nominal();
     let mut states = vec![&nominal, &null.state, &after];
     states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
@@ -496,21 +500,21 @@ impl Diagnosis {
     }
 }
 
-/// Error of the typical block, m/s: half of the blocks are worse (scaled to the rms of a normal variable). Blocks that depend on how
-/// lift goes on beyond its law do not count: there a model may be on another branch. NaN where fewer than [`FEWEST_BLOCKS`] are left.
-fn typical_error(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)]) -> f64 {
-    let mut errors: Vec<f64> = Vec::new();
-    let runs: Vec<&Run> = blocks.iter().map(|(k, _)| &prepared.runs[*k]).collect();
-    for ((run, (_, list)), both) in runs.iter().zip(blocks).zip(problem.both_tracks(&runs, state)) {
-        let [mine, other] = problem.branch.in_force(both).map(|t| t.depth_m);
-        errors.extend(list.iter().filter_map(|b| {
-            let rate = modelled_m_s(run, b, &mine);
-            let same = (rate - modelled_m_s(run, b, &other)).abs() < 0.2 * problem.noise_floor_m_s();
-            same.then_some((b.observed_m_s - rate).abs())
-        }));
-    }
+/// Error of the typical block, m/s: half of the blocks are worse (scaled to the rms of a normal variable). Those near the stall do not
+/// count: there a model may be on another branch. NaN where fewer than [`FEWEST_BLOCKS`] are left.
+fn typical_error([_, elsewhere]: &[Vec<f64>; 2]) -> f64 {
+    let mut errors: Vec<f64> = elsewhere.iter().map(|e| e.abs()).collect();
     errors.sort_by(f64::total_cmp);
     if errors.len() < FEWEST_BLOCKS { f64::NAN } else { errors[errors.len() / 2] / 0.6745 }
+}
+
+/// What is to be said where the model misses near the stall by much more than elsewhere: rows there are left out of fits.
+fn missed_near_stall([near, elsewhere]: &[Vec<f64>; 2], floor_m_s: f64) -> Option<String> {
+    let [there, here] = [near, elsewhere].map(|e| rms(e.iter().copied()));
+    (near.len() >= FEWEST_BLOCKS && there > MUCH_MORE * here.max(floor_m_s)).then(|| {
+        let (blocks, there, here) = (near.len(), 100.0 * there, 100.0 * here);
+        format!("in {blocks} blocks near the stall the model misses by {there:.2} cm/s, elsewhere by {here:.2}: what lift does there is not judged")
+    })
 }
 
 fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {

@@ -518,6 +518,16 @@ pub(crate) fn speed_groups(run: &Run, used: impl Fn(usize) -> bool) -> Vec<Vec<u
     groups
 }
 
+impl Problem<'_> {
+    /// Block error of a state over all blocks of the fitted runs, those left out too, m/s.
+    #[must_use]
+    pub fn fitted_error_m_s(&self, prepared: &Prepared, state: &State) -> f64 {
+        let fitted = prepared.runs.iter().enumerate().filter(|(_, run)| self.runs.iter().any(|r| std::ptr::eq(*r, *run)));
+        let all: Vec<_> = fitted.map(|(k, run)| (k, crate::metric::blocks(run))).collect();
+        block_errors(self, prepared, &[state], &all, true)[0]
+    }
+}
+
 /// Block errors of several states, m/s. A wave's phase is known only in fitted runs.
 #[must_use]
 pub fn block_errors(

@@ -1,5 +1,7 @@
-//! The second look: what the first search has taught settles anew which rows take part (near the stall, wrong samples) and how large
-//! the ordinary water motion is. Rows move only together with a new search.
+//! Which rows take part (near the stall, wrong samples), and how large the ordinary water motion is.
+//!
+//! The first look takes them as the recalibrated vehicle flies, or as the vehicle as given does where that is told better. The second
+//! settles them anew by what the first search has taught. Rows move only together with a new search.
 
 use crate::bank::settled;
 use crate::brink::WORTH_TRYING;
@@ -7,6 +9,7 @@ use crate::calibration::State;
 use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
 use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, fit_from};
+use crate::prepare::Prepared;
 use crate::problem::Problem;
 use crate::screen::named;
 use crate::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
@@ -21,6 +24,48 @@ const WORSE_OVERALL: f64 = 1.06;
 /// The best hypothesis that is worth naming, else nothing missing.
 fn best_of<'a>(problem: &Problem, found: &'a Found) -> &'a Fit {
     worth_naming(problem, &found.candidates).map_or(&found.null, |c| &c.fit)
+}
+
+/// The problem with the rows that the vehicle as given asks for, where the recalibrated one leaves out many near the stall and twice as
+/// many: a calibration that strains for what is missing may fly it into a stall where there is none.
+pub(crate) fn as_given_flies<'a>(problem: &Problem<'a>) -> Option<Problem<'a>> {
+    if !problem.much_near_stall() {
+        return None;
+    }
+    let mut given = problem.clone();
+    given.leave_nothing_out();
+    given.settle_continuation(&problem.start);
+    if 2 * given.brink_rows() > problem.brink_rows() {
+        return None;
+    }
+    let null = fit_from(&given, &given.start, Effort::of(3));
+    given.drop_outliers(&null.residual, OUTLIER);
+    given.tune_colour(&null.state);
+    Some(given)
+}
+
+/// Whether what is fitted to other rows tells all dives better, and is bearable on the rows of the first, which lie away from the stall.
+pub(crate) fn tells_all_better(prepared: &Prepared, (problem, mine): (&Problem, &Fit), (other, its): (&Problem, &Fit)) -> bool {
+    if !(other.fitted_error_m_s(prepared, &its.state) < problem.fitted_error_m_s(prepared, &mine.state)) {
+        return false;
+    }
+    let elsewhere = fit_from(problem, &its.state, Effort::of(ELSEWHERE_STEPS));
+    let bearable = elsewhere.mean_square() < mine.mean_square().max(1.0) * WORSE_OVERALL;
+    // One effect more that only rows near the stall ask for is the form of nature's lift there.
+    let more = its.state.effects_in_all() > mine.state.effects_in_all();
+    bearable && (!more || log_evidence(problem, &elsewhere) > log_evidence(problem, mine))
+}
+
+/// Searches, and where it is open which rows take part, the rows are those whose best hypothesis tells all dives better.
+pub(crate) fn first_look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
+    let found = search(problem, None, depth, tick);
+    let Some(other) = as_given_flies(problem) else { return found };
+    let again = search(&other, None, depth, tick);
+    if tells_all_better(prepared, (problem, best_of(problem, &found)), (&other, best_of(&other, &again))) {
+        *problem = other;
+        return again;
+    }
+    found
 }
 
 /// Looks again.

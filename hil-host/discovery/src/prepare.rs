@@ -7,7 +7,9 @@
 
 use crate::column::fill_by_depth;
 use crate::flight::Flight;
-use crate::spikes::{FASTEST, despike, despike_by, turn_allowance};
+use crate::repairs::{Removed, TURNED_RAD, unstuck};
+use crate::spikes::{FASTEST, TURN_STROKE_M3, despike, despike_by, turn_allowance};
+use crate::unseen::{changed_unseen, far_from_known};
 use crate::vehicle::Vehicle;
 use crate::ways::{Fix, Way, fixes, ways};
 use hydro::effects::{Constants, HULL_LAG_S, Sensed};
@@ -22,8 +24,6 @@ const STEP_PER_DECAY: f64 = 2.5;
 pub(crate) const FAST_M_S: f64 = 0.5;
 /// A gap longer than this starts a new run, s.
 pub const GAP_S: f64 = 120.0;
-/// An input that has had no value for this long is unknown, s: twice the CTD outages of FORMAT section 1.
-pub const SILENT_S: f64 = 120.0;
 /// Depth above which a row is not compared: surface, waves, launch; m (FORMAT section 6.1).
 pub const SURFACE_M: f64 = 2.0;
 /// Time after the last row above [`SURFACE_M`] before rows are compared, s (FORMAT section 6.1).
@@ -122,16 +122,6 @@ pub(crate) fn fill(time: &[f64], value: &[f64], fallback: f64) -> Vec<f64> {
         }
     }
     out
-}
-
-/// Rows that are further than [`SILENT_S`] from any known value.
-fn far_from_known(time: &[f64], value: &[f64]) -> Vec<bool> {
-    let known: Vec<f64> = time.iter().zip(value).filter(|(_, v)| v.is_finite()).map(|(t, _)| *t).collect();
-    let near = |t: f64| {
-        let k = known.partition_point(|x| *x < t);
-        [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| known.get(k)).any(|x| (x - t).abs() <= SILENT_S)
-    };
-    time.iter().map(|t| !near(*t)).collect()
 }
 
 /// Mean over up to five rows where the ballast engine rests (spread below 4 cc): takes the resolution out, keeps strokes.
@@ -233,6 +223,8 @@ pub fn step_s(vehicle: &Vehicle) -> f64 {
 pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     let mut runs = Vec::new();
     let mut notes = Vec::new();
+    let mut removed = Removed::default();
+    let flight = &unstuck(flight, &mut removed);
     let aligned = crate::clocks::aligned(flight);
     if let Some((_, tau)) = &aligned {
         notes.push(format!(
@@ -247,7 +239,6 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         notes.push("the flight is one long segment: it was cut into its dives, and segments here are dives".into());
     }
     let segment = dives.as_ref().unwrap_or(&flight.segment);
-    let mut spikes = [0usize; 5];
     let n = flight.len();
     let mut start = 0;
     while start < n {
@@ -256,7 +247,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
             end += 1;
         }
         if end - start >= 12 && flight.pressure_pa[start..end].iter().filter(|v| v.is_finite()).count() >= 8 {
-            let mut one = run(flight, vehicle, start, end, &mut spikes);
+            let mut one = run(flight, vehicle, start, end, &mut removed);
             one.segment = segment[start];
             // A dive that was cut out starts and ends under way, not afloat.
             if start > 0 && flight.segment[start] == flight.segment[start - 1] && dives.is_some() {
@@ -276,14 +267,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         }
         start = end;
     }
-    for (count, what) in spikes.iter().zip(["pressure", "pitch", "density", "speed"]) {
-        if *count > 0 {
-            notes.push(format!("{count} spikes removed from {what}"));
-        }
-    }
-    if spikes[4] > 0 {
-        notes.push(format!("{} rows further than {SILENT_S} s from any value of pitch, ballast or density are not compared", spikes[4]));
-    }
+    removed.note(&mut notes);
     if !flight.temperature_degc.iter().any(|t| t.is_finite()) {
         notes.push("there is no temperature: the hull's thermal expansion is left out, and nothing is learned about it".into());
     }
@@ -324,21 +308,27 @@ fn surface_readings(time: &[f64], pressure: &[f64], ballast: &[f64]) -> [Option<
     })
 }
 
-fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mut [usize; 5]) -> Run {
+/// Most that a pump or a valve moves in a second, m³: several times what gliders have.
+const FASTEST_BALLAST_M3_S: f64 = 1e-3;
+fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, removed: &mut Removed) -> Run {
     let rows = start..end;
     let time = &flight.time_s[rows.clone()];
     let sensors = &vehicle.sensors;
     let mut pressure = flight.pressure_pa[rows.clone()].to_vec();
-    spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa, FASTEST.pressure_pa_s);
     let mut pitch = flight.pitch_rad[rows.clone()].to_vec();
-    let raw_ballast = fill(time, &flight.ballast_m3[rows.clone()], 0.0);
+    let mut speed = flight.speed_m_s.as_ref().map_or_else(|| vec![f64::NAN; time.len()], |s| s[rows.clone()].to_vec());
+    let mut density = flight.density_kg_m3[rows.clone()].to_vec();
+    let heading = &flight.heading_rad[rows.clone()];
+    let spikes = &mut removed.spikes;
+    spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa, FASTEST.pressure_pa_s);
+    let mut seen_ballast = flight.ballast_m3[rows.clone()].to_vec();
+    spikes[4] += despike(time, &mut seen_ballast, TURN_STROKE_M3, FASTEST_BALLAST_M3_S);
+    let raw_ballast = fill(time, &seen_ballast, 0.0);
     let turning = turn_allowance(time, &raw_ballast);
     spikes[1] += despike_by(time, &mut pitch, &|i| 0.035 + 6.0 * sensors.pitch_noise_rad + turning[i], FASTEST.angle_rad_s);
-    let mut density = flight.density_kg_m3[rows.clone()].to_vec();
     spikes[2] += despike(time, &mut density, 0.25, FASTEST.density_kg_m3_s);
     let mut temperature = flight.temperature_degc[rows.clone()].to_vec();
     despike(time, &mut temperature, 1.0, FASTEST.temperature_k_s);
-    let mut speed = flight.speed_m_s.as_ref().map_or_else(|| vec![f64::NAN; time.len()], |s| s[rows.clone()].to_vec());
     spikes[3] += despike(time, &mut speed, 8.0 * sensors.speed_noise_m_s, FASTEST.speed_m_s2);
     let mut roll = flight.roll_rad[rows.clone()].to_vec();
     despike(time, &mut roll, 0.3, FASTEST.angle_rad_s);
@@ -349,8 +339,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     let temperature = fill_by_depth(time, &whole_pressure, &temperature, vehicle.constants.reference_temperature_degc);
     let ballast = quiet_ballast(&raw_ballast);
     let roll = fill(time, &roll, 0.0);
-    let sin_heading = fill(time, &flight.heading_rad[rows.clone()].iter().map(|h| h.sin()).collect::<Vec<_>>(), 0.0);
-    let cos_heading = fill(time, &flight.heading_rad[rows.clone()].iter().map(|h| h.cos()).collect::<Vec<_>>(), 0.0);
+    let ahead: [Vec<f64>; 2] = [heading.iter().map(|h| h.sin()).collect(), heading.iter().map(|h| h.cos()).collect()];
+    let [sin_heading, cos_heading] = [0, 1].map(|k| fill(time, &ahead[k], 0.0));
 
     let g = vehicle.constants.gravity_m_s2;
     let mut whole_depth = Vec::with_capacity(time.len());
@@ -366,12 +356,16 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
     let zero = if afloat.is_empty() { 0.0 } else { afloat.iter().sum::<f64>() / afloat.len() as f64 };
     // Where an input was made up over a long silence, the model cannot be held to account.
     let mut silent = vec![false; time.len()];
-    for input in [&pitch, &flight.ballast_m3[rows.clone()], &raw_density] {
-        for (s, lonely) in silent.iter_mut().zip(far_from_known(time, input)) {
-            *s |= lonely;
+    for input in [&pitch, &seen_ballast, &raw_density] {
+        silent.iter_mut().zip(far_from_known(time, input)).for_each(|(s, lonely)| *s |= lonely);
+    }
+    removed.silent_rows += silent.iter().filter(|s| **s).count();
+    for (input, much) in [(&pitch, TURNED_RAD), (&seen_ballast, TURN_STROKE_M3)] {
+        for (s, unseen) in silent.iter_mut().zip(changed_unseen(time, input, much)) {
+            removed.unseen_rows += usize::from(unseen && !*s);
+            *s |= unseen;
         }
     }
-    spikes[4] += silent.iter().filter(|s| **s).count();
     let depth: Vec<f64> = (0..time.len()).map(|i| if pressure[i].is_finite() && !silent[i] { whole_depth[i] } else { f64::NAN }).collect();
     let mut last_shallow = f64::NEG_INFINITY;
     let starts_afloat = whole_depth[0] < SURFACE_M;
@@ -439,7 +433,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, spikes: &mu
 
     let fixes = fixes(flight, rows.clone());
     // A way through the water on inputs that were made up is none.
-    let blind = silent.contains(&true);
+    let unsteered = |part: &Vec<f64>| far_from_known(time, part).contains(&true) || changed_unseen(time, part, TURNED_RAD).contains(&true);
+    let blind = silent.contains(&true) || ahead.iter().any(unsteered);
     let (displacement_m, displacement_s) = match fixes {
         [Some(a), Some(b)] if !blind => (Some(a.to(&b, sensors.gps_noise_m)), b.time_s - a.time_s),
         _ => (None, f64::NAN),

@@ -53,7 +53,7 @@ pub fn despike_by(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> 
 /// them by up to 0.19 rad, while a sensor's spikes are 0.25 rad and more.
 const TURN_SWING: (f64, f64) = (0.16, 16.0);
 /// Pump stroke that makes a turn, m³, and how long before and after it the pitch may swing, s: one period and the stroke's end.
-const TURN_STROKE_M3: f64 = 20e-6;
+pub const TURN_STROKE_M3: f64 = 20e-6;
 const TURN_S: f64 = 20.0;
 
 /// What a sample of pitch may differ from all lines through its neighbours because the vehicle turns there, rad: at the top of a
@@ -114,21 +114,23 @@ fn leaps(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64, fast
 }
 
 /// How many thresholds two samples together must be off the line, and the longest time between the samples before and behind them, s:
-/// a period of the pitch mode, in which nothing goes out and comes back to rest; with one between them half as much again.
+/// a period of the pitch mode (and what samples jitter), in which nothing goes out and comes back to rest; with one between them half
+/// as much again.
 const FAR_OUT: f64 = 3.0;
-const EXCURSION_S: f64 = 16.0;
+const EXCURSION_S: f64 = 17.0;
 const EXCURSION_APART_S: f64 = 24.0;
 
-/// Two samples far off a line that the samples before them and those behind them agree on: neighbours, or with one between them that
-/// lies on it.
+/// Two or three samples far off a line that the samples before them and those behind them agree on: neighbours, or two with one between
+/// them that lies on it.
 fn excursions(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64) -> usize {
     let index = known(value);
     let off = |i: usize, j: usize, at: usize| (value[at] - on_line(time, value, [i, j], time[at])).abs();
     let agree = |from: usize, to: usize, at: usize| off(from, to, at) <= threshold(at);
     let far = |from: usize, to: usize, at: usize| off(from, to, at) > FAR_OUT * threshold(at);
     let together = |w: &[usize]| {
-        let out = far(w[1], w[4], w[2]) && far(w[1], w[4], w[3]);
-        time[w[4]] - time[w[1]] <= EXCURSION_S && out && agree(w[0], w[1], w[4]) && agree(w[4], w[5], w[1])
+        let (from, to) = (w[1], w[w.len() - 2]);
+        let out = w[2..w.len() - 2].iter().all(|&at| far(from, to, at));
+        time[to] - time[from] <= EXCURSION_S && out && agree(w[0], from, to) && agree(to, w[w.len() - 1], from)
     };
     // What swings to and fro does not begin and end with it.
     let apart = |w: &[usize]| {
@@ -136,7 +138,10 @@ fn excursions(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64)
         let out = is_far(w[2]) && is_far(w[4]) && !is_far(w[0]) && !is_far(w[6]);
         time[w[5]] - time[w[1]] <= EXCURSION_APART_S && out && agree(w[1], w[5], w[3])
     };
-    let mut bad: Vec<usize> = index.windows(6).filter(|w| together(w)).flat_map(|w| [w[2], w[3]]).collect();
+    let mut bad: Vec<usize> = Vec::new();
+    for n in [6, 7] {
+        bad.extend(index.windows(n).filter(|w| together(w)).flat_map(|w| w[2..n - 2].to_vec()));
+    }
     bad.extend(index.windows(7).filter(|w| apart(w)).flat_map(|w| [w[2], w[4]]));
     bad.sort_unstable();
     bad.dedup();

@@ -9,7 +9,7 @@ use crate::column::fill_by_depth;
 use crate::flight::Flight;
 use crate::repairs::{Removed, TURNED_RAD, unstuck};
 use crate::spikes::{FASTEST, TURN_STROKE_M3, despike, despike_by, turn_allowance};
-use crate::unseen::{changed_unseen, far_from_known};
+use crate::unseen::{changed_unseen, far_from_known, long_gaps};
 use crate::vehicle::Vehicle;
 use crate::ways::{Fix, Way, fixes, ways};
 use hydro::effects::{Constants, HULL_LAG_S, Sensed};
@@ -382,6 +382,11 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, removed: &m
         .collect();
 
     let whole_pitch = fill(time, &pitch, 0.0);
+    // A local fit would reach over a gap with samples of one side.
+    let mut in_gap = vec![false; time.len()];
+    for (a, b) in long_gaps(time, &pitch) {
+        in_gap[a..b].fill(true);
+    }
     let first_pitch = pitch.iter().copied().find(|p| p.is_finite()).unwrap_or(0.0);
     let start_speed_m_s = if starts_afloat { 0.0 } else { start_speed_m_s(time, &whole_depth, first_pitch.sin()) };
 
@@ -400,7 +405,9 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, removed: &m
         let f = ((t - time[at]) / (time[at + 1] - time[at])).clamp(0.0, 1.0);
         let mix = |v: &[f64]| v[at] + (v[at + 1] - v[at]) * f;
         let within = t.min(time[time.len() - 1]);
-        let (theta, q) = if turning[at].max(turning[at + 1]) > 0.0 {
+        let (theta, q) = if in_gap[at] {
+            (mix(&whole_pitch), (whole_pitch[at + 1] - whole_pitch[at]) / (time[at + 1] - time[at]))
+        } else if turning[at].max(turning[at + 1]) > 0.0 {
             hermite(time, &whole_pitch, at, within)
         } else {
             local_quadratic(time, &pitch, within, PITCH_WINDOW_S, &mut from)

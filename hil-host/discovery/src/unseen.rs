@@ -26,19 +26,21 @@ pub(crate) fn far_from_known(time: &[f64], value: &[f64]) -> Vec<bool> {
     time.iter().map(|t| !near(*t)).collect()
 }
 
-/// Rows over which an input changed by more than `much` while it was not seen for long, and those that still feel it.
-pub(crate) fn changed_unseen(time: &[f64], value: &[f64], much: f64) -> Vec<bool> {
+/// From which row to which an input was not seen for long: the rows of the values before and after.
+pub(crate) fn long_gaps(time: &[f64], value: &[f64]) -> Vec<(usize, usize)> {
     let known: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
-    let mut intervals: Vec<f64> = known.windows(2).map(|w| time[w[1]] - time[w[0]]).collect();
+    let pairs = || known.windows(2).map(|w| (w[0], w[1]));
+    let mut intervals: Vec<f64> = pairs().map(|(a, b)| time[b] - time[a]).collect();
     intervals.sort_by(f64::total_cmp);
     let seen_s = SEEN_S.max(SEEN_INTERVALS * intervals.get(intervals.len() / 2).copied().unwrap_or(0.0));
+    pairs().filter(|&(a, b)| time[b] - time[a] > seen_s).collect()
+}
+
+/// Rows over which an input changed by more than `much` while it was not seen for long, and those that still feel it.
+pub(crate) fn changed_unseen(time: &[f64], value: &[f64], much: f64) -> Vec<bool> {
     let mut unseen = vec![false; time.len()];
-    for w in known.windows(2) {
-        if time[w[1]] - time[w[0]] > seen_s && (value[w[1]] - value[w[0]]).abs() > much {
-            for row in (w[0] + 1..time.len()).take_while(|&row| time[row] <= time[w[1]] + FELT_S) {
-                unseen[row] = true;
-            }
-        }
+    for (a, b) in long_gaps(time, value).into_iter().filter(|&(a, b)| (value[b] - value[a]).abs() > much) {
+        (a + 1..time.len()).take_while(|&row| time[row] <= time[b] + FELT_S).for_each(|row| unseen[row] = true);
     }
     unseen
 }

@@ -55,6 +55,26 @@ fn regress_a_sensor_that_sticks_is_found_and_its_values_are_left_out() {
     is_adequate("speed", &|f| stick(stretch(f, 85, 300.0), f.speed_m_s.as_mut().expect("a speed sensor")), &format!("{said} speed"));
 }
 
+/// Nothing is left to check by, and it is said that others are kept for that.
+#[test]
+fn a_pressure_sensor_that_sticks_in_all_check_segments_leaves_them_out_and_others_take_their_place() {
+    let named = told_after(21, &|_| {}).check;
+    let d = told_after(21, &|f| {
+        let kept = |i: &usize| named.contains(&f.segment[*i]);
+        let rows: Vec<usize> = (0..f.len()).filter(kept).collect();
+        rows.into_iter().for_each(|i| f.pressure_pa[i] = 5e4);
+    });
+    let said = |what: &str| assert!(d.notes.iter().any(|n| n.contains(what)), "{what}: {:?}", d.notes);
+    said("samples of a stuck sensor removed from pressure");
+    said("no check segment can be used: every fourth segment was kept out of the fit");
+    assert!(
+        d.verdict == Verdict::Adequate && !d.check.is_empty() && d.check.iter().all(|s| !named.contains(s)),
+        "{:?} {:?}",
+        d.verdict,
+        d.check
+    );
+}
+
 /// The same of a turn that was filled in linearly: unexplained, or an error of 2 cm/s.
 #[test]
 fn regress_a_turn_that_was_not_logged_is_not_compared() {

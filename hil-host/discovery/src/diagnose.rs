@@ -177,7 +177,9 @@ pub fn check_segments(vehicle: &Vehicle, prepared: &Prepared, notes: &mut Vec<St
         return named;
     }
     if present.len() >= 4 {
-        notes.push("the vehicle file names no check segments; every fourth segment was kept out of the fit".into());
+        let why =
+            if vehicle.check_segments.is_empty() { "the vehicle file names no check segments" } else { "no check segment can be used" };
+        notes.push(format!("{why}: every fourth segment was kept out of the fit"));
         return present.into_iter().skip(2).step_by(4).collect();
     }
     notes.push("too few segments to keep some out of the fit: errors are of the fitted data".into());

@@ -51,11 +51,12 @@ fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure
         assert!(d.brink * 5 < d.rows, "{name}: {} rows left out, {} observations fitted", d.brink, d.rows);
         // Recalibration inside the tolerances must not hurt: 10 % of a 37-block rms is its own sampling error.
         assert!(d.block_error_m_s[1] < d.block_error_m_s[0] * 1.1, "{name}: {:?}", d.block_error_m_s);
-        // The pressure of check segments must influence nothing: the same fit with that pressure replaced by nonsense.
+        // The pressure of check segments must influence nothing: the same fit with that pressure replaced by nonsense (not by a
+        // constant: a sensor that is stuck all the time has no depth to run the model by).
         let mut blind = flight.clone();
         for i in 0..blind.len() {
             if vehicle.check_segments.contains(&blind.segment[i]) {
-                blind.pressure_pa[i] = 5e4;
+                blind.pressure_pa[i] = 5e4 + 100.0 * ((i * 7) % 23) as f64;
             }
         }
         let b = diagnose::diagnose(&blind, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");

@@ -361,7 +361,10 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, removed: &m
     }
     removed.silent_rows += silent.iter().filter(|s| **s).count();
     for (input, much) in [(&pitch, TURNED_RAD), (&seen_ballast, TURN_STROKE_M3)] {
-        for (s, unseen) in silent.iter_mut().zip(changed_unseen(time, input, much)) {
+        // A vehicle that comes up bobs: what its pitch did there is of no account.
+        let submerged = whole_depth.iter().map(|z| *z >= SURFACE_M);
+        for ((s, unseen), submerged) in silent.iter_mut().zip(changed_unseen(time, input, much)).zip(submerged) {
+            let unseen = unseen && submerged;
             removed.unseen_rows += usize::from(unseen && !*s);
             *s |= unseen;
         }

@@ -11,15 +11,15 @@ use crate::metric::{Block, blocks, rms};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE, size_at_end};
+use crate::screen::{Candidate, WAVE, no_wave, size_at_end};
 use crate::search::{Depth, Found, prior_of, search};
 use crate::wave::{PARTS, ordinary_amplitude_m_s};
 use crate::{Flight, Vehicle};
 use hydro::effects::Active;
 
-/// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
-/// goes unnamed shows in a longer flight.
-const SPEAK_UP: f64 = std::f64::consts::LN_10;
+/// Log odds from which a hypothesis is named: 55 to one. A tool that names what is not there is not asked twice; a weak effect that
+/// goes unnamed shows in a longer flight. Between ten to one and this one name in three was right on flights whose nature is not ours.
+const SPEAK_UP: f64 = 4.0;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
 /// Log Bayes factor a family of the remainder needs.
@@ -42,8 +42,8 @@ const MUCH_MORE: f64 = 2.0;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 /// Share of a size at the end of what is possible below which its interval must not reach for it to be too large: 0.85 to 0.92 on
-/// simulated flights with effects of no name, 0.48 on one where body–wing vortices were truly large.
-const SURELY_AT_END: f64 = 0.7;
+/// simulated flights with effects of no name, 0.48 and 0.71 on two where body–wing vortices were truly large and induced drag small.
+const SURELY_AT_END: f64 = 0.78;
 /// Log Bayes factor from which a family may tell the story better than any name does.
 const TELLS: f64 = 6.0;
 /// What it must be better by than the best name: log odds, and share of them. On simulated flights the right name is ahead by 3 and
@@ -366,6 +366,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let left_over = strongest > remains;
     // Or the best name would have to be larger than it can be.
     let too_large = spoken.and_then(|c| too_large(&c.fit));
+    // Or have another period than such waves have.
+    let no_wave = spoken.and_then(|c| c.fit.state.wave.as_ref()).is_some_and(|w| no_wave(w.kind.period_s));
     let mut tellers: Vec<(f64, &Family)> = Vec::new();
     for (left, (.., told)) in found.iter().zip(&beside) {
         let Some((odds, least)) = *told else { continue };
@@ -394,7 +396,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
-    let unexplained = left_over || better_told || off_track || far_off || too_large.is_some();
+    let unexplained = left_over || better_told || off_track || far_off || too_large.is_some() || no_wave;
     let mut say = |it_is: bool, why: &str| {
         if it_is {
             notes.push(format!("unexplained: {why}"))
@@ -406,6 +408,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     say(off_track, &format!("on the check segments the best hypothesis leaves {times:.1} times what ordinary water motion leaves"));
     let name = too_large.unwrap_or_default();
     say(too_large.is_some(), &format!("{name} would have to be larger than it is anywhere"));
+    say(no_wave, "the period of the wave would have to be shorter or longer than those of internal waves, 7 to 52 minutes");
     say(far_off, "far more than ordinary water motion remains after the best hypothesis");
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);

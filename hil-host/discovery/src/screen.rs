@@ -103,6 +103,11 @@ fn wave_periods() -> impl Iterator<Item = f64> {
     (0..18).map(|k| 420.0 * 1.125_f64.powi(k))
 }
 
+/// Whether a wave of a period that was tried would rather have a shorter or a longer one: then it is none.
+pub(crate) fn no_wave(period_s: f64) -> bool {
+    [wave_periods().next(), wave_periods().last()].into_iter().flatten().any(|end| (period_s / end - 1.0).abs() < 1e-9)
+}
+
 /// Kinds of waves that are tried, with their signatures.
 pub(crate) type Waves = Vec<(Kind, Vec<Column>)>;
 

@@ -3,11 +3,13 @@
 //!
 //! The grid is uniform in α from 0 to the model's valid range; 50 points keep
 //! L/D within 0.2 % of the f64 model (asserted when a table is built, printed
-//! by `glider table`).
+//! by `glider table`). A table is symmetric, a vehicle need not be: it gets the
+//! mean of dive and climb ([`BothWays`]).
 
 use std::fmt::Write as _;
 
 use anyhow::{Context as _, ensure};
+use hydro::effects::LiftDrag;
 use hydro::{Flow, Polar, glide};
 use polar::{Sample, Spec, Table};
 use signals::Wings;
@@ -55,11 +57,36 @@ pub struct Built {
     pub error: TableError,
 }
 
-/// Samples a polar into a table.
+/// Vertical speed at which a vehicle is asked for its drag in dive and climb, m/s: well beyond that of a turn.
+const VERTICAL_M_S: f64 = 0.15;
+
+/// A vehicle in the mean of dive and climb at angles of attack of the same size: what a symmetric table can say of one whose lift is
+/// zero at an angle, or whose drag is larger in climbs.
+pub struct BothWays<P>(pub P);
+
+impl<P: Polar> Polar for BothWays<P> {
+    fn reference_area_m2(&self) -> f64 {
+        self.0.reference_area_m2()
+    }
+
+    fn force(&self, flow: &Flow) -> LiftDrag {
+        let (size, sign) = (flow.alpha_rad.abs(), 1.0_f64.copysign(flow.alpha_rad));
+        let dive = self.0.force(&Flow { alpha_rad: size, climb_m_s: -VERTICAL_M_S, ..*flow });
+        let climb = self.0.force(&Flow { alpha_rad: -size, climb_m_s: VERTICAL_M_S, ..*flow });
+        LiftDrag { cl: sign * 0.5 * (dive.cl - climb.cl), cd: 0.5 * (dive.cd + climb.cd) }
+    }
+
+    fn alpha_valid_rad(&self) -> f64 {
+        self.0.alpha_valid_rad()
+    }
+}
+
+/// Samples a polar, in the mean of dive and climb, into a table.
 ///
 /// # Errors
 /// The polar has no best glide inside its range, or the table misses its budget.
 pub fn build(model: &impl Polar, wings: Wings, vehicle_id: u32, fit_id: u32) -> anyhow::Result<Built> {
+    let model = &BothWays(model);
     let range = model.alpha_valid_rad();
     let best = glide::best(model, TABLE_SPEED_M_S, range);
     ensure!(
@@ -113,6 +140,14 @@ pub fn compare(table: &Table<'_>, model: &impl Polar, best: &glide::Best) -> Tab
     e.best_alpha_rad = (top.0 - best.alpha_rad).abs();
     e.best_l_over_d = (top.1 / best.l_over_d - 1.0).abs();
     e
+}
+
+/// Whether a file's bytes are a table that the controller takes for these wings.
+///
+/// # Errors
+/// What is wrong with it, and the way out.
+pub fn for_wings(bytes: &[u8], wings: Wings) -> anyhow::Result<()> {
+    Table::parse(bytes, wings).map(drop).map_err(|e| anyhow::anyhow!("not a table for these wings: {e:?}; make one with glider table"))
 }
 
 /// The table as Rust source for `firmware/polar/src/generated/`.
@@ -175,6 +210,30 @@ mod tests {
             // Fractions of the f64 model over the whole valid range; the last is a grid search's half step, rad.
             assert!(e.l_over_d <= 0.002 && e.cd <= 0.002 && e.cl <= 0.002 && e.best_l_over_d <= 1e-3, "{name}: {e:?}");
             assert!(e.best_alpha_rad <= 0.002, "{name}: {e:?}");
+        }
+    }
+
+    /// Once none for an angle of zero lift (lift at α = 0), and that of a vehicle that drags more in climbs was its dive's.
+    #[test]
+    fn regress_every_effect_that_may_be_added_can_be_flown() {
+        for wings in [Wings::Standard, Wings::LowAspectRatio] {
+            let constants = *Model::sea(wings).unwrap().constants();
+            let without = build(&hydro::ForceModel::new(constants, &[]), wings, 0, 0).unwrap().spec.best_l_over_d;
+            for effect in hydro::effects::CATALOGUE {
+                let p = &effect.parameters()[0];
+                // A stall below 2.3 degrees is none: the law's rounded corner reaches to zero there, and no table is made of it.
+                let low = if effect.name() == "stall" { 0.04 } else { p.low };
+                for size in [-1.5, -1.0, 1.0, 1.5].map(|times| (p.off + times * p.typical).clamp(low, p.high)) {
+                    let active = [hydro::effects::Active::sized(*effect, size)];
+                    let built = build(&hydro::ForceModel::new(constants, &active), wings, 0, 0);
+                    let name = format!("{wings:?}, {} {size} {}", effect.name(), p.unit);
+                    let best = built.unwrap_or_else(|e| panic!("{name}: {e:#}")).spec.best_l_over_d;
+                    // Half the vehicle's added drag, as the table is of dive and climb.
+                    if effect.name() == "climb_drag" && size > 0.0 {
+                        assert!(best < without, "{name}: {best} beside {without}");
+                    }
+                }
+            }
         }
     }
 

@@ -405,3 +405,15 @@ impl<'a> Screen<'a> {
         second
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{no_wave, wave_periods};
+
+    /// Every wave that was there had a period inside; an eddy that turned between dives was given the longest.
+    #[test]
+    fn a_wave_at_either_end_of_the_periods_that_are_tried_is_none() {
+        let none: Vec<f64> = wave_periods().filter(|p| no_wave(*p)).collect();
+        assert!(none.len() == 2 && none[0] == 420.0 && (3000.0..3200.0).contains(&none[1]), "{none:?}");
+    }
+}

@@ -10,7 +10,7 @@
 //! Keys are those of [`control::Settings`], in its units; `glider upload PORT config --read` prints all of them.
 
 use anyhow::{Context, anyhow, bail};
-use control::{Config, Settings, config::ConfigError};
+use control::{Config, PitchSensor, Settings, config::ConfigError};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -88,6 +88,29 @@ fn wrong(text: &str, name: &str, key: &str, what: &str) -> anyhow::Error {
     }
 }
 
+/// The same configuration with another pitch sensor.
+///
+/// # Errors
+/// A sensor that is further off than the law was written for.
+pub fn with_pitch_sensor(config: &Config, pitch_sensor: PitchSensor) -> anyhow::Result<Config> {
+    let settings = Settings { pitch_sensor, ..*config.settings() };
+    Config::new(settings).map_err(|e| anyhow!("{pitch_sensor:?} cannot be flown: {e:?}"))
+}
+
+/// What a configuration file says of a pitch sensor alone; none of one that reads true.
+#[must_use]
+pub fn pitch_sensor_alone(sensor: PitchSensor) -> Option<String> {
+    let reads_true = sensor == Settings::default().pitch_sensor;
+    let PitchSensor { zero_rad, per_reading } = sensor;
+    let vehicles = VEHICLES.map(|v| v.0).join(" | ");
+    (!reads_true).then(|| {
+        format!(
+            "# Name the vehicle, {vehicles}: without a name it is the default.\n# vehicle = \"slocum-200\"\n\
+             # True pitch = per_reading * (reading - zero_rad).\n[pitch_sensor]\nzero_rad = {zero_rad:?}\nper_reading = {per_reading:?}\n"
+        )
+    })
+}
+
 /// A configuration as such a file.
 ///
 /// # Errors
@@ -111,6 +134,20 @@ mod tests {
             assert_eq!(parse(&write(&config).expect("writes"), "f").expect("reads"), config);
         }
         assert_eq!(parse("", "f").expect("reads"), Config::default());
+    }
+
+    #[test]
+    fn a_vehicle_that_says_its_pitch_sensor_is_wrong_gives_a_file_and_one_that_does_not_gives_none() {
+        let active = |name, value| hydro::effects::Active::sized(hydro::effects::by_name(name).expect(name), value);
+        let sensor = crate::vehicles::pitch_sensor(&[active("pitch_offset", 0.03), active("pitch_scale", 0.25), active("stall", 0.1)]);
+        // true = (reading - 0.03) / 1.25
+        assert!((sensor.zero_rad - 0.03).abs() < 1e-7 && (sensor.per_reading - 0.8).abs() < 1e-7, "{sensor:?}");
+        let text = pitch_sensor_alone(sensor).expect("a file");
+        assert_eq!(parse(&text, "f").expect("reads").pitch_sensor, sensor);
+        assert_eq!(with_pitch_sensor(&Config::default(), sensor).expect("flies").pitch_sensor, sensor);
+        assert_eq!(pitch_sensor_alone(crate::vehicles::pitch_sensor(&[active("stall", 0.1)])), None);
+        let upside_down = PitchSensor { zero_rad: 0.0, per_reading: -1.0 };
+        assert!(with_pitch_sensor(&Config::default(), upside_down).is_err());
     }
 
     #[test]

@@ -10,17 +10,17 @@
 use crate::closed_loop::{Outcome, Setup, fly};
 use crate::mission_file::built_in;
 use crate::seats::in_process::InProcess;
-use crate::seats::upload::upload;
 use crate::seats::{Link, Seat};
 use crate::tables::{self, Built};
 use crate::vehicles::Model;
-use crate::worlds;
+use crate::{config_file, worlds};
 use anyhow::{Context, anyhow};
+use control::PitchSensor;
 use discovery::Vehicle;
 use hydro::effects::{Active, Constants};
 use plant::vehicle::Aero;
 use plant::{Effect, EffectKind, Scenario, World};
-use signals::{Mission, Object, Wings};
+use signals::{Mission, Wings};
 
 /// One wing set with one table.
 #[derive(Debug)]
@@ -104,16 +104,18 @@ pub fn world_of(wings: Wings, vehicle: &Vehicle, mission: &Mission) -> Scenario 
     scenario
 }
 
-/// Flies the lake mission with this table in a world.
+/// Flies a mission with this table, and with what is known of the pitch sensor, in a world.
 ///
 /// # Errors
 /// The controller refuses the table, or the flight cannot be flown.
-pub fn fly_with(table: Built, scenario: &Scenario, mission: &Mission) -> anyhow::Result<Flown> {
+pub fn fly_with(table: Built, pitch_sensor: PitchSensor, scenario: &Scenario, mission: &Mission) -> anyhow::Result<Flown> {
     let mut link = Link::new(InProcess::default());
     link.hello()?;
-    upload(&mut link, Object::Table(mission.wings), &table.bytes, |_, _| {}).context("the controller refuses the table")?;
+    link.tabulate(mission.wings, &table.bytes).context("the controller refuses the table")?;
     let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
-    let outcome = fly(&mut world, &mut link, &Setup::new(mission.clone()), &mut |_| Ok(()))?;
+    let setup = Setup::new(mission.clone());
+    let config = config_file::with_pitch_sensor(&setup.config, pitch_sensor)?;
+    let outcome = fly(&mut world, &mut link, &Setup { config, ..setup }, &mut |_| Ok(()))?;
     Ok(Flown { table, outcome })
 }
 

@@ -7,8 +7,9 @@ use std::path::Path;
 
 pub use crate::mission_file::wings_name;
 use anyhow::{Context as _, bail, ensure};
+use control::PitchSensor;
 use discovery::{Vehicle, vehicle, vehicle_file};
-use hydro::effects::{Active, Constants};
+use hydro::effects::{Active, Constants, Sensed};
 use hydro::{Added, Flow, ForceModel, Geometry, GeometryPolar, LiftDrag, Polar};
 use signals::Wings;
 
@@ -49,6 +50,26 @@ pub struct Model {
     pub id: u32,
     form: Form,
     effects: Vec<Active>,
+}
+
+/// What the effects of a vehicle say of its pitch sensor. They are linear: two readings tell all.
+#[must_use]
+pub fn pitch_sensor(effects: &[Active]) -> PitchSensor {
+    let truth = |reading: f64| {
+        let mut sensed = Sensed {
+            time_s: 0.0,
+            pitch_rad: reading,
+            ballast_m3: 0.0,
+            density_kg_m3: 1025.0,
+            temperature_degc: 10.0,
+            hull_degc: 10.0,
+            pressure_pa: 0.0,
+        };
+        effects.iter().filter(|a| a.effect.acts_on_sensors()).for_each(|a| a.effect.sensed(&a.values, &mut sensed));
+        sensed.pitch_rad
+    };
+    let (level, per_reading) = (truth(0.0), truth(1.0) - truth(0.0));
+    PitchSensor { zero_rad: (-level / per_reading) as f32, per_reading: per_reading as f32 }
 }
 
 /// Reads a built-in geometry file.
@@ -118,6 +139,12 @@ impl Model {
             other => bail!("{}: wing.name is {other:?}; expected \"standard\" or \"low_ar\"", v.path.display()),
         };
         Ok(Self { name: v.name.clone(), wings, id, form: Form::Coefficients(v.constants), effects: v.effects.clone() })
+    }
+
+    /// What its file says of the pitch sensor, as the controller is told it.
+    #[must_use]
+    pub fn pitch_sensor(&self) -> PitchSensor {
+        pitch_sensor(&self.effects)
     }
 
     /// With these effects on top.

@@ -4,6 +4,7 @@
 //! [`Config`] is the same data after [`Config::new`] has checked it, and the
 //! only form the law accepts.
 
+use crate::bound::Bound;
 use serde::{Deserialize, Serialize};
 
 /// Trim law of the vehicle: tan(pitch) = `per_ballast_m3` V_b + `per_battery_m` x_b + `offset`.
@@ -15,6 +16,22 @@ pub struct TrimLaw {
     pub per_battery_m: f32,
     /// T3, 1: 0.09..0.25 in fits of vehicles as found; 0 for one trimmed level at neutral. Learned in flight.
     pub offset: f32,
+}
+
+/// What a pitch reading means: true pitch = `per_reading` × (reading − `zero_rad`). Found by a tilt table or by the workbench.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PitchSensor {
+    /// Reading on the level, rad.
+    pub zero_rad: f32,
+    /// True pitch per reading, 1: 0.87 in a public flight of a Slocum.
+    pub per_reading: f32,
+}
+
+impl PitchSensor {
+    /// True pitch of a reading, rad, within a quarter turn.
+    pub(crate) fn true_rad(self, reading: f32) -> f32 {
+        (self.per_reading * (reading - self.zero_rad)).at_least(-1.6).at_most(1.6)
+    }
 }
 
 /// Vehicle, limits and gains, unchecked.
@@ -68,6 +85,8 @@ pub struct Settings {
     pub no_comms_s: u32,
     /// Longest wait on the surface for fix and shore, s.
     pub comms_patience_s: f32,
+    /// Pitch sensor.
+    pub pitch_sensor: PitchSensor,
 }
 
 impl Settings {
@@ -98,6 +117,7 @@ impl Settings {
             vacuum_max_pa: 87.8e3,
             no_comms_s: 72 * 3600,
             comms_patience_s: 900.0,
+            pitch_sensor: PitchSensor { zero_rad: 0.0, per_reading: 1.0 },
         }
     }
 
@@ -146,7 +166,7 @@ impl Config {
     /// Names the first setting that is refused.
     pub fn new(settings: Settings) -> Result<Self, ConfigError> {
         let s = &settings;
-        let checks: [(&'static str, f32, core::ops::RangeInclusive<f32>); 24] = [
+        let checks: [(&'static str, f32, core::ops::RangeInclusive<f32>); 26] = [
             ("working_depth_m", s.working_depth_m, 10.0..=6000.0),
             ("crush_depth_m", s.crush_depth_m, s.working_depth_m + 10.0..=9000.0),
             ("pump_m3", s.pump_m3, 20e-6..=2000e-6),
@@ -171,6 +191,8 @@ impl Config {
             ("reserve_charge", s.reserve_charge, 0.0..=0.9),
             ("vacuum_max_pa", s.vacuum_max_pa, 10e3..=101.3e3),
             ("comms_patience_s", s.comms_patience_s, 10.0..=86_400.0),
+            ("pitch_sensor.zero_rad", s.pitch_sensor.zero_rad, -0.25..=0.25),
+            ("pitch_sensor.per_reading", s.pitch_sensor.per_reading, 0.5..=2.0),
         ];
         for (name, value, range) in checks {
             if !value.is_finite() || !range.contains(&value) {

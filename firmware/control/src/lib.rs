@@ -37,7 +37,7 @@ mod turn;
 mod voyage;
 pub mod waits;
 
-pub use config::{Config, ConfigError, Settings, TrimLaw};
+pub use config::{Config, ConfigError, PitchSensor, Settings, TrimLaw};
 
 use backup::{Backup, Limits};
 use belief::News;

@@ -225,7 +225,7 @@ impl Senses {
             depth_age_s: self.depth_age_s,
             depths_disagree: differ_m > APART_M + APART_SHARE * self.depth_m.abs(),
             depth_unbacked: self.first.seeded && self.second.seeded && self.first.age_s.at_least(self.second.age_s) > UNBACKED_S,
-            pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms),
+            pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms).map(|r| config.pitch_sensor.true_rad(r)),
             roll_rad: frame.roll_rad.accept(angle.clone(), max_age_ms),
             heading_rad: frame.heading_rad.accept(angle, max_age_ms),
             ballast_m3: self.ballast.take(
@@ -344,6 +344,20 @@ mod tests {
         }
         assert!((seen.depth_m - 39.0 * 0.6).abs() < 0.01, "{seen:?}");
         assert!((seen.rate_m_s - 0.15).abs() < 1e-3, "{seen:?}");
+    }
+
+    #[test]
+    fn a_pitch_sensor_that_is_known_to_be_off_is_read_as_what_is_true() {
+        let mut settings = *Config::default().settings();
+        settings.pitch_sensor = crate::PitchSensor { zero_rad: 0.03, per_reading: 0.8 };
+        let (c, mut s) = (Config::new(settings).expect("valid"), Senses::default());
+        let mut pitch =
+            |reading: f32| s.observe(&c, 4.0, &SensorFrame { pitch_rad: Reading::now(reading), ..SensorFrame::default() }).pitch_rad;
+        // Readings of a true pitch of -0.4 rad and 0.4 rad.
+        for (reading, truth) in [(-0.47, -0.4), (0.53, 0.4)] {
+            assert!(pitch(reading).is_some_and(|p| (p - truth).abs() < 1e-6), "{reading}: {:?}", pitch(reading));
+        }
+        assert_eq!(pitch(f32::NAN), None);
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 use super::{Output, Verdict};
 use crate::closed_loop::{CYCLE_S, End, Outcome, Setup, fly};
+use crate::config_file;
 use crate::flightlog::recorder::Recorder;
 use crate::mission_file::{self, wings_name};
 use crate::seats::{self, Choice};
-use crate::worlds;
+use crate::{tables, worlds};
 use anyhow::{Context, anyhow, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::World;
@@ -16,7 +17,8 @@ use std::path::PathBuf;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider fly --log out/first\n  glider fly --wings low-ar --seat qemu --log out/rail\n  \
-glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n\n\
+glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
+glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n\n\
 A fault is target:kind[=size][@phase][+delay][,duration]; a wrong one is answered with the list of all.")]
 pub struct Args {
     /// Wings mounted: standard or low-ar; default: the mission's.
@@ -31,6 +33,12 @@ pub struct Args {
     /// Which law flies: ours or stock (in-process only).
     #[arg(long, default_value = "ours", value_parser = ["ours", "stock"])]
     pub controller: String,
+    /// Flight table to fly with (.bin, as `glider table` writes it); default: the controller's own.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Controller configuration (.toml); default: the built-in vehicle for the mission's depth.
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
     /// Fault to inject, again for more.
     #[arg(long = "fault", value_name = "SPEC")]
     pub faults: Vec<String>,
@@ -99,12 +107,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         seat.hello()?;
         seat.recover()?;
     }
+    let mut setup = Setup { realtime, ..Setup::new(mission.clone()) };
+    if let Some(path) = &args.config {
+        setup.config = config_file::load(path)?;
+    }
+    if let Some(path) = &args.table {
+        let bytes = std::fs::read(path).with_context(|| format!("{}: cannot read this table", path.display()))?;
+        tables::for_wings(&bytes, mission.wings).with_context(|| path.display().to_string())?;
+        seat.hello()?;
+        seat.tabulate(mission.wings, &bytes)?;
+    }
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let mut recorder = match &args.log {
         Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
         None => None,
     };
-    let setup = Setup { realtime, ..Setup::new(mission.clone()) };
     let bar = progress(&mission);
     let flown = fly(&mut world, &mut *seat, &setup, &mut |cycle| {
         bar.set_position(u64::from(cycle.answer.trace.dives));

@@ -6,6 +6,7 @@ use crate::page::{Axis, Chart, Page, Section, Table};
 use crate::story::{self, Flown};
 use crate::{flight_report, trial_score};
 use anyhow::Context as _;
+use control::Settings;
 use discovery::search::Depth;
 use discovery::{add, vehicle};
 use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
@@ -87,8 +88,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for (name, table) in [("table-before.bin", &old), ("table-after.bin", &new)] {
         std::fs::write(args.out.join(name), &table.bytes).with_context(|| format!("cannot write {name}"))?;
     }
-    let before = story::fly_with(old, &world, &mission)?;
-    let after = story::fly_with(new, &world, &mission)?;
+    // The world has the vehicle's glide, not its sensors.
+    let true_sensor = Settings::default().pitch_sensor;
+    let before = story::fly_with(old, true_sensor, &world, &mission)?;
+    let after = story::fly_with(new, true_sensor, &world, &mission)?;
     bar.finish_and_clear();
 
     let heldout = added.heldout_m_s[0].is_finite();

@@ -7,6 +7,7 @@ use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
+use crate::config_file;
 use crate::tables::{self, Built};
 use crate::vehicles::{Model, sea_name, wings_name};
 
@@ -23,9 +24,14 @@ pub struct Args {
     /// Fail unless the tables built into the firmware are these, byte for byte.
     #[arg(long)]
     check: bool,
-    /// Folder for the table as Rust source and as bytes.
+    /// Folder for the table as Rust source and as bytes, and for the controller's configuration where the pitch sensor reads wrong.
     #[arg(long)]
     out: Option<PathBuf>,
+}
+
+/// Where the controller's configuration goes when the vehicle's pitch sensor does not read true.
+fn controller_file(model: &Model) -> String {
+    format!("controller-{}.toml", wings_name(model.wings))
 }
 
 /// Runs the command.
@@ -70,6 +76,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
                 }
                 std::fs::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
             }
+            if let Some(text) = config_file::pitch_sensor_alone(model.pitch_sensor()) {
+                let file = out.join(controller_file(model));
+                std::fs::write(&file, text).with_context(|| file.display().to_string())?;
+            }
         }
     }
     let document = json!({
@@ -81,6 +91,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             "reference_area_m2": t.spec.area_m2, "alpha_max_rad": t.spec.alpha_max_rad,
             "best_alpha_rad": t.spec.best_alpha_rad, "best_l_over_d": t.spec.best_l_over_d,
             "l_over_d_error": t.error.l_over_d, "cl_error": t.error.cl, "cd_relative_error": t.error.cd,
+            "pitch_sensor": {"zero_rad": m.pitch_sensor().zero_rad, "per_reading": m.pitch_sensor().per_reading},
             "best_alpha_error_rad": t.error.best_alpha_rad, "best_l_over_d_relative_error": t.error.best_l_over_d,
         })).collect::<Vec<_>>(),
     });
@@ -113,6 +124,18 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             ]);
         }
         println!("{t}");
+        for (_, m, _) in &built {
+            if config_file::pitch_sensor_alone(m.pitch_sensor()).is_some() {
+                let s = m.pitch_sensor();
+                println!(
+                    "{}: pitch is {:.4} x (reading {:+.4} rad). No table holds that: the controller must be told ({}, with --out).",
+                    m.name,
+                    s.per_reading,
+                    -s.zero_rad,
+                    controller_file(m)
+                );
+            }
+        }
         if args.check {
             println!("{}", if same { "The firmware's tables are these, byte for byte." } else { "The firmware's tables are NOT these." });
         }

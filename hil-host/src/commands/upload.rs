@@ -4,7 +4,7 @@ use super::{Output, Verdict};
 use crate::seats::port::Port;
 use crate::seats::upload::{Stored, read_back, rollback, upload};
 use crate::seats::{Link, Seat};
-use crate::{config_file, mission_file};
+use crate::{config_file, mission_file, tables};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use control::Config;
@@ -167,8 +167,7 @@ fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) 
     match kind.object() {
         Object::Table(wings) => {
             let bytes = std::fs::read(file).with_context(|| format!("{name}: cannot read this file"))?;
-            polar::Table::parse(&bytes, wings)
-                .map_err(|e| anyhow::anyhow!("{name}: not a table for these wings: {e:?}; make one with glider table"))?;
+            tables::for_wings(&bytes, wings).with_context(|| name.to_string())?;
             Ok(bytes)
         }
         Object::Config => {

@@ -10,7 +10,7 @@ use control::Config;
 use helm::Content;
 use helm::objects::config_bytes;
 use signals::link::{CRC32, MAX_WIRE};
-use signals::{Answer, Manifest, Mission, Object, Receiver, Refusal, SensorFrame, ToBoard, ToHost, WIRE_VERSION, WireError, encode};
+use signals::{Answer, Manifest, Mission, Object, Receiver, Refusal, SensorFrame, ToBoard, ToHost, WIRE_VERSION, Wings, WireError, encode};
 use std::time::{Duration, Instant};
 
 /// First wait for an answer, s; doubled with every repeat. A board at 115,200
@@ -233,6 +233,14 @@ impl<W: Wire> Link<W> {
     }
 }
 
+/// Uploads an object that the flight needs.
+fn give<W: Wire>(link: &mut Link<W>, object: Object, bytes: &[u8], asked: &'static str) -> Result<(), SeatError> {
+    upload(link, object, bytes, |_, _| {}).map(drop).map_err(|e| match e {
+        UploadError::Seat(e) => e,
+        UploadError::ReadBack(_) => SeatError::Refused { asked, why: Refusal::Storage },
+    })
+}
+
 impl<W: Wire> Seat for Link<W> {
     fn hello(&mut self) -> Result<Manifest, SeatError> {
         self.nonce = self.nonce.wrapping_add(1);
@@ -249,10 +257,11 @@ impl<W: Wire> Seat for Link<W> {
         if manifest.config == CRC32.checksum(&bytes) {
             return Ok(());
         }
-        upload(self, Object::Config, &bytes, |_, _| {}).map(drop).map_err(|e| match e {
-            UploadError::Seat(e) => e,
-            UploadError::ReadBack(_) => SeatError::Refused { asked: "the configuration", why: Refusal::Storage },
-        })
+        give(self, Object::Config, &bytes, "the configuration")
+    }
+
+    fn tabulate(&mut self, wings: Wings, table: &[u8]) -> Result<(), SeatError> {
+        give(self, Object::Table(wings), table, "the flight table")
     }
 
     fn recover(&mut self) -> Result<(), SeatError> {

@@ -13,7 +13,7 @@
 //! [`link::GIVE_UP`] it says so.
 
 use control::Config;
-use signals::{Answer, Manifest, Mission, SensorFrame};
+use signals::{Answer, Manifest, Mission, SensorFrame, Wings};
 use std::path::{Path, PathBuf};
 
 pub mod in_process;
@@ -38,6 +38,11 @@ pub trait Seat {
     /// # Errors
     /// As above, or the controller refuses it.
     fn configure(&mut self, manifest: &Manifest, config: &Config) -> Result<(), SeatError>;
+    /// Has the controller fly with this table of these wings.
+    ///
+    /// # Errors
+    /// As above, or the controller refuses it; one that flies without a table.
+    fn tabulate(&mut self, wings: Wings, table: &[u8]) -> Result<(), SeatError>;
     /// Tells a controller in SAFE that its vehicle is out of the water. Nothing happens to one that is not.
     ///
     /// # Errors

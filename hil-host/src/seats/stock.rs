@@ -3,7 +3,7 @@
 
 use super::{Seat, SeatError};
 use control::{Config, stock};
-use signals::{Answer, Manifest, Mission, Refusal, SensorFrame};
+use signals::{Answer, Manifest, Mission, Refusal, SensorFrame, Wings};
 
 /// The ordinary controller.
 #[derive(Default)]
@@ -21,6 +21,11 @@ impl Seat for Stock {
     fn configure(&mut self, _manifest: &Manifest, config: &Config) -> Result<(), SeatError> {
         self.config = config.clone();
         Ok(())
+    }
+
+    fn tabulate(&mut self, _wings: Wings, _table: &[u8]) -> Result<(), SeatError> {
+        // It flies a preset pitch.
+        Err(SeatError::Refused { asked: "the flight table", why: Refusal::NotNow })
     }
 
     fn recover(&mut self) -> Result<(), SeatError> {

@@ -2,6 +2,7 @@
 
 pub mod boardlog;
 pub mod campaign;
+pub mod circle;
 pub mod closed_loop;
 pub mod commands;
 pub mod config_file;

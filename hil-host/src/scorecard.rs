@@ -243,7 +243,7 @@ fn best(world: &World) -> (f64, f64) {
 }
 
 /// A flight table sampled from the plant's own polar, lift and drag scaled.
-fn table_of(world: &World, wings: Wings, lift: f64, drag: f64) -> anyhow::Result<Vec<u8>> {
+pub(crate) fn table_of(world: &World, wings: Wings, lift: f64, drag: f64) -> anyhow::Result<Vec<u8>> {
     let area = 0.1;
     let at = |a: f64| {
         let (up, down) = (world.lift_drag_area_m2(a), world.lift_drag_area_m2(-a));

@@ -24,6 +24,7 @@ pub mod polar;
 pub mod report;
 pub mod scorecard;
 pub mod scorecard_flight;
+pub mod scorecard_loop;
 pub mod serve;
 pub mod story;
 pub mod table;

@@ -27,6 +27,8 @@ enum What {
     Discovery(DiscoveryArgs),
     /// Our controller beside the ordinary one: wings, depth bands, disturbances.
     Flight(super::scorecard_flight::FlightArgs),
+    /// Fly, diagnose, add, new table, fly again: every hidden effect, both wing sets, and the range it is worth.
+    Loop(super::scorecard_loop::LoopArgs),
 }
 
 /// Arguments of `scorecard discovery`.
@@ -89,6 +91,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     match &args.what {
         What::Discovery(a) => discovery(a, output),
         What::Flight(a) => super::scorecard_flight::run(a, output),
+        What::Loop(a) => super::scorecard_loop::run(a, output),
     }
 }
 

@@ -1,9 +1,9 @@
 //! The whole circle in simulated worlds whose truth is known: fly, diagnose, add, new table, fly again.
 //!
 //! Our own controller flies a sweep of pitches and drives, its best glide among them, in the plant's sea, in which one thing is hidden.
-//! Its log is diagnosed, what is
-//! named is added, the refitted vehicle gives a new table, and the controller flies the ordinary mission to 200 m in that same world with
-//! the table of the vehicle as it was stated and with the new one. What anybody could have gained is what a table of the true polar flies.
+//! Its log is diagnosed, what is named is added, the refitted vehicle gives a new table, and the controller flies the ordinary mission to
+//! 200 m in that same world with the table of the vehicle as it was stated and with the new one. What anybody could have gained is what a
+//! table of the true polar flies.
 //!
 //! The plant's force law, its ocean and the controller's learning in flight are all between a name and the range it is worth.
 

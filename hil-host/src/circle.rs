@@ -88,14 +88,16 @@ impl Closed {
     }
 }
 
-/// Every wing set with nothing hidden and with every effect the plant knows in each of the sizes.
+/// Every wing set with nothing hidden and with every effect the plant knows in each of the sizes. Each has a sea of its own: what one
+/// sea does to a calibration would be counted in all.
 #[must_use]
 pub fn cases(sizes: &[f64], seed: u64) -> Vec<Case> {
     let of = |wings: Wings| {
         let hidden = EffectKind::ALL.iter().flat_map(move |&kind| sizes.iter().map(move |&size| (Some(kind), size)));
         std::iter::once((None, 0.0)).chain(hidden).map(move |(hidden, size)| Case { wings, hidden, size, seed })
     };
-    of(Wings::Standard).chain(of(Wings::LowAspectRatio)).collect()
+    let of_its_own = |(k, case): (usize, Case)| Case { seed: seed.wrapping_mul(1000).wrapping_add(k as u64), ..case };
+    of(Wings::Standard).chain(of(Wings::LowAspectRatio)).enumerate().map(of_its_own).collect()
 }
 
 /// The dives that are learned from: each from surface to surface, with a setting of its own.

@@ -11,15 +11,18 @@ use crate::metric::{Block, blocks, rms};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE, no_wave, size_at_end};
+use crate::screen::{Candidate, WAVE, has_guessed_form, no_wave, size_at_end};
 use crate::search::{Depth, Found, prior_of, search};
 use crate::wave::{PARTS, ordinary_amplitude_m_s};
 use crate::{Flight, Vehicle};
 use hydro::effects::Active;
 
-/// Log odds from which a hypothesis is named: 55 to one. A tool that names what is not there is not asked twice; a weak effect that
-/// goes unnamed shows in a longer flight. Between ten to one and this one name in three was right on flights whose nature is not ours.
-const SPEAK_UP: f64 = 4.0;
+/// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
+/// goes unnamed shows in a longer flight.
+const SPEAK_UP: f64 = std::f64::consts::LN_10;
+/// The same where its form is guessed, 55 to one: a law of nature that is not quite ours looks like it. Between the two one such name in
+/// three was right on flights that others simulated, and two of three false alarms were there.
+const SPEAK_UP_GUESSED: f64 = 4.0;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
 /// Log Bayes factor a family of the remainder needs.
@@ -302,7 +305,8 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 /// The best of these hypotheses, best first, where it is worth naming; more is asked for where more rows are left out than compared.
 pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
     let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
-    candidates.first().filter(|best| best.log_odds > SPEAK_UP + thin)
+    let needs = |best: &Candidate| if best.effects.iter().any(|e| has_guessed_form(e)) { SPEAK_UP_GUESSED } else { SPEAK_UP };
+    candidates.first().filter(|best| best.log_odds > needs(best) + thin)
 }
 
 /// The effect of a fit whose size is at the end of what is possible and hardly below it by its interval: one that could as well be

@@ -27,6 +27,13 @@ fn answer(flight: &Path, v: &discovery::Vehicle) -> Result<Value, String> {
     Ok(report::document(&d, v, "case"))
 }
 
+/// What is named, in the order of the alphabet.
+fn sorted_answer(told: &Value) -> Vec<String> {
+    let mut named: Vec<String> = told["answer"].as_array().expect("a list").iter().map(|e| e.as_str().expect("a name").into()).collect();
+    named.sort();
+    named
+}
+
 /// What is told of one case of a plan.
 fn told(seed: u64, index: usize) -> Value {
     told_of(seed, index, 1.0)
@@ -188,18 +195,28 @@ fn scorecard_a_leak_is_unexplained_and_what_remains_follows_trim() {
 /// edges and an angle of zero lift were called a lift slope and an angle of zero lift, which fitted worse by 21 of chi².
 #[test]
 fn regress_pairs_that_the_best_single_effect_hides_are_found() {
-    let first = |told: &Value| {
-        let mut named: Vec<String> =
-            told["answer"].as_array().expect("a list").iter().map(|e| e.as_str().expect("a name").into()).collect();
-        named.sort();
-        named
-    };
     let hidden = told(20_261_140, 173);
     // A density bias is the same force as a ballast offset in one density.
     let found = [["ballast_offset", "thermal_expansion"], ["density_bias", "thermal_expansion"]];
-    assert!(found.iter().any(|f| first(&hidden) == *f), "{}", hidden["answer"]);
+    assert!(found.iter().any(|f| sorted_answer(&hidden) == *f), "{}", hidden["answer"]);
     let hollow = told(20_261_140, 238);
-    assert_eq!(first(&hollow), ["side_edge_lift", "zero_lift_angle"], "{}", hollow["answer"]);
+    assert_eq!(sorted_answer(&hollow), ["side_edge_lift", "zero_lift_angle"], "{}", hollow["answer"]);
+}
+
+/// Far from its model a flight strains the calibration before any effect is there, up to its limits, and all that starts from it stays
+/// there: added mass was called thermal expansion beside an induced drag (chi² 2,874 where 1,665 is to be had), a compressibility
+/// nothing. Let go, both are found. And beside a wave that leads only two effects were tried, of which neither was the vortex lift
+/// that both resemble.
+#[test]
+fn regress_pairs_that_a_strained_calibration_or_a_wave_hides_are_found() {
+    for (seed, index, names) in [
+        (20_261_150, 153, ["added_mass", "induced_drag_error"]),
+        (20_261_150, 53, ["hull_compressibility", "induced_drag_error"]),
+        (20_261_151, 68, ["internal_wave", "vortex_lift_bodywing"]),
+    ] {
+        let told = told(seed, index);
+        assert_eq!(sorted_answer(&told), names, "case {index} of seed {seed}: {}", told["verdict"]);
+    }
 }
 
 /// Real bodies do more than the nominal model: geometry tilts lift with the roll, and a hull follows the water's temperature late.

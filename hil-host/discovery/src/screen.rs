@@ -34,6 +34,11 @@ pub struct Candidate {
     pub(crate) own: Option<Arc<Jacobian>>,
 }
 
+/// Whether a calibration number deviates further than any vehicle scatters.
+pub(crate) fn is_strained(state: &State) -> bool {
+    state.calibration.iter().any(|z| z.abs() > STRAINED)
+}
+
 /// Names of the effects of a state.
 pub(crate) fn named(state: &State) -> Vec<&'static str> {
     state.effects.iter().map(|a| a.effect.name()).chain(state.wave.is_some().then_some(WAVE)).collect()
@@ -228,7 +233,7 @@ impl<'a> Screen<'a> {
 
     /// Whether a fit leaves the flight far from its model, or strains the calibration to come near.
     fn is_far_off(&self, f: &Fit) -> bool {
-        f.chi2 > FAR_OFF * self.problem.data.len() as f64 || f.state.calibration.iter().any(|z| z.abs() > STRAINED)
+        f.chi2 > FAR_OFF * self.problem.data.len() as f64 || is_strained(&f.state)
     }
 
     /// Starts to try for one effect.

@@ -8,7 +8,7 @@ use crate::calibration::State;
 use crate::evidence::{PRIOR, TIED};
 use crate::fit::{Effort, Fit, Jacobian, fit_from, linear};
 use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, has_guessed_form, wave_library};
+use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, has_guessed_form, is_strained, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
 use hydro::effects::{CATALOGUE, Effect};
 
@@ -82,6 +82,12 @@ const WORTH_A_FIT: f64 = 4.0;
 /// Most singles, and most pairs, that are fitted with the full model.
 const MOST_SINGLES: usize = 9;
 const MOST_PAIRS: usize = 14;
+/// Effects tried beside a wave that leads, the third and later ones from this share of what the first promises: look-alikes of it.
+const BESIDE_WAVE: usize = 4;
+const ALIKE_SHARE: f64 = 0.5;
+/// Hypotheses that are let go from a strained calibration, and the shares of the strain that are kept.
+const LET_GO: usize = 6;
+const KEPT_STRAIN: [f64; 2] = [0.0, 0.5];
 /// Look-alikes that each member of the best pair is exchanged for.
 const EXCHANGED: usize = 4;
 /// Pairs that are fitted anew from a part of them that fits better than they do.
@@ -134,6 +140,7 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
     tick("pairs", 0.5);
     let (likeness, ranked) = geometry(&screen, &signs);
     s.pairs(&signs, &ranked);
+    s.let_go();
     // Greedy steps from one single never meet the look-alikes of a pair's members.
     tick("look-alikes", 0.92);
     s.exchange();
@@ -360,7 +367,9 @@ impl Search<'_> {
         for single in &leaders {
             let second = of_first.take().unwrap_or_else(|| seconds_of(single));
             if single.effects == [WAVE] {
-                for (_, effect) in second.iter().take(2) {
+                let most = second.first().map_or(0.0, |s| s.0);
+                let worth = |(k, s): &(usize, &(f64, &'static dyn Effect))| *k < 2 || s.0 > ALIKE_SHARE * most;
+                for (_, (_, effect)) in second.iter().enumerate().filter(worth).take(BESIDE_WAVE) {
                     let (f, own) = screen.renewed(screen.best_with(&screen.jacobian, &single.fit, *effect, 4), 4);
                     // The kind of wave was found beside a calibration that strained for the effect: look again without the strain.
                     let far = single.fit.chi2 - f.chi2 > RENEW_GAIN;
@@ -434,6 +443,30 @@ impl Search<'_> {
             self.found[k] = Candidate { own: Some(own), ..self.screen.candidate(f, prior_of(size), self.found[k].correction) };
         }
         self.found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    }
+
+    /// Far from its model a flight strains the calibration before any effect is there, and what leads may stay in that hollow. Where
+    /// more than noise is left the leaders are fitted anew, as large as they are, from a calibration that is not strained.
+    fn let_go(&mut self) {
+        let screen = self.screen;
+        let stuck = |c: &Candidate| c.fit.mean_square() > TELLS_ALL && is_strained(&c.fit.state);
+        let plain = |c: &Candidate| c.fit.state.wave.is_none() && c.log_odds.is_finite();
+        let leaders: Vec<usize> = (0..self.found.len()).filter(|&k| plain(&self.found[k])).take(LET_GO).collect();
+        if !leaders.first().is_some_and(|&k| stuck(&self.found[k])) {
+            return;
+        }
+        for k in leaders {
+            let was = &self.found[k];
+            if !stuck(was) {
+                continue;
+            }
+            let from = |share: &f64| State { calibration: was.fit.state.calibration.map(|z| share * z), ..was.fit.state.clone() };
+            let fits = KEPT_STRAIN.iter().map(|share| crate::start::descend(screen.problem, &from(share)));
+            let Some(f) = fits.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).filter(|f| f.chi2 < was.fit.chi2 - RENEW_GAIN) else { continue };
+            let (f, own) = screen.renewed(f, 4);
+            self.found[k] = Candidate { own: Some(own), ..screen.candidate(f, prior_of(was.effects.len()), was.correction) };
+        }
+        self.settle(2);
     }
 
     /// The best pair without a wave, if it is above this.

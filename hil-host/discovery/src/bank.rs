@@ -49,9 +49,9 @@ pub fn tells_fit_better<'a>(problem: &Problem<'a>, with: &Fit) -> Option<(Proble
     (odds(&banked, &with_tilt) > odds(problem, with) + CLEARLY).then_some((banked, with_tilt))
 }
 
-/// The problem with lift that tilts, where the vehicle file does not say how far it does.
+/// The problem with lift that tilts, where it does not yet and the vehicle file does not say how far it does.
 fn banked<'a>(problem: &Problem<'a>) -> Option<Problem<'a>> {
-    let untold = problem.vehicle.constants.bank_tilt == 0.0;
+    let untold = problem.vehicle.constants.bank_tilt == 0.0 && !problem.branch.banked;
     untold.then(|| Problem { branch: Branch { banked: true, ..problem.branch }, ..problem.clone() })
 }
 

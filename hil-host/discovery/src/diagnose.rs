@@ -6,13 +6,13 @@ use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
 use crate::evidence::{NEARLY, TIED, log_evidence};
 use crate::fit::{Effort, Fit, beyond_limits, fit_from};
-use crate::looks::{first_look, second_look};
+use crate::looks::look;
 use crate::metric::{Block, blocks, rms};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE, has_guessed_form, no_wave, size_at_end};
-use crate::search::{Depth, Found, prior_of, search};
+use crate::search::{Depth, Found, prior_of};
 use crate::wave::{PARTS, ordinary_amplitude_m_s};
 use crate::{Flight, Vehicle};
 use hydro::effects::Active;
@@ -257,13 +257,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let mut first = first_look(&mut problem, &prepared, depth, tick);
-    if crate::bank::tells_better(&problem, &first) {
-        problem.branch.banked = true;
-        first = search(&problem, Some(&first), depth, tick);
-        notes.push(crate::bank::NOTE.into());
-    }
-    let mut found = second_look(&mut problem, first, depth, tick);
+    let mut found = look(&mut problem, &prepared, depth, tick, &mut notes);
     found.name_most_important_first();
     tick("what remains", 0.97);
     let brink_rows = problem.brink_rows();

@@ -1,9 +1,10 @@
-//! Which rows take part (near the stall, wrong samples), and how large the ordinary water motion is.
+//! Which rows take part (near the stall, wrong samples), how large the ordinary water motion is, and whether lift tilts.
 //!
 //! The first look takes them as the recalibrated vehicle flies, or as the vehicle as given does where that is told better. The second
-//! settles them anew by what the first search has taught. Rows move only together with a new search.
+//! settles them anew by what the first search has taught; where another hypothesis leads then, so does a third. Rows move only together
+//! with a new search.
 
-use crate::bank::settled;
+use crate::bank::{NOTE, settled, tells_better};
 use crate::brink::WORTH_TRYING;
 use crate::calibration::State;
 use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
@@ -11,7 +12,7 @@ use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, fit_from};
 use crate::prepare::Prepared;
 use crate::problem::Problem;
-use crate::screen::named;
+use crate::screen::{is_strained, named};
 use crate::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
 
 /// One observation in so many, coming or going, is worth a new search.
@@ -20,6 +21,27 @@ const WORTH_A_SEARCH: usize = 40;
 const ELSEWHERE_STEPS: usize = 6;
 /// By how much the rows near the stall may raise the mean square of innovations.
 const WORSE_OVERALL: f64 = 1.06;
+
+/// Times at most that rows, water motion and tilt are settled anew by what the last search has named.
+const LOOKS: usize = 2;
+
+/// Searches, and settles rows, water motion and tilt by what is found, until the same hypothesis leads.
+pub(crate) fn look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tick: &dyn Fn(&str, f64), notes: &mut Vec<String>) -> Found {
+    let mut found = first_look(problem, prepared, depth, tick);
+    for _ in 0..LOOKS {
+        if tells_better(problem, &found) {
+            problem.branch.banked = true;
+            notes.push(NOTE.into());
+            found = search(problem, Some(&found), depth, tick);
+        }
+        let settled_by = found.leading();
+        found = second_look(problem, found, depth, tick);
+        if found.leading() == settled_by {
+            break;
+        }
+    }
+    found
+}
 
 /// The best hypothesis that is worth naming, else nothing missing.
 fn best_of<'a>(problem: &Problem, found: &'a Found) -> &'a Fit {
@@ -57,7 +79,7 @@ pub(crate) fn tells_all_better(prepared: &Prepared, (problem, mine): (&Problem, 
 }
 
 /// Searches, and where it is open which rows take part, the rows are those whose best hypothesis tells all dives better.
-pub(crate) fn first_look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
+fn first_look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
     let found = search(problem, None, depth, tick);
     let Some(other) = as_given_flies(problem) else { return found };
     let again = search(&other, None, depth, tick);
@@ -68,8 +90,8 @@ pub(crate) fn first_look(problem: &mut Problem, prepared: &Prepared, depth: Dept
     found
 }
 
-/// Looks again.
-pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
+/// Settles rows and water motion anew by what is found, and searches or weighs again where they are others.
+fn second_look(problem: &mut Problem, first: Found, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
     let mut found = first;
     let large = problem.data.len() / WORTH_A_SEARCH;
     let mut kept = problem.left_out();
@@ -98,9 +120,10 @@ pub(crate) fn second_look(problem: &mut Problem, first: Found, depth: Depth, tic
     let explained = widened > 0 && problem.explains_near_stall(&best.state, &before);
     let recoloured = problem.tune_colour(&best.state);
     if widened + outliers > large {
-        // Rows that depend on the continuation are out. What says the same without them needs no new search.
+        // Rows that depend on the continuation are out. What says the same without them needs no new search, unless all rest in the
+        // hollow that those rows had led to.
         let weighed = weigh_again(problem, found.clone(), MAY_WIN, tick);
-        if name_the_same(best_of(problem, &weighed), &best) {
+        if name_the_same(best_of(problem, &weighed), &best) && !is_strained(&best_of(problem, &weighed).state) {
             return weighed;
         }
         // Where only the power to tell is lost with them, they come back: the fit explains them, the others name part of what it

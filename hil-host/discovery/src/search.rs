@@ -28,6 +28,13 @@ impl Found {
         self.candidates.iter().find(|c| c.is(effects))
     }
 
+    /// Effects of the best hypothesis, in the order of the alphabet.
+    pub(crate) fn leading(&self) -> Vec<&'static str> {
+        let mut names = self.candidates.first().map_or_else(Vec::new, |best| best.effects.clone());
+        names.sort_unstable();
+        names
+    }
+
     /// Puts the best of the hypotheses that add one effect to the best one before it, where there is one that is not told apart; whether.
     pub(crate) fn put_one_more_first(&mut self) -> bool {
         let more = |best: &Candidate| self.candidates.iter().position(|c| c.adds_one_to(best) && best.log_odds - c.log_odds < TIED);

@@ -219,6 +219,16 @@ fn regress_pairs_that_a_strained_calibration_or_a_wave_hides_are_found() {
     }
 }
 
+/// A second effect had to be worth more than the form of the first may differ by from nature's, whether another form would explain it or
+/// not: a pitch scale beside drag in turns and a drag level beside fouling were not named.
+#[test]
+fn regress_a_second_effect_that_no_form_of_the_first_explains_is_named() {
+    for (index, names) in [(133, ["pitch_scale", "roll_turn_drag"]), (288, ["biofouling_drag", "drag_level_error"])] {
+        let told = told(20_261_152, index);
+        assert_eq!(sorted_answer(&told), names, "case {index}: {}", told["verdict"]);
+    }
+}
+
 /// Real bodies do more than the nominal model: geometry tilts lift with the roll, and a hull follows the water's temperature late.
 /// The first was called drag in turns beside whatever else was missing, the second made a wrong thermal expansion unexplained.
 #[test]

@@ -17,6 +17,7 @@ pub mod export;
 pub mod expression;
 pub mod fit;
 pub mod flight;
+mod form;
 pub mod import;
 pub mod inputs;
 pub mod lanes;

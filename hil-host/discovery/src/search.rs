@@ -7,8 +7,9 @@
 use crate::calibration::State;
 use crate::evidence::{PRIOR, TIED};
 use crate::fit::{Effort, Fit, Jacobian, fit_from, linear};
+use crate::form;
 use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, has_guessed_form, is_strained, wave_library};
+use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, is_strained, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
 use hydro::effects::{CATALOGUE, Effect};
 
@@ -117,13 +118,6 @@ const MAY_WIN_SHARE: f64 = 0.25;
 const MOST_SETTLED: usize = 10;
 /// Hypotheses whose signatures are taken anew when they are weighed again.
 const WEIGHED_CLOSELY: usize = 4;
-/// Share of a single effect's log odds that its form may be wrong by, and the log odds up to which: a guess, seen to hold for the forms
-/// that others gave nature.
-const FORM_SHARE: f64 = 0.02;
-const FORM_MOST: f64 = 10.0;
-/// However strong an effect is, a form that differs from nature's by 2.2 % leaves the square of that of what it explains.
-const FORM_LEAVES: f64 = 0.0005;
-
 /// Searches all singles and the promising pairs. `before` is an earlier search of the same flight (other rows or another colour):
 /// its answers are the starts. `tick` is told what is being done and which share is done.
 #[must_use]
@@ -156,7 +150,7 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
         s.triples();
     }
     let mut candidates = s.found;
-    mark_down_larger_sets(&mut candidates, &[]);
+    form::mark_down_larger_sets(problem, &mut candidates, &[]);
     candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     Found { null: screen.null, candidates, likeness }
 }
@@ -189,7 +183,7 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
     for (k, c) in contenders.iter_mut().enumerate() {
         *c = weighed(c, k < WEIGHED_CLOSELY);
     }
-    mark_down_larger_sets(&mut contenders, &others);
+    form::mark_down_larger_sets(problem, &mut contenders, &others);
     // Odds grow and shrink with the size of the water motion and the number of rows: those that were not fitted again change as the best,
     // or the best single, did, and come no nearer to the best.
     let grown = |after: f64, before: f64| if before > 1.0 && after > 0.0 { after / before } else { 1.0 };
@@ -212,20 +206,6 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
     contenders.append(&mut others);
     contenders.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     Found { null: screen.null, candidates: contenders, likeness: before.likeness }
-}
-
-/// Forms of nature differ a little from ours, and one effect more can mend that: it must be worth more than the difference. A number
-/// that is wrong has no form to mend. `beside` are smaller sets that are marked already.
-fn mark_down_larger_sets(found: &mut [Candidate], beside: &[Candidate]) {
-    let odds = |c: &Candidate| (c.effects.clone(), c.log_odds);
-    let smaller: Vec<(Vec<&'static str>, f64)> = found.iter().chain(beside).map(odds).collect();
-    for c in found.iter_mut().filter(|c| c.effects.len() > 1) {
-        let part = |s: &&(Vec<&'static str>, f64)| {
-            s.0.len() + 1 == c.effects.len() && s.0.iter().all(|e| c.effects.contains(e)) && s.0.iter().any(|e| has_guessed_form(e))
-        };
-        let first = smaller.iter().filter(part).map(|s| s.1).fold(0.0, f64::max);
-        c.log_odds -= (FORM_SHARE * first).min(FORM_MOST).max(FORM_LEAVES * first);
-    }
 }
 
 /// Prior probability of one given set of effects.

@@ -72,6 +72,16 @@ fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
     }
 }
 
+/// Who adds an effect to a vehicle whose hull is late gets the lag with it, in the new vehicle file too.
+#[test]
+fn regress_an_effect_added_to_a_vehicle_whose_hull_is_late_comes_with_the_lag() {
+    let (log, v) = hiding(Hidden::PitchScale, Site::Lake, Wing::Standard, true, 3);
+    let told = add(&log, &v, &[named("pitch_scale")], b"parent").expect("a fit");
+    assert!(told.vehicle["hull_lag_share"].as_f64().is_some_and(|share| share > 0.3), "{:?}", told.notes);
+    let back = flown(&log, &told);
+    assert_eq!(Some(back.constants.hull_lag_share), told.vehicle["hull_lag_share"].as_f64());
+}
+
 /// An effect that the file has already was fitted as a change of it and written as all of it: the new file flew three times as far off
 /// as the fit that was told. One number, one with a shape, and one that calibration writes into every file.
 #[test]

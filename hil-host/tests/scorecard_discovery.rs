@@ -245,6 +245,21 @@ fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() 
     }
 }
 
+/// A hull that follows the water's temperature late is what every body has: through a thermocline the trim that it moves was called
+/// something unknown, or an effect was named for it.
+#[test]
+fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
+    for wing in [Wing::Standard, Wing::LowAspectRatio] {
+        let body = Spec { lifelike: true, ..clean(Site::Lake, wing) };
+        let d = one("late-hull", &body, 3, Depth::Pairs);
+        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
+        assert!(d.branch.hull_lag_share > 0.0, "{wing:?} {:?}", d.notes);
+        let scaled = Spec { lifelike: true, wing, ..spec(Site::Lake, Kind::Single, vec![Effect::PitchScale], None) };
+        let d = one("late-hull", &scaled, 3, Depth::Pairs);
+        assert_eq!(d.answer, ["pitch_scale"], "{wing:?} {:?} {:?}", d.verdict, d.remainder.first());
+    }
+}
+
 /// A second effect that is nearly as likely as not is said so; and where the first alone leaves a remainder that the second explains,
 /// the flight is no riddle.
 #[test]

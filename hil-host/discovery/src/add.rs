@@ -6,6 +6,7 @@ use crate::bank::{NOTE, settled, tells_fit_better};
 use crate::brink::Branch;
 use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
+use crate::hull_lag;
 use crate::looks::{as_given_flies, look_again, tells_all_better};
 use crate::metric::blocks;
 use crate::prepare::{Prepared, prepare};
@@ -80,6 +81,11 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         anew = anew.or_else(|| Some(null.state.clone()));
         notes.push(NOTE.into());
     }
+    if let Some(late) = hull_lag::tells_fit_better(&problem, &fit) {
+        (problem, fit) = late;
+        anew = anew.or_else(|| Some(null.state.clone()));
+        notes.push(hull_lag::NOTE.into());
+    }
     let as_given = Problem { vehicle, ..problem.clone() };
     null = anew.map_or(null, |start| settled(&as_given, &start));
     let gather = |wanted: &dyn Fn(u32) -> bool| {
@@ -144,6 +150,10 @@ fn document(
         hydro["bank_tilt"] = json!(c.bank_tilt);
         hydro["lift_fading"] = json!(c.beyond.lift_fading);
         hydro["cd_broadside"] = json!(c.beyond.cd_broadside);
+    }
+    let late = problem.law(state).0.hull_lag_share;
+    if late != 0.0 {
+        d["hull_lag_share"] = json!(late);
     }
     let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
     let parents = on.clone();

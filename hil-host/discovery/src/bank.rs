@@ -14,8 +14,8 @@ use crate::search::{Found, prior_of};
 
 /// The name that a tilt goes by.
 const TAKEN_FOR: &str = "roll_turn_drag";
-/// Log odds that the tilt has to be ahead by: twenty to one.
-const CLEARLY: f64 = 3.0;
+/// Log odds that the tilt, or what else every body does, has to be ahead by: twenty to one.
+pub(crate) const CLEARLY: f64 = 3.0;
 /// Iterations of each fit.
 const ITERATIONS: usize = 6;
 
@@ -55,7 +55,8 @@ fn banked<'a>(problem: &Problem<'a>) -> Option<Problem<'a>> {
     untold.then(|| Problem { branch: Branch { banked: true, ..problem.branch }, ..problem.clone() })
 }
 
-fn odds(problem: &Problem, fit: &Fit) -> f64 {
+/// Log evidence of a fit and the prior of its effects.
+pub(crate) fn odds(problem: &Problem, fit: &Fit) -> f64 {
     log_evidence(problem, fit) + prior_of(fit.state.effects_in_all()).ln()
 }
 

@@ -51,7 +51,7 @@ const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
 type Stretch = (f64, f64);
 
 /// Which branch a model takes where its law of lift ends or knows nothing: what the fitted runs have shown of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Branch {
     /// How lift goes on beyond the valid angle of attack.
     pub continuation: Continuation,
@@ -59,6 +59,8 @@ pub struct Branch {
     pub glides: bool,
     /// Whether lift tilts with the roll all the way ([`crate::bank`]).
     pub banked: bool,
+    /// Share of the hull's expansion that follows the water late ([`crate::hull_lag`]), beside what the vehicle file states.
+    pub hull_lag_share: f64,
 }
 
 impl Branch {
@@ -71,7 +73,8 @@ impl Branch {
     #[must_use]
     pub(crate) fn law(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
         let (constants, effects) = law(vehicle, state);
-        (if self.banked { Constants { bank_tilt: 1.0, ..constants } } else { constants }, effects)
+        let bank_tilt = if self.banked { 1.0 } else { constants.bank_tilt };
+        (Constants { bank_tilt, hull_lag_share: constants.hull_lag_share + self.hull_lag_share, ..constants }, effects)
     }
 
     /// The same, but a vehicle as its file gives it knows of no branch: what is shown of a state, not what a fit moves on.

@@ -18,6 +18,7 @@ pub mod expression;
 pub mod fit;
 pub mod flight;
 mod form;
+pub mod hull_lag;
 pub mod import;
 pub mod inputs;
 pub mod lanes;

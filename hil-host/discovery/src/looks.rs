@@ -1,4 +1,4 @@
-//! Which rows take part (near the stall, wrong samples), how large the ordinary water motion is, and whether lift tilts.
+//! Which rows take part (near the stall, wrong samples), how large the ordinary water motion is, and what every body does.
 //!
 //! The first look takes them as the recalibrated vehicle flies, or as the vehicle as given does where that is told better. The second
 //! settles them anew by what the first search has taught; where another hypothesis leads then, so does a third. Rows move only together
@@ -10,6 +10,7 @@ use crate::calibration::State;
 use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
 use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, fit_from};
+use crate::hull_lag;
 use crate::prepare::Prepared;
 use crate::problem::Problem;
 use crate::screen::{is_strained, named};
@@ -22,16 +23,23 @@ const ELSEWHERE_STEPS: usize = 6;
 /// By how much the rows near the stall may raise the mean square of innovations.
 const WORSE_OVERALL: f64 = 1.06;
 
-/// Times at most that rows, water motion and tilt are settled anew by what the last search has named.
+/// Times at most that rows, water motion, tilt and the lag of the hull are settled anew by what the last search has named.
 const LOOKS: usize = 2;
 
-/// Searches, and settles rows, water motion and tilt by what is found, until the same hypothesis leads.
+/// Searches, and settles rows, water motion, tilt and the lag of the hull by what is found, until the same hypothesis leads.
 pub(crate) fn look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tick: &dyn Fn(&str, f64), notes: &mut Vec<String>) -> Found {
     let mut found = first_look(problem, prepared, depth, tick);
     for _ in 0..LOOKS {
-        if tells_better(problem, &found) {
+        let (banked, late) = (tells_better(problem, &found), hull_lag::told(problem, &found));
+        if banked {
             problem.branch.banked = true;
             notes.push(NOTE.into());
+        }
+        if let Some(share) = late {
+            problem.branch.hull_lag_share = share;
+            notes.push(hull_lag::NOTE.into());
+        }
+        if banked || late.is_some() {
             found = search(problem, Some(&found), depth, tick);
         }
         let settled_by = found.leading();

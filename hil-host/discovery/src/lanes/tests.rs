@@ -19,6 +19,7 @@ const SLOCUM: Constants = Constants {
     added_mass_surge: 0.06,
     added_mass_heave: 1.05,
     bank_tilt: 0.0,
+    hull_lag_share: 0.0,
     beyond: Beyond { lift_fading: 0.0, cd_broadside: 3.5 },
 };
 

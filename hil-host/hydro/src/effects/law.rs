@@ -103,9 +103,9 @@ impl<'a> ForceModel<'a> {
     #[must_use]
     pub fn volume_m3(&self, s: &Sensed) -> f64 {
         let c = &self.constants;
+        let hull_degc = s.temperature_degc + c.hull_lag_share * (s.hull_degc - s.temperature_degc);
         let volume = c.hull_volume_m3
-            * (1.0 - c.compressibility_per_pa * s.pressure_pa
-                + c.thermal_expansion_per_k * (s.temperature_degc - c.reference_temperature_degc))
+            * (1.0 - c.compressibility_per_pa * s.pressure_pa + c.thermal_expansion_per_k * (hull_degc - c.reference_temperature_degc))
             + s.ballast_m3;
         if !self.on_volume {
             return volume;

@@ -76,6 +76,9 @@ pub struct Constants {
     /// Share of the lift's tilt out of the vertical plane in a banked turn: lift there is times 1 − share (1 − cos roll). 1 by
     /// geometry, 0 in the flight format's nominal model, which knows no roll. Only unsteady models ask for it.
     pub bank_tilt: f64,
+    /// Share of the hull's thermal expansion that follows the water late, with [`HULL_LAG_S`]: about the hull's own lag over that. 0 in
+    /// the flight format's nominal model, whose hull is as warm as the water.
+    pub hull_lag_share: f64,
     /// How the law goes on beyond [`ALPHA_VALID_RAD`].
     pub beyond: Beyond,
 }
@@ -364,6 +367,7 @@ mod tests {
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
             bank_tilt: 0.0,
+            hull_lag_share: 0.0,
             beyond: Beyond::default(),
         }
     }

@@ -1,0 +1,70 @@
+//! Does the hull follow the water's temperature late?
+//!
+//! Every hull does, by some seconds to half a minute; the flight format's nominal hull is as warm as the water. Through a thermocline
+//! that moves the trim by cubic centimetres, which is no missing effect but looks like one that follows the temperature. So the model
+//! with a late hull is asked whether it tells the flight better, beside what leads and beside nothing. A lag of minutes is none of a
+//! hull's and stays unexplained.
+
+use crate::bank::{CLEARLY, odds, settled};
+use crate::brink::Branch;
+use crate::calibration::State;
+use crate::fit::Fit;
+use crate::problem::{Column, Problem};
+use crate::search::Found;
+use crate::signature::Offer;
+
+/// The name that a lag goes by.
+const TAKEN_FOR: &str = "thermal_expansion";
+/// Share of the expansion that signatures are differenced over: a lag of six seconds.
+const STEP: f64 = 0.2;
+/// Least and largest shares that are a hull's: lags of 2 and 50 s. Linear theory has 1.4 for a hull of half a minute.
+const SHARES: (f64, f64) = (0.07, 1.6);
+
+/// What a flight is said to show where the hull is late.
+pub const NOTE: &str = "the hull follows the water's temperature late here, as bodies do and the nominal model does not (hull_lag_share of the vehicle file; 1 is half a minute)";
+
+/// Share of the hull's expansion that follows late, if that tells better what was found, or tells it without what was found; not asked
+/// where the vehicle file says it.
+#[must_use]
+pub fn told(problem: &Problem, found: &Found) -> Option<f64> {
+    let best = found.candidates.first().filter(|c| c.log_odds > 0.0).map(|c| &c.fit);
+    let before = best.map_or(f64::NEG_INFINITY, |fit| odds(problem, fit)).max(odds(problem, &found.null));
+    // A lag is taken for an expansion too: asked without one, too.
+    let expanding = best.filter(|fit| fit.state.effects.iter().any(|a| a.effect.name() == TAKEN_FOR));
+    let without = expanding.map(|fit| {
+        let mut state = fit.state.clone();
+        state.effects.retain(|a| a.effect.name() != TAKEN_FOR);
+        settled(problem, &state)
+    });
+    let asked = best.into_iter().chain(&without).chain([&found.null]);
+    let late = asked.filter_map(|fit| beside(problem, fit)).max_by(|a, b| odds(&a.0, &a.1).total_cmp(&odds(&b.0, &b.1)))?;
+    (odds(&late.0, &late.1) > before + CLEARLY).then_some(late.0.branch.hull_lag_share)
+}
+
+/// The problem with a late hull, and the effects that somebody asked for fitted to it, where these are told better so.
+#[must_use]
+pub fn tells_fit_better<'a>(problem: &Problem<'a>, with: &Fit) -> Option<(Problem<'a>, Fit)> {
+    beside(problem, with).filter(|(late, fit)| odds(late, fit) > odds(problem, with) + CLEARLY)
+}
+
+/// The problem with the lag that linear theory has beside a fit, and the fit to it; none where the lag is no hull's or gains too little.
+fn beside<'a>(problem: &Problem<'a>, fit: &Fit) -> Option<(Problem<'a>, Fit)> {
+    let constants = &problem.vehicle.constants;
+    let untold = constants.hull_lag_share == 0.0 && problem.branch.hull_lag_share == 0.0 && constants.thermal_expansion_per_k != 0.0;
+    let late = |share: f64| Problem { branch: Branch { hull_lag_share: share, ..problem.branch }, ..problem.clone() };
+    let model = |problem: &Problem, state: &State| problem.models(std::slice::from_ref(state)).remove(0);
+    if !untold {
+        return None;
+    }
+    let values = model(&late(STEP), &fit.state).iter().zip(&model(problem, &fit.state)).map(|(a, b)| (a - b) / STEP).collect();
+    let ground = fit.ground()?;
+    let offer = Offer::new(&[Column { from: 0, values }], &ground);
+    let (size, matched) = (offer.gram()[(0, 0)], offer.match_[0]);
+    let share = matched / size;
+    if !(0.5 * matched * share > CLEARLY && (SHARES.0..=SHARES.1).contains(&share)) {
+        return None;
+    }
+    let late = late(share);
+    let fit = settled(&late, &fit.state);
+    Some((late, fit))
+}

@@ -260,6 +260,13 @@ fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
     }
 }
 
+/// A pump that is late moves the trim near the thermocline as a late hull does, and more: it stays unknown.
+#[test]
+fn regress_a_late_pump_is_not_taken_for_a_late_hull() {
+    let told = told(20_261_152, 284);
+    assert_eq!(told["verdict"], "unexplained", "{}", told["answer"]);
+}
+
 /// A second effect that is nearly as likely as not is said so; and where the first alone leaves a remainder that the second explains,
 /// the flight is no riddle.
 #[test]

@@ -10,11 +10,14 @@ use crate::brink::Branch;
 use crate::calibration::State;
 use crate::fit::Fit;
 use crate::problem::{Column, Problem};
+use crate::remainder::{Family, families};
 use crate::search::Found;
 use crate::signature::Offer;
 
 /// The name that a lag goes by.
 const TAKEN_FOR: &str = "thermal_expansion";
+/// What a late hull looks like when it is asked as something unknown.
+const KIN: [&str; 2] = ["temperature some time ago (trim)", "density some time ago (trim)"];
 /// Share of the expansion that signatures are differenced over: a lag of six seconds.
 const STEP: f64 = 0.2;
 /// Least and largest shares that are a hull's: lags of 2 and 50 s. Linear theory has 1.4 for a hull of half a minute.
@@ -37,8 +40,17 @@ pub fn told(problem: &Problem, found: &Found) -> Option<f64> {
         settled(problem, &state)
     });
     let asked = best.into_iter().chain(&without).chain([&found.null]);
-    let late = asked.filter_map(|fit| beside(problem, fit)).max_by(|a, b| odds(&a.0, &a.1).total_cmp(&odds(&b.0, &b.1)))?;
-    (odds(&late.0, &late.1) > before + CLEARLY).then_some(late.0.branch.hull_lag_share)
+    let told = asked.filter_map(|fit| beside(problem, fit).map(|late| (odds(&late.0, &late.1), late.0.branch.hull_lag_share, fit)));
+    let (after, share, fit) = told.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    if !(after > before + CLEARLY) {
+        return None;
+    }
+    // A pump that is late, or air that pressure shrinks, moves the trim near the thermocline too: what tells more than the hull does is
+    // left to be unknown.
+    let gained = after - odds(problem, fit);
+    let is_kin = |f: &Family| KIN.contains(&f.variable);
+    let others = families(problem, &[(fit, gained)]).concat();
+    others.iter().all(|f| is_kin(f) || f.log_bayes < gained).then_some(share)
 }
 
 /// The problem with a late hull, and the effects that somebody asked for fitted to it, where these are told better so.

@@ -260,6 +260,16 @@ fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
     }
 }
 
+/// Lift that tilts with the roll is asked for beside nothing too: two clean flights of others were unexplained, following the roll.
+#[test]
+fn regress_lift_that_tilts_is_found_where_nothing_is_missing() {
+    for wing in [Wing::Standard, Wing::LowAspectRatio] {
+        let d = one("clean-tilt", &Spec { lifelike: true, ..clean(Site::Sea, wing) }, 2, Depth::Pairs);
+        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
+        assert!(d.branch.banked, "{wing:?} {:?}", d.notes);
+    }
+}
+
 /// A pump that is late moves the trim near the thermocline as a late hull does, and more: it stays unknown.
 #[test]
 fn regress_a_late_pump_is_not_taken_for_a_late_hull() {

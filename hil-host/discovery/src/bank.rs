@@ -2,7 +2,7 @@
 //!
 //! Geometry says so; the flight format's nominal model knows no roll. In turns of 15 to 20 degrees it takes 3 to 6 % of the lift,
 //! which is no missing effect but looks like drag in turns, beside whatever else is missing. So the model with the tilt is asked whether
-//! it tells the flight better: beside what is named, and in the place of drag in turns where that is named or nearly is.
+//! it tells the flight better: beside what is named or beside nothing, and in the place of drag in turns where that is named or nearly is.
 
 use crate::brink::Branch;
 use crate::calibration::State;
@@ -23,20 +23,22 @@ const ITERATIONS: usize = 6;
 pub const NOTE: &str =
     "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)";
 
-/// Whether what was found is told better by lift that tilts with the roll; not asked where the vehicle file says how far it does.
+/// Whether what was found, or that nothing is missing, is told better by lift that tilts with the roll; not asked where the vehicle file
+/// says how far it does.
 #[must_use]
 pub fn tells_better(problem: &Problem, found: &Found) -> bool {
-    let Some(best) = found.candidates.first().filter(|c| c.log_odds > 0.0) else { return false };
     let Some(banked) = banked(problem) else { return false };
-    let is_it = |c: &&Candidate| c.effects.contains(&TAKEN_FOR) && best.log_odds - c.log_odds < TIED;
-    let mut asked = vec![best.fit.state.clone()];
+    let best = found.candidates.first().filter(|c| c.log_odds > 0.0);
+    let is_it = |c: &&Candidate| c.effects.contains(&TAKEN_FOR) && best.is_some_and(|best| best.log_odds - c.log_odds < TIED);
+    let told = best.map_or(&found.null, |best| &best.fit);
+    let mut asked = vec![told.state.clone()];
     if let Some(turning) = found.candidates.iter().find(is_it) {
         let mut without = turning.fit.state.clone();
         without.effects.retain(|a| a.effect.name() != TAKEN_FOR);
-        asked.extend((best.effects != turning.effects).then(|| turning.fit.state.clone()));
+        asked.extend(best.filter(|best| best.effects != turning.effects).map(|_| turning.fit.state.clone()));
         asked.push(without);
     }
-    let before = odds(problem, &best.fit);
+    let before = odds(problem, told);
     asked.iter().any(|state| odds(&banked, &settled(&banked, state)) > before + CLEARLY)
 }
 

@@ -53,7 +53,9 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
     }
     // A deviation inside two tolerances is scatter, beyond three a discovery.
     let hole = own_tolerance(problem, effect.name());
-    let smallest = hole.map_or(p.typical / 30.0, |t| 2.2 * t);
+    // What grows by the day may be felt after months.
+    let share = if p.unit.ends_with("/day") { 300.0 } else { 30.0 };
+    let smallest = hole.map_or(p.typical / share, |t| 2.2 * t);
     let largest = hole.map_or(p.typical * 12.0, |t| (60.0 * t).max(p.typical * 12.0));
     // Of what the file has already there may be too much or too little.
     let changed = problem.vehicle.switched_on(effect).is_some();

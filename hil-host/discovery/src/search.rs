@@ -96,6 +96,10 @@ const ALIKE_SHARE: f64 = 0.5;
 /// Hypotheses that are let go from a strained calibration, and the shares of the strain that are kept.
 const LET_GO: usize = 6;
 const KEPT_STRAIN: [f64; 2] = [0.0, 0.5];
+/// Cosine of signatures from which two effects do the same.
+const TWINS: f64 = 0.99;
+/// Chi² by which the calibration has sat in a hollow: as much as decides whether a name is worth saying.
+const HOLLOW: f64 = 4.0;
 /// Look-alikes that each member of the best pair is exchanged for.
 const EXCHANGED: usize = 4;
 /// Pairs that are fitted anew from a part of them that fits better than they do.
@@ -124,12 +128,13 @@ const WEIGHED_CLOSELY: usize = 4;
 pub fn search(problem: &Problem, before: Option<&Found>, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
     let waves = wave_library(problem);
     let found = search_from(problem, &waves, before.map_or(&problem.start, |b| &b.null.state), before, depth, tick);
-    // Near a stall the calibration may sit in a hollow that any effect lifts it out of: what it finds beside the best effect,
-    // taken without the effect, may serve nothing missing better than its own start did.
-    let Some(best) = found.candidates.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|c| c.gain > RENEW_GAIN) else { return found };
+    // The calibration may sit in a hollow that any effect lifts it out of: what it finds beside the best effect, taken without the
+    // effect, may serve nothing missing better than its own start did.
+    let lifts = |c: &&Candidate| c.gain > RENEW_GAIN || c.log_odds > 0.0;
+    let Some(best) = found.candidates.iter().filter(lifts).max_by(|a, b| a.gain.total_cmp(&b.gain)) else { return found };
     let alone = State { calibration: best.fit.state.calibration, ..State::nominal() };
     let null = fit_from(problem, &alone, Effort::of(6));
-    if null.chi2 < found.null.chi2 - RENEW_GAIN { search_from(problem, &waves, &null.state, Some(&found), depth, tick) } else { found }
+    if null.chi2 < found.null.chi2 - HOLLOW { search_from(problem, &waves, &null.state, Some(&found), depth, tick) } else { found }
 }
 
 fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&Found>, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
@@ -490,6 +495,7 @@ impl Search<'_> {
                     self.take_better(known, f);
                 }
             }
+            self.exchange_twins(&best, kept);
         }
         self.settle(2);
         // The same once more for what is best now: a pair that owes its place to a better calibration is none.
@@ -497,6 +503,31 @@ impl Search<'_> {
             self.each_alone(&now);
         }
         self.catch_up();
+    }
+
+    /// A pair with a twin of one of the members goes on from where the pair is: what does the same fits as well.
+    fn exchange_twins(&mut self, pair: &Candidate, kept: usize) {
+        let screen = self.screen;
+        let (keep, given) = (pair.fit.state.effects[kept], pair.fit.state.effects[1 - kept]);
+        let alone = State { effects: vec![keep], ..pair.fit.state.clone() };
+        let signs = signatures(screen.problem, &alone, None);
+        let Some(own) = signs.iter().find(|s| s.effect.name() == given.effect.name()) else { return };
+        let size = given.values[0] - given.effect.parameters()[0].off;
+        for other in signs.iter().filter(|s| s.effect.name() != given.effect.name() && s.effect.name() != keep.effect.name()) {
+            let (both, of_other) = (own.column.dot(&other.column), other.column.dot(&other.column));
+            if both.abs() < TWINS * (own.column.dot(&own.column) * of_other).sqrt() {
+                continue;
+            }
+            let mut state = alone.clone();
+            let (low, high) = screen.problem.size_limits(other.effect);
+            let as_large = (other.effect.parameters()[0].off + size * both / of_other).clamp(low, high);
+            state.effects.push(screen.problem.active(other.effect, as_large));
+            let f = screen.fit(screen.beside(Some(pair)), &state, 6);
+            match self.found.iter().position(|c| c.is(&[keep.effect.name(), other.effect.name()])) {
+                Some(known) => self.take_better(known, f),
+                None => self.found.push(screen.candidate(f, prior_of(2), 0.0)),
+            }
+        }
     }
 
     /// A single effect that was found to fit better than pairs with it goes on to those of them that promise most beside it: more

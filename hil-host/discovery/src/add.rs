@@ -143,6 +143,9 @@ fn document(
     scale(["hull_volume_m3", ""], 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
     scale(["hull_compressibility_per_pa", ""], 1.0 + z[6] * t.hull_compressibility_relative);
     scale(["hull_thermal_expansion_per_k", ""], 1.0 + z[7] * t.hull_thermal_expansion_relative);
+    for (k, key) in crate::moments::NUMBERS {
+        scale(["pitch", key], 1.0 + z[k] * tolerance_of(vehicle, k));
+    }
     if let Some(hydro) = d.get_mut("hydro") {
         let (c, _) = problem.law(state);
         hydro["added_mass_surge"] = json!(c.added_mass_surge);

@@ -6,7 +6,7 @@ use hydro::effects::{Active, BallastScale, Constants, PitchOffset};
 
 /// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`]: those that change the simulation, then
 /// those that act on its result.
-pub const CALIBRATION: [&str; 17] = [
+pub const CALIBRATION: [&str; 23] = [
     "cd0",
     "lift_slope",
     "lift_quadratic",
@@ -24,6 +24,12 @@ pub const CALIBRATION: [&str; 17] = [
     "speed_scale",
     "heading_bias",
     "pressure_zero",
+    "battery_zero",
+    "battery_mass",
+    "metacentric_height",
+    "ballast_arm",
+    "pitch_moment",
+    "pitch_damping",
 ];
 /// Number of calibration numbers.
 pub const N_CALIBRATION: usize = CALIBRATION.len();
@@ -35,6 +41,13 @@ pub const N_SIMULATED: usize = 14;
 pub(crate) const SPEED_SCALE: usize = 14;
 pub(crate) const HEADING_BIAS: usize = 15;
 pub(crate) const PRESSURE_ZERO: usize = 16;
+pub(crate) const BATTERY_ZERO: usize = 17;
+/// The numbers of the moments in pitch, from the first.
+pub(crate) const BATTERY_MASS: usize = 18;
+pub(crate) const METACENTRIC_HEIGHT: usize = 19;
+pub(crate) const BALLAST_ARM: usize = 20;
+pub(crate) const PITCH_MOMENT: usize = 21;
+pub(crate) const PITCH_DAMPING: usize = 22;
 /// Tolerance of the drag due to lift and of the hull's drag due to angle of attack, relative. A vehicle file gives none; but no law of
 /// three numbers is nature's to a hundredth at every angle, and what is left of it is not to be named edge lift or vortices. A guess:
 /// flights of another author's force law, clean or with a strong drag error, asked for 1 to 2 %.
@@ -45,6 +58,14 @@ const LAW_RELATIVE: f64 = 0.015;
 /// that fly shallow.
 const LIFT_FADING: f64 = 0.3;
 const BROADSIDE_RELATIVE: f64 = 0.3;
+/// Tolerances of the numbers of the moments in pitch, relative: battery's mass, metacentric height, arm of the engine, moment due to
+/// angle of attack, damping. The flight format gives none. Guesses: a scale and a trim in a tank give the first two to a hundredth;
+/// the arm's is wider, lest much hang on whether the engine's reading or its true volume acts there.
+const MOMENTS_RELATIVE: [f64; 5] = [0.01, 0.01, 0.05, 0.1, 0.05];
+/// How far off one may be that somebody has only guessed at, relative (a guess of its own).
+const MOMENTS_GUESSED: [f64; 5] = [0.3, 0.3, 0.3, 1.0, 0.5];
+/// Probability that one has been (guess).
+const GUESSED: f64 = 0.1;
 /// Zero error of the pressure sensor, 1 sigma, Pa (FORMAT section 1: below 0.2 dbar).
 pub(crate) const PRESSURE_ZERO_PA: f64 = 1500.0;
 
@@ -85,8 +106,22 @@ pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
         13 => BROADSIDE_RELATIVE,
         SPEED_SCALE => vehicle.sensors.speed_scale_relative,
         HEADING_BIAS => vehicle.sensors.heading_bias_rad,
-        _ => PRESSURE_ZERO_PA,
+        PRESSURE_ZERO => PRESSURE_ZERO_PA,
+        BATTERY_ZERO => vehicle.moments.map_or(0.0, |m| m.battery_zero_m),
+        _ => MOMENTS_RELATIVE.get(index - BATTERY_MASS).copied().unwrap_or(0.0),
     }
+}
+
+/// Prior of a number that may have been guessed at, where a calibration number has a wide tail: cost against a value of zero (minus twice
+/// the log density), and precision of the normal prior of the same pull. None for the others, whose prior is normal.
+#[must_use]
+pub(crate) fn wide_tail(index: usize, z: f64) -> Option<(f64, f64)> {
+    let number = index.checked_sub(BATTERY_MASS)?;
+    let width = MOMENTS_GUESSED.get(number)? / MOMENTS_RELATIVE.get(number)?;
+    let density = |z: f64| [(1.0 - GUESSED) * (-0.5 * z * z).exp(), GUESSED / width * (-0.5 * (z / width).powi(2)).exp()];
+    let [[core, tail], [at_zero, beside]] = [density(z), density(0.0)];
+    let cost = -2.0 * ((core + tail) / (at_zero + beside)).ln();
+    Some((cost, (core + tail / (width * width)) / (core + tail)))
 }
 
 /// Step of a difference in a calibration number, in its tolerances: half of one, but never further than a vehicle stays linear.
@@ -154,4 +189,27 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
     }
     effects.extend_from_slice(&state.effects);
     (c, effects)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BALLAST_ARM, BATTERY_MASS, GUESSED, METACENTRIC_HEIGHT, N_CALIBRATION, wide_tail};
+
+    #[test]
+    fn accuracy_a_wide_tail_pulls_as_its_cost_falls_and_costs_little_however_far() {
+        for index in BATTERY_MASS..N_CALIBRATION {
+            let cost = |z: f64| wide_tail(index, z).expect("a tail").0;
+            assert_eq!(cost(0.0), 0.0);
+            for z in [-20.0, -3.0, 0.4, 2.0, 2.9, 5.0, 11.0] {
+                let (_, precision) = wide_tail(index, z).expect("a tail");
+                let slope = (cost(z + 1e-5) - cost(z - 1e-5)) / 2e-5;
+                // A normal prior of this precision: cost p z², slope 2 p z; differenced to 1e-7.
+                assert!((slope - 2.0 * precision * z).abs() < 1e-6 * (1.0 + slope.abs()), "{index} {z}: {slope} {precision}");
+            }
+        }
+        // Thirty hundredths off: as improbable as a guess is, and as that it is off by so much. A normal prior would ask for 900.
+        let far = wide_tail(METACENTRIC_HEIGHT, 30.0).expect("a tail").0;
+        assert!((far - (1.0 + 2.0 * (30.0 * (1.0 - GUESSED) / GUESSED).ln())).abs() < 0.1, "{far}");
+        assert!(wide_tail(BATTERY_MASS - 1, 1.0).is_none() && wide_tail(BALLAST_ARM, 1.0).is_some());
+    }
 }

@@ -244,6 +244,7 @@ pub fn prepared_problem<'a>(
         notes.push(format!("{outliers} lone samples beyond {OUTLIER} sigma left out of the fit"));
     }
     problem.tune_colour(&second.state);
+    problem.doubt_moments(&second.state);
     Ok((problem, second))
 }
 
@@ -449,6 +450,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
     let after = if answer.is_empty() { null.state.clone() } else { spoken.map_or_else(|| null.state.clone(), |c| c.fit.state.clone()) };
     notes.extend(missed_near_stall(&kept_out(&after), floor));
+    notes.extend(problem.moments_said(&best_fit.state));
     let nominal = State::nominal();
     let mut states = vec![&nominal, &null.state, &after];
     states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
@@ -515,8 +517,9 @@ fn typical_error([_, elsewhere]: &[Vec<f64>; 2]) -> f64 {
 fn missed_near_stall([near, elsewhere]: &[Vec<f64>; 2], floor_m_s: f64) -> Option<String> {
     let [there, here] = [near, elsewhere].map(|e| rms(e.iter().copied()));
     (near.len() >= FEWEST_BLOCKS && there > MUCH_MORE * here.max(floor_m_s)).then(|| {
-        let (blocks, there, here) = (near.len(), 100.0 * there, 100.0 * here);
-        format!("in {blocks} blocks near the stall the model misses by {there:.2} cm/s, elsewhere by {here:.2}: what lift does there is not judged")
+        let (blocks, there) = (near.len(), 100.0 * there);
+        let than = if elsewhere.is_empty() { String::new() } else { format!(", elsewhere by {:.2}", 100.0 * here) };
+        format!("in {blocks} blocks near the stall the model misses by {there:.2} cm/s{than}: what lift does there is not judged")
     })
 }
 
@@ -577,4 +580,18 @@ pub fn estimates(fit: &Fit) -> Vec<Estimate> {
         out.push(Estimate { name: name("mode"), value: mode, low: mode, high: mode, unit: "1" });
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FEWEST_BLOCKS, missed_near_stall};
+
+    #[test]
+    fn regress_what_is_missed_near_the_stall_is_set_beside_what_is_missed_elsewhere_only_where_blocks_lie_elsewhere() {
+        let near = vec![0.02; FEWEST_BLOCKS];
+        let beside = missed_near_stall(&[near.clone(), vec![0.003; 5]], 0.002).expect("said");
+        assert!(beside.contains("by 2.00 cm/s, elsewhere by 0.30: "), "{beside}");
+        let alone = missed_near_stall(&[near, Vec::new()], 0.002).expect("said");
+        assert!(alone.contains("by 2.00 cm/s: ") && !alone.contains("NaN"), "{alone}");
+    }
 }

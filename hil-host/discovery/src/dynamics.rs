@@ -165,11 +165,9 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> 
     let mut all: Vec<Sensed> = run.inputs.iter().map(|i| i.sensed).collect();
     model.make_true(&mut all);
     let point = |(i, true_now): (&Input, &Sensed)| {
-        let (mut sin_pitch, mut cos_pitch, mut rate) = (i.sin_pitch, i.cos_pitch, i.pitch_rate_rad_s);
-        let off = true_now.pitch_rad - i.sensed.pitch_rad;
-        if off != 0.0 {
-            let (sin, cos) = sin_cos_of_small(off);
-            (sin_pitch, cos_pitch) = (sin_pitch * cos + cos_pitch * sin, cos_pitch * cos - sin_pitch * sin);
+        let (sin_pitch, cos_pitch) = i.turned(true_now.pitch_rad);
+        let mut rate = i.pitch_rate_rad_s;
+        if true_now.pitch_rad != i.sensed.pitch_rad {
             rate *= if affine { slope } else { pitch_slope(i.sensed) };
         }
         Point {
@@ -193,6 +191,18 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> 
         (0..split).map(|k| if k == 0 { pair[0] } else { pair[0].mixed(&pair[1], k as f64 / split as f64) }).collect()
     };
     whole.windows(2).flat_map(between).chain(whole.last().copied()).collect()
+}
+
+impl Input {
+    /// Sine and cosine of a pitch near the measured one.
+    pub(crate) fn turned(&self, pitch_rad: f64) -> (f64, f64) {
+        let off = pitch_rad - self.sensed.pitch_rad;
+        if off == 0.0 {
+            return (self.sin_pitch, self.cos_pitch);
+        }
+        let (sin, cos) = sin_cos_of_small(off);
+        (self.sin_pitch * cos + self.cos_pitch * sin, self.cos_pitch * cos - self.sin_pitch * sin)
+    }
 }
 
 impl Point {

@@ -1,6 +1,6 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::calibration::{N_CALIBRATION, STATED, State, step_of, tolerance_of};
+use crate::calibration::{BATTERY_MASS, BATTERY_ZERO, N_CALIBRATION, STATED, State, step_of, tolerance_of, wide_tail};
 use crate::problem::{Column, Problem};
 use crate::wave::{PARTS, Wave};
 use hydro::effects::Active;
@@ -24,7 +24,7 @@ impl Jacobian {
             beside.calibration[k] += step;
             beside
         };
-        let states: Vec<State> = std::iter::once(at.clone()).chain((0..N_CALIBRATION).map(|k| aside(k, steps[k]))).collect();
+        let states: Vec<State> = std::iter::once(at.clone()).chain((0..BATTERY_ZERO).map(|k| aside(k, steps[k]))).collect();
         let mut models = problem.models(&states).into_iter();
         let base = models.next().unwrap_or_default();
         let slope = |model: &[f64], step: f64| -> Vec<f64> { model.iter().zip(&base).map(|(b, a)| (b - a) / step).collect() };
@@ -37,6 +37,10 @@ impl Jacobian {
                     let step = -0.2 * steps[k];
                     values = slope(&problem.model(&aside(k, step)), step);
                 }
+                values
+            })
+            .chain(problem.battery_columns(at, &steps[BATTERY_ZERO..]))
+            .map(|values| {
                 let told = values.iter().all(|x| x.is_finite());
                 Column { from: 0, values: if told { values } else { vec![0.0; base.len()] } }
             })
@@ -190,6 +194,11 @@ fn beyond_scatter(index: usize, z: f64) -> (f64, f64, f64) {
     if index < STATED && over > 0.0 { (RARER * over * over, RARER * over * z.signum(), RARER) } else { (0.0, 0.0, 0.0) }
 }
 
+/// The same of a number whose prior has a wide tail: what it pays less than by a normal prior.
+fn beside_normal(index: usize, z: f64) -> (f64, f64, f64) {
+    wide_tail(index, z).map_or((0.0, 0.0, 0.0), |(cost, precision)| (cost - z * z, (precision - 1.0) * z, precision - 1.0))
+}
+
 /// What all calibration numbers of a state pay for being beyond their scatter, in chi²; an uncalibrated vehicle has no scatter.
 #[must_use]
 pub(crate) fn strain(problem: &Problem, state: &State) -> f64 {
@@ -252,10 +261,10 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
         }
     };
     let limitless = effort.free || crate::start::is_uncalibrated(problem.vehicle);
-    let strained = if limitless { f64::INFINITY } else { MOST_STRAINED };
+    let strained = |i: usize| if limitless || i >= BATTERY_MASS { f64::INFINITY } else { MOST_STRAINED };
     let set = |s: &mut State, i: usize, v: f64| {
         if i < nc {
-            s.calibration[i] = v.clamp(-strained, strained);
+            s.calibration[i] = v.clamp(-strained(i), strained(i));
         } else if i < nc + nf {
             let f = &free[i - nc];
             s.effects[f.effect].values[f.parameter] = v.clamp(f.low, f.high);
@@ -264,7 +273,11 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             w.amplitude_m_s[j / PARTS][j % PARTS] = v;
         }
     };
-    let rare = |s: &State, i: usize| if i < nc && !limitless { beyond_scatter(i, s.calibration[i]) } else { (0.0, 0.0, 0.0) };
+    let rare = |s: &State, i: usize| match (i < nc).then(|| s.calibration[i]) {
+        Some(z) if i >= BATTERY_MASS => beside_normal(i, z),
+        Some(z) if !limitless => beyond_scatter(i, z),
+        _ => (0.0, 0.0, 0.0),
+    };
     let objective = |s: &State| -> (f64, Vec<f64>) {
         let residual: Vec<f64> = problem.data.iter().zip(problem.model(s)).map(|(d, m)| d - m).collect();
         let misfit: f64 = residual.iter().map(|r| r * r).sum();
@@ -274,7 +287,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
 
     // Numbers at a bound that want to go further.
     let held = |s: &State, gradient: &DVector<f64>| -> Vec<usize> {
-        let bounds = std::iter::repeat_n((-strained, strained), nc).chain(free.iter().map(|f| (f.low, f.high)));
+        let bounds = (0..nc).map(|i| (-strained(i), strained(i))).chain(free.iter().map(|f| (f.low, f.high)));
         let stuck = |(i, (low, high)): (usize, (f64, f64))| {
             let v = get(s, i);
             ((v <= low && gradient[i] < 0.0) || (v >= high && gradient[i] > 0.0)).then_some(i)
@@ -374,6 +387,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let log_det = curvature.clone().cholesky().map_or(f64::INFINITY, |c| 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
     let mut gradient = pull(&state, &columns, &residual);
     let mut precision = precision;
+    (BATTERY_MASS..nc).for_each(|i| precision[i] += rare(&state, i).2);
     for i in held(&state, &gradient) {
         gradient[i] = 0.0;
         // A calibration at its limit does not give way to anything beside it.

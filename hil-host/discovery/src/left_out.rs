@@ -1,6 +1,7 @@
 //! Which rows are left out of a fit, and why: outliers of a sensor, and what [`crate::brink`] takes out.
 
 use crate::brink::Branch;
+use crate::prepare::Run;
 use crate::problem::{Problem, speed_groups};
 
 /// An innovation that is no news of one sample alone, sigma.
@@ -115,6 +116,9 @@ impl Problem<'_> {
             self.used[k] = (0..run.time_s.len()).map(|i| run.used[i] && !self.outlier[k][i] && !self.brink_at[k][i]).collect();
             self.speed_rows[k] = speed_groups(run, |i| self.used[k][i] && !self.speed_outlier[k][i]);
         }
+        let stretches =
+            |(run, used): (&&Run, &Vec<bool>)| self.vehicle.moments.map_or_else(Vec::new, |m| m.stretches(self.vehicle, run, used));
+        self.stretches = self.runs.iter().zip(&self.used).map(stretches).collect();
         self.set_colour(self.colour);
     }
 }

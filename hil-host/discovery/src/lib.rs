@@ -26,6 +26,7 @@ mod late_stall;
 pub mod left_out;
 mod looks;
 pub mod metric;
+pub mod moments;
 pub mod noise;
 mod periodic;
 pub mod plan;

@@ -1,4 +1,5 @@
-//! Which rows take part (near the stall, wrong samples), how large the ordinary water motion is, and what every body does.
+//! Which rows take part (near the stall, wrong samples), how large the ordinary water motion is, how far the moments in pitch are to be
+//! trusted, and what every body does.
 //!
 //! The first look takes them as the recalibrated vehicle flies, or as the vehicle as given does where that is told better. The second
 //! settles them anew by what the first search has taught; where another hypothesis leads then, so does a third. Rows move only together
@@ -39,7 +40,9 @@ pub(crate) fn look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tic
             problem.branch.hull_lag_share = share;
             notes.push(hull_lag::NOTE.into());
         }
-        if banked || late.is_some() {
+        let state = best_of(problem, &found).state.clone();
+        let doubted = problem.doubt_moments(&state);
+        if banked || late.is_some() || doubted {
             found = search(problem, Some(&found), depth, tick);
         }
         let settled_by = found.leading();

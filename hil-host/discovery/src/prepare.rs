@@ -73,6 +73,10 @@ pub struct Run {
     pub used: Vec<bool>,
     /// Speed through the water of each row, m/s; NaN where there is none.
     pub speed_m_s: Vec<f64>,
+    /// Position of the battery at each row, m; NaN where there is none.
+    pub battery_m: Vec<f64>,
+    /// Reading of the buoyancy engine at each row, gaps filled, m³.
+    pub ballast_m3: Vec<f64>,
     /// Inputs at half steps: 0, ½, 1, 1½ … steps from the first row.
     pub inputs: Vec<Input>,
     /// Grid step, s.
@@ -459,6 +463,8 @@ fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, removed: &m
         pressure_pa: whole_pressure,
         used,
         speed_m_s: speed,
+        battery_m: flight.battery_mass_m[rows].to_vec(),
+        ballast_m3: ballast,
         inputs,
         step_s: step,
         displacement_m,

@@ -1,6 +1,6 @@
 //! What is fitted to what: the unknowns, the observations of the fit segments, and the model's answer to them, whitened.
 //!
-//! Unknowns: seventeen calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
+//! Unknowns: the calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
 //! effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened by [`crate::noise`]), speed
 //! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
 
@@ -11,6 +11,7 @@ use crate::dynamics::{Job, Track};
 use crate::import::seawater::density;
 use crate::lanes::tracks;
 use crate::metric::{Block, modelled_m_s, rms};
+use crate::moments::Stretch;
 use crate::noise::{Colour, Whitener};
 use crate::prepare::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
@@ -78,6 +79,9 @@ pub struct Problem<'a> {
     /// From when to when the flow of each run is known to attach, s.
     pub(crate) attached: Vec<Vec<(f64, f64)>>,
     pub(crate) brink_at: Vec<Vec<bool>>,
+    /// Stretches of each run in which the battery's position is compared, and by how much more than their noise they may be off.
+    pub(crate) stretches: Vec<Vec<Stretch>>,
+    pub(crate) moment_doubt: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -127,8 +131,10 @@ impl<'a> Problem<'a> {
             data: Vec::new(),
             way_m,
             ways,
+            stretches: Vec::new(),
+            moment_doubt: 1.0,
         };
-        problem.set_colour(colour);
+        problem.refresh();
         problem
     }
 
@@ -149,6 +155,7 @@ impl<'a> Problem<'a> {
                 |late| run.surface[late].map(|s| s.1),
                 &mut data,
             );
+            self.whiten_battery_seen(k, &mut data);
         }
         offsets.push(data.len());
         for way in &self.ways {
@@ -259,8 +266,8 @@ impl<'a> Problem<'a> {
         let tracks = self.simulated(&jobs);
         let job = |k: usize, i: usize| &tracks[of[k * states.len() + i]];
         for k in 0..self.runs.len() {
-            for (i, ((state, (_, effects)), out)) in states.iter().zip(&laws).zip(&mut out).enumerate() {
-                self.answer(self.runs[k], k, state, effects, job(k, i), out);
+            for (i, ((state, law), out)) in states.iter().zip(&laws).zip(&mut out).enumerate() {
+                self.answer(self.runs[k], k, state, law, job(k, i), out);
             }
         }
         for way in &self.ways {
@@ -280,17 +287,18 @@ impl<'a> Problem<'a> {
         let jobs: Vec<Job> = asked.iter().zip(&laws).map(|((_, run), law)| Job { run, ..self.job(k, law) }).collect();
         let tracks = self.simulated(&jobs);
         let mut out = Vec::with_capacity(asked.len());
-        for (((state, run), (_, effects)), track) in asked.iter().zip(&laws).zip(&tracks) {
+        for (((state, run), law), track) in asked.iter().zip(&laws).zip(&tracks) {
             let mut answer = Vec::new();
-            self.answer(run, k, state, effects, track, &mut answer);
+            self.answer(run, k, state, law, track, &mut answer);
             out.push(answer);
         }
         out
     }
 
     /// A track as the sensors show it, whitened.
-    fn answer(&self, run: &Run, k: usize, state: &State, effects: &[Active], t: &Track, out: &mut Vec<f64>) {
+    fn answer(&self, run: &Run, k: usize, state: &State, law: &(Constants, Vec<Active>), t: &Track, out: &mut Vec<f64>) {
         let z = &state.calibration;
+        let effects = &law.1;
         let wave = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
         let scale = 1.0 + z[SPEED_SCALE] * self.vehicle.sensors.speed_scale_relative;
         let zero = z[PRESSURE_ZERO] * PRESSURE_ZERO_PA;
@@ -304,6 +312,7 @@ impl<'a> Problem<'a> {
             |late| run.surface[late].map(|s| zero + drift(s.0)),
             out,
         );
+        self.whiten_battery_wanted(k, run, state, law, t, out);
     }
 
     /// Signatures of a wave of this kind in each run, [`crate::wave::PARTS`] columns per run.

@@ -5,7 +5,7 @@
 //! able to explain; an effect that deviates a calibration number must deviate it beyond the tolerance, because inside it is no
 //! discovery.
 
-use crate::calibration::{State, calibration_of, tolerance_of};
+use crate::calibration::{BATTERY_MASS, State, calibration_of, tolerance_of};
 use crate::evidence::{PRIOR, log_evidence, log_mean_exp};
 use crate::fit::{Effort, Fit, Jacobian, fit};
 use crate::problem::{Column, Problem};
@@ -36,7 +36,7 @@ pub struct Candidate {
 
 /// Whether a calibration number deviates further than any vehicle scatters.
 pub(crate) fn is_strained(state: &State) -> bool {
-    state.calibration.iter().any(|z| z.abs() > STRAINED)
+    state.calibration.iter().take(BATTERY_MASS).any(|z| z.abs() > STRAINED)
 }
 
 /// Names of the effects of a state.

@@ -3,6 +3,7 @@
 //! Keys are those of `glider-trial/1` (FORMAT section 2). What a file does not state is taken from [`Tolerance::default`] and
 //! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
 
+use crate::moments::PitchMoments;
 use crate::read::ReadError;
 use crate::switched_on;
 use hydro::effects::{Active, Beyond, CD_BROADSIDE, Constants};
@@ -112,6 +113,8 @@ pub struct Vehicle {
     pub tolerance: Tolerance,
     /// Sensor noise.
     pub sensors: Sensors,
+    /// The moments in pitch, where the file states all of them.
+    pub moments: Option<PitchMoments>,
     /// Rms of the ordinary vertical water motion, m/s, and its correlation time, s.
     pub background: (f64, f64),
     /// Whether GPS displacement contains an unknown current.
@@ -311,6 +314,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         speed_noise_m_s: keys.number("sensors.speed_noise_m_s")?.unwrap_or(s.speed_noise_m_s),
         speed_scale_relative: keys.number("sensors.speed_scale_1sigma")?.unwrap_or(s.speed_scale_relative),
     };
+    let moments = PitchMoments::stated(|key, low, high, unit| keys.within_if_stated(key, low, high, unit))?;
     let stated = or("background_vertical_water_motion.rms_m_s", 0.005)?;
     let background = (stated.max(CALMEST_M_S), or("background_vertical_water_motion.correlation_time_s", 90.0)?);
     if stated < CALMEST_M_S {
@@ -326,6 +330,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         effects,
         tolerance,
         sensors,
+        moments,
         background,
         current_unknown: keys.at("horizontal_current").and_then(Value::as_str) != Some("none"),
         water_depth_m: keys.number("water_depth_m")?.unwrap_or(f64::NAN),

@@ -62,6 +62,8 @@ fn run(half_s: f64, pitch: f64, afloat: bool) -> Run {
         pressure_pa: vec![1e5; n],
         used: vec![true; n],
         speed_m_s: vec![f64::NAN; n],
+        battery_m: vec![f64::NAN; n],
+        ballast_m3: vec![0.0; n],
         inputs: (0..(2.0 * half_s / step_s * 2.0) as usize + 3).map(input).collect(),
         step_s,
         displacement_m: None,

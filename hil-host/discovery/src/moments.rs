@@ -1,0 +1,308 @@
+//! What the battery says: the nose of a glider stands where the moments in pitch balance (FORMAT section 4).
+//!
+//! ```text
+//! I q' = −m_b g (x_b + x_b0) cos θ − m g h sin θ + ρ g V_b x_p cos θ + ½ ρ U² S l cm_α α + ½ ρ S l² cm_q (U + 0.35) q
+//! ```
+//! Solved for the battery's position x_b and averaged over half a minute, all of it is measured but the zero x_b0, the speed U and the
+//! angle of attack α, and those two the model has. So each quiet half minute measures what no other sensor does: a pitch that is wrong
+//! in proportion, the lift that an angle of attack gives, an angle at which there is none.
+//!
+//! The numbers of the moments are the vehicle file's; one that states none, or a log without the battery's position, is judged without.
+//! How far they are to be trusted the flight itself says: where the moments of a whole flight do not balance by the best hypothesis
+//! there is, they count for as little as they miss by.
+
+use crate::calibration::{BALLAST_ARM, BATTERY_MASS, BATTERY_ZERO, METACENTRIC_HEIGHT, PITCH_DAMPING, PITCH_MOMENT, State, tolerance_of};
+use crate::dynamics::Track;
+use crate::prepare::{Input, Run};
+use crate::problem::Problem;
+use crate::vehicle::Vehicle;
+use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, ForceModel, Sensed};
+use std::ops::RangeInclusive;
+
+/// The numbers of the moments in pitch, SI (FORMAT section 4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PitchMoments {
+    /// I, kg m².
+    pub inertia_kg_m2: f64,
+    /// h, m.
+    pub metacentric_height_m: f64,
+    /// m_b, kg.
+    pub battery_mass_kg: f64,
+    /// x_p, m.
+    pub ballast_arm_m: f64,
+    /// l, m.
+    pub length_m: f64,
+    /// cm_α, 1/rad on S l.
+    pub cm_alpha: f64,
+    /// cm_q, on S l².
+    pub cm_q: f64,
+    /// Tolerance of the battery's zero x_b0, m.
+    pub battery_zero_m: f64,
+}
+
+/// Speed that the damping of the pitch adds to that of the glide, m/s (FORMAT section 4).
+const DAMPED_AT_M_S: f64 = 0.35;
+/// Tolerance of the battery's zero where a file states none, m: as the format's examples.
+const BATTERY_ZERO_M: f64 = 0.002;
+/// Length of a stretch, s: twice the time in which the pitch settles, half of that in which a leg of a shallow dive is flown.
+const STRETCH_S: f64 = 30.0;
+/// Longest time between two rows of a stretch, s.
+const APART_S: f64 = 12.0;
+/// Most that engine and battery move between two rows of a stretch, m³ and m: where in between they did is not seen.
+const STILL_M3: f64 = 4e-6;
+const STILL_M: f64 = 1.5e-3;
+/// Least share of the battery's mass that a fit may try.
+const LEAST_MASS: f64 = 0.1;
+/// Resolution of a battery's position, m (a tenth of a millimetre in the format's examples), for logs that do not say.
+const RESOLUTION_M: f64 = 1e-4;
+/// Share of a sample's variance that is left in the smoothed pitch at one instant, per second between samples: of a quadratic over
+/// ±[`crate::prepare::PITCH_WINDOW_S`].
+const SMOOTHED_PER_S: f64 = 0.22;
+/// A deviation counts no more than this when the doubt is found, typical ones.
+const MOST: f64 = 3.0;
+/// Likeness of neighbours beyond which it is not believed: what follows a slow variable is no noise.
+const MOST_ALIKE: f64 = 0.8;
+/// Factor by which the doubt changes that is worth a new search.
+const CHANGED: f64 = 1.25;
+/// Doubt from which it is spoken of.
+const DOUBTED: f64 = 1.5;
+
+/// Keys of the numbers in the vehicle file, and the deviation from which one is spoken of, tolerances.
+pub(crate) const NUMBERS: [(usize, &str); 5] = [
+    (BATTERY_MASS, "battery_mass_kg"),
+    (METACENTRIC_HEIGHT, "metacentric_height_m"),
+    (BALLAST_ARM, "ballast_arm_m"),
+    (PITCH_MOMENT, "cm_alpha"),
+    (PITCH_DAMPING, "cm_q"),
+];
+const SURELY_OFF: f64 = 4.0;
+
+/// A quiet stretch of a run, and where the battery was in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Stretch {
+    rows: RangeInclusive<usize>,
+    battery_m: f64,
+    /// Noise of that and of what it is compared with, 1 sigma, m.
+    sigma_m: f64,
+}
+
+/// Mean over rows of what a row has, weighted by time.
+fn mean(time_s: &[f64], rows: &RangeInclusive<usize>, of: impl Fn(usize) -> f64) -> f64 {
+    let (from, to) = (*rows.start(), *rows.end());
+    let sum: f64 = (from..to).map(|i| 0.5 * (of(i) + of(i + 1)) * (time_s[i + 1] - time_s[i])).sum();
+    sum / (time_s[to] - time_s[from])
+}
+
+impl PitchMoments {
+    /// Those of a vehicle file, if it states all of them. `number` gives a key's value within its range, if it is there.
+    pub(crate) fn stated<E>(number: impl Fn(&str, f64, f64, &str) -> Result<Option<f64>, E>) -> Result<Option<Self>, E> {
+        let [inertia, height, battery, arm, length, alpha, q] = [
+            number("pitch.inertia_kg_m2", 0.1, 1e4, "kg m2")?,
+            number("pitch.metacentric_height_m", 1e-4, 1.0, "m")?,
+            number("pitch.battery_mass_kg", 0.1, 1e3, "kg")?,
+            number("pitch.ballast_arm_m", -10.0, 10.0, "m")?,
+            number("pitch.length_m", 0.1, 20.0, "m")?,
+            number("pitch.cm_alpha", -100.0, 100.0, "1/rad")?,
+            number("pitch.cm_q", -1000.0, 0.0, "1")?,
+        ];
+        let zero = number("tolerance_1sigma.battpos_zero_m", 0.0, 1.0, "m")?.unwrap_or(BATTERY_ZERO_M);
+        let of = |(inertia_kg_m2, metacentric_height_m, battery_mass_kg, ballast_arm_m, length_m, cm_alpha, cm_q)| Self {
+            inertia_kg_m2,
+            metacentric_height_m,
+            battery_mass_kg,
+            ballast_arm_m,
+            length_m,
+            cm_alpha,
+            cm_q,
+            battery_zero_m: zero,
+        };
+        let all = || Some((inertia?, height?, battery?, arm?, length?, alpha?, q?));
+        Ok(all().map(of))
+    }
+
+    /// Damping moment per rate of pitch, N m s/rad.
+    fn damping(&self, c: &Constants, density_kg_m3: f64, speed_m_s: f64) -> f64 {
+        0.5 * density_kg_m3 * c.reference_area_m2 * self.length_m * self.length_m * self.cm_q * (speed_m_s + DAMPED_AT_M_S)
+    }
+
+    /// Quiet stretches of a run, of rows that take part.
+    pub(crate) fn stretches(&self, vehicle: &Vehicle, run: &Run, used: &[bool]) -> Vec<Stretch> {
+        let (time, c, s) = (&run.time_s, &vehicle.constants, &vehicle.sensors);
+        let pitch = (s.pitch_noise_rad.powi(2) + s.pitch_resolution_rad.powi(2) / 12.0).sqrt();
+        let per_rad = c.mass_kg / self.battery_mass_kg * self.metacentric_height_m;
+        let damping = self.damping(c, 1020.0, 0.3) / (self.battery_mass_kg * c.gravity_m_s2);
+        let goes_on = |i: usize| {
+            let (moved, pumped) = (run.battery_m[i + 1] - run.battery_m[i], run.ballast_m3[i + 1] - run.ballast_m3[i]);
+            used[i] && used[i + 1] && time[i + 1] - time[i] < APART_S && moved.abs() < STILL_M && pumped.abs() < STILL_M3
+        };
+        let mut out = Vec::new();
+        let mut from = 0;
+        for i in 0..time.len().saturating_sub(1) {
+            // Unknown positions are not still.
+            if !goes_on(i) {
+                from = i + 1;
+                continue;
+            }
+            let length = time[i + 1] - time[from];
+            if length < STRETCH_S {
+                continue;
+            }
+            let rows = from..=i + 1;
+            let count = (i + 2 - from) as f64;
+            // A move is at an unknown instant between two rows.
+            let unseen = (from..=i).map(|k| ((run.battery_m[k + 1] - run.battery_m[k]) * (time[k + 1] - time[k]) / length).powi(2));
+            let variance = (RESOLUTION_M.powi(2) / 12.0 + (pitch * per_rad).powi(2)) / count
+                + 2.0 * (SMOOTHED_PER_S * length / (count - 1.0)).min(1.0) * (pitch * damping / length).powi(2)
+                + unseen.sum::<f64>() / 12.0;
+            out.push(Stretch { battery_m: mean(time, &rows, |k| run.battery_m[k]), rows, sigma_m: variance.sqrt() });
+            from = i + 1;
+        }
+        out
+    }
+}
+
+/// The inputs of a run at a time.
+fn input_at(run: &Run, time_s: f64) -> &Input {
+    let nearest = ((time_s - run.time_s[0]) / (0.5 * run.step_s)).round().max(0.0) as usize;
+    &run.inputs[nearest.min(run.inputs.len() - 1)]
+}
+
+impl Problem<'_> {
+    /// Where the battery was in the quiet stretches of run `k`, in their noise.
+    pub(crate) fn whiten_battery_seen(&self, k: usize, out: &mut Vec<f64>) {
+        out.extend(self.stretches[k].iter().map(|s| s.battery_m / (s.sigma_m * self.moment_doubt)));
+    }
+
+    /// Where the moments in pitch want it, in the same.
+    pub(crate) fn whiten_battery_wanted(
+        &self,
+        k: usize,
+        run: &Run,
+        state: &State,
+        (constants, effects): &(Constants, Vec<Active>),
+        t: &Track,
+        out: &mut Vec<f64>,
+    ) {
+        let Some(m) = &self.vehicle.moments else { return };
+        let stretches = &self.stretches[k];
+        let (Some(first), Some(last)) = (stretches.first(), stretches.last()) else { return };
+        let rows = *first.rows.start()..=*last.rows.end();
+        let from = *rows.start();
+        let doubt = |index: usize| 1.0 + state.calibration[index] * tolerance_of(self.vehicle, index);
+        let (height, arm, turning) = (doubt(METACENTRIC_HEIGHT), doubt(BALLAST_ARM), doubt(PITCH_MOMENT));
+        let zero_m = state.calibration[BATTERY_ZERO] * m.battery_zero_m;
+        let battery_kg = m.battery_mass_kg * doubt(BATTERY_MASS).max(LEAST_MASS);
+        let weight = battery_kg * constants.gravity_m_s2;
+        let inputs: Vec<&Input> = rows.clone().map(|row| input_at(run, run.time_s[row])).collect();
+        // The reading of the engine itself: volume from elsewhere does not act at its arm.
+        let seen = |(input, row): (&&Input, usize)| Sensed { ballast_m3: run.ballast_m3[row], ..input.sensed };
+        let mut sensed: Vec<Sensed> = inputs.iter().zip(rows.clone()).map(seen).collect();
+        ForceModel::new(*constants, effects).make_true(&mut sensed);
+        let wanted: Vec<f64> = rows
+            .zip(inputs.iter().zip(&sensed))
+            .map(|(row, (input, s))| {
+                let (sin, cos) = input.turned(s.pitch_rad);
+                let (speed, alpha) = (t.speed_m_s[row], t.alpha_rad[row].clamp(-ALPHA_VALID_RAD, ALPHA_VALID_RAD));
+                let dynamic = 0.5 * s.density_kg_m3 * speed * speed * constants.reference_area_m2;
+                let upright = -constants.mass_kg / battery_kg * m.metacentric_height_m * height * sin;
+                let flow = dynamic * m.length_m * m.cm_alpha * turning * alpha / weight;
+                (upright + flow) / cos + s.density_kg_m3 * s.ballast_m3 * m.ballast_arm_m * arm / battery_kg
+            })
+            .collect();
+        for stretch in stretches {
+            let (a, b) = (*stretch.rows.start(), *stretch.rows.end());
+            let steady = mean(&run.time_s, &stretch.rows, |row| wanted[row - from]);
+            let speed = 0.5 * (t.speed_m_s[a] + t.speed_m_s[b]);
+            let (then, now) = (&sensed[a - from], &sensed[b - from]);
+            let damping = doubt(PITCH_DAMPING) * m.damping(constants, now.density_kg_m3, speed) * (now.pitch_rad - then.pitch_rad);
+            let swinging = m.inertia_kg_m2 * (inputs[b - from].pitch_rate_rad_s - inputs[a - from].pitch_rate_rad_s);
+            let turned = (damping - swinging) / (weight * (run.time_s[b] - run.time_s[a]) * inputs[a - from].cos_pitch);
+            out.push((steady + turned - zero_m) / (stretch.sigma_m * self.moment_doubt));
+        }
+    }
+
+    /// Where in a whitened vector the battery of run `k` is.
+    fn battery_range(&self, k: usize) -> std::ops::Range<usize> {
+        let end = self.offsets[k + 1];
+        end - self.stretches[k].len()..end
+    }
+
+    /// How far the moments are to be doubted by what a state leaves of them: 1 where they balance to the noise of the sensors.
+    fn moment_doubt_by(&self, state: &State) -> f64 {
+        if self.stretches.iter().all(Vec::is_empty) {
+            return self.moment_doubt;
+        }
+        let residual: Vec<f64> = self.data.iter().zip(self.model(state)).map(|(d, m)| (d - m) * self.moment_doubt).collect();
+        let missed: Vec<&[f64]> = (0..self.runs.len()).map(|k| &residual[self.battery_range(k)]).collect();
+        let mut sizes: Vec<f64> = missed.iter().copied().flatten().map(|r| r.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        // A few stretches must not set it; half of a normal variable's deviations are beyond 0.6745.
+        let most = MOST * sizes[sizes.len() / 2] / 0.6745;
+        let held = |r: f64| r.clamp(-most, most);
+        let square: f64 = sizes.iter().map(|r| held(*r).powi(2)).sum();
+        let product: f64 = missed.iter().flat_map(|run| run.windows(2)).map(|r| held(r[0]) * held(r[1])).sum();
+        let alike = (product / square).clamp(0.0, MOST_ALIKE);
+        let doubt = (square / sizes.len() as f64 * (1.0 + alike) / (1.0 - alike)).sqrt();
+        // A state without a glide says nothing.
+        if doubt.is_finite() { doubt.max(1.0) } else { self.moment_doubt }
+    }
+
+    /// What the battery's position has told of itself, for the report.
+    pub(crate) fn moments_said(&self, state: &State) -> Vec<String> {
+        let count: usize = self.stretches.iter().map(Vec::len).sum();
+        let mut notes = Vec::new();
+        if count == 0 {
+            return notes;
+        }
+        let of = if self.moment_doubt < DOUBTED {
+            String::new()
+        } else {
+            format!(", doubted: they miss {:.1} times what the sensors' noise would leave", self.moment_doubt)
+        };
+        notes.push(format!("the position of the battery was compared with the moments in pitch in {count} quiet half minutes{of}"));
+        for (index, key) in NUMBERS {
+            let off = state.calibration[index] * tolerance_of(self.vehicle, index);
+            if state.calibration[index].abs() > SURELY_OFF {
+                notes.push(format!("by the position of the battery pitch.{key} of the vehicle file is off by {:+.0} %", 100.0 * off));
+            }
+        }
+        notes
+    }
+
+    /// Doubts the moments as far as a state asks for, where that is clearly more or less than before. Whether it was.
+    pub(crate) fn doubt_moments(&mut self, state: &State) -> bool {
+        let doubt = self.moment_doubt_by(state);
+        let changed = (doubt / self.moment_doubt).max(self.moment_doubt / doubt) > CHANGED;
+        if changed {
+            self.moment_doubt = doubt;
+            self.set_colour(self.colour);
+        }
+        changed
+    }
+
+    /// Signatures of the calibration numbers that nothing but the battery feels, from the first, per step of each.
+    pub(crate) fn battery_columns(&self, at: &State, steps: &[f64]) -> Vec<Vec<f64>> {
+        if self.stretches.iter().all(Vec::is_empty) {
+            return vec![vec![0.0; self.data.len()]; steps.len()];
+        }
+        let law = self.law(at);
+        let tracks = self.fitted_tracks(at);
+        let wanted = |k: usize, state: &State| {
+            let mut out = Vec::new();
+            self.whiten_battery_wanted(k, self.runs[k], state, &law, &tracks[k], &mut out);
+            out
+        };
+        let base: Vec<Vec<f64>> = (0..self.runs.len()).map(|k| wanted(k, at)).collect();
+        let column = |(number, step): (usize, &f64)| {
+            let mut beside = at.clone();
+            beside.calibration[BATTERY_ZERO + number] += step;
+            let mut values = vec![0.0; self.data.len()];
+            for (k, base) in base.iter().enumerate() {
+                let range = self.battery_range(k);
+                values[range].iter_mut().zip(wanted(k, &beside).iter().zip(base)).for_each(|(v, (b, a))| *v = (b - a) / step);
+            }
+            values
+        };
+        steps.iter().enumerate().map(column).collect()
+    }
+}

@@ -14,7 +14,7 @@
 use crate::calibration::{BALLAST_ARM, BATTERY_MASS, BATTERY_ZERO, METACENTRIC_HEIGHT, PITCH_DAMPING, PITCH_MOMENT, State, tolerance_of};
 use crate::dynamics::Track;
 use crate::prepare::{Input, Run};
-use crate::problem::Problem;
+use crate::problem::{Column, Problem};
 use crate::vehicle::Vehicle;
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, ForceModel, Sensed};
 use std::ops::RangeInclusive;
@@ -227,6 +227,13 @@ impl Problem<'_> {
         end - self.stretches[k].len()..end
     }
 
+    /// A signature over all runs without what the battery says of it: its noise has a colour that is not known well enough to hear a
+    /// stranger in.
+    pub(crate) fn without_battery(&self, mut column: Column) -> Column {
+        (0..self.runs.len()).for_each(|k| column.values[self.battery_range(k)].fill(0.0));
+        column
+    }
+
     /// How far the moments are to be doubted by what a state leaves of them: 1 where they balance to the noise of the sensors.
     fn moment_doubt_by(&self, state: &State) -> f64 {
         if self.stretches.iter().all(Vec::is_empty) {
@@ -238,12 +245,15 @@ impl Problem<'_> {
         sizes.sort_by(f64::total_cmp);
         // A few stretches must not set it; half of a normal variable's deviations are beyond 0.6745.
         let most = MOST * sizes[sizes.len() / 2] / 0.6745;
+        // A state without a glide says nothing.
+        if !most.is_finite() {
+            return self.moment_doubt;
+        }
         let held = |r: f64| r.clamp(-most, most);
         let square: f64 = sizes.iter().map(|r| held(*r).powi(2)).sum();
         let product: f64 = missed.iter().flat_map(|run| run.windows(2)).map(|r| held(r[0]) * held(r[1])).sum();
         let alike = (product / square).clamp(0.0, MOST_ALIKE);
         let doubt = (square / sizes.len() as f64 * (1.0 + alike) / (1.0 - alike)).sqrt();
-        // A state without a glide says nothing.
         if doubt.is_finite() { doubt.max(1.0) } else { self.moment_doubt }
     }
 

@@ -308,7 +308,7 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
         ),
     ];
     let all: Vec<&Vec<Change>> = constants.iter().chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
-    let mut columns = columns_at(problem, fit, &all).into_iter();
+    let mut columns = columns_at(problem, fit, &all).into_iter().map(|c| problem.without_battery(c));
     let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or(Column { from: 0, values: Vec::new() }) };
     let by_segment = ["segment (trim)", "segment (drag)"].into_iter().zip(constants);
     let mut out: Vec<Stranger> =

@@ -1,8 +1,9 @@
 //! What is fitted to what: the unknowns, the observations of the fit segments, and the model's answer to them, whitened.
 //!
-//! Unknowns: the calibration numbers in units of their own tolerance (a unit normal prior each), the parameters of the
-//! effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened by [`crate::noise`]), speed
-//! through the water, GPS displacement where no unknown current blurs it, and pressure while afloat.
+//! Unknowns: the calibration numbers in units of their own tolerance (a unit normal prior each, those of the moments in pitch with a
+//! wide tail), the parameters of the effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened
+//! by [`crate::noise`]), speed through the water, GPS displacement where no unknown current blurs it, pressure while afloat, and the
+//! position of the battery ([`crate::moments`]).
 
 use crate::brink::Branch;
 use crate::calibration::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, State};
@@ -108,8 +109,6 @@ impl<'a> Problem<'a> {
             sensor_m,
             walk_m2_s: (0.35 * pitch / 3.0).powi(2) * 8.0,
         };
-        let used = runs.iter().map(|r| r.used.clone()).collect();
-        let speed_rows = runs.iter().map(|r| speed_groups(r, |i| r.used[i])).collect();
         let none: Vec<Vec<bool>> = runs.iter().map(|r| vec![false; r.time_s.len()]).collect();
         let way_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
         let mut problem = Self {
@@ -120,13 +119,13 @@ impl<'a> Problem<'a> {
             attached: vec![Vec::new(); runs.len()],
             brink_at: none.clone(),
             outlier: none.clone(),
+            used: none.clone(),
             speed_outlier: none,
+            speed_rows: vec![Vec::new(); runs.len()],
             runs,
             colour,
             start: State::nominal(),
             whiteners: Vec::new(),
-            used,
-            speed_rows,
             offsets: Vec::new(),
             data: Vec::new(),
             way_m,
@@ -134,6 +133,7 @@ impl<'a> Problem<'a> {
             stretches: Vec::new(),
             moment_doubt: 1.0,
         };
+        // Nothing is left out yet.
         problem.refresh();
         problem
     }

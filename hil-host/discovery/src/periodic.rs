@@ -2,7 +2,8 @@
 //!
 //! The sea's ordinary motion has no period that it keeps for a whole segment; what a vehicle does to itself has (a controller that
 //! hunts, a pump that breathes). Sines of one period, each run with a phase and an amplitude of its own, are offered to the whitened
-//! residual, period by period.
+//! residual, period by period. Water that rings in a layer has a period too, but forgets its phase within a few of them: it is asked
+//! for beside, as sines that begin anew all along the run, and a period is the vehicle's own only as far as it does better.
 
 use crate::fit::Ground;
 use crate::problem::{Column, Problem};
@@ -15,6 +16,8 @@ const KEPT_BY_THE_SEA: f64 = 6.0;
 /// Periods that are asked, s: what is faster is hardly seen in samples some seconds apart, what is slower is the sea's.
 const SHORTEST_S: f64 = 45.0;
 const LONGEST_S: f64 = 230.0;
+/// Periods for which water that rings keeps its phase and its strength (guess).
+const KEPT_BY_WATER: f64 = 2.0;
 /// Frequencies per resolution of the longest run.
 const FINER: f64 = 2.0;
 /// Most frequencies that are asked, and rows that each is looked for in: of a long flight the first dives, what is found counts in all.
@@ -59,12 +62,20 @@ pub fn periods(problem: &Problem, grounds: &[Option<Ground>], amplitudes_m_s: &[
     }
     let told = |(ground, best): (&Option<Ground>, &(f64, usize))| -> Option<Period> {
         let frequency = frequency(best.1);
-        let columns: Vec<Column> = (0..problem.runs.len()).flat_map(|k| sines(problem, k, frequency)).collect();
-        let offer = Offer::new(&columns, ground.as_ref()?);
-        let told = amplitudes_m_s.iter().map(|s| (offer.log_bayes(*s), *s));
-        let (log_bayes, amplitude_m_s) = told.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (ground, runs) = (ground.as_ref()?, 0..problem.runs.len());
+        let most = |columns: &[Column]| {
+            let offer = Offer::new(columns, ground);
+            let told = amplitudes_m_s.iter().map(|s| (offer.log_bayes(*s), *s));
+            told.max_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let (kept, amplitude_m_s) = most(&runs.clone().flat_map(|k| sines(problem, k, frequency)).collect::<Vec<_>>())?;
         let choices = asked as f64 * amplitudes_m_s.len() as f64;
-        Some(Period { log_bayes: log_bayes - choices.ln() - KEPT_BY_THE_SEA, period_s: 1.0 / frequency, amplitude_m_s })
+        let mut log_bayes = kept - choices.ln() - KEPT_BY_THE_SEA;
+        if log_bayes > 0.0 {
+            let (forgotten, _) = most(&runs.flat_map(|k| ringing(problem, k, frequency)).collect::<Vec<_>>())?;
+            log_bayes = log_bayes.min(kept - forgotten - KEPT_BY_THE_SEA);
+        }
+        Some(Period { log_bayes, period_s: 1.0 / frequency, amplitude_m_s })
     };
     grounds.iter().zip(&best).map(told).collect()
 }
@@ -75,6 +86,23 @@ fn sines(problem: &Problem, k: usize, frequency: f64) -> [Column; 2] {
     let run = problem.runs[k];
     let angle = |row: usize| omega * (run.time_s[row] - run.time_s[0]);
     [problem.depth_column(k, &|row| angle(row).sin() / omega), problem.depth_column(k, &|row| angle(row).cos() / omega)]
+}
+
+/// The same of water that rings: sines and cosines that swell and fade, one pair after the other.
+fn ringing(problem: &Problem, k: usize, frequency: f64) -> Vec<Column> {
+    let run = problem.runs[k];
+    let (first, last) = (run.time_s[0], run.time_s[run.time_s.len() - 1]);
+    let apart = KEPT_BY_WATER / frequency;
+    let pairs = ((last - first) / apart).round() as usize + 1;
+    let column = |number: usize| {
+        let (pair, phase) = (number / 2, 0.25 * (number % 2) as f64);
+        let depth = problem.integrated(k, &|_, row| {
+            let time = run.time_s[row] - first;
+            (TAU * (frequency * time + phase)).sin() * (1.0 - (time / apart - pair as f64).abs()).max(0.0)
+        });
+        problem.depth_column(k, &|row| depth[row])
+    };
+    (0..2 * pairs).map(column).collect()
 }
 
 /// By how much chi² falls where two columns are fitted to the residual alone.

@@ -1,29 +1,21 @@
 //! What `glider add` writes is what it told: the new vehicle file flies as the fit did.
 
+mod case;
+
+use case::read_back;
 use discovery::add::{Added, add};
 use discovery::diagnose::diagnose;
 use discovery::search::Depth;
-use discovery::{Flight, Vehicle, compare, expression, read, vehicle};
-use hil_host::trial_score;
+use discovery::{Flight, Vehicle, compare, expression, vehicle};
 use hydro::effects::{Effect, by_name};
 use plant::trials::catalogue::{Effect as Hidden, Strength};
-use plant::trials::{Kind, Site, Spec, Wing, generate, plan};
+use plant::trials::{Kind, Site, Spec, Wing, plan};
 use std::path::Path;
 
 /// A flight that hides one strong effect, and its vehicle.
 fn hiding(effect: Hidden, site: Site, wing: Wing, lifelike: bool, seed: u64) -> (Flight, Vehicle) {
     let spec = Spec { site, wing, kind: Kind::Single, effects: vec![effect], outside: None, strength: Some(Strength::Strong), lifelike };
-    case_of(&spec, seed, 0)
-}
-
-fn case_of(spec: &Spec, seed: u64, index: usize) -> (Flight, Vehicle) {
-    // Tests run beside each other in threads of their own.
-    let folder = std::env::temp_dir().join(format!("glider-adding-{}-{:?}-{index}", std::process::id(), std::thread::current().id()));
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let flight = trial_score::write_case(&folder, &generate(spec, seed, index)).expect("a case can be written");
-    let read = (read::flight(&flight).expect("our log reads"), vehicle::read(&flight.join("vehicle.json")).expect("our file reads"));
-    std::fs::remove_dir_all(folder).ok();
-    read
+    read_back(&spec, seed, 0)
 }
 
 fn named(name: &str) -> &'static dyn Effect {
@@ -44,7 +36,7 @@ fn flown(flight: &Flight, told: &Added) -> Vehicle {
 #[test]
 fn regress_adding_what_was_named_gives_the_error_that_was_told() {
     for index in [238, 29] {
-        let (log, v) = case_of(&plan(index + 1, 20_261_144, None)[index], 20_261_144, index);
+        let (log, v) = read_back(&plan(index + 1, 20_261_144, None)[index], 20_261_144, index);
         let told = diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
         let answer: Vec<_> = told.answer.iter().map(|name| named(name)).collect();
         assert!(!answer.is_empty(), "{index}: {:?}", told.verdict);

@@ -1,29 +1,21 @@
 //! The battery's position is a witness: what holds the nose tells pitch, ballast and angle of attack where nothing else does.
 
+mod case;
+
 use discovery::diagnose::{Diagnosis, Verdict, diagnose};
 use discovery::search::Depth;
 use discovery::{Flight, Vehicle, read, vehicle};
-use hil_host::trial_score;
-use plant::trials::{generate, plan};
-use std::path::Path;
+use plant::trials::plan;
 
-/// What is told of a flight after something was done to its log or its vehicle file.
-fn told(flight: &Path, change: &dyn Fn(&mut Flight, &mut Vehicle)) -> Diagnosis {
-    let mut log = read::flight(flight).expect("the log reads");
-    let mut v = vehicle::read(&flight.join("vehicle.json")).expect("the vehicle file reads");
-    change(&mut log, &mut v);
-    diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")
+fn told(log: &Flight, v: &Vehicle) -> Diagnosis {
+    diagnose(log, v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")
 }
 
-/// The same of a case of a plan.
+/// What is told of a case of a plan after something was done to its log or its vehicle file.
 fn told_of(seed: u64, index: usize, change: &dyn Fn(&mut Flight, &mut Vehicle)) -> Diagnosis {
-    let spec = plan(index + 1, seed, None).swap_remove(index);
-    let folder = std::env::temp_dir().join(format!("glider-battery-{}-{seed}-{index}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let case = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
-    let said = told(&case, change);
-    std::fs::remove_dir_all(folder).ok();
-    said
+    let (mut log, mut v) = case::read_back(&plan(index + 1, seed, None)[index], seed, index);
+    change(&mut log, &mut v);
+    told(&log, &v)
 }
 
 fn without_battery(log: &mut Flight, _: &mut Vehicle) {
@@ -97,7 +89,9 @@ fn validate_the_moments_of_the_formats_examples_balance() {
         return;
     };
     for (name, fewest) in [("example_lake", 40), ("example_sea", 300)] {
-        let d = told(&root.join("example_trials").join(name), &|_, _| {});
+        let flight = root.join("example_trials").join(name);
+        let v = vehicle::read(&flight.join("vehicle.json")).expect("the vehicle file reads");
+        let d = told(&read::flight(&flight).expect("the log reads"), &v);
         assert_eq!(d.verdict, Verdict::Adequate, "{name}: {:?}", d.answer);
         let note = d.notes.iter().find(|n| n.contains("position of the battery was compared")).expect("a note");
         let count: usize = note.split_whitespace().filter_map(|word| word.parse().ok()).next().expect("a count");

@@ -1,22 +1,17 @@
 //! A clean flight whose sensors stick, fall silent or write zeros is told to be clean, and what was wrong with them is said.
 
+mod case;
+
+use discovery::Flight;
 use discovery::diagnose::{Diagnosis, Verdict, diagnose};
 use discovery::search::Depth;
-use discovery::{Flight, read, vehicle};
-use hil_host::trial_score;
-use plant::trials::{generate, plan};
+use plant::trials::plan;
 use std::ops::Range;
 
 /// What is told of one of two clean flights of the plant after something was done to its log.
 fn told_after(index: usize, hurt: &dyn Fn(&mut Flight)) -> Diagnosis {
     let seed = 20_261_146;
-    let spec = plan(index + 1, seed, None).swap_remove(index);
-    let folder = std::env::temp_dir().join(format!("glider-hurt-{}-{:?}", std::process::id(), std::thread::current().id()));
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let case = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
-    let mut flight = read::flight(&case).expect("our log reads");
-    let v = vehicle::read(&case.join("vehicle.json")).expect("our file reads");
-    std::fs::remove_dir_all(folder).ok();
+    let (mut flight, v) = case::read_back(&plan(index + 1, seed, None)[index], seed, index);
     hurt(&mut flight);
     diagnose(&flight, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")
 }

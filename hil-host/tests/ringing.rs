@@ -1,11 +1,11 @@
 //! Water that rings in a layer has a period, but no vehicle is to blame for it.
 
+mod case;
+
 use discovery::Flight;
 use discovery::diagnose::{Diagnosis, diagnose};
 use discovery::search::Depth;
-use discovery::{read, vehicle};
-use hil_host::trial_score;
-use plant::trials::{Kind, Site, Spec, Wing, generate};
+use plant::trials::{Kind, Site, Spec, Wing};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -44,12 +44,7 @@ impl Ringing {
 /// What is told of a flight without anything hidden, in water that rings.
 fn told(site: Site, wing: Wing, seed: u64, ringing: Ringing) -> Diagnosis {
     let spec = Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: false };
-    let folder = std::env::temp_dir().join(format!("glider-ringing-{}-{seed}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let case = trial_score::write_case(&folder, &generate(&spec, seed, 0)).expect("a case can be written");
-    let mut log = read::flight(&case).expect("the log reads");
-    let v = vehicle::read(&case.join("vehicle.json")).expect("the vehicle file reads");
-    std::fs::remove_dir_all(folder).ok();
+    let (mut log, v) = case::read_back(&spec, seed, 0);
     ringing.carry(&mut log, &mut ChaCha8Rng::seed_from_u64(seed));
     diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")
 }

@@ -2,6 +2,8 @@
 //!
 //! Truth is the plant: its own force law, coloured water motion, calibration scatter and sensor faults.
 
+mod case;
+
 use discovery::search::Depth;
 use discovery::{diagnose, read, report, vehicle};
 use hil_host::trial_score;
@@ -18,12 +20,11 @@ fn folder(name: &str) -> PathBuf {
 
 fn ask(flight: &Path) -> Result<Value, String> {
     let v = vehicle::read(&flight.join("vehicle.json")).map_err(|e| e.to_string())?;
-    answer(flight, &v)
+    answer(&read::flight(flight).map_err(|e| e.to_string())?, &v)
 }
 
-fn answer(flight: &Path, v: &discovery::Vehicle) -> Result<Value, String> {
-    let f = read::flight(flight).map_err(|e| e.to_string())?;
-    let d = diagnose::diagnose(&f, v, Depth::Pairs, &|_, _| {}).map_err(|e| e.to_string())?;
+fn answer(f: &discovery::Flight, v: &discovery::Vehicle) -> Result<Value, String> {
+    let d = diagnose::diagnose(f, v, Depth::Pairs, &|_, _| {}).map_err(|e| e.to_string())?;
     Ok(report::document(&d, v, "case"))
 }
 
@@ -54,23 +55,14 @@ fn told_without_battery(seed: u64, index: usize) -> Value {
 
 /// What is told of it by another vehicle file.
 fn told_by(seed: u64, index: usize, change: &dyn Fn(&mut discovery::Vehicle)) -> Value {
-    let spec = plan(index + 1, seed, None).swap_remove(index);
-    let folder = folder(&format!("{seed}-{index}"));
-    let flight = trial_score::write_case(&folder, &generate(&spec, seed, index)).expect("a case can be written");
-    let mut v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
+    let (f, mut v) = case::read_back(&plan(index + 1, seed, None)[index], seed, index);
     change(&mut v);
-    let told = answer(&flight, &v).expect("a diagnosis");
-    std::fs::remove_dir_all(folder).ok();
-    told
+    answer(&f, &v).expect("a diagnosis")
 }
 
-fn one(name: &str, spec: &Spec, seed: u64, depth: Depth) -> diagnose::Diagnosis {
-    let folder = folder(name);
-    let flight = trial_score::write_case(&folder, &generate(spec, seed, 0)).expect("a case can be written");
-    let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
-    let d = diagnose::diagnose(&read::flight(&flight).expect("our own log reads"), &v, depth, &|_, _| {}).expect("a diagnosis");
-    std::fs::remove_dir_all(folder).ok();
-    d
+fn one(spec: &Spec, seed: u64, depth: Depth) -> diagnose::Diagnosis {
+    let (f, v) = case::read_back(spec, seed, 0);
+    diagnose::diagnose(&f, &v, depth, &|_, _| {}).expect("a diagnosis")
 }
 
 fn spec(site: Site, kind: Kind, effects: Vec<Effect>, outside: Option<Outside>) -> Spec {
@@ -187,7 +179,7 @@ fn regress_a_launch_of_a_check_segment_ends_as_those_of_the_fitted_segments_do()
 #[test]
 fn validate_of_a_clean_flight_hardly_more_is_left_out_than_launches_and_turns() {
     for (site, seed) in [(Site::Lake, 99), (Site::Lake, 100), (Site::Sea, 99)] {
-        let d = one(&format!("glides-{seed}"), &clean(site, Wing::LowAspectRatio), seed, Depth::Pairs);
+        let d = one(&clean(site, Wing::LowAspectRatio), seed, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{site:?} {seed}: {:?}", d.answer);
         // 110 s of each launch in a yo of ten minutes, and turns as above: a third. Once it was more than one.
         assert!(d.brink * 3 < d.rows, "{site:?} {seed}: {} rows left out, {} observations fitted", d.brink, d.rows);
@@ -197,7 +189,7 @@ fn validate_of_a_clean_flight_hardly_more_is_left_out_than_launches_and_turns() 
 /// Nobody has a name for a leak, and the tool must say that, and what it looks like.
 #[test]
 fn scorecard_a_leak_is_unexplained_and_what_remains_follows_trim() {
-    let d = one("leak", &spec(Site::Lake, Kind::Off, Vec::new(), Some(Outside::Leak)), 3, Depth::Pairs);
+    let d = one(&spec(Site::Lake, Kind::Off, Vec::new(), Some(Outside::Leak)), 3, Depth::Pairs);
     assert_eq!(d.verdict, diagnose::Verdict::Unexplained, "{:?} {:?}", d.answer, d.remainder.first());
     assert!(d.remainder.iter().take(3).any(|f| f.variable.contains("trim")), "{:?}", d.remainder);
 }
@@ -252,7 +244,7 @@ fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() 
         (Site::Lake, Effect::ThermalExpansion),
     ] {
         let body = Spec { wing: Wing::LowAspectRatio, lifelike: true, ..spec(site, Kind::Single, vec![effect], None) };
-        let d = one("lifelike", &body, 2, Depth::Pairs);
+        let d = one(&body, 2, Depth::Pairs);
         assert_eq!(d.answer, [effect.names().0], "{:?} {:?} {:?}", d.verdict, d.remainder.first(), d.notes);
     }
 }
@@ -263,11 +255,11 @@ fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() 
 fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
     for wing in [Wing::Standard, Wing::LowAspectRatio] {
         let body = Spec { lifelike: true, ..clean(Site::Lake, wing) };
-        let d = one("late-hull", &body, 3, Depth::Pairs);
+        let d = one(&body, 3, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
         assert!(d.branch.hull_lag_share > 0.0, "{wing:?} {:?}", d.notes);
         let scaled = Spec { lifelike: true, wing, ..spec(Site::Lake, Kind::Single, vec![Effect::PitchScale], None) };
-        let d = one("late-hull", &scaled, 3, Depth::Pairs);
+        let d = one(&scaled, 3, Depth::Pairs);
         assert_eq!(d.answer, ["pitch_scale"], "{wing:?} {:?} {:?}", d.verdict, d.remainder.first());
     }
 }
@@ -276,7 +268,7 @@ fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
 #[test]
 fn regress_lift_that_tilts_is_found_where_nothing_is_missing() {
     for wing in [Wing::Standard, Wing::LowAspectRatio] {
-        let d = one("clean-tilt", &Spec { lifelike: true, ..clean(Site::Sea, wing) }, 2, Depth::Pairs);
+        let d = one(&Spec { lifelike: true, ..clean(Site::Sea, wing) }, 2, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
         assert!(d.branch.banked, "{wing:?} {:?}", d.notes);
     }
@@ -352,7 +344,7 @@ fn regress_strangers_that_act_through_drag_or_have_a_period_of_their_own_are_une
         ("line", Outside::LineCaught, Site::Sea, "segment (drag)"),
         ("breath", Outside::Breathing, Site::Sea, "time (a period of the vehicle's own)"),
     ] {
-        let d = one(name, &spec(site, Kind::Off, Vec::new(), Some(stranger)), 3, Depth::Pairs);
+        let d = one(&spec(site, Kind::Off, Vec::new(), Some(stranger)), 3, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Unexplained, "{name} {:?} {:?}", d.answer, d.remainder.first());
         assert_eq!(d.remainder[0].variable, variable, "{name} {:?}", d.remainder);
     }
@@ -387,14 +379,9 @@ fn regress_a_strong_stranger_is_not_called_two_effects_that_follow_it() {
 /// A hull expands with temperature: where none was measured, no single name can be certain.
 #[test]
 fn scorecard_without_temperature_a_name_is_never_certain() {
-    let folder = folder("temperature");
-    let case = generate(&spec(Site::Lake, Kind::Single, vec![Effect::DragLevelError], None), 2, 0);
-    let flight = trial_score::write_case(&folder, &case).expect("a case can be written");
-    let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
-    let mut f = read::flight(&flight).expect("our own log reads");
+    let (mut f, v) = case::read_back(&spec(Site::Lake, Kind::Single, vec![Effect::DragLevelError], None), 2, 0);
     f.temperature_degc.fill(f64::NAN);
     let d = diagnose::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
-    std::fs::remove_dir_all(folder).ok();
     assert_ne!(d.verdict, diagnose::Verdict::Explained, "{:?}", d.answer);
     assert!(d.notes.iter().any(|n| n.contains("no temperature")), "{:?}", d.notes);
 }
@@ -404,7 +391,7 @@ fn scorecard_without_temperature_a_name_is_never_certain() {
 fn scorecard_three_effects_are_tried_on_request_and_a_single_stays_first() {
     let single = spec(Site::Lake, Kind::Single, vec![Effect::DragLevelError], None);
     for (depth, triples) in [(Depth::Pairs, false), (Depth::Triples, true)] {
-        let d = one("depth", &single, 2, depth);
+        let d = one(&single, 2, depth);
         assert_eq!(d.answer, ["drag_level_error"], "{depth:?} {:?}", d.verdict);
         assert_eq!(d.candidates.iter().any(|c| c.effects.len() == 3), triples, "{depth:?}");
     }
@@ -428,11 +415,7 @@ fn prop_clean_trials_fly_beyond_the_given_law_at_launches_and_turns_only() {
 /// which variable to look at.
 #[test]
 fn scorecard_a_pitch_whose_clock_is_late_is_unexplained_and_what_remains_follows_the_rate_of_pitch() {
-    let folder = folder("late-pitch");
-    let flight = trial_score::write_case(&folder, &generate(&clean(Site::Lake, Wing::Standard), 4, 0)).expect("a case can be written");
-    let v = vehicle::read(&flight.join("vehicle.json")).expect("our own vehicle file reads");
-    let mut f = read::flight(&flight).expect("our own log reads");
-    std::fs::remove_dir_all(folder).ok();
+    let (mut f, v) = case::read_back(&clean(Site::Lake, Wing::Standard), 4, 0);
     let told = |f: &discovery::Flight| diagnose::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     assert_eq!(told(&f).verdict, diagnose::Verdict::Adequate);
     let known: Vec<(f64, f64)> = f.time_s.iter().copied().zip(f.pitch_rad.iter().copied()).filter(|(_, p)| p.is_finite()).collect();

@@ -81,10 +81,7 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
             if !run.used[row] {
                 continue;
             }
-            let input = |ahead: f64| {
-                let j = ((t - run.time_s[0] + ahead).max(0.0) / (0.5 * run.step_s)) as usize;
-                &run.inputs[j.min(run.inputs.len() - 1)]
-            };
+            let input = |ahead: f64| run.input_at_row(row, ahead);
             let steady = (input(-30.0).sensed.ballast_m3 - input(30.0).sensed.ballast_m3).abs() < 6e-6
                 && input(0.0).sensed.pitch_rad.abs() > 0.19
                 && (input(0.0).sensed.pitch_rad < 0.0) == (observed_m_s > 0.0)

@@ -255,6 +255,13 @@ impl Run {
     pub fn depth_at_row(&self, row: usize, gravity_m_s2: f64) -> f64 {
         if self.depth_m[row].is_finite() { self.depth_m[row] } else { self.pressure_pa[row] / (1015.0 * gravity_m_s2) }
     }
+
+    /// The inputs so long after a row (before it, if negative): the last half step begun by then.
+    #[must_use]
+    pub fn input_at_row(&self, row: usize, ahead_s: f64) -> &Input {
+        let half_steps = ((self.time_s[row] - self.time_s[0] + ahead_s).max(0.0) / (0.5 * self.step_s)) as usize;
+        &self.inputs[half_steps.min(self.inputs.len() - 1)]
+    }
 }
 
 #[cfg(test)]

@@ -92,9 +92,7 @@ fn log_bayes(problem: &Problem, fit: &Fit, bent: &[&str]) -> Option<f64> {
 }
 
 fn roll_rad(problem: &Problem, k: usize, row: usize) -> f64 {
-    let run = problem.runs[k];
-    let j = ((run.time_s[row] - run.time_s[0]) / (0.5 * run.step_s)) as usize;
-    run.inputs[j.min(run.inputs.len() - 1)].roll_rad
+    problem.runs[k].input_at_row(row, 0.0).roll_rad
 }
 
 /// Mean and mean deviation of a variable over all rows.

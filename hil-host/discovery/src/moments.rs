@@ -106,18 +106,19 @@ impl PitchMoments {
             number("pitch.cm_q", -1000.0, 0.0, "1")?,
         ];
         let zero = number("tolerance_1sigma.battpos_zero_m", 0.0, 1.0, "m")?.unwrap_or(BATTERY_ZERO_M);
-        let of = |(inertia_kg_m2, metacentric_height_m, battery_mass_kg, ballast_arm_m, length_m, cm_alpha, cm_q)| Self {
-            inertia_kg_m2,
-            metacentric_height_m,
-            battery_mass_kg,
-            ballast_arm_m,
-            length_m,
-            cm_alpha,
-            cm_q,
-            battery_zero_m: zero,
+        let all = || {
+            Some(Self {
+                inertia_kg_m2: inertia?,
+                metacentric_height_m: height?,
+                battery_mass_kg: battery?,
+                ballast_arm_m: arm?,
+                length_m: length?,
+                cm_alpha: alpha?,
+                cm_q: q?,
+                battery_zero_m: zero,
+            })
         };
-        let all = || Some((inertia?, height?, battery?, arm?, length?, alpha?, q?));
-        Ok(all().map(of))
+        Ok(all())
     }
 
     /// Damping moment per rate of pitch, N m s/rad.
@@ -128,7 +129,7 @@ impl PitchMoments {
     /// Quiet stretches of a run, of rows that take part.
     pub(crate) fn stretches(&self, vehicle: &Vehicle, run: &Run, used: &[bool]) -> Vec<Stretch> {
         let (time, c, s) = (&run.time_s, &vehicle.constants, &vehicle.sensors);
-        let pitch = (s.pitch_noise_rad.powi(2) + s.pitch_resolution_rad.powi(2) / 12.0).sqrt();
+        let pitch = s.pitch_sigma_rad();
         let per_rad = c.mass_kg / self.battery_mass_kg * self.metacentric_height_m;
         let damping = self.damping(c, 1020.0, 0.3) / (self.battery_mass_kg * c.gravity_m_s2);
         let goes_on = |i: usize| {
@@ -161,12 +162,6 @@ impl PitchMoments {
     }
 }
 
-/// The inputs of a run at a time.
-fn input_at(run: &Run, time_s: f64) -> &Input {
-    let nearest = ((time_s - run.time_s[0]) / (0.5 * run.step_s)).round().max(0.0) as usize;
-    &run.inputs[nearest.min(run.inputs.len() - 1)]
-}
-
 impl Problem<'_> {
     /// Where the battery was in the quiet stretches of run `k`, in their noise.
     pub(crate) fn whiten_battery_seen(&self, k: usize, out: &mut Vec<f64>) {
@@ -193,7 +188,8 @@ impl Problem<'_> {
         let zero_m = state.calibration[BATTERY_ZERO] * m.battery_zero_m;
         let battery_kg = m.battery_mass_kg * doubt(BATTERY_MASS).max(LEAST_MASS);
         let weight = battery_kg * constants.gravity_m_s2;
-        let inputs: Vec<&Input> = rows.clone().map(|row| input_at(run, run.time_s[row])).collect();
+        // Half of a half step ahead: the nearest.
+        let inputs: Vec<&Input> = rows.clone().map(|row| run.input_at_row(row, 0.25 * run.step_s)).collect();
         // The reading of the engine itself: volume from elsewhere does not act at its arm.
         let seen = |(input, row): (&&Input, usize)| Sensed { ballast_m3: run.ballast_m3[row], ..input.sensed };
         let mut sensed: Vec<Sensed> = inputs.iter().zip(rows.clone()).map(seen).collect();

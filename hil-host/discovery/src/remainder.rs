@@ -52,14 +52,7 @@ struct Traits {
 fn traits(problem: &Problem, k: usize) -> Traits {
     let run = problem.runs[k];
     let n = run.time_s.len();
-    let input = |row: usize| {
-        let j = ((run.time_s[row] - run.time_s[0]) / (0.5 * run.step_s)) as usize;
-        &run.inputs[j.min(run.inputs.len() - 1)]
-    };
-    let ahead = |row: usize, seconds: f64| {
-        let j = ((run.time_s[row] - run.time_s[0] + seconds).max(0.0) / (0.5 * run.step_s)) as usize;
-        &run.inputs[j.min(run.inputs.len() - 1)]
-    };
+    let ahead = |row: usize, seconds: f64| run.input_at_row(row, seconds);
     let mut down = Vec::with_capacity(n);
     let mut since_turn_s = Vec::with_capacity(n);
     let mut last_turn = run.time_s[0];
@@ -75,8 +68,8 @@ fn traits(problem: &Problem, k: usize) -> Traits {
     Traits {
         ballast_rate: (0..n).map(|i| (ahead(i, 6.0).sensed.ballast_m3 - ahead(i, -6.0).sensed.ballast_m3) / 12.0 * 1e5).collect(),
         stratification: (0..n).map(|i| (ahead(i, 8.0).sensed.density_kg_m3 - ahead(i, -8.0).sensed.density_kg_m3) / 16.0 * 30.0).collect(),
-        roll: (0..n).map(|i| input(i).roll_rad).collect(),
-        ballast: (0..n).map(|i| input(i).sensed.ballast_m3 * 5e3).collect(),
+        roll: (0..n).map(|i| ahead(i, 0.0).roll_rad).collect(),
+        ballast: (0..n).map(|i| ahead(i, 0.0).sensed.ballast_m3 * 5e3).collect(),
         down,
         since_turn_s,
     }

@@ -79,6 +79,13 @@ pub struct Sensors {
     pub speed_scale_relative: f64,
 }
 
+impl Sensors {
+    /// Noise of a sample of the pitch, its rounding included, 1 sigma, rad.
+    pub(crate) fn pitch_sigma_rad(&self) -> f64 {
+        (self.pitch_noise_rad.powi(2) + self.pitch_resolution_rad.powi(2) / 12.0).sqrt()
+    }
+}
+
 impl Default for Sensors {
     /// A pumped CTD's pressure sensor and a TCM compass; guess, as FORMAT's example vehicles.
     fn default() -> Self {

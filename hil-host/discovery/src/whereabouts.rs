@@ -66,10 +66,7 @@ pub fn residuals(run: &Run, blocks: &[Block], track: &Track) -> Vec<Residual> {
             let middle = b.rows[b.rows.len() / 2];
             let n = b.rows.len() as f64;
             let mean = |f: &dyn Fn(usize) -> f64| b.rows.iter().map(|&r| f(r)).sum::<f64>() / n;
-            let at = |row: usize, ahead: f64| {
-                let j = ((run.time_s[row] - run.time_s[0] + ahead).max(0.0) / (0.5 * run.step_s)) as usize;
-                &run.inputs[j.min(run.inputs.len() - 1)]
-            };
+            let at = |row: usize, ahead: f64| run.input_at_row(row, ahead);
             let down = b.observed_m_s > 0.0;
             let (before, after) = (at(middle, -40.0), at(middle, 40.0));
             let steady = (before.sensed.ballast_m3 - after.sensed.ballast_m3).abs() < 6e-6

@@ -211,9 +211,10 @@ impl Effect for DragLevelError {
     }
 }
 
-/// K times (1 + rel_error min(1, 2 wing_share)) and CDb times (1 + rel_error min(1, 2 (1 - wing_share))): 1 where the wing's induced
-/// drag alone is wrong, 0 where the hull's cross-flow drag alone is, one half where both are by the same factor. They are one effect,
-/// because to first order both grow with the square of the angle of attack; what is left (lift is not quite linear) may tell them apart.
+/// K times (1 + rel_error f(wing_share)) and CDb times (1 + rel_error f(1 - wing_share)), where f is whole from one half on and below it
+/// 1 - (1 - 2 s)²: 1 where the wing's induced drag alone is wrong, 0 where the hull's cross-flow drag alone is, one half where both are by
+/// the same factor. (Two straight lines would have a kink there, which held fits fast.) They are one effect, because to first order both
+/// grow with the square of the angle of attack; what is left (lift is not quite linear) may tell them apart.
 #[derive(Clone, Copy, Debug)]
 pub struct InducedDragError;
 
@@ -245,7 +246,42 @@ impl Effect for InducedDragError {
         ]
     }
     fn constants(&self, p: &[f64], c: &mut Constants) {
-        c.induced_k *= 1.0 + p[0] * (2.0 * p[1]).min(1.0);
-        c.hull_drag_per_rad2 *= 1.0 + p[0] * (2.0 - 2.0 * p[1]).min(1.0);
+        let part = |share: f64| {
+            let lost = (1.0 - 2.0 * share).max(0.0);
+            1.0 - lost * lost
+        };
+        c.induced_k *= 1.0 + p[0] * part(p[1]);
+        c.hull_drag_per_rad2 *= 1.0 + p[0] * part(1.0 - p[1]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Effect, InducedDragError};
+    use crate::effects::tests::nominal;
+
+    /// All of the error is on one of the two at either end and on both in the middle, and nowhere does a small step of the share turn.
+    #[test]
+    fn accuracy_an_error_of_the_induced_drag_is_shared_out_without_a_kink() {
+        let of = |share: f64| {
+            let mut c = nominal();
+            InducedDragError.constants(&[0.4, share], &mut c);
+            (c.induced_k / nominal().induced_k, c.hull_drag_per_rad2 / nominal().hull_drag_per_rad2)
+        };
+        for (share, wing, hull) in [(1.0, 1.4, 1.0), (0.5, 1.4, 1.4), (0.0, 1.0, 1.4)] {
+            let (w, h) = of(share);
+            // Rounding of a few products.
+            assert!((w - wing).abs() < 1e-12 && (h - hull).abs() < 1e-12, "{share}: {w} {h}");
+        }
+        for k in 1..100 {
+            let share = f64::from(k) / 100.0;
+            let [before, at, after] = [share - 1e-3, share, share + 1e-3].map(of);
+            // A parabola's second difference: 8 x 0.4 x (1e-3)²; a kink would leave 0.8e-3.
+            assert!((before.0 + after.0 - 2.0 * at.0).abs() < 4e-6 && (before.1 + after.1 - 2.0 * at.1).abs() < 4e-6, "{share}");
+        }
+        // Nothing has less drag than none.
+        let mut c = nominal();
+        InducedDragError.constants(&[-1.0, 0.75], &mut c);
+        assert!(c.induced_k == 0.0 && c.hull_drag_per_rad2 > 0.0, "{c:?}");
     }
 }

@@ -350,7 +350,7 @@ impl Active {
 mod tests {
     use super::*;
 
-    fn nominal() -> Constants {
+    pub(in crate::effects) fn nominal() -> Constants {
         Constants {
             gravity_m_s2: 9.81,
             mass_kg: 68.0,

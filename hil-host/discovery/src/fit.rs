@@ -1,6 +1,6 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::calibration::{BATTERY_MASS, BATTERY_ZERO, N_CALIBRATION, STATED, State, step_of, tolerance_of, wide_tail};
+use crate::calibration::{BATTERY_MASS, BATTERY_ZERO, N_CALIBRATION, PITCH_DAMPING, STATED, State, step_of, tolerance_of, wide_tail};
 use crate::problem::{Column, Problem};
 use crate::wave::{PARTS, Wave};
 use hydro::effects::Active;
@@ -273,7 +273,9 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             w.amplitude_m_s[j / PARTS][j % PARTS] = v;
         }
     };
+    let sum = |a: (f64, f64, f64), b: (f64, f64, f64)| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
     let rare = |s: &State, i: usize| match (i < nc).then(|| s.calibration[i]) {
+        Some(z) if i == PITCH_DAMPING => sum(beside_normal(i, z), problem.noise_in_damping(z)),
         Some(z) if i >= BATTERY_MASS => beside_normal(i, z),
         Some(z) if !limitless => beyond_scatter(i, z),
         _ => (0.0, 0.0, 0.0),

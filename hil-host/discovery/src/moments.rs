@@ -64,6 +64,8 @@ const MOST: f64 = 3.0;
 const MOST_ALIKE: f64 = 0.8;
 /// Factor by which the doubt changes that is worth a new search.
 const CHANGED: f64 = 1.25;
+/// Damping beyond which the noise of the pitch's rate is no reason against less of it, tolerances over the file's.
+const FULL_DAMPING: f64 = 2.0;
 /// Doubt from which it is spoken of.
 const DOUBTED: f64 = 1.5;
 
@@ -84,6 +86,8 @@ pub(crate) struct Stretch {
     battery_m: f64,
     /// Noise of that and of what it is compared with, 1 sigma, m.
     sigma_m: f64,
+    /// Share of its square that is noise of the pitch's rate, which comes with the damping.
+    of_rate: f64,
 }
 
 /// Mean over rows of what a row has, weighted by time.
@@ -152,14 +156,29 @@ impl PitchMoments {
             let count = (i + 2 - from) as f64;
             // A move is at an unknown instant between two rows.
             let unseen = (from..=i).map(|k| ((run.battery_m[k + 1] - run.battery_m[k]) * (time[k + 1] - time[k]) / length).powi(2));
-            let variance = (RESOLUTION_M.powi(2) / 12.0 + (pitch * per_rad).powi(2)) / count
-                + 2.0 * (SMOOTHED_PER_S * length / (count - 1.0)).min(1.0) * (pitch * damping / length).powi(2)
-                + unseen.sum::<f64>() / 12.0;
-            out.push(Stretch { battery_m: mean(time, &rows, |k| run.battery_m[k]), rows, sigma_m: variance.sqrt() });
+            let of_rate = 2.0 * (SMOOTHED_PER_S * length / (count - 1.0)).min(1.0) * (pitch * damping / length).powi(2);
+            let variance = (RESOLUTION_M.powi(2) / 12.0 + (pitch * per_rad).powi(2)) / count + of_rate + unseen.sum::<f64>() / 12.0;
+            out.push(Stretch {
+                battery_m: mean(time, &rows, |k| run.battery_m[k]),
+                rows,
+                sigma_m: variance.sqrt(),
+                of_rate: of_rate / variance,
+            });
             from = i + 1;
         }
         out
     }
+}
+
+/// What is to be paid for a damping off by `z` tolerances, where so much noise of the pitch's rate is heard through it.
+fn noise_in_damping(heard: f64, tolerance: f64, z: f64) -> (f64, f64, f64) {
+    // u = z far below, and a constant far beyond.
+    let less = (FULL_DAMPING - z).min(700.0).exp();
+    let (u, share) = (FULL_DAMPING - less.ln_1p(), less / (1.0 + less));
+    let whole = 1.0 + tolerance * u;
+    let slope = -heard * tolerance * whole * share;
+    let curvature = heard * tolerance * share * (whole * (1.0 - share) - tolerance * share);
+    (heard * (1.0 - whole * whole), slope, curvature)
 }
 
 impl Problem<'_> {
@@ -188,6 +207,8 @@ impl Problem<'_> {
         let zero_m = state.calibration[BATTERY_ZERO] * m.battery_zero_m;
         let battery_kg = m.battery_mass_kg * doubt(BATTERY_MASS).max(LEAST_MASS);
         let weight = battery_kg * constants.gravity_m_s2;
+        // The damping's own number is of the damping per mass of the battery, as it is heard here.
+        let damped_weight = m.battery_mass_kg * constants.gravity_m_s2;
         // Half of a half step ahead: the nearest.
         let inputs: Vec<&Input> = rows.clone().map(|row| run.input_at_row(row, 0.25 * run.step_s)).collect();
         // The reading of the engine itself: volume from elsewhere does not act at its arm.
@@ -212,9 +233,18 @@ impl Problem<'_> {
             let (then, now) = (&sensed[a - from], &sensed[b - from]);
             let damping = doubt(PITCH_DAMPING) * m.damping(constants, now.density_kg_m3, speed) * (now.pitch_rad - then.pitch_rad);
             let swinging = m.inertia_kg_m2 * (inputs[b - from].pitch_rate_rad_s - inputs[a - from].pitch_rate_rad_s);
-            let turned = (damping - swinging) / (weight * (run.time_s[b] - run.time_s[a]) * inputs[a - from].cos_pitch);
+            let length = (run.time_s[b] - run.time_s[a]) * inputs[a - from].cos_pitch;
+            let turned = (damping / damped_weight - swinging / weight) / length;
             out.push((steady + turned - zero_m) / (stretch.sigma_m * self.moment_doubt));
         }
+    }
+
+    /// What a damping of the pitch off by `z` tolerances seems to gain by the noise of the pitch's rate alone, which it multiplies: that
+    /// much is to be paid for it (penalty, and half of its slope and curvature), or every flight asks for less damping than there is.
+    /// Beyond [`FULL_DAMPING`] nothing is given back: a file that overstates the noise of its pitch would ask for ever more damping.
+    pub(crate) fn noise_in_damping(&self, z: f64) -> (f64, f64, f64) {
+        let heard = self.stretches.iter().flatten().map(|s| s.of_rate).sum::<f64>() / self.moment_doubt.powi(2);
+        noise_in_damping(heard, tolerance_of(self.vehicle, PITCH_DAMPING), z)
     }
 
     /// Where in a whitened vector the battery of run `k` is.
@@ -266,8 +296,9 @@ impl Problem<'_> {
             format!(", doubted: they miss {:.1} times what the sensors' noise would leave", self.moment_doubt)
         };
         notes.push(format!("the position of the battery was compared with the moments in pitch in {count} quiet half minutes{of}"));
+        let doubt = |index: usize| 1.0 + state.calibration[index] * tolerance_of(self.vehicle, index);
         for (index, key) in NUMBERS {
-            let off = state.calibration[index] * tolerance_of(self.vehicle, index);
+            let off = doubt(index) * if index == PITCH_DAMPING { doubt(BATTERY_MASS) } else { 1.0 } - 1.0;
             if state.calibration[index].abs() > SURELY_OFF {
                 notes.push(format!("by the position of the battery pitch.{key} of the vehicle file is off by {:+.0} %", 100.0 * off));
             }
@@ -310,5 +341,29 @@ impl Problem<'_> {
             values
         };
         steps.iter().enumerate().map(column).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::noise_in_damping;
+
+    /// Noise that a damping of share w multiplies leaves w² of itself: what a fit seems to gain by less damping it pays here.
+    #[test]
+    fn accuracy_less_damping_pays_what_it_takes_from_the_noise_and_more_gains_nothing() {
+        let (heard, tolerance) = (280.0, 0.05);
+        let paid = |z: f64| noise_in_damping(heard, tolerance, z);
+        for z in [-30.0, -12.0, -3.0, 0.0, 1.5, 2.5, 6.0, 40.0] {
+            let (_, slope, curvature) = paid(z);
+            let step = 1e-4;
+            let [before, after] = [paid(z - step), paid(z + step)];
+            // Half of the slope and curvature of the penalty, differenced over 1e-4 tolerances.
+            assert!(((after.0 - before.0) / (4.0 * step) - slope).abs() < 1e-5 * (1.0 + slope.abs()), "{z}: {slope}");
+            assert!(((after.1 - before.1) / (2.0 * step) - curvature).abs() < 1e-5 * (1.0 + curvature.abs()), "{z}: {curvature}");
+        }
+        // Half of the damping and 95 % of it.
+        let noise = |z: f64| heard * (1.0 + tolerance * z).powi(2);
+        assert!((paid(-10.0).0 - paid(-1.0).0 - (noise(-1.0) - noise(-10.0))).abs() < 0.03 * heard);
+        assert!((paid(60.0).0 - paid(20.0).0).abs() < 1e-6 * heard, "no end to what more damping would gain");
     }
 }

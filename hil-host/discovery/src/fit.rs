@@ -273,9 +273,10 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             w.amplitude_m_s[j / PARTS][j % PARTS] = v;
         }
     };
+    let noise_in_damping = problem.noise_in_damping();
     let sum = |a: (f64, f64, f64), b: (f64, f64, f64)| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
     let rare = |s: &State, i: usize| match (i < nc).then(|| s.calibration[i]) {
-        Some(z) if i == PITCH_DAMPING => sum(beside_normal(i, z), problem.noise_in_damping(z)),
+        Some(z) if i == PITCH_DAMPING => sum(beside_normal(i, z), noise_in_damping(z)),
         Some(z) if i >= BATTERY_MASS => beside_normal(i, z),
         Some(z) if !limitless => beyond_scatter(i, z),
         _ => (0.0, 0.0, 0.0),

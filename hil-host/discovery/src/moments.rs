@@ -202,7 +202,7 @@ impl Problem<'_> {
         let (Some(first), Some(last)) = (stretches.first(), stretches.last()) else { return };
         let rows = *first.rows.start()..=*last.rows.end();
         let from = *rows.start();
-        let doubt = |index: usize| 1.0 + state.calibration[index] * tolerance_of(self.vehicle, index);
+        let doubt = |index: usize| self.of_file(state, index);
         let (height, arm, turning) = (doubt(METACENTRIC_HEIGHT), doubt(BALLAST_ARM), doubt(PITCH_MOMENT));
         let zero_m = state.calibration[BATTERY_ZERO] * m.battery_zero_m;
         let battery_kg = m.battery_mass_kg * doubt(BATTERY_MASS).max(LEAST_MASS);
@@ -242,9 +242,15 @@ impl Problem<'_> {
     /// What a damping of the pitch off by `z` tolerances seems to gain by the noise of the pitch's rate alone, which it multiplies: that
     /// much is to be paid for it (penalty, and half of its slope and curvature), or every flight asks for less damping than there is.
     /// Beyond [`FULL_DAMPING`] nothing is given back: a file that overstates the noise of its pitch would ask for ever more damping.
-    pub(crate) fn noise_in_damping(&self, z: f64) -> (f64, f64, f64) {
+    pub(crate) fn noise_in_damping(&self) -> impl Fn(f64) -> (f64, f64, f64) + use<> {
         let heard = self.stretches.iter().flatten().map(|s| s.of_rate).sum::<f64>() / self.moment_doubt.powi(2);
-        noise_in_damping(heard, tolerance_of(self.vehicle, PITCH_DAMPING), z)
+        let tolerance = tolerance_of(self.vehicle, PITCH_DAMPING);
+        move |z| noise_in_damping(heard, tolerance, z)
+    }
+
+    /// What a state takes a relative number of the calibration for, in shares of the vehicle file's.
+    fn of_file(&self, state: &State, index: usize) -> f64 {
+        1.0 + state.calibration[index] * tolerance_of(self.vehicle, index)
     }
 
     /// Where in a whitened vector the battery of run `k` is.
@@ -296,7 +302,7 @@ impl Problem<'_> {
             format!(", doubted: they miss {:.1} times what the sensors' noise would leave", self.moment_doubt)
         };
         notes.push(format!("the position of the battery was compared with the moments in pitch in {count} quiet half minutes{of}"));
-        let doubt = |index: usize| 1.0 + state.calibration[index] * tolerance_of(self.vehicle, index);
+        let doubt = |index: usize| self.of_file(state, index);
         for (index, key) in NUMBERS {
             let off = doubt(index) * if index == PITCH_DAMPING { doubt(BATTERY_MASS) } else { 1.0 } - 1.0;
             if state.calibration[index].abs() > SURELY_OFF {

@@ -92,7 +92,8 @@ fn rounded(beyond: f64) -> f64 {
     }
 }
 
-/// The slope of the linear lift halves around an angle. Off: an angle that is never reached.
+/// The slope of the linear lift halves around an angle, and a share of the lift that is lost, times sin alpha, comes back as drag. Off: an
+/// angle that is never reached.
 #[derive(Clone, Copy, Debug)]
 pub struct Stall;
 

@@ -85,6 +85,8 @@ pub struct Fit {
     pub centre: Vec<f64>,
     /// Pull that is left on each free number (none on those held by a bound).
     pub gradient: DVector<f64>,
+    /// Fall of chi² that the signatures still promised where no step along them led down: a fit at rest has none.
+    pub promised: f64,
 }
 
 /// What a fit leaves to more signatures: its residual, its columns and their curvature, priors in it.
@@ -311,6 +313,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     gram.view_mut((0, 0), (nc, nc)).copy_from(&jacobian.gram);
     let mut settled = false;
     let mut moved = true;
+    let mut promised = 0.0;
     for iteration in 0..=effort.iterations {
         let last = settled || iteration == effort.iterations;
         // Signatures of the effects' own numbers at this state.
@@ -357,6 +360,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
         }
         let Some(cholesky) = curvature.cholesky() else { break };
         let move_by = cholesky.solve(&gradient);
+        promised = 0.0;
         if gradient.dot(&move_by) < 0.05 {
             // Nothing left to gain.
             settled = true;
@@ -381,6 +385,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             share *= 0.35;
         }
         settled = gained < 0.1;
+        promised = if moved { 0.0 } else { gradient.dot(&move_by) };
     }
     let mut curvature = gram;
     for i in 0..n {
@@ -401,7 +406,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     }
     let covariance = curvature.cholesky().map_or_else(|| DMatrix::identity(n, n), |c| c.inverse());
     let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
-    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, centre, gradient }
+    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, centre, gradient, promised }
 }
 
 /// Steps of a fit that goes on beyond the limits.
@@ -472,6 +477,7 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
         precision,
         centre,
         gradient: DVector::zeros(n + 1),
+        promised: 0.0,
     }
 }
 

@@ -18,6 +18,7 @@ pub mod expression;
 pub mod fit;
 pub mod flight;
 mod form;
+mod hollows;
 pub mod hull_lag;
 pub mod import;
 pub mod inputs;

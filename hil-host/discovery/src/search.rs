@@ -9,7 +9,7 @@ use crate::evidence::{PRIOR, TIED};
 use crate::fit::{Effort, Fit, Jacobian, fit_from, linear};
 use crate::form;
 use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, is_strained, wave_library};
+use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
 use hydro::effects::{CATALOGUE, Effect};
 
@@ -93,9 +93,6 @@ const MOST_PAIRS: usize = 14;
 /// Effects tried beside a wave that leads, the third and later ones from this share of what the first promises: look-alikes of it.
 const BESIDE_WAVE: usize = 4;
 const ALIKE_SHARE: f64 = 0.5;
-/// Hypotheses that are let go from a strained calibration, and the shares of the strain that are kept.
-const LET_GO: usize = 6;
-const KEPT_STRAIN: [f64; 2] = [0.0, 0.5];
 /// Cosine of signatures from which two effects do the same.
 const TWINS: f64 = 0.99;
 /// Chi² by which the calibration has sat in a hollow: as much as decides whether a name is worth saying.
@@ -117,7 +114,7 @@ const OTHERS: usize = 2;
 pub(crate) const MAY_WIN_RECOLOURED: f64 = 10.0;
 /// The same where rows or signatures are others, and of these what stale ones leave of a gain.
 pub(crate) const MAY_WIN: f64 = 25.0;
-const MAY_WIN_SHARE: f64 = 0.25;
+pub(crate) const MAY_WIN_SHARE: f64 = 0.25;
 /// Most hypotheses of one size that get signatures of their own at a time.
 const MOST_SETTLED: usize = 10;
 /// Hypotheses whose signatures are taken anew when they are weighed again.
@@ -150,6 +147,7 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
     // Greedy steps from one single never meet the look-alikes of a pair's members.
     tick("look-alikes", 0.92);
     s.exchange();
+    s.free_the_stuck();
     if depth == Depth::Triples {
         tick("three effects", 0.95);
         s.triples();
@@ -242,11 +240,11 @@ fn geometry(screen: &Screen, signs: &[Signature]) -> (Vec<(&'static str, &'stati
     (likeness, ranked)
 }
 
-struct Search<'a> {
-    screen: &'a Screen<'a>,
+pub(crate) struct Search<'a> {
+    pub(crate) screen: &'a Screen<'a>,
     before: Option<&'a Found>,
     tick: &'a dyn Fn(&str, f64),
-    found: Vec<Candidate>,
+    pub(crate) found: Vec<Candidate>,
     /// Whether one single effect tells all there is.
     told: bool,
 }
@@ -418,7 +416,7 @@ impl Search<'_> {
 
     /// Far from the calibrated nominal model the signatures are others: contenders of this size get their own and go on. Best first
     /// at the end.
-    fn settle(&mut self, size: usize) {
+    pub(crate) fn settle(&mut self, size: usize) {
         for _ in 0..MOST_SETTLED {
             let sized = |c: &Candidate| c.effects.len() == size && c.fit.state.wave.is_none();
             let top = self.found.iter().filter(|c| sized(c)).map(|c| c.log_odds).fold(0.0, f64::max);
@@ -435,30 +433,6 @@ impl Search<'_> {
             self.found[k] = Candidate { own: Some(own), ..self.screen.candidate(f, prior_of(size), self.found[k].correction) };
         }
         self.found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-    }
-
-    /// Far from its model a flight strains the calibration before any effect is there, and what leads may stay in that hollow. Where
-    /// more than noise is left the leaders are fitted anew, as large as they are, from a calibration that is not strained.
-    fn let_go(&mut self) {
-        let screen = self.screen;
-        let stuck = |c: &Candidate| c.fit.mean_square() > TELLS_ALL && is_strained(&c.fit.state);
-        let plain = |c: &Candidate| c.fit.state.wave.is_none() && c.log_odds.is_finite();
-        let leaders: Vec<usize> = (0..self.found.len()).filter(|&k| plain(&self.found[k])).take(LET_GO).collect();
-        if !leaders.first().is_some_and(|&k| stuck(&self.found[k])) {
-            return;
-        }
-        for k in leaders {
-            let was = &self.found[k];
-            if !stuck(was) {
-                continue;
-            }
-            let from = |share: &f64| State { calibration: was.fit.state.calibration.map(|z| share * z), ..was.fit.state.clone() };
-            let fits = KEPT_STRAIN.iter().map(|share| crate::start::descend(screen.problem, &from(share)));
-            let Some(f) = fits.min_by(|a, b| a.chi2.total_cmp(&b.chi2)).filter(|f| f.chi2 < was.fit.chi2 - RENEW_GAIN) else { continue };
-            let (f, own) = screen.renewed(f, 4);
-            self.found[k] = Candidate { own: Some(own), ..screen.candidate(f, prior_of(was.effects.len()), was.correction) };
-        }
-        self.settle(2);
     }
 
     /// The best pair without a wave, if it is above this.

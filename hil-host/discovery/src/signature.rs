@@ -212,6 +212,7 @@ mod tests {
             precision: vec![1.0, 0.5],
             centre: vec![0.0; 2],
             gradient: DVector::from_vec(vec![0.2, -0.1]),
+            promised: 0.0,
         };
         let ground = fit.ground().expect("positive");
         // Two columns in each of three stretches, and two that live everywhere.

@@ -421,4 +421,4 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -24,7 +24,7 @@ const SLOCUM: Constants = Constants {
 };
 
 /// A dive and a climb of `half_s` each at this pitch, from afloat or from under way.
-fn run(half_s: f64, pitch: f64, afloat: bool) -> Run {
+pub(crate) fn run(half_s: f64, pitch: f64, afloat: bool) -> Run {
     let step_s = 1.0;
     let time_s: Vec<f64> = (0..(half_s / 2.0) as usize).map(|i| 4.0 * i as f64).collect();
     let input = |j: usize| {

@@ -407,7 +407,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     say(off_track, &format!("on the check segments the best hypothesis leaves {times:.1} times what ordinary water motion leaves"));
     let name = too_large.unwrap_or_default();
     say(too_large.is_some(), &format!("{name} would have to be larger than it is anywhere"));
-    say(no_wave, "the period of the wave would have to be shorter or longer than those of internal waves, 7 to 52 minutes");
+    say(no_wave, "the period of the wave would have to be shorter or longer than those of internal waves, 8 to 52 minutes");
     say(far_off, "far more than ordinary water motion remains after the best hypothesis");
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);

@@ -2,7 +2,7 @@
 //! points downhill (a leg that stalls with the next small step).
 
 use crate::calibration::State;
-use crate::screen::{Candidate, RENEW_GAIN, TELLS_ALL, is_strained};
+use crate::screen::{Candidate, RENEW_GAIN, TELLS_ALL, is_strained, named};
 use crate::search::{MAY_WIN, MAY_WIN_SHARE, Search, prior_of};
 use crate::start::descend;
 use hydro::effects::Active;
@@ -17,6 +17,9 @@ const STUCK: f64 = 4.0;
 /// Stuck hypotheses that are freed, and the share of an effect's size from which they go on.
 const FREED: usize = 4;
 const HALF: f64 = 0.5;
+/// Leading hypotheses whose parts follow them, and the steps by which a part shows that it may be lower there.
+const LED: usize = 2;
+const FIRST_STEPS: usize = 3;
 
 /// The state with an effect that has been given all to one of two places in the other one; none if it has none.
 fn elsewhere(state: &State) -> Option<State> {
@@ -66,6 +69,27 @@ impl Search<'_> {
             };
             let starts: Vec<State> = (0..was.fit.state.effects.len()).map(halved).collect();
             self.take_lower(k, &starts, STUCK);
+        }
+        self.settle(2);
+    }
+
+    /// What is a part of a leading pair goes on from where the pair is, if that is lower: the pair may have found the way for both, and
+    /// its part would pass for worse than it is.
+    pub(crate) fn follow_the_whole(&mut self) {
+        let screen = self.screen;
+        let plain = |c: &Candidate| c.fit.state.wave.is_none() && c.log_odds > 0.0;
+        let leaders: Vec<Candidate> = self.found.iter().take(LED).filter(|c| plain(c) && c.effects.len() > 1).cloned().collect();
+        for whole in &leaders {
+            for left_out in 0..whole.fit.state.effects.len() {
+                let mut part = whole.fit.state.clone();
+                part.effects.remove(left_out);
+                let same = |c: &Candidate| plain(c) && named(&c.fit.state) == named(&part);
+                let Some(k) = self.found.iter().position(same) else { continue };
+                let there = screen.fit(screen.beside(Some(whole)), &part, FIRST_STEPS);
+                if there.chi2 < self.found[k].fit.chi2 {
+                    self.take_lower(k, &[there.state], RENEW_GAIN);
+                }
+            }
         }
         self.settle(2);
     }

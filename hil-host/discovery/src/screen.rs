@@ -103,9 +103,9 @@ fn at_end(p: &Parameter, v: f64) -> bool {
     (v - p.high).abs() < margin || ((v - p.low).abs() < margin && p.low != p.off)
 }
 
-/// Tens of minutes: 7 to 52. A longer wave is a drift of each dive of its own and explains anything.
+/// Tens of minutes: 7 to 58. A longer wave is a drift of each dive of its own and explains anything.
 fn wave_periods() -> impl Iterator<Item = f64> {
-    (0..18).map(|k| 420.0 * 1.125_f64.powi(k))
+    (0..19).map(|k| 420.0 * 1.125_f64.powi(k))
 }
 
 /// Whether a wave of a period that was tried would rather have a shorter or a longer one: then it is none.
@@ -419,6 +419,6 @@ mod tests {
     #[test]
     fn a_wave_at_either_end_of_the_periods_that_are_tried_is_none() {
         let none: Vec<f64> = wave_periods().filter(|p| no_wave(*p)).collect();
-        assert!(none.len() == 2 && none[0] == 420.0 && (3000.0..3200.0).contains(&none[1]), "{none:?}");
+        assert!(none.len() == 2 && none[0] == 420.0 && (3400.0..3600.0).contains(&none[1]), "{none:?}");
     }
 }

@@ -148,6 +148,7 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
     tick("look-alikes", 0.92);
     s.exchange();
     s.free_the_stuck();
+    s.follow_the_whole();
     if depth == Depth::Triples {
         tick("three effects", 0.95);
         s.triples();

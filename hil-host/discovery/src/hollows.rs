@@ -3,7 +3,7 @@
 
 use crate::calibration::State;
 use crate::screen::{Candidate, RENEW_GAIN, TELLS_ALL, is_strained, named};
-use crate::search::{MAY_WIN, MAY_WIN_SHARE, Search, prior_of};
+use crate::search::{Search, may_win_from, prior_of};
 use crate::start::descend;
 use hydro::effects::Active;
 
@@ -55,7 +55,7 @@ impl Search<'_> {
     pub(crate) fn free_the_stuck(&mut self) {
         self.found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
         let top = self.found.first().map_or(0.0, |c| c.log_odds.max(0.0));
-        let floor = top - MAY_WIN - MAY_WIN_SHARE * top;
+        let floor = may_win_from(top);
         let stuck = |c: &Candidate| c.fit.promised > STUCK && c.fit.state.wave.is_none() && c.log_odds > floor;
         let concerned: Vec<usize> = (0..self.found.len()).filter(|&k| stuck(&self.found[k])).take(FREED).collect();
         for k in concerned {

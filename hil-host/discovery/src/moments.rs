@@ -361,7 +361,7 @@ mod tests {
     use std::path::Path;
 
     /// A battery that is slow moves little from row to row while the nose still swings, and what holds a swinging nose is not what holds
-    /// a quiet one: such half minutes missed by five times their noise, and drags were named for it in flights of others.
+    /// a quiet one: such half minutes missed by up to seven times their noise, and drags were named for it in flights of others.
     #[test]
     fn regress_a_nose_that_swings_is_not_quiet_however_slow_the_battery() {
         let text = include_str!("../../../vehicles/slocum-standard.toml");

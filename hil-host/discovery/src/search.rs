@@ -114,7 +114,7 @@ const OTHERS: usize = 2;
 pub(crate) const MAY_WIN_RECOLOURED: f64 = 10.0;
 /// The same where rows or signatures are others, and of these what stale ones leave of a gain.
 pub(crate) const MAY_WIN: f64 = 25.0;
-pub(crate) const MAY_WIN_SHARE: f64 = 0.25;
+const MAY_WIN_SHARE: f64 = 0.25;
 /// Most hypotheses of one size that get signatures of their own at a time.
 const MOST_SETTLED: usize = 10;
 /// Hypotheses whose signatures are taken anew when they are weighed again.
@@ -210,6 +210,11 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
     contenders.append(&mut others);
     contenders.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     Found { null: screen.null, candidates: contenders, likeness: before.likeness }
+}
+
+/// Log odds from which a hypothesis may yet win over one of `top`, where rows or signatures are about to be others.
+pub(crate) fn may_win_from(top: f64) -> f64 {
+    top - MAY_WIN - MAY_WIN_SHARE * top
 }
 
 /// Prior probability of one given set of effects.
@@ -421,7 +426,7 @@ impl Search<'_> {
         for _ in 0..MOST_SETTLED {
             let sized = |c: &Candidate| c.effects.len() == size && c.fit.state.wave.is_none();
             let top = self.found.iter().filter(|c| sized(c)).map(|c| c.log_odds).fold(0.0, f64::max);
-            let floor = top - MAY_WIN - MAY_WIN_SHARE * top;
+            let floor = may_win_from(top);
             // A larger set that gains little more than a part of it was fitted with the signatures of the part.
             let part = |c: &Candidate| {
                 let parts = self.found.iter().filter(|p| p.effects.len() < size && c.has_all_of(p));

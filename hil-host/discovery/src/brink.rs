@@ -276,7 +276,7 @@ impl Problem<'_> {
         for (k, tracks) in concerned.into_iter().zip(self.both_tracks(&runs, state)) {
             let run = self.runs[k];
             let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || near[k][i]).collect();
-            let whitener = Whitener::new(run, &whole, &self.colour);
+            let whitener = Whitener::new(run, &whole, |i| self.brink_at[k][i], &self.colour);
             let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
             for (sum, t) in sums.iter_mut().zip(tracks) {
                 let mut e = Vec::new();

@@ -178,7 +178,7 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
                 speed = t.sink_m_s.get(middle).copied().unwrap_or(0.12).clamp(0.03, 0.6);
             }
             let run = leg_run(leg, &column, top, bottom, speed, day);
-            let whitener = Whitener::new(&run, &run.used, &noise);
+            let whitener = Whitener::new(&run, &run.used, |_| false, &noise);
             let predictions: Vec<DVector<f64>> = tied.iter().map(|(_, s)| DVector::from_vec(predict(&run, &whitener, s))).collect();
             let base = &tied[0].1;
             let columns: Vec<DVector<f64>> = (0..N_SIMULATED)

@@ -140,7 +140,7 @@ impl<'a> Problem<'a> {
     /// Rebuilds the whitening for a colour.
     pub fn set_colour(&mut self, colour: Colour) {
         self.colour = colour;
-        self.whiteners = self.runs.iter().zip(&self.used).map(|(r, u)| Whitener::new(r, u, &colour)).collect();
+        self.whiteners = self.runs.iter().zip(&self.used).zip(&self.brink_at).map(|((r, u), b)| Whitener::new(r, u, |i| b[i], &colour)).collect();
         let mut data = Vec::new();
         let mut offsets = Vec::new();
         for k in 0..self.runs.len() {

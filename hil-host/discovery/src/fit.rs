@@ -2,6 +2,7 @@
 
 use crate::calibration::{BATTERY_MASS, BATTERY_ZERO, N_CALIBRATION, PITCH_DAMPING, STATED, State, step_of, tolerance_of, wide_tail};
 use crate::problem::{Column, Problem};
+use crate::slope::LEAP;
 use crate::wave::{PARTS, Wave};
 use hydro::effects::Active;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -27,18 +28,10 @@ impl Jacobian {
         let states: Vec<State> = std::iter::once(at.clone()).chain((0..BATTERY_ZERO).map(|k| aside(k, steps[k]))).collect();
         let mut models = problem.models(&states).into_iter();
         let base = models.next().unwrap_or_default();
-        let slope = |model: &[f64], step: f64| -> Vec<f64> { model.iter().zip(&base).map(|(b, a)| (b - a) / step).collect() };
+        let seen = problem.seen(LEAP);
         let columns: Vec<Column> = models
             .enumerate()
-            .map(|(k, model)| {
-                let mut values = slope(&model, steps[k]);
-                // Where the model has no glide on one side, the other side tells; where on neither, nothing does.
-                if !values.iter().all(|x| x.is_finite()) {
-                    let step = -0.2 * steps[k];
-                    values = slope(&problem.model(&aside(k, step)), step);
-                }
-                values
-            })
+            .map(|(k, ahead)| seen.slope(&base, &ahead, steps[k], |back| problem.model(&aside(k, back))))
             .chain(problem.battery_columns(at, &steps[BATTERY_ZERO..]))
             .map(|values| {
                 let told = values.iter().all(|x| x.is_finite());
@@ -319,16 +312,16 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
         // Signatures of the effects' own numbers at this state.
         if moved && !(last && effort.rough) {
             let step = |f: &Free| if state.effects[f.effect].values[f.parameter] + f.step > f.high { -f.step } else { f.step };
-            let beside = |f: &Free| {
+            let beside = |f: &Free, by: f64| {
                 let mut beside = state.clone();
-                beside.effects[f.effect].values[f.parameter] += step(f);
+                beside.effects[f.effect].values[f.parameter] += by;
                 beside
             };
-            let models = problem.models(&free.iter().map(beside).collect::<Vec<_>>());
-            for ((j, f), model) in free.iter().enumerate().zip(models) {
-                let step = step(f);
-                columns[nc + j].values =
-                    model.iter().zip(problem.data.iter().zip(&residual)).map(|(m, (d, r))| (m - (d - r)) / step).collect();
+            let models = problem.models(&free.iter().map(|f| beside(f, step(f))).collect::<Vec<_>>());
+            let seen = problem.seen(LEAP);
+            let here: Vec<f64> = problem.data.iter().zip(&residual).map(|(d, r)| d - r).collect();
+            for ((j, f), ahead) in free.iter().enumerate().zip(models) {
+                columns[nc + j].values = seen.slope(&here, &ahead, step(f), |back| problem.model(&beside(f, back)));
             }
         }
         for i in nc..n {

@@ -40,6 +40,7 @@ pub mod report;
 pub mod screen;
 pub mod search;
 pub mod signature;
+mod slope;
 pub mod spikes;
 pub mod start;
 pub mod steady;

@@ -15,11 +15,13 @@ use crate::metric::{Block, modelled_m_s, rms};
 use crate::moments::Stretch;
 use crate::noise::{Colour, Whitener};
 use crate::prepare::{Prepared, Run, SURFACE_M};
+use crate::slope::Seen;
 use crate::vehicle::Vehicle;
 use crate::wave::Kind;
 use crate::ways::Way;
 use hydro::effects::{Active, Constants, DAY_S, Effect};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
 const SURFACE_PA: f64 = 100.0;
@@ -140,7 +142,8 @@ impl<'a> Problem<'a> {
     /// Rebuilds the whitening for a colour.
     pub fn set_colour(&mut self, colour: Colour) {
         self.colour = colour;
-        self.whiteners = self.runs.iter().zip(&self.used).zip(&self.brink_at).map(|((r, u), b)| Whitener::new(r, u, |i| b[i], &colour)).collect();
+        self.whiteners =
+            self.runs.iter().zip(&self.used).zip(&self.brink_at).map(|((r, u), b)| Whitener::new(r, u, |i| b[i], &colour)).collect();
         let mut data = Vec::new();
         let mut offsets = Vec::new();
         for k in 0..self.runs.len() {
@@ -195,8 +198,15 @@ impl<'a> Problem<'a> {
 
     /// Range of a run in a whitened vector: all of it, and the depth innovations at its start.
     #[must_use]
-    pub fn range(&self, k: usize) -> (std::ops::Range<usize>, usize) {
+    pub fn range(&self, k: usize) -> (Range<usize>, usize) {
         (self.offsets[k]..self.offsets[k + 1], self.whiteners[k].len())
+    }
+
+    /// What answers are compared with, run by run; ways over several runs together. `leap` is said at [`Seen`].
+    #[must_use]
+    pub(crate) fn seen(&self, leap: f64) -> Seen<'_> {
+        let ways = self.offsets[self.runs.len()]..self.data.len();
+        Seen { runs: (0..self.runs.len()).map(|k| self.range(k).0).chain([ways]).collect(), data: &self.data, leap }
     }
 
     /// The rows behind each depth innovation of run `k`.

@@ -5,6 +5,7 @@ use crate::evidence::log_size_prior;
 use crate::fit::{Ground, Jacobian, symmetric};
 use crate::problem::{Column, Problem};
 use crate::screen::WAVE;
+use crate::slope::LEAP_IF_FELT;
 use hydro::effects::{CATALOGUE, Effect};
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Borrow;
@@ -143,6 +144,7 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
     let states: Vec<State> = std::iter::once(at.clone()).chain(simulated).collect();
     let mut models = problem.models(&states).into_iter();
     let base = models.next().unwrap_or_default();
+    let seen = problem.seen(LEAP_IF_FELT);
     let column = |(effect, size): (&'static dyn Effect, f64)| {
         let values = match lent(effect) {
             // A calibration number's own signature, in the effect's unit.
@@ -152,8 +154,12 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
             }
             // Difference of the model per unit of size, at a size that is felt.
             None => {
-                let unit = if effect.name() == "stall" { 1.0 } else { size - effect.parameters()[0].off };
-                models.next().unwrap_or_default().iter().zip(&base).map(|(a, b)| (a - b) / unit).collect()
+                let ahead = models.next().unwrap_or_default();
+                let off = effect.parameters()[0].off;
+                match effect.name() {
+                    "stall" => ahead.iter().zip(&base).map(|(a, b)| a - b).collect(),
+                    _ => seen.slope(&base, &ahead, size - off, |back| problem.model(&with(problem, at, effect, off + back))),
+                }
             }
         };
         Signature { effect, column: Column { from: 0, values } }

@@ -379,6 +379,8 @@ impl Search<'_> {
                 for (_, effect) in second.iter().take(4) {
                     add(first, *effect);
                 }
+                // Whatever its signatures promise: a stall's angle is nowhere near linear.
+                add(first, &hydro::effects::Stall);
                 let (f, extra) = screen.with_wave(screen.beside(Some(single)), &single.fit, 2);
                 self.found.push(screen.candidate(f, prior_of(2), extra));
                 if let Some(current) = self.current() {

@@ -11,11 +11,11 @@ use crate::metric::{Block, blocks, rms};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE, has_guessed_form, no_wave, size_at_end};
+use crate::screen::{Candidate, WAVE, has_guessed_form};
 use crate::search::{Depth, Found, prior_of};
+use crate::unlike::unlike;
 use crate::wave::{PARTS, ordinary_amplitude_m_s};
 use crate::{Flight, Vehicle};
-use hydro::effects::Active;
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
 /// goes unnamed shows in a longer flight.
@@ -44,9 +44,6 @@ const FEWEST_BLOCKS: usize = 20;
 const MUCH_MORE: f64 = 2.0;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
-/// Share of a size at the end of what is possible below which its interval must not reach for it to be too large: 0.85 to 0.92 on
-/// simulated flights with effects of no name, 0.48 and 0.71 on two where body–wing vortices were truly large and induced drag small.
-const SURELY_AT_END: f64 = 0.78;
 /// Log Bayes factor from which a family may tell the story better than any name does.
 const TELLS: f64 = 6.0;
 /// What it must be better by than the best name: log odds, and share of them. On simulated flights the right name is ahead by 3 and
@@ -304,18 +301,6 @@ pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -
     candidates.first().filter(|best| best.log_odds > needs(best) + thin)
 }
 
-/// The effect of a fit whose size is at the end of what is possible and hardly below it by its interval: one that could as well be
-/// half as large (a size that trades against the angle from which it acts) is not too large.
-fn too_large(fit: &Fit) -> Option<&'static str> {
-    let surely = |&(k, a): &(usize, &Active)| {
-        let off = a.effect.parameters()[0].off;
-        let reaches = |e: &Estimate| ((if e.value > off { e.low } else { e.high }) - off) / (e.value - off);
-        let size = fit.sigma.iter().find(|s| (s.0, s.1) == (k, 0)).map(|s| estimate(fit, *s));
-        size_at_end(a) && size.is_none_or(|e| reaches(&e) > SURELY_AT_END)
-    };
-    fit.state.effects.iter().enumerate().find(surely).map(|(_, a)| a.effect.name())
-}
-
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &Found, check: &[u32], mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness } = found;
     let spoken = worth_naming(problem, candidates);
@@ -363,10 +348,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let after_best = &found[0];
     let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
     let left_over = strongest > remains;
-    // Or the best name would have to be larger than it can be.
-    let too_large = spoken.and_then(|c| too_large(&c.fit));
-    // Or have another period than such waves have.
-    let no_wave = spoken.and_then(|c| c.fit.state.wave.as_ref()).is_some_and(|w| no_wave(w.kind.period_s));
+    // Or the best name would have to be what nothing of that name is.
+    let unlike = spoken.map_or_else(Vec::new, |c| unlike(problem, &c.fit));
     let mut tellers: Vec<(f64, &Family)> = Vec::new();
     for (left, (.., told)) in found.iter().zip(&beside) {
         let Some((odds, least)) = *told else { continue };
@@ -395,7 +378,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
-    let unexplained = left_over || better_told || off_track || far_off || too_large.is_some() || no_wave;
+    let unexplained = left_over || better_told || off_track || far_off || !unlike.is_empty();
     let mut say = |it_is: bool, why: &str| {
         if it_is {
             notes.push(format!("unexplained: {why}"))
@@ -404,10 +387,9 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     say(left_over, "what remains after the best hypothesis follows a variable");
     say(better_told, "a remainder that follows one variable tells it better than any effect");
     let times = check_error / floor;
-    say(off_track, &format!("on the check segments the best hypothesis leaves {times:.1} times what ordinary water motion leaves"));
-    let name = too_large.unwrap_or_default();
-    say(too_large.is_some(), &format!("{name} would have to be larger than it is anywhere"));
-    say(no_wave, "the period of the wave would have to be shorter or longer than those of internal waves, 8 to 52 minutes");
+    let worst = spoken.filter(|_| off_track).map_or_else(String::new, |c| worst_segment(problem, prepared, &c.fit.state, &check_blocks));
+    say(off_track, &format!("on the check segments the best hypothesis leaves {times:.1} times what ordinary water motion leaves{worst}"));
+    unlike.iter().for_each(|why| say(true, why));
     say(far_off, "far more than ordinary water motion remains after the best hypothesis");
 
     let best_odds = spoken.map_or(0.0, |c| c.log_odds);
@@ -513,6 +495,20 @@ fn typical_error([_, elsewhere]: &[Vec<f64>; 2]) -> f64 {
     if errors.len() < FEWEST_BLOCKS { f64::NAN } else { errors[errors.len() / 2] / 0.6745 }
 }
 
+/// Where, of these blocks, a state misses most, to be said after how much it misses in all; nothing if they are of one segment.
+fn worst_segment(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)]) -> String {
+    let error = |of: &(usize, Vec<Block>)| {
+        let missed = block_errors(problem, prepared, &[state], std::slice::from_ref(of), false)[0];
+        (prepared.runs[of.0].segment, missed)
+    };
+    let errors: Vec<(u32, f64)> = blocks.iter().map(error).filter(|e| e.1.is_finite()).collect();
+    let Some((segment, most)) = errors.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)) else { return String::new() };
+    let others = errors.iter().filter(|e| e.0 != segment).map(|e| e.1).fold(f64::NAN, f64::max);
+    let [most, others] = [most, others].map(|e| 100.0 * e);
+    // Not a number where there is no other.
+    if others.is_finite() { format!(": {most:.2} cm/s in segment {segment}, at most {others:.2} in the others") } else { String::new() }
+}
+
 /// What is to be said where the model misses near the stall by much more than elsewhere: rows there are left out of fits.
 fn missed_near_stall([near, elsewhere]: &[Vec<f64>; 2], floor_m_s: f64) -> Option<String> {
     let [there, here] = [near, elsewhere].map(|e| rms(e.iter().copied()));
@@ -528,7 +524,7 @@ fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<
 }
 
 /// One free number of an effect of a fit, by its effect, its parameter and its uncertainty.
-fn estimate(fit: &Fit, (effect, parameter, sigma): (usize, usize, f64)) -> Estimate {
+pub(crate) fn estimate(fit: &Fit, (effect, parameter, sigma): (usize, usize, f64)) -> Estimate {
     let a = &fit.state.effects[effect];
     let p = &a.effect.parameters()[parameter];
     let value = a.values[parameter];

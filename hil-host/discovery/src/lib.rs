@@ -46,6 +46,7 @@ pub mod start;
 pub mod steady;
 pub mod strangers;
 pub mod switched_on;
+mod unlike;
 mod unseen;
 pub mod vehicle;
 pub mod vehicle_file;

@@ -108,9 +108,15 @@ fn wave_periods() -> impl Iterator<Item = f64> {
     (0..19).map(|k| 420.0 * 1.125_f64.powi(k))
 }
 
-/// Whether a wave of a period that was tried would rather have a shorter or a longer one: then it is none.
-pub(crate) fn no_wave(period_s: f64) -> bool {
-    [wave_periods().next(), wave_periods().last()].into_iter().flatten().any(|end| (period_s / end - 1.0).abs() < 1e-9)
+/// Of a wave that was given the shortest or the longest period that is tried, the next one inside: those at the ends are no waves.
+pub(crate) fn one_period_inside(period_s: f64) -> Option<f64> {
+    let is = |end: &f64| (period_s / end - 1.0).abs() < 1e-9;
+    let periods: Vec<f64> = wave_periods().collect();
+    match periods.as_slice() {
+        [shortest, inside, ..] if is(shortest) => Some(*inside),
+        [.., inside, longest] if is(longest) => Some(*inside),
+        _ => None,
+    }
 }
 
 /// Kinds of waves that are tried, with their signatures.
@@ -413,12 +419,14 @@ impl<'a> Screen<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{no_wave, wave_periods};
+    use super::{one_period_inside, wave_periods};
 
     /// Every wave that was there had a period inside; an eddy that turned between dives was given the longest.
     #[test]
-    fn a_wave_at_either_end_of_the_periods_that_are_tried_is_none() {
-        let none: Vec<f64> = wave_periods().filter(|p| no_wave(*p)).collect();
-        assert!(none.len() == 2 && none[0] == 420.0 && (3400.0..3600.0).contains(&none[1]), "{none:?}");
+    fn a_wave_at_either_end_of_the_periods_that_are_tried_has_one_beside_it_inside() {
+        let ends: Vec<(f64, f64)> = wave_periods().filter_map(|p| Some((p, one_period_inside(p)?))).collect();
+        let [shortest, longest] = ends[..] else { panic!("{ends:?}") };
+        assert!(shortest == (420.0, 472.5), "{ends:?}");
+        assert!((3400.0..3600.0).contains(&longest.0) && (longest.0 / longest.1 - 1.125).abs() < 1e-9, "{ends:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! Does something structured remain after the best hypothesis, and which variable does it follow?
 //!
-//! Families of smooth vertical velocities (by leg, depth, time, time since the last turning point, stratification, roll, ballast
-//! rate) are offered to the whitened residual with normal priors, after everything that was fitted is projected out. The log
+//! Families of smooth vertical velocities (by leg, depth, time, time since the last turning point, stratification, roll, heading,
+//! ballast rate) are offered to the whitened residual with normal priors, after everything that was fitted is projected out. The log
 //! Bayes factor of a family says whether the residual wants it; no named effect is involved.
 
 use crate::evidence::log_mean_exp;
@@ -132,7 +132,8 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
         turns.push(problem.rate_column(&|k, row| after(k, row) * sign(k, row)));
     }
     ask("time since the last turning point", &turns, None);
-    let simple: [(&'static str, Vec<Column>); 4] = [
+    let input = |k: usize, row: usize| problem.runs[k].input_at_row(row, 0.0);
+    let simple: [(&'static str, Vec<Column>); 5] = [
         (
             "stratification",
             vec![
@@ -155,6 +156,10 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
         (
             "ballast",
             vec![problem.rate_column(&|k, row| all[k].ballast[row].powi(2)), problem.rate_column(&|k, row| all[k].ballast[row].powi(3))],
+        ),
+        (
+            "heading",
+            vec![problem.rate_column(&|k, row| input(k, row).sin_heading), problem.rate_column(&|k, row| input(k, row).cos_heading)],
         ),
     ];
     for (variable, columns) in &simple {

@@ -4,8 +4,8 @@
 //! offered to the residual like the families of [`crate::remainder`], and what the best of it really gains is then seen by flying it.
 //! They are what gliders are known to do beside the catalogue: trim that is not repeatable or leaks away, a hull or a conductivity cell
 //! that follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks,
-//! a pitch sensor that depends on heading (soft iron), pressure or roll, or whose clock is not that of the pressure sensor, and drag
-//! that depends on heading or depth or that something caught on the way changes.
+//! a pitch sensor that depends on heading (soft iron), pressure, temperature or roll, or whose clock is not that of the pressure sensor,
+//! and drag that depends on heading, depth or the side to which the glider turns, or that something caught on the way changes.
 
 use crate::calibration::State;
 use crate::evidence::log_mean_exp;
@@ -282,6 +282,7 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
     let first_s = problem.runs.first().map_or(0.0, |r| r.time_s[0]);
     let start_s = |k: usize| problem.runs[k].time_s[0];
     let mpa = |i: &Input| i.sensed.pressure_pa * 1e-6;
+    let warmth = problem.vehicle.constants.reference_temperature_degc;
     let constants = [trim(&|_, _| 1.0), drag(&|_| 1.0)];
     let headings = || problem.runs.iter().flat_map(|r| &r.inputs).map(|i| (1.0, i.sin_heading, i.cos_heading));
     let sum = headings().fold((0.0, 0.0, 0.0), |s, h| (s.0 + h.0, s.1 + h.1, s.2 + h.2));
@@ -301,7 +302,9 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
         ("heading (drag)", by_heading(ON_DRAG)),
         ("depth (drag)", vec![vec![drag(&mpa)]]),
         ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
+        ("temperature (pitch)", vec![vec![pitch(&|i| (i.sensed.temperature_degc - warmth) * 0.2)]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
+        ("side of the turn (drag)", vec![vec![drag(&|i| i.roll_rad * 4.0)]]),
         (
             "rate of pitch (its clock early or late, or the pressure port off the centre)",
             vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]],

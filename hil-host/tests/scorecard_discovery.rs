@@ -335,6 +335,19 @@ fn regress_fits_that_rest_on_a_ledge_go_on_from_elsewhere() {
     }
 }
 
+/// Where a leg stalls with the next small step of a number, a difference across that ledge made the number look known to a third of its
+/// error, and the evidence three log odds too low: two weak effects went unnamed.
+#[test]
+fn regress_a_leg_that_nearly_stalls_makes_no_number_look_known() {
+    for (index, name, narrow) in [(49, "induced_drag_error", 0.09), (125, "lift_slope_error", 0.0)] {
+        let told = told(20_261_167, index);
+        let interval = &told["candidates"][0]["parameters"][format!("{name}.rel_error")];
+        let width = interval["high"].as_f64().zip(interval["low"].as_f64()).map(|(high, low)| high - low);
+        assert!(width.is_some_and(|w| w > narrow), "case {index}: {interval}");
+        assert_eq!(told["answer"], serde_json::json!([name]), "case {index}: {}", told["verdict"]);
+    }
+}
+
 /// Rows near the stall are left out of fits, but nobody is to believe that the model is right there.
 #[test]
 fn validate_a_model_that_misses_near_the_stall_alone_says_so() {

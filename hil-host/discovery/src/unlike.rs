@@ -69,7 +69,7 @@ mod tests {
         assert!(no_growth(&[power(1.9, 2.4, 2.9)]));
         // Of growth as others simulated it: settling first, and hardly known.
         for grown in [power(1.10, 1.19, 1.27), power(0.61, 0.79, 0.97), power(0.39, 0.72, 1.05), power(1.03, 1.64, 2.3)] {
-            assert!(!no_growth(&[grown.clone()]), "{grown:?}");
+            assert!(!no_growth(std::slice::from_ref(&grown)), "{grown:?}");
         }
         assert!(!no_growth(&[Estimate { name: "biofouling_drag.rate_per_day".into(), ..power(0.30, 0.35, 0.46) }]));
     }

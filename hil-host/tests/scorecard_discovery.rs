@@ -335,8 +335,8 @@ fn regress_fits_that_rest_on_a_ledge_go_on_from_elsewhere() {
     }
 }
 
-/// Where a leg stalls with the next small step of a number, a difference across that ledge made the number look known to a third of its
-/// error, and the evidence three log odds too low: two weak effects went unnamed.
+/// Where a leg stalls with the next small step of a number, a difference across that ledge made the number look known two and a half times
+/// as well as it is, and the evidence two to three log odds too low: two weak effects went unnamed.
 #[test]
 fn regress_a_leg_that_nearly_stalls_makes_no_number_look_known() {
     for (index, name, narrow) in [(49, "induced_drag_error", 0.09), (125, "lift_slope_error", 0.0)] {

@@ -230,7 +230,10 @@ fn hil_the_image_is_watched_and_its_log_decoded() {
     link.wire().unplug();
     let (elf, log) = (elf.to_string_lossy().into_owned(), log.to_string_lossy().into_owned());
     let shown = glider(&["monitor", &name, "--log", &log, "--elf", &elf, "--seconds", "1"]);
-    assert!(shown["accepted"].as_u64().unwrap() > u64::from(before.accepted) && shown["damaged"] == 0 && shown["hil"] == true, "{shown}");
+    // The emulated chip is deaf until its receiver is on: a hello on the way then is cut, and counted.
+    assert!(before.damaged <= 1, "{before:?}");
+    assert!(shown["accepted"].as_u64().unwrap() > u64::from(before.accepted) && shown["hil"] == true, "{shown}");
+    assert_eq!(shown["damaged"], before.damaged, "nothing is damaged once it hears: {shown}");
     let text: Vec<String> = shown["log"].as_array().unwrap().iter().map(|l| l.as_str().unwrap().to_owned()).collect();
     told(&text, "mission taken, table");
 }

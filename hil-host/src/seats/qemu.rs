@@ -22,9 +22,6 @@ pub const PROGRAM: &str = "qemu-system-arm";
 const IMAGE: &str = "thumbv7em-none-eabihf/flight/firmware";
 /// QEMU names its terminal within this time or never, s. Starting took 0.1–0.3 s here.
 const START: Duration = Duration::from_secs(10);
-/// QEMU looks once a second whether anybody has its terminal open: what is said to one that is opened anew before it has looked may lose
-/// part of a frame (a guess from what was seen: hellos in a burst, one of them cut).
-const LET_GO: Duration = Duration::from_millis(2500);
 
 /// A running QEMU with the image.
 pub struct Qemu {
@@ -135,10 +132,10 @@ impl Qemu {
         &self.name
     }
 
-    /// Lets go of the terminal, and waits until QEMU has seen it, so that another program may open it.
+    /// Lets go of the terminal, so that another program may open it. QEMU looks once a second whether anybody has: what is said before
+    /// waits in the terminal, whole.
     pub fn unplug(&mut self) {
         self.port = None;
-        std::thread::sleep(LET_GO);
     }
 
     fn plugged(&mut self) -> std::io::Result<&mut dyn SerialPort> {

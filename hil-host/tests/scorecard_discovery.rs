@@ -405,6 +405,20 @@ fn regress_a_strong_stranger_is_not_called_two_effects_that_follow_it() {
     }
 }
 
+/// A wave beside an effect is reached from either; listed twice, it looked half as probable as it is.
+#[test]
+fn regress_no_hypothesis_is_listed_twice() {
+    let told = told(20261170, 225);
+    let mut sets: Vec<Vec<&str>> = Vec::new();
+    for c in told["candidates"].as_array().expect("a list") {
+        let mut names: Vec<&str> = c["effects"].as_array().expect("names").iter().filter_map(Value::as_str).collect();
+        names.sort_unstable();
+        assert!(!names.is_empty() && !sets.contains(&names), "{names:?} twice");
+        sets.push(names);
+    }
+    assert!(sets.contains(&vec!["internal_wave", "pitch_offset"]), "{sets:?}");
+}
+
 /// A hull expands with temperature: where none was measured, no single name can be certain.
 #[test]
 fn scorecard_without_temperature_a_name_is_never_certain() {

@@ -156,6 +156,14 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
     let mut candidates = s.found;
     form::mark_down_larger_sets(problem, &mut candidates, &[]);
     candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    // A wave beside an effect is reached from either: one hypothesis, and told once.
+    let mut once: Vec<Candidate> = Vec::with_capacity(candidates.len());
+    candidates.into_iter().for_each(|c| {
+        if !once.iter().any(|o| o.is(&c.effects)) {
+            once.push(c)
+        }
+    });
+    let candidates = once;
     Found { null: screen.null, candidates, likeness }
 }
 

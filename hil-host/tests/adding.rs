@@ -9,11 +9,11 @@ use discovery::search::Depth;
 use discovery::{Flight, Vehicle, compare, expression, vehicle};
 use hydro::effects::{Effect, by_name};
 use plant::trials::catalogue::{Effect as Hidden, Strength};
-use plant::trials::{Kind, Site, Spec, Wing, plan};
+use plant::trials::{Banking, Kind, Site, Spec, Wing, plan};
 use std::path::Path;
 
 /// A flight that hides one strong effect, and its vehicle.
-fn hiding(effect: Hidden, site: Site, wing: Wing, lifelike: bool, seed: u64) -> (Flight, Vehicle) {
+fn hiding(effect: Hidden, site: Site, wing: Wing, lifelike: Option<Banking>, seed: u64) -> (Flight, Vehicle) {
     let spec = Spec { site, wing, kind: Kind::Single, effects: vec![effect], outside: None, strength: Some(Strength::Strong), lifelike };
     read_back(&spec, seed, 0)
 }
@@ -50,7 +50,7 @@ fn regress_adding_what_was_named_gives_the_error_that_was_told() {
 /// Who adds an effect by name gets the tilt with it, in the new vehicle file too; the vehicle as given stays as its file has it.
 #[test]
 fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
-    let (log, v) = hiding(Hidden::InducedDragError, Site::Sea, Wing::LowAspectRatio, true, 2);
+    let (log, v) = hiding(Hidden::InducedDragError, Site::Sea, Wing::LowAspectRatio, Some(Banking::Tilts), 2);
     let added = |v: &Vehicle| add(&log, v, &[named("induced_drag_error")], b"parent").expect("a fit");
     let told = added(&v);
     assert_eq!(told.vehicle["hydro"]["bank_tilt"], 1.0, "{:?}", told.notes);
@@ -67,7 +67,7 @@ fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
 /// Who adds an effect to a vehicle whose hull is late gets the lag with it, in the new vehicle file too.
 #[test]
 fn regress_an_effect_added_to_a_vehicle_whose_hull_is_late_comes_with_the_lag() {
-    let (log, v) = hiding(Hidden::PitchScale, Site::Lake, Wing::Standard, true, 3);
+    let (log, v) = hiding(Hidden::PitchScale, Site::Lake, Wing::Standard, Some(Banking::Tilts), 3);
     let told = add(&log, &v, &[named("pitch_scale")], b"parent").expect("a fit");
     assert!(told.vehicle["hull_lag_share"].as_f64().is_some_and(|share| share > 0.3), "{:?}", told.notes);
     let back = flown(&log, &told);
@@ -79,7 +79,7 @@ fn regress_an_effect_added_to_a_vehicle_whose_hull_is_late_comes_with_the_lag() 
 #[test]
 fn regress_an_effect_that_the_file_has_already_is_fitted_anew_as_a_whole() {
     for (hidden, name) in [(Hidden::RollTurnDrag, "roll_turn_drag"), (Hidden::Stall, "stall"), (Hidden::BallastScale, "ballast_scale")] {
-        let (log, v) = hiding(hidden, Site::Lake, Wing::Standard, false, 7);
+        let (log, v) = hiding(hidden, Site::Lake, Wing::Standard, None, 7);
         let effect = named(name);
         let first = add(&log, &v, &[effect], b"parent").expect("a fit");
         assert!(first.heldout_m_s[2] < 0.7 * first.heldout_m_s[0], "{name}: {:?}", first.heldout_m_s);
@@ -98,7 +98,7 @@ fn regress_an_effect_that_the_file_has_already_is_fitted_anew_as_a_whole() {
 /// away; and adding it finds all of it.
 #[test]
 fn regress_too_much_of_an_effect_in_the_file_is_named_as_a_change_of_it() {
-    let (log, v) = hiding(Hidden::VortexLiftBodywing, Site::Lake, Wing::LowAspectRatio, false, 7);
+    let (log, v) = hiding(Hidden::VortexLiftBodywing, Site::Lake, Wing::LowAspectRatio, None, 7);
     let vortex = named("vortex_lift_bodywing");
     let first = add(&log, &v, &[vortex], b"parent").expect("a fit");
     let mut with = flown(&log, &first);
@@ -117,7 +117,7 @@ fn regress_too_much_of_an_effect_in_the_file_is_named_as_a_change_of_it() {
 /// Two expressions of one target are two effects: the second was written over the first.
 #[test]
 fn regress_a_second_expression_of_one_target_leaves_the_first_where_it_is() {
-    let (log, v) = hiding(Hidden::RollTurnDrag, Site::Lake, Wing::Standard, false, 7);
+    let (log, v) = hiding(Hidden::RollTurnDrag, Site::Lake, Wing::Standard, None, 7);
     let own = |text: &str| expression::parse(text).expect("parses") as &'static dyn Effect;
     let first = add(&log, &v, &[own("cd += k*roll^2")], b"parent").expect("a fit");
     let second = add(&log, &flown(&log, &first), &[own("cd += k*U")], b"parent").expect("a fit");

@@ -43,7 +43,7 @@ impl Ringing {
 
 /// What is told of a flight without anything hidden, in water that rings.
 fn told(site: Site, wing: Wing, seed: u64, ringing: Ringing) -> Diagnosis {
-    let spec = Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: false };
+    let spec = Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None };
     let (mut log, v) = case::read_back(&spec, seed, 0);
     ringing.carry(&mut log, &mut ChaCha8Rng::seed_from_u64(seed));
     diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")

@@ -4,11 +4,12 @@
 
 mod case;
 
+use discovery::bank::Bank;
 use discovery::search::Depth;
 use discovery::{diagnose, read, report, vehicle};
 use hil_host::trial_score;
 use plant::trials::catalogue::{Effect, Outside, Strength};
-use plant::trials::{Kind, Site, Spec, Wing, generate, plan};
+use plant::trials::{Banking, Kind, Site, Spec, Wing, generate, plan};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -66,7 +67,7 @@ fn one(spec: &Spec, seed: u64, depth: Depth) -> diagnose::Diagnosis {
 }
 
 fn spec(site: Site, kind: Kind, effects: Vec<Effect>, outside: Option<Outside>) -> Spec {
-    Spec { site, wing: Wing::Standard, kind, effects, outside, strength: Some(Strength::Strong), lifelike: false }
+    Spec { site, wing: Wing::Standard, kind, effects, outside, strength: Some(Strength::Strong), lifelike: None }
 }
 
 fn clean(site: Site, wing: Wing) -> Spec {
@@ -243,7 +244,7 @@ fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() 
         (Site::Sea, Effect::RollTurnDrag),
         (Site::Lake, Effect::ThermalExpansion),
     ] {
-        let body = Spec { wing: Wing::LowAspectRatio, lifelike: true, ..spec(site, Kind::Single, vec![effect], None) };
+        let body = Spec { wing: Wing::LowAspectRatio, lifelike: Some(Banking::Tilts), ..spec(site, Kind::Single, vec![effect], None) };
         let d = one(&body, 2, Depth::Pairs);
         assert_eq!(d.answer, [effect.names().0], "{:?} {:?} {:?}", d.verdict, d.remainder.first(), d.notes);
     }
@@ -254,11 +255,11 @@ fn regress_what_every_body_does_and_the_nominal_model_leaves_out_is_not_named() 
 #[test]
 fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
     for wing in [Wing::Standard, Wing::LowAspectRatio] {
-        let body = Spec { lifelike: true, ..clean(Site::Lake, wing) };
+        let body = Spec { lifelike: Some(Banking::Tilts), ..clean(Site::Lake, wing) };
         let d = one(&body, 3, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
         assert!(d.branch.hull_lag_share > 0.0, "{wing:?} {:?}", d.notes);
-        let scaled = Spec { lifelike: true, wing, ..spec(Site::Lake, Kind::Single, vec![Effect::PitchScale], None) };
+        let scaled = Spec { lifelike: Some(Banking::Tilts), wing, ..spec(Site::Lake, Kind::Single, vec![Effect::PitchScale], None) };
         let d = one(&scaled, 3, Depth::Pairs);
         assert_eq!(d.answer, ["pitch_scale"], "{wing:?} {:?} {:?}", d.verdict, d.remainder.first());
     }
@@ -268,9 +269,26 @@ fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
 #[test]
 fn regress_lift_that_tilts_is_found_where_nothing_is_missing() {
     for wing in [Wing::Standard, Wing::LowAspectRatio] {
-        let d = one(&Spec { lifelike: true, ..clean(Site::Sea, wing) }, 2, Depth::Pairs);
+        let d = one(&Spec { lifelike: Some(Banking::Tilts), ..clean(Site::Sea, wing) }, 2, Depth::Pairs);
         assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
-        assert!(d.branch.banked, "{wing:?} {:?}", d.notes);
+        assert!(d.branch.bank == Bank::Tilt, "{wing:?} {:?}", d.notes);
+    }
+}
+
+/// A body that turns as it banks flies slower in turns for no missing reason: nine clean flights in 26 of somebody whose bodies do were told
+/// to have a drag in turns, and so were most with something else missing.
+#[test]
+fn regress_a_turn_in_three_dimensions_is_no_missing_drag_and_hides_none() {
+    let turning = Some(Banking::Turns);
+    for (site, wing) in [(Site::Sea, Wing::LowAspectRatio), (Site::Lake, Wing::LowAspectRatio), (Site::Sea, Wing::Standard)] {
+        let d = one(&Spec { lifelike: turning, ..clean(site, wing) }, 2, Depth::Pairs);
+        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{site:?} {wing:?} {:?} {:?}", d.answer, d.remainder.first());
+        assert!(matches!(d.branch.bank, Bank::Turn(share) if (0.5..1.1).contains(&share)), "{site:?} {wing:?} {:?}", d.notes);
+    }
+    for (effect, name) in [(Effect::RollTurnDrag, "roll_turn_drag"), (Effect::BallastScale, "ballast_scale")] {
+        let body = Spec { lifelike: turning, wing: Wing::LowAspectRatio, ..spec(Site::Sea, Kind::Single, vec![effect], None) };
+        let d = one(&body, 2, Depth::Pairs);
+        assert_eq!(d.answer, [name], "{:?} {:?}", d.verdict, d.remainder.first());
     }
 }
 

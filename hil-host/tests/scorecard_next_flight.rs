@@ -47,7 +47,7 @@ fn scorecard_planned_dives_name_what_is_hidden_sooner_than_a_sawtooth() {
                 effects: vec![effect],
                 outside: None,
                 strength: Some(Strength::Medium),
-                lifelike: false,
+                lifelike: None,
             };
             let Some(first) = fly(&spec, seed, &[SAWTOOTH; FIRST]) else { continue };
             let Some(p) = plan(&first.diagnosis, &first.vehicle) else { continue };

@@ -2,7 +2,7 @@
 //!
 //! An effect that the file has switched on already is fitted anew: what is told is all of it, and the new file says that.
 
-use crate::bank::{NOTE, settled, tells_fit_better};
+use crate::bank::{self, settled};
 use crate::brink::Branch;
 use crate::calibration::{N_CALIBRATION, State, tolerance_of};
 use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
@@ -76,10 +76,10 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         fit = again;
         anew = anew.or_else(|| Some(null.state.clone()));
     }
-    if let Some(tilted) = tells_fit_better(&problem, &fit) {
-        (problem, fit) = tilted;
+    if let Some(banked) = bank::tells_fit_better(&problem, &fit) {
+        (problem, fit) = banked;
         anew = anew.or_else(|| Some(null.state.clone()));
-        notes.push(NOTE.into());
+        notes.extend(problem.branch.bank.note());
     }
     if let Some(late) = hull_lag::tells_fit_better(&problem, &fit) {
         (problem, fit) = late;
@@ -151,6 +151,7 @@ fn document(
         hydro["added_mass_surge"] = json!(c.added_mass_surge);
         hydro["added_mass_heave"] = json!(c.added_mass_heave);
         hydro["bank_tilt"] = json!(c.bank_tilt);
+        hydro["banked_turn"] = json!(c.banked_turn);
         hydro["lift_fading"] = json!(c.beyond.lift_fading);
         hydro["cd_broadside"] = json!(c.beyond.cd_broadside);
     }

@@ -1,33 +1,63 @@
-//! Does lift tilt out of the vertical plane as the vehicle banks?
+//! What does the vehicle do as it banks?
 //!
-//! Geometry says so; the flight format's nominal model knows no roll. In turns of 15 to 20 degrees it takes 3 to 6 % of the lift,
-//! which is no missing effect but looks like drag in turns, beside whatever else is missing. So the model with the tilt is asked whether
-//! it tells the flight better: beside what is named or beside nothing, and in the place of drag in turns where that is named or nearly is.
+//! The flight format's nominal model knows no roll. By geometry lift tilts out of the vertical plane, 3 to 6 % of it in turns of 15 to 20
+//! degrees; and a body in a turn without sideslip has its nose's lead over the path out of that plane too, and carries its added mass
+//! round, which pulls as a tenth more drag does. Neither is a missing effect, but both look like drag in turns, beside whatever else is
+//! missing. So a model with the tilt, and one with the whole turn, are asked whether they tell the flight better: beside what is named or
+//! beside nothing, and in the place of drag in turns where that is named or nearly is.
 
 use crate::brink::Branch;
 use crate::calibration::State;
 use crate::evidence::{TIED, log_evidence};
 use crate::fit::{Effort, Fit, fit_from};
-use crate::problem::Problem;
+use crate::problem::{Column, Problem};
 use crate::screen::Candidate;
 use crate::search::{Found, prior_of};
+use crate::signature::Offer;
 
 /// The name that a tilt goes by.
 const TAKEN_FOR: &str = "roll_turn_drag";
-/// Log odds that the tilt, or what else every body does, has to be ahead by: twenty to one.
+/// Log odds that what a bank does, or what else every body does, has to be ahead by: twenty to one.
 pub(crate) const CLEARLY: f64 = 3.0;
+/// Least and largest share of a turn without sideslip that is one: a hull that slips turns less (0.75 where its side force is 2.6 per
+/// radian on the wings' area), and a share is known to a fifth at best.
+const SHARES: (f64, f64) = (0.4, 1.2);
 /// Iterations of each fit.
 const ITERATIONS: usize = 6;
 
-/// What a flight is said to show where the tilt is taken.
-pub const NOTE: &str =
-    "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)";
+/// What a model knows of a bank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Bank {
+    /// What the vehicle file says: nothing, in the flight format's nominal model.
+    #[default]
+    Level,
+    /// Lift tilts with the roll.
+    Tilt,
+    /// This share of a turn without sideslip.
+    Turn(f64),
+}
 
-/// Whether what was found, or that nothing is missing, is told better by lift that tilts with the roll; not asked where the vehicle file
-/// says how far it does.
+impl Bank {
+    /// What a flight is said to show where this is taken.
+    #[must_use]
+    pub fn note(self) -> Option<String> {
+        match self {
+            Self::Level => None,
+            Self::Tilt => Some(
+                "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)"
+                    .into(),
+            ),
+            Self::Turn(share) => Some(format!(
+                "the vehicle turns as it banks here, as bodies do and the nominal model does not: lift, path and added mass go round with it (hydro.banked_turn of the vehicle file, {share:.2}; 1 without sideslip)"
+            )),
+        }
+    }
+}
+
+/// What tells what was found, or that nothing is missing, better than a model that knows no bank; not asked where the vehicle file says
+/// what it does.
 #[must_use]
-pub fn tells_better(problem: &Problem, found: &Found) -> bool {
-    let Some(banked) = banked(problem) else { return false };
+pub fn told(problem: &Problem, found: &Found) -> Option<Bank> {
     let best = found.candidates.first().filter(|c| c.log_odds > 0.0);
     let is_it = |c: &&Candidate| c.effects.contains(&TAKEN_FOR) && best.is_some_and(|best| best.log_odds - c.log_odds < TIED);
     let told = best.map_or(&found.null, |best| &best.fit);
@@ -39,22 +69,51 @@ pub fn tells_better(problem: &Problem, found: &Found) -> bool {
         asked.push(without);
     }
     let before = odds(problem, told);
-    asked.iter().any(|state| odds(&banked, &settled(&banked, state)) > before + CLEARLY)
+    // What every body does comes before a name: without the name it need not be ahead.
+    let names = |state: &State| state.effects.iter().any(|a| a.effect.name() == TAKEN_FOR);
+    let spared = |state: &State| if names(&told.state) && !names(state) { CLEARLY } else { 0.0 };
+    let of =
+        |state: &State| banked(problem, state).iter().map(|(p, fit)| (odds(p, fit) + spared(state), p.branch.bank)).collect::<Vec<_>>();
+    let best = asked.iter().flat_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|best| best.0 > before + CLEARLY).map(|best| best.1)
 }
 
-/// The problem with the tilt, and the effects that somebody asked for fitted to it, where these are told better so.
+/// The problem with what tells best of a bank, and the effects that somebody asked for fitted to it, where these are told better so.
 #[must_use]
 pub fn tells_fit_better<'a>(problem: &Problem<'a>, with: &Fit) -> Option<(Problem<'a>, Fit)> {
-    let banked = banked(problem)?;
     // From where they were: near a stall a start from nothing may end in a hollow.
-    let with_tilt = settled(&banked, &with.state);
-    (odds(&banked, &with_tilt) > odds(problem, with) + CLEARLY).then_some((banked, with_tilt))
+    let (banked, fit) = banked(problem, &with.state).into_iter().max_by(|a, b| odds(&a.0, &a.1).total_cmp(&odds(&b.0, &b.1)))?;
+    (odds(&banked, &fit) > odds(problem, with) + CLEARLY).then_some((banked, fit))
 }
 
-/// The problem with lift that tilts, where it does not yet and the vehicle file does not say how far it does.
-fn banked<'a>(problem: &Problem<'a>) -> Option<Problem<'a>> {
-    let untold = problem.vehicle.constants.bank_tilt == 0.0 && !problem.branch.banked;
-    untold.then(|| Problem { branch: Branch { banked: true, ..problem.branch }, ..problem.clone() })
+/// The problem with each model that knows of a bank otherwise than now, and the fit to it from a state; none where the vehicle file says
+/// what a bank does.
+fn banked<'a>(problem: &Problem<'a>, state: &State) -> Vec<(Problem<'a>, Fit)> {
+    let constants = &problem.vehicle.constants;
+    if constants.bank_tilt != 0.0 || constants.banked_turn != 0.0 {
+        return Vec::new();
+    }
+    let with = |bank: Bank| Problem { branch: Branch { bank, ..problem.branch }, ..problem.clone() };
+    let level = with(Bank::Level);
+    let turn = turned(&level, &settled(&level, state)).map(Bank::Turn);
+    let others = std::iter::once(Bank::Tilt).chain(turn).filter(|bank| *bank != problem.branch.bank);
+    others
+        .map(|bank| {
+            let banked = with(bank);
+            let fit = settled(&banked, state);
+            (banked, fit)
+        })
+        .collect()
+}
+
+/// The share of a turn that linear theory has beside a fit that knows no bank; none where it is not that of a turn.
+fn turned(level: &Problem, fit: &Fit) -> Option<f64> {
+    let turn = Problem { branch: Branch { bank: Bank::Turn(1.0), ..level.branch }, ..level.clone() };
+    let model = |problem: &Problem| problem.models(std::slice::from_ref(&fit.state)).remove(0);
+    let values = model(&turn).iter().zip(&model(level)).map(|(a, b)| a - b).collect();
+    let offer = Offer::new(&[Column { from: 0, values }], &fit.ground()?);
+    let share = offer.match_[0] / offer.gram()[(0, 0)];
+    (share > SHARES.0).then(|| share.min(SHARES.1))
 }
 
 /// Log evidence of a fit and the prior of its effects.

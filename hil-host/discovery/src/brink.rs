@@ -8,6 +8,7 @@
 //! under every hypothesis. Without that, whether a leg stalls flips with small changes of the calibration: rows that one state
 //! explains make the misfit of its neighbours explode, and clean flights look as if something were missing.
 
+use crate::bank::Bank;
 use crate::calibration::{State, law};
 use crate::dynamics::{Job, Track, tracks_of};
 use crate::lanes::tracks;
@@ -57,8 +58,8 @@ pub struct Branch {
     pub continuation: Continuation,
     /// Whether launches end in a glide: of those after which the calibrated model may stall, at least half are seen to.
     pub glides: bool,
-    /// Whether lift tilts with the roll all the way ([`crate::bank`]).
-    pub banked: bool,
+    /// What the model knows of a bank ([`crate::bank`]).
+    pub bank: Bank,
     /// Share of the hull's expansion that follows the water late ([`crate::hull_lag`]), beside what the vehicle file states.
     pub hull_lag_share: f64,
 }
@@ -73,8 +74,12 @@ impl Branch {
     #[must_use]
     pub(crate) fn law(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
         let (constants, effects) = law(vehicle, state);
-        let bank_tilt = if self.banked { 1.0 } else { constants.bank_tilt };
-        (Constants { bank_tilt, hull_lag_share: constants.hull_lag_share + self.hull_lag_share, ..constants }, effects)
+        let (bank_tilt, banked_turn) = match self.bank {
+            Bank::Level => (constants.bank_tilt, constants.banked_turn),
+            Bank::Tilt => (1.0, 0.0),
+            Bank::Turn(share) => (0.0, share),
+        };
+        (Constants { bank_tilt, banked_turn, hull_lag_share: constants.hull_lag_share + self.hull_lag_share, ..constants }, effects)
     }
 
     /// The same, but a vehicle as its file gives it knows of no branch: what is shown of a state, not what a fit moves on.

@@ -31,6 +31,9 @@ pub struct Track {
     pub displacement_m: (f64, f64),
 }
 
+/// Cosine of the roll from which no glider turns: 60 degrees, beyond which a reading is of something else.
+const STEEPEST_TURN: f64 = 0.5;
+
 /// What drives the vehicle at one half step of the grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point {
@@ -46,6 +49,8 @@ pub(crate) struct Point {
     pub(crate) cd0_relative: f64,
     /// What a bank leaves of lift in the vertical plane.
     pub(crate) upright: f64,
+    /// Cosine of the roll of a body that turns as it banks; 1 where the model knows no such turn.
+    pub(crate) level: f64,
 }
 
 /// α = atan2(−n, u), rad. Near the axis, where a glider nearly always flies, by a polynomial (least squares on Chebyshev points of
@@ -170,17 +175,19 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> 
         if true_now.pitch_rad != i.sensed.pitch_rad {
             rate *= if affine { slope } else { pitch_slope(i.sensed) };
         }
+        let level = 1.0 - model.constants.banked_turn * (1.0 - i.cos_roll.max(STEEPEST_TURN));
         Point {
             buoyancy_n: model.net_buoyancy_n(true_now),
             dynamic: 0.5 * true_now.density_kg_m3 * area,
             sin_pitch,
             cos_pitch,
-            rate,
+            rate: rate * level,
             roll: i.roll_rad,
             time: i.sensed.time_s,
             temperature: true_now.temperature_degc,
             cd0_relative: i.cd0_relative,
             upright: 1.0 - model.constants.bank_tilt * (1.0 - i.cos_roll),
+            level,
         }
     };
     let whole: Vec<Point> = run.inputs.iter().zip(&all).map(point).collect();
@@ -220,6 +227,7 @@ impl Point {
             temperature: mix(self.temperature, other.temperature),
             cd0_relative: mix(self.cd0_relative, other.cd0_relative),
             upright: mix(self.upright, other.upright),
+            level: mix(self.level, other.level),
         }
     }
 }

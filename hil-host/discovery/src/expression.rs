@@ -332,6 +332,7 @@ mod tests {
             added_mass_surge: 0.0,
             added_mass_heave: 0.0,
             bank_tilt: 0.0,
+            banked_turn: 0.0,
             hull_lag_share: 0.0,
             beyond: Beyond::default(),
         };

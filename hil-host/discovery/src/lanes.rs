@@ -148,7 +148,7 @@ impl<'a> Lane<'a> {
             self.out.displacement_m.1 += h * horizontal * i.cos_heading;
         }
         let (u, n, z) = (self.u, self.n, self.z);
-        let sink1 = if afloat { 0.0 } else { -(u * sin2 + n * cos2) };
+        let sink1 = if afloat { 0.0 } else { -(u * sin2 + n * cos2 * p2.level) };
         while self.row < run.time_s.len() && run.time_s[self.row] < t0 + h {
             let x = ((run.time_s[self.row] - t0) / h).clamp(0.0, 1.0);
             let (x2, x3) = (x * x, x * x * x);
@@ -198,6 +198,9 @@ struct Beside {
     induced: Lanes,
     hull: Lanes,
     step_s: Lanes,
+    /// Mass carried across the hull over that carried along it, and whether any lane turns as it banks.
+    across_per_along: Lanes,
+    turns: bool,
     /// Hooks in the flow that an effect of any lane has.
     hooks: InFlow,
 }
@@ -226,6 +229,8 @@ impl Beside {
             induced: constant(&|l| l.model.constants.induced_k),
             hull: constant(&|l| l.model.constants.hull_drag_per_rad2),
             step_s: constant(&|l| l.step_s),
+            across_per_along: constant(&|l| l.heave_kg / l.surge_kg),
+            turns: lanes.iter().any(|l| l.model.constants.banked_turn != 0.0),
             hooks: lanes.iter().fold(InFlow::NOTHING, |hooks, l| hooks.or(l.model.in_flow())),
         }
     }
@@ -242,6 +247,7 @@ struct Now {
     rate: Lanes,
     cd0_relative: Lanes,
     upright: Lanes,
+    level: Lanes,
 }
 
 impl Now {
@@ -259,6 +265,7 @@ impl Now {
             rate: value(|p| p.rate),
             cd0_relative: value(|p| p.cd0_relative),
             upright: value(|p| p.upright),
+            level: value(|p| p.level),
         }
     }
 }
@@ -321,8 +328,15 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
 /// without a job.
 fn rates(lanes: &[Lane; LANES], b: &Beside, resting: u32, p: &Now, u: Lanes, n: Lanes) -> [Lanes; 3] {
     let speed = (u * u + n * n).sqrt();
-    let sink = -(u * p.sin_pitch + n * p.cos_pitch);
+    let sink = -(u * p.sin_pitch + n * p.cos_pitch * p.level);
     let (mut along, mut across) = (p.buoyancy * p.sin_pitch, p.buoyancy * p.cos_pitch);
+    if b.turns {
+        // Without sideslip the net buoyancy across the wings turns the vehicle: m1 r u = −B cos θ sin φ, and with it goes a rate of pitch
+        // in the body's own axes, q = r tan φ.
+        let aside = across * (Lanes::ONE / p.level - p.level);
+        along -= aside * b.across_per_along * n / speed.max(Lanes::splat(LEAST_SPEED_M_S));
+        across = across * p.level + aside;
+    }
     let mut alpha = small_angle(u, n);
     let near = resting | (u.simd_gt(Lanes::ZERO) & n.abs().simd_le(Lanes::splat(0.4) * u)).to_bitmask();
     if near != ALL {

@@ -5,7 +5,7 @@
 //! settles them anew by what the first search has taught; where another hypothesis leads then, so does a third. Rows move only together
 //! with a new search.
 
-use crate::bank::{NOTE, settled, tells_better};
+use crate::bank::{self, settled};
 use crate::brink::WORTH_TRYING;
 use crate::calibration::State;
 use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
@@ -31,10 +31,10 @@ const LOOKS: usize = 2;
 pub(crate) fn look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tick: &dyn Fn(&str, f64), notes: &mut Vec<String>) -> Found {
     let mut found = first_look(problem, prepared, depth, tick);
     for _ in 0..LOOKS {
-        let (banked, late) = (tells_better(problem, &found), hull_lag::told(problem, &found));
-        if banked {
-            problem.branch.banked = true;
-            notes.push(NOTE.into());
+        let (bank, late) = (bank::told(problem, &found), hull_lag::told(problem, &found));
+        if let Some(bank) = bank {
+            problem.branch.bank = bank;
+            notes.extend(bank.note());
         }
         if let Some(share) = late {
             problem.branch.hull_lag_share = share;
@@ -42,7 +42,7 @@ pub(crate) fn look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tic
         }
         let state = best_of(problem, &found).state.clone();
         let doubted = problem.doubt_moments(&state);
-        if banked || late.is_some() || doubted {
+        if bank.is_some() || late.is_some() || doubted {
             found = search(problem, Some(&found), depth, tick);
         }
         let settled_by = found.leading();

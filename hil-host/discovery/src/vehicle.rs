@@ -290,6 +290,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         added_mass_surge: or("hydro.added_mass_surge", 0.2)?,
         added_mass_heave: or("hydro.added_mass_heave", 0.92)?,
         bank_tilt: keys.within_if_stated("hydro.bank_tilt", -10.0, 10.0, "of the tilt")?.unwrap_or(0.0),
+        banked_turn: keys.within_if_stated("hydro.banked_turn", 0.0, 2.0, "of the turn")?.unwrap_or(0.0),
         hull_lag_share: keys.within_if_stated("hull_lag_share", 0.0, 2.0, "of the expansion")?.unwrap_or(0.0),
         beyond: Beyond {
             lift_fading: keys.within_if_stated("hydro.lift_fading", -3.0, 3.0, "of the way")?.unwrap_or(0.0),

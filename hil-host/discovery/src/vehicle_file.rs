@@ -373,6 +373,7 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         added_mass_surge: d.number("vehicle.added_mass_surge", "1", 0.0, 3.0)?,
         added_mass_heave: d.number("vehicle.added_mass_heave", "1", 0.0, 5.0)?,
         bank_tilt: 0.0,
+        banked_turn: 0.0,
         hull_lag_share: 0.0,
         beyond: Beyond::default(),
         reference_area_m2: geometry.reference_area_m2,

@@ -8,7 +8,7 @@ use plant::trials::vehicle::{Nominal, Scatter};
 use plant::trials::{Case, Kind, SEGMENTS, Site, Spec, Wing, files, generate, plan};
 
 fn clean(site: Site, wing: Wing) -> Spec {
-    Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: false }
+    Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None }
 }
 
 fn errors(case: &Case) -> (f64, f64, f64) {
@@ -175,7 +175,7 @@ fn every_planned_case_flies_and_comes_back() {
 fn prop_a_stall_with_hysteresis_is_flown_on_both_branches() {
     for (index, (site, wing)) in [(Site::Lake, Wing::Standard), (Site::Sea, Wing::LowAspectRatio)].into_iter().enumerate() {
         let outside = Some(Outside::HystereticStall);
-        let spec = Spec { site, wing, kind: Kind::Off, effects: Vec::new(), outside, strength: Some(Strength::Strong), lifelike: false };
+        let spec = Spec { site, wing, kind: Kind::Off, effects: Vec::new(), outside, strength: Some(Strength::Strong), lifelike: None };
         let case = generate(&spec, 11, index);
         let shares = case.truth.hidden[0].form["share_attached_and_separated"].as_array().expect("two shares");
         // A twentieth of a lake flight is eight minutes.

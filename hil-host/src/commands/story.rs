@@ -44,7 +44,7 @@ fn puzzle(args: &Args) -> anyhow::Result<PathBuf> {
         effects: vec![catalogue::Effect::VortexLiftBodywing],
         outside: None,
         strength: Some(catalogue::Strength::Strong),
-        lifelike: false,
+        lifelike: None,
     };
     trial_score::write_case(&args.out.join("puzzle"), &generate(&spec, args.seed, 0))
 }

@@ -76,6 +76,11 @@ pub struct Constants {
     /// Share of the lift's tilt out of the vertical plane in a banked turn: lift there is times 1 − share (1 − cos roll). 1 by
     /// geometry, 0 in the flight format's nominal model, which knows no roll. Only unsteady models ask for it.
     pub bank_tilt: f64,
+    /// Share of what a turn without sideslip does to a body that banks (Fossen 2011, rigid body and added mass in six degrees of freedom):
+    /// lift carries the net buoyancy over the cosine of the roll, the nose's lead over the path leaves the vertical plane, and the added
+    /// mass that is carried round pulls at what moves across the hull. 1 by geometry, 0 in the flight format's nominal model. Only
+    /// unsteady models ask for it.
+    pub banked_turn: f64,
     /// Share of the hull's thermal expansion that follows the water late, with [`HULL_LAG_S`]: about the hull's own lag over that. 0 in
     /// the flight format's nominal model, whose hull is as warm as the water.
     pub hull_lag_share: f64,
@@ -367,6 +372,7 @@ mod tests {
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
             bank_tilt: 0.0,
+            banked_turn: 0.0,
             hull_lag_share: 0.0,
             beyond: Beyond::default(),
         }

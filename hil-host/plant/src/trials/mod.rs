@@ -29,6 +29,7 @@ pub mod vehicle;
 pub mod voyage;
 
 use catalogue::{Effect, Hidden, Outside, Strength};
+pub use nature::Banking;
 use nature::{Nature, Stall};
 use ocean::{Colour, Column, Ocean};
 use sensors::{Row, Zero};
@@ -135,10 +136,9 @@ pub struct Spec {
     pub outside: Option<Outside>,
     /// Size.
     pub strength: Option<Strength>,
-    /// Whether the body does what real ones do and the format's nominal model leaves out, and is seen at it: its lift tilts out of the
-    /// vertical plane with the roll, its hull follows the water's temperature half a minute late, and it turns twelve times in a yo
-    /// banked by 20 degrees.
-    pub lifelike: bool,
+    /// Whether the body does what real ones do and the format's nominal model leaves out, and is seen at it: it banks so, its hull
+    /// follows the water's temperature half a minute late, and it turns twelve times in a yo banked by 20 degrees.
+    pub lifelike: Option<Banking>,
 }
 
 /// The truth of a case.
@@ -206,7 +206,7 @@ pub fn plan(cases: usize, seed: u64, only: Option<Kind>) -> Vec<Spec> {
         let kind = only.unwrap_or(PATTERN[i % PATTERN.len()]);
         let wing = if (i / 2 + i / 20) % 2 == 0 { Wing::Standard } else { Wing::LowAspectRatio };
         let site = if (i + i / 20) % 2 == 0 { Site::Lake } else { Site::Sea };
-        let mut spec = Spec { site, wing, kind, effects: Vec::new(), outside: None, strength: None, lifelike: false };
+        let mut spec = Spec { site, wing, kind, effects: Vec::new(), outside: None, strength: None, lifelike: None };
         match kind {
             Kind::Clean => {}
             Kind::Single => {
@@ -325,8 +325,8 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
         (Site::Lake, true) => rng.random_range(6.0..15.0),
         (Site::Sea, _) => rng.random_range(12.0..30.0),
     };
-    let mut nature = Nature { tilts: spec.lifelike, ..Nature::new(&nominal, &scatter) };
-    if spec.lifelike {
+    let mut nature = Nature { banking: spec.lifelike, ..Nature::new(&nominal, &scatter) };
+    if spec.lifelike.is_some() {
         (nature.off.hull_thermal_lag_s, nature.off.hull_thermal_gain) = (HULL_LAG_S, 1.0);
     }
     let colour =
@@ -365,7 +365,7 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
     let list = 0.0175 * vehicle::normal_within_2_sigma(&mut rng) * 0.7;
     let zero = Zero { pressure_dbar: rng.random_range(-0.18..0.18) };
     let mut orders = Orders::draw(spec.site, spec.wing.lowest_pitch_deg(), days, &mut stream(seed, i, 3));
-    if spec.lifelike {
+    if spec.lifelike.is_some() {
         orders.iter_mut().for_each(|o| o.turn_often(BANK_RAD));
     }
     if let Some(legs) = legs {

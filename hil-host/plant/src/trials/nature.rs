@@ -189,8 +189,17 @@ pub struct Nature {
     pub pressure_drift: f64,
     /// Off-catalogue.
     pub off: OffCatalogue,
-    /// Whether lift tilts out of the vertical plane with the roll.
-    pub tilts: bool,
+    /// What the vehicle does as it banks; nothing in the format's nominal model.
+    pub banking: Option<Banking>,
+}
+
+/// What a vehicle does as it banks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Banking {
+    /// Lift tilts out of the vertical plane, and that is all.
+    Tilts,
+    /// It turns as the net buoyancy across the wings has it, and slips: a body with added mass in three dimensions.
+    Turns,
 }
 
 /// Conditions of one instant.
@@ -262,7 +271,7 @@ impl Nature {
             density_bias: 0.0,
             pressure_drift: 0.0,
             off: OffCatalogue::default(),
-            tilts: false,
+            banking: None,
         }
     }
 
@@ -301,7 +310,7 @@ impl Nature {
     #[must_use]
     pub fn lift_and_drag(&self, alpha: f64, speed: f64, climb: f64, at: &Instant) -> (f64, f64) {
         let q = 0.5 * at.rho * self.area * speed * speed;
-        let upright = if self.tilts { libm::cos(at.roll) } else { 1.0 };
+        let upright = if self.banking == Some(Banking::Tilts) { libm::cos(at.roll) } else { 1.0 };
         let edge = ALPHA_END_RAD.copysign(alpha);
         if alpha.abs() <= ALPHA_END_RAD {
             let (cl, cd) = self.coefficients(alpha, speed, climb, at);

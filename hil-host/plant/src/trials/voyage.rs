@@ -10,7 +10,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::nature::{ALPHA_END_RAD, Instant, Nature, Stall};
+use super::nature::{ALPHA_END_RAD, Banking, Instant, Nature, Stall};
 use super::ocean::Ocean;
 use super::vehicle::{Nominal, PITCH};
 use super::{SEGMENTS, Site};
@@ -212,6 +212,11 @@ const BATTERY_GAIN: f64 = 0.010;
 const BATTERY_INTEGRAL: f64 = 6e-5;
 /// Turn rate per speed and roll, 1/m (format's examples: 0.035 rad/s at 0.3 m/s and 0.25 rad).
 const TURN_PER_METRE: f64 = 0.47;
+/// Side force of hull and fin, 1/rad on the reference area (guess: a fin of 0.03 m² and a hull in cross flow).
+const SIDE_SLOPE: f64 = 3.0;
+/// Speed that a turn is reckoned at, at least, m/s, and the fastest turn, rad/s.
+const LEAST_TURNING_M_S: f64 = 0.12;
+const FASTEST_TURN: f64 = 0.08;
 
 impl Autopilot {
     fn battery(&mut self, order: f64, measured: f64, ballast: f64, dt: f64, mass: f64) -> f64 {
@@ -257,7 +262,7 @@ impl Voyage<'_> {
 
         let off = &nature.off;
         let mut pilot = Autopilot { integral: 0.0 };
-        let (mut z, mut u, mut n, mut theta, mut q) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut z, mut u, mut n, mut theta, mut q, mut v) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
         let mut ballast = orders.ballast;
         let mut actual_ballast = ballast;
         let mut battery = 0.0_f64;
@@ -353,10 +358,20 @@ impl Voyage<'_> {
                 ballast
             };
             let turn_error = course - heading;
-            let bank = if floating { 0.0 } else { (1.3 * turn_error).clamp(-orders.bank, orders.bank) };
+            let turning = nature.banking == Some(Banking::Turns);
+            // What floats up turns away from the side it leans to.
+            let lean = if turning && matches!(leg, Leg::Climb) { -1.3 } else { 1.3 };
+            let bank = if floating { 0.0 } else { (lean * turn_error).clamp(-orders.bank, orders.bank) };
             roll_true += (bank - roll_true) * (1.0 - libm::exp(-step / 5.0));
             let speed = libm::hypot(u, n);
-            heading += TURN_PER_METRE * speed * roll_true * step;
+            let turn_rate = if turning && !floating {
+                let net = self.nominal.gravity * (density * nature.displaced(pressure, temperature, ballast) - nature.mass);
+                let carried = nature.mass * (1.0 + nature.added_mass[0]) * speed.max(LEAST_TURNING_M_S);
+                (-net * libm::sin(roll_true) / carried).clamp(-FASTEST_TURN, FASTEST_TURN)
+            } else {
+                TURN_PER_METRE * speed * roll_true
+            };
+            heading += turn_rate * step;
             // Slow reservoirs.
             let follow = |from: f64, to: f64, tau: f64| if tau > 0.0 { from + (to - from) * (1.0 - libm::exp(-step / tau)) } else { to };
             hull_temperature = follow(hull_temperature, temperature, off.hull_thermal_lag_s);
@@ -379,8 +394,8 @@ impl Voyage<'_> {
             let (mu, mn) = (nature.mass * (1.0 + k1), nature.mass * (1.0 + k2));
             let rho_slope = (column.density(zw + 0.5) - column.density(zw - 0.5)).clamp(-1.0, 1.0);
             let p = &PITCH;
-            let rate_of = |dt: f64, s: &[f64; 7]| -> [f64; 7] {
-                let [sz, su, sn, sth, sq, _, _] = *s;
+            let rate_of = |dt: f64, s: &[f64; 8]| -> [f64; 8] {
+                let [sz, su, sn, sth, sq, _, _, sv] = *s;
                 let share = dt / step;
                 let within = |from: f64, to: f64| from + (to - from) * share;
                 let (battery, actual_ballast) = (within(before.0, battery), within(before.1, actual_ballast));
@@ -388,33 +403,41 @@ impl Voyage<'_> {
                 let speed = libm::hypot(su, sn);
                 let alpha = libm::atan2(-sn, su);
                 let (sin_t, cos_t) = (libm::sin(sth), libm::cos(sth));
-                let sink = -(su * sin_t + sn * cos_t);
+                let level = libm::cos(if turning { roll } else { 0.0 });
+                let aside = libm::sin(if turning { roll } else { 0.0 });
+                let sink = -(su * sin_t + sn * cos_t * level) + sv * aside * cos_t;
                 let at = Instant { rho, temperature, day, roll, separated, drag: off_drag };
                 let (lift, drag) = nature.lift_and_drag(alpha, speed, -sink, &at);
                 let volume = nature.displaced(pressure + rho * g * (sz - z), swell_temperature, actual_ballast);
                 let buoyancy = g * (rho * volume - nature.mass - extra_mass);
                 let (sin_a, cos_a) = (libm::sin(alpha), libm::cos(alpha));
-                let fu = -drag * cos_a + lift * sin_a + buoyancy * sin_t + sq * mn * sn;
-                let fn_ = lift * cos_a + drag * sin_a + buoyancy * cos_t - sq * mu * su;
+                // Rates about the body's own axes: of roll, of pitch, of yaw.
+                let spin = if turning { turn_rate } else { 0.0 };
+                let (rp, rq, rr) = (-spin * sin_t, sq * level + spin * cos_t * aside, spin * cos_t * level - sq * aside);
+                let fu = -drag * cos_a + lift * sin_a + buoyancy * sin_t + rq * mn * sn + rr * mn * sv;
+                let fn_ = lift * cos_a + drag * sin_a + buoyancy * cos_t * level - rq * mu * su + rp * mn * sv;
+                let slip = 0.5 * rho * speed * nature.area * SIDE_SLOPE * sv;
+                let fv = -slip - buoyancy * aside * cos_t - rr * mu * su - rp * mn * sn;
                 let moment = -p.battery_mass * g * (battery + nature.battery_zero) * cos_t - nature.mass * g * p.metacentric_height * sin_t
                     + rho * g * actual_ballast * (1.0 + nature.ballast_gain) * p.ballast_arm * cos_t
                     + 0.5 * rho * speed * speed * nature.area * p.length * p.cm_alpha * alpha.clamp(-0.35, 0.35)
                     + 0.5 * rho * nature.area * p.length * p.length * p.cm_q * (speed + 0.35) * sq;
                 let stir = effect_up(t + dt, sz);
-                [sink - stir - up(t + dt, sz), fu / mu, fn_ / mn, sq, moment / p.inertia, sink - stir, -stir]
+                let across = if turning { fv / mn } else { 0.0 };
+                [sink - stir - up(t + dt, sz), fu / mu, fn_ / mn, sq, moment / p.inertia, sink - stir, -stir, across]
             };
-            let s0 = [z, u, n, theta, q, known, stirred];
-            let add = |a: &[f64; 7], b: &[f64; 7], h: f64| -> [f64; 7] { core::array::from_fn(|i| a[i] + h * b[i]) };
+            let s0 = [z, u, n, theta, q, known, stirred, v];
+            let add = |a: &[f64; 8], b: &[f64; 8], h: f64| -> [f64; 8] { core::array::from_fn(|i| a[i] + h * b[i]) };
             let a1 = rate_of(0.0, &s0);
             let a2 = rate_of(0.5 * step, &add(&s0, &a1, 0.5 * step));
             let a3 = rate_of(0.5 * step, &add(&s0, &a2, 0.5 * step));
             let a4 = rate_of(step, &add(&s0, &a3, step));
-            let s: [f64; 7] = core::array::from_fn(|i| s0[i] + step / 6.0 * (a1[i] + 2.0 * a2[i] + 2.0 * a3[i] + a4[i]));
-            [z, u, n, theta, q, known, stirred] = s;
+            let s: [f64; 8] = core::array::from_fn(|i| s0[i] + step / 6.0 * (a1[i] + 2.0 * a2[i] + 2.0 * a3[i] + a4[i]));
+            [z, u, n, theta, q, known, stirred, v] = s;
             // Floating: the surface carries the vehicle, which cannot rise out of it.
             let rising = u * libm::sin(theta) + n * libm::cos(theta) >= 0.0;
             if (z <= 0.0 && rising) || matches!(leg, Leg::Wait | Leg::Float) {
-                (z, u, n) = (0.0, 0.0, 0.0);
+                (z, u, n, v) = (0.0, 0.0, 0.0, 0.0);
             }
             let forward = u * libm::cos(theta) - n * libm::sin(theta);
             let drift = ocean.current_at(index, z.max(0.0));

@@ -292,6 +292,18 @@ fn regress_a_turn_in_three_dimensions_is_no_missing_drag_and_hides_none() {
     }
 }
 
+/// A list is no turn: drag of turning that knows none is a drag of one side where the roll that is measured has one, and was told as that.
+#[test]
+fn regress_a_drag_in_turns_is_found_whatever_the_list() {
+    let body = Spec { wing: Wing::LowAspectRatio, ..spec(Site::Sea, Kind::Single, vec![Effect::RollTurnDrag], None) };
+    let (mut f, v) = case::read_back(&body, 2, 0);
+    f.roll_rad.iter_mut().for_each(|roll| *roll += 0.03);
+    let d = diagnose::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    assert_eq!(d.answer, ["roll_turn_drag"], "{:?} {:?}", d.verdict, d.remainder.first());
+    let list = &d.candidates[0].parameters[1];
+    assert!(list.name == "roll_turn_drag.list_rad" && list.low < 0.035 && list.high > 0.025, "{list:?}");
+}
+
 /// A pump that is late moves the trim near the thermocline as a late hull does, and more: it stays unknown.
 #[test]
 fn regress_a_late_pump_is_not_taken_for_a_late_hull() {
@@ -435,6 +447,24 @@ fn regress_no_hypothesis_is_listed_twice() {
         sets.push(names);
     }
     assert!(sets.contains(&vec!["internal_wave", "pitch_offset"]), "{sets:?}");
+}
+
+/// Weed that is caught after the last dive that is fitted, and lost again, leaves nothing where the model is fitted: two flights of others
+/// were called adequate with four times the ordinary error in the dive they were checked on.
+#[test]
+fn regress_what_happens_in_a_check_segment_alone_is_not_called_adequate() {
+    let (mut f, v) = case::read_back(&clean(Site::Sea, Wing::Standard), 4, 0);
+    let told = |f: &discovery::Flight| diagnose::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    assert_eq!(told(&f).verdict, diagnose::Verdict::Adequate);
+    let checked = v.check_segments[0];
+    for (segment, ballast_m3) in f.segment.iter().zip(&mut f.ballast_m3) {
+        // A pump that holds a third of its stroke back.
+        *ballast_m3 *= if *segment == checked { 1.5 } else { 1.0 };
+    }
+    let d = told(&f);
+    assert_eq!(d.verdict, diagnose::Verdict::Unexplained, "{:?} {:?}", d.answer, d.notes);
+    let said = d.notes.iter().find(|n| n.contains("on the check segments the recalibrated model leaves"));
+    assert!(said.is_some_and(|n| v.check_segments.len() < 2 || n.contains(&format!("in segment {checked}"))), "{:?}", d.notes);
 }
 
 /// A hull expands with temperature: where none was measured, no single name can be certain.

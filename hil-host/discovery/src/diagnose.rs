@@ -6,8 +6,9 @@ use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
 use crate::evidence::{NEARLY, TIED, log_evidence};
 use crate::fit::{Effort, Fit, beyond_limits, fit_from};
+use crate::kept_out::{missed_near_stall, typical_error, within_four_fifths, worst_segment};
 use crate::looks::look;
-use crate::metric::{Block, blocks, rms};
+use crate::metric::{Block, blocks};
 use crate::prepare::{Prepared, prepare};
 use crate::problem::{Problem, block_errors};
 use crate::remainder::{Family, families};
@@ -34,14 +35,11 @@ const REMAINS_MISFIT: f64 = 1.3;
 /// Share of the explained misfit that a difference of form may leave; a wave is never quite a sine.
 const FORM_MISFIT: f64 = 0.02;
 const FORM_MISFIT_WAVE: f64 = 0.1;
-/// Typical error on the check segments, in noise floors, from which an answer has failed.
+/// Error on the check segments, typical of all or within four fifths of one, in noise floors, from which an answer has failed: where one
+/// was right it was below 2.7 in 227 flights of others, and below 2.2 in 51 clean ones.
 const FAILS: f64 = 3.0;
 /// The same relative to nothing missing: an answer that makes it worse is none.
 const WORSE: f64 = 1.3;
-/// Fewest blocks that a typical error is taken of.
-const FEWEST_BLOCKS: usize = 20;
-/// How many times the error elsewhere the error near the stall is when it is to be spoken of.
-const MUCH_MORE: f64 = 2.0;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 /// Log Bayes factor from which a family may tell the story better than any name does.
@@ -369,13 +367,20 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     }
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
     let check_blocks = gather(prepared, |s| check.contains(&s));
-    // Or the answer fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a stall.)
+    // Or the answer, or nothing missing, fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a
+    // stall.)
     let tellable = !waves && problem.brink_rows() < problem.data.len() / 10;
     let kept_out = |state: &State| problem.residuals_near_stall_and_elsewhere(prepared, state, &check_blocks);
     let typical = |state: &State| typical_error(&kept_out(state));
     let floor = problem.noise_floor_m_s();
-    let check_error = spoken.filter(|_| tellable).map_or(f64::NAN, |c| typical(&c.fit.state));
-    let off_track = check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
+    let check_error = if tellable { typical(&best_fit.state) } else { f64::NAN };
+    // Or on one of them alone: what was caught there and lost again leaves nothing in the others.
+    let of_one = |of: &(usize, Vec<Block>)| {
+        within_four_fifths(&problem.residuals_near_stall_and_elsewhere(prepared, &best_fit.state, std::slice::from_ref(of))[1])
+    };
+    let worst_of_one = check_blocks.iter().filter(|_| !waves).map(of_one).fold(f64::NAN, f64::max);
+    let strays = worst_of_one > FAILS * floor;
+    let off_track = strays || check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.
     let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
     let unexplained = left_over || better_told || off_track || far_off || !unlike.is_empty();
@@ -386,9 +391,10 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     };
     say(left_over, "what remains after the best hypothesis follows a variable");
     say(better_told, "a remainder that follows one variable tells it better than any effect");
-    let times = check_error / floor;
-    let worst = spoken.filter(|_| off_track).map_or_else(String::new, |c| worst_segment(problem, prepared, &c.fit.state, &check_blocks));
-    say(off_track, &format!("on the check segments the best hypothesis leaves {times:.1} times what ordinary water motion leaves{worst}"));
+    let times = check_error.max(if strays { worst_of_one } else { f64::NAN }) / floor;
+    let worst = if off_track { worst_segment(problem, prepared, &best_fit.state, &check_blocks) } else { String::new() };
+    let best = if spoken.is_some() { "best hypothesis" } else { "recalibrated model" };
+    say(off_track, &format!("on the check segments the {best} leaves {times:.1} times what ordinary water motion leaves{worst}"));
     unlike.iter().for_each(|why| say(true, why));
     say(far_off, "far more than ordinary water motion remains after the best hypothesis");
 
@@ -487,38 +493,6 @@ impl Diagnosis {
     }
 }
 
-/// Error of the typical block, m/s: half of the blocks are worse (scaled to the rms of a normal variable). Those near the stall do not
-/// count: there a model may be on another branch. NaN where fewer than [`FEWEST_BLOCKS`] are left.
-fn typical_error([_, elsewhere]: &[Vec<f64>; 2]) -> f64 {
-    let mut errors: Vec<f64> = elsewhere.iter().map(|e| e.abs()).collect();
-    errors.sort_by(f64::total_cmp);
-    if errors.len() < FEWEST_BLOCKS { f64::NAN } else { errors[errors.len() / 2] / 0.6745 }
-}
-
-/// Where, of these blocks, a state misses most, to be said after how much it misses in all; nothing if they are of one segment.
-fn worst_segment(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)]) -> String {
-    let error = |of: &(usize, Vec<Block>)| {
-        let missed = block_errors(problem, prepared, &[state], std::slice::from_ref(of), false)[0];
-        (prepared.runs[of.0].segment, missed)
-    };
-    let errors: Vec<(u32, f64)> = blocks.iter().map(error).filter(|e| e.1.is_finite()).collect();
-    let Some((segment, most)) = errors.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)) else { return String::new() };
-    let others = errors.iter().filter(|e| e.0 != segment).map(|e| e.1).fold(f64::NAN, f64::max);
-    let [most, others] = [most, others].map(|e| 100.0 * e);
-    // Not a number where there is no other.
-    if others.is_finite() { format!(": {most:.2} cm/s in segment {segment}, at most {others:.2} in the others") } else { String::new() }
-}
-
-/// What is to be said where the model misses near the stall by much more than elsewhere: rows there are left out of fits.
-fn missed_near_stall([near, elsewhere]: &[Vec<f64>; 2], floor_m_s: f64) -> Option<String> {
-    let [there, here] = [near, elsewhere].map(|e| rms(e.iter().copied()));
-    (near.len() >= FEWEST_BLOCKS && there > MUCH_MORE * here.max(floor_m_s)).then(|| {
-        let (blocks, there) = (near.len(), 100.0 * there);
-        let than = if elsewhere.is_empty() { String::new() } else { format!(", elsewhere by {:.2}", 100.0 * here) };
-        format!("in {blocks} blocks near the stall the model misses by {there:.2} cm/s{than}: what lift does there is not judged")
-    })
-}
-
 fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {
     prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect()
 }
@@ -576,18 +550,4 @@ pub fn estimates(fit: &Fit) -> Vec<Estimate> {
         out.push(Estimate { name: name("mode"), value: mode, low: mode, high: mode, unit: "1" });
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{FEWEST_BLOCKS, missed_near_stall};
-
-    #[test]
-    fn regress_what_is_missed_near_the_stall_is_set_beside_what_is_missed_elsewhere_only_where_blocks_lie_elsewhere() {
-        let near = vec![0.02; FEWEST_BLOCKS];
-        let beside = missed_near_stall(&[near.clone(), vec![0.003; 5]], 0.002).expect("said");
-        assert!(beside.contains("by 2.00 cm/s, elsewhere by 0.30: "), "{beside}");
-        let alone = missed_near_stall(&[near, Vec::new()], 0.002).expect("said");
-        assert!(alone.contains("by 2.00 cm/s: ") && !alone.contains("NaN"), "{alone}");
-    }
 }

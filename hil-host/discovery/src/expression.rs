@@ -336,7 +336,7 @@ mod tests {
             hull_lag_share: 0.0,
             beyond: Beyond::default(),
         };
-        let built_in = hydro::effects::RollTurnDrag.drag(&[2.5], &at, 0.0, &c);
+        let built_in = hydro::effects::RollTurnDrag.drag(&[2.5, 0.0], &at, 0.0, &c);
         assert!((own.drag(&[2.5], &at, 0.0, &c) - built_in).abs() < 1e-12);
         assert_eq!(own.parameters()[0].name, "k");
     }

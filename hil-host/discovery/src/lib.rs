@@ -22,6 +22,7 @@ mod hollows;
 pub mod hull_lag;
 pub mod import;
 pub mod inputs;
+mod kept_out;
 pub mod lanes;
 mod late_stall;
 pub mod left_out;

@@ -119,7 +119,7 @@ impl Effect for BiofoulingDrag {
     }
 }
 
-/// Drag coefficient grows by k roll² (k in 1/rad² on S).
+/// Drag coefficient grows by k (roll − list)² (k in 1/rad² on S).
 #[derive(Clone, Copy, Debug)]
 pub struct RollTurnDrag;
 
@@ -137,10 +137,30 @@ impl Effect for RollTurnDrag {
         InFlow { drag: true, ..InFlow::NOTHING }
     }
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter { name: "k", unit: "1/rad^2", off: 0.0, low: -5.0, high: 40.0, typical: 1.0, source: "2-15 % of the drag in spirals" }]
+        &[
+            Parameter {
+                name: "k",
+                unit: "1/rad^2",
+                off: 0.0,
+                low: -5.0,
+                high: 40.0,
+                typical: 1.0,
+                source: "2-15 % of the drag in spirals",
+            },
+            Parameter {
+                name: "list_rad",
+                unit: "rad",
+                off: 0.0,
+                low: -0.06,
+                high: 0.06,
+                typical: 0.0175,
+                source: "a constant list of about 1 deg is possible (flight format, section 1); what turns no more has no drag of turning",
+            },
+        ]
     }
     fn drag(&self, p: &[f64], at: &Flow, _lift: f64, _c: &Constants) -> f64 {
-        p[0] * at.roll_rad * at.roll_rad
+        let bank = at.roll_rad - p[1];
+        p[0] * bank * bank
     }
 }
 

@@ -158,7 +158,7 @@ fn puzzle(folder: &Path) -> PathBuf {
         effects: vec![catalogue::Effect::ClimbDrag],
         outside: None,
         strength: Some(catalogue::Strength::Strong),
-        lifelike: false,
+        lifelike: None,
     };
     hil_host::trial_score::write_case(folder, &generate(&spec, 5, 0)).expect("a case can be written")
 }

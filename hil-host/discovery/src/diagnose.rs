@@ -378,7 +378,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let of_one = |of: &(usize, Vec<Block>)| {
         within_four_fifths(&problem.residuals_near_stall_and_elsewhere(prepared, &best_fit.state, std::slice::from_ref(of))[1])
     };
-    let worst_of_one = check_blocks.iter().filter(|_| !waves).map(of_one).fold(f64::NAN, f64::max);
+    let asked = tellable || spoken.is_none();
+    let worst_of_one = check_blocks.iter().filter(|_| asked).map(of_one).fold(f64::NAN, f64::max);
     let strays = worst_of_one > FAILS * floor;
     let off_track = strays || check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
     // Or far more is left than ordinary motion leaves, and nothing has a name for it.

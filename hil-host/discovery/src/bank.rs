@@ -15,7 +15,7 @@ use crate::screen::Candidate;
 use crate::search::{Found, prior_of};
 use crate::signature::Offer;
 
-/// The name that a tilt goes by.
+/// The name that a bank goes by.
 const TAKEN_FOR: &str = "roll_turn_drag";
 /// Log odds that what a bank does, or what else every body does, has to be ahead by: twenty to one.
 pub(crate) const CLEARLY: f64 = 3.0;
@@ -109,11 +109,18 @@ fn banked<'a>(problem: &Problem<'a>, state: &State) -> Vec<(Problem<'a>, Fit)> {
 /// The share of a turn that linear theory has beside a fit that knows no bank; none where it is not that of a turn.
 fn turned(level: &Problem, fit: &Fit) -> Option<f64> {
     let turn = Problem { branch: Branch { bank: Bank::Turn(1.0), ..level.branch }, ..level.clone() };
+    let (share, _) = linear_share(level, &turn, 1.0, fit)?;
+    (share > SHARES.0).then(|| share.min(SHARES.1))
+}
+
+/// How much of what another problem has more linear theory wants beside a fit, and by how much log likelihood grows with it; the other
+/// has `step` of it.
+pub(crate) fn linear_share(problem: &Problem, other: &Problem, step: f64, fit: &Fit) -> Option<(f64, f64)> {
     let model = |problem: &Problem| problem.models(std::slice::from_ref(&fit.state)).remove(0);
-    let values = model(&turn).iter().zip(&model(level)).map(|(a, b)| a - b).collect();
+    let values = model(other).iter().zip(&model(problem)).map(|(a, b)| (a - b) / step).collect();
     let offer = Offer::new(&[Column { from: 0, values }], &fit.ground()?);
     let share = offer.match_[0] / offer.gram()[(0, 0)];
-    (share > SHARES.0).then(|| share.min(SHARES.1))
+    Some((share, 0.5 * offer.match_[0] * share))
 }
 
 /// Log evidence of a fit and the prior of its effects.

@@ -6,7 +6,7 @@ use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
 use crate::evidence::{NEARLY, TIED, log_evidence};
 use crate::fit::{Effort, Fit, beyond_limits, fit_from};
-use crate::kept_out::{missed_near_stall, typical_error, within_four_fifths, worst_segment};
+use crate::kept_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
 use crate::looks::look;
 use crate::metric::{Block, blocks};
 use crate::prepare::{Prepared, prepare};
@@ -370,14 +370,12 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     // Or the answer, or nothing missing, fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a
     // stall.)
     let tellable = !waves && problem.brink_rows() < problem.data.len() / 10;
-    let kept_out = |state: &State| problem.residuals_near_stall_and_elsewhere(prepared, state, &check_blocks);
-    let typical = |state: &State| typical_error(&kept_out(state));
+    let kept_out = |state: &State, blocks: &[_]| problem.residuals_near_stall_and_elsewhere(prepared, state, blocks);
+    let typical = |state: &State| typical_error(&kept_out(state, &check_blocks));
     let floor = problem.noise_floor_m_s();
     let check_error = if tellable { typical(&best_fit.state) } else { f64::NAN };
     // Or on one of them alone: what was caught there and lost again leaves nothing in the others.
-    let of_one = |of: &(usize, Vec<Block>)| {
-        within_four_fifths(&problem.residuals_near_stall_and_elsewhere(prepared, &best_fit.state, std::slice::from_ref(of))[1])
-    };
+    let of_one = |of| error_of_four_fifths(&kept_out(&best_fit.state, std::slice::from_ref(of)));
     let asked = tellable || spoken.is_none();
     let worst_of_one = check_blocks.iter().filter(|_| asked).map(of_one).fold(f64::NAN, f64::max);
     let strays = worst_of_one > FAILS * floor;
@@ -410,18 +408,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
             let behind = best_odds - c.log_odds;
             ((same(c) || part(c)) && behind < TIED) || (c.adds_one_to(first) && behind < NEARLY)
         };
-        for c in candidates.iter().filter(not_told_apart) {
-            let mut sorted = c.effects.clone();
-            sorted.sort_unstable();
-            let known = equivalent.iter().any(|e| {
-                let mut e = e.clone();
-                e.sort_unstable();
-                e == sorted
-            });
-            if !known && equivalent.len() < 3 {
-                equivalent.push(c.effects.clone());
-            }
-        }
+        let others = candidates.iter().filter(|c| !std::ptr::eq(*c, first)).filter(not_told_apart);
+        equivalent.extend(others.take(2).map(|c| c.effects.clone()));
     }
     let verdict = match (spoken, unexplained) {
         (_, true) => Verdict::Unexplained,
@@ -438,7 +426,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
     let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
     let after = if answer.is_empty() { null.state.clone() } else { spoken.map_or_else(|| null.state.clone(), |c| c.fit.state.clone()) };
-    notes.extend(missed_near_stall(&kept_out(&after), floor));
+    notes.extend(missed_near_stall(&kept_out(&after, &check_blocks), floor));
     notes.extend(problem.moments_said(&best_fit.state));
     let nominal = State::nominal();
     let mut states = vec![&nominal, &null.state, &after];

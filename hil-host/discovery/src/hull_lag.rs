@@ -5,14 +5,12 @@
 //! with a late hull is asked whether it tells the flight better, beside what leads and beside nothing. A lag of minutes is none of a
 //! hull's and stays unexplained.
 
-use crate::bank::{CLEARLY, odds, settled};
+use crate::bank::{CLEARLY, linear_share, odds, settled};
 use crate::brink::Branch;
-use crate::calibration::State;
 use crate::fit::Fit;
-use crate::problem::{Column, Problem};
+use crate::problem::Problem;
 use crate::remainder::{Family, families};
 use crate::search::Found;
-use crate::signature::Offer;
 
 /// The name that a lag goes by.
 const TAKEN_FOR: &str = "thermal_expansion";
@@ -64,16 +62,11 @@ fn beside<'a>(problem: &Problem<'a>, fit: &Fit) -> Option<(Problem<'a>, Fit)> {
     let constants = &problem.vehicle.constants;
     let untold = constants.hull_lag_share == 0.0 && problem.branch.hull_lag_share == 0.0 && constants.thermal_expansion_per_k != 0.0;
     let late = |share: f64| Problem { branch: Branch { hull_lag_share: share, ..problem.branch }, ..problem.clone() };
-    let model = |problem: &Problem, state: &State| problem.models(std::slice::from_ref(state)).remove(0);
     if !untold {
         return None;
     }
-    let values = model(&late(STEP), &fit.state).iter().zip(&model(problem, &fit.state)).map(|(a, b)| (a - b) / STEP).collect();
-    let ground = fit.ground()?;
-    let offer = Offer::new(&[Column { from: 0, values }], &ground);
-    let (size, matched) = (offer.gram()[(0, 0)], offer.match_[0]);
-    let share = matched / size;
-    if !(0.5 * matched * share > CLEARLY && (SHARES.0..=SHARES.1).contains(&share)) {
+    let (share, promised) = linear_share(problem, &late(STEP), STEP, fit)?;
+    if !(promised > CLEARLY && (SHARES.0..=SHARES.1).contains(&share)) {
         return None;
     }
     let late = late(share);

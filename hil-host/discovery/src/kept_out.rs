@@ -13,20 +13,27 @@ const FEWEST_BLOCKS: usize = 20;
 /// How many times the error elsewhere the error near the stall is when it is to be spoken of.
 const MUCH_MORE: f64 = 2.0;
 
-/// Error of the typical block, m/s: half of the blocks are worse (scaled to the rms of a normal variable). Those near the stall do not
-/// count: there a model may be on another branch. NaN where fewer than [`FEWEST_BLOCKS`] are left.
-pub(crate) fn typical_error([_, elsewhere]: &[Vec<f64>; 2]) -> f64 {
-    let mut errors: Vec<f64> = elsewhere.iter().map(|e| e.abs()).collect();
-    errors.sort_by(f64::total_cmp);
-    if errors.len() < FEWEST_BLOCKS { f64::NAN } else { errors[errors.len() / 2] / 0.6745 }
+/// A share of blocks as a fraction, and what the same share of a normal variable stays within, sigma.
+type Share = ((usize, usize), f64);
+const HALF: Share = ((1, 2), 0.6745);
+const FOUR_FIFTHS: Share = ((4, 5), 1.2816);
+
+/// Error of the typical block, m/s: half of the blocks are worse.
+pub(crate) fn typical_error(errors: &[Vec<f64>; 2]) -> f64 {
+    error_within(HALF, errors)
 }
 
-/// Error that four of five of these stay within, m/s (scaled to the rms of a normal variable): a turn or two does not count, a fault of
-/// some minutes does. NaN where they are fewer than [`FEWEST_BLOCKS`].
-pub(crate) fn within_four_fifths(errors: &[f64]) -> f64 {
-    let mut errors: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
+/// Error that four blocks of five stay within, m/s: a turn or two does not count, a fault of some minutes does.
+pub(crate) fn error_of_four_fifths(errors: &[Vec<f64>; 2]) -> f64 {
+    error_within(FOUR_FIFTHS, errors)
+}
+
+/// Error that a share of the blocks stays within, m/s (scaled to the rms of a normal variable). Those near the stall do not count: there
+/// a model may be on another branch. NaN where fewer than [`FEWEST_BLOCKS`] are left.
+fn error_within(((of, in_all), sigma): Share, [_, elsewhere]: &[Vec<f64>; 2]) -> f64 {
+    let mut errors: Vec<f64> = elsewhere.iter().map(|e| e.abs()).collect();
     errors.sort_by(f64::total_cmp);
-    if errors.len() < FEWEST_BLOCKS { f64::NAN } else { errors[errors.len() * 4 / 5] / 1.2816 }
+    if errors.len() < FEWEST_BLOCKS { f64::NAN } else { errors[errors.len() * of / in_all] / sigma }
 }
 
 /// Where, of these blocks, a state misses most, to be said after how much it misses in all; nothing if they are of one segment.

@@ -24,7 +24,7 @@ const ELSEWHERE_STEPS: usize = 6;
 /// By how much the rows near the stall may raise the mean square of innovations.
 const WORSE_OVERALL: f64 = 1.06;
 
-/// Times at most that rows, water motion, tilt and the lag of the hull are settled anew by what the last search has named.
+/// Times at most that rows, water motion, the bank and the lag of the hull are settled anew by what the last search has named.
 const LOOKS: usize = 2;
 
 /// Searches, and settles rows, water motion, tilt and the lag of the hull by what is found, until the same hypothesis leads.
@@ -34,7 +34,6 @@ pub(crate) fn look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tic
         let (bank, late) = (bank::told(problem, &found), hull_lag::told(problem, &found));
         if let Some(bank) = bank {
             problem.branch.bank = bank;
-            notes.extend(bank.note());
         }
         if let Some(share) = late {
             problem.branch.hull_lag_share = share;
@@ -51,6 +50,8 @@ pub(crate) fn look(problem: &mut Problem, prepared: &Prepared, depth: Depth, tic
             break;
         }
     }
+    // The last look may have taken another than the first did.
+    notes.extend(problem.branch.bank.note());
     found
 }
 

@@ -403,8 +403,8 @@ impl Voyage<'_> {
                 let speed = libm::hypot(su, sn);
                 let alpha = libm::atan2(-sn, su);
                 let (sin_t, cos_t) = (libm::sin(sth), libm::cos(sth));
-                let level = libm::cos(if turning { roll } else { 0.0 });
-                let aside = libm::sin(if turning { roll } else { 0.0 });
+                let leaning = if turning { roll } else { 0.0 };
+                let (level, aside) = (libm::cos(leaning), libm::sin(leaning));
                 let sink = -(su * sin_t + sn * cos_t * level) + sv * aside * cos_t;
                 let at = Instant { rho, temperature, day, roll, separated, drag: off_drag };
                 let (lift, drag) = nature.lift_and_drag(alpha, speed, -sink, &at);

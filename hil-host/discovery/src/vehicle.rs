@@ -297,6 +297,11 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
             cd_broadside: keys.within_if_stated("hydro.cd_broadside", 0.1, 20.0, "of S")?.unwrap_or(CD_BROADSIDE),
         },
     };
+    if constants.bank_tilt != 0.0 && constants.banked_turn != 0.0 {
+        return Err(
+            keys.bad("hydro.banked_turn", "a turn tilts the lift by itself: state hydro.bank_tilt or hydro.banked_turn, not both".into())
+        );
+    }
     let t = Tolerance::default();
     let tolerance = Tolerance {
         cd0_relative: or("tolerance_1sigma.cd0_relative", t.cd0_relative)?,
@@ -380,6 +385,8 @@ mod tests {
         assert!(toml("cd0 = 0.15", "").contains("line 9, column hydro.cd0"));
         assert!(toml("[wing]\narea_m2 = 0.11", "[wing]\narea_m2 = 110").contains("line 7, column wing.area_m2"));
         assert!(toml("cd0 = 0.15", "cd0 = ").contains("line 14"));
+        let bank = toml("cd0 = 0.15", "cd0 = 0.15\nbank_tilt = 1\nbanked_turn = 0.8");
+        assert!(bank.contains("line 16, column hydro.banked_turn") && bank.contains("not both"), "{bank}");
         let json =
             serde_json::to_string_pretty(&serde_json::from_str::<Value>(&MINIMAL.replace("0.15", "-1")).expect("json")).expect("json");
         let line = 1 + json.lines().position(|l| l.contains("\"cd0\"")).expect("there");

@@ -134,6 +134,32 @@ fn validate_what_is_hidden_is_named_alone_on_both_wing_sets() {
     }
 }
 
+/// Eight dives each at best glide, at 28 and at 22 degrees of pitch, with a surfacing every four.
+fn three_settings(wings: Wings) -> Mission {
+    let leg = |goal: Goal, ballast_cc: f32, heading_deg: f32| Leg {
+        dives: 8,
+        goal,
+        ballast_m3: ballast_cc * 1e-6,
+        heading_rad: heading_deg.to_radians(),
+        ..Leg::default()
+    };
+    let pitch = |degrees: f32| Goal::FixedPitch { pitch_rad: degrees.to_radians() };
+    let legs = [leg(Goal::BestGlide, 230.0, 40.0), leg(pitch(28.0), 160.0, 120.0), leg(pitch(22.0), 230.0, 230.0)];
+    Mission { wings, legs: legs.into_iter().collect(), max_duration_s: 24 * 3600, surface_every: 4 }
+}
+
+#[test]
+fn regress_no_drag_due_to_lift_is_named_beside_what_is_hidden_at_three_settings() {
+    // Once each of these came with a wrong drag due to lift: what a log states of the standard wings was 14 % low in it where they glide.
+    let hidden = [EffectKind::ClimbDrag, EffectKind::ThermalExpansion, EffectKind::VerticalCurrent, EffectKind::AddedMass];
+    for kind in hidden {
+        let d = asked(three_settings(Wings::Standard), Some(Effect::typical(kind)), 5);
+        assert_eq!(d.answer, [kind.name()], "{:?} {:?}", d.verdict, d.notes);
+    }
+    let d = asked(three_settings(Wings::Standard), None, 5);
+    assert_eq!((d.verdict, d.answer.len()), (Verdict::Adequate, 0), "{:?}", d.notes);
+}
+
 #[test]
 fn validate_drag_in_climbs_is_found_in_a_closed_loop_flight() {
     let hidden = Effect { value: 0.4, ..Effect::typical(EffectKind::ClimbDrag) };

@@ -101,7 +101,7 @@ fn regress_nothing_is_missing_in_still_water() {
 #[test]
 fn validate_the_rail_wings_flown_table_overstates_the_drag_due_to_lift_of_the_simulated_sea() {
     // Table and plant are written apart: the paper's polar against a force law with measured cross-flow. What is stated of the
-    // vehicle is the plant's, within 2.5 % (its form is another) where it glides at 12 to 40 degrees of pitch.
+    // vehicle is the plant's, within 2.5 % (its form is another) where it glides at 13 degrees of pitch and more, within 5 % up to 0.25 rad.
     let world = World::new(worlds::for_mission(&shallow(Wings::LowAspectRatio))).expect("a world");
     let table = polar::builtin(Wings::LowAspectRatio).expect("a table");
     let stated = worlds::nominal(&world, "tank").expect("a vehicle");
@@ -111,9 +111,9 @@ fn validate_the_rail_wings_flown_table_overstates_the_drag_due_to_lift_of_the_si
     let flown = |a: f64| f64::from(table.at(a as f32).cd);
     let ratio = due_to_lift(&flown) / due_to_lift(&truth);
     assert!((1.2..2.0).contains(&ratio), "{ratio}");
-    for a in [0.05, 0.075, 0.1, 0.15, 0.2] {
+    for (a, within) in [(0.05, 0.025), (0.1, 0.025), (0.15, 0.025), (0.2, 0.025), (0.25, 0.05)] {
         let drag = (hydro("cd0") + hydro("hull_drag_per_rad2") * a * a) * hydro("reference_area_m2");
-        assert!((drag / truth(a) - 1.0).abs() < 0.025, "{a}: {drag} beside {}", truth(a));
+        assert!((drag / truth(a) - 1.0).abs() < within, "{a}: {drag} beside {}", truth(a));
     }
 }
 

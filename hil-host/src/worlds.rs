@@ -104,12 +104,12 @@ const GLIDES_DEG: std::ops::RangeInclusive<u32> = 12..=40;
 /// at an angle of attack, rad.
 fn coefficients(at: impl Fn(f64) -> (f64, f64)) -> [f64; 4] {
     // Two fits of two unknowns: C_L = a α + a2 α², C_D = c0 + c2 α² (α > 0; symmetric beyond), least squares of the relative error.
-    let steeper = |a: f64, pitch_deg: u32| {
+    let pitch_deg = |a: f64| {
         let (lift, drag) = at(a);
-        ((drag / lift).atan() - a).to_degrees() > f64::from(pitch_deg)
+        ((drag / lift).atan() - a).to_degrees()
     };
     // The angle of attack of each glide: the shallower, the larger.
-    let angle_of = |pitch_deg| (1..=300).map(|i| f64::from(i) * 1e-3).find(|a| !steeper(*a, pitch_deg));
+    let angle_of = |glide_deg: u32| (1..=300).map(|i| f64::from(i) * 1e-3).find(|a| pitch_deg(*a) <= f64::from(glide_deg));
     let angles: Vec<f64> = GLIDES_DEG.filter_map(angle_of).collect();
     let pair = |points: &mut dyn Iterator<Item = (f64, f64, f64)>| {
         let relative = points.map(|(f, g, y)| (f / y, g / y));

@@ -23,6 +23,16 @@ fn shallow(wings: Wings) -> Mission {
     Mission { wings, legs: [leg].into_iter().collect(), max_duration_s: 24 * 3600, surface_every: 0 }
 }
 
+/// So many dives of 3 to 27 m with a drive, cm³, on a heading, degrees.
+fn leg(dives: u16, goal: Goal, ballast_cc: i16, heading_deg: i16) -> Leg {
+    let (ballast_m3, heading_rad) = (f32::from(ballast_cc) * 1e-6, f32::from(heading_deg).to_radians());
+    Leg { dives, goal, ballast_m3, heading_rad, ..Leg::default() }
+}
+
+fn fixed_pitch(degrees: i8) -> Goal {
+    Goal::FixedPitch { pitch_rad: f32::from(degrees).to_radians() }
+}
+
 /// Six dives to 180 m at pitches, drives and headings of their own, each from the surface.
 fn sweep_at_sea(wings: Wings) -> Mission {
     sweep(wings, 1, 180.0)
@@ -31,14 +41,7 @@ fn sweep_at_sea(wings: Wings) -> Mission {
 /// At each of six settings so many dives without a surfacing between them.
 fn sweep(wings: Wings, dives: u16, depth_max_m: f32) -> Mission {
     let settings = [(18, 230, 0), (26, 150, 90), (35, 200, 180), (22, 100, 270), (30, 230, 45), (24, 120, 200)];
-    let leg = |(pitch, ballast, heading): (i8, i16, i16)| Leg {
-        dives,
-        depth_max_m,
-        goal: Goal::FixedPitch { pitch_rad: f32::from(pitch).to_radians() },
-        ballast_m3: f32::from(ballast) * 1e-6,
-        heading_rad: f32::from(heading).to_radians(),
-        ..Leg::default()
-    };
+    let leg = |(pitch, ballast, heading)| Leg { depth_max_m, ..leg(dives, fixed_pitch(pitch), ballast, heading) };
     Mission { wings, legs: settings.into_iter().map(leg).collect(), max_duration_s: 48 * 3600, surface_every: dives }
 }
 
@@ -136,15 +139,7 @@ fn validate_what_is_hidden_is_named_alone_on_both_wing_sets() {
 
 /// Eight dives each at best glide, at 28 and at 22 degrees of pitch, with a surfacing every four.
 fn three_settings(wings: Wings) -> Mission {
-    let leg = |goal: Goal, ballast_cc: f32, heading_deg: f32| Leg {
-        dives: 8,
-        goal,
-        ballast_m3: ballast_cc * 1e-6,
-        heading_rad: heading_deg.to_radians(),
-        ..Leg::default()
-    };
-    let pitch = |degrees: f32| Goal::FixedPitch { pitch_rad: degrees.to_radians() };
-    let legs = [leg(Goal::BestGlide, 230.0, 40.0), leg(pitch(28.0), 160.0, 120.0), leg(pitch(22.0), 230.0, 230.0)];
+    let legs = [leg(8, Goal::BestGlide, 230, 40), leg(8, fixed_pitch(28), 160, 120), leg(8, fixed_pitch(22), 230, 230)];
     Mission { wings, legs: legs.into_iter().collect(), max_duration_s: 24 * 3600, surface_every: 4 }
 }
 

@@ -311,6 +311,21 @@ fn regress_a_late_pump_is_not_taken_for_a_late_hull() {
     assert_eq!(told["verdict"], "unexplained", "{}", told["answer"]);
 }
 
+/// A density that is biased and a ballast that is off do the same at sea. Their fits had come to rest in two places, and one of the two
+/// was told with odds of e^20 to one against the other.
+#[test]
+fn regress_what_does_the_same_is_as_likely_wherever_its_fit_came_to_rest() {
+    let told = told(20_261_177, 278);
+    let odds = |effect: &str| {
+        let pair = serde_json::json!(["biofouling_drag", effect]);
+        let of = told["candidates"].as_array().expect("a list").iter().find(|c| c["effects"] == pair).expect("listed");
+        of["evidence"].as_str().and_then(|e| e.strip_prefix("log odds ")?.split(' ').next()?.parse::<f64>().ok()).expect("log odds")
+    };
+    let apart = odds("ballast_offset") - odds("density_bias");
+    assert!(apart.abs() < 3.0, "{apart}");
+    assert_eq!(told["verdict"], "ambiguous", "{told}");
+}
+
 /// A second effect that is nearly as likely as not is said so; and where the first alone leaves a remainder that the second explains,
 /// the flight is no riddle.
 #[test]

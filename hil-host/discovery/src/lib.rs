@@ -47,6 +47,7 @@ pub mod start;
 pub mod steady;
 pub mod strangers;
 pub mod switched_on;
+mod twins;
 mod unlike;
 mod unseen;
 pub mod vehicle;

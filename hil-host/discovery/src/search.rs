@@ -9,8 +9,9 @@ use crate::evidence::{PRIOR, TIED};
 use crate::fit::{Effort, Fit, Jacobian, fit_from, linear};
 use crate::form;
 use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, wave_library};
+use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, named, wave_library};
 use crate::signature::{Signature, pair_score, project, signatures};
+use crate::twins::{level_twins, twins};
 use hydro::effects::{CATALOGUE, Effect};
 
 /// Everything the search found.
@@ -56,7 +57,7 @@ impl Found {
 }
 
 impl Candidate {
-    fn is(&self, effects: &[&str]) -> bool {
+    pub(crate) fn is(&self, effects: &[&str]) -> bool {
         self.effects.len() == effects.len() && effects.iter().all(|e| self.effects.contains(e))
     }
 
@@ -93,8 +94,6 @@ const MOST_PAIRS: usize = 14;
 /// Effects tried beside a wave that leads, the third and later ones from this share of what the first promises: look-alikes of it.
 const BESIDE_WAVE: usize = 4;
 const ALIKE_SHARE: f64 = 0.5;
-/// Cosine of signatures from which two effects do the same.
-const TWINS: f64 = 0.99;
 /// Chi² by which the calibration has sat in a hollow: as much as decides whether a name is worth saying.
 const HOLLOW: f64 = 4.0;
 /// Look-alikes that each member of the best pair is exchanged for.
@@ -195,6 +194,7 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
     for (k, c) in contenders.iter_mut().enumerate() {
         *c = weighed(c, k < WEIGHED_CLOSELY);
     }
+    level_twins(&screen, &mut contenders, &mut others, &before.likeness);
     form::mark_down_larger_sets(problem, &mut contenders, &others);
     // Odds grow and shrink with the size of the water motion and the number of rows: those that were not fitted again change as the best,
     // or the best single, did, and come no nearer to the best.
@@ -497,25 +497,10 @@ impl Search<'_> {
 
     /// A pair with a twin of one of the members goes on from where the pair is: what does the same fits as well.
     fn exchange_twins(&mut self, pair: &Candidate, kept: usize) {
-        let screen = self.screen;
-        let (keep, given) = (pair.fit.state.effects[kept], pair.fit.state.effects[1 - kept]);
-        let alone = State { effects: vec![keep], ..pair.fit.state.clone() };
-        let signs = signatures(screen.problem, &alone, None);
-        let Some(own) = signs.iter().find(|s| s.effect.name() == given.effect.name()) else { return };
-        let size = given.values[0] - given.effect.parameters()[0].off;
-        for other in signs.iter().filter(|s| s.effect.name() != given.effect.name() && s.effect.name() != keep.effect.name()) {
-            let (both, of_other) = (own.column.dot(&other.column), other.column.dot(&other.column));
-            if both.abs() < TWINS * (own.column.dot(&own.column) * of_other).sqrt() {
-                continue;
-            }
-            let mut state = alone.clone();
-            let (low, high) = screen.problem.size_limits(other.effect);
-            let as_large = (other.effect.parameters()[0].off + size * both / of_other).clamp(low, high);
-            state.effects.push(screen.problem.active(other.effect, as_large));
-            let f = screen.fit(screen.beside(Some(pair)), &state, 6);
-            match self.found.iter().position(|c| c.is(&[keep.effect.name(), other.effect.name()])) {
+        for f in twins(self.screen, pair, 1 - kept) {
+            match self.found.iter().position(|c| c.is(&named(&f.state))) {
                 Some(known) => self.take_better(known, f),
-                None => self.found.push(screen.candidate(f, prior_of(2), 0.0)),
+                None => self.found.push(self.screen.candidate(f, prior_of(2), 0.0)),
             }
         }
     }

@@ -3,6 +3,7 @@
 use crate::calibration::N_CALIBRATION;
 use crate::fit::{Fit, own_tolerance};
 use crate::problem::Problem;
+use crate::wave_train::log_alike;
 use hydro::effects::Effect;
 use std::f64::consts::PI;
 
@@ -119,7 +120,7 @@ pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
             }
         }
     }
-    z
+    z + log_alike(f).unwrap_or(0.0)
 }
 
 /// Range of what salt and sediment add to the density of a lake's water, kg/m³ (0 to 0.4 g/kg), and how sharp its ends are.

@@ -53,6 +53,7 @@ mod unseen;
 pub mod vehicle;
 pub mod vehicle_file;
 pub mod wave;
+mod wave_train;
 pub mod ways;
 pub mod whereabouts;
 

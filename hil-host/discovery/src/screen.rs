@@ -49,7 +49,7 @@ const WAVE_SCALES: [f64; 5] = [0.002, 0.004, 0.008, 0.016, 0.032];
 /// Times that the kind of a wave is looked for anew beside what it was fitted with.
 const WAVE_ROUNDS: usize = 2;
 /// Odds by which any hypothesis with a wave is marked down: it has amplitudes in every run to follow noise of another colour with.
-const WAVE_HANDICAP: f64 = 6.0;
+const WAVE_HANDICAP: f64 = 4.5;
 /// Chi² per innovation of the calibrated nominal model from which fits start from several values.
 const FAR_OFF: f64 = 2.5;
 /// Or a calibration number that deviates by this many tolerances: what is missing pulls at it.

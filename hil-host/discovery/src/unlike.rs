@@ -1,10 +1,12 @@
-//! Names whose fit is unlike what they stand for: larger than it is anywhere, slower or faster than it happens. Then the name is that of
+//! Names whose fit is unlike what they stand for: larger than it is anywhere, slower or faster than it happens, of every size where all
+//! are alike. Then the name is that of
 //! the nearest thing in the catalogue, and what is missing has none.
 
 use crate::diagnose::{Estimate, estimate, estimates};
 use crate::fit::{Effort, Fit, fit_from};
 use crate::problem::Problem;
 use crate::screen::{one_period_inside, size_at_end};
+use crate::wave_train::{OF_NO_TRAIN, log_alike};
 use hydro::effects::Active;
 
 /// Share of a size at the end of what is possible below which its interval must not reach for it to be too large: 0.85 to 0.92 on
@@ -26,7 +28,10 @@ pub(crate) fn unlike(problem: &Problem, fit: &Fit) -> Vec<String> {
         .then(|| "drag would have to grow by a jump, not day by day: something was caught, lost or broken".into());
     let no_wave = no_wave(problem, fit)
         .then(|| "the period of the wave would have to be shorter or longer than those of internal waves, 8 to 52 minutes".into());
-    [too_large, no_growth, no_wave].into_iter().flatten().collect()
+    let no_train = log_alike(fit).is_some_and(|told| told < OF_NO_TRAIN).then(|| {
+        "the wave would have to differ from segment to segment as no train of internal waves does: convection, eddies, or no water at all".into()
+    });
+    [too_large, no_growth, no_wave, no_train].into_iter().flatten().collect()
 }
 
 /// The effect of a fit whose size is at the end of what is possible and hardly below it by its interval: one that could as well be

@@ -21,8 +21,8 @@ const TAKEN_FOR: &str = "roll_turn_drag";
 /// Log odds that what a bank does, or what else every body does, has to be ahead by: twenty to one.
 pub(crate) const CLEARLY: f64 = 3.0;
 /// The same for a drag in turns that is hardly as large as what a turn does to every body (a tenth more drag at 17 degrees of roll is 0.13
-/// per squared radian): a body that slips does not turn quite as any of ours. A guess; of two clean flights that another author
-/// simulated, both told to have 0.03 of it, one was 7 ahead of a turn without it.
+/// per squared radian): a body that slips does not turn quite as any of ours. A guess; in two clean flights that another author
+/// simulated 0.03 of it, beside lift that tilts, was 4 and 9 ahead of a turn without it.
 const HARDLY_MORE: f64 = 10.0;
 const LITTLE_PER_RAD2: f64 = 0.1;
 /// Least and largest share of a turn without sideslip that is one: a hull that slips turns less (0.75 where its side force is 2.6 per

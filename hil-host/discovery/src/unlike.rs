@@ -1,6 +1,5 @@
 //! Names whose fit is unlike what they stand for: larger than it is anywhere, slower or faster than it happens, of every size where all
-//! are alike. Then the name is that of
-//! the nearest thing in the catalogue, and what is missing has none.
+//! are alike. Then the name is that of the nearest thing in the catalogue, and what is missing has none.
 
 use crate::diagnose::{Estimate, estimate, estimates};
 use crate::fit::{Effort, Fit, fit_from};

@@ -27,7 +27,7 @@ const NODE: f64 = 0.4;
 const LARGE: f64 = 50.0;
 const HALF_CIRCLE: u32 = 24;
 /// Log Bayes factor below which it is no train: three to one. Of 60 flights of others that had a wave and were told to, the least was
-/// -0.8; of seven that were told to and had none (convection, eddies, a shear, a mast that hums), the largest was -1.5.
+/// -0.8; of seven that were told to and had none (convection, eddies, a shear, a steady current, a mast that hums), the largest was -1.5.
 pub(crate) const OF_NO_TRAIN: f64 = -1.1;
 
 /// Log Bayes factor of amplitudes that are alike in all runs against amplitudes that are of their own in each; none without a wave.

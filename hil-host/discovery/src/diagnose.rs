@@ -15,7 +15,7 @@ use crate::remainder::{Family, families};
 use crate::screen::{Candidate, WAVE, has_guessed_form};
 use crate::search::{Depth, Found, prior_of};
 use crate::unlike::unlike;
-use crate::wave::{PARTS, ordinary_amplitude_m_s};
+use crate::wave::ordinary_amplitude_m_s;
 use crate::{Flight, Vehicle};
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
@@ -507,13 +507,9 @@ pub(crate) fn estimate(fit: &Fit, (effect, parameter, sigma): (usize, usize, f64
 pub fn estimates(fit: &Fit) -> Vec<Estimate> {
     let mut out: Vec<Estimate> = fit.sigma.iter().map(|s| estimate(fit, *s)).collect();
     if let Some(w) = &fit.state.wave {
-        let n = fit.covariance.nrows();
-        let first = n - PARTS * w.amplitude_m_s.len();
         let runs = w.amplitude_m_s.len() as f64;
         let (mut power, mut variance) = (0.0, 0.0);
-        for (k, [a, b, ..]) in w.amplitude_m_s.iter().enumerate() {
-            let at = first + PARTS * k;
-            let v = fit.covariance[(at, at)] + fit.covariance[(at + 1, at + 1)];
+        for ([a, b], v) in fit.wave_amplitudes() {
             power += (a * a + b * b + v) / runs;
             variance += v / runs;
         }

@@ -126,6 +126,15 @@ impl Fit {
         state
     }
 
+    /// Sine and cosine amplitude of the fitted wave in each run, m/s, and the sum of their variances; empty without a wave.
+    #[must_use]
+    pub(crate) fn wave_amplitudes(&self) -> Vec<([f64; 2], f64)> {
+        let amplitudes = self.state.wave.as_ref().map_or(&[][..], |w| &w.amplitude_m_s);
+        let first = self.covariance.nrows() - PARTS * amplitudes.len();
+        let variance = |at: usize| self.covariance[(at, at)] + self.covariance[(at + 1, at + 1)];
+        amplitudes.iter().enumerate().map(|(k, &[a, b, ..])| ([a, b], variance(first + PARTS * k))).collect()
+    }
+
     /// What the fit leaves; none where its curvature is not positive.
     #[must_use]
     pub fn ground(&self) -> Option<Ground<'_>> {

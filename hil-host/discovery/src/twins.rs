@@ -22,12 +22,13 @@ pub(crate) fn level_twins(screen: &Screen, contenders: &mut Vec<Candidate>, othe
         for f in twins(screen, &best, given) {
             let effects = named(&f.state);
             let twin = screen.candidate(f, prior_of(effects.len()), best.correction);
-            let place = contenders.iter().position(|c| c.is(&effects));
-            if place.is_none_or(|k| twin.fit.chi2 < contenders[k].fit.chi2) {
-                place.map(|k| contenders.remove(k));
-                others.retain(|c| !c.is(&effects));
-                contenders.push(twin);
+            if contenders.iter().any(|c| c.is(&effects) && c.fit.chi2 <= twin.fit.chi2) {
+                continue;
             }
+            for list in [&mut *contenders, &mut *others] {
+                list.retain(|c| !c.is(&effects));
+            }
+            contenders.push(twin);
         }
     }
 }
@@ -39,8 +40,7 @@ pub(crate) fn twins(screen: &Screen, of: &Candidate, given: usize) -> Vec<Fit> {
     let signs = signatures(screen.problem, &alone, None);
     let Some(own) = signs.iter().find(|s| s.effect.name() == given.effect.name()) else { return Vec::new() };
     let size = given.values[0] - given.effect.parameters()[0].off;
-    let is_other =
-        |s: &&Signature| s.effect.name() != given.effect.name() && alone.effects.iter().all(|a| a.effect.name() != s.effect.name());
+    let is_other = |s: &&Signature| of.fit.state.effects.iter().all(|a| a.effect.name() != s.effect.name());
     let mut fits = Vec::new();
     for other in signs.iter().filter(is_other) {
         let (both, of_other) = (own.column.dot(&other.column), other.column.dot(&other.column));

@@ -104,20 +104,14 @@ fn regress_nothing_is_missing_in_still_water() {
 #[test]
 fn validate_the_rail_wings_flown_table_overstates_the_drag_due_to_lift_of_the_simulated_sea() {
     // Table and plant are written apart: the paper's polar against a force law with measured cross-flow. What is stated of the
-    // vehicle is the plant's, within 2.5 % (its form is another) where it glides at 13 degrees of pitch and more, within 5 % up to 0.25 rad.
+    // vehicle is the plant's (tested in `worlds`).
     let world = World::new(worlds::for_mission(&shallow(Wings::LowAspectRatio))).expect("a world");
     let table = polar::builtin(Wings::LowAspectRatio).expect("a table");
-    let stated = worlds::nominal(&world, "tank").expect("a vehicle");
-    let hydro = |key: &str| stated.pointer(&format!("/hydro/{key}")).and_then(serde_json::Value::as_f64).expect(key);
     let due_to_lift = |at: &dyn Fn(f64) -> f64| (at(0.15) - at(0.0)) / at(0.0);
     let truth = |a: f64| world.lift_drag_area_m2(a).1;
     let flown = |a: f64| f64::from(table.at(a as f32).cd);
     let ratio = due_to_lift(&flown) / due_to_lift(&truth);
     assert!((1.2..2.0).contains(&ratio), "{ratio}");
-    for (a, within) in [(0.05, 0.025), (0.1, 0.025), (0.15, 0.025), (0.2, 0.025), (0.25, 0.05)] {
-        let drag = (hydro("cd0") + hydro("hull_drag_per_rad2") * a * a) * hydro("reference_area_m2");
-        assert!((drag / truth(a) - 1.0).abs() < within, "{a}: {drag} beside {}", truth(a));
-    }
 }
 
 #[test]
@@ -153,6 +147,16 @@ fn regress_no_drag_due_to_lift_is_named_beside_what_is_hidden_at_three_settings(
     }
     let d = asked(three_settings(Wings::Standard), None, 5);
     assert_eq!((d.verdict, d.answer.len()), (Verdict::Adequate, 0), "{:?}", d.notes);
+}
+
+#[test]
+fn regress_half_the_angle_of_attack_more_than_was_stated_is_no_second_effect() {
+    // Once with a wrong drag due to lift beside it, or unexplained: the log stated a law of the glides of a healthy vehicle alone, 12 %
+    // off in drag and 10 % in lift at the 0.22 rad that a vehicle without 40 % of its lift flies at.
+    for (wings, value) in [(Wings::Standard, -0.4), (Wings::Standard, -0.3), (Wings::LowAspectRatio, -0.2)] {
+        let d = asked(three_settings(wings), Some(Effect { value, ..Effect::typical(EffectKind::LiftSlopeError) }), 5);
+        assert_eq!(d.answer, ["lift_slope_error"], "{wings:?} {value}: {:?} {:?}", d.verdict, d.notes);
+    }
 }
 
 #[test]

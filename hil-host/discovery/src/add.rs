@@ -126,25 +126,28 @@ fn document(
     let mut d = vehicle.document.clone();
     let t = &vehicle.tolerance;
     let z = &state.calibration;
-    let mut scale = |path: [&str; 2], factor: f64| {
-        let at = if path[1].is_empty() { d.get_mut(path[0]) } else { d.get_mut(path[0]).and_then(|v| v.get_mut(path[1])) };
-        if let Some(v) = at
+    let mut scale = |pointer: &str, factor: f64| {
+        if let Some(v) = d.pointer_mut(pointer)
             && let Some(x) = v.as_f64()
         {
             *v = json!(x * factor);
         }
     };
-    scale(["hydro", "cd0"], 1.0 + z[0] * t.cd0_relative);
-    scale(["hydro", "wing_lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative);
-    scale(["hydro", "hull_lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative);
-    scale(["hydro", "lift_quadratic_per_rad2"], 1.0 + z[2] * t.lift_quadratic_relative);
-    scale(["hydro", "induced_k"], 1.0 + z[10] * tolerance_of(vehicle, 10));
-    scale(["hydro", "hull_drag_per_rad2"], 1.0 + z[11] * tolerance_of(vehicle, 11));
-    scale(["hull_volume_m3", ""], 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
-    scale(["hull_compressibility_per_pa", ""], 1.0 + z[6] * t.hull_compressibility_relative);
-    scale(["hull_thermal_expansion_per_k", ""], 1.0 + z[7] * t.hull_thermal_expansion_relative);
+    let of_hydro = [
+        (["cd0", "wide/cd0"].as_slice(), 1.0 + z[0] * t.cd0_relative),
+        (&["wing_lift_slope_per_rad", "hull_lift_slope_per_rad", "wide/lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative),
+        (&["lift_quadratic_per_rad2", "wide/lift_quadratic_per_rad2"], 1.0 + z[2] * t.lift_quadratic_relative),
+        (&["induced_k"], 1.0 + z[10] * tolerance_of(vehicle, 10)),
+        (&["hull_drag_per_rad2", "wide/hull_drag_per_rad2"], 1.0 + z[11] * tolerance_of(vehicle, 11)),
+    ];
+    for (keys, factor) in of_hydro {
+        keys.iter().for_each(|key| scale(&format!("/hydro/{key}"), factor));
+    }
+    scale("/hull_volume_m3", 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
+    scale("/hull_compressibility_per_pa", 1.0 + z[6] * t.hull_compressibility_relative);
+    scale("/hull_thermal_expansion_per_k", 1.0 + z[7] * t.hull_thermal_expansion_relative);
     for (k, key) in crate::moments::NUMBERS {
-        scale(["pitch", key], 1.0 + z[k] * tolerance_of(vehicle, k));
+        scale(&format!("/pitch/{key}"), 1.0 + z[k] * tolerance_of(vehicle, k));
     }
     if let Some(hydro) = d.get_mut("hydro") {
         let (c, _) = problem.law(state);

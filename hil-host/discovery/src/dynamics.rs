@@ -117,6 +117,8 @@ impl Job<'_> {
             cd0: 0.0,
             induced_k: 0.0,
             hull_drag_per_rad2: 0.0,
+            slope_loss_per_rad2: 0.0,
+            hull_drag_per_rad3: 0.0,
             added_mass_surge: 0.0,
             added_mass_heave: 0.0,
             beyond: Beyond::default(),

@@ -329,6 +329,8 @@ mod tests {
             cd0: 0.1,
             induced_k: 0.0,
             hull_drag_per_rad2: 0.0,
+            slope_loss_per_rad2: 0.0,
+            hull_drag_per_rad3: 0.0,
             added_mass_surge: 0.0,
             added_mass_heave: 0.0,
             bank_tilt: 0.0,

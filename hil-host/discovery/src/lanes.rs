@@ -193,10 +193,12 @@ struct Beside {
     per_surge: Lanes,
     per_heave: Lanes,
     slope: Lanes,
+    slope_loss: Lanes,
     quadratic: Lanes,
     cd0: Lanes,
     induced: Lanes,
     hull: Lanes,
+    hull_cubic: Lanes,
     step_s: Lanes,
     /// Mass carried across the hull over that carried along it, and whether any lane turns as it banks.
     across_per_along: Lanes,
@@ -212,8 +214,10 @@ fn beside(of: impl Fn(usize) -> f64) -> Lanes {
 impl Beside {
     /// The nominal law: lift at an angle of lift, so much added to it, and its drag.
     fn nominal(&self, p: &Now, alpha: Lanes, lift_angle: Lanes, added_lift: Lanes) -> (Lanes, Lanes) {
-        let cl = self.slope * lift_angle + self.quadratic * lift_angle * lift_angle.abs() + added_lift;
-        (cl, self.cd0 * p.cd0_relative + self.induced * cl * cl + self.hull * alpha * alpha)
+        let slope = self.slope * (Lanes::ONE - self.slope_loss * lift_angle * lift_angle);
+        let cl = slope * lift_angle + self.quadratic * lift_angle * lift_angle.abs() + added_lift;
+        let hull = self.hull + self.hull_cubic * alpha.abs();
+        (cl, self.cd0 * p.cd0_relative + self.induced * cl * cl + hull * alpha * alpha)
     }
 
     fn of(lanes: &[Lane; LANES]) -> Self {
@@ -224,10 +228,12 @@ impl Beside {
             per_surge: constant(&|l| 1.0 / l.surge_kg),
             per_heave: constant(&|l| 1.0 / l.heave_kg),
             slope: constant(&|l| l.model.constants.lift_slope_per_rad),
+            slope_loss: constant(&|l| l.model.constants.slope_loss_per_rad2),
             quadratic: constant(&|l| l.model.constants.lift_quadratic_per_rad2),
             cd0: constant(&|l| l.model.constants.cd0),
             induced: constant(&|l| l.model.constants.induced_k),
             hull: constant(&|l| l.model.constants.hull_drag_per_rad2),
+            hull_cubic: constant(&|l| l.model.constants.hull_drag_per_rad3),
             step_s: constant(&|l| l.step_s),
             across_per_along: constant(&|l| l.heave_kg / l.surge_kg),
             turns: lanes.iter().any(|l| l.model.constants.banked_turn != 0.0),

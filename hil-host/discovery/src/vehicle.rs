@@ -183,6 +183,43 @@ impl Keys<'_> {
     }
 }
 
+/// The law with two terms more that holds over a wider range of angles of attack than the format's, where a file states it: all of it.
+struct Wide([f64; 6]);
+
+impl Wide {
+    /// Keys with what is possible of them, and units.
+    const KEYS: [(&'static str, f64, f64, &'static str); 6] = [
+        ("hydro.wide.lift_slope_per_rad", 0.1, 100.0, "1/rad"),
+        ("hydro.wide.lift_quadratic_per_rad2", -100.0, 100.0, "1/rad2"),
+        ("hydro.wide.slope_loss_per_rad2", -8.0, 8.0, "1/rad2"),
+        ("hydro.wide.cd0", 1e-4, 10.0, "1"),
+        ("hydro.wide.hull_drag_per_rad2", 0.0, 1e3, "1/rad2"),
+        ("hydro.wide.hull_drag_per_rad3", -1e3, 1e3, "1/rad3"),
+    ];
+
+    fn of(keys: &Keys) -> Result<Option<Self>, ReadError> {
+        if keys.at("hydro.wide").is_none() {
+            return Ok(None);
+        }
+        let mut numbers = [0.0; 6];
+        for (number, (key, low, high, unit)) in numbers.iter_mut().zip(Self::KEYS) {
+            *number = keys.within(key, low, high, unit)?;
+        }
+        let [.., cd0, per_rad2, per_rad3] = numbers;
+        let least = |a: f64| cd0 + (per_rad2 + per_rad3 * a) * a * a;
+        if !(1..=35).all(|i| least(f64::from(i) * 0.01) > 0.0) {
+            return Err(keys.bad("hydro.wide.hull_drag_per_rad3", "leaves no drag at some angle of attack below 0.35 rad".into()));
+        }
+        Ok(Some(Self(numbers)))
+    }
+
+    fn replace(&self, c: &mut Constants) {
+        let Self([slope, quadratic, loss, cd0, per_rad2, per_rad3]) = *self;
+        (c.lift_slope_per_rad, c.lift_quadratic_per_rad2, c.slope_loss_per_rad2) = (slope, quadratic, loss);
+        (c.cd0, c.hull_drag_per_rad2, c.hull_drag_per_rad3) = (cd0, per_rad2, per_rad3);
+    }
+}
+
 /// The vehicle file beside a flight: `vehicle.json` or `vehicle.toml` of its directory.
 #[must_use]
 pub fn beside(flight: &Path) -> Option<PathBuf> {
@@ -274,7 +311,8 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     let area = keys.within("hydro.reference_area_m2", 1e-3, 10.0, "m2")?;
     let wing = keys.within("hydro.wing_lift_slope_per_rad", 0.0, 20.0, "1/rad")? * keys.within("wing.area_m2", 0.0, 10.0, "m2")?;
     let hull = keys.within("hydro.hull_lift_slope_per_rad", 0.0, 50.0, "1/rad")? * keys.within("hydro.hull_area_m2", 0.0, 10.0, "m2")?;
-    let constants = Constants {
+    let wide = Wide::of(&keys)?;
+    let mut constants = Constants {
         gravity_m_s2: or("gravity_m_s2", 9.81)?,
         mass_kg: keys.within("mass_kg", 1.0, 5000.0, "kg")?,
         hull_volume_m3: keys.within("hull_volume_m3", 1e-3, 5.0, "m3")?,
@@ -287,6 +325,8 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         cd0: keys.within("hydro.cd0", 1e-4, 10.0, "1")?,
         induced_k: or("hydro.induced_k", 0.0)?,
         hull_drag_per_rad2: or("hydro.hull_drag_per_rad2", 0.0)?,
+        slope_loss_per_rad2: 0.0,
+        hull_drag_per_rad3: 0.0,
         added_mass_surge: or("hydro.added_mass_surge", 0.2)?,
         added_mass_heave: or("hydro.added_mass_heave", 0.92)?,
         bank_tilt: keys.within_if_stated("hydro.bank_tilt", -10.0, 10.0, "of the tilt")?.unwrap_or(0.0),
@@ -297,6 +337,9 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
             cd_broadside: keys.within_if_stated("hydro.cd_broadside", 0.1, 20.0, "of S")?.unwrap_or(CD_BROADSIDE),
         },
     };
+    if let Some(stated) = &wide {
+        stated.replace(&mut constants);
+    }
     if constants.bank_tilt != 0.0 && constants.banked_turn != 0.0 {
         return Err(
             keys.bad("hydro.banked_turn", "a turn tilts the lift by itself: state hydro.bank_tilt or hydro.banked_turn, not both".into())
@@ -357,6 +400,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
 
     const MINIMAL: &str = r#"{"mass_kg":68,"hull_volume_m3":0.068,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,
         "wing":{"area_m2":0.11},"hydro":{"reference_area_m2":0.11,"wing_lift_slope_per_rad":3.45,"hull_lift_slope_per_rad":1.2,
@@ -370,6 +414,30 @@ mod tests {
         assert_eq!(v.effects.len(), 1);
         assert!((v.effects[0].values[0] - 2.0).abs() < 1e-12);
         assert_eq!(v.document["colour"], "yellow");
+    }
+
+    #[test]
+    fn a_wide_law_takes_the_place_of_the_other_and_is_stated_whole() {
+        let document = |wide: Value| {
+            let mut d: Value = serde_json::from_str(MINIMAL).expect("json");
+            d["hydro"]["wide"] = wide;
+            d
+        };
+        let law = json!({"lift_slope_per_rad": 6.9, "lift_quadratic_per_rad2": 5.4, "slope_loss_per_rad2": 4.3, "cd0": 0.16,
+            "hull_drag_per_rad2": 11.3, "hull_drag_per_rad3": -13.4});
+        let c = parse(document(law.clone()), Path::new("v.json")).expect("reads").constants;
+        assert_eq!((c.lift_slope_per_rad, c.lift_quadratic_per_rad2, c.slope_loss_per_rad2), (6.9, 5.4, 4.3));
+        assert_eq!((c.cd0, c.hull_drag_per_rad2, c.hull_drag_per_rad3), (0.16, 11.3, -13.4));
+        for (key, value, said) in [
+            ("cd0", Value::Null, "hydro.wide.cd0: is missing"),
+            ("slope_loss_per_rad2", json!(43.0), "hydro.wide.slope_loss_per_rad2: is 43 1/rad2; expected -8 to 8"),
+            ("hull_drag_per_rad3", json!(-134.0), "leaves no drag"),
+        ] {
+            let mut other = law.clone();
+            other[key] = value;
+            let e = parse(document(other), Path::new("v.json")).expect_err("refused").to_string();
+            assert!(e.contains(said), "{e}");
+        }
     }
 
     #[test]

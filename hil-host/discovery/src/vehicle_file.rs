@@ -382,6 +382,8 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         cd0: 0.0,
         induced_k: 0.0,
         hull_drag_per_rad2: 0.0,
+        slope_loss_per_rad2: 0.0,
+        hull_drag_per_rad3: 0.0,
     };
     let (constants, _, _) = geometry.polar().project(&unprojected);
     Ok(VehicleFile { path: path.to_path_buf(), name, wings: wings.into(), about, geometry, models, constants, quantities: Vec::new() })

@@ -145,6 +145,8 @@ impl GeometryPolar {
             cd0,
             induced_k: 0.0,
             hull_drag_per_rad2: d2 / s4,
+            slope_loss_per_rad2: 0.0,
+            hull_drag_per_rad3: 0.0,
             ..*constants
         };
         let (mut cl_misfit, mut cd_misfit) = (0.0, 0.0);

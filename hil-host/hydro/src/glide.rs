@@ -330,6 +330,8 @@ mod tests {
             cd0: 0.150,
             induced_k: 0.0,
             hull_drag_per_rad2: 10.5,
+            slope_loss_per_rad2: 0.0,
+            hull_drag_per_rad3: 0.0,
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
             bank_tilt: 0.0,

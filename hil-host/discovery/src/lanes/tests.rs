@@ -16,6 +16,8 @@ const SLOCUM: Constants = Constants {
     cd0: 0.15,
     induced_k: 0.1,
     hull_drag_per_rad2: 8.0,
+    slope_loss_per_rad2: 2.0,
+    hull_drag_per_rad3: -6.0,
     added_mass_surge: 0.06,
     added_mass_heave: 1.05,
     bank_tilt: 0.0,
@@ -220,8 +222,8 @@ fn validate_a_banked_turn_is_that_of_a_body_in_six_degrees_of_freedom() {
     let (sin, cos) = pitch.sin_cos();
     // x forward, z down the body's own axes, v = 0; yaw rate r from the balance across, q = r tan φ for a steady pitch.
     let along = |alpha: f64| -> (f64, f64) {
-        let cl = c.lift_slope_per_rad * alpha + c.lift_quadratic_per_rad2 * alpha * alpha.abs();
-        let cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * alpha * alpha;
+        let cl = c.lift_slope_per_rad * (alpha - c.slope_loss_per_rad2 * alpha.powi(3)) + c.lift_quadratic_per_rad2 * alpha * alpha.abs();
+        let cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * alpha * alpha + c.hull_drag_per_rad3 * alpha.abs().powi(3);
         let (normal, axial) = (cl * alpha.cos() + cd * alpha.sin(), cd * alpha.cos() - cl * alpha.sin());
         // The balance down the body's z gives the speed: −q∞ S C_N − B cos φ cos θ + m1 q u = 0 with m1 q u = −B cos θ sin φ tan φ.
         let pressure = -b * cos * (roll.cos() + roll.sin() * roll.tan()) / normal;

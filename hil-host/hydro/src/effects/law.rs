@@ -135,8 +135,10 @@ impl<'a> ForceModel<'a> {
     fn attached(&self, at: &Flow) -> LiftDrag {
         let c = &self.constants;
         let angle = self.lift_angle_rad(at.alpha_rad);
-        let mut cl = c.lift_slope_per_rad * angle + c.lift_quadratic_per_rad2 * angle * angle.abs() + self.added_lift(at, angle);
-        let mut cd = c.cd0 + c.induced_k * cl * cl + c.hull_drag_per_rad2 * at.alpha_rad * at.alpha_rad + self.added_drag(at, cl);
+        let slope = c.lift_slope_per_rad * (1.0 - c.slope_loss_per_rad2 * angle * angle);
+        let mut cl = slope * angle + c.lift_quadratic_per_rad2 * angle * angle.abs() + self.added_lift(at, angle);
+        let hull = c.hull_drag_per_rad2 + c.hull_drag_per_rad3 * at.alpha_rad.abs();
+        let mut cd = c.cd0 + c.induced_k * cl * cl + hull * at.alpha_rad * at.alpha_rad + self.added_drag(at, cl);
         let cn = self.normal_force(at);
         if cn != 0.0 {
             cd += cn * libm::sin(at.alpha_rad);

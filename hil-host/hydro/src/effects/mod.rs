@@ -69,6 +69,11 @@ pub struct Constants {
     pub induced_k: f64,
     /// CDb, 1/rad² on S.
     pub hull_drag_per_rad2: f64,
+    /// Share of cla that is lost per α²: lift is cla (1 − loss α²) α + a2 α|α|. 0 in the flight format; where wings begin to stall it
+    /// needs this to follow them.
+    pub slope_loss_per_rad2: f64,
+    /// Drag per |α|³ on S, 0 in the flight format: drag due to angle of attack is no parabola over a wide range.
+    pub hull_drag_per_rad3: f64,
     /// k1, fraction of the mass.
     pub added_mass_surge: f64,
     /// k2, fraction of the mass.
@@ -369,6 +374,8 @@ mod tests {
             cd0: 0.15,
             induced_k: 0.35,
             hull_drag_per_rad2: 1.0,
+            slope_loss_per_rad2: 0.0,
+            hull_drag_per_rad3: 0.0,
             added_mass_surge: 0.2,
             added_mass_heave: 0.92,
             bank_tilt: 0.0,

@@ -150,7 +150,7 @@ fn regress_no_drag_due_to_lift_is_named_beside_what_is_hidden_at_three_settings(
 }
 
 #[test]
-fn regress_half_the_angle_of_attack_more_than_was_stated_is_no_second_effect() {
+fn regress_wings_at_twice_their_usual_angle_of_attack_are_no_second_effect() {
     // Once with a wrong drag due to lift beside it, or unexplained: the log stated a law of the glides of a healthy vehicle alone, 12 %
     // off in drag and 10 % in lift at the 0.22 rad that a vehicle without 40 % of its lift flies at.
     for (wings, value) in [(Wings::Standard, -0.4), (Wings::Standard, -0.3), (Wings::LowAspectRatio, -0.2)] {

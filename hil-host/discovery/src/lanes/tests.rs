@@ -1,6 +1,6 @@
 use super::*;
 use crate::prepare::{FAST_M_S, Run};
-use hydro::effects::{Active, Beyond, Constants, Sensed, by_name};
+use hydro::effects::{Active, Beyond, Constants, Flow, ForceModel, Sensed, by_name};
 use std::borrow::Cow;
 
 const SLOCUM: Constants = Constants {
@@ -200,6 +200,20 @@ fn prop_a_simulation_does_not_depend_on_what_is_beside_it() {
         assert!(moved > 20, "{moved}");
     }
     assert!(tracks(&[], 60.0, Continuation::Rising).is_empty());
+}
+
+/// Steady flight is where tan|γ| is C_D over C_L (flight format, section 3), by the coefficients of the force law itself.
+#[test]
+fn validate_a_steady_glide_is_where_drag_over_lift_is_the_tangent_of_the_path() {
+    for pitch in [0.3, 0.37, 0.45] {
+        let run = run(200.0, pitch, false);
+        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached: &[] };
+        let alpha = tracks(&[job], 60.0, Continuation::Rising)[0].alpha_rad[35];
+        let f = ForceModel::new(SLOCUM, &[]).coefficients(&Flow::steady(alpha, 0.3));
+        let path = (pitch + alpha.abs()).tan() * f.cl.abs();
+        // 1e-4 of the drag: the water gets denser on the way, and the glide follows by its inertia.
+        assert!(alpha.abs() > 0.02 && (path / f.cd - 1.0).abs() < 1e-4, "{pitch}: {alpha} rad, {path} and {}", f.cd);
+    }
 }
 
 /// Rigid body and added mass in six degrees of freedom (Fossen 2011, chapters 3 and 6), steady in a turn without sideslip: found by bisection

@@ -135,7 +135,7 @@ fn regress_a_refit_of_a_vehicle_with_a_wide_law_refits_that_too() {
         "lift_slope_per_rad": c.lift_slope_per_rad, "lift_quadratic_per_rad2": c.lift_quadratic_per_rad2, "slope_loss_per_rad2": 0.0,
         "cd0": 1.1 * c.cd0, "hull_drag_per_rad2": c.hull_drag_per_rad2, "hull_drag_per_rad3": 0.0,
     });
-    v.document["hydro"]["wide"] = wide.clone();
+    v.document["hydro"]["wide"] = wide;
     let v = vehicle::parse(v.document, Path::new("wide.json")).expect("reads");
     let told = add(&log, &v, &[named("climb_drag")], b"parent").expect("a fit");
     flown(&log, &told);

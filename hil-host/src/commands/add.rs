@@ -3,6 +3,7 @@
 use super::diagnose::load;
 use super::{Output, Verdict};
 use anyhow::Context as _;
+use discovery::add::Added;
 use discovery::{add, expression, report, vehicle};
 use hydro::effects::{CATALOGUE, Effect, by_name};
 use serde_json::{Value, json};
@@ -44,6 +45,35 @@ fn effects_of(text: &str) -> anyhow::Result<Vec<&'static dyn Effect>> {
     Ok(effects)
 }
 
+/// What was added, as one JSON document.
+#[must_use]
+pub fn document(added: &Added, effects: &[&'static dyn Effect], flight: &str) -> Value {
+    let n = |v: f64| report::number(v * 100.0);
+    let parameters: serde_json::Map<String, Value> = added
+        .parameters
+        .iter()
+        .map(|p| {
+            let v = json!({"value": report::number(p.value), "low": report::number(p.low), "high": report::number(p.high), "unit": p.unit});
+            (p.name.clone(), v)
+        })
+        .collect();
+    json!({
+        "flight": flight,
+        "effects": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
+        "unit": "cm/s",
+        "error_before": n(added.fitted_m_s[0]),
+        "error_recalibrated": n(added.fitted_m_s[1]),
+        "error_after": n(added.fitted_m_s[2]),
+        "error_before_heldout": n(added.heldout_m_s[0]),
+        "error_recalibrated_heldout": n(added.heldout_m_s[1]),
+        "error_after_heldout": n(added.heldout_m_s[2]),
+        "parameters": parameters,
+        "vehicle": Value::Null,
+        "chi2_gain": report::number(added.gain),
+        "notes": added.notes,
+    })
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -66,30 +96,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         };
         std::fs::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;
     }
-    let n = |v: f64| report::number(v * 100.0);
-    let parameters: serde_json::Map<String, Value> = added
-        .parameters
-        .iter()
-        .map(|p| {
-            let v = json!({"value": report::number(p.value), "low": report::number(p.low), "high": report::number(p.high), "unit": p.unit});
-            (p.name.clone(), v)
-        })
-        .collect();
-    let document = json!({
-        "flight": args.flight.display().to_string(),
-        "effects": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
-        "unit": "cm/s",
-        "error_before": n(added.fitted_m_s[0]),
-        "error_recalibrated": n(added.fitted_m_s[1]),
-        "error_after": n(added.fitted_m_s[2]),
-        "error_before_heldout": n(added.heldout_m_s[0]),
-        "error_recalibrated_heldout": n(added.heldout_m_s[1]),
-        "error_after_heldout": n(added.heldout_m_s[2]),
-        "parameters": parameters,
-        "vehicle": args.out.as_ref().map(|o| o.display().to_string()),
-        "chi2_gain": report::number(added.gain),
-        "notes": added.notes,
-    });
+    let mut document = document(&added, &effects, &args.flight.display().to_string());
+    document["vehicle"] = args.out.as_ref().map(|o| o.display().to_string()).into();
     output.emit(&document, || {
         println!("Block depth-rate error, cm/s        as given   recalibrated   with {}", args.effects);
         for (what, e) in [("fitted segments", added.fitted_m_s), ("segments kept out of the fit", added.heldout_m_s)] {

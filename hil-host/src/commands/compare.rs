@@ -3,9 +3,10 @@
 use super::diagnose::load;
 use super::{Output, Verdict};
 use anyhow::Context as _;
+use discovery::compare::Comparison;
 use discovery::steady::{HeldOut, held_out};
 use discovery::{compare, read, report};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Arguments of the command.
@@ -25,6 +26,28 @@ pub struct Args {
     test: Option<PathBuf>,
 }
 
+/// The comparison as one JSON document.
+#[must_use]
+pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
+    let n = report::number;
+    json!({
+        "flight": flight,
+        "vehicle": vehicle,
+        "tool": env!("CARGO_PKG_VERSION"),
+        "rms_cm_s": n(c.rms_m_s * 100.0),
+        "steady_rms_cm_s": n(c.steady_rms_m_s * 100.0),
+        "filter": format!("depth rate: local quadratic over {} s, measurement and model alike", 2.0 * compare::RATE_WINDOW_S),
+        "block_error_m_s": n(c.block_error_m_s),
+        "blocks": c.blocks.0,
+        "block_segments": if c.blocks.1 { "check" } else { "all" },
+        "noise_floor_cm_s": n(c.noise_floor_m_s * 100.0),
+        "speed_bias_cm_s": c.speed_error_m_s.map(|s| n(s.0 * 100.0)),
+        "speed_rms_cm_s": c.speed_error_m_s.map(|s| n(s.1 * 100.0)),
+        "where": report::findings(&c.findings),
+        "notes": c.notes,
+    })
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -39,23 +62,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
     let c = compare::compare(&flight, &vehicle);
     anyhow::ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to compare", args.flight.display());
-    let n = report::number;
-    let document = json!({
-        "flight": args.flight.display().to_string(),
-        "vehicle": vehicle.path.display().to_string(),
-        "tool": env!("CARGO_PKG_VERSION"),
-        "rms_cm_s": n(c.rms_m_s * 100.0),
-        "steady_rms_cm_s": n(c.steady_rms_m_s * 100.0),
-        "filter": format!("depth rate: local quadratic over {} s, measurement and model alike", 2.0 * compare::RATE_WINDOW_S),
-        "block_error_m_s": n(c.block_error_m_s),
-        "blocks": c.blocks.0,
-        "block_segments": if c.blocks.1 { "check" } else { "all" },
-        "noise_floor_cm_s": n(c.noise_floor_m_s * 100.0),
-        "speed_bias_cm_s": c.speed_error_m_s.map(|s| n(s.0 * 100.0)),
-        "speed_rms_cm_s": c.speed_error_m_s.map(|s| n(s.1 * 100.0)),
-        "where": report::findings(&c.findings),
-        "notes": c.notes,
-    });
+    let document = document(&c, &args.flight.display().to_string(), &vehicle.path.display().to_string());
     output.emit(&document, || {
         println!(
             "Depth rate, measured against modelled: rms {:.2} cm/s, steady {:.2} cm/s ({} rows, filter 21 s).",

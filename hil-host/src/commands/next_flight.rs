@@ -3,9 +3,11 @@
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use anyhow::Context as _;
+use discovery::diagnose::Diagnosis;
+use discovery::plan::Plan;
 use discovery::search::Depth;
 use discovery::{plan, report};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Arguments of the command.
@@ -25,6 +27,21 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
+/// The plan as one JSON document.
+#[must_use]
+pub fn document(found: &Diagnosis, p: &Plan) -> Value {
+    let n = report::number;
+    json!({
+        "verdict": found.verdict.name(),
+        "tied": p.tied,
+        "legs": p.legs.iter().map(|l| json!({"pitch_deg": n(l.pitch_rad.to_degrees()), "ballast_cc": n(l.ballast_m3 * 1e6)})).collect::<Vec<_>>(),
+        "depth_m": [n(p.depth_min_m), n(p.depth_max_m)],
+        "expected_chi2": p.separation.iter().map(|s| n(*s)).collect::<Vec<_>>(),
+        "expected_chi2_default_sawtooth": n(p.default_separation),
+        "mission": Value::Null,
+    })
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -42,16 +59,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(out) = &args.out {
         std::fs::write(out, &mission).with_context(|| format!("cannot write {}", out.display()))?;
     }
-    let n = report::number;
-    let document = json!({
-        "verdict": found.verdict.name(),
-        "tied": p.tied,
-        "legs": p.legs.iter().map(|l| json!({"pitch_deg": n(l.pitch_rad.to_degrees()), "ballast_cc": n(l.ballast_m3 * 1e6)})).collect::<Vec<_>>(),
-        "depth_m": [n(p.depth_min_m), n(p.depth_max_m)],
-        "expected_chi2": p.separation.iter().map(|s| n(*s)).collect::<Vec<_>>(),
-        "expected_chi2_default_sawtooth": n(p.default_separation),
-        "mission": args.out.as_ref().map(|o| o.display().to_string()),
-    });
+    let mut document = document(&found, &p);
+    document["mission"] = args.out.as_ref().map(|o| o.display().to_string()).into();
     output.emit(&document, || {
         let names: Vec<String> = p.tied.iter().map(|t| t.join(" with ")).collect();
         println!("To tell apart: {}", names.join(" / "));

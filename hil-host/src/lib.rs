@@ -1,27 +1,36 @@
 //! The laptop side: HIL seats, commands, reports.
 
-pub mod boardlog;
 pub mod campaign;
-pub mod circle;
-pub mod closed_loop;
-pub mod commands;
-pub mod config_file;
-pub mod discovery_page;
-pub mod fetch;
-pub mod flight_report;
-pub mod flightlog;
-pub mod main_job;
-pub mod mission_file;
-pub mod onboard_log;
-pub mod page;
+pub mod cli;
+pub mod flight;
+pub mod pages;
 pub mod paper;
-pub mod plots;
-pub mod scorecard;
-pub mod scorecard_page;
+pub mod score;
 pub mod seats;
 pub mod serve;
-pub mod story;
-pub mod tables;
-pub mod trial_score;
-pub mod vehicles;
-pub mod worlds;
+
+// Where modules stood before they had folders.
+pub use cli as commands;
+pub use flight::board_log as boardlog;
+pub use flight::closed_loop;
+pub use flight::config_file;
+pub use flight::fetch;
+pub use flight::mission_file;
+pub use flight::onboard_log;
+pub use flight::tables;
+pub use flight::vehicles;
+pub use flight::worlds;
+pub use pages as page;
+pub use pages::control_scorecard as scorecard_page;
+pub use pages::diagnosis_scorecard as discovery_page;
+pub use pages::flight_report;
+pub use pages::plots;
+pub use score::control_law as scorecard;
+pub use score::diagnosis as trial_score;
+pub use score::story;
+pub use score::whole_loop as circle;
+/// The log of a flight and what writes it.
+pub mod flightlog {
+    pub use crate::flight::log::*;
+    pub use crate::flight::recorder;
+}

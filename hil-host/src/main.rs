@@ -1,5 +1,5 @@
 //! `glider`: the laptop side of the glider flight controller.
 
 fn main() -> std::process::ExitCode {
-    hil_host::commands::main()
+    hil_host::cli::main()
 }

@@ -3,6 +3,10 @@
 //! Keys are those of `glider-trial/1` (FORMAT section 2). What a file does not state is taken from [`Tolerance::default`] and
 //! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
 
+pub mod effects_table;
+pub mod expression;
+pub mod file;
+
 use crate::moments::PitchMoments;
 use crate::read::ReadError;
 use crate::switched_on;

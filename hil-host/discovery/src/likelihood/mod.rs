@@ -5,6 +5,15 @@
 //! by [`crate::noise`]), speed through the water, GPS displacement where no unknown current blurs it, pressure while afloat, and the
 //! position of the battery ([`crate::moments`]).
 
+pub mod battery;
+pub mod block_error;
+pub(crate) mod discrepancy;
+pub mod displacement;
+pub(crate) mod finite_difference;
+pub mod selection;
+pub mod stall_mask;
+pub mod whitening;
+
 use crate::brink::Branch;
 use crate::calibration::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, State};
 use crate::dives::{MOST_FITTED, evenly};

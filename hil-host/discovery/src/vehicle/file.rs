@@ -452,8 +452,8 @@ impl VehicleFile {
 mod tests {
     use super::*;
 
-    const STANDARD: &str = include_str!("../../../vehicles/slocum-standard.toml");
-    const RAILS: &str = include_str!("../../../vehicles/slocum-low-ar-sea.toml");
+    const STANDARD: &str = include_str!("../../../../vehicles/slocum-standard.toml");
+    const RAILS: &str = include_str!("../../../../vehicles/slocum-low-ar-sea.toml");
 
     fn refused(text: &str) -> String {
         parse(text, Path::new("v.toml")).expect_err("refused").to_string()

@@ -10,6 +10,11 @@
 //! Long traces are thinned by [`thin`], which keeps each bucket's extremes, so
 //! that a 3 h flight stays below 1 MB and no spike is lost.
 
+pub mod control_scorecard;
+pub mod diagnosis_scorecard;
+pub mod flight_report;
+pub mod plots;
+
 use serde::Serialize;
 
 mod thinning;

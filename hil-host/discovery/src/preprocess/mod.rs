@@ -5,6 +5,14 @@
 //!
 //! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
 
+pub mod clock_offset;
+pub(crate) mod ctd_gaps;
+pub mod dives;
+pub(crate) mod gaps;
+pub mod sanity;
+pub mod spikes;
+pub(crate) mod stuck_sensors;
+
 use crate::column::fill_by_depth;
 use crate::flight::Flight;
 use crate::repairs::{Removed, TURNED_RAD, unstuck};

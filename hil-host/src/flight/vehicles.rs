@@ -15,12 +15,12 @@ use signals::Wings;
 
 /// Vehicle files that come with the program: name without `.toml`, text.
 pub const BUILT_IN: [(&str, &str); 6] = [
-    ("slocum-standard", include_str!("../../vehicles/slocum-standard.toml")),
-    ("slocum-low-ar", include_str!("../../vehicles/slocum-low-ar.toml")),
-    ("slocum-standard-sea", include_str!("../../vehicles/slocum-standard-sea.toml")),
-    ("slocum-low-ar-sea", include_str!("../../vehicles/slocum-low-ar-sea.toml")),
-    ("paper-standard", include_str!("../../vehicles/paper-standard.toml")),
-    ("paper-low-ar", include_str!("../../vehicles/paper-low-ar.toml")),
+    ("slocum-standard", include_str!("../../../vehicles/slocum-standard.toml")),
+    ("slocum-low-ar", include_str!("../../../vehicles/slocum-low-ar.toml")),
+    ("slocum-standard-sea", include_str!("../../../vehicles/slocum-standard-sea.toml")),
+    ("slocum-low-ar-sea", include_str!("../../../vehicles/slocum-low-ar-sea.toml")),
+    ("paper-standard", include_str!("../../../vehicles/paper-standard.toml")),
+    ("paper-low-ar", include_str!("../../../vehicles/paper-low-ar.toml")),
 ];
 
 /// The built-in vehicle that the flight table of a wing set is made from.

@@ -1,6 +1,6 @@
 //! From a cycle of the closed loop to a row of the log.
 
-use super::{Measured, SegmentStart, Truth, Writer};
+use super::log::{Measured, SegmentStart, Truth, Writer};
 use crate::closed_loop::Cycle;
 use crate::{mission_file, worlds};
 use plant::World;

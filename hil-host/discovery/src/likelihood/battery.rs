@@ -364,7 +364,7 @@ mod tests {
     /// a quiet one: such half minutes missed by up to seven times their noise, and drags were named for it in flights of others.
     #[test]
     fn regress_a_nose_that_swings_is_not_quiet_however_slow_the_battery() {
-        let text = include_str!("../../../vehicles/slocum-standard.toml");
+        let text = include_str!("../../../../vehicles/slocum-standard.toml");
         let vehicle = crate::vehicle::parse_text(text, Path::new("v.toml")).expect("reads");
         let moments = PitchMoments {
             inertia_kg_m2: 20.0,

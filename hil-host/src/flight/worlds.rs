@@ -215,7 +215,7 @@ mod tests {
     use super::*;
     use plant::EffectKind;
 
-    const PAGE: &str = include_str!("../../docs/truth-file.md");
+    const PAGE: &str = include_str!("../../../docs/truth-file.md");
 
     /// The plant's law has another form. In the format's terms 2.5 % where the healthy vehicle glides at 13 degrees of pitch and more, and
     /// on the rail wings 5 % up to 0.25 rad; with ours 0.6 % up to there.

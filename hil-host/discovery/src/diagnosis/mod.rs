@@ -2,6 +2,9 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
+pub mod report;
+pub(crate) mod settle;
+
 use crate::brink::{Branch, TRUSTED};
 use crate::calibration::State;
 use crate::evidence::{NEARLY, TIED, log_evidence};

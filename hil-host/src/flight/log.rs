@@ -17,8 +17,6 @@
 //! segments instead (`segment_start` in the vehicle file says which); positions
 //! then count from the launch point of the last dive from the surface.
 
-pub mod recorder;
-
 use anyhow::Context;
 use serde_json::{Value, json};
 use signals::{Abort, Answer, Phase};

@@ -1,8 +1,6 @@
 //! The main job: both wing sets fly the paper's lake mission through the best
 //! seat there is, and a real flight is compared with the steady model.
 
-pub mod picture;
-
 use crate::closed_loop::{Outcome, Setup, fly};
 use crate::flightlog::recorder::Recorder;
 use crate::mission_file::{built_in, wings_name};

@@ -1,10 +1,13 @@
 //! `glider` with no arguments: the main job.
 
+mod flights;
+mod picture;
+
 use super::{Output, Verdict};
 use crate::closed_loop::End;
-use crate::main_job::{Findings, best_seat, compare, fly_wings, picture};
 use crate::mission_file::wings_name;
 use comfy_table::Table;
+use flights::{Findings, best_seat, compare, fly_wings};
 use indicatif::{ProgressBar, ProgressStyle};
 use signals::Wings;
 use std::path::Path;

@@ -21,7 +21,7 @@ const ARCHIVE: &str = "gliderflight-1.2.1";
 /// SHA-256 of the array `data/gliderflight_data.npy` in it (taken 2026-11-21).
 const ARRAY_SHA256: &str = "650aff9518822071878aa72ba9d093690e406de6e006464ab37d176a6799f6be";
 /// The nominal vehicle of that flight.
-const VEHICLE: &str = include_str!("../../vehicles/comet.toml");
+const VEHICLE: &str = include_str!("../../../vehicles/comet.toml");
 
 /// Prints the bytes of one member of an archive: the client is a Python, so is the unpacking.
 const TAKE_OUT: &str = "import sys, tarfile; sys.stdout.buffer.write(tarfile.open(sys.argv[1]).extractfile(sys.argv[2]).read())";

@@ -1,6 +1,6 @@
 //! The main job's page.
 
-use super::{Findings, Flown};
+use super::flights::{Findings, Flown};
 use crate::mission_file::wings_name;
 use crate::page::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
 

@@ -1,0 +1,5 @@
+//! What was measured: a flight, read from the flight format, and its channels put on one clock.
+
+pub mod csv;
+pub mod flight;
+pub mod resample;

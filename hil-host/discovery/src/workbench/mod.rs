@@ -1,0 +1,6 @@
+//! What a user asks of one flight: compare, add, plan the next; one file a command.
+
+pub mod add;
+pub mod compare;
+pub mod localise;
+pub mod next_flight;

@@ -1,0 +1,13 @@
+//! One simulated flight: the world, the mission, the closed loop, its log and its tables.
+
+pub mod board_log;
+pub mod closed_loop;
+pub mod config_file;
+pub mod fetch;
+pub mod log;
+pub mod mission_file;
+pub mod onboard_log;
+pub mod recorder;
+pub mod tables;
+pub mod vehicles;
+pub mod worlds;

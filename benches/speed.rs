@@ -14,16 +14,17 @@ use benches::{cpu_time, flown, frames, hidden, log, results, scratch, shallow};
 use control::{Config, State};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{Criterion, Throughput};
-use discovery::diagnose::{Diagnosis, diagnose};
-use discovery::{Flight, Vehicle, add, compare, export, import, prepare};
-use hil_host::closed_loop::CYCLE_S;
-use hil_host::page::Provenance;
+use discovery::diagnosis::{Diagnosis, diagnose};
+use discovery::workbench::{add, compare};
+use discovery::{Flight, Vehicle, export, import, preprocess};
+use hil_host::flight::closed_loop::CYCLE_S;
+use hil_host::flight::vehicles::Model;
+use hil_host::flight::worlds;
+use hil_host::pages::Provenance;
 use hil_host::seats::in_process::InProcess;
 use hil_host::seats::pty::Pty;
 use hil_host::seats::qemu::{self, Qemu};
 use hil_host::seats::{Link, Seat};
-use hil_host::vehicles::Model;
-use hil_host::worlds;
 use hydro::effects::{Active, CATALOGUE};
 use hydro::{Flow, Polar as _};
 use plant::{Effect, EffectKind, World};
@@ -156,7 +157,7 @@ fn seats(c: &mut Criterion) {
     }
     let mut group = c.benchmark_group("mission");
     // Opening a seat and booting an image is not flying: the flight's own clock counts.
-    let own = |out: hil_host::closed_loop::Outcome| Duration::from_secs_f64(out.wall_s);
+    let own = |out: hil_host::flight::closed_loop::Outcome| Duration::from_secs_f64(out.wall_s);
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     group.bench_function("pty", |b| {
         b.iter_custom(|n| {
@@ -182,27 +183,29 @@ fn seats(c: &mut Criterion) {
 /// What a person at the workbench waits for, on a simulated log of 3 h.
 fn learning(c: &mut Criterion<Cpu>) {
     let (flight, vehicle) = log(3.0, Some(hidden())).expect("a log");
-    let prepared = prepare::prepare(&flight, &vehicle);
-    let problem = discovery::problem::Problem::new(&prepared, &vehicle, |_| true);
+    let prepared = preprocess::prepare(&flight, &vehicle);
+    let problem = discovery::likelihood::Problem::new(&prepared, &vehicle, |_| true);
     let drag = hydro::effects::by_name("climb_drag").expect("in the catalogue");
     let mut group = c.benchmark_group("3h-log");
     group.sample_size(10);
-    group.bench_function("model-once", |b| b.iter(|| black_box(problem.model(&discovery::calibration::State::nominal()))));
+    group.bench_function("model-once", |b| b.iter(|| black_box(problem.model(&discovery::model::parameters::State::nominal()))));
     group.bench_function("compare", |b| b.iter(|| black_box(compare::compare(&flight, &vehicle))));
     group.bench_function("dynamic-fit", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[], &[]).expect("a fit"))));
     group.bench_function("dynamic-fit-with-effect", |b| b.iter(|| black_box(add::add(&flight, &vehicle, &[drag], &[]).expect("a fit"))));
     group.bench_function("diagnose", |b| {
-        b.iter(|| black_box(diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis")))
+        b.iter(|| black_box(diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis")))
     });
     let nothing = log(3.0, None).expect("a log");
     group.bench_function("diagnose-nothing", |b| {
-        b.iter(|| black_box(diagnose(&nothing.0, &nothing.1, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis")))
+        b.iter(|| {
+            black_box(diagnose(&nothing.0, &nothing.1, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis"))
+        })
     });
-    let found = diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    let found = diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     let page = scratch().join("report.html");
     group.bench_function("report", |b| {
         b.iter(|| {
-            let made = hil_host::flight_report::page(&found, &vehicle, "bench", Provenance::of_this_run());
+            let made = hil_host::pages::flight_report::page(&found, &vehicle, "bench", Provenance::of_this_run());
             made.write(&page).expect("written");
         });
     });
@@ -211,7 +214,7 @@ fn learning(c: &mut Criterion<Cpu>) {
     group.bench_function("import-netcdf", |b| b.iter(|| black_box(import::import(&file, &[]).expect("an import"))));
     let csv = scratch().join("flight.csv");
     export::csv::write(&flight, std::fs::File::create(&csv).expect("a file")).expect("written");
-    group.bench_function("read-csv", |b| b.iter(|| black_box(discovery::read::flight(&csv).expect("our own log reads"))));
+    group.bench_function("read-csv", |b| b.iter(|| black_box(discovery::record::csv::flight(&csv).expect("our own log reads"))));
     group.finish();
 }
 
@@ -238,7 +241,7 @@ fn real(c: &mut Criterion<Cpu>) {
 /// One diagnosis and its CPU time, s.
 fn diagnosed(flight: &Flight, vehicle: &Vehicle) -> (f64, Diagnosis) {
     let begin = cpu_time();
-    let found = diagnose(flight, vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    let found = diagnose(flight, vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     ((cpu_time() - begin).as_secs_f64(), found)
 }
 

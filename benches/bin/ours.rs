@@ -9,11 +9,12 @@
 
 use anyhow::{Context, bail};
 use benches::cpu_time;
-use discovery::calibration::{N_CALIBRATION, State};
-use discovery::metric::blocks;
-use discovery::prepare::prepare;
-use discovery::problem::Problem;
-use discovery::{Flight, Vehicle, add, diagnose};
+use discovery::likelihood::Problem;
+use discovery::likelihood::block_error::blocks;
+use discovery::model::parameters::{N_CALIBRATION, State};
+use discovery::preprocess::prepare;
+use discovery::workbench::add;
+use discovery::{Flight, Vehicle, diagnosis};
 use hydro::effects::{Active, CATALOGUE, by_name};
 use plant::trials::{Kind, generate, plan};
 use serde_json::json;
@@ -25,7 +26,7 @@ const REPEATS: usize = 5;
 
 fn load(path: &Path) -> anyhow::Result<(Flight, Vehicle)> {
     let vehicle = discovery::vehicle::beside(path).with_context(|| format!("{}: no vehicle file beside it", path.display()))?;
-    Ok((discovery::read::flight(path)?, discovery::vehicle::read(&vehicle)?))
+    Ok((discovery::record::csv::flight(path)?, discovery::vehicle::read(&vehicle)?))
 }
 
 /// Median CPU seconds of a piece of work, and what it made.
@@ -70,7 +71,7 @@ fn fit(path: &Path, rows: &Path, names: &[&str]) -> anyhow::Result<()> {
 fn cases(folder: &Path, n: usize, seed: u64) -> anyhow::Result<()> {
     let mut all = Vec::new();
     for (i, spec) in plan(n, seed, Some(Kind::Single)).iter().enumerate() {
-        let path = hil_host::trial_score::write_case(folder, &generate(spec, seed, i))?;
+        let path = hil_host::score::diagnosis::write_case(folder, &generate(spec, seed, i))?;
         all.push(json!({"path": path, "hidden": spec.effects.iter().map(|e| e.names().0).collect::<Vec<_>>()}));
     }
     println!("{}", json!(all));
@@ -79,7 +80,7 @@ fn cases(folder: &Path, n: usize, seed: u64) -> anyhow::Result<()> {
 
 fn find(path: &Path, matrix: &Path) -> anyhow::Result<()> {
     let (flight, vehicle) = load(path)?;
-    let (seconds, found) = timed(1, || diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}));
+    let (seconds, found) = timed(1, || diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}));
     let found = found?;
     let prepared = prepare(&flight, &vehicle);
     let fitted = |s: u32| !vehicle.check_segments.contains(&s) && (vehicle.fit_segments.is_empty() || vehicle.fit_segments.contains(&s));

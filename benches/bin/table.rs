@@ -17,8 +17,8 @@ const BOARD: (f64, f64) = (16e6, 4.0);
 /// Bits on the line for one byte, and bits per second of it.
 const LINE: (f64, f64) = (10.0, 115_200.0);
 /// World seconds per control cycle of the HIL flights.
-const CYCLE_S: f64 = hil_host::closed_loop::CYCLE_S;
-/// Operations of one step of the flight model, counted by hand in `discovery::dynamics`: four stages of about 120, flop.
+const CYCLE_S: f64 = hil_host::flight::closed_loop::CYCLE_S;
+/// Operations of one step of the flight model, counted by hand in `discovery::model::dynamics`: four stages of about 120, flop.
 const STEP_FLOPS: f64 = 480.0;
 /// Nanoseconds in a second: criterion's unit.
 const NS: f64 = 1e9;
@@ -209,10 +209,10 @@ fn fits(f: &Figures) -> Option<Vec<Row>> {
 fn fit_bound(f: &Figures) -> Option<String> {
     let pass = f.seconds("3h-log.model-once")?;
     let (flight, vehicle) = benches::log(3.0, None).ok()?;
-    let inputs: usize = discovery::prepare::prepare(&flight, &vehicle).runs.iter().map(|r| r.inputs.len()).sum();
+    let inputs: usize = discovery::preprocess::prepare(&flight, &vehicle).runs.iter().map(|r| r.inputs.len()).sum();
     // Two inputs a step: its ends are shared.
     let flops = inputs as f64 / 2.0 * STEP_FLOPS / f.value("limit.flops")?;
-    let memory = (inputs * size_of::<discovery::prepare::Input>()) as f64 / f.value("limit.bandwidth")?;
+    let memory = (inputs * size_of::<discovery::preprocess::Input>()) as f64 / f.value("limit.bandwidth")?;
     Some(format!("a pass of the model over 3 h takes {}; its flops alone {}, its memory {}", time(pass), time(flops), time(memory)))
 }
 

@@ -16,15 +16,18 @@ use std::sync::OnceLock;
 
 use anyhow::Context as _;
 use clap::Parser;
-use discovery::diagnose::{Diagnosis, diagnose};
-use discovery::search::Depth;
-use discovery::{Flight, Vehicle, add, compare, plan, read, report, vehicle};
-use hil_host::closed_loop::{Setup, fly};
-use hil_host::commands;
-use hil_host::flightlog::recorder::Recorder;
+use discovery::diagnosis::report;
+use discovery::diagnosis::{Diagnosis, diagnose};
+use discovery::hypotheses::search::Depth;
+use discovery::record::csv;
+use discovery::workbench::{add, compare, next_flight};
+use discovery::{Flight, Vehicle, vehicle};
+use hil_host::cli;
+use hil_host::flight::closed_loop::{Setup, fly};
+use hil_host::flight::recorder::Recorder;
+use hil_host::flight::worlds;
 use hil_host::seats::Link;
 use hil_host::seats::in_process::InProcess;
-use hil_host::worlds;
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::trials::{Banking, Spec, files, generate};
 use plant::{Effect, EffectKind, World};
@@ -71,7 +74,7 @@ fn case(spec: &Spec, seed: u64, index: usize) -> anyhow::Result<(Flight, Vehicle
     let case = generate(spec, seed, index);
     let csv = files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some());
     let document = case.vehicle.document(&case.name).to_string();
-    Ok((read::parse(&csv, Path::new("flight.csv"), &case.name)?, vehicle::parse_text(&document, Path::new("vehicle.json"))?))
+    Ok((csv::parse(&csv, Path::new("flight.csv"), &case.name)?, vehicle::parse_text(&document, Path::new("vehicle.json"))?))
 }
 
 fn sealed(list: &mut Vec<Entry>) {
@@ -144,7 +147,7 @@ fn closed_loop(name: &str, wings: Wings, depth_max_m: f32, hidden: Option<Effect
     fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(mission), &mut |c| recorder.push(c))?;
     recorder.finish(json!({}))?;
     let document = std::fs::read_to_string(folder.join("vehicle.json"))?;
-    let flown = (read::flight(&folder)?, vehicle::parse_text(&document, Path::new("vehicle.json"))?);
+    let flown = (csv::flight(&folder)?, vehicle::parse_text(&document, Path::new("vehicle.json"))?);
     std::fs::remove_dir_all(&parent)?;
     Ok(flown)
 }
@@ -191,7 +194,7 @@ fn real(list: &mut Vec<Entry>) {
                 let text = std::fs::read_to_string(&log).with_context(|| log.display().to_string())?;
                 let document = std::fs::read_to_string(&vehicle_file).with_context(|| vehicle_file.display().to_string())?;
                 let name = vehicle_file.file_name().map(PathBuf::from).unwrap_or_default();
-                let (mut flight, mut vehicle) = (read::parse(&text, Path::new(file), file)?, vehicle::parse_text(&document, &name)?);
+                let (mut flight, mut vehicle) = (csv::parse(&text, Path::new(file), file)?, vehicle::parse_text(&document, &name)?);
                 lie(&mut flight, &mut vehicle);
                 Ok((flight, vehicle))
             }));
@@ -227,7 +230,7 @@ fn answers(entry: &Entry) -> Value {
         Err(e) => return json!({"refused": format!("{e:#}").replace(env!("CARGO_MANIFEST_DIR"), "")}),
     };
     let mut out = Map::new();
-    out.insert("compare".into(), commands::compare::document(&compare::compare(&flight, &vehicle), &entry.name, "vehicle"));
+    out.insert("compare".into(), cli::compare::document(&compare::compare(&flight, &vehicle), &entry.name, "vehicle"));
     let found = match diagnose(&flight, &vehicle, Depth::Pairs, &|_, _| {}) {
         Ok(found) => found,
         Err(e) => {
@@ -243,11 +246,11 @@ fn answers(entry: &Entry) -> Value {
     let names = if found.answer.is_empty() { best } else { found.answer.clone() };
     let effects: Vec<_> = names.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
     let added = match add::add(&flight, &vehicle, &effects, b"parent") {
-        Ok(added) => json!({"said": commands::add::document(&added, &effects, &entry.name), "vehicle": added.vehicle}),
+        Ok(added) => json!({"said": cli::add::document(&added, &effects, &entry.name), "vehicle": added.vehicle}),
         Err(e) => json!({"refused": e.to_string()}),
     };
     out.insert("add".into(), added);
-    let next = plan::plan(&found, &vehicle).map(|p| commands::next_flight::document(&found, &p));
+    let next = next_flight::plan(&found, &vehicle).map(|p| cli::next_flight::document(&found, &p));
     out.insert("next_flight".into(), next.into());
     Value::Object(out)
 }

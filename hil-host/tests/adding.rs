@@ -3,10 +3,12 @@
 mod case;
 
 use case::read_back;
-use discovery::add::{Added, add};
-use discovery::diagnose::diagnose;
-use discovery::search::Depth;
-use discovery::{Flight, Vehicle, compare, expression, vehicle};
+use discovery::diagnosis::diagnose;
+use discovery::hypotheses::search::Depth;
+use discovery::vehicle::{self, expression};
+use discovery::workbench::add::{Added, add};
+use discovery::workbench::compare;
+use discovery::{Flight, Vehicle};
 use hydro::effects::{Effect, by_name};
 use plant::trials::catalogue::{Effect as Hidden, Strength};
 use plant::trials::{Banking, Kind, Site, Spec, Wing, plan};

@@ -2,10 +2,11 @@
 
 mod case;
 
-use discovery::calibration::CALIBRATION;
-use discovery::diagnose::{Diagnosis, Verdict, diagnose};
-use discovery::search::Depth;
-use discovery::{Flight, Vehicle, read, vehicle};
+use discovery::diagnosis::{Diagnosis, Verdict, diagnose};
+use discovery::hypotheses::search::Depth;
+use discovery::model::parameters::CALIBRATION;
+use discovery::record::csv;
+use discovery::{Flight, Vehicle, vehicle};
 use plant::trials::plan;
 
 fn told(log: &Flight, v: &Vehicle) -> Diagnosis {
@@ -61,7 +62,7 @@ fn scorecard_effects_that_hide_each_other_from_the_depth_are_told_by_the_battery
 /// with a normal prior of a hundredth, two effects were named in every clean flight whose file had one wrong.
 #[test]
 fn prop_a_wrong_number_of_the_moments_is_found_out_and_nothing_is_named_for_it() {
-    type Change = fn(&mut discovery::moments::PitchMoments);
+    type Change = fn(&mut discovery::likelihood::battery::PitchMoments);
     let wrong: [(&str, Change); 5] = [
         ("metacentric_height_m", |m| m.metacentric_height_m *= 1.3),
         ("ballast_arm_m", |m| m.ballast_arm_m *= 0.6),
@@ -104,7 +105,7 @@ fn validate_the_moments_of_the_formats_examples_balance() {
     for (name, fewest) in [("example_lake", 40), ("example_sea", 300)] {
         let flight = root.join("example_trials").join(name);
         let v = vehicle::read(&flight.join("vehicle.json")).expect("the vehicle file reads");
-        let d = told(&read::flight(&flight).expect("the log reads"), &v);
+        let d = told(&csv::flight(&flight).expect("the log reads"), &v);
         assert_eq!(d.verdict, Verdict::Adequate, "{name}: {:?}", d.answer);
         let note = d.notes.iter().find(|n| n.contains("position of the battery was compared")).expect("a note");
         let count: usize = note.split_whitespace().filter_map(|word| word.parse().ok()).next().expect("a count");

@@ -1,14 +1,14 @@
 //! What the workbench says of flights that our own controller flew in the simulated sea: fast turns, half of the time in them,
 //! dives that start under way at depth.
 
-use discovery::diagnose::{Diagnosis, Verdict, diagnose};
-use discovery::search::Depth;
+use discovery::diagnosis::{Diagnosis, Verdict, diagnose};
+use discovery::hypotheses::search::Depth;
 use discovery::{Flight, Vehicle};
-use hil_host::closed_loop::{Setup, fly};
-use hil_host::flightlog::recorder::Recorder;
+use hil_host::flight::closed_loop::{Setup, fly};
+use hil_host::flight::recorder::Recorder;
+use hil_host::flight::worlds;
 use hil_host::seats::Link;
 use hil_host::seats::in_process::InProcess;
-use hil_host::worlds;
 use plant::{Effect, EffectKind, World};
 use serde_json::json;
 use signals::{Goal, Leg, Mission, Wings};
@@ -63,7 +63,8 @@ fn flown_in(background_rms_m_s: f64, mission: Mission, hidden: Option<Effect>, s
     let seat = &mut Link::new(InProcess::default());
     fly(&mut world, seat, &Setup::new(mission), &mut |c| recorder.push(c)).expect("flies");
     recorder.finish(json!({})).expect("written");
-    let read = (discovery::read::flight(&folder).expect("reads"), discovery::vehicle::read(&folder.join("vehicle.json")).expect("reads"));
+    let read =
+        (discovery::record::csv::flight(&folder).expect("reads"), discovery::vehicle::read(&folder.join("vehicle.json")).expect("reads"));
     std::fs::remove_dir_all(&folder).expect("removed");
     read
 }

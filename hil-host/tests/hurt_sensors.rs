@@ -3,8 +3,8 @@
 mod case;
 
 use discovery::Flight;
-use discovery::diagnose::{Diagnosis, Verdict, diagnose};
-use discovery::search::Depth;
+use discovery::diagnosis::{Diagnosis, Verdict, diagnose};
+use discovery::hypotheses::search::Depth;
 use plant::trials::plan;
 use std::ops::Range;
 

@@ -3,8 +3,8 @@
 mod case;
 
 use discovery::Flight;
-use discovery::diagnose::{Diagnosis, diagnose};
-use discovery::search::Depth;
+use discovery::diagnosis::{Diagnosis, diagnose};
+use discovery::hypotheses::search::Depth;
 use plant::trials::{Kind, Site, Spec, Wing};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

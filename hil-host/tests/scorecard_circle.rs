@@ -1,6 +1,6 @@
 //! From a hidden effect to range: what the answers are worth to the controller that flies with them, in worlds whose truth is known.
 
-use hil_host::circle::{Case, Closed, close};
+use hil_host::score::whole_loop::{Case, Closed, close};
 use plant::EffectKind;
 use signals::Wings;
 

@@ -4,10 +4,12 @@
 
 mod case;
 
-use discovery::bank::Bank;
-use discovery::search::Depth;
-use discovery::{diagnose, read, report, vehicle};
-use hil_host::trial_score;
+use discovery::diagnosis::{self, report};
+use discovery::hypotheses::bank::Bank;
+use discovery::hypotheses::search::Depth;
+use discovery::record::csv;
+use discovery::vehicle;
+use hil_host::score;
 use plant::trials::catalogue::{Effect, Outside, Strength};
 use plant::trials::{Banking, Kind, Site, Spec, Wing, generate, plan};
 use serde_json::Value;
@@ -21,11 +23,11 @@ fn folder(name: &str) -> PathBuf {
 
 fn ask(flight: &Path) -> Result<Value, String> {
     let v = vehicle::read(&flight.join("vehicle.json")).map_err(|e| e.to_string())?;
-    answer(&read::flight(flight).map_err(|e| e.to_string())?, &v)
+    answer(&csv::flight(flight).map_err(|e| e.to_string())?, &v)
 }
 
 fn answer(f: &discovery::Flight, v: &discovery::Vehicle) -> Result<Value, String> {
-    let d = diagnose::diagnose(f, v, Depth::Pairs, &|_, _| {}).map_err(|e| e.to_string())?;
+    let d = diagnosis::diagnose(f, v, Depth::Pairs, &|_, _| {}).map_err(|e| e.to_string())?;
     Ok(report::document(&d, v, "case"))
 }
 
@@ -61,9 +63,9 @@ fn told_by(seed: u64, index: usize, change: &dyn Fn(&mut discovery::Vehicle)) ->
     answer(&f, &v).expect("a diagnosis")
 }
 
-fn one(spec: &Spec, seed: u64, depth: Depth) -> diagnose::Diagnosis {
+fn one(spec: &Spec, seed: u64, depth: Depth) -> diagnosis::Diagnosis {
     let (f, v) = case::read_back(spec, seed, 0);
-    diagnose::diagnose(&f, &v, depth, &|_, _| {}).expect("a diagnosis")
+    diagnosis::diagnose(&f, &v, depth, &|_, _| {}).expect("a diagnosis")
 }
 
 fn spec(site: Site, kind: Kind, effects: Vec<Effect>, outside: Option<Outside>) -> Spec {
@@ -78,10 +80,10 @@ fn clean(site: Site, wing: Wing) -> Spec {
 #[test]
 fn scorecard_hidden_effects_are_named_nothing_is_named_where_nothing_is_hidden_and_strangers_stay_unnamed() {
     let folder = folder("subset");
-    let scored = trial_score::run(&plan(20, 5, None), 5, &folder, 2, &ask, &|| {}).expect("the cases run");
+    let scored = score::diagnosis::run(&plan(20, 5, None), 5, &folder, 2, &ask, &|| {}).expect("the cases run");
     std::fs::remove_dir_all(folder).ok();
-    let card = trial_score::summary(&scored);
-    let right = |kind: Kind, is: &dyn Fn(&trial_score::Scored) -> bool| {
+    let card = score::diagnosis::summary(&scored);
+    let right = |kind: Kind, is: &dyn Fn(&score::diagnosis::Scored) -> bool| {
         let all: Vec<_> = scored.iter().filter(|s| s.kind == kind).collect();
         (all.iter().filter(|s| is(s)).count(), all.len())
     };
@@ -181,7 +183,7 @@ fn regress_a_launch_of_a_check_segment_ends_as_those_of_the_fitted_segments_do()
 fn validate_of_a_clean_flight_hardly_more_is_left_out_than_launches_and_turns() {
     for (site, seed) in [(Site::Lake, 99), (Site::Lake, 100), (Site::Sea, 99)] {
         let d = one(&clean(site, Wing::LowAspectRatio), seed, Depth::Pairs);
-        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{site:?} {seed}: {:?}", d.answer);
+        assert_eq!(d.verdict, diagnosis::Verdict::Adequate, "{site:?} {seed}: {:?}", d.answer);
         // 110 s of each launch in a yo of ten minutes, and turns as above: a third. Once it was more than one.
         assert!(d.brink * 3 < d.rows, "{site:?} {seed}: {} rows left out, {} observations fitted", d.brink, d.rows);
     }
@@ -191,7 +193,7 @@ fn validate_of_a_clean_flight_hardly_more_is_left_out_than_launches_and_turns() 
 #[test]
 fn scorecard_a_leak_is_unexplained_and_what_remains_follows_trim() {
     let d = one(&spec(Site::Lake, Kind::Off, Vec::new(), Some(Outside::Leak)), 3, Depth::Pairs);
-    assert_eq!(d.verdict, diagnose::Verdict::Unexplained, "{:?} {:?}", d.answer, d.remainder.first());
+    assert_eq!(d.verdict, diagnosis::Verdict::Unexplained, "{:?} {:?}", d.answer, d.remainder.first());
     assert!(d.remainder.iter().take(3).any(|f| f.variable.contains("trim")), "{:?}", d.remainder);
 }
 
@@ -257,7 +259,7 @@ fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
     for wing in [Wing::Standard, Wing::LowAspectRatio] {
         let body = Spec { lifelike: Some(Banking::Tilts), ..clean(Site::Lake, wing) };
         let d = one(&body, 3, Depth::Pairs);
-        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
+        assert_eq!(d.verdict, diagnosis::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
         assert!(d.branch.hull_lag_share > 0.0, "{wing:?} {:?}", d.notes);
         let scaled = Spec { lifelike: Some(Banking::Tilts), wing, ..spec(Site::Lake, Kind::Single, vec![Effect::PitchScale], None) };
         let d = one(&scaled, 3, Depth::Pairs);
@@ -270,7 +272,7 @@ fn regress_a_hull_that_is_late_is_no_riddle_and_hides_nothing() {
 fn regress_lift_that_tilts_is_found_where_nothing_is_missing() {
     for wing in [Wing::Standard, Wing::LowAspectRatio] {
         let d = one(&Spec { lifelike: Some(Banking::Tilts), ..clean(Site::Sea, wing) }, 2, Depth::Pairs);
-        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
+        assert_eq!(d.verdict, diagnosis::Verdict::Adequate, "{wing:?} {:?} {:?}", d.answer, d.remainder.first());
         assert!(d.branch.bank == Bank::Tilt, "{wing:?} {:?}", d.notes);
     }
 }
@@ -282,7 +284,7 @@ fn regress_a_turn_in_three_dimensions_is_no_missing_drag_and_hides_none() {
     let turning = Some(Banking::Turns);
     for (site, wing) in [(Site::Sea, Wing::LowAspectRatio), (Site::Lake, Wing::LowAspectRatio), (Site::Sea, Wing::Standard)] {
         let d = one(&Spec { lifelike: turning, ..clean(site, wing) }, 2, Depth::Pairs);
-        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{site:?} {wing:?} {:?} {:?}", d.answer, d.remainder.first());
+        assert_eq!(d.verdict, diagnosis::Verdict::Adequate, "{site:?} {wing:?} {:?} {:?}", d.answer, d.remainder.first());
         assert!(matches!(d.branch.bank, Bank::Turn(share) if (0.5..1.1).contains(&share)), "{site:?} {wing:?} {:?}", d.notes);
     }
     for (effect, name) in [(Effect::RollTurnDrag, "roll_turn_drag"), (Effect::BallastScale, "ballast_scale")] {
@@ -298,7 +300,7 @@ fn regress_a_drag_in_turns_is_found_whatever_the_list() {
     let body = Spec { wing: Wing::LowAspectRatio, ..spec(Site::Sea, Kind::Single, vec![Effect::RollTurnDrag], None) };
     let (mut f, v) = case::read_back(&body, 2, 0);
     f.roll_rad.iter_mut().for_each(|roll| *roll += 0.03);
-    let d = diagnose::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    let d = diagnosis::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     assert_eq!(d.answer, ["roll_turn_drag"], "{:?} {:?}", d.verdict, d.remainder.first());
     let list = &d.candidates[0].parameters[1];
     assert!(list.name == "roll_turn_drag.list_rad" && list.low < 0.035 && list.high > 0.025, "{list:?}");
@@ -419,7 +421,7 @@ fn regress_strangers_that_act_through_drag_or_have_a_period_of_their_own_are_une
         ("breath", Outside::Breathing, Site::Sea, "time (a period of the vehicle's own)"),
     ] {
         let d = one(&spec(site, Kind::Off, Vec::new(), Some(stranger)), 3, Depth::Pairs);
-        assert_eq!(d.verdict, diagnose::Verdict::Unexplained, "{name} {:?} {:?}", d.answer, d.remainder.first());
+        assert_eq!(d.verdict, diagnosis::Verdict::Unexplained, "{name} {:?} {:?}", d.answer, d.remainder.first());
         assert_eq!(d.remainder[0].variable, variable, "{name} {:?}", d.remainder);
     }
 }
@@ -469,15 +471,15 @@ fn regress_no_hypothesis_is_listed_twice() {
 #[test]
 fn regress_what_happens_in_a_check_segment_alone_is_not_called_adequate() {
     let (mut f, v) = case::read_back(&clean(Site::Sea, Wing::Standard), 4, 0);
-    let told = |f: &discovery::Flight| diagnose::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
-    assert_eq!(told(&f).verdict, diagnose::Verdict::Adequate);
+    let told = |f: &discovery::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    assert_eq!(told(&f).verdict, diagnosis::Verdict::Adequate);
     let checked = v.check_segments[0];
     for (segment, ballast_m3) in f.segment.iter().zip(&mut f.ballast_m3) {
         // A pump that holds a third of its stroke back.
         *ballast_m3 *= if *segment == checked { 1.5 } else { 1.0 };
     }
     let d = told(&f);
-    assert_eq!(d.verdict, diagnose::Verdict::Unexplained, "{:?} {:?}", d.answer, d.notes);
+    assert_eq!(d.verdict, diagnosis::Verdict::Unexplained, "{:?} {:?}", d.answer, d.notes);
     let said = d.notes.iter().find(|n| n.contains("on the check segments the recalibrated model leaves"));
     assert!(said.is_some_and(|n| v.check_segments.len() < 2 || n.contains(&format!("in segment {checked}"))), "{:?}", d.notes);
 }
@@ -487,8 +489,8 @@ fn regress_what_happens_in_a_check_segment_alone_is_not_called_adequate() {
 fn scorecard_without_temperature_a_name_is_never_certain() {
     let (mut f, v) = case::read_back(&spec(Site::Lake, Kind::Single, vec![Effect::DragLevelError], None), 2, 0);
     f.temperature_degc.fill(f64::NAN);
-    let d = diagnose::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
-    assert_ne!(d.verdict, diagnose::Verdict::Explained, "{:?}", d.answer);
+    let d = diagnosis::diagnose(&f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    assert_ne!(d.verdict, diagnosis::Verdict::Explained, "{:?}", d.answer);
     assert!(d.notes.iter().any(|n| n.contains("no temperature")), "{:?}", d.notes);
 }
 
@@ -522,8 +524,8 @@ fn prop_clean_trials_fly_beyond_the_given_law_at_launches_and_turns_only() {
 #[test]
 fn scorecard_a_pitch_whose_clock_is_late_is_unexplained_and_what_remains_follows_the_rate_of_pitch() {
     let (mut f, v) = case::read_back(&clean(Site::Lake, Wing::Standard), 4, 0);
-    let told = |f: &discovery::Flight| diagnose::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
-    assert_eq!(told(&f).verdict, diagnose::Verdict::Adequate);
+    let told = |f: &discovery::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    assert_eq!(told(&f).verdict, diagnosis::Verdict::Adequate);
     let known: Vec<(f64, f64)> = f.time_s.iter().copied().zip(f.pitch_rad.iter().copied()).filter(|(_, p)| p.is_finite()).collect();
     for (time_s, pitch) in f.time_s.iter().zip(&mut f.pitch_rad).filter(|(_, p)| p.is_finite()) {
         let t = time_s - 1.0;
@@ -532,6 +534,6 @@ fn scorecard_a_pitch_whose_clock_is_late_is_unexplained_and_what_remains_follows
         *pitch = a.1 + (b.1 - a.1) * ((t - a.0) / (b.0 - a.0)).clamp(0.0, 1.0);
     }
     let late = told(&f);
-    assert_eq!(late.verdict, diagnose::Verdict::Unexplained, "{:?}", late.answer);
+    assert_eq!(late.verdict, diagnosis::Verdict::Unexplained, "{:?}", late.answer);
     assert!(late.remainder[0].variable.starts_with("rate of pitch"), "{:?}", late.remainder);
 }

@@ -4,8 +4,9 @@
 //! pitch is diagnosed; what it cannot tell is planned for; then the same vehicle flies those two dives and N more, once as planned
 //! and once as the same sawtooth again. Right is an answer that names exactly what is hidden, with nothing tied to it.
 
-use discovery::plan::plan;
-use discovery::{Vehicle, diagnose, read, vehicle};
+use discovery::record::csv;
+use discovery::workbench::next_flight::plan;
+use discovery::{Vehicle, diagnosis, vehicle};
 use plant::trials::catalogue::{Effect, Strength};
 use plant::trials::{Kind, Site, Spec, Wing, files, generate_flown};
 use std::path::Path;
@@ -19,18 +20,21 @@ const SAWTOOTH_DIVES: [usize; 2] = [4, 8];
 const PLANNED_DIVES: usize = 4;
 
 struct Flown {
-    diagnosis: diagnose::Diagnosis,
+    diagnosis: diagnosis::Diagnosis,
     vehicle: Vehicle,
 }
 
 fn fly(spec: &Spec, seed: u64, legs: &[[f64; 2]]) -> Option<Flown> {
     let case = generate_flown(spec, seed, 0, None, Some(legs));
-    let flight = read::parse(&files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some()), Path::new("flight.csv"), "flight").ok()?;
+    let flight = csv::parse(&files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some()), Path::new("flight.csv"), "flight").ok()?;
     let mut vehicle = vehicle::parse(case.vehicle.document(&case.name), Path::new("vehicle.json")).ok()?;
     // All dives are for learning here.
     vehicle.fit_segments = (0..legs.len() as u32).collect();
     vehicle.check_segments = vec![99];
-    Some(Flown { diagnosis: diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).ok()?, vehicle })
+    Some(Flown {
+        diagnosis: diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).ok()?,
+        vehicle,
+    })
 }
 
 #[test]
@@ -58,7 +62,7 @@ fn scorecard_planned_dives_name_what_is_hidden_sooner_than_a_sawtooth() {
                 let legs: Vec<[f64; 2]> = [SAWTOOTH; FIRST].into_iter().chain(extra).collect();
                 let Some(f) = fly(&spec, seed, &legs) else { continue };
                 let d = &f.diagnosis;
-                *right += usize::from(d.answer == [effect.names().0] && d.verdict == diagnose::Verdict::Explained);
+                *right += usize::from(d.answer == [effect.names().0] && d.verdict == diagnosis::Verdict::Explained);
             }
         }
     }

@@ -52,7 +52,8 @@ fn comet() -> Option<(Vec<Sample>, f64)> {
             speed_m_s: get(speed),
         });
     }
-    let late_s = discovery::clocks::shift_s(&discovery::read::flight(&path).expect("flight")).expect("two pressures");
+    let late_s =
+        discovery::preprocess::clock_offset::shift_s(&discovery::record::csv::flight(&path).expect("flight")).expect("two pressures");
     Some((samples, late_s))
 }
 

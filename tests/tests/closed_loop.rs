@@ -1,6 +1,6 @@
 //! Plant and controller together: what the controller promises, measured.
 
-use hil_host::scorecard::{Band, Case, Disturbance, Pilot, Score, cases, fly, fly_all, fly_mission};
+use hil_host::score::control_law::{Band, Case, Disturbance, Pilot, Score, cases, fly, fly_all, fly_mission};
 use signals::{Goal, Wings};
 
 const BOTH: [Wings; 2] = [Wings::Standard, Wings::LowAspectRatio];

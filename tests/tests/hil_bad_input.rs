@@ -114,7 +114,7 @@ fn a_flight_is_never_overwritten_and_an_unplugged_one_keeps_its_log() {
     .unwrap();
     let cut = dir.join("cut");
     refused(&["fly", "--seat", &terminal.name, "--log", text(&cut)], &["no answer", "kept in"]);
-    let flight = discovery::read::flight(&cut).unwrap();
+    let flight = discovery::record::csv::flight(&cut).unwrap();
     assert!(flight.len() > 90 && flight.len() < 100, "{} rows", flight.len());
 }
 
@@ -123,7 +123,7 @@ fn a_log_is_a_flight_in_the_one_format() {
     let dir = scratch("format");
     let log = dir.join("flight");
     assert_eq!(run(&["fly", "--log", text(&log)]).status.code(), Some(0));
-    let flight = discovery::read::flight(&log).unwrap();
+    let flight = discovery::record::csv::flight(&log).unwrap();
     let vehicle = discovery::vehicle::read(&log.join("vehicle.json")).unwrap();
     assert!(flight.len() > 200);
     assert_eq!(flight.segment.iter().max(), Some(&3), "four dive cycles");

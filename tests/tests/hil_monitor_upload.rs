@@ -4,13 +4,13 @@
 use control::{Config, Settings};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use helm::{Boot, Helm, Vault};
-use hil_host::boardlog::Image;
-use hil_host::closed_loop::{Setup, fly};
+use hil_host::flight::board_log::Image;
+use hil_host::flight::closed_loop::{Setup, fly};
+use hil_host::flight::{mission_file, onboard_log, worlds};
 use hil_host::seats::port::Port;
 use hil_host::seats::pty::Terminal;
 use hil_host::seats::qemu::{self, Qemu};
 use hil_host::seats::{Link, Seat};
-use hil_host::{mission_file, onboard_log, worlds};
 use plant::World;
 use serde_json::Value;
 use signals::link::MAX_WIRE;
@@ -126,7 +126,7 @@ fn hil_objects_are_uploaded_read_back_and_rolled_back_by_the_command() {
     assert!(read("mission").unwrap().contains("150"));
     assert_eq!(glider(&["upload", &terminal.name, "config", "--rollback"])["rolled_back"], true);
     let back = read("config").unwrap();
-    assert_eq!(back, hil_host::config_file::write(&Config::new(Settings::slocum_100()).unwrap()).unwrap());
+    assert_eq!(back, hil_host::flight::config_file::write(&Config::new(Settings::slocum_100()).unwrap()).unwrap());
 
     let table = file("t.bin", polar::generated::LOW_ASPECT_RATIO);
     assert_eq!(glider(&["upload", &terminal.name, "table-low-ar", &table])["bytes"], polar::generated::LOW_ASPECT_RATIO.len());
@@ -144,7 +144,7 @@ fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
     for seed in [1, 2] {
         let mission = mission_file::built_in("shallow").unwrap();
         let mut world = World::new(plant::Scenario { seed, ..worlds::for_mission(&mission) }).unwrap();
-        let watch = &mut |c: &hil_host::closed_loop::Cycle<'_>| {
+        let watch = &mut |c: &hil_host::flight::closed_loop::Cycle<'_>| {
             flown.push((*c.frame, *c.answer));
             Ok(())
         };

@@ -1,8 +1,8 @@
 //! One mission through every seat: the commands must be the same to the bit.
 
-use hil_host::closed_loop::{End, Outcome, Setup, fly};
+use hil_host::flight::closed_loop::{End, Outcome, Setup, fly};
+use hil_host::flight::{mission_file, worlds};
 use hil_host::seats::{self, Choice, qemu};
-use hil_host::{mission_file, worlds};
 use plant::World;
 use signals::{Mission, Wings};
 

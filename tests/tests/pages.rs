@@ -4,8 +4,8 @@
 
 use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
 use fantoccini::{Client, ClientBuilder, Locator};
+use hil_host::pages::{Provenance, flight_report};
 use hil_host::serve::{Workbench, run};
-use hil_host::{flight_report, page::Provenance};
 use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -160,7 +160,7 @@ fn puzzle(folder: &Path) -> PathBuf {
         strength: Some(catalogue::Strength::Strong),
         lifelike: None,
     };
-    hil_host::trial_score::write_case(folder, &generate(&spec, 5, 0)).expect("a case can be written")
+    hil_host::score::diagnosis::write_case(folder, &generate(&spec, 5, 0)).expect("a case can be written")
 }
 
 fn runtime() -> tokio::runtime::Runtime {
@@ -172,11 +172,11 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
     let Some(driver) = driver("workbench") else { return };
     let folder = std::env::temp_dir().join(format!("glider-page-flight-{}", std::process::id()));
     let case = puzzle(&folder);
-    let flight = discovery::read::flight(&case).expect("our own case reads");
+    let flight = discovery::record::csv::flight(&case).expect("our own case reads");
     let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
-    let found = discovery::diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {})
+    let found = discovery::diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {})
         .expect("our own case can be diagnosed");
-    let told = discovery::report::document(&found, &vehicle, "case");
+    let told = discovery::diagnosis::report::document(&found, &vehicle, "case");
     let cm = |key: &str| format!("{:.3}", 100.0 * told["block_error_m_s"][key].as_f64().expect("an error"));
 
     let (address, at) = std::sync::mpsc::channel();
@@ -252,9 +252,9 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
     let Some(driver) = driver("report") else { return };
     let folder = std::env::temp_dir().join(format!("glider-page-report-{}", std::process::id()));
     let case = puzzle(&folder);
-    let flight = discovery::read::flight(&case).expect("our own case reads");
+    let flight = discovery::record::csv::flight(&case).expect("our own case reads");
     let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
-    let found = discovery::diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {})
+    let found = discovery::diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {})
         .expect("our own case can be diagnosed");
     let file = folder.join("report.html");
     flight_report::page(&found, &vehicle, "case", Provenance::of_this_run()).write(&file).expect("the page is written");

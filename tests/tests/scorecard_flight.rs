@@ -1,6 +1,6 @@
 //! The closed-loop scorecard as a picture of itself: any change of law or plant shows here, line by line.
 
-use hil_host::scorecard::{Band, Disturbance, cases, fly_all};
+use hil_host::score::control_law::{Band, Disturbance, cases, fly_all};
 use signals::Wings;
 
 const KEPT: &str = include_str!("../data/scorecard/flight.txt");

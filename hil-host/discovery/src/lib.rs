@@ -15,32 +15,23 @@ pub mod steady;
 pub mod vehicle;
 pub mod workbench;
 
-// Where modules stood before they had folders.
-pub(crate) use criticism::held_out as kept_out;
-pub(crate) use criticism::periodogram as periodic;
-pub(crate) use criticism::plausibility as unlike;
+// Where modules stood before they had folders; to be deleted.
 pub use criticism::residual_tests as remainder;
 pub use criticism::unmodelled as strangers;
 pub use diagnosis as diagnose;
 pub use diagnosis::report;
-pub(crate) use diagnosis::settle as looks;
-pub(crate) use hypotheses::aliases as twins;
 pub use hypotheses::bank;
 pub use hypotheses::candidate as screen;
 pub use hypotheses::hull_lag;
-pub(crate) use hypotheses::late_stall;
 pub use hypotheses::search;
 pub use hypotheses::sensitivity as signature;
 pub use inference::evidence;
 pub use inference::gauss_newton as fit;
 pub use inference::initial_guess as start;
-pub(crate) use inference::wave_train;
 pub use likelihood as problem;
 pub use likelihood::battery as moments;
 pub use likelihood::block_error as metric;
-pub(crate) use likelihood::discrepancy as form;
 pub use likelihood::displacement as ways;
-pub(crate) use likelihood::finite_difference as slope;
 pub use likelihood::selection as left_out;
 pub use likelihood::stall_mask as brink;
 pub use likelihood::whitening as noise;
@@ -50,12 +41,9 @@ pub use model::internal_wave as wave;
 pub use model::parameters as calibration;
 pub use preprocess as prepare;
 pub use preprocess::clock_offset as clocks;
-pub(crate) use preprocess::ctd_gaps as column;
 pub use preprocess::dives;
-pub(crate) use preprocess::gaps as unseen;
 pub use preprocess::sanity as inputs;
 pub use preprocess::spikes;
-pub(crate) use preprocess::stuck_sensors as repairs;
 pub use record::csv as read;
 pub use record::flight;
 pub use record::resample as align;
@@ -66,6 +54,13 @@ pub use workbench::add;
 pub use workbench::compare;
 pub use workbench::localise as whereabouts;
 pub use workbench::next_flight as plan;
+#[allow(unused_imports)]
+pub(crate) use {
+    criticism::held_out as kept_out, criticism::periodogram as periodic, criticism::plausibility as unlike, diagnosis::settle as looks,
+    hypotheses::aliases as twins, hypotheses::late_stall, inference::wave_train, likelihood::discrepancy as form,
+    likelihood::finite_difference as slope, preprocess::ctd_gaps as column, preprocess::gaps as unseen,
+    preprocess::stuck_sensors as repairs,
+};
 
 pub use record::flight::Flight;
 pub use vehicle::Vehicle;

@@ -1,6 +1,10 @@
 //! The example trials: nominal model against the stated error figures. Needs `GLIDER_FLIGHTS`.
 
-use discovery::{add, compare, diagnose, dynamics, metric, plan, prepare, read, vehicle};
+use discovery::likelihood::block_error;
+use discovery::model::dynamics;
+use discovery::record::csv;
+use discovery::workbench::{add, compare, next_flight};
+use discovery::{diagnosis, preprocess, vehicle};
 use std::path::PathBuf;
 
 fn trials() -> Option<PathBuf> {
@@ -13,16 +17,16 @@ fn trials() -> Option<PathBuf> {
 
 fn block_error(case: &std::path::Path) -> (f64, usize) {
     let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
-    let flight = read::flight(case).expect("flight");
-    let prepared = prepare::prepare(&flight, &vehicle);
+    let flight = csv::flight(case).expect("flight");
+    let prepared = preprocess::prepare(&flight, &vehicle);
     let mut errors = Vec::new();
     for run in prepared.runs.iter().filter(|r| vehicle.check_segments.contains(&r.segment)) {
         let track = dynamics::track(run, vehicle.constants, &[], vehicle.water_depth_m, Default::default());
-        for b in metric::blocks(run) {
-            errors.push(b.observed_m_s - metric::modelled_m_s(run, &b, &track.depth_m));
+        for b in block_error::blocks(run) {
+            errors.push(b.observed_m_s - block_error::modelled_m_s(run, &b, &track.depth_m));
         }
     }
-    (metric::rms(errors.iter().copied()), errors.len())
+    (block_error::rms(errors.iter().copied()), errors.len())
 }
 
 /// FORMAT.md states 0.0022 m/s over 37 blocks and 0.0047 m/s over 288 blocks, two implementations agreeing to 2 %; rounding of the
@@ -44,9 +48,9 @@ fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure
     for name in ["example_lake", "example_sea"] {
         let case = folder.join(name);
         let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
-        let flight = read::flight(&case).expect("flight");
-        let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
-        assert_eq!(d.verdict, diagnose::Verdict::Adequate, "{name}");
+        let flight = csv::flight(&case).expect("flight");
+        let d = diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+        assert_eq!(d.verdict, diagnosis::Verdict::Adequate, "{name}");
         // Launches and turns, not the glides after them: once 485 rows of 807 of the lake flight.
         assert!(d.brink * 5 < d.rows, "{name}: {} rows left out, {} observations fitted", d.brink, d.rows);
         // Recalibration inside the tolerances must not hurt: 10 % of a 37-block rms is its own sampling error.
@@ -59,9 +63,9 @@ fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure
                 blind.pressure_pa[i] = 5e4 + 100.0 * ((i * 7) % 23) as f64;
             }
         }
-        let b = diagnose::diagnose(&blind, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+        let b = diagnosis::diagnose(&blind, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(b.recalibrated.calibration, d.recalibrated.calibration, "{name}");
-        let p = plan::plan(&d, &vehicle).expect("two hypotheses at least");
+        let p = next_flight::plan(&d, &vehicle).expect("two hypotheses at least");
         assert!(p.separation.windows(2).all(|w| w[1] >= w[0] - 1e-9), "{:?}", p.separation);
         assert!(p.separation[p.separation.len() - 1] > p.default_separation, "{name}: {:?} {}", p.separation, p.default_separation);
     }
@@ -74,15 +78,16 @@ fn a_wrong_ballast_gain_is_named_and_the_new_vehicle_file_mends_the_error() {
     let Some(folder) = trials() else { return };
     let case = folder.join("example_sea");
     let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
-    let mut flight = read::flight(&case).expect("flight");
+    let mut flight = csv::flight(&case).expect("flight");
     flight.ballast_m3.iter_mut().for_each(|b| *b /= 1.08);
-    let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+    let d = diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
     assert!(d.equivalent.iter().any(|e| e == &["ballast_scale"]), "{:?} {:?}", d.verdict, d.equivalent);
     let scale = hydro::effects::by_name("ballast_scale").expect("in the catalogue");
     let added = add::add(&flight, &vehicle, &[scale], b"parent").expect("added");
     // Mended means: as good as the untouched flight after its own recalibration, to 5 %.
-    let untouched = diagnose::diagnose(&read::flight(&case).expect("flight"), &vehicle, discovery::search::Depth::Pairs, &|_, _| {})
-        .expect("diagnosis");
+    let untouched =
+        diagnosis::diagnose(&csv::flight(&case).expect("flight"), &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {})
+            .expect("diagnosis");
     assert!(added.heldout_m_s[2] < 1.05 * untouched.block_error_m_s[1], "{:?} {:?}", added.heldout_m_s, untouched.block_error_m_s);
     assert!(added.heldout_m_s[2] < added.heldout_m_s[0], "{:?}", added.heldout_m_s);
     let again = vehicle::parse(added.vehicle, std::path::Path::new("new.json")).expect("the new file reads");
@@ -96,11 +101,12 @@ fn a_log_without_a_dive_is_refused_with_the_reason() {
     for i in 0..200 {
         text += &format!("{},0,0.{},0.1,200,1025.0\n", i * 4, i % 3);
     }
-    let flight = read::parse(&text, std::path::Path::new("f.csv"), "f").expect("reads");
+    let flight = csv::parse(&text, std::path::Path::new("f.csv"), "f").expect("reads");
     let json = r#"{"mass_kg":68,"hull_volume_m3":0.068,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,
         "wing":{"area_m2":0.11},"hydro":{"reference_area_m2":0.11,"wing_lift_slope_per_rad":3.45,"hull_lift_slope_per_rad":1.2,
         "hull_area_m2":0.0356,"cd0":0.15}}"#;
     let vehicle = vehicle::parse(serde_json::from_str(json).expect("json"), std::path::Path::new("v.json")).expect("vehicle");
-    let why = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect_err("refused").to_string();
+    let why =
+        diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect_err("refused").to_string();
     assert!(why.contains("deeper than 2 m") && why.contains("dbar"), "{why}");
 }

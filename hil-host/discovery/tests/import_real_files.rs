@@ -41,7 +41,7 @@ fn difference(ours: &Flight, theirs: &Flight, offset_s: f64, channel: impl Fn(&F
 fn validate_raw_comet_files_reproduce_the_tidy_table() {
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
     let imported = import(&root.join("raw"), &[]).expect("an import");
-    let theirs = discovery::read::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let theirs = discovery::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
     let ours = &imported.flight;
     assert!(imported.report.files.iter().all(|f| f.problems.is_empty()), "{:?}", imported.report.files);
     let start = imported.report.start_unix_s.expect("Unix time");
@@ -70,7 +70,7 @@ fn validate_raw_comet_files_reproduce_the_tidy_table() {
 #[test]
 fn validate_engineering_channels_of_the_raw_comet_files() {
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
-    let theirs = discovery::read::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let theirs = discovery::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
     let raw = |stem: u32, end: &str| {
         let bytes = std::fs::read(root.join(format!("raw/comet-2016-174-05-{stem:03}.{end}"))).expect("a raw file");
         let cache = |crc: &str| std::fs::read(root.join(format!("raw/{crc}.cac"))).ok();
@@ -89,7 +89,7 @@ fn validate_engineering_channels_of_the_raw_comet_files() {
         let (dbd, ebd) = (raw(stem, "dbd"), raw(stem, "ebd"));
         let (taken, stored) = (&ebd.columns["sci_ctd41cp_timestamp"].1, &ebd.columns["sci_m_present_time"].1);
         for (k, (name, column, factor, tolerance)) in checks.into_iter().enumerate() {
-            let series = discovery::align::Series::new(&dbd.columns["m_present_time"].1, &dbd.columns[name].1);
+            let series = discovery::record::resample::Series::new(&dbd.columns["m_present_time"].1, &dbd.columns[name].1);
             let (first, last) = (series.pairs().next().expect("samples"), series.pairs().last().expect("samples"));
             for (i, want) in column.iter().enumerate().filter(|(i, _)| theirs.segment[*i] == stem) {
                 let unix = theirs.time_s[i] + 1_466_704_292.85;
@@ -211,10 +211,10 @@ fn validate_the_pressure_of_the_steering_computer_is_kept_and_tells_its_clock() 
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
     let imported = import(&root.join("raw"), &[]).expect("an import");
     let mapped = imported.report.mapped.iter().find(|m| m.from == "m_pressure").expect("m_pressure is there");
-    assert_eq!(mapped.to, discovery::clocks::ENGINEERING_PRESSURE);
-    let ours = discovery::clocks::shift_s(&imported.flight).expect("two sensors");
-    let table = discovery::read::flight(&root.join("comet2016_tidy.csv")).expect("the table");
-    let theirs = discovery::clocks::shift_s(&table).expect("two sensors");
+    assert_eq!(mapped.to, discovery::preprocess::clock_offset::ENGINEERING_PRESSURE);
+    let ours = discovery::preprocess::clock_offset::shift_s(&imported.flight).expect("two sensors");
+    let table = discovery::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let theirs = discovery::preprocess::clock_offset::shift_s(&table).expect("two sensors");
     // 0.3 s: the jackknife's standard error of either is 0.3 to 0.4 s, over the same noise.
     assert!((ours - theirs - 0.8).abs() < 0.3, "{ours} s, the table {theirs} s");
 }

@@ -1,6 +1,7 @@
 //! The dynamic workbench on real Slocum flights: no NaN, no false calm, errors that held-out dives confirm. Needs `GLIDER_FLIGHTS`.
 
-use discovery::{Flight, Vehicle, diagnose, read, vehicle};
+use discovery::record::csv;
+use discovery::{Flight, Vehicle, diagnosis, vehicle};
 use std::path::PathBuf;
 
 fn real(flight: &str, file: &str) -> Option<(Flight, Vehicle)> {
@@ -9,7 +10,7 @@ fn real(flight: &str, file: &str) -> Option<(Flight, Vehicle)> {
         return None;
     };
     let vehicle = vehicle::read(&PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(file)).expect("vehicle");
-    Some((read::flight(&root.join(flight)).expect("flight"), vehicle))
+    Some((csv::flight(&root.join(flight)).expect("flight"), vehicle))
 }
 
 const COMET: &str = "slocum_comet2016/comet2016_tidy.csv";
@@ -21,7 +22,7 @@ const MODENA_12: &str = "slocum_modena2015/modena-2015-187-0-12_tidy.csv";
 fn validate_uncalibrated_vehicles_are_brought_home_and_nothing_is_nan() {
     for (flight, file, most_m_s) in [(COMET, "comet.toml", 0.0070), (MODENA, "modena.toml", 0.0065)] {
         let Some((flight, vehicle)) = real(flight, file) else { return };
-        let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+        let d = diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         let [nominal, recalibrated, _] = d.block_error_m_s;
         assert!(!d.check.is_empty(), "{}: no dive was kept out of the fit", flight.name);
         assert!(nominal > 0.02, "{nominal}");
@@ -41,7 +42,7 @@ fn validate_the_two_clocks_of_two_slocums() {
     // The same least squares over all rows with numpy gives -2.6 ± 0.4 and -1.2 ± 0.3 s (jackknife over eighths of the flight).
     for (flight, file, expected_s, within_s) in [(COMET, "comet.toml", -2.6, 0.4), (MODENA_12, "modena.toml", -1.2, 0.3)] {
         let Some((flight, _)) = real(flight, file) else { return };
-        let tau = discovery::clocks::shift_s(&flight).expect("two sensors");
+        let tau = discovery::preprocess::clock_offset::shift_s(&flight).expect("two sensors");
         assert!((tau - expected_s).abs() < within_s, "{}: {tau} s", flight.name);
     }
 }
@@ -53,9 +54,9 @@ fn validate_the_clock_of_two_pressures_by_the_vertical_velocity() {
     let Some((with, vehicle)) = real(MODENA_12, "modena.toml") else { return };
     let mut without = with.clone();
     without.extra.remove("eng_pressure_bar");
-    let [with, without] =
-        [with, without].map(|f| diagnose::diagnose(&f, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis"));
-    let late = |d: &diagnose::Diagnosis| {
+    let [with, without] = [with, without]
+        .map(|f| diagnosis::diagnose(&f, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis"));
+    let late = |d: &diagnosis::Diagnosis| {
         d.remainder.iter().filter(|f| f.variable.starts_with("rate of pitch")).map(|f| f.log_bayes).fold(0.0, f64::max)
     };
     assert!(without.remainder[0].variable.starts_with("rate of pitch"), "{:?}", without.remainder);
@@ -81,9 +82,9 @@ fn validate_a_rigid_hull_in_the_file_of_modena_is_found_out() {
         days.iter().enumerate().flat_map(|(k, d)| text(d).lines().skip(k.min(1)).map(|l| format!("{l}\n")).collect::<Vec<_>>()).collect();
     let file = std::env::temp_dir().join(format!("modena_three_days_{}.csv", std::process::id()));
     std::fs::write(&file, log).expect("a temporary file");
-    let flight = read::flight(&file).expect("three days");
+    let flight = csv::flight(&file).expect("three days");
     std::fs::remove_file(&file).expect("removed");
-    let d = diagnose::diagnose(&flight, &vehicle, discovery::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+    let d = diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
     for c in &d.candidates[..5] {
         assert!(c.effects.contains(&"hull_compressibility") || c.effects.contains(&"thermal_expansion"), "{:?}", c.effects);
         // Nothing else comes near; how far depends on what the calibration alone can strain to (600 to 1,600 between models of ours).

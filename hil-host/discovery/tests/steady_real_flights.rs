@@ -22,7 +22,7 @@ fn flight(relative: &str) -> Option<Flight> {
         eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
         return None;
     };
-    let flight = discovery::read::flight(&PathBuf::from(root).join(relative)).expect("a readable flight");
+    let flight = discovery::record::csv::flight(&PathBuf::from(root).join(relative)).expect("a readable flight");
     Some(flight)
 }
 

@@ -5,7 +5,7 @@
 //! the crush depth is in reach) and `edge` (5–190 m, 200 m vehicle in 500 m).
 //! Both pass through every phase.
 
-use crate::worlds;
+use crate::flight::worlds;
 use plant::faults::{Kind, Target, catalogue};
 use plant::{Fault, Scenario};
 use signals::{Leg, Mission, Phase, Wings};

@@ -23,10 +23,10 @@ pub mod tally;
 pub mod through_seat;
 pub mod twin;
 
-use crate::closed_loop::{CYCLE_S, Cycle, End, Setup, fly};
+use crate::flight::closed_loop::{CYCLE_S, Cycle, End, Setup, fly};
+use crate::flight::worlds;
 use crate::seats::in_process::InProcess;
 use crate::seats::{Link, Seat};
-use crate::worlds;
 use anyhow::anyhow;
 use control::Config;
 use expect::{Act, Ahead, Duty, Expect};
@@ -102,7 +102,7 @@ impl Verdict {
     #[must_use]
     pub fn document(&self) -> Value {
         json!({ "case": self.case.name(), "water": format!("{:?}", self.case.water).to_lowercase(),
-            "wings": crate::mission_file::wings_name(self.case.wings), "seed": self.case.seed, "end": self.end.to_string(),
+            "wings": crate::flight::mission_file::wings_name(self.case.wings), "seed": self.case.seed, "end": self.end.to_string(),
             "abort": self.abort.map(|a| format!("{:?}", a.0)), "latency_s": self.abort.map(|a| a.1), "struck": self.struck,
             "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "owed": self.owed.as_ref().map(Expect::kind), "weight_fired": self.fired,
             "budget_n": milli(self.means.for_good_n), "budget_at_m": self.means.at_m, "budget_while_all_act_n": milli(self.means.while_all_act_n),

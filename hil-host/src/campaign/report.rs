@@ -2,7 +2,7 @@
 
 use super::lattice::{PHASES, Water};
 use super::{Summary, Verdict};
-use crate::page::{Axis, Chart, Heat, Item, Mark, Page, Provenance, Section, Series, Table};
+use crate::pages::{Axis, Chart, Heat, Item, Mark, Page, Provenance, Section, Series, Table};
 use plant::faults::catalogue;
 use signals::Phase;
 use std::collections::BTreeMap;
@@ -135,7 +135,7 @@ fn row(v: &Verdict) -> Vec<String> {
     vec![
         v.case.name(),
         format!("{:?}", v.case.water).to_lowercase(),
-        crate::mission_file::wings_name(v.case.wings).to_owned(),
+        crate::flight::mission_file::wings_name(v.case.wings).to_owned(),
         v.case.seed.to_string(),
         why,
         v.abort.map_or_else(|| "none".to_owned(), |(cause, after)| format!("{cause:?} after {after:.0} s")),
@@ -173,7 +173,7 @@ fn apart(faulty: &[Verdict]) -> Item {
         .map(|v| {
             vec![
                 v.case.name(),
-                crate::mission_file::wings_name(v.case.wings).to_owned(),
+                crate::flight::mission_file::wings_name(v.case.wings).to_owned(),
                 format!("{:.2} N at {:.0} m", v.means.for_good_n, v.means.at_m),
                 v.end.to_string(),
                 format!("{:.0} m", v.max_depth_m),

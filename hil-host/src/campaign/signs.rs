@@ -7,7 +7,7 @@
 //! a sensor's noise beyond those that the law states, so that a sign that
 //! stands is one the law must see too.
 
-use crate::closed_loop::{CYCLE_S, Cycle};
+use crate::flight::closed_loop::{CYCLE_S, Cycle};
 use control::{Config, waits};
 use plant::faults::Target;
 use signals::{Phase, Reading, Switch};

@@ -9,7 +9,7 @@
 use super::bounds;
 use super::expect::Ahead;
 use super::lattice::Case;
-use crate::closed_loop::{Setup, fly};
+use crate::flight::closed_loop::{Setup, fly};
 use crate::seats::Link;
 use crate::seats::in_process::InProcess;
 use anyhow::anyhow;

@@ -3,8 +3,10 @@
 use super::diagnose::load;
 use super::{Output, Verdict};
 use anyhow::Context as _;
-use discovery::add::Added;
-use discovery::{add, expression, report, vehicle};
+use discovery::diagnosis::report;
+use discovery::vehicle::{self, expression};
+use discovery::workbench::add;
+use discovery::workbench::add::Added;
 use hydro::effects::{CATALOGUE, Effect, by_name};
 use serde_json::{Value, json};
 use std::path::PathBuf;

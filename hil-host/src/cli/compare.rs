@@ -3,9 +3,11 @@
 use super::diagnose::load;
 use super::{Output, Verdict};
 use anyhow::Context as _;
-use discovery::compare::Comparison;
+use discovery::diagnosis::report;
+use discovery::record::csv;
 use discovery::steady::{HeldOut, held_out};
-use discovery::{compare, read, report};
+use discovery::workbench::compare;
+use discovery::workbench::compare::Comparison;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -54,7 +56,7 @@ pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(test) = &args.test {
-        let (fitted, judged) = (read::flight(&args.flight)?, read::flight(test)?);
+        let (fitted, judged) = (csv::flight(&args.flight)?, csv::flight(test)?);
         let found = held_out(&fitted, &judged).with_context(|| format!("{} judged on {}", args.flight.display(), test.display()))?;
         output.emit(&serde_json::to_value(&found)?, || show(&found));
         return Ok(Verdict::Ok);

@@ -2,9 +2,11 @@
 
 use super::{Output, Verdict};
 use anyhow::Context as _;
-use discovery::diagnose::{self, Diagnosis};
-use discovery::search::Depth;
-use discovery::{Flight, Vehicle, read, report, vehicle};
+use discovery::diagnosis::report;
+use discovery::diagnosis::{self, Diagnosis};
+use discovery::hypotheses::search::Depth;
+use discovery::record::csv;
+use discovery::{Flight, Vehicle, vehicle};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
@@ -37,7 +39,7 @@ pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Fligh
         .map(Path::to_path_buf)
         .or_else(|| vehicle::beside(flight))
         .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside the flight; name one with --vehicle", flight.display()))?;
-    Ok((read::flight(flight)?, vehicle::read(&file)?))
+    Ok((csv::flight(flight)?, vehicle::read(&file)?))
 }
 
 /// A progress bar on standard error.
@@ -55,7 +57,7 @@ pub fn bar() -> ProgressBar {
 /// # Errors
 /// Nothing in the flight that could be asked.
 pub fn ask(flight: &Flight, vehicle: &Vehicle, depth: Depth, bar: &ProgressBar, end: f64) -> anyhow::Result<Diagnosis> {
-    let found = diagnose::diagnose(flight, vehicle, depth, &|what, share| {
+    let found = diagnosis::diagnose(flight, vehicle, depth, &|what, share| {
         bar.set_position((share * end) as u64);
         bar.set_message(what.to_string());
     });
@@ -86,7 +88,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     let mut document = report::document(&found, &vehicle, &args.flight.display().to_string());
     // A vehicle nobody has calibrated: what its steady glides alone tell, and whether a speed sensor was there to tell lift from pitch.
-    let steady = if discovery::start::is_uncalibrated(&vehicle) { discovery::steady::steady_report(&flight).ok() } else { None };
+    let steady =
+        if discovery::inference::initial_guess::is_uncalibrated(&vehicle) { discovery::steady::steady_report(&flight).ok() } else { None };
     if let Some(s) = &steady {
         document["steady"] = serde_json::to_value(s)?;
     }

@@ -47,7 +47,7 @@ impl Format {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let flight = discovery::read::flight(&args.flight)?;
+    let flight = discovery::record::csv::flight(&args.flight)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{}", flight.name, args.to.ending())));
     if out.exists() {
         bail!("{} exists: name another file with --out, nothing is overwritten", out.display());

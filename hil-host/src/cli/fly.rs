@@ -1,12 +1,12 @@
 //! `glider fly`.
 
 use super::{Output, Verdict};
-use crate::closed_loop::{CYCLE_S, End, Outcome, Setup, fly};
-use crate::config_file;
-use crate::flightlog::recorder::Recorder;
-use crate::mission_file::{self, wings_name};
+use crate::flight::closed_loop::{CYCLE_S, End, Outcome, Setup, fly};
+use crate::flight::config_file;
+use crate::flight::mission_file::{self, wings_name};
+use crate::flight::recorder::Recorder;
+use crate::flight::{tables, worlds};
 use crate::seats::{self, Choice};
-use crate::{tables, worlds};
 use anyhow::{Context, anyhow, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::World;

@@ -1,8 +1,8 @@
 //! `glider monitor`.
 
 use super::{Output, Verdict};
-use crate::boardlog::Image;
-use crate::onboard_log;
+use crate::flight::board_log::Image;
+use crate::flight::onboard_log;
 use crate::seats::port::{BAUD, Port};
 use crate::seats::{Link, Seat, SeatError, Wire, qemu};
 use anyhow::Context;

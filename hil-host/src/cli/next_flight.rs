@@ -3,10 +3,11 @@
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use anyhow::Context as _;
-use discovery::diagnose::Diagnosis;
-use discovery::plan::Plan;
-use discovery::search::Depth;
-use discovery::{plan, report};
+use discovery::diagnosis::Diagnosis;
+use discovery::diagnosis::report;
+use discovery::hypotheses::search::Depth;
+use discovery::workbench::next_flight;
+use discovery::workbench::next_flight::Plan;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -48,7 +49,7 @@ pub fn document(found: &Diagnosis, p: &Plan) -> Value {
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (_, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
-    let Some(p) = plan::plan(&found, &vehicle) else {
+    let Some(p) = next_flight::plan(&found, &vehicle) else {
         output.emit(&json!({"verdict": found.verdict.name(), "tied": [], "legs": []}), || {
             println!("There are no two hypotheses that a mission could tell apart (verdict: {}).", found.verdict.name());
         });

@@ -2,11 +2,11 @@
 
 use super::diagnose::load;
 use super::{Output, Verdict};
-use crate::plots::{Chart, Figure, Mark, histogram};
-use crate::tables::TABLE_SPEED_M_S;
-use crate::vehicles::{Model, wings_name};
+use crate::flight::tables::TABLE_SPEED_M_S;
+use crate::flight::vehicles::{Model, wings_name};
+use crate::pages::plots::{Chart, Figure, Mark, histogram};
 use anyhow::{Context as _, bail, ensure};
-use discovery::compare::{Sample, compare};
+use discovery::workbench::compare::{Sample, compare};
 use hydro::glide;
 use hydro::{Flow, Polar as _};
 use serde_json::json;

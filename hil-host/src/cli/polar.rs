@@ -10,9 +10,9 @@ use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
-use crate::plots::{Chart, Mark};
-use crate::tables::TABLE_SPEED_M_S;
-use crate::vehicles::{Model, sea_name, wings_name};
+use crate::flight::tables::TABLE_SPEED_M_S;
+use crate::flight::vehicles::{Model, sea_name, wings_name};
+use crate::pages::plots::{Chart, Mark};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]

@@ -2,11 +2,11 @@
 
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
-use crate::flight_report;
-use crate::page::Provenance;
+use crate::pages::Provenance;
+use crate::pages::flight_report;
 use anyhow::Context as _;
-use discovery::read;
-use discovery::search::Depth;
+use discovery::hypotheses::search::Depth;
+use discovery::record::csv;
 use serde_json::json;
 use sha2::{Digest as _, Sha256};
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub struct Args {
 /// # Errors
 /// The csv cannot be read.
 pub fn provenance(flight: &Path) -> anyhow::Result<Provenance> {
-    let file = read::csv_of(flight)?;
+    let file = csv::csv_of(flight)?;
     let bytes = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
     let hash = Sha256::digest(&bytes).iter().take(8).map(|b| format!("{b:02x}")).collect();
     Ok(Provenance { data_hash: hash, ..Provenance::of_this_run() })

@@ -9,7 +9,7 @@ use plant::trials::{Kind, generate, plan};
 use serde_json::{Value, json};
 
 use super::{Output, Verdict};
-use crate::trial_score;
+use crate::score;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -101,7 +101,7 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     let bar = ProgressBar::new(specs.len() as u64).with_style(style);
     if let Some(folder) = &args.write {
         for (i, spec) in specs.iter().enumerate() {
-            trial_score::write_case(folder, &generate(spec, args.seed, i))?;
+            score::diagnosis::write_case(folder, &generate(spec, args.seed, i))?;
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -111,15 +111,15 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     }
     let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", args.seed, std::process::id()));
     let binary = std::env::current_exe().context("cannot find this program's own file")?;
-    let diagnose = |flight: &std::path::Path| trial_score::diagnose_with(&binary, flight);
-    let scored = trial_score::run(&specs, args.seed, &folder, args.jobs, &diagnose, &|| bar.inc(1));
+    let diagnose = |flight: &std::path::Path| score::diagnosis::diagnose_with(&binary, flight);
+    let scored = score::diagnosis::run(&specs, args.seed, &folder, args.jobs, &diagnose, &|| bar.inc(1));
     std::fs::remove_dir_all(&folder).ok();
     let scored = scored?;
     bar.finish_and_clear();
-    let mut document = trial_score::summary(&scored);
+    let mut document = score::diagnosis::summary(&scored);
     document["seed"] = json!(args.seed);
-    document["list"] = scored.iter().map(trial_score::case_document).collect();
-    crate::discovery_page::page(&document, args.seed).write(&args.html)?;
+    document["list"] = scored.iter().map(score::diagnosis::case_document).collect();
+    crate::pages::diagnosis_scorecard::page(&document, args.seed).write(&args.html)?;
     output.emit(&document, || {
         print(&document, args.list);
         println!("Page: {}", args.html.display());

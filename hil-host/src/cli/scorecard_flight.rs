@@ -8,7 +8,7 @@ use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
-use crate::scorecard::{BIN_DEG, Band, Disturbance, Pilot, Score, cases, fly_all};
+use crate::score::control_law::{BIN_DEG, Band, Disturbance, Pilot, Score, cases, fly_all};
 
 /// Arguments of `scorecard flight`.
 #[derive(clap::Args, Debug)]
@@ -67,7 +67,7 @@ pub fn run(args: &FlightArgs, output: &Output) -> anyhow::Result<Verdict> {
     let aborted = pairs.iter().filter(|(o, _)| !o.done).count();
     let worst = pairs.iter().map(|(o, _)| o.overshoot_m).fold(0.0, f64::max);
     let good = lost == 0 && aborted == 0 && worst <= 1.0;
-    crate::scorecard_page::page(&pairs, lost, aborted, worst, args.seed).write(&args.html)?;
+    crate::pages::control_scorecard::page(&pairs, lost, aborted, worst, args.seed).write(&args.html)?;
     let document = json!({
         "seed": args.seed,
         "report": args.html,
@@ -92,7 +92,7 @@ fn table(pairs: &[(&Score, &Score)]) -> Table {
         table.add_row([
             format!("{:?}", ours.case.band).to_lowercase(),
             ours.case.disturbance.name(),
-            crate::mission_file::wings_name(ours.case.wings).to_owned(),
+            crate::flight::mission_file::wings_name(ours.case.wings).to_owned(),
             two(ours.achieved_l_over_d, stock.achieved_l_over_d, 2),
             format!("{:.2}", ours.max_l_over_d),
             two(ours.share_of_max, stock.share_of_max, 3),

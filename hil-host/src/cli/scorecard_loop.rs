@@ -1,9 +1,9 @@
 //! `glider scorecard loop`: the whole circle in worlds whose truth is known.
 
 use super::{Output, Verdict};
-use crate::circle::{Closed, cases, close_all};
-use crate::mission_file::wings_name;
-use crate::page::{Axis, Chart, Page, Provenance, Section, Table};
+use crate::flight::mission_file::wings_name;
+use crate::pages::{Axis, Chart, Page, Provenance, Section, Table};
+use crate::score::whole_loop::{Closed, cases, close_all};
 use anyhow::ensure;
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::EffectKind;
@@ -137,7 +137,7 @@ fn page(closed: &[Closed], total: &Total, seed: u64) -> Page {
         head: HEAD.map(Into::into).to_vec(),
         rows: closed.iter().map(|c| row(c).to_vec()).collect(),
     };
-    let mut items: Vec<crate::page::Item> =
+    let mut items: Vec<crate::pages::Item> =
         bars.map(|(title, values)| Chart::bars(title, axis(), names.clone(), "range, %", values, &[], &[]).into()).into();
     items.push(table.into());
     Page {

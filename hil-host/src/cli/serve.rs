@@ -30,7 +30,7 @@ pub struct Args {
 /// A flight that is not there, or a port that is taken.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for path in &args.flights {
-        discovery::read::csv_of(path)?;
+        discovery::record::csv::csv_of(path)?;
     }
     let bench = Workbench { offered: args.flights.clone(), logs: args.logs.clone(), ..Workbench::default() };
     serve(args.port, bench, |address| {

@@ -2,13 +2,15 @@
 
 use super::diagnose::{ask, bar, load};
 use super::{Output, Verdict, report};
-use crate::page::{Axis, Chart, Page, Section, Table};
-use crate::story::{self, Flown};
-use crate::{flight_report, trial_score};
+use crate::pages::flight_report;
+use crate::pages::{Axis, Chart, Page, Section, Table};
+use crate::score;
+use crate::score::story::{self, Flown};
 use anyhow::Context as _;
 use control::Settings;
-use discovery::search::Depth;
-use discovery::{add, vehicle};
+use discovery::hypotheses::search::Depth;
+use discovery::vehicle;
+use discovery::workbench::add;
 use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -46,7 +48,7 @@ fn puzzle(args: &Args) -> anyhow::Result<PathBuf> {
         strength: Some(catalogue::Strength::Strong),
         lifelike: None,
     };
-    trial_score::write_case(&args.out.join("puzzle"), &generate(&spec, args.seed, 0))
+    score::diagnosis::write_case(&args.out.join("puzzle"), &generate(&spec, args.seed, 0))
 }
 
 /// Runs the command.
@@ -65,10 +67,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
     if effects.is_empty() {
         bar.finish_and_clear();
-        let document =
-            json!({"flight": path, "verdict": found.verdict.name(), "answer": [], "explanation": discovery::report::explanation(&found)});
+        let document = json!({"flight": path, "verdict": found.verdict.name(), "answer": [], "explanation": discovery::diagnosis::report::explanation(&found)});
         output.emit(&document, || {
-            println!("Verdict: {}. Nothing to add.\n{}", found.verdict.name(), discovery::report::explanation(&found));
+            println!("Verdict: {}. Nothing to add.\n{}", found.verdict.name(), discovery::diagnosis::report::explanation(&found));
         });
         return Ok(Verdict::Negative);
     }

@@ -7,9 +7,9 @@ use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
-use crate::config_file;
-use crate::tables::{self, Built};
-use crate::vehicles::{Model, sea_name, wings_name};
+use crate::flight::config_file;
+use crate::flight::tables::{self, Built};
+use crate::flight::vehicles::{Model, sea_name, wings_name};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]

@@ -1,10 +1,10 @@
 //! `glider upload`.
 
 use super::{Output, Verdict};
+use crate::flight::{config_file, mission_file, tables};
 use crate::seats::port::Port;
 use crate::seats::upload::{Stored, read_back, rollback, upload};
 use crate::seats::{Link, Seat};
-use crate::{config_file, mission_file, tables};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use control::Config;

@@ -67,7 +67,7 @@ impl Setup {
     #[must_use]
     pub fn new(mission: Mission) -> Self {
         let limit_s = f64::from(mission.max_duration_s) + 7200.0;
-        let config = crate::worlds::config(&mission);
+        let config = crate::flight::worlds::config(&mission);
         Self { mission, config, limit_s, realtime: None, orders: Orders::default() }
     }
 }

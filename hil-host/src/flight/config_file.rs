@@ -139,13 +139,14 @@ mod tests {
     #[test]
     fn a_vehicle_that_says_its_pitch_sensor_is_wrong_gives_a_file_and_one_that_does_not_gives_none() {
         let active = |name, value| hydro::effects::Active::sized(hydro::effects::by_name(name).expect(name), value);
-        let sensor = crate::vehicles::pitch_sensor(&[active("pitch_offset", 0.03), active("pitch_scale", 0.25), active("stall", 0.1)]);
+        let sensor =
+            crate::flight::vehicles::pitch_sensor(&[active("pitch_offset", 0.03), active("pitch_scale", 0.25), active("stall", 0.1)]);
         // true = (reading - 0.03) / 1.25
         assert!((sensor.zero_rad - 0.03).abs() < 1e-7 && (sensor.per_reading - 0.8).abs() < 1e-7, "{sensor:?}");
         let text = pitch_sensor_alone(sensor).expect("a file");
         assert_eq!(parse(&text, "f").expect("reads").pitch_sensor, sensor);
         assert_eq!(with_pitch_sensor(&Config::default(), sensor).expect("flies").pitch_sensor, sensor);
-        assert_eq!(pitch_sensor_alone(crate::vehicles::pitch_sensor(&[active("stall", 0.1)])), None);
+        assert_eq!(pitch_sensor_alone(crate::flight::vehicles::pitch_sensor(&[active("stall", 0.1)])), None);
         let upside_down = PitchSensor { zero_rad: 0.0, per_reading: -1.0 };
         assert!(with_pitch_sensor(&Config::default(), upside_down).is_err());
     }

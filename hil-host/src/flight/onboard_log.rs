@@ -6,7 +6,7 @@
 //! where the log ends, and it is read backwards from there. At 115,200 baud a
 //! sector (about 20 control cycles) takes half a second.
 
-use crate::flightlog::{Measured, Truth, Writer};
+use crate::flight::log::{Measured, Truth, Writer};
 use crate::seats::{Link, SeatError, Wire, link};
 use anyhow::{Context, bail};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};

@@ -1,8 +1,8 @@
 //! From a cycle of the closed loop to a row of the log.
 
 use super::log::{Measured, SegmentStart, Truth, Writer};
-use crate::closed_loop::Cycle;
-use crate::{mission_file, worlds};
+use crate::flight::closed_loop::Cycle;
+use crate::flight::{mission_file, worlds};
 use plant::World;
 use plant::ocean::GRAVITY_M_S2;
 use rand_chacha::ChaCha8Rng;

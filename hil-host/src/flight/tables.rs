@@ -186,7 +186,7 @@ pub fn rust_source(built: &Built, made_from: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vehicles::{Model, sea_name, wings_name};
+    use crate::flight::vehicles::{Model, sea_name, wings_name};
 
     #[test]
     fn committed_tables_are_what_their_vehicle_files_give() {
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn accuracy_tables_follow_every_built_in_vehicle() {
-        for (name, _) in crate::vehicles::BUILT_IN {
+        for (name, _) in crate::flight::vehicles::BUILT_IN {
             let model = Model::load(std::path::Path::new(name), None).unwrap();
             let e = build(&model, model.wings, 0, 0).unwrap().error;
             // Fractions of the f64 model over the whole valid range; the last is a grid search's half step, rad.

@@ -5,10 +5,11 @@
 
 use std::path::Path;
 
-pub use crate::mission_file::wings_name;
+pub use crate::flight::mission_file::wings_name;
 use anyhow::{Context as _, bail, ensure};
 use control::PitchSensor;
-use discovery::{Vehicle, vehicle, vehicle_file};
+use discovery::Vehicle;
+use discovery::vehicle;
 use hydro::effects::{Active, Constants, Sensed};
 use hydro::{Added, Flow, ForceModel, Geometry, GeometryPolar, LiftDrag, Polar};
 use signals::Wings;
@@ -76,12 +77,12 @@ pub fn pitch_sensor(effects: &[Active]) -> PitchSensor {
 ///
 /// # Errors
 /// No such name.
-pub fn built_in(name: &str) -> anyhow::Result<vehicle_file::VehicleFile> {
+pub fn built_in(name: &str) -> anyhow::Result<vehicle::file::VehicleFile> {
     let (_, text) = BUILT_IN
         .iter()
         .find(|b| b.0 == name)
         .with_context(|| format!("no built-in vehicle `{name}`; there are {}", BUILT_IN.map(|b| b.0).join(", ")))?;
-    Ok(vehicle_file::parse(text, Path::new(&format!("vehicles/{name}.toml")))?)
+    Ok(vehicle::file::parse(text, Path::new(&format!("vehicles/{name}.toml")))?)
 }
 
 impl Model {
@@ -102,8 +103,8 @@ impl Model {
             Err(e) => return Err(e).with_context(|| path.display().to_string()),
         };
         let id = polar::crc32(text.as_bytes());
-        if vehicle_file::is_geometry(&text) {
-            let file = vehicle_file::parse(&text, path)?;
+        if vehicle::file::is_geometry(&text) {
+            let file = vehicle::file::parse(&text, path)?;
             let geometry = lift_model.map_or(Ok(file.geometry), |m| file.with_model(m))?;
             let wings = if file.wings == "standard" { Wings::Standard } else { Wings::LowAspectRatio };
             return Ok(Self::of_geometry(&file.name, wings, id, &geometry, &file.constants));

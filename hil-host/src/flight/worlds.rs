@@ -11,7 +11,7 @@
 //! overstates the drag due to lift, and a log that stated it would have that
 //! missing in every flight.
 
-use crate::mission_file::{Limits, wings_name};
+use crate::flight::mission_file::{Limits, wings_name};
 use anyhow::{Context, anyhow};
 use control::{Config, Settings};
 use nalgebra::{DMatrix, DVector};
@@ -189,11 +189,11 @@ pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
             "hull_thermal_expansion_relative": 0.05, "added_mass_surge": 0.03, "added_mass_heave": 0.08, "battpos_zero_m": 0.002,
         },
         "sensors": {
-            "sample_period_s": crate::closed_loop::CYCLE_S,
+            "sample_period_s": crate::flight::closed_loop::CYCLE_S,
             "pressure_noise_dbar": round(sensors.depth.noise), "pressure_resolution_dbar": round(sensors.depth.resolution),
             "pitch_noise_rad": sensors.pitch.noise, "pitch_resolution_rad": sensors.pitch.resolution,
             "ballast_resolution_cc": round(sensors.ballast.resolution * 1e6), "heading_noise_rad": sensors.heading.noise,
-            "heading_bias_1sigma_rad": 0.015, "gps_noise_m": crate::flightlog::recorder::GPS_NOISE_M,
+            "heading_bias_1sigma_rad": 0.015, "gps_noise_m": crate::flight::recorder::GPS_NOISE_M,
             "speed_noise_m_s": null, "speed_scale_1sigma": null,
         },
         "background_vertical_water_motion": { "rms_m_s": s.ocean.background_rms_m_s.max(LEAST_BACKGROUND_M_S), "correlation_time_s": s.ocean.background_time_s },

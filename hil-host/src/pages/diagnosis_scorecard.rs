@@ -1,9 +1,9 @@
 //! The discovery scorecard as a page: verdict first, then shares by size, then what was said of every hidden effect.
 
-use crate::page::{Heat, Item, Page, Provenance, Section, Table};
+use crate::pages::{Heat, Item, Page, Provenance, Section, Table};
 use serde_json::Value;
 
-/// The page of a scorecard document ([`crate::trial_score::summary`] with its `list`).
+/// The page of a scorecard document ([`crate::score::diagnosis::summary`] with its `list`).
 #[must_use]
 pub fn page(card: &Value, seed: u64) -> Page {
     let share = |v: &Value| v["share"].as_f64().map_or_else(|| "–".to_owned(), |s| format!("{:.0} % of {}", 100.0 * s, v["of"]));

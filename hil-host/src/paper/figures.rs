@@ -7,7 +7,7 @@ use signals::Wings;
 
 use super::trials::Trials;
 use super::variants::{curve, geometry, paper, plain};
-use crate::plots::{Chart, Mark, histogram};
+use crate::pages::plots::{Chart, Mark, histogram};
 
 /// Angles in degrees for smooth curves.
 fn degrees(to: f64) -> impl Iterator<Item = f64> {
@@ -58,7 +58,7 @@ fn fig4(g: &Geometry) -> Chart {
 }
 
 fn fig5(std: &Geometry, low: &Geometry) -> anyhow::Result<Chart> {
-    let models = crate::vehicles::built_in("slocum-low-ar")?.models;
+    let models = crate::flight::vehicles::built_in("slocum-low-ar")?.models;
     let chart = Chart::new("Fig. 5: L/D of the models, literature constants", "angle of attack, deg", "L/D, 1").with(
         "standard wings (surrogate of Shortal)",
         Mark::Line,

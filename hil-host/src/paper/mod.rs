@@ -21,8 +21,8 @@ pub mod variants;
 
 use serde_json::{Value, json};
 
-use crate::page::{self, Page, Provenance, Section, Table};
-use crate::plots::Mark;
+use crate::pages::plots::Mark;
+use crate::pages::{self, Page, Provenance, Section, Table};
 
 /// What we say about a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ pub fn page(claims: &[Claim], trials: &trials::Trials) -> anyhow::Result<Page> {
         .map(|c| vec![c.id.to_string(), c.claim.into(), c.paper.into(), c.ours.clone(), c.verdict.word().into(), c.why.clone()])
         .collect();
     let table = Table { caption: "The paper's claims beside our numbers".into(), head, rows };
-    let figures: Vec<page::Item> = figures::all(trials)?.into_iter().map(|(_, chart)| drawn(&chart).into()).collect();
+    let figures: Vec<pages::Item> = figures::all(trials)?.into_iter().map(|(_, chart)| drawn(&chart).into()).collect();
     Ok(Page {
         title: "The source paper, claim by claim".into(),
         answer: vec![
@@ -123,17 +123,17 @@ pub fn page(claims: &[Claim], trials: &trials::Trials) -> anyhow::Result<Page> {
     })
 }
 
-fn drawn(chart: &crate::plots::Chart) -> page::Chart {
+fn drawn(chart: &crate::pages::plots::Chart) -> pages::Chart {
     let axis = |label: &str| {
         let (quantity, unit) = label.rsplit_once(", ").unwrap_or((label, ""));
-        page::Axis::new(quantity, if unit == "1" { "" } else { unit })
+        pages::Axis::new(quantity, if unit == "1" { "" } else { unit })
     };
     let points = chart.series.iter().all(|s| s.mark == Mark::Points);
-    let mark = if points { page::Mark::Point } else { page::Mark::Line };
-    chart.series.iter().fold(page::Chart::new(&chart.title, mark, axis(&chart.x), axis(&chart.y)), |c, s| {
+    let mark = if points { pages::Mark::Point } else { pages::Mark::Line };
+    chart.series.iter().fold(pages::Chart::new(&chart.title, mark, axis(&chart.x), axis(&chart.y)), |c, s| {
         let mut sorted = s.points.clone();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (x, y): (Vec<f64>, Vec<f64>) = sorted.into_iter().unzip();
-        c.with(page::Series::new(&s.name, &x, &y))
+        c.with(pages::Series::new(&s.name, &x, &y))
     })
 }

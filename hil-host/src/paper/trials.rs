@@ -7,9 +7,9 @@ use anyhow::anyhow;
 use rayon::prelude::*;
 use signals::{Goal, Leg, Mission, Phase, Wings};
 
-use crate::closed_loop::{Setup, fly};
+use crate::flight::closed_loop::{Setup, fly};
+use crate::flight::worlds;
 use crate::seats::{self, Choice};
-use crate::worlds;
 use plant::World;
 
 /// What one trial gave.

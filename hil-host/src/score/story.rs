@@ -7,13 +7,13 @@
 //! the model's. Both tables fly in the same world; the difference is the worth
 //! of the finding.
 
-use crate::closed_loop::{Outcome, Setup, fly};
-use crate::mission_file::built_in;
+use crate::flight::closed_loop::{Outcome, Setup, fly};
+use crate::flight::mission_file::built_in;
+use crate::flight::tables::{self, Built};
+use crate::flight::vehicles::Model;
+use crate::flight::{config_file, worlds};
 use crate::seats::in_process::InProcess;
 use crate::seats::{Link, Seat};
-use crate::tables::{self, Built};
-use crate::vehicles::Model;
-use crate::{config_file, worlds};
 use anyhow::{Context, anyhow};
 use control::PitchSensor;
 use discovery::Vehicle;

@@ -7,19 +7,22 @@
 //!
 //! The plant's force law, its ocean and the controller's learning in flight are all between a name and the range it is worth.
 
-use crate::closed_loop::{Setup, fly};
-use crate::flightlog::recorder::Recorder;
-use crate::mission_file::wings_name;
+use crate::flight::closed_loop::{Setup, fly};
+use crate::flight::mission_file::wings_name;
+use crate::flight::recorder::Recorder;
+use crate::flight::tables::Built;
+use crate::flight::vehicles::pitch_sensor;
+use crate::flight::worlds;
+use crate::score::{control_law, story};
 use crate::seats::Link;
 use crate::seats::in_process::InProcess;
-use crate::tables::Built;
-use crate::vehicles::pitch_sensor;
-use crate::{scorecard, story, worlds};
 use anyhow::{Context as _, anyhow};
 use control::PitchSensor;
-use discovery::diagnose::{Verdict, diagnose};
-use discovery::search::Depth;
-use discovery::{Vehicle, add, read, vehicle};
+use discovery::diagnosis::{Verdict, diagnose};
+use discovery::hypotheses::search::Depth;
+use discovery::record::csv;
+use discovery::workbench::add;
+use discovery::{Vehicle, vehicle};
 use plant::{Effect, EffectKind, Scenario, World};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -145,7 +148,7 @@ pub fn close(case: Case, folder: &Path) -> anyhow::Result<Closed> {
     let name = format!("{}-{}-{}", wings_name(case.wings), case.hidden.map_or("nothing", EffectKind::name), case.size);
     let log = folder.join(&name);
     record(&case, &log).with_context(|| name.clone())?;
-    let flight = read::flight(&log)?;
+    let flight = csv::flight(&log)?;
     let stated = vehicle::read(&log.join("vehicle.json"))?;
     let bytes = std::fs::read(&stated.path)?;
     std::fs::remove_dir_all(&log).ok();
@@ -154,7 +157,7 @@ pub fn close(case: Case, folder: &Path) -> anyhow::Result<Closed> {
     let hidden = case.hidden.map(EffectKind::name);
     let in_class = match hidden.filter(|_| case.hidden.is_some_and(EffectKind::is_catalogued)) {
         Some(hidden) => {
-            let few = found.equivalent.len() <= crate::trial_score::LARGEST_CLASS;
+            let few = found.equivalent.len() <= crate::score::diagnosis::LARGEST_CLASS;
             named && (found.answer == [hidden] || few && found.equivalent.iter().any(|class| class == &[hidden]))
         }
         None if hidden.is_some() => found.verdict == Verdict::Unexplained,
@@ -176,7 +179,7 @@ pub fn close(case: Case, folder: &Path) -> anyhow::Result<Closed> {
         None
     };
     let truth = World::new(sea.clone()).map_err(|e| anyhow!("{e}"))?;
-    let right = Built { bytes: scorecard::table_of(&truth, case.wings, 1.0, 1.0)?, ..old.clone() };
+    let right = Built { bytes: control_law::table_of(&truth, case.wings, 1.0, 1.0)?, ..old.clone() };
     let flown = |(table, sensor): (Built, PitchSensor)| -> anyhow::Result<f64> {
         Ok(story::fly_with(table, sensor, &sea, &mission)?.outcome.achieved_l_over_d())
     };

@@ -2,17 +2,18 @@
 //! ticked effects on.
 
 use super::{Sorry, Workbench};
-use crate::{flight_report, story};
+use crate::pages::flight_report;
+use crate::score::story;
 use anyhow::{Context, bail};
 use axum::Json;
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
-use discovery::add;
-use discovery::brink::Branch;
-use discovery::calibration::{State, law};
-use discovery::dynamics::Track;
-use discovery::metric::{blocks, modelled_m_s, rms};
-use discovery::prepare::{Prepared, prepare};
+use discovery::likelihood::block_error::{blocks, modelled_m_s, rms};
+use discovery::likelihood::stall_mask::Branch;
+use discovery::model::dynamics::Track;
+use discovery::model::parameters::{State, law};
+use discovery::preprocess::{Prepared, prepare};
+use discovery::workbench::add;
 use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
 use serde::Deserialize;
@@ -276,7 +277,7 @@ impl Workbench {
                 let path = self.offered.get(i).context("no such flight in the list")?;
                 let beside = discovery::vehicle::beside(path)
                     .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
-                (discovery::read::flight(path)?, discovery::vehicle::read(&beside)?)
+                (discovery::record::csv::flight(path)?, discovery::vehicle::read(&beside)?)
             }
             None => dropped(&request.files)?,
         };
@@ -347,9 +348,10 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
     let opened = bench.flight(request.flight)?;
     let (lines, body) = super::lines();
     tokio::task::spawn_blocking(move || {
-        let found = discovery::diagnose::diagnose(&opened.flight, &opened.vehicle, discovery::search::Depth::Pairs, &|what, share| {
-            lines.send(&json!({"progress": share, "text": what}));
-        });
+        let found =
+            discovery::diagnosis::diagnose(&opened.flight, &opened.vehicle, discovery::hypotheses::search::Depth::Pairs, &|what, share| {
+                lines.send(&json!({"progress": share, "text": what}));
+            });
         match found {
             Ok(found) => {
                 opened.remember(&[], &found.recalibrated, found.branch);
@@ -358,7 +360,7 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
                 for c in found.candidates.iter().filter(|c| !c.effects.iter().any(on)) {
                     opened.remember(&c.effects, &c.state, found.branch);
                 }
-                lines.send(&json!({"result": discovery::report::document(&found, &opened.vehicle, &opened.flight.name)}));
+                lines.send(&json!({"result": discovery::diagnosis::report::document(&found, &opened.vehicle, &opened.flight.name)}));
             }
             Err(e) => lines.send(&json!({"error": e.to_string()})),
         }
@@ -373,6 +375,6 @@ fn dropped(files: &[File]) -> anyhow::Result<(Flight, Vehicle)> {
     let vehicle = files.iter().find(|f| matches!(kind(f).as_str(), "json" | "toml"));
     let vehicle = vehicle.with_context(|| format!("{}: drop its vehicle.json or vehicle.toml together with it", csv.name))?;
     let name = Path::new(&csv.name).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let flight = discovery::read::parse(&csv.text, Path::new(&csv.name), &name)?;
+    let flight = discovery::record::csv::parse(&csv.text, Path::new(&csv.name), &name)?;
     Ok((flight, discovery::vehicle::parse_text(&vehicle.text, Path::new(&vehicle.name))?))
 }

@@ -5,10 +5,10 @@
 //! through a list that the closed loop empties once per control cycle.
 
 use super::{Sorry, Workbench};
-use crate::closed_loop::{Cycle, Order, Orders, Setup, fly as fly_closed_loop};
-use crate::flightlog::recorder::Recorder;
+use crate::flight::closed_loop::{Cycle, Order, Orders, Setup, fly as fly_closed_loop};
+use crate::flight::recorder::Recorder;
+use crate::flight::{mission_file, worlds};
 use crate::seats::{self, Choice};
-use crate::{mission_file, worlds};
 use anyhow::{Context, anyhow, bail};
 use axum::Json;
 use axum::body::Body;

@@ -87,7 +87,7 @@ type Answer = Result<Json<Value>, Sorry>;
 /// The page, whole.
 #[must_use]
 pub fn page() -> String {
-    use crate::page::assets::{PAGE_CSS, PAGE_JS, UPLOT_CSS, UPLOT_JS};
+    use crate::pages::assets::{PAGE_CSS, PAGE_JS, UPLOT_CSS, UPLOT_JS};
     let (css, js) = (include_str!("workbench.css"), include_str!("workbench.js"));
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\

@@ -1,7 +1,8 @@
 //! A case of the plant as its finder meets it: written to files, and read back.
 
-use discovery::{Flight, Vehicle, read, vehicle};
-use hil_host::trial_score;
+use discovery::record::csv;
+use discovery::{Flight, Vehicle, vehicle};
+use hil_host::score;
 use plant::trials::{Spec, generate};
 
 /// The log and the vehicle of one case.
@@ -9,8 +10,8 @@ pub fn read_back(spec: &Spec, seed: u64, index: usize) -> (Flight, Vehicle) {
     // Tests run beside each other in threads of their own.
     let folder = std::env::temp_dir().join(format!("glider-case-{}-{:?}", std::process::id(), std::thread::current().id()));
     std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let case = trial_score::write_case(&folder, &generate(spec, seed, index)).expect("a case can be written");
-    let log = read::flight(&case).expect("our own log reads");
+    let case = score::diagnosis::write_case(&folder, &generate(spec, seed, index)).expect("a case can be written");
+    let log = csv::flight(&case).expect("our own log reads");
     let v = vehicle::read(&case.join("vehicle.json")).expect("our own vehicle file reads");
     std::fs::remove_dir_all(folder).ok();
     (log, v)

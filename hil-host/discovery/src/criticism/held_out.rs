@@ -3,10 +3,10 @@
 //! Errors of their blocks, apart where the model flies near the stall: there it may be on another branch, which is no fault of what is
 //! named.
 
-use crate::calibration::State;
-use crate::metric::{Block, rms};
-use crate::prepare::Prepared;
-use crate::problem::{Problem, block_errors};
+use crate::likelihood::block_error::{Block, rms};
+use crate::likelihood::{Problem, block_errors};
+use crate::model::parameters::State;
+use crate::preprocess::Prepared;
 
 /// Fewest blocks that a typical error is taken of.
 const FEWEST_BLOCKS: usize = 20;

@@ -5,9 +5,9 @@
 //! residual, period by period. Water that rings in a layer has a period too, but forgets its phase within a few of them: it is asked
 //! for beside, as sines that begin anew all along the run, and a period is the vehicle's own only as far as it does better.
 
-use crate::fit::Ground;
-use crate::problem::{Column, Problem};
-use crate::signature::Offer;
+use crate::hypotheses::sensitivity::Offer;
+use crate::inference::gauss_newton::Ground;
+use crate::likelihood::{Column, Problem};
 use std::f64::consts::TAU;
 
 /// Log odds against: water that happens to keep a period for a whole segment (a guess; of 160 flights with nothing hidden, 26 of them

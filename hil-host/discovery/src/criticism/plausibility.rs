@@ -1,11 +1,11 @@
 //! Names whose fit is unlike what they stand for: larger than it is anywhere, slower or faster than it happens, of every size where all
 //! are alike. Then the name is that of the nearest thing in the catalogue, and what is missing has none.
 
-use crate::diagnose::{Estimate, estimate, estimates};
-use crate::fit::{Effort, Fit, fit_from};
-use crate::problem::Problem;
-use crate::screen::{one_period_inside, size_at_end};
-use crate::wave_train::{OF_NO_TRAIN, log_alike};
+use crate::diagnosis::{Estimate, estimate, estimates};
+use crate::hypotheses::candidate::{one_period_inside, size_at_end};
+use crate::inference::gauss_newton::{Effort, Fit, fit_from};
+use crate::inference::wave_train::{OF_NO_TRAIN, log_alike};
+use crate::likelihood::Problem;
 use hydro::effects::Active;
 
 /// Share of a size at the end of what is possible below which its interval must not reach for it to be too large: 0.85 to 0.92 on
@@ -62,7 +62,7 @@ fn no_wave(problem: &Problem, fit: &Fit) -> bool {
 #[cfg(test)]
 mod tests {
     use super::no_growth;
-    use crate::diagnose::Estimate;
+    use crate::diagnosis::Estimate;
 
     /// Something that a glider caught before the middle of its flight was called growth with the powers 0.35 and 0.42.
     #[test]

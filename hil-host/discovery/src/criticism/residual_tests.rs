@@ -4,13 +4,13 @@
 //! ballast rate) are offered to the whitened residual with normal priors, after everything that was fitted is projected out. The log
 //! Bayes factor of a family says whether the residual wants it; no named effect is involved.
 
-use crate::evidence::log_mean_exp;
-use crate::fit::{Fit, Ground};
-use crate::late_stall;
-use crate::periodic::periods;
-use crate::problem::{Column, Problem};
-use crate::signature::Offer;
-use crate::strangers::strangers;
+use crate::criticism::periodogram::periods;
+use crate::criticism::unmodelled::strangers;
+use crate::hypotheses::late_stall;
+use crate::hypotheses::sensitivity::Offer;
+use crate::inference::evidence::log_mean_exp;
+use crate::inference::gauss_newton::{Fit, Ground};
+use crate::likelihood::{Column, Problem};
 
 /// What a family found.
 #[derive(Clone, Debug)]

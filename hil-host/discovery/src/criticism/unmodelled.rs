@@ -1,18 +1,18 @@
 //! Effects that have no name in the vocabulary: asked, so that the tool can say that something else is there, never answered.
 //!
 //! Each is a change of the model's inputs (trim, pitch, drag), run through the model at a fitted state; its whitened signature is
-//! offered to the residual like the families of [`crate::remainder`], and what the best of it really gains is then seen by flying it.
+//! offered to the residual like the families of [`crate::criticism::residual_tests`], and what the best of it really gains is then seen by flying it.
 //! They are what gliders are known to do beside the catalogue: trim that is not repeatable or leaks away, a hull or a conductivity cell
 //! that follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks,
 //! a pitch sensor that depends on heading (soft iron), pressure, temperature or roll, or whose clock is not that of the pressure sensor,
 //! and drag that depends on heading, depth or the side to which the glider turns, or that something caught on the way changes.
 
-use crate::calibration::State;
-use crate::evidence::log_mean_exp;
-use crate::fit::{Effort, Fit, Ground, fit_from, strain};
-use crate::prepare::{Input, Run};
-use crate::problem::{Column, Problem};
-use crate::signature::Offer;
+use crate::hypotheses::sensitivity::Offer;
+use crate::inference::evidence::log_mean_exp;
+use crate::inference::gauss_newton::{Effort, Fit, Ground, fit_from, strain};
+use crate::likelihood::{Column, Problem};
+use crate::model::parameters::State;
+use crate::preprocess::{Input, Run};
 use hydro::effects::Sensed;
 use nalgebra::DVector;
 

@@ -5,20 +5,20 @@
 pub mod report;
 pub(crate) mod settle;
 
-use crate::brink::{Branch, TRUSTED};
-use crate::calibration::State;
-use crate::evidence::{NEARLY, TIED, log_evidence};
-use crate::fit::{Effort, Fit, beyond_limits, fit_from};
-use crate::kept_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
-use crate::looks::look;
-use crate::metric::{Block, blocks};
-use crate::prepare::{Prepared, prepare};
-use crate::problem::{Problem, block_errors};
-use crate::remainder::{Family, families};
-use crate::screen::{Candidate, WAVE, has_guessed_form};
-use crate::search::{Depth, Found, prior_of};
-use crate::unlike::unlike;
-use crate::wave::ordinary_amplitude_m_s;
+use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
+use crate::criticism::plausibility::unlike;
+use crate::criticism::residual_tests::{Family, families};
+use crate::diagnosis::settle::look;
+use crate::hypotheses::candidate::{Candidate, WAVE, has_guessed_form};
+use crate::hypotheses::search::{Depth, Found, prior_of};
+use crate::inference::evidence::{NEARLY, TIED, log_evidence};
+use crate::inference::gauss_newton::{Effort, Fit, beyond_limits, fit_from};
+use crate::likelihood::block_error::{Block, blocks};
+use crate::likelihood::stall_mask::{Branch, TRUSTED};
+use crate::likelihood::{Problem, block_errors};
+use crate::model::internal_wave::ordinary_amplitude_m_s;
+use crate::model::parameters::State;
+use crate::preprocess::{Prepared, prepare};
 use crate::{Flight, Vehicle};
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
@@ -229,10 +229,10 @@ pub fn prepared_problem<'a>(
             flight.name
         )));
     }
-    if let Some(why) = crate::inputs::contradiction(prepared) {
+    if let Some(why) = crate::preprocess::sanity::contradiction(prepared) {
         return Err(NothingToFit(format!("{}: {why}", flight.name)));
     }
-    problem.start = crate::start::find(&problem);
+    problem.start = crate::inference::initial_guess::find(&problem);
     let null_fit = |problem: &Problem| fit_from(problem, &problem.start, Effort::of(3));
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };

@@ -5,17 +5,17 @@
 //! settles them anew by what the first search has taught; where another hypothesis leads then, so does a third. Rows move only together
 //! with a new search.
 
-use crate::bank::{self, settled};
-use crate::brink::WORTH_TRYING;
-use crate::calibration::State;
-use crate::diagnose::{FEWEST_COMPARED, OUTLIER, worth_naming};
-use crate::evidence::{TIED, log_evidence};
-use crate::fit::{Effort, Fit, fit_from};
-use crate::hull_lag;
-use crate::prepare::Prepared;
-use crate::problem::Problem;
-use crate::screen::{is_strained, named};
-use crate::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
+use crate::diagnosis::{FEWEST_COMPARED, OUTLIER, worth_naming};
+use crate::hypotheses::bank::{self, settled};
+use crate::hypotheses::candidate::{is_strained, named};
+use crate::hypotheses::hull_lag;
+use crate::hypotheses::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
+use crate::inference::evidence::{TIED, log_evidence};
+use crate::inference::gauss_newton::{Effort, Fit, fit_from};
+use crate::likelihood::Problem;
+use crate::likelihood::stall_mask::WORTH_TRYING;
+use crate::model::parameters::State;
+use crate::preprocess::Prepared;
 
 /// One observation in so many, coming or going, is worth a new search.
 const WORTH_A_SEARCH: usize = 40;

@@ -5,7 +5,7 @@
 
 use std::io::{self, Write};
 
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 /// Writes `flight`.
 ///
@@ -95,7 +95,7 @@ mod tests {
         let mut bytes = Vec::new();
         write(&flight, &mut bytes).expect("written");
         let text = String::from_utf8(bytes).expect("text");
-        let again = crate::read::parse(&text, Path::new("f.csv"), "f").expect("read");
+        let again = crate::record::csv::parse(&text, Path::new("f.csv"), "f").expect("read");
         assert_eq!(again.segment, flight.segment);
         assert_eq!(again.extra, flight.extra);
         for (a, b) in [

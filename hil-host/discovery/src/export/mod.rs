@@ -4,7 +4,7 @@
 //! * [`netcdf`]: NetCDF classic with OG1-like names.
 //! * [`parquet`]: Parquet with the columns of the csv.
 
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 pub mod csv;
 pub mod netcdf;

@@ -5,7 +5,7 @@ use std::path::Path;
 use netcdf3::error::{InvalidDataSet, WriteError};
 use netcdf3::{DataSet, FileWriter, Version};
 
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 /// The one dimension, as in OG1.
 const ROWS: &str = "N_MEASUREMENTS";

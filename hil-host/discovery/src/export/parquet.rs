@@ -13,7 +13,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 /// Writes `flight`.
 ///

@@ -3,10 +3,10 @@
 //! A fit rests where its own way has led it, some units of chi² above where another way leads. Of two effects with one signature that
 //! would make one a culprit and leave the other unnamed.
 
-use crate::fit::Fit;
-use crate::screen::{Candidate, Screen, named};
-use crate::search::prior_of;
-use crate::signature::{Signature, signatures};
+use crate::hypotheses::candidate::{Candidate, Screen, named};
+use crate::hypotheses::search::prior_of;
+use crate::hypotheses::sensitivity::{Signature, signatures};
+use crate::inference::gauss_newton::Fit;
 
 /// Cosine of signatures from which two effects do the same.
 const TWINS: f64 = 0.99;

@@ -6,14 +6,14 @@
 //! missing. So a model with the tilt, and one with the whole turn, are asked whether they tell the flight better: beside what is named or
 //! beside nothing, and in the place of drag in turns where that is named or nearly is.
 
-use crate::brink::Branch;
-use crate::calibration::State;
-use crate::evidence::{TIED, log_evidence};
-use crate::fit::{Effort, Fit, fit_from};
-use crate::problem::{Column, Problem};
-use crate::screen::Candidate;
-use crate::search::{Found, prior_of};
-use crate::signature::Offer;
+use crate::hypotheses::candidate::Candidate;
+use crate::hypotheses::search::{Found, prior_of};
+use crate::hypotheses::sensitivity::Offer;
+use crate::inference::evidence::{TIED, log_evidence};
+use crate::inference::gauss_newton::{Effort, Fit, fit_from};
+use crate::likelihood::stall_mask::Branch;
+use crate::likelihood::{Column, Problem};
+use crate::model::parameters::State;
 use hydro::effects::Active;
 
 /// The name that a bank goes by.

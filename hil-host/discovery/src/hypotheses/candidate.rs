@@ -5,12 +5,12 @@
 //! able to explain; an effect that deviates a calibration number must deviate it beyond the tolerance, because inside it is no
 //! discovery.
 
-use crate::calibration::{BATTERY_MASS, State, calibration_of, tolerance_of};
-use crate::evidence::{PRIOR, log_evidence, log_mean_exp};
-use crate::fit::{Effort, Fit, Jacobian, fit};
-use crate::problem::{Column, Problem};
-use crate::signature::{Offer, log_size_prior_of, project, signatures};
-use crate::wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
+use crate::hypotheses::sensitivity::{Offer, log_size_prior_of, project, signatures};
+use crate::inference::evidence::{PRIOR, log_evidence, log_mean_exp};
+use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit};
+use crate::likelihood::{Column, Problem};
+use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
+use crate::model::parameters::{BATTERY_MASS, State, calibration_of, tolerance_of};
 use hydro::effects::{ALPHA_VALID_RAD, Active, Effect, InFlow, Parameter};
 use std::sync::Arc;
 
@@ -269,7 +269,7 @@ impl<'a> Screen<'a> {
             self.problem.active(*effect, starts[starts.len() / 2])
         };
         let start = State { effects: effects.iter().map(starting).collect(), ..self.problem.start.clone() };
-        crate::start::descend(self.problem, &start)
+        crate::inference::initial_guess::descend(self.problem, &start)
     }
 
     fn start(&self, base: &State, effect: &'static dyn Effect, size: f64) -> State {
@@ -301,7 +301,7 @@ impl<'a> Screen<'a> {
         // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
         let first = base.state.effects.is_empty();
         let far_off = self.is_far_off(base);
-        let anew = crate::start::is_uncalibrated(self.problem.vehicle) && first;
+        let anew = crate::inference::initial_guess::is_uncalibrated(self.problem.vehicle) && first;
         let mut bases = vec![base.state.clone()];
         if first && far_off {
             // What the calibration had to become without the effect may lie behind a hill.
@@ -318,7 +318,9 @@ impl<'a> Screen<'a> {
             starts = scouts.into_iter().take(KEPT_STARTS).map(|f| f.state).collect();
             left = iterations.saturating_sub(SCOUT_STEPS);
         }
-        let from = |start: &State| if anew { crate::start::descend(self.problem, start) } else { self.fit(jacobian, start, left) };
+        let from = |start: &State| {
+            if anew { crate::inference::initial_guess::descend(self.problem, start) } else { self.fit(jacobian, start, left) }
+        };
         starts.iter().map(from).min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone())
     }
 

@@ -5,12 +5,12 @@
 //! with a late hull is asked whether it tells the flight better, beside what leads and beside nothing. A lag of minutes is none of a
 //! hull's and stays unexplained.
 
-use crate::bank::{CLEARLY, linear_share, odds, settled};
-use crate::brink::Branch;
-use crate::fit::Fit;
-use crate::problem::Problem;
-use crate::remainder::{Family, families};
-use crate::search::Found;
+use crate::criticism::residual_tests::{Family, families};
+use crate::hypotheses::bank::{CLEARLY, linear_share, odds, settled};
+use crate::hypotheses::search::Found;
+use crate::inference::gauss_newton::Fit;
+use crate::likelihood::Problem;
+use crate::likelihood::stall_mask::Branch;
 
 /// The name that a lag goes by.
 const TAKEN_FOR: &str = "thermal_expansion";

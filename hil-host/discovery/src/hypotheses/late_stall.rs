@@ -2,11 +2,11 @@
 //! flow attaches again. The catalogue's stall has no such memory; beside a stall it is asked, and in the place of a lift slope that is
 //! too low (legs that stay separated all the way have one), so that the tool can say that something else is there, never answered.
 
-use crate::calibration::State;
-use crate::evidence::{log_evidence, log_mean_exp};
-use crate::fit::{Effort, Fit, fit_from};
-use crate::prepare::Run;
-use crate::problem::Problem;
+use crate::inference::evidence::{log_evidence, log_mean_exp};
+use crate::inference::gauss_newton::{Effort, Fit, fit_from};
+use crate::likelihood::Problem;
+use crate::model::parameters::State;
+use crate::preprocess::Run;
 use hydro::effects::Active;
 
 /// How far beyond the angle at which it ends a stall may begin, rad (guess: sections at chord Reynolds numbers of 1e5 show 2 to 7

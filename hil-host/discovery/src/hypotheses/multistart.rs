@@ -1,10 +1,10 @@
 //! Fits that sit where they should not: behind a hill of the strained calibration they came from, or on a ledge where no signature
 //! points downhill (a leg that stalls with the next small step).
 
-use crate::calibration::State;
-use crate::screen::{Candidate, RENEW_GAIN, TELLS_ALL, is_strained, named};
-use crate::search::{Search, may_win_from, prior_of};
-use crate::start::descend;
+use crate::hypotheses::candidate::{Candidate, RENEW_GAIN, TELLS_ALL, is_strained, named};
+use crate::hypotheses::search::{Search, may_win_from, prior_of};
+use crate::inference::initial_guess::descend;
+use crate::model::parameters::State;
 use hydro::effects::Active;
 
 /// Hypotheses that are let go from a strained calibration, and the shares of the strain that are kept.

@@ -2,16 +2,16 @@
 //!
 //! Singles are fitted with the full model from several starts; pairs are screened with whitened signatures after the calibration is
 //! projected out, and the best ones fitted; in the best pair each member is then exchanged for its look-alikes. How one hypothesis is
-//! fitted and believed is [`crate::screen`]'s.
+//! fitted and believed is [`crate::hypotheses::candidate`]'s.
 
-use crate::calibration::State;
-use crate::evidence::{PRIOR, TIED};
-use crate::fit::{Effort, Fit, Jacobian, fit_from, linear};
-use crate::form;
-use crate::problem::Problem;
-use crate::screen::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, named, wave_library};
-use crate::signature::{Signature, pair_score, project, signatures};
-use crate::twins::{level_twins, twins};
+use crate::hypotheses::aliases::{level_twins, twins};
+use crate::hypotheses::candidate::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, named, wave_library};
+use crate::hypotheses::sensitivity::{Signature, pair_score, project, signatures};
+use crate::inference::evidence::{PRIOR, TIED};
+use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit_from, linear};
+use crate::likelihood::Problem;
+use crate::likelihood::discrepancy;
+use crate::model::parameters::State;
 use hydro::effects::{CATALOGUE, Effect};
 
 /// Everything the search found.
@@ -153,7 +153,7 @@ fn search_from(problem: &Problem, waves: &Waves, start: &State, before: Option<&
         s.triples();
     }
     let mut candidates = s.found;
-    form::mark_down_larger_sets(problem, &mut candidates, &[]);
+    discrepancy::mark_down_larger_sets(problem, &mut candidates, &[]);
     candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     // A wave beside an effect is reached from either: one hypothesis, and told once.
     let mut once: Vec<Candidate> = Vec::with_capacity(candidates.len());
@@ -195,7 +195,7 @@ pub fn weigh_again(problem: &Problem, before: Found, within: f64, tick: &dyn Fn(
         *c = weighed(c, k < WEIGHED_CLOSELY);
     }
     level_twins(&screen, &mut contenders, &mut others, &before.likeness);
-    form::mark_down_larger_sets(problem, &mut contenders, &others);
+    discrepancy::mark_down_larger_sets(problem, &mut contenders, &others);
     // Odds grow and shrink with the size of the water motion and the number of rows: those that were not fitted again change as the best,
     // or the best single, did, and come no nearer to the best.
     let grown = |after: f64, before: f64| if before > 1.0 && after > 0.0 { after / before } else { 1.0 };
@@ -300,7 +300,7 @@ impl Search<'_> {
         gains.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best_gain = gains.first().map_or(0.0, |g| g.0);
         // Where the calibration itself has to be found, a signature may be that of a dive that stalls: every effect gets its fit.
-        let all = crate::start::is_uncalibrated(screen.problem.vehicle);
+        let all = crate::inference::initial_guess::is_uncalibrated(screen.problem.vehicle);
         let mut fitted = 0;
         for (gain, i) in gains {
             let effect = signs[i].effect;

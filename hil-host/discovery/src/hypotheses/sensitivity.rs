@@ -1,11 +1,11 @@
 //! Signatures of effects in the whitened observations, and their geometry once everything that is fitted is projected out.
 
-use crate::calibration::{State, calibration_of, tolerance_of};
-use crate::evidence::log_size_prior;
-use crate::fit::{Ground, Jacobian, symmetric};
-use crate::problem::{Column, Problem};
-use crate::screen::WAVE;
-use crate::slope::LEAP_IF_FELT;
+use crate::hypotheses::candidate::WAVE;
+use crate::inference::evidence::log_size_prior;
+use crate::inference::gauss_newton::{Ground, Jacobian, symmetric};
+use crate::likelihood::finite_difference::LEAP_IF_FELT;
+use crate::likelihood::{Column, Problem};
+use crate::model::parameters::{State, calibration_of, tolerance_of};
 use hydro::effects::{CATALOGUE, Effect};
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Borrow;
@@ -197,7 +197,7 @@ pub(crate) fn pair_score(problem: &Problem, signs: &[Signature], projected: &(DM
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::State;
+    use crate::model::parameters::State;
 
     fn wobble(from: usize, n: usize, seed: f64) -> Column {
         Column { from, values: (0..n).map(|i| ((i as f64 + 1.0) * seed).sin() + 0.3 * (i as f64 * seed * 0.37).cos()).collect() }
@@ -207,7 +207,7 @@ mod tests {
     fn accuracy_the_evidence_of_columns_in_blocks_is_that_of_the_whole_matrix() {
         let n = 60;
         let columns = vec![wobble(0, n, 0.7), wobble(0, n, 1.9)];
-        let fit = crate::fit::Fit {
+        let fit = crate::inference::gauss_newton::Fit {
             state: State::nominal(),
             chi2: 0.0,
             residual: wobble(0, n, 2.6).values,

@@ -8,7 +8,7 @@
 //! `m_pitch_raw_rad`. The array has no temperature, roll, heading or position.
 
 use super::npy;
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 use crate::steady::samples::{SteadyFilter, steady, vertical_velocity};
 
 /// The owner's pitch correction: scale, - (script that made the array).

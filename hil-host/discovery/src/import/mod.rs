@@ -4,13 +4,13 @@
 //! * [`netcdf`]: Seaglider, OG1, IOOS. [`table`]: csv.
 //! * [`comet`]: the public Comet 2016 flight ([`npy`]: numpy arrays).
 //! * [`seawater`]: density, always computed here from what the CTD measured.
-//! * [`crate::align`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
+//! * [`crate::record::resample`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 pub mod comet;
 pub mod dbd;
@@ -166,10 +166,10 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 fn check(imported: &mut Imported) -> Result<(), String> {
     let flight = &imported.flight;
-    if let Some((column, why)) = crate::read::implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
+    if let Some((column, why)) = crate::record::csv::implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
         return Err(format!("{column} {why}"));
     }
-    let deep = crate::read::quantile(&flight.pressure_pa, 0.99);
+    let deep = crate::record::csv::quantile(&flight.pressure_pa, 0.99);
     if deep < SHALLOW_PA {
         return Err(format!("pressure never exceeds {:.4} dbar: no dive to compare with, or kbar or MPa instead of dbar?", deep * 1e-4));
     }

@@ -5,8 +5,8 @@
 //! is good to centimetres.
 
 use super::Report;
-use crate::align::Series;
-use crate::flight::Flight;
+use crate::record::flight::Flight;
+use crate::record::resample::Series;
 
 /// Metres per degree of latitude (mean Earth radius 6 371 008.8 m, IUGG).
 const METRE_PER_DEGREE: f64 = 6_371_008.8 * std::f64::consts::PI / 180.0;

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use super::dbd::{self, DbdError};
 use super::seawater::{self, Place};
 use super::{FileNote, ImportError, Imported, MappedName, Report};
-use crate::align::Series;
-use crate::clocks::ENGINEERING_PRESSURE;
-use crate::flight::Flight;
+use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
+use crate::record::flight::Flight;
+use crate::record::resample::Series;
 
 /// Endings of engineering files, the fullest first.
 const ENGINEERING: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
@@ -204,7 +204,7 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
 
 /// Damaged stretches can yield any number: times further than 30 days from the middle one are none.
 fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {
-    let middle = crate::read::quantile(&times.iter().copied().filter(|t| *t > 1e8).collect::<Vec<_>>(), 0.5);
+    let middle = crate::record::csv::quantile(&times.iter().copied().filter(|t| *t > 1e8).collect::<Vec<_>>(), 0.5);
     for t in &mut times {
         if !((*t - middle).abs() < 30.0 * 86400.0) {
             *t = f64::NAN;
@@ -216,7 +216,7 @@ fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {
 /// Cycles whose time goes back become none: sorted in, they would lie between those of another time.
 fn in_order(mut times: Vec<f64>, clock: &str, report: &mut Report) -> Vec<f64> {
     let (place, known): (Vec<usize>, Vec<f64>) = times.iter().copied().enumerate().filter(|(_, t)| t.is_finite()).unzip();
-    let kept = crate::align::longest_in_order(&known);
+    let kept = crate::record::resample::longest_in_order(&known);
     if kept.len() < known.len() {
         let file = report.files.last().map_or_else(String::new, |f| f.file.clone());
         let out = known.len() - kept.len();

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::seawater;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
-use crate::flight::Flight;
-use crate::read;
+use crate::record::csv;
+use crate::record::flight::Flight;
 
 /// Salinity columns, best first: practical (PSS-78) or absolute (g/kg).
 const PRACTICAL: [&str; 4] = ["SP_psu", "salinity", "PSAL", "practical_salinity"];
@@ -16,12 +16,12 @@ const ABSOLUTE: [&str; 2] = ["SA_g_kg", "absolute_salinity"];
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path) -> Result<Imported, ImportError> {
-    let mut flight = read::flight(path).map_err(|e| match e {
-        read::ReadError::File { path, why } => ImportError { file: path.display().to_string(), what: why },
-        read::ReadError::Content { path, line: 0, column, why } => {
+    let mut flight = csv::flight(path).map_err(|e| match e {
+        csv::ReadError::File { path, why } => ImportError { file: path.display().to_string(), what: why },
+        csv::ReadError::Content { path, line: 0, column, why } => {
             ImportError { file: path.display().to_string(), what: format!("{column}: {why}") }
         }
-        read::ReadError::Content { path, line, column, why } => {
+        csv::ReadError::Content { path, line, column, why } => {
             ImportError { file: format!("{}, line {line}", path.display()), what: format!("column {column}: {why}") }
         }
     })?;
@@ -29,7 +29,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let header = std::fs::read_to_string(path).unwrap_or_default();
     let header: Vec<&str> = header.lines().find(|l| !l.starts_with('#')).unwrap_or("").split(',').map(str::trim).collect();
     let mut filled = Vec::new();
-    for (name, channel, factor) in read::NAMES {
+    for (name, channel, factor) in csv::NAMES {
         if !filled.contains(channel) && header.iter().any(|h| h.eq_ignore_ascii_case(name)) {
             filled.push(*channel);
             report.map(MappedName { from: (*name).into(), unit: "by its name".into(), to: format!("{channel:?}"), factor: *factor });

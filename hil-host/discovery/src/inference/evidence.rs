@@ -1,9 +1,9 @@
 //! How much a hypothesis is to be believed: log evidence, with what was known of every effect before the flight.
 
-use crate::calibration::N_CALIBRATION;
-use crate::fit::{Fit, own_tolerance};
-use crate::problem::Problem;
-use crate::wave_train::log_alike;
+use crate::inference::gauss_newton::{Fit, own_tolerance};
+use crate::inference::wave_train::log_alike;
+use crate::likelihood::Problem;
+use crate::model::parameters::N_CALIBRATION;
 use hydro::effects::Effect;
 use std::f64::consts::PI;
 

@@ -1,9 +1,9 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
-use crate::calibration::{BATTERY_MASS, BATTERY_ZERO, N_CALIBRATION, PITCH_DAMPING, STATED, State, step_of, tolerance_of, wide_tail};
-use crate::problem::{Column, Problem};
-use crate::slope::LEAP;
-use crate::wave::{PARTS, Wave};
+use crate::likelihood::finite_difference::LEAP;
+use crate::likelihood::{Column, Problem};
+use crate::model::internal_wave::{PARTS, Wave};
+use crate::model::parameters::{BATTERY_MASS, BATTERY_ZERO, N_CALIBRATION, PITCH_DAMPING, STATED, State, step_of, tolerance_of, wide_tail};
 use hydro::effects::Active;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -206,7 +206,7 @@ fn beside_normal(index: usize, z: f64) -> (f64, f64, f64) {
 /// What all calibration numbers of a state pay for being beyond their scatter, in chi²; an uncalibrated vehicle has no scatter.
 #[must_use]
 pub(crate) fn strain(problem: &Problem, state: &State) -> f64 {
-    if crate::start::is_uncalibrated(problem.vehicle) {
+    if crate::inference::initial_guess::is_uncalibrated(problem.vehicle) {
         return 0.0;
     }
     state.calibration.iter().enumerate().map(|(i, z)| beyond_scatter(i, *z).0).sum()
@@ -264,7 +264,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             s.wave.as_ref().map_or(0.0, |w: &Wave| w.amplitude_m_s[j / PARTS][j % PARTS])
         }
     };
-    let limitless = effort.free || crate::start::is_uncalibrated(problem.vehicle);
+    let limitless = effort.free || crate::inference::initial_guess::is_uncalibrated(problem.vehicle);
     let strained = |i: usize| if limitless || i >= BATTERY_MASS { f64::INFINITY } else { MOST_STRAINED };
     let set = |s: &mut State, i: usize, v: f64| {
         if i < nc {
@@ -486,5 +486,5 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
 /// Tolerance of the calibration number that an effect deviates, in the effect's unit; none if it is a term of its own.
 #[must_use]
 pub fn own_tolerance(problem: &Problem, effect: &str) -> Option<f64> {
-    crate::calibration::calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
+    crate::model::parameters::calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
 }

@@ -5,9 +5,9 @@
 //! there points home. So the two numbers that decide whether it dives at all, trim and drag, are scanned over their prior range
 //! with the full model, and from the best places Gauss–Newton goes on with signatures renewed at every step.
 
-use crate::calibration::State;
-use crate::fit::{Effort, Fit, fit_from};
-use crate::problem::Problem;
+use crate::inference::gauss_newton::{Effort, Fit, fit_from};
+use crate::likelihood::Problem;
+use crate::model::parameters::State;
 use crate::vehicle::Vehicle;
 
 /// Trim and drag tolerances from which a file counts as not calibrated: one linearisation no longer spans them, m³ and 1.

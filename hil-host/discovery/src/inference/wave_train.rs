@@ -9,8 +9,8 @@
 //! seen     r_k, the length of sine and cosine with an error σ_k in each: r_k | A_k is of Rice's distribution
 //! ```
 
-use crate::evidence::log_mean_exp;
-use crate::fit::Fit;
+use crate::inference::evidence::log_mean_exp;
+use crate::inference::gauss_newton::Fit;
 use std::f64::consts::PI;
 
 /// Standard deviation of ln of the amplitudes of a train in runs some hours apart. Guess.

@@ -11,10 +11,12 @@
 //! How far they are to be trusted the flight itself says: where the moments of a whole flight do not balance by the best hypothesis
 //! there is, they count for as little as they miss by.
 
-use crate::calibration::{BALLAST_ARM, BATTERY_MASS, BATTERY_ZERO, METACENTRIC_HEIGHT, PITCH_DAMPING, PITCH_MOMENT, State, tolerance_of};
-use crate::dynamics::Track;
-use crate::prepare::{Input, Run};
-use crate::problem::{Column, Problem};
+use crate::likelihood::{Column, Problem};
+use crate::model::dynamics::Track;
+use crate::model::parameters::{
+    BALLAST_ARM, BATTERY_MASS, BATTERY_ZERO, METACENTRIC_HEIGHT, PITCH_DAMPING, PITCH_MOMENT, State, tolerance_of,
+};
+use crate::preprocess::{Input, Run};
 use crate::vehicle::Vehicle;
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, ForceModel, Sensed};
 use std::ops::RangeInclusive;
@@ -59,7 +61,7 @@ const LEAST_MASS: f64 = 0.1;
 /// Resolution of a battery's position, m (a tenth of a millimetre in the format's examples), for logs that do not say.
 const RESOLUTION_M: f64 = 1e-4;
 /// Share of a sample's variance that is left in the smoothed pitch at one instant, per second between samples: of a quadratic over
-/// ±[`crate::prepare::PITCH_WINDOW_S`].
+/// ±[`crate::preprocess::PITCH_WINDOW_S`].
 const SMOOTHED_PER_S: f64 = 0.22;
 /// A deviation counts no more than this when the doubt is found, typical ones.
 const MOST: f64 = 3.0;
@@ -377,7 +379,7 @@ mod tests {
             battery_zero_m: 0.002,
         };
         // Rows 4 s apart; the nose turns by 0.9 rad about 200 s, with a time constant of 12 s.
-        let mut run = crate::lanes::tests::run(200.0, 0.45, false);
+        let mut run = crate::model::integrator::tests::run(200.0, 0.45, false);
         run.battery_m = run.time_s.iter().map(|t| 1e-4 * ((t - 200.0) / 4.0).clamp(-20.0, 20.0)).collect();
         let quiet = moments.stretches(&vehicle, &run, &run.used);
         let swings = |row: usize| (run.time_s[row] - 200.0).abs() < 20.0;

@@ -1,6 +1,6 @@
 //! The error figures: block depth-rate error of FORMAT section 6.1.
 
-use crate::prepare::{Run, SETTLE_S, SURFACE_M};
+use crate::preprocess::{Run, SETTLE_S, SURFACE_M};
 
 /// Length of a block, s.
 pub const BLOCK_S: f64 = 20.0;

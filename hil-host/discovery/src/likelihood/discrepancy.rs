@@ -4,11 +4,11 @@
 //! more or less by depth, time, speed, angle of attack, roll, and on the way down than up; what the flight wants of that beside one
 //! hypothesis and no more beside another is no reason to name a second effect.
 
-use crate::evidence::{TIED, log_mean_exp};
-use crate::fit::Fit;
-use crate::problem::{Column, Problem};
-use crate::screen::{Candidate, has_guessed_form};
-use crate::signature::Offer;
+use crate::hypotheses::candidate::{Candidate, has_guessed_form};
+use crate::hypotheses::sensitivity::Offer;
+use crate::inference::evidence::{TIED, log_mean_exp};
+use crate::inference::gauss_newton::Fit;
+use crate::likelihood::{Column, Problem};
 
 /// Share of a single effect's log odds that its form may be wrong by, and the log odds up to which: a guess, seen to hold for the forms
 /// that others gave nature.

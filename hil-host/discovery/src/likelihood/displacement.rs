@@ -1,9 +1,9 @@
 //! How far the vehicle came, from GPS fix to GPS fix: over one dive, or over several without a surfacing between them.
 
-use crate::calibration::{HEADING_BIAS, State};
-use crate::flight::Flight;
-use crate::prepare::Run;
-use crate::problem::Problem;
+use crate::likelihood::Problem;
+use crate::model::parameters::{HEADING_BIAS, State};
+use crate::preprocess::Run;
+use crate::record::flight::Flight;
 use std::ops::Range;
 
 /// Error of a GPS displacement besides the fixes (drift afloat, turns), m, and per metre of way; guess from example flights.

@@ -2,8 +2,8 @@
 //!
 //! Unknowns: the calibration numbers in units of their own tolerance (a unit normal prior each, those of the moments in pitch with a
 //! wide tail), the parameters of the effects on trial, and for an internal wave two amplitudes per run. Observations: depth (whitened
-//! by [`crate::noise`]), speed through the water, GPS displacement where no unknown current blurs it, pressure while afloat, and the
-//! position of the battery ([`crate::moments`]).
+//! by [`crate::likelihood::whitening`]), speed through the water, GPS displacement where no unknown current blurs it, pressure while afloat, and the
+//! position of the battery ([`crate::likelihood::battery`]).
 
 pub mod battery;
 pub mod block_error;
@@ -14,20 +14,20 @@ pub mod selection;
 pub mod stall_mask;
 pub mod whitening;
 
-use crate::brink::Branch;
-use crate::calibration::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, State};
-use crate::dives::{MOST_FITTED, evenly};
-use crate::dynamics::{Job, Track};
 use crate::import::seawater::density;
-use crate::lanes::tracks;
-use crate::metric::{Block, modelled_m_s, rms};
-use crate::moments::Stretch;
-use crate::noise::{Colour, Whitener};
-use crate::prepare::{Prepared, Run, SURFACE_M};
-use crate::slope::Seen;
+use crate::likelihood::battery::Stretch;
+use crate::likelihood::block_error::{Block, modelled_m_s, rms};
+use crate::likelihood::displacement::Way;
+use crate::likelihood::finite_difference::Seen;
+use crate::likelihood::stall_mask::Branch;
+use crate::likelihood::whitening::{Colour, Whitener};
+use crate::model::dynamics::{Job, Track};
+use crate::model::integrator::tracks;
+use crate::model::internal_wave::Kind;
+use crate::model::parameters::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, State};
+use crate::preprocess::dives::{MOST_FITTED, evenly};
+use crate::preprocess::{Prepared, Run, SURFACE_M};
 use crate::vehicle::Vehicle;
-use crate::wave::Kind;
-use crate::ways::Way;
 use hydro::effects::{Active, Constants, DAY_S, Effect};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -333,7 +333,7 @@ impl<'a> Problem<'a> {
         self.whiten_battery_wanted(k, run, state, law, t, out);
     }
 
-    /// Signatures of a wave of this kind in each run, [`crate::wave::PARTS`] columns per run.
+    /// Signatures of a wave of this kind in each run, [`crate::model::internal_wave::PARTS`] columns per run.
     #[must_use]
     pub fn wave_columns(&self, kind: &Kind) -> Vec<Column> {
         let mut out = Vec::new();
@@ -443,7 +443,7 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn noise_floor_m_s(&self) -> f64 {
         let c = &self.colour;
-        let t = crate::metric::BLOCK_S;
+        let t = crate::likelihood::block_error::BLOCK_S;
         let n = 40;
         // The least-squares slope of an integral weighs the velocity by 6 x (1 − x) over the block.
         let weight = |i: usize| {
@@ -550,7 +550,7 @@ impl Problem<'_> {
     #[must_use]
     pub fn fitted_error_m_s(&self, prepared: &Prepared, state: &State) -> f64 {
         let fitted = prepared.runs.iter().enumerate().filter(|(_, run)| self.runs.iter().any(|r| std::ptr::eq(*r, *run)));
-        let all: Vec<_> = fitted.map(|(k, run)| (k, crate::metric::blocks(run))).collect();
+        let all: Vec<_> = fitted.map(|(k, run)| (k, crate::likelihood::block_error::blocks(run))).collect();
         block_errors(self, prepared, &[state], &all, true)[0]
     }
 }

@@ -1,8 +1,8 @@
-//! Which rows are left out of a fit, and why: outliers of a sensor, and what [`crate::brink`] takes out.
+//! Which rows are left out of a fit, and why: outliers of a sensor, and what [`crate::likelihood::stall_mask`] takes out.
 
-use crate::brink::Branch;
-use crate::prepare::Run;
-use crate::problem::{Problem, speed_groups};
+use crate::likelihood::stall_mask::Branch;
+use crate::likelihood::{Problem, speed_groups};
+use crate::preprocess::Run;
 
 /// An innovation that is no news of one sample alone, sigma.
 const LARGE: f64 = 3.0;

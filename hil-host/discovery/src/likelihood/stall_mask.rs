@@ -8,15 +8,15 @@
 //! under every hypothesis. Without that, whether a leg stalls flips with small changes of the calibration: rows that one state
 //! explains make the misfit of its neighbours explode, and clean flights look as if something were missing.
 
-use crate::bank::Bank;
-use crate::calibration::{State, law};
-use crate::dynamics::{Job, Track, tracks_of};
-use crate::lanes::tracks;
-use crate::left_out::LeftOut;
-use crate::metric::{Block, modelled_m_s};
-use crate::noise::Whitener;
-use crate::prepare::{FLOAT_M, Prepared, Run};
-use crate::problem::Problem;
+use crate::hypotheses::bank::Bank;
+use crate::likelihood::Problem;
+use crate::likelihood::block_error::{Block, modelled_m_s};
+use crate::likelihood::selection::LeftOut;
+use crate::likelihood::whitening::Whitener;
+use crate::model::dynamics::{Job, Track, tracks_of};
+use crate::model::integrator::tracks;
+use crate::model::parameters::{State, law};
+use crate::preprocess::{FLOAT_M, Prepared, Run};
 use crate::vehicle::Vehicle;
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, Continuation};
 use std::borrow::Cow;
@@ -58,9 +58,9 @@ pub struct Branch {
     pub continuation: Continuation,
     /// Whether launches end in a glide: of those after which the calibrated model may stall, at least half are seen to.
     pub glides: bool,
-    /// What the model knows of a bank ([`crate::bank`]).
+    /// What the model knows of a bank ([`crate::hypotheses::bank`]).
     pub bank: Bank,
-    /// Share of the hull's expansion that follows the water late ([`crate::hull_lag`]), beside what the vehicle file states.
+    /// Share of the hull's expansion that follows the water late ([`crate::hypotheses::hull_lag`]), beside what the vehicle file states.
     pub hull_lag_share: f64,
 }
 

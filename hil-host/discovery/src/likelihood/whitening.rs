@@ -8,7 +8,7 @@
 //! ```
 //! The start of each run is diffuse: an unknown offset costs one sample.
 
-use crate::prepare::Run;
+use crate::preprocess::Run;
 use std::sync::Arc;
 
 /// Colour of the depth residual.
@@ -184,7 +184,7 @@ mod tests {
     /// compared all the same where the gap was short: clean flights were told to stall for it.
     #[test]
     fn regress_what_the_model_sinks_in_unknown_rows_is_no_news_after_them() {
-        let run = crate::lanes::tests::run(200.0, 0.45, false);
+        let run = crate::model::integrator::tests::run(200.0, 0.45, false);
         let colour = Colour { rms_m_s: 0.002, correlation_s: 50.0, sensor_m: 0.02, walk_m2_s: 0.0 };
         // Seven rows, 28 s, in which the model sinks by half a metre too much.
         let turn = 45..52;

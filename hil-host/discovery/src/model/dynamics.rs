@@ -6,12 +6,12 @@
 //! m(1+k2) dn/dt = F_n − q m(1+k1) u        F_n =  L cos α + D sin α + B cos θ
 //! α = atan2(−n, u)    w = −(u sin θ + n cos θ)   (positive down)
 //! ```
-//! Classical Runge–Kutta on a fixed grid ([`crate::lanes`]). Afloat (observed depth below [`crate::prepare::FLOAT_M`] and buoyant) the
+//! Classical Runge–Kutta on a fixed grid ([`crate::model::integrator`]). Afloat (observed depth below [`crate::preprocess::FLOAT_M`] and buoyant) the
 //! vehicle is held at rest.
 //! Water motion shifts depth but not the forces: it is slow against the vehicle's own time scales.
 
-use crate::lanes::tracks;
-use crate::prepare::{Input, Run};
+use crate::model::integrator::tracks;
+use crate::preprocess::{Input, Run};
 use hydro::effects::{Active, Beyond, Constants, Continuation, ForceModel, Place, Sensed};
 use std::borrow::Cow;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -1,11 +1,11 @@
-//! Several simulations side by side: the integration of [`crate::dynamics`], four jobs at a time.
+//! Several simulations side by side: the integration of [`crate::model::dynamics`], four jobs at a time.
 //!
 //! One step of one simulation waits for its own square root and divisions most of the time. Independent simulations (the dives of a
 //! flight, the columns of a Jacobian) fill that time, two to a register; only what effects add in the flow is asked lane by lane. Each
 //! lane does the same operations in the same order as if it were alone: the result does not depend on what is beside it.
 
-use crate::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
-use crate::prepare::{FLOAT_M, Input, heave_decay_s};
+use crate::model::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
+use crate::preprocess::{FLOAT_M, Input, heave_decay_s};
 use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel, InFlow};
 use std::rc::Rc;
 use wide::f64x4;

@@ -5,7 +5,7 @@
 //! is another. The shape φ is `sin(n π z/H)`, or the same in depth stretched by the measured stratification, as the WKB
 //! approximation of a mode has it (Gill, Atmosphere-Ocean Dynamics 1982, section 8.4).
 
-use crate::prepare::Run;
+use crate::preprocess::Run;
 use crate::vehicle::Vehicle;
 use hydro::effects::vertical_mode;
 

@@ -1,7 +1,7 @@
 //! What scatters in every vehicle: the calibration numbers, their tolerances, and the model that a state of them means.
 
+use crate::model::internal_wave::Wave;
 use crate::vehicle::Vehicle;
-use crate::wave::Wave;
 use hydro::effects::{Active, BallastScale, Constants, PitchOffset};
 
 /// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`]: those that change the simulation, then

@@ -13,8 +13,8 @@
 //! (jackknife). Not covered: a pressure sensor with a lag of its own, which counts as clock, and a CTD that sits ahead of or
 //! behind the vehicle's centre.
 
-use crate::align::Series;
-use crate::flight::Flight;
+use crate::record::flight::Flight;
+use crate::record::resample::Series;
 
 /// Pressure of the flight computer in an imported flight, dbar.
 pub const ENGINEERING_PRESSURE: &str = "eng_pressure_dbar";

@@ -3,7 +3,7 @@
 //! A CTD is out for a minute now and then, and a glider crosses a whole thermocline in a minute. A straight line in time over such a
 //! gap is off by 1 kg/m³ in a lake, which is a third of a buoyancy engine's stroke; the leg before or after has seen the same water.
 
-use crate::prepare::fill;
+use crate::preprocess::fill;
 
 /// Gaps shorter than this are bridged in time, s: a glider moves 2 m meanwhile.
 const SHORT_S: f64 = 13.0;
@@ -72,7 +72,7 @@ impl Passes<'_> {
 #[cfg(test)]
 mod tests {
     use super::fill_by_depth;
-    use crate::prepare::fill;
+    use crate::preprocess::fill;
 
     /// Two yos through 30 m at 0.13 m/s, a row every 4 s, and a thermocline at 12 m, 1.5 kg/m³ over some 4 m.
     fn lake() -> (Vec<f64>, Vec<f64>, Vec<f64>) {

@@ -4,7 +4,7 @@
 //! moved by a third of the flight's range since the one before: noise and small steps at an apogee do not cut.
 
 use crate::Vehicle;
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 /// Share of the pressure range that makes a climb or a dive.
 const SWING: f64 = 0.33;
@@ -26,7 +26,7 @@ pub fn evenly(n: usize, most: usize) -> Vec<usize> {
 #[must_use]
 pub fn shallow_turns(flight: &Flight) -> Vec<usize> {
     let p = &flight.pressure_pa;
-    let swing = (SWING * (crate::read::quantile(p, 0.98) - crate::read::quantile(p, 0.02))).max(LEAST_SWING_PA);
+    let swing = (SWING * (crate::record::csv::quantile(p, 0.98) - crate::record::csv::quantile(p, 0.02))).max(LEAST_SWING_PA);
     let mut turns = Vec::new();
     // Lowest and highest pressure since the last turning point, and whether the vehicle is on its way down.
     let (mut least, mut most, mut down) = (None::<usize>, None::<usize>, None::<bool>);

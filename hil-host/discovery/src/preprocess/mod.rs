@@ -1,6 +1,6 @@
 //! Turns a raw flight into what a forward model can be run on: spikes and gaps removed, inputs on a fixed grid, depth to compare with.
 //!
-//! Method. Spikes go first ([`crate::spikes`]). Pitch on the grid is a local quadratic fit over ±[`PITCH_WINDOW_S`]
+//! Method. Spikes go first ([`crate::preprocess::spikes`]). Pitch on the grid is a local quadratic fit over ±[`PITCH_WINDOW_S`]
 //! with weights, which also gives the pitch rate; everything else is interpolated linearly. Depth is ∫ dp/(ρ g).
 //!
 //! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
@@ -13,13 +13,13 @@ pub mod sanity;
 pub mod spikes;
 pub(crate) mod stuck_sensors;
 
-use crate::column::fill_by_depth;
-use crate::flight::Flight;
-use crate::repairs::{Removed, TURNED_RAD, unstuck};
-use crate::spikes::{FASTEST, TURN_STROKE_M3, despike, despike_by, turn_allowance};
-use crate::unseen::{changed_unseen, far_from_known, long_gaps};
+use crate::likelihood::displacement::{Fix, Way, fixes, ways};
+use crate::preprocess::ctd_gaps::fill_by_depth;
+use crate::preprocess::gaps::{changed_unseen, far_from_known, long_gaps};
+use crate::preprocess::spikes::{FASTEST, TURN_STROKE_M3, despike, despike_by, turn_allowance};
+use crate::preprocess::stuck_sensors::{Removed, TURNED_RAD, unstuck};
+use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
-use crate::ways::{Fix, Way, fixes, ways};
 use hydro::effects::{Constants, HULL_LAG_S, Sensed};
 
 /// Half width of the local fit of pitch, s (shorter than the pitch mode of 16 s, longer than two samples).
@@ -237,7 +237,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     let mut notes = Vec::new();
     let mut removed = Removed::default();
     let flight = &unstuck(flight, &mut removed);
-    let aligned = crate::clocks::aligned(flight);
+    let aligned = crate::preprocess::clock_offset::aligned(flight);
     if let Some((_, tau)) = &aligned {
         notes.push(format!(
             "pitch, roll and ballast were {:.1} s {} of the CTD (two pressure sensors compared) and were shifted to its clock",
@@ -246,7 +246,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         ));
     }
     let flight = aligned.as_ref().map_or(flight, |a| &a.0);
-    let dives = crate::dives::cut(flight, vehicle);
+    let dives = crate::preprocess::dives::cut(flight, vehicle);
     if dives.is_some() {
         notes.push("the flight is one long segment: it was cut into its dives, and segments here are dives".into());
     }

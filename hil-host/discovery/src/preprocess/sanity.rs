@@ -1,8 +1,8 @@
 //! Can these inputs drive a model at all? Columns that contradict each other are refused with the likely cause, before a fit makes
 //! physics of them.
 
-use crate::prepare::Prepared;
-use crate::read::quantile;
+use crate::preprocess::Prepared;
+use crate::record::csv::quantile;
 
 /// Vertical velocity from which a row counts as diving or climbing, m/s, and the time over which it is formed, s.
 const MOVING_M_S: f64 = 0.03;
@@ -83,7 +83,8 @@ pub fn contradiction(prepared: &Prepared) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{diagnose, read, vehicle};
+    use crate::record::csv;
+    use crate::{diagnosis, vehicle};
     use std::path::Path;
 
     const VEHICLE: &str = r#"{"mass_kg":68,"hull_volume_m3":0.0663,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,
@@ -99,9 +100,9 @@ mod tests {
             let (p, pitch, ballast) = edit(f64::from(i) * 4.0, depth, 0.45 * sign, 220.0 * sign);
             text += &format!("{},0,{p:.2},{pitch:.4},{ballast:.1},1025.0\n", i * 4);
         }
-        let flight = read::parse(&text, Path::new("f.csv"), "f").expect("reads");
+        let flight = csv::parse(&text, Path::new("f.csv"), "f").expect("reads");
         let vehicle = vehicle::parse_text(VEHICLE, Path::new("v.json")).expect("vehicle");
-        diagnose::diagnose(&flight, &vehicle, crate::search::Depth::Pairs, &|_, _| {})
+        diagnosis::diagnose(&flight, &vehicle, crate::hypotheses::search::Depth::Pairs, &|_, _| {})
             .map_or_else(|e| e.to_string(), |d| d.verdict.name().to_string())
     }
 

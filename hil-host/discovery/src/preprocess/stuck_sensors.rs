@@ -1,8 +1,8 @@
 //! What is taken out of a log before a model is run on it, and how that is told.
 
-use crate::flight::Flight;
-use crate::prepare::SURFACE_M;
-use crate::unseen::{SILENT_S, unstick};
+use crate::preprocess::SURFACE_M;
+use crate::preprocess::gaps::{SILENT_S, unstick};
+use crate::record::flight::Flight;
 
 /// Pressure above which a vehicle is submerged, Pa.
 const SURFACE_PA: f64 = 1e4 * SURFACE_M;

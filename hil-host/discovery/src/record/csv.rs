@@ -4,7 +4,7 @@
 //! become NaN. Text in the `segment` column becomes numbers in order of appearance. Columns it does not know are kept in
 //! [`Flight::extra`] where they are numbers. What is refused, is refused with file, line, column and a fix.
 
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

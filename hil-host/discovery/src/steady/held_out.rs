@@ -15,7 +15,7 @@ use super::glide::GlideModel;
 use super::ladder::{Rung, Step, ladder, rms_cm_s};
 use super::report::SteadyError;
 use super::samples::SteadySamples;
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 /// Effects that are asked, with the names of the catalogue.
 const EFFECTS: [(Parameter, &str); 3] = [

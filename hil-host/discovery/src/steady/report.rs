@@ -7,7 +7,7 @@ use super::glide::{GlideModel, LIFT_SLOPE_PER_RAD};
 use super::identify::{Identification, Nuisance, SPEED_NOISE_M_S, SpeedCheck, VERTICAL_NOISE_M_S, identify, speed_check};
 use super::ladder::{Rung, Step, ladder};
 use super::samples::{SteadyFilter, SteadySamples};
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 /// Why there is no report.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,7 +15,7 @@
 use serde::Serialize;
 
 use super::glide::{GRAVITY_M_S2, GlideModel, Input};
-use crate::flight::Flight;
+use crate::record::flight::Flight;
 
 /// Half width of the derivative's window, s (source: the published figures' 21 s).
 const HALF_WINDOW_S: usize = 10;

@@ -26,7 +26,7 @@ use hydro::{Appendage, Constants, Geometry};
 use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
-use crate::read::ReadError;
+use crate::record::csv::ReadError;
 
 /// What `format` must say.
 pub const FORMAT: &str = "glider-vehicle/1";

@@ -7,9 +7,8 @@ pub mod effects_table;
 pub mod expression;
 pub mod file;
 
-use crate::moments::PitchMoments;
-use crate::read::ReadError;
-use crate::switched_on;
+use crate::likelihood::battery::PitchMoments;
+use crate::record::csv::ReadError;
 use hydro::effects::{Active, Beyond, CD_BROADSIDE, Constants};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -246,8 +245,8 @@ pub fn read(path: &Path) -> Result<Vehicle, ReadError> {
 /// What is wrong, where, and what to do.
 pub fn parse_text(text: &str, path: &Path) -> Result<Vehicle, ReadError> {
     let bad = |line: usize, why: String| ReadError::Content { path: path.to_path_buf(), line: line as u64, column: "syntax".into(), why };
-    let document: Value = if crate::vehicle_file::is_geometry(text) {
-        crate::vehicle_file::parse(text, path)?.as_trial()
+    let document: Value = if crate::vehicle::file::is_geometry(text) {
+        crate::vehicle::file::parse(text, path)?.as_trial()
     } else if path.extension().is_some_and(|e| e == "toml") {
         toml::from_str::<Value>(text).map_err(|e| {
             let line = e.span().map_or(0, |s| text[..s.start].lines().count());
@@ -380,7 +379,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     if stated < CALMEST_M_S {
         assumed.push(format!("background_vertical_water_motion.rms_m_s = {CALMEST_M_S} (the file says {stated}, calmer than any water)"));
     }
-    let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| switched_on::read(table, |key, why| keys.bad(key, why)))?;
+    let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| effects_table::read(table, |key, why| keys.bad(key, why)))?;
     let text = |key: &str| keys.at(key).and_then(Value::as_str).unwrap_or_default().to_string();
     Ok(Vehicle {
         path: path.to_path_buf(),

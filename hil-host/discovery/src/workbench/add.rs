@@ -2,17 +2,17 @@
 //!
 //! An effect that the file has switched on already is fitted anew: what is told is all of it, and the new file says that.
 
-use crate::bank::{self, settled};
-use crate::brink::Branch;
-use crate::calibration::{N_CALIBRATION, State, tolerance_of};
-use crate::diagnose::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
-use crate::hull_lag;
-use crate::looks::{as_given_flies, look_again, tells_all_better};
-use crate::metric::blocks;
-use crate::prepare::{Prepared, prepare};
-use crate::problem::{Problem, block_errors};
-use crate::screen::fit_named;
-use crate::switched_on::new_key;
+use crate::diagnosis::settle::{as_given_flies, look_again, tells_all_better};
+use crate::diagnosis::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
+use crate::hypotheses::bank::{self, settled};
+use crate::hypotheses::candidate::fit_named;
+use crate::hypotheses::hull_lag;
+use crate::likelihood::block_error::blocks;
+use crate::likelihood::stall_mask::Branch;
+use crate::likelihood::{Problem, block_errors};
+use crate::model::parameters::{N_CALIBRATION, State, tolerance_of};
+use crate::preprocess::{Prepared, prepare};
+use crate::vehicle::effects_table::new_key;
 use crate::{Flight, Vehicle};
 use hydro::effects::{Active, Effect};
 use serde_json::{Value, json};
@@ -146,7 +146,7 @@ fn document(
     scale("/hull_volume_m3", 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
     scale("/hull_compressibility_per_pa", 1.0 + z[6] * t.hull_compressibility_relative);
     scale("/hull_thermal_expansion_per_k", 1.0 + z[7] * t.hull_thermal_expansion_relative);
-    for (k, key) in crate::moments::NUMBERS {
+    for (k, key) in crate::likelihood::battery::NUMBERS {
         scale(&format!("/pitch/{key}"), 1.0 + z[k] * tolerance_of(vehicle, k));
     }
     if let Some(hydro) = d.get_mut("hydro") {
@@ -175,7 +175,7 @@ fn document(
             let stated = effect.parameters().iter().zip(a.values).filter(|(p, _)| p.is_stated());
             entry.extend(stated.map(|(p, value)| (p.name.to_string(), json!({"value": value, "unit": p.unit}))));
         }
-        if let Some(text) = crate::expression::text_of(*effect) {
+        if let Some(text) = crate::vehicle::expression::text_of(*effect) {
             entry.insert("expression".into(), json!(text));
         }
         on.insert(new_key(&on, *effect), entry.into());
@@ -198,7 +198,7 @@ fn document(
     }
     d["effects"] = on.into();
     let calibration: serde_json::Map<String, Value> =
-        (0..N_CALIBRATION).map(|k| (crate::calibration::CALIBRATION[k].to_string(), json!(z[k]))).collect();
+        (0..N_CALIBRATION).map(|k| (crate::model::parameters::CALIBRATION[k].to_string(), json!(z[k]))).collect();
     d["provenance"] = json!({
         "tool": concat!("glider ", env!("CARGO_PKG_VERSION")),
         "parent": vehicle.path.file_name().map(|n| n.to_string_lossy()),

@@ -1,10 +1,10 @@
 //! Model against measurement, as the vehicle file stands: how far off, and where.
 
-use crate::calibration::State;
-use crate::metric::{blocks, rms};
-use crate::prepare::{Prepared, local_slope, prepare};
-use crate::problem::Problem;
-use crate::whereabouts::{Finding, rank, residuals};
+use crate::likelihood::Problem;
+use crate::likelihood::block_error::{blocks, rms};
+use crate::model::parameters::State;
+use crate::preprocess::{Prepared, local_slope, prepare};
+use crate::workbench::localise::{Finding, rank, residuals};
 use crate::{Flight, Vehicle};
 
 /// Half width of the window in which depth rates of single rows are formed, s (21 s in all, order 2, as Savitzky and Golay).
@@ -111,7 +111,7 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
         findings: rank(&all),
         speed_error_m_s: (!speed.is_empty()).then(|| (speed.iter().sum::<f64>() / speed.len() as f64, rms(speed.iter().copied()))),
         samples,
-        notes: crate::inputs::contradiction(&prepared)
+        notes: crate::preprocess::sanity::contradiction(&prepared)
             .map(|why| format!("the inputs contradict a dive: {why}"))
             .into_iter()
             .chain(prepared.notes.iter().cloned())

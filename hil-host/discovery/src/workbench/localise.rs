@@ -4,9 +4,9 @@
 //! that of its bin means. Neighbouring blocks are alike, so chance is asked by turning the residual series against the variable
 //! (circular shifts keep its colour): p is the share of shifts that explain as much.
 
-use crate::dynamics::Track;
-use crate::metric::{Block, modelled_m_s};
-use crate::prepare::Run;
+use crate::likelihood::block_error::{Block, modelled_m_s};
+use crate::model::dynamics::Track;
+use crate::preprocess::Run;
 
 /// Residual of one block with what the vehicle did in it.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ mod flights;
 mod picture;
 
 use super::{Output, Verdict};
-use crate::closed_loop::End;
-use crate::mission_file::wings_name;
+use crate::flight::closed_loop::End;
+use crate::flight::mission_file::wings_name;
 use comfy_table::Table;
 use flights::{Findings, best_seat, compare, fly_wings};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -22,9 +22,9 @@ use netcdf_reader::NcFile;
 
 use super::seawater::{self, Place};
 use super::{FileNote, ImportError, Imported, Report, position};
-use crate::align::Series;
-use crate::flight::Flight;
-use crate::read::quantile;
+use crate::record::csv::quantile;
+use crate::record::flight::Flight;
+use crate::record::resample::Series;
 
 mod names;
 mod variables;

@@ -4,7 +4,7 @@ use netcdf_reader::{NcFile, NcType};
 
 use super::super::{MappedName, Report};
 use super::names::Wanted;
-use crate::align::{Series, longest_in_order};
+use crate::record::resample::{Series, longest_in_order};
 
 /// Nothing that a glider measures is larger: such numbers are fills that the file does not declare (NetCDF's own are about 1e37).
 const LARGEST: f64 = 1e30;

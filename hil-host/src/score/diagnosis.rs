@@ -160,13 +160,28 @@ pub fn run(
     diagnose: &(dyn Fn(&Path) -> Result<Value, String> + Sync),
     tick: &(dyn Fn() + Sync),
 ) -> anyhow::Result<Vec<Scored>> {
+    run_made(specs, &|spec, i| generate(spec, seed, i), folder, jobs, diagnose, tick)
+}
+
+/// The same with cases that `make` makes of a specification and its place in the plan.
+///
+/// # Errors
+/// A case that cannot be written, or a pool that cannot start.
+pub fn run_made(
+    specs: &[Spec],
+    make: &(dyn Fn(&Spec, usize) -> Case + Sync),
+    folder: &Path,
+    jobs: usize,
+    diagnose: &(dyn Fn(&Path) -> Result<Value, String> + Sync),
+    tick: &(dyn Fn() + Sync),
+) -> anyhow::Result<Vec<Scored>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().context("cannot start the worker threads")?;
     pool.install(|| {
         specs
             .par_iter()
             .enumerate()
             .map(|(i, spec)| {
-                let case = generate(spec, seed, i);
+                let case = make(spec, i);
                 let flight = write_case(folder, &case)?;
                 let clock = Instant::now();
                 let diagnosis = diagnose(&flight);

@@ -56,6 +56,7 @@ pub fn truth_document(case: &Case) -> Value {
         "effects": effects,
         "site": case.vehicle.site.id(),
         "wing": case.vehicle.wing.id(),
+        "small_structure": t.nature.small.as_ref().map(|s| json!({ "rms_m_s": s.rms_m_s, "clock_lag_s": s.clock_lag_s })),
         "scatter": scatter,
         "speed_scale_error": t.scatter.speed_scale,
         "heading_bias_rad": t.scatter.heading_bias_rad,

@@ -24,6 +24,7 @@ pub mod nature;
 pub mod ocean;
 pub mod reference;
 pub mod sensors;
+pub mod small_structure;
 pub mod twin;
 pub mod vehicle;
 pub mod voyage;
@@ -33,6 +34,7 @@ pub use nature::Banking;
 use nature::{Nature, Stall};
 use ocean::{Colour, Column, Ocean};
 use sensors::{Row, Zero};
+use small_structure::SmallStructure;
 use vehicle::{Nominal, Scatter};
 use voyage::{Moment, Orders, Voyage};
 
@@ -268,6 +270,12 @@ pub fn generate(spec: &Spec, seed: u64, index: usize) -> Case {
     generate_sized(spec, seed, index, None)
 }
 
+/// The same case with the small structure that every real flight has ([`small_structure`]).
+#[must_use]
+pub fn generate_natural(spec: &Spec, seed: u64, index: usize) -> Case {
+    generate_all(spec, seed, index, None, None, true)
+}
+
 /// Flies the segments one after the other, and shows each.
 fn fly_each(voyage: &Voyage, orders: &mut [Orders], seed: u64, i: u64, mut show: impl FnMut(usize, &Orders, &[Moment])) {
     let mut end_s = 0.0;
@@ -307,6 +315,10 @@ pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -
 /// The same vehicle and water on a flight of one's own: one yo per leg of (pitch rad, ballast stroke m³), at most [`SEGMENTS`] legs.
 #[must_use]
 pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>) -> Case {
+    generate_all(spec, seed, index, size, legs, false)
+}
+
+fn generate_all(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>, natural: bool) -> Case {
     let i = index as u64;
     let mut rng = stream(seed, i, 1);
     let has_speed = rng.random_bool(0.4);
@@ -328,6 +340,11 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
     let mut nature = Nature { banking: spec.lifelike, ..Nature::new(&nominal, &scatter) };
     if spec.lifelike.is_some() {
         (nature.off.hull_thermal_lag_s, nature.off.hull_thermal_gain) = (HULL_LAG_S, 1.0);
+    }
+    let mut fine_rng = stream(seed, i, 4);
+    if natural {
+        nature.small = Some(SmallStructure::draw(spec.site, &mut fine_rng));
+        nominal.sensors.period_s = SmallStructure::period_s(spec.site, nominal.sensors.period_s, &mut fine_rng);
     }
     let colour =
         [Colour::Markov, Colour::Markov, Colour::Markov, Colour::WaveLike, Colour::OneOverF, Colour::PerDive][rng.random_range(0..6)];
@@ -363,7 +380,10 @@ pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, l
         hidden.push(outside.apply(scale, spec.site, spec.wing, &mut nature, &mut effect_rng));
     }
     let list = 0.0175 * vehicle::normal_within_2_sigma(&mut rng) * 0.7;
-    let zero = Zero { pressure_dbar: rng.random_range(-0.18..0.18) };
+    let mut zero = Zero { pressure_dbar: rng.random_range(-0.18..0.18) };
+    if natural {
+        zero.pressure_dbar = SmallStructure::pressure_zero_dbar(&mut fine_rng);
+    }
     let mut orders = Orders::draw(spec.site, spec.wing.lowest_pitch_deg(), days, &mut stream(seed, i, 3));
     if spec.lifelike.is_some() {
         orders.iter_mut().for_each(|o| o.turn_often(BANK_RAD));

@@ -8,6 +8,7 @@
 //! on growing with the cross-flow, sin², as on slender bodies and wings of low
 //! aspect ratio (Jorgensen, NASA TR R-474, 1977); the axial force falls with the cosine.
 
+use super::small_structure::SmallStructure;
 use super::vehicle::{Nominal, Scatter};
 
 /// Angle at which the given polar ends, rad (format, section 3).
@@ -191,6 +192,8 @@ pub struct Nature {
     pub off: OffCatalogue,
     /// What the vehicle does as it banks; nothing in the format's nominal model.
     pub banking: Option<Banking>,
+    /// What no model has; nothing where the flight is to be as clean as a model.
+    pub small: Option<SmallStructure>,
 }
 
 /// What a vehicle does as it banks.
@@ -272,6 +275,7 @@ impl Nature {
             pressure_drift: 0.0,
             off: OffCatalogue::default(),
             banking: None,
+            small: None,
         }
     }
 

@@ -88,12 +88,16 @@ pub fn sample(
     let mut rows = Vec::with_capacity((duration / s.period_s) as usize + 2);
     let jitter = 0.04 * s.period_s;
     let count = (duration / s.period_s) as usize;
+    // The moments before and after a time, and where it lies between them.
+    let at = |t: f64| {
+        let x = (t / step_of(moments)).clamp(0.0, (moments.len() - 1) as f64);
+        let k = (x as usize).min(moments.len().saturating_sub(2));
+        (&moments[k], &moments[k + 1], x - k as f64)
+    };
     for i in 0..=count {
         let t = (i as f64 * s.period_s + if i == 0 { 0.0 } else { rng.random_range(-jitter..jitter) }).clamp(0.0, duration);
         let t = (t / 0.05).round() * 0.05;
-        let x = (t / step_of(moments)).clamp(0.0, (moments.len() - 1) as f64);
-        let k = (x as usize).min(moments.len().saturating_sub(2));
-        let (a, b, f) = (&moments[k], &moments[k + 1], x - k as f64);
+        let (a, b, f) = at(t);
         let mix = |p: f64, q: f64| p + (q - p) * f;
         let day = (orders.start_s + t) / 86_400.0;
         let mut pressure = mix(a.pressure, b.pressure) / 1e4
@@ -103,8 +107,12 @@ pub fn sample(
         if rng.random_bool(PRESSURE_SPIKE) {
             pressure += rng.random_range(2.5..7.0) * if rng.random_bool(0.6) { 1.0 } else { -1.0 };
         }
-        let heading = mix(a.heading, b.heading);
-        let mut pitch = voyage.measured_pitch(mix(a.pitch, b.pitch), heading, mix(a.pressure, b.pressure)) + s.pitch_rad[0] * normal(rng);
+        // What the flight computer reads, by a clock of its own.
+        let (c, d, g) = at(t - nature.small.as_ref().map_or(0.0, |small| small.clock_lag_s));
+        let mix_read = |p: f64, q: f64| p + (q - p) * g;
+        let heading = mix_read(c.heading, d.heading);
+        let mut pitch =
+            voyage.measured_pitch(mix_read(c.pitch, d.pitch), heading, mix_read(c.pressure, d.pressure)) + s.pitch_rad[0] * normal(rng);
         if rng.random_bool(PITCH_SPIKE) {
             pitch += rng.random_range(0.25..0.75) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
         }
@@ -139,10 +147,10 @@ pub fn sample(
             segment,
             pressure_dbar: gone(at_resolution(pressure, s.pressure_dbar[1]), rng),
             pitch_rad: gone(at_resolution(pitch, s.pitch_rad[1]), rng),
-            roll_rad: at_resolution(mix(a.roll, b.roll) + 0.0087 * normal(rng), 0.001_745),
+            roll_rad: at_resolution(mix_read(c.roll, d.roll) + 0.0087 * normal(rng), 0.001_745),
             heading_rad: (heading_measured * 1000.0).floor() / 1000.0,
-            ballast_cc: (mix(a.ballast, b.ballast) * 1e6 + 0.5 * normal(rng)).round(),
-            battery_m: mix(a.battery, b.battery) + 1e-4 * normal(rng),
+            ballast_cc: (mix_read(c.ballast, d.ballast) * 1e6 + 0.5 * normal(rng)).round(),
+            battery_m: mix_read(c.battery, d.battery) + 1e-4 * normal(rng),
             temperature_degc: if lost { f64::NAN } else { gone(temperature, rng) },
             density_kg_m3: if lost { f64::NAN } else { gone(density, rng) },
             gps_m: gps,

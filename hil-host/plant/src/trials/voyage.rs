@@ -12,6 +12,7 @@ use rand_distr::StandardNormal;
 
 use super::nature::{ALPHA_END_RAD, Banking, Instant, Nature, Stall};
 use super::ocean::Ocean;
+use super::small_structure::Here;
 use super::vehicle::{Nominal, PITCH};
 use super::{SEGMENTS, Site};
 
@@ -271,6 +272,8 @@ impl Voyage<'_> {
         let mut heading = orders.heading;
         let mut course = orders.heading;
         let mut leg = Leg::Wait;
+        // Legs of the whole trial are numbered through: a segment has fewer than eight.
+        let (mut leg_number, mut turned_at) = (8 * index, 0.0);
         let mut yos_left = orders.yos;
         let mut turns = orders.turns.clone();
         let mut hull_temperature = column.temperature(0.0);
@@ -312,6 +315,7 @@ impl Voyage<'_> {
                 floating,
             });
             // Decide.
+            let before_turn = leg;
             match leg {
                 Leg::Wait if t >= FLOAT_S[0] => leg = Leg::Dive,
                 Leg::Dive if z >= orders.depths[1] => leg = Leg::Climb,
@@ -326,6 +330,9 @@ impl Voyage<'_> {
                 }
                 Leg::Float if t - float_from >= FLOAT_S[1] => break,
                 _ => {}
+            }
+            if leg != before_turn {
+                (leg_number, turned_at) = (leg_number + 1, t);
             }
             if t > LONGEST_S || tick / 2 > seconds * 2 {
                 break;
@@ -394,6 +401,17 @@ impl Voyage<'_> {
             let (mu, mn) = (nature.mass * (1.0 + k1), nature.mass * (1.0 + k2));
             let rho_slope = (column.density(zw + 0.5) - column.density(zw - 0.5)).clamp(-1.0, 1.0);
             let p = &PITCH;
+            let small_up = nature.small.as_ref().filter(|_| !floating).map_or(0.0, |small| {
+                small.up_m_s(&Here {
+                    time_s: orders.start_s + t,
+                    depth_m: z,
+                    diving,
+                    leg: leg_number,
+                    since_turn_s: t - turned_at,
+                    roll,
+                    heading,
+                })
+            });
             let rate_of = |dt: f64, s: &[f64; 8]| -> [f64; 8] {
                 let [sz, su, sn, sth, sq, _, _, sv] = *s;
                 let share = dt / step;
@@ -424,7 +442,7 @@ impl Voyage<'_> {
                     + 0.5 * rho * nature.area * p.length * p.length * p.cm_q * (speed + 0.35) * sq;
                 let stir = effect_up(t + dt, sz);
                 let across = if turning { fv / mn } else { 0.0 };
-                [sink - stir - up(t + dt, sz), fu / mu, fn_ / mn, sq, moment / p.inertia, sink - stir, -stir, across]
+                [sink - stir - up(t + dt, sz) - small_up, fu / mu, fn_ / mn, sq, moment / p.inertia, sink - stir, -stir, across]
             };
             let s0 = [z, u, n, theta, q, known, stirred, v];
             let add = |a: &[f64; 8], b: &[f64; 8], h: f64| -> [f64; 8] { core::array::from_fn(|i| a[i] + h * b[i]) };

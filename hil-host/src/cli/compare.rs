@@ -41,6 +41,7 @@ pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
         "filter": format!("depth rate: local quadratic over {} s, measurement and model alike", 2.0 * compare::RATE_WINDOW_S),
         "block_error_m_s": n(c.block_error_m_s),
         "blocks": c.blocks.0,
+        "block_s": n(c.block_s),
         "block_segments": if c.blocks.1 { "check" } else { "all" },
         "noise_floor_cm_s": n(c.noise_floor_m_s * 100.0),
         "speed_bias_cm_s": c.speed_error_m_s.map(|s| n(s.0 * 100.0)),
@@ -73,7 +74,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             c.samples.len()
         );
         println!(
-            "Block error (20 s, {} segments): {:.2} cm/s over {} blocks; ordinary water motion and sensors alone would leave {:.2} cm/s.",
+            "Block error ({:.0} s, {} segments): {:.2} cm/s over {} blocks; ordinary water motion and sensors alone would leave {:.2} cm/s.",
+            c.block_s,
             if c.blocks.1 { "check" } else { "all" },
             c.block_error_m_s * 100.0,
             c.blocks.0,
@@ -99,7 +101,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             println!("Note: {note}");
         }
     });
-    Ok(Verdict::Ok)
+    // Nothing was compared: neither a number nor calm.
+    Ok(if c.rms_m_s.is_finite() && c.block_error_m_s.is_finite() { Verdict::Ok } else { Verdict::Negative })
 }
 
 /// The steps and what the other flight says of each effect, for a person.

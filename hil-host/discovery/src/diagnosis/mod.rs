@@ -18,7 +18,7 @@ use crate::likelihood::stall_mask::{Branch, TRUSTED};
 use crate::likelihood::{Problem, block_errors};
 use crate::model::internal_wave::ordinary_amplitude_m_s;
 use crate::model::parameters::State;
-use crate::preprocess::{Prepared, prepare};
+use crate::preprocess::{Prepared, prepare, sanity};
 use crate::{Flight, Vehicle};
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
@@ -146,6 +146,8 @@ pub struct Diagnosis {
     pub fitted_error_m_s: [f64; 3],
     /// Error that ordinary water motion and sensor noise alone would leave, m/s.
     pub noise_floor_m_s: f64,
+    /// Usual length of the blocks of these errors, s.
+    pub block_s: f64,
     /// What remains after the best hypothesis, strongest first.
     pub remainder: Vec<Family>,
     /// Whether check segments were named by the vehicle file (else they were chosen here, or none could be).
@@ -229,7 +231,7 @@ pub fn prepared_problem<'a>(
             flight.name
         )));
     }
-    if let Some(why) = crate::preprocess::sanity::contradiction(prepared) {
+    if let Some(why) = sanity::contradiction(prepared).or_else(|| sanity::cannot_dive(prepared, vehicle)) {
         return Err(NothingToFit(format!("{}: {why}", flight.name)));
     }
     problem.start = crate::inference::initial_guess::find(&problem);
@@ -462,6 +464,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
         fitted_error_m_s,
         after,
         noise_floor_m_s: problem.noise_floor_m_s(),
+        block_s: problem.block_s(),
         remainder,
         check: check.to_vec(),
         notes,

@@ -81,7 +81,7 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
         "tool": env!("CARGO_PKG_VERSION"),
         "verdict": d.verdict.name(),
         "error": {
-            "metric": if heldout { "20 s block depth-rate rms, check segments" } else { "20 s block depth-rate rms, fitted segments" },
+            "metric": format!("{:.0} s block depth-rate rms, {} segments", d.block_s, if heldout { "check" } else { "fitted" }),
             "unit": "cm/s",
             "baseline": number(nominal * 100.0),
             "recalibrated": number(recalibrated * 100.0),

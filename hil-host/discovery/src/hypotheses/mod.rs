@@ -4,6 +4,7 @@ pub(crate) mod aliases;
 pub mod bank;
 pub mod candidate;
 pub mod hull_lag;
+pub mod identifiability;
 pub(crate) mod late_stall;
 pub(crate) mod multistart;
 pub mod search;

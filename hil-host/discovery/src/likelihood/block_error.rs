@@ -1,11 +1,29 @@
 //! The error figures: block depth-rate error of FORMAT section 6.1.
 
 use crate::preprocess::{Run, SETTLE_S, SURFACE_M};
+use crate::record::csv::quantile;
 
-/// Length of a block, s.
+/// Shortest length of a block, s.
 pub const BLOCK_S: f64 = 20.0;
-/// Shortest span of the samples of a valid block, s.
-const MIN_SPAN_S: f64 = 10.0;
+/// Samples that a block has room for where they are sparse: a slope needs three, and one may be missing.
+const ROOM: f64 = 4.0;
+
+/// Length of the blocks of a log that is sampled so often, s: [`BLOCK_S`], or room for four samples.
+#[must_use]
+pub fn block_s(sample_s: f64) -> f64 {
+    BLOCK_S.max(ROOM * sample_s)
+}
+
+/// Usual time from one sample with a depth to the next in these runs, s; NaN for none.
+#[must_use]
+pub fn sampled_every_s<'a>(runs: impl IntoIterator<Item = &'a Run>) -> f64 {
+    let mut steps: Vec<f64> = Vec::new();
+    for run in runs {
+        let seen: Vec<f64> = (0..run.time_s.len()).filter(|&i| run.depth_m[i].is_finite()).map(|i| run.time_s[i]).collect();
+        steps.extend(seen.windows(2).map(|w| w[1] - w[0]));
+    }
+    quantile(&steps, 0.5)
+}
 
 /// One valid block.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +45,7 @@ fn slope(time: &[f64], value: &[f64], rows: &[usize]) -> f64 {
     num / den
 }
 
-/// Valid blocks of a run, counted from its first row.
+/// Valid blocks of a run, counted from its first row; where it is sampled sparsely they are longer.
 #[must_use]
 pub fn blocks(run: &Run) -> Vec<Block> {
     let time = &run.time_s;
@@ -35,14 +53,15 @@ pub fn blocks(run: &Run) -> Vec<Block> {
     let n = time.len();
     let mut first = 0;
     let mut k = 0.0;
+    let length_s = block_s(sampled_every_s([run]));
     while first < n {
-        let end_time = time[0] + (k + 1.0) * BLOCK_S;
+        let end_time = time[0] + (k + 1.0) * length_s;
         let mut end = first;
         while end < n && time[end] < end_time {
             end += 1;
         }
         let rows: Vec<usize> = (first..end).filter(|&i| run.depth_m[i].is_finite()).collect();
-        if rows.len() >= 3 && time[rows[rows.len() - 1]] - time[rows[0]] >= MIN_SPAN_S {
+        if rows.len() >= 3 && time[rows[rows.len() - 1]] - time[rows[0]] >= 0.5 * length_s {
             let from = time[first] - SETTLE_S;
             let shallow = (0..end).rev().take_while(|&i| time[i] >= from).any(|i| run.depth_m[i] < SURFACE_M);
             if !shallow && (run.starts_afloat || time[first] - time[0] > SETTLE_S) {

@@ -16,7 +16,7 @@ pub mod whitening;
 
 use crate::import::seawater::density;
 use crate::likelihood::battery::Stretch;
-use crate::likelihood::block_error::{Block, modelled_m_s, rms};
+use crate::likelihood::block_error::{Block, block_s, modelled_m_s, rms, sampled_every_s};
 use crate::likelihood::displacement::Way;
 use crate::likelihood::finite_difference::Seen;
 use crate::likelihood::stall_mask::Branch;
@@ -124,7 +124,7 @@ impl<'a> Problem<'a> {
         let mut problem = Self {
             fresh_excess_kg_m3: fresh_excess(&runs),
             vehicle,
-            branch: Branch::default(),
+            branch: Branch::of_file(vehicle),
             lost_way_s: vec![0.0; runs.len()],
             attached: vec![Vec::new(); runs.len()],
             brink_at: none.clone(),
@@ -439,11 +439,17 @@ impl<'a> Problem<'a> {
         self.used.iter().flatten().filter(|u| **u).count()
     }
 
-    /// Error that the ordinary water motion and the sensor leave in a 20 s block, m/s.
+    /// Usual length of the blocks that errors are formed over, s.
+    #[must_use]
+    pub fn block_s(&self) -> f64 {
+        block_s(sampled_every_s(self.runs.iter().copied()))
+    }
+
+    /// Error that the ordinary water motion and the sensor leave in a block, m/s.
     #[must_use]
     pub fn noise_floor_m_s(&self) -> f64 {
         let c = &self.colour;
-        let t = crate::likelihood::block_error::BLOCK_S;
+        let t = self.block_s();
         let n = 40;
         // The least-squares slope of an integral weighs the velocity by 6 x (1 − x) over the block.
         let weight = |i: usize| {

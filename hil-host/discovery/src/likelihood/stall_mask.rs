@@ -19,6 +19,7 @@ use crate::model::parameters::{State, law};
 use crate::preprocess::{FLOAT_M, Prepared, Run};
 use crate::vehicle::Vehicle;
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, Continuation};
+use serde_json::{Value, json};
 use std::borrow::Cow;
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
@@ -65,6 +66,21 @@ pub struct Branch {
 }
 
 impl Branch {
+    /// What a refit has settled and written into the vehicle file ([`Branch::document`]); the default where none has.
+    #[must_use]
+    pub(crate) fn of_file(vehicle: &Vehicle) -> Self {
+        let said = &vehicle.document["provenance"]["branch"];
+        let continuation = if said["continuation"] == "fading" { Continuation::Fading } else { Continuation::Rising };
+        Self { continuation, glides: said["launches_glide"] == true, ..Self::default() }
+    }
+
+    /// The same for a vehicle file. The bank and the hull's lag are numbers of the file.
+    #[must_use]
+    pub(crate) fn document(self) -> Value {
+        let continuation = if self.continuation == Continuation::Fading { "fading" } else { "rising" };
+        json!({"continuation": continuation, "launches_glide": self.glides})
+    }
+
     /// Of what both continuations give, in the order of [`BOTH`]: that of the one in force, and the other's.
     pub(crate) fn in_force<T>(self, [rising, fading]: [T; 2]) -> [T; 2] {
         if self.continuation == Continuation::Fading { [fading, rising] } else { [rising, fading] }
@@ -106,7 +122,8 @@ impl Branch {
         let [mine, other] = self.in_force(BOTH);
         let mut out = with(&(0..states.len()).collect::<Vec<_>>(), mine, &[]);
         let Some(launch) = launch(run).filter(|_| self.glides) else { return out };
-        let calibrated: Vec<usize> = (0..states.len()).filter(|&k| !states[k].is_nominal()).collect();
+        let refitted = Self::of_file(vehicle).glides;
+        let calibrated: Vec<usize> = (0..states.len()).filter(|&k| refitted || !states[k].is_nominal()).collect();
         let others = with(&calibrated, other, &[]);
         let late: Vec<usize> = (0..run.time_s.len()).filter(|&row| run.time_s[row] > launch.1).collect();
         let differ = |a: &Track, b: &Track| late.iter().any(|&row| (a.sink_m_s[row] - b.sink_m_s[row]).abs() > STALL_M_S);
@@ -315,5 +332,25 @@ impl Problem<'_> {
     #[must_use]
     pub fn brink_rows(&self) -> usize {
         self.brink_at.iter().flatten().filter(|b| **b).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// What a refit has settled comes back from the file that it wrote, so that whoever flies the file flies as the fit did.
+    #[test]
+    fn regress_a_branch_comes_back_from_the_vehicle_file() {
+        let text = include_str!("../../../../vehicles/modena.toml");
+        let mut document: Value = toml::from_str(text).expect("reads");
+        let file = |d: &Value| crate::vehicle::parse(d.clone(), Path::new("v.json")).expect("a vehicle");
+        assert_eq!(Branch::of_file(&file(&document)), Branch::default());
+        for continuation in BOTH {
+            let settled = Branch { continuation, glides: true, ..Branch::default() };
+            document["provenance"] = json!({"branch": settled.document()});
+            assert_eq!(Branch::of_file(&file(&document)), settled);
+        }
     }
 }

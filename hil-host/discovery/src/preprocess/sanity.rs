@@ -1,6 +1,7 @@
 //! Can these inputs drive a model at all? Columns that contradict each other are refused with the likely cause, before a fit makes
 //! physics of them.
 
+use crate::Vehicle;
 use crate::preprocess::Prepared;
 use crate::record::csv::quantile;
 
@@ -16,6 +17,43 @@ const STILL_BALLAST_M3: f64 = 1e-5;
 const REVERSED: f64 = 0.75;
 /// Range of depth below which nothing dives, m.
 const FLAT_M: f64 = 1.5;
+
+/// Trim tolerances within which a vehicle file may be off before it is of another water.
+const OTHER_WATER: f64 = 3.0;
+
+/// Why the vehicle as its file gives it cannot both dive and climb in this water: the volume that the water asks for is beyond its pump's
+/// strokes by more than the trim may be off. None if it can.
+#[must_use]
+pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
+    let mut c = vehicle.constants;
+    vehicle.effects.iter().for_each(|a| a.effect.constants(&a.values, &mut c));
+    let (mut short_m3, mut ballast_m3, mut density, mut volume_m3) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for run in &prepared.runs {
+        for row in (0..run.time_s.len()).filter(|&i| run.used[i]) {
+            let s = run.input_at_row(row, 0.0).sensed;
+            let warmer = if s.temperature_degc.is_finite() { s.temperature_degc - c.reference_temperature_degc } else { 0.0 };
+            let hull = c.hull_volume_m3 * (1.0 - c.compressibility_per_pa * s.pressure_pa + c.thermal_expansion_per_k * warmer);
+            short_m3.push(c.mass_kg / s.density_kg_m3 - hull);
+            ballast_m3.push(s.ballast_m3);
+            density.push(s.density_kg_m3);
+            volume_m3.push(hull);
+        }
+    }
+    let (asked, [most_in, most_out]) = (quantile(&short_m3, 0.5), [0.01, 0.99].map(|q| quantile(&ballast_m3, q)));
+    let beyond = (asked - most_out).max(most_in - asked);
+    // Not a number where there are no rows.
+    if !(beyond > OTHER_WATER * vehicle.tolerance.trim_volume_m3) {
+        return None;
+    }
+    let (water, floats) = (quantile(&density, 0.5), c.mass_kg / quantile(&volume_m3, 0.5));
+    Some(format!(
+        "hull_volume_m3: this vehicle floats at {floats:.1} kg/m3 with its pump at mid-stroke, the water is {water:.1}: {:.0} cm3 of trim, more than its pump moves ({:.0} to {:.0} cm3); set hull_volume_m3 to {:.6}, or name the vehicle file of this water",
+        asked * 1e6,
+        most_in * 1e6,
+        most_out * 1e6,
+        vehicle.constants.hull_volume_m3 + asked
+    ))
+}
 
 /// What of the inputs contradicts a dive, with the column and what to do; none if they fit together.
 #[must_use]

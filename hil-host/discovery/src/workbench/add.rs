@@ -7,6 +7,8 @@ use crate::diagnosis::{Estimate, NothingToFit, check_segments, estimates, prepar
 use crate::hypotheses::bank::{self, settled};
 use crate::hypotheses::candidate::fit_named;
 use crate::hypotheses::hull_lag;
+use crate::hypotheses::identifiability::{posterior_tolerances, stated_tolerances};
+use crate::inference::gauss_newton::Fit;
 use crate::likelihood::block_error::blocks;
 use crate::likelihood::stall_mask::Branch;
 use crate::likelihood::{Problem, block_errors};
@@ -99,10 +101,12 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         [before[0], before[1], after[0]]
     };
     let parameters = estimates(&fit);
-    let document = document(&problem, &fit.state, effects, &parameters, flight, parent);
+    let (fitted_m_s, heldout_m_s) = (errors(&fitted, true), errors(&kept, false));
+    let mut document = document(&problem, &fit.state, effects, &parameters, flight, parent);
+    narrow(&mut document, &problem, &fit, [fitted_m_s[2], heldout_m_s[2]]);
     Ok(Added {
-        fitted_m_s: errors(&fitted, true),
-        heldout_m_s: errors(&kept, false),
+        fitted_m_s,
+        heldout_m_s,
         parameters,
         vehicle: document,
         gain: null.chi2 - fit.chi2,
@@ -111,6 +115,21 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         after: fit.state,
         branch: problem.branch,
     })
+}
+
+/// Narrows the tolerances of a refitted file to what the fit leaves uncertain: what is off by more is a change of the vehicle, which a
+/// recalibration must not take up. `errors_m_s` are those of fitted and of held-out dives.
+fn narrow(document: &mut Value, problem: &Problem, fit: &Fit, errors_m_s: [f64; 2]) {
+    let Some(left) = posterior_tolerances(problem, fit, errors_m_s) else { return };
+    let mut stated = document.get("tolerance_1sigma").and_then(Value::as_object).cloned().unwrap_or_default();
+    for (k, (key, tolerance)) in stated_tolerances(problem.vehicle).into_iter().enumerate() {
+        // A relative tolerance is of the refitted number.
+        let grown = if key.ends_with("_relative") && k != 4 { 1.0 + fit.state.calibration[k] * tolerance } else { 1.0 };
+        if grown > 0.0 {
+            stated.insert(key.into(), json!(tolerance * left[k] / grown));
+        }
+    }
+    document["tolerance_1sigma"] = stated.into();
 }
 
 /// The vehicle file with refitted numbers, the effects on, and their provenance. The parent's other keys are kept.
@@ -205,6 +224,7 @@ fn document(
         "parent_sha256": Sha256::digest(parent).iter().map(|b| format!("{b:02x}")).collect::<String>(),
         "flight": flight.name,
         "fitted_segments": problem.runs.iter().map(|r| r.segment).collect::<Vec<_>>(),
+        "branch": problem.branch.document(),
         "added": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
         "calibration_in_tolerances": calibration,
         "intervals": "90 %, with the colour of the water motion accounted for",

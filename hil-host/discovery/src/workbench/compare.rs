@@ -40,6 +40,8 @@ pub struct Comparison {
     pub steady_rms_m_s: f64,
     /// Block error of FORMAT section 6.1, m/s: on the check segments if the vehicle names some, else on all.
     pub block_error_m_s: f64,
+    /// Usual length of its blocks, s.
+    pub block_s: f64,
     /// Number of its blocks, and whether they are of check segments.
     pub blocks: (usize, bool),
     /// What ordinary water motion and sensors alone would leave of the block error, m/s.
@@ -106,6 +108,7 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
         rms_m_s: rms(samples.iter().map(residual)),
         steady_rms_m_s: rms(samples.iter().filter(|s| s.steady).map(residual)),
         block_error_m_s: rms(checked.iter().copied()),
+        block_s: problem.block_s(),
         blocks: (checked.len(), named),
         noise_floor_m_s: problem.noise_floor_m_s(),
         findings: rank(&all),
@@ -114,6 +117,7 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
         notes: crate::preprocess::sanity::contradiction(&prepared)
             .map(|why| format!("the inputs contradict a dive: {why}"))
             .into_iter()
+            .chain(crate::preprocess::sanity::cannot_dive(&prepared, vehicle))
             .chain(prepared.notes.iter().cloned())
             .collect(),
     }

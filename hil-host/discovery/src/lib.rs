@@ -1,6 +1,7 @@
 //! Do we agree with the sea, and what is missing: flights and vehicles are read, a model of the vehicle is run on the measured
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 
+pub mod ablation;
 pub mod criticism;
 pub mod diagnosis;
 pub mod export;

@@ -23,8 +23,11 @@ pub mod plot;
 pub mod polar;
 pub mod report;
 pub mod scorecard;
+#[cfg(feature = "ablation")]
+pub mod scorecard_ablation;
 pub mod scorecard_flight;
 pub mod scorecard_loop;
+pub mod scorecard_real;
 pub mod serve;
 pub mod story;
 pub mod table;

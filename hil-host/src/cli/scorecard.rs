@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
-use plant::trials::{Kind, generate, plan};
+use plant::trials::{Case, Kind, Spec, generate, generate_natural, plan};
 use serde_json::{Value, json};
 
 use super::{Output, Verdict};
@@ -29,12 +29,17 @@ enum What {
     Flight(super::scorecard_flight::FlightArgs),
     /// Fly, diagnose, add, new table, fly again: every hidden effect, both wing sets, and the range it is worth.
     Loop(super::scorecard_loop::LoopArgs),
+    /// Real flights with a known lie in the vehicle file or the log against `diagnose`.
+    Real(super::scorecard_real::RealArgs),
+    /// What each mechanism of the diagnosis is worth, by turning it off.
+    #[cfg(feature = "ablation")]
+    Ablation(super::scorecard_ablation::AblationArgs),
 }
 
 /// Arguments of `scorecard discovery`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --only clean --cases 50 --jobs 2 --json\n  glider scorecard discovery --write cases --cases 20    (truth apart, in cases/truth)"
+    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --only clean --cases 50 --jobs 2 --json\n  glider scorecard discovery --nature --only clean --cases 50\n  glider scorecard discovery --write cases --cases 20    (truth apart, in cases/truth)"
 )]
 pub struct DiscoveryArgs {
     /// Number of cases.
@@ -55,6 +60,10 @@ pub struct DiscoveryArgs {
     /// Where the page goes.
     #[arg(long, value_name = "FILE", default_value = "out/scorecard-discovery.html")]
     html: PathBuf,
+    /// Cases with what every real flight has and no model does: 0.1 to 0.4 cm/s by depth, turn, leg and tide, clocks apart, a pressure
+    /// zero, sparse samples.
+    #[arg(long)]
+    nature: bool,
     /// List every case, not only the tables (always in JSON).
     #[arg(long)]
     list: bool,
@@ -92,16 +101,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         What::Discovery(a) => discovery(a, output),
         What::Flight(a) => super::scorecard_flight::run(a, output),
         What::Loop(a) => super::scorecard_loop::run(a, output),
+        What::Real(a) => super::scorecard_real::run(a, output),
+        #[cfg(feature = "ablation")]
+        What::Ablation(a) => super::scorecard_ablation::run(a, output),
     }
 }
 
 fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     let specs = plan(args.cases, args.seed, args.only.map(Only::kind));
+    let make =
+        |spec: &Spec, i: usize| -> Case { if args.nature { generate_natural(spec, args.seed, i) } else { generate(spec, args.seed, i) } };
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} cases, {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(specs.len() as u64).with_style(style);
     if let Some(folder) = &args.write {
         for (i, spec) in specs.iter().enumerate() {
-            score::diagnosis::write_case(folder, &generate(spec, args.seed, i))?;
+            score::diagnosis::write_case(folder, &make(spec, i))?;
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -112,12 +126,13 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", args.seed, std::process::id()));
     let binary = std::env::current_exe().context("cannot find this program's own file")?;
     let diagnose = |flight: &std::path::Path| score::diagnosis::diagnose_with(&binary, flight);
-    let scored = score::diagnosis::run(&specs, args.seed, &folder, args.jobs, &diagnose, &|| bar.inc(1));
+    let scored = score::diagnosis::run_made(&specs, &make, &folder, args.jobs, &diagnose, &|| bar.inc(1));
     std::fs::remove_dir_all(&folder).ok();
     let scored = scored?;
     bar.finish_and_clear();
     let mut document = score::diagnosis::summary(&scored);
     document["seed"] = json!(args.seed);
+    document["nature"] = json!(args.nature);
     document["list"] = scored.iter().map(score::diagnosis::case_document).collect();
     crate::pages::diagnosis_scorecard::page(&document, args.seed).write(&args.html)?;
     output.emit(&document, || {

@@ -1,6 +1,8 @@
-//! How good it is in numbers: control law, diagnosis, the whole loop.
+//! How good it is in numbers: control law, diagnosis on simulated and on real flights, the whole loop.
 
+pub mod cases;
 pub mod control_law;
 pub mod diagnosis;
+pub mod real;
 pub mod story;
 pub mod whole_loop;

@@ -13,6 +13,7 @@ pub mod sanity;
 pub mod spikes;
 pub(crate) mod stuck_sensors;
 
+use crate::ablation::is_on;
 use crate::likelihood::displacement::{Fix, Way, fixes, ways};
 use crate::preprocess::ctd_gaps::fill_by_depth;
 use crate::preprocess::gaps::{changed_unseen, far_from_known, long_gaps};
@@ -237,7 +238,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     let mut notes = Vec::new();
     let mut removed = Removed::default();
     let flight = &unstuck(flight, &mut removed);
-    let aligned = crate::preprocess::clock_offset::aligned(flight);
+    let aligned = is_on("clock_from_pressures").then(|| crate::preprocess::clock_offset::aligned(flight)).flatten();
     if let Some((_, tau)) = &aligned {
         notes.push(format!(
             "pitch, roll and ballast were {:.1} s {} of the CTD (two pressure sensors compared) and were shifted to its clock",

@@ -1,0 +1,34 @@
+//! Real flights with a known lie, the bounded subset; `glider scorecard real` asks all. Needs `GLIDER_FLIGHTS`.
+
+use hil_host::score::real::ask::Program;
+use hil_host::score::real::flights::Data;
+use hil_host::score::real::{below, document, line, ready, run};
+use std::path::PathBuf;
+
+const LIES: [&str; 4] = ["nothing", "compressibility x0.3", "cd0 /1.5", "clock +5 s"];
+
+#[test]
+fn scorecard_real_lies_of_the_bounded_subset_are_above_their_floors() {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
+        eprintln!("skipped: no flights (set GLIDER_FLIGHTS)");
+        return;
+    };
+    let data = Data::built_in().expect("the list");
+    let flights = ready(&root, &data, &|e| e.quick, &|why| eprintln!("left out: {why}")).expect("calibrated");
+    assert!(!flights.is_empty(), "{}: no flight of the bounded subset", root.display());
+    let folder = std::env::temp_dir().join(format!("glider-real-test-{}", std::process::id()));
+    let binary = PathBuf::from(env!("CARGO_BIN_EXE_glider"));
+    let scored =
+        run(&flights, &|l| LIES.contains(&l.name), &data, Program { file: &binary, with: &[] }, &folder, 2, &|s| eprintln!("{s:?}"));
+    std::fs::remove_dir_all(&folder).ok();
+    let card = document(&flights, &scored.expect("asked"), &[], &data);
+    eprintln!("{}", line(&card));
+    assert_eq!(card["all"]["failures"], 0, "{card:#}");
+    // A file calibrated on 22,000 s of another day is narrower than that of a vehicle nobody knows, and not narrower than its scatter.
+    for f in &flights {
+        let t = |v: &serde_json::Value| v["tolerance_1sigma"]["cd0_relative"].as_f64().expect("stated");
+        assert!(t(&f.quiet) < 0.5 * t(&f.shipped) && t(&f.quiet) > 0.001, "{} of {}", t(&f.quiet), t(&f.shipped));
+    }
+    let low = below(&card["all"], &data.floors["quick"]);
+    assert!(low.is_empty(), "{low:?}");
+}

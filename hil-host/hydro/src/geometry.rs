@@ -84,7 +84,7 @@ impl Geometry {
         let total = self.carry_over.total();
         GeometryPolar {
             geometry: *self,
-            wing: self.wing.prepare(total),
+            wing: self.wing.prepare(total, self.carry_over.on_wing()),
             on_wing_share: self.carry_over.on_wing() / total,
             axial_drag_area_m2: self.body.axial_drag_area_m2(),
         }

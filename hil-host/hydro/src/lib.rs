@@ -6,6 +6,7 @@
 //! | [`lift_slope`] | lift-curve slope against aspect ratio: eqs. 4, 5, 6, 9 |
 //! | [`body`] | the hull alone: eq. 10 |
 //! | [`wing`] | the wings alone: eqs. 11, 12, 13 and the standard wing |
+//! | [`rectangular`] | the rail wings: a rectangular plate with side-edge vortices, held against measured plates |
 //! | [`drag`] | drag: eqs. 14, 15, 16, friction, zero-suction bound |
 //! | [`interference`] | wing and hull together |
 //! | [`geometry`] | a vehicle from its geometry, by parts |
@@ -28,6 +29,7 @@ pub mod glide;
 pub mod interference;
 pub mod lift_slope;
 pub mod polar;
+pub mod rectangular;
 pub mod section;
 pub mod wing;
 

@@ -5,6 +5,8 @@
 //! C_L = C_Lα,0 α + C_Dc α|α|                     (12) Bartlett & Vidal
 //! C_N = a1 α + a2 α|α|, a1 = (π/2) A for A ≤ 1   (13) Fidler;  C_L = C_N cos α
 //! ```
+//! What eqs. 11 to 13 are worth on a rectangular plate, and the law that replaces them there: [`crate::rectangular`].
+//!
 //! α in rad, all coefficients on the wing's own area. Squares of an angle are written α|α| (or sin α |sin α|): a
 //! symmetric wing's force changes sign with α. Range |α| ≤ 25° unless said otherwise; low-aspect-ratio forms lose
 //! meaning where the vortices burst, 30–40°.
@@ -14,9 +16,11 @@ use core::f64::consts::PI;
 use crate::drag::{self, DragRule, Layer};
 use crate::effects::LiftDrag;
 use crate::lift_slope;
+use crate::rectangular::SideEdge;
 
 /// K_v, 1: vortex lift of eq. 11, "approximately equal to π" (paper sec. IV-B). A constant: that "the vortex component
-/// increases linearly" in the paper means sin² α growth of C_L, not of K_v.
+/// increases linearly" in the paper means sin² α growth of C_L, not of K_v. Holds for sharp delta wings (Polhamus); a rectangular plate
+/// has less, [`crate::rectangular::side_edge_kv`].
 pub const VORTEX_LIFT_KV: f64 = PI;
 
 /// Eq. 11 (Polhamus–Lamar): C_L = K_p sin α cos² α + K_v cos α sin α |sin α|.
@@ -30,7 +34,7 @@ pub fn polhamus_lamar(kp: f64, kv: f64, alpha_rad: f64) -> f64 {
 ///
 /// Printed with C_Lα on the left: a sum of force coefficients is a force coefficient, and the printed form would
 /// make the lift *slope* vanish at α = 0. C_Dc is the cross-flow drag per planform area, 1.2 (square plate) to
-/// 2.0 (strip), by edge shape.
+/// 2.0 (strip), by edge shape; measured square plates ask for 1.2 to 1.5.
 #[must_use]
 pub fn bartlett_vidal(slope_per_rad: f64, crossflow_cd: f64, alpha_rad: f64) -> f64 {
     slope_per_rad * alpha_rad + crossflow_cd * alpha_rad * alpha_rad.abs()
@@ -85,6 +89,8 @@ pub enum WingModel {
         /// a2, 1/rad².
         a2_per_rad2: f64,
     },
+    /// Rectangular plate: side-edge vortices with an onset, separation ([`crate::rectangular`]).
+    SideEdge(SideEdge),
 }
 
 impl WingModel {
@@ -96,11 +102,12 @@ impl WingModel {
             WingModel::PolhamusLamar { .. } => "polhamus-lamar",
             WingModel::BartlettVidal { .. } => "bartlett-vidal",
             WingModel::Fidler { .. } => "fidler",
+            WingModel::SideEdge(_) => "side-edge",
         }
     }
 }
 
-/// How the flow leaves the standard wing.
+/// How the flow leaves a wing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Separation {
     /// α at which half the lift-carrying flow has separated, rad.
@@ -112,6 +119,14 @@ pub struct Separation {
 }
 
 impl Separation {
+    /// From the angle where the attached regime ends (a tenth of the flow has separated) to the one of full separation (nine tenths), rad.
+    #[must_use]
+    pub fn between(begins_rad: f64, complete_rad: f64, broadside_cn: f64) -> Self {
+        // The logistic passes 0.1 and 0.9 at ± ln 9 widths.
+        const LN_9: f64 = 2.197_224_577_336_219_4;
+        Self { alpha_rad: 0.5 * (begins_rad + complete_rad), width_rad: (complete_rad - begins_rad) / (2.0 * LN_9), broadside_cn }
+    }
+
     /// Share of attached flow, 1..0. (1 + e^-α_s/w)/(1 + e^((|α|−α_s)/w)): exactly 1 at α = 0.
     #[must_use]
     pub fn attached(&self, alpha_rad: f64) -> f64 {
@@ -127,7 +142,7 @@ impl Separation {
     }
 
     /// [`Self::normal`] from sin α.
-    fn normal_of(&self, s: f64) -> f64 {
+    pub(crate) fn normal_of(&self, s: f64) -> f64 {
         self.broadside_cn * s / (0.56 + 0.44 * s.abs())
     }
 }
@@ -172,6 +187,7 @@ pub struct PreparedWing {
     k: f64,
     cd0: f64,
     lift_factor: f64,
+    upwash: f64,
 }
 
 impl Wing {
@@ -187,15 +203,17 @@ impl Wing {
         }
     }
 
-    /// Works out slopes and factors once. `lift_factor` is the carry-over on all lift of the wing ([`crate::interference`]).
+    /// Works out slopes and factors once. `lift_factor` is the carry-over on all lift of the wing, `upwash` how much larger than α the angle is
+    /// that its panels see beside the hull ([`crate::interference`]); 1 and 1 for a wing alone.
     #[must_use]
-    pub fn prepare(&self, lift_factor: f64) -> PreparedWing {
+    pub fn prepare(&self, lift_factor: f64, upwash: f64) -> PreparedWing {
         PreparedWing {
             wing: *self,
             slope: self.slope_per_rad(),
             k: drag::induced_factor(self.oswald_e, self.aspect_ratio),
             cd0: drag::wing_cd0(drag::friction(self.layer, self.reynolds), self.form_factor),
             lift_factor,
+            upwash,
         }
     }
 }
@@ -222,6 +240,7 @@ impl PreparedWing {
             WingModel::PolhamusLamar { kv } => low(f * polhamus_lamar(self.slope, kv, alpha_rad)),
             WingModel::BartlettVidal { crossflow_cd } => low(f * bartlett_vidal(self.slope, crossflow_cd, alpha_rad)),
             WingModel::Fidler { a2_per_rad2 } => low(f * fidler_normal(fidler_a1(w.aspect_ratio), a2_per_rad2, alpha_rad) * c),
+            WingModel::SideEdge(law) => low(f * law.lift_of(self.slope, self.upwash * alpha_rad, s, c)),
             WingModel::LiftingLine(separation) => {
                 let attached = separation.attached(alpha_rad);
                 let cl_attached = f * self.slope * s * c * c;
@@ -255,9 +274,10 @@ mod tests {
             WingModel::PolhamusLamar { kv: VORTEX_LIFT_KV },
             WingModel::BartlettVidal { crossflow_cd: 2.0 },
             WingModel::Fidler { a2_per_rad2: 2.2 },
+            WingModel::SideEdge(SideEdge::of(0.3155)),
         ] {
             for rule in [DragRule::Parabolic, DragRule::Bounded, DragRule::ZeroSuction] {
-                let w = Wing { model, drag_rule: rule, ..example() }.prepare(1.3);
+                let w = Wing { model, drag_rule: rule, ..example() }.prepare(1.3, 1.2);
                 assert_eq!(w.lift_and_its_drag(0.0).cl, 0.0);
                 for i in 1..80 {
                     let a = f64::from(i).to_radians();
@@ -272,7 +292,7 @@ mod tests {
     #[test]
     fn the_standard_wing_follows_the_lifting_line_and_then_the_plate() {
         let w = Wing { model: WingModel::LiftingLine(SEPARATION), ..example() };
-        let p = w.prepare(1.0);
+        let p = w.prepare(1.0, 1.0);
         let two = 2f64.to_radians();
         assert!((p.lift_and_its_drag(two).cl / (w.slope_per_rad() * two) - 1.0).abs() < 0.02);
         let forty = 40f64.to_radians();

@@ -1,4 +1,4 @@
-//! Eq. 11 against wind-tunnel data of sharp-edged delta wings.
+//! Eq. 11 with K_v = π against wind-tunnel data of sharp-edged delta wings: what it is valid for. Rectangular plates: `rectangular_plates.rs`.
 
 use hydro::wing::{VORTEX_LIFT_KV, polhamus_lamar};
 

@@ -151,3 +151,47 @@ impl Law {
         Forces { x_n: -along, z_n: -normal }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signals::Wings;
+
+    /// Flat square plates: α deg, C_L of Pelletier & Mueller 2000 (Re 1.4e5) and of Lamar 1974 (a line through its points at these
+    /// angles), C_D of the first.
+    const MEASURED: [(f64, f64, f64, f64); 5] = [
+        (3.0, 0.075, 0.083, 0.020),
+        (6.0, 0.150, 0.179, 0.030),
+        (8.0, 0.200, 0.251, 0.040),
+        (10.0, 0.250, 0.329, 0.060),
+        (15.0, 0.500, 0.536, 0.150),
+    ];
+
+    /// The law of the rails, with the slope and the stall of a square plate of 1 m² and no hull, lies where plates were measured.
+    #[test]
+    fn validate_the_wing_law_on_square_plates() {
+        let rails = Aero::of(Wings::LowAspectRatio);
+        let plate = Aero {
+            axial_m2: 0.015,
+            hull_slope_m2: 0.0,
+            hull_crossflow_m2: 0.0,
+            separation_m2: 0.0,
+            // Vortex lattice.
+            wing_slope_m2: 1.46,
+            wing_crossflow_m2: rails.wing_crossflow_m2 / 0.1202,
+            // Low-angle regime to 28°, separated from 40°.
+            wing_stall_sin: 34f64.to_radians().sin(),
+            ..rails
+        };
+        let law = Law::new(plate, &[]);
+        for (deg, low_re, sharp, cd) in MEASURED {
+            let (s, c) = f64::to_radians(deg).sin_cos();
+            let f = law.forces(2.0, c, s, 1.0, 0.0, 1.0);
+            let (lift, drag) = (f.x_n * s - f.z_n * c, -(f.x_n * c + f.z_n * s));
+            println!("{deg} deg: C_L {lift:.3} (measured {low_re} and {sharp}), C_D {drag:.3} ({cd})");
+            // The reading error, 0.02, on either side of the two.
+            assert!((low_re - 0.02..=sharp + 0.02).contains(&lift), "{deg}: {lift}");
+            assert!((drag - cd).abs() <= 0.02, "{deg}: {drag}");
+        }
+    }
+}

@@ -45,7 +45,9 @@ impl Aero {
     /// included), cross-flow 0.65 × 1.1 × 0.32 m². Standard wings: 0.0880 m²,
     /// slope 3.30/rad (vortex lattice, A 5.536, sweep 45°), carry-over 1.386.
     /// Rail wings: 0.1202 m², slope 0.495/rad (vortex lattice, A 0.3155),
-    /// carry-over 2.058, side edges C_dc 1.68. Axial area and separation are
+    /// carry-over 2.058; side edges 2.3 per wing area from the first angle (square
+    /// plates: 2.3 above 15° at Re 1.4e5, 2.8 sharp-edged), without carry-over, which
+    /// is potential theory; half separated at 48° (plates of A 0.33: 36° to 60°). Axial area and separation are
     /// fitted to the measured steady glide of *Comet* 2016 (U 0.307 m/s at
     /// −21.9° and −2.12 N); the standard wing regains a third of the ideal
     /// suction (guess: 6 % section at Re 2e4), the rail wing none.
@@ -71,8 +73,8 @@ impl Aero {
             Wings::LowAspectRatio => Self {
                 wing_slope_m2: 0.495 * 0.1202 * 2.058,
                 suction_m2: 0.0,
-                wing_crossflow_m2: 1.68 * 0.1202,
-                wing_stall_sin: 0.60,
+                wing_crossflow_m2: 2.3 * 0.1202,
+                wing_stall_sin: 0.74,
                 moment_slope: -10.0,
                 ..standard
             },

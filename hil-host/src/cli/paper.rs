@@ -6,13 +6,14 @@ use serde_json::json;
 
 use super::{Output, Verdict};
 use crate::paper::claims::{self, Evidence};
-use crate::paper::{Finding, figures, trials};
+use crate::paper::{Finding, figures, plates, trials};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:
-  glider paper                       25 claims: the paper's number, ours, reproduced / calibrated / contradicted, why
-  glider paper --out out/paper       and figures 3 to 11 as svg, png, csv, json, and one HTML page
+  glider paper                       25 claims: the paper's number, ours, reproduced / calibrated / contradicted, why;
+                                     every wing law against measured rectangular plates
+  glider paper --out out/paper       and figures 3 to 11, the plates as svg, png, csv, json, and one HTML page
   glider paper --json | jq '.claims[] | select(.verdict==\"contradicted\")'")]
 pub struct Args {
     /// Folder for the redrawn figures.
@@ -29,7 +30,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let claims = claims::all(&evidence)?;
     let mut files = Vec::new();
     if let Some(out) = &args.out {
-        for (stem, chart) in figures::all(&evidence.trials)? {
+        for (stem, chart) in figures::all(&evidence.trials)?.into_iter().chain(plates::charts()) {
             chart.write(out, stem)?;
             files.push(format!("{}.svg", out.join(stem).display()));
         }
@@ -42,6 +43,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "tool": env!("CARGO_PKG_VERSION"),
         "reproduced": count(Finding::Reproduced), "calibrated": count(Finding::Calibrated), "contradicted": count(Finding::Contradicted),
         "claims": claims.iter().map(crate::paper::Claim::json).collect::<Vec<_>>(),
+        "plates": plates::scores().iter().map(plates::Score::json).collect::<Vec<_>>(),
         "figures": files,
     });
     output.emit(&document, || {
@@ -52,6 +54,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             t.add_row([c.id.to_string(), c.claim.into(), c.paper.into(), c.ours.clone(), c.verdict.word().into(), c.why.clone()]);
         }
         println!("{t}");
+        let mut p = comfy_table::Table::new();
+        p.set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
+        p.set_header(plates::head());
+        plates::scores().iter().for_each(|s| {
+            p.add_row(s.row());
+        });
+        println!("Wing laws on measured rectangular plates: rms error over 3-20 deg; slope error by plate over 3-8 deg\n{p}");
         println!(
             "{} reproduced, {} calibrated, {} contradicted",
             count(Finding::Reproduced),

@@ -28,7 +28,7 @@ pub struct Args {
     /// Wing set: standard or low-ar; default: both.
     #[arg(long, value_parser = ["standard", "low-ar"])]
     wings: Option<String>,
-    /// Lift model of the wings: lifting-line, polhamus-lamar, bartlett-vidal, fidler.
+    /// Lift model of the wings: lifting-line, polhamus-lamar, bartlett-vidal, fidler, side-edge.
     #[arg(long)]
     model: Option<String>,
     /// Effect on top, NAME=SIZE in its unit; may be given several times.

@@ -12,10 +12,12 @@
 //! | [`variants`] | which vehicles are compared |
 //! | [`trials`] | the lake trial, flown through the plant with the real controller |
 //! | [`claims`] | the 25 claims |
+//! | [`plates`] | every wing law against measured rectangular plates |
 //! | [`figures`] | figures 3 to 11, redrawn |
 
 pub mod claims;
 pub mod figures;
+pub mod plates;
 pub mod trials;
 pub mod variants;
 
@@ -96,6 +98,14 @@ pub fn page(claims: &[Claim], trials: &trials::Trials) -> anyhow::Result<Page> {
         .map(|c| vec![c.id.to_string(), c.claim.into(), c.paper.into(), c.ours.clone(), c.verdict.word().into(), c.why.clone()])
         .collect();
     let table = Table { caption: "The paper's claims beside our numbers".into(), head, rows };
+    let plates = Table {
+        caption:
+            "Root mean square error of C_L and C_D over 3-20 deg, and the slope's error over 3-8 deg by plate, with literature constants"
+                .into(),
+        head: plates::head(),
+        rows: plates::scores().iter().map(plates::Score::row).collect(),
+    };
+    let plate_items = std::iter::once(plates.into()).chain(plates::charts().iter().map(|(_, chart)| drawn(chart).into())).collect();
     let figures: Vec<pages::Item> = figures::all(trials)?.into_iter().map(|(_, chart)| drawn(&chart).into()).collect();
     Ok(Page {
         title: "The source paper, claim by claim".into(),
@@ -112,6 +122,11 @@ pub fn page(claims: &[Claim], trials: &trials::Trials) -> anyhow::Result<Page> {
                 title: "Claims".into(),
                 lead: "Each verdict is computed from the numbers beside it.".into(),
                 items: vec![table.into()],
+            },
+            Section {
+                title: "Wing laws on rectangular plates".into(),
+                lead: "The paper's wings are rectangular, and so are these plates. At aspect ratio 0.3155 nobody measured: the last chart is an extrapolation with its interval.".into(),
+                items: plate_items,
             },
             Section {
                 title: "Figures".into(),

@@ -1,10 +1,12 @@
 //! The vehicles the paper is judged with.
 //!
-//! *Plain*: literature constants in the paper's structure (eq. 14 drag, no interference). *Fuller*: drag of the rail wings
-//! without leading-edge suction, wing–body carry-over, and the drag area a Slocum has at sea. *Paper*: tuned to the paper.
+//! *Plain*: literature constants in the paper's structure (eq. 12, eq. 14 drag, no interference). *Fuller*: rail wings by the law of
+//! rectangular plates and without edge suction, wing–body carry-over, and the drag area a Slocum has at sea. *Paper*: tuned to the paper.
 //! Nothing but these steps differs, so a claim's number can be traced to a step.
 
 use hydro::drag::DragRule;
+use hydro::rectangular::SideEdge;
+use hydro::wing::WingModel;
 use hydro::{Flow, Geometry, Polar};
 use signals::Wings;
 
@@ -58,6 +60,15 @@ pub fn no_suction(mut g: Geometry) -> Geometry {
     g
 }
 
+/// Rail wings by the law that measured rectangular plates follow; other wings as they are.
+#[must_use]
+pub fn on_plates(mut g: Geometry) -> Geometry {
+    if !matches!(g.wing.model, WingModel::LiftingLine(_)) {
+        g.wing.model = WingModel::SideEdge(SideEdge::of(g.wing.aspect_ratio));
+    }
+    g
+}
+
 /// With the whole slender-body carry-over.
 #[must_use]
 pub fn carry_over(mut g: Geometry) -> Geometry {
@@ -72,10 +83,10 @@ pub fn pair_aspect_ratio(mut g: Geometry) -> Geometry {
     g
 }
 
-/// No suction, carry-over, drag at sea.
+/// The plates' law, no suction, carry-over, drag at sea.
 #[must_use]
 pub fn fuller(g: Geometry) -> Geometry {
-    at_sea(carry_over(no_suction(g)))
+    at_sea(carry_over(no_suction(on_plates(g))))
 }
 
 /// L/D at an angle in degrees.

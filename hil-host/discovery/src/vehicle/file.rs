@@ -11,7 +11,7 @@
 //! Nothing is assumed: a missing key, an unknown key, a wrong unit, a missing source and a value outside its physical range
 //! are errors that name file, line, key and what was expected. SI only.
 //!
-//! The file becomes a [`hydro::Geometry`]; [`VehicleFile::as_trial`] writes it in the terms of the flight format, which is
+//! The file becomes a [`hydro::Geometry`]; [`VehicleFile::as_trial`] (file `as_trial`) writes it in the terms of the flight format, which is
 //! how `compare`, `diagnose` and `add` take it.
 
 use std::collections::BTreeMap;
@@ -21,9 +21,9 @@ use hydro::body::Body;
 use hydro::drag::{DragRule, Layer};
 use hydro::effects::Beyond;
 use hydro::interference::CarryOver;
+use hydro::rectangular::SideEdge;
 use hydro::wing::{Separation, SlopeLaw, Wing, WingModel};
 use hydro::{Appendage, Constants, Geometry};
-use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
 use crate::record::csv::ReadError;
@@ -306,6 +306,18 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
     if d.has("wing.fidler.") {
         models.push(WingModel::Fidler { a2_per_rad2: d.number("wing.fidler.a2_per_rad2", "1/rad2", 0.0, 10.0)? });
     }
+    if d.has("wing.side_edge.") {
+        models.push(WingModel::SideEdge(SideEdge {
+            kv: d.number("wing.side_edge.vortex_kv", "1", 0.0, 10.0)?,
+            onset_rad: d.number("wing.side_edge.onset_rad", "rad", 0.0, 0.8)?,
+            onset_width_rad: d.number("wing.side_edge.onset_width_rad", "rad", 0.005, 0.3)?,
+            separation: Separation {
+                alpha_rad: d.number("wing.side_edge.separation_rad", "rad", 0.1, 1.4)?,
+                width_rad: d.number("wing.side_edge.separation_width_rad", "rad", 0.005, 0.3)?,
+                broadside_cn: d.number("wing.side_edge.broadside_cn", "1", 0.3, 2.5)?,
+            },
+        }));
+    }
     let (line, wanted) = d.text("wing.model")?;
     let names: Vec<&str> = models.iter().map(WingModel::name).collect();
     let model = models
@@ -406,46 +418,6 @@ impl VehicleFile {
         })?;
         Ok(Geometry { wing: Wing { model, ..self.geometry.wing }, ..self.geometry })
     }
-
-    /// The vehicle in the terms of the flight format: the coefficients its geometry comes closest to.
-    #[must_use]
-    pub fn as_trial(&self) -> Value {
-        let (c, g) = (&self.constants, &self.geometry);
-        let part = g.polar().breakdown(1e-3);
-        // The projected slope is split as the geometry splits it at small α.
-        let total_slope = c.lift_slope_per_rad * c.reference_area_m2;
-        let wing_slope = total_slope * part.wing_lift_share();
-        json!({
-            "format": "glider-trial/1",
-            "case": self.name,
-            "made_from": {"geometry": self.path.display().to_string(), "coefficients": "least squares over |alpha| <= 0.35 rad"},
-            "gravity_m_s2": c.gravity_m_s2,
-            "mass_kg": c.mass_kg,
-            "hull_volume_m3": c.hull_volume_m3,
-            "hull_compressibility_per_pa": c.compressibility_per_pa,
-            "hull_thermal_expansion_per_k": c.thermal_expansion_per_k,
-            "reference_temperature_degc": c.reference_temperature_degc,
-            "wing": {
-                "name": if self.wings == "standard" { "standard" } else { "low_ar" },
-                "aspect_ratio": g.wing.aspect_ratio,
-                "area_m2": g.wing.area_m2,
-                "sweep_deg": g.wing.sweep_half_chord_rad.to_degrees(),
-            },
-            "hydro": {
-                "reference_area_m2": c.reference_area_m2,
-                "wing_lift_slope_per_rad": wing_slope / g.wing.area_m2,
-                "hull_lift_slope_per_rad": (total_slope - wing_slope) / c.reference_area_m2,
-                "hull_area_m2": c.reference_area_m2,
-                "lift_quadratic_per_rad2": c.lift_quadratic_per_rad2,
-                "cd0": c.cd0,
-                "induced_k": c.induced_k,
-                "hull_drag_per_rad2": c.hull_drag_per_rad2,
-                "added_mass_surge": c.added_mass_surge,
-                "added_mass_heave": c.added_mass_heave,
-            },
-            "horizontal_current": "unknown",
-        })
-    }
 }
 
 #[cfg(test)]
@@ -501,7 +473,7 @@ mod tests {
     #[test]
     fn another_lift_model_is_there_only_with_its_constants() {
         let v = parse(RAILS, Path::new("v.toml")).expect("reads");
-        for name in ["polhamus-lamar", "bartlett-vidal", "fidler"] {
+        for name in ["polhamus-lamar", "bartlett-vidal", "fidler", "side-edge"] {
             assert_eq!(v.with_model(name).expect("has it").wing.model.name(), name);
         }
         assert!(v.with_model("lifting-line").expect_err("has none").to_string().contains("fidler"));

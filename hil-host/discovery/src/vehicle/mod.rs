@@ -3,6 +3,7 @@
 //! Keys are those of `glider-trial/1` (FORMAT section 2). What a file does not state is taken from [`Tolerance::default`] and
 //! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
 
+mod as_trial;
 pub mod effects_table;
 pub mod expression;
 pub mod file;

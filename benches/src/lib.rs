@@ -13,11 +13,11 @@
 
 use anyhow::{Context, anyhow};
 use discovery::{Flight, Vehicle};
-use hil_host::closed_loop::{Outcome, Setup, fly};
-use hil_host::flightlog::recorder::Recorder;
+use hil_host::flight::closed_loop::{Outcome, Setup, fly};
+use hil_host::flight::recorder::Recorder;
+use hil_host::flight::{mission_file, worlds};
 use hil_host::seats::in_process::InProcess;
 use hil_host::seats::{Link, Seat};
-use hil_host::{mission_file, worlds};
 use plant::{Effect, EffectKind, World};
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
@@ -60,7 +60,7 @@ pub fn frames() -> anyhow::Result<Vec<SensorFrame>> {
     let mission = shallow();
     let mut world = World::new(worlds::for_mission(&mission)).map_err(|e| anyhow!("{e}"))?;
     let mut frames = Vec::new();
-    let mut keep = |c: &hil_host::closed_loop::Cycle<'_>| {
+    let mut keep = |c: &hil_host::flight::cycle::Cycle<'_>| {
         frames.push(*c.frame);
         Ok(())
     };
@@ -102,7 +102,7 @@ pub fn log(hours: f64, hidden: Option<Effect>) -> anyhow::Result<(Flight, Vehicl
         let seat = &mut Link::new(InProcess::default());
         fly(&mut world, seat, &Setup::new(mission.clone()), &mut |c| recorder.push(c)).map_err(|e| anyhow!("{e}"))?;
         recorder.finish(json!({}))?;
-        let flight = discovery::read::flight(&folder)?;
+        let flight = discovery::record::csv::flight(&folder)?;
         let whole = match &mut out {
             Some((whole, _)) => {
                 append(whole, &flight);

@@ -87,8 +87,10 @@ fn sealed(list: &mut Vec<Entry>) {
     }
 }
 
-/// Ways to hurt a log, each over part of it.
-const HURTS: [(&str, fn(&mut Flight)); 8] = [
+/// A way to hurt a log, over part of it.
+type Hurt = (&'static str, fn(&mut Flight));
+
+const HURTS: [Hurt; 8] = [
     ("pressure-stuck", |f| stick(&mut f.pressure_pa)),
     ("pitch-stuck", |f| stick(&mut f.pitch_rad)),
     ("ballast-gap", |f| third(&mut f.ballast_m3).iter_mut().take(30).for_each(|v| *v = f64::NAN)),
@@ -255,16 +257,21 @@ fn answers(entry: &Entry) -> Value {
     Value::Object(out)
 }
 
+/// A document as it is written: numbers are compared to their last digit, of whatever type they were read.
+fn text(v: &Value) -> String {
+    v.to_string()
+}
+
 /// Whether the answers are those of a file of before; names those that are not.
 fn same(all: &Map<String, Value>, file: &Path) -> anyhow::Result<bool> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot be read", file.display()))?;
-    let before: Map<String, Value> = serde_json::from_str(&text).with_context(|| format!("{}: no file of answers", file.display()))?;
+    let kept = std::fs::read_to_string(file).with_context(|| format!("{}: cannot be read", file.display()))?;
+    let before: Map<String, Value> = serde_json::from_str(&kept).with_context(|| format!("{}: no file of answers", file.display()))?;
     let mut differ = 0;
     for (name, now) in all {
         match before.get(name) {
             None => println!("{name}: not in {}", file.display()),
-            Some(then) if then.to_string() != now.to_string() => {
-                let parts = now.as_object().into_iter().flatten().filter(|(k, v)| then[k.as_str()].to_string() != v.to_string());
+            Some(then) if text(then) != text(now) => {
+                let parts = now.as_object().into_iter().flatten().filter(|(k, v)| text(&then[k.as_str()]) != text(v));
                 println!("{name}: other answers ({})", parts.map(|(k, _)| k.as_str()).collect::<Vec<_>>().join(", "));
             }
             Some(_) => continue,

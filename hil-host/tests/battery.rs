@@ -62,7 +62,7 @@ fn scorecard_effects_that_hide_each_other_from_the_depth_are_told_by_the_battery
 /// with a normal prior of a hundredth, two effects were named in every clean flight whose file had one wrong.
 #[test]
 fn prop_a_wrong_number_of_the_moments_is_found_out_and_nothing_is_named_for_it() {
-    type Change = fn(&mut discovery::likelihood::battery::PitchMoments);
+    type Change = fn(&mut discovery::vehicle::pitch_moments::PitchMoments);
     let wrong: [(&str, Change); 5] = [
         ("metacentric_height_m", |m| m.metacentric_height_m *= 1.3),
         ("ballast_arm_m", |m| m.ballast_arm_m *= 0.6),

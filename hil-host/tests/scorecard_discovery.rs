@@ -5,8 +5,8 @@
 mod case;
 
 use discovery::diagnosis::{self, report};
-use discovery::hypotheses::bank::Bank;
 use discovery::hypotheses::search::Depth;
+use discovery::model::branch::Bank;
 use discovery::record::csv;
 use discovery::vehicle;
 use hil_host::score;

@@ -144,7 +144,7 @@ fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
     for seed in [1, 2] {
         let mission = mission_file::built_in("shallow").unwrap();
         let mut world = World::new(plant::Scenario { seed, ..worlds::for_mission(&mission) }).unwrap();
-        let watch = &mut |c: &hil_host::flight::closed_loop::Cycle<'_>| {
+        let watch = &mut |c: &hil_host::flight::cycle::Cycle<'_>| {
             flown.push((*c.frame, *c.answer));
             Ok(())
         };

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use discovery::Flight;
 use discovery::import::{Imported, import};
-use discovery::record::csv::quantile;
+use discovery::record::plausible::quantile;
 use netcdf_reader::NcFile;
 
 const SEAGLIDER_OG1: &str = "seagliderog1-0.2.0";

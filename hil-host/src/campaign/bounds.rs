@@ -4,7 +4,7 @@
 //! is followed exactly: as a pattern where the reading comes by the clock, as a
 //! random walk where it comes by chance.
 
-use crate::flight::closed_loop::CYCLE_S;
+use crate::seats::CYCLE_S;
 use control::{Config, waits};
 
 /// A chance that no mission of the campaign should meet: one in a million.

@@ -19,7 +19,7 @@
 
 use super::bounds::{self, THREE_LOOKS_S};
 use super::signs::Sign;
-use crate::flight::closed_loop::CYCLE_S;
+use crate::seats::CYCLE_S;
 use control::{Config, waits};
 use plant::Fault;
 use plant::faults::{Kind, Target};

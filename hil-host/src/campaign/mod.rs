@@ -23,8 +23,10 @@ pub mod tally;
 pub mod through_seat;
 pub mod twin;
 
-use crate::flight::closed_loop::{CYCLE_S, Cycle, End, Setup, fly};
+use crate::flight::closed_loop::{End, Setup, fly};
+use crate::flight::cycle::Cycle;
 use crate::flight::worlds;
+use crate::seats::CYCLE_S;
 use crate::seats::in_process::InProcess;
 use crate::seats::{Link, Seat};
 use anyhow::anyhow;

@@ -7,7 +7,8 @@
 //! a sensor's noise beyond those that the law states, so that a sign that
 //! stands is one the law must see too.
 
-use crate::flight::closed_loop::{CYCLE_S, Cycle};
+use crate::flight::cycle::Cycle;
+use crate::seats::CYCLE_S;
 use control::{Config, waits};
 use plant::faults::Target;
 use signals::{Phase, Reading, Switch};

@@ -1,11 +1,12 @@
 //! `glider fly`.
 
 use super::{Output, Verdict};
-use crate::flight::closed_loop::{CYCLE_S, End, Outcome, Setup, fly};
+use crate::flight::closed_loop::{End, Outcome, Setup, fly};
 use crate::flight::config_file;
 use crate::flight::mission_file::{self, wings_name};
 use crate::flight::recorder::Recorder;
 use crate::flight::{tables, worlds};
+use crate::seats::CYCLE_S;
 use crate::seats::{self, Choice};
 use anyhow::{Context, anyhow, bail};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -8,10 +8,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::{Output, Verdict};
+use crate::pages::real_scorecard;
 use crate::score::real::ask::Program;
 use crate::score::real::flights::{Data, Entry, Floors};
 use crate::score::real::lies::{LIES, Lie};
-use crate::score::real::{below, document, line, page, ready, run as ask_all, shipped};
+use crate::score::real::{below, document, line, ready, run as ask_all, shipped};
 
 /// Arguments of `scorecard real`.
 #[derive(clap::Args, Debug)]
@@ -98,7 +99,7 @@ pub fn run(args: &RealArgs, output: &Output) -> anyhow::Result<Verdict> {
     }
     card["below_floors"] = json!(low);
     card["line"] = json!(line(&card));
-    page::page(&card).write(&args.html)?;
+    real_scorecard::page(&card).write(&args.html)?;
     output.emit(&card, || print(&card, args));
     Ok(if low.is_empty() { Verdict::Ok } else { Verdict::Negative })
 }

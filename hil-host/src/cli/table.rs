@@ -1,6 +1,6 @@
 //! `glider table`: builds the flight tables, prints bytes and interpolation error.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
 use serde_json::json;
@@ -34,6 +34,75 @@ fn controller_file(model: &Model) -> String {
     format!("controller-{}.toml", wings_name(model.wings))
 }
 
+/// A table, its vehicle, and where that was read.
+type Tables = [(Built, Model, String)];
+
+/// Writes each table as source and as bytes, and the controller file of a vehicle whose pitch sensor is off.
+fn write(out: &Path, built: &Tables) -> anyhow::Result<()> {
+    std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    for (table, model, from) in built {
+        let stem = wings_name(model.wings).replace("low-ar", "low_aspect_ratio");
+        for (name, bytes) in
+            [(format!("{stem}.rs"), tables::rust_source(table, from).into_bytes()), (format!("{stem}.bin"), table.bytes.clone())]
+        {
+            // The firmware's source folder takes source only.
+            if name.ends_with(".bin") && out.ends_with("generated") {
+                continue;
+            }
+            std::fs::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
+        }
+        if let Some(text) = config_file::pitch_sensor_alone(model.pitch_sensor()) {
+            let file = out.join(controller_file(model));
+            std::fs::write(&file, text).with_context(|| file.display().to_string())?;
+        }
+    }
+    Ok(())
+}
+
+/// The tables for a person.
+fn print(built: &Tables) {
+    let mut t = comfy_table::Table::new();
+    t.set_header([
+        "wings",
+        "vehicle",
+        "table id",
+        "bytes",
+        "(L/D)max",
+        "at deg",
+        "L/D error %",
+        "C_L error",
+        "C_D error %",
+        "alpha* error deg",
+    ]);
+    for (b, m, _) in built {
+        t.add_row([
+            wings_name(m.wings).to_string(),
+            m.name.clone(),
+            format!("{:08x}", b.id()),
+            b.bytes.len().to_string(),
+            format!("{:.3}", b.spec.best_l_over_d),
+            format!("{:.2}", b.spec.best_alpha_rad.to_degrees()),
+            format!("{:.4}", 100.0 * b.error.l_over_d),
+            format!("{:.1e}", b.error.cl),
+            format!("{:.1e}", 100.0 * b.error.cd),
+            format!("{:.4}", b.error.best_alpha_rad.to_degrees()),
+        ]);
+    }
+    println!("{t}");
+    for (_, m, _) in built {
+        if config_file::pitch_sensor_alone(m.pitch_sensor()).is_some() {
+            let s = m.pitch_sensor();
+            println!(
+                "{}: pitch is {:.4} x (reading {:+.4} rad). No table holds that: the controller must be told ({}, with --out).",
+                m.name,
+                s.per_reading,
+                -s.zero_rad,
+                controller_file(m)
+            );
+        }
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -64,23 +133,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
     }
     if let Some(out) = &args.out {
-        std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
-        for (table, model, from) in &built {
-            let stem = wings_name(model.wings).replace("low-ar", "low_aspect_ratio");
-            for (name, bytes) in
-                [(format!("{stem}.rs"), tables::rust_source(table, from).into_bytes()), (format!("{stem}.bin"), table.bytes.clone())]
-            {
-                // The firmware's source folder takes source only.
-                if name.ends_with(".bin") && out.ends_with("generated") {
-                    continue;
-                }
-                std::fs::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
-            }
-            if let Some(text) = config_file::pitch_sensor_alone(model.pitch_sensor()) {
-                let file = out.join(controller_file(model));
-                std::fs::write(&file, text).with_context(|| file.display().to_string())?;
-            }
-        }
+        write(out, &built)?;
     }
     let document = json!({
         "tool": env!("CARGO_PKG_VERSION"),
@@ -96,46 +149,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         })).collect::<Vec<_>>(),
     });
     output.emit(&document, || {
-        let mut t = comfy_table::Table::new();
-        t.set_header([
-            "wings",
-            "vehicle",
-            "table id",
-            "bytes",
-            "(L/D)max",
-            "at deg",
-            "L/D error %",
-            "C_L error",
-            "C_D error %",
-            "alpha* error deg",
-        ]);
-        for (b, m, _) in &built {
-            t.add_row([
-                wings_name(m.wings).to_string(),
-                m.name.clone(),
-                format!("{:08x}", b.id()),
-                b.bytes.len().to_string(),
-                format!("{:.3}", b.spec.best_l_over_d),
-                format!("{:.2}", b.spec.best_alpha_rad.to_degrees()),
-                format!("{:.4}", 100.0 * b.error.l_over_d),
-                format!("{:.1e}", b.error.cl),
-                format!("{:.1e}", 100.0 * b.error.cd),
-                format!("{:.4}", b.error.best_alpha_rad.to_degrees()),
-            ]);
-        }
-        println!("{t}");
-        for (_, m, _) in &built {
-            if config_file::pitch_sensor_alone(m.pitch_sensor()).is_some() {
-                let s = m.pitch_sensor();
-                println!(
-                    "{}: pitch is {:.4} x (reading {:+.4} rad). No table holds that: the controller must be told ({}, with --out).",
-                    m.name,
-                    s.per_reading,
-                    -s.zero_rad,
-                    controller_file(m)
-                );
-            }
-        }
+        print(&built);
         if args.check {
             println!("{}", if same { "The firmware's tables are these, byte for byte." } else { "The firmware's tables are NOT these." });
         }

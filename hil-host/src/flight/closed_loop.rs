@@ -9,15 +9,14 @@
 //! share        = achieved L/D / (L/D)max of the true vehicle
 //! ```
 
-use crate::seats::{Seat, SeatError};
+use crate::flight::cycle::Cycle;
+use crate::seats::{CYCLE_S, Seat, SeatError};
 use control::Config;
-use plant::{Truth, World};
-use signals::{Abort, ActuatorCommand, Answer, Mission, Phase, SensorFrame};
+use plant::World;
+use signals::{Abort, ActuatorCommand, Mission, Phase};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Control cycle, s (the paper's vehicle samples every 4 s).
-pub const CYCLE_S: f64 = 4.0;
 /// A vehicle above this depth, m, counts as being at the surface.
 pub const SURFACED_M: f64 = 1.0;
 /// Time a finished vehicle is watched at the surface, s.
@@ -70,19 +69,6 @@ impl Setup {
         let config = crate::flight::worlds::config(&mission);
         Self { mission, config, limit_s, realtime: None, orders: Orders::default() }
     }
-}
-
-/// One control cycle as it happened.
-#[derive(Clone, Copy, Debug)]
-pub struct Cycle<'a> {
-    /// Time since the start of the flight, s.
-    pub time_s: f64,
-    /// What was measured.
-    pub frame: &'a SensorFrame,
-    /// What the controller answered.
-    pub answer: &'a Answer,
-    /// What was true when it was measured.
-    pub truth: &'a Truth,
 }
 
 /// How a flight ended.

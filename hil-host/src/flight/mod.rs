@@ -3,6 +3,7 @@
 pub mod board_log;
 pub mod closed_loop;
 pub mod config_file;
+pub mod cycle;
 pub mod fetch;
 pub mod log;
 pub mod mission_file;

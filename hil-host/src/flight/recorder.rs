@@ -1,7 +1,7 @@
 //! From a cycle of the closed loop to a row of the log.
 
 use super::log::{Measured, SegmentStart, Truth, Writer};
-use crate::flight::closed_loop::Cycle;
+use crate::flight::cycle::Cycle;
 use crate::flight::{mission_file, worlds};
 use plant::World;
 use plant::ocean::GRAVITY_M_S2;
@@ -12,8 +12,6 @@ use serde_json::Value;
 use signals::{Mission, Reading};
 use std::path::Path;
 
-/// Noise of a GPS fix in each direction, m (as in the format's example flights).
-pub const GPS_NOISE_M: f64 = 3.0;
 /// Noise of the CTD's temperature, K (guess: a pumped CTD reads better than its water is mixed).
 const TEMPERATURE_NOISE_K: f64 = 0.002;
 
@@ -48,7 +46,7 @@ impl Recorder {
             // The frame's depth is pressure over this; its inverse gives the pressure that was measured.
             depth_to_pa: world.depth_density_kg_m3() * GRAVITY_M_S2,
             rng: ChaCha8Rng::seed_from_u64(s.seed ^ 0x9b5),
-            gps: Normal::new(0.0, GPS_NOISE_M)?,
+            gps: Normal::new(0.0, worlds::GPS_NOISE_M)?,
             temperature: Normal::new(0.0, TEMPERATURE_NOISE_K)?,
             origin: None,
         })

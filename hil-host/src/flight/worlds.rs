@@ -21,6 +21,9 @@ use signals::{Mission, Wings};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+/// Noise of a GPS fix in each direction, m (as in the format's example flights).
+pub const GPS_NOISE_M: f64 = 3.0;
+
 /// Deepest depth of a mission, m.
 #[must_use]
 pub fn deepest_m(mission: &Mission) -> f32 {
@@ -189,11 +192,11 @@ pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
             "hull_thermal_expansion_relative": 0.05, "added_mass_surge": 0.03, "added_mass_heave": 0.08, "battpos_zero_m": 0.002,
         },
         "sensors": {
-            "sample_period_s": crate::flight::closed_loop::CYCLE_S,
+            "sample_period_s": crate::seats::CYCLE_S,
             "pressure_noise_dbar": round(sensors.depth.noise), "pressure_resolution_dbar": round(sensors.depth.resolution),
             "pitch_noise_rad": sensors.pitch.noise, "pitch_resolution_rad": sensors.pitch.resolution,
             "ballast_resolution_cc": round(sensors.ballast.resolution * 1e6), "heading_noise_rad": sensors.heading.noise,
-            "heading_bias_1sigma_rad": 0.015, "gps_noise_m": crate::flight::recorder::GPS_NOISE_M,
+            "heading_bias_1sigma_rad": 0.015, "gps_noise_m": GPS_NOISE_M,
             "speed_noise_m_s": null, "speed_scale_1sigma": null,
         },
         "background_vertical_water_motion": { "rms_m_s": s.ocean.background_rms_m_s.max(LEAST_BACKGROUND_M_S), "correlation_time_s": s.ocean.background_time_s },

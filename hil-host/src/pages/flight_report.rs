@@ -3,13 +3,13 @@
 
 use crate::pages::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
 use discovery::Vehicle;
+use discovery::criticism::localise::{Residual, VARIABLES, residuals};
 use discovery::diagnosis::report;
 use discovery::diagnosis::{Diagnosis, Ranked};
 use discovery::likelihood::block_error::{blocks, modelled_m_s};
 use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
 use discovery::preprocess::Prepared;
-use discovery::workbench::localise::{Residual, VARIABLES, residuals};
 use hydro::effects::{Active, Constants, Flow, ForceModel};
 
 /// Group of charts that share the time axis.
@@ -219,7 +219,7 @@ fn where_it_fails(seen: &Seen) -> Section {
 fn map(residuals: &[Residual]) -> Chart {
     let range = |k: usize, factor: f64| {
         let values: Vec<f64> = residuals.iter().map(|r| r.values[k] * factor).filter(|v| v.is_finite()).collect();
-        (discovery::record::csv::quantile(&values, 0.01), discovery::record::csv::quantile(&values, 0.99))
+        (discovery::record::plausible::quantile(&values, 0.01), discovery::record::plausible::quantile(&values, 0.99))
     };
     let (nx, ny) = (14usize, 8usize);
     let (a, u) = (range(0, 1f64.to_degrees()), range(1, 1.0));

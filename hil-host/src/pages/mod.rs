@@ -14,6 +14,7 @@ pub mod control_scorecard;
 pub mod diagnosis_scorecard;
 pub mod flight_report;
 pub mod plots;
+pub mod real_scorecard;
 
 use serde::Serialize;
 

@@ -203,10 +203,7 @@ impl Chart {
                         .legend(move |(x, y)| Circle::new((x + i(9), y), u(3), colour.filled()));
                 }
                 Mark::Bars => {
-                    let half = match s.points.as_slice() {
-                        [a, b, ..] => 0.5 * (b.0 - a.0).abs(),
-                        _ => 0.5,
-                    };
+                    let half = half_width(&s.points);
                     chart
                         .draw_series(finite.map(|(x, y)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.45).filled())))
                         .map_err(said)?
@@ -391,6 +388,14 @@ pub fn histogram(values: &[f64], low: f64, high: f64, bins: usize) -> Vec<(f64, 
     }
     let share = |n: u32| if all > 0 { f64::from(n) / f64::from(all) } else { 0.0 };
     counts.iter().enumerate().map(|(i, n)| (low + (i as f64 + 0.5) * width, share(*n))).collect()
+}
+
+/// Half the width of a bar.
+fn half_width(points: &[(f64, f64)]) -> f64 {
+    match points {
+        [a, b, ..] => 0.5 * (b.0 - a.0).abs(),
+        _ => 0.5,
+    }
 }
 
 #[cfg(test)]

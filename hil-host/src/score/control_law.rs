@@ -11,6 +11,8 @@
 //! plant. The table "as true" is sampled from the plant's own steady polar; the
 //! built-in one is what the firmware carries and knows nothing of the plant.
 
+use crate::score::watch::Watch;
+use crate::seats::CYCLE_S;
 use anyhow::{Context, anyhow};
 use control::{Config, Settings};
 use plant::actuators::{Actuators, Pump};
@@ -22,14 +24,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use signals::{Abort, Answer, Leg, Micros, Mission, Phase, SensorFrame, Wings};
 
-/// Control cycle, s: that of real Slocum logs is 4.3, of their missions 4.
-pub const CYCLE_S: f64 = 4.0;
 /// Width of an α bin, degrees.
 pub const BIN_DEG: f64 = 2.0;
 /// Number of α bins: 0..90°.
 pub const BINS: usize = 45;
-/// "Near α*": within this, rad (2°).
-const NEAR_RAD: f64 = 0.034_906_6;
 /// Points of a table made from the plant, and its last α, rad.
 const TABLE: (u16, f64) = (50, 0.35);
 
@@ -231,7 +229,7 @@ impl Band {
 }
 
 /// (L/D)max and its α of the true vehicle, mean of dive and climb.
-fn best(world: &World) -> (f64, f64) {
+pub(crate) fn best(world: &World) -> (f64, f64) {
     let glide = |a: f64| {
         let (l, d) = world.lift_drag_area_m2(a);
         l.abs() / d
@@ -331,36 +329,9 @@ pub fn fly_mission(case: Case, config: &Config, mission: &Mission) -> anyhow::Re
 }
 
 fn judge(case: Case, config: &Config, mission: &Mission, world: &mut World, mut flier: Flier<'_>) -> Score {
-    let (max_l_over_d, best_alpha_rad) = best(world);
-    let leg = mission.legs.first().copied().unwrap_or_default();
-    let (low_m, high_m) = (f64::from(leg.depth_max_m), f64::from(leg.depth_min_m));
-    let mut s = Score {
-        case,
-        done: false,
-        abort: None,
-        dives: 0,
-        distance_m: 0.0,
-        water_distance_m: 0.0,
-        vertical_m: 0.0,
-        duration_s: 0.0,
-        achieved_l_over_d: 0.0,
-        max_l_over_d,
-        share_of_max: 0.0,
-        best_alpha_rad,
-        share_near_best: 0.0,
-        energy_j: 0.0,
-        transport_j_m: 0.0,
-        overshoot_m: 0.0,
-        undershoot_m: 0.0,
-        inflection_s: 0.0,
-        alpha_histogram: vec![0.0; BINS],
-    };
-    let mut turns: Vec<f64> = Vec::new();
-    let mut turning: Option<(f64, f32)> = None;
-    let mut last_ballast = f32::NAN;
+    let mut watch = Watch::new(case, mission, world);
     let mut was = world.truth();
     let start_j = was.energy.total_j();
-    let mut peak: Option<(bool, f64)> = None;
     let limit = f64::from(mission.max_duration_s) + 7200.0;
     while world.time_s() < limit {
         let frame = world.sense();
@@ -369,73 +340,21 @@ fn judge(case: Case, config: &Config, mission: &Mission, world: &mut World, mut 
         world.observe_phase(phase);
         world.advance(&answer.command, CYCLE_S);
         let now = world.truth();
-        s.abort = answer.trace.abort;
-        s.dives = answer.trace.dives;
+        watch.score.abort = answer.trace.abort;
+        watch.score.dives = answer.trace.dives;
         if phase == Phase::Done || (phase == Phase::Safe && now.at_surface) {
-            s.done = phase == Phase::Done;
+            watch.score.done = phase == Phase::Done;
             break;
         }
         let under_way = matches!(phase, Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh) && now.depth_m > 0.3;
         if under_way {
-            s.distance_m += (now.north_m - was.north_m).hypot(now.east_m - was.east_m);
-            // Water speed is the mean of both ends of the cycle: currents change little in 4 s.
-            let north = now.north_m - was.north_m - 0.5 * (now.north_water_m_s + was.north_water_m_s) * CYCLE_S;
-            let east = now.east_m - was.east_m - 0.5 * (now.east_water_m_s + was.east_water_m_s) * CYCLE_S;
-            s.water_distance_m += north.hypot(east);
-            s.vertical_m += (now.depth_m - was.depth_m).abs();
-            s.duration_s += CYCLE_S;
-            let a = now.alpha_rad.abs();
-            if (a - best_alpha_rad).abs() <= NEAR_RAD {
-                s.share_near_best += CYCLE_S;
-            }
-            let bin = ((a.to_degrees() / BIN_DEG) as usize).min(BINS - 1);
-            s.alpha_histogram[bin] += CYCLE_S;
+            watch.glide(&was, &now);
         }
-        // A turn: from a change of the ballast command to the pump standing and the pitch there.
-        let wanted = answer.command.ballast_m3;
-        if under_way && last_ballast.is_finite() && wanted * last_ballast < 0.0 {
-            turning = Some((now.time_s, wanted));
-        }
-        last_ballast = wanted;
-        if let Some((since, target)) = turning {
-            let stands = (now.ballast_m3 - f64::from(target)).abs() < 10e-6;
-            let pitched = (now.pitch_rad.abs() - f64::from(answer.trace.pitch_setpoint_rad.abs())).abs() < NEAR_RAD;
-            let sided = now.pitch_rad * f64::from(target) > 0.0;
-            if stands && pitched && sided {
-                turns.push(now.time_s - since);
-                turning = None;
-            }
-        }
-        // Depth peaks by the sign of the true rate.
-        s.overshoot_m = s.overshoot_m.max(now.depth_m - low_m);
-        if under_way {
-            let down = now.depth_m > was.depth_m;
-            if let Some((was_down, _)) = peak
-                && was_down != down
-            {
-                if was_down {
-                    s.undershoot_m = s.undershoot_m.max(low_m - was.depth_m);
-                } else if high_m > 0.5 && was.depth_m < 0.5 * (low_m + high_m) {
-                    s.overshoot_m = s.overshoot_m.max(high_m - was.depth_m);
-                    s.undershoot_m = s.undershoot_m.max(was.depth_m - high_m);
-                }
-            }
-            peak = Some((down, now.depth_m));
-        }
+        watch.turn(&now, &answer, under_way);
+        watch.depth(&was, &now, under_way);
         was = now;
     }
-    s.energy_j = world.truth().energy.total_j() - start_j;
-    if s.vertical_m > 0.0 && s.duration_s > 0.0 {
-        s.achieved_l_over_d = s.distance_m / s.vertical_m;
-        s.share_of_max = s.water_distance_m / s.vertical_m / s.max_l_over_d;
-        s.share_near_best /= s.duration_s;
-        s.transport_j_m = s.energy_j / s.distance_m;
-        s.alpha_histogram.iter_mut().for_each(|b| *b /= s.duration_s);
-    }
-    if !turns.is_empty() {
-        s.inflection_s = turns.iter().sum::<f64>() / turns.len() as f64;
-    }
-    s
+    watch.finished(world.truth().energy.total_j() - start_j)
 }
 
 /// Flies many cases on all cores; `tick` is called after each.

@@ -5,4 +5,5 @@ pub mod control_law;
 pub mod diagnosis;
 pub mod real;
 pub mod story;
+pub(crate) mod watch;
 pub mod whole_loop;

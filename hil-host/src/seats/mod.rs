@@ -26,6 +26,9 @@ pub mod upload;
 
 pub use link::{Link, SeatError, Wire};
 
+/// Control cycle, s (the paper's vehicle samples every 4 s).
+pub const CYCLE_S: f64 = 4.0;
+
 /// A controller at the other end of some wire.
 pub trait Seat {
     /// Handshake; says who answers.

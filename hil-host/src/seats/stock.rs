@@ -15,7 +15,7 @@ pub struct Stock {
 
 impl Seat for Stock {
     fn hello(&mut self) -> Result<Manifest, SeatError> {
-        Ok(Manifest { cycle_ms: (crate::flight::closed_loop::CYCLE_S * 1e3) as u32, hil: true, ..Manifest::default() })
+        Ok(Manifest { cycle_ms: (crate::seats::CYCLE_S * 1e3) as u32, hil: true, ..Manifest::default() })
     }
 
     fn configure(&mut self, _manifest: &Manifest, config: &Config) -> Result<(), SeatError> {

@@ -9,7 +9,7 @@ use axum::Json;
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
 use discovery::likelihood::block_error::{blocks, modelled_m_s, rms};
-use discovery::likelihood::stall_mask::Branch;
+use discovery::model::branch::Branch;
 use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
 use discovery::preprocess::{Prepared, prepare};

@@ -5,7 +5,8 @@
 //! through a list that the closed loop empties once per control cycle.
 
 use super::{Sorry, Workbench};
-use crate::flight::closed_loop::{Cycle, Order, Orders, Setup, fly as fly_closed_loop};
+use crate::flight::closed_loop::{Order, Orders, Setup, fly as fly_closed_loop};
+use crate::flight::cycle::Cycle;
 use crate::flight::recorder::Recorder;
 use crate::flight::{mission_file, worlds};
 use crate::seats::{self, Choice};

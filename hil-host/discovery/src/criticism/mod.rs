@@ -1,6 +1,7 @@
 //! What the best hypothesis leaves unexplained, and whether its names can be believed.
 
 pub(crate) mod held_out;
+pub mod localise;
 pub(crate) mod periodogram;
 pub(crate) mod plausibility;
 pub mod residual_tests;

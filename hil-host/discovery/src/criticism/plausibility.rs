@@ -1,8 +1,8 @@
 //! Names whose fit is unlike what they stand for: larger than it is anywhere, slower or faster than it happens, of every size where all
 //! are alike. Then the name is that of the nearest thing in the catalogue, and what is missing has none.
 
-use crate::diagnosis::{Estimate, estimate, estimates};
 use crate::hypotheses::candidate::{one_period_inside, size_at_end};
+use crate::inference::estimate::{Estimate, estimate, estimates};
 use crate::inference::gauss_newton::{Effort, Fit, fit_from};
 use crate::inference::wave_train::{OF_NO_TRAIN, log_alike};
 use crate::likelihood::Problem;
@@ -62,7 +62,7 @@ fn no_wave(problem: &Problem, fit: &Fit) -> bool {
 #[cfg(test)]
 mod tests {
     use super::no_growth;
-    use crate::diagnosis::Estimate;
+    use crate::inference::estimate::Estimate;
 
     /// Something that a glider caught before the middle of its flight was called growth with the powers 0.35 and 0.42.
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
+pub mod hull_lag;
 pub mod report;
 pub(crate) mod settle;
 
@@ -9,17 +10,21 @@ use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typica
 use crate::criticism::plausibility::unlike;
 use crate::criticism::residual_tests::{Family, families};
 use crate::diagnosis::settle::look;
-use crate::hypotheses::candidate::{Candidate, WAVE, has_guessed_form};
+use crate::hypotheses::candidate::{Candidate, has_guessed_form};
 use crate::hypotheses::search::{Depth, Found, prior_of};
+use crate::inference::estimate::{Estimate, estimates};
 use crate::inference::evidence::{NEARLY, TIED, log_evidence};
 use crate::inference::gauss_newton::{Effort, Fit, beyond_limits, fit_from};
 use crate::likelihood::block_error::{Block, blocks};
-use crate::likelihood::stall_mask::{Branch, TRUSTED};
+use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Problem, block_errors};
+use crate::model::branch::Branch;
 use crate::model::internal_wave::ordinary_amplitude_m_s;
 use crate::model::parameters::State;
 use crate::preprocess::{Prepared, prepare, sanity};
-use crate::{Flight, Vehicle};
+use crate::record::flight::Flight;
+use crate::vehicle::Vehicle;
+use hydro::effects::WAVE;
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
 /// goes unnamed shows in a longer flight.
@@ -56,11 +61,6 @@ const FAMILY_SHARE: f64 = 0.01;
 const SHOWN: usize = 12;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
-/// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.
-const FORM: f64 = 0.05;
-/// Two-sided 90 % of a normal variable, sigma.
-const NINETY: f64 = 1.645;
-
 /// What the flight says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -85,21 +85,6 @@ impl Verdict {
             Self::Unexplained => "unexplained",
         }
     }
-}
-
-/// One parameter with its 90 % interval.
-#[derive(Clone, Debug)]
-pub struct Estimate {
-    /// `effect.parameter`.
-    pub name: String,
-    /// Value.
-    pub value: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-    /// Unit.
-    pub unit: &'static str,
 }
 
 /// One hypothesis in the report.
@@ -490,55 +475,4 @@ impl Diagnosis {
 
 fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {
     prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect()
-}
-
-/// One free number of an effect of a fit, by its effect, its parameter and its uncertainty.
-pub(crate) fn estimate(fit: &Fit, (effect, parameter, sigma): (usize, usize, f64)) -> Estimate {
-    let a = &fit.state.effects[effect];
-    let p = &a.effect.parameters()[parameter];
-    let value = a.values[parameter];
-    let sigma = if parameter == 0 { sigma.hypot(FORM * value) } else { sigma };
-    Estimate {
-        name: format!("{}.{}", a.effect.name(), p.name),
-        value,
-        // Beyond its bounds the parameter means nothing.
-        low: (value - NINETY * sigma).max(p.low.min(value)),
-        high: (value + NINETY * sigma).min(p.high.max(value)),
-        unit: p.unit,
-    }
-}
-
-/// Parameters of the effects of a fit with 90 % intervals.
-#[must_use]
-pub fn estimates(fit: &Fit) -> Vec<Estimate> {
-    let mut out: Vec<Estimate> = fit.sigma.iter().map(|s| estimate(fit, *s)).collect();
-    if let Some(w) = &fit.state.wave {
-        let runs = w.amplitude_m_s.len() as f64;
-        let (mut power, mut variance) = (0.0, 0.0);
-        for ([a, b], v) in fit.wave_amplitudes() {
-            power += (a * a + b * b + v) / runs;
-            variance += v / runs;
-        }
-        let amplitude = power.sqrt();
-        let sigma = (0.5 * variance / runs).sqrt();
-        let name = |p: &str| format!("{WAVE}.{p}");
-        out.push(Estimate {
-            name: name("amplitude_m_s"),
-            value: amplitude,
-            low: (amplitude - NINETY * sigma).max(0.0),
-            high: amplitude + NINETY * sigma,
-            unit: "m/s",
-        });
-        let spread = w.kind.period_s * 0.12;
-        out.push(Estimate {
-            name: name("period_s"),
-            value: w.kind.period_s,
-            low: w.kind.period_s - spread,
-            high: w.kind.period_s + spread,
-            unit: "s",
-        });
-        let mode = f64::from(w.kind.mode);
-        out.push(Estimate { name: name("mode"), value: mode, low: mode, high: mode, unit: "1" });
-    }
-    out
 }

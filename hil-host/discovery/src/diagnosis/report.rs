@@ -1,10 +1,10 @@
 //! A diagnosis as JSON (the contract) and as words.
 
-use crate::Vehicle;
+use crate::criticism::localise::{Finding, rank, residuals};
 use crate::diagnosis::{Diagnosis, Ranked, Verdict};
 use crate::likelihood::block_error::blocks;
 use crate::model::parameters::State;
-use crate::workbench::localise::{Finding, rank, residuals};
+use crate::vehicle::Vehicle;
 use hydro::effects::by_name;
 use serde_json::{Value, json};
 

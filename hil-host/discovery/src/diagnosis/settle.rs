@@ -5,10 +5,10 @@
 //! settles them anew by what the first search has taught; where another hypothesis leads then, so does a third. Rows move only together
 //! with a new search.
 
+use crate::diagnosis::hull_lag;
 use crate::diagnosis::{FEWEST_COMPARED, OUTLIER, worth_naming};
 use crate::hypotheses::bank::{self, settled};
 use crate::hypotheses::candidate::{is_strained, named};
-use crate::hypotheses::hull_lag;
 use crate::hypotheses::search::{Depth, Found, MAY_WIN, MAY_WIN_RECOLOURED, search, weigh_again};
 use crate::inference::evidence::{TIED, log_evidence};
 use crate::inference::gauss_newton::{Effort, Fit, fit_from};

@@ -11,8 +11,8 @@ use crate::hypotheses::search::{Found, prior_of};
 use crate::hypotheses::sensitivity::Offer;
 use crate::inference::evidence::{TIED, log_evidence};
 use crate::inference::gauss_newton::{Effort, Fit, fit_from};
-use crate::likelihood::stall_mask::Branch;
 use crate::likelihood::{Column, Problem};
+use crate::model::branch::{Bank, Branch};
 use crate::model::parameters::State;
 use hydro::effects::Active;
 
@@ -30,35 +30,6 @@ const LITTLE_PER_RAD2: f64 = 0.1;
 const SHARES: (f64, f64) = (0.4, 1.2);
 /// Iterations of each fit.
 const ITERATIONS: usize = 6;
-
-/// What a model knows of a bank.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Bank {
-    /// What the vehicle file says: nothing, in the flight format's nominal model.
-    #[default]
-    Level,
-    /// Lift tilts with the roll.
-    Tilt,
-    /// This share of a turn without sideslip.
-    Turn(f64),
-}
-
-impl Bank {
-    /// What a flight is said to show where this is taken.
-    #[must_use]
-    pub fn note(self) -> Option<String> {
-        match self {
-            Self::Level => None,
-            Self::Tilt => Some(
-                "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)"
-                    .into(),
-            ),
-            Self::Turn(share) => Some(format!(
-                "the vehicle turns as it banks here, as bodies do and the nominal model does not: lift, path and added mass go round with it (hydro.banked_turn of the vehicle file, {share:.2}; 1 without sideslip)"
-            )),
-        }
-    }
-}
 
 /// What tells what was found, or that nothing is missing, better than a model that knows no bank; not asked where the vehicle file says
 /// what it does.

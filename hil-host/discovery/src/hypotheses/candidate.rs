@@ -11,11 +11,8 @@ use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit};
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
 use crate::model::parameters::{BATTERY_MASS, State, calibration_of, tolerance_of};
-use hydro::effects::{ALPHA_VALID_RAD, Active, Effect, InFlow, Parameter};
+use hydro::effects::{ALPHA_VALID_RAD, Active, Effect, InFlow, Parameter, WAVE};
 use std::sync::Arc;
-
-/// Name of the effect whose phase is free in every run.
-pub const WAVE: &str = "internal_wave";
 
 /// A hypothesis that was fitted.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 pub(crate) mod aliases;
 pub mod bank;
 pub mod candidate;
-pub mod hull_lag;
+pub(crate) mod discrepancy;
 pub mod identifiability;
 pub(crate) mod late_stall;
 pub(crate) mod multistart;

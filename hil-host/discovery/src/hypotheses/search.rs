@@ -5,14 +5,14 @@
 //! fitted and believed is [`crate::hypotheses::candidate`]'s.
 
 use crate::hypotheses::aliases::{level_twins, twins};
-use crate::hypotheses::candidate::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, WAVE, Waves, named, wave_library};
+use crate::hypotheses::candidate::{Candidate, RENEW_GAIN, Screen, TELLS_ALL, Waves, named, wave_library};
+use crate::hypotheses::discrepancy;
 use crate::hypotheses::sensitivity::{Signature, pair_score, project, signatures};
 use crate::inference::evidence::{PRIOR, TIED};
 use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit_from, linear};
 use crate::likelihood::Problem;
-use crate::likelihood::discrepancy;
 use crate::model::parameters::State;
-use hydro::effects::{CATALOGUE, Effect};
+use hydro::effects::{CATALOGUE, Effect, WAVE};
 
 /// Everything the search found.
 #[derive(Clone, Debug)]

@@ -1,12 +1,11 @@
 //! Signatures of effects in the whitened observations, and their geometry once everything that is fitted is projected out.
 
-use crate::hypotheses::candidate::WAVE;
 use crate::inference::evidence::log_size_prior;
 use crate::inference::gauss_newton::{Ground, Jacobian, symmetric};
 use crate::likelihood::finite_difference::LEAP_IF_FELT;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{State, calibration_of, tolerance_of};
-use hydro::effects::{CATALOGUE, Effect};
+use hydro::effects::{CATALOGUE, Effect, WAVE};
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Borrow;
 use std::f64::consts::PI;

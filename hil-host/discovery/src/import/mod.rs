@@ -3,7 +3,7 @@
 //! * [`slocum`]: Slocum binary files of one flight ([`dbd`]: one such file).
 //! * [`netcdf`]: Seaglider, OG1, IOOS. [`table`]: csv.
 //! * [`comet`]: the public Comet 2016 flight ([`npy`]: numpy arrays).
-//! * [`seawater`]: density, always computed here from what the CTD measured.
+//! * [`crate::record::seawater`]: density, always computed here from what the CTD measured.
 //! * [`crate::record::resample`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
 
 use std::path::{Path, PathBuf};
@@ -17,7 +17,6 @@ pub mod dbd;
 pub mod netcdf;
 pub mod npy;
 pub mod position;
-pub mod seawater;
 pub mod slocum;
 pub mod table;
 
@@ -88,7 +87,7 @@ impl Report {
         }
     }
 
-    fn density_from(&mut self, what: &str, place: Option<seawater::Place>, known: bool) {
+    fn density_from(&mut self, what: &str, place: Option<crate::record::seawater::Place>, known: bool) {
         let salinity = match place {
             Some(p) if p.is_baltic() => "Baltic absolute salinity",
             _ => "reference salinity (regional anomaly left out, at most 0.02 kg/m3)",
@@ -166,10 +165,10 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 fn check(imported: &mut Imported) -> Result<(), String> {
     let flight = &imported.flight;
-    if let Some((column, why)) = crate::record::csv::implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
+    if let Some((column, why)) = crate::record::plausible::implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
         return Err(format!("{column} {why}"));
     }
-    let deep = crate::record::csv::quantile(&flight.pressure_pa, 0.99);
+    let deep = crate::record::plausible::quantile(&flight.pressure_pa, 0.99);
     if deep < SHALLOW_PA {
         return Err(format!("pressure never exceeds {:.4} dbar: no dive to compare with, or kbar or MPa instead of dbar?", deep * 1e-4));
     }

@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::dbd::{self, DbdError};
-use super::seawater::{self, Place};
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
 use crate::record::resample::Series;
+use crate::record::seawater::{self, Place};
 
 /// Endings of engineering files, the fullest first.
 const ENGINEERING: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
@@ -204,7 +204,7 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
 
 /// Damaged stretches can yield any number: times further than 30 days from the middle one are none.
 fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {
-    let middle = crate::record::csv::quantile(&times.iter().copied().filter(|t| *t > 1e8).collect::<Vec<_>>(), 0.5);
+    let middle = crate::record::plausible::quantile(&times.iter().copied().filter(|t| *t > 1e8).collect::<Vec<_>>(), 0.5);
     for t in &mut times {
         if !((*t - middle).abs() < 30.0 * 86400.0) {
             *t = f64::NAN;

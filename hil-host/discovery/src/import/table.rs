@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::seawater;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::record::csv;
 use crate::record::flight::Flight;
+use crate::record::seawater;
 
 /// Salinity columns, best first: practical (PSS-78) or absolute (g/kg).
 const PRACTICAL: [&str; 4] = ["SP_psu", "salinity", "PSAL", "practical_salinity"];

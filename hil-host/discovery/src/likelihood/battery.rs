@@ -18,34 +18,12 @@ use crate::model::parameters::{
 };
 use crate::preprocess::{Input, Run};
 use crate::vehicle::Vehicle;
+use crate::vehicle::pitch_moments::PitchMoments;
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, ForceModel, Sensed};
 use std::ops::RangeInclusive;
 
-/// The numbers of the moments in pitch, SI (FORMAT section 4).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PitchMoments {
-    /// I, kg m².
-    pub inertia_kg_m2: f64,
-    /// h, m.
-    pub metacentric_height_m: f64,
-    /// m_b, kg.
-    pub battery_mass_kg: f64,
-    /// x_p, m.
-    pub ballast_arm_m: f64,
-    /// l, m.
-    pub length_m: f64,
-    /// cm_α, 1/rad on S l.
-    pub cm_alpha: f64,
-    /// cm_q, on S l².
-    pub cm_q: f64,
-    /// Tolerance of the battery's zero x_b0, m.
-    pub battery_zero_m: f64,
-}
-
 /// Speed that the damping of the pitch adds to that of the glide, m/s (FORMAT section 4).
 const DAMPED_AT_M_S: f64 = 0.35;
-/// Tolerance of the battery's zero where a file states none, m: as the format's examples.
-const BATTERY_ZERO_M: f64 = 0.002;
 /// Length of a stretch, s: twice the time in which the pitch settles, half of that in which a leg of a shallow dive is flown.
 const STRETCH_S: f64 = 30.0;
 /// Longest time between two rows of a stretch, s.
@@ -103,33 +81,6 @@ fn mean(time_s: &[f64], rows: &RangeInclusive<usize>, of: impl Fn(usize) -> f64)
 }
 
 impl PitchMoments {
-    /// Those of a vehicle file, if it states all of them. `number` gives a key's value within its range, if it is there.
-    pub(crate) fn stated<E>(number: impl Fn(&str, f64, f64, &str) -> Result<Option<f64>, E>) -> Result<Option<Self>, E> {
-        let [inertia, height, battery, arm, length, alpha, q] = [
-            number("pitch.inertia_kg_m2", 0.1, 1e4, "kg m2")?,
-            number("pitch.metacentric_height_m", 1e-4, 1.0, "m")?,
-            number("pitch.battery_mass_kg", 0.1, 1e3, "kg")?,
-            number("pitch.ballast_arm_m", -10.0, 10.0, "m")?,
-            number("pitch.length_m", 0.1, 20.0, "m")?,
-            number("pitch.cm_alpha", -100.0, 100.0, "1/rad")?,
-            number("pitch.cm_q", -1000.0, 0.0, "1")?,
-        ];
-        let zero = number("tolerance_1sigma.battpos_zero_m", 0.0, 1.0, "m")?.unwrap_or(BATTERY_ZERO_M);
-        let all = || {
-            Some(Self {
-                inertia_kg_m2: inertia?,
-                metacentric_height_m: height?,
-                battery_mass_kg: battery?,
-                ballast_arm_m: arm?,
-                length_m: length?,
-                cm_alpha: alpha?,
-                cm_q: q?,
-                battery_zero_m: zero,
-            })
-        };
-        Ok(all())
-    }
-
     /// Damping moment per rate of pitch, N m s/rad.
     fn damping(&self, c: &Constants, density_kg_m3: f64, speed_m_s: f64) -> f64 {
         0.5 * density_kg_m3 * c.reference_area_m2 * self.length_m * self.length_m * self.cm_q * (speed_m_s + DAMPED_AT_M_S)
@@ -359,7 +310,8 @@ impl Problem<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{PitchMoments, noise_in_damping};
+    use super::noise_in_damping;
+    use crate::vehicle::pitch_moments::PitchMoments;
     use std::path::Path;
 
     /// A battery that is slow moves little from row to row while the nose still swings, and what holds a swinging nose is not what holds

@@ -1,7 +1,7 @@
 //! The error figures: block depth-rate error of FORMAT section 6.1.
 
 use crate::preprocess::{Run, SETTLE_S, SURFACE_M};
-use crate::record::csv::quantile;
+use crate::record::plausible::quantile;
 
 /// Shortest length of a block, s.
 pub const BLOCK_S: f64 = 20.0;

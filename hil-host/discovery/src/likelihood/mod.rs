@@ -7,26 +7,25 @@
 
 pub mod battery;
 pub mod block_error;
-pub(crate) mod discrepancy;
 pub mod displacement;
 pub(crate) mod finite_difference;
 pub mod selection;
 pub mod stall_mask;
 pub mod whitening;
 
-use crate::import::seawater::density;
 use crate::likelihood::battery::Stretch;
 use crate::likelihood::block_error::{Block, block_s, modelled_m_s, rms, sampled_every_s};
-use crate::likelihood::displacement::Way;
 use crate::likelihood::finite_difference::Seen;
-use crate::likelihood::stall_mask::Branch;
 use crate::likelihood::whitening::{Colour, Whitener};
+use crate::model::branch::Branch;
 use crate::model::dynamics::{Job, Track};
 use crate::model::integrator::tracks;
 use crate::model::internal_wave::Kind;
 use crate::model::parameters::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, State};
 use crate::preprocess::dives::{MOST_FITTED, evenly};
+use crate::preprocess::gps::Way;
 use crate::preprocess::{Prepared, Run, SURFACE_M};
+use crate::record::seawater::density;
 use crate::vehicle::Vehicle;
 use hydro::effects::{Active, Constants, DAY_S, Effect};
 use std::borrow::Cow;

@@ -1,7 +1,7 @@
 //! Which rows are left out of a fit, and why: outliers of a sensor, and what [`crate::likelihood::stall_mask`] takes out.
 
-use crate::likelihood::stall_mask::Branch;
 use crate::likelihood::{Problem, speed_groups};
+use crate::model::branch::Branch;
 use crate::preprocess::Run;
 
 /// An innovation that is no news of one sample alone, sigma.

@@ -8,19 +8,15 @@
 //! under every hypothesis. Without that, whether a leg stalls flips with small changes of the calibration: rows that one state
 //! explains make the misfit of its neighbours explode, and clean flights look as if something were missing.
 
-use crate::hypotheses::bank::Bank;
 use crate::likelihood::Problem;
 use crate::likelihood::block_error::{Block, modelled_m_s};
 use crate::likelihood::selection::LeftOut;
 use crate::likelihood::whitening::Whitener;
-use crate::model::dynamics::{Job, Track, tracks_of};
-use crate::model::integrator::tracks;
-use crate::model::parameters::{State, law};
-use crate::preprocess::{FLOAT_M, Prepared, Run};
-use crate::vehicle::Vehicle;
-use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, Continuation};
-use serde_json::{Value, json};
-use std::borrow::Cow;
+use crate::model::branch::{BOTH, Branch, HELD_S, Stretch};
+use crate::model::dynamics::{Track, tracks_of};
+use crate::model::parameters::State;
+use crate::preprocess::{Prepared, Run};
+use hydro::effects::{ALPHA_VALID_RAD, Continuation};
 
 /// How long rows stay out after the continuations agree again, s: two time constants of surge.
 const AFTER_S: f64 = 20.0;
@@ -31,14 +27,10 @@ const PASSING_S: f64 = 120.0;
 const SAME_BRANCH: f64 = 0.2;
 /// One row near the stall in so many that are compared is more than launches and turns.
 const MUCH: usize = 5;
-/// How long a launch may take to attach, s: 60 to 120 serve simulated flights alike.
-const HELD_S: f64 = 90.0;
 /// A stall is told from a glide where their rates differ by so many times the rms of the water motion, and one is seen where it
 /// leaves less than this share of the other's mean square: what is missing in a model moves a glide by much less than a stall does.
 const TOLD_APART: f64 = 3.0;
 const MUCH_NEARER: f64 = 0.25;
-/// A stall sinks faster or slower than a glide by more than this, m/s: a tenth of a glide's 0.1 to 0.2.
-const STALL_M_S: f64 = 0.01;
 /// One row in so many may be beyond the valid angle of attack in a glide.
 const HARDLY: usize = 20;
 /// Mean square of innovations near the stall up to which a continuation is believed to be nature's at once.
@@ -47,101 +39,6 @@ pub const TRUSTED: f64 = 1.15;
 pub const WORTH_TRYING: f64 = 4.0;
 /// An innovation counts no more than this square: one bad sample must not condemn a continuation.
 const MOST: f64 = 25.0;
-const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::Fading];
-
-/// From when to when, s.
-type Stretch = (f64, f64);
-
-/// Which branch a model takes where its law of lift ends or knows nothing: what the fitted runs have shown of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Branch {
-    /// How lift goes on beyond the valid angle of attack.
-    pub continuation: Continuation,
-    /// Whether launches end in a glide: of those after which the calibrated model may stall, at least half are seen to.
-    pub glides: bool,
-    /// What the model knows of a bank ([`crate::hypotheses::bank`]).
-    pub bank: Bank,
-    /// Share of the hull's expansion that follows the water late ([`crate::hypotheses::hull_lag`]), beside what the vehicle file states.
-    pub hull_lag_share: f64,
-}
-
-impl Branch {
-    /// What a refit has settled and written into the vehicle file ([`Branch::document`]); the default where none has.
-    #[must_use]
-    pub(crate) fn of_file(vehicle: &Vehicle) -> Self {
-        let said = &vehicle.document["provenance"]["branch"];
-        let continuation = if said["continuation"] == "fading" { Continuation::Fading } else { Continuation::Rising };
-        Self { continuation, glides: said["launches_glide"] == true, ..Self::default() }
-    }
-
-    /// The same for a vehicle file. The bank and the hull's lag are numbers of the file.
-    #[must_use]
-    pub(crate) fn document(self) -> Value {
-        let continuation = if self.continuation == Continuation::Fading { "fading" } else { "rising" };
-        json!({"continuation": continuation, "launches_glide": self.glides})
-    }
-
-    /// Of what both continuations give, in the order of [`BOTH`]: that of the one in force, and the other's.
-    pub(crate) fn in_force<T>(self, [rising, fading]: [T; 2]) -> [T; 2] {
-        if self.continuation == Continuation::Fading { [fading, rising] } else { [rising, fading] }
-    }
-
-    /// Constants and effects that a state of a vehicle means on this branch.
-    #[must_use]
-    pub(crate) fn law(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
-        let (constants, effects) = law(vehicle, state);
-        let (bank_tilt, banked_turn) = match self.bank {
-            Bank::Level => (constants.bank_tilt, constants.banked_turn),
-            Bank::Tilt => (1.0, 0.0),
-            Bank::Turn(share) => (0.0, share),
-        };
-        (Constants { bank_tilt, banked_turn, hull_lag_share: constants.hull_lag_share + self.hull_lag_share, ..constants }, effects)
-    }
-
-    /// The same, but a vehicle as its file gives it knows of no branch: what is shown of a state, not what a fit moves on.
-    #[must_use]
-    pub(crate) fn law_as_given(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
-        if state.is_nominal() { law(vehicle, state) } else { self.law(vehicle, state) }
-    }
-
-    /// Runs the model over a run of which nothing but its inputs is known. Where it depends on the continuation whether a launch ends
-    /// in a stall, it ends as the launches of the fitted runs did; the vehicle as its file gives it knows of none.
-    #[must_use]
-    pub fn track(self, run: &Run, vehicle: &Vehicle, state: &State) -> Track {
-        self.tracks(run, vehicle, &[state]).pop().unwrap_or_default()
-    }
-
-    /// The same at several states: they are simulated side by side.
-    #[must_use]
-    pub fn tracks(self, run: &Run, vehicle: &Vehicle, states: &[&State]) -> Vec<Track> {
-        let laws: Vec<_> = states.iter().map(|s| self.law_as_given(vehicle, s)).collect();
-        let with = |which: &[usize], c: Continuation, attached: &[Stretch]| {
-            let job = |&k: &usize| Job { run, constants: laws[k].0, effects: Cow::Borrowed(&laws[k].1), attached };
-            tracks(&which.iter().map(job).collect::<Vec<_>>(), vehicle.water_depth_m, c)
-        };
-        let [mine, other] = self.in_force(BOTH);
-        let mut out = with(&(0..states.len()).collect::<Vec<_>>(), mine, &[]);
-        let Some(launch) = launch(run).filter(|_| self.glides) else { return out };
-        let refitted = Self::of_file(vehicle).glides;
-        let calibrated: Vec<usize> = (0..states.len()).filter(|&k| refitted || !states[k].is_nominal()).collect();
-        let others = with(&calibrated, other, &[]);
-        let late: Vec<usize> = (0..run.time_s.len()).filter(|&row| run.time_s[row] > launch.1).collect();
-        let differ = |a: &Track, b: &Track| late.iter().any(|&row| (a.sink_m_s[row] - b.sink_m_s[row]).abs() > STALL_M_S);
-        let undecided: Vec<usize> =
-            calibrated.into_iter().zip(&others).filter(|(k, other)| differ(&out[*k], other)).map(|(k, _)| k).collect();
-        let held = with(&undecided, mine, &[launch]);
-        undecided.into_iter().zip(held).for_each(|(k, track)| out[k] = track);
-        out
-    }
-}
-
-/// From when to when the launch of a run takes, if it has one.
-fn launch(run: &Run) -> Option<Stretch> {
-    let under = run.inputs.iter().position(|i| i.depth_m > FLOAT_M).filter(|_| run.starts_afloat)?;
-    let from = run.time_s.first()? + 0.5 * run.step_s * under as f64;
-    Some((from, from + HELD_S))
-}
-
 /// Whether a time lies in a stretch, after the launch that it begins with.
 fn after_launch((from, to): Stretch, time_s: f64) -> bool {
     (from + HELD_S + AFTER_S..=to).contains(&time_s)
@@ -332,25 +229,5 @@ impl Problem<'_> {
     #[must_use]
     pub fn brink_rows(&self) -> usize {
         self.brink_at.iter().flatten().filter(|b| **b).count()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::path::Path;
-
-    /// What a refit has settled comes back from the file that it wrote, so that whoever flies the file flies as the fit did.
-    #[test]
-    fn regress_a_branch_comes_back_from_the_vehicle_file() {
-        let text = include_str!("../../../../vehicles/modena.toml");
-        let mut document: Value = toml::from_str(text).expect("reads");
-        let file = |d: &Value| crate::vehicle::parse(d.clone(), Path::new("v.json")).expect("a vehicle");
-        assert_eq!(Branch::of_file(&file(&document)), Branch::default());
-        for continuation in BOTH {
-            let settled = Branch { continuation, glides: true, ..Branch::default() };
-            document["provenance"] = json!({"branch": settled.document()});
-            assert_eq!(Branch::of_file(&file(&document)), settled);
-        }
     }
 }

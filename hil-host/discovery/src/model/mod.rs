@@ -1,5 +1,6 @@
 //! The forward model: parameters, equations of motion, their integration over the measured inputs.
 
+pub mod branch;
 pub mod dynamics;
 pub mod integrator;
 pub mod internal_wave;

@@ -3,8 +3,8 @@
 //! A cut is made at the shallow turning point between a climb and the next dive. A turning point counts when the pressure has
 //! moved by a third of the flight's range since the one before: noise and small steps at an apogee do not cut.
 
-use crate::Vehicle;
 use crate::record::flight::Flight;
+use crate::vehicle::Vehicle;
 
 /// Share of the pressure range that makes a climb or a dive.
 const SWING: f64 = 0.33;
@@ -26,7 +26,7 @@ pub fn evenly(n: usize, most: usize) -> Vec<usize> {
 #[must_use]
 pub fn shallow_turns(flight: &Flight) -> Vec<usize> {
     let p = &flight.pressure_pa;
-    let swing = (SWING * (crate::record::csv::quantile(p, 0.98) - crate::record::csv::quantile(p, 0.02))).max(LEAST_SWING_PA);
+    let swing = (SWING * (crate::record::plausible::quantile(p, 0.98) - crate::record::plausible::quantile(p, 0.02))).max(LEAST_SWING_PA);
     let mut turns = Vec::new();
     // Lowest and highest pressure since the last turning point, and whether the vehicle is on its way down.
     let (mut least, mut most, mut down) = (None::<usize>, None::<usize>, None::<bool>);

@@ -1,9 +1,9 @@
 //! Can these inputs drive a model at all? Columns that contradict each other are refused with the likely cause, before a fit makes
 //! physics of them.
 
-use crate::Vehicle;
 use crate::preprocess::Prepared;
-use crate::record::csv::quantile;
+use crate::record::plausible::quantile;
+use crate::vehicle::Vehicle;
 
 /// Vertical velocity from which a row counts as diving or climbing, m/s, and the time over which it is formed, s.
 const MOVING_M_S: f64 = 0.03;

@@ -5,6 +5,7 @@
 //! [`Flight::extra`] where they are numbers. What is refused, is refused with file, line, column and a fix.
 
 use crate::record::flight::Flight;
+use crate::record::plausible::implausible;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -159,18 +160,23 @@ pub fn flight(path: &Path) -> Result<Flight, ReadError> {
     parse(&text, &file, &name)
 }
 
-/// Reads a flight from csv text; `file` is only for messages.
-///
-/// # Errors
-/// What is wrong, where, and what to do.
-pub fn parse(text: &str, file: &Path, name: &str) -> Result<Flight, ReadError> {
-    let bad = |line: u64, column: &str, why: String| ReadError::Content { path: file.to_path_buf(), line, column: column.into(), why };
-    if text.trim().is_empty() {
-        return Err(bad(0, "file", "is empty; a flight needs a header line and rows".into()));
-    }
-    let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|e| bad(1, "header", e.to_string()))?.clone();
-    let mut channels: BTreeMap<Channel, (usize, f64)> = BTreeMap::new();
+/// Which columns of a header are channels, with the factor to SI.
+type Channels = BTreeMap<Channel, (usize, f64)>;
+
+/// A table of numbers as read, and where its rows stand in the file.
+struct Table<'a> {
+    file: &'a Path,
+    header: csv::StringRecord,
+    channels: Channels,
+    columns: Vec<Vec<f64>>,
+    /// Whether everything in a column was a number.
+    numeric: Vec<bool>,
+    lines: Vec<u64>,
+}
+
+/// The channels of a header; those that no flight can be without must be there.
+fn channels_of(header: &csv::StringRecord, bad: &dyn Fn(u64, &str, String) -> ReadError) -> Result<Channels, ReadError> {
+    let mut channels = Channels::new();
     for (alias, channel, factor) in NAMES {
         if let Some(i) = header.iter().position(|h| h.trim_start_matches('\u{feff}').eq_ignore_ascii_case(alias)) {
             channels.entry(*channel).or_insert((i, *factor));
@@ -198,137 +204,163 @@ pub fn parse(text: &str, file: &Path, name: &str) -> Result<Flight, ReadError> {
             ));
         }
     }
-    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
-    let mut numeric = vec![true; header.len()];
-    let mut lines = Vec::new();
-    let mut labels: Vec<String> = Vec::new();
-    let known: Vec<usize> = channels.values().map(|v| v.0).collect();
-    let segment_column = channels.get(&Channel::Segment).map(|v| v.0);
-    for record in reader.records() {
-        let record = record.map_err(|e| bad(e.position().map_or(0, csv::Position::line), "row", e.to_string()))?;
-        let line = record.position().map_or(0, csv::Position::line);
-        if record.len() != header.len() {
-            let why = format!("has {} fields, the header {}; the file may have been cut off here", record.len(), header.len());
-            return Err(bad(line, "row", why));
-        }
-        lines.push(line);
-        for (i, field) in record.iter().enumerate() {
-            let value = if Some(i) == segment_column && field.parse::<u32>().is_err() {
-                let k = labels.iter().position(|l| l == field).unwrap_or_else(|| {
-                    labels.push(field.to_string());
-                    labels.len() - 1
-                });
-                k as f64
-            } else if field.is_empty() || field.eq_ignore_ascii_case("nan") {
-                f64::NAN
-            } else {
-                match field.parse::<f64>() {
-                    Ok(v) if v.is_finite() => v,
-                    _ if known.contains(&i) => {
-                        return Err(bad(
-                            line,
-                            &header[i],
-                            format!("`{field}` is not a number; leave the field empty where there is no value"),
-                        ));
-                    }
-                    _ => {
-                        numeric[i] = false;
-                        f64::NAN
-                    }
-                }
-            };
-            columns[i].push(value);
-        }
-    }
-    let n = lines.len();
-    if n == 0 {
-        return Err(bad(0, "file", "has a header and no rows".into()));
-    }
-    let take = |channel: Channel| -> Option<Vec<f64>> { channels.get(&channel).map(|(i, f)| columns[*i].iter().map(|v| v * f).collect()) };
-    let or_nan = |channel| take(channel).unwrap_or_else(|| vec![f64::NAN; n]);
-    let time_column = header[channels[&Channel::Time].0].to_string();
-    let mut time_s = or_nan(Channel::Time);
-    for (i, t) in time_s.iter().enumerate() {
-        if !t.is_finite() {
-            return Err(bad(lines[i], &time_column, "time is empty; delete the row or give it a time".into()));
-        }
-        if i > 0 && *t <= time_s[i - 1] {
-            let why =
-                format!("time goes from {} to {t} s; it must increase from row to row (sort the rows, remove doubles)", time_s[i - 1]);
-            return Err(bad(lines[i], &time_column, why));
-        }
-    }
-    if n > 2 {
-        let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        let median = steps[steps.len() / 2];
-        if !(0.01..=120.0).contains(&median) {
-            let why =
-                format!("the usual step is {median} s; a flight is sampled every 0.1 to 60 s (milliseconds or days instead of seconds?)");
-            return Err(bad(0, &time_column, why));
-        }
-    }
-    // Unix time would make "days since the start" meaningless.
-    if time_s[0] > 1e8 {
-        let start = time_s[0];
-        time_s.iter_mut().for_each(|t| *t -= start);
-    }
-    let segment = match take(Channel::Segment) {
-        None => vec![0; n],
-        Some(s) => {
-            let mut out = Vec::with_capacity(n);
-            for (i, v) in s.iter().enumerate() {
-                if !v.is_finite() || *v < 0.0 || v.fract() != 0.0 {
-                    return Err(bad(lines[i], "segment", format!("`{v}` is not a segment number (0, 1, 2 …)")));
-                }
-                out.push(*v as u32);
-            }
-            out
-        }
-    };
-    let flight = Flight {
-        name: name.to_string(),
-        time_s,
-        segment,
-        pressure_pa: or_nan(Channel::Pressure),
-        pitch_rad: or_nan(Channel::Pitch),
-        roll_rad: or_nan(Channel::Roll),
-        heading_rad: or_nan(Channel::Heading),
-        ballast_m3: or_nan(Channel::Ballast),
-        battery_mass_m: or_nan(Channel::Battery),
-        temperature_degc: or_nan(Channel::Temperature),
-        density_kg_m3: or_nan(Channel::Density),
-        gps_east_m: or_nan(Channel::GpsEast),
-        gps_north_m: or_nan(Channel::GpsNorth),
-        speed_m_s: take(Channel::Speed).filter(|s| s.iter().any(|v| v.is_finite())),
-        extra: header
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| !known.contains(i) && numeric[*i])
-            .map(|(i, h)| (h.to_string(), columns[i].clone()))
-            .collect(),
-    };
-    let column_of = |c: Channel| header[channels[&c].0].to_string();
-    plausible(
-        &flight,
-        file,
-        column_of(Channel::Pressure),
-        column_of(Channel::Pitch),
-        column_of(Channel::Ballast),
-        column_of(Channel::Density),
-    )?;
-    Ok(flight)
+    Ok(channels)
 }
 
-/// The value below which a share `q` of the finite values lies; NaN if there are none.
-#[must_use]
-pub fn quantile(values: &[f64], q: f64) -> f64 {
-    let mut v: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
-    if v.is_empty() {
-        return f64::NAN;
+impl<'a> Table<'a> {
+    fn read(text: &str, file: &'a Path) -> Result<Self, ReadError> {
+        let bad = |line: u64, column: &str, why: String| ReadError::Content { path: file.to_path_buf(), line, column: column.into(), why };
+        let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|e| bad(1, "header", e.to_string()))?.clone();
+        let channels = channels_of(&header, &bad)?;
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
+        let mut numeric = vec![true; header.len()];
+        let mut lines = Vec::new();
+        let mut labels: Vec<String> = Vec::new();
+        let known: Vec<usize> = channels.values().map(|v| v.0).collect();
+        let segment_column = channels.get(&Channel::Segment).map(|v| v.0);
+        for record in reader.records() {
+            let record = record.map_err(|e| bad(e.position().map_or(0, csv::Position::line), "row", e.to_string()))?;
+            let line = record.position().map_or(0, csv::Position::line);
+            if record.len() != header.len() {
+                let why = format!("has {} fields, the header {}; the file may have been cut off here", record.len(), header.len());
+                return Err(bad(line, "row", why));
+            }
+            lines.push(line);
+            for (i, field) in record.iter().enumerate() {
+                let value = if Some(i) == segment_column && field.parse::<u32>().is_err() {
+                    let k = labels.iter().position(|l| l == field).unwrap_or_else(|| {
+                        labels.push(field.to_string());
+                        labels.len() - 1
+                    });
+                    k as f64
+                } else if field.is_empty() || field.eq_ignore_ascii_case("nan") {
+                    f64::NAN
+                } else {
+                    match field.parse::<f64>() {
+                        Ok(v) if v.is_finite() => v,
+                        _ if known.contains(&i) => {
+                            let why = format!("`{field}` is not a number; leave the field empty where there is no value");
+                            return Err(bad(line, &header[i], why));
+                        }
+                        _ => {
+                            numeric[i] = false;
+                            f64::NAN
+                        }
+                    }
+                };
+                columns[i].push(value);
+            }
+        }
+        Ok(Self { file, header, channels, columns, numeric, lines })
     }
-    v.sort_by(f64::total_cmp);
-    v[((v.len() - 1) as f64 * q).round() as usize]
+
+    fn bad(&self, line: u64, column: &str, why: String) -> ReadError {
+        ReadError::Content { path: self.file.to_path_buf(), line, column: column.into(), why }
+    }
+
+    /// Name that the file gives to a channel's column.
+    fn column_of(&self, channel: Channel) -> String {
+        self.channels.get(&channel).map_or_else(String::new, |(i, _)| self.header[*i].to_string())
+    }
+
+    /// A channel in SI, where the file has it.
+    fn take(&self, channel: Channel) -> Option<Vec<f64>> {
+        self.channels.get(&channel).map(|(i, f)| self.columns[*i].iter().map(|v| v * f).collect())
+    }
+
+    fn or_nan(&self, channel: Channel) -> Vec<f64> {
+        self.take(channel).unwrap_or_else(|| vec![f64::NAN; self.lines.len()])
+    }
+
+    /// Time of each row, s; Unix time counts from the first row.
+    fn time_s(&self) -> Result<Vec<f64>, ReadError> {
+        let column = self.column_of(Channel::Time);
+        let mut time_s = self.or_nan(Channel::Time);
+        for (i, t) in time_s.iter().enumerate() {
+            if !t.is_finite() {
+                return Err(self.bad(self.lines[i], &column, "time is empty; delete the row or give it a time".into()));
+            }
+            if i > 0 && *t <= time_s[i - 1] {
+                let why =
+                    format!("time goes from {} to {t} s; it must increase from row to row (sort the rows, remove doubles)", time_s[i - 1]);
+                return Err(self.bad(self.lines[i], &column, why));
+            }
+        }
+        if time_s.len() > 2 {
+            let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+            steps.sort_by(f64::total_cmp);
+            let median = steps[steps.len() / 2];
+            if !(0.01..=120.0).contains(&median) {
+                let why = format!(
+                    "the usual step is {median} s; a flight is sampled every 0.1 to 60 s (milliseconds or days instead of seconds?)"
+                );
+                return Err(self.bad(0, &column, why));
+            }
+        }
+        // Unix time would make "days since the start" meaningless.
+        if time_s[0] > 1e8 {
+            let start = time_s[0];
+            time_s.iter_mut().for_each(|t| *t -= start);
+        }
+        Ok(time_s)
+    }
+
+    /// Segment number of each row; all zero without a column of them.
+    fn segment(&self) -> Result<Vec<u32>, ReadError> {
+        let Some(numbers) = self.take(Channel::Segment) else { return Ok(vec![0; self.lines.len()]) };
+        let mut out = Vec::with_capacity(numbers.len());
+        for (i, v) in numbers.iter().enumerate() {
+            if !v.is_finite() || *v < 0.0 || v.fract() != 0.0 {
+                return Err(self.bad(self.lines[i], "segment", format!("`{v}` is not a segment number (0, 1, 2 …)")));
+            }
+            out.push(*v as u32);
+        }
+        Ok(out)
+    }
+
+    /// Columns of numbers that are no channel.
+    fn extra(&self) -> BTreeMap<String, Vec<f64>> {
+        let known: Vec<usize> = self.channels.values().map(|v| v.0).collect();
+        let others = self.header.iter().enumerate().filter(|(i, _)| !known.contains(i) && self.numeric[*i]);
+        others.map(|(i, h)| (h.to_string(), self.columns[i].clone())).collect()
+    }
+}
+
+/// Reads a flight from csv text; `file` is only for messages.
+///
+/// # Errors
+/// What is wrong, where, and what to do.
+pub fn parse(text: &str, file: &Path, name: &str) -> Result<Flight, ReadError> {
+    let empty = |why: &str| ReadError::Content { path: file.to_path_buf(), line: 0, column: "file".into(), why: why.into() };
+    if text.trim().is_empty() {
+        return Err(empty("is empty; a flight needs a header line and rows"));
+    }
+    let table = Table::read(text, file)?;
+    if table.lines.is_empty() {
+        return Err(empty("has a header and no rows"));
+    }
+    let flight = Flight {
+        name: name.to_string(),
+        time_s: table.time_s()?,
+        segment: table.segment()?,
+        pressure_pa: table.or_nan(Channel::Pressure),
+        pitch_rad: table.or_nan(Channel::Pitch),
+        roll_rad: table.or_nan(Channel::Roll),
+        heading_rad: table.or_nan(Channel::Heading),
+        ballast_m3: table.or_nan(Channel::Ballast),
+        battery_mass_m: table.or_nan(Channel::Battery),
+        temperature_degc: table.or_nan(Channel::Temperature),
+        density_kg_m3: table.or_nan(Channel::Density),
+        gps_east_m: table.or_nan(Channel::GpsEast),
+        gps_north_m: table.or_nan(Channel::GpsNorth),
+        speed_m_s: table.take(Channel::Speed).filter(|s| s.iter().any(|v| v.is_finite())),
+        extra: table.extra(),
+    };
+    let [pressure, pitch, ballast, density] =
+        [Channel::Pressure, Channel::Pitch, Channel::Ballast, Channel::Density].map(|c| table.column_of(c));
+    plausible(&flight, file, pressure, pitch, ballast, density)?;
+    Ok(flight)
 }
 
 /// Refuses columns that are empty or whose bulk cannot be in the unit they claim.
@@ -341,63 +373,6 @@ fn plausible(f: &Flight, file: &Path, pressure: String, pitch: String, ballast: 
         }
     }
     implausible(f, [&pressure, &pitch, &ballast, &density]).map_or(Ok(()), |(column, why)| Err(bad(column, why)))
-}
-
-/// The first column whose bulk cannot be in the unit it claims, and why; `names` are those of pressure, pitch, ballast and density.
-/// Quantiles, so that single spikes pass; a column without values passes.
-#[must_use]
-pub fn implausible(f: &Flight, names: [&str; 4]) -> Option<(String, String)> {
-    let [pressure, pitch, ballast, density] = names;
-    let size = |values: &[f64], q: f64| quantile(&values.iter().map(|v| v.abs()).collect::<Vec<_>>(), q);
-    let found = |column: &str, why: String| Some((column.to_string(), why));
-    let deep = quantile(&f.pressure_pa, 0.99);
-    if deep.is_finite() && !(-5e4..1.2e8).contains(&deep) {
-        let why = format!("reaches {:.0} dbar, more than the ocean is deep; is it in Pa, kPa or mbar instead of dbar?", deep * 1e-4);
-        return found(pressure, why);
-    }
-    let steep = size(&f.pitch_rad, 0.9);
-    if steep > 1.571 {
-        return found(pitch, format!("reaches {steep:.1} rad; is it in degrees or mrad?"));
-    }
-    if deep > 2e4 && steep > 0.0 && steep < 2e-3 {
-        return found(pitch, format!("stays within {steep:.5} rad in a flight that dives; is it divided by 1000, or the wrong column?"));
-    }
-    let volume = size(&f.ballast_m3, 0.9);
-    if volume > 5e-3 || (volume > 0.0 && volume < 1e-6) {
-        let why = format!("reaches {:.3} cm3; a buoyancy engine moves 100 to 1000 cm3 (litres, m3 or mm3 instead of cm3?)", volume * 1e6);
-        return found(ballast, why);
-    }
-    let turns = quantile(&f.heading_rad, 0.9).abs().max(quantile(&f.heading_rad, 0.1).abs());
-    if turns > 6.4 {
-        return found("heading", format!("reaches {turns:.1} rad; is it in degrees?"));
-    }
-    let list = size(&f.roll_rad, 0.9);
-    if list > 1.571 {
-        return found("roll", format!("reaches {list:.1} rad; is it in degrees?"));
-    }
-    let warmth = quantile(&f.temperature_degc, 0.5);
-    if warmth.is_finite() && !(-3.0..45.0).contains(&warmth) {
-        return found("temperature", format!("is {warmth:.1} degC in the middle; water is -2 to 40 degC (kelvin?)"));
-    }
-    // All of it within 0.05 K of 0 degC, and not one repeated number: no water a glider dives in.
-    if size(&f.temperature_degc, 0.95) < 0.05 && quantile(&f.temperature_degc, 0.95) > quantile(&f.temperature_degc, 0.05) {
-        let why = format!("stays within {:.4} K of 0 degC; is it divided by 1000?", size(&f.temperature_degc, 0.95));
-        return found("temperature", why);
-    }
-    let rho = quantile(&f.density_kg_m3, 0.5);
-    if rho.is_finite() && !(950.0..1150.0).contains(&rho) {
-        let why = format!("is {rho:.3} in the middle; in-situ density of water is 990 to 1080 kg/m3 (g/cm3, or sigma = density - 1000?)");
-        return found(density, why);
-    }
-    let fast = f.speed_m_s.as_deref().map_or(f64::NAN, |speed| size(speed, 0.9));
-    if fast > 5.0 || (fast > 0.0 && fast < 5e-3) {
-        return found("speed", format!("reaches {fast:.4} m/s; gliders do 0.2 to 1 m/s (mm/s, cm/s or km/s instead of m/s?)"));
-    }
-    let shift = size(&f.battery_mass_m, 0.9);
-    if shift > 2.0 {
-        return found("battery position", format!("reaches {shift:.1} m, longer than the glider (inches, cm or mm instead of m?)"));
-    }
-    None
 }
 
 #[cfg(test)]

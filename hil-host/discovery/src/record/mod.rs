@@ -2,4 +2,6 @@
 
 pub mod csv;
 pub mod flight;
+pub mod plausible;
 pub mod resample;
+pub mod seawater;

@@ -26,7 +26,7 @@ impl Series {
         pairs.dedup_by(|b, a| a.0 == b.0);
         let (time_s, value): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
         let steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-        Self { time_s, value, step_s: crate::record::csv::quantile(&steps, 0.5) }
+        Self { time_s, value, step_s: crate::record::plausible::quantile(&steps, 0.5) }
     }
 
     /// Usual time from one value to the next, s; NaN for fewer than two values.

@@ -1,7 +1,7 @@
 //! The effects that a vehicle file has switched on: read and checked, taken out, and the key that a new one goes by.
 
-use crate::Vehicle;
 use crate::record::csv::ReadError;
+use crate::vehicle::Vehicle;
 use crate::vehicle::expression::{self, text_of};
 use hydro::effects::{Active, CATALOGUE, Effect, by_name};
 use serde_json::{Map, Value};

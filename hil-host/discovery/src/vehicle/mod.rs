@@ -7,15 +7,15 @@ mod as_trial;
 pub mod effects_table;
 pub mod expression;
 pub mod file;
+mod keys;
+pub mod pitch_moments;
 
-use crate::likelihood::battery::PitchMoments;
 use crate::record::csv::ReadError;
-use hydro::effects::{Active, Beyond, CD_BROADSIDE, Constants};
+use crate::vehicle::keys::{Keys, Stated};
+use crate::vehicle::pitch_moments::PitchMoments;
+use hydro::effects::{Active, Constants};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-
-/// Rms of the vertical motion of the calmest water that is believed, m/s (guess): below it every difference of form is a discovery.
-const CALMEST_M_S: f64 = 0.001;
 
 /// 1-sigma calibration tolerances of the nominal numbers: the priors of every fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,88 +142,6 @@ pub struct Vehicle {
     pub document: Value,
 }
 
-struct Keys<'a> {
-    path: &'a Path,
-    document: &'a Value,
-}
-
-impl Keys<'_> {
-    fn bad(&self, key: &str, why: String) -> ReadError {
-        ReadError::Content { path: self.path.to_path_buf(), line: 0, column: key.into(), why }
-    }
-
-    fn at(&self, key: &str) -> Option<&Value> {
-        key.split('.').try_fold(self.document, |v, k| v.get(k)).filter(|v| !v.is_null())
-    }
-
-    fn number(&self, key: &str) -> Result<Option<f64>, ReadError> {
-        match self.at(key) {
-            None => Ok(None),
-            Some(v) => match v.as_f64() {
-                Some(x) if x.is_finite() => Ok(Some(x)),
-                _ => Err(self.bad(key, format!("`{v}` is not a number"))),
-            },
-        }
-    }
-
-    fn within(&self, key: &str, low: f64, high: f64, unit: &str) -> Result<f64, ReadError> {
-        let missing = || self.bad(key, format!("is missing; expected a number in {unit}, {low} to {high}"));
-        self.within_if_stated(key, low, high, unit)?.ok_or_else(missing)
-    }
-
-    fn within_if_stated(&self, key: &str, low: f64, high: f64, unit: &str) -> Result<Option<f64>, ReadError> {
-        match self.number(key)? {
-            Some(v) if !(low..=high).contains(&v) => Err(self.bad(key, format!("is {v} {unit}; expected {low} to {high}"))),
-            stated => Ok(stated),
-        }
-    }
-
-    fn segments(&self, key: &str) -> Result<Vec<u32>, ReadError> {
-        let Some(v) = self.at(key) else { return Ok(Vec::new()) };
-        let list = v.as_array().ok_or_else(|| self.bad(key, "is not a list of segment numbers".into()))?;
-        list.iter()
-            .map(|x| x.as_u64().and_then(|x| u32::try_from(x).ok()).ok_or_else(|| self.bad(key, format!("`{x}` is not a segment number"))))
-            .collect()
-    }
-}
-
-/// The law with two terms more that holds over a wider range of angles of attack than the format's, where a file states it: all of it.
-struct Wide([f64; 6]);
-
-impl Wide {
-    /// Keys with what is possible of them, and units.
-    const KEYS: [(&'static str, f64, f64, &'static str); 6] = [
-        ("hydro.wide.lift_slope_per_rad", 0.1, 100.0, "1/rad"),
-        ("hydro.wide.lift_quadratic_per_rad2", -100.0, 100.0, "1/rad2"),
-        ("hydro.wide.slope_loss_per_rad2", -8.0, 8.0, "1/rad2"),
-        ("hydro.wide.cd0", 1e-4, 10.0, "1"),
-        ("hydro.wide.hull_drag_per_rad2", 0.0, 1e3, "1/rad2"),
-        ("hydro.wide.hull_drag_per_rad3", -1e3, 1e3, "1/rad3"),
-    ];
-
-    fn of(keys: &Keys) -> Result<Option<Self>, ReadError> {
-        if keys.at("hydro.wide").is_none() {
-            return Ok(None);
-        }
-        let mut numbers = [0.0; 6];
-        for (number, (key, low, high, unit)) in numbers.iter_mut().zip(Self::KEYS) {
-            *number = keys.within(key, low, high, unit)?;
-        }
-        let [.., cd0, per_rad2, per_rad3] = numbers;
-        let least = |a: f64| cd0 + (per_rad2 + per_rad3 * a) * a * a;
-        if !(1..=35).all(|i| least(f64::from(i) * 0.01) > 0.0) {
-            return Err(keys.bad("hydro.wide.hull_drag_per_rad3", "leaves no drag at some angle of attack below 0.35 rad".into()));
-        }
-        Ok(Some(Self(numbers)))
-    }
-
-    fn replace(&self, c: &mut Constants) {
-        let Self([slope, quadratic, loss, cd0, per_rad2, per_rad3]) = *self;
-        (c.lift_slope_per_rad, c.lift_quadratic_per_rad2, c.slope_loss_per_rad2) = (slope, quadratic, loss);
-        (c.cd0, c.hull_drag_per_rad2, c.hull_drag_per_rad3) = (cd0, per_rad2, per_rad3);
-    }
-}
-
 /// The vehicle file beside a flight: `vehicle.json` or `vehicle.toml` of its directory.
 #[must_use]
 pub fn beside(flight: &Path) -> Option<PathBuf> {
@@ -302,84 +220,13 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     if !document.is_object() {
         return Err(keys.bad("file", "is not a vehicle: expected an object with keys such as mass_kg and hydro".into()));
     }
-    let mut assumed = Vec::new();
-    let mut or = |key: &str, default: f64| -> Result<f64, ReadError> {
-        match keys.number(key)? {
-            Some(v) => Ok(v),
-            None => {
-                assumed.push(format!("{key} = {default}"));
-                Ok(default)
-            }
-        }
-    };
-    let area = keys.within("hydro.reference_area_m2", 1e-3, 10.0, "m2")?;
-    let wing = keys.within("hydro.wing_lift_slope_per_rad", 0.0, 20.0, "1/rad")? * keys.within("wing.area_m2", 0.0, 10.0, "m2")?;
-    let hull = keys.within("hydro.hull_lift_slope_per_rad", 0.0, 50.0, "1/rad")? * keys.within("hydro.hull_area_m2", 0.0, 10.0, "m2")?;
-    let wide = Wide::of(&keys)?;
-    let mut constants = Constants {
-        gravity_m_s2: or("gravity_m_s2", 9.81)?,
-        mass_kg: keys.within("mass_kg", 1.0, 5000.0, "kg")?,
-        hull_volume_m3: keys.within("hull_volume_m3", 1e-3, 5.0, "m3")?,
-        compressibility_per_pa: keys.within("hull_compressibility_per_pa", 0.0, 1e-8, "1/Pa")?,
-        thermal_expansion_per_k: keys.within("hull_thermal_expansion_per_k", -1e-3, 1e-3, "1/K")?,
-        reference_temperature_degc: or("reference_temperature_degc", 10.0)?,
-        reference_area_m2: area,
-        lift_slope_per_rad: (wing + hull) / area,
-        lift_quadratic_per_rad2: or("hydro.lift_quadratic_per_rad2", 0.0)?,
-        cd0: keys.within("hydro.cd0", 1e-4, 10.0, "1")?,
-        induced_k: or("hydro.induced_k", 0.0)?,
-        hull_drag_per_rad2: or("hydro.hull_drag_per_rad2", 0.0)?,
-        slope_loss_per_rad2: 0.0,
-        hull_drag_per_rad3: 0.0,
-        added_mass_surge: or("hydro.added_mass_surge", 0.2)?,
-        added_mass_heave: or("hydro.added_mass_heave", 0.92)?,
-        bank_tilt: keys.within_if_stated("hydro.bank_tilt", -10.0, 10.0, "of the tilt")?.unwrap_or(0.0),
-        banked_turn: keys.within_if_stated("hydro.banked_turn", 0.0, 2.0, "of the turn")?.unwrap_or(0.0),
-        hull_lag_share: keys.within_if_stated("hull_lag_share", 0.0, 2.0, "of the expansion")?.unwrap_or(0.0),
-        beyond: Beyond {
-            lift_fading: keys.within_if_stated("hydro.lift_fading", -3.0, 3.0, "of the way")?.unwrap_or(0.0),
-            cd_broadside: keys.within_if_stated("hydro.cd_broadside", 0.1, 20.0, "of S")?.unwrap_or(CD_BROADSIDE),
-        },
-    };
-    if let Some(stated) = &wide {
-        stated.replace(&mut constants);
-    }
-    if constants.bank_tilt != 0.0 && constants.banked_turn != 0.0 {
-        return Err(
-            keys.bad("hydro.banked_turn", "a turn tilts the lift by itself: state hydro.bank_tilt or hydro.banked_turn, not both".into())
-        );
-    }
-    let t = Tolerance::default();
-    let tolerance = Tolerance {
-        cd0_relative: or("tolerance_1sigma.cd0_relative", t.cd0_relative)?,
-        lift_slope_relative: or("tolerance_1sigma.lift_slope_relative", t.lift_slope_relative)?,
-        lift_quadratic_relative: or("tolerance_1sigma.lift_quadratic_relative", t.lift_quadratic_relative)?,
-        trim_volume_m3: or("tolerance_1sigma.trim_volume_cc", t.trim_volume_m3 * 1e6)? * 1e-6,
-        ballast_gain_relative: or("tolerance_1sigma.ballast_gain_relative", t.ballast_gain_relative)?,
-        pitch_zero_rad: or("tolerance_1sigma.pitch_zero_rad", t.pitch_zero_rad)?,
-        hull_compressibility_relative: or("tolerance_1sigma.hull_compressibility_relative", t.hull_compressibility_relative)?,
-        hull_thermal_expansion_relative: or("tolerance_1sigma.hull_thermal_expansion_relative", t.hull_thermal_expansion_relative)?,
-        added_mass_surge: or("tolerance_1sigma.added_mass_surge", t.added_mass_surge)?,
-        added_mass_heave: or("tolerance_1sigma.added_mass_heave", t.added_mass_heave)?,
-    };
-    let s = Sensors::default();
-    let sensors = Sensors {
-        pressure_noise_pa: or("sensors.pressure_noise_dbar", s.pressure_noise_pa * 1e-4)? * 1e4,
-        pressure_resolution_pa: or("sensors.pressure_resolution_dbar", s.pressure_resolution_pa * 1e-4)? * 1e4,
-        pitch_noise_rad: or("sensors.pitch_noise_rad", s.pitch_noise_rad)?,
-        pitch_resolution_rad: or("sensors.pitch_resolution_rad", s.pitch_resolution_rad)?,
-        heading_noise_rad: or("sensors.heading_noise_rad", s.heading_noise_rad)?,
-        heading_bias_rad: or("sensors.heading_bias_1sigma_rad", s.heading_bias_rad)?,
-        gps_noise_m: or("sensors.gps_noise_m", s.gps_noise_m)?,
-        speed_noise_m_s: keys.number("sensors.speed_noise_m_s")?.unwrap_or(s.speed_noise_m_s),
-        speed_scale_relative: keys.number("sensors.speed_scale_1sigma")?.unwrap_or(s.speed_scale_relative),
-    };
+    let mut stated = Stated { keys: &keys, assumed: Vec::new() };
+    let constants = stated.constants()?;
+    let tolerance = stated.tolerance()?;
+    let sensors = stated.sensors()?;
     let moments = PitchMoments::stated(|key, low, high, unit| keys.within_if_stated(key, low, high, unit))?;
-    let stated = or("background_vertical_water_motion.rms_m_s", 0.005)?;
-    let background = (stated.max(CALMEST_M_S), or("background_vertical_water_motion.correlation_time_s", 90.0)?);
-    if stated < CALMEST_M_S {
-        assumed.push(format!("background_vertical_water_motion.rms_m_s = {CALMEST_M_S} (the file says {stated}, calmer than any water)"));
-    }
+    let background = stated.background()?;
+    let assumed = stated.assumed;
     let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| effects_table::read(table, |key, why| keys.bad(key, why)))?;
     let text = |key: &str| keys.at(key).and_then(Value::as_str).unwrap_or_default().to_string();
     Ok(Vehicle {

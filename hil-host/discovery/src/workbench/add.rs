@@ -2,20 +2,22 @@
 //!
 //! An effect that the file has switched on already is fitted anew: what is told is all of it, and the new file says that.
 
+use crate::diagnosis::hull_lag;
 use crate::diagnosis::settle::{as_given_flies, look_again, tells_all_better};
-use crate::diagnosis::{Estimate, NothingToFit, check_segments, estimates, prepared_problem};
+use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::bank::{self, settled};
 use crate::hypotheses::candidate::fit_named;
-use crate::hypotheses::hull_lag;
 use crate::hypotheses::identifiability::{posterior_tolerances, stated_tolerances};
+use crate::inference::estimate::{Estimate, estimates};
 use crate::inference::gauss_newton::Fit;
 use crate::likelihood::block_error::blocks;
-use crate::likelihood::stall_mask::Branch;
 use crate::likelihood::{Problem, block_errors};
+use crate::model::branch::Branch;
 use crate::model::parameters::{N_CALIBRATION, State, tolerance_of};
 use crate::preprocess::{Prepared, prepare};
+use crate::record::flight::Flight;
+use crate::vehicle::Vehicle;
 use crate::vehicle::effects_table::new_key;
-use crate::{Flight, Vehicle};
 use hydro::effects::{Active, Effect};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};

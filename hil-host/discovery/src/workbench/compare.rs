@@ -1,11 +1,12 @@
 //! Model against measurement, as the vehicle file stands: how far off, and where.
 
+use crate::criticism::localise::{Finding, rank, residuals};
 use crate::likelihood::Problem;
 use crate::likelihood::block_error::{blocks, rms};
 use crate::model::parameters::State;
 use crate::preprocess::{Prepared, local_slope, prepare};
-use crate::workbench::localise::{Finding, rank, residuals};
-use crate::{Flight, Vehicle};
+use crate::record::flight::Flight;
+use crate::vehicle::Vehicle;
 
 /// Half width of the window in which depth rates of single rows are formed, s (21 s in all, order 2, as Savitzky and Golay).
 pub const RATE_WINDOW_S: f64 = 10.5;

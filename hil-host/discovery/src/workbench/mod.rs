@@ -2,5 +2,4 @@
 
 pub mod add;
 pub mod compare;
-pub mod localise;
 pub mod next_flight;

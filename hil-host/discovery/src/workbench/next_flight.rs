@@ -5,12 +5,12 @@
 //! projected out over all legs chosen so far (expected chi², so 2.7 is 90 % sure for one number). Legs differ in pitch and
 //! buoyancy drive; each is one dive and climb through the water of the flight at hand.
 
-use crate::Vehicle;
 use crate::diagnosis::Diagnosis;
 use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::dynamics::track;
 use crate::model::parameters::{N_SIMULATED, State, law};
 use crate::preprocess::{FAST_M_S, Input, Run};
+use crate::vehicle::Vehicle;
 use hydro::effects::Sensed;
 use nalgebra::{DMatrix, DVector};
 
@@ -141,7 +141,7 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
         let f = if b.0 > a.0 { ((z - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) } else { 0.0 };
         (a.1 + (b.1 - a.1) * f, a.2 + (b.2 - a.2) * f)
     };
-    let bottom = crate::record::csv::quantile(&levels.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0);
+    let bottom = crate::record::plausible::quantile(&levels.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0);
     let top = 3.0_f64.min(0.3 * bottom);
     let drive = d.prepared.runs.iter().flat_map(|r| r.inputs.iter().map(|i| i.sensed.ballast_m3.abs())).fold(0.0, f64::max);
     let noise = Colour {

@@ -37,7 +37,7 @@ pub use inertia::{AddedMass, HeaveAddedMass};
 pub use law::ForceModel;
 pub use lift::{LiftSlopeError, SideEdgeLift, Stall, VortexLiftBodyWing, ZeroLiftAngle};
 pub use sensing::{DensityBias, PitchOffset, PitchScale, PressureDrift};
-pub use water::{HorizontalCurrent, InternalWave, VerticalCurrent, vertical_mode};
+pub use water::{HorizontalCurrent, InternalWave, VerticalCurrent, WAVE, vertical_mode};
 
 /// Most parameters one effect may have.
 pub const MAX_PARAMETERS: usize = 4;

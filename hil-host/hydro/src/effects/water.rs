@@ -24,9 +24,12 @@ fn skewed_mode(c: f64, depth_m: f64, water_depth_m: f64) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct InternalWave;
 
+/// Name of the effect whose amplitudes are free in every dive: a fit keeps them apart from the parameters.
+pub const WAVE: &str = "internal_wave";
+
 impl Effect for InternalWave {
     fn name(&self) -> &'static str {
-        "internal_wave"
+        WAVE
     }
     fn physics(&self) -> &'static str {
         "an internal wave lifts and lowers the water with a period of tens of minutes, whatever the vehicle does"

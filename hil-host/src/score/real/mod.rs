@@ -14,7 +14,6 @@
 pub mod ask;
 pub mod flights;
 pub mod lies;
-pub mod page;
 
 use std::path::Path;
 

@@ -20,11 +20,11 @@ use std::path::Path;
 
 use netcdf_reader::NcFile;
 
-use super::seawater::{self, Place};
 use super::{FileNote, ImportError, Imported, Report, position};
-use crate::record::csv::quantile;
 use crate::record::flight::Flight;
+use crate::record::plausible::quantile;
 use crate::record::resample::Series;
+use crate::record::seawater::{self, Place};
 
 mod names;
 mod variables;

@@ -10,7 +10,7 @@ use crate::hypotheses::bank::{CLEARLY, linear_share, odds, settled};
 use crate::hypotheses::search::Found;
 use crate::inference::gauss_newton::Fit;
 use crate::likelihood::Problem;
-use crate::likelihood::stall_mask::Branch;
+use crate::model::branch::Branch;
 
 /// The name that a lag goes by.
 const TAKEN_FOR: &str = "thermal_expansion";

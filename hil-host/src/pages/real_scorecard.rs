@@ -3,7 +3,7 @@
 use crate::pages::{Heat, Item, Page, Provenance, Section, Table};
 use serde_json::Value;
 
-/// The page of a scorecard document ([`super::document`]).
+/// The page of a scorecard document ([`crate::score::real::document`]).
 #[must_use]
 pub fn page(card: &Value) -> Page {
     let share = |v: &Value| v["share"].as_f64().map_or_else(|| "–".to_owned(), |s| format!("{:.0} % of {}", 100.0 * s, v["of"]));

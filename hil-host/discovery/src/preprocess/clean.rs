@@ -1,0 +1,330 @@
+//! One run of a flight: its channels without spikes, depth from pressure, rows that take part, fixes, speeds.
+
+use crate::preprocess::ctd_gaps::fill_by_depth;
+use crate::preprocess::gaps::{changed_unseen, far_from_known};
+use crate::preprocess::gps::fixes;
+use crate::preprocess::grid::{FAST_M_S, inputs, step_s};
+use crate::preprocess::interpolate::{fill, quiet_ballast};
+use crate::preprocess::run::{Input, Run};
+use crate::preprocess::spikes::{FASTEST, TURN_STROKE_M3, despike, despike_by, turn_allowance};
+use crate::preprocess::stuck_sensors::{Removed, TURNED_RAD};
+use crate::preprocess::{SETTLE_S, SURFACE_M};
+use crate::record::flight::Flight;
+use crate::vehicle::Vehicle;
+use std::ops::Range;
+
+/// Spread of readings afloat, Pa: sensor noise and ripples; and the highest zero error that is believed, Pa.
+const AFLOAT_PA: f64 = 1200.0;
+const MOST_ZERO_PA: f64 = 5e4;
+
+/// Mean time and median pressure of the readings afloat at the start and at the end of a run: buoyant, and not changing.
+fn surface_readings(time: &[f64], pressure: &[f64], ballast: &[f64]) -> [Option<(f64, f64, usize)>; 2] {
+    let n = time.len();
+    [false, true].map(|late| {
+        let order: Vec<usize> = if late { (0..n).rev().collect() } else { (0..n).collect() };
+        let mut rows: Vec<usize> = Vec::new();
+        for i in order.into_iter().filter(|&i| pressure[i].is_finite()) {
+            let mut seen: Vec<f64> = rows.iter().map(|&r| pressure[r]).collect();
+            seen.sort_by(f64::total_cmp);
+            let off = seen.get(seen.len() / 2).is_some_and(|m| (pressure[i] - m).abs() > AFLOAT_PA);
+            if ballast[i] <= 0.0 || off || pressure[i].abs() > MOST_ZERO_PA {
+                break;
+            }
+            rows.push(i);
+        }
+        // The last rows before the dive (after the surfacing) are already (still) under way.
+        let edge = rows.last().map(|&r| time[r]);
+        rows.retain(|&r| edge.is_some_and(|e| (time[r] - e).abs() > 8.5));
+        if rows.len() < 2 {
+            return None;
+        }
+        let k = rows.len() as f64;
+        let mut seen: Vec<f64> = rows.iter().map(|&r| pressure[r]).collect();
+        seen.sort_by(f64::total_cmp);
+        let median = 0.5 * (seen[(seen.len() - 1) / 2] + seen[seen.len() / 2]);
+        Some((rows.iter().map(|&r| time[r]).sum::<f64>() / k, median, rows.len()))
+    })
+}
+
+/// Most that a pump or a valve moves in a second, m³: several times what gliders have.
+const FASTEST_BALLAST_M3_S: f64 = 1e-3;
+
+/// Channels of a run without spikes; where nothing else is said gaps are filled.
+pub(crate) struct Channels<'a> {
+    /// Time, s.
+    pub(crate) time: &'a [f64],
+    /// Pressure, Pa, with its gaps, and without.
+    pressure: Vec<f64>,
+    pub(crate) whole_pressure: Vec<f64>,
+    /// Pitch, rad, with its gaps.
+    pub(crate) pitch: Vec<f64>,
+    /// Engine, m³: as logged, and smoothed where it rests.
+    seen_ballast: Vec<f64>,
+    pub(crate) ballast: Vec<f64>,
+    /// By how much pitch may change at each row because the vehicle turns, rad.
+    pub(crate) turning: Vec<f64>,
+    /// Density, kg/m³, with its gaps, and without.
+    raw_density: Vec<f64>,
+    pub(crate) density: Vec<f64>,
+    /// Temperature, °C.
+    pub(crate) temperature: Vec<f64>,
+    /// Roll, rad.
+    pub(crate) roll: Vec<f64>,
+    /// Sine and cosine of the heading, with their gaps, and without.
+    ahead: [Vec<f64>; 2],
+    pub(crate) whole_ahead: [Vec<f64>; 2],
+    /// Speed through the water, m/s, with its gaps.
+    speed: Vec<f64>,
+}
+
+impl<'a> Channels<'a> {
+    fn of(flight: &'a Flight, vehicle: &Vehicle, rows: Range<usize>, spikes: &mut [usize; 5]) -> Self {
+        let time = &flight.time_s[rows.clone()];
+        let sensors = &vehicle.sensors;
+        let mut pressure = flight.pressure_pa[rows.clone()].to_vec();
+        let mut pitch = flight.pitch_rad[rows.clone()].to_vec();
+        let mut speed = flight.speed_m_s.as_ref().map_or_else(|| vec![f64::NAN; time.len()], |s| s[rows.clone()].to_vec());
+        let mut density = flight.density_kg_m3[rows.clone()].to_vec();
+        let heading = &flight.heading_rad[rows.clone()];
+        spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa, FASTEST.pressure_pa_s);
+        let mut seen_ballast = flight.ballast_m3[rows.clone()].to_vec();
+        spikes[4] += despike(time, &mut seen_ballast, TURN_STROKE_M3, FASTEST_BALLAST_M3_S);
+        let raw_ballast = fill(time, &seen_ballast, 0.0);
+        let turning = turn_allowance(time, &raw_ballast);
+        spikes[1] += despike_by(time, &mut pitch, &|i| 0.035 + 6.0 * sensors.pitch_noise_rad + turning[i], FASTEST.angle_rad_s);
+        spikes[2] += despike(time, &mut density, 0.25, FASTEST.density_kg_m3_s);
+        let mut temperature = flight.temperature_degc[rows.clone()].to_vec();
+        despike(time, &mut temperature, 1.0, FASTEST.temperature_k_s);
+        spikes[3] += despike(time, &mut speed, 8.0 * sensors.speed_noise_m_s, FASTEST.speed_m_s2);
+        let mut roll = flight.roll_rad[rows].to_vec();
+        despike(time, &mut roll, 0.3, FASTEST.angle_rad_s);
+
+        let whole_pressure = fill(time, &pressure, 0.0);
+        let raw_density = density;
+        let density = fill_by_depth(time, &whole_pressure, &raw_density, 1025.0);
+        let temperature = fill_by_depth(time, &whole_pressure, &temperature, vehicle.constants.reference_temperature_degc);
+        let ballast = quiet_ballast(&raw_ballast);
+        let roll = fill(time, &roll, 0.0);
+        let ahead: [Vec<f64>; 2] = [heading.iter().map(|h| h.sin()).collect(), heading.iter().map(|h| h.cos()).collect()];
+        let whole_ahead = [0, 1].map(|k| fill(time, &ahead[k], 0.0));
+        Self {
+            time,
+            pressure,
+            whole_pressure,
+            pitch,
+            seen_ballast,
+            ballast,
+            turning,
+            raw_density,
+            density,
+            temperature,
+            roll,
+            ahead,
+            whole_ahead,
+            speed,
+        }
+    }
+
+    /// ∫ dp/(ρ g) at each row, m.
+    fn depth(&self, gravity_m_s2: f64) -> Vec<f64> {
+        let (pressure, density, g) = (&self.whole_pressure, &self.density, gravity_m_s2);
+        let mut depth = Vec::with_capacity(self.time.len());
+        let mut z = pressure[0] / (density[0] * g);
+        for i in 0..self.time.len() {
+            if i > 0 {
+                z += (pressure[i] - pressure[i - 1]) * 2.0 / ((density[i] + density[i - 1]) * g);
+            }
+            depth.push(z);
+        }
+        depth
+    }
+
+    /// Rows whose inputs were made up over a long silence: the model cannot be held to account there.
+    fn silent(&self, depth: &[f64], removed: &mut Removed) -> Vec<bool> {
+        let time = self.time;
+        let mut silent = vec![false; time.len()];
+        for input in [&self.pitch, &self.seen_ballast, &self.raw_density] {
+            silent.iter_mut().zip(far_from_known(time, input)).for_each(|(s, lonely)| *s |= lonely);
+        }
+        removed.silent_rows += silent.iter().filter(|s| **s).count();
+        for (input, much) in [(&self.pitch, TURNED_RAD), (&self.seen_ballast, TURN_STROKE_M3)] {
+            // A vehicle that comes up bobs: what its pitch did there is of no account.
+            let submerged = depth.iter().map(|z| *z >= SURFACE_M);
+            for ((s, unseen), submerged) in silent.iter_mut().zip(changed_unseen(time, input, much)).zip(submerged) {
+                let unseen = unseen && submerged;
+                removed.unseen_rows += usize::from(unseen && !*s);
+                *s |= unseen;
+            }
+        }
+        silent
+    }
+
+    /// Whether a way through the water rests on a heading that was made up.
+    fn unsteered(&self) -> bool {
+        let time = self.time;
+        let made_up =
+            |part: &Vec<f64>| far_from_known(time, part).contains(&true) || changed_unseen(time, part, TURNED_RAD).contains(&true);
+        self.ahead.iter().any(made_up)
+    }
+}
+
+/// Rows that take part in fits: submerged, settled, with a depth.
+fn rows_used(time: &[f64], whole_depth: &[f64], depth: &[f64]) -> Vec<bool> {
+    let mut last_shallow = f64::NEG_INFINITY;
+    if whole_depth[0] >= SURFACE_M {
+        last_shallow = time[0];
+    }
+    (0..time.len())
+        .map(|i| {
+            if whole_depth[i] < SURFACE_M {
+                last_shallow = time[i];
+            }
+            time[i] - last_shallow > SETTLE_S && depth[i].is_finite()
+        })
+        .collect()
+}
+
+/// The rows from `start` to before `end` as a run.
+pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, removed: &mut Removed) -> Run {
+    let rows = start..end;
+    let channels = Channels::of(flight, vehicle, rows.clone(), &mut removed.spikes);
+    let time = channels.time;
+    let g = vehicle.constants.gravity_m_s2;
+    let whole_depth = channels.depth(g);
+    let surface = surface_readings(time, &channels.pressure, &channels.ballast);
+    // What the sensor shows afloat: its zero error, drifted or not.
+    let afloat: Vec<f64> = surface.iter().flatten().map(|r| r.1 / (channels.density[0] * g)).collect();
+    let zero = if afloat.is_empty() { 0.0 } else { afloat.iter().sum::<f64>() / afloat.len() as f64 };
+    let silent = channels.silent(&whole_depth, removed);
+    let depth: Vec<f64> =
+        (0..time.len()).map(|i| if channels.pressure[i].is_finite() && !silent[i] { whole_depth[i] } else { f64::NAN }).collect();
+    let starts_afloat = whole_depth[0] < SURFACE_M;
+    let used = rows_used(time, &whole_depth, &depth);
+    let first_pitch = channels.pitch.iter().copied().find(|p| p.is_finite()).unwrap_or(0.0);
+    let start_speed_m_s = if starts_afloat { 0.0 } else { start_speed_m_s(time, &whole_depth, first_pitch.sin()) };
+    let step = step_s(vehicle);
+    let inputs = inputs(&channels, &whole_depth, zero, step);
+    let fixes = fixes(flight, rows.clone());
+    let blind = silent.contains(&true) || channels.unsteered();
+    let (displacement_m, displacement_s) = match fixes {
+        [Some(a), Some(b)] if !blind => (Some(a.to(&b, vehicle.sensors.gps_noise_m)), b.time_s - a.time_s),
+        _ => (None, f64::NAN),
+    };
+    let fastest_m_s = fastest_m_s(&inputs, step);
+    Run {
+        segment: flight.segment[start],
+        first_row: start,
+        time_s: time.to_vec(),
+        depth_m: depth,
+        used,
+        battery_m: flight.battery_mass_m[rows].to_vec(),
+        pressure_pa: channels.whole_pressure,
+        speed_m_s: channels.speed,
+        ballast_m3: channels.ballast,
+        inputs,
+        step_s: step,
+        displacement_m,
+        displacement_s,
+        fixes,
+        blind,
+        surface,
+        starts_afloat,
+        start_speed_m_s,
+        fastest_m_s,
+        stalls_late_rad: 0.0,
+    }
+}
+
+/// Time over which the speed at the start of a run is taken, s: short against the 10 s in which speed changes.
+const START_S: f64 = 9.0;
+/// Speed along the hull where depth and pitch say nothing (at a turning point the depth stands still, the vehicle does not), m/s.
+const TURNING_SPEED_M_S: f64 = 0.2;
+/// Speeds that depth and pitch are believed, m/s, and the least sine of the pitch that says anything.
+const START_SPEEDS_M_S: std::ops::RangeInclusive<f64> = 0.1..=0.6;
+const LEAST_SIN_PITCH: f64 = 0.1;
+
+/// Speed along the hull of a vehicle under way, m/s: a model that starts from rest there falls flat, and may stay stalled for the
+/// whole glide.
+fn start_speed_m_s(time_s: &[f64], depth_m: &[f64], sin_pitch: f64) -> f64 {
+    let last = time_s.iter().take_while(|t| **t - time_s[0] <= START_S).count().max(2) - 1;
+    let speed = (depth_m[0] - depth_m[last]) / (time_s[last] - time_s[0]) / sin_pitch;
+    if sin_pitch.abs() > LEAST_SIN_PITCH && START_SPEEDS_M_S.contains(&speed) { speed } else { TURNING_SPEED_M_S }
+}
+
+/// Time over which the speed under way is taken, s.
+const WAY_S: f64 = 20.0;
+/// Share of the run that may be faster: turns, and depths that jump.
+const FASTER: f64 = 0.02;
+/// Least sine of the pitch of a glide.
+const GLIDE_SIN_PITCH: f64 = 0.2;
+/// Speeds that are believed of a whole run, m/s.
+const RUN_SPEEDS_M_S: (f64, f64) = (0.25, 1.0);
+
+/// Speed along the hull that a run hardly ever exceeds, m/s. The path is steeper than the pitch, so this errs on the fast side.
+fn fastest_m_s(inputs: &[Input], step_s: f64) -> f64 {
+    let apart = ((2.0 * WAY_S / step_s) as usize).max(1);
+    let speed = |pair: (&Input, &Input)| {
+        let sin_pitch = 0.5 * (pair.0.sin_pitch + pair.1.sin_pitch);
+        let sink = (pair.1.depth_m - pair.0.depth_m) / (pair.1.sensed.time_s - pair.0.sensed.time_s);
+        (sin_pitch.abs() > GLIDE_SIN_PITCH).then(|| -sink / sin_pitch).filter(|u| u.is_finite())
+    };
+    let mut speeds: Vec<f64> = inputs.iter().zip(inputs.iter().skip(apart)).filter_map(speed).collect();
+    speeds.sort_by(f64::total_cmp);
+    let at = (speeds.len() as f64 * (1.0 - FASTER)) as usize;
+    speeds.get(at).map_or(FAST_M_S, |u| u.clamp(RUN_SPEEDS_M_S.0, RUN_SPEEDS_M_S.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydro::effects::Sensed;
+
+    #[test]
+    fn a_run_under_way_starts_at_the_speed_its_depth_and_pitch_say_and_in_a_turn_at_a_usual_one() {
+        let time: Vec<f64> = (0..9).map(|i| 2.0 * f64::from(i)).collect();
+        let sinking = |rate: f64| time.iter().map(|t| 20.0 + rate * t).collect::<Vec<_>>();
+        // 0.12 m/s down at 24 degrees nose down: 0.295 m/s along the hull.
+        assert!((start_speed_m_s(&time, &sinking(0.12), -0.407) - 0.12 / 0.407).abs() < 1e-12);
+        for (rate, sin_pitch) in [(0.0, -0.4), (0.12, 0.4), (0.12, -0.05), (-0.9, 0.4), (0.12, 0.0)] {
+            assert_eq!(start_speed_m_s(&time, &sinking(rate), sin_pitch), TURNING_SPEED_M_S, "{rate} {sin_pitch}");
+        }
+    }
+
+    #[test]
+    fn a_run_is_as_fast_as_its_glides_whatever_its_turns_and_jumps_say() {
+        let step_s = 1.0;
+        // Ten minutes down at 0.2 m/s and 24 degrees (0.49 m/s along the hull), a slower climb, and a jump of the pressure of 40 m.
+        let input = |j: usize| {
+            let time_s = 0.5 * j as f64;
+            let down = time_s < 600.0;
+            let depth_m = if down { 0.2 * time_s } else { 120.0 - 0.1 * (time_s - 600.0) } + if j == 900 { 40.0 } else { 0.0 };
+            let pitch_rad: f64 = if down { -0.42 } else { 0.42 };
+            let sensed = Sensed {
+                time_s,
+                pitch_rad,
+                ballast_m3: 0.0,
+                density_kg_m3: 1000.0,
+                temperature_degc: 10.0,
+                hull_degc: 10.0,
+                pressure_pa: depth_m * 1e4,
+            };
+            let (sin_pitch, cos_pitch) = pitch_rad.sin_cos();
+            Input {
+                sensed,
+                pitch_rate_rad_s: 0.0,
+                sin_pitch,
+                cos_pitch,
+                roll_rad: 0.0,
+                cos_roll: 1.0,
+                sin_heading: 0.0,
+                cos_heading: 1.0,
+                depth_m,
+                cd0_relative: 1.0,
+            }
+        };
+        let inputs: Vec<Input> = (0..3600).map(input).collect();
+        let fastest = fastest_m_s(&inputs, step_s);
+        assert!((fastest - 0.2 / 0.42_f64.sin()).abs() < 1e-6, "{fastest} m/s");
+        assert_eq!(fastest_m_s(&inputs[..10], step_s), FAST_M_S);
+    }
+}

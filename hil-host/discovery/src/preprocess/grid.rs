@@ -1,0 +1,88 @@
+//! The grid that a model is run on: a step that its fastest mode bears, and the inputs at every half of it.
+
+use crate::preprocess::clean::Channels;
+use crate::preprocess::gaps::long_gaps;
+use crate::preprocess::interpolate::{PITCH_WINDOW_S, fill, hermite, local_quadratic};
+use crate::preprocess::run::Input;
+use crate::vehicle::Vehicle;
+use hydro::effects::{Constants, HULL_LAG_S, Sensed};
+
+/// Longest grid step of the simulation, s.
+pub const STEP_S: f64 = 2.0;
+/// Steps per decay time of the heave mode, 1: RK4 is stable to 2.78.
+const STEP_PER_DECAY: f64 = 2.5;
+/// Speed at which that decay is taken, m/s: faster than any glide of a Slocum, guess.
+pub(crate) const FAST_M_S: f64 = 0.5;
+
+/// Decay time of the heave mode of a vehicle with this lift slope (1/rad on S) at a speed, s.
+#[must_use]
+pub fn heave_decay_s(c: &Constants, slope: f64, speed_m_s: f64) -> f64 {
+    c.mass_kg * (1.0 + c.added_mass_heave) / (0.5 * 1025.0 * speed_m_s * slope * c.reference_area_m2)
+}
+
+/// Grid step on which the heave mode of a vehicle stays stable within three tolerances of its lift, s. The mode decays with
+/// m (1 + k2) / (½ ρ U a S): 1.1 to 4 s for light loads, half of that for large wings.
+#[must_use]
+pub fn step_s(vehicle: &Vehicle) -> f64 {
+    let c = &vehicle.constants;
+    let slope = c.lift_slope_per_rad * (1.0 + 3.0 * vehicle.tolerance.lift_slope_relative);
+    (STEP_PER_DECAY * heave_decay_s(c, slope, FAST_M_S)).clamp(0.25, STEP_S)
+}
+
+/// Inputs at half steps from the first row of a run on; `zero` is the depth that the sensor shows afloat, m.
+pub(crate) fn inputs(channels: &Channels, whole_depth: &[f64], zero: f64, step: f64) -> Vec<Input> {
+    let Channels { time, pitch, turning, .. } = channels;
+    let [sin_heading, cos_heading] = &channels.whole_ahead;
+    let whole_pitch = fill(time, pitch, 0.0);
+    // A local fit would reach over a gap with samples of one side.
+    let mut in_gap = vec![false; time.len()];
+    for (a, b) in long_gaps(time, pitch) {
+        in_gap[a..b].fill(true);
+    }
+    let count = ((time[time.len() - 1] - time[0]) / (0.5 * step)).ceil() as usize + 3;
+    let mut inputs = Vec::with_capacity(count);
+    let follows = 1.0 - (-0.5 * step / HULL_LAG_S).exp();
+    let mut hull_degc = channels.temperature[0];
+    let (mut at, mut from) = (0usize, 0usize);
+    for j in 0..count {
+        let t = time[0] + j as f64 * 0.5 * step;
+        while at + 2 < time.len() && time[at + 1] <= t {
+            at += 1;
+        }
+        let f = ((t - time[at]) / (time[at + 1] - time[at])).clamp(0.0, 1.0);
+        let mix = |v: &[f64]| v[at] + (v[at + 1] - v[at]) * f;
+        let within = t.min(time[time.len() - 1]);
+        let (theta, q) = if in_gap[at] {
+            (mix(&whole_pitch), (whole_pitch[at + 1] - whole_pitch[at]) / (time[at + 1] - time[at]))
+        } else if turning[at].max(turning[at + 1]) > 0.0 {
+            hermite(time, &whole_pitch, at, within)
+        } else {
+            local_quadratic(time, pitch, within, PITCH_WINDOW_S, &mut from)
+        };
+        let (temperature_degc, roll_rad) = (mix(&channels.temperature), mix(&channels.roll));
+        hull_degc += follows * (temperature_degc - hull_degc);
+        let (sh, ch) = (mix(sin_heading), mix(cos_heading));
+        let norm = sh.hypot(ch).max(1e-9);
+        inputs.push(Input {
+            sensed: Sensed {
+                time_s: t,
+                pitch_rad: theta,
+                ballast_m3: mix(&channels.ballast),
+                density_kg_m3: mix(&channels.density),
+                temperature_degc,
+                hull_degc,
+                pressure_pa: mix(&channels.whole_pressure),
+            },
+            pitch_rate_rad_s: q,
+            sin_pitch: theta.sin(),
+            cos_pitch: theta.cos(),
+            roll_rad,
+            cos_roll: roll_rad.cos(),
+            sin_heading: sh / norm,
+            cos_heading: ch / norm,
+            depth_m: mix(whole_depth) - zero,
+            cd0_relative: 1.0,
+        });
+    }
+    inputs
+}

@@ -1,0 +1,71 @@
+//! Which column of a flight cannot be in the unit it claims.
+
+use crate::record::flight::Flight;
+
+/// The value below which a share `q` of the finite values lies; NaN if there are none.
+#[must_use]
+pub fn quantile(values: &[f64], q: f64) -> f64 {
+    let mut v: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    if v.is_empty() {
+        return f64::NAN;
+    }
+    v.sort_by(f64::total_cmp);
+    v[((v.len() - 1) as f64 * q).round() as usize]
+}
+
+/// The first column whose bulk cannot be in the unit it claims, and why; `names` are those of pressure, pitch, ballast and density.
+/// Quantiles, so that single spikes pass; a column without values passes.
+#[must_use]
+pub fn implausible(f: &Flight, names: [&str; 4]) -> Option<(String, String)> {
+    let [pressure, pitch, ballast, density] = names;
+    let size = |values: &[f64], q: f64| quantile(&values.iter().map(|v| v.abs()).collect::<Vec<_>>(), q);
+    let found = |column: &str, why: String| Some((column.to_string(), why));
+    let deep = quantile(&f.pressure_pa, 0.99);
+    if deep.is_finite() && !(-5e4..1.2e8).contains(&deep) {
+        let why = format!("reaches {:.0} dbar, more than the ocean is deep; is it in Pa, kPa or mbar instead of dbar?", deep * 1e-4);
+        return found(pressure, why);
+    }
+    let steep = size(&f.pitch_rad, 0.9);
+    if steep > 1.571 {
+        return found(pitch, format!("reaches {steep:.1} rad; is it in degrees or mrad?"));
+    }
+    if deep > 2e4 && steep > 0.0 && steep < 2e-3 {
+        return found(pitch, format!("stays within {steep:.5} rad in a flight that dives; is it divided by 1000, or the wrong column?"));
+    }
+    let volume = size(&f.ballast_m3, 0.9);
+    if volume > 5e-3 || (volume > 0.0 && volume < 1e-6) {
+        let why = format!("reaches {:.3} cm3; a buoyancy engine moves 100 to 1000 cm3 (litres, m3 or mm3 instead of cm3?)", volume * 1e6);
+        return found(ballast, why);
+    }
+    let turns = quantile(&f.heading_rad, 0.9).abs().max(quantile(&f.heading_rad, 0.1).abs());
+    if turns > 6.4 {
+        return found("heading", format!("reaches {turns:.1} rad; is it in degrees?"));
+    }
+    let list = size(&f.roll_rad, 0.9);
+    if list > 1.571 {
+        return found("roll", format!("reaches {list:.1} rad; is it in degrees?"));
+    }
+    let warmth = quantile(&f.temperature_degc, 0.5);
+    if warmth.is_finite() && !(-3.0..45.0).contains(&warmth) {
+        return found("temperature", format!("is {warmth:.1} degC in the middle; water is -2 to 40 degC (kelvin?)"));
+    }
+    // All of it within 0.05 K of 0 degC, and not one repeated number: no water a glider dives in.
+    if size(&f.temperature_degc, 0.95) < 0.05 && quantile(&f.temperature_degc, 0.95) > quantile(&f.temperature_degc, 0.05) {
+        let why = format!("stays within {:.4} K of 0 degC; is it divided by 1000?", size(&f.temperature_degc, 0.95));
+        return found("temperature", why);
+    }
+    let rho = quantile(&f.density_kg_m3, 0.5);
+    if rho.is_finite() && !(950.0..1150.0).contains(&rho) {
+        let why = format!("is {rho:.3} in the middle; in-situ density of water is 990 to 1080 kg/m3 (g/cm3, or sigma = density - 1000?)");
+        return found(density, why);
+    }
+    let fast = f.speed_m_s.as_deref().map_or(f64::NAN, |speed| size(speed, 0.9));
+    if fast > 5.0 || (fast > 0.0 && fast < 5e-3) {
+        return found("speed", format!("reaches {fast:.4} m/s; gliders do 0.2 to 1 m/s (mm/s, cm/s or km/s instead of m/s?)"));
+    }
+    let shift = size(&f.battery_mass_m, 0.9);
+    if shift > 2.0 {
+        return found("battery position", format!("reaches {shift:.1} m, longer than the glider (inches, cm or mm instead of m?)"));
+    }
+    None
+}

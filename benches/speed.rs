@@ -29,7 +29,7 @@ use hydro::effects::{Active, CATALOGUE};
 use hydro::{Flow, Polar as _};
 use plant::{Effect, EffectKind, World};
 use signals::link::MAX_WIRE;
-use signals::{Micros, ToBoard, ToHost, Wings, encode};
+use signals::{Micros, Reply, Request, ToBoard, ToHost, Wings, encode};
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::Path;
@@ -324,12 +324,18 @@ fn write_table(grown: &[(f64, usize, f64)], told: &[f64]) -> anyhow::Result<()> 
     let flight = flown(&mission, &mut Link::new(InProcess::default()))?;
     let frames = frames()?;
     let mut wire = [0; MAX_WIRE];
-    let out = frames.get(frames.len() / 2).and_then(|f| encode(&ToBoard::Sensor(*f), &mut wire).ok()).unwrap_or(0);
+    let out = frames
+        .get(frames.len() / 2)
+        .and_then(|f| encode(&Request { session: u32::MAX, id: u16::MAX, message: ToBoard::Sensor(*f) }, &mut wire).ok())
+        .unwrap_or(0);
     let mut board = Link::new(InProcess::default());
     board.hello()?;
     board.begin(&mission)?;
     let answers: Vec<_> = frames.iter().map(|f| board.exchange(f)).collect::<Result<_, _>>()?;
-    let back = answers.get(answers.len() / 2).and_then(|a| encode(&ToHost::Answer(*a), &mut wire).ok()).unwrap_or(0);
+    let back = answers
+        .get(answers.len() / 2)
+        .and_then(|a| encode(&Reply { to: u16::MAX, message: ToHost::Answer(*a) }, &mut wire).ok())
+        .unwrap_or(0);
     let (bandwidth, flops) = limits();
     let (short, _) = log(3.0, None)?;
     for (key, value, unit) in [

@@ -4,7 +4,7 @@ use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::line::Line;
 use crate::board::spi::Spi;
 use crate::board::watchdog::Watchdog;
-use crate::board::{canary, clock, log, power_up};
+use crate::board::{canary, clock, log, power_up, safe_outputs};
 use crate::own::Own;
 use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
@@ -12,17 +12,18 @@ use control::Config;
 use cortex_m_rt::entry;
 use heapless::spsc::Queue;
 use helm::session::CYCLE_MS;
+use helm::silence::PATIENCE_MS;
 use helm::{Boot, Helm, Mark, Seat};
 use signals::link::MAX_WIRE;
-use signals::{Abort, Micros, Phase, ToHost, encode};
+use signals::{Abort, Micros, Phase, Reply, ToHost, encode};
 use stm32f4::stm32f405::Peripherals;
 
-/// How long after boot a hello may still choose the HIL seat, ms.
-const HELLO_WINDOW_MS: u64 = 10_000;
 /// Time between two looks at the motors on own sensors, ms.
 const LOOK_MS: u64 = 200;
 /// Most bytes taken from the line before the loop looks at the clock again.
 const BYTES_PER_PASS: usize = 256;
+/// Longest time without a finished step while a mission waits for its host, ms: its patience and two cycles.
+const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
 
 #[entry]
 fn main() -> ! {
@@ -32,6 +33,8 @@ fn main() -> ! {
 
     canary::lay();
     let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::Unknown) };
+    safe_outputs(&chip.RCC, &chip.GPIOC);
+    let flags = last_words::reset_flags(&chip.RCC);
     let source = clock::start_crystal(&chip.RCC);
     power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
@@ -42,20 +45,22 @@ fn main() -> ! {
     // Looking through the log's sectors takes a third of a second: before the watchdog.
     let mark = helm.storage().open(Spi::open(chip.SPI2));
     let mut watchdog = Watchdog::start(chip.IWDG);
+    let noise = last_words::noise();
     let found = last_words::read();
-    let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, cause: Cause::Unknown, resets: 0 });
+    let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, cause: Cause::Unknown, resets: 0, status: 0 });
     // Either record is enough: after a power cut the RAM knows nothing, a broken flash never.
     if let (false, Some(marked)) = (words.mark.in_mission(), mark) {
         words.mark = marked;
     }
     defmt::info!(
-        "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz",
+        "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz, reset flags {=u8:#x}",
         FIRMWARE[0],
         FIRMWARE[1],
         FIRMWARE[2],
         signals::WIRE_VERSION,
         source,
-        tick_hz
+        tick_hz,
+        flags
     );
     match mark {
         Some(mark) => defmt::info!("log flash: mark {=u8}", mark.0),
@@ -63,78 +68,75 @@ fn main() -> ! {
     }
     if found.is_some() {
         words.resets = words.resets.saturating_add(1);
-        defmt::warn!("reset number {=u32}, cause {}, mark {=u8}", words.resets, words.cause, words.mark.0);
+        defmt::warn!(
+            "reset number {=u32}, cause {}, fault status {=u32:#x}, mark {=u8}",
+            words.resets,
+            words.cause,
+            words.status,
+            words.mark.0
+        );
     }
-    let seat = match (words.mark.in_mission(), words.mark.own_sensors()) {
-        (false, _) => Seat::Open,
-        (true, false) => Seat::Host,
-        (true, true) => Seat::Sensors,
-    };
-    let boot = Boot {
-        reset_during_mission: words.mark.in_mission(),
-        first_cause: words.mark.first_cause(),
-        boots: words.resets,
-        firmware: FIRMWARE,
-        seat,
-    };
-    words.cause = Cause::Unknown;
+    (words.cause, words.status) = (Cause::Unknown, 0);
     last_words::write(words);
-    helm.booted(boot);
+    helm.booted(Boot { mark: words.mark, boots: words.resets, firmware: FIRMWARE, salt: noise.wrapping_add(words.resets << 8) });
 
     let mut wire = [0; MAX_WIRE];
-    let mut heard_ms = clock::now_ms();
     let mut told = (Phase::default(), None);
-    let mut told_seat = Seat::Open;
     let mut attitude_port = Some(chip.USART3);
     let mut own: Option<Own> = None;
-    let (mut looked_ms, mut stepped_ms) = (0u64, 0u64);
+    let mut seat = Seat::Open;
+    // When a frame was answered, when a step was finished, when the motors were looked at.
+    let (mut frame_ms, mut stepped_ms, mut looked_ms) = (clock::now_ms(), clock::now_ms(), 0u64);
     loop {
         canary::check();
         helm.lost_bytes(line.take_lost());
         for _ in 0..BYTES_PER_PASS {
             let Some(byte) = line.next() else { break };
-            let Some(answer) = helm.byte(byte) else { continue };
-            heard_ms = clock::now_ms();
+            let Some(reply) = helm.byte(byte) else { continue };
             // First write down that a mission is on, then answer: a reset in between is SAFE.
             remember(&mut words, helm.mark());
             helm.keep_mark();
-            if let Ok(n) = encode(&answer, &mut wire) {
+            if let Ok(n) = encode(&reply, &mut wire) {
                 line.send(wire.get(..n).unwrap_or_default());
             }
-            tell(&answer, &mut told);
-            watchdog.feed();
+            tell(&reply, &mut told);
+            if matches!(reply.message, ToHost::Answer(_)) {
+                frame_ms = clock::now_ms();
+                stepped_ms = frame_ms;
+                watchdog.feed();
+            }
             helm.keep_log();
         }
         let now_ms = clock::now_ms();
-        if now_ms >= HELLO_WINDOW_MS {
-            helm.settle();
-        }
-        if helm.seat() != told_seat {
-            told_seat = helm.seat();
-            match told_seat {
-                Seat::Host => defmt::info!("seat latched: frames come from the host"),
-                Seat::Sensors => defmt::info!("seat latched: own sensors"),
-                Seat::Open => {}
+        if helm.seat() != seat {
+            seat = helm.seat();
+            match seat {
+                Seat::Host => defmt::info!("seat: frames come from the host"),
+                Seat::Sensors => defmt::info!("seat: own sensors"),
+                Seat::Open => defmt::info!("seat: on deck"),
             }
-        }
-        if told_seat == Seat::Sensors
-            && let Some(port) = attitude_port.take()
-        {
-            let found = own.insert(Own::start(port));
-            defmt::info!("own sensors: pressure transducer {=bool}", found.has_pressure());
+            if seat == Seat::Sensors
+                && let Some(port) = attitude_port.take()
+            {
+                let found = own.insert(Own::start(port));
+                defmt::info!("own sensors: pressure transducer {=bool}", found.has_pressure());
+            }
+            if let Some(own) = &mut own {
+                own.rest();
+            }
             (looked_ms, stepped_ms) = (now_ms, now_ms);
         }
-        if let Some(own) = &mut own {
+        if let (Some(own), Seat::Sensors) = (&mut own, seat) {
             own.listen(now_ms);
             let since = now_ms.saturating_sub(stepped_ms);
             if since >= u64::from(CYCLE_MS) {
-                stepped_ms = now_ms;
                 let frame = own.measure(now_ms, since as f32 * 1e-3);
                 if let Some(answer) = helm.cycle(&frame) {
+                    stepped_ms = now_ms;
                     remember(&mut words, helm.mark());
                     helm.keep_mark();
                     own.command(answer.command);
-                    tell(&ToHost::Answer(answer), &mut told);
+                    tell(&Reply { to: 0, message: ToHost::Answer(answer) }, &mut told);
                     watchdog.feed();
                     helm.keep_log();
                 }
@@ -145,30 +147,31 @@ fn main() -> ! {
                 own.act(since as f32 * 1e-3);
             }
         }
-        if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(heard_ms))) {
+        if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(frame_ms))) {
+            stepped_ms = now_ms;
             remember(&mut words, helm.mark());
-            tell(&ToHost::Answer(answer), &mut told);
+            tell(&Reply { to: 0, message: ToHost::Answer(answer) }, &mut told);
         }
-        // Reached only by a loop that really polls and steps.
-        watchdog.feed();
+        // In a mission a finished step feeds the watchdog, and nothing else; but a host may take its time.
+        let waits = seat == Seat::Host && now_ms.saturating_sub(stepped_ms) < HOST_MS;
+        if waits || !words.mark.in_mission() {
+            watchdog.feed();
+        }
         if line.is_idle() {
             cortex_m::asm::wfi();
         }
     }
 }
 
-/// Keeps the record of the mission in step.
+/// Keeps the record of the mission in step; written anew each time, so that a bit that flipped in it does not stay.
 fn remember(words: &mut LastWords, mark: Mark) {
-    let next = LastWords { mark, ..*words };
-    if next != *words {
-        *words = next;
-        last_words::write(next);
-    }
+    words.mark = mark;
+    last_words::write(*words);
 }
 
 /// Logs what changed.
-fn tell(answer: &ToHost, told: &mut (Phase, Option<Abort>)) {
-    match answer {
+fn tell(reply: &Reply, told: &mut (Phase, Option<Abort>)) {
+    match &reply.message {
         ToHost::Answer(a) => {
             let now = (a.trace.phase, a.trace.abort);
             if now != *told {
@@ -184,8 +187,10 @@ fn tell(answer: &ToHost, told: &mut (Phase, Option<Abort>)) {
                 *told = now;
             }
         }
-        ToHost::Hello { nonce, manifest } => defmt::info!("hello {=u32:#x}, hil {=bool}", *nonce, manifest.hil),
-        ToHost::Ready { table_id } => defmt::info!("mission taken, table {=u32:08x}", *table_id),
+        ToHost::Hello { nonce, manifest, .. } => defmt::info!("hello {=u32:#x}, mission under way {=bool}", *nonce, manifest.under_way),
+        ToHost::Ready { table_id, config, mission } => {
+            defmt::info!("mission taken, table {=u32:08x}, configuration {=u32:08x}, mission {=u32:08x}", *table_id, *config, *mission);
+        }
         ToHost::Done { crc } => defmt::info!("done {=u32:08x}", *crc),
         ToHost::Volatile { crc } => defmt::warn!("done {=u32:08x}, in RAM only: lost at the next reset", *crc),
         ToHost::Refused(_) => defmt::warn!("refused"),

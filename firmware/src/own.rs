@@ -154,6 +154,15 @@ impl Own {
         self.wanted = Some(wanted);
     }
 
+    /// Nothing shall be done: motors, release and beacon off until the next command.
+    pub fn rest(&mut self) {
+        self.wanted = None;
+        self.pump.stop();
+        self.mass.stop();
+        self.release.stop();
+        let _ = self.beacon.set_low();
+    }
+
     /// Whether there is anything to do; until the first command nothing moves.
     pub fn has_command(&self) -> bool {
         self.wanted.is_some()

@@ -4,9 +4,9 @@
 //! Needs the image (`scripts/build-firmware`) and `qemu-system-arm`; says so
 //! loudly where they are missing.
 
-use helm::{Boot, Helm, RamStorage, Seat};
+use helm::{Boot, Helm, RamStorage};
 use signals::link::MAX_WIRE;
-use signals::{Micros, Mission, Reading, Receiver, Refusal, SensorFrame, Switch, ToBoard, ToHost, encode};
+use signals::{Micros, Mission, Reading, Receiver, Refusal, Reply, Request, SensorFrame, Switch, ToBoard, ToHost, encode};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,8 @@ struct Board {
     line: UnixStream,
     receiver: Receiver,
     folder: PathBuf,
+    session: u32,
+    id: u16,
 }
 
 impl Drop for Board {
@@ -67,7 +69,7 @@ impl Board {
             std::thread::sleep(Duration::from_millis(20));
         };
         line.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
-        Self { qemu, line, receiver: Receiver::new(), folder }
+        Self { qemu, line, receiver: Receiver::new(), folder, session: 0, id: 0 }
     }
 
     /// The reset pin: RAM stays.
@@ -80,7 +82,8 @@ impl Board {
 
     fn send(&mut self, message: &ToBoard) {
         let mut wire = [0; MAX_WIRE];
-        let n = encode(message, &mut wire).unwrap();
+        let request = Request { session: self.session, id: self.id, message: message.clone() };
+        let n = encode(&request, &mut wire).unwrap();
         self.line.write_all(&wire[..n]).unwrap();
     }
 
@@ -89,8 +92,10 @@ impl Board {
         loop {
             match self.line.read(&mut buffer) {
                 Ok(1) => {
-                    if let Some(message) = self.receiver.push(buffer[0]) {
-                        return Some(message.unwrap());
+                    if let Some(Ok(Reply { to, message })) = self.receiver.push(buffer[0])
+                        && to == self.id
+                    {
+                        return Some(message);
                     }
                 }
                 Ok(_) => panic!("QEMU closed the line"),
@@ -99,25 +104,15 @@ impl Board {
         }
     }
 
-    /// Waits until the board has logged this many lines; zero bytes stand between defmt's frames.
-    fn logged(&self, lines: usize) {
-        let deadline = Instant::now() + Duration::from_secs(120);
-        loop {
-            let log = std::fs::read(self.folder.join("log")).unwrap_or_default();
-            let seen = log.split(|b| *b == 0).filter(|frame| !frame.is_empty()).count();
-            if seen >= lines {
-                return;
-            }
-            assert!(Instant::now() < deadline, "{seen} of {lines} lines of the board's log after 120 s");
-            std::thread::sleep(Duration::from_millis(100));
-        }
-    }
-
     /// Asks until answered; a frame may be asked again, it is not stepped again.
     fn ask(&mut self, message: &ToBoard) -> ToHost {
+        self.id += 1;
         for _ in 0..40 {
             self.send(message);
             if let Some(answer) = self.hear() {
+                if let ToHost::Hello { session, .. } = answer {
+                    self.session = session;
+                }
                 return answer;
             }
         }
@@ -152,35 +147,42 @@ fn frame(seq: u32) -> SensorFrame {
 fn the_image_answers_like_the_session_on_the_host() {
     let Some(elf) = image() else { return };
     let mut board = Board::start(&elf, "line");
-    let mut host = Helm::new(control::Config::default(), Boot { seat: Seat::Open, ..Boot::default() }, RamStorage::default());
-    let ToHost::Hello { nonce: 77, manifest } = board.ask(&ToBoard::Hello { nonce: 77 }) else { panic!("no hello") };
+    let mut host = Helm::new(control::Config::default(), Boot::default(), RamStorage::default());
+    let ToHost::Hello { nonce: 77, manifest, .. } = board.ask(&ToBoard::Hello { nonce: 77 }) else { panic!("no hello") };
     assert!(manifest.hil);
     host.handle(ToBoard::Hello { nonce: 77 });
     let begin = ToBoard::Begin(Mission::default());
-    assert_eq!(Some(board.ask(&begin)), host.handle(begin));
+    assert_eq!(board.ask(&begin), host.handle(begin));
     let start = Instant::now();
     for seq in 0..500 {
         let message = ToBoard::Sensor(frame(seq));
-        assert_eq!(Some(board.ask(&message)), host.handle(message), "frame {seq}");
+        assert_eq!(board.ask(&message), host.handle(message), "frame {seq}");
     }
     println!("500 frames, {:.0} round trips/s", 500.0 / start.elapsed().as_secs_f64());
 }
 
 #[test]
-fn a_chip_without_a_hello_flies_on_its_own_sensors() {
+fn a_launched_mission_flies_on_the_chips_own_sensors_whoever_said_hello_before() {
     let Some(elf) = image() else { return };
     let mut board = Board::start(&elf, "sensors");
-    // The hello window is 10 s of the board's own clock, which falls behind on a busy machine (QEMU drops ticks): wait
-    // for what the board says. Two lines at boot (firmware, flash), then the seat that is latched.
-    board.logged(3);
-    let ToHost::Hello { manifest, .. } = board.ask(&ToBoard::Hello { nonce: 1 }) else { panic!("no hello") };
-    assert!(!manifest.hil);
-    assert_eq!(board.ask(&ToBoard::Sensor(frame(1))), ToHost::Refused(Refusal::NotNow));
+    board.ask(&ToBoard::Hello { nonce: 1 });
     // No part answers in QEMU: every wait ends, the mission is flown on missing readings, the line stays alive.
-    assert!(matches!(board.ask(&ToBoard::Begin(Mission::default())), ToHost::Ready { .. }));
-    std::thread::sleep(Duration::from_secs(9)); // two control cycles
+    assert!(matches!(board.ask(&ToBoard::Launch(Mission::default())), ToHost::Ready { .. }));
+    assert_eq!(board.ask(&ToBoard::Sensor(frame(1))), ToHost::Refused(Refusal::OwnSensors));
+    let ToHost::Hello { manifest, .. } = board.ask(&ToBoard::Hello { nonce: 2 }) else { panic!("no hello") };
+    assert!(!manifest.hil && manifest.under_way);
+    // Two control cycles of the board's own clock, which falls behind on a busy machine (QEMU drops ticks).
+    let deadline = Instant::now() + Duration::from_secs(120);
+    loop {
+        let ToHost::Hello { manifest, .. } = board.ask(&ToBoard::Hello { nonce: 3 }) else { panic!("no hello") };
+        if manifest.last_seq.is_some_and(|seq| seq >= 2) {
+            break;
+        }
+        assert!(Instant::now() < deadline, "no step after 120 s: {manifest:?}");
+        std::thread::sleep(Duration::from_millis(200));
+    }
     let again = board.ask(&ToBoard::Begin(Mission::default()));
-    assert!(matches!(again, ToHost::Refused(Refusal::NotNow | Refusal::Safe)), "{again:?}");
+    assert!(matches!(again, ToHost::Refused(Refusal::UnderWay | Refusal::Safe)), "{again:?}");
 }
 
 #[test]
@@ -193,7 +195,9 @@ fn a_reset_during_a_mission_comes_up_safe_and_never_dives_again() {
         assert!(matches!(board.ask(&ToBoard::Sensor(frame(seq))), ToHost::Answer(_)));
     }
     board.reset();
-    // No hello needed: the seat is remembered with the mission.
+    // The session is lost with the memory; the seat is remembered with the mission.
+    assert_eq!(board.ask(&ToBoard::Sensor(frame(5))), ToHost::Refused(Refusal::Session));
+    board.ask(&ToBoard::Hello { nonce: 1 });
     let ToHost::Answer(answer) = board.ask(&ToBoard::Sensor(frame(5))) else { panic!("no answer after the reset") };
     assert_eq!((answer.trace.phase, answer.trace.abort), (signals::Phase::Safe, Some(signals::Abort::Reset)));
     assert!(answer.command.ballast_m3 > 0.0);

@@ -3,23 +3,22 @@
 //! ```sh
 //! GLIDER_PORT=/dev/ttyACM0 cargo test --release -p tests --test hil_board -- --ignored --nocapture
 //! ```
-//! The board runs the flight image, was reset less than 10 s ago (then the link chooses the HIL seat), and its vehicle's
-//! actuators are unplugged: missions are flown. Each test says what it proves. A terminal of QEMU will do for a rehearsal.
+//! The board runs the flight image, no mission on its own sensors is under way, and its vehicle's actuators are unplugged:
+//! missions are flown. Each test says what it proves. A terminal of QEMU will do for a rehearsal.
 
 use control::{Config, Settings};
 use helm::{Boot, Content, Helm, RamStorage};
 use hil_host::campaign::lattice::cases;
 use hil_host::campaign::{run, through_seat};
-use hil_host::flight::closed_loop::{End, Setup, fly};
-use hil_host::flight::onboard_log;
-use hil_host::flight::{mission_file, worlds};
+use hil_host::flight::closed_loop::{End, Setup, fly, recover};
+use hil_host::flight::{mission_file, onboard_log, worlds};
 use hil_host::seats::in_process::InProcess;
 use hil_host::seats::port::Port;
 use hil_host::seats::upload::{read_back, rollback, upload};
 use hil_host::seats::{Choice, Link, Seat};
 use plant::World;
 use signals::link::{CRC32, MAX_WIRE};
-use signals::{Abort, Counters, Mission, Object, Phase, Refusal, SensorFrame, Switch, ToBoard, ToHost, Wings, encode};
+use signals::{Abort, Counters, Mission, Object, Phase, Refusal, Request, SensorFrame, Switch, ToBoard, ToHost, Wings, encode};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// There is one line.
@@ -34,15 +33,8 @@ fn port() -> (String, MutexGuard<'static, ()>) {
 /// The board, on deck.
 fn board(name: &str) -> Link<Port> {
     let mut link = Link::new(Port::open(name).unwrap());
-    assert!(link.hello().unwrap().hil, "the board latched its own sensors: reset it, then start within 10 s");
-    if link.recover().is_err() {
-        // A mission is under way, from a test before: called home, seen at the surface, out of the water.
-        link.recall().unwrap();
-        let afloat =
-            SensorFrame { depth_m: signals::Reading::now(0.0), time: signals::Micros::from_secs(1 << 20), ..SensorFrame::default() };
-        link.exchange(&afloat).unwrap();
-        link.recover().unwrap();
-    }
+    assert!(link.hello().unwrap().hil, "a mission on the board's own sensors is under way");
+    recover(&mut link).unwrap();
     link
 }
 
@@ -92,12 +84,13 @@ fn hil_board_answers_like_the_session_on_the_host_and_counts_what_is_damaged() {
         if n % 10 == 3 {
             // A frame with one flipped bit: refused, and nothing answered.
             let mut wire = [0; MAX_WIRE];
-            let length = encode(&ToBoard::Sensor(frame), &mut wire).unwrap();
+            let request = Request { session: 1, id: 1, message: ToBoard::Sensor(frame) };
+            let length = encode(&request, &mut wire).unwrap();
             wire[length / 2] ^= 0x10;
             shout(&mut link, &wire[..length]);
         }
         let answer = link.exchange(&frame).unwrap();
-        assert_eq!(Some(ToHost::Answer(answer)), host.handle(ToBoard::Sensor(frame)), "frame {n}");
+        assert_eq!(ToHost::Answer(answer), host.handle(ToBoard::Sensor(frame)), "frame {n}");
         // The same frame again is answered again and not stepped.
         if n % 10 == 7 {
             assert_eq!(link.exchange(&frame).unwrap(), answer);
@@ -172,10 +165,9 @@ fn hil_board_aborts_for_a_leak_and_leaves_safe_only_when_recovered() {
         Ok(cycles) => assert!(cycles.iter().rev().take(3).any(|c| c.1.trace.abort == Some(Abort::Leak)), "the log holds the abort"),
         Err(e) => println!("{e}"),
     }
-    // On deck again: at the surface it is believed.
-    let frame = SensorFrame { depth_m: signals::Reading::now(0.0), ..world.sense() };
-    link.exchange(&frame).unwrap();
-    link.recover().unwrap();
+    // On deck again: seen at the surface it is believed.
+    assert!(link.recover().is_err());
+    recover(&mut link).unwrap();
 }
 
 #[test]

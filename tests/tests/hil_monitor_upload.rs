@@ -215,7 +215,7 @@ fn hil_the_image_is_watched_and_its_log_decoded() {
     let told = |lines: &[String], words: &str| assert!(lines.iter().any(|l| l.contains(words)), "{words}: {lines:#?}");
     // As it leaves the chip by USART2.
     let lines = decoded(&std::fs::read(&log).unwrap());
-    for words in ["INFO firmware 0.", "WARN no log flash", "seat latched: frames come from the host", "mission taken, table", "phase 1"] {
+    for words in ["INFO firmware 0.", "WARN no log flash", "seat: frames come from the host", "mission taken, table", "phase 1"] {
         told(&lines, words);
     }
     // As a debug probe reads it out of RAM: 512 bytes, what did not fit is dropped whole.

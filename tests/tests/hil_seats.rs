@@ -1,12 +1,15 @@
 //! The same messages through every seat, and what a seat says when nobody, or
 //! somebody else, is at the other end.
 
+use control::{Config, Settings};
+use hil_host::flight::closed_loop::recover;
 use hil_host::seats::in_process::InProcess;
 use hil_host::seats::port::Port;
 use hil_host::seats::pty::{Pty, Terminal};
+use hil_host::seats::upload::upload;
 use hil_host::seats::{Link, Seat, SeatError, Wire};
-use signals::link::CRC32;
-use signals::{Micros, Mission, Reading, SensorFrame};
+use signals::link::{CRC32, MAX_WIRE};
+use signals::{Micros, Mission, Object, Reading, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost, decode, encode};
 use std::time::Duration;
 
 fn frame(seq: u32) -> SensorFrame {
@@ -89,10 +92,126 @@ fn a_board_of_another_wire_version_is_named() {
 }
 
 #[test]
-fn silence_is_given_up_on() {
-    let terminal = Terminal::serve(|_, _| {}).unwrap();
-    let mut seat = Link::new(Port::open(&terminal.name).unwrap()).patience(Duration::from_millis(600));
-    assert!(matches!(seat.hello().unwrap_err(), SeatError::NoAnswer { .. }));
+fn silence_is_given_up_on_and_noise_is_not_called_silence() {
+    let told = |answer: &'static [u8]| {
+        let terminal = Terminal::serve(move |_, out| out.extend_from_slice(answer)).unwrap();
+        let mut seat = Link::new(Port::open(&terminal.name).unwrap()).patience(Duration::from_millis(600));
+        let e = seat.hello().unwrap_err();
+        assert!(matches!(e, SeatError::NoAnswer { .. }));
+        e.to_string()
+    };
+    let silence = told(b"");
+    assert!(silence.contains("not a byte came"), "{silence}");
+    for noise in [&b"\x00\x00\x00"[..], b"\xe0\x1c\xfe\x80\xf8\x00\x1c", b"NuttShell (NSH)\r\nnsh> "] {
+        let said = told(noise);
+        assert!(said.contains("none of them a frame") && said.contains("baud rate") && !said.contains('\n'), "{said}");
+    }
+}
+
+/// The board with another program on the same line: what that one says and is answered.
+struct Shared {
+    inner: InProcess,
+    /// Said by the other program before every frame of ours.
+    other: Vec<Request>,
+    /// Comes to us before every answer, as one to another request.
+    stray: Vec<ToHost>,
+    to: u16,
+}
+
+fn framed(reply: &Reply) -> Vec<u8> {
+    let mut out = [0; MAX_WIRE];
+    let n = encode(reply, &mut out).unwrap();
+    out[..n].to_vec()
+}
+
+impl Wire for Shared {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        for request in std::mem::take(&mut self.other) {
+            let mut out = [0; MAX_WIRE];
+            let n = encode(&request, &mut out).unwrap();
+            self.inner.send(&out[..n])?;
+        }
+        let request: Request = decode(&mut bytes[..bytes.len() - 1].to_vec()).unwrap();
+        self.to = request.id.wrapping_add(1000);
+        self.inner.send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], wait_for: Duration) -> std::io::Result<usize> {
+        let stray: Vec<u8> = self.stray.iter().flat_map(|said| framed(&Reply { to: self.to, message: said.clone() })).collect();
+        into[..stray.len()].copy_from_slice(&stray);
+        let n = self.inner.receive(&mut into[stray.len()..], wait_for)?;
+        Ok(if n == 0 { 0 } else { n + stray.len() })
+    }
+
+    fn describe(&self) -> String {
+        "shared line".to_owned()
+    }
+}
+
+#[test]
+fn replies_to_somebody_else_end_nothing() {
+    let stray = vec![ToHost::Refused(Refusal::Safe), ToHost::Done { crc: 0 }, ToHost::Refused(Refusal::Session)];
+    let mut shared = Link::new(Shared { inner: InProcess::default(), other: vec![], stray, to: 0 });
+    assert_eq!(talk(&mut shared), talk(&mut Link::new(InProcess::default())));
+}
+
+#[test]
+fn a_hello_of_another_program_ends_no_flight() {
+    let hello = |nonce| Request { session: 0, id: 9, message: ToBoard::Hello { nonce } };
+    let mut link = Link::new(Shared { inner: InProcess::default(), other: vec![], stray: vec![], to: 0 });
+    link.hello().unwrap();
+    link.begin(&Mission::default()).unwrap();
+    for seq in 0..5 {
+        link.wire().other = vec![hello(seq)];
+        assert_eq!(link.exchange(&frame(seq)).unwrap().command.seq, seq);
+    }
+    link.wire().other = vec![hello(77)];
+    link.recall().unwrap();
+    assert_eq!(link.exchange(&frame(5)).unwrap().trace.abort, Some(signals::Abort::Operator));
+}
+
+#[test]
+fn what_was_uploaded_in_between_is_noticed_and_not_flown() {
+    let mut link = Link::new(InProcess::default());
+    let manifest = link.hello().unwrap();
+    link.configure(&manifest, &Config::default()).unwrap();
+    let mut bytes = helm::Content::new();
+    helm::objects::config_bytes(&Config::new(Settings { crush_depth_m: 240.0, ..Settings::default() }).unwrap(), &mut bytes);
+    helm::Storage::save(link.wire().board().helm().storage(), Object::Config, &bytes).unwrap();
+    let e = link.begin(&Mission::default()).unwrap_err();
+    assert!(matches!(e, SeatError::Other { what: "configuration", .. }), "{e}");
+    assert!(!link.hello().unwrap().under_way, "and the mission is called off");
+}
+
+#[test]
+fn a_configuration_beyond_the_limits_of_the_vehicle_is_refused_by_the_board() {
+    let mut link = Link::new(InProcess::default());
+    link.hello().unwrap();
+    let settings = Settings { crush_depth_m: 9000.0, undervoltage_v: 0.0, no_comms_s: u32::MAX, ..Settings::default() };
+    let mut bytes = helm::Content::new();
+    helm::objects::config_bytes(&Config::new(settings).unwrap(), &mut bytes);
+    let e = upload(&mut link, Object::Config, &bytes, |_, _| {}).unwrap_err().to_string();
+    assert!(e.contains("CrushDepth") && !e.contains('\n'), "{e}");
+}
+
+#[test]
+fn a_mission_whose_host_went_away_is_named_and_can_be_taken_back() {
+    let mut link = Link::new(InProcess::default());
+    link.hello().unwrap();
+    link.begin(&Mission::default()).unwrap();
+    for seq in 0..5 {
+        link.exchange(&frame(seq)).unwrap();
+    }
+    // Another program on the same board.
+    let mut next = Link::new(std::mem::take(link.wire()));
+    let manifest = next.hello().unwrap();
+    assert_eq!((manifest.under_way, manifest.last_seq), (true, Some(4)));
+    let e = next.begin(&Mission::default()).unwrap_err();
+    assert!(matches!(e, SeatError::Refused { why: Refusal::UnderWay, .. }), "{e}");
+    assert!(e.to_string().contains("under way") && e.to_string().contains("--recover"), "{e}");
+    assert!(matches!(next.exchange(&frame(2000)), Err(SeatError::Refused { why: Refusal::Sequence { last: 4 }, .. })));
+    recover(&mut next).unwrap();
+    next.begin(&Mission::default()).unwrap();
 }
 
 #[test]

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use object::elf::FileHeader32;
 use object::read::elf::ElfFile;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, SymbolKind};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// First address of RAM.
 const RAM_START: u64 = 0x2000_0000;
@@ -33,8 +33,8 @@ pub struct Image {
     pub stack: u64,
     /// Words outside code that may be a function's address.
     pub words: BTreeSet<u32>,
-    /// Exception handlers named by the vector table.
-    pub vectors: BTreeSet<u32>,
+    /// Exception handlers by their numbers, as the vector table names them.
+    pub vectors: BTreeMap<u32, u32>,
 }
 
 impl Image {
@@ -66,7 +66,7 @@ impl Image {
         let is_code = |address: u32| mapping.partition_point(|m| m.0 <= address).checked_sub(1).is_none_or(|i| mapping[i].1);
 
         let mut words = BTreeSet::new();
-        let mut vectors = BTreeSet::new();
+        let mut vectors = BTreeMap::new();
         let mut code: Vec<(u32, u16)> = vec![];
         for section in elf.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
@@ -81,7 +81,7 @@ impl Image {
                 let address = at + 4 * i as u32;
                 let value = u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
                 if is_vectors {
-                    vectors.insert(value & !1);
+                    vectors.insert(i as u32, value & !1);
                 } else if !is_text || !is_code(address) {
                     words.insert(value);
                 }

@@ -5,9 +5,9 @@
 //! - A call through a register may go to every function whose address appears
 //!   anywhere in the image (vector table excepted): sound without types.
 //! - All interrupts share one priority, so one of them can come on top of the
-//!   main path, and a fault on top of that; each costs its handler and the
-//!   entry frame with the FPU's registers (26 words and a word of alignment,
-//!   Armv7-M ARM B1.5.7).
+//!   main path, a fault on top of that, and the non-maskable interrupt on top of
+//!   both; each costs its handler and the entry frame with the FPU's registers
+//!   (26 words and a word of alignment, Armv7-M ARM B1.5.7).
 //! - Recursion is refused: its depth cannot be read.
 
 use crate::image::Image;
@@ -82,21 +82,25 @@ pub fn worst(image: &Image) -> Result<Worst> {
     let mut taken: BTreeSet<u32> = image.words.clone();
     taken.extend(readings.iter().flat_map(|r| &r.addresses));
     let candidates = (0..image.functions.len())
-        .filter(|i| taken.contains(&(image.functions[*i].start | 1)) && !image.vectors.contains(&image.functions[*i].start))
+        .filter(|i| taken.contains(&(image.functions[*i].start | 1)) && !image.vectors.values().any(|v| *v == image.functions[*i].start))
         .collect();
     let mut graph = Graph { image, readings, candidates, known: BTreeMap::new() };
     let find = |name: &str| image.functions.iter().position(|f| f.name == name);
     let reset = find("Reset").context("no Reset function")?;
     let (main, path) = graph.depth(reset, &mut vec![])?;
-    let mut interrupts = vec![];
-    let mut faults = vec![];
-    for vector in &image.vectors {
+    // Ranks that can lie on top of each other: interrupts, faults, and NMI (exception 2).
+    let mut ranks: [Vec<(u64, String)>; 3] = Default::default();
+    for (number, vector) in &image.vectors {
         let Some(handler) = graph.at(*vector).filter(|h| *h != reset) else { continue };
         let name = image.functions[handler].name.clone();
         let bytes = ENTRY_FRAME + graph.depth(handler, &mut vec![])?.0;
-        if name.contains("Fault") { faults.push((bytes, name)) } else { interrupts.push((bytes, name)) }
+        match number {
+            2 => ranks[2].push((bytes, format!("{name} as NMI"))),
+            3..=6 => ranks[1].push((bytes, name)),
+            _ => ranks[0].push((bytes, name)),
+        }
     }
-    let exceptions: Vec<_> = [interrupts.into_iter().max(), faults.into_iter().max()].into_iter().flatten().collect();
+    let exceptions: Vec<_> = ranks.into_iter().filter_map(|rank| rank.into_iter().max()).collect();
     let frames = path.iter().map(|f| (u64::from(graph.readings[*f].frame), image.functions[*f].name.clone())).collect();
     Ok(Worst { total: main + exceptions.iter().map(|e| e.0).sum::<u64>(), path: frames, exceptions })
 }

@@ -153,6 +153,11 @@ impl State {
         self.voyage.stage = Stage::Safe;
     }
 
+    /// The drop weight was fired before a reset: it is fired on.
+    pub fn fire_weight(&mut self) {
+        self.safety.fire_weight();
+    }
+
     /// First cause of the abort, once there is one.
     #[must_use]
     pub fn first_cause(&self) -> Option<Abort> {

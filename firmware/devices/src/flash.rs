@@ -32,12 +32,19 @@ pub struct Flash<S, D> {
 }
 
 impl<S: SpiDevice, D: DelayNs> Flash<S, D> {
-    /// Makes sure that it is this part.
+    /// Waits for what a reset interrupted (an erase goes on in the part, which answers nothing else meanwhile), then makes sure
+    /// that it is this part.
     ///
     /// # Errors
     /// [`Error::Bus`] or [`Error::Identity`].
     pub fn start(spi: S, delay: D) -> Result<Self, Error> {
         let mut flash = Self { spi, delay };
+        for _ in 0..ERASE_MS {
+            if flash.status()? & BUSY == 0 {
+                break;
+            }
+            flash.delay.delay_ms(1);
+        }
         let mut id = [0; 3];
         flash.spi.transaction(&mut [Operation::Write(&[JEDEC]), Operation::Read(&mut id)]).map_err(|_| Error::Bus)?;
         let [maker, kind, _] = id;
@@ -156,14 +163,23 @@ mod tests {
     }
 
     fn started(steps: Steps) -> (Mock<u8>, Started) {
-        let spi = Mock::new(&[ask(&[JEDEC], &IDENTITY), steps].concat());
+        let spi = Mock::new(&[ask(&[STATUS], &[0]), ask(&[JEDEC], &IDENTITY), steps].concat());
         (spi.clone(), Flash::start(spi, NoopDelay::new()))
     }
 
     #[test]
     fn another_part_or_none_is_refused() {
-        let mut spi = Mock::new(&ask(&[JEDEC], &[0xff; 3]));
+        let floating = [vec![ask(&[STATUS], &[0xff]); ERASE_MS as usize].concat(), ask(&[JEDEC], &[0xff; 3])].concat();
+        let mut spi = Mock::new(&floating);
         assert_eq!(Flash::start(spi.clone(), NoopDelay::new()).err(), Some(Error::Identity(0xffff)));
+        spi.done();
+    }
+
+    #[test]
+    fn a_part_that_a_reset_left_erasing_is_waited_for() {
+        let steps = [ask(&[STATUS], &[BUSY]), ask(&[STATUS], &[BUSY]), ask(&[STATUS], &[0]), ask(&[JEDEC], &IDENTITY)].concat();
+        let mut spi = Mock::new(&steps);
+        assert!(Flash::start(spi.clone(), NoopDelay::new()).is_ok());
         spi.done();
     }
 

@@ -85,11 +85,15 @@ impl<F: SetDutyCycle, R: SetDutyCycle> Motor<F, R> {
             _ => false,
         };
         if !bridge {
-            // Both off: the bridge brakes. Errors leave nothing better to try.
-            let _ = self.forward.set_duty_cycle_fully_off();
-            let _ = self.reverse.set_duty_cycle_fully_off();
+            self.stop();
         }
         doing
+    }
+
+    /// Both off: the bridge brakes. Errors leave nothing better to try.
+    pub fn stop(&mut self) {
+        let _ = self.forward.set_duty_cycle_fully_off();
+        let _ = self.reverse.set_duty_cycle_fully_off();
     }
 
     fn decide(&mut self, position: Option<f32>, dt_s: f32) -> Doing {

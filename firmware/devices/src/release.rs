@@ -62,6 +62,12 @@ impl<A: OutputPin, F: OutputPin> Release<A, F> {
         self.doing
     }
 
+    /// Both switches open, whatever was wanted.
+    pub fn stop(&mut self) {
+        self.doing = Doing::Idle;
+        self.switch(false, false);
+    }
+
     fn switch(&mut self, arm: bool, fire: bool) {
         // A pin that cannot be written is looked at again at the next look.
         let _ = if fire { self.fire.set_high() } else { self.fire.set_low() };
@@ -78,11 +84,13 @@ mod tests {
     fn arms_before_it_fires_and_opens_both_when_not_wanted() {
         let set = |states: &[State]| Mock::new(&states.iter().map(|s| Transaction::set(*s)).collect::<Vec<_>>());
         use State::{High, Low};
-        let (mut arm, mut fire) = (set(&[Low, High, High, Low]), set(&[Low, Low, High, Low]));
+        let (mut arm, mut fire) = (set(&[Low, High, High, Low, High, Low]), set(&[Low, Low, High, Low, Low, Low]));
         let mut release = Release::new(arm.clone(), fire.clone());
         assert_eq!(release.look(true, 1.0), Doing::Armed);
         assert_eq!(release.look(true, 1.0), Doing::Burning(0.0));
         assert_eq!(release.look(false, 1.0), Doing::Idle);
+        assert_eq!(release.look(true, 1.0), Doing::Armed);
+        release.stop();
         arm.done();
         fire.done();
     }

@@ -7,33 +7,49 @@
 //! it writes down what it answered.
 //!
 //! ```text
-//!                Begin ok                 Sensor
+//!            Begin, Launch             a frame
 //!   ┌──────┐ ───────────────► ┌───────┐ ─────────► ┌────────┐  phase Done   ┌──────┐
 //!   │ Idle │                  │ Armed │            │ Flying │ ────────────► │ Done │
 //!   └──────┘ ◄─────────────── └───────┘            └────────┘               └──────┘
 //!       ▲         Recall                                │ phase Safe            │ Hello, Begin
 //!       │                                               ▼                       ▼
-//!       │ Recovered (at the surface)               ┌────────┐                 Armed
-//!       └───────────────────────────────────────── │  Safe  │ ◄── reset during a mission
+//!       │ Recovered, and seen afloat               ┌────────┐                 Armed
+//!       └───────────────────────────────────────── │  Safe  │ ◄── reset or damaged memory during a mission
 //!                                                  └────────┘
 //! ```
 //!
 //! - A frame is stepped once. The same `seq` again is answered again from
-//!   memory; an older one, or one too far ahead, is counted and dropped.
+//!   memory; an older one, or one too far ahead, is counted and refused.
 //! - What does not belong to the state is refused by name, never half done.
+//! - What changes something carries the session that the last hello was given:
+//!   what was recorded in another one does nothing. A hello changes nothing of
+//!   a flight under way; its own frames go on in the session that began it.
 //! - A mission needs a fresh hello before it: a late copy of an old Begin
 //!   cannot send a vehicle down again.
-//! - SAFE is left only by [`signals::ToBoard::Recovered`], at the surface.
+//! - SAFE is left only by [`signals::ToBoard::Recovered`] of a vehicle that is
+//!   seen [`afloat`].
+//! - No upload crosses the [`limits`] of the vehicle's class.
+//! - Mission, state, configuration and table are sealed by a sum between two
+//!   steps; where it does not match, a mission goes on in SAFE.
 //! - Work per byte and per message is bounded; nothing here waits.
 #![cfg_attr(not(test), no_std)]
 
+pub mod afloat;
+mod flight;
+pub mod limits;
+mod mark;
 pub mod objects;
+mod seal;
 pub mod session;
 pub mod silence;
 pub mod storage;
 mod upload;
 pub mod vault;
 
+pub use mark::Mark;
 pub use session::{Boot, Helm, Seat};
 pub use storage::{Content, Kept, MAX_OBJECT, RamStorage, Storage};
-pub use vault::{Mark, Vault};
+pub use vault::Vault;
+
+#[cfg(test)]
+mod model_check;

@@ -1,5 +1,6 @@
 //! Which bytes are a usable object, and which one is in use.
 
+use crate::limits;
 use crate::storage::{Content, MAX_OBJECT, Storage, fill};
 use control::{Config, config::Settings};
 use polar::Table;
@@ -18,7 +19,7 @@ pub const fn built_in(wings: Wings) -> &'static [u8] {
 /// Refuses an uploaded object that could not be flown.
 ///
 /// # Errors
-/// [`Refusal::WrongTable`], [`Refusal::Corrupt`] or why the mission is refused.
+/// [`Refusal::WrongTable`], [`Refusal::Corrupt`], [`Refusal::Limit`] or why the mission is refused.
 pub fn check(object: Object, bytes: &[u8], config: &Config) -> Result<(), Refusal> {
     match object {
         Object::Table(wings) => Table::parse(bytes, wings).map(|_| ()).map_err(|_| Refusal::WrongTable),
@@ -26,7 +27,10 @@ pub fn check(object: Object, bytes: &[u8], config: &Config) -> Result<(), Refusa
             let mission = mission(bytes).ok_or(Refusal::Corrupt)?;
             mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)
         }
-        Object::Config => config_of(bytes).map(|_| ()).ok_or(Refusal::Corrupt),
+        Object::Config => {
+            let config = config_of(bytes).ok_or(Refusal::Corrupt)?;
+            limits::check(&config).map_err(|e| Refusal::Limit(e.limit))
+        }
         Object::Log => Err(Refusal::Storage),
     }
 }
@@ -58,6 +62,21 @@ pub fn config_bytes(config: &Config, out: &mut Content) {
     }
 }
 
+/// CRC-32 of a configuration's stored form.
+#[must_use]
+pub fn config_id(config: &Config) -> u32 {
+    let mut bytes = Content::new();
+    config_bytes(config, &mut bytes);
+    CRC32.checksum(&bytes)
+}
+
+/// CRC-32 of a mission's stored form.
+#[must_use]
+pub fn mission_id(mission: &Mission) -> u32 {
+    let mut buffer = [0u8; MAX_OBJECT];
+    postcard::to_slice(mission, &mut buffer).map_or(0, |bytes| CRC32.checksum(bytes))
+}
+
 /// Copies the uploaded table of `wings` to `out` if there is a good one, and
 /// says its identity; else leaves `out` empty.
 pub fn uploaded_table(storage: &mut impl Storage, wings: Wings, out: &mut Content) -> Option<u32> {
@@ -83,11 +102,12 @@ pub fn select_table(storage: &mut impl Storage, wings: Wings, out: &mut Content)
 }
 
 /// The configuration the next mission is flown with: the stored one if it is
-/// good, else `built_in`.
+/// good and within its limits, else `built_in`.
 pub fn select_config(storage: &mut impl Storage, built_in: &Config) -> Config {
     let mut bytes = Content::new();
     if storage.load(Object::Config, &mut bytes)
         && let Some(config) = config_of(&bytes)
+        && limits::check(&config).is_ok()
     {
         return config;
     }

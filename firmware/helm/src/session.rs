@@ -1,15 +1,19 @@
 //! The state machine of the crate doc.
 
+use crate::afloat::Afloat;
+use crate::flight::{Activity, Flight};
+use crate::limits;
+use crate::mark::{Copies, Mark};
 use crate::objects;
+use crate::seal::Sum;
 use crate::silence::{PATIENCE_MS, aged};
 use crate::storage::{Content, Kept, Storage};
 use crate::upload::Staging;
-use crate::vault::Mark;
-use control::{Config, State};
-use polar::Table;
-use signals::link::CHUNK;
+use control::Config;
+use signals::link::{CHUNK, CRC32};
 use signals::{
-    Abort, Answer, Counters, Flags, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, SensorFrame, ToBoard, ToHost, Wings,
+    Abort, Answer, Counters, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost,
+    Wings,
 };
 
 /// Control cycle, ms (the paper's vehicle samples every 4 s).
@@ -17,14 +21,14 @@ pub const CYCLE_MS: u32 = 4_000;
 /// Farthest a frame may be ahead of the last one; beyond, it is not a gap in
 /// the line (68 min of lost frames) but nonsense.
 pub const MAX_GAP: u32 = 1024;
-/// Deepest last reading at which [`ToBoard::Recovered`] is believed, m.
-pub const RECOVERY_DEPTH_M: f32 = 5.0;
 
-/// Where sensor frames come from; latched at boot.
+/// Silence of the line after which a vehicle that was seen afloat has to be seen again, ms: three cycles.
+const AFLOAT_HOLDS_MS: u64 = 3 * CYCLE_MS as u64;
+
+/// Where sensor frames come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Seat {
-    /// Not decided: a hello makes it [`Seat::Host`], [`Helm::settle`] makes it
-    /// [`Seat::Sensors`].
+    /// On deck: the next mission decides, by [`ToBoard::Begin`] or [`ToBoard::Launch`].
     Open,
     /// From the host over the line (hardware in the loop).
     #[default]
@@ -36,64 +40,61 @@ pub enum Seat {
 /// What the board knows when it starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Boot {
-    /// The last run ended in the middle of a mission: SAFE from the first step.
-    pub reset_during_mission: bool,
-    /// Why that mission had been aborted already, if it had.
-    pub first_cause: Option<Abort>,
+    /// What the last run left; anything but [`Mark::NONE`] is SAFE from the first step.
+    pub mark: Mark,
     /// Boots since first flash; 0 when not counted.
     pub boots: u32,
     /// Firmware version major, minor, patch.
     pub firmware: [u8; 3],
-    /// Seat.
-    pub seat: Seat,
+    /// A number that the last runs had not: sessions begin from it.
+    pub salt: u32,
 }
 
 impl Boot {
-    /// A first boot: nothing known, frames from the host.
-    pub const NEW: Self = Self { reset_during_mission: false, first_cause: None, boots: 0, firmware: [0; 3], seat: Seat::Host };
-}
-
-/// What is being done.
-// The state lives once, in place; there is no heap to box it on.
-#[allow(clippy::large_enum_variant)]
-#[derive(Clone, Debug)]
-enum Activity {
-    Idle,
-    Armed { mission: Mission },
-    Flying { state: State, phase: Phase },
+    /// A first boot: nothing known.
+    pub const NEW: Self = Self { mark: Mark::NONE, boots: 0, firmware: [0; 3], salt: 0 };
 }
 
 /// The controller behind a line.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Helm<S> {
-    boot: Boot,
+    boots: u32,
+    firmware: [u8; 3],
+    salt: u32,
     built_in: Config,
-    /// The configuration of the mission under way.
-    loaded: Option<Config>,
     storage: S,
     receiver: Receiver,
     staging: Staging,
-    activity: Activity,
-    /// Booted after a reset during a mission, not yet in SAFE.
-    waking: bool,
-    /// Uploaded table in use and the wings it is for; empty when the one built
-    /// into flash is flown.
-    table: Content,
-    /// The table in flash, checked when the mission was taken.
-    in_flash: Option<Table<'static>>,
-    wings: Wings,
-    table_id: u32,
-    /// The last frame stepped and its answer.
-    last: Option<(SensorFrame, Answer)>,
-    /// The sequence is known: repeated and stale frames can be told.
-    in_sequence: bool,
-    /// The last hello; one since the last mission started.
-    nonce: Option<u32>,
-    greeted: bool,
-    /// Own steps made in the present silence.
-    silent_steps: u64,
-    /// The last step is not in the flight log yet.
-    unlogged: bool,
+    pub(crate) flight: Flight,
+    seal: Sum,
+    marks: Copies,
+    /// Takes a mend back: the model check must find what it was for.
+    #[cfg(test)]
+    pub(crate) mutant: Option<crate::model_check::Mutant>,
+}
+
+impl<S: Clone> Clone for Helm<S> {
+    fn clone(&self) -> Self {
+        let mut copy = Self {
+            boots: self.boots,
+            firmware: self.firmware,
+            salt: self.salt,
+            built_in: self.built_in.clone(),
+            storage: self.storage.clone(),
+            receiver: self.receiver.clone(),
+            staging: self.staging.clone(),
+            flight: self.flight.clone(),
+            seal: Sum::NONE,
+            marks: self.marks,
+            #[cfg(test)]
+            mutant: self.mutant,
+        };
+        // A copy has other gaps between its fields. A broken seal stays one.
+        if self.seal == Sum::over(&self.flight) {
+            copy.seal = Sum::over(&copy.flight);
+        }
+        copy
+    }
 }
 
 impl<S: Storage> Helm<S> {
@@ -102,64 +103,107 @@ impl<S: Storage> Helm<S> {
     #[must_use]
     pub const fn new(config: Config, boot: Boot, storage: S) -> Self {
         Self {
-            boot,
+            boots: boot.boots,
+            firmware: boot.firmware,
+            salt: boot.salt,
             built_in: config,
-            loaded: None,
             storage,
             receiver: Receiver::new(),
             staging: Staging::new(),
-            activity: Activity::Idle,
-            waking: boot.reset_during_mission,
-            table: Content::new(),
-            in_flash: None,
-            wings: Wings::Standard,
-            table_id: 0,
-            last: None,
-            in_sequence: false,
-            nonce: None,
-            greeted: false,
-            silent_steps: 0,
-            unlogged: false,
+            flight: flight_after(boot.mark),
+            seal: Sum::NONE,
+            marks: Copies::new(),
+            #[cfg(test)]
+            mutant: None,
         }
     }
 
     /// Tells a controller made before anything was known how it was booted.
     pub fn booted(&mut self, boot: Boot) {
-        self.boot = boot;
-        self.waking = boot.reset_during_mission;
+        (self.boots, self.firmware, self.salt) = (boot.boots, boot.firmware, boot.salt);
+        self.flight = flight_after(boot.mark);
+        self.seal();
     }
 
-    /// After a reset during a mission the first thing to be is SAFE.
-    fn wake(&mut self) {
-        if core::mem::take(&mut self.waking) {
-            self.come_up_safe();
+    /// Nothing is done on memory that is not as it was left.
+    fn unseal(&mut self) {
+        #[cfg(test)]
+        if self.mutant == Some(crate::model_check::Mutant::NoSeal) {
+            return;
+        }
+        if let Some(mark) = self.marks.mission() {
+            // Idle, and the mark says "in mission": no step would ever be made again.
+            let lost = mark.in_mission() && !self.flight.mission().in_mission();
+            if lost || self.seal != Sum::over(&self.flight) {
+                self.broken(mark);
+            }
         }
     }
 
+    /// A mission under way goes on in SAFE, one that is over ends there; without one there is nothing to lose.
+    #[cold]
     #[inline(never)]
-    fn come_up_safe(&mut self) {
-        let config = objects::select_config(&mut self.storage, &self.built_in);
-        self.take_table();
-        self.activity = Activity::Flying { state: State::after_reset(self.boot.first_cause.unwrap_or(Abort::Reset)), phase: Phase::Safe };
-        self.loaded = Some(config);
+    fn broken(&mut self, mark: Mark) {
+        let mark = match (mark.in_mission(), mark.first_cause()) {
+            (true, None) => Mark::mission(mark.own_sensors(), Some(Abort::Internal), mark.weight_fired()),
+            _ => mark,
+        };
+        self.flight = flight_after(mark);
+    }
+
+    fn seal(&mut self) {
+        self.marks.keep(self.flight.mission(), !self.flight.mission_in_progress());
+        self.seal = Sum::over(&self.flight);
+    }
+
+    /// Whatever is done is done between an intact seal and a new one.
+    #[inline(never)]
+    fn sealed<T>(&mut self, act: impl FnOnce(&mut Self) -> T) -> T {
+        self.unseal();
+        self.flight.wake(&mut self.storage, &self.built_in);
+        let done = act(self);
+        self.seal();
+        done
     }
 
     /// Takes one byte of the line; answers when it completes a message that
     /// wants one. Damaged frames are counted and not answered.
-    pub fn byte(&mut self, byte: u8) -> Option<ToHost> {
-        match self.receiver.push::<ToBoard>(byte)? {
-            Ok(message) => self.handle(message),
+    pub fn byte(&mut self, byte: u8) -> Option<Reply> {
+        match self.receiver.push::<Request>(byte)? {
+            Ok(request) => Some(self.request(request)),
             Err(_) => None,
         }
     }
 
-    /// Takes one message.
-    pub fn handle(&mut self, message: ToBoard) -> Option<ToHost> {
-        self.wake();
+    /// Takes one request; the reply names it.
+    pub fn request(&mut self, request: Request) -> Reply {
+        let Request { session, id, message } = request;
+        let reply = self.sealed(|helm| match helm.admit(session, &message) {
+            Ok(()) => helm.answer(message),
+            Err(why) => ToHost::Refused(why),
+        });
+        Reply { to: id, message: reply }
+    }
+
+    /// Takes one message as one of the present session: for callers in the same program.
+    pub fn handle(&mut self, message: ToBoard) -> ToHost {
+        self.sealed(|helm| helm.answer(message))
+    }
+
+    /// What changes something must be of the present session, or, for frames, of the one that began the mission.
+    fn admit(&self, session: u32, message: &ToBoard) -> Result<(), Refusal> {
+        let of = &self.flight.session;
+        let free = matches!(message, ToBoard::Hello { .. } | ToBoard::Report | ToBoard::ReadBack { .. });
+        let frame = matches!(message, ToBoard::Sensor(_)) && of.flight == Some(session);
+        if free || frame || of.present == Some(session) { Ok(()) } else { Err(Refusal::Session) }
+    }
+
+    fn answer(&mut self, message: ToBoard) -> ToHost {
         let answer = match message {
-            ToBoard::Sensor(frame) => return self.sensor(&frame),
+            ToBoard::Sensor(frame) => self.sensor(&frame).map(ToHost::Answer),
             ToBoard::Hello { nonce } => Ok(self.hello(nonce)),
-            ToBoard::Begin(mission) => self.begin(mission),
+            ToBoard::Begin(mission) => self.begin(mission, Seat::Host),
+            ToBoard::Launch(mission) => self.begin(mission, Seat::Sensors),
             ToBoard::Recall => self.recall(),
             ToBoard::Recovered => self.recovered(),
             ToBoard::UploadBegin { object, length, crc } => {
@@ -173,54 +217,59 @@ impl<S: Storage> Helm<S> {
             ToBoard::ReadBack { object, offset } => self.read_back(object, offset),
             ToBoard::Report => Ok(ToHost::Counters(self.receiver.counters)),
         };
-        Some(answer.unwrap_or_else(ToHost::Refused))
+        answer.unwrap_or_else(ToHost::Refused)
     }
 
     /// One cycle on the vehicle's own sensors: [`Seat::Sensors`] only.
     /// `None` when there is nothing to fly.
     pub fn cycle(&mut self, frame: &SensorFrame) -> Option<Answer> {
-        self.wake();
-        if self.boot.seat != Seat::Sensors { None } else { self.step(frame) }
+        self.sealed(|helm| {
+            if helm.flight.seat != Seat::Sensors {
+                return None;
+            }
+            helm.flight.watch_pace(frame.time);
+            helm.step(frame)
+        })
     }
 
     /// Tells how long the line has been silent by the board's own clock.
     /// Steps at most once per call, once per control cycle, after
     /// [`PATIENCE_MS`]. The answer holds for the actuators; nobody asked for
     /// it over the line.
-    #[inline(never)]
     pub fn silent(&mut self, silence: Micros) -> Option<Answer> {
-        let cycle = Micros::from_millis(CYCLE_MS.into());
-        let due = silence.since(Micros::from_millis(PATIENCE_MS)).0 / cycle.0;
-        if self.boot.seat != Seat::Host || due <= self.silent_steps {
+        let due = silence.since(Micros::from_millis(PATIENCE_MS)).0 / (u64::from(CYCLE_MS) * 1_000);
+        let stale = silence > Micros::from_millis(AFLOAT_HOLDS_MS) && !self.flight.afloat.is_new();
+        if due == self.flight.silent_steps && !stale {
             return None;
         }
-        let (frame, _) = self.last?;
-        self.silent_steps = due;
-        let Activity::Flying { state, phase } = &mut self.activity else { return None };
-        state.abort(Abort::LinkLost);
-        let old = aged(&frame, silence);
-        let answer =
-            advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.in_flash.as_ref(), self.wings, state, phase, &old);
-        Some(answer)
+        self.sealed(|helm| {
+            let flight = &mut helm.flight;
+            if stale {
+                flight.afloat = Afloat::new();
+            }
+            // Fewer than before: somebody spoke since, and the silence began anew.
+            let more = due > flight.silent_steps;
+            flight.silent_steps = due;
+            if flight.seat != Seat::Host || !more {
+                return None;
+            }
+            // Nobody spoke since a reset in flight: all readings are missing.
+            let frame = flight.last.map(|(frame, _)| frame).unwrap_or_default();
+            flight.abort(Abort::LinkLost);
+            flight.advance(&helm.built_in, &aged(&frame, silence))
+        })
     }
 
     /// Whether a reset now would be one during a mission.
     #[must_use]
     pub fn mission_in_progress(&self) -> bool {
-        self.waking || matches!(&self.activity, Activity::Flying { phase, .. } if *phase != Phase::Done)
+        self.flight.mission_in_progress()
     }
 
-    /// What a reset must find again.
+    /// What a reset must find again: as it was when the last message, cycle or silence had been dealt with.
     #[must_use]
     pub fn mark(&self) -> Mark {
-        if !self.mission_in_progress() {
-            return Mark::NONE;
-        }
-        let first_cause = match &self.activity {
-            Activity::Flying { state, .. } => state.first_cause(),
-            Activity::Idle | Activity::Armed { .. } => self.boot.first_cause,
-        };
-        Mark::mission(self.boot.seat == Seat::Sensors, first_cause)
+        self.marks.mark().unwrap_or_else(|| self.flight.mark())
     }
 
     /// Keeps the mark of the mission in step with what is being done. Call it
@@ -234,29 +283,33 @@ impl<S: Storage> Helm<S> {
     /// Writes the last step to the flight log, once. It may take as long as
     /// the part needs for an erase: call it when the answer is on its way.
     pub fn keep_log(&mut self) {
-        if core::mem::take(&mut self.unlogged)
-            && let Some((frame, answer)) = &self.last
-        {
-            self.storage.log(frame, answer);
+        if self.flight.unlogged {
+            self.sealed(|helm| {
+                if core::mem::take(&mut helm.flight.unlogged)
+                    && let Some((frame, answer)) = &helm.flight.last
+                {
+                    helm.storage.log(frame, answer);
+                }
+            });
         }
     }
 
-    /// What is known of the line.
+    /// Counters of the line.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         self.receiver.counters
     }
 
-    /// Counts bytes the board lost before they got here.
+    /// Bytes the receiving hardware or its queue lost.
     pub fn lost_bytes(&mut self, count: u32) {
-        let overflow = &mut self.receiver.counters.overflow;
-        *overflow = overflow.saturating_add(count);
+        let counters = &mut self.receiver.counters;
+        counters.overflow = counters.overflow.saturating_add(count);
     }
 
     /// The last frame stepped and its answer.
     #[must_use]
     pub const fn last(&self) -> Option<&(SensorFrame, Answer)> {
-        self.last.as_ref()
+        self.flight.last.as_ref()
     }
 
     /// What keeps objects.
@@ -264,53 +317,63 @@ impl<S: Storage> Helm<S> {
         &mut self.storage
     }
 
+    /// Where sensor frames come from.
+    #[must_use]
+    pub const fn seat(&self) -> Seat {
+        self.flight.seat
+    }
+
     /// What the board says of itself.
     #[inline(never)]
     pub fn manifest(&mut self) -> Manifest {
+        let flight = &self.flight;
+        let under_way = flight.mission_in_progress() || matches!(flight.activity, Activity::Armed { .. });
+        let (phase, last_seq) = (flight.phase().unwrap_or_default(), flight.last.map(|(frame, _)| frame.seq));
         Manifest {
-            firmware: self.boot.firmware,
+            firmware: self.firmware,
             table_standard: objects::identity(&mut self.storage, &self.built_in, Object::Table(Wings::Standard)),
             table_low_ar: objects::identity(&mut self.storage, &self.built_in, Object::Table(Wings::LowAspectRatio)),
             config: objects::identity(&mut self.storage, &self.built_in, Object::Config),
             cycle_ms: CYCLE_MS,
-            boots: self.boot.boots,
-            hil: self.boot.seat == Seat::Host,
+            boots: self.boots,
+            hil: self.flight.seat != Seat::Sensors,
+            under_way,
+            phase,
+            last_seq,
         }
     }
 
-    /// Where sensor frames come from.
-    #[must_use]
-    pub const fn seat(&self) -> Seat {
-        self.boot.seat
-    }
-
-    /// The time for a hello is over: an open seat is the vehicle's own sensors.
-    pub fn settle(&mut self) {
-        if self.boot.seat == Seat::Open {
-            self.boot.seat = Seat::Sensors;
-        }
-    }
-
+    /// A new nonce gives a new session; it changes nothing else. The old nonce gives the same one again.
     fn hello(&mut self, nonce: u32) -> ToHost {
-        if self.boot.seat == Seat::Open {
-            self.boot.seat = Seat::Host;
+        let session = match (self.flight.session.present, self.flight.session.nonce == Some(nonce)) {
+            (Some(present), true) => present,
+            _ => self.new_session(nonce),
+        };
+        ToHost::Hello { nonce, session, manifest: self.manifest() }
+    }
+
+    fn new_session(&mut self, nonce: u32) -> u32 {
+        #[cfg(test)]
+        if self.mutant == Some(crate::model_check::Mutant::HelloClearsSequence) {
+            self.flight.sequence = None;
         }
-        if self.nonce != Some(nonce) {
-            // A new conversation: the host counts from where it likes. A late
-            // copy of the old hello must not unlock a second step of one frame.
-            self.nonce = Some(nonce);
-            self.greeted = true;
-            self.in_sequence = false;
-        }
-        ToHost::Hello { nonce, manifest: self.manifest() }
+        self.salt = self.salt.wrapping_add(1);
+        let mut digest = CRC32.digest();
+        digest.update(&nonce.to_le_bytes());
+        digest.update(&self.salt.to_le_bytes());
+        // 0 is that of nobody.
+        let session = digest.finalize().max(1);
+        let of = &mut self.flight.session;
+        (of.nonce, of.present, of.greeted) = (Some(nonce), Some(session), true);
+        session
     }
 
     #[inline(never)]
-    fn begin(&mut self, mut mission: Mission) -> Result<ToHost, Refusal> {
-        match &self.activity {
-            Activity::Flying { phase: Phase::Safe, .. } => return Err(Refusal::Safe),
-            Activity::Flying { phase, .. } if *phase != Phase::Done => return Err(Refusal::NotNow),
-            _ if !self.greeted => return Err(Refusal::NotNow),
+    fn begin(&mut self, mut mission: Mission, seat: Seat) -> Result<ToHost, Refusal> {
+        match self.flight.phase() {
+            Some(Phase::Safe) => return Err(Refusal::Safe),
+            Some(phase) if phase != Phase::Done => return Err(Refusal::UnderWay),
+            _ if !self.flight.session.greeted => return Err(Refusal::NotNow),
             _ => {}
         }
         self.staging.abandon();
@@ -322,103 +385,78 @@ impl<S: Storage> Helm<S> {
             mission = stored;
         }
         let config = objects::select_config(&mut self.storage, &self.built_in);
+        if seat == Seat::Sensors {
+            limits::check_own(&config, &self.built_in).map_err(|e| Refusal::Limit(e.limit))?;
+        }
         mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)?;
-        self.loaded = Some(config);
-        self.wings = mission.wings;
-        self.take_table();
-        self.activity = Activity::Armed { mission };
-        self.last = None;
-        self.in_sequence = false;
-        Ok(ToHost::Ready { table_id: self.table_id })
+        let (config_id, mission_id) = (objects::config_id(&config), objects::mission_id(&mission));
+        let table_id = self.flight.arm(mission, config, seat, &mut self.storage);
+        Ok(ToHost::Ready { table_id, config: config_id, mission: mission_id })
     }
 
     fn recall(&mut self) -> Result<ToHost, Refusal> {
-        match &mut self.activity {
-            Activity::Idle => return Err(Refusal::NotNow),
-            Activity::Armed { .. } => self.activity = Activity::Idle,
+        match &mut self.flight.activity {
+            Activity::Idle => return Err(Refusal::NoMission),
+            Activity::Armed { .. } => self.flight.disarm(),
             Activity::Flying { state, .. } => state.recall(),
         }
         Ok(ToHost::Done { crc: 0 })
     }
 
-    #[inline(never)]
     fn recovered(&mut self) -> Result<ToHost, Refusal> {
-        let deep = self.last.is_some_and(|(frame, _)| frame.depth_m.accept(RECOVERY_DEPTH_M..=f32::MAX, u32::MAX).is_some());
-        match self.activity {
-            Activity::Flying { phase: Phase::Safe | Phase::Done, .. } if !deep => self.activity = Activity::Idle,
-            Activity::Flying { .. } => return Err(Refusal::NotNow),
-            Activity::Idle | Activity::Armed { .. } => {}
+        match self.flight.phase() {
+            Some(Phase::Safe) if self.seen_afloat() => {}
+            Some(Phase::Safe) => return Err(Refusal::NotAfloat),
+            Some(Phase::Done) | None => {}
+            Some(_) => return Err(Refusal::UnderWay),
         }
-        self.last = None;
-        self.in_sequence = false;
+        self.flight.disarm();
         Ok(ToHost::Done { crc: 0 })
     }
 
-    #[inline(never)]
-    fn sensor(&mut self, frame: &SensorFrame) -> Option<ToHost> {
-        if self.boot.seat != Seat::Host || matches!(self.activity, Activity::Idle) {
-            return Some(ToHost::Refused(Refusal::NotNow));
+    fn seen_afloat(&self) -> bool {
+        #[cfg(test)]
+        if self.mutant == Some(crate::model_check::Mutant::LastDepthAlone) {
+            // As it once was: the last frame's first depth, and a missing one is the surface.
+            return self.flight.last.is_none_or(|(frame, _)| frame.depth_m.accept(5.0..=f32::MAX, u32::MAX).is_none());
         }
-        if let Some((last, answer)) = &self.last {
+        self.flight.afloat.seen()
+    }
+
+    #[inline(never)]
+    fn sensor(&mut self, frame: &SensorFrame) -> Result<Answer, Refusal> {
+        let flight = &self.flight;
+        match (flight.seat, &flight.activity) {
+            (_, Activity::Idle) => return Err(Refusal::NoMission),
+            (Seat::Sensors, _) => return Err(Refusal::OwnSensors),
+            _ => {}
+        }
+        if let Some(last) = flight.sequence {
+            let ahead = frame.seq.wrapping_sub(last);
             let counters = &mut self.receiver.counters;
-            let ahead = frame.seq.wrapping_sub(last.seq);
-            // The very same frame is a repetition even after a new hello.
-            if (self.in_sequence && ahead == 0) || frame == last {
+            if let (0, Some((_, answer))) = (ahead, &flight.last) {
                 counters.repeated = counters.repeated.saturating_add(1);
-                return Some(ToHost::Answer(*answer));
+                return Ok(*answer);
             }
-            if self.in_sequence && ahead > MAX_GAP {
+            if ahead == 0 || ahead > MAX_GAP {
                 counters.stale = counters.stale.saturating_add(1);
-                return None;
+                return Err(Refusal::Sequence { last });
             }
         }
-        self.step(frame).map(ToHost::Answer)
+        self.step(frame).ok_or(Refusal::NoMission)
     }
 
-    /// One step of the law; starts the mission if one is armed.
-    #[inline(never)]
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
-        self.cast_off(frame.time);
-        let Activity::Flying { state, phase } = &mut self.activity else { return None };
-        let mut answer =
-            advance(self.loaded.as_ref().unwrap_or(&self.built_in), &self.table, self.in_flash.as_ref(), self.wings, state, phase, frame);
-        if self.storage.log_lost() {
-            answer.trace.flags = answer.trace.flags.with(Flags::LOG_FULL);
-        }
-        self.unlogged = true;
-        self.last = Some((*frame, answer));
-        self.in_sequence = true;
-        self.silent_steps = 0;
-        Some(answer)
-    }
-
-    /// Takes the table of the wings into use: the uploaded one if it is good,
-    /// else the one in flash.
-    fn take_table(&mut self) {
-        self.in_flash = polar::builtin(self.wings).ok();
-        self.table_id = match objects::uploaded_table(&mut self.storage, self.wings, &mut self.table) {
-            Some(id) => id,
-            None => self.in_flash.as_ref().map_or(0, Table::id),
-        };
-    }
-
-    /// An armed mission starts.
-    #[inline(never)]
-    fn cast_off(&mut self, now: Micros) {
-        if let Activity::Armed { mission } = &self.activity {
-            let state = State::new(self.loaded.as_ref().unwrap_or(&self.built_in), mission.clone(), now);
-            self.activity = Activity::Flying { state, phase: Phase::Surface };
-            self.greeted = false;
-        }
+        let log_lost = self.storage.log_lost();
+        self.flight.step(&self.built_in, frame, log_lost)
     }
 
     /// Objects change on deck only: not while a mission is armed or flown.
     fn on_deck(&self) -> Result<(), Refusal> {
-        match &self.activity {
-            Activity::Idle => Ok(()),
-            Activity::Flying { phase: Phase::Done, .. } => Ok(()),
-            Activity::Flying { phase: Phase::Safe, .. } => Err(Refusal::Safe),
-            _ => Err(Refusal::NotNow),
+        match (&self.flight.activity, self.flight.phase()) {
+            (Activity::Idle, _) | (_, Some(Phase::Done)) => Ok(()),
+            (_, Some(Phase::Safe)) => Err(Refusal::Safe),
+            _ => Err(Refusal::UnderWay),
         }
     }
 
@@ -464,26 +502,13 @@ impl<S: Storage> Helm<S> {
     }
 }
 
-// The borders marked `inline(never)` keep frames of the rare branches out of
-// the stack of the frequent one; without them the loop's frame is their sum.
-
-/// An uploaded table lives in RAM, so it is checked again in every cycle; a
-/// damaged one gives way to the one in flash.
-fn advance(
-    config: &Config,
-    uploaded: &[u8],
-    in_flash: Option<&Table<'static>>,
-    wings: Wings,
-    state: &mut State,
-    phase: &mut Phase,
-    frame: &SensorFrame,
-) -> Answer {
-    let uploaded = if uploaded.is_empty() { None } else { Table::parse(uploaded, wings).ok() };
-    let table = uploaded.as_ref().or(in_flash);
-    let mut answer = control::step(config, table, state, frame.time, frame);
-    answer.command.seq = frame.seq;
-    *phase = answer.trace.phase;
-    answer
+/// What is flown after a boot that found this mark.
+const fn flight_after(mark: Mark) -> Flight {
+    match (mark.in_mission(), mark.own_sensors()) {
+        (false, _) => Flight::new(Seat::Open, None),
+        (true, false) => Flight::new(Seat::Host, Some(mark)),
+        (true, true) => Flight::new(Seat::Sensors, Some(mark)),
+    }
 }
 
 const fn said(kept: Kept, crc: u32) -> ToHost {

@@ -1,6 +1,6 @@
 //! Where uploaded objects live: the trait, and a copy in RAM.
 
-use crate::vault::Mark;
+use crate::mark::Mark;
 use heapless::Vec;
 use signals::{Answer, Object, Refusal, SensorFrame, Wings};
 

@@ -10,58 +10,16 @@
 //! mission is over: after a power cut of any length the board knows whether to
 //! come up SAFE.
 
+use crate::mark::Mark;
 use crate::storage::{Content, Kept, OBJECTS, RamStorage, Storage, place};
 use embedded_storage::nor_flash::NorFlash;
-use signals::{Abort, Answer, Object, Refusal, SensorFrame};
+use signals::{Answer, Object, Refusal, SensorFrame};
 use store::ring::{MAX_ENTRY, NOTE};
 use store::{Ring, Slots};
 
 /// Kind of the log entries that hold one control cycle: frame and answer
 /// (postcard), so that every decision of a flight can be replayed.
 pub const CYCLE: u8 = 1;
-
-/// Whether a mission is under way, where its frames come from, and why it was aborted: one byte.
-///
-/// ```text
-/// bits 0..2   0 no mission, 1 on frames from the host, else on the vehicle's own sensors
-/// bits 2..8   0 no abort, else the number of its first cause + 1
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mark(pub u8);
-
-impl Mark {
-    /// No mission under way.
-    pub const NONE: Self = Self(0);
-
-    /// A mission under way.
-    #[must_use]
-    pub const fn mission(own_sensors: bool, first_cause: Option<Abort>) -> Self {
-        let cause = match first_cause {
-            Some(cause) => (cause as u8).wrapping_add(1),
-            None => 0,
-        };
-        Self((cause << 2) | if own_sensors { 2 } else { 1 })
-    }
-
-    /// Anything but zero means a mission: rather SAFE once too often.
-    #[must_use]
-    pub const fn in_mission(self) -> bool {
-        self.0 != 0
-    }
-
-    /// Flown on the vehicle's own sensors.
-    #[must_use]
-    pub const fn own_sensors(self) -> bool {
-        self.0 & 3 != 1
-    }
-
-    /// Why the mission was aborted; none: it was not, or the number means nothing.
-    #[must_use]
-    pub fn first_cause(self) -> Option<Abort> {
-        let number = (self.0 >> 2).checked_sub(1)?;
-        postcard::from_bytes(&[number]).ok()
-    }
-}
 
 /// The part and what stands in for it.
 #[derive(Debug)]

@@ -12,7 +12,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use signals::link::{CRC32, MAX_WIRE};
 use signals::{
-    Answer, Counters, Micros, Mission, Object, Reading, Receiver, SensorFrame, Switch, ToBoard, ToHost, WIRE_VERSION, Wings, decode, encode,
+    Answer, Counters, Micros, Mission, Object, Reading, Receiver, Reply, Request, SensorFrame, Switch, ToBoard, ToHost, WIRE_VERSION,
+    Wings, decode, encode,
 };
 use std::collections::VecDeque;
 
@@ -25,9 +26,9 @@ const MISSION_CYCLES: u32 = 1_500;
 /// sends damaged, 200 in a row are not bad luck (1e-25).
 const MAX_SENDS: u32 = 200;
 
-fn wire(message: &ToBoard) -> Vec<u8> {
+fn wire(session: u32, message: &ToBoard) -> Vec<u8> {
     let mut out = [0; MAX_WIRE];
-    let n = encode(message, &mut out).unwrap();
+    let n = encode(&Request { session, id: 7, message: message.clone() }, &mut out).unwrap();
     out[..n].to_vec()
 }
 
@@ -54,11 +55,11 @@ fn frame(seq: u32) -> SensorFrame {
     }
 }
 
-fn started() -> Helm<RamStorage> {
+fn started() -> (Helm<RamStorage>, u32) {
     let mut helm = Helm::new(Config::default(), Boot::default(), RamStorage::default());
-    helm.handle(ToBoard::Hello { nonce: 5 });
-    assert!(matches!(helm.handle(ToBoard::Begin(Mission::default())), Some(ToHost::Ready { .. })));
-    helm
+    let ToHost::Hello { session, .. } = helm.handle(ToBoard::Hello { nonce: 5 }) else { panic!("no hello") };
+    assert!(matches!(helm.handle(ToBoard::Begin(Mission::default())), ToHost::Ready { .. }));
+    (helm, session)
 }
 
 /// Order-dependent hash of a stream of answers, from the bytes on the wire.
@@ -72,10 +73,12 @@ fn hash(sum: u32, answer: &Answer) -> u32 {
 }
 
 /// A frame with a right CRC and a wrong content.
-fn absurd(rng: &mut ChaCha8Rng, seq: u32) -> Vec<u8> {
-    let message = match rng.next_u32() % 9 {
+fn absurd(rng: &mut ChaCha8Rng, session: u32, seq: u32) -> Vec<u8> {
+    let message = match rng.next_u32() % 11 {
         0 => ToBoard::Sensor(SensorFrame { depth_m: Reading::now(f32::NAN), ..frame(seq.wrapping_sub(1 + rng.next_u32() % 1000)) }),
         1 => ToBoard::Sensor(SensorFrame { depth_m: Reading::now(1e38), ..frame(seq.wrapping_add(5000 + rng.next_u32() % 1_000_000)) }),
+        9 => ToBoard::Hello { nonce: 5 + rng.next_u32() % 3 },
+        10 => return wire(session ^ 1 << (rng.next_u32() % 32), &ToBoard::Sensor(frame(seq.wrapping_add(1)))), // of another session
         2 => ToBoard::Sensor(SensorFrame { time: Micros(u64::MAX), ..frame(seq) }), // another frame under a number already used
         3 => ToBoard::Begin(Mission { max_duration_s: u32::MAX, ..Mission::default() }),
         4 => ToBoard::UploadBegin { object: Object::Table(Wings::Standard), length: u32::MAX, crc: 0 },
@@ -88,7 +91,7 @@ fn absurd(rng: &mut ChaCha8Rng, seq: u32) -> Vec<u8> {
         }
         _ => return framed(vec![WIRE_VERSION.wrapping_add(1 + (rng.next_u32() % 200) as u8), 2, 3]),
     };
-    wire(&message)
+    wire(session, &message)
 }
 
 fn framed(mut raw: Vec<u8>) -> Vec<u8> {
@@ -103,6 +106,7 @@ fn framed(mut raw: Vec<u8>) -> Vec<u8> {
 
 /// One direction of the line.
 struct Channel {
+    session: u32,
     rng: ChaCha8Rng,
     /// Frames held back, with the number of sends until they come.
     late: VecDeque<(u32, Vec<u8>)>,
@@ -148,7 +152,7 @@ impl Channel {
             }
             7 | 8 => {
                 let extra = match absurd_seq {
-                    Some(seq) if kind == 7 => absurd(&mut self.rng, seq),
+                    Some(seq) if kind == 7 => absurd(&mut self.rng, self.session, seq),
                     _ => (0..1 + self.rng.next_u32() % 500).map(|_| self.rng.next_u32() as u8).collect(),
                 };
                 out.extend(extra);
@@ -162,35 +166,36 @@ impl Channel {
 
 #[test]
 fn a_million_link_faults_change_no_actuator_command() {
-    let channel = |seed: u8| Channel { rng: ChaCha8Rng::from_seed([seed; 32]), late: VecDeque::new(), faults: 0 };
+    let channel = |seed: u8| Channel { session: 0, rng: ChaCha8Rng::from_seed([seed; 32]), late: VecDeque::new(), faults: 0 };
     let (mut there, mut back) = (channel(1), channel(2));
-    let (mut board, mut clean) = (started(), started());
+    let ((mut board, mut session), (mut clean, _)) = (started(), started());
     let mut host = Receiver::new();
     let (mut sum, mut clean_sum) = (0, 0);
     let mut refused_before = vec![];
     let (mut cycles, mut sends, mut worst_sends) = (0u32, 0u64, 0u32);
     while there.faults + back.faults < FAULTS {
-        let seq = cycles;
-        if cycles.is_multiple_of(MISSION_CYCLES) {
+        let seq = cycles % MISSION_CYCLES;
+        if seq == 0 {
             refused_before.push(board.counters());
-            (board, clean) = (started(), started());
+            ((board, session), (clean, _)) = (started(), started());
+            there.session = session;
             (there.late, back.late) = (VecDeque::new(), VecDeque::new());
         }
         let message = ToBoard::Sensor(frame(seq));
-        let Some(ToHost::Answer(expected)) = clean.handle(message.clone()) else { panic!("clean line, frame {seq}") };
+        let ToHost::Answer(expected) = clean.handle(message.clone()) else { panic!("clean line, frame {seq}") };
         clean_sum = hash(clean_sum, &expected);
         let mut tries = 0;
         let answer = 'sent: loop {
             tries += 1;
             assert!(tries < MAX_SENDS, "frame {seq} was never answered");
-            let arrived = there.pass(wire(&message), (seq % MISSION_CYCLES > 0).then(|| seq - 1));
+            let arrived = there.pass(wire(session, &message), (seq > 0).then(|| seq - 1));
             let mut heard = None;
             for byte in arrived {
                 let Some(said) = board.byte(byte) else { continue };
                 let mut out = [0; MAX_WIRE];
                 let n = encode(&said, &mut out).unwrap();
                 for byte in back.pass(out[..n].to_vec(), None) {
-                    if let Some(Ok(ToHost::Answer(a))) = host.push::<ToHost>(byte)
+                    if let Some(Ok(Reply { message: ToHost::Answer(a), .. })) = host.push::<Reply>(byte)
                         && a.command.seq == seq
                     {
                         heard = Some(a);
@@ -228,9 +233,9 @@ fn a_million_link_faults_change_no_actuator_command() {
 
 #[test]
 fn the_line_is_read_from_the_middle_of_a_frame_on() {
-    let bytes = wire(&ToBoard::Sensor(frame(1)));
+    let bytes = wire(started().1, &ToBoard::Sensor(frame(1)));
     for start in 1..bytes.len() {
-        let mut helm = started();
+        let (mut helm, _) = started();
         let answers = bytes[start..].iter().chain(&bytes).chain(&bytes).filter_map(|b| helm.byte(*b)).count();
         assert_eq!(answers, 2, "joined at byte {start}");
     }
@@ -238,7 +243,7 @@ fn the_line_is_read_from_the_middle_of_a_frame_on() {
 
 #[test]
 fn a_flood_of_anything_is_one_bounded_answer_per_frame_at_most() {
-    let mut helm = started();
+    let (mut helm, session) = started();
     let mut rng = ChaCha8Rng::from_seed([9; 32]);
     let mut delimiters = 0u32;
     let mut answers = 0u32;
@@ -249,8 +254,8 @@ fn a_flood_of_anything_is_one_bounded_answer_per_frame_at_most() {
     }
     assert_eq!(answers, 0, "noise is not answered");
     assert!(helm.counters().damaged > 0 && helm.counters().damaged <= delimiters);
-    let bytes = wire(&ToBoard::Sensor(frame(1)));
+    let bytes = wire(session, &ToBoard::Sensor(frame(1)));
     let after = [0].iter().chain(&bytes).filter_map(|b| helm.byte(*b)).count();
     assert_eq!(after, 1, "the next frame after the flood is read");
-    assert!(decode::<ToBoard>(&mut bytes.clone()[..bytes.len() - 1]).is_ok());
+    assert!(decode::<Request>(&mut bytes.clone()[..bytes.len() - 1]).is_ok());
 }

@@ -54,13 +54,13 @@ impl Toy {
 fn fly(start: Micros, mission: &Mission, cycles: u32) -> (u32, u16, Phase, Option<signals::Abort>) {
     let mut helm = Helm::new(Config::default(), Boot::default(), RamStorage::default());
     helm.handle(ToBoard::Hello { nonce: 1 });
-    assert!(matches!(helm.handle(ToBoard::Begin(mission.clone())), Some(ToHost::Ready { .. })));
+    assert!(matches!(helm.handle(ToBoard::Begin(mission.clone())), ToHost::Ready { .. }));
     let mut toy = Toy { depth_m: 0.1, pitch_rad: 0.0, ballast_m3: 230e-6, battery_m: 0.0 };
     let mut digest = CRC32.digest();
     let mut end = (0, Phase::Surface, None);
     for seq in 0..cycles {
         let time = start.plus(Micros::from_secs(CYCLE_S * u64::from(seq)));
-        let Some(ToHost::Answer(answer)) = helm.handle(ToBoard::Sensor(toy.frame(seq, time))) else { panic!("frame {seq}") };
+        let ToHost::Answer(answer) = helm.handle(ToBoard::Sensor(toy.frame(seq, time))) else { panic!("frame {seq}") };
         let c = &answer.command;
         for number in [c.ballast_m3, c.battery_mass_m, c.fin_rad] {
             digest.update(&number.to_bits().to_le_bytes());

@@ -21,6 +21,6 @@ fn the_corpus_is_whole() {
     for (name, bytes) in mutator::CORPUS {
         let mut wire = bytes.to_vec();
         assert_eq!(wire.pop(), Some(0), "{name} ends with its delimiter");
-        signals::decode::<signals::ToBoard>(&mut wire).unwrap_or_else(|e| panic!("{name}: {e:?}; make it again with --corpus"));
+        signals::decode::<signals::Request>(&mut wire).unwrap_or_else(|e| panic!("{name}: {e:?}; make it again with --corpus"));
     }
 }

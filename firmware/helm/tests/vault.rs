@@ -5,7 +5,7 @@
 use control::Config;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use helm::vault::CYCLE;
-use helm::{Boot, Content, Helm, Kept, Mark, RamStorage, Seat, Storage, Vault};
+use helm::{Boot, Content, Helm, Kept, Mark, RamStorage, Storage, Vault};
 use signals::{Abort, Answer, Flags, Micros, Mission, Object, Phase, Reading, SensorFrame, ToBoard, ToHost};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -123,12 +123,12 @@ fn loaded(vault: &mut Vault<Part>) -> Option<Vec<u8>> {
 /// Boots as the board does: the mark on flash says whether a mission was under way.
 fn boot(part: &Part) -> (Helm<Vault<Part>>, Mark) {
     let (vault, mark) = vault(part);
-    let boot = Boot { reset_during_mission: mark.in_mission(), first_cause: mark.first_cause(), seat: Seat::Host, ..Boot::default() };
+    let boot = Boot { mark, ..Boot::default() };
     (Helm::new(Config::default(), boot, vault), mark)
 }
 
 /// One message as the board's loop handles it: mark, answer out, log.
-fn ask(helm: &mut Helm<Vault<Part>>, message: ToBoard) -> Option<ToHost> {
+fn ask(helm: &mut Helm<Vault<Part>>, message: ToBoard) -> ToHost {
     let answer = helm.handle(message);
     helm.keep_mark();
     let out = answer.clone();
@@ -141,7 +141,14 @@ fn frame(seq: u32) -> SensorFrame {
     SensorFrame { seq, time: Micros::from_secs(4 * u64::from(seq)), depth_m, pitch_rad: Reading::now(-0.3), ..SensorFrame::default() }
 }
 
-fn begin(helm: &mut Helm<Vault<Part>>) -> Option<ToHost> {
+/// Seen at the surface by both sensors for long enough.
+fn afloat(helm: &mut Helm<Vault<Part>>, seq: u32) {
+    for seq in seq..seq + 12 {
+        ask(helm, ToBoard::Sensor(SensorFrame { depth_m: Reading::now(0.1), depth2_m: Reading::now(0.2), ..frame(seq) }));
+    }
+}
+
+fn begin(helm: &mut Helm<Vault<Part>>) -> ToHost {
     ask(helm, ToBoard::Hello { nonce: 1 });
     ask(helm, ToBoard::Begin(Mission::default()))
 }
@@ -203,14 +210,14 @@ fn until_the_cut(part: &Part) -> (bool, bool) {
         if !alive(part) {
             return (commanded, false);
         }
-        commanded |= matches!(answer, Some(ToHost::Answer(_)));
+        commanded |= matches!(answer, ToHost::Answer(_));
         helm.keep_log();
         if !alive(part) {
             return (commanded, false);
         }
     }
     ask(&mut helm, ToBoard::Recall);
-    ask(&mut helm, ToBoard::Sensor(SensorFrame { depth_m: Reading::now(0.1), ..frame(30) }));
+    afloat(&mut helm, 30);
     ask(&mut helm, ToBoard::Recovered);
     (commanded, alive(part))
 }
@@ -235,13 +242,12 @@ fn a_cut_at_any_byte_of_a_mission_boots_safe_if_a_command_was_out() {
             continue;
         }
         safe += 1;
-        let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame(40))) else { panic!("no answer, cut at {cut}") };
+        let ToHost::Answer(answer) = ask(&mut helm, ToBoard::Sensor(frame(40))) else { panic!("no answer, cut at {cut}") };
         assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, mark.first_cause().or(Some(Abort::Reset))), "cut at {cut}");
         assert!(answer.command.ballast_m3 > 0.0);
-        assert!(matches!(begin(&mut helm), Some(ToHost::Refused(_))), "no dive after it, cut at {cut}");
-        let calm = SensorFrame { depth_m: Reading::now(0.1), ..frame(41) };
-        ask(&mut helm, ToBoard::Sensor(calm));
-        assert_eq!(ask(&mut helm, ToBoard::Recovered), Some(ToHost::Done { crc: 0 }), "cut at {cut}");
+        assert!(matches!(begin(&mut helm), ToHost::Refused(_)), "no dive after it, cut at {cut}");
+        afloat(&mut helm, 41);
+        assert_eq!(ask(&mut helm, ToBoard::Recovered), ToHost::Done { crc: 0 }, "cut at {cut}");
         assert_eq!(boot(&part).1, Mark::NONE, "recovered clears it, cut at {cut}");
     }
     assert!(safe > operations / 2, "{safe} of {operations}");
@@ -269,7 +275,7 @@ fn every_cycle_is_in_the_log_once_and_the_oldest_go_first() {
     for seq in 1..400 {
         let frame = frame(seq % 300 + seq / 300 * 300);
         for _ in 0..2 {
-            let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame)) else { panic!() };
+            let ToHost::Answer(answer) = ask(&mut helm, ToBoard::Sensor(frame)) else { panic!() };
             if sent.last() != Some(&(frame, answer)) {
                 sent.push((frame, answer));
             }
@@ -291,8 +297,8 @@ fn flight_with_a_failing_log(part: &Part, mended: u32) -> Vec<u32> {
     let mut flagged = vec![];
     for seq in 1..40 {
         part.0.borrow_mut().broken = (10..mended).contains(&seq);
-        let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame(seq))) else { panic!() };
-        let Some(ToHost::Answer(without)) = twin.handle(ToBoard::Sensor(frame(seq))) else { panic!() };
+        let ToHost::Answer(answer) = ask(&mut helm, ToBoard::Sensor(frame(seq))) else { panic!() };
+        let ToHost::Answer(without) = twin.handle(ToBoard::Sensor(frame(seq))) else { panic!() };
         assert_eq!((answer.command, answer.trace.abort), (without.command, without.trace.abort), "cycle {seq}");
         if answer.trace.flags.contains(Flags::LOG_FULL) {
             flagged.push(seq);
@@ -323,27 +329,30 @@ fn the_first_cause_survives_a_reset_and_every_mark_is_read_back() {
     ask(&mut helm, ToBoard::Begin(Mission::default()));
     ask(&mut helm, ToBoard::Sensor(frame(1)));
     let leak = SensorFrame { leak: signals::Switch::Alarm, ..frame(2) };
-    let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(leak)) else { panic!("no answer") };
+    let ToHost::Answer(answer) = ask(&mut helm, ToBoard::Sensor(leak)) else { panic!("no answer") };
     assert_eq!(answer.trace.abort, Some(Abort::Leak));
     drop(helm);
     let (mut helm, mark) = boot(&part);
-    assert_eq!(mark, Mark::mission(false, Some(Abort::Leak)));
-    let Some(ToHost::Answer(answer)) = ask(&mut helm, ToBoard::Sensor(frame(3))) else { panic!("no answer") };
+    assert_eq!(mark, Mark::mission(false, Some(Abort::Leak), false));
+    let ToHost::Answer(answer) = ask(&mut helm, ToBoard::Sensor(frame(3))) else { panic!("no answer") };
     assert_eq!((answer.trace.phase, answer.trace.abort), (signals::Phase::Safe, Some(Abort::Leak)));
 
     for own in [false, true] {
-        assert_eq!(Mark::mission(own, None).first_cause(), None);
+        assert_eq!(Mark::mission(own, None, false).first_cause(), None);
         for note in 0..=255u8 {
             let mark = Mark(note);
             assert_eq!(mark.in_mission(), note != 0);
             if let Some(cause) = mark.first_cause() {
-                let again = Mark::mission(own, Some(cause));
-                assert_eq!((again.first_cause(), again.own_sensors(), again.in_mission()), (Some(cause), own, true));
+                let again = Mark::mission(own, Some(cause), mark.weight_fired());
+                assert_eq!(
+                    (again.first_cause(), again.own_sensors(), again.in_mission(), again.weight_fired()),
+                    (Some(cause), own, true, mark.weight_fired())
+                );
             }
         }
     }
     assert_eq!(
-        (0..=255).filter(|n| n & 3 == 1 && Mark(*n).first_cause().is_some()).count(),
+        (0..=127).filter(|n| n & 3 == 1 && Mark(*n).first_cause().is_some()).count(),
         Abort::Bottom as usize + 1,
         "every cause is kept"
     );
@@ -382,14 +391,14 @@ fn upload(helm: &mut Helm<Vault<Part>>, object: Object, bytes: &[u8]) -> bool {
         let offset = (i * signals::link::CHUNK) as u32;
         helm.handle(ToBoard::UploadChunk { offset, data: heapless::Vec::from_slice(piece).unwrap() });
     }
-    helm.handle(ToBoard::UploadCommit) == Some(ToHost::Done { crc })
+    helm.handle(ToBoard::UploadCommit) == ToHost::Done { crc }
 }
 
 fn in_use(helm: &mut Helm<Vault<Part>>, object: Object) -> Vec<u8> {
     let mut got = vec![];
     loop {
         match helm.handle(ToBoard::ReadBack { object, offset: got.len() as u32 }) {
-            Some(ToHost::Content { data, length, .. }) if !data.is_empty() => {
+            ToHost::Content { data, length, .. } if !data.is_empty() => {
                 got.extend_from_slice(&data);
                 if got.len() >= length as usize {
                     return got;
@@ -413,9 +422,9 @@ fn a_cut_at_any_byte_of_an_upload_or_rollback_leaves_one_of_the_two_versions_of_
         assert!(upload(&mut boot(&both).0, object, &second));
         assert_eq!(in_use(&mut boot(&both).0, object), second, "{object:?}");
         let back = Part(Rc::new(RefCell::new(Chip { bytes: both.0.borrow().bytes.clone(), ..Chip::default() })));
-        assert!(matches!(boot(&back).0.handle(ToBoard::Rollback(object)), Some(ToHost::Done { .. })));
+        assert!(matches!(boot(&back).0.handle(ToBoard::Rollback(object)), ToHost::Done { .. }));
         assert_eq!(in_use(&mut boot(&back).0, object), first, "{object:?}");
-        assert!(matches!(boot(&back).0.handle(ToBoard::Rollback(object)), Some(ToHost::Done { .. })));
+        assert!(matches!(boot(&back).0.handle(ToBoard::Rollback(object)), ToHost::Done { .. }));
         assert_eq!(in_use(&mut boot(&back).0, object), built_in, "{object:?}");
 
         for (from, back) in [(&old, false), (&both, true)] {
@@ -423,7 +432,7 @@ fn a_cut_at_any_byte_of_an_upload_or_rollback_leaves_one_of_the_two_versions_of_
             let act = |part: &Part| {
                 let mut helm = boot(part).0;
                 if back {
-                    matches!(helm.handle(ToBoard::Rollback(object)), Some(ToHost::Done { .. }))
+                    matches!(helm.handle(ToBoard::Rollback(object)), ToHost::Done { .. })
                 } else {
                     upload(&mut helm, object, &second)
                 }
@@ -457,14 +466,14 @@ fn the_log_is_read_over_the_line_byte_by_byte_as_it_lies_on_flash() {
     for offset in [end, end + 1, u32::MAX] {
         assert_eq!(
             helm.handle(ToBoard::ReadBack { object: Object::Log, offset }),
-            Some(ToHost::Content { offset: end, length: end, data: heapless::Vec::new() })
+            ToHost::Content { offset: end, length: end, data: heapless::Vec::new() }
         );
     }
     // A board without a part keeps none; nobody can write one.
     let mut bench = Helm::new(Config::default(), Boot::default(), RamStorage::default());
     assert_eq!(
         bench.handle(ToBoard::ReadBack { object: Object::Log, offset: 0 }),
-        Some(ToHost::Content { offset: 0, length: 0, data: heapless::Vec::new() })
+        ToHost::Content { offset: 0, length: 0, data: heapless::Vec::new() }
     );
     assert!(!upload(&mut boot(&Part::new()).0, Object::Log, &[1, 2, 3]));
 }

@@ -69,19 +69,8 @@ impl<'a> Table<'a> {
         if code != wings_code(wings) {
             return Err(TableError::Wings);
         }
-        let value = |at| float(bytes, at).filter(|v| v.is_finite()).ok_or(TableError::Value);
-        let (area_m2, alpha_max_rad, best_alpha_rad, best_l_over_d) = (value(12)?, value(16)?, value(20)?, value(24)?);
-        let last = n - 1;
-        let table = Self {
-            bytes,
-            last: last as u16,
-            wings,
-            area_m2,
-            alpha_max_rad,
-            per_rad: last as f32 / alpha_max_rad,
-            best_alpha_rad,
-            best_l_over_d,
-        };
+        let table = Self::header(bytes, n, wings)?;
+        let Self { area_m2, alpha_max_rad, best_alpha_rad, best_l_over_d, .. } = table;
         let header_ok = reserved == 0
             && (1e-4..=10.0).contains(&area_m2)
             && (0.01..=ALPHA_CEILING_RAD).contains(&alpha_max_rad)
@@ -101,6 +90,24 @@ impl<'a> Table<'a> {
         let own = table.at(best_alpha_rad);
         let agrees = (own.cl / own.cd - best_l_over_d).abs() <= 0.01 * best_l_over_d;
         if agrees { Ok(table) } else { Err(TableError::Value) }
+    }
+
+    /// The same table again from bytes that [`Table::parse`] took before and that somebody has guarded since: without its CRC and
+    /// without a look at every value. `None` if they cannot be its bytes.
+    #[must_use]
+    pub fn checked_before(bytes: &'a [u8], wings: Wings) -> Option<Self> {
+        let &[_, code, n, ..] = bytes else { return None };
+        let n = usize::from(n);
+        let whole = (MIN_POINTS..=MAX_POINTS).contains(&n) && bytes.len() == HEADER + POINT * n + 4 && code == wings_code(wings);
+        if whole { Self::header(bytes, n, wings).ok() } else { None }
+    }
+
+    fn header(bytes: &'a [u8], n: usize, wings: Wings) -> Result<Self, TableError> {
+        let value = |at| float(bytes, at).filter(|v| v.is_finite()).ok_or(TableError::Value);
+        let (area_m2, alpha_max_rad, best_alpha_rad, best_l_over_d) = (value(12)?, value(16)?, value(20)?, value(24)?);
+        let last = n.saturating_sub(1);
+        let per_rad = last as f32 / alpha_max_rad;
+        Ok(Self { bytes, last: last as u16, wings, area_m2, alpha_max_rad, per_rad, best_alpha_rad, best_l_over_d })
     }
 
     /// CRC-32 of the table: its identity in every log.

@@ -8,6 +8,7 @@
 //! | [`Answer`] | controller → host or actuators | one per frame | the command, and why |
 //! | [`Mission`] | host → controller | before a flight | what to fly |
 //! | [`ToBoard`] / [`ToHost`] | over the serial line | – | everything that may cross the line |
+//! | [`Request`] / [`Reply`] | around each of them | – | session, and which request is answered |
 //!
 //! Axes and signs, stated once: body x forward, y starboard, z down; depth and
 //! pressure positive down; pitch positive nose up; angle of attack positive
@@ -24,6 +25,8 @@ pub mod mission;
 pub mod time;
 
 pub use frame::{Abort, ActuatorCommand, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};
-pub use link::{Counters, Manifest, Object, Receiver, Refusal, ToBoard, ToHost, WIRE_VERSION, WireError, decode, encode};
+pub use link::{
+    Counters, Limit, Manifest, Object, Receiver, Refusal, Reply, Request, ToBoard, ToHost, WIRE_VERSION, WireError, decode, encode,
+};
 pub use mission::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 pub use time::Micros;

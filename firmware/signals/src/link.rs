@@ -1,19 +1,20 @@
 //! The serial line's bytes.
 //!
-//! A frame on the wire is `COBS( version ‖ postcard(message) ‖ crc32 ) ‖ 0x00`.
+//! A frame on the wire is `COBS( version ‖ postcard(message) ‖ crc32 ) ‖ 0x00`;
+//! the message is a [`Request`] to the board or a [`Reply`] to the host.
 //! The CRC-32 (ISO-HDLC, little endian) covers version and message; COBS keeps
 //! 0x00 for the delimiter, so after any damage the next delimiter re-syncs and
 //! at most one good frame is lost per damage. Lengths are bounded by
 //! [`MAX_FRAME`]; a longer run of bytes is dropped up to its delimiter.
 
-use crate::frame::{Answer, SensorFrame};
+use crate::frame::{Answer, Phase, SensorFrame};
 use crate::mission::{Mission, MissionError, Wings};
 use heapless::Vec;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the wire: messages, framing and meaning. A board with another
 /// one is refused by name instead of misread.
-pub const WIRE_VERSION: u8 = 2;
+pub const WIRE_VERSION: u8 = 3;
 /// Longest frame before COBS, bytes.
 pub const MAX_FRAME: usize = 384;
 /// Longest frame on the wire, bytes: COBS adds 1 in 254, and the delimiter.
@@ -41,8 +42,25 @@ pub enum Object {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// Not in this state (no hello yet, mission under way).
+    /// Not in this state (no hello since the last mission, no mission to recall).
     NotNow,
+    /// Not of the present session: say hello first. What was recorded in another one has no effect.
+    Session,
+    /// A mission is armed or under way.
+    UnderWay,
+    /// No mission is armed or under way.
+    NoMission,
+    /// The mission is flown on the vehicle's own sensors; frames of the host mean nothing to it.
+    OwnSensors,
+    /// Not the next frame: too old, or too far ahead of this one, the last that was stepped.
+    Sequence {
+        /// Its number; none was stepped in this mission yet: [`u32::MAX`].
+        last: u32,
+    },
+    /// Not seen afloat for long enough.
+    NotAfloat,
+    /// Configuration beyond what this class of vehicle may ever be told.
+    Limit(Limit),
     /// Mission not flyable.
     Mission(MissionError),
     /// Object does not fit its slot.
@@ -57,6 +75,34 @@ pub enum Refusal {
     Storage,
     /// The vehicle is in SAFE and stays there.
     Safe,
+}
+
+/// Which limit of the vehicle's class a configuration crosses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Limit {
+    /// No class of vehicle has such a pump, or it is not that of the vehicle the board is built into.
+    Class,
+    /// Deeper working depth.
+    WorkingDepth,
+    /// Deeper crush depth.
+    CrushDepth,
+    /// Larger pump range.
+    Pump,
+    /// Shorter release of the weight.
+    ReleaseTime,
+    /// Longer wait before the weight goes.
+    Burn,
+    /// Lower voltage.
+    Undervoltage,
+    /// Smaller reserve of charge.
+    Reserve,
+    /// Poorer hull vacuum.
+    Vacuum,
+    /// Longer without word from shore.
+    NoComms,
+    /// Longer wait at the surface.
+    CommsPatience,
 }
 
 /// What the board says of itself.
@@ -74,8 +120,14 @@ pub struct Manifest {
     pub cycle_ms: u32,
     /// Boots since first flash; 0 when not counted.
     pub boots: u32,
-    /// The seat latched at boot: true, sensor frames come from the host.
+    /// False: the mission under way is flown on the vehicle's own sensors.
     pub hil: bool,
+    /// A mission is armed or under way, or the vehicle is in SAFE.
+    pub under_way: bool,
+    /// Phase of the mission under way, or of the last one.
+    pub phase: Phase,
+    /// Number of the last frame stepped in it.
+    pub last_seq: Option<u32>,
 }
 
 /// What the receiving side has seen; all counters saturate.
@@ -102,13 +154,16 @@ pub struct Counters {
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToBoard {
-    /// Handshake. At boot it selects the HIL seat.
+    /// Handshake: asks for a session. A mission under way goes on as it was.
     Hello {
-        /// Repeated in the answer, so that an old answer is not taken for a new one.
+        /// Repeated in the answer, so that an old answer is not taken for a new one. The same nonce again gives the same session.
         nonce: u32,
     },
-    /// Take this mission and start it with the next sensor frame.
+    /// Take this mission (the stored one if it has no legs) and start it with the next sensor frame of the host: hardware in the
+    /// loop. Its frames are numbered from 0.
     Begin(Mission),
+    /// Take this mission (the stored one if it has no legs) and start it on the vehicle's own sensors.
+    Launch(Mission),
     /// One control cycle.
     Sensor(SensorFrame),
     /// Abort now and come home.
@@ -143,8 +198,28 @@ pub enum ToBoard {
     /// Send counters.
     Report,
     /// The vehicle is out of the water: forget the mission and leave SAFE.
-    /// Refused while the last frame shows it below 5 m.
+    /// Refused unless it was seen afloat for some time.
     Recovered,
+}
+
+/// One message to the board.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// Session given by the board with the last hello; 0 for what needs none (hello, report, read-back).
+    pub session: u32,
+    /// Repeated in the reply; the repeat of a request keeps its number.
+    pub id: u16,
+    /// The message.
+    pub message: ToBoard,
+}
+
+/// One message to the host.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reply {
+    /// Number of the request that is answered.
+    pub to: u16,
+    /// The message.
+    pub message: ToHost,
 }
 
 /// Everything the board may say.
@@ -155,6 +230,8 @@ pub enum ToHost {
     Hello {
         /// Of the hello.
         nonce: u32,
+        /// To be named in every request that changes something; another one after every new hello and every reset.
+        session: u32,
         /// Who answers.
         manifest: Manifest,
     },
@@ -162,6 +239,10 @@ pub enum ToHost {
     Ready {
         /// Identity of the table it will be flown with.
         table_id: u32,
+        /// CRC-32 of the configuration it will be flown with.
+        config: u32,
+        /// CRC-32 of the mission, as it would be stored.
+        mission: u32,
     },
     /// Answer to one sensor frame.
     Answer(Answer),
@@ -299,14 +380,21 @@ fn cobs_decode(buf: &mut [u8]) -> Option<&[u8]> {
     buf.get(..write)
 }
 
-/// Assembles bytes into messages. Bounded memory, bounded work per byte.
-#[derive(Clone, Debug, Default)]
+/// Assembles bytes into messages. Bounded memory, bounded work per byte; no value of its fields, not one that a flipped bit left,
+/// makes it read or write outside its buffer.
+#[derive(Clone, Debug)]
 pub struct Receiver {
-    buffer: Vec<u8, MAX_WIRE>,
-    /// Too long: drop up to the next delimiter.
-    skipping: bool,
+    buffer: [u8; MAX_WIRE],
+    /// Bytes of the frame so far; more than fit: it is dropped up to the next delimiter.
+    used: usize,
     /// What was seen so far.
     pub counters: Counters,
+}
+
+impl Default for Receiver {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Receiver {
@@ -314,8 +402,8 @@ impl Receiver {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            buffer: Vec::new(),
-            skipping: false,
+            buffer: [0; MAX_WIRE],
+            used: 0,
             counters: Counters { accepted: 0, damaged: 0, version: 0, unknown: 0, overflow: 0, repeated: 0, stale: 0 },
         }
     }
@@ -324,18 +412,23 @@ impl Receiver {
     /// when the byte completes one.
     pub fn push<M: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<M, WireError>> {
         if byte != 0 {
-            if self.skipping || self.buffer.push(byte).is_err() {
-                self.skipping = true;
-                self.counters.overflow = self.counters.overflow.saturating_add(1);
+            match self.buffer.get_mut(self.used) {
+                Some(place) => {
+                    *place = byte;
+                    self.used = self.used.saturating_add(1);
+                }
+                None => {
+                    self.used = usize::MAX;
+                    self.counters.overflow = self.counters.overflow.saturating_add(1);
+                }
             }
             return None;
         }
-        let skipped = core::mem::take(&mut self.skipping);
-        if self.buffer.is_empty() && !skipped {
+        let used = core::mem::take(&mut self.used);
+        if used == 0 {
             return None; // idle delimiters are free
         }
-        let result = if skipped { Err(WireError::Framing) } else { decode(&mut self.buffer) };
-        self.buffer.clear();
+        let result = self.buffer.get_mut(..used).map_or(Err(WireError::Framing), decode);
         let counter = match result {
             Ok(_) => &mut self.counters.accepted,
             Err(WireError::Version(_)) => &mut self.counters.version,
@@ -452,10 +545,12 @@ mod tests {
         let mut wire = [0; MAX_WIRE];
         let mut mission = Mission::default();
         while mission.legs.push(crate::Leg { goal: crate::Goal::FixedPitch { pitch_rad: 0.4 }, ..Default::default() }).is_ok() {}
-        encode(&ToBoard::Begin(mission), &mut wire).unwrap();
+        let ask = |message| Request { session: u32::MAX, id: u16::MAX, message };
+        encode(&ask(ToBoard::Begin(mission)), &mut wire).unwrap();
         let mut data = Vec::new();
         data.resize(CHUNK, 0xff).unwrap();
-        encode(&ToHost::Content { offset: u32::MAX, length: u32::MAX, data }, &mut wire).unwrap();
+        let message = ToHost::Content { offset: u32::MAX, length: u32::MAX, data };
+        encode(&Reply { to: u16::MAX, message }, &mut wire).unwrap();
         let s = Reading::Sampled { value: f32::MIN, age_ms: u32::MAX };
         let frame = SensorFrame {
             seq: u32::MAX,
@@ -475,7 +570,7 @@ mod tests {
             vacuum_pa: s,
             ..Default::default()
         };
-        let n = encode(&ToBoard::Sensor(frame), &mut wire).unwrap();
-        assert!(n < 200, "a sensor frame takes {n} bytes");
+        let n = encode(&ask(ToBoard::Sensor(frame)), &mut wire).unwrap();
+        assert!(n < 210, "a sensor frame takes {n} bytes");
     }
 }

@@ -2,8 +2,10 @@
 //!
 //! The chip runs at 16 MHz either way: from its crystal (16 MHz, ±50 ppm)
 //! where it starts, else from the internal oscillator (HSI, 16 MHz ±1 %,
-//! DS8626 table 41). Baud rates and ticks are the same numbers for both. The
-//! clock security system goes back to HSI if the crystal stops in flight.
+//! DS8626 table 41). Baud rates and ticks are the same numbers for both. That
+//! the crystal is one of 16 MHz is how the board is built; it is not measured.
+//! If it stops in flight the clock security system switches to HSI and raises
+//! NMI: a reset, which comes up on HSI.
 //!
 //! QEMU models no clock tree and counts SysTick at the F405's highest clock;
 //! it is recognised by TIM2 once, so that a second is a second there too.
@@ -66,7 +68,8 @@ pub fn start_tick(syst: &mut SYST, tim2: &TIM2, start_ms: u64) -> u32 {
     // On the chip both run from the same 16 MHz.
     let hz = if counts > 2 * ticks { EMULATED_TICK_HZ } else { CORE_HZ };
     critical_section::with(|cs| MILLIS.borrow(cs).set(start_ms));
-    syst.set_reload((hz / 1_000).clamp(1_000, 0x00ff_ffff));
+    // Counts down from the reload value to 0: one tick more than that.
+    syst.set_reload((hz / 1_000).clamp(1_000, 0x00ff_ffff).saturating_sub(1));
     syst.clear_current();
     syst.enable_interrupt();
     hz

@@ -10,6 +10,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use helm::Mark;
 use signals::link::CRC32;
+use stm32f4::stm32f405::RCC;
 
 /// Why the chip was reset by its own software.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
@@ -36,9 +37,11 @@ pub struct LastWords {
     pub cause: Cause,
     /// Resets since power-up.
     pub resets: u32,
+    /// Configurable fault status (CFSR, Armv7-M ARM B3.2.15) where the cause is a fault, else 0.
+    pub status: u32,
 }
 
-const WORDS: usize = 4;
+const WORDS: usize = 5;
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
@@ -47,8 +50,8 @@ static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
 pub fn read() -> Option<LastWords> {
     // SAFETY: any bits are valid u32s; one thread, no reference escapes.
     let words = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<[u32; WORDS]>()) };
-    let [mark, cause, resets, crc] = words;
-    if crc != checksum([mark, cause, resets]) {
+    let [mark, cause, resets, status, crc] = words;
+    if crc != checksum([mark, cause, resets, status]) {
         return None;
     }
     let cause = match cause {
@@ -58,26 +61,43 @@ pub fn read() -> Option<LastWords> {
         4 => Cause::Interrupt,
         _ => Cause::Unknown,
     };
-    Some(LastWords { mark: Mark(mark as u8), cause, resets })
+    Some(LastWords { mark: Mark(mark as u8), cause, resets, status })
+}
+
+/// What lies where the record should: after a power cut a number that nobody knows.
+pub fn noise() -> u32 {
+    // SAFETY: as in `read`.
+    let words = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<[u32; WORDS]>()) };
+    words.iter().fold(0, |sum: u32, word| sum.rotate_left(7) ^ word)
+}
+
+/// Why the chip was reset, as its reset controller says, bits 25 to 31 of RCC_CSR (RM0090 7.3.21): brown-out 1, pin 2, power 4, software 8,
+/// independent watchdog 16, window watchdog 32, low power 64. Clears them.
+pub fn reset_flags(rcc: &RCC) -> u8 {
+    let flags = rcc.csr().read().bits() >> 25;
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    flags as u8
 }
 
 /// Leaves a record for the next run.
 pub fn write(words: LastWords) {
-    let body = [u32::from(words.mark.0), words.cause as u32, words.resets];
-    let [a, b, c] = body;
+    let body = [u32::from(words.mark.0), words.cause as u32, words.resets, words.status];
+    let [a, b, c, d] = body;
     // SAFETY: one thread writes; handlers that write never return.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, checksum(body)]) };
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, d, checksum(body)]) };
 }
 
 /// Notes why, keeps the rest, and resets the chip.
 pub fn reset(cause: Cause) -> ! {
+    // SAFETY: reading the fault status has no effect.
+    let status = unsafe { (*SCB::PTR).cfsr.read() };
     if let Some(words) = read() {
-        write(LastWords { cause, ..words });
+        write(LastWords { cause, status, ..words });
     }
     SCB::sys_reset()
 }
 
-fn checksum(words: [u32; 3]) -> u32 {
+fn checksum(words: [u32; 4]) -> u32 {
     let mut digest = CRC32.digest();
     for word in words {
         digest.update(&word.to_le_bytes());

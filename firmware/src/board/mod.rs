@@ -11,7 +11,16 @@ mod rtt;
 pub mod spi;
 pub mod watchdog;
 
-use stm32f4::stm32f405::{GPIOA, GPIOB, RCC};
+use stm32f4::stm32f405::{GPIOA, GPIOB, GPIOC, RCC};
+
+/// Drives every output of the actuators low, before anything else: pump, mass, weight and beacon, PC0 to PC6.
+pub fn safe_outputs(rcc: &RCC, gpioc: &GPIOC) {
+    rcc.ahb1enr().modify(|_, w| w.gpiocen().enabled());
+    // SAFETY: BSRR takes any bits; bits 16 to 22 make the pins low.
+    gpioc.bsrr().write(|w| unsafe { w.bits(0x7f << 16) });
+    // SAFETY: PC0 to PC6 as outputs, two bits each.
+    gpioc.moder().modify(|r, w| unsafe { w.bits(r.bits() & !0x3fff | 0x1555) });
+}
 
 /// Clocks to the peripherals in use, and the pins of both serial ports.
 ///

@@ -1,9 +1,9 @@
-//! The independent watchdog: resets the chip when the control loop stops.
+//! The independent watchdog: resets the chip when no control step is finished.
 
 use stm32f4::stm32f405::IWDG;
 
-/// Time without a feed, ms, at the nominal 32 kHz (17–47 kHz: 1.4–3.8 s, DS8626 table 42).
-pub const TIMEOUT_MS: u16 = 2_000;
+/// Time without a feed, in ticks of 4 ms at the nominal 32 kHz: 12 s, three cycles (17–47 kHz: 8–23 s, DS8626 table 42).
+const TIMEOUT_TICKS: u16 = 3_000;
 
 /// The watchdog, running for good.
 pub struct Watchdog(IWDG);
@@ -13,13 +13,13 @@ impl Watchdog {
     pub fn start(iwdg: IWDG) -> Self {
         iwdg.kr().write(|w| w.key().start());
         iwdg.kr().write(|w| w.key().unlock());
-        iwdg.pr().write(|w| w.pr().divide_by32()); // 1 kHz
-        iwdg.rlr().write(|w| w.rl().set(TIMEOUT_MS));
+        iwdg.pr().write(|w| w.pr().divide_by128()); // 250 Hz
+        iwdg.rlr().write(|w| w.rl().set(TIMEOUT_TICKS));
         iwdg.kr().write(|w| w.key().feed());
         Self(iwdg)
     }
 
-    /// The control loop is alive.
+    /// A control step is finished, or there is no mission to step.
     pub fn feed(&mut self) {
         self.0.kr().write(|w| w.key().feed());
     }

@@ -6,7 +6,7 @@
 
 use super::lattice::{Case, Water};
 use super::{Verdict, run_through};
-use crate::seats::link::SeatError;
+use crate::seats::SeatError;
 use crate::seats::{self, Choice, Seat};
 use anyhow::bail;
 use plant::faults::Kind;

@@ -1,7 +1,7 @@
 //! `glider fly`.
 
 use super::{Output, Verdict};
-use crate::flight::closed_loop::{End, Outcome, Setup, fly};
+use crate::flight::closed_loop::{End, Outcome, Setup, fly, recover};
 use crate::flight::config_file;
 use crate::flight::mission_file::{self, wings_name};
 use crate::flight::recorder::Recorder;
@@ -55,7 +55,7 @@ pub struct Args {
     /// Where the flight log goes (a new directory).
     #[arg(long, value_name = "DIR")]
     pub log: Option<PathBuf>,
-    /// Tell a board in SAFE first that its vehicle is out of the water.
+    /// Take a board first out of the simulated mission that it is in: called home, shown afloat, recovered.
     #[arg(long)]
     pub recover: bool,
     /// Image for the QEMU seat; default: the one built by scripts/build-firmware.
@@ -105,8 +105,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
     };
     if args.recover {
-        seat.hello()?;
-        seat.recover()?;
+        recover(&mut *seat)?;
     }
     let mut setup = Setup { realtime, ..Setup::new(mission.clone()) };
     if let Some(path) = &args.config {

@@ -132,11 +132,15 @@ fn report<W: Wire>(link: &mut Link<W>) -> Result<Counters, SeatError> {
 /// The screen: at most 24 lines of 80 characters.
 fn picture(board: &str, m: &Manifest, c: &Counters, rate: f64, up: Duration, log: &VecDeque<String>, has_log: bool) -> String {
     let [major, minor, patch] = m.firmware;
-    let seat = if m.hil { "HIL (frames from this line)" } else { "own sensors" };
+    let seat = match (m.under_way, m.hil) {
+        (false, _) => "on deck".to_owned(),
+        (true, true) => format!("{:?}, frames of a host", m.phase),
+        (true, false) => format!("{:?}, own sensors", m.phase),
+    };
     let boots = if m.boots == 0 { "not counted".to_owned() } else { m.boots.to_string() };
     let mut rows = vec![
         format!("{board}    watched {:.0} s", up.as_secs_f64()),
-        format!("firmware {major}.{minor}.{patch}   cycle {} ms   boots {boots}   seat: {seat}", m.cycle_ms),
+        format!("firmware {major}.{minor}.{patch}   cycle {} ms   boots {boots}   {seat}", m.cycle_ms),
         format!("tables  standard {:08x}   low-ar {:08x}   config {:08x}", m.table_standard, m.table_low_ar, m.config),
         String::new(),
         format!("link    accepted {:>9}   {rate:>7.1}/s     damaged  {:>9}", c.accepted, c.damaged),
@@ -206,6 +210,9 @@ mod tests {
             table_low_ar: u32::MAX,
             config: u32::MAX,
             hil: true,
+            under_way: true,
+            phase: signals::Phase::InflectHigh,
+            last_seq: Some(u32::MAX),
         };
         let log: VecDeque<String> = (0..100).map(|i| format!("{i} {}", "x".repeat(200))).collect();
         let text = picture(&"b".repeat(200), &m, &worst, 1e9, Duration::from_secs(1_000_000), &log, true);

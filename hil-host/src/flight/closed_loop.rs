@@ -241,6 +241,38 @@ impl std::fmt::Display for FlightError {
 
 impl std::error::Error for FlightError {}
 
+/// Takes the controller of a simulated vehicle out of the mission it is in: it is called home, shown the vehicle afloat for as long
+/// as it asks for, and told that it is recovered. Nothing happens to one without a mission.
+///
+/// # Errors
+/// The seat failed, or a mission on the vehicle's own sensors is under way.
+pub fn recover(seat: &mut dyn Seat) -> Result<(), SeatError> {
+    let manifest = seat.hello()?;
+    if !manifest.hil {
+        return Err(SeatError::OwnSensors { seat: seat.describe() });
+    }
+    if manifest.under_way && manifest.last_seq.is_none() && manifest.phase != Phase::Safe {
+        return seat.recall(); // armed, and never stepped
+    }
+    if manifest.under_way {
+        seat.recall()?;
+        let afloat = signals::Reading::now(0.0);
+        let (first, cycle_us) = (manifest.last_seq.map_or(0, |seq| seq.wrapping_add(1)), u64::from(manifest.cycle_ms) * 1_000);
+        // From a time that no flight has reached, a cycle apart, and two more than the surface must be seen.
+        for n in 0..helm::afloat::TWINS_MS / manifest.cycle_ms.max(1) + 2 {
+            let time = signals::Micros::from_secs(1 << 32).plus(signals::Micros(cycle_us * u64::from(n)));
+            seat.exchange(&signals::SensorFrame {
+                seq: first.wrapping_add(n),
+                time,
+                depth_m: afloat,
+                depth2_m: afloat,
+                ..Default::default()
+            })?;
+        }
+    }
+    seat.recover()
+}
+
 /// Flies a mission to its end. `watch` sees every cycle; an error of it ends the flight.
 ///
 /// # Errors

@@ -7,10 +7,14 @@
 //! [trim]
 //! offset = 0.12
 //! ```
+//! No file crosses the limits of its class of vehicle ([`helm::limits`]), as no board takes one that does.
+//!
 //! Keys are those of [`control::Settings`], in its units; `glider upload PORT config --read` prints all of them.
 
 use anyhow::{Context, anyhow, bail};
 use control::{Config, PitchSensor, Settings, config::ConfigError};
+use helm::limits;
+use signals::Limit;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -51,7 +55,7 @@ pub fn parse(text: &str, name: &str) -> anyhow::Result<Config> {
     let mut merged = Table::try_from(settings)?;
     overlay(&mut merged, file, text, name)?;
     let settings: Settings = merged.try_into().map_err(|e: toml::de::Error| anyhow!("{name}: {}", e.message()))?;
-    Config::new(settings).map_err(|e| match e {
+    let config = Config::new(settings).map_err(|e| match e {
         ConfigError::Setting(key) => wrong(
             text,
             name,
@@ -59,7 +63,16 @@ pub fn parse(text: &str, name: &str) -> anyhow::Result<Config> {
             &format!("{key} is not finite or outside what the law was written for"),
         ),
         other => anyhow!("{name}: {other:?}"),
-    })
+    })?;
+    limits::check(&config).map_err(|e| {
+        let (low, high) = (e.allowed.start(), e.allowed.end());
+        let key = e.key;
+        match e.limit {
+            Limit::Class => wrong(text, name, key, &format!("no class of vehicle has such a pump: {key} is {low} to {high}")),
+            _ => wrong(text, name, key, &format!("{key} is {low} to {high} in this class of vehicle; no board takes anything else")),
+        }
+    })?;
+    Ok(config)
 }
 
 /// Puts the file's values over the built-in ones; numbers may be written without a point.
@@ -157,6 +170,10 @@ mod tests {
             ("\ncrush_depth_m = 150.0", &["f:2:", "crush_depth_m", "outside"][..]),
             ("crush_depth = 250.0", &["f:1:", "crush_depth_m", "no setting"]),
             ("cycle_s = nan", &["f:1:", "cycle_s"]),
+            ("crush_depth_m = 9000.0", &["f:1:", "crush_depth_m", "20 to 250"]),
+            ("\nundervoltage_v = 0.0", &["f:2:", "undervoltage_v", "9 to 60"]),
+            ("no_comms_s = 4294967295", &["f:1:", "no_comms_s"]),
+            ("pump_rate_m3_s = 1e-6", &["f:1:", "no class"]),
             ("cycle_s = \"4\"", &["f:1:", "float"]),
             ("vehicle = \"slocum\"", &["slocum-1000"]),
             ("[trim]\noffset = 3.0", &["f:2:", "trim.offset"]),

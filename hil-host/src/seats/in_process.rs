@@ -33,7 +33,7 @@ impl Board {
         let storage = std::mem::take(self.helm.storage());
         let mark = self.helm.mark();
         self.resets += 1;
-        let boot = Boot { reset_during_mission: mark.in_mission(), first_cause: mark.first_cause(), boots: self.resets, ..Boot::default() };
+        let boot = Boot { mark, boots: self.resets, salt: self.resets << 16, ..Boot::default() };
         self.helm = Helm::new(Config::default(), boot, storage);
     }
 

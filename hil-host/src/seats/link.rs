@@ -3,14 +3,20 @@
 //! Every request is repeated until it is answered or [`GIVE_UP`] has passed.
 //! Repeating is harmless: the board answers a repeated sensor frame without a
 //! second step, and the other requests have the same effect twice as once.
+//! A reply names its request: one to somebody else's, or to one before, ends
+//! nothing. Where another hello has taken the session away, a new one is asked
+//! for, twice at most for one request.
 
 use super::Seat;
-use super::upload::{UploadError, upload};
+use super::error::{Heard, SeatError, UploadError};
+use super::upload::upload;
 use control::Config;
 use helm::Content;
-use helm::objects::config_bytes;
+use helm::objects::{config_bytes, mission_id};
 use signals::link::{CRC32, MAX_WIRE};
-use signals::{Answer, Manifest, Mission, Object, Receiver, Refusal, SensorFrame, ToBoard, ToHost, WIRE_VERSION, Wings, WireError, encode};
+use signals::{
+    Answer, Manifest, Mission, Object, Receiver, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost, Wings, WireError, encode,
+};
 use std::time::{Duration, Instant};
 
 /// First wait for an answer, s; doubled with every repeat. A board at 115,200
@@ -43,104 +49,52 @@ pub trait Wire {
     }
 }
 
-/// Why a seat does not fly.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum SeatError {
-    /// Nothing came back.
-    NoAnswer {
-        /// What was asked.
-        asked: &'static str,
-        /// Who was asked.
-        seat: String,
-        /// How long, s.
-        waited_s: u64,
-    },
-    /// The board speaks another version of the wire.
-    Version {
-        /// Who.
-        seat: String,
-        /// Its version.
-        theirs: u8,
-    },
-    /// The board understood and will not.
-    Refused {
-        /// What was asked.
-        asked: &'static str,
-        /// Why not.
-        why: Refusal,
-    },
-    /// The line broke.
-    Lost {
-        /// Who.
-        seat: String,
-        /// What the system says.
-        cause: std::io::Error,
-    },
-    /// The board latched its own sensors and takes no frames from the line.
-    OwnSensors {
-        /// Who.
-        seat: String,
-    },
-    /// The message does not fit a frame.
-    TooLong,
-    /// The supply of this seat's controller cannot be interrupted.
-    NoReset {
-        /// Who.
-        seat: String,
-    },
-}
-
-impl std::fmt::Display for SeatError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoAnswer { asked, seat, waited_s } => {
-                write!(
-                    f,
-                    "{seat}: no answer to {asked} within {waited_s} s; check the cable, the power and that the board runs this project's firmware"
-                )
-            }
-            Self::Version { seat, theirs } => write!(
-                f,
-                "{seat}: the board speaks wire version {theirs}, this program version {WIRE_VERSION}; flash the firmware of the same release (cargo flash)"
-            ),
-            Self::Refused { asked, why } => write!(f, "the controller refuses {asked}: {why:?}"),
-            Self::Lost { seat, cause } => write!(f, "{seat}: line lost ({cause}); plug the board in again and repeat"),
-            Self::OwnSensors { seat } => write!(
-                f,
-                "{seat}: the board flies on its own sensors since nobody spoke to it in its first 10 s; reset it and repeat within 10 s"
-            ),
-            Self::TooLong => f.write_str("message does not fit a frame"),
-            Self::NoReset { seat } => write!(f, "{seat}: cannot interrupt its supply; fly power:brown_out with --seat in-process"),
-        }
-    }
-}
-
-impl std::error::Error for SeatError {}
-
 /// A seat made of a wire.
 pub struct Link<W> {
     wire: W,
     receiver: Receiver,
-    inbox: std::collections::VecDeque<ToHost>,
+    inbox: std::collections::VecDeque<Reply>,
     nonce: u32,
+    session: u32,
+    id: u16,
+    heard: Heard,
     version_seen: Option<u8>,
+    /// Identities of what the board was given, to be compared with what it says it will fly.
+    given: Given,
     /// Requests that had to be sent more than once.
     pub resent: u64,
     give_up: Duration,
 }
 
+/// CRC-32 of what the next mission is to be flown with.
+#[derive(Clone, Copy, Debug, Default)]
+struct Given {
+    config: Option<u32>,
+    tables: [Option<u32>; 2],
+}
+
+const fn place(wings: Wings) -> usize {
+    match wings {
+        Wings::Standard => 0,
+        Wings::LowAspectRatio => 1,
+    }
+}
+
 impl<W: Wire> Link<W> {
     /// Nothing said yet.
     pub fn new(wire: W) -> Self {
-        // The nonce only has to differ from the ones of earlier runs on the same board.
+        // The nonce only has to differ from the ones of other programs and runs on the same board.
         let nonce = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |d| d.subsec_nanos());
         Self {
             wire,
             receiver: Receiver::new(),
             inbox: std::collections::VecDeque::new(),
             nonce,
+            session: 0,
+            id: nonce as u16,
+            heard: Heard::default(),
             version_seen: None,
+            given: Given::default(),
             resent: 0,
             give_up: GIVE_UP,
         }
@@ -182,12 +136,35 @@ impl<W: Wire> Link<W> {
         give_up: Duration,
         mut accept: impl FnMut(ToHost) -> Option<T>,
     ) -> Result<T, SeatError> {
+        for _ in 0..2 {
+            match self.ask_once(asked, message, first_wait, give_up, &mut accept)? {
+                Said::Taken(taken) => return Ok(taken),
+                Said::OtherSession => drop(self.hello()?),
+            }
+        }
+        match self.ask_once(asked, message, first_wait, give_up, &mut accept)? {
+            Said::Taken(taken) => Ok(taken),
+            Said::OtherSession => Err(SeatError::Refused { asked, why: Refusal::Session }),
+        }
+    }
+
+    fn ask_once<T>(
+        &mut self,
+        asked: &'static str,
+        message: &ToBoard,
+        first_wait: Duration,
+        give_up: Duration,
+        accept: &mut impl FnMut(ToHost) -> Option<T>,
+    ) -> Result<Said<T>, SeatError> {
+        self.id = self.id.wrapping_add(1);
+        let request = Request { session: self.session, id: self.id, message: message.clone() };
         let mut out = [0u8; MAX_WIRE];
-        let length = encode(message, &mut out).map_err(|_| SeatError::TooLong)?;
+        let length = encode(&request, &mut out).map_err(|_| SeatError::TooLong)?;
         let frame = out.get(..length).ok_or(SeatError::TooLong)?;
         let started = Instant::now();
         let mut wait = first_wait;
         let mut first = true;
+        self.heard = Heard::default();
         while first || started.elapsed() < give_up {
             if !first {
                 self.resent += 1;
@@ -196,9 +173,15 @@ impl<W: Wire> Link<W> {
             self.wire.send(frame).map_err(|e| self.lost(e))?;
             let until = Instant::now() + wait;
             loop {
-                while let Some(answer) = self.inbox.pop_front() {
-                    if let Some(taken) = accept(answer) {
-                        return Ok(taken);
+                while let Some(reply) = self.inbox.pop_front() {
+                    if reply.to != request.id {
+                        continue;
+                    }
+                    if reply.message == ToHost::Refused(Refusal::Session) {
+                        return Ok(Said::OtherSession);
+                    }
+                    if let Some(taken) = accept(reply.message) {
+                        return Ok(Said::Taken(taken));
                     }
                 }
                 if let Some(theirs) = self.version_seen {
@@ -211,16 +194,21 @@ impl<W: Wire> Link<W> {
             }
             wait = (wait * 2).min(Duration::from_secs(2));
         }
-        Err(SeatError::NoAnswer { asked, seat: self.wire.describe(), waited_s: started.elapsed().as_secs_f64().ceil() as u64 })
+        let waited_s = started.elapsed().as_secs_f64().ceil() as u64;
+        Err(SeatError::NoAnswer { asked, seat: self.wire.describe(), waited_s, heard: self.heard })
     }
 
     /// Takes what comes within `wait`; false when nothing came.
     fn listen(&mut self, wait: Duration) -> Result<bool, SeatError> {
         let mut bytes = [0u8; 512];
         let n = self.wire.receive(&mut bytes, wait).map_err(|e| self.lost(e))?;
+        self.heard.bytes += n as u64;
         for byte in bytes.iter().take(n) {
-            match self.receiver.push::<ToHost>(*byte) {
-                Some(Ok(message)) => self.inbox.push_back(message),
+            match self.receiver.push::<Reply>(*byte) {
+                Some(Ok(reply)) => {
+                    self.heard.frames += 1;
+                    self.inbox.push_back(reply);
+                }
                 Some(Err(WireError::Version(v))) => self.version_seen = Some(v),
                 _ => {}
             }
@@ -228,9 +216,48 @@ impl<W: Wire> Link<W> {
         Ok(n > 0)
     }
 
+    /// The mission is armed: with what it was given? If not, it is called off before its first frame.
+    fn compare(&mut self, given: [(&'static str, Option<u32>, u32); 3]) -> Result<(), SeatError> {
+        for (what, given, taken) in given {
+            if let Some(given) = given.filter(|given| *given != taken) {
+                self.recall()?;
+                return Err(SeatError::Other { what, given, taken });
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands over a mission by `message`; compares what the board will fly with what it was given.
+    fn start(&mut self, message: &ToBoard, mission: &Mission) -> Result<u32, SeatError> {
+        let (table_id, config, taken) = self.request("the mission", message, |answer| match answer {
+            ToHost::Ready { table_id, config, mission } => Some(Ok((table_id, config, mission))),
+            ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: "the mission", why })),
+            _ => None,
+        })??;
+        let table = self.given.tables.get(place(mission.wings)).copied().flatten();
+        let asked = Some(mission_id(mission)).filter(|_| !mission.legs.is_empty());
+        self.compare([("flight table", table, table_id), ("configuration", self.given.config, config), ("mission", asked, taken)])?;
+        Ok(table_id)
+    }
+
+    /// Starts a mission on the vehicle's own sensors; without legs the stored one. Returns the identity of its table.
+    ///
+    /// # Errors
+    /// The board refuses it, or would fly something else than it was given.
+    pub fn launch(&mut self, mission: &Mission) -> Result<u32, SeatError> {
+        self.start(&ToBoard::Launch(mission.clone()), mission)
+    }
+
     fn lost(&self, cause: std::io::Error) -> SeatError {
         SeatError::Lost { seat: self.wire.describe(), cause }
     }
+}
+
+/// What came of one request.
+enum Said<T> {
+    Taken(T),
+    /// Refused because of its session.
+    OtherSession,
 }
 
 /// Uploads an object that the flight needs.
@@ -245,23 +272,39 @@ impl<W: Wire> Seat for Link<W> {
     fn hello(&mut self) -> Result<Manifest, SeatError> {
         self.nonce = self.nonce.wrapping_add(1);
         let nonce = self.nonce;
-        self.request("hello", &ToBoard::Hello { nonce }, |answer| match answer {
-            ToHost::Hello { nonce: n, manifest } if n == nonce => Some(manifest),
+        let said = self.ask_once("hello", &ToBoard::Hello { nonce }, FIRST_WAIT, self.give_up, &mut |answer| match answer {
+            ToHost::Hello { nonce: n, session, manifest } if n == nonce => Some((session, manifest)),
             _ => None,
-        })
+        })?;
+        match said {
+            Said::Taken((session, manifest)) => {
+                self.session = session;
+                Ok(manifest)
+            }
+            Said::OtherSession => Err(SeatError::Refused { asked: "hello", why: Refusal::Session }),
+        }
     }
 
     fn configure(&mut self, manifest: &Manifest, config: &Config) -> Result<(), SeatError> {
         let mut bytes = Content::new();
         config_bytes(config, &mut bytes);
-        if manifest.config == CRC32.checksum(&bytes) {
+        let crc = CRC32.checksum(&bytes);
+        // The tables were not given: those that the board says it has.
+        self.given.tables = [manifest.table_standard, manifest.table_low_ar].map(Some);
+        self.given.config = Some(crc);
+        if manifest.config == crc {
             return Ok(());
         }
         give(self, Object::Config, &bytes, "the configuration")
     }
 
     fn tabulate(&mut self, wings: Wings, table: &[u8]) -> Result<(), SeatError> {
-        give(self, Object::Table(wings), table, "the flight table")
+        give(self, Object::Table(wings), table, "the flight table")?;
+        let id = polar::Table::parse(table, wings).map_or(0, |table| table.id());
+        if let Some(place) = self.given.tables.get_mut(place(wings)) {
+            *place = Some(id);
+        }
+        Ok(())
     }
 
     fn recover(&mut self) -> Result<(), SeatError> {
@@ -273,11 +316,7 @@ impl<W: Wire> Seat for Link<W> {
     }
 
     fn begin(&mut self, mission: &Mission) -> Result<u32, SeatError> {
-        self.request("the mission", &ToBoard::Begin(mission.clone()), |answer| match answer {
-            ToHost::Ready { table_id } => Some(Ok(table_id)),
-            ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: "the mission", why })),
-            _ => None,
-        })?
+        self.start(&ToBoard::Begin(mission.clone()), mission)
     }
 
     fn exchange(&mut self, frame: &SensorFrame) -> Result<Answer, SeatError> {

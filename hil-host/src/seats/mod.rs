@@ -16,6 +16,7 @@ use control::Config;
 use signals::{Answer, Manifest, Mission, SensorFrame, Wings};
 use std::path::{Path, PathBuf};
 
+pub mod error;
 pub mod in_process;
 pub mod link;
 pub mod port;
@@ -24,7 +25,8 @@ pub mod qemu;
 pub mod stock;
 pub mod upload;
 
-pub use link::{Link, SeatError, Wire};
+pub use error::{SeatError, UploadError};
+pub use link::{Link, Wire};
 
 /// Control cycle, s (the paper's vehicle samples every 4 s).
 pub const CYCLE_S: f64 = 4.0;

@@ -1,6 +1,7 @@
 //! A table, configuration or mission on its way to a board, and back to be compared.
 
-use super::link::{Link, SeatError, Wire};
+use super::error::{SeatError, UploadError};
+use super::link::{Link, Wire};
 use signals::link::{CHUNK, CRC32};
 use signals::{Object, Refusal, ToBoard, ToHost};
 
@@ -12,33 +13,6 @@ pub struct Stored {
     /// The board's flash keeps it; false: until the next reset only.
     pub for_good: bool,
 }
-
-/// Why an upload did not take effect.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum UploadError {
-    /// The line or the board.
-    Seat(SeatError),
-    /// What was read back differs from what was sent, from this byte on.
-    ReadBack(usize),
-}
-
-impl From<SeatError> for UploadError {
-    fn from(e: SeatError) -> Self {
-        Self::Seat(e)
-    }
-}
-
-impl std::fmt::Display for UploadError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Seat(e) => e.fmt(f),
-            Self::ReadBack(at) => write!(f, "the board stored something else than was sent, from byte {at} on; upload again"),
-        }
-    }
-}
-
-impl std::error::Error for UploadError {}
 
 fn refused(asked: &'static str, why: Refusal) -> SeatError {
     SeatError::Refused { asked, why }

@@ -155,6 +155,11 @@ impl Safety {
         }
     }
 
+    /// The weight was fired before a reset.
+    pub(crate) fn fire_weight(&mut self) {
+        self.release.fire_on();
+    }
+
     /// Judges one cycle.
     pub(crate) fn judge(&mut self, w: &Watch<'_>) -> Verdict {
         if let Some(cause) = self.aborted() {

@@ -116,6 +116,11 @@ impl Release {
         self.lost >= 3
     }
 
+    /// Fired before a reset: fired anew, for as long as at first.
+    pub(crate) fn fire_on(&mut self) {
+        self.fired = true;
+    }
+
     pub(crate) fn has_fired(&self) -> bool {
         self.fired
     }

@@ -2,11 +2,11 @@
 
 use control::{Config, Settings};
 use helm::objects::{check, config_bytes, config_of, mission};
-use helm::{Boot, Content, Helm, RamStorage};
+use helm::{Boot, Content, Helm, Mark, RamStorage};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use signals::link::{CRC32, MAX_WIRE};
-use signals::{Goal, Leg, Micros, Mission, Object, Reading, SensorFrame, Switch, ToBoard, ToHost, Wings, encode};
+use signals::{Goal, Leg, Micros, Mission, Object, Reading, Request, SensorFrame, Switch, ToBoard, ToHost, WIRE_VERSION, Wings, encode};
 
 macro_rules! corpus {
     ($($name:literal),* $(,)?) => {
@@ -17,6 +17,7 @@ macro_rules! corpus {
 corpus!(
     "hello.bin",
     "begin.bin",
+    "launch.bin",
     "sensor.bin",
     "sensor_old.bin",
     "recall.bin",
@@ -28,6 +29,9 @@ corpus!(
     "read_back.bin",
     "report.bin",
 );
+
+/// Which of them is a sensor frame.
+const SENSOR: usize = 3;
 
 /// The corpus, made again.
 #[allow(dead_code)] // the test only reads the committed files
@@ -58,7 +62,8 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     let data = heapless::Vec::from_slice(&settings[..settings.len().min(128)]).expect("a chunk");
     let messages = [
         ToBoard::Hello { nonce: 7 },
-        ToBoard::Begin(flown),
+        ToBoard::Begin(flown.clone()),
+        ToBoard::Launch(flown),
         ToBoard::Sensor(sensor),
         ToBoard::Sensor(old),
         ToBoard::Recall,
@@ -70,12 +75,12 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ToBoard::ReadBack { object: Object::Table(Wings::Standard), offset: 0 },
         ToBoard::Report,
     ];
-    let wire = |message: &ToBoard| {
+    let wire = |message: ToBoard| {
         let mut out = [0; MAX_WIRE];
-        let n = encode(message, &mut out).expect("a seed fits");
+        let n = encode(&Request { session: 0x1234_5678, id: 7, message }, &mut out).expect("a seed fits");
         out[..n].to_vec()
     };
-    CORPUS.iter().map(|(name, _)| *name).zip(messages.iter().map(wire)).collect()
+    CORPUS.iter().map(|(name, _)| *name).zip(messages.into_iter().map(wire)).collect()
 }
 
 /// What a run did.
@@ -146,37 +151,49 @@ pub fn run(bytes: u64, seed: u64, mut progress: impl FnMut(u64)) -> Found {
             let mut raw = vec![0; wire.len()];
             let n = cobs::decode(&wire[..wire.len() - 1], &mut raw).expect("corpus is COBS").frame_size();
             raw.truncate(n - 4); // without the CRC
-            raw
+            let Request { message, .. } = postcard::from_bytes(&raw[1..]).expect("a request");
+            postcard::to_slice(&message, &mut [0; MAX_WIRE]).expect("fits").to_vec()
         })
         .collect();
     let mut found = Found::default();
     let fresh = |n: u64| {
-        let boot = Boot { reset_during_mission: n % 16 == 1, ..Boot::default() };
-        Helm::new(Config::default(), boot, RamStorage::default())
+        let mark = if n % 16 == 1 { Mark::mission(false, None, false) } else { Mark::NONE };
+        Helm::new(Config::default(), Boot { mark, ..Boot::default() }, RamStorage::default())
     };
     let mut helm = fresh(0);
-    let mut sequence = 0u32;
+    let (mut sequence, mut session) = (0u32, 0u32);
     let mut wire = vec![0u8; 2048];
     while found.bytes < bytes {
         found.frames += 1;
         if found.frames % 4096 == 0 {
             found.accepted += u64::from(helm.counters().accepted);
             helm = fresh(found.frames / 4096);
-            helm.handle(ToBoard::Hello { nonce: rng.next_u32() });
+            if let ToHost::Hello { session: given, .. } = helm.handle(ToBoard::Hello { nonce: rng.next_u32() }) {
+                session = given;
+            }
             helm.handle(ToBoard::Begin(Mission::default()));
+            sequence = 0;
             if found.frames % (4096 * 256) == 0 {
                 progress(found.bytes);
             }
         }
         let pick = rng.next_u32();
-        let mut body = if pick % 4 == 0 { bodies[(pick >> 8) as usize % bodies.len()].clone() } else { bodies[2].clone() };
+        let mut body = if pick % 4 == 0 { bodies[(pick >> 8) as usize % bodies.len()].clone() } else { bodies[SENSOR].clone() };
         if pick % 4 != 0 {
-            // Keep the conversation going: the next sensor frame, its number a varint after version and kind.
+            // Keep the conversation going: the next sensor frame, its number a varint after its kind.
             sequence = sequence.wrapping_add(1) & 0x1fff;
-            body.splice(2..3, if sequence < 0x80 { vec![sequence as u8] } else { vec![(sequence as u8) | 0x80, (sequence >> 7) as u8] });
+            body.splice(1..2, if sequence < 0x80 { vec![sequence as u8] } else { vec![(sequence as u8) | 0x80, (sequence >> 7) as u8] });
         }
         mutate(&mut rng, &mut body);
         parsers(&body, &mut found);
+        // Around it what comes before a message: of the present session nine times in ten.
+        let mut front = vec![WIRE_VERSION];
+        let of = if rng.next_u32().is_multiple_of(10) { rng.next_u32() } else { session };
+        front.extend_from_slice(postcard::to_slice(&(of, 7u16), &mut [0; 16]).expect("two numbers"));
+        if rng.next_u32().is_multiple_of(16) {
+            mutate(&mut rng, &mut front);
+        }
+        body.splice(0..0, front);
         // A right CRC nine times in ten, or nothing gets past the door.
         let crc = CRC32.checksum(&body) ^ u32::from(rng.next_u32().is_multiple_of(10));
         body.extend(crc.to_le_bytes());
@@ -194,7 +211,10 @@ pub fn run(bytes: u64, seed: u64, mut progress: impl FnMut(u64)) -> Found {
         let widest = Settings { battery_m: widest.battery_m.max(Settings::default().battery_m), fin_rad: 0.8, ..widest };
         for byte in &wire[..=n] {
             if let Some(said) = helm.byte(*byte) {
-                hold(&said, &mut found, &widest);
+                hold(&said.message, &mut found, &widest);
+                if let ToHost::Hello { session: given, .. } = said.message {
+                    session = given;
+                }
                 let mut out = [0; MAX_WIRE];
                 assert!(encode(&said, &mut out).is_ok(), "an answer does not fit: {said:?}");
             }
@@ -206,7 +226,7 @@ pub fn run(bytes: u64, seed: u64, mut progress: impl FnMut(u64)) -> Found {
 
 /// The parsers of stored objects, on the same bytes.
 fn parsers(body: &[u8], found: &mut Found) {
-    let Some(body) = body.get(2..) else { return };
+    let Some(body) = body.get(1..) else { return };
     let config = Config::default();
     for object in [Object::Table(Wings::Standard), Object::Table(Wings::LowAspectRatio), Object::Config, Object::Mission] {
         found.objects += u64::from(check(object, body, &config).is_ok());

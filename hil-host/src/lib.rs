@@ -8,6 +8,7 @@ pub mod paper;
 pub mod score;
 pub mod seats;
 pub mod serve;
+pub mod whole_file;
 
 // Where modules stood before they had folders.
 pub use cli as commands;

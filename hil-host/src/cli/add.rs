@@ -2,6 +2,7 @@
 
 use super::diagnose::load;
 use super::{Output, Verdict};
+use crate::whole_file;
 use anyhow::Context as _;
 use discovery::diagnosis::report;
 use discovery::vehicle::{self, expression};
@@ -9,7 +10,7 @@ use discovery::workbench::add;
 use discovery::workbench::add::Added;
 use hydro::effects::{CATALOGUE, Effect, by_name};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -84,19 +85,20 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let effects = effects_of(&args.effects)?;
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
     let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
+    if let Some(out) = &args.out {
+        let beside = vehicle::beside(&args.flight);
+        let inputs: Vec<&Path> =
+            [Some(args.flight.as_path()), Some(vehicle.path.as_path()), beside.as_deref()].into_iter().flatten().collect();
+        whole_file::may_write(out, &inputs, &["json", "toml"], output.force)?;
+    }
     let added = add::add(&flight, &vehicle, &effects, &parent)?;
     if let Some(out) = &args.out {
-        anyhow::ensure!(
-            vehicle::beside(&args.flight).is_none_or(|v| v != *out) && vehicle.path != *out,
-            "{}: a vehicle file is never overwritten; name a new file with --out",
-            out.display()
-        );
         let text = if out.extension().is_some_and(|e| e == "toml") {
             toml::to_string_pretty(&in_toml(&added.vehicle))?
         } else {
             format!("{:#}\n", added.vehicle)
         };
-        std::fs::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;
+        whole_file::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;
     }
     let mut document = document(&added, &effects, &args.flight.display().to_string());
     document["vehicle"] = args.out.as_ref().map(|o| o.display().to_string()).into();

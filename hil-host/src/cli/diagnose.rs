@@ -82,9 +82,13 @@ pub fn load_and_ask(flight: &Path, vehicle_file: Option<&Path>, depth: Depth) ->
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let depth = if args.depth > 2 { Depth::Triples } else { Depth::Pairs };
+    if let Some(path) = &args.predict {
+        let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref()].into_iter().flatten().collect();
+        crate::whole_file::may_write(path, &inputs, &["csv"], output.force)?;
+    }
     let (flight, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), depth)?;
     if let Some(path) = &args.predict {
-        std::fs::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
+        crate::whole_file::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let mut document = report::document(&found, &vehicle, &args.flight.display().to_string());
     // A vehicle nobody has calibrated: what its steady glides alone tell, and whether a speed sensor was there to tell lift from pitch.

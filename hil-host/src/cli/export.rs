@@ -1,7 +1,7 @@
 //! `glider export`: a flight in the formats others read.
 
 use super::{Output, Verdict};
-use anyhow::{Context, bail};
+use anyhow::Context;
 use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
@@ -49,17 +49,18 @@ impl Format {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let flight = discovery::record::csv::flight(&args.flight)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{}", flight.name, args.to.ending())));
-    if out.exists() {
-        bail!("{} exists: name another file with --out, nothing is overwritten", out.display());
-    }
+    crate::whole_file::may_write(&out, &[&args.flight], &[args.to.ending()], output.force)?;
     let context = || format!("cannot write {}", out.display());
-    match args.to {
-        Format::Csv => discovery::export::csv::write(&flight, std::fs::File::create(&out).with_context(context)?).with_context(context)?,
-        Format::Parquet => {
-            discovery::export::parquet::write(&flight, std::fs::File::create(&out).with_context(context)?).with_context(context)?;
+    let start_unix_s = start_unix_s(&args.flight);
+    crate::whole_file::at(&out, |part| -> anyhow::Result<()> {
+        match args.to {
+            Format::Csv => discovery::export::csv::write(&flight, std::fs::File::create(part)?)?,
+            Format::Parquet => discovery::export::parquet::write(&flight, std::fs::File::create(part)?)?,
+            Format::Netcdf => discovery::export::netcdf::write(&flight, part, start_unix_s)?,
         }
-        Format::Netcdf => discovery::export::netcdf::write(&flight, &out, start_unix_s(&args.flight)).with_context(context)?,
-    }
+        Ok(())
+    })
+    .with_context(context)?;
     let bytes = std::fs::metadata(&out).with_context(context)?.len();
     let document = serde_json::json!({ "flight": args.flight, "out": out, "rows": flight.len(), "bytes": bytes });
     output.emit(&document, || println!("wrote {} ({} rows, {bytes} bytes)", out.display(), flight.len()));

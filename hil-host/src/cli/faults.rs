@@ -96,7 +96,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(path) = &args.out {
         let mut whole = document.clone();
         whole["cases"] = faulty.iter().chain(&healthy).map(campaign::Verdict::document).collect();
-        std::fs::write(path, format!("{whole:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
+        crate::whole_file::write(path, format!("{whole:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
     }
     let through = seat.as_ref().map(|s| {
         let different = s["different"].as_array().map_or(0, Vec::len);

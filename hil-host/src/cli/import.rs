@@ -1,7 +1,8 @@
-//! `glider import`: somebody's log becomes a flight directory.
+//! `glider import`: somebody's log becomes a flight directory with its vehicle.
 
 use super::{Output, Verdict};
 use anyhow::{Context, bail};
+use discovery::import::classes::Class;
 use discovery::import::{Imported, Report};
 use std::path::{Path, PathBuf};
 
@@ -10,14 +11,19 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   glider import raw/ --out flight                       all Slocum dbd, ebd, sbd, tbd ... of a folder
   glider import 00990001.dcd --out flight --cache cac   one file (and its science partner), sensor lists elsewhere
-  glider import p1710104.nc --out flight                Seaglider, OG1 or IOOS NetCDF
+  glider import sg561/ --out flight                     Seaglider dives pNNNNNNN.nc as one flight
+  glider import p561000[2-5].nc --out flight            some of them
+  glider import mission.nc --out flight                 OG1 or IOOS NetCDF
   glider import tidy.csv --out flight --vehicle vehicles/comet.toml
 
+Writes flight.csv, import.json (what was mapped, missing, left out) and, where no --vehicle is given, a vehicle.toml:
+numbers of the files where they state them, else the usual ones of the glider's class with wide tolerances.
 Density is always recomputed from salinity, temperature and pressure by TEOS-10.
-Exit code 1 if parts were damaged and left out, 2 if there is nothing to use.")]
+Exit code 1 if parts were left out, 2 if there is nothing to use.")]
 pub struct Args {
-    /// Folder, Slocum file, NetCDF or csv.
-    input: PathBuf,
+    /// Files or folders of one flight.
+    #[arg(required = true)]
+    input: Vec<PathBuf>,
     /// Flight directory to write; must not exist yet.
     #[arg(long)]
     out: PathBuf,
@@ -27,6 +33,14 @@ pub struct Args {
     /// Vehicle file to put beside the flight.
     #[arg(long)]
     vehicle: Option<PathBuf>,
+    /// Class whose usual numbers make the vehicle [default: told by the files].
+    #[arg(long, value_parser = class, conflicts_with = "vehicle")]
+    class: Option<Class>,
+}
+
+fn class(name: &str) -> Result<Class, String> {
+    let names = || Class::ALL.map(Class::name).join(", ");
+    Class::ALL.into_iter().find(|c| c.name() == name).ok_or_else(|| format!("expected one of {}", names()))
 }
 
 /// Runs the command.
@@ -40,13 +54,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(vehicle) = &args.vehicle {
         discovery::vehicle::read(vehicle)?;
     }
-    let spinner = indicatif::ProgressBar::new_spinner().with_message(format!("reading {}", args.input.display()));
+    let spinner = indicatif::ProgressBar::new_spinner().with_message(format!("reading {}", named(args)));
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
-    let imported = discovery::import::import(&args.input, &args.cache);
+    let imported = discovery::import::import_all(&args.input, &args.cache, args.class);
     spinner.finish_and_clear();
-    let Imported { flight, report } = imported?;
-    write(&args.out, &flight, &report, args.vehicle.as_deref())?;
-    let damaged = report.files.iter().any(|f| !f.problems.is_empty());
+    let Imported { flight, report, vehicle } = imported?;
+    let draft = vehicle.filter(|_| args.vehicle.is_none()).map(|v| v.toml());
+    write(&args.out, &flight, &report, args.vehicle.as_deref(), draft.as_deref())?;
     let document = serde_json::json!({
         "flight": args.out,
         "rows": flight.len(),
@@ -54,10 +68,23 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "report": report,
     });
     output.emit(&document, || print(args, &flight, &report));
-    Ok(if damaged { Verdict::Negative } else { Verdict::Ok })
+    Ok(if report.is_whole() { Verdict::Ok } else { Verdict::Negative })
 }
 
-fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>) -> anyhow::Result<()> {
+fn named(args: &Args) -> String {
+    let more = if args.input.len() > 1 { format!(" and {} more", args.input.len() - 1) } else { String::new() };
+    format!("{}{more}", args.input[0].display())
+}
+
+fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, draft: Option<&str>) -> anyhow::Result<()> {
+    if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make folder {}", folder.display()))?;
+    }
+    // The folder appears under its name when all of it is there.
+    crate::whole_file::at(out, |part| fill(part, flight, report, vehicle, draft))
+}
+
+fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, draft: Option<&str>) -> anyhow::Result<()> {
     std::fs::create_dir_all(out).with_context(|| format!("cannot make folder {}", out.display()))?;
     let csv = out.join("flight.csv");
     let file = std::fs::File::create(&csv).with_context(|| format!("cannot write {}", csv.display()))?;
@@ -68,11 +95,14 @@ fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Optio
         let name = if vehicle.extension().is_some_and(|e| e == "toml") { "vehicle.toml" } else { "vehicle.json" };
         std::fs::copy(vehicle, out.join(name)).with_context(|| format!("cannot copy {}", vehicle.display()))?;
     }
+    if let Some(draft) = draft {
+        std::fs::write(out.join("vehicle.toml"), draft)?;
+    }
     Ok(())
 }
 
 fn print(args: &Args, flight: &discovery::Flight, report: &Report) {
-    println!("{}: {}", report.kind, args.input.display());
+    println!("{}: {}", report.kind, named(args));
     for file in &report.files {
         println!("  {:32} {:7} rows", file.file, file.rows);
         for problem in &file.problems {
@@ -87,13 +117,15 @@ fn print(args: &Args, flight: &discovery::Flight, report: &Report) {
     if !report.missing.is_empty() {
         println!("missing: {}", report.missing.join(", "));
     }
+    for what in &report.left_out {
+        println!("left out: {what}");
+    }
     for note in &report.notes {
         println!("note: {note}");
     }
     let segments = flight.segment.iter().collect::<std::collections::BTreeSet<_>>().len();
     let hours = flight.time_s.last().copied().unwrap_or(0.0) / 3600.0;
     println!("wrote {}: {} rows, {segments} segments, {hours:.2} h", args.out.display(), flight.len());
-    if args.vehicle.is_none() {
-        println!("next: put a vehicle.toml beside it, or name one with --vehicle (examples in vehicles/)");
-    }
+    let made = if args.vehicle.is_none() { " (its vehicle.toml is a first one: look through its numbers)" } else { "" };
+    println!("next: glider compare --flight {}{made}", args.out.display());
 }

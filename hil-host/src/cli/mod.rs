@@ -15,6 +15,7 @@ pub mod faults;
 pub mod fetch_data;
 pub mod fly;
 pub mod import;
+pub mod list;
 pub mod main_job;
 pub mod monitor;
 pub mod next_flight;
@@ -47,6 +48,8 @@ pub enum Verdict {
 pub struct Output {
     /// Machine-readable output asked for.
     pub json: bool,
+    /// Files that exist may be replaced.
+    pub force: bool,
 }
 
 impl Output {
@@ -71,6 +74,9 @@ struct Cli {
     /// Print one JSON document instead of text.
     #[arg(long, global = true)]
     json: bool,
+    /// Replace output files that exist (an input is never replaced).
+    #[arg(long, global = true)]
+    force: bool,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -113,6 +119,8 @@ enum Command {
     FetchData(fetch_data::Args),
     /// Closed-loop and discovery scorecards.
     Scorecard(scorecard::Args),
+    /// Built-in vehicles, classes of gliders, effects.
+    List(list::Args),
     /// Figures for papers as SVG, or their numbers as csv or JSON.
     Plot(plot::Args),
 }
@@ -129,7 +137,7 @@ pub fn main() -> std::process::ExitCode {
         report(info);
     }));
     let cli = Cli::parse();
-    let output = Output { json: cli.json };
+    let output = Output { json: cli.json, force: cli.force };
     let result = match &cli.command {
         None => main_job::run(&output),
         Some(Command::Polar(a)) => polar::run(a, &output),
@@ -150,6 +158,7 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Upload(a)) => upload::run(a, &output),
         Some(Command::FetchData(a)) => fetch_data::run(a, &output),
         Some(Command::Scorecard(a)) => scorecard::run(a, &output),
+        Some(Command::List(a)) => list::run(a, &output),
         Some(Command::Plot(a)) => plot::run(a, &output),
     };
     match result {

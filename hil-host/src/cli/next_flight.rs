@@ -48,6 +48,10 @@ pub fn document(found: &Diagnosis, p: &Plan) -> Value {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if let Some(out) = &args.out {
+        let inputs: Vec<&std::path::Path> = [Some(args.flight.as_path()), args.vehicle.as_deref()].into_iter().flatten().collect();
+        crate::whole_file::may_write(out, &inputs, &["toml"], output.force)?;
+    }
     let (_, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
     let Some(p) = next_flight::plan(&found, &vehicle) else {
         output.emit(&json!({"verdict": found.verdict.name(), "tied": [], "legs": []}), || {
@@ -58,7 +62,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let wings = if vehicle.document["wing"]["name"].as_str().is_some_and(|w| w.contains("low")) { "low-ar" } else { "standard" };
     let mission = p.mission(wings);
     if let Some(out) = &args.out {
-        std::fs::write(out, &mission).with_context(|| format!("cannot write {}", out.display()))?;
+        crate::whole_file::write(out, &mission).with_context(|| format!("cannot write {}", out.display()))?;
     }
     let mut document = document(&found, &p);
     document["mission"] = args.out.as_ref().map(|o| o.display().to_string()).into();

@@ -5,6 +5,7 @@ use super::{Output, Verdict};
 use crate::flight::tables::TABLE_SPEED_M_S;
 use crate::flight::vehicles::{Model, wings_name};
 use crate::pages::plots::{Chart, Figure, Mark, histogram};
+use crate::whole_file;
 use anyhow::{Context as _, bail, ensure};
 use discovery::workbench::compare::{Sample, compare};
 use hydro::glide;
@@ -73,6 +74,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "" => bail!("{name}: has no ending; name a file that ends in .svg, .png, .csv or .json"),
         other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .png, .csv or .json"),
     }
+    let inputs: Vec<&Path> = [args.flight.as_deref(), args.vehicle.as_deref()].into_iter().flatten().collect();
+    whole_file::may_write(&args.out, &inputs, &[], output.force)?;
     let figure = if args.kind == Kind::Polar { polar(args)? } else { flown(args)? };
     let text = match ending.as_str() {
         "svg" => figure.svg()?.into(),
@@ -83,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(folder) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    std::fs::write(&args.out, &text).with_context(|| format!("cannot write {name}"))?;
+    whole_file::write(&args.out, &text).with_context(|| format!("cannot write {name}"))?;
     let panels: Vec<_> = figure
         .panels
         .iter()

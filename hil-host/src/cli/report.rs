@@ -4,12 +4,15 @@ use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use crate::pages::Provenance;
 use crate::pages::flight_report;
+use crate::whole_file;
 use anyhow::Context as _;
 use discovery::hypotheses::search::Depth;
 use discovery::record::csv;
 use serde_json::json;
 use sha2::{Digest as _, Sha256};
 use std::path::{Path, PathBuf};
+
+const DEFAULT_PAGE: &str = "out/flight.html";
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -24,7 +27,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
     /// Where the page goes.
-    #[arg(long, default_value = "out/flight.html", value_name = "FILE")]
+    #[arg(long, default_value = DEFAULT_PAGE, value_name = "FILE")]
     out: PathBuf,
 }
 
@@ -44,6 +47,10 @@ pub fn provenance(flight: &Path) -> anyhow::Result<Provenance> {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    // The default page is this command's own.
+    let own = args.out == Path::new(DEFAULT_PAGE);
+    let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref()].into_iter().flatten().collect();
+    whole_file::may_write(&args.out, &inputs, &["html", "htm"], output.force || own)?;
     let (flight, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
     flight_report::page(&found, &vehicle, &flight.name, provenance(&args.flight)?).write(&args.out)?;
     let bytes = std::fs::metadata(&args.out).map_or(0, |m| m.len());

@@ -75,10 +75,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     bar.set_message("adding it and refitting");
     let added = add::add(&flight, &model, &effects, &parent)?;
+    anyhow::ensure!(
+        model.path != args.out.join("vehicle.json"),
+        "{}: holds the vehicle that is read; name another folder with --out",
+        args.out.display()
+    );
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
     let new_file = args.out.join("vehicle.json");
     let text = format!("{:#}\n", added.vehicle);
-    std::fs::write(&new_file, &text).with_context(|| format!("cannot write {}", new_file.display()))?;
+    crate::whole_file::write(&new_file, &text).with_context(|| format!("cannot write {}", new_file.display()))?;
     let refitted = vehicle::parse_text(&text, &new_file)?;
 
     bar.set_message("new flight table, and flying with the old and the new one");
@@ -87,7 +92,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mission = story::mission(new.spec.wings)?;
     let world = story::world_of(new.spec.wings, &refitted, &mission);
     for (name, table) in [("table-before.bin", &old), ("table-after.bin", &new)] {
-        std::fs::write(args.out.join(name), &table.bytes).with_context(|| format!("cannot write {name}"))?;
+        crate::whole_file::write(args.out.join(name), &table.bytes).with_context(|| format!("cannot write {name}"))?;
     }
     // The world has the vehicle's glide, not its sensors.
     let true_sensor = Settings::default().pitch_sensor;

@@ -49,11 +49,11 @@ fn write(out: &Path, built: &Tables) -> anyhow::Result<()> {
             if name.ends_with(".bin") && out.ends_with("generated") {
                 continue;
             }
-            std::fs::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
+            crate::whole_file::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
         }
         if let Some(text) = config_file::pitch_sensor_alone(model.pitch_sensor()) {
             let file = out.join(controller_file(model));
-            std::fs::write(&file, text).with_context(|| file.display().to_string())?;
+            crate::whole_file::write(&file, text).with_context(|| file.display().to_string())?;
         }
     }
     Ok(())

@@ -149,7 +149,8 @@ fn read(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         Kind::TableStandard | Kind::TableLowAr => None,
     };
     if let Some(file) = &args.file {
-        std::fs::write(file, text.as_ref().map_or(bytes.as_slice(), |t| t.as_bytes()))
+        crate::whole_file::may_write(file, &[], &[], output.force)?;
+        crate::whole_file::write(file, text.as_ref().map_or(bytes.as_slice(), |t| t.as_bytes()))
             .with_context(|| format!("{}: cannot write", file.display()))?;
     }
     let crc = CRC32.checksum(&bytes);

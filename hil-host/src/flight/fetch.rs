@@ -2,7 +2,7 @@
 //!
 //! The MIT-licensed Python package `gliderflight` 1.2.1 carries the Comet 2016
 //! flight as a numpy array. `pip download` fetches its source archive (365 kB,
-//! nothing is installed, none of its code runs but its build metadata), the array
+//! nothing is installed; pip compares the archive's hash before its build metadata runs), the array
 //! is taken out, its SHA-256 checked, and the flight written in the project's
 //! format into the cache folder, which is never committed. A second call finds
 //! it there and needs no network.
@@ -18,6 +18,8 @@ use sha2::{Digest, Sha256};
 const PACKAGE: &str = "gliderflight==1.2.1";
 /// Its source archive, without the ending.
 const ARCHIVE: &str = "gliderflight-1.2.1";
+/// SHA-256 of that archive: pip compares it before it looks into the archive, so that nothing else's build metadata runs.
+const ARCHIVE_SHA256: &str = "1b697b1bca43f73c6fb33723b8a94ad08e8ca8c1245aadc47826ee7fbd0d862f";
 /// SHA-256 of the array `data/gliderflight_data.npy` in it (taken 2026-11-21).
 const ARRAY_SHA256: &str = "650aff9518822071878aa72ba9d093690e406de6e006464ab37d176a6799f6be";
 /// The nominal vehicle of that flight.
@@ -61,12 +63,16 @@ pub fn comet_2016(cache: &Path) -> anyhow::Result<Fetched> {
 
 /// `pip download` of the source archive.
 fn download(cache: &Path) -> anyhow::Result<()> {
+    let wanted = cache.join("requirements.txt");
+    crate::whole_file::write(&wanted, format!("{PACKAGE} --hash=sha256:{ARCHIVE_SHA256}\n"))
+        .with_context(|| format!("cannot write {}", wanted.display()))?;
     let arguments = ["-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-input"];
     let output = Command::new("python3")
         .args(arguments)
         .args(["--no-deps", "--no-binary", ":all:", "--retries", "1", "--timeout", "20", "--dest"])
         .arg(cache)
-        .arg(PACKAGE)
+        .args(["--require-hashes", "--requirement"])
+        .arg(&wanted)
         .output();
     let way_out = "install python3 with pip, or use a flight of your own with --flight";
     match output {

@@ -167,7 +167,8 @@ impl Writer {
         writeln!(csv, "{}", header.join(","))?;
         let mut events = create("events.csv")?;
         writeln!(events, "time_s,event,detail")?;
-        std::fs::write(at("mission.toml"), mission_toml).with_context(|| format!("{}: cannot write", at("mission.toml").display()))?;
+        crate::whole_file::write(at("mission.toml"), mission_toml)
+            .with_context(|| format!("{}: cannot write", at("mission.toml").display()))?;
         let mut log =
             Self { directory: directory.to_owned(), csv, events, vehicle, segment: 0, from_surface: vec![0], last: None, rows: 0 };
         log.write_vehicle()?;
@@ -326,10 +327,7 @@ impl Writer {
             v.insert("aborts".to_owned(), aborts());
         }
         let path = self.directory.join("vehicle.json");
-        // Written beside and renamed: never half a vehicle file.
-        let beside = self.directory.join("vehicle.json.new");
-        std::fs::write(&beside, format!("{:#}\n", self.vehicle)).with_context(|| format!("{}: cannot write", beside.display()))?;
-        std::fs::rename(&beside, &path).with_context(|| format!("{}: cannot write", path.display()))
+        crate::whole_file::write(&path, format!("{:#}\n", self.vehicle)).with_context(|| format!("{}: cannot write", path.display()))
     }
 }
 

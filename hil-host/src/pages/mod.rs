@@ -297,9 +297,7 @@ impl Page {
         if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
         }
-        let part = path.with_extension("html.part");
-        std::fs::write(&part, self.to_html()).with_context(|| format!("cannot write {}", part.display()))?;
-        std::fs::rename(&part, path).with_context(|| format!("cannot write {}", path.display()))
+        crate::whole_file::write(path, self.to_html()).with_context(|| format!("cannot write {}", path.display()))
     }
 }
 

@@ -262,7 +262,7 @@ impl Chart {
         for (end, bytes) in [("svg", svg.into()), ("png", png), ("csv", self.csv().into()), ("json", format!("{:#}\n", self.json()).into())]
         {
             let path = folder.join(format!("{stem}.{end}"));
-            std::fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+            crate::whole_file::write(&path, bytes).with_context(|| path.display().to_string())?;
         }
         Ok(())
     }

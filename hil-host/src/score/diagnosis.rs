@@ -45,7 +45,8 @@ pub fn write_case(folder: &Path, case: &Case) -> anyhow::Result<PathBuf> {
     for d in [&flight, &truth] {
         std::fs::create_dir_all(d).with_context(|| format!("{}: cannot create the folder", d.display()))?;
     }
-    let put = |path: PathBuf, text: String| std::fs::write(&path, text).with_context(|| format!("{}: cannot write", path.display()));
+    let put =
+        |path: PathBuf, text: String| crate::whole_file::write(&path, text).with_context(|| format!("{}: cannot write", path.display()));
     put(flight.join("flight.csv"), files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some()))?;
     put(flight.join("vehicle.json"), format!("{:#}\n", case.vehicle.document(&case.name)))?;
     put(truth.join(format!("{}.json", case.name)), format!("{:#}\n", files::truth_document(case)))?;

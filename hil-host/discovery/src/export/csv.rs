@@ -44,27 +44,6 @@ fn number(value: f64, digits: usize) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-/// A flight of `rows` rows without any value, for tests of the writers.
-#[cfg(test)]
-pub(super) fn blank(rows: usize) -> Flight {
-    let none = || vec![f64::NAN; rows];
-    Flight {
-        time_s: none(),
-        segment: vec![0; rows],
-        pressure_pa: none(),
-        pitch_rad: none(),
-        roll_rad: none(),
-        heading_rad: none(),
-        ballast_m3: none(),
-        battery_mass_m: none(),
-        temperature_degc: none(),
-        density_kg_m3: none(),
-        gps_east_m: none(),
-        gps_north_m: none(),
-        ..Flight::default()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

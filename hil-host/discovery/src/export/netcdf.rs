@@ -127,7 +127,7 @@ mod tests {
             segment: (0..n as u32).map(|i| i / 15).collect(),
             gps_east_m: column(&|i| if i == 3.0 { 7.5 } else { f64::NAN }),
             gps_north_m: column(&|i| if i == 3.0 { -7.5 } else { f64::NAN }),
-            ..super::super::csv::blank(n as usize)
+            ..Flight::blank(n as usize)
         };
         let folder = std::env::temp_dir().join(format!("glider-netcdf-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");

@@ -70,7 +70,7 @@ mod tests {
             segment: vec![0, 1],
             pressure_pa: vec![1e4, f64::NAN],
             pitch_rad: vec![-0.4, 0.4],
-            ..super::super::csv::blank(2)
+            ..Flight::blank(2)
         };
         let mut bytes = Vec::new();
         write(&flight, &mut bytes).expect("written");

@@ -62,6 +62,11 @@ pub enum DbdError {
         /// Its name without the ending.
         crc: String,
     },
+    /// The cache file at hand is not the one of its name.
+    WrongCache {
+        /// Its name without the ending.
+        crc: String,
+    },
     /// The sensor list has a line that cannot be right.
     SensorList(String),
     /// No known cycle after the header.
@@ -79,6 +84,10 @@ impl std::fmt::Display for DbdError {
                     "needs its sensor list {crc}.cac: put it beside the file or in a folder cac there, or name its folder with --cache"
                 )
             }
+            Self::WrongCache { crc } => write!(
+                f,
+                "needs its sensor list {crc}.cac, and the file of this name does not have the checksum it is named by: fetch it again"
+            ),
             Self::SensorList(line) => write!(f, "has a damaged sensor list: \"{line}\""),
             Self::NoKnownCycle => write!(f, "has no known cycle after the header: the sensor list does not belong to it or it is cut"),
         }
@@ -120,6 +129,9 @@ pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl 
         let crc = entry("sensor_list_crc")?.to_ascii_lowercase();
         let text = cache(&crc).ok_or(DbdError::NeedsCache { crc: crc.clone() })?;
         let text = stretches_text(&text);
+        if !has_crc(&text, &crc) {
+            return Err(DbdError::WrongCache { crc });
+        }
         sensor_list(&text, total)?.0
     };
     let stored: Vec<Sensor> = sensors.into_iter().filter(|s| s.stored).collect();
@@ -128,6 +140,7 @@ pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl 
     }
     let (order, rest) = known_cycle(rest).ok_or(DbdError::NoKnownCycle)?;
     let mut decoder = Decoder::new(&stored, state_bytes, order, wanted);
+    decoder.room = 8 * (bytes.len() * UNPACKED / 4 + SMALLEST);
     decoder.stretch(&first.place, rest, &mut problems);
     for stretch in others {
         decoder.hole();
@@ -136,6 +149,14 @@ pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl 
     let Decoder { columns, cycles, .. } = decoder;
     let columns = stored.iter().zip(columns).filter_map(|(s, c)| c.map(|c| (s.name.clone(), (s.unit.clone(), c)))).collect();
     Ok(DbdFile { header, columns, cycles, problems })
+}
+
+/// Whether a sensor list has the checksum it is named by: CRC-32 without the last inversion, over its text.
+fn has_crc(text: &[u8], name: &str) -> bool {
+    let sum = crc::Crc::<u32>::new(&crc::CRC_32_JAMCRC);
+    let of = |bytes: &[u8]| format!("{:08x}", sum.checksum(bytes));
+    // Mail and editors change the ends of lines.
+    of(text) == name || of(&text.iter().copied().filter(|b| *b != b'\r').collect::<Vec<_>>()) == name
 }
 
 /// Text of a cache file, plain or LZ4.
@@ -150,6 +171,7 @@ fn stretches(bytes: &[u8], start: &[u8], problems: &mut Vec<String>) -> Option<V
     }
     let mut out: Vec<Stretch> = Vec::new();
     let (mut at, mut block, mut joined) = (0, 0, false);
+    let room = bytes.len() * UNPACKED + SMALLEST;
     while let Some([a, b]) = bytes.get(at..at + 2) {
         let length = usize::from(u16::from_be_bytes([*a, *b]));
         let Some(packed) = bytes.get(at + 2..at + 2 + length) else {
@@ -172,9 +194,18 @@ fn stretches(bytes: &[u8], start: &[u8], problems: &mut Vec<String>) -> Option<V
         }
         joined = true;
         (at, block) = (at + 2 + length, block + 1);
+        let plain: usize = out.last().map_or(0, |s| s.bytes.len());
+        if plain > room {
+            problems.push(format!("unpacks to more than {UNPACKED} times its {} bytes: cut at byte {at}", bytes.len()));
+            break;
+        }
     }
     (!out.is_empty()).then_some(out)
 }
+
+/// A packed log is at most so many times smaller than it is plain (usual: 3), and its values than its bytes; and this much more.
+const UNPACKED: usize = 20;
+const SMALLEST: usize = 1 << 20;
 
 /// Largest plain size of a block, bytes.
 const LZ4_BLOCK: usize = 32 * 1024;
@@ -257,12 +288,24 @@ struct Decoder<'a> {
     ended: bool,
     /// The next cycle is the first of the file.
     opening: bool,
+    /// Bytes that values may still take: a cycle of a few bytes can repeat them all.
+    room: usize,
 }
 
 impl<'a> Decoder<'a> {
     fn new(sensors: &'a [Sensor], state_bytes: usize, order: Order, wanted: impl Fn(&str) -> bool) -> Self {
         let columns = sensors.iter().map(|s| wanted(&s.name).then(Vec::new)).collect();
-        Self { sensors, state_bytes, order, columns, previous: vec![f64::NAN; sensors.len()], cycles: 0, ended: false, opening: true }
+        Self {
+            sensors,
+            state_bytes,
+            order,
+            columns,
+            previous: vec![f64::NAN; sensors.len()],
+            cycles: 0,
+            ended: false,
+            opening: true,
+            room: usize::MAX,
+        }
     }
 
     /// Something is missing here: no value is known any more.
@@ -289,6 +332,10 @@ impl<'a> Decoder<'a> {
             match bytes[at] {
                 b'X' => self.ended = true,
                 b'd' => match self.cycle_length(&bytes[at..]) {
+                    Some(_) if self.room < 8 * self.columns.len() => {
+                        problems.push(format!("holds more values than a file of its size: cut after {} cycles", self.cycles));
+                        self.ended = true;
+                    }
                     Some(length) => {
                         self.cycle(&bytes[at..at + length]);
                         at += length;
@@ -370,6 +417,7 @@ impl<'a> Decoder<'a> {
                 && !opening
             {
                 column.push(value);
+                self.room = self.room.saturating_sub(8);
             }
         }
         self.cycles += usize::from(!opening);

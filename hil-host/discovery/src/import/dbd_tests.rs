@@ -12,10 +12,15 @@ pub struct Encoder {
 const LIST: &str =
     "s: T    0    0 8 m_present_time timestamp\ns: T    1    1 4 m_pitch rad\ns: F    2   -1 4 m_roll rad\ns: T    3    2 1 x_state enum\n";
 
+fn list_crc() -> String {
+    format!("{:08x}", crc::Crc::<u32>::new(&crc::CRC_32_JAMCRC).checksum(LIST.as_bytes()))
+}
+
 impl Encoder {
     fn new(order: Order, factored: bool) -> Self {
         let header = format!(
-            "dbd_label:    DBD(dinkum_binary_data)file\nencoding_ver:    5\nnum_ascii_tags:    14\nall_sensors:    T\nthe8x3_filename:    00010001\nfull_filename:    ours-2026-001-0-1\nfilename_extension:    dbd\nmission_name:    OURS.MI\nfileopen_time:    Thu_Jan__1_00:00:00_2026\ntotal_num_sensors:    4\nsensors_per_cycle:    3\nstate_bytes_per_cycle:    1\nsensor_list_crc:    0BADCAFE\nsensor_list_factored:    {}\n",
+            "dbd_label:    DBD(dinkum_binary_data)file\nencoding_ver:    5\nnum_ascii_tags:    14\nall_sensors:    T\nthe8x3_filename:    00010001\nfull_filename:    ours-2026-001-0-1\nfilename_extension:    dbd\nmission_name:    OURS.MI\nfileopen_time:    Thu_Jan__1_00:00:00_2026\ntotal_num_sensors:    4\nsensors_per_cycle:    3\nstate_bytes_per_cycle:    1\nsensor_list_crc:    {}\nsensor_list_factored:    {}\n",
+            list_crc().to_uppercase(),
             u8::from(factored)
         );
         let mut out = Self { order, bytes: header.into_bytes(), previous: [f64::NAN; 3] };
@@ -95,7 +100,7 @@ fn lz4(bytes: &[u8], block: usize) -> Vec<u8> {
 }
 
 fn read_all(bytes: &[u8]) -> DbdFile {
-    read(bytes, |crc| (crc == "0badcafe").then(|| LIST.as_bytes().to_vec()), |_| true).expect("a readable file")
+    read(bytes, |crc| (crc == list_crc()).then(|| LIST.as_bytes().to_vec()), |_| true).expect("a readable file")
 }
 
 fn assert_cycles(file: &DbdFile, cycles: impl Iterator<Item = usize>) {
@@ -190,7 +195,7 @@ fn a_cut_file_keeps_what_is_there() {
 fn what_is_missing_is_said() {
     let bytes = file(Order::Little, true, 3);
     let none = |_: &str| None;
-    assert_eq!(read(&bytes, none, |_| true).expect_err("no cache"), DbdError::NeedsCache { crc: "0badcafe".into() });
+    assert_eq!(read(&bytes, none, |_| true).expect_err("no cache"), DbdError::NeedsCache { crc: list_crc() });
     assert_eq!(read(b"", none, |_| true).expect_err("empty"), DbdError::NotDbd);
     assert_eq!(read(b"\x00\x04abcd", none, |_| true).expect_err("other"), DbdError::NotDbd);
     assert!(matches!(read(&bytes[..60], none, |_| true), Err(DbdError::Header(_))));
@@ -215,4 +220,29 @@ fn prop_noise_never_panics() {
         // Refused or read; both are fine.
         let _ = read(&bytes, |_| Some(LIST.as_bytes().to_vec()), |_| true);
     }
+}
+
+#[test]
+fn a_list_that_is_not_the_one_of_its_name_is_refused() {
+    let bytes = file(Order::Little, true, 20);
+    let other = LIST.replace("m_pitch rad", "m_depth m");
+    let e = read(&bytes, |_| Some(other.clone().into_bytes()), |_| true).expect_err("refused");
+    assert!(e.to_string().contains("checksum"), "{e}");
+    // Line ends that a mail program changed do no harm.
+    assert!(read(&bytes, |_| Some(LIST.replace('\n', "\r\n").into_bytes()), |_| true).is_ok());
+}
+
+#[test]
+fn a_small_file_that_unpacks_to_a_large_one_is_cut() {
+    let mut plain = file(Order::Little, false, 20);
+    plain.pop();
+    let old = plain.len();
+    // Cycles of two bytes that repeat three values each.
+    plain.extend([b'd', 0b0101_0100].repeat(8 << 20));
+    let packed = lz4(&plain, 32 << 10);
+    assert!(packed.len() < 200_000, "{}", packed.len());
+    let read = read_all(&packed);
+    assert!(read.problems.iter().any(|p| p.contains("more than 20 times")), "{:?}", read.problems);
+    let cells: usize = read.columns.values().map(|c| c.1.len()).sum();
+    assert!(8 * cells < 20 * packed.len() + (12 << 20), "{cells} cells of {} packed bytes, {old}", packed.len());
 }

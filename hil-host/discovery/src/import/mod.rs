@@ -1,166 +1,262 @@
 //! Logs of other people's gliders, brought into the one flight type.
 //!
+//! [`import`] finds out what it is given ([`kind`]), reads it, joins what belongs together and states the vehicle as far as the
+//! files or the glider's class ([`classes`]) tell.
+//!
 //! * [`slocum`]: Slocum binary files of one flight ([`dbd`]: one such file).
-//! * [`netcdf`]: Seaglider, OG1, IOOS. [`table`]: csv.
+//! * [`seaglider`]: dives of a Seaglider's base station. [`netcdf`]: OG1, IOOS and other NetCDF. [`table`]: csv.
 //! * [`comet`]: the public Comet 2016 flight ([`npy`]: numpy arrays).
 //! * [`crate::record::seawater`]: density, always computed here from what the CTD measured.
 //! * [`crate::record::resample`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
+//! * [`draft`]: the first vehicle file; [`trim`]: its hull volume from the flight.
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
-use crate::record::flight::Flight;
-
+pub mod calendar;
+mod channels;
+pub mod classes;
 pub mod comet;
+pub mod dba;
 pub mod dbd;
+pub mod draft;
+mod join;
+pub mod kind;
 pub mod netcdf;
 pub mod npy;
 pub mod position;
+mod report;
+pub mod seaexplorer;
+pub mod seaglider;
+pub mod seaglider_raw;
 pub mod slocum;
+mod surface;
 pub mod table;
+pub mod trim;
 
-/// A flight and what was done to get it.
-#[derive(Clone, Debug)]
-pub struct Imported {
-    /// The flight.
-    pub flight: Flight,
-    /// What was read, mapped, missing, damaged.
-    pub report: Report,
-}
+pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 
-/// One source name that became a column.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MappedName {
-    /// Name in the source.
-    pub from: String,
-    /// Its unit there.
-    pub unit: String,
-    /// Column of the flight format.
-    pub to: String,
-    /// Factor from the source's unit to SI.
-    pub factor: f64,
-}
+use classes::Class;
+use kind::Kind;
 
-/// What one file gave.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct FileNote {
-    /// File name.
-    pub file: String,
-    /// Rows (cycles, samples).
-    pub rows: usize,
-    /// Damage and refusals, each with its place.
-    pub problems: Vec<String>,
-}
-
-/// What was read, mapped, missing, damaged.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Report {
-    /// Kind of source.
-    pub kind: String,
-    /// Files.
-    pub files: Vec<FileNote>,
-    /// Names and units that became columns.
-    pub mapped: Vec<MappedName>,
-    /// Columns of the format that have no value at all.
-    pub missing: Vec<String>,
-    /// Names of the segments, in the order of their numbers.
-    pub segments: Vec<String>,
-    /// How density was computed.
-    pub density: String,
-    /// Unix time of the first row, s.
-    pub start_unix_s: Option<f64>,
-    /// Anything else worth knowing.
-    pub notes: Vec<String>,
-}
-
-impl Report {
-    fn note(&mut self, what: String) {
-        if !self.notes.contains(&what) {
-            self.notes.push(what);
-        }
-    }
-
-    fn map(&mut self, one: MappedName) {
-        if !self.mapped.contains(&one) {
-            self.mapped.push(one);
-        }
-    }
-
-    fn density_from(&mut self, what: &str, place: Option<crate::record::seawater::Place>, known: bool) {
-        let salinity = match place {
-            Some(p) if p.is_baltic() => "Baltic absolute salinity",
-            _ => "reference salinity (regional anomaly left out, at most 0.02 kg/m3)",
-        };
-        self.density = if known { format!("recomputed by TEOS-10 from {what}; {salinity}") } else { format!("missing: it needs {what}") };
-    }
-
-    /// Which columns of the flight format have no value.
-    fn find_missing(&mut self, flight: &Flight) {
-        let columns: [(&str, &[f64]); 11] = [
-            ("pressure_dbar", &flight.pressure_pa),
-            ("m_pitch_rad", &flight.pitch_rad),
-            ("m_roll_rad", &flight.roll_rad),
-            ("m_heading_rad", &flight.heading_rad),
-            ("m_ballast_pumped_cc", &flight.ballast_m3),
-            ("m_battpos_m", &flight.battery_mass_m),
-            ("sci_water_temp_degC", &flight.temperature_degc),
-            ("sci_density_kg_m3", &flight.density_kg_m3),
-            ("gps_east_m", &flight.gps_east_m),
-            ("gps_north_m", &flight.gps_north_m),
-            ("speed_water_m_s", flight.speed_m_s.as_deref().unwrap_or(&[])),
-        ];
-        self.missing = columns.iter().filter(|(_, v)| !v.iter().any(|x| x.is_finite())).map(|(name, _)| (*name).to_owned()).collect();
-    }
-}
-
-/// Why there is no flight.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ImportError {
-    /// Which file or folder.
-    pub file: String,
-    /// What is wrong and what to do.
-    pub what: String,
-}
-
-impl std::fmt::Display for ImportError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.file, self.what)
-    }
-}
-
-impl std::error::Error for ImportError {}
-
-/// Imports `path`: a file, or a folder of Slocum files; `caches` are further folders of sensor lists.
+/// Imports one file or folder; `caches` are further folders of Slocum sensor lists.
 ///
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> {
-    let error = |what: String| ImportError { file: path.display().to_string(), what };
-    let files = if path.is_dir() {
-        let entries = std::fs::read_dir(path).map_err(|e| error(format!("cannot be read: {e}")))?;
-        let mut files: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| slocum::is_slocum(p)).collect();
-        files.sort();
-        if files.is_empty() {
-            return Err(error("has no Slocum files (dbd, ebd, sbd, tbd, mbd, nbd, dcd, ecd, scd, tcd, mcd, ncd)".into()));
-        }
-        files
-    } else if path.is_file() {
-        with_its_partner(path)
-    } else {
-        return Err(error("there is no such file or folder".into()));
+    import_all(&[path.to_path_buf()], caches, None)
+}
+
+/// Imports the files and folders of one flight; the vehicle is of `class` where the files do not say it.
+///
+/// # Errors
+/// [`ImportError`].
+pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
+    let first = paths.first().ok_or_else(|| ImportError { file: "import".into(), what: "names no file or folder".into() })?;
+    let (kind, files, passed) = files_of_one_kind(paths)?;
+    let mut imported = match kind {
+        Kind::Slocum | Kind::SlocumText => slocum::import(&files, caches)?,
+        Kind::SeagliderDive => seaglider::import(&files)?,
+        Kind::SeagliderRaw => seaglider_raw::import(&files)?,
+        Kind::SeaExplorer => seaexplorer::import(&files)?,
+        Kind::Netcdf if files.len() > 1 => profiles(&files)?,
+        Kind::Netcdf => netcdf::import(&files[0])?,
+        Kind::Csv => table::import(&files[0])?,
     };
-    let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase());
-    let mut imported = match ending.as_str() {
-        _ if path.is_dir() || slocum::is_slocum(path) => slocum::import(&files, caches)?,
-        "nc" | "nc4" | "cdf" => netcdf::import(path)?,
-        "csv" | "txt" => table::import(path)?,
-        _ => return Err(error("is of no known kind: Slocum binary (.dbd, .ebd ...), NetCDF (.nc) or csv is expected".into())),
-    };
+    for what in passed {
+        imported.report.note(what);
+    }
+    if kind == Kind::SlocumText && imported.report.segments.len() == 1 && surface::cut(&mut imported.flight) > 1 {
+        let count = imported.flight.segment.last().map_or(1, |s| s + 1);
+        imported.report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
+        position::rebase(&mut imported.flight, &mut imported.report);
+    }
     imported.report.find_missing(&imported.flight);
-    check(&mut imported).map_err(error)?;
+    pressure_zero(&mut imported);
+    check(&mut imported).map_err(|what| ImportError::new(first, what))?;
+    state_vehicle(&mut imported, kind, class);
     Ok(imported)
 }
+
+/// Files of one profile each, or of parts of a deployment, in the order of time.
+fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
+    let folder = files[0].parent().unwrap_or(Path::new("."));
+    let (mut parts, mut refused) = (Vec::new(), Vec::new());
+    let mut trajectories = std::collections::BTreeSet::new();
+    for path in files {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match netcdf::import(path) {
+            Ok(part) => {
+                trajectories.extend(netcdf::trajectory(path));
+                parts.push((name, part));
+            }
+            Err(e) => refused.push(format!("{name}: {}", e.what)),
+        }
+    }
+    if trajectories.len() > 1 {
+        let list: Vec<String> = trajectories.into_iter().collect();
+        return Err(ImportError::new(folder, format!("files of {} deployments ({}): import one at a time", list.len(), list.join(", "))));
+    }
+    let Some(mut imported) = join::join("NetCDF, a file a profile", parts) else {
+        return Err(ImportError::new(folder, format!("no file can be used: {}", refused.join("; "))));
+    };
+    refused.into_iter().for_each(|what| imported.report.leave_out(what));
+    imported.flight.name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let count = surface::cut(&mut imported.flight);
+    imported.report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
+    position::rebase(&mut imported.flight, &mut imported.report);
+    Ok(imported)
+}
+
+/// What the paths hold: the kind, its files, and a note on what lies beside them.
+fn files_of_one_kind(paths: &[PathBuf]) -> Result<(Kind, Vec<PathBuf>, Vec<String>), ImportError> {
+    let mut named = Vec::new();
+    let mut beside = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            beside.extend(kind::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
+        } else if path.is_file() {
+            named.push(path.clone());
+        } else {
+            return Err(ImportError::new(path, "there is no such file or folder"));
+        }
+    }
+    if let Some(unknown) = named.iter().find(|p| Kind::of(p).is_none()) {
+        return Err(ImportError::new(unknown, format!("is of no known kind: {KNOWN}")));
+    }
+    let of: Vec<(Kind, PathBuf)> = named.iter().chain(&beside).filter_map(|p| Some((Kind::of(p)?, p.clone()))).collect();
+    let mut kinds: Vec<Kind> = of.iter().map(|f| f.0).collect();
+    kinds.sort();
+    kinds.dedup();
+    let Some(&kind) = kinds.first() else {
+        return Err(ImportError::new(&paths[0], format!("has no file of a known kind: {KNOWN}")));
+    };
+    let named_kinds: std::collections::BTreeSet<Kind> = named.iter().filter_map(|p| Kind::of(p)).collect();
+    if named_kinds.len() > 1 {
+        let names: Vec<&str> = named_kinds.iter().map(|k| k.name()).collect();
+        return Err(ImportError::new(
+            &named[0],
+            format!("files of several kinds are named ({}): import one kind at a time", names.join(", ")),
+        ));
+    }
+    let kind = named_kinds.first().copied().unwrap_or(kind);
+    let mut files: Vec<PathBuf> = of.into_iter().filter(|f| f.0 == kind).map(|f| f.1).collect();
+    if let [one] = files.as_slice()
+        && matches!(kind, Kind::Slocum | Kind::SlocumText)
+    {
+        files = slocum::with_its_partner(&one.clone());
+    }
+    if files.len() > 1 && !kind.joins() {
+        let what = format!("{} files of {} here: name one of them", files.len(), kind.name());
+        return Err(ImportError::new(&paths[0], what));
+    }
+    let others = named.len() + beside.len() - files.iter().filter(|f| named.contains(f) || beside.contains(f)).count();
+    let mut notes = Vec::new();
+    if kinds.len() > 1 {
+        let names: Vec<&str> = kinds.iter().filter(|k| **k != kind).map(|k| k.name()).collect();
+        notes.push(format!("{} here too ({others} other files in all): {} is taken", names.join(", "), kind.name()));
+    }
+    Ok((kind, files, notes))
+}
+
+const KNOWN: &str = "Slocum binary (.dbd, .ebd ...), Seaglider dives (pNNNNNNN.nc), SeaExplorer (seaNNN.M.gli.sub.C with pld1), NetCDF (.nc) or csv is expected";
+
+/// The vehicle: what the files say, else the class's usual numbers, and the hull volume checked against the flight.
+fn state_vehicle(imported: &mut Imported, kind: Kind, class: Option<Class>) {
+    let flight = &imported.flight;
+    let deepest_dbar = crate::record::plausible::quantile(&flight.pressure_pa, 1.0) * 1e-4;
+    let mut draft = match (class, imported.vehicle.take()) {
+        (None, Some(draft)) => draft,
+        (Some(class), _) => class.draft(),
+        (None, None) => {
+            let class = match kind {
+                Kind::Slocum | Kind::SlocumText => Class::slocum(deepest_dbar),
+                _ => Class::Unknown,
+            };
+            imported
+                .report
+                .note(format!("vehicle: the files do not state it; usual numbers of the class {} with wide tolerances", class.name()));
+            class.draft()
+        }
+    };
+    let number = |key: &str| draft.get(key).unwrap_or(0.0);
+    let hull = trim::Hull {
+        mass_kg: number("mass_kg"),
+        compressibility_per_pa: number("hull_compressibility_per_pa"),
+        expansion_per_k: number("hull_thermal_expansion_per_k"),
+        reference_degc: number("reference_temperature_degc"),
+    };
+    let stated = draft.get("hull_volume_m3");
+    match (trim::find(flight, hull), stated) {
+        (Some(found), None) => {
+            draft.set("hull_volume_m3", found.hull_volume_m3, "from the flight: rises and sinks where it does");
+            draft.set("tolerance_1sigma.trim_volume_cc", (found.sigma_m3 * 1e6).max(TRIM_CC), "of the volume found");
+            imported.report.note(format!(
+                "vehicle: hull volume from the flight {:.2} l, +- {:.0} cc for a mass of {} kg",
+                found.hull_volume_m3 * 1e3,
+                (found.sigma_m3 * 1e6).max(TRIM_CC),
+                hull.mass_kg
+            ));
+        }
+        (Some(found), Some(stated)) => {
+            let off_cc = (found.hull_volume_m3 - stated) * 1e6;
+            let floats = |volume: f64| hull.mass_kg / volume;
+            let sigma_cc = draft.get("tolerance_1sigma.trim_volume_cc").unwrap_or(TRIM_CC).hypot(found.sigma_m3 * 1e6);
+            if off_cc.abs() > 3.0 * sigma_cc {
+                draft.set("hull_volume_m3", found.hull_volume_m3, &format!("from the flight; the files say {stated:.6}"));
+                imported.report.note(format!(
+                    "vehicle: as stated it floats at {:.1} kg/m3, the flight shows {:.1}: hull volume set to {:.2} l, +- {:.0} cc",
+                    floats(stated),
+                    floats(found.hull_volume_m3),
+                    found.hull_volume_m3 * 1e3,
+                    sigma_cc
+                ));
+            } else {
+                imported.report.note(format!("vehicle: the flight shows {off_cc:+.0} cc of trim against the stated hull volume"));
+            }
+        }
+        (None, stated) => {
+            let water = crate::record::plausible::quantile(&flight.density_kg_m3, 0.5);
+            let water = if water.is_finite() { water } else { 1025.0 };
+            if stated.is_none() {
+                draft.set("hull_volume_m3", hull.mass_kg / water, "guess: neutral at ballast 0 in the middle of the water");
+                draft.set("tolerance_1sigma.trim_volume_cc", 200.0, "guess");
+                imported
+                    .report
+                    .note("vehicle: no steady dives and climbs to find the hull volume from; set to float in this water, +- 200 cc".into());
+            }
+        }
+    }
+    imported.vehicle = Some(draft);
+}
+
+/// Least tolerance of a hull volume found from a flight, cm³: what currents and the drag's unlike sides leave open.
+const TRIM_CC: f64 = 50.0;
+
+/// Takes out the zero of a pressure sensor that floats beside it: what it reads in a stay of a minute at its least, where no part
+/// of a glider can be: above the surface, or a metre and more below. An absolute pressure reads about 10 dbar there.
+fn pressure_zero(imported: &mut Imported) {
+    let flight = &imported.flight;
+    let level = crate::record::plausible::quantile(&flight.pressure_pa, 0.01);
+    let (mut stay_s, mut longest_s) = (0.0, 0.0_f64);
+    for i in 1..flight.len() {
+        let near = |k: usize| (flight.pressure_pa[k] - level).abs() < SURFACE_PA;
+        let step_s = flight.time_s[i] - flight.time_s[i - 1];
+        let joined = near(i - 1) && near(i) && step_s < STAY_S && flight.segment[i] == flight.segment[i - 1];
+        stay_s = if joined { stay_s + step_s } else { 0.0 };
+        longest_s = longest_s.max(stay_s);
+    }
+    let impossible = (-1.2e5..-2e3).contains(&level) || (1e4..1.2e5).contains(&level);
+    if longest_s < STAY_S || !impossible {
+        return;
+    }
+    let what = if level > 5e4 { ": absolute pressure?" } else { "" };
+    imported.report.note(format!("pressure reads {:.2} dbar afloat{what}: zero taken out", level * 1e-4));
+    imported.flight.pressure_pa.iter_mut().for_each(|p| *p -= level);
+}
+
+/// Waves and noise of a sensor afloat, Pa; and how long a glider floats at least, s.
+const SURFACE_PA: f64 = 2e3;
+const STAY_S: f64 = 60.0;
 
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 fn check(imported: &mut Imported) -> Result<(), String> {
@@ -181,6 +277,11 @@ fn check(imported: &mut Imported) -> Result<(), String> {
         Some(step) if *step > LONGEST_STEP_S => {
             imported.report.note(format!("samples are {step:.0} s apart: too sparse for a comparison, which needs one every 0.1 to 60 s"));
         }
+        Some(step) if *step > BLOCK_STEP_S => {
+            imported
+                .report
+                .note(format!("samples are {step:.0} s apart: blocks of 20 s, as the flight format has them, hold fewer than three"));
+        }
         _ => {}
     }
     let needed = ["m_pitch_rad", "m_ballast_pumped_cc", "sci_density_kg_m3"];
@@ -196,16 +297,5 @@ const SHALLOW_PA: f64 = 2e4;
 /// A flight is sampled every 0.1 to 60 s (the bounds of reading a csv).
 const SHORTEST_STEP_S: f64 = 0.01;
 const LONGEST_STEP_S: f64 = 120.0;
-
-/// A Slocum file and the files of the same stem beside it.
-fn with_its_partner(path: &Path) -> Vec<PathBuf> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let same_stem = |p: &PathBuf| p.file_stem() == path.file_stem() && slocum::is_slocum(p);
-    let mut files: Vec<PathBuf> =
-        std::fs::read_dir(folder).map_or_else(|_| Vec::new(), |d| d.filter_map(|e| e.ok().map(|e| e.path())).filter(same_stem).collect());
-    if files.is_empty() {
-        files.push(path.to_path_buf());
-    }
-    files.sort();
-    files
-}
+/// Three samples in a block of 20 s.
+const BLOCK_STEP_S: f64 = 9.0;

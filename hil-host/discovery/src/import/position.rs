@@ -4,7 +4,7 @@
 //! none in it). Sphere of 6 371 km; over a segment of a few kilometres the plane
 //! is good to centimetres.
 
-use super::Report;
+use super::{Origin, Report};
 use crate::record::flight::Flight;
 use crate::record::resample::Series;
 
@@ -12,6 +12,14 @@ use crate::record::resample::Series;
 const METRE_PER_DEGREE: f64 = 6_371_008.8 * std::f64::consts::PI / 180.0;
 /// A fix belongs to the nearest row if it is no further in time, s: at the surface the CTD is often off.
 const FIX_REACH_S: f64 = 600.0;
+
+/// Degrees of (d)ddmm.mmm; the sign is that of the whole.
+#[must_use]
+pub fn degrees_of_minutes(ddmm: f64) -> f64 {
+    let size = ddmm.abs();
+    let whole = (size / 100.0).trunc();
+    (whole + (size - 100.0 * whole) / 60.0).copysign(ddmm)
+}
 
 /// One GPS fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +80,8 @@ pub fn place(flight: &mut Flight, unix: &[f64], fixes: &[Fix], report: &mut Repo
     for rows in segments(flight) {
         let (first, last) = (unix[rows.start], unix[rows.end - 1]);
         let Some(origin) = origin(fixes, first, last) else { continue };
+        let segment = flight.segment[rows.start];
+        report.origins.push(Origin { segment, unix_s: origin.time_s, lat_deg: origin.lat_deg, lon_deg: origin.lon_deg });
         for (k, fix) in fixes.iter().enumerate().filter(|(_, f)| f.time_s >= first - FIX_REACH_S && f.time_s <= last + FIX_REACH_S) {
             let next = (rows.start + unix[rows.clone()].partition_point(|t| *t < fix.time_s)).min(rows.end - 1);
             let row = if next > rows.start && fix.time_s - unix[next - 1] < unix[next] - fix.time_s { next - 1 } else { next };
@@ -85,6 +95,38 @@ pub fn place(flight: &mut Flight, unix: &[f64], fixes: &[Fix], report: &mut Repo
         return;
     }
     report.note(format!("{} of {} GPS fixes placed at the row nearest in time", placed.len(), fixes.len()));
+}
+
+/// The fix of a row on the globe, if it has one and its segment's origin is known.
+#[must_use]
+pub fn on_the_globe(flight: &Flight, origins: &[Origin], row: usize) -> Option<Fix> {
+    let (east, north) = (flight.gps_east_m[row], flight.gps_north_m[row]);
+    let origin = origins.iter().rev().find(|o| o.segment <= flight.segment[row]).filter(|_| east.is_finite() && north.is_finite())?;
+    Some(Fix {
+        time_s: flight.time_s[row],
+        lat_deg: origin.lat_deg + north / METRE_PER_DEGREE,
+        lon_deg: origin.lon_deg + east / (METRE_PER_DEGREE * origin.lat_deg.to_radians().cos()),
+    })
+}
+
+/// Origins anew after segments were cut: fixes of each count from its first one.
+pub fn rebase(flight: &mut Flight, report: &mut Report) {
+    let Some(old) = report.origins.first().copied() else { return };
+    report.origins.clear();
+    for rows in segments(flight) {
+        let Some(first) = rows.clone().find(|i| flight.gps_east_m[*i].is_finite() && flight.gps_north_m[*i].is_finite()) else { continue };
+        let (east, north) = (flight.gps_east_m[first], flight.gps_north_m[first]);
+        report.origins.push(Origin {
+            segment: flight.segment[first],
+            unix_s: report.start_unix_s.unwrap_or(0.0) + flight.time_s[first],
+            lat_deg: old.lat_deg + north / METRE_PER_DEGREE,
+            lon_deg: old.lon_deg + east / (METRE_PER_DEGREE * old.lat_deg.to_radians().cos()),
+        });
+        for i in rows {
+            flight.gps_east_m[i] -= east;
+            flight.gps_north_m[i] -= north;
+        }
+    }
 }
 
 /// The vehicle's own dead reckoning, as columns `dr_east_m`, `dr_north_m` from the same origins.
@@ -107,6 +149,12 @@ pub fn dead_reckoning(flight: &mut Flight, unix: &[f64], lat: &Series, lon: &Ser
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_western_longitude_keeps_its_minutes() {
+        assert!((degrees_of_minutes(-12644.5) + 126.741_666_666_7).abs() < 1e-9);
+        assert!((degrees_of_minutes(4830.0) - 48.5).abs() < 1e-12);
+    }
 
     #[test]
     fn a_minute_of_latitude_is_a_nautical_mile() {

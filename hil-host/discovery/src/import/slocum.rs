@@ -8,6 +8,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::channels::{SALINITY, SET_CLOCK_S, stray_times};
+use super::dba;
 use super::dbd::{self, DbdError};
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
@@ -29,9 +31,10 @@ const SENSORS: &[(&str, &str, &[&str], f64)] = &[
     ("m_de_oil_vol", "m_ballast_pumped_cc", &["cc"], 1e-6),
     ("m_battpos", "m_battpos_m", &["in"], 0.0254),
     ("m_pressure", "pressure_dbar", &["bar"], 1e5),
+    ("m_depth", "depth_m", &["m"], 1.0),
     ("sci_water_pressure", "pressure_dbar", &["bar"], 1e5),
-    ("sci_water_temp", "sci_water_temp_degC", &["degc", "degC"], 1.0),
-    ("sci_water_cond", "sci_density_kg_m3", &["S/m", "s/m"], 1.0),
+    ("sci_water_temp", "sci_water_temp_degC", &["degc"], 1.0),
+    ("sci_water_cond", "sci_density_kg_m3", &["s/m"], 1.0),
     ("m_gps_lat", "gps_north_m", &["lat"], 1.0),
     ("m_gps_lon", "gps_east_m", &["lon"], 1.0),
     ("m_lat", "dr_north_m", &["lat"], 1.0),
@@ -41,7 +44,11 @@ const SENSORS: &[(&str, &str, &[&str], f64)] = &[
 /// A channel that comes less often than this does not show a turn, which takes about a minute, s.
 const SELDOM_S: f64 = 30.0;
 /// Clocks.
-const CLOCKS: [&str; 3] = ["m_present_time", "sci_m_present_time", "sci_ctd41cp_timestamp"];
+const CLOCKS: [&str; 5] = ["m_present_time", "sci_m_present_time", STAMPS[0], STAMPS[1], STAMPS[2]];
+/// Clocks of the CTDs: one of them says which cycles carry a new sample.
+const STAMPS: [&str; 3] = ["sci_ctd41cp_timestamp", "sci_rbrctd_timestamp", "sci_ctd41_timestamp"];
+/// With fewer values than this a CTD's clock was never set.
+const LEAST_STAMPS: usize = 15;
 
 /// Whether a file name is one of these files.
 #[must_use]
@@ -77,60 +84,193 @@ struct CtdRow {
     conductivity_s_m: f64,
 }
 
+/// A file that was read.
+struct Loaded {
+    name: String,
+    science: bool,
+    segment: u32,
+    file: dbd::DbdFile,
+}
+
 /// Reads all `files` of one flight; sensor lists are looked for beside them, in a folder `cac` there, and in `caches`.
 ///
 /// # Errors
-/// [`ImportError`] when nothing usable remains; what is merely damaged is in the report.
+/// [`ImportError`] when nothing usable remains, or files of two gliders are given; what is merely damaged is in the report.
 pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportError> {
-    let stems = pairs(files);
-    let mut report = Report { kind: "Slocum binary".into(), ..Report::default() };
-    let mut all = Collected::default();
+    let mut report = Report::new(if files.iter().any(|f| is_slocum(f)) { "Slocum binary" } else { "Slocum text (dba)" });
+    let mut loaded: Vec<Loaded> = Vec::new();
     let mut refused: Vec<String> = Vec::new();
-    for (segment, (stem, members)) in (0_u32..).zip(stems) {
-        let read: Vec<_> = members.into_iter().map(|path| (read_file(&path, caches), path)).collect();
-        // The vehicle's own files may repeat a few of the CTD's values, late and on another clock.
-        let of_science = |path: &Path| ending(path).is_some_and(|e| SCIENCE.contains(&e.as_str()));
-        let has_ctd = |file: &dbd::DbdFile| file.columns.get("sci_water_pressure").is_some_and(|c| c.1.iter().any(|v| v.is_finite()));
-        let science = read.iter().any(|(file, path)| of_science(path) && file.as_ref().is_ok_and(has_ctd));
-        for (file, path) in read {
-            match file {
-                Ok(file) => {
-                    report.files.push(FileNote { file: name_of(&path), rows: file.cycles, problems: file.problems.clone() });
-                    collect(&mut all, &mut report, &file, segment, of_science(&path) || !science);
-                }
-                Err(what) => {
-                    refused.push(format!("{} {what}", name_of(&path)));
-                    report.files.push(FileNote { file: name_of(&path), rows: 0, problems: vec![what] });
+    for (segment, (stem, sides)) in (0_u32..).zip(pairs(files)) {
+        for (side, candidates) in sides.into_iter().enumerate() {
+            let mut failed: Option<String> = None;
+            for path in candidates {
+                let name = name_of(&path);
+                match read_file(&path, caches) {
+                    Ok(file) if file.cycles > 0 => {
+                        report.files.push(FileNote { file: name.clone(), rows: file.cycles, problems: file.problems.clone() });
+                        if let Some(failed) = failed {
+                            report.note(format!("{name} is used in the place of {failed}"));
+                        }
+                        loaded.push(Loaded { name, science: side == 1, segment, file });
+                        break;
+                    }
+                    other => {
+                        let what = other.map_or_else(|e| e, |_| "holds no cycle".into());
+                        refused.push(format!("{name} {what}"));
+                        failed = Some(name.clone());
+                        report.files.push(FileNote { file: name, rows: 0, problems: vec![what] });
+                    }
                 }
             }
         }
         report.segments.push(stem);
     }
-    let flight = merge(all, &mut report);
-    match flight {
-        Some(flight) => Ok(Imported { flight, report }),
+    set_clocks(&mut loaded, &mut report, &mut refused);
+    let all = collected(&loaded, &mut report);
+    one_glider(&loaded, &all, &report)?;
+    apart(&loaded, &mut report);
+    match merge(all, &mut report) {
+        Some(flight) => Ok(Imported { flight, report, vehicle: None }),
         None if refused.is_empty() => Err(ImportError {
             file: files.first().map_or_else(String::new, |f| name_of(f)),
-            what: "no pressure in these files: sci_water_pressure or m_pressure is needed".into(),
+            what: "no pressure in these files: sci_water_pressure, m_pressure or m_depth is needed".into(),
         }),
         None => Err(ImportError { file: "no file can be used".into(), what: refused.join("; ") }),
     }
 }
 
-/// Files by stem, the fullest engineering and the fullest science file of each.
-fn pairs(files: &[PathBuf]) -> Vec<(String, Vec<PathBuf>)> {
-    let mut stems: BTreeMap<String, [Option<(usize, PathBuf)>; 2]> = BTreeMap::new();
-    for path in files {
-        let (Some(stem), Some(end)) = (path.file_stem(), ending(path)) else { continue };
-        for (slot, list) in [ENGINEERING, SCIENCE].into_iter().enumerate() {
-            let Some(rank) = list.iter().position(|e| *e == end) else { continue };
-            let held = &mut stems.entry(stem.to_string_lossy().into_owned()).or_default()[slot];
-            if held.as_ref().is_none_or(|(r, _)| rank < *r) {
-                *held = Some((rank, path.clone()));
+/// Every file's channels; of the CTD only what stands on the CTD's own computer where there is such a file.
+fn collected(loaded: &[Loaded], report: &mut Report) -> Collected {
+    let mut all = Collected::default();
+    for one in loaded {
+        // The vehicle's own files may repeat a few of the CTD's values, late and on another clock.
+        let has_ctd = |l: &Loaded| l.file.columns.get("sci_water_pressure").is_some_and(|c| c.1.iter().any(|v| v.is_finite()));
+        let science = loaded.iter().any(|l| l.segment == one.segment && l.science && has_ctd(l));
+        collect(&mut all, report, one, one.science || !science);
+    }
+    all
+}
+
+/// Middle of the times of a file, s.
+fn middle_s(file: &dbd::DbdFile) -> f64 {
+    let clock = ["m_present_time", "sci_m_present_time"].iter().find_map(|n| file.columns.get(*n));
+    clock.map_or(f64::NAN, |c| crate::record::plausible::quantile(&c.1, 0.5))
+}
+
+/// Files whose clock was not set, or stands a year off the others, are left out whole.
+fn set_clocks(loaded: &mut Vec<Loaded>, report: &mut Report, refused: &mut Vec<String>) {
+    let set: Vec<f64> = loaded.iter().map(|l| middle_s(&l.file)).filter(|t| *t > SET_CLOCK_S).collect();
+    let middle = crate::record::plausible::quantile(&set, 0.5);
+    loaded.retain(|l| {
+        let own = middle_s(&l.file);
+        if !own.is_finite() || (own - middle).abs() < A_YEAR_S {
+            return true;
+        }
+        let year = 1970.0 + (own / A_YEAR_S).floor();
+        let what = format!("{}: its clock stands in {year:.0}: {} cycles left out", l.name, l.file.cycles);
+        refused.push(what.clone());
+        report.leave_out(what);
+        false
+    });
+}
+
+/// A year, s: no flight is longer.
+const A_YEAR_S: f64 = 365.25 * 86400.0;
+/// Files of one glider follow one another; so much of an overlap is a clock that was set, s.
+const OVERLAP_S: f64 = 60.0;
+
+/// Files that overlap in time are of two gliders.
+fn one_glider(loaded: &[Loaded], all: &Collected, report: &Report) -> Result<(), ImportError> {
+    let spans: Vec<(u32, (f64, f64))> = all.spans.iter().map(|(k, s)| (*k, *s)).collect();
+    let named = |segment: u32| report.segments.get(segment as usize).cloned().unwrap_or_default();
+    for (k, (a, span_a)) in spans.iter().enumerate() {
+        for (b, span_b) in &spans[k + 1..] {
+            let overlap = span_a.1.min(span_b.1) - span_a.0.max(span_b.0);
+            let same =
+                |x: &Loaded, y: &Loaded| x.science == y.science && x.file.cycles == y.file.cycles && middle_s(&x.file) == middle_s(&y.file);
+            let copies = loaded.iter().filter(|l| l.segment == *a).all(|x| {
+                loaded
+                    .iter()
+                    .filter(|l| l.segment == *b)
+                    .any(|y| same(x, y) && format!("{:?}", x.file.columns) == format!("{:?}", y.file.columns))
+            });
+            if overlap > OVERLAP_S && !copies {
+                let what = format!(
+                    "{} and {} overlap by {overlap:.0} s: files of two gliders? import one glider's files at a time",
+                    named(*a),
+                    named(*b)
+                );
+                return Err(ImportError { file: "files do not belong together".into(), what });
             }
         }
     }
-    stems.into_iter().map(|(stem, slots)| (stem, slots.into_iter().flatten().map(|(_, p)| p).collect())).collect()
+    Ok(())
+}
+
+/// The two computers' clocks of a segment, where they stand far apart.
+fn apart(loaded: &[Loaded], report: &mut Report) {
+    let ends = |l: &Loaded| {
+        let clock = ["m_present_time", "sci_m_present_time"].iter().find_map(|n| l.file.columns.get(*n));
+        let times = plausible_times(clock.map_or_else(Vec::new, |c| c.1.clone()));
+        let finite = times.iter().copied().filter(|t| t.is_finite());
+        finite.clone().reduce(f64::min).zip(finite.reduce(f64::max))
+    };
+    for science in loaded.iter().filter(|l| l.science) {
+        let Some(own) = loaded.iter().find(|l| !l.science && l.segment == science.segment) else { continue };
+        let (Some(a), Some(b)) = (ends(own), ends(science)) else { continue };
+        let (first, last) = (b.0 - a.0, b.1 - a.1);
+        if first.abs() > 1500.0 && (first - last).abs() < 600.0 {
+            report.leave_out(format!(
+                "clocks of {} and {} stand {first:.0} s apart: a zone, or a clock that was not set",
+                own.name, science.name
+            ));
+        }
+    }
+}
+
+/// What a file is by its ending, or by its header if it is text: stem, side (engineering, science) and rank.
+fn source(path: &Path) -> Option<(String, usize, usize)> {
+    let (stem, end) = match ending(path).filter(|_| is_slocum(path)) {
+        Some(end) => (path.file_stem()?.to_string_lossy().into_owned(), end),
+        None => {
+            let mut head = Vec::new();
+            std::io::Read::read_to_end(&mut std::io::Read::take(std::fs::File::open(path).ok()?, 4096), &mut head).ok()?;
+            let (header, _) = dba::header(&String::from_utf8_lossy(&head)).ok()?;
+            let stem = header.get("segment_filename_0").or_else(|| header.get("the8x3_filename")).or_else(|| header.get("filename"))?;
+            (stem.clone(), header.get("filename_extension")?.to_ascii_lowercase())
+        }
+    };
+    let rank = |list: &[&str]| list.iter().position(|e| *e == end);
+    rank(&ENGINEERING).map(|r| (stem.clone(), 0, r)).or_else(|| rank(&SCIENCE).map(|r| (stem, 1, r)))
+}
+
+/// Files by stem: of engineering and of science, the fullest first.
+fn pairs(files: &[PathBuf]) -> BTreeMap<String, [Vec<PathBuf>; 2]> {
+    let mut stems: BTreeMap<String, [Vec<(usize, PathBuf)>; 2]> = BTreeMap::new();
+    for path in files {
+        let Some((stem, side, rank)) = source(path) else { continue };
+        stems.entry(stem).or_default()[side].push((rank, path.clone()));
+    }
+    let sorted = |mut side: Vec<(usize, PathBuf)>| {
+        side.sort();
+        side.into_iter().map(|(_, p)| p).collect()
+    };
+    stems.into_iter().map(|(stem, sides)| (stem, sides.map(sorted))).collect()
+}
+
+/// `named`, and beside it the file of the other computer: the fullest of the same stem.
+#[must_use]
+pub fn with_its_partner(named: &Path) -> Vec<PathBuf> {
+    let folder = named.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some((stem, side, _)) = source(named) else { return vec![named.to_path_buf()] };
+    let beside = super::kind::files_of(folder).unwrap_or_default();
+    let partner = beside
+        .into_iter()
+        .filter(|p| is_slocum(p) == is_slocum(named) && p.as_path() != named)
+        .filter_map(|p| Some((source(&p)?, p)))
+        .filter(|((s, other, _), _)| *s == stem && *other != side)
+        .min_by_key(|((.., rank), _)| *rank);
+    [Some(named.to_path_buf()), partner.map(|p| p.1)].into_iter().flatten().collect()
 }
 
 fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
@@ -138,27 +278,36 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
     if bytes.is_empty() {
         return Err("is empty".into());
     }
+    let wanted = |name: &str| CLOCKS.contains(&name) || SENSORS.iter().any(|s| s.0 == name);
+    if dba::is_dba(&bytes) {
+        return dba::read(&bytes, wanted);
+    }
     let beside = path.parent().unwrap_or(Path::new("."));
     let folders = [beside.to_path_buf(), beside.join("cac"), beside.join("../cac")].into_iter().chain(caches.iter().cloned());
     let folders: Vec<PathBuf> = folders.collect();
     let cache = |crc: &str| {
-        let names = [format!("{crc}.cac"), format!("{crc}.ccc"), format!("{}.CAC", crc.to_uppercase())];
-        folders.iter().flat_map(|f| names.iter().map(move |n| f.join(n))).find_map(|p| std::fs::read(p).ok())
+        folders.iter().find_map(|folder| {
+            let named = |p: &PathBuf| {
+                let stem = p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(crc));
+                stem && p.extension().is_some_and(|e| e.eq_ignore_ascii_case("cac") || e.eq_ignore_ascii_case("ccc"))
+            };
+            super::kind::files_of(folder).ok()?.into_iter().find(named).and_then(|p| std::fs::read(p).ok())
+        })
     };
-    let wanted = |name: &str| CLOCKS.contains(&name) || SENSORS.iter().any(|s| s.0 == name);
     dbd::read(&bytes, cache, wanted).map_err(|e: DbdError| e.to_string())
 }
 
 /// Takes over what one file has; of the CTD only if `with_ctd`.
-fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segment: u32, with_ctd: bool) {
+fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: bool) {
+    let (file, segment) = (&one.file, one.segment);
     let clock = |names: &[&str]| {
         names.iter().find_map(|n| file.columns.get(*n)).map_or_else(|| vec![f64::NAN; file.cycles], |(_, values)| values.clone())
     };
-    let own = in_order(plausible_times(clock(&["m_present_time", "sci_m_present_time"])), "the file's clock", report);
+    let own = in_order(plausible_times(clock(&["m_present_time", "sci_m_present_time"])), one, "the file's clock", report);
     for (name, channel, units, factor) in SENSORS {
         let Some((unit, values)) = file.columns.get(*name) else { continue };
-        if !units.contains(&unit.as_str()) {
-            report.note(format!("{name} is in {unit}, not in {}: left out", units.join(" or ")));
+        if !units.iter().any(|u| u.eq_ignore_ascii_case(unit)) {
+            report.leave_out(format!("{name} is in {unit}, not in {}", units.join(" or ")));
             continue;
         }
         report.map(MappedName { from: (*name).into(), unit: unit.clone(), to: (*channel).into(), factor: *factor });
@@ -174,18 +323,31 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
         let span = all.spans.entry(segment).or_insert((first, last));
         *span = (span.0.min(first), span.1.max(last));
     }
-    if !with_ctd {
-        return;
+    if with_ctd {
+        ctd_rows(all, report, one, own);
     }
+}
+
+/// The CTD's samples of one file, on the CTD's own clock where it was set.
+fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, own: Vec<f64>) {
+    let file = &one.file;
     let science = |name: &str, factor: f64| -> Vec<f64> {
         file.columns.get(name).map_or_else(|| vec![f64::NAN; file.cycles], |(_, v)| v.iter().map(|v| v * factor).collect())
     };
-    // The CTD's own clock says which cycles carry a new sample; without it every cycle does.
-    let has_stamp = file.columns.contains_key("sci_ctd41cp_timestamp");
-    let stamp =
-        if has_stamp { in_order(plausible_times(science("sci_ctd41cp_timestamp", 1.0)), "the CTD's clock", report) } else { own.clone() };
     let (pressure, temperature, conductivity) =
         (science("sci_water_pressure", 1e5), science("sci_water_temp", 1.0), science("sci_water_cond", 1.0));
+    if !pressure.iter().any(|p| p.is_finite()) {
+        return;
+    }
+    let set = |name: &str| file.columns.get(name).is_some_and(|c| c.1.iter().filter(|t| **t > SET_CLOCK_S).count() >= LEAST_STAMPS);
+    let stamp = match STAMPS.iter().find(|n| set(n)) {
+        Some(name) => in_order(plausible_times(science(name, 1.0)), one, "the CTD's clock", report),
+        None => {
+            report.note(format!("{}: the CTD's own clock was not set: its samples stand on the computer's", one.name));
+            // Without it every cycle carries a sample; one like the one before is a copy.
+            own
+        }
+    };
     for k in 0..file.cycles {
         let time_s = stamp[k];
         // A CTD that has just been switched on reports zeros.
@@ -193,7 +355,7 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
         if time_s.is_finite() && pressure[k].is_finite() && switched_on {
             all.ctd.push(CtdRow {
                 time_s,
-                segment,
+                segment: one.segment,
                 pressure_pa: pressure[k],
                 temperature_degc: temperature[k],
                 conductivity_s_m: conductivity[k],
@@ -204,23 +366,17 @@ fn collect(all: &mut Collected, report: &mut Report, file: &dbd::DbdFile, segmen
 
 /// Damaged stretches can yield any number: times further than 30 days from the middle one are none.
 fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {
-    let middle = crate::record::plausible::quantile(&times.iter().copied().filter(|t| *t > 1e8).collect::<Vec<_>>(), 0.5);
-    for t in &mut times {
-        if !((*t - middle).abs() < 30.0 * 86400.0) {
-            *t = f64::NAN;
-        }
-    }
+    stray_times(&mut times, 30.0 * 86400.0);
     times
 }
 
 /// Cycles whose time goes back become none: sorted in, they would lie between those of another time.
-fn in_order(mut times: Vec<f64>, clock: &str, report: &mut Report) -> Vec<f64> {
+fn in_order(mut times: Vec<f64>, one: &Loaded, clock: &str, report: &mut Report) -> Vec<f64> {
     let (place, known): (Vec<usize>, Vec<f64>) = times.iter().copied().enumerate().filter(|(_, t)| t.is_finite()).unzip();
     let kept = crate::record::resample::longest_in_order(&known);
     if kept.len() < known.len() {
-        let file = report.files.last().map_or_else(String::new, |f| f.file.clone());
         let out = known.len() - kept.len();
-        report.note(format!("{file}: {clock} goes backwards, {out} of {} cycles are out of order: left out", known.len()));
+        report.leave_out(format!("{}: {clock} goes backwards, {out} of {} cycles are out of order", one.name, known.len()));
         let mut in_order = vec![false; known.len()];
         kept.into_iter().for_each(|k| in_order[k] = true);
         for (row, _) in place.into_iter().zip(in_order).filter(|(_, good)| !good) {
@@ -234,25 +390,32 @@ fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
     let empty = Series::default();
     let get = |name: &str| series.get(name).unwrap_or(&empty);
+    let lat: Series = degrees(get("m_gps_lat"));
+    let lon: Series = degrees(get("m_gps_lon"));
+    let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
+    let steering = steering_pressure(&series, place, report);
     let from_ctd = !all.ctd.is_empty();
     if !from_ctd {
         report.note("no CTD in these files: rows are the vehicle's own pressure, and density is missing".into());
-        for (time_s, pressure_pa) in get("m_pressure").pairs() {
-            let segment = all.spans.iter().find(|(_, s)| (s.0..=s.1).contains(&time_s)).map_or(0, |(k, _)| *k);
-            all.ctd.push(CtdRow { time_s, segment, pressure_pa, temperature_degc: f64::NAN, conductivity_s_m: f64::NAN });
-        }
     }
+    without_ctd(&mut all, &steering, report);
     all.ctd.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     all.ctd.dedup_by(|b, a| a.time_s == b.time_s);
     let first = all.ctd.first()?;
     let start_s = first.time_s;
     let unix: Vec<f64> = all.ctd.iter().map(|r| r.time_s).collect();
-    let lat: Series = degrees(get("m_gps_lat"));
-    let lon: Series = degrees(get("m_gps_lon"));
-    let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
-    report.density_from("sci_water_cond, sci_water_temp, sci_water_pressure", place, !all.ctd[0].conductivity_s_m.is_nan());
-    // Shallow gliders have a pump, deep ones an oil bladder; the reading of the other is a fill, now and then.
-    let (oil, other) = if get("m_ballast_pumped").len() >= get("m_de_oil_vol").len() {
+    report.density_from(
+        "sci_water_cond, sci_water_temp, sci_water_pressure",
+        place,
+        all.ctd.iter().any(|r| r.conductivity_s_m.is_finite()),
+    );
+    // Shallow gliders have a pump, deep ones an oil bladder; the reading of the other is a fill, now and then: the one that moves.
+    let moves = |name: &str| {
+        let mut values: Vec<f64> = get(name).pairs().map(|(_, v)| v).collect();
+        values.sort_by(f64::total_cmp);
+        values.last().zip(values.first()).map_or(-1.0, |(high, low)| high - low)
+    };
+    let (oil, other) = if moves("m_ballast_pumped") >= moves("m_de_oil_vol") {
         ("m_ballast_pumped", "m_de_oil_vol")
     } else {
         ("m_de_oil_vol", "m_ballast_pumped")
@@ -283,6 +446,8 @@ fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
         gps_north_m: vec![f64::NAN; unix.len()],
         ..Flight::default()
     };
+    let practical = |r: &CtdRow| seawater::practical_salinity(r.conductivity_s_m, r.temperature_degc, r.pressure_pa * 1e-4);
+    flight.extra.insert(SALINITY.into(), all.ctd.iter().map(practical).collect());
     number_segments(&mut flight, report);
     let fixes = super::position::fixes(&lat, &lon);
     super::position::place(&mut flight, &unix, &fixes, report);
@@ -291,12 +456,71 @@ fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
         flight.extra.insert("m_fin_rad".into(), get("m_fin").on(&unix));
     }
     // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
-    if from_ctd && !get("m_pressure").is_empty() {
-        let pressure = get("m_pressure").on(&unix);
+    if from_ctd && !steering.is_empty() {
+        let pressure = steering.on(&unix);
+        agree(&flight.pressure_pa, &pressure, report);
         flight.extra.insert(ENGINEERING_PRESSURE.into(), pressure.iter().map(|p| p * 1e-4).collect());
     }
     report.start_unix_s = Some(start_s);
     Some(flight)
+}
+
+/// Pressure by the steering computer, Pa: its own, else from its depth.
+fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, report: &mut Report) -> Series {
+    if let Some(own) = series.get("m_pressure").filter(|s| !s.is_empty()) {
+        return own.clone();
+    }
+    let Some(depth) = series.get("m_depth").filter(|s| !s.is_empty()) else { return Series::default() };
+    let lat_deg = place.map_or(45.0, |p| p.lat_deg);
+    report.note(format!("no m_pressure: the vehicle's pressure is computed from m_depth by TEOS-10 at {lat_deg:.1} deg"));
+    let (time, pressure): (Vec<f64>, Vec<f64>) = depth.pairs().map(|(t, z)| (t, seawater::pressure_pa(z.max(0.0), lat_deg))).unzip();
+    Series::new(&time, &pressure)
+}
+
+/// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
+fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
+    let minutes = |times: &mut dyn Iterator<Item = f64>| times.map(|t| (t / 60.0) as i64).collect::<std::collections::BTreeSet<_>>().len();
+    let spans: Vec<(u32, (f64, f64))> = all.spans.iter().map(|(k, s)| (*k, *s)).collect();
+    for (segment, span) in spans {
+        let inside = |t: f64| (span.0..=span.1).contains(&t);
+        let own = minutes(&mut steering.pairs().filter(|(t, p)| inside(*t) && *p > UNDER_WATER_PA).map(|(t, _)| t));
+        let ctd = minutes(&mut all.ctd.iter().filter(|r| r.segment == segment && r.pressure_pa > UNDER_WATER_PA).map(|r| r.time_s));
+        if own < 3 || 2 * ctd >= own {
+            continue;
+        }
+        let had = all.ctd.iter().filter(|r| r.segment == segment).count();
+        if had > 0 {
+            let name = report.segments.get(segment as usize).cloned().unwrap_or_default();
+            report.leave_out(format!(
+                "{name}: the CTD ran in {ctd} of {own} minutes under water: its {had} samples give way to the vehicle's own pressure"
+            ));
+            all.ctd.retain(|r| r.segment != segment);
+        }
+        all.ctd.extend(steering.pairs().filter(|(t, _)| inside(*t)).map(|(time_s, pressure_pa)| CtdRow {
+            time_s,
+            segment,
+            pressure_pa,
+            temperature_degc: f64::NAN,
+            conductivity_s_m: f64::NAN,
+        }));
+    }
+}
+
+/// Deeper than this the CTD runs, Pa.
+const UNDER_WATER_PA: f64 = 2e4;
+
+/// Says so where the CTD's pressure and the vehicle's own are of different dives.
+fn agree(ctd: &[f64], own: &[f64], report: &mut Report) {
+    let off: Vec<f64> = ctd.iter().zip(own).map(|(a, b)| (a - b).abs()).collect();
+    let (off, deep) = (crate::record::plausible::quantile(&off, 0.5), crate::record::plausible::quantile(own, 0.9));
+    // Two sensors of one dive differ by less than a few dbar and 3 %.
+    if off > 3e4 + 0.03 * deep {
+        report.leave_out(format!(
+            "CTD and vehicle do not agree: their pressures differ by {:.1} dbar in the middle, the vehicle went to {:.1} dbar; one of them is wrong",
+            off * 1e-4,
+            deep * 1e-4
+        ));
+    }
 }
 
 /// Segment numbers without holes, in the order of time.
@@ -314,14 +538,8 @@ fn number_segments(flight: &mut Flight, report: &mut Report) {
 
 /// Slocum positions are ddmm.mmmm; fills such as 69696969 are no positions.
 fn degrees(series: &Series) -> Series {
-    let (time, value): (Vec<f64>, Vec<f64>) = series
-        .pairs()
-        .map(|(t, v)| {
-            let whole = (v / 100.0).trunc();
-            (t, whole + (v - 100.0 * whole) / 60.0)
-        })
-        .filter(|(_, v)| v.abs() <= 180.0 && *v != 0.0)
-        .unzip();
+    let (time, value): (Vec<f64>, Vec<f64>) =
+        series.pairs().map(|(t, v)| (t, super::position::degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0 && *v != 0.0).unzip();
     Series::new(&time, &value)
 }
 

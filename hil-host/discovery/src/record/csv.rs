@@ -216,7 +216,7 @@ impl<'a> Table<'a> {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
         let mut numeric = vec![true; header.len()];
         let mut lines = Vec::new();
-        let mut labels: Vec<String> = Vec::new();
+        let mut labels: BTreeMap<String, usize> = BTreeMap::new();
         let known: Vec<usize> = channels.values().map(|v| v.0).collect();
         let segment_column = channels.get(&Channel::Segment).map(|v| v.0);
         for record in reader.records() {
@@ -229,11 +229,8 @@ impl<'a> Table<'a> {
             lines.push(line);
             for (i, field) in record.iter().enumerate() {
                 let value = if Some(i) == segment_column && field.parse::<u32>().is_err() {
-                    let k = labels.iter().position(|l| l == field).unwrap_or_else(|| {
-                        labels.push(field.to_string());
-                        labels.len() - 1
-                    });
-                    k as f64
+                    let next = labels.len();
+                    *labels.entry(field.to_owned()).or_insert(next) as f64
                 } else if field.is_empty() || field.eq_ignore_ascii_case("nan") {
                     f64::NAN
                 } else {
@@ -416,6 +413,19 @@ mod tests {
     }
 
     #[test]
+    fn regress_a_hundred_thousand_segment_labels_are_read_in_no_time() {
+        let mut text = String::from("time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
+        for i in 0..100_000 {
+            text += &format!("{},dive {i},{:.2},-0.45,-200,1025.1\n", 4 * i, f64::from(i % 40));
+        }
+        let started = std::time::Instant::now();
+        let flight = parse(&text, Path::new("f.csv"), "f").expect("reads");
+        assert_eq!(flight.segment[99_999], 99_999);
+        // A search through all labels for each takes a minute.
+        assert!(started.elapsed().as_secs() < 10, "{:?}", started.elapsed());
+    }
+
+    #[test]
     fn every_channel_off_by_a_thousand_is_refused_by_its_name() {
         let sound = parse(&rows(40), Path::new("f.csv"), "f").expect("reads");
         let names = ["pressure", "pitch", "ballast", "density"];
@@ -446,6 +456,18 @@ mod tests {
             let flight = Flight { speed_m_s: Some(vec![speed; 40]), ..sound.clone() };
             assert_eq!(implausible(&flight, names).expect("refused").0, "speed");
         }
+    }
+
+    #[test]
+    fn a_glider_that_sinks_at_two_metres_a_second_is_refused() {
+        let mut text = String::from("time_s,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
+        for i in 0..400 {
+            // 0.2 m/s between 3 and 43 dbar, times ten.
+            let dbar = 3.0 + 40.0 * (1.0 - (f64::from(i % 100) / 50.0 - 1.0).abs());
+            text += &format!("{},{:.2},-0.4,-200,1025.1\n", 4 * i, 10.0 * dbar);
+        }
+        let e = error_of(&text);
+        assert!(e.contains("pressure_dbar") && e.contains("no glider sinks"), "{e}");
     }
 
     #[test]

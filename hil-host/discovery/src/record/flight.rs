@@ -38,6 +38,43 @@ pub struct Flight {
 }
 
 impl Flight {
+    /// A flight of `rows` rows without any value.
+    #[must_use]
+    pub fn blank(rows: usize) -> Self {
+        let none = || vec![f64::NAN; rows];
+        Self {
+            time_s: none(),
+            segment: vec![0; rows],
+            pressure_pa: none(),
+            pitch_rad: none(),
+            roll_rad: none(),
+            heading_rad: none(),
+            ballast_m3: none(),
+            battery_mass_m: none(),
+            temperature_degc: none(),
+            density_kg_m3: none(),
+            gps_east_m: none(),
+            gps_north_m: none(),
+            ..Self::default()
+        }
+    }
+
+    /// The columns that every flight has, beside time and segment.
+    pub fn columns_mut(&mut self) -> [&mut Vec<f64>; 10] {
+        [
+            &mut self.pressure_pa,
+            &mut self.pitch_rad,
+            &mut self.roll_rad,
+            &mut self.heading_rad,
+            &mut self.ballast_m3,
+            &mut self.battery_mass_m,
+            &mut self.temperature_degc,
+            &mut self.density_kg_m3,
+            &mut self.gps_east_m,
+            &mut self.gps_north_m,
+        ]
+    }
+
     /// Number of rows.
     #[must_use]
     pub fn len(&self) -> usize {

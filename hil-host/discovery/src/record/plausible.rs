@@ -13,6 +13,27 @@ pub fn quantile(values: &[f64], q: f64) -> f64 {
     v[((v.len() - 1) as f64 * q).round() as usize]
 }
 
+/// Vertical speeds of buoyancy gliders are 0.05 to 0.5 m/s, Pa/s.
+const FASTEST_PA_S: f64 = 1e4;
+
+/// Rate of pressure over 20 s and more, under way.
+fn rates(f: &Flight) -> Vec<f64> {
+    let mut out = Vec::new();
+    let mut start = 0;
+    for i in 1..f.len() {
+        let step_s = f.time_s[i] - f.time_s[start];
+        if f.segment[i] != f.segment[start] || step_s > 300.0 {
+            start = i;
+        } else if step_s >= 20.0 {
+            if f.pressure_pa[start] > 2e4 && f.pressure_pa[i] > 2e4 {
+                out.push((f.pressure_pa[i] - f.pressure_pa[start]) / step_s);
+            }
+            start = i;
+        }
+    }
+    out
+}
+
 /// The first column whose bulk cannot be in the unit it claims, and why; `names` are those of pressure, pitch, ballast and density.
 /// Quantiles, so that single spikes pass; a column without values passes.
 #[must_use]
@@ -23,6 +44,15 @@ pub fn implausible(f: &Flight, names: [&str; 4]) -> Option<(String, String)> {
     let deep = quantile(&f.pressure_pa, 0.99);
     if deep.is_finite() && !(-5e4..1.2e8).contains(&deep) {
         let why = format!("reaches {:.0} dbar, more than the ocean is deep; is it in Pa, kPa or mbar instead of dbar?", deep * 1e-4);
+        return found(pressure, why);
+    }
+    let fast = size(&rates(f), 0.9);
+    if fast > FASTEST_PA_S {
+        let why = format!(
+            "changes by {:.2} dbar/s under way: no glider sinks at {:.1} m/s (bar or psi named dbar, or a clock in another unit?)",
+            fast * 1e-4,
+            fast * 1e-4
+        );
         return found(pressure, why);
     }
     let steep = size(&f.pitch_rad, 0.9);

@@ -98,8 +98,9 @@ pub(super) struct Stated<'a> {
 }
 
 impl Stated<'_> {
-    pub(super) fn or(&mut self, key: &str, default: f64) -> Result<f64, ReadError> {
-        match self.keys.number(key)? {
+    /// What the document states, within its physical bounds, or `default`, which is listed.
+    pub(super) fn or(&mut self, key: &str, default: f64, low: f64, high: f64, unit: &str) -> Result<f64, ReadError> {
+        match self.keys.within_if_stated(key, low, high, unit)? {
             Some(v) => Ok(v),
             None => {
                 self.assumed.push(format!("{key} = {default}"));
@@ -116,22 +117,22 @@ impl Stated<'_> {
             * self.keys.within("hydro.hull_area_m2", 0.0, 10.0, "m2")?;
         let wide = Wide::of(self.keys)?;
         let mut constants = Constants {
-            gravity_m_s2: self.or("gravity_m_s2", 9.81)?,
+            gravity_m_s2: self.or("gravity_m_s2", 9.81, 9.7, 9.9, "m/s2")?,
             mass_kg: self.keys.within("mass_kg", 1.0, 5000.0, "kg")?,
             hull_volume_m3: self.keys.within("hull_volume_m3", 1e-3, 5.0, "m3")?,
             compressibility_per_pa: self.keys.within("hull_compressibility_per_pa", 0.0, 1e-8, "1/Pa")?,
             thermal_expansion_per_k: self.keys.within("hull_thermal_expansion_per_k", -1e-3, 1e-3, "1/K")?,
-            reference_temperature_degc: self.or("reference_temperature_degc", 10.0)?,
+            reference_temperature_degc: self.or("reference_temperature_degc", 10.0, -5.0, 45.0, "degC")?,
             reference_area_m2: area,
             lift_slope_per_rad: (wing + hull) / area,
-            lift_quadratic_per_rad2: self.or("hydro.lift_quadratic_per_rad2", 0.0)?,
+            lift_quadratic_per_rad2: self.or("hydro.lift_quadratic_per_rad2", 0.0, -100.0, 100.0, "1/rad2")?,
             cd0: self.keys.within("hydro.cd0", 1e-4, 10.0, "1")?,
-            induced_k: self.or("hydro.induced_k", 0.0)?,
-            hull_drag_per_rad2: self.or("hydro.hull_drag_per_rad2", 0.0)?,
+            induced_k: self.or("hydro.induced_k", 0.0, -1.0, 50.0, "1")?,
+            hull_drag_per_rad2: self.or("hydro.hull_drag_per_rad2", 0.0, -1.0, 1e3, "1/rad2")?,
             slope_loss_per_rad2: 0.0,
             hull_drag_per_rad3: 0.0,
-            added_mass_surge: self.or("hydro.added_mass_surge", 0.2)?,
-            added_mass_heave: self.or("hydro.added_mass_heave", 0.92)?,
+            added_mass_surge: self.or("hydro.added_mass_surge", 0.2, 0.0, 5.0, "of the mass")?,
+            added_mass_heave: self.or("hydro.added_mass_heave", 0.92, 0.0, 5.0, "of the mass")?,
             bank_tilt: self.keys.within_if_stated("hydro.bank_tilt", -10.0, 10.0, "of the tilt")?.unwrap_or(0.0),
             banked_turn: self.keys.within_if_stated("hydro.banked_turn", 0.0, 2.0, "of the turn")?.unwrap_or(0.0),
             hull_lag_share: self.keys.within_if_stated("hull_lag_share", 0.0, 2.0, "of the expansion")?.unwrap_or(0.0),
@@ -140,6 +141,11 @@ impl Stated<'_> {
                 cd_broadside: self.keys.within_if_stated("hydro.cd_broadside", 0.1, 20.0, "of S")?.unwrap_or(CD_BROADSIDE),
             },
         };
+        let floats_at = constants.mass_kg / constants.hull_volume_m3;
+        if !(850.0..1250.0).contains(&floats_at) {
+            let why = format!("with mass_kg it floats at {floats_at:.0} kg/m3; water is 990 to 1080 kg/m3: one of the two is wrong");
+            return Err(self.keys.bad("hull_volume_m3", why));
+        }
         if let Some(stated) = &wide {
             stated.replace(&mut constants);
         }
@@ -154,39 +160,53 @@ impl Stated<'_> {
     pub(super) fn tolerance(&mut self) -> Result<Tolerance, ReadError> {
         let t = Tolerance::default();
         Ok(Tolerance {
-            cd0_relative: self.or("tolerance_1sigma.cd0_relative", t.cd0_relative)?,
-            lift_slope_relative: self.or("tolerance_1sigma.lift_slope_relative", t.lift_slope_relative)?,
-            lift_quadratic_relative: self.or("tolerance_1sigma.lift_quadratic_relative", t.lift_quadratic_relative)?,
-            trim_volume_m3: self.or("tolerance_1sigma.trim_volume_cc", t.trim_volume_m3 * 1e6)? * 1e-6,
-            ballast_gain_relative: self.or("tolerance_1sigma.ballast_gain_relative", t.ballast_gain_relative)?,
-            pitch_zero_rad: self.or("tolerance_1sigma.pitch_zero_rad", t.pitch_zero_rad)?,
-            hull_compressibility_relative: self.or("tolerance_1sigma.hull_compressibility_relative", t.hull_compressibility_relative)?,
-            hull_thermal_expansion_relative: self
-                .or("tolerance_1sigma.hull_thermal_expansion_relative", t.hull_thermal_expansion_relative)?,
-            added_mass_surge: self.or("tolerance_1sigma.added_mass_surge", t.added_mass_surge)?,
-            added_mass_heave: self.or("tolerance_1sigma.added_mass_heave", t.added_mass_heave)?,
+            cd0_relative: self.or("tolerance_1sigma.cd0_relative", t.cd0_relative, 0.0, 10.0, "of it")?,
+            lift_slope_relative: self.or("tolerance_1sigma.lift_slope_relative", t.lift_slope_relative, 0.0, 10.0, "of it")?,
+            lift_quadratic_relative: self.or("tolerance_1sigma.lift_quadratic_relative", t.lift_quadratic_relative, 0.0, 10.0, "of it")?,
+            trim_volume_m3: self.or("tolerance_1sigma.trim_volume_cc", t.trim_volume_m3 * 1e6, 0.0, 5e3, "cm3")? * 1e-6,
+            ballast_gain_relative: self.or("tolerance_1sigma.ballast_gain_relative", t.ballast_gain_relative, 0.0, 10.0, "of it")?,
+            pitch_zero_rad: self.or("tolerance_1sigma.pitch_zero_rad", t.pitch_zero_rad, 0.0, 0.5, "rad")?,
+            hull_compressibility_relative: self.or(
+                "tolerance_1sigma.hull_compressibility_relative",
+                t.hull_compressibility_relative,
+                0.0,
+                10.0,
+                "of it",
+            )?,
+            hull_thermal_expansion_relative: self.or(
+                "tolerance_1sigma.hull_thermal_expansion_relative",
+                t.hull_thermal_expansion_relative,
+                0.0,
+                10.0,
+                "of it",
+            )?,
+            added_mass_surge: self.or("tolerance_1sigma.added_mass_surge", t.added_mass_surge, 0.0, 5.0, "of the mass")?,
+            added_mass_heave: self.or("tolerance_1sigma.added_mass_heave", t.added_mass_heave, 0.0, 5.0, "of the mass")?,
         })
     }
 
     pub(super) fn sensors(&mut self) -> Result<Sensors, ReadError> {
         let s = Sensors::default();
         Ok(Sensors {
-            pressure_noise_pa: self.or("sensors.pressure_noise_dbar", s.pressure_noise_pa * 1e-4)? * 1e4,
-            pressure_resolution_pa: self.or("sensors.pressure_resolution_dbar", s.pressure_resolution_pa * 1e-4)? * 1e4,
-            pitch_noise_rad: self.or("sensors.pitch_noise_rad", s.pitch_noise_rad)?,
-            pitch_resolution_rad: self.or("sensors.pitch_resolution_rad", s.pitch_resolution_rad)?,
-            heading_noise_rad: self.or("sensors.heading_noise_rad", s.heading_noise_rad)?,
-            heading_bias_rad: self.or("sensors.heading_bias_1sigma_rad", s.heading_bias_rad)?,
-            gps_noise_m: self.or("sensors.gps_noise_m", s.gps_noise_m)?,
-            speed_noise_m_s: self.keys.number("sensors.speed_noise_m_s")?.unwrap_or(s.speed_noise_m_s),
-            speed_scale_relative: self.keys.number("sensors.speed_scale_1sigma")?.unwrap_or(s.speed_scale_relative),
+            pressure_noise_pa: self.or("sensors.pressure_noise_dbar", s.pressure_noise_pa * 1e-4, 0.0, 100.0, "dbar")? * 1e4,
+            pressure_resolution_pa: self.or("sensors.pressure_resolution_dbar", s.pressure_resolution_pa * 1e-4, 0.0, 100.0, "dbar")? * 1e4,
+            pitch_noise_rad: self.or("sensors.pitch_noise_rad", s.pitch_noise_rad, 0.0, 0.5, "rad")?,
+            pitch_resolution_rad: self.or("sensors.pitch_resolution_rad", s.pitch_resolution_rad, 0.0, 0.5, "rad")?,
+            heading_noise_rad: self.or("sensors.heading_noise_rad", s.heading_noise_rad, 0.0, 3.2, "rad")?,
+            heading_bias_rad: self.or("sensors.heading_bias_1sigma_rad", s.heading_bias_rad, 0.0, 3.2, "rad")?,
+            gps_noise_m: self.or("sensors.gps_noise_m", s.gps_noise_m, 0.0, 1e4, "m")?,
+            speed_noise_m_s: self.keys.within_if_stated("sensors.speed_noise_m_s", 0.0, 5.0, "m/s")?.unwrap_or(s.speed_noise_m_s),
+            speed_scale_relative: self
+                .keys
+                .within_if_stated("sensors.speed_scale_1sigma", 0.0, 5.0, "of it")?
+                .unwrap_or(s.speed_scale_relative),
         })
     }
 
     /// Rms, m/s, and correlation time, s, of the ordinary vertical water motion.
     pub(super) fn background(&mut self) -> Result<(f64, f64), ReadError> {
-        let stated = self.or("background_vertical_water_motion.rms_m_s", 0.005)?;
-        let background = (stated.max(CALMEST_M_S), self.or("background_vertical_water_motion.correlation_time_s", 90.0)?);
+        let stated = self.or("background_vertical_water_motion.rms_m_s", 0.005, 0.0, 1.0, "m/s")?;
+        let background = (stated.max(CALMEST_M_S), self.or("background_vertical_water_motion.correlation_time_s", 90.0, 0.1, 1e5, "s")?);
         if stated < CALMEST_M_S {
             self.assumed
                 .push(format!("background_vertical_water_motion.rms_m_s = {CALMEST_M_S} (the file says {stated}, calmer than any water)"));

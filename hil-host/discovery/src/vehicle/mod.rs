@@ -17,6 +17,9 @@ use hydro::effects::{Active, Constants};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+/// What `format` says, where a file has it.
+const FORMAT: &str = "glider-trial/1";
+
 /// 1-sigma calibration tolerances of the nominal numbers: the priors of every fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
@@ -220,6 +223,10 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     if !document.is_object() {
         return Err(keys.bad("file", "is not a vehicle: expected an object with keys such as mass_kg and hydro".into()));
     }
+    match keys.at("format").map(|f| f.as_str().unwrap_or_default()) {
+        None | Some(FORMAT) => {}
+        Some(other) => return Err(keys.bad("format", format!("is `{other}`; expected `{FORMAT}` or no such key"))),
+    }
     let mut stated = Stated { keys: &keys, assumed: Vec::new() };
     let constants = stated.constants()?;
     let tolerance = stated.tolerance()?;
@@ -240,7 +247,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         moments,
         background,
         current_unknown: keys.at("horizontal_current").and_then(Value::as_str) != Some("none"),
-        water_depth_m: keys.number("water_depth_m")?.unwrap_or(f64::NAN),
+        water_depth_m: keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN),
         fit_segments: keys.segments("segments.fit")?,
         check_segments: keys.segments("segments.check")?,
         assumed,
@@ -311,6 +318,36 @@ mod tests {
         let line = 1 + json.lines().position(|l| l.contains("\"cd0\"")).expect("there");
         let e = parse_text(&json, Path::new("v.json")).expect_err("refused").to_string();
         assert!(e.contains(&format!("line {line}, column hydro.cd0")), "{e}");
+    }
+
+    #[test]
+    fn numbers_that_no_vehicle_has_are_refused_by_their_key() {
+        let with = |key: &str, value: Value| {
+            let mut d: Value = serde_json::from_str(MINIMAL).expect("json");
+            let mut at = &mut d;
+            for part in key.split('.') {
+                at = &mut at[part];
+            }
+            *at = value;
+            parse(d, Path::new("v.json"))
+        };
+        for (key, value) in [
+            ("gravity_m_s2", json!(98.0)),
+            ("hydro.added_mass_surge", json!(-1.0)),
+            ("hydro.induced_k", json!(-50.0)),
+            ("hydro.lift_quadratic_per_rad2", json!(1e6)),
+            ("hull_volume_m3", json!(0.001)),
+            ("tolerance_1sigma.cd0_relative", json!(-0.1)),
+            ("tolerance_1sigma.trim_volume_cc", json!(-1.0)),
+            ("sensors.pressure_noise_dbar", json!(-1.0)),
+            ("background_vertical_water_motion.correlation_time_s", json!(0.0)),
+            ("format", json!("something/9")),
+            ("water_depth_m", json!(-3.0)),
+        ] {
+            let e = with(key, value).expect_err(key).to_string();
+            assert!(e.contains(key), "{key}: {e}");
+        }
+        assert!(with("gravity_m_s2", json!(9.78)).is_ok());
     }
 
     #[test]

@@ -123,7 +123,7 @@ fn write(folder: &Path, flight: &Flight, vehicle: &Value) -> anyhow::Result<()> 
     let file = std::fs::File::create(&csv).with_context(|| format!("{}: cannot write", csv.display()))?;
     export::csv::write(flight, file)?;
     let path = folder.join("vehicle.json");
-    std::fs::write(&path, format!("{vehicle:#}\n")).with_context(|| format!("{}: cannot write", path.display()))
+    crate::whole_file::write(&path, format!("{vehicle:#}\n")).with_context(|| format!("{}: cannot write", path.display()))
 }
 
 /// Tells every wanted lie about every flight and scores what is said. `tick` is called after each.

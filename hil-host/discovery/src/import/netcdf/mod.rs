@@ -18,22 +18,40 @@
 
 use std::path::Path;
 
-use netcdf_reader::NcFile;
+use netcdf_reader::{NcFile, NcOpenOptions};
 
+use super::channels::SALINITY as SALINITY_COLUMN;
 use super::{FileNote, ImportError, Imported, Report, position};
 use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
 
-mod names;
-mod variables;
+pub(super) mod names;
+mod scalars;
+pub(super) mod variables;
+
+pub use scalars::{Scalars, scalars, speed_witness, trajectory};
 
 use names::{
     ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, CONDUCTIVITY, DEGREE, DENSITY, DEPTH, DIVE, EAST, HEADING, LATITUDE, LONGITUDE,
     NORTH, PITCH, PRESSURE, ROLL, SALINITY, SPEED, TEMPERATURE,
 };
 use variables::{Channel, Reader};
+
+/// Values of a file take at most so many times its bytes, and this much more: a declared size is no size.
+const UNPACKED: u64 = 20;
+const SMALLEST_BUDGET: u64 = 8 << 20;
+
+/// Bytes that the values of a file may take.
+fn budget(path: &Path) -> u64 {
+    std::fs::metadata(path).map_or(0, |m| m.len()).saturating_mul(UNPACKED).saturating_add(SMALLEST_BUDGET)
+}
+
+fn open(path: &Path) -> netcdf_reader::Result<NcFile> {
+    let limit = usize::try_from(budget(path)).unwrap_or(usize::MAX);
+    NcFile::open_with_options(path, NcOpenOptions { max_read_bytes: limit, max_chunk_bytes: limit, ..NcOpenOptions::default() })
+}
 
 /// Imports one file.
 ///
@@ -45,9 +63,15 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     if std::fs::metadata(path).is_ok_and(|m| m.len() == 0) {
         return Err(error("is empty".into()));
     }
-    let file = NcFile::open(path).map_err(|e| error(format!("is no NetCDF file that can be read: {e}")))?;
+    let file = open(path).map_err(|e| error(format!("is no NetCDF file that can be read: {e}")))?;
     file.variables().map_err(|e| error(format!("is damaged or cut: its variables cannot be listed ({e})")))?;
-    let mut reader = Reader { file: &file, report: Report { kind: "NetCDF".into(), ..Report::default() } };
+    let mut reader = Reader {
+        file: &file,
+        report: Report::new("NetCDF"),
+        budget: budget(path),
+        clocks: std::collections::BTreeMap::new(),
+        salinity: None,
+    };
     let mut pressure = reader.pressure().ok_or_else(|| error(reader.without_pressure()))?;
     if let Some(back) = pressure.backwards.take() {
         let (out, of) = back.samples;
@@ -55,7 +79,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         if out as f64 > BACKWARDS * of as f64 {
             return Err(error(format!("{said}; sort the samples by time, or cut the file where its clock was set")));
         }
-        reader.report.note(format!("{said}: left out"));
+        reader.report.leave_out(said);
         pressure.series = back.without;
     }
     let rows: Vec<(f64, f64)> = pressure.series.pairs().collect();
@@ -64,7 +88,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     }
     let unix: Vec<f64> = rows.iter().map(|r| r.0).collect();
     let on = |series: Option<Channel>| series.map_or_else(|| vec![f64::NAN; unix.len()], |c| c.series.on(&unix));
-    let temperature = on(reader.channel(&TEMPERATURE));
+    let temperature = reader.channel(&TEMPERATURE).map_or_else(|| vec![f64::NAN; unix.len()], |c| on_rows(&c.series, &unix));
     let fixes = reader.fixes(&pressure.series);
     let place = fixes.first().map(|f| Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg }).or_else(|| reader.about());
     let density = reader.density(&unix, &rows, &temperature, place);
@@ -87,6 +111,9 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         ..Flight::default()
     };
     reader.segments(&mut flight, &unix);
+    if let Some(salinity) = reader.salinity.take() {
+        flight.extra.insert(SALINITY_COLUMN.into(), salinity);
+    }
     for (wanted, column) in [(&EAST, &mut flight.gps_east_m), (&NORTH, &mut flight.gps_north_m)] {
         // A fix holds at its instant only.
         for (t, v) in reader.channel(wanted).iter().flat_map(|c| c.series.pairs()) {
@@ -100,13 +127,11 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     position::place(&mut flight, &unix, &fixes, &mut report);
     report.start_unix_s = Some(unix[0]);
     report.files.push(FileNote { file: name, rows: unix.len(), problems: Vec::new() });
-    Ok(Imported { flight, report })
+    Ok(Imported { flight, report, vehicle: None })
 }
 
 /// Single samples out of order happen where a clock is set; more is a damaged file. Share of the samples, guess.
 const BACKWARDS: f64 = 0.01;
-/// Silence longer than this ends a segment, s, where no number of the dive says it.
-const SEGMENT_GAP_S: f64 = 600.0;
 /// A fix needs the aerial in air; deeper than this it is interpolated, Pa (3 dbar: pressure zero and the vehicle's length).
 const FIX_DEPTH_PA: f64 = 3e4;
 /// Gliders that dive pitch by 15 to 40 degrees; nine tenths of a file within this many "degrees" are radians.
@@ -165,7 +190,8 @@ impl Reader<'_> {
 
     fn without_pressure(&self) -> String {
         let names = PRESSURE.names.iter().chain(DEPTH.names).copied().collect::<Vec<_>>().join(", ");
-        let why = if self.report.notes.is_empty() { String::new() } else { format!(" ({})", self.report.notes.join("; ")) };
+        let said: Vec<&str> = self.report.left_out.iter().chain(&self.report.notes).map(String::as_str).collect();
+        let why = if said.is_empty() { String::new() } else { format!(" ({})", said.join("; ")) };
         format!("has no pressure or depth with a time: looked for {names}{why}")
     }
 
@@ -231,14 +257,15 @@ impl Reader<'_> {
     fn density(&mut self, unix: &[f64], rows: &[(f64, f64)], temperature: &[f64], place: Option<Place>) -> Vec<f64> {
         let dbar = |i: usize| rows[i].1 * 1e-4;
         let practical: Option<(String, Vec<f64>)> = match self.channel(&SALINITY) {
-            Some(c) => Some((c.name, c.series.on(unix))),
+            Some(c) => Some((c.name, on_rows(&c.series, unix))),
             None => self.channel(&CONDUCTIVITY).map(|c| {
-                let values = c.series.on(unix);
+                let values = on_rows(&c.series, unix);
                 (c.name, (0..unix.len()).map(|i| seawater::practical_salinity(values[i], temperature[i], dbar(i))).collect())
             }),
         };
         if let Some((name, practical)) = practical {
             self.report.density_from(&format!("{name}, temperature, pressure"), place, true);
+            self.salinity = Some(practical.clone());
             return (0..unix.len()).map(|i| seawater::density_of_water(practical[i], place, temperature[i], dbar(i))).collect();
         }
         match self.channel(&DENSITY) {
@@ -264,9 +291,7 @@ impl Reader<'_> {
             self.report.note(format!("segments are what {name} numbers"));
             self.report.segments = segment_names(flight, |i| format!("{name} {}", of(unix[i])));
         } else {
-            for i in 1..flight.len() {
-                flight.segment[i] = flight.segment[i - 1] + u32::from(flight.time_s[i] - flight.time_s[i - 1] > SEGMENT_GAP_S);
-            }
+            super::surface::cut(flight);
             let name = flight.name.clone();
             self.report.segments = segment_names(flight, |i| format!("{name} row {}", i + 1));
         }
@@ -276,6 +301,14 @@ impl Reader<'_> {
 /// What `name` calls the first row of each segment.
 fn segment_names(flight: &Flight, name: impl Fn(usize) -> String) -> Vec<String> {
     (0..flight.len()).filter(|i| *i == 0 || flight.segment[*i] != flight.segment[*i - 1]).map(name).collect()
+}
+
+/// Values at the rows: as they are where the channel stands on the rows' own clock, so that what was left out stays out; else
+/// between its values.
+fn on_rows(series: &Series, unix: &[f64]) -> Vec<f64> {
+    let exact: Vec<f64> = unix.iter().map(|t| series.at_within(*t, 0.0)).collect();
+    let own_clock = 10 * exact.iter().filter(|v| v.is_finite()).count() >= 9 * series.len();
+    if own_clock { exact } else { series.on(unix) }
 }
 
 fn scaled(series: &Series, f: impl Fn(f64) -> f64) -> Series {

@@ -64,7 +64,7 @@ fn imported(columns: &[Column], flags: Option<&str>) -> Result<Imported, String>
 }
 
 fn has_note(imported: &Imported, what: &str) -> bool {
-    imported.report.notes.iter().any(|n| n.contains(what))
+    imported.report.notes.iter().chain(&imported.report.left_out).any(|n| n.contains(what))
 }
 
 #[test]
@@ -117,7 +117,9 @@ fn flagged_values_fills_and_times_without_date_are_left_out() {
     change(&mut columns, "TIME", "seconds since 2020-01-01T00:00:00Z", |i, v| if i == 40 { -9.223_372e9 } else { v });
     let read = imported(&columns, Some(&flags)).expect("an import");
     assert_eq!(read.flight.len(), ROWS - 1);
-    assert!(read.flight.temperature_degc.iter().chain(&read.flight.pitch_rad).all(|v| v.abs() < 50.0));
+    assert!(read.flight.temperature_degc.iter().chain(&read.flight.pitch_rad).all(|v| v.is_nan() || v.abs() < 50.0));
+    // What is flagged is not made up from its neighbours.
+    assert_eq!(read.flight.temperature_degc.iter().filter(|v| v.is_nan()).count(), 1);
     assert!(has_note(&read, "1 of 400 values of TEMP left out: TEMP_QC"), "{:?}", read.report.notes);
 }
 

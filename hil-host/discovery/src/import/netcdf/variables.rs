@@ -1,9 +1,13 @@
 //! One variable of a NetCDF file as a series in SI on Unix time: clock, unit, flags, fills.
 
+use std::collections::BTreeMap;
+
 use netcdf_reader::{NcFile, NcType};
 
+use super::super::calendar::{days_from_1970, zone_s};
+use super::super::channels::{LONGEST_MISSION_S, stray_times};
 use super::super::{MappedName, Report};
-use super::names::Wanted;
+use super::names::{BALLAST, Wanted};
 use crate::record::resample::{Series, longest_in_order};
 
 /// Nothing that a glider measures is larger: such numbers are fills that the file does not declare (NetCDF's own are about 1e37).
@@ -16,6 +20,12 @@ const BAD: [u8; 2] = [4, 9];
 pub(super) struct Reader<'a> {
     pub file: &'a NcFile,
     pub report: Report,
+    /// Bytes that values may still take.
+    pub budget: u64,
+    /// Clocks read before, by name.
+    pub clocks: BTreeMap<String, Option<Vec<f64>>>,
+    /// Practical salinity of each row, once it is known.
+    pub salinity: Option<Vec<f64>>,
 }
 
 /// A variable found, with the name it had.
@@ -39,7 +49,7 @@ pub(super) struct Backwards {
 impl Reader<'_> {
     /// The first of the wanted names that is there with a clock and a unit, in SI on Unix time.
     pub fn channel(&mut self, wanted: &Wanted) -> Option<Channel> {
-        let found = wanted.names.iter().find_map(|name| self.one(name, wanted));
+        let found = self.called(wanted).into_iter().find_map(|name| self.one(&name, wanted));
         if let Some((channel, unit, factor)) = found {
             self.report.map(MappedName { from: channel.name.clone(), unit, to: wanted.column.into(), factor });
             return Some(channel);
@@ -47,15 +57,40 @@ impl Reader<'_> {
         None
     }
 
-    fn one(&mut self, name: &str, wanted: &Wanted) -> Option<(Channel, String, f64)> {
-        let variable = self.file.variable(name).ok()?;
-        let dimensions: Vec<String> = variable.dimensions().iter().map(|d| d.name.clone()).collect();
-        if dimensions.is_empty() {
-            return None;
+    /// Variables that may be what is wanted: by name whatever its case, then by what the file says it is.
+    fn called(&self, wanted: &Wanted) -> Vec<String> {
+        let Ok(variables) = self.file.variables() else { return Vec::new() };
+        let mut found: Vec<String> = Vec::new();
+        for name in wanted.names {
+            // The exact spelling first.
+            let spelt =
+                |exact: bool| variables.iter().map(|v| v.name()).filter(move |n| (*n == *name) == exact && n.eq_ignore_ascii_case(name));
+            found.extend(spelt(true).chain(spelt(false)).map(str::to_owned));
         }
+        for v in variables {
+            let said = |attribute: &str| v.attribute(attribute).and_then(|a| a.value.as_string()).unwrap_or_default();
+            let standard = said("standard_name");
+            let source = said("source");
+            // A ballast of any name names the sensor it is from.
+            let sensor = wanted.column == BALLAST.column && BALLAST.names.iter().any(|n| n.eq_ignore_ascii_case(source.trim()));
+            if (wanted.standard.contains(&standard.trim()) || sensor) && !found.iter().any(|n| n == v.name()) {
+                found.push(v.name().to_owned());
+            }
+        }
+        found
+    }
+
+    /// Names of the dimensions that are more than one value long.
+    fn dimensions(&self, name: &str) -> Option<Vec<String>> {
+        let variable = self.file.variable(name).ok()?;
+        Some(variable.dimensions().iter().filter(|d| d.size != 1).map(|d| d.name.clone()).collect())
+    }
+
+    fn one(&mut self, name: &str, wanted: &Wanted) -> Option<(Channel, String, f64)> {
+        let dimensions = self.dimensions(name).filter(|d| !d.is_empty())?;
         let unit = self.text(name, "units").unwrap_or_default().trim().to_owned();
         let known = wanted.units.iter().find(|(u, _)| u.eq_ignore_ascii_case(&unit)).map(|(_, f)| *f);
-        let stated = wanted.without_unit.iter().find(|(n, _)| *n == name).map(|(_, f)| *f);
+        let stated = wanted.without_unit.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, f)| *f);
         let factor = match (known, stated) {
             (Some(factor), _) => factor,
             (None, Some(factor)) if unit.is_empty() => {
@@ -76,10 +111,13 @@ impl Reader<'_> {
             self.report.note(what);
             return None;
         };
-        let mut values = match self.file.read_variable_unpacked_masked(name) {
-            Ok(values) => values.iter().map(|v| if v.abs() < LARGEST { v * factor } else { f64::NAN }).collect::<Vec<_>>(),
-            Err(e) => {
-                self.report.note(format!("{name} cannot be read ({}): left out", reason(&e)));
+        let mut values = match self.values(name) {
+            Ok(values) => {
+                let values = self.without_fills(name, values);
+                values.iter().map(|v| if v.abs() < LARGEST { v * factor } else { f64::NAN }).collect::<Vec<_>>()
+            }
+            Err(why) => {
+                self.report.leave_out(format!("{name} cannot be read ({why})"));
                 return None;
             }
         };
@@ -91,6 +129,48 @@ impl Reader<'_> {
             return None;
         }
         Some((Channel { name: name.to_owned(), series, backwards }, unit, factor))
+    }
+
+    /// Whether the values of `name` have room: what a file declares may be a thousand times what it holds.
+    fn fits(&mut self, name: &str) -> Result<(), String> {
+        let rows = self.file.variable(name).and_then(|v| Ok(v.num_elements()?)).map_err(|e| e.to_string())?;
+        let bytes = rows.saturating_mul(8);
+        if bytes > self.budget {
+            return Err(format!("declares {rows} values, more than a file of this size holds"));
+        }
+        self.budget -= bytes;
+        Ok(())
+    }
+
+    /// All values of a variable, unpacked, fills as NaN.
+    fn values(&mut self, name: &str) -> Result<Vec<f64>, String> {
+        self.fits(name)?;
+        let values = self.file.read_variable_unpacked_masked(name).map_err(|e| reason(&e))?;
+        Ok(values.iter().copied().collect())
+    }
+
+    /// Without what the file does not declare to be a fill: one value, over and over, far outside of all others; and what lies
+    /// beyond a `valid_min` or `valid_max` that is written as a text.
+    fn without_fills(&mut self, name: &str, mut values: Vec<f64>) -> Vec<f64> {
+        let bound = |attribute: &str| self.text(name, attribute).and_then(|t| t.trim().parse::<f64>().ok());
+        let (low, high) = (bound("valid_min"), bound("valid_max"));
+        let mut beyond = 0;
+        for v in &mut values {
+            if low.is_some_and(|l| *v < l) || high.is_some_and(|h| *v > h) {
+                *v = f64::NAN;
+                beyond += 1;
+            }
+        }
+        if beyond > 0 {
+            self.report.note(format!("{beyond} values of {name} beyond its valid_min or valid_max left out"));
+        }
+        for _ in 0..2 {
+            let Some((fill, count)) = undeclared_fill(&values) else { break };
+            values.iter_mut().filter(|v| **v == fill).for_each(|v| *v = f64::NAN);
+            self.report
+                .note(format!("{count} of {} values of {name} are {fill}: a fill that the file does not declare, left out", values.len()));
+        }
+        values
     }
 
     /// Values whose flag is "bad" or "missing" become none.
@@ -116,7 +196,8 @@ impl Reader<'_> {
     }
 
     /// Flags as numbers; they come as integers, as floats and as characters.
-    fn flags(&self, name: &str, rows: usize) -> Option<Vec<Option<u8>>> {
+    fn flags(&mut self, name: &str, rows: usize) -> Option<Vec<Option<u8>>> {
+        self.fits(name).ok()?;
         let variable = self.file.variable(name).ok()?;
         let digit = |c: char| c.to_digit(10).and_then(|d| u8::try_from(d).ok());
         let flags: Vec<Option<u8>> = match variable.dtype() {
@@ -147,7 +228,7 @@ impl Reader<'_> {
         let variables = self.file.variables().ok()?;
         let mut candidates: Vec<&str> = variables
             .iter()
-            .filter(|v| v.dimensions().iter().map(|d| &d.name).eq(dimensions))
+            .filter(|v| v.dimensions().iter().filter(|d| d.size != 1).map(|d| &d.name).eq(dimensions))
             .map(|v| v.name())
             .filter(|n| n.to_ascii_lowercase().contains("time"))
             .collect();
@@ -159,36 +240,57 @@ impl Reader<'_> {
         candidates.sort_by_key(|n| (rank(n), n.len()));
         let candidates: Vec<String> = candidates.into_iter().map(str::to_owned).collect();
         candidates.into_iter().find_map(|clock| {
-            let unit = self.text(&clock, "units").unwrap_or_default();
-            let Some((scale, epoch)) = since(&unit) else {
-                // A clock that is meant but not understood must not give way to another one in silence.
-                if unit.contains(" since ") {
-                    self.report.note(format!("{clock} counts \"{unit}\", which is not known: another clock is used if there is one"));
-                }
-                return None;
-            };
-            let values = match self.file.read_variable_unpacked_masked(&clock) {
-                Ok(values) => values,
-                Err(e) => {
-                    self.report.note(format!("{clock} cannot be read ({})", reason(&e)));
-                    return None;
-                }
-            };
-            let times: Vec<f64> = values.iter().map(|v| v * scale + epoch).map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
-            if !times.iter().any(|t| t.is_finite()) {
-                self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
+            if let Some(known) = self.clocks.get(&clock) {
+                return known.clone();
             }
-            Some(times)
+            let times = self.times(&clock);
+            self.clocks.insert(clock, times.clone());
+            times
         })
+    }
+
+    /// Unix times of one clock.
+    fn times(&mut self, clock: &str) -> Option<Vec<f64>> {
+        let unit = self.text(clock, "units").unwrap_or_default();
+        let Some((scale, epoch)) = since(&unit) else {
+            // A clock that is meant but not understood must not give way to another one in silence.
+            if unit.contains(" since ") {
+                self.report.note(format!("{clock} counts \"{unit}\", which is not known: another clock is used if there is one"));
+            }
+            return None;
+        };
+        let values = match self.values(clock) {
+            Ok(values) => values,
+            Err(why) => {
+                self.report.leave_out(format!("{clock} cannot be read ({why})"));
+                return None;
+            }
+        };
+        let times: Vec<f64> = values.iter().map(|v| v * scale + epoch).map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
+        let mut times = times;
+        let stray = stray_times(&mut times, LONGEST_MISSION_S);
+        if stray > 0 {
+            self.report
+                .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
+        }
+        let repeated = spread(&mut times);
+        if repeated > 0 {
+            self.report.note(format!(
+                "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
+                times.len()
+            ));
+        }
+        if !times.iter().any(|t| t.is_finite()) {
+            self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
+        }
+        Some(times)
     }
 
     /// A whole number of each row, on the clock of its dimension, e.g. of the dive.
     pub fn numbers(&mut self, name: &str) -> Option<Series> {
-        let variable = self.file.variable(name).ok()?;
-        let dimensions: Vec<String> = variable.dimensions().iter().map(|d| d.name.clone()).collect();
+        let dimensions = self.dimensions(name)?;
         let time = (!dimensions.is_empty()).then(|| self.clock(name, &dimensions)).flatten()?;
-        let values = self.file.read_variable_unpacked_masked(name).ok()?;
-        let values: Vec<f64> = values.iter().copied().collect();
+        let values = self.values(name).ok()?;
         Some(Series::new(&time, &values)).filter(|s| !s.is_empty())
     }
 
@@ -204,6 +306,52 @@ impl Reader<'_> {
         let found = variable.attributes().iter().find(|a| a.name == attribute)?;
         found.value.as_string()
     }
+}
+
+/// Equal times that follow one another are set evenly apart up to the next; how many there are.
+fn spread(times: &mut [f64]) -> usize {
+    let mut repeated = 0;
+    let mut start = 0;
+    while start < times.len() {
+        let t = times[start];
+        let end = (start..times.len()).find(|k| times[*k] != t).unwrap_or(times.len());
+        let k = end - start;
+        if k > 1 && t.is_finite() {
+            // Without a next one, as far apart as before.
+            let ahead = times.get(end).map(|next| next - t).filter(|step| *step > 0.0);
+            let behind = start.checked_sub(1).map(|before| t - times[before]).filter(|step| *step > 0.0);
+            if let Some(step) = ahead.or(behind) {
+                (0..k).for_each(|m| times[start + m] = t + step * m as f64 / k as f64);
+                repeated += k - 1;
+            }
+        }
+        start = end.max(start + 1);
+    }
+    repeated
+}
+
+/// A value that comes three times and more, and lies further from all others than they span ten times over; for numbers of nines,
+/// such as -9999, beyond them by a tenth of their span. With its count.
+pub(crate) fn undeclared_fill(values: &[f64]) -> Option<(f64, usize)> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite() && v.abs() < LARGEST).collect();
+    sorted.sort_by(f64::total_cmp);
+    let (low, high) = (*sorted.first()?, *sorted.last()?);
+    for (fill, others) in
+        [(high, &sorted[..sorted.partition_point(|v| *v < high)]), (low, &sorted[sorted.partition_point(|v| *v <= low)..])]
+    {
+        let count = sorted.len() - others.len();
+        let (Some(first), Some(last)) = (others.first(), others.last()) else { continue };
+        let (span, away) = (last - first, (fill - last).max(first - fill));
+        let nines = {
+            let digits = format!("{}", fill.abs());
+            let nines = digits.chars().filter(|c| *c == '9').count();
+            nines >= 3 && digits.chars().all(|c| c == '9' || c == '.')
+        };
+        if count >= 3 && span > 0.0 && (away > 10.0 * span || (nines && away > 0.1 * span)) {
+            return Some((fill, count));
+        }
+    }
+    None
 }
 
 /// What the reader says, with the way out where there is one.
@@ -247,27 +395,8 @@ fn since(units: &str) -> Option<(f64, f64)> {
     let mut next = || numbers.next().and_then(Result::ok);
     let (year, month, day) = (next()?, next()?, next()?);
     let clock = next().unwrap_or(0.0) * 3600.0 + next().unwrap_or(0.0) * 60.0 + next().unwrap_or(0.0);
-    let zone_s = match zone {
-        Some(zone) => {
-            let digits: String = zone[1..].chars().filter(char::is_ascii_digit).collect();
-            let (hours, minutes) = digits.split_at_checked(2)?;
-            let minutes = if minutes.is_empty() { 0.0 } else { minutes.parse::<f64>().ok()? };
-            let east = hours.parse::<f64>().ok()? * 3600.0 + minutes * 60.0;
-            if zone.starts_with('-') { -east } else { east }
-        }
-        None => 0.0,
-    };
+    let zone_s = zone.map_or(Some(0.0), zone_s)?;
     Some((scale, days_from_1970(year as i64, month as i64, day as i64)? as f64 * 86400.0 + clock - zone_s))
-}
-
-/// Days from 1970-01-01 of the Gregorian calendar (Fliegel and Van Flandern 1968, Comm. ACM 11, 657).
-fn days_from_1970(year: i64, month: i64, day: i64) -> Option<i64> {
-    if !((1..=12).contains(&month) && (1..=31).contains(&day) && (1..4000).contains(&year)) {
-        return None;
-    }
-    let m = (month - 14) / 12;
-    let julian = (1461 * (year + 4800 + m)) / 4 + (367 * (month - 2 - 12 * m)) / 12 - (3 * ((year + 4900 + m) / 100)) / 4 + day - 32_075;
-    Some(julian - 2_440_588)
 }
 
 #[cfg(test)]
@@ -279,6 +408,37 @@ mod tests {
         assert!(backwards(&[0.0, 1.0, f64::NAN, 2.0], &[0.0; 4]).is_none());
         let found = backwards(&[0.0, 1.0, 9.0, 2.0, 3.0], &[0.0; 5]).expect("one step back");
         assert_eq!((found.samples, found.first.as_str()), ((1, 5), "from 9.000 to 2.000 s at sample 4"));
+    }
+
+    #[test]
+    fn times_of_whole_seconds_are_spread() {
+        let mut times = [0.0, 0.0, 1.0, 1.0, 2.0, f64::NAN, 5.0, 5.0];
+        assert_eq!(spread(&mut times), 2);
+        assert_eq!(times[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
+        let mut stuck = [7.0; 4];
+        assert_eq!(spread(&mut stuck), 0);
+    }
+
+    #[test]
+    fn fills_that_nothing_declares_are_found_and_measurements_are_not() {
+        let wave: Vec<f64> = (0..300).map(|i| 10.0 + 5.0 * (0.1 * f64::from(i)).sin()).collect();
+        assert_eq!(undeclared_fill(&wave), None);
+        // Held at a rail three times, near the others: no fill.
+        let held: Vec<f64> = wave.iter().map(|v| v.min(14.0)).collect();
+        assert_eq!(undeclared_fill(&held), None);
+        for fill in [-9999.9, 9999.0, -999.0, -32768.0, 1e20] {
+            let mut with = wave.clone();
+            (0..100).for_each(|k| with[3 * k] = fill);
+            assert_eq!(undeclared_fill(&with), Some((fill, 100)), "{fill}");
+        }
+        // A deep pressure and its -999.
+        let mut deep: Vec<f64> = (0..1000).map(f64::from).collect();
+        deep.extend([-999.0; 5]);
+        assert_eq!(undeclared_fill(&deep), Some((-999.0, 5)));
+        // One large number is a spike.
+        let mut spike = wave;
+        spike[7] = 9999.0;
+        assert_eq!(undeclared_fill(&spike), None);
     }
 
     #[test]

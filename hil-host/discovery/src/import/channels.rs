@@ -1,0 +1,100 @@
+//! What a glider's computers logged, each channel on its own clock, brought to the rows of the CTD.
+
+use super::position::{self, Fix};
+use super::report::Report;
+use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
+use crate::record::flight::Flight;
+use crate::record::resample::Series;
+use crate::record::seawater::{self, Place};
+
+/// One row of the flight to be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// Unix time, s.
+    pub unix_s: f64,
+    /// Number of its segment.
+    pub segment: u32,
+    /// Gauge pressure, Pa.
+    pub pressure_pa: f64,
+    /// °C.
+    pub temperature_degc: f64,
+    /// Practical salinity.
+    pub salinity: f64,
+}
+
+/// Channels in SI on Unix time.
+#[derive(Default)]
+pub(super) struct Log {
+    pub rows: Vec<Row>,
+    pub pitch: Series,
+    pub roll: Series,
+    pub heading: Series,
+    pub ballast: Series,
+    pub battery: Series,
+    /// Pressure by the steering computer's own sensor, Pa.
+    pub steering_pressure: Series,
+    pub fixes: Vec<Fix>,
+    /// Where it is where there is no fix.
+    pub about: Option<Place>,
+}
+
+impl Log {
+    /// The flight; none without rows.
+    pub fn flight(mut self, name: &str, report: &mut Report) -> Option<Flight> {
+        self.rows.retain(|r| r.unix_s.is_finite() && r.pressure_pa.is_finite());
+        self.rows.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
+        let all = self.rows.len();
+        self.rows.dedup_by(|b, a| a.unix_s == b.unix_s);
+        if self.rows.len() < all {
+            report.leave_out(format!("{} of {all} rows repeat a time: the first of each stays", all - self.rows.len()));
+        }
+        let start = self.rows.first()?.unix_s;
+        let unix: Vec<f64> = self.rows.iter().map(|r| r.unix_s).collect();
+        let place = self.fixes.first().map(|f| Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg }).or(self.about);
+        let density = |r: &Row| seawater::density_of_water(r.salinity, place, r.temperature_degc, r.pressure_pa * 1e-4);
+        let column = |f: &dyn Fn(&Row) -> f64| self.rows.iter().map(f).collect::<Vec<f64>>();
+        let mut flight = Flight {
+            name: name.to_owned(),
+            time_s: column(&|r| r.unix_s - start),
+            segment: self.rows.iter().map(|r| r.segment).collect(),
+            pressure_pa: column(&|r| r.pressure_pa),
+            temperature_degc: column(&|r| r.temperature_degc),
+            density_kg_m3: column(&density),
+            pitch_rad: self.pitch.on(&unix),
+            roll_rad: self.roll.on(&unix),
+            heading_rad: self.heading.angle_on(&unix),
+            ballast_m3: self.ballast.on(&unix),
+            battery_mass_m: self.battery.on(&unix),
+            ..Flight::blank(unix.len())
+        };
+        flight.extra.insert(SALINITY.into(), column(&|r| r.salinity));
+        if !self.steering_pressure.is_empty() {
+            let values = self.steering_pressure.on(&unix);
+            flight.extra.insert(ENGINEERING_PRESSURE.into(), values.iter().map(|p| p * 1e-4).collect());
+        }
+        report.start_unix_s = Some(start);
+        position::place(&mut flight, &unix, &self.fixes, report);
+        Some(flight)
+    }
+}
+
+/// Practical salinity of the source, kept beside the density that is computed from it.
+pub const SALINITY: &str = "practical_salinity";
+
+/// Times further than `reach_s` from the middle one are those of a clock that was not set, or damage: they become none. How many.
+/// Without any date, all stay.
+pub(super) fn stray_times(times: &mut [f64], reach_s: f64) -> usize {
+    let middle = crate::record::plausible::quantile(&times.iter().copied().filter(|t| *t > SET_CLOCK_S).collect::<Vec<_>>(), 0.5);
+    let mut stray = 0;
+    for t in times.iter_mut().filter(|t| (**t - middle).abs() > reach_s) {
+        *t = f64::NAN;
+        stray += 1;
+    }
+    stray
+}
+
+/// No mission is longer, s.
+pub(super) const LONGEST_MISSION_S: f64 = 400.0 * 86400.0;
+
+/// A clock before this Unix time was not set, s: 1973, before any glider.
+pub(super) const SET_CLOCK_S: f64 = 1e8;

@@ -1,0 +1,81 @@
+//! What a file is: by its name where the name says it, else by its first bytes.
+
+use std::path::{Path, PathBuf};
+
+use super::{dba, seaexplorer, seaglider, seaglider_raw, slocum};
+
+/// Kinds of files that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Slocum binary.
+    Slocum,
+    /// Slocum data as text.
+    SlocumText,
+    /// One dive of a Seaglider's base station.
+    SeagliderDive,
+    /// A Seaglider's own text files.
+    SeagliderRaw,
+    /// Raw text of a SeaExplorer.
+    SeaExplorer,
+    /// Any other NetCDF.
+    Netcdf,
+    /// Text with columns.
+    Csv,
+}
+
+impl Kind {
+    /// What it is called to a person.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slocum => "Slocum binary",
+            Self::SlocumText => "Slocum text (dba)",
+            Self::SeagliderDive => "Seaglider dives",
+            Self::SeagliderRaw => "Seaglider log and eng files",
+            Self::SeaExplorer => "SeaExplorer raw files",
+            Self::Netcdf => "NetCDF",
+            Self::Csv => "csv",
+        }
+    }
+
+    /// Whether several files of it make one flight.
+    #[must_use]
+    pub fn joins(self) -> bool {
+        self != Self::Csv
+    }
+
+    /// The kind of `path`, none if it is not known.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase());
+        match ending.as_str() {
+            _ if slocum::is_slocum(path) => Some(Self::Slocum),
+            _ if seaglider::dive_of(path).is_some() => Some(Self::SeagliderDive),
+            _ if seaglider_raw::is_raw(path) => Some(Self::SeagliderRaw),
+            _ if seaexplorer::name_of(path).is_some() => Some(Self::SeaExplorer),
+            "nc" | "nc4" | "cdf" => Some(Self::Netcdf),
+            _ if dba::is_dba(&head(path)) => Some(Self::SlocumText),
+            "csv" | "csvp" | "csv0" | "txt" => Some(Self::Csv),
+            _ => None,
+        }
+    }
+}
+
+/// The first bytes of a file.
+fn head(path: &Path) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    if let Ok(file) = std::fs::File::open(path) {
+        let _ = std::io::Read::read_to_end(&mut std::io::Read::take(file, dba::HEAD as u64), &mut bytes);
+    }
+    bytes
+}
+
+/// The files of a folder, in the order of their names.
+///
+/// # Errors
+/// What the system says.
+pub fn files_of(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.is_file()).collect();
+    files.sort();
+    Ok(files)
+}

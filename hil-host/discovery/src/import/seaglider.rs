@@ -1,0 +1,215 @@
+//! Dives of a Seaglider, one NetCDF of its base station each: one flight, and the vehicle from the constants in the files.
+//!
+//! Volume at a reading v of the buoyancy device (cm³; C_VBD, VBD_MIN counts, VBD_CNV cm³ a count, negative)
+//! ```text
+//! V = volmax + (C_VBD − VBD_MIN)·VBD_CNV + v − vbdbias,   times exp(−abs_compress·p + therm_expan·(T − temp_ref))
+//! L = q l² a α,   D = q l² (b q^s + c α²),   q = ½ ρ U², α in degrees,   a, b, c, s = hd_a, hd_b, hd_c, hd_s
+//! ```
+//! Brought to the reference area of the classes, 0.1 m²; b q^s becomes CD0 at 0.30 m/s with the effect `reynolds_drag`.
+//! The units that the files state for volmax, abs_compress and therm_expan are wrong; sizes tell.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::classes::{Class, REFERENCE_AREA_M2};
+use super::draft::Draft;
+use super::netcdf::{self, Scalars};
+use super::{FileNote, ImportError, Imported, Report, join};
+
+/// Glider and dive of a name `pGGGDDDD.nc`.
+#[must_use]
+pub fn dive_of(path: &Path) -> Option<(u32, u32)> {
+    let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+    let digits = name.strip_prefix('p')?.strip_suffix(".nc")?;
+    let numbers = digits.len() == 7 && digits.bytes().all(|b| b.is_ascii_digit());
+    numbers.then(|| Some((digits[..3].parse().ok()?, digits[3..].parse().ok()?))).flatten()
+}
+
+/// Imports the dives of one glider as one flight.
+///
+/// # Errors
+/// Dives of two gliders; nothing usable.
+pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
+    let dives: BTreeMap<(u32, u32), &PathBuf> = files.iter().filter_map(|f| Some((dive_of(f)?, f))).collect();
+    let gliders: std::collections::BTreeSet<u32> = dives.keys().map(|k| k.0).collect();
+    let folder = files.first().and_then(|f| f.parent()).unwrap_or(Path::new("."));
+    if gliders.len() > 1 {
+        let list: Vec<String> = gliders.iter().map(|g| format!("SG{g:03}")).collect();
+        return Err(ImportError::new(folder, format!("dives of {} gliders ({}): import one at a time", list.len(), list.join(", "))));
+    }
+    let (mut parts, mut constants, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    for ((_, dive), path) in &dives {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let scalars = netcdf::scalars(path);
+        if scalars.has("skipped_profile") {
+            refused.push((name, "its profile was skipped by the base station".to_owned()));
+            continue;
+        }
+        match netcdf::import(path) {
+            Ok(mut part) => {
+                part.report.segments = part.report.segments.iter().map(|_| format!("dive {dive}")).collect();
+                // A dive is one segment, however long it is silent.
+                part.flight.segment.fill(0);
+                part.report.segments.truncate(1);
+                part.report.files.iter_mut().for_each(|f| f.file.clone_from(&name));
+                constants.push((*dive, scalars));
+                parts.push((name, part));
+            }
+            Err(e) => refused.push((name, e.what)),
+        }
+    }
+    same_middle(&mut parts, &constants);
+    let speeds: usize = parts.iter_mut().zip(&dives).map(|((_, part), (_, path))| netcdf::speed_witness(path, part)).sum();
+    let Some(mut imported) = join::join("Seaglider base station, one NetCDF a dive", parts) else {
+        let why: Vec<String> = refused.iter().map(|(f, w)| format!("{f} {w}")).collect();
+        return Err(ImportError::new(folder, format!("no dive can be used: {}", why.join("; "))));
+    };
+    for (file, what) in refused {
+        imported.report.leave_out(format!("{file}: {what}"));
+        imported.report.files.push(FileNote { file, rows: 0, problems: vec![what] });
+    }
+    let glider = gliders.first().copied().unwrap_or_default();
+    let (first, last) = (constants.first().map_or(0, |c| c.0), constants.last().map_or(0, |c| c.0));
+    imported.flight.name = format!("sg{glider:03}-dives-{first}-{last}");
+    if speeds > 0 {
+        imported.report.note(format!("{speeds} values of speed through the water from the current profiler's inverse solution"));
+    }
+    imported.vehicle = Some(vehicle(glider, &constants, &mut imported.report));
+    Ok(imported)
+}
+
+/// The middle of the buoyancy device may be set anew from dive to dive: readings of all are brought to the first one's.
+fn same_middle(parts: &mut [(String, Imported)], constants: &[(u32, Scalars)]) {
+    let first = constants.iter().find_map(|(_, s)| s.get("log_C_VBD"));
+    for ((_, part), (_, scalars)) in parts.iter_mut().zip(constants) {
+        let (Some(c0), Some(c), Some(cc)) = (first, scalars.get("log_C_VBD"), scalars.get("log_VBD_CNV")) else { continue };
+        let shift_cc = (c - c0) * cc;
+        if shift_cc != 0.0 {
+            part.flight.ballast_m3.iter_mut().for_each(|v| *v += shift_cc * 1e-6);
+            part.report.note(format!("C_VBD is {c}, not {c0} as in the first dive: readings brought to the first one's middle"));
+        }
+    }
+}
+
+/// Compressibility that a hull can have: the documented default with three of its sigmas, 1/dbar.
+const HULL_PER_DBAR: std::ops::Range<f64> = 2.2e-6..6.0e-6;
+
+/// The vehicle that the newest constants describe; what they say differently from dive to dive is noted.
+fn vehicle(glider: u32, constants: &[(u32, Scalars)], report: &mut Report) -> Draft {
+    let mut draft = Class::Seaglider.draft();
+    // Fitted ashore again and again: the newest stand.
+    let newest = constants.iter().max_by(|a, b| a.1.modified.cmp(&b.1.modified).then(a.0.cmp(&b.0)));
+    let Some((dive, newest)) = newest else { return draft };
+    draft.about = vec![
+        format!("Seaglider SG{glider:03}: constants of the base station in the file of dive {dive}, the newest."),
+        "They were fitted with a density that ignores pressure: a start, not a calibrated model.".into(),
+    ];
+    draft.say("case", &format!("sg{glider:03}"), "");
+    for name in ["sg_cal_volmax", "sg_cal_vbdbias", "sg_cal_hd_a", "sg_cal_hd_b", "sg_cal_hd_c", "sg_cal_abs_compress", "sg_cal_mass"] {
+        let values: Vec<f64> = constants.iter().filter_map(|(_, s)| s.get(name)).collect();
+        let (low, high) = (values.iter().copied().fold(f64::INFINITY, f64::min), values.iter().copied().fold(0.0, f64::max));
+        if high > low && low.is_finite() {
+            report.note(format!("{name} is {low} to {high} in these files: {} of the newest is taken", newest.get(name).unwrap_or(high)));
+        }
+    }
+    from_constants(&mut draft, newest, report);
+    draft
+}
+
+/// What the constants of one dive, or a `sg_calib_constants.m`, say of the vehicle.
+pub(super) fn from_constants(draft: &mut Draft, s: &Scalars, report: &mut Report) {
+    let cal = |name: &str| s.get(&format!("sg_cal_{name}"));
+    let log = |name: &str| s.get(&format!("log_{name}"));
+    let deep = log("DEEPGLIDER") == Some(1.0);
+    if let Some(mass) = cal("mass").or_else(|| log("MASS").map(|g| g * 1e-3)) {
+        draft.set("mass_kg", mass, if cal("mass").is_some() { "sg_cal_mass" } else { "log_MASS" });
+    }
+    volume(draft, s);
+    if let Some(temperature) = cal("temp_ref") {
+        draft.set("reference_temperature_degc", temperature, "sg_cal_temp_ref");
+    }
+    if let Some(expansion) = cal("therm_expan") {
+        draft.set("hull_thermal_expansion_per_k", expansion, "sg_cal_therm_expan, 1/K");
+    }
+    if deep {
+        draft.set("hull_compressibility_per_pa", 2.1e-10, "documented default of the DeepGlider");
+        draft.set("hull_thermal_expansion_per_k", cal("therm_expan").unwrap_or(6.2e-5), "sg_cal_therm_expan or the DeepGlider's default");
+    }
+    // A fit against a density that ignores pressure takes the water's compressibility off the hull's.
+    let stated = cal("abs_compress");
+    let believable = stated.is_none_or(|c| deep || HULL_PER_DBAR.contains(&c));
+    match stated {
+        Some(c) if believable => draft.set("hull_compressibility_per_pa", c * 1e-4, "sg_cal_abs_compress, 1/dbar"),
+        Some(c) => report.note(format!(
+            "sg_cal_abs_compress = {c:e} /dbar is no hull's: it was fitted with a density that ignores pressure; the class's {:e} /Pa is taken",
+            draft.get("hull_compressibility_per_pa").unwrap_or(f64::NAN)
+        )),
+        None => {}
+    }
+    let fitted = Hydro::of(|n| cal(n));
+    let on_board = Hydro::of(|n| log(&n.to_ascii_uppercase()));
+    // The set that was fitted together with such a compressibility has the same error in it.
+    let (chosen, other, name) = if believable { (fitted, on_board, "sg_cal_hd") } else { (on_board.or(fitted), fitted, "log_HD") };
+    if let Some(hydro) = chosen.or(other) {
+        let name = if chosen.is_none() || (name == "log_HD" && on_board.is_none()) { "sg_cal_hd" } else { name };
+        hydro.state(draft, name, cal("rho0"), cal("glider_length"), cal("hd_s"));
+        let text = |h: Hydro| format!("a {}, b {}, c {}", h.a, h.b, h.c);
+        if let (Some(fitted), Some(on_board)) = (fitted, on_board) {
+            report.note(format!(
+                "two sets of lift and drag are in the files: fitted ashore ({}), on board ({}); {name} is taken",
+                text(fitted),
+                text(on_board)
+            ));
+            draft.about.push(format!("sg_cal_hd (ashore): {}; log_HD (on board): {}; {name} is used.", text(fitted), text(on_board)));
+        }
+    }
+    if let Some(mass) = cal("mass_comp").filter(|m| *m > 0.0) {
+        report.note(format!("a compressee of {mass} kg is on board: its volume is not modelled"));
+    }
+}
+
+/// Hull volume at reading 0.
+fn volume(draft: &mut Draft, s: &Scalars) {
+    let cal = |name: &str| s.get(&format!("sg_cal_{name}"));
+    let log = |name: &str| s.get(&format!("log_{name}"));
+    let (Some(c), Some(least), Some(cc)) = (log("C_VBD"), log("VBD_MIN"), log("VBD_CNV")) else { return };
+    let middle_cc = (c - least) * cc;
+    // Told by size: cm3 whatever the unit says.
+    let volmax = cal("volmax").map(|v| if v > 1000.0 { v } else { v * 1e6 });
+    // RHO in g/cm3, MASS in g.
+    let volmax = volmax.or_else(|| Some(log("MASS")? / log("RHO")? - middle_cc));
+    if let Some(volmax) = volmax {
+        let hull_cc = volmax + middle_cc - cal("vbdbias").unwrap_or(0.0);
+        let why = "volmax + (C_VBD - VBD_MIN) VBD_CNV - vbdbias";
+        draft.set("hull_volume_m3", hull_cc * 1e-6, why);
+    }
+}
+
+/// Lift and drag in the Seaglider's form.
+#[derive(Clone, Copy)]
+struct Hydro {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+impl Hydro {
+    fn of(get: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+        Some(Self { a: get("hd_a")?, b: get("hd_b")?, c: get("hd_c")? }).filter(|h| h.a > 0.0 && h.b > 0.0 && h.c >= 0.0)
+    }
+
+    fn state(self, draft: &mut Draft, name: &str, rho0: Option<f64>, length_m: Option<f64>, exponent: Option<f64>) {
+        let degrees = 180.0 / std::f64::consts::PI;
+        let (rho0, length_m, exponent) = (rho0.unwrap_or(1027.5), length_m.unwrap_or(1.8), exponent.unwrap_or(-0.25));
+        // rho0 comes in kg/m3, or in g/m3 as the log writes it.
+        let rho0 = if rho0 > 1e5 { rho0 * 1e-3 } else { rho0 };
+        let areas = length_m * length_m / REFERENCE_AREA_M2;
+        draft.set("hydro.hull_lift_slope_per_rad", self.a * degrees * areas, &format!("{name}_a = {}", self.a));
+        let dynamic_pa = 0.5 * rho0 * 0.3 * 0.3;
+        draft.set("hydro.cd0", self.b * dynamic_pa.powf(exponent) * areas, &format!("{name}_b = {}, at 0.30 m/s", self.b));
+        draft.set("hydro.hull_drag_per_rad2", self.c * degrees * degrees * areas, &format!("{name}_c = {}", self.c));
+        draft.set("effects.reynolds_drag.exponent", -2.0 * exponent, "-2 hd_s");
+        draft.set("tolerance_1sigma.cd0_relative", 0.25, "guess; the two sets of a glider differ by more");
+        draft.set("tolerance_1sigma.lift_slope_relative", 0.2, "fits of one vehicle within two weeks scatter by 17 %");
+    }
+}

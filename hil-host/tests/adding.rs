@@ -68,7 +68,7 @@ fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
 
 /// Who adds an effect to a vehicle whose hull is late gets the lag with it, in the new vehicle file too.
 #[test]
-fn regress_an_effect_added_to_a_vehicle_whose_hull_is_late_comes_with_the_lag() {
+fn regress_an_effect_added_to_a_late_hull_comes_with_the_lag() {
     let (log, v) = hiding(Hidden::PitchScale, Site::Lake, Wing::Standard, Some(Banking::Tilts), 3);
     let told = add(&log, &v, &[named("pitch_scale")], b"parent").expect("a fit");
     assert!(told.vehicle["hull_lag_share"].as_f64().is_some_and(|share| share > 0.3), "{:?}", told.notes);

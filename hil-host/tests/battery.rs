@@ -45,7 +45,7 @@ fn regress_noise_of_the_rate_of_pitch_is_not_taken_for_less_damping() {
 /// A pitch that reads 9 % too little and a drag that is 21 % too large make one depth rate together: by depth alone nothing was missing.
 /// And a glide by a hull whose lift is zero at an angle is that of a misaligned pitch sensor, but for where its nose stands at each speed.
 #[test]
-fn scorecard_effects_that_hide_each_other_from_the_depth_are_told_by_the_battery() {
+fn scorecard_the_battery_separates_effects_that_depth_cannot() {
     let with = told_of(20_261_155, 93, &|_, _| {});
     assert_eq!(sorted(&with), ["drag_level_error", "pitch_scale"], "{:?}", with.verdict);
     assert!(with.notes.iter().any(|n| n.contains("position of the battery was compared")), "{:?}", with.notes);
@@ -61,7 +61,7 @@ fn scorecard_effects_that_hide_each_other_from_the_depth_are_told_by_the_battery
 /// No file states how well the numbers of the moments are known. One that was guessed at is found out, and no effect is named for it:
 /// with a normal prior of a hundredth, two effects were named in every clean flight whose file had one wrong.
 #[test]
-fn prop_a_wrong_number_of_the_moments_is_found_out_and_nothing_is_named_for_it() {
+fn prop_a_wrong_pitch_moment_is_found_and_no_effect_named_for_it() {
     type Change = fn(&mut discovery::vehicle::pitch_moments::PitchMoments);
     let wrong: [(&str, Change); 5] = [
         ("metacentric_height_m", |m| m.metacentric_height_m *= 1.3),
@@ -85,7 +85,7 @@ fn prop_a_wrong_number_of_the_moments_is_found_out_and_nothing_is_named_for_it()
 
 /// Moments that follow another law altogether are doubted: a battery that moves as nothing explains is no witness.
 #[test]
-fn prop_a_battery_that_follows_no_law_is_doubted_and_nothing_is_named_for_it() {
+fn prop_a_battery_without_a_law_is_doubted_and_no_effect_named() {
     let d = told_of(20_261_154, 1, &|log, _| {
         let (time, depth) = (&log.time_s, &log.pressure_pa);
         let odd = |i: usize| 1e-3 * (time[i] / 70.0).sin() + 4e-9 * depth[i].max(0.0) * (time[i] / 900.0).cos();

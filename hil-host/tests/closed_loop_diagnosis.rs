@@ -103,7 +103,7 @@ fn regress_nothing_is_missing_in_still_water() {
 }
 
 #[test]
-fn validate_the_rail_wings_flown_table_overstates_the_drag_due_to_lift_of_the_simulated_sea() {
+fn validate_the_rail_wings_flown_table_overstates_drag_due_to_lift() {
     // Table and plant are written apart: the paper's polar against a force law with measured cross-flow. What is stated of the
     // vehicle is the plant's (tested in `worlds`).
     let world = World::new(worlds::for_mission(&shallow(Wings::LowAspectRatio))).expect("a world");
@@ -139,7 +139,7 @@ fn three_settings(wings: Wings) -> Mission {
 }
 
 #[test]
-fn regress_no_drag_due_to_lift_is_named_beside_what_is_hidden_at_three_settings() {
+fn regress_no_drag_due_to_lift_is_named_beside_what_is_hidden() {
     // Once each of these came with a wrong drag due to lift: what a log states of the standard wings was 14 % low in it where they glide.
     let hidden = [EffectKind::ClimbDrag, EffectKind::ThermalExpansion, EffectKind::VerticalCurrent, EffectKind::AddedMass];
     for kind in hidden {
@@ -151,7 +151,7 @@ fn regress_no_drag_due_to_lift_is_named_beside_what_is_hidden_at_three_settings(
 }
 
 #[test]
-fn regress_wings_at_twice_their_usual_angle_of_attack_are_no_second_effect() {
+fn regress_wings_at_twice_their_usual_angle_are_no_second_effect() {
     // Once with a wrong drag due to lift beside it, or unexplained: the log stated a law of the glides of a healthy vehicle alone, 12 %
     // off in drag and 10 % in lift at the 0.22 rad that a vehicle without 40 % of its lift flies at.
     for (wings, value) in [(Wings::Standard, -0.4), (Wings::Standard, -0.3), (Wings::LowAspectRatio, -0.2)] {
@@ -201,7 +201,7 @@ fn regress_nothing_is_missing_in_dives_at_sea_from_surfacing_to_surfacing() {
 }
 
 #[test]
-fn validate_a_current_is_found_in_dives_at_sea_from_surfacing_to_surfacing() {
+fn validate_a_current_is_found_in_dives_from_surface_to_surface() {
     let hidden = Effect { value: 0.15, ..Effect::typical(EffectKind::HorizontalCurrent) };
     let d = asked(sweep_at_sea(Wings::Standard), Some(hidden), 5);
     assert_eq!((d.verdict, d.answer.as_slice()), (Verdict::Explained, ["horizontal_current"].as_slice()), "{:?}", d.notes);
@@ -221,7 +221,7 @@ fn validate_a_current_is_found_where_three_dives_lie_between_two_fixes() {
 }
 
 #[test]
-fn validate_fixes_three_dives_apart_tell_the_pitch_scale_from_its_look_alikes() {
+fn validate_fixes_three_dives_apart_separate_the_pitch_scale() {
     // By depth alone 0.13 and not told apart from a ballast scale with a zero-lift angle: the way made good is what they differ in.
     let hidden = Effect { value: 0.1, ..Effect::typical(EffectKind::PitchScale) };
     let d = asked(sweep(Wings::Standard, 3, 40.0), Some(hidden), 101);

@@ -25,7 +25,7 @@ fn sparse(least_s: f64) -> (Flight, Vehicle) {
 }
 
 #[test]
-fn regress_a_log_sampled_every_twenty_seconds_has_blocks_and_finite_errors() {
+fn regress_a_log_sampled_every_20_s_has_blocks_and_finite_errors() {
     let (flight, vehicle) = sparse(20.0);
     let c = compare(&flight, &vehicle);
     assert!(c.block_s >= 80.0 && c.blocks.0 > 20, "{} blocks of {} s", c.blocks.0, c.block_s);

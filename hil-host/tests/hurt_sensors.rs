@@ -52,7 +52,7 @@ fn regress_a_sensor_that_sticks_is_found_and_its_values_are_left_out() {
 
 /// Nothing is left to check by, and it is said that others are kept for that.
 #[test]
-fn a_pressure_sensor_that_sticks_in_all_check_segments_leaves_them_out_and_others_take_their_place() {
+fn check_segments_with_a_stuck_pressure_are_replaced_by_others() {
     let named = told_after(21, &|_| {}).check;
     let d = told_after(21, &|f| {
         let kept = |i: &usize| named.contains(&f.segment[*i]);

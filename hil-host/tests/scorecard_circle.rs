@@ -30,7 +30,7 @@ fn scorecard_nothing_is_named_and_nothing_changes_where_nothing_is_hidden() {
 }
 
 #[test]
-fn scorecard_a_law_of_lift_that_is_mended_brings_the_range_of_a_table_of_the_truth() {
+fn scorecard_a_mended_law_of_lift_flies_as_far_as_the_truth() {
     regains(Wings::Standard, EffectKind::LiftSlopeError, 2.0, 0.10);
 }
 

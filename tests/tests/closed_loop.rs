@@ -37,7 +37,7 @@ fn with_the_built_in_table_the_flight_teaches_what_the_table_lacks() {
 }
 
 #[test]
-fn with_the_table_wrong_by_a_fifth_ours_does_not_lose_to_the_ordinary_controller_in_any_band() {
+fn with_a_table_wrong_by_a_fifth_ours_loses_in_no_band() {
     let wrong = [Disturbance::TableLift(0.8), Disturbance::TableLift(1.2), Disturbance::TableDrag(0.8), Disturbance::TableDrag(1.2)];
     let scores = fly_all(&cases(&BOTH, &[Band::Shallow, Band::Sea, Band::Deep], &wrong, 3), || ()).expect("cases can be flown");
     for pair in scores.chunks(2) {
@@ -118,7 +118,7 @@ fn water_speed_m_s(s: &Score) -> f64 {
 }
 
 #[test]
-fn best_speed_flies_faster_and_best_range_spends_less_per_metre_than_best_glide() {
+fn best_speed_is_faster_and_best_range_cheaper_than_best_glide() {
     for wings in BOTH {
         let glide = for_goal(Goal::BestGlide, wings, Disturbance::BuiltInTable, 0.0);
         let speed = for_goal(Goal::BestSpeed, wings, Disturbance::BuiltInTable, 0.0);
@@ -135,7 +135,7 @@ fn best_speed_flies_faster_and_best_range_spends_less_per_metre_than_best_glide(
 /// The current flows north at 0.15 m/s. With it the best pitch would be flatter than that of the best glide, where the flow may leave
 /// the wings: the law keeps its margin, so the speed is that of the best glide to 2 %.
 #[test]
-fn against_a_current_the_goal_flies_faster_and_with_it_no_faster_than_best_glide() {
+fn the_goal_flies_faster_than_best_glide_only_against_a_current() {
     let current = Disturbance::Hidden(plant::EffectKind::HorizontalCurrent);
     for wings in BOTH {
         let south = std::f32::consts::PI;

@@ -4,7 +4,7 @@ use hydro::effects::{CATALOGUE, Effect};
 use std::path::Path;
 
 #[test]
-fn every_effect_type_of_the_folder_is_registered_and_the_guide_names_places_that_exist() {
+fn every_effect_type_is_registered_and_the_guide_names_real_places() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ lies in the workspace");
     let folder = root.join("hil-host/hydro/src/effects");
     let mut written = Vec::new();

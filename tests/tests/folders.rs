@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// From a log to a verdict, and what stands beside that flow.
+/// From a log to a verdict, and what stands beside that flow; `ablation` has switches for all of them.
 const DISCOVERY: [&str; 14] = [
     "ablation",
     "record",
@@ -21,13 +21,12 @@ const DISCOVERY: [&str; 14] = [
     "export",
 ];
 
-/// From a wire to the command line.
-const HIL_HOST: [&str; 8] = ["seats", "flight", "score", "pages", "campaign", "paper", "serve", "cli"];
+/// From a wire to the command line; `whole_file` writes files for all of them.
+const HIL_HOST: [&str; 9] = ["whole_file", "seats", "flight", "score", "pages", "campaign", "paper", "serve", "cli"];
 
 /// Folders of the crate that a source names: `crate::folder::…`, alone or in braces, in code that is not a test module's.
 fn folders_used(text: &str) -> BTreeSet<String> {
-    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    let code: String = code.lines().map(|l| l.split("//").next().unwrap_or_default()).flat_map(|l| [l, "\n"]).collect();
+    let code = code(text);
     let name = |s: &str| s.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut used = BTreeSet::new();
     for after in code.split("crate::").skip(1) {
@@ -79,6 +78,58 @@ fn check(source: &str, order: &[&str]) {
     assert!(bad.is_empty(), "each folder may use only those before it ({order:?}): {bad:#?}");
 }
 
+/// Where an effect may still be called by its name: the folders that weigh hypotheses, the table of calibration parameters, and keys of
+/// files that are called like an effect.
+const NAMES_EFFECTS: [&str; 13] = [
+    "discovery/src/import/classes.rs",
+    "discovery/src/likelihood/",
+    "discovery/src/inference/",
+    "discovery/src/hypotheses/",
+    "discovery/src/criticism/",
+    "discovery/src/diagnosis/",
+    "discovery/src/model/parameters.rs",
+    "discovery/src/model/integrator.rs",
+    "discovery/src/workbench/add.rs",
+    "discovery/src/vehicle/",
+    "src/flight/worlds.rs",
+    "src/score/",
+    "src/paper/",
+];
+
+/// Files that are longer than a file may be, and wait to be split.
+const LONG: [&str; 8] = [
+    "discovery/src/import/slocum.rs",
+    "discovery/src/hypotheses/search.rs",
+    "discovery/src/likelihood/mod.rs",
+    "hydro/src/effects/mod.rs",
+    "plant/src/faults.rs",
+    "plant/src/trials/catalogue.rs",
+    "src/paper/claims.rs",
+    "tests/scorecard_discovery.rs",
+];
+
+fn hil_host() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../hil-host")
+}
+
+/// Names of the catalogue, read from its sources.
+fn effect_names() -> Vec<String> {
+    let mut names = Vec::new();
+    for file in rust_files(&hil_host().join("hydro/src/effects")) {
+        let text = std::fs::read_to_string(&file).expect("a source file");
+        for body in text.split("fn name(&self) -> &'static str {").skip(1) {
+            names.extend(body.split('"').nth(1).filter(|_| body.trim_start().starts_with('"')).map(str::to_owned));
+        }
+    }
+    names
+}
+
+/// Code of a file without its test module and comments.
+fn code(text: &str) -> String {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    code.lines().map(|l| l.split("//").next().unwrap_or_default()).flat_map(|l| [l, "\n"]).collect()
+}
+
 #[test]
 fn folders_of_discovery_use_only_those_before_them() {
     check("hil-host/discovery/src", &DISCOVERY);
@@ -98,4 +149,33 @@ fn an_upward_import_is_found_however_it_is_written() {
     assert_eq!(bad("use crate::Problem;\n"), ["model/x.rs uses Problem"]);
     assert_eq!(bad("use crate::preprocess::Run; // crate::likelihood\n#[cfg(test)]\nmod tests {\n use crate::diagnosis;\n}\n"), [""; 0]);
     assert_eq!(upward(&DISCOVERY, "elsewhere/x.rs", ""), ["elsewhere/x.rs is in no folder of the order"]);
+}
+
+#[test]
+fn no_effect_is_called_by_its_name_outside_the_catalogue() {
+    let names = effect_names();
+    assert!(names.len() > 20 && names.iter().any(|n| n == "side_edge_lift"), "{names:?}");
+    let mut bad = Vec::new();
+    for folder in ["discovery/src", "src"] {
+        for path in rust_files(&hil_host().join(folder)) {
+            let file = path.strip_prefix(hil_host()).expect("below it").to_str().expect("a name").to_owned();
+            if path.ends_with("tests.rs") || NAMES_EFFECTS.iter().any(|f| file.starts_with(f)) {
+                continue;
+            }
+            let text = code(&std::fs::read_to_string(&path).expect("a source file"));
+            bad.extend(names.iter().filter(|n| text.contains(&format!("\"{n}\""))).map(|n| format!("{file}: {n}")));
+        }
+    }
+    assert!(bad.is_empty(), "ask the effect (a method of its trait) instead of comparing its name: {bad:#?}");
+}
+
+#[test]
+fn no_file_of_the_laptop_side_is_longer_than_500_lines() {
+    let lines = |p: &Path| std::fs::read_to_string(p).expect("a source file").lines().count();
+    let folders = ["src", "tests", "discovery", "hydro", "plant"];
+    let files = folders.iter().flat_map(|f| rust_files(&hil_host().join(f)));
+    let name = |p: &Path| p.strip_prefix(hil_host()).expect("below it").to_str().expect("a name").to_owned();
+    let long: Vec<String> =
+        files.filter(|p| lines(p) > 500 && !LONG.contains(&name(p).as_str())).map(|p| format!("{}: {}", name(&p), lines(&p))).collect();
+    assert!(long.is_empty(), "a file over 500 lines is a missing room: {long:?}");
 }

@@ -37,52 +37,5 @@ pub mod steady;
 pub mod vehicle;
 pub mod workbench;
 
-// Where modules stood before they had folders; to be deleted.
-pub use criticism::localise as whereabouts;
-pub use criticism::residual_tests as remainder;
-pub use criticism::unmodelled as strangers;
-pub use diagnosis as diagnose;
-pub use diagnosis::hull_lag;
-pub use diagnosis::report;
-pub use hypotheses::bank;
-pub use hypotheses::candidate as screen;
-pub use hypotheses::search;
-pub use hypotheses::sensitivity as signature;
-pub use inference::evidence;
-pub use inference::gauss_newton as fit;
-pub use inference::initial_guess as start;
-pub use likelihood as problem;
-pub use likelihood::battery as moments;
-pub use likelihood::block_error as metric;
-pub use likelihood::displacement as ways;
-pub use likelihood::selection as left_out;
-pub use likelihood::stall_mask as brink;
-pub use likelihood::whitening as noise;
-pub use model::dynamics;
-pub use model::integrator as lanes;
-pub use model::internal_wave as wave;
-pub use model::parameters as calibration;
-pub use preprocess as prepare;
-pub use preprocess::clock_offset as clocks;
-pub use preprocess::dives;
-pub use preprocess::sanity as inputs;
-pub use preprocess::spikes;
-pub use record::csv as read;
-pub use record::flight;
-pub use record::resample as align;
-pub use vehicle::effects_table as switched_on;
-pub use vehicle::expression;
-pub use vehicle::file as vehicle_file;
-pub use workbench::add;
-pub use workbench::compare;
-pub use workbench::next_flight as plan;
-#[allow(unused_imports)]
-pub(crate) use {
-    criticism::held_out as kept_out, criticism::periodogram as periodic, criticism::plausibility as unlike, diagnosis::settle as looks,
-    hypotheses::aliases as twins, hypotheses::discrepancy as form, hypotheses::late_stall, inference::wave_train,
-    likelihood::finite_difference as slope, preprocess::ctd_gaps as column, preprocess::gaps as unseen,
-    preprocess::stuck_sensors as repairs,
-};
-
 pub use record::flight::Flight;
 pub use vehicle::Vehicle;

@@ -43,7 +43,7 @@ fn validate_nominal_error_of_the_example_trials() {
 }
 
 #[test]
-fn example_trials_are_called_adequate_and_nothing_is_planned_from_their_pressure() {
+fn example_trials_are_adequate_and_plans_ignore_their_pressure() {
     let Some(folder) = trials() else { return };
     for name in ["example_lake", "example_sea"] {
         let case = folder.join(name);

@@ -207,7 +207,7 @@ fn validate_a_seaglider_dive_is_read_with_the_right_density() {
 /// The table took its engineering channels at the time the CTD sample was stored, 0.8 s late (see above); our import does not. So its
 /// clocks are that much nearer to each other by the two pressures of the same flight.
 #[test]
-fn validate_the_pressure_of_the_steering_computer_is_kept_and_tells_its_clock() {
+fn validate_the_steering_computers_pressure_tells_its_clock() {
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
     let imported = import(&root.join("raw"), &[]).expect("an import");
     let mapped = imported.report.mapped.iter().find(|m| m.from == "m_pressure").expect("m_pressure is there");

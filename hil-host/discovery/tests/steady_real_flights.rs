@@ -99,7 +99,7 @@ fn validate_modena_trained_on_the_first_day_and_tested_22_days_later() {
 /// The same without a given order of steps: of all sets of effects the later flight asks for the two that a hull has, or for thermal
 /// expansion with a pitch offset; nothing less does.
 #[test]
-fn validate_the_flight_22_days_later_names_compressibility_and_thermal_expansion() {
+fn validate_a_flight_22_days_later_names_compressibility_and_expansion() {
     let (Some(train), Some(test)) = (modena("175-0-1"), modena("191-0-34")) else { return };
     let found = held_out(&train, &test).expect("steady legs");
     assert_eq!(found.named[0], ["hull_compressibility", "thermal_expansion"]);
@@ -151,7 +151,7 @@ fn validate_the_pitch_scale_of_comet_2016_is_found_from_speed() {
 
 /// And vertical velocity alone tells neither lift slope nor pitch scale (so not the speed).
 #[test]
-fn validate_that_vertical_velocity_alone_identifies_neither_lift_nor_speed() {
+fn validate_vertical_velocity_alone_identifies_neither_lift_nor_speed() {
     for flight in [comet(), modena("187-0-12"), modena("191-0-34")] {
         let Some(flight) = flight else { return };
         let report = steady_report(&flight).expect("report");

@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_speed_goes_with_the_root_of_buoyancy_and_scaling_all_areas_changes_no_angle() {
+    fn prop_speed_goes_with_the_root_of_buoyancy_and_areas_change_no_angle() {
         let trim = dive(21.9, 2.12, 1005.8);
         let s = sensitivities(&ForceModel::new(at_sea(7.53), &[]), &trim).unwrap();
         assert!((s.buoyancy.speed - 0.5).abs() < 1e-6 && s.buoyancy.l_over_d.abs() < 1e-6, "{s:?}");

@@ -28,7 +28,7 @@ fn validate_no_log_tells_a_density_bias_from_displaced_volume() {
 /// An angle of zero lift is not always lost: on the rail wings at sea, where the hull's drag turns with it a little less than it would on
 /// a crooked sensor, a log tells it (5 log odds: 150 to one).
 #[test]
-fn prop_an_angle_of_zero_lift_of_the_rail_wings_at_sea_is_told_from_a_crooked_pitch_sensor() {
+fn prop_zero_lift_angle_and_pitch_offset_are_separable_on_rail_wings() {
     let told = log_odds(Site::Sea, Wing::LowAspectRatio, Effect::ZeroLiftAngle).expect("it has a twin");
     assert!(told > 5.0, "log odds {told}");
     assert!(log_odds(Site::Sea, Wing::Standard, Effect::RollTurnDrag).is_none(), "turning drag has no twin");

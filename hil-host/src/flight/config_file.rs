@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_says_its_pitch_sensor_is_wrong_gives_a_file_and_one_that_does_not_gives_none() {
+    fn only_a_vehicle_with_a_wrong_pitch_sensor_gives_a_controller_file() {
         let active = |name, value| hydro::effects::Active::sized(hydro::effects::by_name(name).expect(name), value);
         let sensor =
             crate::flight::vehicles::pitch_sensor(&[active("pitch_offset", 0.03), active("pitch_scale", 0.25), active("stall", 0.1)]);

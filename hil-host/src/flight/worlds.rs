@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn validate_the_page_on_truth_files_lists_every_effect_with_its_size_and_unit() {
+    fn validate_the_truth_file_page_lists_every_effect_with_size_and_unit() {
         for kind in EffectKind::ALL {
             let name = kind.name();
             let row = PAGE.lines().find(|l| l.starts_with(&format!("| `{name}` |"))).unwrap_or_else(|| panic!("no row for {name}"));

@@ -477,7 +477,7 @@ mod tests {
     use crate::paper::trials;
 
     #[test]
-    fn validate_five_model_claims_hold_at_once_in_the_vehicles_tuned_to_the_paper() {
+    fn validate_five_model_claims_hold_at_once_in_the_paper_vehicles() {
         let (s, l) = (paper(Wings::Standard).unwrap(), paper(Wings::LowAspectRatio).unwrap());
         // Shares of lift within 0.02 (the paper prints two digits), angle ratio within 0.03.
         assert!((wing_share(&s, 1.0) - 0.89).abs() <= 0.02);

@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn scorecard_of_a_diagnosis_that_knows_is_full_and_of_one_that_says_nothing_is_empty() {
+    fn scorecard_is_full_for_the_truth_and_empty_for_silence() {
         let knowing = under(|case| {
             let names: Vec<&str> = case.truth.hidden.iter().map(|h| h.name).collect();
             let parameters: serde_json::Map<String, Value> = case
@@ -391,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn scorecard_counts_a_class_of_three_and_not_of_four_and_ignores_names_under_an_unexplained_verdict() {
+    fn scorecard_counts_classes_of_three_and_no_names_of_the_unexplained() {
         let with = |verdict: &str, others: usize| {
             let verdict = verdict.to_owned();
             under(move |case| {

@@ -220,7 +220,7 @@ mod tests {
     use std::time::{Duration, SystemTime};
 
     #[test]
-    fn an_image_is_old_when_a_source_of_it_in_this_tree_is_newer_and_not_for_any_other_file() {
+    fn an_image_is_old_when_one_of_its_sources_is_newer() {
         let tree = std::env::temp_dir().join(format!("glider-old-image-{}", std::process::id())).join("a tree");
         std::fs::create_dir_all(&tree).expect("writes");
         let file = |name: &str, age_s: u64| {

@@ -144,7 +144,7 @@ impl Identifiability {
 
 /// Keys of `tolerance_1sigma` in a vehicle file, the value of a tolerance of 1 as the file has it, by calibration number.
 #[must_use]
-pub fn stated_tolerances(vehicle: &crate::Vehicle) -> [(&'static str, f64); STATED] {
+pub fn stated_tolerances(vehicle: &crate::vehicle::Vehicle) -> [(&'static str, f64); STATED] {
     const KEYS: [&str; STATED] = [
         "cd0_relative",
         "lift_slope_relative",

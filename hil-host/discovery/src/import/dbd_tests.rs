@@ -115,7 +115,7 @@ fn assert_cycles(file: &DbdFile, cycles: impl Iterator<Item = usize>) {
 }
 
 #[test]
-fn prop_decoding_undoes_encoding_in_both_byte_orders_factored_or_not_packed_or_not() {
+fn prop_decoding_undoes_encoding_in_both_byte_orders_and_packings() {
     for order in [Order::Little, Order::Big] {
         for factored in [false, true] {
             let plain = file(order, factored, 200);

@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mode_is_stretched_where_the_water_is_stratified_and_vanishes_at_surface_and_bottom() {
+    fn a_mode_stretches_in_stratified_water_and_vanishes_at_both_ends() {
         // A thermocline in the middle of 100 m: half of the stretched depth is passed within it.
         let sharp: Vec<f64> = (0..=BINS).map(|i| if i < 18 { 0.01 * i as f64 } else { (0.18 + 0.16 * (i - 18) as f64).min(1.0) }).collect();
         let kind = Kind { period_s: 1200.0, mode: 1, stretched: Some(std::sync::Arc::new(sharp)) };

@@ -280,7 +280,7 @@ mod tests {
     use hydro::effects::Sensed;
 
     #[test]
-    fn a_run_under_way_starts_at_the_speed_its_depth_and_pitch_say_and_in_a_turn_at_a_usual_one() {
+    fn a_run_under_way_starts_at_the_speed_that_depth_and_pitch_say() {
         let time: Vec<f64> = (0..9).map(|i| 2.0 * f64::from(i)).collect();
         let sinking = |rate: f64| time.iter().map(|t| 20.0 + rate * t).collect::<Vec<_>>();
         // 0.12 m/s down at 24 degrees nose down: 0.295 m/s along the hull.

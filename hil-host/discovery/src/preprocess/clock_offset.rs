@@ -190,7 +190,7 @@ mod tests {
     /// A deep pump's sensor that sits in the tail: it bends by a metre over the range, creeps by half a metre, and is 0.4 m behind
     /// the CTD; the pitch follows the direction of travel and takes ten seconds to turn.
     #[test]
-    fn accuracy_a_shift_is_found_under_a_sensor_that_bends_and_creeps_and_sits_behind() {
+    fn accuracy_a_clock_shift_is_found_under_a_bent_creeping_late_sensor() {
         let mut f = flight(-0.8);
         let pitch = |t: f64| 0.45 * (1.5 * (saw(t - 5.0) - saw(t + 5.0)) / 1.33e4).clamp(-1.0, 1.0);
         f.pitch_rad = f.time_s.iter().map(|t| pitch(t + 0.8)).collect();

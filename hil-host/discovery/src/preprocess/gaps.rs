@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_stuck_sensor_repeats_is_removed_and_what_a_coarse_one_repeats_is_not() {
+    fn repeats_of_a_stuck_sensor_are_removed_and_of_a_coarse_one_kept() {
         // 0.15 m/s down at a resolution of 100 Pa, every 4 s; then stuck for a minute.
         let sinking = |i: i32| (f64::from(i) * 6000.0 / 100.0).round() * 100.0;
         let mut pressure: Vec<f64> = (0..200).map(sinking).collect();

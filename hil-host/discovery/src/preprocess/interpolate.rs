@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn accuracy_a_cubic_between_samples_meets_a_swing_of_16_s_where_the_local_fit_flattens_it() {
+    fn accuracy_a_cubic_meets_a_swing_of_16_s_that_the_local_fit_flattens() {
         let time: Vec<f64> = (0..20).map(|i| 4.0 * f64::from(i)).collect();
         let omega = std::f64::consts::TAU / 16.0;
         let pitch: Vec<f64> = time.iter().map(|t| 0.3 * (omega * t).sin()).collect();

@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn regress_the_flank_of_a_steep_turn_and_a_segment_that_begins_in_one_are_no_spikes() {
+    fn regress_the_flank_of_a_steep_turn_is_no_spike() {
         // As flown by a pitch sensor that reads a tenth too much: 0.49 is 0.22 rad off all lines through its neighbours. Each turn
         // without it was late, and that read as an angle of zero lift.
         let turn = [-0.445, -0.441, -0.445, -0.425, -0.093, 0.490, 0.623, 0.509, 0.469, 0.47];

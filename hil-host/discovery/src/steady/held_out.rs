@@ -7,6 +7,7 @@
 //! The values come from the first flight alone. Which set is named is chosen on the second, so its error is a little flattered by
 //! the choice among eight, and by nothing else.
 
+use hydro::effects::{Effect, HullCompressibility, PitchOffset, ThermalExpansion};
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -17,11 +18,11 @@ use super::report::SteadyError;
 use super::samples::SteadySamples;
 use crate::record::flight::Flight;
 
-/// Effects that are asked, with the names of the catalogue.
-const EFFECTS: [(Parameter, &str); 3] = [
-    (Parameter::Compressibility, "hull_compressibility"),
-    (Parameter::ThermalExpansion, "thermal_expansion"),
-    (Parameter::PitchOffset, "pitch_offset"),
+/// Effects that are asked, as the catalogue knows them.
+static EFFECTS: [(Parameter, &dyn Effect); 3] = [
+    (Parameter::Compressibility, &HullCompressibility),
+    (Parameter::ThermalExpansion, &ThermalExpansion),
+    (Parameter::PitchOffset, &PitchOffset),
 ];
 /// A leg ends where the samples change direction or stop for this long, s.
 const LEG_GAP_S: f64 = 120.0;
@@ -82,7 +83,7 @@ pub fn held_out(train: &Flight, test: &Flight) -> Result<HeldOut, SteadyError> {
         return Err(SteadyError::FewLegs { flight: test.name.clone(), legs: legs.len(), fewest: FEWEST_LEGS });
     }
     let warm = fitted.has_temperature() && judged.has_temperature();
-    let effects: Vec<_> = EFFECTS.into_iter().filter(|(p, _)| warm || *p != Parameter::ThermalExpansion).collect();
+    let effects: Vec<_> = EFFECTS.iter().filter(|(p, _)| warm || *p != Parameter::ThermalExpansion).collect();
     let start = fitted.nominal_model(false);
     let always = Rung::TrimMeasuredDensity.free();
     let mut sets = Vec::new();
@@ -91,7 +92,7 @@ pub fn held_out(train: &Flight, test: &Flight) -> Result<HeldOut, SteadyError> {
         let free: Vec<Parameter> = always.iter().copied().chain(set().map(|e| e.0)).collect();
         let model = fit(&fitted, &start, &free, Channels::Vertical)?.model;
         sets.push(Judged {
-            effects: set().map(|e| e.1).collect(),
+            effects: set().map(|e| e.1.name()).collect(),
             fitted_cm_s: rms_cm_s(&fitted, &model),
             test_cm_s: rms_cm_s(&judged, &model),
             t: 0.0,

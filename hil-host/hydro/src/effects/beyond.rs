@@ -62,7 +62,7 @@ mod tests {
     const EDGE: LiftDrag = LiftDrag { cl: 0.9, cd: 0.4 };
 
     #[test]
-    fn prop_every_continuation_meets_the_law_at_its_edge_and_is_broadside_at_a_right_angle() {
+    fn prop_every_continuation_meets_the_law_and_ends_broadside() {
         for on in [Continuation::Rising, Continuation::Fading] {
             for lift_fading in [-0.6, 0.0, 0.3, 1.0] {
                 for cd_broadside in [1.0, CD_BROADSIDE] {

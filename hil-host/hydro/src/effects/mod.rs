@@ -470,7 +470,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_lift_is_odd_and_drag_even_in_angle_of_attack_and_both_are_continuous_at_the_edge() {
+    fn prop_lift_is_odd_and_drag_even_and_both_are_continuous() {
         let model = ForceModel::new(nominal(), &[]);
         for i in 0..150 {
             let a = f64::from(i) * 0.01;

@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn scorecard_real_counts_only_what_a_flight_can_show_and_fails_below_a_floor() {
+    fn scorecard_real_counts_what_a_flight_can_show_and_fails_below_a_floor() {
         let scored = [
             one("cd0 /1.5", true, true, true),
             one("lift /1.3", true, true, false),

@@ -88,7 +88,7 @@ fn bits(t: &Track) -> Vec<u64> {
 }
 
 #[test]
-fn prop_a_flow_that_is_known_to_attach_stays_within_the_valid_angle_of_attack() {
+fn prop_a_flow_known_to_attach_stays_within_the_valid_angle_of_attack() {
     let run = run(200.0, 0.45, true);
     let steepest = |attached: &[(f64, f64)]| {
         let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached };
@@ -204,7 +204,7 @@ fn prop_a_simulation_does_not_depend_on_what_is_beside_it() {
 
 /// Steady flight is where tan|γ| is C_D over C_L (flight format, section 3), by the coefficients of the force law itself.
 #[test]
-fn validate_a_steady_glide_is_where_drag_over_lift_is_the_tangent_of_the_path() {
+fn validate_a_steady_glide_has_drag_over_lift_as_tangent_of_its_path() {
     for pitch in [0.3, 0.37, 0.45] {
         let run = run(200.0, pitch, false);
         let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached: &[] };
@@ -260,7 +260,7 @@ fn validate_a_banked_turn_is_that_of_a_body_in_six_degrees_of_freedom() {
 }
 
 #[test]
-fn accuracy_lift_in_a_bank_is_the_lift_of_a_law_that_is_smaller_by_the_cosine_of_the_roll() {
+fn accuracy_lift_in_a_bank_is_smaller_by_the_cosine_of_the_roll() {
     let run = run(200.0, 0.45, true);
     let flat = Constants { induced_k: 0.0, ..SLOCUM };
     let cos = 0.1_f64.cos();

@@ -161,7 +161,7 @@ fn by_the_clock(step_s: f64) -> World {
 }
 
 #[test]
-fn prop_halving_the_step_moves_a_three_hour_flight_by_less_than_a_centimetre() {
+fn prop_half_the_step_moves_a_three_hour_flight_by_less_than_1_cm() {
     let (coarse, fine, finest) = (by_the_clock(0.5).truth(), by_the_clock(0.25).truth(), by_the_clock(0.05).truth());
     let d = |a: &Truth, b: &Truth| ((a.depth_m - b.depth_m).abs(), (a.north_m - b.north_m).hypot(a.east_m - b.east_m));
     println!(

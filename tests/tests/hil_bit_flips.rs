@@ -65,15 +65,25 @@ impl Stub {
         String::from_utf8_lossy(&text).into_owned()
     }
 
+    /// The answer to a packet; stops told once more on the way are passed over.
+    fn answer(&mut self) -> String {
+        loop {
+            let text = self.hear();
+            if !text.starts_with(['T', 'S']) {
+                return text;
+            }
+        }
+    }
+
     /// Stops the chip, flips one bit, lets it run on.
     fn flip(&mut self, address: u64, bit: u32) {
         self.0.write_all(&[3]).expect("the stub takes a break");
         let stopped = self.hear();
         assert!(stopped.starts_with('T') || stopped.starts_with('S'), "{stopped}");
         self.send(&format!("m{address:x},1"));
-        let byte = u8::from_str_radix(&self.hear(), 16).expect("a byte");
+        let byte = u8::from_str_radix(&self.answer(), 16).expect("a byte");
         self.send(&format!("M{address:x},1:{:02x}", byte ^ 1 << bit));
-        assert_eq!(self.hear(), "OK");
+        assert_eq!(self.answer(), "OK");
         self.send("c");
     }
 }
@@ -192,6 +202,7 @@ fn flips(most: u32, seed: u64) {
 }
 
 #[test]
+#[ignore = "half a minute: cargo test --release -p tests --test hil_bit_flips -- --ignored --nocapture"]
 fn hil_flipped_bits_in_the_ram_of_the_image_end_at_home() {
     flips(16, 1);
 }

@@ -4,6 +4,7 @@
 use crate::preprocess::Prepared;
 use crate::record::plausible::quantile;
 use crate::vehicle::Vehicle;
+use hydro::effects::by_name;
 
 /// Vertical velocity from which a row counts as diving or climbing, m/s, and the time over which it is formed, s.
 const MOVING_M_S: f64 = 0.03;
@@ -22,7 +23,7 @@ const FLAT_M: f64 = 1.5;
 const OTHER_WATER: f64 = 3.0;
 
 /// Why the vehicle as its file gives it cannot both dive and climb in this water: the volume that the water asks for is beyond its pump's
-/// strokes by more than the trim may be off. None if it can.
+/// strokes by more than the trim may be off and `ballast_offset` reaches. None if it can.
 #[must_use]
 pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
     let mut c = vehicle.constants;
@@ -41,8 +42,9 @@ pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
     }
     let (asked, [most_in, most_out]) = (quantile(&short_m3, 0.5), [0.01, 0.99].map(|q| quantile(&ballast_m3, q)));
     let beyond = (asked - most_out).max(most_in - asked);
-    // Not a number where there are no rows.
-    if !(beyond > OTHER_WATER * vehicle.tolerance.trim_volume_m3) {
+    // A trim that has an effect of its own is to be named, not refused. Not a number where there are no rows.
+    let named_m3 = by_name("ballast_offset").map_or(0.0, |e| e.parameters()[0].high * 1e-6);
+    if !(beyond > named_m3 + OTHER_WATER * vehicle.tolerance.trim_volume_m3) {
         return None;
     }
     let (water, floats) = (quantile(&density, 0.5), c.mass_kg / quantile(&volume_m3, 0.5));

@@ -145,7 +145,7 @@ pub fn load(root: &Path, entry: &Entry) -> anyhow::Result<(Flight, Value)> {
         (csv::flight(&path)?, None)
     } else {
         let imported = import::import(&path, &[])?;
-        let vehicle = vehicle_of(&imported);
+        let vehicle = imported.vehicle.as_ref().map(|v| toml::from_str(&v.toml())).transpose()?;
         (imported.flight, vehicle)
     };
     flight.name.clone_from(&entry.name);
@@ -161,11 +161,6 @@ pub fn load(root: &Path, entry: &Entry) -> anyhow::Result<(Flight, Value)> {
         document["hull_volume_m3"] = json!(mass / density);
     }
     Ok((flight, document))
-}
-
-/// The vehicle file that an importer makes of a log; none yet does.
-fn vehicle_of(_imported: &import::Imported) -> Option<Value> {
-    None
 }
 
 /// A calibrated vehicle file: the numbers refitted to the dives that may be fitted, tolerances narrowed to what that leaves uncertain.

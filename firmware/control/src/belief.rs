@@ -112,8 +112,6 @@ struct Piece {
 /// What a cycle brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum News {
-    /// The first cycle of a piece: the memory was checked.
-    Begun,
     /// Nothing yet.
     None,
     /// A piece is complete.
@@ -218,12 +216,22 @@ impl Belief {
         all_finite([tan_gamma, speed_squared, s.induced]).then_some(s)
     }
 
+    /// Depth rate of the steady glide at a pitch (magnitude) with a ballast volume, m/s: bisection in α, with which the pitch falls.
+    /// Flatter than the flattest glide the table has: that one's.
+    pub(crate) fn rate_m_s(&self, table: &Table<'_>, pitch_rad: f32, ballast_m3: f32) -> Option<f32> {
+        let (mut low, mut high) = (0.005, table.best_alpha_rad() * 1.5);
+        for _ in 0..8 {
+            let middle = 0.5 * (low + high);
+            let s = self.steady(table, middle, ballast_m3)?;
+            if s.gamma_rad() - middle > pitch_rad { low = middle } else { high = middle }
+        }
+        let s = self.steady(table, high, ballast_m3)?;
+        Some(s.speed_m_s() * s.sin_gamma)
+    }
+
     /// Takes one cycle of steady glide, `now` as believed; `measured_m_s` is the depth rate, down positive.
     pub(crate) fn take(&mut self, now: &Steady, measured_m_s: f32) -> News {
-        let fresh = self.cycles == 0;
-        if fresh {
-            self.heal();
-        }
+        self.heal();
         let ratio = measured_m_s.abs() / (now.speed_m_s() * now.sin_gamma).at_least(0.01);
         self.cycles = self.cycles.saturating_add(1);
         let [first, second] = &mut self.sums;
@@ -233,7 +241,7 @@ impl Belief {
             *first += ratio;
         }
         if self.cycles < SETTLE + 2 * HALF {
-            return if fresh { News::Begun } else { News::None };
+            return News::None;
         }
         let n = f32::from(HALF);
         let (mean, apart) = ((*first + *second) / (2.0 * n), (*second - *first) / n);

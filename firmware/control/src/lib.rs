@@ -60,6 +60,10 @@ const ENTRY_S: f32 = 20.0;
 const ENTRY_M: f32 = 1.5;
 /// Above the deep turn by less than this a lesson is flown, m: a steep glide before and after the turn, in the same water.
 const LESSON_M: f32 = 13.0;
+/// Time with the pump at rest after which a glide is steady, s: the flow settles in 20 s, the depth rate in 10 s.
+const SETTLED_S: f32 = 40.0;
+/// Share of the preset pitch above which a vehicle glides and does not fall flat: 13°, flatter than any best glide of these wings.
+const GLIDES_SHARE: f32 = 0.5;
 /// The pitch wanted is held when it is met within this, rad (2°): then the glide tells of the polar.
 const HELD_RAD: f32 = 0.035;
 
@@ -210,7 +214,7 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
 
     let mut leg = state.voyage.leg();
     let number = state.voyage.leg_number();
-    let verdict = judge(config, state, &seen, &leg, frame);
+    let verdict = judge(config, table, state, &seen, &leg, frame);
     fly(config, state, &seen, &leg, &verdict);
     let phase = state.voyage.phase();
     if state.voyage.leg_number() != number {
@@ -265,13 +269,15 @@ fn backup_limits(config: &Config, mission: &Mission) -> Limits {
     }
 }
 
-fn judge(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, frame: &SensorFrame) -> Verdict {
+fn judge(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: &Seen, leg: &Leg, frame: &SensorFrame) -> Verdict {
     let watch = Watch {
         config,
         clock: state.clock.run,
         seen,
         frame,
         commanded: &state.last,
+        ballast_m3: state.ballast_m3,
+        table_rate_m_s: table_rate_m_s(config, table, state, seen),
         pitch_wanted_rad: state.pitch_wanted_rad,
         phase: state.voyage.phase(),
         leg_max_m: leg.depth_max_m,
@@ -281,6 +287,16 @@ fn judge(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, frame: &Sen
         bottom_turns: state.voyage.bottom_turns,
     };
     state.safety.judge(&watch)
+}
+
+/// Depth rate of the steady glide at the pitch flown on the pump's buoyancy alone, m/s; none out of a steady glide, without a table,
+/// and at a pitch so flat that the vehicle may fall as steadily as it glides.
+fn table_rate_m_s(config: &Config, table: Option<&Table<'_>>, state: &State, seen: &Seen) -> Option<f32> {
+    let (table, pitch) = (table?, seen.pitch_rad?);
+    let along = if state.ballast_m3 > 0.0 { pitch } else { -pitch };
+    let settled = state.pumped_s > SETTLED_S && (state.last.ballast_m3 - state.ballast_m3).abs() < 12e-6;
+    let glides = settled && along > config.preset_pitch_rad * GLIDES_SHARE && state.ballast_m3.abs() > 0.2 * config.pump_m3;
+    if glides { state.choice.belief.rate_m_s(table, along, state.ballast_m3.abs()) } else { None }
 }
 
 /// Moves the mission on, under what safety allows.
@@ -294,6 +310,8 @@ fn fly(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, verdict: &Ver
             state.voyage.climb_now(clock, seen);
         }
         state.voyage.homeward |= verdict.homeward;
+        state.voyage.surface_due = verdict.surface;
+        state.voyage.all_out = verdict.pump_full;
         state.voyage.advance(config, clock, seen, leg, state.ballast_m3);
     }
     state.steady_s = if state.voyage.phase() == before { (state.steady_s + seen.dt_s).at_most(1e4) } else { 0.0 };
@@ -330,11 +348,8 @@ fn command(
     };
     let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };
     let steady = matches!(phase, Phase::Dive | Phase::Climb) && pumped && state.steady_s > 15.0;
-    // Out of the steady glide the estimate is for the trace alone: every other cycle will do.
-    if let (Some(table), Some(pitch)) = (table, pitch)
-        && (steady || seq & 1 == 0)
-    {
-        learn(config, table, state, seen, pitch, leg, steady, verdict.busy);
+    if let (Some(table), Some(pitch)) = (table, pitch) {
+        learn(config, table, state, seen, pitch, leg, steady);
     }
 
     let battery_mass_m = if verdict.hold_mass {
@@ -358,16 +373,13 @@ fn command(
 }
 
 /// What this cycle tells of the glide, and one more point of the search for the pitch.
-fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pitch_rad: f32, leg: &Leg, steady: bool, busy: bool) {
+fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pitch_rad: f32, leg: &Leg, steady: bool) {
     let choice = &mut state.choice;
     let now = state.estimate.advance(table, &choice.belief, seen.dt_s, pitch_rad, seen.rate_m_s, state.ballast_m3, steady);
     let held = (pitch_rad - state.pitch_wanted_rad).abs() < HELD_RAD;
     let way = seen.depth_age_s <= 0.0 && seen.dt_s > 0.0 && seen.rate_m_s * state.ballast_m3 < 0.0;
     match now {
         Some(now) if steady && held && way => match choice.belief.take(&now, seen.rate_m_s) {
-            // Not in the cycle that checks the memory: the other sixteen of a piece are enough for the grid.
-            News::Begun => {}
-            News::None if busy => {}
             News::None => choice.search(config, table, leg),
             News::Piece => choice.settle(config, table, leg),
             News::LetGo => choice.retreat(),

@@ -48,6 +48,8 @@ pub(crate) struct Channel {
     rejected: u8,
     rejected_m: f32,
     zero_m: f32,
+    /// The value believed last was out of reach of the one before: three samples agreed on it.
+    jumped: bool,
 }
 
 impl Channel {
@@ -81,6 +83,7 @@ impl Channel {
         let reach = GATE_M + GATE_M_S * since_s.at_most(20.0);
         if !self.seeded || (value - self.value_m).abs() <= reach {
             self.believe(value);
+            self.jumped = false;
             return Some(value);
         }
         // A new level must be seen three times before it is believed.
@@ -89,6 +92,7 @@ impl Channel {
         self.rejected_m = value;
         if self.rejected >= 3 {
             self.believe(value);
+            self.jumped = true;
             return Some(value);
         }
         None
@@ -153,6 +157,10 @@ pub struct Seen {
     pub depths_disagree: bool,
     /// Of two depth sensors that have been believed, one has not been for half a minute.
     pub depth_unbacked: bool,
+    /// No more than one depth sensor has ever been believed.
+    pub depth_alone: bool,
+    /// The depth of this cycle is one to which no vehicle can have come, and no other sensor confirms it.
+    pub depth_jumped: bool,
     /// Pitch, rad.
     pub pitch_rad: Option<f32>,
     /// Roll, rad.
@@ -213,6 +221,11 @@ impl Senses {
             (Some(a), _) => (Some(a), 0.0),
             (None, b) => (b, 0.0),
         };
+        let depth_jumped = match (a, b) {
+            (Some(_), None) => self.first.jumped,
+            (None, Some(_)) => self.second.jumped,
+            _ => false,
+        };
         self.filter(measured, dt_s);
         // Any winding is taken: differences are wrapped where they are used.
         let angle = -7.0..=13.0;
@@ -225,6 +238,8 @@ impl Senses {
             depth_age_s: self.depth_age_s,
             depths_disagree: differ_m > APART_M + APART_SHARE * self.depth_m.abs(),
             depth_unbacked: self.first.seeded && self.second.seeded && self.first.age_s.at_least(self.second.age_s) > UNBACKED_S,
+            depth_alone: !(self.first.seeded && self.second.seeded),
+            depth_jumped,
             pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms).map(|r| config.pitch_sensor.true_rad(r)),
             roll_rad: frame.roll_rad.accept(angle.clone(), max_age_ms),
             heading_rad: frame.heading_rad.accept(angle, max_age_ms),

@@ -9,7 +9,10 @@
 //! so pitch is right *during* the turn, not some cycles after it. What the law
 //! does not know (zero of the mass, hydrodynamic moment, payload) is learned
 //! as one slow integral per direction, frozen while the mass is saturated or
-//! the pitch is not believed, and bounded.
+//! the pitch is not believed, and bounded. The zero is the same at every pitch;
+//! the moment is not: where another pitch is flown than the one it was learned
+//! at, the mean of both directions stays (in which the moment cancels) and the
+//! rest is learned anew.
 
 use crate::angle::tan;
 use crate::bound::Bound;
@@ -20,13 +23,22 @@ const LEARN_S: f32 = 35.0;
 /// Largest correction of tan(pitch): 0.3 covers T3 0.25 of the worst published trim fit.
 const LEARN_MAX: f32 = 0.3;
 
+/// Change of tan(pitch) beyond which the moment is another, 1 (9°): more than a glide's entry or a lesson is steeper by.
+const SAME_PITCH: f32 = 0.16;
+
+/// Correction of tan(pitch) in one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Learned {
+    tan: f32,
+    /// tan(pitch) wanted when it was last learned; 0: nothing learned yet.
+    at: f32,
+}
+
 /// What was learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Trim {
-    /// Correction of tan(pitch) in dives.
-    dive: f32,
-    /// Correction of tan(pitch) in climbs.
-    climb: f32,
+    dive: Learned,
+    climb: Learned,
     /// Battery position last commanded, m.
     battery_m: f32,
 }
@@ -52,22 +64,28 @@ impl Trim {
         }
         let wanted = tan(wish.pitch_rad);
         let t = &config.trim;
+        let mean = 0.5 * (self.dive.tan + self.climb.tan);
+        let learned = if wish.side < 0.0 { &mut self.dive } else { &mut self.climb };
+        let elsewhere = learned.at != 0.0 && (wanted - learned.at).abs() > SAME_PITCH;
+        if elsewhere && wish.side.abs() >= 1.0 {
+            *learned = Learned { tan: mean, at: wanted };
+        }
         if let (true, Some(pitch), Some(at)) = (wish.steady, pitch_rad, battery_m) {
             // Only when the mass is where it was sent: else the error is on its way out already.
             if (at - self.battery_m).abs() <= 2.0 * config.battery_deadband_m + 1e-4 {
                 let error = (tan(pitch) - wanted).at_least(-0.3).at_most(0.3);
                 let gain = dt_s / (dt_s + LEARN_S);
-                let learned = if wish.side < 0.0 { &mut self.dive } else { &mut self.climb };
                 // Saturated: learn only what leads out of it.
                 let saturated = self.battery_m.abs() >= config.battery_m * 0.999;
                 let outward = (self.battery_m > 0.0) == (error > 0.0);
                 if !(saturated && outward) {
-                    *learned = (*learned + gain * error).at_least(-LEARN_MAX).at_most(LEARN_MAX);
+                    learned.tan = (learned.tan + gain * error).at_least(-LEARN_MAX).at_most(LEARN_MAX);
+                    learned.at = wanted;
                 }
             }
         }
         let mix = 0.5 + 0.5 * wish.side;
-        let learned = self.dive + (self.climb - self.dive) * mix;
+        let learned = self.dive.tan + (self.climb.tan - self.dive.tan) * mix;
         let x = (wanted - t.per_ballast_m3 * wish.ballast_m3 - t.offset - learned) / t.per_battery_m;
         // What is no number would pitch the vehicle up.
         let x = x.at_least(-config.battery_m).at_most(config.battery_m);
@@ -89,6 +107,7 @@ impl Trim {
     }
 
     fn sane(&self, config: &Config) -> bool {
-        self.dive.abs() <= LEARN_MAX && self.climb.abs() <= LEARN_MAX && self.battery_m.abs() <= config.battery_m
+        let sane = |l: &Learned| l.tan.abs() <= LEARN_MAX && l.at.is_finite();
+        sane(&self.dive) && sane(&self.climb) && self.battery_m.abs() <= config.battery_m
     }
 }

@@ -107,6 +107,10 @@ pub(crate) struct Voyage {
     pub(crate) no_way_turns: u8,
     /// Come home at the next chance without being in danger.
     pub(crate) homeward: bool,
+    /// A climb that begins now goes on to the surface.
+    pub(crate) surface_due: bool,
+    /// Climbs with all that the pump has.
+    pub(crate) all_out: bool,
 }
 
 impl Voyage {
@@ -124,6 +128,8 @@ impl Voyage {
             bottom_turns: 0,
             no_way_turns: 0,
             homeward: false,
+            surface_due: false,
+            all_out: false,
         }
     }
 
@@ -212,6 +218,9 @@ impl Voyage {
                 let waited = clock.since(since);
                 let served = matches!(stage, Stage::Comms { heard: true, fixed: true, .. }) && waited >= DWELL_S;
                 if served || waited.seconds() >= config.comms_patience_s {
+                    // Not once was the antenna out, and the depth has to be held against the surface: no more dives.
+                    let unseen = matches!(stage, Stage::Comms { heard: false, fixed: false, .. });
+                    self.homeward |= unseen && self.surface_due;
                     // Patience alone does not make a mission flown: it ends afloat or near the surface.
                     match self.homeward {
                         true if served || seen.afloat || seen.depth_m < NEAR_M => self.stage = Stage::Done,
@@ -247,7 +256,8 @@ impl Voyage {
             Top::Turn => {
                 let carry = self.high.carry_m(config, -seen.rate_m_s, ballast_m3);
                 let late = 0.5 * (-seen.rate_m_s).at_least(0.0) * config.cycle_s;
-                if (dwelt || seen.depth_m <= leg.depth_min_m) && seen.depth_m - carry - late <= leg.depth_min_m {
+                let top_m = self.top_m(leg);
+                if (dwelt || seen.depth_m <= top_m) && seen.depth_m - carry - late <= top_m {
                     let turn = Underway { from_m: -seen.depth_m, speed_m_s: -seen.rate_m_s, ballast_m3, peak_m: -seen.depth_m };
                     self.count_dive();
                     self.stage = Stage::InflectHigh { since: clock, turn };
@@ -276,9 +286,14 @@ impl Voyage {
         (turned && dwelt >= DWELL_S) || dwelt.seconds() >= longest_turn_s(config)
     }
 
+    /// A leg is flown, and what is done is judged by it, until the first dive of the next one begins.
     #[cold]
     #[inline(never)]
     fn begin_dive(&mut self, clock: Micros, seen: &Seen) {
+        if self.leg_dives >= self.leg().dives {
+            self.leg_dives = 0;
+            self.leg = self.leg.saturating_add(1);
+        }
         self.bottom_hits = 0;
         self.stage = Stage::Dive { since: clock, mark_m: seen.depth_m, mark_since: clock };
     }
@@ -291,7 +306,7 @@ impl Voyage {
         let last = u32::from(flown) >= self.mission.dives();
         let top = if self.homeward || last {
             Top::End
-        } else if every > 0 && flown.is_multiple_of(every) {
+        } else if self.surface_due || every > 0 && flown.is_multiple_of(every) {
             Top::Shore
         } else {
             Top::Turn
@@ -314,9 +329,14 @@ impl Voyage {
     fn count_dive(&mut self) {
         self.dives = self.dives.saturating_add(1);
         self.leg_dives = self.leg_dives.saturating_add(1);
-        if self.leg_dives >= self.leg().dives {
-            self.leg_dives = 0;
-            self.leg = self.leg.saturating_add(1);
+    }
+
+    /// Depth of the upper turn, m: that of the leg, after its last dive the next one's where that is shallower.
+    fn top_m(&self, leg: &Leg) -> f32 {
+        let next = self.mission.legs.get(usize::from(self.leg) + 1);
+        match next {
+            Some(next) if self.leg_dives.saturating_add(1) >= leg.dives => leg.depth_min_m.at_most(next.depth_min_m),
+            _ => leg.depth_min_m,
         }
     }
 
@@ -338,10 +358,10 @@ impl Voyage {
         let full = config.pump_m3;
         match self.stage {
             Stage::Dive { .. } | Stage::InflectHigh { .. } => Order { ballast_m3: -drive, antenna_up: false, steer: true },
-            Stage::InflectLow { .. } => Order { ballast_m3: drive, antenna_up: false, steer: true },
+            Stage::InflectLow { .. } => Order { ballast_m3: if self.all_out { full } else { drive }, antenna_up: false, steer: true },
             Stage::Climb { top, .. } => {
                 // All buoyancy there is for a climb that makes no way.
-                let more = self.climbs_without_way(clock, 120) || top != Top::Turn && drive <= 0.0;
+                let more = self.all_out || self.climbs_without_way(clock, 120) || top != Top::Turn && drive <= 0.0;
                 Order { ballast_m3: if more { full } else { drive }, antenna_up: false, steer: true }
             }
             Stage::Surface { .. } | Stage::Comms { .. } | Stage::Done => Order { ballast_m3: full, antenna_up: true, steer: false },

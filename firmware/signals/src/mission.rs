@@ -105,9 +105,47 @@ pub enum MissionError {
     Goal(u8),
     /// Duration is zero or above 60 days.
     Duration,
+    /// The slowest glide that the legs allow takes longer than the duration: at least this many seconds.
+    TooShort(u32),
 }
 
+/// Sink rate of a slow glide over the square root of the ballast drive, m/s per √m³: 0.06 m/s with 230 cc. Measured in glides of
+/// both wings at all pitches and goals, rough water included: 0.066 m/s and more (a flat fall at 6°).
+const SLOW_GLIDE: f32 = 0.06 / 0.015_166;
+/// Longest time of a dive that is no glide, s: two turns with a deep pump (131 s each) and the settling after them.
+const TURNS_S: f32 = 400.0;
+/// Longest wait for fix and shore, and the way there, s.
+const SURFACING_S: f32 = 1200.0;
+/// Time under water after which a surfacing may be due that nobody asked for, s: depth has to be held against the surface.
+const UNASKED_S: f32 = 7200.0;
+
 impl Mission {
+    /// Least distance of a leg's two depths, m: less is no glide between two turns.
+    pub const LEAST_BAND_M: f32 = 5.0;
+    /// Least ballast drive over the pump's range: light water at the surface and a squeezed hull take up to a quarter of it.
+    pub const LEAST_BALLAST_SHARE: f32 = 0.4;
+    /// Pitches that can be asked for, rad.
+    pub const PITCHES_RAD: core::ops::RangeInclusive<f32> = 0.1..=0.8;
+
+    /// Time within which a healthy vehicle has flown the mission in any water it can glide in, s.
+    #[must_use]
+    pub fn least_duration_s(&self) -> f32 {
+        let mut before_m = 0.0;
+        let under_water_s = self.legs.iter().fold(0.0, |sum: f32, leg| {
+            let rate_m_s = SLOW_GLIDE * sqrt(leg.ballast_m3);
+            // Each dive may be one from and to the surface; a leg begins where the one before it ended.
+            let dive_s = 2.0 * leg.depth_max_m / rate_m_s + TURNS_S;
+            let way_there_s = (leg.depth_min_m - before_m).abs() / rate_m_s;
+            before_m = leg.depth_min_m;
+            sum + f32::from(leg.dives) * dive_s + way_there_s
+        });
+        let asked = match self.surface_every {
+            0 => 1.0,
+            every => self.dives() as f32 / f32::from(every) + 1.0,
+        };
+        under_water_s * (1.0 + SURFACING_S / UNASKED_S) + asked * SURFACING_S
+    }
+
     /// Total number of dives.
     #[must_use]
     pub fn dives(&self) -> u32 {
@@ -131,27 +169,36 @@ impl Mission {
                 return Err(MissionError::NoDives(i));
             }
             // Comparisons are written so that NaN fails them.
-            if !(leg.depth_min_m >= 0.0 && leg.depth_max_m - leg.depth_min_m >= 5.0) {
+            if !(leg.depth_min_m >= 0.0 && leg.depth_max_m - leg.depth_min_m >= Self::LEAST_BAND_M) {
                 return Err(MissionError::DepthBand(i));
             }
             if !(leg.depth_max_m <= working_depth_m) {
                 return Err(MissionError::TooDeep(i));
             }
-            if !(leg.ballast_m3 > 0.0 && leg.ballast_m3 <= pump_m3) {
+            if !(leg.ballast_m3 >= Self::LEAST_BALLAST_SHARE * pump_m3 && leg.ballast_m3 <= pump_m3) {
                 return Err(MissionError::Ballast(i));
             }
             let goal_ok = match leg.goal {
                 Goal::BestGlide | Goal::BestSpeed => true,
                 Goal::BestRange { hotel_w } => (0.0..=100.0).contains(&hotel_w),
                 Goal::Current { along_track_m_s } => (-1.0..=1.0).contains(&along_track_m_s),
-                Goal::FixedPitch { pitch_rad } => (0.1..=0.8).contains(&pitch_rad),
+                Goal::FixedPitch { pitch_rad } => Self::PITCHES_RAD.contains(&pitch_rad),
             };
             if !(goal_ok && (-7.0..=7.0).contains(&leg.heading_rad)) {
                 return Err(MissionError::Goal(i));
             }
         }
+        let least_s = self.least_duration_s();
+        if !(self.max_duration_s as f32 >= least_s) {
+            return Err(MissionError::TooShort(least_s as u32));
+        }
         Ok(())
     }
+}
+
+/// Square root by Newton's method, for 0 < x ≤ 1: this crate does without a maths library.
+fn sqrt(x: f32) -> f32 {
+    (0..24).fold(1.0, |root, _| 0.5 * (root + x / root))
 }
 
 #[cfg(test)]

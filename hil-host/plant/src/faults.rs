@@ -16,6 +16,7 @@
 
 use serde::{Deserialize, Serialize};
 use signals::Phase;
+use std::ops::RangeInclusive;
 
 macro_rules! names {
     ($(#[$doc:meta])* $type:ident { $($(#[$vdoc:meta])* $variant:ident = $name:literal,)* }) => {
@@ -259,6 +260,36 @@ pub fn catalogue() -> impl Iterator<Item = Entry> {
     sensors.chain(OTHERS)
 }
 
+/// Sizes that a fault of this kind may have. Where zero lies between them the sign is a kind of its own: a depth that reads too
+/// little is not the same danger as one that reads too much.
+#[must_use]
+pub fn sizes(target: Target, kind: Kind) -> RangeInclusive<f64> {
+    use Kind as K;
+    match (target, kind) {
+        (_, K::Bias | K::Drift | K::Spike) => {
+            let most = 10.0 * Fault::new(target, kind).map_or(0.0, |f| f.size.abs());
+            -most..=most
+        }
+        (Target::Pump | Target::MassMotor | Target::FinMotor, K::Slow) => 0.0..=1.0,
+        (_, K::Slow) => 1.0..=3600.0,
+        (_, K::Delayed) => 0.0..=3600.0,
+        (_, K::Intermittent | K::Chatter | K::LowCharge) => 0.0..=1.0,
+        (_, K::Runaway | K::WingLoss) => -1.0..=1.0,
+        (_, K::LeakBack) => 0.0..=50e-6,
+        (_, K::Leak) => 0.0..=100_000.0,
+        (_, K::VacuumLoss) => 1.0..=1e6,
+        (_, K::Fouling) => 0.0..=20.0,
+        (_, K::Trim) => -5000.0..=5000.0,
+        (_, K::Dragged) => -100.0..=100.0,
+        (_, K::Ice) => 0.0..=20.0,
+        (_, K::Lens) => -20.0..=20.0,
+        (_, K::Current) => -3.0..=3.0,
+        (_, K::Upwelling) => -0.5..=0.5,
+        (_, K::Undervoltage) => 0.0..=30.0,
+        _ => 0.0..=0.0,
+    }
+}
+
 /// One fault to come.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -283,6 +314,12 @@ impl Fault {
     pub fn new(target: Target, kind: Kind) -> Option<Self> {
         let (_, _, size, _) = catalogue().find(|e| e.0 == target && e.1 == kind)?;
         Some(Self { target, kind, size, phase: None, delay_s: 0.0, duration_s: None })
+    }
+
+    /// The same fault with the other sign; none: its size has no sign.
+    #[must_use]
+    pub fn mirrored(self) -> Option<Self> {
+        sizes(self.target, self.kind).contains(&-self.size).then_some(Self { size: -self.size, ..self }).filter(|f| f.size != 0.0)
     }
 
     /// The same fault when a phase begins, `delay_s` later.
@@ -324,6 +361,11 @@ fn seconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("'{text}' is not a time such as 120s or 5m"))
 }
 
+/// Whether a '+' after this is one of the size (`=+5`, `=1e+3`), not the one before the delay (`garbage+109s`).
+fn belongs_to_the_size(before: &str) -> bool {
+    before.split_once('=').is_some_and(|(_, size)| size.is_empty() || size.ends_with(['e', 'E']))
+}
+
 impl std::str::FromStr for Fault {
     type Err = String;
 
@@ -339,7 +381,7 @@ impl std::str::FromStr for Fault {
             let (p, d) = after.split_once('+').map_or((after, None), |(p, d)| (p, Some(d)));
             phase = Some(p);
             delay = d;
-        } else if let Some(at) = body.rfind('+').filter(|at| !body[..*at].ends_with(['=', 'e', 'E'])) {
+        } else if let Some(at) = body.rfind('+').filter(|at| !belongs_to_the_size(&body[..*at])) {
             delay = Some(&body[at + 1..]);
             body = &body[..at];
         }
@@ -368,6 +410,15 @@ impl std::str::FromStr for Fault {
                 .ok()
                 .filter(|v| v.is_finite())
                 .ok_or_else(|| fail(format!("'{size}' is not a finite number")))?;
+            let range = sizes(fault.target, fault.kind);
+            if !range.contains(&fault.size) {
+                let (low, high) = (range.start(), range.end());
+                let meaning = kinds().find(|e| e.1 == fault.kind).map_or("", |e| e.3);
+                return Err(fail(match meaning {
+                    "" => format!("{} takes no size", fault.kind.name()),
+                    meaning => format!("size {} ({meaning}) is outside {low} to {high}", fault.size),
+                }));
+            }
         }
         if let Some(phase) = phase {
             let name = phase.trim();
@@ -473,8 +524,15 @@ mod tests {
         for (target, kind, _, _) in catalogue() {
             let plain = Fault::new(target, kind).unwrap();
             assert!(plain.size.is_finite(), "{plain}");
-            for f in [plain, plain.at(Phase::Climb, 12.5).lasting(300.0), Fault { size: -2.5e-7, delay_s: 60.0, ..plain }] {
+            let range = sizes(target, kind);
+            assert!(range.contains(&plain.size), "{plain}");
+            let ends = [*range.start(), *range.end()].map(|size| Fault { size, delay_s: 60.0, ..plain });
+            for f in [plain, plain.at(Phase::Climb, 12.5).lasting(300.0), Fault { delay_s: 109.0, ..plain }].into_iter().chain(ends) {
                 assert_eq!(f.to_string().parse::<Fault>(), Ok(f), "{f}");
+            }
+            for beyond in [range.start() - 0.5 * range.start().abs() - 1e-9, range.end() + 0.5 * range.end().abs() + 1e-9] {
+                let text = Fault { size: beyond, ..plain }.to_string();
+                assert!(text.parse::<Fault>().is_err_and(|e| e.contains("size")), "{text}");
             }
             n += 1;
         }
@@ -489,6 +547,12 @@ mod tests {
         assert_eq!((f.size, f.delay_s, f.phase, f.duration_s), (0.1, 60.0, None, None));
         let f: Fault = "pump:runaway=-1@climb".parse().unwrap();
         assert_eq!((f.size, f.phase), (-1.0, Some(Phase::Climb)));
+        for (text, size, delay_s) in
+            [("depth:bias=1e+1+5s", 10.0, 5.0), ("depth:bias=+5", 5.0, 0.0), ("depth:bias=+5+7", 5.0, 7.0), ("pitch:garbage+109s", 0.0, 109.0)]
+        {
+            let f: Fault = text.parse().unwrap();
+            assert_eq!((f.size, f.delay_s), (size, delay_s), "{text}");
+        }
         assert_eq!("depth:off,5m".parse::<Fault>().unwrap().duration_s, Some(300.0));
         for (bad, named) in [
             ("dept:off", "depth2"),
@@ -497,6 +561,9 @@ mod tests {
             ("depth:off@div", "inflect_low"),
             ("depth:off,1h", "time"),
             ("depth", "target:kind"),
+            ("vehicle:fouling=-1", "0 to 20"),
+            ("depth:intermittent=7", "share missing"),
+            ("depth:off=3", "no size"),
         ] {
             let e = bad.parse::<Fault>().unwrap_err();
             assert!(e.contains(named), "{bad}: {e}");

@@ -77,7 +77,7 @@ impl Scenario {
             wings,
             vehicle: Vehicle::deep(),
             ocean: Ocean::deep(),
-            actuators: Actuators { pump: Pump::deep(), ..Actuators::default() },
+            actuators: Actuators { pump: Pump::deep(), battery_travel_m: 1.4 * 0.0254, ..Actuators::default() },
             ..Self::default()
         }
     }

@@ -13,7 +13,10 @@
 //! against the controller, whatever led to it.
 
 pub mod bounds;
+pub mod breaks;
+pub mod draw;
 pub mod expect;
+pub mod healthy;
 pub mod lattice;
 mod line;
 pub mod means;

@@ -35,6 +35,9 @@ pub struct Args {
     /// Only cases whose name contains this.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
+    /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample"])]
+    healthy: Option<u64>,
     /// Print every case that is not as it should be.
     #[arg(long)]
     list: bool,
@@ -54,6 +57,9 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if let Some(n) = args.healthy {
+        return healthy(n, args, output);
+    }
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
     let in_seat = choice != Choice::InProcess;
     let mut chosen = cases();
@@ -111,6 +117,38 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     output.emit(&document, || print(&summary, &faulty, &bad, wall_s, seat.as_ref(), args));
     let seat_equal = seat.is_none_or(|s| s["different"].as_array().is_some_and(Vec::is_empty));
     Ok(if summary.passed() && seat_equal { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// Flies random missions with healthy vehicles.
+fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let started = Instant::now();
+    let bar = bar(n, "healthy missions");
+    let first = args.seed.wrapping_mul(1 << 32);
+    let flights =
+        (first..first + n).into_par_iter().progress_with(bar.clone()).map(campaign::healthy::run).collect::<anyhow::Result<Vec<_>>>()?;
+    bar.finish_and_clear();
+    let failed: Vec<_> = flights.iter().filter(|f| !f.done()).collect();
+    let mut ends: BTreeMap<String, u64> = BTreeMap::new();
+    flights.iter().for_each(|f| *ends.entry(if f.done() { "done".into() } else { format!("NOT FLOWN: {}", f.end) }).or_default() += 1);
+    let document = json!({ "missions": n, "not_flown_to_the_end": failed.len(), "ends": ends, "wall_s": started.elapsed().as_secs_f64().round(),
+        "failed": failed.iter().map(|f| f.document()).collect::<Vec<_>>() });
+    if let Some(path) = &args.out {
+        std::fs::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
+    }
+    output.emit(&document, || {
+        println!("{n} random missions with healthy vehicles, {} not flown to their end; {:.0} s", failed.len(), started.elapsed().as_secs_f64());
+        ends.iter().for_each(|(end, n)| println!("  {n:6} {end}"));
+        for f in failed.iter().take(if args.list { failed.len() } else { 10 }) {
+            println!("  mission {}: {}, {} of {} dives, {:?} {:?}", f.seed, f.end, f.dives, f.draw.mission.dives(), f.draw.class, f.draw.fitted);
+        }
+    });
+    Ok(if failed.is_empty() { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// Progress on standard error.
+fn bar(n: u64, what: &str) -> ProgressBar {
+    let template = format!("{{bar:30}} {{pos}}/{{len}} {what} {{elapsed}}, {{eta}} left");
+    ProgressBar::new(n).with_style(ProgressStyle::with_template(&template).unwrap_or(ProgressStyle::default_bar()))
 }
 
 /// Flies the cases through another seat and compares with what they did in this process.

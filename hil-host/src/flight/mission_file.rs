@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! wings = "low-ar"            # standard (default) | low-ar
-//! max_duration_h = 6          # default 6
+//! max_duration_h = 6          # default 6, or as long as the legs may take
 //! surface_every = 2           # dives between surfacings; 0 (default): only at the end
 //!
 //! [[leg]]                     # up to 8, flown in order
@@ -16,7 +16,7 @@
 
 use anyhow::{Context, anyhow};
 use serde::Deserialize;
-use signals::{Goal, Leg, MAX_LEGS, Mission, Wings};
+use signals::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -147,7 +147,11 @@ pub fn parse(text: &str, name: &str, limits: impl Fn(&Mission) -> Limits) -> any
         return Err(place.wrong(&extra.span(), &format!("more than {MAX_LEGS} legs; split the mission")));
     }
     let legs = file.leg.iter().map(|l| leg(&place, l.get_ref())).collect::<anyhow::Result<Vec<_>>>()?;
-    let out = mission(wings, &legs, (hours * 3600.0) as u32, surface_every);
+    let mut out = mission(wings, &legs, (hours * 3600.0) as u32, surface_every);
+    if file.max_duration_h.is_none() {
+        // Not asked for: as long as these legs may take.
+        out.max_duration_s = out.max_duration_s.max(out.least_duration_s().ceil() as u32 + 1);
+    }
     let limits = limits(&out);
     for (flown, written) in legs.iter().zip(&file.leg) {
         let w = written.get_ref();
@@ -158,13 +162,25 @@ pub fn parse(text: &str, name: &str, limits: impl Fn(&Mission) -> Limits) -> any
                 &format!("depth_max_m = {} is deeper than the working depth of {} m", flown.depth_max_m, limits.working_depth_m),
             ));
         }
+        let least_m3 = Mission::LEAST_BALLAST_SHARE * limits.pump_m3;
+        if !(flown.ballast_m3 >= least_m3) {
+            let at = w.ballast_cc.as_ref().map_or(written.span(), Spanned::span);
+            let (asked, least) = (flown.ballast_m3 * 1e6, least_m3 * 1e6);
+            return Err(place.wrong(&at, &format!("ballast_cc = {asked:.0} is less than {least:.0} cc: layered water and a squeezed hull may take it all")));
+        }
         if !(flown.ballast_m3 <= limits.pump_m3) {
             let at = w.ballast_cc.as_ref().map_or(written.span(), Spanned::span);
             let (asked, has) = (flown.ballast_m3 * 1e6, limits.pump_m3 * 1e6);
             return Err(place.wrong(&at, &format!("ballast_cc = {asked:.0} is more than the pump's {has:.0} cc either side of neutral")));
         }
     }
-    out.validate(limits.working_depth_m, limits.pump_m3).map_err(|e| anyhow!("{name}: not flyable: {e:?}"))?;
+    out.validate(limits.working_depth_m, limits.pump_m3).map_err(|e| match (e, &file.max_duration_h) {
+        (MissionError::TooShort(least_s), Some(written)) => {
+            let least_h = (f64::from(least_s) / 36.0).ceil() / 100.0;
+            place.wrong(&written.span(), &format!("max_duration_h = {hours}: a slow glide takes {least_h} h for these legs; give it more, or leave it out"))
+        }
+        _ => anyhow!("{name}: not flyable: {e:?}"),
+    })?;
     Ok(out)
 }
 
@@ -314,6 +330,8 @@ mod tests {
             ("[[leg]]\ndepth_max_m = 4\n", "m.toml:2:15", "5 m"),
             ("[[leg]]\ndepth_max_m = 500\n", "m.toml:2:15", "working depth"),
             ("[[leg]]\nballast_cc = 400\n", "m.toml:2:14", "pump"),
+            ("[[leg]]\nballast_cc = 90\n", "m.toml:2:14", "94 cc"),
+            ("max_duration_h = 1\n[[leg]]\n", "m.toml:1:18", "slow glide"),
             ("[[leg]]\ngoal = \"far\"\n", "m.toml:2:8", "best-glide"),
             ("[[leg]]\ngoal = \"fixed-pitch\"\n", "m.toml:2:8", "pitch_deg"),
             ("[[leg]]\npitch_deg = 20\n", "m.toml:2:13", "fixed-pitch"),

@@ -74,6 +74,8 @@ pub(super) struct ActuatorWatch {
     pump_wanted_m3: f32,
     rate_at_first_try_m_s: f32,
     pump_lost_s: f32,
+    /// Found not to follow, and not come to where it is wanted since.
+    pump_failed: bool,
     away: u8,
     mass: Follower,
     mass_stopped_s: f32,
@@ -102,6 +104,8 @@ impl ActuatorWatch {
         }
         self.watch_pump(w, v);
         self.watch_mass(w, v);
+        self.watch_fin(w, v);
+        v.pump_lost = self.pump_failed;
     }
 
     fn watch_pump(&mut self, w: &Watch<'_>, v: &mut Verdict) {
@@ -124,9 +128,11 @@ impl ActuatorWatch {
         if still_s <= 0.0 {
             self.pump_tries = 0;
         }
+        self.pump_failed &= (wanted - at).abs() > PUMP_NEAR_M3;
         self.away = if away > PUMP_AWAY_M3 && self.pump_tries <= RETRIES { self.away.saturating_add(1) } else { 0 };
         if self.away >= 2 {
             v.cause(Abort::PumpStuck);
+            self.pump_failed = true;
         }
         if still_s >= PUMP_WAIT_S && still_s >= 2.0 * w.cycle_s() {
             if self.pump_tries == 0 {
@@ -145,6 +151,7 @@ impl ActuatorWatch {
                     let answered = (w.seen.rate_m_s - self.rate_at_first_try_m_s) * (wanted - at) < 0.0
                         && (w.seen.rate_m_s - self.rate_at_first_try_m_s).abs() > ANSWER_M_S;
                     v.cause(if answered { Abort::BallastFeedback } else { Abort::PumpStuck });
+                    self.pump_failed |= !answered;
                     self.pump_tries = 1;
                 }
             }
@@ -166,8 +173,7 @@ impl ActuatorWatch {
                 still_s >= MASS_WAIT_S && {
                     let wait = MASS_WAIT_S.at_least(2.0 * w.cycle_s());
                     let rounds = (still_s - wait) / (8.0 * wait);
-                    // Without `%`: it would be the only use of fmod in the image, 650 bytes.
-                    still_s >= wait && rounds - (rounds as u32 as f32) < 0.75
+                    still_s >= wait && rounds % 1.0 < 0.75
                 }
             }
         };
@@ -184,8 +190,8 @@ impl ActuatorWatch {
         }
     }
 
-    /// The fin, every third cycle; `dt` since the last look, s.
-    pub(super) fn look(&mut self, w: &Watch<'_>, dt: f32, v: &mut Verdict) {
+    fn watch_fin(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let dt = w.seen.dt_s;
         let lost = match w.seen.fin_rad {
             None => false,
             Some(at) => self.fin.watch(w.commanded.fin_rad, at, FIN.0, 0.02, dt).0 > FIN.1,

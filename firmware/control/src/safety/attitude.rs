@@ -1,19 +1,24 @@
 //! Pitch and heading: lost, stuck, or with the wrong sign.
 //!
 //! Pitch answers to the commands: a reading that does not move while the
-//! wanted pitch swings through the turn is stuck; one whose sign opposes
-//! pump, wanted pitch and depth rate for long is flipped.
+//! wanted pitch swings through the turn is stuck. In a glide its residual
+//! against the trim law, at the places that pump and battery report, is the
+//! law's own error (zero of the mass, hydrodynamic moment) for a true sensor,
+//! and twice the pitch for one with the wrong sign. What the trim has learned
+//! in flight is no part of it: it came from the sensor that is on trial.
 
 use super::{Verdict, Watch};
+use crate::angle::tan;
 use crate::bound::{Bound, all_finite};
 use signals::{Abort, Flags, Phase};
 
 /// Without believable pitch: abort after this, s.
 pub const PITCH_LOST_S: f32 = 60.0;
-/// Sign opposed for this long: the reading is not used any more, s.
+/// Opposed to the trim law for this long: the reading is not used any more, s.
 pub const OPPOSED_S: f32 = 20.0;
-/// Pitch, read or wanted, whose sign is beyond doubt, rad.
-pub const PLAIN_RAD: f32 = 0.06;
+/// Residual of tan(pitch) that an error of the trim law may make: its offset, up to 0.25 in published fits, and the hydrodynamic
+/// moment; and the share of tan(pitch) that its two slopes may be off by, up to 31 % in the same fits.
+pub const OPPOSED: (f32, f32) = (0.3, 0.3);
 /// A pitch inside this band is not moving, rad.
 const STILL_RAD: f32 = 0.003;
 /// A reading that does not move for this long, though it must, is stuck, s.
@@ -32,15 +37,18 @@ pub(super) struct AttitudeWatch {
     wanted_low_rad: f32,
     wanted_high_rad: f32,
     heading_lost_s: f32,
-    /// The reading is stuck or has the wrong sign, as found at the last look.
-    distrusted: bool,
 }
 
 impl AttitudeWatch {
-    /// Every cycle: what is lost, and for how long.
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let all =
+            [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.wanted_low_rad, self.wanted_high_rad, self.heading_lost_s];
+        if !all_finite(all) {
+            *self = Self::default();
+        }
         let dt = w.seen.dt_s;
-        if w.seen.pitch_rad.is_none() || self.distrusted {
+        let (stuck, opposed) = (self.stuck(w), self.opposed(w));
+        if w.seen.pitch_rad.is_none() || stuck || opposed {
             v.flag(Flags::PITCH_PRESET);
             v.distrust_pitch = true;
             self.lost_s += dt;
@@ -65,19 +73,7 @@ impl AttitudeWatch {
         }
     }
 
-    /// Every third cycle, `dt_s` since the last look: whether the reading can be believed.
-    pub(super) fn look(&mut self, w: &Watch<'_>, dt_s: f32, mass_held: bool) {
-        let all =
-            [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.wanted_low_rad, self.wanted_high_rad, self.heading_lost_s];
-        if !all_finite(all) {
-            *self = Self::default();
-        }
-        let stuck = self.stuck(w, dt_s);
-        let opposed = self.opposed(w, dt_s, mass_held);
-        self.distrusted = stuck || opposed;
-    }
-
-    fn stuck(&mut self, w: &Watch<'_>, dt_s: f32) -> bool {
+    fn stuck(&mut self, w: &Watch<'_>) -> bool {
         let Some(pitch) = w.seen.pitch_rad else { return false };
         if !w.gliding() || (pitch - self.still_at_rad).abs() > STILL_RAD {
             self.still_at_rad = pitch;
@@ -86,22 +82,22 @@ impl AttitudeWatch {
             self.wanted_high_rad = w.pitch_wanted_rad;
             return false;
         }
-        self.still_s += dt_s;
+        self.still_s += w.seen.dt_s;
         self.wanted_low_rad = self.wanted_low_rad.at_most(w.pitch_wanted_rad);
         self.wanted_high_rad = self.wanted_high_rad.at_least(w.pitch_wanted_rad);
         self.still_s > STILL_S && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
     }
 
-    fn opposed(&mut self, w: &Watch<'_>, dt_s: f32, mass_held: bool) -> bool {
-        let (Some(pitch), Some(ballast)) = (w.seen.pitch_rad, w.seen.ballast_m3) else { return false };
-        let against = pitch * w.pitch_wanted_rad < 0.0 && pitch.abs() > PLAIN_RAD && w.pitch_wanted_rad.abs() > PLAIN_RAD;
-        let moving = w.seen.rate_m_s * ballast < 0.0 && w.seen.rate_m_s.abs() > 0.03;
+    fn opposed(&mut self, w: &Watch<'_>) -> bool {
+        let (Some(pitch), Some(ballast), Some(battery)) = (w.seen.pitch_rad, w.seen.ballast_m3, w.seen.battery_m) else { return false };
+        let trim = &w.config.trim;
+        let expected = trim.per_ballast_m3 * ballast + trim.per_battery_m * battery + trim.offset;
         let glide = matches!(w.phase, Phase::Dive | Phase::Climb);
-        // A mass that does not follow pitches the vehicle the wrong way, and the reading tells the truth.
-        if mass_held || !against && glide {
+        // In a turn the vehicle lags behind its trim: the count waits.
+        if (tan(pitch) - expected).abs() <= OPPOSED.0 + OPPOSED.1 * expected.abs() {
             self.opposed_s = 0.0;
-        } else if against && moving && glide {
-            self.opposed_s += dt_s;
+        } else if glide {
+            self.opposed_s += w.seen.dt_s;
         }
         self.opposed_s > OPPOSED_S
     }

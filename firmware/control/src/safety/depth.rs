@@ -27,9 +27,15 @@ pub const STUCK_S: f32 = 45.0;
 /// Pitch beyond which the vehicle must move, rad (5°).
 const MOVES_RAD: f32 = 0.087;
 
+/// Afloat (antenna out) with a depth farther than this from zero, m: twice the zero error that is taken out there.
+pub const AFLOAT_M: f32 = 3.0;
+/// For so many looks: the first readings after a rise are filtered and stirred by waves.
+pub const AFLOAT_LOOKS: u8 = 4;
+
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct DepthWatch {
     over: u8,
+    afloat: u8,
     apart_s: f32,
     silent_s: f32,
     still_s: f32,
@@ -62,6 +68,16 @@ impl DepthWatch {
         }
         self.apart_s = if seen.depths_disagree { self.apart_s + seen.dt_s } else { 0.0 };
         if self.apart_s >= APART_S {
+            v.cause(Abort::SensorDepth);
+        }
+        // One sensor alone says that the vehicle has leapt.
+        if seen.depth_jumped {
+            v.cause(Abort::SensorDepth);
+        }
+        // Where the antenna is out the depth is known.
+        let lies = seen.afloat && seen.measured_m.is_some_and(|z| z.abs() > AFLOAT_M);
+        self.afloat = if lies { self.afloat.saturating_add(1) } else { 0 };
+        if self.afloat >= AFLOAT_LOOKS {
             v.cause(Abort::SensorDepth);
         }
         self.over_depth(w, v);

@@ -10,6 +10,8 @@
 //! | `depth` | too deep, no depth, depths apart, depth that does not move though it must | OverDepth, SensorDepth, StuckDepth, LinkLost |
 //! | `attitude` | pitch and heading | SensorPitch, NoHeading |
 //! | `actuators` | pump, battery mass, fin | BallastFeedback, PumpStuck, MassStuck, FinStuck |
+//! | `surfacing` | how long ago the depth was held against the surface | – |
+//! | `load` | weight that the motion shows | Stalled |
 //! | `supply` | leak, vacuum, voltage, charge, time, shore | Leak, Vacuum, Undervoltage, LowCharge, OverTime, NoComms |
 //! | `release` | the drop weight, by depth zone | – |
 //!
@@ -21,8 +23,10 @@ use crate::bound::Bound;
 pub(crate) mod actuators;
 pub(crate) mod attitude;
 pub(crate) mod depth;
+pub(crate) mod load;
 pub(crate) mod release;
 pub(crate) mod supply;
+pub(crate) mod surfacing;
 
 use crate::config::Config;
 use crate::senses::Seen;
@@ -38,6 +42,10 @@ pub(crate) struct Watch<'a> {
     pub(crate) frame: &'a SensorFrame,
     /// Command of the cycle before.
     pub(crate) commanded: &'a ActuatorCommand,
+    /// Where the pump is believed to be, m³.
+    pub(crate) ballast_m3: f32,
+    /// Depth rate that the table gives for this pitch on the pump's buoyancy alone, m/s; none: no steady glide.
+    pub(crate) table_rate_m_s: Option<f32>,
     /// Pitch aimed at in the cycle before, rad.
     pub(crate) pitch_wanted_rad: f32,
     pub(crate) phase: Phase,
@@ -73,6 +81,14 @@ pub(crate) struct Verdict {
     pub(crate) climb: bool,
     /// Come home at the end of this climb.
     pub(crate) homeward: bool,
+    /// A climb that begins now goes on to the surface.
+    pub(crate) surface: bool,
+    /// All buoyancy that the pump has in a climb.
+    pub(crate) pump_full: bool,
+    /// The pump does not follow, or stands where it cannot lift.
+    pub(crate) pump_lost: bool,
+    /// All that the pump has does not lift what hangs on the vehicle.
+    pub(crate) pump_loses: bool,
     /// Keep the battery mass where it is.
     pub(crate) hold_mass: bool,
     /// Do not learn from the pitch reading.
@@ -85,8 +101,6 @@ pub(crate) struct Verdict {
     pub(crate) drop_weight: bool,
     /// The vehicle sinks though pump and weight do what they can.
     pub(crate) sinks_on: bool,
-    /// A suspicion was looked into: what can wait for the next cycle does.
-    pub(crate) busy: bool,
     /// Degradations.
     pub(crate) flags: Flags,
 }
@@ -102,9 +116,6 @@ impl Verdict {
     }
 }
 
-/// Longest time between two looks of a slow watch, s: three cycles of the longest span a cycle believes.
-const LONGEST_SPAN_S: f32 = 180.0;
-
 /// Guard word of a state without an abort; any other value is an abort.
 const CLEAR: u32 = 0x0C1E_A25A;
 
@@ -118,10 +129,9 @@ pub(crate) struct Safety {
     attitude: attitude::AttitudeWatch,
     actuators: actuators::ActuatorWatch,
     supply: supply::SupplyWatch,
+    surfacing: surfacing::SurfacingWatch,
+    load: load::LoadWatch,
     release: Release,
-    /// Which of the slow watches look in this cycle, and how long the two cycles before were, s.
-    turn: u8,
-    before_s: [f32; 2],
 }
 
 impl Default for Safety {
@@ -133,9 +143,9 @@ impl Default for Safety {
             attitude: attitude::AttitudeWatch::default(),
             actuators: actuators::ActuatorWatch::default(),
             supply: supply::SupplyWatch::default(),
+            surfacing: surfacing::SurfacingWatch::default(),
+            load: load::LoadWatch::default(),
             release: Release::default(),
-            turn: 0,
-            before_s: [0.0; 2],
         }
     }
 }
@@ -169,26 +179,10 @@ impl Safety {
         // Order is rank: of two causes in one cycle the first named is kept.
         self.supply.watch(w, &mut v);
         self.depth.watch(w, &mut v);
+        self.surfacing.watch(w, &mut v);
         self.actuators.watch(w, &mut v);
-        // What may take a minute is looked at by turns, so that no cycle is burdened with all of it.
-        let [one, two] = self.before_s;
-        let span_s = (w.seen.dt_s + one + two).at_most(LONGEST_SPAN_S);
-        self.before_s = [w.seen.dt_s, one];
-        match self.turn {
-            0 => {
-                self.turn = 1;
-                self.attitude.look(w, span_s, v.hold_mass);
-            }
-            1 => {
-                self.turn = 2;
-                self.actuators.look(w, span_s, &mut v);
-            }
-            _ => {
-                self.turn = 0;
-                self.supply.look(w, span_s, &mut v);
-            }
-        }
         self.attitude.watch(w, &mut v);
+        self.load.watch(w, &mut v);
         if w.bottom_turns >= 5 {
             v.cause(Abort::Bottom);
         }

@@ -15,6 +15,10 @@
 //! buoyancy of a 236 cc pump in twelve minutes: waiting for "not rising" let a
 //! vehicle come up from 190 m to 82 m and go down again beyond its hull.
 //!
+//! The budget comes before the clock: where the motion shows more on the vehicle
+//! than the pump lifts ([`super::load`]), or the depth is unknown and the pump is
+//! not where it lifts after the time that its stroke takes, waiting wins nothing.
+//!
 //! "Not rising": no metre gained towards the surface since. Near the surface
 //! with a buoyant pump the weight is kept for twice max_burn: that may be ice
 //! or a keel, not a failure to float; but a heavy vehicle hangs below a layer
@@ -24,7 +28,7 @@
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
-use signals::{Abort, Phase, Weight};
+use signals::{Phase, Weight};
 
 /// Slowest sinking reckoned with in the at-risk rule, m/s.
 const SINK_FLOOR_M_S: f32 = 0.05;
@@ -47,7 +51,7 @@ const SINKS_SHORT_S: f32 = 12.0;
 /// Share of the pump's range commanded out that must make the vehicle rise.
 const RISES: f32 = 0.4;
 /// Slow ascent on the pump alone, m/s: nearer to the surface than release time × this the weight would go when it is up.
-const ASCENT_M_S: f32 = 0.2;
+pub const ASCENT_M_S: f32 = 0.2;
 /// Firings before the release is left on for good.
 const FIRINGS: u8 = 5;
 
@@ -99,6 +103,8 @@ pub(crate) struct Release {
     not_rising_s: f32,
     /// Time sinking though commanded up, s.
     sinking_s: f32,
+    /// Time since the abort, s.
+    aborted_s: f32,
     /// The weight was fired, the vehicle sank on like that for long all the same and does not rise yet.
     sunk: bool,
     /// Time spent where the surface should be with the antenna under water, since it was last out, s.
@@ -133,7 +139,8 @@ impl Release {
         let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > SINKS_M_S && !seen.afloat;
         self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { 0.0 };
         let found = self.sinking_s >= SINKS_S && self.sinking_s >= SINKS_S + pump_time_s(w);
-        if found && !aborted {
+        let all = w.ballast_m3 > 0.9 * w.config.pump_m3;
+        if found && !aborted && !all {
             self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
         }
         found
@@ -157,7 +164,7 @@ impl Release {
 
     /// Whether the release is to be on in this cycle.
     pub(crate) fn fire(&mut self, w: &Watch<'_>, v: &Verdict) -> bool {
-        if !all_finite([self.firing_s, self.not_rising_s, self.sinking_s, self.unheard_s, self.mark_m]) {
+        if !all_finite([self.firing_s, self.not_rising_s, self.sinking_s, self.aborted_s, self.unheard_s, self.mark_m]) {
             *self = Self { fired: self.fired, ..Self::default() };
         }
         let dt = w.seen.dt_s;
@@ -198,14 +205,22 @@ impl Release {
         }
         if v.abort.is_none() || seen.afloat {
             self.not_rising_s = 0.0;
+            self.aborted_s = 0.0;
             self.marked = false;
             return false;
         }
-        let known = seen.depth_age_s < 10.0;
-        if v.leak_stands && (!known || seen.depth_m > ASCENT_M_S * w.config.release_time_s) {
+        self.aborted_s = (self.aborted_s + dt).at_most(1e6);
+        // A depth above the surface, with the antenna under water, is none.
+        let known = seen.depth_age_s < 10.0 && seen.depth_m > -RISING_M - SURFACE_M;
+        let far = !known || seen.depth_m > ASCENT_M_S * w.config.release_time_s;
+        if (v.leak_stands || v.pump_loses) && far {
             return true;
         }
-        let pump_lost = v.abort == Some(Abort::PumpStuck);
+        let out = seen.ballast_m3.is_none_or(|at| at > RISES * w.config.pump_m3);
+        let pump_lost = v.pump_lost && !out;
+        if !known && !out && (v.pump_lost || self.aborted_s > pump_stroke_s(w.config)) {
+            return true;
+        }
         let at_risk = seen.depth_m >= at_risk_m(w.config, seen.rate_m_s);
         let patience = if pump_lost || v.leak_stands || at_risk { SINKS_SHORT_S } else { SINKS_S };
         if self.sinking_s >= patience + if pump_lost { 0.0 } else { pump_time_s(w) } {

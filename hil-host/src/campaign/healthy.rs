@@ -1,0 +1,55 @@
+//! Healthy vehicles on random missions: each has to fly its mission to the end.
+
+use super::draw::Draw;
+use crate::closed_loop::{End, Outcome, Setup, fly};
+use crate::seats::Link;
+use crate::seats::in_process::InProcess;
+use anyhow::anyhow;
+use plant::World;
+use serde_json::{Value, json};
+
+/// What came of one of them.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    /// The mission and its world.
+    pub draw: Draw,
+    /// Number it was drawn from.
+    pub seed: u64,
+    /// How it ended.
+    pub end: End,
+    /// Dives flown.
+    pub dives: u16,
+    /// Deepest, m.
+    pub max_depth_m: f64,
+    /// Time flown, s.
+    pub duration_s: f64,
+}
+
+impl Flight {
+    /// Flown to the end, without an abort.
+    #[must_use]
+    pub fn done(&self) -> bool {
+        self.end == End::Done && u32::from(self.dives) == self.draw.mission.dives()
+    }
+
+    /// One entry of the JSON list.
+    #[must_use]
+    pub fn document(&self) -> Value {
+        json!({ "seed": self.seed, "end": self.end.to_string(), "dives": self.dives, "of": self.draw.mission.dives(),
+            "max_depth_m": (self.max_depth_m * 10.0).round() / 10.0, "duration_s": self.duration_s, "rough": self.draw.rough,
+            "fitted": format!("{:?}", self.draw.fitted), "mission": crate::mission_file::write(&self.draw.mission) })
+    }
+}
+
+/// Flies the mission of this number with a healthy vehicle.
+///
+/// # Errors
+/// The world cannot be, or the controller does not answer or refuses the mission.
+pub fn run(seed: u64) -> anyhow::Result<Flight> {
+    let draw = Draw::new(seed);
+    let mut world = World::new(draw.scenario()).map_err(|e| anyhow!("mission {seed}: {e}"))?;
+    let setup = Setup::new(draw.mission.clone());
+    let out: Outcome = fly(&mut world, &mut Link::new(InProcess::default()), &setup, &mut |_| Ok(()))
+        .map_err(|e| anyhow!("mission {seed}: {e}\n{}", crate::mission_file::write(&draw.mission)))?;
+    Ok(Flight { draw, seed, end: out.end, dives: out.dives, max_depth_m: out.max_depth_m, duration_s: out.duration_s })
+}

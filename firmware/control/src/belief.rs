@@ -173,6 +173,11 @@ impl Belief {
         self.drag0 = table.map_or(0.0, |t| t.at(0.0).cd);
     }
 
+    /// The table as it is.
+    pub(crate) fn of(table: &Table<'_>) -> Self {
+        Self { drag0: table.at(0.0).cd, ..Self::default() }
+    }
+
     /// Back to the table as it is. The stack stays as it was, with nothing of it in use: clearing it costs more than a cycle has.
     fn forget(&mut self) {
         (self.x, self.p) = ([0.0; 3], UNKNOWN);
@@ -214,19 +219,6 @@ impl Belief {
         let (sin_gamma, cos_gamma) = (p.cd * per_force, p.cl * per_force);
         let s = Steady { alpha_rad, tan_gamma, sin_gamma, cos_gamma, speed_squared, induced: p.induced };
         all_finite([tan_gamma, speed_squared, s.induced]).then_some(s)
-    }
-
-    /// Depth rate of the steady glide at a pitch (magnitude) with a ballast volume, m/s: bisection in α, with which the pitch falls.
-    /// Flatter than the flattest glide the table has: that one's.
-    pub(crate) fn rate_m_s(&self, table: &Table<'_>, pitch_rad: f32, ballast_m3: f32) -> Option<f32> {
-        let (mut low, mut high) = (0.005, table.best_alpha_rad() * 1.5);
-        for _ in 0..8 {
-            let middle = 0.5 * (low + high);
-            let s = self.steady(table, middle, ballast_m3)?;
-            if s.gamma_rad() - middle > pitch_rad { low = middle } else { high = middle }
-        }
-        let s = self.steady(table, high, ballast_m3)?;
-        Some(s.speed_m_s() * s.sin_gamma)
     }
 
     /// Takes one cycle of steady glide, `now` as believed; `measured_m_s` is the depth rate, down positive.

@@ -79,6 +79,20 @@ fn worth(leg: &Leg, s: &Steady) -> f32 {
     }
 }
 
+/// Depth rate of the steady glide at a pitch (magnitude) with a ballast volume, m/s, by the table as it is: what flight has taught
+/// may itself come of a load. Bisection in α, with which the pitch falls; flatter than the flattest glide it is that one's.
+pub(crate) fn table_rate_m_s(table: &Table<'_>, pitch_rad: f32, ballast_m3: f32) -> Option<f32> {
+    let as_it_is = Belief::of(table);
+    let (mut low, mut high) = (0.005, table.best_alpha_rad() * 1.5);
+    for _ in 0..8 {
+        let middle = 0.5 * (low + high);
+        let s = as_it_is.steady(table, middle, ballast_m3)?;
+        if s.gamma_rad() - middle > pitch_rad { low = middle } else { high = middle }
+    }
+    let s = as_it_is.steady(table, high, ballast_m3)?;
+    Some(s.speed_m_s() * s.sin_gamma)
+}
+
 /// The pitch magnitude for a leg, and what it rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choice {

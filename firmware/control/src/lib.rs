@@ -16,6 +16,7 @@
 //! | `turn` | when to start a turn |
 //! | `heading` | fin |
 //! | `safety` | when to come home, and how; independent of the mission |
+//! | [`mutant`] | watches broken on purpose, in trials only |
 //! | [`waits`] | how long the watches wait, for those who judge them |
 //! | `backup` | the second, separately written way home |
 //! | [`stock`] | the ordinary controller, for comparison |
@@ -29,6 +30,7 @@ mod clock;
 pub mod config;
 mod glide;
 mod heading;
+pub mod mutant;
 mod safety;
 mod senses;
 pub mod stock;
@@ -282,7 +284,9 @@ fn judge(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: &S
         phase: state.voyage.phase(),
         leg_max_m: leg.depth_max_m,
         max_duration_s: state.voyage.mission.max_duration_s,
-        climb_stalled: state.voyage.climbs_without_way(state.clock.run, voyage::CLIMB_STALLED_S),
+        climb_stalled: state
+            .voyage
+            .climbs_without_way(state.clock.run, mutant::Watch::ClimbNoWay.after(voyage::CLIMB_STALLED_S as f32) as u32),
         no_way_turns: state.voyage.no_way_turns,
         bottom_turns: state.voyage.bottom_turns,
     };
@@ -296,7 +300,7 @@ fn table_rate_m_s(config: &Config, table: Option<&Table<'_>>, state: &State, see
     let along = if state.ballast_m3 > 0.0 { pitch } else { -pitch };
     let settled = state.pumped_s > SETTLED_S && (state.last.ballast_m3 - state.ballast_m3).abs() < 12e-6;
     let glides = settled && along > config.preset_pitch_rad * GLIDES_SHARE && state.ballast_m3.abs() > 0.2 * config.pump_m3;
-    if glides { state.choice.belief.rate_m_s(table, along, state.ballast_m3.abs()) } else { None }
+    if glides { glide::table_rate_m_s(table, along, state.ballast_m3.abs()) } else { None }
 }
 
 /// Moves the mission on, under what safety allows.
@@ -441,5 +445,7 @@ fn brought_within(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
 mod flooding;
 #[cfg(test)]
 mod laws;
+#[cfg(test)]
+mod lies;
 #[cfg(test)]
 mod toy;

@@ -14,6 +14,7 @@
 
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
+use crate::mutant::Watch as Of;
 use signals::{Reading, SensorFrame};
 
 /// Largest believable vertical speed of vehicle or water, m/s (faults list, 4).
@@ -237,7 +238,9 @@ impl Senses {
             rate_m_s: self.rate_m_s,
             depth_age_s: self.depth_age_s,
             depths_disagree: differ_m > APART_M + APART_SHARE * self.depth_m.abs(),
-            depth_unbacked: self.first.seeded && self.second.seeded && self.first.age_s.at_least(self.second.age_s) > UNBACKED_S,
+            depth_unbacked: self.first.seeded
+                && self.second.seeded
+                && self.first.age_s.at_least(self.second.age_s) > Of::Unbacked.after(UNBACKED_S),
             depth_alone: !(self.first.seeded && self.second.seeded),
             depth_jumped,
             pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms).map(|r| config.pitch_sensor.true_rad(r)),

@@ -22,6 +22,7 @@
 
 use crate::bound::Bound;
 use crate::config::Config;
+use crate::mutant::Watch as Of;
 use crate::senses::Seen;
 use crate::turn::{Turn, Underway};
 use signals::{Leg, Micros, Mission, Phase};
@@ -173,7 +174,7 @@ impl Voyage {
                 let deep = seen.depth_m + carry + late >= leg.depth_max_m;
                 let bottom = self.bottom_is_near(config, seen, carry + late);
                 let way = (seen.depth_m - mark_m).abs() > WAY_M;
-                let no_way = !way && longer(clock, mark_since, NO_WAY_S);
+                let no_way = !way && longer(clock, mark_since, Of::DiveNoWay.after(NO_WAY_S as f32) as u32) && Of::DiveNoWay.looks();
                 if way {
                     self.stage = Stage::Dive { since, mark_m: seen.depth_m, mark_since: clock };
                 }

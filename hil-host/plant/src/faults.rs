@@ -280,7 +280,7 @@ pub fn sizes(target: Target, kind: Kind) -> RangeInclusive<f64> {
         (_, K::VacuumLoss) => 1.0..=1e6,
         (_, K::Fouling) => 0.0..=20.0,
         (_, K::Trim) => -5000.0..=5000.0,
-        (_, K::Dragged) => -100.0..=100.0,
+        (_, K::Dragged) => 0.0..=100.0,
         (_, K::Ice) => 0.0..=20.0,
         (_, K::Lens) => -20.0..=20.0,
         (_, K::Current) => -3.0..=3.0,
@@ -547,9 +547,12 @@ mod tests {
         assert_eq!((f.size, f.delay_s, f.phase, f.duration_s), (0.1, 60.0, None, None));
         let f: Fault = "pump:runaway=-1@climb".parse().unwrap();
         assert_eq!((f.size, f.phase), (-1.0, Some(Phase::Climb)));
-        for (text, size, delay_s) in
-            [("depth:bias=1e+1+5s", 10.0, 5.0), ("depth:bias=+5", 5.0, 0.0), ("depth:bias=+5+7", 5.0, 7.0), ("pitch:garbage+109s", 0.0, 109.0)]
-        {
+        for (text, size, delay_s) in [
+            ("depth:bias=1e+1+5s", 10.0, 5.0),
+            ("depth:bias=+5", 5.0, 0.0),
+            ("depth:bias=+5+7", 5.0, 7.0),
+            ("pitch:garbage+109s", 0.0, 109.0),
+        ] {
             let f: Fault = text.parse().unwrap();
             assert_eq!((f.size, f.delay_s), (size, delay_s), "{text}");
         }

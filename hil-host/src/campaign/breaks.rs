@@ -37,7 +37,7 @@ fn one(dice: &mut Dice, span_s: f64) -> Option<Fault> {
         duration_s = duration_s.min(HELD_S);
     }
     if kind == Kind::Dragged {
-        size = size.clamp(-PULL_N, PULL_N);
+        size = size.min(PULL_N);
     }
     // Whole seconds: what is printed is what was flown.
     let fault = Fault { size: (size * 1e8).round() / 1e8, delay_s: (dice.unit() * span_s).round(), ..fault };

@@ -10,7 +10,7 @@
 //! | water | calm, or rough: internal wave, background motion, current, surface waves; bottom far below or in the altimeter's range |
 //! | fitted | second depth sensor, altimeter, GPS, weight monitor: each or not |
 
-use crate::worlds;
+use crate::flight::worlds;
 use plant::effects::{Effect, EffectKind};
 use plant::faults::{Kind, Target};
 use plant::{Fault, Scenario};
@@ -62,30 +62,30 @@ pub struct Draw {
 }
 
 /// Random numbers of one draw.
-pub struct Dice(ChaCha8Rng);
+pub(super) struct Dice(ChaCha8Rng);
 
 impl Dice {
-    pub fn new(seed: u64, stream: u64) -> Self {
+    pub(super) fn new(seed: u64, stream: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);
         Self(rng)
     }
 
     /// Uniform in 0..1.
-    pub fn unit(&mut self) -> f64 {
+    pub(super) fn unit(&mut self) -> f64 {
         f64::from(self.0.next_u32()) / 4_294_967_296.0
     }
 
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    pub fn chance(&mut self, share: f64) -> bool {
+    pub(super) fn chance(&mut self, share: f64) -> bool {
         self.unit() < share
     }
 
     /// One of `n`, from 0.
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(super) fn below(&mut self, n: usize) -> usize {
         ((self.unit() * n as f64) as usize).min(n.saturating_sub(1))
     }
 
@@ -140,7 +140,9 @@ fn leg(dice: &mut Dice, class: Class, pump_m3: f64) -> Leg {
         1 => Goal::BestSpeed,
         2 => Goal::BestRange { hotel_w: dice.within(0.0, 100.0, edge) },
         3 => Goal::Current { along_track_m_s: dice.within(-1.0, 1.0, edge) },
-        _ => Goal::FixedPitch { pitch_rad: dice.within(f64::from(*Mission::PITCHES_RAD.start()), f64::from(*Mission::PITCHES_RAD.end()), edge) },
+        _ => Goal::FixedPitch {
+            pitch_rad: dice.within(f64::from(*Mission::PITCHES_RAD.start()), f64::from(*Mission::PITCHES_RAD.end()), edge),
+        },
     };
     let dives = if class == Class::Deep { 1 } else { 1 + dice.below(3) as u16 };
     Leg {
@@ -165,8 +167,7 @@ impl Draw {
         let by_depth = Leg { depth_max_m: deepest as f32, ..Leg::default() };
         let vehicle = worlds::config(&Mission { legs: [by_depth].into_iter().collect(), ..Mission::default() });
         let pump_m3 = f64::from(vehicle.pump_m3);
-        let mut legs: heapless::Vec<Leg, { signals::MAX_LEGS }> =
-            (0..1 + dice.below(5)).map(|_| leg(&mut dice, class, pump_m3)).collect();
+        let mut legs: heapless::Vec<Leg, { signals::MAX_LEGS }> = (0..1 + dice.below(5)).map(|_| leg(&mut dice, class, pump_m3)).collect();
         let reached = legs.iter().any(|l| f64::from(l.depth_max_m) > class.deeper_than_m());
         if let (false, Some(first)) = (reached, legs.first_mut()) {
             first.depth_max_m = dice.between(class.deeper_than_m() + 5.0, deepest) as f32;
@@ -176,12 +177,9 @@ impl Draw {
         mission.max_duration_s = (f64::from(mission.least_duration_s()) * dice.between(1.0, 3.0)).ceil() as u32 + 1;
         let rough = dice.chance(0.5);
         let deepest_m = f64::from(worlds::deepest_m(&mission));
-        let bottom_m = if dice.chance(0.25) {
-            deepest_m + dice.between(12.0, 60.0)
-        } else {
-            f64::from(vehicle.crush_depth_m) * 1.2 + 50.0
-        };
-        let fitted = Fitted { depth2: dice.chance(0.5), altimeter: dice.chance(0.5), gps: dice.chance(0.5), weight_monitor: dice.chance(0.5) };
+        let bottom_m = if dice.chance(0.25) { deepest_m + dice.between(12.0, 60.0) } else { f64::from(vehicle.crush_depth_m) * 1.2 + 50.0 };
+        let fitted =
+            Fitted { depth2: dice.chance(0.5), altimeter: dice.chance(0.5), gps: dice.chance(0.5), weight_monitor: dice.chance(0.5) };
         Self { class, mission, fitted, rough, bottom_m, seed }
     }
 

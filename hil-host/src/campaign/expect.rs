@@ -12,21 +12,22 @@
 //! | `Tolerated` | goes on or is aborted, by these causes only: the effect decides; what it owes once the effect shows are its duties |
 //!
 //! Bounds count from the fault's onset, duties from their sign, and both are
-//! sums of what the law says it waits for ([`super::bounds`]); the judge adds the
+//! sums of what is demanded ([`super::bounds`]); the judge adds the
 //! control cycle between onset and reading. Where the failed part shows only when
 //! it is next needed, the time until then is that of the mission's own healthy
 //! twin ([`super::twin`]).
 
 use super::bounds::{self, THREE_LOOKS_S};
+use super::demands;
 use super::signs::Sign;
 use crate::seats::CYCLE_S;
-use control::{Config, waits};
+use control::Config;
 use plant::Fault;
 use plant::faults::{Kind, Target};
 use signals::{Abort, Phase};
 
 /// Age until which the law believes a reading, s.
-const FRESH_S: f64 = CYCLE_S + waits::LATE_MS as f64 * 1e-3;
+const FRESH_S: f64 = CYCLE_S + demands::LATE_S;
 
 /// Permitted first causes of an abort.
 pub type Causes = &'static [Abort];
@@ -164,10 +165,9 @@ fn depth(fault: &Fault) -> Option<Expect> {
         K::Stuck | K::Drift | K::Flip | K::Bias => wrong(&[Abort::SensorDepth]),
         // Of ±1200 m 82 m are within reach of what was believed 20 s ago: believed, and the count of a lost sensor begins anew.
         // What is believed of it leads upward, if at all.
-        K::Garbage => Expect::Home(
-            &[Abort::OverDepth],
-            bounds::by_chance_s(f64::from(waits::UNBACKED_S), f64::INFINITY, 1.0 - 82.0 / 2400.0) + 3.0 * CYCLE_S,
-        ),
+        K::Garbage => {
+            Expect::Home(&[Abort::OverDepth], bounds::by_chance_s(demands::UNBACKED_S, f64::INFINITY, 1.0 - 82.0 / 2400.0) + 3.0 * CYCLE_S)
+        }
         // Two in eight come in time; a new level is believed at its third.
         K::Slow | K::Intermittent | K::Spike => Expect::Mission,
         _ => return None,
@@ -178,7 +178,7 @@ fn depth(fault: &Fault) -> Option<Expect> {
 fn pitch(fault: &Fault) -> Option<Expect> {
     use Kind as K;
     const CAUSE: Causes = &[Abort::SensorPitch];
-    let lost_s = f64::from(waits::PITCH_LOST_S);
+    let lost_s = demands::PITCH_LOST_S;
     Some(match fault.kind {
         K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(CAUSE, lost_s),
         K::Slow => Expect::Abort(CAUSE, bounds::by_the_clock_s(lost_s, 1.0, fault.size, FRESH_S)),
@@ -215,10 +215,10 @@ fn ballast_feedback(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Exp
     // Whether the depth answers decides between the two.
     const EITHER: Causes = &[Abort::BallastFeedback, Abort::PumpStuck];
     // "At" the wait is enough here, not beyond it.
-    let lost_s = f64::from(waits::FEEDBACK_LOST_S) - 0.1;
+    let lost_s = demands::FEEDBACK_LOST_S - 0.1;
     let at_rest_s = bounds::stroke_s(config) + bounds::no_answer_s();
     Some(match fault.kind {
-        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(LOST, f64::from(waits::FEEDBACK_LOST_S)),
+        K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(LOST, demands::FEEDBACK_LOST_S),
         K::Slow => Expect::Abort(LOST, bounds::by_the_clock_s(lost_s, 1.0, fault.size, FRESH_S)),
         K::Intermittent => Expect::Abort(LOST, bounds::by_chance_s(lost_s, 1.0, fault.size)),
         // Of ±8000 cc one in thirty is a place of the pump.
@@ -227,7 +227,7 @@ fn ballast_feedback(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Exp
         K::Stuck => Expect::Abort(EITHER, ahead.pump_needed_s + bounds::no_answer_s()),
         // Elsewhere than the pump was sent, once it stands; beyond its range no answer at all.
         K::Bias | K::Flip => Expect::Abort(EITHER, at_rest_s),
-        K::Drift => Expect::Abort(EITHER, f64::from(waits::PUMP_NEAR_M3) / fault.size * 3600.0 + at_rest_s),
+        K::Drift => Expect::Abort(EITHER, demands::PUMP_NEAR_M3 / fault.size.abs() * 3600.0 + at_rest_s),
         // Twice running it looks like a pump that runs the wrong way.
         K::Spike => Expect::Tolerated(EITHER, Vec::new()),
         _ => return None,
@@ -239,7 +239,7 @@ fn mass_feedback(fault: &Fault, config: &Config) -> Option<Expect> {
     use Kind as K;
     const CAUSE: Causes = &[Abort::MassStuck];
     // Each cycle without it counts, each with it takes a quarter back.
-    let (lost_s, back) = (f64::from(waits::MASS_LOST_S), 0.25);
+    let (lost_s, back) = (demands::MASS_LOST_S, 0.25);
     let at_rest_s = 2.0 * f64::from(config.battery_m / config.battery_rate_m_s) + bounds::mass_s() + bounds::turn_s(config);
     Some(match fault.kind {
         K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(CAUSE, lost_s),
@@ -249,7 +249,9 @@ fn mass_feedback(fault: &Fault, config: &Config) -> Option<Expect> {
         K::Garbage => Expect::Abort(CAUSE, bounds::by_chance_s(lost_s, back, 1.0 - 1.2 * f64::from(config.battery_m))),
         // Where the battery stands it seems elsewhere, and wherever it is held instead.
         K::Bias => Expect::Abort(CAUSE, at_rest_s),
-        K::Drift => Expect::Abort(CAUSE, f64::from(waits::MASS_NEAR_M + config.battery_deadband_m) / fault.size * 3600.0 + at_rest_s),
+        K::Drift => {
+            Expect::Abort(CAUSE, (demands::MASS_NEAR_M + f64::from(config.battery_deadband_m)) / fault.size.abs() * 3600.0 + at_rest_s)
+        }
         K::Stuck => Expect::Tolerated(CAUSE, vec![off_pitch(config)]),
         // Held where it says it is, the battery goes to the other side, and that reads as where it is wanted: one cycle of three counts.
         K::Flip => {
@@ -296,7 +298,7 @@ fn gauge(fault: &Fault, sign: Sign, causes: Causes) -> Option<Expect> {
     Some(match fault.kind {
         K::Off | K::Nan | K::Inf | K::Sentinel | K::Stuck | K::Slow | K::Delayed | K::Intermittent | K::Flip => Expect::Mission,
         // 77.6 kPa and 20 kPa are more than 87.8 kPa; 2 V and a third of the charge are not missed.
-        K::Bias if fault.target == Target::VacuumGauge => Expect::Abort(causes, THREE_LOOKS_S),
+        K::Bias if fault.target == Target::VacuumGauge && fault.size > 0.0 => Expect::Abort(causes, THREE_LOOKS_S),
         K::Bias => Expect::Mission,
         K::Garbage | K::Drift | K::Spike => Expect::Tolerated(causes, vec![owes(sign, 0.0)]),
         _ => return None,
@@ -365,9 +367,9 @@ fn outside(fault: &Fault, config: &Config) -> Option<Expect> {
     use Kind as K;
     use Target as T;
     let heavy = |causes| {
-        let turned_s = f64::from(waits::NO_WAY_S) + 2.0 * CYCLE_S;
+        let turned_s = demands::NO_WAY_S + 2.0 * CYCLE_S;
         // A dive in vain, a turn, and a climb in vain; held at the upper turn's depth it is a second dive instead, which is over sooner.
-        let climbed_s = turned_s + bounds::turn_s(config) + f64::from(waits::CLIMB_STALLED_S);
+        let climbed_s = turned_s + bounds::turn_s(config) + demands::CLIMB_STALLED_S;
         let turn = Duty { sign: Sign::DivesInVain, act: Act::Turn, within_s: turned_s };
         Expect::Tolerated(causes, vec![too_deep(), owes(Sign::SinksOn, bounds::sinks_on_s(config)), turn, owes(Sign::NoWay, climbed_s)])
     };
@@ -384,7 +386,8 @@ fn outside(fault: &Fault, config: &Config) -> Option<Expect> {
         // A list of 0.2 rad and a circle of 33 m: the fin may not hold it.
         (T::Vehicle, K::WingLoss) => Expect::Tolerated(&[Abort::FinStuck], vec![owes(Sign::FinElsewhere, bounds::fin_s())]),
         // Pulled down by as much as the pump lifts, or more.
-        (T::Vehicle, K::Trim | K::Dragged) => heavy(&[Abort::OverDepth, Abort::Stalled]),
+        // Lighter by as much it does not sink.
+        (T::Vehicle, K::Trim | K::Dragged) => heavy(&[Abort::OverDepth, Abort::Stalled, Abort::StuckDepth]),
         // Held: a depth that does not move though it must, or no way.
         (T::Vehicle, K::Net) => heavy(&[Abort::Stalled, Abort::StuckDepth]),
         // No reason to drop anything: tried again elsewhere. Light water takes 1.3 N of the pump's 2.3 N.

@@ -1,7 +1,7 @@
 //! Healthy vehicles on random missions: each has to fly its mission to the end.
 
 use super::draw::Draw;
-use crate::closed_loop::{End, Outcome, Setup, fly};
+use crate::flight::closed_loop::{End, Outcome, Setup, fly};
 use crate::seats::Link;
 use crate::seats::in_process::InProcess;
 use anyhow::anyhow;
@@ -37,7 +37,7 @@ impl Flight {
     pub fn document(&self) -> Value {
         json!({ "seed": self.seed, "end": self.end.to_string(), "dives": self.dives, "of": self.draw.mission.dives(),
             "max_depth_m": (self.max_depth_m * 10.0).round() / 10.0, "duration_s": self.duration_s, "rough": self.draw.rough,
-            "fitted": format!("{:?}", self.draw.fitted), "mission": crate::mission_file::write(&self.draw.mission) })
+            "fitted": format!("{:?}", self.draw.fitted), "mission": crate::flight::mission_file::write(&self.draw.mission) })
     }
 }
 
@@ -50,6 +50,6 @@ pub fn run(seed: u64) -> anyhow::Result<Flight> {
     let mut world = World::new(draw.scenario()).map_err(|e| anyhow!("mission {seed}: {e}"))?;
     let setup = Setup::new(draw.mission.clone());
     let out: Outcome = fly(&mut world, &mut Link::new(InProcess::default()), &setup, &mut |_| Ok(()))
-        .map_err(|e| anyhow!("mission {seed}: {e}\n{}", crate::mission_file::write(&draw.mission)))?;
+        .map_err(|e| anyhow!("mission {seed}: {e}\n{}", crate::flight::mission_file::write(&draw.mission)))?;
     Ok(Flight { draw, seed, end: out.end, dives: out.dives, max_depth_m: out.max_depth_m, duration_s: out.duration_s })
 }

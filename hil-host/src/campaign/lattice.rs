@@ -1,10 +1,13 @@
 //! Which missions the campaign flies: fault × phase × onset × wings, all
 //! pairs, faults of the line, and a healthy twin for every seed.
 //!
+//! Faults of either sign where their size has one. Pairs fly in shallow water and at the edge.
+//!
 //! Two missions: `shallow` (3–27 m, 100 m vehicle in 300 m of water, so that
 //! the crush depth is in reach) and `edge` (5–190 m, 200 m vehicle in 500 m).
-//! Both pass through every phase.
+//! Both pass through every phase. Random missions with random faults are drawn beside them ([`super::draw`], [`super::breaks`]).
 
+use super::draw::Draw;
 use crate::flight::worlds;
 use plant::faults::{Kind, Target, catalogue};
 use plant::{Fault, Scenario};
@@ -33,6 +36,10 @@ pub enum Water {
     Shallow,
     /// 5–190 m, near the working depth.
     Edge,
+    /// 5–190 m, eight dives, with one depth sensor.
+    Alone,
+    /// Mission, vehicle, fittings and water drawn from the case's seed.
+    Drawn,
 }
 
 /// What is done to the line.
@@ -73,16 +80,32 @@ impl Case {
     #[must_use]
     pub fn mission(&self) -> Mission {
         let leg = match self.water {
+            Water::Drawn => return Draw::new(self.seed).mission,
             Water::Shallow => Leg { dives: 3, ..Leg::default() },
+            Water::Alone => Leg { dives: 8, depth_min_m: 5.0, depth_max_m: 190.0, ..Leg::default() },
             Water::Edge => Leg { dives: 3, depth_min_m: 5.0, depth_max_m: 190.0, ..Leg::default() },
         };
-        let hours = if self.water == Water::Shallow { 3 } else { 8 };
-        Mission { wings: self.wings, legs: [leg].into_iter().collect(), max_duration_s: hours * 3600, surface_every: 2 }
+        let hours = match self.water {
+            Water::Shallow => 3,
+            Water::Alone => 24,
+            Water::Edge | Water::Drawn => 8,
+        };
+        Mission {
+            wings: self.wings,
+            legs: [leg].into_iter().collect(),
+            max_duration_s: hours * 3600,
+            surface_every: if self.water == Water::Alone { 0 } else { 2 },
+        }
     }
 
     /// The world to fly in.
     #[must_use]
     pub fn scenario(&self) -> Scenario {
+        if self.water == Water::Drawn {
+            let mut s = Draw::new(self.seed).scenario();
+            s.faults.extend(self.faults.iter().copied());
+            return s;
+        }
         let mut s = worlds::for_mission(&self.mission());
         s.ocean.water_depth_m = if self.water == Water::Shallow { 300.0 } else { 500.0 };
         // Ballasted for its working depth, not for the water below it.
@@ -90,6 +113,7 @@ impl Case {
         let [shallow, edge] = &DENSITY;
         let density = if self.water == Water::Shallow { shallow } else { edge };
         s.vehicle.ballasted_density_kg_m3 = *density.get_or_init(|| worlds::density_at(&s, 0.4 * s.vehicle.crush_depth_m));
+        s.sensors.depth2.absent = self.water == Water::Alone;
         s.seed = self.seed;
         s.faults.clone_from(&self.faults);
         s
@@ -120,10 +144,19 @@ fn injected(target: Target, kind: Kind) -> Option<Fault> {
     })
 }
 
+/// What can be wrong with the only depth sensor; drifts from 5 to 60 m an hour either way.
+fn alone() -> Vec<Fault> {
+    let depth = catalogue().filter(|e| e.0 == Target::Depth && e.1 != Kind::Drift).filter_map(|e| Fault::new(e.0, e.1));
+    let drift = |size| Fault::new(Target::Depth, Kind::Drift).map(|f| Fault { size, ..f });
+    let drifts = [5.0, 10.0, 20.0, 40.0, 60.0].into_iter().filter_map(drift);
+    depth.chain(drifts).flat_map(|f| std::iter::once(f).chain(f.mirrored())).collect()
+}
+
 /// The whole lattice, without twins, in a fixed order.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    let all: Vec<Fault> = catalogue().filter_map(|(target, kind, _, _)| injected(target, kind)).collect();
+    let one_way: Vec<Fault> = catalogue().filter_map(|(target, kind, _, _)| injected(target, kind)).collect();
+    let all: Vec<Fault> = one_way.iter().flat_map(|f| std::iter::once(*f).chain(f.mirrored())).collect();
     let mut cases = Vec::new();
     let mut add = |water, wings, faults, line| {
         let seed = cases.len() as u64 % SEEDS;
@@ -137,6 +170,10 @@ pub fn cases() -> Vec<Case> {
                 add(Water::Edge, wings, vec![fault.at(phase, 0.0)], None);
             }
         }
+        for fault in alone() {
+            add(Water::Alone, wings, vec![fault.at(Phase::Dive, 20.0)], None);
+            add(Water::Alone, wings, vec![fault.at(Phase::Dive, 900.0)], None);
+        }
         for line in LINE_FAULTS {
             for _ in 0..8 {
                 add(Water::Shallow, wings, Vec::new(), Some(line));
@@ -149,11 +186,35 @@ pub fn cases() -> Vec<Case> {
         for second in all.iter().skip(i + 1) {
             let phase = |k: usize| PHASES.get(k % PHASES.len()).copied().unwrap_or(Phase::Dive);
             let wings = if n.is_multiple_of(2) { Wings::Standard } else { Wings::LowAspectRatio };
+            if (first.target, first.kind) == (second.target, second.kind) {
+                continue; // the same with the other sign
+            }
+            // At the edge one begins in mid-glide, where the pump has rested and the depth is past half way.
+            let late_s = if n.is_multiple_of(3) { 900.0 } else { 20.0 };
             add(Water::Shallow, wings, vec![first.at(phase(n / 2), 0.0), second.at(phase(n / 12), 20.0)], None);
+            add(Water::Edge, wings, vec![first.at(phase(n / 12), late_s), second.at(phase(n / 2), late_s)], None);
             n += 1;
         }
     }
     cases
+}
+
+/// Healthy missions drawn at random, numbers `first` on.
+#[must_use]
+pub fn drawn(first: u64, missions: u64) -> Vec<Case> {
+    let healthy = |seed| Case { water: Water::Drawn, wings: Draw::new(seed).mission.wings, seed, faults: Vec::new(), line: None };
+    (first..first + missions).map(healthy).collect()
+}
+
+/// Sets of faults that are flown on each drawn mission: single ones and pairs in turn.
+pub const SETS: u64 = 6;
+
+/// A drawn mission with the sets of faults it is flown with, given how long its healthy flight takes, s.
+pub fn broken(healthy: &Case, span_s: f64) -> impl Iterator<Item = Case> + '_ {
+    (0..SETS).map(move |k| {
+        let count = if k.is_multiple_of(2) { 1 } else { 2 };
+        Case { faults: super::breaks::draw(healthy.seed, k, count, span_s), ..healthy.clone() }
+    })
 }
 
 /// Every k-th case, so that the sample has all parts of the lattice.
@@ -180,16 +241,19 @@ mod tests {
     #[test]
     fn the_lattice_has_every_single_fault_in_every_phase_and_every_pair_once() {
         let cases = cases();
-        let faults = catalogue().count();
+        let one_way = catalogue().count();
+        let faults = catalogue().map(|e| 1 + usize::from(injected(e.0, e.1).is_some_and(|f| f.mirrored().is_some()))).sum::<usize>();
+        assert!(faults > one_way + 40, "{faults}");
         assert!(cases.len() > 10_000, "{}", cases.len());
-        let singles = cases.iter().filter(|c| c.faults.len() == 1).count();
+        let singles = cases.iter().filter(|c| c.faults.len() == 1 && c.water != Water::Alone).count();
+        assert_eq!(cases.iter().filter(|c| c.water == Water::Alone).count(), (14 + 10) * 2 * 2);
         assert_eq!(singles, faults * PHASES.len() * 3 * 2);
         let pairs: std::collections::HashSet<_> = cases
             .iter()
-            .filter(|c| c.faults.len() == 2)
+            .filter(|c| c.faults.len() == 2 && c.water == Water::Edge)
             .map(|c| (c.faults[0].target, c.faults[0].kind, c.faults[1].target, c.faults[1].kind))
             .collect();
-        assert_eq!(pairs.len(), faults * (faults - 1) / 2);
+        assert_eq!(pairs.len(), one_way * (one_way - 1) / 2);
         let mut phases: std::collections::HashSet<_> = std::collections::HashSet::new();
         cases.iter().filter(|c| c.faults.len() == 2).for_each(|c| {
             phases.insert((c.faults[0].phase, c.faults[1].phase));

@@ -23,7 +23,7 @@
 //! left that points up, whatever the controller does: it is flown, owes an abort,
 //! full buoyancy and the weight, and is listed apart. What ends (a pull, a net,
 //! ice) or grows (water in the hull) is a race in time, not in this budget: it
-//! has to be won.
+//! has to be won, unless nobody could ([`super::race`]).
 
 use super::lattice::{Case, Water};
 use super::twin::Twin;
@@ -46,9 +46,14 @@ pub struct Means {
     pub while_all_act_n: f64,
     /// Depth at which the first of them is least, m.
     pub at_m: f64,
+    /// Whether the race with water or a load can be won ([`super::race`]); none: nobody asked, the mission came home.
+    pub race: Option<bool>,
 }
 
 impl Means {
+    /// Of a mission of which nobody asked.
+    pub(super) const ENOUGH: Self = Self { for_good_n: 1.0, while_all_act_n: 1.0, at_m: 0.0, race: None };
+
     /// The budget of a case, its mission not flown; its twin, where it needs one ([`Twin::if_needed`]).
     ///
     /// # Errors
@@ -58,19 +63,24 @@ impl Means {
         let stuck_m3 = stuck.zip(twin).and_then(|(fault, twin)| twin.held_m3(fault));
         static AT_REST: [OnceLock<Option<World>>; 2] = [OnceLock::new(), OnceLock::new()];
         let [shallow, edge] = &AT_REST;
-        let kept = if case.water == Water::Shallow { shallow } else { edge };
-        // Wings and noise move nothing at rest: one world for all.
-        let world = kept.get_or_init(|| World::new(case.twin().scenario()).ok());
-        let world = world.as_ref().ok_or_else(|| anyhow!("{}: no such world", case.name()))?;
+        // Wings and noise move nothing at rest: one world for all of a water.
+        let at_rest = || World::new(case.twin().scenario()).ok();
+        let own = OnceLock::new();
+        let kept = match case.water {
+            Water::Shallow => shallow,
+            Water::Edge | Water::Alone => edge,
+            Water::Drawn => &own,
+        };
+        let world = kept.get_or_init(at_rest).as_ref().ok_or_else(|| anyhow!("{}: no such world", case.name()))?;
         let lasting: Vec<Fault> = case.faults.iter().filter(|f| f.duration_s.is_none()).copied().collect();
         let (for_good_n, at_m) = least(world, &lasting, stuck_m3);
-        Ok(Self { for_good_n, while_all_act_n: least(world, &case.faults, stuck_m3).0, at_m })
+        Ok(Self { for_good_n, while_all_act_n: least(world, &case.faults, stuck_m3).0, at_m, race: None })
     }
 
-    /// Nothing on board points up for good.
+    /// Nothing on board points up for good, or nobody could win the race.
     #[must_use]
     pub fn none_left(&self) -> bool {
-        self.for_good_n < 0.0
+        self.for_good_n < 0.0 || self.race == Some(false)
     }
 }
 

@@ -7,6 +7,9 @@
 //! never left. Rules per fault: [`expect`]. A healthy twin with the same noise
 //! must fly its mission without an abort.
 //!
+//! Bounds are demanded figures ([`demands`]), not the law's own waits. Random
+//! missions with random faults ([`draw`], [`breaks`]) owe the rules above only.
+//!
 //! What a case has left to rise with is known before it is flown ([`means`]).
 //! Where no force on board points up for good the mission is set apart: flown,
 //! but owing only an abort, full buoyancy and the weight. Every other loss counts
@@ -14,12 +17,15 @@
 
 pub mod bounds;
 pub mod breaks;
+pub mod demands;
 pub mod draw;
 pub mod expect;
 pub mod healthy;
 pub mod lattice;
 mod line;
 pub mod means;
+pub mod mutation;
+pub mod race;
 pub mod report;
 pub mod signs;
 pub mod tally;
@@ -56,6 +62,8 @@ pub struct Verdict {
     pub struck: bool,
     /// Deepest, m.
     pub max_depth_m: f64,
+    /// Time flown, s.
+    pub duration_s: f64,
     /// Rules broken, in words; empty: the mission was safe.
     pub broken: Vec<&'static str>,
     /// Expectation of the fault not met, in words.
@@ -85,10 +93,17 @@ impl Verdict {
         self.end == End::Crushed
     }
 
-    /// Set apart before the flight: nothing on board points up for good.
+    /// Set apart: by its budget nothing on board points up for good, or the race could not be won by anybody.
     #[must_use]
     pub fn apart(&self) -> bool {
         self.means.none_left()
+    }
+
+    /// Deeper than 100 m by its mission.
+    #[must_use]
+    pub fn at_depth(&self) -> bool {
+        matches!(self.case.water, Water::Edge | Water::Alone)
+            || self.case.water == Water::Drawn && worlds::deepest_m(&self.case.mission()) > 100.0
     }
 
     /// Counts against the controller: a rule broken with means left, or an expectation not met.
@@ -110,7 +125,7 @@ impl Verdict {
             "wings": crate::flight::mission_file::wings_name(self.case.wings), "seed": self.case.seed, "end": self.end.to_string(),
             "abort": self.abort.map(|a| format!("{:?}", a.0)), "latency_s": self.abort.map(|a| a.1), "struck": self.struck,
             "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "owed": self.owed.as_ref().map(Expect::kind), "weight_fired": self.fired,
-            "budget_n": milli(self.means.for_good_n), "budget_at_m": self.means.at_m, "budget_while_all_act_n": milli(self.means.while_all_act_n),
+            "budget_n": milli(self.means.for_good_n), "budget_at_m": self.means.at_m, "budget_while_all_act_n": milli(self.means.while_all_act_n), "race_winnable": self.means.race,
             "came_home": self.home(),
             "actuator_hash": format!("{:016x}", self.hash) })
     }
@@ -268,14 +283,21 @@ impl<'a> Judge<'a> {
         self.last = Some(*answer);
     }
 
+    fn dives_left(&self) -> bool {
+        self.last.is_some_and(|a| u32::from(a.trace.dives) < self.case.mission().dives())
+    }
+
     /// What is owed beyond the global rules and was not done, in words.
     fn unmet(&self, struck: bool, duration_s: f64) -> Option<&'static str> {
         let fault = match self.case.faults.as_slice() {
+            [] if self.abort.is_none() && self.dives_left() => return Some("not all dives were flown"),
             [] => return self.abort.map(|_| "abort without a fault"),
             [one] if struck => one,
             _ => return None,
         };
-        let Some(owed) = &self.owed else { return Some("nothing is laid down for this fault") };
+        let Some(owed) = &self.owed else {
+            return (!matches!(self.case.water, Water::Drawn | Water::Alone)).then_some("nothing is laid down for this fault");
+        };
         if let Some((cause, after_s)) = self.abort {
             if *owed == Expect::Mission {
                 return Some("abort for a harmless fault");
@@ -326,6 +348,7 @@ impl<'a> Judge<'a> {
             abort: self.abort,
             struck,
             max_depth_m,
+            duration_s,
             broken: self.broken,
             unmet,
             owed: self.owed.filter(|_| struck),
@@ -346,16 +369,27 @@ pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> 
     let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
     let setup = Setup { config: worlds::config(&mission), ..Setup::new(mission) };
     let config = setup.config.clone();
-    let twin = Twin::if_needed(case)?;
+    let drawn = case.water == Water::Drawn;
+    let twin = if drawn { None } else { Twin::if_needed(case)? };
     let owed = match case.faults.as_slice() {
-        [fault] => expect::expect(fault, &config, &twin.as_ref().map_or(Ahead::NOTHING, |t| t.ahead(fault))),
+        [fault] if !drawn && case.water != Water::Alone => {
+            expect::expect(fault, &config, &twin.as_ref().map_or(Ahead::NOTHING, |t| t.ahead(fault)))
+        }
         _ => None,
     };
-    let mut judge = Judge::of(case, &config, Means::of(case, twin.as_ref())?, owed);
+    let means = if drawn { Means::ENOUGH } else { Means::of(case, twin.as_ref())? };
+    let mut judge = Judge::of(case, &config, means, owed);
     let out = fly(&mut world, seat, &setup, &mut |c| {
         judge.see(c);
         Ok(())
     })?;
+    if !out.end.home() && !judge.means.none_left() {
+        // Neither budget looks at what became of the mission; they are made when somebody asks.
+        if drawn {
+            judge.means = Means::of(case, Twin::if_needed(case)?.as_ref())?;
+        }
+        judge.means.race = Some(race::can_be_won(case)?);
+    }
     Ok(judge.judge(out.end, out.max_depth_m, out.duration_s, out.actuator_hash))
 }
 
@@ -389,6 +423,10 @@ pub struct Summary {
     pub apart: u64,
     /// Of these, home all the same: a fault's phase never came, or the weight went before its release stuck.
     pub apart_home: u64,
+    /// Missions with a fault deeper than 100 m, those set apart too, and those of them with two faults.
+    pub at_depth: u64,
+    /// See [`Self::at_depth`].
+    pub pairs_at_depth: u64,
     /// Of the missions over a bad line, those with another actuator stream than their twin.
     pub line_changed: u64,
 }
@@ -398,11 +436,13 @@ impl Summary {
     #[must_use]
     pub fn of(faulty: &[Verdict], twins: &[Verdict]) -> Self {
         let mut s = Self { twins: twins.len() as u64, ..Self::default() };
-        s.false_aborts = twins.iter().filter(|t| t.abort.is_some() || t.end != End::Done).count() as u64;
-        let key = |c: &Case| (c.water == Water::Edge, c.wings as u8, c.seed);
+        s.false_aborts = twins.iter().filter(|t| t.abort.is_some() || t.end != End::Done || t.unmet.is_some()).count() as u64;
+        let key = |c: &Case| (c.water, c.wings as u8, c.seed);
         let streams: std::collections::HashMap<_, u64> = twins.iter().map(|t| (key(&t.case), t.hash)).collect();
         for v in faulty {
             s.unmet += u64::from(v.unmet.is_some());
+            s.at_depth += u64::from(v.at_depth());
+            s.pairs_at_depth += u64::from(v.at_depth() && v.case.faults.len() == 2);
             if v.apart() {
                 s.apart += 1;
                 s.apart_home += u64::from(v.home());
@@ -461,7 +501,7 @@ mod tests {
             let faults: Vec<plant::Fault> = vec![fault.parse().expect("a fault")];
             let case = Case { water: Water::Edge, wings: Wings::Standard, seed: 0, faults, line: None };
             let owed = expect::expect(&case.faults[0], &config, &Ahead::NOTHING);
-            let mut judge = Judge::of(&case, &config, Means { for_good_n: 1.0, while_all_act_n: 1.0, at_m: 0.0 }, owed);
+            let mut judge = Judge::of(&case, &config, Means::ENOUGH, owed);
             (judge.onsets, judge.abort, judge.missed) = (vec![Some(100.0)], abort, missed);
             judge.unmet(true, duration_s)
         };

@@ -349,7 +349,7 @@ fn method() -> Section {
         lead: String::new(),
         items: vec![
             "Every mission: at the surface within its time limit, never below crush depth, every command finite and in range, the first cause of an abort kept, SAFE never left.".into(),
-            "Every fault alone: an abort with the right cause within a bound, or none at all where it is harmless, or a way home without an abort where a second sensor is left, or, where its effect decides, an abort with the right cause at most, due in time after a sign of it. Bounds are sums of the waits that the law states; signs are reckoned from the truth and the frames.".into(),
+            "Every fault alone: an abort with the right cause within a bound, or none at all where it is harmless, or a way home without an abort where a second sensor is left, or, where its effect decides, an abort with the right cause at most, due in time after a sign of it. Bounds are sums of demanded times, whatever the law waits for; signs are reckoned from the truth and the frames.".into(),
             "A healthy twin with the same noise flies each mission without an abort.".into(),
             "Before it is flown every mission has a budget: the upward force at rest that the best of pump and weight still gives, less what the faults load on the vehicle for good, where it is least between surface and crush depth. Only where that is negative a mission is set apart; it still owes an abort, full buoyancy and the weight. What ends or grows (a pull, water coming in) is a race that has to be won.".into(),
             "A pump that holds still, or its feedback, cannot be told from a sound one before it is needed: the bound counts from the moment at which the healthy twin asks it to be elsewhere.".into(),

@@ -7,9 +7,10 @@
 //! a sensor's noise beyond those that the law states, so that a sign that
 //! stands is one the law must see too.
 
+use super::demands;
 use crate::flight::cycle::Cycle;
 use crate::seats::CYCLE_S;
-use control::{Config, waits};
+use control::Config;
 use plant::faults::Target;
 use signals::{Phase, Reading, Switch};
 
@@ -79,8 +80,6 @@ impl Sign {
 const DEPTH_NOISE_M: f64 = 0.5;
 /// Rate that no filter takes for rest, m/s: the law's own limit and as much again as its noise.
 const RATE_NOISE_M_S: f64 = 0.02;
-/// Noise of a pitch reading, rad, rounded up.
-const PITCH_NOISE_RAD: f64 = 0.02;
 /// Steps of a fin that the law takes for way, rad, and its noise.
 const FIN_NOISE_RAD: f64 = 0.02;
 /// A vehicle that has risen for this long is in its climb: a turn's dwell and a cycle, s.
@@ -132,17 +131,17 @@ impl Witness {
         match self.sign {
             Sign::DepthWrong(target) => {
                 let reading = if target == Target::Depth2 { f.depth2_m } else { f.depth_m };
-                let apart_m = f64::from(waits::APART_M) + f64::from(waits::APART_SHARE) * t.depth_m.abs();
+                let apart_m = demands::APART.0 + demands::APART.1 * t.depth_m.abs();
                 // Up to ZERO_MAX_M of it is taken for a zero at the surface.
-                let most_m = apart_m + f64::from(waits::ZERO_MAX_M) + DEPTH_NOISE_M;
+                let most_m = apart_m + demands::ZERO_M + DEPTH_NOISE_M;
                 !fresh(reading, config).is_some_and(|z| (z - t.depth_m).abs() <= most_m)
             }
             Sign::HeadingLost => {
                 // Any winding is a heading: two turns either side and one more.
                 let told = fresh(f.heading_rad, config).is_some_and(|h| (-7.0..=13.0).contains(&h));
                 self.lost_s = if told { 0.0 } else { self.lost_s + CYCLE_S };
-                self.risen_s = if t.sink_rate_m_s < -f64::from(waits::SINKS_M_S) { self.risen_s + CYCLE_S } else { 0.0 };
-                self.lost_s > f64::from(waits::HEADING_LOST_S) && self.risen_s >= RISEN_S
+                self.risen_s = if t.sink_rate_m_s < -demands::SINKS.0 { self.risen_s + CYCLE_S } else { 0.0 };
+                self.lost_s > demands::HEADING_LOST_S && self.risen_s >= RISEN_S
             }
             Sign::PitchFrozen => {
                 // From one side of neutral to the other the pitch asked for swings by twice its own size.
@@ -159,52 +158,47 @@ impl Witness {
             }
             Sign::PitchOpposed => {
                 let pitch = fresh(f.pitch_rad, config).unwrap_or(0.0);
-                let plain = f64::from(waits::PLAIN_RAD) + PITCH_NOISE_RAD;
                 let sinking = t.sink_rate_m_s;
                 matches!(phase, Phase::Dive | Phase::Climb)
-                    // Where the reading is what is asked for the lie shows in nothing on board; the vehicle rises and sinks all the same.
-                    && pitch * f64::from(c.answer.trace.pitch_setpoint_rad) < 0.0
                     && pitch * t.pitch_rad < 0.0
-                    && pitch.abs() > plain
-                    && t.pitch_rad.abs() > plain
-                    && sinking.abs() > f64::from(waits::SINKS_M_S) + RATE_NOISE_M_S
+                    // So far apart that no error of the trim law hides it.
+                    && (pitch.tan() - t.pitch_rad.tan()).abs() > demands::OPPOSED
+                    && sinking.abs() > demands::SINKS.0 + RATE_NOISE_M_S
                     && sinking * t.ballast_m3 < 0.0
             }
             Sign::Leak => f.leak == Switch::Alarm,
-            Sign::Volts => self.three_of_five(f.battery_v, waits::VOLTS, |v| v < config.undervoltage_v),
-            Sign::Charge => self.three_of_five(f.charge, waits::CHARGE, |v| v < config.reserve_charge),
-            Sign::Vacuum => self.three_of_five(f.vacuum_pa, waits::VACUUM_PA, |v| v > config.vacuum_max_pa),
+            Sign::Volts => self.three_of_five(f.battery_v, demands::VOLTS, |v| v < config.undervoltage_v),
+            Sign::Charge => self.three_of_five(f.charge, demands::CHARGE, |v| v < config.reserve_charge),
+            Sign::Vacuum => self.three_of_five(f.vacuum_pa, demands::VACUUM_PA, |v| v > config.vacuum_max_pa),
             Sign::FinElsewhere => {
                 // No fin stands beyond a radian: that is no reading.
                 let Some(fin) = fresh(f.fin_rad, config).filter(|fin| fin.abs() <= 1.0) else { return false };
                 let asked = f64::from(command.fin_rad);
                 let off = (fin - asked).abs();
                 let (mark_asked, mark_off) = self.mark;
-                let steady = (asked - mark_asked).abs() < f64::from(waits::FIN.0) - FIN_NOISE_RAD && off > mark_off - FIN_NOISE_RAD;
+                let steady = (asked - mark_asked).abs() < demands::FIN.0 - FIN_NOISE_RAD && off > mark_off - FIN_NOISE_RAD;
                 if !steady {
                     self.mark = (asked, off);
                 }
-                steady && off > f64::from(waits::FIN.0) + FIN_NOISE_RAD
+                steady && off > demands::FIN.0 + FIN_NOISE_RAD
             }
             Sign::TooDeep => {
                 let z = t.depth_m - DEPTH_NOISE_M;
-                let leg = (deepest_m + f64::from(waits::OVER_LEG_M)).max(deepest_m * f64::from(waits::OVER_LEG_SHARE));
-                z > leg.min(f64::from(config.working_depth_m) + f64::from(waits::OVER_WORKING_M))
+                let leg = (deepest_m + demands::OVER_LEG.0).max(deepest_m * demands::OVER_LEG.1);
+                z > leg.min(f64::from(config.working_depth_m) + demands::OVER_WORKING_M)
             }
             Sign::SinksOn => {
-                command.ballast_m3 > 0.5 * config.pump_m3 && t.sink_rate_m_s > f64::from(waits::SINKS_M_S) + RATE_NOISE_M_S && !t.at_surface
+                command.ballast_m3 > 0.5 * config.pump_m3 && t.sink_rate_m_s > demands::SINKS.0 + RATE_NOISE_M_S && !t.at_surface
             }
             Sign::NoWay | Sign::DivesInVain => {
                 let tries = if self.sign == Sign::NoWay { gliding } else { phase == Phase::Dive };
-                if !tries || !((t.depth_m - self.mark.0).abs() < f64::from(waits::WAY_M) - DEPTH_NOISE_M) {
+                if !tries || !((t.depth_m - self.mark.0).abs() < demands::WAY_M - DEPTH_NOISE_M) {
                     self.mark.0 = t.depth_m;
                     return false;
                 }
                 true
             }
-            Sign::PitchOff => {
-                gliding && (t.pitch_rad - f64::from(c.answer.trace.pitch_setpoint_rad)).abs() > f64::from(waits::MUST_SHOW_RAD)
-            }
+            Sign::PitchOff => gliding && (t.pitch_rad - f64::from(c.answer.trace.pitch_setpoint_rad)).abs() > demands::MUST_SHOW_RAD,
         }
     }
 
@@ -217,7 +211,7 @@ impl Witness {
 
 /// A finite reading no older than the law believes.
 fn fresh(reading: Reading, config: &Config) -> Option<f64> {
-    let oldest_ms = (config.cycle_s * 1e3) as u32 + waits::LATE_MS;
+    let oldest_ms = (config.cycle_s * 1e3) as u32 + (demands::LATE_S * 1e3) as u32;
     reading.accept(f32::MIN..=f32::MAX, oldest_ms).map(f64::from)
 }
 

@@ -19,7 +19,8 @@ use std::sync::Mutex;
 pub fn can_fly(case: &Case, choice: &Choice) -> bool {
     let brown_out = case.faults.iter().any(|f| f.kind == Kind::BrownOut);
     let can_reset = matches!(choice, Choice::InProcess | Choice::Qemu);
-    case.line.is_none() && (!brown_out || (can_reset && case.water == Water::Edge))
+    // A drawn mission may be another vehicle's than the board has on its flash.
+    case.water != Water::Drawn && case.line.is_none() && (!brown_out || (can_reset && case.water == Water::Edge))
 }
 
 /// The cases to fly through a seat, `wanted` of them spread over the lattice, and every brown-out that can be flown.

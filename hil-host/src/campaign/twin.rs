@@ -7,19 +7,19 @@
 //! from a sound one. A battery that runs away is seen on its way, if it has one.
 
 use super::bounds;
+use super::demands;
 use super::expect::Ahead;
 use super::lattice::Case;
 use crate::flight::closed_loop::{Setup, fly};
 use crate::seats::Link;
 use crate::seats::in_process::InProcess;
 use anyhow::anyhow;
-use control::waits;
 use plant::faults::{Kind, Target};
 use plant::{Fault, World};
 use signals::Phase;
 
 /// Pump error that no controller need mind, m³: what the law leaves alone, 0.1 N.
-const NEAR_M3: f64 = waits::PUMP_NEAR_M3 as f64;
+const NEAR_M3: f64 = demands::PUMP_NEAR_M3;
 
 /// One control cycle of the twin.
 #[derive(Clone, Copy, Debug)]

@@ -1,24 +1,28 @@
 //! `glider faults`.
 
 use super::{Output, Verdict};
-use crate::campaign::lattice::{Case, cases, spread, twins};
+use crate::campaign::lattice::{Case, SETS, broken, cases, drawn, spread, twins};
 use crate::campaign::{self, Summary, through_seat};
 use crate::seats::Choice;
 use anyhow::{Context, bail};
 use comfy_table::Table;
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use control::mutant::Mutant;
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressIterator, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
+/// Share of the broken laws that the campaign has to notice.
+const LEAST_SCORE: f64 = 0.95;
+
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider faults\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
-glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
-A mission whose faults leave no force that points up for good (pump and weight less the load, reckoned before the flight) is set apart\n\
-under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
+glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
+A mission that nobody could bring home (pump and weight less the load at rest, or the best moves five minutes after the fault) is set\n\
+apart under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
 Every fault alone is owed an abort within a bound, a way home, an undisturbed mission, or, where its effect decides, an abort for the right\n\
 cause at most, in time after a sign of it: the report and by_fault in the JSON list all of them, with the worst latency seen.\n\
 Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met.")]
@@ -29,7 +33,10 @@ pub struct Args {
     /// Fly this many missions of the lattice, spread over it; default: all (200 through a seat).
     #[arg(long, value_name = "N")]
     sample: Option<usize>,
-    /// Changes all noise of the campaign.
+    /// Of the missions flown so many are random ones with random faults; default: 45,000, of a sample a third, through a seat none.
+    #[arg(long, value_name = "N")]
+    random: Option<u64>,
+    /// Changes all noise of the campaign, and which missions are drawn.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Only cases whose name contains this.
@@ -38,6 +45,9 @@ pub struct Args {
     /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
     #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample"])]
     healthy: Option<u64>,
+    /// Break the law instead, one watch at a time, and count how often the campaign notices; --sample: missions for each.
+    #[arg(long, conflicts_with_all = ["only", "healthy"])]
+    mutation: bool,
     /// Print every case that is not as it should be.
     #[arg(long)]
     list: bool,
@@ -60,6 +70,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(n) = args.healthy {
         return healthy(n, args, output);
     }
+    if args.mutation {
+        return mutation(args, output);
+    }
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
     let in_seat = choice != Choice::InProcess;
     let mut chosen = cases();
@@ -73,15 +86,23 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
     }
     let wanted = args.sample.or(in_seat.then_some(200)).unwrap_or(chosen.len());
-    chosen = if in_seat { through_seat::sample(chosen, &choice, wanted) } else { spread(chosen, wanted) };
+    let random = if in_seat || args.only.is_some() { 0 } else { args.random.unwrap_or(args.sample.map_or(45_000, |n| n as u64 / 3)) };
+    chosen = if in_seat {
+        through_seat::sample(chosen, &choice, wanted)
+    } else {
+        spread(chosen, wanted.saturating_sub(if args.sample.is_some() { random as usize } else { 0 }))
+    };
     let started = Instant::now();
     let twins = twins(&chosen);
-    let bar = ProgressBar::new((chosen.len() + twins.len()) as u64).with_style(
-        ProgressStyle::with_template("{bar:30} {pos}/{len} missions {elapsed}, {eta} left {msg}").unwrap_or(ProgressStyle::default_bar()),
-    );
+    let drawn = drawn(args.seed.wrapping_mul(1 << 32), random.div_ceil(SETS));
+    let bar = bar((chosen.len() + twins.len() + drawn.len() * (1 + SETS as usize)) as u64, "missions");
     let fly_all = |cases: &[Case]| cases.par_iter().progress_with(bar.clone()).map(campaign::run).collect::<anyhow::Result<Vec<_>>>();
-    let healthy = fly_all(&twins)?;
-    let faulty = fly_all(&chosen)?;
+    let mut healthy = fly_all(&twins)?;
+    let mut faulty = fly_all(&chosen)?;
+    let calm = fly_all(&drawn)?;
+    chosen = calm.iter().flat_map(|v| broken(&v.case, v.duration_s).collect::<Vec<_>>()).collect();
+    faulty.extend(fly_all(&chosen)?);
+    healthy.extend(calm);
     bar.finish_and_clear();
     let seat = if in_seat { Some(compare(args, &choice, &faulty)?) } else { None };
     let summary = Summary::of(&faulty, &healthy);
@@ -91,7 +112,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut document = json!({
         "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "false_aborts": summary.false_aborts,
             "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "beyond_any_controller": summary.apart, "of_these_home": summary.apart_home,
-            "bad_line_changed_commands": summary.line_changed, "seed": args.seed, "seat": choice.to_string() },
+            "deeper_than_100_m": summary.at_depth, "pairs_at_depth": summary.pairs_at_depth, "bad_line_changed_commands": summary.line_changed, "seed": args.seed, "seat": choice.to_string() },
         "not_as_expected": bad.iter().map(|v| v.document()).collect::<Vec<_>>(),
         "no_means_left": apart,
         "by_fault": campaign::tally::rows(&faulty).iter().map(campaign::tally::Row::document).collect::<Vec<_>>(),
@@ -136,13 +157,56 @@ fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         std::fs::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
     }
     output.emit(&document, || {
-        println!("{n} random missions with healthy vehicles, {} not flown to their end; {:.0} s", failed.len(), started.elapsed().as_secs_f64());
+        println!(
+            "{n} random missions with healthy vehicles, {} not flown to their end; {:.0} s",
+            failed.len(),
+            started.elapsed().as_secs_f64()
+        );
         ends.iter().for_each(|(end, n)| println!("  {n:6} {end}"));
         for f in failed.iter().take(if args.list { failed.len() } else { 10 }) {
-            println!("  mission {}: {}, {} of {} dives, {:?} {:?}", f.seed, f.end, f.dives, f.draw.mission.dives(), f.draw.class, f.draw.fitted);
+            println!(
+                "  mission {}: {}, {} of {} dives, {:?} {:?}",
+                f.seed,
+                f.end,
+                f.dives,
+                f.draw.mission.dives(),
+                f.draw.class,
+                f.draw.fitted
+            );
         }
     });
     Ok(if failed.is_empty() { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// Breaks one watch after the other.
+fn mutation(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let started = Instant::now();
+    let chosen = spread(cases(), args.sample.unwrap_or(4000));
+    let sound = chosen.par_iter().map(campaign::run).collect::<anyhow::Result<Vec<_>>>()?;
+    // A mission that is wrong with the law as it is tells nothing.
+    let chosen: Vec<Case> = sound.into_iter().filter(|v| !v.wrong()).map(|v| v.case).collect();
+    let mutants: Vec<Mutant> = Mutant::all().collect();
+    let bar = bar(mutants.len() as u64, "broken laws");
+    let trials =
+        mutants.iter().progress_with(bar.clone()).map(|m| campaign::mutation::trial(*m, &chosen)).collect::<anyhow::Result<Vec<_>>>()?;
+    bar.finish_and_clear();
+    let caught = trials.iter().filter(|t| t.caught_by.is_some()).count();
+    let score = caught as f64 / trials.len() as f64;
+    let document = json!({ "broken_laws": trials.len(), "caught": caught, "score": (score * 1e3).round() / 1e3, "missions_each": chosen.len(),
+        "wall_s": started.elapsed().as_secs_f64().round(), "trials": trials.iter().map(campaign::mutation::Trial::document).collect::<Vec<_>>() });
+    if let Some(path) = &args.out {
+        std::fs::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
+    }
+    output.emit(&document, || {
+        for t in &trials {
+            match &t.caught_by {
+                Some((case, why)) => println!("{:?}: caught after {} missions by {case}: {why}", t.mutant, t.flown),
+                None => println!("{:?}: NOT CAUGHT in {} missions", t.mutant, t.flown),
+            }
+        }
+        println!("{caught} of {} broken laws caught: score {score:.3}; {:.0} s", trials.len(), started.elapsed().as_secs_f64());
+    });
+    Ok(if score >= LEAST_SCORE { Verdict::Ok } else { Verdict::Negative })
 }
 
 /// Progress on standard error.
@@ -200,9 +264,10 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
         ]);
     }
     println!("{table}");
+    println!("{} of them deeper than 100 m, {} with two faults at once there", s.at_depth, s.pairs_at_depth);
     println!("{} fault missions: {} safe, {} below crush depth, {} not as expected", s.missions, s.safe, s.below_crush, s.unmet);
     println!(
-        "{} healthy twins: {} false aborts; {} more missions without any force left that points up, {} of them home all the same",
+        "{} healthy twins: {} false aborts; {} more missions that nobody could bring home by their budgets, {} of them home all the same",
         s.twins, s.false_aborts, s.apart, s.apart_home
     );
     println!("bad line: {} missions with other commands than their twin; {wall_s:.0} s", s.line_changed);

@@ -89,7 +89,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         scenario.faults.push(spec.parse().map_err(|e: String| anyhow!("{e}"))?);
     }
     let realtime = match args.realtime {
-        Some(x) if !(x > 0.0 && x.is_finite()) => bail!("--realtime {x}: a number above 0, such as 1 or 100"),
+        Some(x) if !(1e-3..=1e6).contains(&x) => bail!("--realtime {x}: a number from 0.001 to 1000000, such as 1 or 100"),
         x => x,
     };
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);

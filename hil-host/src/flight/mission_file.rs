@@ -166,7 +166,10 @@ pub fn parse(text: &str, name: &str, limits: impl Fn(&Mission) -> Limits) -> any
         if !(flown.ballast_m3 >= least_m3) {
             let at = w.ballast_cc.as_ref().map_or(written.span(), Spanned::span);
             let (asked, least) = (flown.ballast_m3 * 1e6, least_m3 * 1e6);
-            return Err(place.wrong(&at, &format!("ballast_cc = {asked:.0} is less than {least:.0} cc: layered water and a squeezed hull may take it all")));
+            return Err(place.wrong(
+                &at,
+                &format!("ballast_cc = {asked:.0} is less than {least:.0} cc: layered water and a squeezed hull may take it all"),
+            ));
         }
         if !(flown.ballast_m3 <= limits.pump_m3) {
             let at = w.ballast_cc.as_ref().map_or(written.span(), Spanned::span);
@@ -177,7 +180,10 @@ pub fn parse(text: &str, name: &str, limits: impl Fn(&Mission) -> Limits) -> any
     out.validate(limits.working_depth_m, limits.pump_m3).map_err(|e| match (e, &file.max_duration_h) {
         (MissionError::TooShort(least_s), Some(written)) => {
             let least_h = (f64::from(least_s) / 36.0).ceil() / 100.0;
-            place.wrong(&written.span(), &format!("max_duration_h = {hours}: a slow glide takes {least_h} h for these legs; give it more, or leave it out"))
+            place.wrong(
+                &written.span(),
+                &format!("max_duration_h = {hours}: a slow glide takes {least_h} h for these legs; give it more, or leave it out"),
+            )
         }
         _ => anyhow!("{name}: not flyable: {e:?}"),
     })?;

@@ -166,7 +166,7 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let best = world.best_glide();
     let mut recorder = Recorder::create(&log, &world, &mission)?;
-    let realtime = (request.pace > 0.0 && request.pace.is_finite()).then_some(request.pace);
+    let realtime = (request.pace > 0.0 && request.pace.is_finite()).then_some(request.pace.clamp(1e-3, 1e6));
     let setup = Setup { realtime, orders, ..Setup::new(mission) };
     let mut rows = Vec::new();
     let mut sent = Instant::now();

@@ -10,6 +10,7 @@
 use super::{Verdict, Watch};
 use crate::angle::tan;
 use crate::bound::{Bound, all_finite};
+use crate::mutant::Watch as Of;
 use signals::{Abort, Flags, Phase};
 
 /// Without believable pitch: abort after this, s.
@@ -47,7 +48,7 @@ impl AttitudeWatch {
             *self = Self::default();
         }
         let dt = w.seen.dt_s;
-        let (stuck, opposed) = (self.stuck(w), self.opposed(w));
+        let (stuck, opposed) = (self.stuck(w) && Of::PitchStill.looks(), self.opposed(w) && Of::PitchOpposed.looks());
         if w.seen.pitch_rad.is_none() || stuck || opposed {
             v.flag(Flags::PITCH_PRESET);
             v.distrust_pitch = true;
@@ -56,13 +57,13 @@ impl AttitudeWatch {
             // Forgiven slowly, so that a reading that comes and goes is not believed for ever.
             self.lost_s = (self.lost_s - dt).at_least(0.0);
         }
-        if self.lost_s > PITCH_LOST_S {
+        if self.lost_s > Of::PitchLost.after(PITCH_LOST_S) && Of::PitchLost.looks() {
             v.cause(Abort::SensorPitch);
         }
         if w.seen.heading_rad.is_none() {
             v.flag(Flags::NO_HEADING);
             self.heading_lost_s = (self.heading_lost_s + dt).at_most(1e6);
-            if self.heading_lost_s > HEADING_LOST_S {
+            if self.heading_lost_s > Of::HeadingLost.after(HEADING_LOST_S) && Of::HeadingLost.looks() {
                 v.homeward = true;
                 if matches!(w.phase, Phase::Climb | Phase::InflectHigh | Phase::Surface | Phase::Comms) {
                     v.cause(Abort::NoHeading);
@@ -85,7 +86,7 @@ impl AttitudeWatch {
         self.still_s += w.seen.dt_s;
         self.wanted_low_rad = self.wanted_low_rad.at_most(w.pitch_wanted_rad);
         self.wanted_high_rad = self.wanted_high_rad.at_least(w.pitch_wanted_rad);
-        self.still_s > STILL_S && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
+        self.still_s > Of::PitchStill.after(STILL_S) && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
     }
 
     fn opposed(&mut self, w: &Watch<'_>) -> bool {
@@ -99,6 +100,6 @@ impl AttitudeWatch {
         } else if glide {
             self.opposed_s += w.seen.dt_s;
         }
-        self.opposed_s > OPPOSED_S
+        self.opposed_s > Of::PitchOpposed.after(OPPOSED_S)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
+use crate::mutant::Watch as Of;
 use signals::{Abort, Flags};
 
 /// Without a depth: climb after this, s — a cycle and a second, so that one lost reading changes nothing.
@@ -51,33 +52,33 @@ impl DepthWatch {
         }
         let seen = w.seen;
         self.silent_s = if seen.silent { (self.silent_s + seen.dt_s).at_most(1e4) } else { 0.0 };
-        if self.silent_s >= ABORT_AFTER_S {
+        if self.silent_s >= Of::Silence.after(ABORT_AFTER_S) && Of::Silence.looks() {
             v.cause(Abort::LinkLost);
         }
         if seen.depth_age_s > 0.0 {
             v.flag(Flags::DEPTH_PROJECTED);
-            v.climb = seen.depth_age_s >= CLIMB_AFTER_S;
-            if seen.depth_age_s >= ABORT_AFTER_S {
+            v.climb = seen.depth_age_s >= Of::NoDepthClimb.after(CLIMB_AFTER_S) && Of::NoDepthClimb.looks();
+            if seen.depth_age_s >= Of::NoDepth.after(ABORT_AFTER_S) && Of::NoDepth.looks() {
                 v.cause(Abort::SensorDepth);
             }
         }
-        if seen.depth_unbacked {
+        if seen.depth_unbacked && Of::Unbacked.looks() {
             // The other one still measures: no abort, but nothing is left behind it.
             v.climb = true;
             v.homeward = true;
         }
         self.apart_s = if seen.depths_disagree { self.apart_s + seen.dt_s } else { 0.0 };
-        if self.apart_s >= APART_S {
+        if self.apart_s >= Of::DepthsApart.after(APART_S) && Of::DepthsApart.looks() {
             v.cause(Abort::SensorDepth);
         }
         // One sensor alone says that the vehicle has leapt.
-        if seen.depth_jumped {
+        if seen.depth_jumped && Of::DepthLeaps.looks() {
             v.cause(Abort::SensorDepth);
         }
         // Where the antenna is out the depth is known.
         let lies = seen.afloat && seen.measured_m.is_some_and(|z| z.abs() > AFLOAT_M);
         self.afloat = if lies { self.afloat.saturating_add(1) } else { 0 };
-        if self.afloat >= AFLOAT_LOOKS {
+        if self.afloat >= AFLOAT_LOOKS && Of::AfloatLie.looks() {
             v.cause(Abort::SensorDepth);
         }
         self.over_depth(w, v);
@@ -90,7 +91,8 @@ impl DepthWatch {
         let over = w.seen.depth_age_s <= 0.0 && !within;
         self.over = if over { self.over.saturating_add(1) } else { 0 };
         // Where the two sensors contradict each other, as long as those have to be found apart.
-        if self.over >= if w.seen.depths_disagree { OVER_APART } else { 2 } {
+        let looks = if w.seen.depths_disagree { OVER_APART } else { 2 };
+        if self.over >= looks && Of::OverDepth.looks() {
             v.cause(Abort::OverDepth);
         }
     }
@@ -111,7 +113,7 @@ impl DepthWatch {
         self.high_m = z.at_least(self.high_m);
         self.still_s += seen.dt_s;
         self.expected_m += SLOWEST_M_S * ballast.abs() / full * seen.dt_s;
-        if self.still_s >= STUCK_S && self.expected_m >= 0.5 {
+        if self.still_s >= Of::DepthStuck.after(STUCK_S) && self.expected_m >= 0.5 && Of::DepthStuck.looks() {
             v.cause(Abort::StuckDepth);
         }
     }

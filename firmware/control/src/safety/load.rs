@@ -4,8 +4,8 @@
 //! ```text
 //! w|w| = (B / B_drive) w_table²        load = B_drive − B = (1 − w|w| / w_table²) B_drive
 //! ```
-//! w_table: rate at this pitch on the pump's drive alone, by the table as the
-//! flight has corrected it. Layered water makes up to 0.4 of the pump's range of
+//! w_table: rate at this pitch on the pump's drive alone, by the table as it is.
+//! Layered water makes up to 0.4 of the pump's range of
 //! it, moving water and a drag twice the table's as much again. More, for
 //! [`HEAVY_S`], is a load:
 //!
@@ -17,6 +17,7 @@
 
 use super::{Verdict, Watch};
 use crate::bound::Bound;
+use crate::mutant::Watch as Of;
 use signals::{Abort, Phase};
 
 /// Load over the pump's range in a dive, 1: the pump, turned round, would not lift it.
@@ -46,7 +47,8 @@ impl LoadWatch {
         let heavier = w.ballast_m3 + rate_m_s * rate_m_s.abs() / (table_m_s * table_m_s) * w.ballast_m3.abs();
         let heavy = heavier > w.config.pump_m3 * if up { HEAVY_CLIMB } else { HEAVY_DIVE };
         self.heavy_s = if heavy && w.seen.depth_age_s <= 0.0 { (self.heavy_s + w.seen.dt_s).at_most(1e4) } else { 0.0 };
-        if !(self.heavy_s >= HEAVY_S) {
+        let of = if up { Of::LoadInClimb } else { Of::LoadInDive };
+        if !(self.heavy_s >= of.after(HEAVY_S) && of.looks()) {
             return;
         }
         if !up {

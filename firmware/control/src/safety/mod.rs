@@ -29,6 +29,7 @@ pub(crate) mod supply;
 pub(crate) mod surfacing;
 
 use crate::config::Config;
+use crate::mutant::Watch as Of;
 use crate::senses::Seen;
 use signals::{Abort, ActuatorCommand, Flags, Micros, Phase, SensorFrame};
 
@@ -186,13 +187,14 @@ impl Safety {
         if w.bottom_turns >= 5 {
             v.cause(Abort::Bottom);
         }
-        if w.no_way_turns >= 2 || w.climb_stalled {
+        if w.no_way_turns >= 2 || (w.climb_stalled && Of::ClimbNoWay.looks()) {
             v.cause(Abort::Stalled);
         }
-        if self.release.lost(w.frame.weight) {
+        if self.release.lost(w.frame.weight) && Of::WeightLost.looks() {
             v.cause(Abort::Degraded);
         }
-        if self.release.sinks(w, v.abort.is_some()) || self.release.floats_below(w) {
+        let sinks = self.release.sinks(w, v.abort.is_some());
+        if sinks && Of::SinksOn.looks() || self.release.floats_below(w) && Of::FloatsBelow.looks() {
             v.cause(Abort::Stalled);
         }
         if let Some(cause) = v.abort {

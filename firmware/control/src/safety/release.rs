@@ -28,6 +28,7 @@
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
+use crate::mutant::Watch as Of;
 use signals::{Phase, Weight};
 
 /// Slowest sinking reckoned with in the at-risk rule, m/s.
@@ -138,7 +139,7 @@ impl Release {
         let wanted_up = aborted || w.commanded.ballast_m3 > RISES * w.config.pump_m3;
         let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > SINKS_M_S && !seen.afloat;
         self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { 0.0 };
-        let found = self.sinking_s >= SINKS_S && self.sinking_s >= SINKS_S + pump_time_s(w);
+        let found = self.sinking_s >= Of::SinksOn.after(SINKS_S + pump_time_s(w));
         let all = w.ballast_m3 > 0.9 * w.config.pump_m3;
         if found && !aborted && !all {
             self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
@@ -159,7 +160,7 @@ impl Release {
         } else if matches!(w.phase, Phase::Comms | Phase::Done) && w.seen.depth_m > AWASH_M {
             self.unheard_s = (self.unheard_s + w.seen.dt_s).at_most(1e6);
         }
-        self.unheard_s > 1.9 * w.config.comms_patience_s
+        self.unheard_s > Of::FloatsBelow.after(1.9 * w.config.comms_patience_s)
     }
 
     /// Whether the release is to be on in this cycle.
@@ -176,13 +177,13 @@ impl Release {
         self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
         self.sunk |= self.sinking_s >= SINKS_S && self.sinking_s >= SINKS_S + pump_time_s(w);
         self.firing_s = (self.firing_s + dt).at_most(1e6);
-        if self.firing_s <= 1.5 * w.config.release_time_s + 30.0 {
+        if self.firing_s <= Of::FiresAgain.after(1.5 * w.config.release_time_s + 30.0) {
             return true; // whatever the monitor says: it may be wrong, and a wire once hot burns through
         }
         if w.frame.weight == Weight::Released {
             return false;
         }
-        if w.frame.weight == Weight::Held && self.firings < FIRINGS {
+        if w.frame.weight == Weight::Held && self.firings < FIRINGS && Of::FiresAgain.looks() {
             // Off for one cycle, then again: a contact that did not close may do so now.
             self.firing_s = 0.0;
             self.firings += 1;
@@ -199,7 +200,8 @@ impl Release {
             // Believed at the second look, whether or not anything else has noticed.
             self.at_risk = if zone == Zone::AtRisk { self.at_risk.saturating_add(1) } else { 0 };
             // What cannot be undone waits longer where the two sensors contradict each other.
-            if self.at_risk >= if seen.depths_disagree { 6 } else { 2 } {
+            let looks = if seen.depths_disagree { 6 } else { 2 };
+            if self.at_risk >= looks && Of::AtRisk.looks() {
                 return true;
             }
         }
@@ -213,17 +215,18 @@ impl Release {
         // A depth above the surface, with the antenna under water, is none.
         let known = seen.depth_age_s < 10.0 && seen.depth_m > -RISING_M - SURFACE_M;
         let far = !known || seen.depth_m > ASCENT_M_S * w.config.release_time_s;
-        if (v.leak_stands || v.pump_loses) && far {
+        if (v.leak_stands && Of::LeakWeight.looks() || v.pump_loses) && far {
             return true;
         }
         let out = seen.ballast_m3.is_none_or(|at| at > RISES * w.config.pump_m3);
         let pump_lost = v.pump_lost && !out;
-        if !known && !out && (v.pump_lost || self.aborted_s > pump_stroke_s(w.config)) {
+        if !known && !out && Of::BlindWeight.looks() && (v.pump_lost || self.aborted_s > pump_stroke_s(w.config)) {
             return true;
         }
         let at_risk = seen.depth_m >= at_risk_m(w.config, seen.rate_m_s);
         let patience = if pump_lost || v.leak_stands || at_risk { SINKS_SHORT_S } else { SINKS_S };
-        if self.sinking_s >= patience + if pump_lost { 0.0 } else { pump_time_s(w) } {
+        let patience = Of::SinksOn.after(patience + if pump_lost { 0.0 } else { pump_time_s(w) });
+        if self.sinking_s >= patience && Of::SinksOn.looks() {
             return true;
         }
         if !self.marked || (known && seen.depth_m < self.mark_m - RISING_M) {
@@ -233,10 +236,11 @@ impl Release {
         }
         self.not_rising_s = (self.not_rising_s + dt).at_most(1e6);
         if !known {
-            return self.not_rising_s >= if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
+            let patience = if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
+            return self.not_rising_s >= Of::NotRising.after(patience) && Of::NotRising.looks();
         }
         if seen.depth_m < KEEL_M && (buoyant || seen.depth_m <= SURFACE_M) {
-            return seen.depth_m > AWASH_M && self.not_rising_s >= 2.0 * w.config.max_burn_s;
+            return seen.depth_m > AWASH_M && self.not_rising_s >= Of::NotRising.after(2.0 * w.config.max_burn_s) && Of::NotRising.looks();
         }
         let patience = match zone(w.config, seen.depth_m, seen.rate_m_s) {
             // At risk was dealt with above, by counts.
@@ -244,7 +248,7 @@ impl Release {
             Zone::Working if !buoyant => w.config.min_burn_s,
             Zone::Working => w.config.max_burn_s,
         };
-        self.not_rising_s >= patience
+        self.not_rising_s >= Of::NotRising.after(patience) && Of::NotRising.looks()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Verdict, Watch};
 use crate::bound::Bound;
+use crate::mutant::Watch as Of;
 use core::ops::RangeInclusive;
 use signals::{Abort, Micros, Phase, Reading, Switch};
 
@@ -56,19 +57,20 @@ impl SupplyWatch {
         if w.seen.dt_s > 0.0 {
             let leak = frame.leak == Switch::Alarm;
             // Where three votes would take longer than a leak may wait, one is enough.
-            if self.leak.take(leak) || (leak && 2.0 * w.cycle_s() > LEAK_BOUND_S) {
+            let stands = self.leak.take(leak);
+            if (stands || (leak && 2.0 * w.cycle_s() > LEAK_BOUND_S)) && Of::Leak.looks() {
                 v.cause(Abort::Leak);
             }
             let gauge = |reading: Reading, range, alarm: &dyn Fn(f32) -> bool| reading.accept(range, GAUGE_MS).map(alarm);
             let vacuum = gauge(frame.vacuum_pa, VACUUM_PA, &|pa| pa > config.vacuum_max_pa);
             let volts = gauge(frame.battery_v, VOLTS, &|volts| volts < config.undervoltage_v);
             let charge = gauge(frame.charge, CHARGE, &|charge| charge < config.reserve_charge);
-            for (vote, alarm, cause) in [
-                (&mut self.vacuum, vacuum, Abort::Vacuum),
-                (&mut self.volts, volts, Abort::Undervoltage),
-                (&mut self.charge, charge, Abort::LowCharge),
+            for (vote, alarm, cause, of) in [
+                (&mut self.vacuum, vacuum, Abort::Vacuum, Of::Vacuum),
+                (&mut self.volts, volts, Abort::Undervoltage, Of::Volts),
+                (&mut self.charge, charge, Abort::LowCharge, Of::Charge),
             ] {
-                if vote.take(alarm == Some(true)) {
+                if vote.take(alarm == Some(true)) && of.looks() {
                     v.cause(cause);
                 }
             }

@@ -13,6 +13,7 @@
 
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
+use crate::mutant::Watch as Of;
 use signals::{Micros, Phase};
 
 /// Drift reckoned with where one sensor measures alone, m/s: 60 m/h.
@@ -48,11 +49,12 @@ impl SurfacingWatch {
         self.diving = diving;
         let drift_m_s = if seen.depth_alone { DRIFT_ALONE_M_S } else { DRIFT_AGREED_M_S };
         let deepest_m = 0.5 * (w.config.working_depth_m + w.config.crush_depth_m);
-        if diving && seen.depth_m + self.since_s * drift_m_s > deepest_m {
+        if diving && seen.depth_m + self.since_s * drift_m_s > deepest_m && Of::DoubtEndsDive.looks() {
             v.climb = true;
         }
         let next_s = self.since_s + 2.0 * self.dive_s;
         let silent_for = w.clock.since(self.shore).seconds();
-        v.surface = w.leg_max_m + next_s * drift_m_s > deepest_m || silent_for > 0.5 * w.config.no_comms_s as f32;
+        let doubted = w.leg_max_m + next_s * drift_m_s > deepest_m && Of::DoubtSurfaces.looks();
+        v.surface = doubted || silent_for > 0.5 * w.config.no_comms_s as f32;
     }
 }

@@ -1,0 +1,93 @@
+//! Could anybody have won? The best moves against a load, from the demanded time on.
+//!
+//! Water in the hull and loads that pull are races: force at rest alone does not
+//! say whether the surface is reached in time. So the same mission is flown once
+//! more with the same faults, and [`demands::RACE_S`] after the first that moves or
+//! blinds the vehicle everything goes up whatever the controller wants: all the
+//! pump has, the weight, a climb's attitude, the fin straight. Where even that
+//! vehicle is lost nobody could have brought it home, and the mission is set apart.
+//! What the controller under trial does later than that does not enter.
+
+use super::demands;
+use super::lattice::Case;
+use crate::flight::closed_loop::{CYCLE_S, Cycle, SURFACED_M};
+use crate::flight::worlds;
+use crate::seats::in_process::InProcess;
+use crate::seats::{Link, Seat};
+use anyhow::anyhow;
+use control::Config;
+use plant::faults::Target;
+use plant::{Fault, World};
+use signals::{ActuatorCommand, Phase};
+
+/// Time at the surface after which the race is won, s.
+const WON_S: f64 = 60.0;
+
+/// Whether a fault changes what the vehicle weighs, what moves it, or what it knows of its depth.
+fn matters(fault: &Fault) -> bool {
+    use Target as T;
+    matches!(
+        fault.target,
+        T::Pump | T::Command | T::Hull | T::Vehicle | T::Sea | T::Depth | T::Depth2 | T::BallastFeedback | T::Power | T::LeakDetector
+    )
+}
+
+/// Everything up: what nobody can better.
+fn best_moves(config: &Config, cycle: &Cycle<'_>) -> ActuatorCommand {
+    let pump_m3 = cycle.truth.ballast_m3 as f32;
+    let trim = &config.trim;
+    let battery_m = (config.preset_pitch_rad.tan() - trim.per_ballast_m3 * pump_m3 - trim.offset) / trim.per_battery_m;
+    ActuatorCommand {
+        ballast_m3: config.pump_m3,
+        battery_mass_m: battery_m.clamp(-config.battery_m, config.battery_m),
+        fin_rad: 0.0,
+        drop_weight: true,
+        beacon: true,
+        ..cycle.answer.command
+    }
+}
+
+/// Whether the best moves bring the vehicle of this case home, whatever its controller does.
+///
+/// # Errors
+/// The world cannot be, or the controller does not answer.
+pub fn can_be_won(case: &Case) -> anyhow::Result<bool> {
+    let mission = case.mission();
+    let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
+    let (config, crush_m) = (worlds::config(&mission), world.scenario().vehicle.crush_depth_m);
+    let mut seat = Link::new(InProcess::default());
+    let manifest = seat.hello()?;
+    seat.configure(&manifest, &config)?;
+    seat.begin(&mission)?;
+    let matter: Vec<&Fault> =
+        if case.faults.iter().any(matters) { case.faults.iter().filter(|f| matters(f)).collect() } else { case.faults.iter().collect() };
+    let limit_s = f64::from(mission.max_duration_s) + 7200.0;
+    let mut onsets: Vec<Option<f64>> = vec![None; matter.len()];
+    let mut up_s = 0.0;
+    while world.time_s() < limit_s {
+        let (frame, truth, time_s) = (world.sense(), world.truth(), world.time_s());
+        let answer = seat.exchange(&frame)?;
+        let phase = answer.trace.phase;
+        for (fault, onset) in matter.iter().zip(&mut onsets) {
+            if onset.is_none() && fault.phase.is_none_or(|p| p == phase) {
+                *onset = Some(fault.delay_s + if fault.phase.is_some() { time_s } else { 0.0 });
+            }
+        }
+        let struck_s = onsets.iter().copied().flatten().fold(f64::INFINITY, f64::min);
+        let cycle = Cycle { time_s, frame: &frame, answer: &answer, truth: &truth };
+        let racing = time_s >= struck_s + demands::RACE_S;
+        if truth.depth_m > crush_m {
+            return Ok(false);
+        }
+        up_s = if truth.depth_m < SURFACED_M && (racing || phase == Phase::Safe) { up_s + CYCLE_S } else { 0.0 };
+        if up_s >= WON_S {
+            return Ok(true);
+        }
+        world.observe_phase(phase);
+        world.advance(&if racing { best_moves(&config, &cycle) } else { answer.command }, CYCLE_S);
+        if world.take_brown_out() {
+            seat.reset()?;
+        }
+    }
+    Ok(false)
+}

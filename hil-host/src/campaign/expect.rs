@@ -142,6 +142,11 @@ pub fn expect(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
     })
 }
 
+/// Begins at the surface.
+fn afloat(fault: &Fault) -> bool {
+    matches!(fault.phase, Some(Phase::Surface | Phase::Comms))
+}
+
 /// Begins in a turn.
 fn turning(fault: &Fault) -> bool {
     matches!(fault.phase, Some(Phase::InflectLow | Phase::InflectHigh))
@@ -328,6 +333,10 @@ fn actuator(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
         (T::Pump, K::Stuck) => {
             Expect::Abort(&[Abort::PumpStuck, Abort::BallastFeedback, Abort::OverDepth], ahead.pump_needed_s + bounds::no_answer_s())
         }
+        // Out at the upper turn the vehicle stops rising at the surface, as if its depth had answered to a pump going in.
+        (T::Pump, K::Runaway) if fault.size > 0.0 => {
+            Expect::Abort(&[Abort::PumpStuck, Abort::BallastFeedback], ahead.pump_needed_s + bounds::no_answer_s())
+        }
         (T::Pump, K::Runaway) => Expect::Abort(&[Abort::PumpStuck], ahead.pump_needed_s + bounds::no_answer_s()),
         // Three commands missed, then the pump runs out by itself. A vehicle that reaches the surface stops rising, as if its
         // depth had answered to a pump going in. The battery does not follow either.
@@ -342,8 +351,9 @@ fn actuator(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
             Expect::Tolerated(&[Abort::OverDepth, Abort::Stalled], vec![too_deep(), owes(Sign::SinksOn, bounds::sinks_on_s(config))])
         }
         (T::Pump, K::LeakBack | K::Intermittent) => Expect::Mission,
-        // Two looks, each 4 mm farther off: 8 mm at 2.5 mm/s and a look. In a turn the order moves as well.
-        (T::MassMotor, K::Runaway) if ahead.mass_way_m > 0.02 && !turning(fault) => {
+        // Two looks, each 4 mm farther off: 8 mm at 2.5 mm/s and a look. In a turn the order moves as well, and so it does when the
+        // dive begins.
+        (T::MassMotor, K::Runaway) if ahead.mass_way_m > 0.02 && !turning(fault) && !afloat(fault) => {
             Expect::Abort(&[Abort::MassStuck], 2.0 * CYCLE_S + CYCLE_S)
         }
         (T::MassMotor, K::Runaway | K::Stuck) => Expect::Tolerated(&[Abort::MassStuck], vec![off_pitch(config)]),

@@ -10,10 +10,11 @@
 
 use super::demands;
 use super::lattice::Case;
-use crate::flight::closed_loop::{CYCLE_S, Cycle, SURFACED_M};
+use crate::flight::closed_loop::SURFACED_M;
+use crate::flight::cycle::Cycle;
 use crate::flight::worlds;
 use crate::seats::in_process::InProcess;
-use crate::seats::{Link, Seat};
+use crate::seats::{CYCLE_S, Link, Seat};
 use anyhow::anyhow;
 use control::Config;
 use plant::faults::Target;

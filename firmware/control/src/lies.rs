@@ -95,5 +95,5 @@ fn a_lone_sensor_that_leaps_is_found_at_its_third_sample_and_one_that_says_deep_
         alone(toy, frame);
         frame.depth_m = Reading::now(toy.z as f32 + 5.0);
     });
-    assert!(off.abort == Some(Abort::SensorDepth) && off.abort_s <= 12.0, "{off:?}");
+    assert!(off.abort == Some(Abort::SensorDepth) && off.abort_s < 13.0, "{off:?}");
 }

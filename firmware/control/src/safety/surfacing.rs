@@ -18,8 +18,8 @@ use signals::{Micros, Phase};
 
 /// Drift reckoned with where one sensor measures alone, m/s: 60 m/h.
 pub const DRIFT_ALONE_M_S: f32 = 60.0 / 3600.0;
-/// The same where two measure and agree, m/s: 15 m/h in both at once.
-pub const DRIFT_AGREED_M_S: f32 = 15.0 / 3600.0;
+/// The same where two measure and agree, m/s: 10 m/h in both at once.
+pub const DRIFT_AGREED_M_S: f32 = 10.0 / 3600.0;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SurfacingWatch {

@@ -16,7 +16,9 @@
 //! * **sensitivity** (signature): derivative of the whitened prediction with respect to a parameter.
 //! * **evidence**: likelihood of a hypothesis averaged over its prior, by Laplace's approximation. **Log odds**: log evidence and log
 //!   prior against "nothing is missing". **Bayes factor**: the ratio of two evidences; below ten to one two hypotheses are *equivalent*.
-//! * **discrepancy**: what the form of a law leaves because nature's is another.
+//! * **discrepancy**: a smooth vertical velocity of unknown small size that the model is wrong by under every hypothesis, because nature's
+//!   law is another; marginalised in every likelihood.
+//! * **nuisance**: a number of a sensor or of the log that a fit follows beside the law: clock, pressure zero and port, late hull, bank.
 //! * **branch**: which way lift goes on beyond the angle of attack where the law ends; **mask**: rows that depend on it, left out.
 //! * **check segments**: segments kept out of every fit; errors that are stated are theirs (**held out**).
 //! * **block error**: rms over 20 s blocks of the difference of mean depth rates, measured and modelled, m/s.

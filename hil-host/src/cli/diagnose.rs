@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider diagnose --flight trial_dir\n  glider diagnose --flight flight.csv --vehicle vehicle.json --json\n  glider diagnose --flight trial_dir --predict after.csv\n  glider diagnose --flight trial_dir --depth 3\n\nExit code 0: done (whatever the verdict); 2: bad input."
+    after_help = "Examples:\n  glider diagnose --flight trial_dir\n  glider diagnose --flight flight.csv --vehicle vehicle.json --json\n  glider diagnose --flight trial_dir --predict after.csv\n  glider diagnose --flight trial_dir --depth 3\n  glider diagnose --flight flight.csv --vehicle vehicle.json --quick\n\nExit code 0: done (whatever the verdict); 2: bad input."
 )]
 pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
@@ -25,6 +25,9 @@ pub struct Args {
     /// Most effects that are sought at once.
     #[arg(long, default_value = "2", value_name = "2|3", value_parser = clap::value_parser!(u8).range(2..=3))]
     depth: u8,
+    /// One effect at a time: an answer in a few seconds that a pair may yet overturn.
+    #[arg(long, conflicts_with = "depth")]
+    quick: bool,
     /// Write time_s,w_before_m_s,w_after_m_s (positive down) of the check segments.
     #[arg(long, value_name = "OUT.csv")]
     predict: Option<PathBuf>,
@@ -81,7 +84,11 @@ pub fn load_and_ask(flight: &Path, vehicle_file: Option<&Path>, depth: Depth) ->
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let depth = if args.depth > 2 { Depth::Triples } else { Depth::Pairs };
+    let depth = match args.depth {
+        _ if args.quick => Depth::Singles,
+        3.. => Depth::Triples,
+        _ => Depth::Pairs,
+    };
     if let Some(path) = &args.predict {
         let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref()].into_iter().flatten().collect();
         crate::whole_file::may_write(path, &inputs, &["csv"], output.force)?;

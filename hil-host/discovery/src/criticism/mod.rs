@@ -3,6 +3,6 @@
 pub(crate) mod held_out;
 pub mod localise;
 pub(crate) mod periodogram;
-pub(crate) mod plausibility;
 pub mod residual_tests;
+pub(crate) mod unknown;
 pub mod unmodelled;

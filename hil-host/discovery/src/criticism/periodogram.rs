@@ -109,7 +109,7 @@ fn ringing(problem: &Problem, k: usize, frequency: f64) -> Vec<Column> {
 fn alone(columns: &[Column; 2], ground: &Ground) -> f64 {
     let [s, c] = columns;
     let (ss, cc, sc) = (s.dot(s), c.dot(c), s.dot(c));
-    let (rs, rc) = (s.dot(&ground.residual), c.dot(&ground.residual));
+    let (rs, rc) = (s.dot(ground.residual), c.dot(ground.residual));
     let det = ss * cc - sc * sc;
     if det > 1e-9 * ss * cc { (cc * rs * rs - 2.0 * sc * rs * rc + ss * rc * rc) / det } else { 0.0 }
 }

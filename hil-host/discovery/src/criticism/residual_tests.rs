@@ -6,10 +6,10 @@
 
 use crate::criticism::periodogram::periods;
 use crate::criticism::unmodelled::strangers;
-use crate::hypotheses::late_stall;
 use crate::hypotheses::sensitivity::Offer;
 use crate::inference::evidence::log_mean_exp;
 use crate::inference::gauss_newton::{Fit, Ground};
+use crate::likelihood::covariates::{Traits, traits};
 use crate::likelihood::{Column, Problem};
 
 /// What a family found.
@@ -40,46 +40,12 @@ const SCALES_M_S: [f64; 6] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016];
 /// Bins of depth.
 const DEPTH_BINS: usize = 8;
 
-struct Traits {
-    down: Vec<bool>,
-    since_turn_s: Vec<f64>,
-    ballast_rate: Vec<f64>,
-    stratification: Vec<f64>,
-    roll: Vec<f64>,
-    ballast: Vec<f64>,
-}
-
-fn traits(problem: &Problem, k: usize) -> Traits {
-    let run = problem.runs[k];
-    let n = run.time_s.len();
-    let ahead = |row: usize, seconds: f64| run.input_at_row(row, seconds);
-    let mut down = Vec::with_capacity(n);
-    let mut since_turn_s = Vec::with_capacity(n);
-    let mut last_turn = run.time_s[0];
-    for i in 0..n {
-        let rate = ahead(i, 12.0).depth_m - ahead(i, -12.0).depth_m;
-        let now = if rate.abs() > 0.3 { rate > 0.0 } else { *down.last().unwrap_or(&true) };
-        if i > 0 && down[i - 1] != now {
-            last_turn = run.time_s[i];
-        }
-        down.push(now);
-        since_turn_s.push(run.time_s[i] - last_turn);
-    }
-    Traits {
-        ballast_rate: (0..n).map(|i| (ahead(i, 6.0).sensed.ballast_m3 - ahead(i, -6.0).sensed.ballast_m3) / 12.0 * 1e5).collect(),
-        stratification: (0..n).map(|i| (ahead(i, 8.0).sensed.density_kg_m3 - ahead(i, -8.0).sensed.density_kg_m3) / 16.0 * 30.0).collect(),
-        roll: (0..n).map(|i| ahead(i, 0.0).roll_rad).collect(),
-        ballast: (0..n).map(|i| ahead(i, 0.0).sensed.ballast_m3 * 5e3).collect(),
-        down,
-        since_turn_s,
-    }
-}
-
 /// Whether a fit's residual is what its state leaves of this problem's data.
 fn is_of(problem: &Problem, fit: &Fit) -> bool {
     let left = problem.models(std::slice::from_ref(&fit.state)).remove(0);
     let apart = |((d, m), r): ((&f64, &f64), &f64)| (d - m - r).powi(2);
-    left.len() == fit.residual.len() && problem.data.iter().zip(&left).zip(&fit.residual).map(apart).sum::<f64>() < 1e-9 * (1.0 + fit.chi2)
+    left.len() == fit.residual.values.len()
+        && problem.data.iter().zip(&left).zip(&fit.residual.values).map(apart).sum::<f64>() < 1e-9 * (1.0 + fit.chi2)
 }
 
 /// Asks every family beside each of these fits; of each, best first. A stranger that could reach the log Bayes factor that decides
@@ -88,7 +54,7 @@ fn is_of(problem: &Problem, fit: &Fit) -> bool {
 pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
     debug_assert!(beside.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
     let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();
-    let all: Vec<Traits> = (0..problem.runs.len()).map(|k| traits(problem, k)).collect();
+    let all: Vec<Traits> = problem.runs.iter().map(|run| traits(run)).collect();
     let g = problem.vehicle.constants.gravity_m_s2;
     let depth = |k: usize, row: usize| problem.runs[k].depth_at_row(row, g);
     let deepest = (0..problem.runs.len())
@@ -185,13 +151,12 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
             period_s: Some(p.period_s),
         }));
     }
+    let ends = problem.work() + problem.most_work() / 6;
     for ((found, ground), (_, decides)) in out.iter_mut().zip(&grounds).zip(beside) {
         let Some(ground) = ground else { continue };
         let through = |variable: &'static str, log_bayes: f64| Family { variable, log_bayes, scale_m_s: None, period_s: None };
         let asked = strangers(problem, ground.fit);
-        found.extend(asked.iter().map(|s| through(s.variable, s.log_bayes(problem, ground, *decides))));
-        let late = late_stall::log_bayes(problem, ground.fit);
-        found.extend(late.map(|told| through("angle of attack some time ago (a stall that ends late)", told)));
+        found.extend(asked.iter().map(|s| through(s.variable, s.log_bayes(problem, ground, *decides, ends))));
         found.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     }
     out

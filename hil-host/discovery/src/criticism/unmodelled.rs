@@ -43,8 +43,6 @@ const TEMPERATURE_LAGS_S: [f64; 5] = [20.0, 60.0, 150.0, 400.0, 900.0];
 const DENSITY_LAGS_S: [f64; 4] = [20.0, 60.0, 180.0, 500.0];
 /// Lags of the buoyancy engine behind its reading, s: of its motion, and of a bladder or an oil that creeps (guess).
 const BALLAST_LAGS_S: [f64; 5] = [5.0, 15.0, 40.0, 120.0, 400.0];
-/// Unit of a pitch that is late, s: what clocks of two computers are apart.
-const LATE_S: f64 = 1.0;
 /// Mean of the unit vectors along the headings from which the heading hardly varies (1: not at all): 0.97 is some 14 degrees rms.
 const ONE_HEADING: f64 = 0.97;
 /// Least CD0 that a form leaves, relative.
@@ -80,9 +78,10 @@ pub struct Stranger {
 
 impl Stranger {
     /// Log Bayes factor of this stranger beside a fit, averaged over forms and sizes; the best of them as it flies, the others as
-    /// linear theory has them. Where it could reach `decides`, the model is fitted anew beside that form.
+    /// linear theory has them. Where it could reach `decides`, the model is fitted anew beside that form, as long as work ends before
+    /// `ends`.
     #[must_use]
-    pub fn log_bayes(&self, problem: &Problem, ground: &Ground, decides: f64) -> f64 {
+    pub fn log_bayes(&self, problem: &Problem, ground: &Ground, decides: f64, ends: u64) -> f64 {
         let mut all = Vec::new();
         let mut best = None;
         let mut best_told = f64::NEG_INFINITY;
@@ -102,7 +101,7 @@ impl Stranger {
                 let Some(step) = Step::new(ground, form, &offer, scale) else { return f64::NEG_INFINITY };
                 let (share, flown) = step.flown(problem, ground);
                 let told = linear - 0.5 * (step.promised - flown).max(0.0);
-                if told >= decides || linear < NEARLY * decides {
+                if told >= decides || linear < NEARLY * decides || problem.work() > ends {
                     return told;
                 }
                 linear - 0.5 * (step.promised - step.fitted_anew(problem, ground, share, flown))
@@ -154,8 +153,7 @@ impl<'a> Step<'a> {
     fn flown(&self, problem: &Problem, ground: &Ground) -> (f64, f64) {
         // Beside the form a calibration number pays for its strain as it does beside a name.
         let prior = |state: &State| ground.fit.cost_of(state) + strain(problem, state);
-        let misfit = |r: &mut dyn Iterator<Item = f64>| r.map(|r| r * r).sum::<f64>();
-        let before = ground.fit.cost_of(&ground.fit.state) + misfit(&mut ground.fit.residual.iter().copied());
+        let before = ground.fit.cost_of(&ground.fit.state) + ground.residual.dot(ground.residual);
         let states = SHARES.map(|share| self.state(ground, share));
         let amplitudes = SHARES.map(|share| &self.amplitude * share);
         let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
@@ -165,7 +163,8 @@ impl<'a> Step<'a> {
             models.iter_mut().zip(problem.answers_to(k, &asked)).for_each(|(model, answer)| model.extend(answer));
         }
         let gain = |((amplitude, state), model): ((&DVector<f64>, &State), &Vec<f64>)| {
-            before - prior(state) - misfit(&mut problem.data.iter().zip(model).map(|(d, m)| d - m)) - self.cost(amplitude)
+            let residual = problem.residual(model);
+            before - prior(state) - residual.dot(&residual) - self.cost(amplitude)
         };
         let gains = amplitudes.iter().zip(&states).zip(&models).map(gain);
         let shares = SHARES.into_iter().zip(gains).filter(|(_, g)| g.is_finite());
@@ -193,7 +192,8 @@ impl<'a> Step<'a> {
             state = fitted.state.clone();
             settled.clone_from(&amplitude);
             let Some(here) = fitted.ground() else { break };
-            let columns = columns_at(&beside, &fitted, &self.form.iter().map(|p| &p.changes).collect::<Vec<_>>());
+            let changes: Vec<&Vec<Change>> = self.form.iter().map(|p| &p.changes).collect();
+            let columns: Vec<Column> = columns_at(&beside, &fitted, &changes).into_iter().map(|c| beside.column(0, c)).collect();
             let Some(step) = towards(&Offer::new(&columns, &here), &amplitude, self.scale) else { break };
             if gained.abs() < LITTLE && step.norm() < 0.1 * amplitude.norm() {
                 break;
@@ -215,9 +215,9 @@ fn towards(offer: &Offer, from: &DVector<f64>, scale: f64) -> Option<DVector<f64
 }
 
 /// Whitened change of the observations per unit of each of these changes of the inputs.
-fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Column> {
+fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Vec<f64>> {
     let at = &fit.state;
-    let base: Vec<f64> = problem.data.iter().zip(&fit.residual).map(|(d, r)| d - r).collect();
+    let base: Vec<f64> = problem.data.iter().zip(&fit.residual.values).map(|(d, r)| d - r).collect();
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];
     for k in 0..problem.runs.len() {
         let stepped = |changes: &&Vec<Change>| {
@@ -230,7 +230,7 @@ fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Column>
             column.extend(answer.iter().zip(&base[from..]).map(|(a, b)| (a - b) / STEP));
         }
     }
-    columns.into_iter().map(|values| Column { from: 0, values }).collect()
+    columns
 }
 
 /// A run with its inputs changed by so many of their units.
@@ -305,14 +305,10 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
         ("temperature (pitch)", vec![vec![pitch(&|i| (i.sensed.temperature_degc - warmth) * 0.2)]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
         ("side of the turn (drag)", vec![vec![drag(&|i| i.roll_rad * 4.0)]]),
-        (
-            "rate of pitch (its clock early or late, or the pressure port off the centre)",
-            vec![vec![pitch(&|i| LATE_S * i.pitch_rate_rad_s / PITCH_RAD)]],
-        ),
     ];
     let all: Vec<&Vec<Change>> = constants.iter().chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
     let mut columns = columns_at(problem, fit, &all).into_iter().map(|c| problem.without_battery(c));
-    let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or(Column { from: 0, values: Vec::new() }) };
+    let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or_else(|| problem.column(0, Vec::new())) };
     let by_segment = ["segment (trim)", "segment (drag)"].into_iter().zip(constants);
     let mut out: Vec<Stranger> =
         by_segment.map(|(variable, constant)| Stranger { variable, forms: vec![by_run(problem, &part(constant))] }).collect();
@@ -329,7 +325,7 @@ fn by_run(problem: &Problem, whole: &Part) -> Vec<Part> {
         let range = problem.range(k).0;
         let mut changes = vec![Change::new(); problem.runs.len()];
         changes[k].clone_from(&whole.changes[k]);
-        Part { changes, column: Column { from: range.start, values: whole.column.values[range].to_vec() } }
+        Part { changes, column: problem.column(range.start, whole.column.values[range].to_vec()) }
     };
     (0..problem.runs.len()).map(alone).collect()
 }

@@ -2,29 +2,30 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
-pub mod hull_lag;
 pub mod report;
 pub(crate) mod settle;
+pub mod verdict;
 
 use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
-use crate::criticism::plausibility::unlike;
-use crate::criticism::residual_tests::{Family, families};
-use crate::diagnosis::settle::look;
-use crate::hypotheses::candidate::{Candidate, has_guessed_form};
-use crate::hypotheses::search::{Depth, Found, prior_of};
+use crate::criticism::residual_tests::Family;
+use crate::criticism::unknown::unknowns;
+use crate::diagnosis::settle::search_until_stable;
+use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICAL, judge};
+pub use crate::diagnosis::verdict::{Reason, Verdict};
+use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
+use crate::hypotheses::search::{Depth, Found};
 use crate::inference::estimate::{Estimate, estimates};
-use crate::inference::evidence::{NEARLY, TIED, log_evidence};
-use crate::inference::gauss_newton::{Effort, Fit, beyond_limits, fit_from};
+use crate::inference::evidence::{NEARLY, TIED};
+use crate::inference::gauss_newton::{Effort, Fit, fit_from};
 use crate::likelihood::block_error::{Block, blocks};
+use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::stall_mask::TRUSTED;
-use crate::likelihood::{Problem, block_errors};
+use crate::likelihood::{Problem, block_errors, predicted_errors};
 use crate::model::branch::Branch;
-use crate::model::internal_wave::ordinary_amplitude_m_s;
-use crate::model::parameters::State;
+use crate::model::parameters::{CALIBRATION, N_LAW, SensorFinding, State, sensor_findings};
 use crate::preprocess::{Prepared, prepare, sanity};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
-use hydro::effects::WAVE;
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
 /// goes unnamed shows in a longer flight.
@@ -34,59 +35,10 @@ const SPEAK_UP: f64 = std::f64::consts::LN_10;
 const SPEAK_UP_GUESSED: f64 = 4.0;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
-/// Log Bayes factor a family of the remainder needs.
-const REMAINS: f64 = 9.0;
-/// And its share of what the best hypothesis explained: forms of nature differ from ours by that much.
-const REMAINS_SHARE: f64 = 0.12;
-/// Or a mean square of innovations (1 for noise) that no difference of form explains.
-const REMAINS_MISFIT: f64 = 1.3;
-/// Share of the explained misfit that a difference of form may leave; a wave is never quite a sine.
-const FORM_MISFIT: f64 = 0.02;
-const FORM_MISFIT_WAVE: f64 = 0.1;
-/// Error on the check segments, typical of all or within four fifths of one, in noise floors, from which an answer has failed: where one
-/// was right it was below 2.7 in 227 flights of others, and below 2.2 in 51 clean ones.
-const FAILS: f64 = 3.0;
-/// The same relative to nothing missing: an answer that makes it worse is none.
-const WORSE: f64 = 1.3;
-/// Mean square of innovations beyond which no verdict but unexplained is honest.
-const FAR_FROM_NOISE: f64 = 2.5;
-/// Log Bayes factor from which a family may tell the story better than any name does.
-const TELLS: f64 = 6.0;
-/// What it must be better by than the best name: log odds, and share of them. On simulated flights the right name is ahead by 3 and
-/// more; a hypothesis with a wave by 20, and a wrong one with a wave, which follows anything slow, by 7 at most.
-const FAMILY_HANDICAP: f64 = 1.0;
-const FAMILY_HANDICAP_WAVE: f64 = -10.0;
-const FAMILY_SHARE: f64 = 0.01;
 /// Hypotheses that get full figures, for a reader to look at; the others are only ranked.
 const SHOWN: usize = 12;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
-/// What the flight says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Nothing but scatter.
-    Adequate,
-    /// The first candidate is what is missing.
-    Explained,
-    /// One of the tied candidates is.
-    Ambiguous,
-    /// Something is missing that no candidate explains.
-    Unexplained,
-}
-
-impl Verdict {
-    /// Name in the report.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Adequate => "adequate",
-            Self::Explained => "explained",
-            Self::Ambiguous => "ambiguous",
-            Self::Unexplained => "unexplained",
-        }
-    }
-}
-
 /// One hypothesis in the report.
 #[derive(Clone, Debug)]
 pub struct Ranked {
@@ -113,6 +65,8 @@ pub struct Ranked {
 pub struct Diagnosis {
     /// What the flight says.
     pub verdict: Verdict,
+    /// Why.
+    pub reasons: Vec<Reason>,
     /// Effects named.
     pub answer: Vec<&'static str>,
     /// Hypotheses that are not told apart, the answer first.
@@ -133,7 +87,13 @@ pub struct Diagnosis {
     pub noise_floor_m_s: f64,
     /// Usual length of the blocks of these errors, s.
     pub block_s: f64,
-    /// What remains after the best hypothesis, strongest first.
+    /// Rms velocity that the model is wrong by under every hypothesis, m/s; 0: none is seen.
+    pub discrepancy_m_s: f64,
+    /// What it follows, largest first.
+    pub remains: Vec<Remains>,
+    /// Sensors that are found to be off.
+    pub sensors: Vec<SensorFinding>,
+    /// Effects outside the catalogue beside the best hypothesis, strongest first.
     pub remainder: Vec<Family>,
     /// Whether check segments were named by the vehicle file (else they were chosen here, or none could be).
     pub check: Vec<u32>,
@@ -224,7 +184,7 @@ pub fn prepared_problem<'a>(
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
     let second = if problem.restore_brink(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
-    let outliers = problem.drop_outliers(&second.residual, OUTLIER);
+    let outliers = problem.drop_outliers(&problem.innovations(&second), OUTLIER);
     if outliers > 0 {
         notes.push(format!("{outliers} lone samples beyond {OUTLIER} sigma left out of the fit"));
     }
@@ -243,7 +203,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
-    let mut found = look(&mut problem, &prepared, depth, tick, &mut notes);
+    let mut found = search_until_stable(&mut problem, depth, tick);
     found.name_most_important_first();
     tick("what remains", 0.97);
     let brink_rows = problem.brink_rows();
@@ -275,10 +235,6 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
         said.notes
             .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));
     }
-    if !said.answer.is_empty() && !flight.temperature_degc.iter().any(|t| t.is_finite()) {
-        said.verdict = Verdict::Ambiguous;
-        said.notes.push("without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into());
-    }
     Ok(said)
 }
 
@@ -289,179 +245,191 @@ pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -
     candidates.first().filter(|best| best.log_odds > needs(best) + thin)
 }
 
-fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &Found, check: &[u32], mut notes: Vec<String>) -> Diagnosis {
-    let Found { null, candidates, likeness } = found;
-    let spoken = worth_naming(problem, candidates);
-    let best_fit = spoken.map_or(null, |c| &c.fit);
-    // What remains is asked beside calibrations that deviate as they like: what those can follow needs no name.
-    let relaxed = |f: &Fit| {
-        let free = beyond_limits(problem, f);
-        let gained = log_evidence(problem, &free) - log_evidence(problem, f);
-        (free, gained)
+/// Blocks of the runs of some segments.
+type Blocks = Vec<(usize, Vec<Block>)>;
+
+/// The named set that is spoken of: the best where it is worth naming. Where the model has a discrepancy of its own, each effect of it has
+/// to lower the error of all blocks by a practical share: else a part that does as well is named, or nothing. (A recalibration that no
+/// vehicle scatters by is no ordinary one, however well it does: what nothing named is compared with then is nothing.) Also what the
+/// best lowers the error by, where nothing is named.
+fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, blocks: [&Blocks; 2]) -> (Option<&'a Candidate>, Option<f64>) {
+    let Some(best) = worth_naming(problem, &found.candidates) else { return (None, None) };
+    if problem.discrepancy.size_m_s == 0.0 {
+        return (Some(best), None);
+    }
+    let lowers = |with: &Fit, without: &Fit| {
+        let [with, without] = errors_of_all(problem, prepared, [with, without], blocks);
+        1.0 - with / without
     };
-    let waves = spoken.is_some_and(|c| c.effects.contains(&WAVE));
-    // Ordinary water motion may have a period; and a wave that is not quite a sine leaves some of itself.
-    let ordinary = ordinary_amplitude_m_s(vehicle);
-    let counts = |f: &&Family| !f.may_be_water() || (!waves && f.scale_m_s.is_some_and(|amplitude| amplitude > ordinary));
-    let (free, head_start) = relaxed(null);
-    let explained = spoken.map_or(0.0, |c| 0.5 * (free.chi2 - c.fit.chi2).max(0.0));
-    let misfit = best_fit.mean_square();
-    // The larger what is explained, the more its form may differ from nature's: a wave's most of all.
-    let form = if waves { FORM_MISFIT_WAVE } else { FORM_MISFIT };
-    let forgiven = REMAINS_MISFIT + form * 2.0 * explained / problem.data.len().max(1) as f64;
-    // A family tells the story better than a name does where it beats the best by its handicap and a share.
-    let handicap = if waves { FAMILY_HANDICAP_WAVE } else { FAMILY_HANDICAP };
-    let (free_best, gained_best) = spoken.map_or_else(|| (free.clone(), head_start), |c| relaxed(&c.fit));
-    let to_beat =
-        |share: f64, odds: f64, least: f64| spoken.map_or(f64::INFINITY, |c| c.log_odds * (1.0 + share) + handicap - odds).max(least);
-    let remains = REMAINS.max(if misfit > forgiven { 0.0 } else { REMAINS_SHARE / (1.0 - REMAINS_SHARE) * explained });
-    let alone = spoken.filter(|c| c.effects.len() == 1 && !waves);
-    // Beside the best hypothesis itself the question is what remains, and asks for as much.
-    let decides = alone.map_or(remains, |c| remains.min(to_beat(FAMILY_SHARE, c.log_odds + gained_best, REMAINS)));
-    // Or a family tells the story better than any name does: after nothing, or after the best single effect without a wave.
-    let single = spoken.and_then(|_| candidates.iter().find(|c| c.effects.len() == 1 && !c.effects.contains(&WAVE)));
-    let apart = single.filter(|c| !spoken.is_some_and(|best| std::ptr::eq(*c, best))).map(|c| {
-        let (fit, gained) = relaxed(&c.fit);
-        // A stranger beside a name is a second thing missing, as a second name would be.
-        (fit, c.log_odds + gained + (prior_of(2) / prior_of(1)).ln())
-    });
-    // Each fit with what decides there, and the log odds of what is told beside it and the least it has to be told with.
-    let best_too = single.filter(|_| apart.is_none()).map(|c| (c.log_odds + gained_best, REMAINS));
-    let mut beside = vec![(&free_best, decides, best_too)];
-    if spoken.is_some() {
-        let others = std::iter::once((&free, head_start)).chain(apart.iter().map(|(fit, odds)| (fit, *odds)));
-        beside.extend(others.map(|(fit, odds)| (fit, to_beat(FAMILY_SHARE, odds, TELLS), Some((odds, TELLS)))));
+    let is_part = |part: &&Candidate, whole: &Candidate| {
+        part.effects.len() < whole.effects.len() && whole.has_all_of(part) && worth_naming(problem, std::slice::from_ref(*part)).is_some()
+    };
+    let mut named = best;
+    while let Some(part) = found.candidates.iter().find(|c| is_part(c, named) && !(lowers(&named.fit, &c.fit) > PRACTICAL)) {
+        named = part;
     }
-    let found = families(problem, &beside.iter().map(|(fit, decides, _)| (*fit, *decides)).collect::<Vec<_>>());
-    let after_best = &found[0];
-    let strongest = after_best.iter().filter(counts).map(|f| f.log_bayes).fold(f64::NEG_INFINITY, f64::max);
-    let left_over = strongest > remains;
-    // Or the best name would have to be what nothing of that name is.
-    let unlike = spoken.map_or_else(Vec::new, |c| unlike(problem, &c.fit));
-    let mut tellers: Vec<(f64, &Family)> = Vec::new();
-    for (left, (.., told)) in found.iter().zip(&beside) {
-        let Some((odds, least)) = *told else { continue };
-        // A depth rate of its own, by leg or depth, mends any law a little; what acts through trim or pitch is a cause.
-        let share = |f: &Family| if f.scale_m_s.is_some() { REMAINS_SHARE } else { FAMILY_SHARE };
-        let tells = |f: &&Family| !f.may_be_water() && f.log_bayes > to_beat(share(f), odds, least);
-        tellers.extend(left.iter().filter(tells).map(|f| (odds + f.log_bayes, f)));
+    if strained(problem.vehicle, &found.null.state).is_some() {
+        return (Some(named), None);
     }
-    // The best teller first, then what remains after the best name.
-    tellers.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let better_told = !tellers.is_empty();
-    let mut remainder: Vec<Family> = Vec::new();
-    for f in tellers.into_iter().map(|t| t.1).chain(after_best) {
-        if !remainder.iter().any(|r| (r.variable, r.period_s) == (f.variable, f.period_s)) {
-            remainder.push(f.clone());
-        }
+    let share = lowers(&named.fit, &found.null);
+    if share > PRACTICAL { (Some(named), None) } else { (None, Some(share)) }
+}
+
+/// Rms over fitted and check blocks of two fits, m/s; a wave's phase is known in fitted ones only, which judge it alone.
+fn errors_of_all(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], [fitted, check]: [&Blocks; 2]) -> [f64; 2] {
+    let wave = fits.iter().any(|f| f.state.wave.is_some());
+    let all: Blocks = if wave { fitted.clone() } else { fitted.iter().chain(check).cloned().collect() };
+    let errors = predicted_errors(problem, prepared, &fits, &all, wave);
+    [errors[0], errors[1]]
+}
+
+/// Errors of the best hypothesis and of nothing missing.
+fn errors(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], blocks: [&Blocks; 2]) -> Errors {
+    let [fitted, check] = blocks;
+    let wave = fits[0].state.wave.is_some();
+    let states = fits.map(|f| &f.state);
+    let pair = |v: Vec<f64>| [v[0], v[1]];
+    // A wave's phase on check segments is unknown, and so is the branch of a stall.
+    let tellable = !wave && problem.brink_rows() < problem.data.len() / 10;
+    let kept_out = |state: &State, blocks: &[_]| problem.residuals_near_stall_and_elsewhere(prepared, state, blocks);
+    let typical = states.map(|s| if tellable { typical_error(&kept_out(s, check)) } else { f64::NAN });
+    let of_one = |of| error_of_four_fifths(&kept_out(states[0], std::slice::from_ref(of)));
+    let named = !fits[0].state.effects.is_empty() || wave;
+    let worst = if tellable || !named { check.iter().map(of_one).fold(f64::NAN, f64::max) } else { f64::NAN };
+    Errors {
+        check_m_s: pair(predicted_errors(problem, prepared, &fits, check, false)),
+        fitted_m_s: pair(predicted_errors(problem, prepared, &fits, fitted, true)),
+        typical_m_s: typical,
+        worst_segment_m_s: worst,
+        floor_m_s: problem.noise_floor_m_s().hypot(problem.discrepancy.size_m_s.min(MOST_DISCREPANCY_M_S)),
     }
+}
+
+/// Sets that are not told apart from the first, itself first.
+fn equivalent_to(first: &Candidate, candidates: &[Candidate]) -> Vec<Vec<&'static str>> {
+    // A part of the answer may do as well as all of it. A larger set only adds: it is one where it is nearly as likely as not.
+    let part = |c: &Candidate| c.effects.len() < first.effects.len() && first.has_all_of(c);
+    let same = |c: &Candidate| c.effects.len() == first.effects.len();
+    let not_told_apart = |c: &&Candidate| {
+        let behind = first.log_odds - c.log_odds;
+        ((same(c) || part(c)) && behind < TIED) || (c.adds_one_to(first) && behind < NEARLY)
+    };
+    let others = candidates.iter().filter(|c| !std::ptr::eq(*c, first)).filter(not_told_apart);
+    std::iter::once(first.effects.clone()).chain(others.take(2).map(|c| c.effects.clone())).collect()
+}
+
+fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &Found, check: &[u32], mut notes: Vec<String>) -> Diagnosis {
+    let Found { null, candidates, likeness, used_up } = found;
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
     let check_blocks = gather(prepared, |s| check.contains(&s));
-    // Or the answer, or nothing missing, fails on dives it was not fitted to. (A wave's phase there is unknown, and so is the branch of a
-    // stall.)
-    let tellable = !waves && problem.brink_rows() < problem.data.len() / 10;
-    let kept_out = |state: &State, blocks: &[_]| problem.residuals_near_stall_and_elsewhere(prepared, state, blocks);
-    let typical = |state: &State| typical_error(&kept_out(state, &check_blocks));
-    let floor = problem.noise_floor_m_s();
-    let check_error = if tellable { typical(&best_fit.state) } else { f64::NAN };
-    // Or on one of them alone: what was caught there and lost again leaves nothing in the others.
-    let of_one = |of| error_of_four_fifths(&kept_out(&best_fit.state, std::slice::from_ref(of)));
-    let asked = tellable || spoken.is_none();
-    let worst_of_one = check_blocks.iter().filter(|_| asked).map(of_one).fold(f64::NAN, f64::max);
-    let strays = worst_of_one > FAILS * floor;
-    let off_track = strays || check_error > FAILS * floor || (check_error > 2.0 * floor && check_error > WORSE * typical(&null.state));
-    // Or far more is left than ordinary motion leaves, and nothing has a name for it.
-    let far_off = !(misfit < forgiven.max(FAR_FROM_NOISE));
-    let unexplained = left_over || better_told || off_track || far_off || !unlike.is_empty();
-    let mut say = |it_is: bool, why: &str| {
-        if it_is {
-            notes.push(format!("unexplained: {why}"))
-        }
+    // What is judged is flight away from the stall: beyond it a model may be on another branch.
+    let best = worth_naming(problem, candidates).map_or(null, |c| &c.fit);
+    let away = |of: &Blocks| [&null.state, &best.state].iter().fold(of.clone(), |b, s| problem.away_from_stall(prepared, s, &b));
+    let judged = [away(&fit_blocks), away(&check_blocks)];
+    let blocks = [&judged[0], &judged[1]];
+    let (named, too_small) = spoken_of(problem, prepared, found, blocks);
+    let best = named.map_or(null, |c| &c.fit);
+    let unknowns = unknowns(problem, found, named);
+    let equivalent = named.map_or_else(Vec::new, |first| equivalent_to(first, candidates));
+    let errors = errors(problem, prepared, [best, null], blocks);
+    let evidence = Evidence {
+        named: named.map(|c| c.log_odds),
+        at_bound: named.and_then(|c| pressed(&c.fit)),
+        equivalent: equivalent.len(),
+        unknown_leads: unknowns.leads,
+        unknown_remains: unknowns.remains,
+        errors,
+        wave: best.state.wave.is_some(),
+        discrepancy_m_s: problem.discrepancy.size_m_s,
+        mean_square: best.mean_square(),
+        forgiven: unknowns.forgiven,
+        has_temperature: prepared.has_temperature,
+        used_up: *used_up,
     };
-    say(left_over, "what remains after the best hypothesis follows a variable");
-    say(better_told, "a remainder that follows one variable tells it better than any effect");
-    let times = check_error.max(if strays { worst_of_one } else { f64::NAN }) / floor;
-    let worst = if off_track { worst_segment(problem, prepared, &best_fit.state, &check_blocks) } else { String::new() };
-    let best = if spoken.is_some() { "best hypothesis" } else { "recalibrated model" };
-    say(off_track, &format!("on the check segments the {best} leaves {times:.1} times what ordinary water motion leaves{worst}"));
-    unlike.iter().for_each(|why| say(true, why));
-    say(far_off, "far more than ordinary water motion remains after the best hypothesis");
-
-    let best_odds = spoken.map_or(0.0, |c| c.log_odds);
-    let mut equivalent: Vec<Vec<&'static str>> = Vec::new();
-    if let Some(first) = spoken {
-        equivalent.push(first.effects.clone());
-        // A part of the answer may do as well as all of it. A larger set only adds: it is one where it is nearly as likely as not.
-        let part = |c: &Candidate| c.effects.len() < first.effects.len() && first.has_all_of(c);
-        let same = |c: &Candidate| c.effects.len() == first.effects.len();
-        let not_told_apart = |c: &&Candidate| {
-            let behind = best_odds - c.log_odds;
-            ((same(c) || part(c)) && behind < TIED) || (c.adds_one_to(first) && behind < NEARLY)
-        };
-        let others = candidates.iter().filter(|c| !std::ptr::eq(*c, first)).filter(not_told_apart);
-        equivalent.extend(others.take(2).map(|c| c.effects.clone()));
+    let (verdict, mut reasons) = judge(&evidence);
+    reasons.extend(too_small.map(|share| Reason::TooSmall { share }));
+    notes.extend(reasons.iter().map(|r| format!("{}: {}", verdict.name(), r.text())));
+    if reasons.iter().any(|r| r.code() == "held_out_too_large") {
+        notes.push(format!("the check segments one by one{}", worst_segment(problem, prepared, &best.state, &check_blocks)));
     }
-    let verdict = match (spoken, unexplained) {
-        (_, true) => Verdict::Unexplained,
-        (None, false) => Verdict::Adequate,
-        (Some(_), false) if equivalent.len() > 1 => Verdict::Ambiguous,
-        (Some(_), false) => Verdict::Explained,
-    };
-    let answer = match (verdict, spoken) {
+    let answer = match (verdict, named) {
         (Verdict::Explained | Verdict::Ambiguous, Some(c)) => c.effects.clone(),
         _ => Vec::new(),
     };
-
     // Probabilities over everything that was asked.
     let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
     let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
-    let after = if answer.is_empty() { null.state.clone() } else { spoken.map_or_else(|| null.state.clone(), |c| c.fit.state.clone()) };
-    notes.extend(missed_near_stall(&kept_out(&after, &check_blocks), floor));
-    notes.extend(problem.moments_said(&best_fit.state));
+    let after = if answer.is_empty() { null.state.clone() } else { best.state.clone() };
+    let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, &after, &check_blocks);
+    notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
+    notes.extend(problem.moments_said(&best.state));
+    notes.extend(strained(vehicle, &best.state));
     let nominal = State::nominal();
     let mut states = vec![&nominal, &null.state, &after];
     states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
     let on_fitted = block_errors(problem, prepared, &states, &fit_blocks, true);
     let on_check = block_errors(problem, prepared, &states, &check_blocks, false);
-    let ranked: Vec<Ranked> = candidates
-        .iter()
-        .enumerate()
-        .map(|(k, c)| Ranked {
-            effects: c.effects.clone(),
-            parameters: estimates(&c.fit),
-            error_fitted_m_s: on_fitted.get(3 + k).copied().unwrap_or(f64::NAN),
-            error_check_m_s: on_check.get(3 + k).copied().unwrap_or(f64::NAN),
-            probability: (c.log_odds - top).exp() / total,
-            log_odds: c.log_odds,
-            gain: c.gain,
-            state: c.fit.state.clone(),
-        })
-        .collect();
-    let (block_error_m_s, fitted_error_m_s) = ([on_check[0], on_check[1], on_check[2]], [on_fitted[0], on_fitted[1], on_fitted[2]]);
+    let ranked = |(k, c): (usize, &Candidate)| Ranked {
+        effects: c.effects.clone(),
+        parameters: estimates(&c.fit),
+        error_fitted_m_s: on_fitted.get(3 + k).copied().unwrap_or(f64::NAN),
+        error_check_m_s: on_check.get(3 + k).copied().unwrap_or(f64::NAN),
+        probability: (c.log_odds - top).exp() / total,
+        log_odds: c.log_odds,
+        gain: c.gain,
+        state: c.fit.state.clone(),
+    };
+    let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
     Diagnosis {
         verdict,
+        reasons,
         answer,
         equivalent: if verdict == Verdict::Unexplained { Vec::new() } else { equivalent },
-        candidates: ranked,
+        candidates: candidates.iter().enumerate().map(ranked).collect(),
         probability_nothing: (-top).exp() / total,
         recalibrated: null.state.clone(),
-        block_error_m_s,
-        fitted_error_m_s,
+        block_error_m_s: [on_check[0], on_check[1], on_check[2]],
+        fitted_error_m_s: [on_fitted[0], on_fitted[1], on_fitted[2]],
         after,
         noise_floor_m_s: problem.noise_floor_m_s(),
         block_s: problem.block_s(),
-        remainder,
+        discrepancy_m_s: problem.discrepancy.size_m_s,
+        sensors: sensor_findings(&best.state, sigma),
+        remains: problem.discrepancy_by_group(best),
+        remainder: unknowns.remainder,
         check: check.to_vec(),
         notes,
         prepared: prepared.clone(),
         branch: problem.branch,
-        misfit,
+        misfit: best.mean_square(),
         rows: problem.data.len(),
         brink: problem.brink_rows(),
         colour: problem.colour.rms_m_s / vehicle.background.0,
         likeness: likeness.clone(),
     }
     .with_vehicle_check(vehicle)
+}
+
+/// Tolerances from which a recalibration is told of.
+const STRAINED: f64 = 3.0;
+
+/// Calibration numbers that a state strains by several tolerances: a finding, named or not.
+fn strained(vehicle: &Vehicle, state: &State) -> Option<String> {
+    if crate::inference::initial_guess::is_uncalibrated(vehicle) {
+        return None;
+    }
+    let far = state.calibration.iter().enumerate().take(N_LAW).filter(|(_, z)| z.abs() > STRAINED);
+    let said: Vec<String> = far.map(|(k, z)| format!("{} {z:+.1}", CALIBRATION[k])).collect();
+    (!said.is_empty()).then(|| format!("the calibration is strained, in tolerances of the vehicle file: {}", said.join(", ")))
+}
+
+/// The effect of a fit whose size is pressed against the end of what is possible by more than chance.
+fn pressed(fit: &Fit) -> Option<&'static str> {
+    /// Standard deviations by which the likelihood pulls outwards.
+    const PRESSED: f64 = 2.0;
+    let sigma = |k: usize| fit.sigma.iter().find(|s| (s.0, s.1) == (k, 0)).map_or(0.0, |s| s.2);
+    let is = |p: &&(usize, f64)| p.1 * sigma(p.0) > PRESSED && size_at_end(&fit.state.effects[p.0]);
+    fit.pressed.iter().find(is).map(|(k, _)| fit.state.effects[*k].effect.name())
 }
 
 impl Diagnosis {

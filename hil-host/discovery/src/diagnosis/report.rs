@@ -97,6 +97,14 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
             "variable": f.variable, "log_bayes": number(f.log_bayes), "amplitude_cm_s": f.scale_m_s.map_or(Value::Null, |s| number(s * 100.0)),
             "period_s": f.period_s.map_or(Value::Null, number),
         })).collect::<Vec<_>>(),
+        "discrepancy_cm_s": number(d.discrepancy_m_s * 100.0),
+        "remains": d.remains.iter().map(|r| json!({
+            "variable": r.variable, "phase": r.phase, "size_cm_s": number(r.size_m_s * 100.0),
+        })).collect::<Vec<_>>(),
+        "sensors": d.sensors.iter().map(|s| json!({
+            "what": s.what, "value": number(s.value), "low": number(s.low), "high": number(s.high), "unit": s.unit,
+        })).collect::<Vec<_>>(),
+        "reasons": d.reasons.iter().map(|r| json!({ "reason": r.code(), "text": r.text() })).collect::<Vec<_>>(),
         "explanation": explanation(d),
         "next_flight": next_flight(d),
         "notes": d.notes,
@@ -111,6 +119,24 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
 /// One paragraph for a person.
 #[must_use]
 pub fn explanation(d: &Diagnosis) -> String {
+    format!("{}{}", verdict_in_words(d), beside_it(d))
+}
+
+/// What is said beside any verdict: the model's own discrepancy and the sensors that are off.
+fn beside_it(d: &Diagnosis) -> String {
+    let mut out = String::new();
+    if d.discrepancy_m_s > 0.0 {
+        let follows: Vec<String> =
+            d.remains.iter().take(3).map(|r| format!("{:.2} cm/s by {} ({})", r.size_m_s * 100.0, r.variable, r.phase)).collect();
+        out += &format!(" Under every hypothesis the model is off by about {:.2} cm/s: {}.", d.discrepancy_m_s * 100.0, follows.join(", "));
+    }
+    for s in &d.sensors {
+        out += &format!(" Sensor: {} {:.2} ({:.2} to {:.2}) {}.", s.what, s.value, s.low, s.high, s.unit);
+    }
+    out
+}
+
+fn verdict_in_words(d: &Diagnosis) -> String {
     let [nominal, recalibrated, after] = if d.block_error_m_s[0].is_finite() { d.block_error_m_s } else { d.fitted_error_m_s };
     let cm = |v: f64| format!("{:.2} cm/s", v * 100.0);
     let floor = format!("ordinary water motion and sensors alone would leave {}", cm(d.noise_floor_m_s));
@@ -129,13 +155,19 @@ pub fn explanation(d: &Diagnosis) -> String {
                 });
                 format!(" It follows the {}{period}{}.", f.variable, f.scale_m_s.map_or_else(String::new, |s| format!(", about {}", cm(s))))
             });
-            let best = d
-                .candidates
-                .first()
-                .map_or_else(String::new, |c| format!(" The best candidate, {}, leaves a structured remainder.", c.effects.join(" with ")));
+            let best = d.candidates.first().filter(|c| c.log_odds > 0.0).map_or_else(String::new, |c| {
+                let sizes: Vec<String> = c
+                    .parameters
+                    .iter()
+                    .map(|p| format!("{} = {:.4} ({:.4} to {:.4}) {}", p.name, p.value, p.low, p.high, p.unit))
+                    .collect();
+                format!(" The best candidate is {} ({}).", c.effects.join(" with "), sizes.join(", "))
+            });
+            let why: Vec<String> = d.reasons.iter().map(crate::diagnosis::Reason::text).collect();
             format!(
-                "Something is missing that no effect of the catalogue explains: error {} after recalibration, while {floor}.{best}{what}",
-                cm(recalibrated)
+                "Something is missing that no effect of the catalogue explains: error {} after recalibration, while {floor}. Why: {}.{best}{what}",
+                cm(recalibrated),
+                why.join("; ")
             )
         }
         Verdict::Explained | Verdict::Ambiguous => {
@@ -179,15 +211,36 @@ pub fn next_flight(d: &Diagnosis) -> String {
         Verdict::Adequate => {
             "None needed for this question; a flight at other pitches and drives would widen what the model is proven for.".into()
         }
-        Verdict::Unexplained => format!(
-            "Repeat legs that differ only in {}; then look at the remainder again.",
-            d.remainder.first().map_or("one setting", |f| f.variable)
-        ),
+        Verdict::Unexplained => format!("{}; then diagnose again.", check_of(d.remainder.first().map_or("", |f| f.variable))),
         Verdict::Explained | Verdict::Ambiguous => {
             let advice = d.answer.first().and_then(|n| by_name(n)).map_or("", |e| e.separated_by());
             format!("To be surer: {advice}. `glider next-flight` writes the mission.")
         }
     }
+}
+
+/// A check on deck or a mission that tells more of something that follows a variable.
+fn check_of(variable: &str) -> &'static str {
+    const CHECKS: [(&str, &str); 14] = [
+        ("heading", "Swing the compass and level the pitch sensor, or fly legs on four headings at one pitch"),
+        ("pitch", "Level the pitch sensor on a tilt table, or fly legs at three pitches with one ballast"),
+        ("drag", "Look over hull and wings for what grew or caught there, or fly a leg at half the ballast"),
+        ("trim", "Weigh the vehicle again (air, water, oil), or hold one depth for ten minutes and read the ballast"),
+        ("temperature", "Compare the CTD with a second one, or dive twice through the thermocline at two pitches"),
+        ("density", "Compare the CTD with a second one, or dive twice through the thermocline at two pitches"),
+        ("ballast", "Calibrate the engine's reading on deck, or fly legs at two ballasts with one pitch"),
+        ("turning point", "Fly longer legs: fewer turns in the same water"),
+        ("leg", "Fly the same leg four times and see whether it repeats"),
+        ("depth", "Compare the two pressure sensors over the whole depth, or fly to half the depth and to all of it"),
+        ("roll", "Check the roll sensor and the battery's roll, or fly one leg straight and one in a turn to each side"),
+        ("stratification", "Fly the same dive in mixed water"),
+        ("period", "Log faster: something on board swings; look at pitch control and pump"),
+        ("time", "Fly the same dive an hour later: water that moves does not repeat"),
+    ];
+    // The variable itself before what it acts through.
+    let itself = variable.split(" (").next().unwrap_or(variable);
+    let known = [itself, variable].iter().find_map(|of| CHECKS.iter().find(|(word, _)| of.contains(word)));
+    known.map_or("Fly the same dive again and see whether it repeats", |c| c.1)
 }
 
 /// `time_s,w_before_m_s,w_after_m_s` (positive down) on the rows of the check segments.

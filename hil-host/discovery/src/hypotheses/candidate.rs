@@ -10,8 +10,8 @@ use crate::inference::evidence::{PRIOR, log_evidence, log_mean_exp};
 use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit};
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
-use crate::model::parameters::{BATTERY_MASS, State, calibration_of, tolerance_of};
-use hydro::effects::{ALPHA_VALID_RAD, Active, Effect, InFlow, Parameter, WAVE};
+use crate::model::parameters::{N_LAW, State, calibration_of, tolerance_of};
+use hydro::effects::{Active, Effect, InFlow, Parameter, WAVE};
 use std::sync::Arc;
 
 /// A hypothesis that was fitted.
@@ -33,7 +33,7 @@ pub struct Candidate {
 
 /// Whether a calibration number deviates further than any vehicle scatters.
 pub(crate) fn is_strained(state: &State) -> bool {
-    state.calibration.iter().take(BATTERY_MASS).any(|z| z.abs() > STRAINED)
+    state.calibration.iter().take(N_LAW).any(|z| z.abs() > STRAINED)
 }
 
 /// Names of the effects of a state.
@@ -53,40 +53,19 @@ const FAR_OFF: f64 = 2.5;
 const STRAINED: f64 = 4.0;
 /// Steps that every start of a fit takes, and how many starts go on from there.
 const SCOUT_STEPS: usize = 1;
-const KEPT_STARTS: usize = 2;
+const KEPT_STARTS: usize = 1;
 /// Gain of chi² from which signatures are renewed at the fit.
 pub(crate) const RENEW_GAIN: f64 = 40.0;
 /// Gain of chi² below which the calibration rests, and most rounds of signatures until then.
 const AT_REST: f64 = 2.0;
 const MOST_ROUNDS: usize = 4;
-/// Odds by which an effect beyond an angle of attack is marked down that the model hardly ever flies at: launches and turns are
-/// where the law is least known.
-const HARDLY_FLOWN: f64 = 8.0;
-/// Share of the used rows that is hardly.
-const HARDLY: f64 = 0.03;
-/// Odds by which two effects are marked down that each begin at an angle of their own: together they bend the law to any form.
-const BOTH_ANGLES: f64 = 5.5;
-/// Odds by which a hypothesis is marked down whose size wants to go beyond what is possible.
-const AT_BOUND: f64 = 6.0;
-
 /// Mean square of the innovations up to which a hypothesis leaves hardly more than noise.
 pub(crate) const TELLS_ALL: f64 = 1.3;
-
-/// Whether an effect begins at an angle of attack of its own.
-fn has_own_angle(effect: &str) -> bool {
-    matches!(effect, "stall" | "vortex_lift_bodywing")
-}
 
 /// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape beside its size. The
 /// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law.
 pub(crate) fn has_guessed_form(effect: &str) -> bool {
     hydro::effects::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters().len() > 1)
-}
-
-/// Whether a size or a shape is at the end of what is possible.
-fn wants_further(a: &Active) -> bool {
-    // A share may well be all or nothing.
-    a.effect.parameters().iter().zip(&a.values).any(|(p, v)| !p.name.ends_with("_share") && at_end(p, *v))
 }
 
 /// Whether a size is at the end of what is possible.
@@ -103,17 +82,6 @@ fn at_end(p: &Parameter, v: f64) -> bool {
 /// Tens of minutes: 7 to 58. A longer wave is a drift of each dive of its own and explains anything.
 fn wave_periods() -> impl Iterator<Item = f64> {
     (0..19).map(|k| 420.0 * 1.125_f64.powi(k))
-}
-
-/// Of a wave that was given the shortest or the longest period that is tried, the next one inside: those at the ends are no waves.
-pub(crate) fn one_period_inside(period_s: f64) -> Option<f64> {
-    let is = |end: &f64| (period_s / end - 1.0).abs() < 1e-9;
-    let periods: Vec<f64> = wave_periods().collect();
-    match periods.as_slice() {
-        [shortest, inside, ..] if is(shortest) => Some(*inside),
-        [.., inside, longest] if is(longest) => Some(*inside),
-        _ => None,
-    }
 }
 
 /// Kinds of waves that are tried, with their signatures.
@@ -188,41 +156,21 @@ impl<'a> Screen<'a> {
         let effects = named(&f.state);
         let worse = !(f.chi2 <= self.null.chi2 + 0.5);
         let odds = log_evidence(self.problem, &f) - self.null_evidence + (prior / PRIOR.0).ln() + correction;
-        let log_odds = if worse || odds.is_nan() { f64::NEG_INFINITY } else { odds - if odds > 0.0 { self.doubts(&f) } else { 0.0 } };
+        // A wave no larger than ordinary water motion is ordinary water motion.
+        let ordinary = ordinary_amplitude_m_s(self.problem.vehicle);
+        let is_water = f.state.wave.as_ref().is_some_and(|w| w.rms_amplitude_m_s() < ordinary);
+        let log_odds = if worse || is_water || odds.is_nan() { f64::NEG_INFINITY } else { odds };
         Candidate { effects, log_odds, correction, gain: self.null.chi2 - f.chi2, fit: f, own: None }
     }
 
-    /// Odds against a fit for reasons that a likelihood does not see.
-    fn doubts(&self, f: &Fit) -> f64 {
-        // A stall beyond every angle that the law is good for stalls nothing: it only changes what is not known.
-        if f.state.effects.iter().any(|a| a.effect.name() == "stall" && a.values[0] >= ALPHA_VALID_RAD) {
-            return f64::INFINITY;
-        }
-        let hardly = |a: &Active| match a.effect.name() {
-            "stall" => self.flown_beyond(&f.state, a.values[0]) < HARDLY,
-            "vortex_lift_bodywing" => self.flown_beyond(&f.state, a.values[1]) < HARDLY,
-            _ => false,
-        };
-        let ordinary = ordinary_amplitude_m_s(self.problem.vehicle);
-        if f.state.wave.as_ref().is_some_and(|w| w.rms_amplitude_m_s() < ordinary) {
-            return f64::INFINITY;
-        }
-        let effects = &f.state.effects;
-        let count = |of: &dyn Fn(&Active) -> bool| effects.iter().filter(|a| of(a)).count() as f64;
-        let bent = if count(&|a| has_own_angle(a.effect.name())) > 1.0 { BOTH_ANGLES } else { 0.0 };
-        count(&wants_further) * AT_BOUND + count(&hardly) * HARDLY_FLOWN + bent
+    pub(crate) fn has_waves(&self) -> bool {
+        !self.waves.is_empty()
     }
 
-    /// Share of the used rows at which the model flies beyond an angle of attack.
-    fn flown_beyond(&self, state: &State, angle_rad: f64) -> f64 {
-        let (mut beyond, mut all) = (0, 0);
-        for (k, t) in self.problem.fitted_tracks(state).iter().enumerate() {
-            for row in (0..t.alpha_rad.len()).filter(|&i| self.problem.used[k][i]) {
-                all += 1;
-                beyond += usize::from(t.alpha_rad[row].abs() > angle_rad);
-            }
-        }
-        beyond as f64 / all.max(1) as f64
+    /// Another fit of nothing missing, and its signatures.
+    pub(crate) fn set_null(&mut self, jacobian: Jacobian, null: Fit) {
+        self.null_evidence = log_evidence(self.problem, &null);
+        (self.jacobian, self.null) = (jacobian, null);
     }
 
     /// The signatures to fit with beside a hypothesis.
@@ -413,19 +361,5 @@ impl<'a> Screen<'a> {
             }
         });
         second
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{one_period_inside, wave_periods};
-
-    /// Every wave that was there had a period inside; an eddy that turned between dives was given the longest.
-    #[test]
-    fn a_wave_at_either_end_of_the_periods_that_are_tried_has_one_beside_it_inside() {
-        let ends: Vec<(f64, f64)> = wave_periods().filter_map(|p| Some((p, one_period_inside(p)?))).collect();
-        let [shortest, longest] = ends[..] else { panic!("{ends:?}") };
-        assert!(shortest == (420.0, 472.5), "{ends:?}");
-        assert!((3400.0..3600.0).contains(&longest.0) && (longest.0 / longest.1 - 1.125).abs() < 1e-9, "{ends:?}");
     }
 }

@@ -66,7 +66,7 @@ fn marginalised(problem: &Problem, fit: &Fit, error_m_s: f64) -> Option<Marginal
     let z = discrepancy(problem, &fit.state);
     let beyond = (error_m_s.powi(2) - problem.noise_floor_m_s().powi(2)).max(0.0).sqrt();
     let size_m_s = LEAST_M_S.max(beyond);
-    let scaled = z.into_iter().map(|c| Column { from: c.from, values: c.values.iter().map(|v| v * size_m_s).collect() });
+    let scaled = z.into_iter().map(|c| problem.column(c.from, c.values.iter().map(|v| v * size_m_s).collect()));
     let columns: Vec<Column> = fit.columns.iter().cloned().chain(scaled).collect();
     let precision = |i: usize| fit.precision.get(i).copied().unwrap_or(1.0);
     let mut curvature = symmetric(columns.len(), |i, j| columns[i].dot(&columns[j]));
@@ -107,7 +107,7 @@ impl Identifiability {
             with.effects.push(active);
             let [before, after] = [&fit.state, &with].map(|s| problem.model(s));
             names.push(current.name());
-            effects.push(Column { from: 0, values: after.iter().zip(&before).map(|(a, b)| (a - b) / CURRENT_M_S).collect() });
+            effects.push(problem.column(0, after.iter().zip(&before).map(|(a, b)| (a - b) / CURRENT_M_S).collect()));
         }
         let cross = DMatrix::from_fn(m.columns.len(), effects.len(), |i, j| m.columns[i].dot(&effects[j]));
         let own = symmetric(effects.len(), |i, j| effects[i].dot(&effects[j]));

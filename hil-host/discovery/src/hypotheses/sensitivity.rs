@@ -46,13 +46,17 @@ impl Offer {
         if (1..m).any(|i| column(i).from < column(i - 1).from) {
             groups = std::iter::once(0..m).collect();
         }
-        let block = |g: &std::ops::Range<usize>| symmetric(g.len(), |i, j| column(g.start + i).dot(column(g.start + j)));
-        let cross = DMatrix::from_fn(base.len(), m, |i, j| base[i].dot(column(j)));
+        let block = |g: &std::ops::Range<usize>| symmetric(g.len(), |i, j| column(g.start + i).plain_dot(column(g.start + j)));
+        // The model discrepancy is projected out as well: it is in the products with what is fitted, and among the columns themselves.
+        let (n, d) = (base.len(), ground.residual.shadow().len());
+        let cross = DMatrix::from_fn(n + d, m, |i, j| if i < n { base[i].dot(column(j)) } else { column(j).shadow()[i - n] });
         // A pull that the fit has left on its own numbers is not to be made good by the offer.
         let pulled = ground.curvature.solve(&ground.fit.gradient);
-        let match_ = DVector::from_fn(m, |j, _| column(j).dot(&ground.residual)) - cross.transpose() * pulled;
+        let match_ = DVector::from_fn(m, |j, _| column(j).dot(ground.residual)) - cross.rows(0, n).transpose() * pulled;
         let l = ground.curvature.l();
-        Self { blocks: groups.iter().map(block).collect(), curvature: &l * l.transpose(), cross, match_ }
+        let mut curvature = DMatrix::identity(n + d, n + d);
+        curvature.view_mut((0, 0), (n, n)).copy_from(&(&l * l.transpose()));
+        Self { blocks: groups.iter().map(block).collect(), curvature, cross, match_ }
     }
 
     /// The whole gram, what is fitted projected out.
@@ -161,7 +165,7 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
                 }
             }
         };
-        Signature { effect, column: Column { from: 0, values } }
+        Signature { effect, column: problem.column(0, values) }
     };
     tried.into_iter().map(column).collect()
 }
@@ -199,7 +203,8 @@ mod tests {
     use crate::model::parameters::State;
 
     fn wobble(from: usize, n: usize, seed: f64) -> Column {
-        Column { from, values: (0..n).map(|i| ((i as f64 + 1.0) * seed).sin() + 0.3 * (i as f64 * seed * 0.37).cos()).collect() }
+        let values = (0..n).map(|i| ((i as f64 + 1.0) * seed).sin() + 0.3 * (i as f64 * seed * 0.37).cos()).collect();
+        Column::within(from, values, &crate::likelihood::discrepancy::Discrepancy::default())
     }
 
     #[test]
@@ -209,7 +214,7 @@ mod tests {
         let fit = crate::inference::gauss_newton::Fit {
             state: State::nominal(),
             chi2: 0.0,
-            residual: wobble(0, n, 2.6).values,
+            residual: wobble(0, n, 2.6),
             log_det: 0.0,
             covariance: DMatrix::identity(2, 2),
             sigma: Vec::new(),
@@ -218,6 +223,7 @@ mod tests {
             centre: vec![0.0; 2],
             gradient: DVector::from_vec(vec![0.2, -0.1]),
             promised: 0.0,
+            pressed: Vec::new(),
         };
         let ground = fit.ground().expect("positive");
         // Two columns in each of three stretches, and two that live everywhere.

@@ -104,6 +104,17 @@ fn normal_between(a: f64, b: f64, mean: f64, sigma: f64) -> f64 {
     }
 }
 
+/// ln of the share of a normal posterior's mass that is left beyond a physical bound at which the size rests, where the likelihood still
+/// pulls outwards by `pull` standard deviations: ½ erfcx(pull / √2) (0 at no pull: nothing is cut away of a size that rests by itself).
+fn log_truncated(pull: f64) -> f64 {
+    if !(pull > 0.0) {
+        return 0.0;
+    }
+    let x = pull / std::f64::consts::SQRT_2;
+    let scaled = if x < 5.0 { (x * x).exp() * libm::erfc(x) } else { (1.0 - 0.5 / (x * x)) / (x * PI.sqrt()) };
+    (0.5 * scaled).ln()
+}
+
 /// Log evidence of a fit up to a constant common to all hypotheses.
 #[must_use]
 pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
@@ -114,7 +125,7 @@ pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
     for &(effect, parameter, sigma) in &f.sigma {
         let a = &f.state.effects[effect];
         if parameter == 0 {
-            z += log_size_prior(problem, a.effect, a.values[0], sigma);
+            z += log_size_prior(problem, a.effect, a.values[0], sigma) + log_truncated(f.pressed_by(effect) * sigma);
             if a.effect.name() == "density_bias" {
                 z += log_fresh_water(problem.fresh_excess_kg_m3, a.values[0], sigma);
             }

@@ -3,7 +3,9 @@
 use crate::likelihood::finite_difference::LEAP;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{PARTS, Wave};
-use crate::model::parameters::{BATTERY_MASS, BATTERY_ZERO, N_CALIBRATION, PITCH_DAMPING, STATED, State, step_of, tolerance_of, wide_tail};
+use crate::model::parameters::{
+    BATTERY_ZERO, N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, bounds, step_of, tolerance_of, wide_tail,
+};
 use hydro::effects::Active;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -35,7 +37,7 @@ impl Jacobian {
             .chain(problem.battery_columns(at, &steps[BATTERY_ZERO..]))
             .map(|values| {
                 let told = values.iter().all(|x| x.is_finite());
-                Column { from: 0, values: if told { values } else { vec![0.0; base.len()] } }
+                problem.column(0, if told { values } else { vec![0.0; base.len()] })
             })
             .collect();
         let gram = symmetric(N_CALIBRATION, |i, j| columns[i].dot(&columns[j]));
@@ -62,8 +64,8 @@ pub struct Fit {
     pub state: State,
     /// Sum of squares of residuals and of normal priors.
     pub chi2: f64,
-    /// Whitened residual.
-    pub residual: Vec<f64>,
+    /// Whitened residual; a model discrepancy that the problem knows of is still in it.
+    pub residual: Column,
     /// ln det of the curvature (all priors but those of sizes in it).
     pub log_det: f64,
     /// Covariance of all free numbers: calibration, effect parameters in order, wave amplitudes.
@@ -80,6 +82,8 @@ pub struct Fit {
     pub gradient: DVector<f64>,
     /// Fall of chi² that the signatures still promised where no step along them led down: a fit at rest has none.
     pub promised: f64,
+    /// Sizes that rest at a bound: effect, and the pull outwards, half of the slope of chi² per unit.
+    pub pressed: Vec<(usize, f64)>,
 }
 
 /// What a fit leaves to more signatures: its residual, its columns and their curvature, priors in it.
@@ -89,14 +93,20 @@ pub struct Ground<'a> {
     /// Cholesky factor of its curvature.
     pub curvature: Cholesky<f64, Dyn>,
     /// Its whitened residual.
-    pub residual: Column,
+    pub residual: &'a Column,
 }
 
 impl Fit {
     /// Mean square of the innovations, 1 for noise.
     #[must_use]
     pub fn mean_square(&self) -> f64 {
-        self.residual.iter().map(|r| r * r).sum::<f64>() / self.residual.len().max(1) as f64
+        self.residual.dot(&self.residual) / self.residual.values.len().max(1) as f64
+    }
+
+    /// By how much the likelihood pulls the size of an effect beyond the bound at which it rests; 0 where it rests by itself.
+    #[must_use]
+    pub(crate) fn pressed_by(&self, effect: usize) -> f64 {
+        self.pressed.iter().find(|p| p.0 == effect).map_or(0.0, |p| p.1)
     }
 
     /// What all free numbers of a state near this fit cost by their normal priors, in chi². One that a limit holds does not move: it
@@ -143,8 +153,7 @@ impl Fit {
         for i in 0..n {
             curvature[(i, i)] = (curvature[(i, i)] + self.precision[i]).max(1e-12) * (1.0 + 1e-9);
         }
-        let residual = Column { from: 0, values: self.residual.clone() };
-        Some(Ground { fit: self, curvature: curvature.cholesky()?, residual })
+        Some(Ground { fit: self, curvature: curvature.cholesky()?, residual: &self.residual })
     }
 }
 
@@ -188,6 +197,12 @@ const HELD: f64 = 1e12;
 /// the prior's precision grows by beyond them: a guess; three tolerances cost what three and a half of a normal prior would.
 const SCATTER: f64 = 2.0;
 const RARER: f64 = 3.0;
+/// Relative ridge of a step that is not bounded, which keeps the Cholesky factor positive for a column of zeros; and steps that are tried
+/// with ever larger ones.
+const LEAST_DAMPING: f64 = 1e-9;
+/// Fall of chi² over what signatures promised, within which they are as good as new.
+const AS_PROMISED: std::ops::Range<f64> = 0.8..1.25;
+const TRIALS: usize = 5;
 /// Share of a parameter's typical size that is the step of a difference.
 const DIFFERENCE: f64 = 0.02;
 
@@ -265,10 +280,13 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
         }
     };
     let limitless = effort.free || crate::inference::initial_guess::is_uncalibrated(problem.vehicle);
-    let strained = |i: usize| if limitless || i >= BATTERY_MASS { f64::INFINITY } else { MOST_STRAINED };
+    let most = if limitless { f64::INFINITY } else { MOST_STRAINED };
+    let limits: Vec<(f64, f64)> = (0..nc)
+        .map(|i| bounds(problem.vehicle, i).unwrap_or(if i < N_LAW { (-most, most) } else { (f64::NEG_INFINITY, f64::INFINITY) }))
+        .collect();
     let set = |s: &mut State, i: usize, v: f64| {
         if i < nc {
-            s.calibration[i] = v.clamp(-strained(i), strained(i));
+            s.calibration[i] = v.clamp(limits[i].0, limits[i].1);
         } else if i < nc + nf {
             let f = &free[i - nc];
             s.effects[f.effect].values[f.parameter] = v.clamp(f.low, f.high);
@@ -281,45 +299,47 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let sum = |a: (f64, f64, f64), b: (f64, f64, f64)| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
     let rare = |s: &State, i: usize| match (i < nc).then(|| s.calibration[i]) {
         Some(z) if i == PITCH_DAMPING => sum(beside_normal(i, z), noise_in_damping(z)),
-        Some(z) if i >= BATTERY_MASS => beside_normal(i, z),
+        Some(z) if i >= N_LAW => beside_normal(i, z),
         Some(z) if !limitless => beyond_scatter(i, z),
         _ => (0.0, 0.0, 0.0),
     };
-    let objective = |s: &State| -> (f64, Vec<f64>) {
-        let residual: Vec<f64> = problem.data.iter().zip(problem.model(s)).map(|(d, m)| d - m).collect();
-        let misfit: f64 = residual.iter().map(|r| r * r).sum();
+    let objective = |s: &State| -> (f64, Column) {
+        let residual = problem.residual(&problem.model(s));
+        let misfit = residual.dot(&residual);
         let prior: f64 = (0..n).map(|i| precision[i] * (get(s, i) - centre[i]).powi(2) + rare(s, i).0).sum();
         (if misfit.is_finite() { misfit + prior } else { f64::INFINITY }, residual)
     };
 
     // Numbers at a bound that want to go further.
     let held = |s: &State, gradient: &DVector<f64>| -> Vec<usize> {
-        let bounds = (0..nc).map(|i| (-strained(i), strained(i))).chain(free.iter().map(|f| (f.low, f.high)));
+        let bounds = limits.iter().copied().chain(free.iter().map(|f| (f.low, f.high)));
         let stuck = |(i, (low, high)): (usize, (f64, f64))| {
             let v = get(s, i);
             ((v <= low && gradient[i] < 0.0) || (v >= high && gradient[i] > 0.0)).then_some(i)
         };
         bounds.enumerate().filter_map(stuck).collect()
     };
-    let pull = |s: &State, columns: &[Column], residual: &[f64]| -> DVector<f64> {
-        let whole = Column { from: 0, values: residual.to_vec() };
-        DVector::from_fn(n, |i, _| columns[i].dot(&whole) - precision[i] * (get(s, i) - centre[i]) - rare(s, i).1)
+    let pull = |s: &State, columns: &[Column], residual: &Column| -> DVector<f64> {
+        DVector::from_fn(n, |i, _| columns[i].dot(residual) - precision[i] * (get(s, i) - centre[i]) - rare(s, i).1)
     };
 
     let mut state = start.clone();
     let (mut chi2, mut residual) = objective(&state);
     let mut columns: Vec<Column> = jacobian.columns.clone();
-    columns.extend((0..nf).map(|_| Column { from: 0, values: vec![0.0; problem.data.len()] }));
+    columns.extend((0..nf).map(|_| problem.column(0, vec![0.0; problem.data.len()])));
     columns.extend(wave_columns);
     let mut gram = DMatrix::zeros(n, n);
     gram.view_mut((0, 0), (nc, nc)).copy_from(&jacobian.gram);
     let mut settled = false;
-    let mut moved = true;
     let mut promised = 0.0;
+    let mut damping = LEAST_DAMPING;
+    // Whether the effects' own signatures are of another state, and whether the last step was not as good as they promised.
+    let (mut stale, mut moved_since) = (true, false);
     for iteration in 0..=effort.iterations {
         let last = settled || iteration == effort.iterations;
+        stale |= last && moved_since;
         // Signatures of the effects' own numbers at this state.
-        if moved && !(last && effort.rough) {
+        if stale && !(last && effort.rough) {
             let step = |f: &Free| if state.effects[f.effect].values[f.parameter] + f.step > f.high { -f.step } else { f.step };
             let beside = |f: &Free, by: f64| {
                 let mut beside = state.clone();
@@ -328,10 +348,11 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             };
             let models = problem.models(&free.iter().map(|f| beside(f, step(f))).collect::<Vec<_>>());
             let seen = problem.seen(LEAP);
-            let here: Vec<f64> = problem.data.iter().zip(&residual).map(|(d, r)| d - r).collect();
+            let here: Vec<f64> = problem.data.iter().zip(&residual.values).map(|(d, r)| d - r).collect();
             for ((j, f), ahead) in free.iter().enumerate().zip(models) {
-                columns[nc + j].values = seen.slope(&here, &ahead, step(f), |back| problem.model(&beside(f, back)));
+                columns[nc + j] = problem.column(0, seen.slope(&here, &ahead, step(f), |back| problem.model(&beside(f, back))));
             }
+            (stale, moved_since) = (false, false);
         }
         for i in nc..n {
             for j in 0..=i {
@@ -346,12 +367,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
         let mut curvature = gram.clone();
         let mut gradient = pull(&state, &columns, &residual);
         for i in 0..n {
-            curvature[(i, i)] += precision[i] + rare(&state, i).2;
-            // A whisper of damping keeps a signature of zero from breaking the solve.
-            curvature[(i, i)] *= 1.0 + 1e-9;
-            if curvature[(i, i)] < 1e-12 {
-                curvature[(i, i)] = 1e-12;
-            }
+            curvature[(i, i)] = (curvature[(i, i)] + precision[i] + rare(&state, i).2).max(1e-12);
         }
         for i in held(&state, &gradient) {
             gradient[i] = 0.0;
@@ -360,34 +376,49 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
                 curvature[(k, i)] = 0.0;
             }
         }
-        let Some(cholesky) = curvature.cholesky() else { break };
-        let move_by = cholesky.solve(&gradient);
+        // Levenberg and Marquardt: the relative ridge that bounds the step grows until a step is as good as it promises to be.
+        let damped = |damping: f64| {
+            let mut curvature = curvature.clone();
+            (0..n).for_each(|i| curvature[(i, i)] *= 1.0 + damping);
+            curvature.cholesky().map(|c| c.solve(&gradient))
+        };
+        let Some(whole) = damped(LEAST_DAMPING) else { break };
         promised = 0.0;
-        if gradient.dot(&move_by) < 0.05 {
+        if gradient.dot(&whole) < 0.05 {
             // Nothing left to gain.
             settled = true;
-            moved = false;
             continue;
         }
-        moved = false;
-        let mut share = 1.0;
+        let mut moved = false;
         let mut gained = 0.0;
-        for _ in 0..5 {
+        for _ in 0..TRIALS {
+            let Some(move_by) = damped(damping) else { break };
             let mut trial = state.clone();
             for i in 0..n {
-                set(&mut trial, i, get(&state, i) + share * move_by[i]);
+                set(&mut trial, i, get(&state, i) + move_by[i]);
             }
             let (value, r) = objective(&trial);
+            let predicted = 2.0 * gradient.dot(&move_by) - move_by.dot(&(&curvature * &move_by));
+            let ratio = (chi2 - value) / predicted;
             if value < chi2 {
                 gained = chi2 - value;
                 (state, chi2, residual) = (trial, value, r);
-                moved = true;
+                (moved, moved_since) = (true, true);
+                stale = !AS_PROMISED.contains(&ratio);
+                if ratio > 0.75 {
+                    damping = (damping / 10.0).max(LEAST_DAMPING);
+                } else if ratio < 0.25 {
+                    damping = (damping * 4.0).max(0.1);
+                }
                 break;
             }
-            share *= 0.35;
+            damping = (damping * 8.0).max(0.5);
         }
-        settled = gained < 0.1;
-        promised = if moved { 0.0 } else { gradient.dot(&move_by) };
+        // Signatures of another state may have led nowhere.
+        let old = !moved && moved_since && !stale;
+        stale |= old;
+        settled = gained < 0.1 && !old;
+        promised = if moved { 0.0 } else { gradient.dot(&whole) };
     }
     let mut curvature = gram;
     for i in 0..n {
@@ -397,8 +428,12 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let log_det = curvature.clone().cholesky().map_or(f64::INFINITY, |c| 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
     let mut gradient = pull(&state, &columns, &residual);
     let mut precision = precision;
-    (BATTERY_MASS..nc).for_each(|i| precision[i] += rare(&state, i).2);
+    (N_LAW..nc).for_each(|i| precision[i] += rare(&state, i).2);
+    let mut pressed = Vec::new();
     for i in held(&state, &gradient) {
+        if let Some(f) = i.checked_sub(nc).and_then(|j| free.get(j)).filter(|f| f.parameter == 0) {
+            pressed.push((f.effect, gradient[i].abs()));
+        }
         gradient[i] = 0.0;
         // A calibration at its limit does not give way to anything beside it.
         if i < nc {
@@ -406,9 +441,10 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             curvature[(i, i)] += HELD;
         }
     }
-    let covariance = curvature.cholesky().map_or_else(|| DMatrix::identity(n, n), |c| c.inverse());
+    // A curvature that is not positive knows no errors: not a number, lest intervals be printed from it.
+    let covariance = curvature.cholesky().map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |c| c.inverse());
     let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
-    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, centre, gradient, promised }
+    Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, centre, gradient, promised, pressed }
 }
 
 /// Steps of a fit that goes on beyond the limits.
@@ -418,7 +454,7 @@ const FREE_STEPS: usize = 12;
 /// The fit itself where nothing is strained, or where the model has no glide out there.
 #[must_use]
 pub fn beyond_limits(problem: &Problem, held: &Fit) -> Fit {
-    if held.state.calibration.iter().enumerate().all(|(i, z)| beyond_scatter(i, *z).0 == 0.0 && held.precision[i] < HELD) {
+    if held.state.calibration.iter().enumerate().take(N_LAW).all(|(i, z)| beyond_scatter(i, *z).0 == 0.0 && held.precision[i] < HELD) {
         return held.clone();
     }
     let free = fit_from(problem, &held.state, Effort { free: true, ..Effort::of(FREE_STEPS) });
@@ -440,8 +476,7 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
     let own = column.dot(column);
     let through = &null.covariance * &cross;
     let left = (own - cross.dot(&through)).max(1e-12 * own + 1e-300);
-    let whole = Column { from: 0, values: null.residual.clone() };
-    let match_ = column.dot(&whole) - through.dot(&null.gradient);
+    let match_ = column.dot(&null.residual) - through.dot(&null.gradient);
     let p = &active.effect.parameters()[0];
     let (low, high) = problem.size_limits(active.effect);
     let size = (p.off + match_ / left).clamp(low, high) - p.off;
@@ -452,13 +487,14 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
     let mut active = active;
     active.values[0] = p.off + size;
     state.effects.push(active);
-    let mut residual = null.residual.clone();
+    let mut residual = null.residual.values.clone();
     for (i, r) in residual.iter_mut().enumerate() {
         *r -= size * column.values[i];
         for k in 0..N_CALIBRATION {
             *r += through[k] * size * null.columns[k].values[i];
         }
     }
+    let residual = problem.column(0, residual);
     let mut covariance = DMatrix::zeros(n + 1, n + 1);
     let outer = &through * through.transpose() / left;
     covariance.view_mut((0, 0), (n, n)).copy_from(&(&null.covariance + outer));
@@ -480,6 +516,7 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
         centre,
         gradient: DVector::zeros(n + 1),
         promised: 0.0,
+        pressed: Vec::new(),
     }
 }
 

@@ -25,10 +25,6 @@ const NODE: f64 = 0.4;
 /// Arguments from which the Bessel function is its asymptotic series, and steps of half a circle below.
 const LARGE: f64 = 50.0;
 const HALF_CIRCLE: u32 = 24;
-/// Log Bayes factor below which it is no train: three to one. Of 60 flights of others that had a wave and were told to, the least was
-/// -0.8; of seven that were told to and had none (convection, eddies, a shear, a steady current, a mast that hums), the largest was -1.5.
-pub(crate) const OF_NO_TRAIN: f64 = -1.1;
-
 /// Log Bayes factor of amplitudes that are alike in all runs against amplitudes that are of their own in each; none without a wave.
 #[must_use]
 pub(crate) fn log_alike(fit: &Fit) -> Option<f64> {
@@ -80,6 +76,9 @@ fn ln_i0_less(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    /// Log Bayes factor below which amplitudes are of no train: three to one.
+    const OF_NO_TRAIN: f64 = -1.1;
+
     use super::*;
 
     /// Amplitudes with an error of 1 mm/s, of a wave of 8 mm/s.

@@ -219,9 +219,9 @@ impl Problem<'_> {
 
     /// A signature over all runs without what the battery says of it: its noise has a colour that is not known well enough to hear a
     /// stranger in.
-    pub(crate) fn without_battery(&self, mut column: Column) -> Column {
-        (0..self.runs.len()).for_each(|k| column.values[self.battery_range(k)].fill(0.0));
-        column
+    pub(crate) fn without_battery(&self, mut values: Vec<f64>) -> Column {
+        (0..self.runs.len()).for_each(|k| values[self.battery_range(k)].fill(0.0));
+        self.column(0, values)
     }
 
     /// How far the moments are to be doubted by what a state leaves of them: 1 where they balance to the noise of the sensors.

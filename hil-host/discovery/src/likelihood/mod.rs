@@ -7,21 +7,26 @@
 
 pub mod battery;
 pub mod block_error;
+pub(crate) mod covariates;
+pub mod discrepancy;
 pub mod displacement;
 pub(crate) mod finite_difference;
 pub mod selection;
 pub mod stall_mask;
 pub mod whitening;
 
+use crate::inference::gauss_newton::Fit;
 use crate::likelihood::battery::Stretch;
 use crate::likelihood::block_error::{Block, block_s, modelled_m_s, rms, sampled_every_s};
+use crate::likelihood::covariates::integrated;
+use crate::likelihood::discrepancy::{Discrepancy, Predicted};
 use crate::likelihood::finite_difference::Seen;
 use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::branch::Branch;
-use crate::model::dynamics::{Job, Track};
+use crate::model::dynamics::{Job, Track, port_shift_m, see_from_port};
 use crate::model::integrator::tracks;
 use crate::model::internal_wave::Kind;
-use crate::model::parameters::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, State};
+use crate::model::parameters::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, SensorErrors, State, law, sensor_errors};
 use crate::preprocess::dives::{MOST_FITTED, evenly};
 use crate::preprocess::gps::Way;
 use crate::preprocess::{Prepared, Run, SURFACE_M};
@@ -30,23 +35,47 @@ use crate::vehicle::Vehicle;
 use hydro::effects::{Active, Constants, DAY_S, Effect};
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
+/// Most model passes of one search, the half steps that they may take together, and the passes that it may take however long they are.
+const MOST_PASSES: u64 = 1000;
+const MOST_HALF_STEPS: u64 = 12_000_000;
+const FEWEST_PASSES: u64 = 250;
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
 const SURFACE_PA: f64 = 100.0;
 
-/// A stretch of a whitened vector.
+/// A stretch of a whitened vector, and what it has in the directions of the model discrepancy.
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Index of its first element.
     pub from: usize,
     /// Values.
     pub values: Vec<f64>,
+    shadow: Vec<f64>,
 }
 
 impl Column {
-    /// Inner product with another column.
+    /// A column under a model discrepancy.
+    #[must_use]
+    pub(crate) fn within(from: usize, values: Vec<f64>, discrepancy: &Discrepancy) -> Self {
+        let shadow = discrepancy.shadow(from, &values);
+        Self { from, values, shadow }
+    }
+
+    /// Inner product with another column: that of the inverse covariance of water, sensors and discrepancy.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
+        self.plain_dot(other) - self.shadow.iter().zip(&other.shadow).map(|(a, b)| a * b).sum::<f64>()
+    }
+
+    /// What it has in the directions of the model discrepancy: `dot` is `plain_dot` less the product of these.
+    pub(crate) fn shadow(&self) -> &[f64] {
+        &self.shadow
+    }
+
+    /// Inner product without the discrepancy.
+    pub(crate) fn plain_dot(&self, other: &Self) -> f64 {
         let from = self.from.max(other.from);
         let to = (self.from + self.values.len()).min(other.from + other.values.len());
         if from >= to {
@@ -58,6 +87,12 @@ impl Column {
             .map(|(a, b)| a * b)
             .sum()
     }
+}
+
+/// What a state means: the law of the vehicle, and the errors of its sensors.
+struct Stated {
+    law: (Constants, Vec<Active>),
+    sensors: SensorErrors,
 }
 
 /// The fit segments of one flight with everything a fit needs.
@@ -93,6 +128,10 @@ pub struct Problem<'a> {
     /// Stretches of each run in which the battery's position is compared, and by how much more than their noise they may be off.
     pub(crate) stretches: Vec<Vec<Stretch>>,
     pub(crate) moment_doubt: f64,
+    /// What the model is wrong by under every hypothesis.
+    pub(crate) discrepancy: Discrepancy,
+    /// Rows simulated so far.
+    pub(crate) work: Arc<AtomicU64>,
 }
 
 impl<'a> Problem<'a> {
@@ -141,6 +180,8 @@ impl<'a> Problem<'a> {
             ways,
             stretches: Vec::new(),
             moment_doubt: 1.0,
+            discrepancy: Discrepancy::default(),
+            work: Arc::default(),
         };
         // Nothing is left out yet.
         problem.refresh();
@@ -174,6 +215,19 @@ impl<'a> Problem<'a> {
         }
         self.offsets = offsets;
         self.data = data;
+        self.whiten_discrepancy();
+    }
+
+    /// A stretch of a whitened vector as a column.
+    #[must_use]
+    pub fn column(&self, from: usize, values: Vec<f64>) -> Column {
+        Column::within(from, values, &self.discrepancy)
+    }
+
+    /// What a state leaves of the observations, whitened.
+    #[must_use]
+    pub fn residual(&self, model: &[f64]) -> Column {
+        self.column(0, self.data.iter().zip(model).map(|(d, m)| d - m).collect())
     }
 
     fn whiten_run(
@@ -202,6 +256,12 @@ impl<'a> Problem<'a> {
                 out.push(p / (noise + SURFACE_PA * SURFACE_PA).sqrt());
             }
         }
+    }
+
+    /// What a fit leaves to water and sensors: its residual without the most probable model discrepancy.
+    #[must_use]
+    pub fn innovations(&self, fit: &Fit) -> Vec<f64> {
+        self.discrepancy.taken_from(&fit.residual)
     }
 
     /// Range of a run in a whitened vector: all of it, and the depth innovations at its start.
@@ -251,7 +311,7 @@ impl<'a> Problem<'a> {
     /// Constants and effects that a state means.
     #[must_use]
     pub fn law(&self, state: &State) -> (Constants, Vec<Active>) {
-        self.branch.law(self.vehicle, state)
+        law(self.vehicle, state)
     }
 
     /// The model's answer to the observations, whitened.
@@ -264,7 +324,7 @@ impl<'a> Problem<'a> {
     /// nothing that is simulated are simulated once.
     #[must_use]
     pub fn models(&self, states: &[State]) -> Vec<Vec<f64>> {
-        let laws: Vec<(Constants, Vec<Active>)> = states.iter().map(|s| self.law(s)).collect();
+        let laws: Vec<Stated> = states.iter().map(|s| self.stated(s)).collect();
         let mut out: Vec<Vec<f64>> = states.iter().map(|_| Vec::with_capacity(self.data.len())).collect();
         let mut jobs: Vec<Job> = Vec::new();
         // Which job is whose, run by run.
@@ -300,7 +360,7 @@ impl<'a> Problem<'a> {
     /// The model's answers to run `k` with other inputs, each at its own state.
     #[must_use]
     pub(crate) fn answers_to(&self, k: usize, asked: &[(&State, Run)]) -> Vec<Vec<f64>> {
-        let laws: Vec<(Constants, Vec<Active>)> = asked.iter().map(|(s, _)| self.law(s)).collect();
+        let laws: Vec<Stated> = asked.iter().map(|(s, _)| self.stated(s)).collect();
         let jobs: Vec<Job> = asked.iter().zip(&laws).map(|((_, run), law)| Job { run, ..self.job(k, law) }).collect();
         let tracks = self.simulated(&jobs);
         let mut out = Vec::with_capacity(asked.len());
@@ -313,9 +373,10 @@ impl<'a> Problem<'a> {
     }
 
     /// A track as the sensors show it, whitened.
-    fn answer(&self, run: &Run, k: usize, state: &State, law: &(Constants, Vec<Active>), t: &Track, out: &mut Vec<f64>) {
+    fn answer(&self, run: &Run, k: usize, state: &State, stated: &Stated, t: &Track, out: &mut Vec<f64>) {
         let z = &state.calibration;
-        let effects = &law.1;
+        let effects = &stated.law.1;
+        let port = stated.sensors.port_m;
         let wave = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
         let scale = 1.0 + z[SPEED_SCALE] * self.vehicle.sensors.speed_scale_relative;
         let zero = z[PRESSURE_ZERO] * PRESSURE_ZERO_PA;
@@ -323,13 +384,13 @@ impl<'a> Problem<'a> {
         let drift = |time_s: f64| effects.iter().map(|a| a.effect.pressure_error_pa(&a.values, time_s)).sum::<f64>();
         self.whiten_run(
             k,
-            &|row| t.depth_m[row] + wave.as_ref().map_or(0.0, |w| w[row]),
+            &|row| t.depth_m[row] + port_shift_m(run, row, port) + wave.as_ref().map_or(0.0, |w| w[row]),
             &|row| t.speed_m_s[row] * scale,
             Some(self.as_steered(state, t.displacement_m)),
             |late| run.surface[late].map(|s| zero + drift(s.0)),
             out,
         );
-        self.whiten_battery_wanted(k, run, state, law, t, out);
+        self.whiten_battery_wanted(k, run, state, &stated.law, t, out);
     }
 
     /// Signatures of a wave of this kind in each run, [`crate::model::internal_wave::PARTS`] columns per run.
@@ -404,24 +465,13 @@ impl<'a> Problem<'a> {
             self.whiteners[k].whiten(|row| depth[row], &mut innovations);
             values[self.offsets[k]..self.offsets[k] + innovations.len()].copy_from_slice(&innovations);
         }
-        Column { from: 0, values }
+        self.column(0, values)
     }
 
     /// Depth that a vertical velocity makes at each row of a run, m.
     #[must_use]
     pub fn integrated(&self, k: usize, rate: &dyn Fn(usize, usize) -> f64) -> Vec<f64> {
-        let time = &self.runs[k].time_s;
-        let mut depth = Vec::with_capacity(time.len());
-        let (mut sum, mut before) = (0.0, 0.0);
-        for row in 0..time.len() {
-            let now = rate(k, row);
-            if row > 0 {
-                sum += 0.5 * (now + before) * (time[row] - time[row - 1]);
-            }
-            before = now;
-            depth.push(sum);
-        }
-        depth
+        integrated(self.runs[k], &|row| rate(k, row))
     }
 
     /// A depth signature in one run, whitened.
@@ -429,7 +479,7 @@ impl<'a> Problem<'a> {
     pub fn depth_column(&self, k: usize, depth: &dyn Fn(usize) -> f64) -> Column {
         let mut values = Vec::new();
         self.whiteners[k].whiten(depth, &mut values);
-        Column { from: self.offsets[k], values }
+        self.column(self.offsets[k], values)
     }
 
     /// Rows that take part in the fit.
@@ -478,25 +528,49 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn tracks(&self, run: &Run, states: &[&State]) -> Vec<Track> {
         let Some(k) = self.index_of(run) else { return self.branch.tracks(run, self.vehicle, states) };
-        let laws: Vec<(Constants, Vec<Active>)> = states.iter().map(|s| self.branch.law_as_given(self.vehicle, s)).collect();
-        self.simulated(&laws.iter().map(|law| self.job(k, law)).collect::<Vec<_>>())
+        let laws: Vec<Stated> = states.iter().map(|s| self.stated(s)).collect();
+        let mut tracks = self.simulated(&laws.iter().map(|law| self.job(k, law)).collect::<Vec<_>>());
+        tracks.iter_mut().zip(&laws).for_each(|(t, law)| see_from_port(run, t, law.sensors.port_m));
+        tracks
+    }
+
+    /// Half steps simulated so far.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.work.load(Ordering::Relaxed)
+    }
+
+    /// Half steps that one search may simulate: so many model passes, of a long flight fewer.
+    #[must_use]
+    pub fn most_work(&self) -> u64 {
+        let pass = self.runs.iter().map(|r| r.inputs.len() as u64).sum::<u64>().max(1);
+        (MOST_PASSES * pass).min(MOST_HALF_STEPS.max(FEWEST_PASSES * pass))
     }
 
     /// Model tracks of all fitted runs at a state.
     #[must_use]
     pub fn fitted_tracks(&self, state: &State) -> Vec<Track> {
-        let law = self.law(state);
-        self.simulated(&(0..self.runs.len()).map(|k| self.job(k, &law)).collect::<Vec<_>>())
+        let law = self.stated(state);
+        let mut tracks = self.simulated(&(0..self.runs.len()).map(|k| self.job(k, &law)).collect::<Vec<_>>());
+        tracks.iter_mut().zip(&self.runs).for_each(|(t, run)| see_from_port(run, t, law.sensors.port_m));
+        tracks
     }
 
     /// Tracks of jobs on the branch in force.
     fn simulated(&self, jobs: &[Job]) -> Vec<Track> {
+        self.work.fetch_add(jobs.iter().map(|j| j.run.inputs.len() as u64).sum(), Ordering::Relaxed);
         tracks(jobs, self.vehicle.water_depth_m, self.branch.continuation)
     }
 
     /// What simulates fitted run `k` under a law.
-    fn job<'b>(&'b self, k: usize, (constants, effects): &'b (Constants, Vec<Active>)) -> Job<'b> {
-        Job { run: self.runs[k], constants: *constants, effects: Cow::Borrowed(effects), attached: &self.attached[k] }
+    fn job<'b>(&'b self, k: usize, stated: &'b Stated) -> Job<'b> {
+        let (constants, effects) = &stated.law;
+        let (attached, clock_s) = (&self.attached[k], stated.sensors.clock_s);
+        Job { run: self.runs[k], constants: *constants, effects: Cow::Borrowed(effects), attached, clock_s }
+    }
+
+    fn stated(&self, state: &State) -> Stated {
+        Stated { law: self.law(state), sensors: sensor_errors(self.vehicle, state) }
     }
 
     /// Depths of the fitted runs, a wave's shift included, m.
@@ -560,6 +634,21 @@ impl Problem<'_> {
     }
 }
 
+/// Block errors of several fits with their most probable model discrepancy, m/s. A wave's phase is known only in fitted runs.
+#[must_use]
+pub fn predicted_errors(
+    problem: &Problem,
+    prepared: &Prepared,
+    fits: &[&Fit],
+    blocks: &[(usize, Vec<Block>)],
+    with_wave: bool,
+) -> Vec<f64> {
+    let predicted: Vec<Predicted> = fits.iter().map(|f| problem.predicted(f)).collect();
+    let states: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
+    let shift = |run: &Run, i: usize| problem.discrepancy_m(run, &predicted[i]);
+    errors_with(problem, prepared, &states, blocks, with_wave, &shift)
+}
+
 /// Block errors of several states, m/s. A wave's phase is known only in fitted runs.
 #[must_use]
 pub fn block_errors(
@@ -569,15 +658,28 @@ pub fn block_errors(
     blocks: &[(usize, Vec<Block>)],
     with_wave: bool,
 ) -> Vec<f64> {
+    errors_with(problem, prepared, states, blocks, with_wave, &|_, _| None)
+}
+
+/// The same with a shift of depth of each run and state.
+fn errors_with(
+    problem: &Problem,
+    prepared: &Prepared,
+    states: &[&State],
+    blocks: &[(usize, Vec<Block>)],
+    with_wave: bool,
+    shift: &dyn Fn(&Run, usize) -> Option<Vec<f64>>,
+) -> Vec<f64> {
     let mut missed: Vec<Vec<f64>> = vec![Vec::new(); states.len()];
     for (k, list) in blocks {
         let run = &prepared.runs[*k];
-        for ((state, track), missed) in states.iter().zip(problem.tracks(run, states)).zip(&mut missed) {
+        for (i, (state, track)) in states.iter().zip(problem.tracks(run, states)).enumerate() {
             let mut depth = track.depth_m;
-            if with_wave && let Some(shift) = problem.wave_shift(run, state) {
+            let wave = if with_wave { problem.wave_shift(run, state) } else { None };
+            for shift in wave.into_iter().chain(shift(run, i)) {
                 depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
             }
-            missed.extend(list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)));
+            missed[i].extend(list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)));
         }
     }
     missed.into_iter().map(|m| rms(m.into_iter())).collect()

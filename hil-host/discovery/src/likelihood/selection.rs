@@ -99,16 +99,6 @@ impl Problem<'_> {
         self.refresh();
     }
 
-    /// Lets all rows take part.
-    pub(crate) fn leave_nothing_out(&mut self) {
-        for rows in [&mut self.outlier, &mut self.speed_outlier, &mut self.brink_at] {
-            rows.iter_mut().for_each(|b| b.fill(false));
-        }
-        self.lost_way_s.fill(0.0);
-        self.attached.iter_mut().for_each(Vec::clear);
-        self.refresh();
-    }
-
     /// Settles which rows take part from what is known of each, and rebuilds the whitening.
     pub(crate) fn refresh(&mut self) {
         for k in 0..self.runs.len() {

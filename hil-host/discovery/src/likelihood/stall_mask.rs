@@ -68,6 +68,19 @@ impl Problem<'_> {
         rising.into_iter().zip(fading).map(|(a, b)| [a, b]).collect()
     }
 
+    /// Those of these blocks that do not depend, at a state, on how lift goes on beyond its law.
+    pub(crate) fn away_from_stall(&self, prepared: &Prepared, state: &State, blocks: &[(usize, Vec<Block>)]) -> Vec<(usize, Vec<Block>)> {
+        let runs: Vec<&Run> = blocks.iter().map(|(k, _)| &prepared.runs[*k]).collect();
+        let near = SAME_BRANCH * self.noise_floor_m_s();
+        let kept = |((k, list), both): (&(usize, Vec<Block>), [Track; 2])| {
+            let run = &prepared.runs[*k];
+            let rate = |b: &Block, t: &Track| modelled_m_s(run, b, &t.depth_m);
+            let same = |b: &&Block| (rate(b, &both[0]) - rate(b, &both[1])).abs() < near;
+            (*k, list.iter().filter(same).cloned().collect())
+        };
+        blocks.iter().zip(self.both_tracks(&runs, state)).map(kept).collect()
+    }
+
     /// Block residuals of a state, m/s: of blocks that depend on how lift goes on beyond its law, and of the others.
     pub(crate) fn residuals_near_stall_and_elsewhere(
         &self,
@@ -143,7 +156,7 @@ impl Problem<'_> {
             self.lost_way_s[k] = lost;
         }
         let continuation = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
-        self.branch = Branch { continuation, glides: 2 * glides >= launches, ..self.branch };
+        self.branch = Branch { continuation, glides: 2 * glides >= launches };
         self.refresh();
         self.brink_at.iter().flatten().zip(before.iter().flatten()).filter(|(now, then)| now != then).count()
     }
@@ -178,7 +191,7 @@ impl Problem<'_> {
         if !(misfit[chosen] <= trusted) {
             return 0;
         }
-        self.branch = Branch { continuation: BOTH[chosen], glides: false, ..self.branch };
+        self.branch = Branch { continuation: BOTH[chosen], glides: false };
         let back = self.brink_rows();
         self.brink_at.iter_mut().for_each(|b| b.fill(false));
         self.lost_way_s.fill(0.0);

@@ -1,12 +1,12 @@
 //! Which branch the model is on where its law of lift ends: how lift goes on beyond the valid angle of attack, whether launches end in
-//! a glide, what the vehicle does as it banks, how late its hull follows the water's temperature.
+//! a glide.
 
-use crate::model::dynamics::{Job, Track};
+use crate::model::dynamics::{Job, Track, see_from_port};
 use crate::model::integrator::tracks;
-use crate::model::parameters::{State, law};
+use crate::model::parameters::{State, law, sensor_errors};
 use crate::preprocess::{FLOAT_M, Run};
 use crate::vehicle::Vehicle;
-use hydro::effects::{Active, Constants, Continuation};
+use hydro::effects::Continuation;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 
@@ -19,35 +19,6 @@ pub(crate) const BOTH: [Continuation; 2] = [Continuation::Rising, Continuation::
 /// From when to when, s.
 pub(crate) type Stretch = (f64, f64);
 
-/// What a model knows of a bank.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Bank {
-    /// What the vehicle file says: nothing, in the flight format's nominal model.
-    #[default]
-    Level,
-    /// Lift tilts with the roll.
-    Tilt,
-    /// This share of a turn without sideslip.
-    Turn(f64),
-}
-
-impl Bank {
-    /// What a flight is said to show where this is taken.
-    #[must_use]
-    pub fn note(self) -> Option<String> {
-        match self {
-            Self::Level => None,
-            Self::Tilt => Some(
-                "lift tilts with the roll here, as geometry has it and the nominal model does not (hydro.bank_tilt of the vehicle file, 1)"
-                    .into(),
-            ),
-            Self::Turn(share) => Some(format!(
-                "the vehicle turns as it banks here, as bodies do and the nominal model does not: lift, path and added mass go round with it (hydro.banked_turn of the vehicle file, {share:.2}; 1 without sideslip)"
-            )),
-        }
-    }
-}
-
 /// Which branch a model takes where its law of lift ends or knows nothing: what the fitted runs have shown of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Branch {
@@ -55,10 +26,6 @@ pub struct Branch {
     pub continuation: Continuation,
     /// Whether launches end in a glide: of those after which the calibrated model may stall, at least half are seen to.
     pub glides: bool,
-    /// What the model knows of a bank ([`crate::hypotheses::bank`]).
-    pub bank: Bank,
-    /// Share of the hull's expansion that follows the water late ([`crate::diagnosis::hull_lag`]), beside what the vehicle file states.
-    pub hull_lag_share: f64,
 }
 
 impl Branch {
@@ -67,10 +34,10 @@ impl Branch {
     pub(crate) fn of_file(vehicle: &Vehicle) -> Self {
         let said = &vehicle.document["provenance"]["branch"];
         let continuation = if said["continuation"] == "fading" { Continuation::Fading } else { Continuation::Rising };
-        Self { continuation, glides: said["launches_glide"] == true, ..Self::default() }
+        Self { continuation, glides: said["launches_glide"] == true }
     }
 
-    /// The same for a vehicle file. The bank and the hull's lag are numbers of the file.
+    /// The same for a vehicle file.
     #[must_use]
     pub(crate) fn document(self) -> Value {
         let continuation = if self.continuation == Continuation::Fading { "fading" } else { "rising" };
@@ -80,24 +47,6 @@ impl Branch {
     /// Of what both continuations give, in the order of [`BOTH`]: that of the one in force, and the other's.
     pub(crate) fn in_force<T>(self, [rising, fading]: [T; 2]) -> [T; 2] {
         if self.continuation == Continuation::Fading { [fading, rising] } else { [rising, fading] }
-    }
-
-    /// Constants and effects that a state of a vehicle means on this branch.
-    #[must_use]
-    pub(crate) fn law(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
-        let (constants, effects) = law(vehicle, state);
-        let (bank_tilt, banked_turn) = match self.bank {
-            Bank::Level => (constants.bank_tilt, constants.banked_turn),
-            Bank::Tilt => (1.0, 0.0),
-            Bank::Turn(share) => (0.0, share),
-        };
-        (Constants { bank_tilt, banked_turn, hull_lag_share: constants.hull_lag_share + self.hull_lag_share, ..constants }, effects)
-    }
-
-    /// The same, but a vehicle as its file gives it knows of no branch: what is shown of a state, not what a fit moves on.
-    #[must_use]
-    pub(crate) fn law_as_given(self, vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
-        if state.is_nominal() { law(vehicle, state) } else { self.law(vehicle, state) }
     }
 
     /// Runs the model over a run of which nothing but its inputs is known. Where it depends on the continuation whether a launch ends
@@ -110,10 +59,14 @@ impl Branch {
     /// The same at several states: they are simulated side by side.
     #[must_use]
     pub fn tracks(self, run: &Run, vehicle: &Vehicle, states: &[&State]) -> Vec<Track> {
-        let laws: Vec<_> = states.iter().map(|s| self.law_as_given(vehicle, s)).collect();
+        let laws: Vec<_> = states.iter().map(|s| law(vehicle, s)).collect();
+        let sensors: Vec<_> = states.iter().map(|s| sensor_errors(vehicle, s)).collect();
         let with = |which: &[usize], c: Continuation, attached: &[Stretch]| {
-            let job = |&k: &usize| Job { run, constants: laws[k].0, effects: Cow::Borrowed(&laws[k].1), attached };
-            tracks(&which.iter().map(job).collect::<Vec<_>>(), vehicle.water_depth_m, c)
+            let job =
+                |&k: &usize| Job { run, constants: laws[k].0, effects: Cow::Borrowed(&laws[k].1), attached, clock_s: sensors[k].clock_s };
+            let mut out = tracks(&which.iter().map(job).collect::<Vec<_>>(), vehicle.water_depth_m, c);
+            out.iter_mut().zip(which).for_each(|(t, k)| see_from_port(run, t, sensors[*k].port_m));
+            out
         };
         let [mine, other] = self.in_force(BOTH);
         let mut out = with(&(0..states.len()).collect::<Vec<_>>(), mine, &[]);
@@ -151,7 +104,7 @@ mod tests {
         let file = |d: &Value| crate::vehicle::parse(d.clone(), Path::new("v.json")).expect("a vehicle");
         assert_eq!(Branch::of_file(&file(&document)), Branch::default());
         for continuation in BOTH {
-            let settled = Branch { continuation, glides: true, ..Branch::default() };
+            let settled = Branch { continuation, glides: true };
             document["provenance"] = json!({"branch": settled.document()});
             assert_eq!(Branch::of_file(&file(&document)), settled);
         }

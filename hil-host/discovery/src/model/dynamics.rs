@@ -99,12 +99,15 @@ pub struct Job<'a> {
     pub effects: Cow<'a, [Active]>,
     /// From when to when the flow is known to attach, s: the angle of attack stays where the law is good.
     pub attached: &'a [(f64, f64)],
+    /// Time by which pitch, roll and ballast are logged later than the pressure of the same instant, s.
+    pub clock_s: f64,
 }
 
 impl Job<'_> {
     /// Whether the points of another job are this one's too: the same run, volume and sensors.
     pub(crate) fn shares_points(&self, other: &Self) -> bool {
         std::ptr::eq(self.run, other.run)
+            && self.clock_s == other.clock_s
             && self.constants_of_points() == other.constants_of_points()
             && same(self.effects_on_points(), other.effects_on_points())
     }
@@ -133,7 +136,10 @@ impl Job<'_> {
     /// Whether another job is the same simulation.
     #[must_use]
     pub fn is(&self, other: &Self) -> bool {
-        std::ptr::eq(self.run, other.run) && self.constants == other.constants && same(self.effects.iter(), other.effects.iter())
+        std::ptr::eq(self.run, other.run)
+            && self.clock_s == other.clock_s
+            && self.constants == other.constants
+            && same(self.effects.iter(), other.effects.iter())
     }
 }
 
@@ -158,18 +164,21 @@ pub(crate) fn tracks_of(
     beyond: Continuation,
     attached: &[(f64, f64)],
 ) -> Vec<Track> {
-    let jobs: Vec<Job> = runs.iter().map(|run| Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached }).collect();
+    let jobs: Vec<Job> =
+        runs.iter().map(|run| Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached, clock_s: 0.0 }).collect();
     tracks(&jobs, water_depth_m, beyond)
 }
 
 /// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid, and between them where a step is
 /// `split`.
-pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> {
+pub(crate) fn points(run: &Run, model: &ForceModel, split: usize, clock_s: f64) -> Vec<Point> {
+    let shifted = (clock_s != 0.0).then(|| on_the_clock_of_pressure(run, clock_s));
+    let inputs = shifted.as_deref().unwrap_or(&run.inputs);
     let area = model.constants.reference_area_m2;
     let pitch_slope = |s: Sensed| (model.truth(Sensed { pitch_rad: s.pitch_rad + 1e-3, ..s }).pitch_rad - model.truth(s).pitch_rad) / 1e-3;
     let affine = model.pitch_is_affine();
-    let slope = run.inputs.first().map_or(1.0, |i| pitch_slope(i.sensed));
-    let mut all: Vec<Sensed> = run.inputs.iter().map(|i| i.sensed).collect();
+    let slope = inputs.first().map_or(1.0, |i| pitch_slope(i.sensed));
+    let mut all: Vec<Sensed> = inputs.iter().map(|i| i.sensed).collect();
     model.make_true(&mut all);
     let point = |(i, true_now): (&Input, &Sensed)| {
         let (sin_pitch, cos_pitch) = i.turned(true_now.pitch_rad);
@@ -192,7 +201,7 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> 
             level,
         }
     };
-    let whole: Vec<Point> = run.inputs.iter().zip(&all).map(point).collect();
+    let whole: Vec<Point> = inputs.iter().zip(&all).map(point).collect();
     if split <= 1 {
         return whole;
     }
@@ -200,6 +209,27 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize) -> Vec<Point> 
         (0..split).map(|k| if k == 0 { pair[0] } else { pair[0].mixed(&pair[1], k as f64 / split as f64) }).collect()
     };
     whole.windows(2).flat_map(between).chain(whole.last().copied()).collect()
+}
+
+/// The inputs of a run with pitch, roll and ballast as they were at the instant of the pressure, where they are logged so much later.
+fn on_the_clock_of_pressure(run: &Run, clock_s: f64) -> Vec<Input> {
+    let (all, ahead) = (&run.inputs, clock_s / (0.5 * run.step_s));
+    let last = all.len() - 1;
+    let at = |j: usize| {
+        let x = (j as f64 + ahead).clamp(0.0, last as f64);
+        let k = (x as usize).min(last.saturating_sub(1));
+        let (a, b, f) = (&all[k], &all[(k + 1).min(last)], x - k as f64);
+        let mix = |pick: fn(&Input) -> f64| pick(a) + f * (pick(b) - pick(a));
+        let mut now = all[j];
+        now.sensed.pitch_rad = mix(|i| i.sensed.pitch_rad);
+        (now.sin_pitch, now.cos_pitch) = all[j].turned(now.sensed.pitch_rad);
+        now.pitch_rate_rad_s = mix(|i| i.pitch_rate_rad_s);
+        now.sensed.ballast_m3 = mix(|i| i.sensed.ballast_m3);
+        now.roll_rad = mix(|i| i.roll_rad);
+        now.cos_roll = mix(|i| i.cos_roll);
+        now
+    };
+    (0..all.len()).map(at).collect()
 }
 
 impl Input {
@@ -256,6 +286,18 @@ pub(crate) fn add_water(out: &mut Track, run: &Run, model: &ForceModel, gravity_
     if run.displacement_s.is_finite() {
         out.displacement_m.0 += east * run.displacement_s;
         out.displacement_m.1 += north * run.displacement_s;
+    }
+}
+
+/// By how much a pressure port so far ahead of the centre is deeper than it at a row, m.
+pub(crate) fn port_shift_m(run: &Run, row: usize, port_m: f64) -> f64 {
+    if port_m == 0.0 { 0.0 } else { -port_m * run.input_at_row(row, 0.25 * run.step_s).sin_pitch }
+}
+
+/// The depth of a track as a pressure port so far ahead of the centre sees it.
+pub(crate) fn see_from_port(run: &Run, track: &mut Track, port_m: f64) {
+    if port_m != 0.0 {
+        track.depth_m.iter_mut().enumerate().for_each(|(row, d)| *d += port_shift_m(run, row, port_m));
     }
 }
 

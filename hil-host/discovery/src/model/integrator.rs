@@ -5,7 +5,7 @@
 //! lane does the same operations in the same order as if it were alone: the result does not depend on what is beside it.
 
 use crate::model::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
-use crate::preprocess::{FLOAT_M, Input, heave_decay_s};
+use crate::preprocess::{FLOAT_M, Input, Run, heave_decay_s};
 use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel, InFlow};
 use std::rc::Rc;
 use wide::f64x4;
@@ -24,31 +24,30 @@ const LEAST_SPEED_M_S: f64 = 1e-6;
 /// most, and most parts. Runge-Kutta is stable to 2.78.
 const STIFF: f64 = 2.7;
 const PART: f64 = 2.5;
-const MOST_PARTS: usize = 3;
+const MOST_PARTS: usize = 4;
 
 /// Parts of a grid step: the grid is stable for the vehicle of the file, and a fit may try several times its lift. What would take
 /// more parts (hardly any mass across) is no vehicle, and may fail.
 fn parts(of: &Job, model: &ForceModel) -> usize {
     let c = &model.constants;
-    let per_decay = of.run.step_s / heave_decay_s(c, c.lift_slope_per_rad, of.run.fastest_m_s);
+    let per_decay = of.run.step_s / heave_decay_s(c, c.lift_slope_per_rad, of.run.fastest_m_s.max(fastest_m_s(of.run, model)));
     let parts = (per_decay / PART).ceil() as usize;
     if per_decay > STIFF && parts <= MOST_PARTS { parts } else { 1 }
 }
 
-/// A stall with a memory: angles of attack at which it ends and begins, rad, and whether flow is attached.
-#[derive(Clone, Copy, Debug)]
-struct LateStall {
-    ends: f64,
-    begins: f64,
-    attached: bool,
-}
+/// Inputs of a run that are asked for how fast the model may become, and the fastest that is believed, m/s.
+const ASKED: usize = 64;
+const FASTEST_M_S: f64 = 1.0;
 
-impl LateStall {
-    /// The stall of a job on a run where flow has a memory; attached at first.
-    fn of(job: &Job) -> Option<Self> {
-        let stall = job.effects.iter().find(|a| a.effect.name() == "stall").filter(|_| job.run.stalls_late_rad > 0.0)?;
-        Some(Self { ends: stall.values[0], begins: stall.values[0] + job.run.stalls_late_rad, attached: true })
-    }
+/// Speed at which drag at no angle of attack balances the net buoyancy along the hull, m/s: a vehicle of too little drag or of another
+/// trim is faster than the one that was measured.
+fn fastest_m_s(run: &Run, model: &ForceModel) -> f64 {
+    let c = &model.constants;
+    let speed = |i: &Input| {
+        let force = model.net_buoyancy_n(&model.truth(i.sensed)) * i.sin_pitch;
+        (2.0 * force.abs() / (i.sensed.density_kg_m3 * c.reference_area_m2 * c.cd0.max(1e-3))).sqrt()
+    };
+    run.inputs.iter().step_by(run.inputs.len().div_ceil(ASKED)).map(speed).fold(0.0, f64::max).min(FASTEST_M_S)
 }
 
 /// One simulation under way.
@@ -67,7 +66,6 @@ struct Lane<'a> {
     u: f64,
     n: f64,
     z: f64,
-    late_stall: Option<LateStall>,
     surge_kg: f64,
     heave_kg: f64,
     out: Track,
@@ -89,7 +87,6 @@ impl<'a> Lane<'a> {
             u: of.run.start_speed_m_s,
             n: 0.0,
             z: 0.0,
-            late_stall: LateStall::of(of),
             surge_kg: mass * (1.0 + model.constants.added_mass_surge).max(0.02),
             heave_kg: mass * (1.0 + model.constants.added_mass_heave).max(0.02),
             out: Track {
@@ -164,15 +161,6 @@ impl<'a> Lane<'a> {
             self.row += 1;
         }
         self.step += 1;
-        if let Some(stall) = &mut self.late_stall {
-            let angle = angle_of_attack(self.u, self.n).abs();
-            stall.attached = angle < if stall.attached { stall.begins } else { stall.ends };
-        }
-    }
-
-    /// Whether its stall does nothing, for flow came from below.
-    fn is_attached(&self) -> bool {
-        self.late_stall.is_some_and(|s| s.attached)
     }
 
     /// The track, the water's own motion in it.
@@ -300,7 +288,7 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
             climb_m_s: -sinks[i],
             time_s: at.time,
             temperature_degc: at.temperature,
-            attached: lanes[i].is_attached(),
+            attached: false,
         }
     };
     let each = |of: &dyn Fn(&ForceModel, usize) -> f64| beside(|i| if m.asked & (1 << i) == 0 { 0.0 } else { of(&lanes[i].model, i) });
@@ -321,8 +309,7 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
     if m.beyond != 0 {
         let (mut cls, mut cds) = (cl.to_array(), cd.to_array());
         for i in (0..LANES).filter(|i| m.beyond & (1 << i) != 0) {
-            // Flow has separated there, whatever came before.
-            let f = lanes[i].model.coefficients(&Flow { attached: false, ..flow(i) });
+            let f = lanes[i].model.coefficients(&flow(i));
             (cls[i], cds[i]) = (f.cl, f.cd);
         }
         (cl, cd) = (Lanes::from(cls), Lanes::from(cds));
@@ -380,7 +367,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
         kept.retain(|(of, ..)| std::ptr::eq(jobs[*of].run, job.run));
         let known = kept.iter().find(|(of, parts, _)| *parts == split && jobs[*of].shares_points(job)).map(|(.., points)| points.clone());
         let points = known.unwrap_or_else(|| {
-            let points = Rc::new(points(job.run, &model, split));
+            let points = Rc::new(points(job.run, &model, split, job.clock_s));
             kept.push((k, split, points.clone()));
             points
         });

@@ -6,7 +6,7 @@ use hydro::effects::{Active, BallastScale, Constants, PitchOffset};
 
 /// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`]: those that change the simulation, then
 /// those that act on its result.
-pub const CALIBRATION: [&str; 23] = [
+pub const CALIBRATION: [&str; 27] = [
     "cd0",
     "lift_slope",
     "lift_quadratic",
@@ -21,9 +21,13 @@ pub const CALIBRATION: [&str; 23] = [
     "hull_drag",
     "lift_fading",
     "cd_broadside",
+    "clock_offset",
+    "hull_lag_share",
+    "banked_turn",
     "speed_scale",
     "heading_bias",
     "pressure_zero",
+    "pressure_port",
     "battery_zero",
     "battery_mass",
     "metacentric_height",
@@ -36,18 +40,27 @@ pub const N_CALIBRATION: usize = CALIBRATION.len();
 /// How many of them, from the first, have a tolerance that the vehicle file states.
 pub(crate) const STATED: usize = 10;
 /// How many of them change the simulation.
-pub const N_SIMULATED: usize = 14;
+pub const N_SIMULATED: usize = 17;
+/// How many of them, from the first, are numbers of the law of the vehicle; what follows are nuisances.
+pub(crate) const N_LAW: usize = 14;
+/// Nuisances that change the simulation: time by which pitch, roll and ballast are logged after the pressure; share of the hull's
+/// expansion that follows the water late; share of a turn without sideslip.
+pub(crate) const CLOCK_OFFSET: usize = 14;
+pub(crate) const HULL_LAG: usize = 15;
+pub(crate) const BANKED_TURN: usize = 16;
 /// Those that act on its result.
-pub(crate) const SPEED_SCALE: usize = 14;
-pub(crate) const HEADING_BIAS: usize = 15;
-pub(crate) const PRESSURE_ZERO: usize = 16;
-pub(crate) const BATTERY_ZERO: usize = 17;
+pub(crate) const SPEED_SCALE: usize = 17;
+pub(crate) const HEADING_BIAS: usize = 18;
+pub(crate) const PRESSURE_ZERO: usize = 19;
+/// Distance of the pressure port ahead of the centre of the hull.
+pub(crate) const PRESSURE_PORT: usize = 20;
+pub(crate) const BATTERY_ZERO: usize = 21;
 /// The numbers of the moments in pitch, from the first.
-pub(crate) const BATTERY_MASS: usize = 18;
-pub(crate) const METACENTRIC_HEIGHT: usize = 19;
-pub(crate) const BALLAST_ARM: usize = 20;
-pub(crate) const PITCH_MOMENT: usize = 21;
-pub(crate) const PITCH_DAMPING: usize = 22;
+pub(crate) const BATTERY_MASS: usize = 22;
+pub(crate) const METACENTRIC_HEIGHT: usize = 23;
+pub(crate) const BALLAST_ARM: usize = 24;
+pub(crate) const PITCH_MOMENT: usize = 25;
+pub(crate) const PITCH_DAMPING: usize = 26;
 /// Tolerance of the drag due to lift and of the hull's drag due to angle of attack, relative. A vehicle file gives none; but no law of
 /// three numbers is nature's to a hundredth at every angle, and what is left of it is not to be named edge lift or vortices. A guess:
 /// flights of another author's force law, clean or with a strong drag error, asked for 1 to 2 %.
@@ -62,12 +75,148 @@ const BROADSIDE_RELATIVE: f64 = 0.3;
 /// angle of attack, damping. The flight format gives none. Guesses: a scale and a trim in a tank give the first two to a hundredth;
 /// the arm's is wider, lest much hang on whether the engine's reading or its true volume acts there.
 const MOMENTS_RELATIVE: [f64; 5] = [0.01, 0.01, 0.05, 0.1, 0.05];
-/// How far off one may be that somebody has only guessed at, relative (a guess of its own).
-const MOMENTS_GUESSED: [f64; 5] = [0.3, 0.3, 0.3, 1.0, 0.5];
-/// Probability that one has been (guess).
-const GUESSED: f64 = 0.1;
 /// Zero error of the pressure sensor, 1 sigma, Pa (FORMAT section 1: below 0.2 dbar).
 pub(crate) const PRESSURE_ZERO_PA: f64 = 1500.0;
+
+/// A number whose prior is a mixture of two normal ones about nothing: nearly always as small as its tolerance, now and then wide.
+struct WideTail {
+    index: usize,
+    /// Name for a reader, and the unit and factor it is told in.
+    what: &'static str,
+    unit: &'static str,
+    factor: f64,
+    /// Tolerance of the many and of the few, in the number's own unit, and the probability of the few.
+    tolerance: f64,
+    wide: f64,
+    probability: f64,
+    /// Bounds of what is possible, in the number's own unit.
+    bounds: (f64, f64),
+}
+
+/// Numbers of the moments in pitch have been guessed at one time in ten; how far off a guess is, is a guess of its own.
+const fn guessed(index: usize, what: &'static str, wide: f64) -> WideTail {
+    let tolerance = MOMENTS_RELATIVE[index - BATTERY_MASS];
+    let bounds = (f64::NEG_INFINITY, f64::INFINITY);
+    WideTail { index, what, unit: "1", factor: 1.0, tolerance, wide, probability: 0.1, bounds }
+}
+
+const WIDE_TAILS: [WideTail; 10] = [
+    // Two computers that are set by GPS agree to a tenth of a second; the tables of two Slocums were 1.2 and 2.6 s apart.
+    WideTail {
+        index: CLOCK_OFFSET,
+        what: "clock of pitch and ballast behind that of the pressure",
+        unit: "s",
+        factor: 1.0,
+        tolerance: 0.1,
+        wide: 3.0,
+        probability: 0.1,
+        bounds: (-12.0, 12.0),
+    },
+    // A hull is some seconds to half a minute late (1 is half a minute); longer is no hull's.
+    WideTail {
+        index: HULL_LAG,
+        what: "share of the hull's thermal expansion that is half a minute late",
+        unit: "1",
+        factor: 1.0,
+        tolerance: 0.02,
+        wide: 0.5,
+        probability: 0.2,
+        bounds: (0.0, 1.6),
+    },
+    // A body that banks turns, unless its model knows no roll: 1 without sideslip, 0.75 for a hull that slips.
+    WideTail {
+        index: BANKED_TURN,
+        what: "share of a turn without sideslip that a bank makes",
+        unit: "1",
+        factor: 1.0,
+        tolerance: 0.05,
+        wide: 0.7,
+        probability: 0.3,
+        bounds: (0.0, 1.2),
+    },
+    // Zeroed before launch, or not: a sensor of absolute pressure shows 10 dbar at the surface.
+    WideTail {
+        index: PRESSURE_ZERO,
+        what: "zero of the pressure sensor",
+        unit: "dbar",
+        factor: 1e-4,
+        tolerance: PRESSURE_ZERO_PA,
+        wide: 3e4,
+        probability: 0.1,
+        bounds: (-5e5, 5e5),
+    },
+    // 0.3 to 0.6 m behind the centre by the logs of two Slocums whose port is in the tail; a CTD's is on the hull's side.
+    WideTail {
+        index: PRESSURE_PORT,
+        what: "pressure port ahead of the centre",
+        unit: "m",
+        factor: 1.0,
+        tolerance: 0.05,
+        wide: 0.5,
+        probability: 0.2,
+        bounds: (-1.5, 1.5),
+    },
+    guessed(BATTERY_MASS, "battery_mass_kg", 0.3),
+    guessed(METACENTRIC_HEIGHT, "metacentric_height_m", 0.3),
+    guessed(BALLAST_ARM, "ballast_arm_m", 0.3),
+    guessed(PITCH_MOMENT, "cm_alpha", 1.0),
+    guessed(PITCH_DAMPING, "cm_q", 0.5),
+];
+
+fn wide(index: usize) -> Option<&'static WideTail> {
+    WIDE_TAILS.iter().find(|w| w.index == index)
+}
+
+/// Between what values a calibration number may be, in its tolerances; none where nothing bounds it.
+#[must_use]
+pub(crate) fn bounds(vehicle: &Vehicle, index: usize) -> Option<(f64, f64)> {
+    let w = wide(index)?;
+    // A file that states how lift tilts has said what a bank does.
+    if index == BANKED_TURN && vehicle.constants.bank_tilt != 0.0 {
+        return Some((0.0, 0.0));
+    }
+    // What the file has of it already counts.
+    let has = match index {
+        HULL_LAG => vehicle.constants.hull_lag_share,
+        BANKED_TURN => vehicle.constants.banked_turn,
+        _ => 0.0,
+    };
+    Some(((w.bounds.0 - has).min(0.0) / w.tolerance, (w.bounds.1 - has).max(0.0) / w.tolerance))
+}
+
+/// A sensor, or a number of the log, that is found to be off.
+#[derive(Clone, Debug)]
+pub struct SensorFinding {
+    /// What it is.
+    pub what: &'static str,
+    /// Value with its 90 % interval.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+/// Tolerances beyond which a nuisance is told of, and standard errors that it must be from nothing.
+const TOLD: f64 = 3.0;
+/// Two-sided 90 % of a normal variable, sigma.
+const NINETY: f64 = 1.645;
+
+/// Nuisances that a fit finds to be off by more than they usually are: a state and the standard errors of its calibration numbers, in
+/// tolerances.
+#[must_use]
+pub fn sensor_findings(state: &State, sigma: impl Fn(usize) -> f64) -> Vec<SensorFinding> {
+    let told = |w: &WideTail| {
+        let (z, s) = (state.calibration[w.index], sigma(w.index));
+        let unit = w.tolerance * w.factor;
+        let found =
+            || SensorFinding { what: w.what, value: z * unit, low: (z - NINETY * s) * unit, high: (z + NINETY * s) * unit, unit: w.unit };
+        (w.index < BATTERY_MASS && z.abs() > TOLD && z.abs() > TOLD * s).then(found)
+    };
+    WIDE_TAILS.iter().filter_map(told).collect()
+}
 
 /// Effects that are a deviation of a calibration number: its index in [`CALIBRATION`].
 #[must_use]
@@ -106,9 +255,8 @@ pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
         13 => BROADSIDE_RELATIVE,
         SPEED_SCALE => vehicle.sensors.speed_scale_relative,
         HEADING_BIAS => vehicle.sensors.heading_bias_rad,
-        PRESSURE_ZERO => PRESSURE_ZERO_PA,
         BATTERY_ZERO => vehicle.moments.map_or(0.0, |m| m.battery_zero_m),
-        _ => MOMENTS_RELATIVE.get(index - BATTERY_MASS).copied().unwrap_or(0.0),
+        _ => wide(index).map_or(0.0, |w| w.tolerance),
     }
 }
 
@@ -116,9 +264,9 @@ pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
 /// the log density), and precision of the normal prior of the same pull. None for the others, whose prior is normal.
 #[must_use]
 pub(crate) fn wide_tail(index: usize, z: f64) -> Option<(f64, f64)> {
-    let number = index.checked_sub(BATTERY_MASS)?;
-    let width = MOMENTS_GUESSED.get(number)? / MOMENTS_RELATIVE.get(number)?;
-    let density = |z: f64| [(1.0 - GUESSED) * (-0.5 * z * z).exp(), GUESSED / width * (-0.5 * (z / width).powi(2)).exp()];
+    let w = wide(index)?;
+    let width = w.wide / w.tolerance;
+    let density = |z: f64| [(1.0 - w.probability) * (-0.5 * z * z).exp(), w.probability / width * (-0.5 * (z / width).powi(2)).exp()];
     let [[core, tail], [at_zero, beside]] = [density(z), density(0.0)];
     let cost = -2.0 * ((core + tail) / (at_zero + beside)).ln();
     Some((cost, (core + tail / (width * width)) / (core + tail)))
@@ -128,7 +276,7 @@ pub(crate) fn wide_tail(index: usize, z: f64) -> Option<(f64, f64)> {
 #[must_use]
 pub fn step_of(vehicle: &Vehicle, index: usize) -> f64 {
     // In the unit of the effect that deviates the number; guesses, wider than half the tolerances of a calibrated vehicle.
-    const LARGEST: [f64; N_SIMULATED] = [0.05, 0.05, 0.05, 5.0, 0.02, 0.005, 0.1, 0.1, 0.05, 0.1, 0.05, 0.05, 0.15, 0.1];
+    const LARGEST: [f64; N_SIMULATED] = [0.05, 0.05, 0.05, 5.0, 0.02, 0.005, 0.1, 0.1, 0.05, 0.1, 0.05, 0.05, 0.15, 0.1, 0.05, 0.05, 0.05];
     LARGEST.get(index).map_or(1.0, |largest| (largest / tolerance_of(vehicle, index)).min(0.5))
 }
 
@@ -163,6 +311,22 @@ impl State {
     }
 }
 
+/// What a state says of the sensors, beside the law of the vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SensorErrors {
+    /// Time by which pitch, roll and ballast are logged later than the pressure of the same instant, s.
+    pub clock_s: f64,
+    /// Distance of the pressure port ahead of the centre of the hull, m.
+    pub port_m: f64,
+}
+
+/// Sensor errors that a state means.
+#[must_use]
+pub fn sensor_errors(vehicle: &Vehicle, state: &State) -> SensorErrors {
+    let of = |index: usize| state.calibration[index] * tolerance_of(vehicle, index);
+    SensorErrors { clock_s: of(CLOCK_OFFSET), port_m: of(PRESSURE_PORT) }
+}
+
 /// Constants and effects that a state of a vehicle means.
 #[must_use]
 pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
@@ -180,6 +344,8 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
     c.hull_drag_per_rad2 *= 1.0 + z[11] * LAW_RELATIVE;
     c.beyond.lift_fading += z[12] * LIFT_FADING;
     c.beyond.cd_broadside *= (1.0 + z[13] * BROADSIDE_RELATIVE).max(0.1);
+    c.hull_lag_share += z[HULL_LAG] * tolerance_of(vehicle, HULL_LAG);
+    c.banked_turn += z[BANKED_TURN] * tolerance_of(vehicle, BANKED_TURN);
     let mut effects = vehicle.effects.clone();
     if z[4] != 0.0 {
         effects.push(Active::sized(&BallastScale, z[4] * t.ballast_gain_relative));
@@ -193,11 +359,11 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
 
 #[cfg(test)]
 mod tests {
-    use super::{BALLAST_ARM, BATTERY_MASS, GUESSED, METACENTRIC_HEIGHT, N_CALIBRATION, wide_tail};
+    use super::{BALLAST_ARM, BATTERY_MASS, METACENTRIC_HEIGHT, wide_tail};
 
     #[test]
     fn accuracy_a_wide_tail_pulls_as_its_cost_falls_and_costs_little_however_far() {
-        for index in BATTERY_MASS..N_CALIBRATION {
+        for index in super::WIDE_TAILS.iter().map(|w| w.index) {
             let cost = |z: f64| wide_tail(index, z).expect("a tail").0;
             assert_eq!(cost(0.0), 0.0);
             for z in [-20.0, -3.0, 0.4, 2.0, 2.9, 5.0, 11.0] {
@@ -209,7 +375,7 @@ mod tests {
         }
         // Thirty hundredths off: as improbable as a guess is, and as that it is off by so much. A normal prior would ask for 900.
         let far = wide_tail(METACENTRIC_HEIGHT, 30.0).expect("a tail").0;
-        assert!((far - (1.0 + 2.0 * (30.0 * (1.0 - GUESSED) / GUESSED).ln())).abs() < 0.1, "{far}");
+        assert!((far - (1.0 + 2.0 * (30.0_f64 * 9.0).ln())).abs() < 0.1, "{far}");
         assert!(wide_tail(BATTERY_MASS - 1, 1.0).is_none() && wide_tail(BALLAST_ARM, 1.0).is_some());
     }
 }

@@ -231,7 +231,6 @@ pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, 
         starts_afloat,
         start_speed_m_s,
         fastest_m_s,
-        stalls_late_rad: 0.0,
     }
 }
 

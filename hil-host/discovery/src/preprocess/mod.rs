@@ -90,9 +90,10 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         start = end;
     }
     removed.note(&mut notes);
-    if !flight.temperature_degc.iter().any(|t| t.is_finite()) {
+    let has_temperature = flight.temperature_degc.iter().any(|t| t.is_finite());
+    if !has_temperature {
         notes.push("there is no temperature: the hull's thermal expansion is left out, and nothing is learned about it".into());
     }
     let ways = ways(&mut runs, vehicle.sensors.gps_noise_m);
-    Prepared { runs, ways, notes }
+    Prepared { runs, ways, notes, has_temperature }
 }

@@ -69,8 +69,6 @@ pub struct Run {
     pub start_speed_m_s: f64,
     /// Speed along the hull that the run hardly ever exceeds, from depth and pitch, m/s.
     pub fastest_m_s: f64,
-    /// How far beyond the angle of a stall flow that comes from below stays attached, rad; 0 for a stall without a memory.
-    pub stalls_late_rad: f64,
 }
 
 /// A flight ready for the model.
@@ -82,4 +80,6 @@ pub struct Prepared {
     pub ways: Vec<Way>,
     /// What had to be repaired or left out, for the report.
     pub notes: Vec<String>,
+    /// Whether the log has temperatures.
+    pub has_temperature: bool,
 }

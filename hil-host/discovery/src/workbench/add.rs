@@ -2,10 +2,8 @@
 //!
 //! An effect that the file has switched on already is fitted anew: what is told is all of it, and the new file says that.
 
-use crate::diagnosis::hull_lag;
-use crate::diagnosis::settle::{as_given_flies, look_again, tells_all_better};
+use crate::diagnosis::settle::{Changed, estimate_anew, settled};
 use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
-use crate::hypotheses::bank::{self, settled};
 use crate::hypotheses::candidate::fit_named;
 use crate::hypotheses::identifiability::{posterior_tolerances, stated_tolerances};
 use crate::inference::estimate::{Estimate, estimates};
@@ -13,7 +11,7 @@ use crate::inference::gauss_newton::Fit;
 use crate::likelihood::block_error::blocks;
 use crate::likelihood::{Problem, block_errors};
 use crate::model::branch::Branch;
-use crate::model::parameters::{N_CALIBRATION, State, tolerance_of};
+use crate::model::parameters::{N_CALIBRATION, SensorFinding, State, sensor_findings, tolerance_of};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
@@ -43,7 +41,14 @@ pub struct Added {
     pub after: State,
     /// Which branch the model was taken to be on beyond the valid angle of attack.
     pub branch: Branch,
+    /// Sensors that are found to be off.
+    pub sensors: Vec<SensorFinding>,
+    /// Rms velocity that the model is wrong by, m/s.
+    pub discrepancy_m_s: f64,
 }
+
+/// Times that mask, noise and discrepancy are estimated anew.
+const ESTIMATIONS: usize = 2;
 
 /// Adds effects and refits calibration and effects together on the segments that may be fitted.
 ///
@@ -57,41 +62,29 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let base = vehicle.without(effects);
     let mut problem = Problem { vehicle: &base, ..as_given.clone() };
     let (mut null, mut fit) = fit_named(&problem, effects);
-    if let Some(other) = as_given_flies(&problem) {
-        let again = fit_named(&other, effects);
-        if tells_all_better(&prepared, (&problem, &fit), (&other, &again.1)) {
-            problem = other;
-            (null, fit) = again;
-        }
-    }
     let own: Vec<Active> = effects.iter().filter_map(|e| vehicle.switched_on(*e)).collect();
-    let mut anew = (!own.is_empty()).then(|| as_given.start.clone());
-    if anew.is_some() {
+    if !own.is_empty() {
         let names: Vec<&str> = own.iter().map(|a| a.effect.name()).collect();
         notes.push(format!("the vehicle file has {} already: fitted anew, and told as a whole", names.join(", ")));
-    }
-    if anew.is_some() && own.len() == effects.len() {
         // What the file says may be a better start than nothing.
-        let again = settled(&problem, &State { effects: own, ..as_given.start.clone() });
-        fit = if again.chi2 < fit.chi2 { again } else { fit };
+        if own.len() == effects.len() {
+            let again = settled(&problem, &State { effects: own.clone(), ..as_given.start.clone() });
+            fit = if again.chi2 < fit.chi2 { again } else { fit };
+        }
     }
-    // With nothing asked for, nothing more is known than at the first look.
-    if let Some(again) = (!effects.is_empty()).then(|| look_again(&mut problem, &fit)).flatten() {
-        fit = again;
-        anew = anew.or_else(|| Some(null.state.clone()));
-    }
-    if let Some(banked) = bank::tells_fit_better(&problem, &fit) {
-        (problem, fit) = banked;
-        anew = anew.or_else(|| Some(null.state.clone()));
-        notes.extend(problem.branch.bank.note());
-    }
-    if let Some(late) = hull_lag::tells_fit_better(&problem, &fit) {
-        (problem, fit) = late;
-        anew = anew.or_else(|| Some(null.state.clone()));
-        notes.push(hull_lag::NOTE.into());
+    problem.prepare_discrepancy(&null.state);
+    let mut anew = !own.is_empty();
+    for _ in 0..ESTIMATIONS {
+        if estimate_anew(&mut problem, &fit) == Changed::Nothing {
+            break;
+        }
+        fit = settled(&problem, &fit.state);
+        anew = true;
     }
     let as_given = Problem { vehicle, ..problem.clone() };
-    null = anew.map_or(null, |start| settled(&as_given, &start));
+    if anew {
+        null = settled(&as_given, &null.state);
+    }
     let gather = |wanted: &dyn Fn(u32) -> bool| {
         prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect::<Vec<_>>()
     };
@@ -106,6 +99,8 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let (fitted_m_s, heldout_m_s) = (errors(&fitted, true), errors(&kept, false));
     let mut document = document(&problem, &fit.state, effects, &parameters, flight, parent);
     narrow(&mut document, &problem, &fit, [fitted_m_s[2], heldout_m_s[2]]);
+    let sensors = sensor_findings(&fit.state, |i| fit.covariance[(i, i)].max(0.0).sqrt());
+    notes.extend(sensors.iter().map(|s| format!("{}: {:.3} {} ({:.3} to {:.3})", s.what, s.value, s.unit, s.low, s.high)));
     Ok(Added {
         fitted_m_s,
         heldout_m_s,
@@ -116,6 +111,8 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
         recalibrated: null.state,
         after: fit.state,
         branch: problem.branch,
+        sensors,
+        discrepancy_m_s: problem.discrepancy.size_m_s,
     })
 }
 

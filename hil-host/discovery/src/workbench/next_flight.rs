@@ -106,7 +106,6 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
         starts_afloat: false,
         start_speed_m_s: 0.0,
         fastest_m_s: FAST_M_S,
-        stalls_late_rad: 0.0,
     }
 }
 

@@ -77,7 +77,6 @@ pub(crate) fn run(half_s: f64, pitch: f64, afloat: bool) -> Run {
         starts_afloat: afloat,
         start_speed_m_s: if afloat { 0.0 } else { 0.25 },
         fastest_m_s: FAST_M_S,
-        stalls_late_rad: 0.0,
         time_s,
     }
 }
@@ -91,7 +90,7 @@ fn bits(t: &Track) -> Vec<u64> {
 fn prop_a_flow_known_to_attach_stays_within_the_valid_angle_of_attack() {
     let run = run(200.0, 0.45, true);
     let steepest = |attached: &[(f64, f64)]| {
-        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached };
+        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached, clock_s: 0.0 };
         let t = &tracks(&[job], 60.0, Continuation::Fading)[0];
         // The launch, and the glide half a minute later.
         let largest = |from: usize, to: usize| t.alpha_rad[from..to].iter().fold(0.0, |a: f64, b| a.max(b.abs()));
@@ -113,6 +112,7 @@ fn regress_several_times_the_lift_is_a_glide_and_no_instability() {
             constants: Constants { lift_slope_per_rad: lift * 8.0, ..SLOCUM },
             effects: Cow::Borrowed(&[]),
             attached: &[],
+            clock_s: 0.0,
         };
         let t = tracks(&[job], 60.0, Continuation::Rising).pop().expect("one");
         assert!(t.depth_m.iter().all(|z| z.is_finite()), "lift x {lift}");
@@ -133,38 +133,21 @@ fn regress_twice_the_lift_on_a_fast_run_is_a_glide_and_no_instability() {
     }
     let last = |fastest_m_s: f64| {
         let run = Run { fastest_m_s, ..fast.clone() };
-        let job =
-            Job { run: &run, constants: Constants { lift_slope_per_rad: 20.0, ..SLOCUM }, effects: Cow::Borrowed(&[]), attached: &[] };
+        let job = Job {
+            run: &run,
+            constants: Constants { lift_slope_per_rad: 20.0, ..SLOCUM },
+            effects: Cow::Borrowed(&[]),
+            attached: &[],
+            clock_s: 0.0,
+        };
         tracks(&[job], 60.0, Continuation::Rising)[0]
             .depth_m
             .iter()
             .copied()
             .fold(0.0, |a: f64, b| if b.is_finite() { a } else { f64::NAN })
     };
-    assert!(last(0.25).is_nan() && last(0.7).is_finite());
-}
-
-#[test]
-fn prop_flow_with_a_memory_stays_attached_until_the_stall_begins_and_separated_until_it_ends() {
-    // Half way down a glide at 5 degrees of angle of attack, above the angle where the stall ends.
-    let flown = |stall: Option<f64>, memory: f64, from_a_launch: bool| {
-        let run = Run { stalls_late_rad: memory, ..run(200.0, 0.3, from_a_launch) };
-        let effects: Vec<Active> = stall.iter().map(|angle| Active::sized(by_name("stall").expect("known"), *angle)).collect();
-        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&effects), attached: &[] };
-        let t = tracks(&[job], 60.0, Continuation::Rising).pop().expect("one");
-        (t.alpha_rad[35], t.alpha_rad.iter().fold(0.0, |a: f64, b| a.max(b.abs())), t)
-    };
-    let (angle, largest, free) = flown(None, 0.0, false);
-    let (ends, memory) = (0.8 * angle, largest);
-    // Under way, the angle never comes to where the stall begins: as if there were none.
-    let (_, _, clinging) = flown(Some(ends), memory, false);
-    assert_eq!(bits(&clinging), bits(&free));
-    // After a launch that stalls, flow stays separated: as without a memory.
-    let (after_launch, steepest, _) = flown(Some(ends), memory, true);
-    assert!(steepest > ends + memory, "the launch of this run is a stall: {steepest}");
-    let (plain, _, _) = flown(Some(ends), 0.0, true);
-    // 1e-6 rad: both have come to the same glide.
-    assert!((after_launch - plain).abs() < 1e-6 && (plain - angle).abs() > 1e-3, "{after_launch} {plain} {angle}");
+    // However slow the measured run was: the model's own speed decides.
+    assert!(last(0.25).is_finite() && last(0.7).is_finite());
 }
 
 #[test]
@@ -182,7 +165,7 @@ fn prop_a_simulation_does_not_depend_on_what_is_beside_it() {
     let mut jobs: Vec<Job> = Vec::new();
     for run in &runs {
         for (effects, cd0) in laws.iter().zip([0.15, 0.15, 0.3, 0.1, 0.2]) {
-            jobs.push(Job { run, constants: Constants { cd0, ..SLOCUM }, effects: Cow::Borrowed(effects), attached: &[] });
+            jobs.push(Job { run, constants: Constants { cd0, ..SLOCUM }, effects: Cow::Borrowed(effects), attached: &[], clock_s: 0.0 });
         }
     }
     for beyond in [Continuation::Rising, Continuation::Fading] {
@@ -207,7 +190,7 @@ fn prop_a_simulation_does_not_depend_on_what_is_beside_it() {
 fn validate_a_steady_glide_has_drag_over_lift_as_tangent_of_its_path() {
     for pitch in [0.3, 0.37, 0.45] {
         let run = run(200.0, pitch, false);
-        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached: &[] };
+        let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached: &[], clock_s: 0.0 };
         let alpha = tracks(&[job], 60.0, Continuation::Rising)[0].alpha_rad[35];
         let f = ForceModel::new(SLOCUM, &[]).coefficients(&Flow::steady(alpha, 0.3));
         let path = (pitch + alpha.abs()).tan() * f.cl.abs();
@@ -227,7 +210,7 @@ fn validate_a_banked_turn_is_that_of_a_body_in_six_degrees_of_freedom() {
         i.sensed = Sensed { density_kg_m3: 1002.0, temperature_degc: 10.0, hull_degc: 10.0, pressure_pa: 0.0, ..i.sensed };
     }
     let net = |ballast: f64| c.gravity_m_s2 * (1002.0 * (c.hull_volume_m3 + ballast) - c.mass_kg);
-    let job = Job { run: &run, constants: c, effects: Cow::Borrowed(&[]), attached: &[] };
+    let job = Job { run: &run, constants: c, effects: Cow::Borrowed(&[]), attached: &[], clock_s: 0.0 };
     let flown = &tracks(&[job], 60.0, Continuation::Rising)[0];
     // In the middle of the dive all is steady.
     let row = 30;
@@ -254,7 +237,7 @@ fn validate_a_banked_turn_is_that_of_a_body_in_six_degrees_of_freedom() {
     let sink = along(low).1;
     // 1e-5 m/s: a sine for a tangent of the angle of attack in the pull of the added mass; level flight sinks 4 mm/s faster.
     assert!((flown.sink_m_s[row] - sink).abs() < 1e-5, "{} and {sink} m/s", flown.sink_m_s[row]);
-    let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached: &[] };
+    let job = Job { run: &run, constants: SLOCUM, effects: Cow::Borrowed(&[]), attached: &[], clock_s: 0.0 };
     let level = tracks(&[job], 60.0, Continuation::Rising)[0].sink_m_s[row];
     assert!(level - sink > 1e-3, "{level} and {sink} m/s");
 }
@@ -274,6 +257,7 @@ fn accuracy_lift_in_a_bank_is_smaller_by_the_cosine_of_the_roll() {
         constants,
         effects: Cow::Borrowed(&[]),
         attached: &[],
+        clock_s: 0.0,
     });
     let flown = tracks(&jobs, 60.0, Continuation::Rising);
     let apart = |a: &Track, b: &Track| a.depth_m.iter().zip(&b.depth_m).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);

@@ -1,0 +1,337 @@
+//! The verdict: one function of what was found, that gives its reasons.
+//!
+//! | verdict | when |
+//! |---|---|
+//! | adequate | nothing missing leads, or a name that does not lower the error by [`PRACTICAL`] where the model has a discrepancy |
+//! | explained, ambiguous | a named set leads; its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
+//! | unexplained | an unknown effect leads and is of practical size, or the best leaves far more than water, sensors and discrepancy do |
+//!
+//! What remains beside the answer is said with its size; it is no veto by itself.
+
+/// What the flight says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing but scatter.
+    Adequate,
+    /// The first candidate is what is missing.
+    Explained,
+    /// One of the tied candidates is.
+    Ambiguous,
+    /// Something is missing that no candidate explains.
+    Unexplained,
+}
+
+impl Verdict {
+    /// Name in the report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Explained => "explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// Share by which a name must lower the error of all blocks, fitted and kept out, where the model has a discrepancy of its own: less is
+/// of no use to a pilot, however many rows vouch for it.
+pub const PRACTICAL: f64 = 0.05;
+/// Errors, in floors of water, sensors and discrepancy, up to which what remains is of no practical size.
+pub const SMALL: f64 = 1.3;
+/// Largest discrepancy that widens the floor, m/s: of one that is larger a pilot wants to know.
+pub const MOST_DISCREPANCY_M_S: f64 = 0.0015;
+/// Error in floors on the check segments, typical of all or within four fifths of one, from which an answer has failed: where one was
+/// right it was below 2.7 in 227 flights of others, and below 2.2 in 51 clean ones.
+const FAILS: f64 = 3.0;
+/// The same where it is also so many times that of nothing missing.
+const FAILS_IF_WORSE: f64 = 2.0;
+const WORSE: f64 = 1.3;
+/// How much worse than recalibration an answer may be on dives kept out by chance: check sets are one or two dives.
+const CHANCE: f64 = 1.02;
+/// Mean square of innovations beyond which no verdict but unexplained is honest.
+const FAR_FROM_NOISE: f64 = 2.5;
+
+/// What an unknown effect that leads is beside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unknown {
+    /// The variable it follows.
+    pub variable: &'static str,
+    /// Log odds by which it is ahead.
+    pub ahead: f64,
+}
+
+/// One reason for a verdict.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// No effect is likelier than nothing missing.
+    NothingLeads,
+    /// A name leads and lowers the error by this share only.
+    TooSmall {
+        /// Share of the error of all blocks.
+        share: f64,
+    },
+    /// A named set leads by these log odds.
+    Leads {
+        /// Log odds against nothing missing.
+        log_odds: f64,
+    },
+    /// So many sets are equivalent.
+    Equivalent {
+        /// How many.
+        sets: usize,
+    },
+    /// Without temperature what is named may be thermal expansion.
+    NoTemperature,
+    /// An effect outside the catalogue leads.
+    UnknownLeads(Unknown),
+    /// Something structured remains beside the best, of practical size.
+    UnknownRemains(Unknown),
+    /// The error on dives kept out of the fit, in floors.
+    HeldOutTooLarge {
+        /// Times what water, sensors and discrepancy leave.
+        floors: f64,
+    },
+    /// The answer is worse than recalibration on dives kept out of the fit, m/s each.
+    WorseThanRecalibration {
+        /// Error of the answer.
+        answer_m_s: f64,
+        /// Error of the recalibrated model.
+        recalibrated_m_s: f64,
+    },
+    /// The error of the answer is not a number.
+    NotFinite,
+    /// A size is at the end of what is possible and wants to go further.
+    AtBound {
+        /// Effect.
+        effect: &'static str,
+    },
+    /// Innovations are far larger than noise: mean square.
+    FarFromNoise {
+        /// Mean square, 1 for noise.
+        mean_square: f64,
+    },
+    /// The work that a search may take was used up; the answer is the best so far.
+    WorkUsedUp,
+}
+
+impl Reason {
+    /// Name in JSON.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NothingLeads => "nothing_leads",
+            Self::TooSmall { .. } => "too_small",
+            Self::Leads { .. } => "leads",
+            Self::Equivalent { .. } => "equivalent",
+            Self::NoTemperature => "no_temperature",
+            Self::UnknownLeads(_) => "unknown_leads",
+            Self::UnknownRemains(_) => "unknown_remains",
+            Self::HeldOutTooLarge { .. } => "held_out_too_large",
+            Self::WorseThanRecalibration { .. } => "worse_than_recalibration",
+            Self::NotFinite => "not_finite",
+            Self::AtBound { .. } => "at_bound",
+            Self::FarFromNoise { .. } => "far_from_noise",
+            Self::WorkUsedUp => "work_used_up",
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        match self {
+            Self::NothingLeads => "no effect is likelier than nothing missing".into(),
+            Self::TooSmall { share } => format!("the effect that leads lowers the error by {:.0} % only", 100.0 * share),
+            Self::Leads { log_odds } => format!("the answer is ahead of nothing missing by {log_odds:.1} log units"),
+            Self::Equivalent { sets } => format!("{sets} sets of effects do equally well"),
+            Self::NoTemperature => {
+                "without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into()
+            }
+            Self::UnknownLeads(u) => {
+                format!(
+                    "an effect outside the catalogue that follows the {} is likelier than any name, by {:.1} log units",
+                    u.variable, u.ahead
+                )
+            }
+            Self::UnknownRemains(u) => {
+                format!("what remains beside the best hypothesis follows the {}, by {:.1} log units", u.variable, u.ahead)
+            }
+            Self::HeldOutTooLarge { floors } => {
+                format!(
+                    "on dives kept out of the fit the best hypothesis leaves {floors:.1} times what water, sensors and the model's own discrepancy do"
+                )
+            }
+            Self::WorseThanRecalibration { answer_m_s, recalibrated_m_s } => format!(
+                "on dives kept out of the fit the best hypothesis leaves {:.2} cm/s, recalibration alone {:.2}",
+                100.0 * answer_m_s,
+                100.0 * recalibrated_m_s
+            ),
+            Self::NotFinite => "the error of the best hypothesis is not a number".into(),
+            Self::AtBound { effect } => format!("{effect} is at the end of what is possible and would have to be larger"),
+            Self::FarFromNoise { mean_square } => format!("innovations are {mean_square:.1} times as large as noise, in mean square"),
+            Self::WorkUsedUp => "the work that a search may take was used up: the answer is the best so far".into(),
+        }
+    }
+}
+
+/// Errors of the best hypothesis and of nothing missing, m/s; NaN where there are no blocks.
+#[derive(Clone, Copy, Debug)]
+pub struct Errors {
+    /// Rms over the blocks of the check segments: the best, and nothing missing.
+    pub check_m_s: [f64; 2],
+    /// Rms over the fitted blocks.
+    pub fitted_m_s: [f64; 2],
+    /// Error of the typical check block; NaN where check blocks cannot judge (the phase of a wave, the branch of a stall).
+    pub typical_m_s: [f64; 2],
+    /// Error that four blocks of five of the worst check segment stay within, of the best.
+    pub worst_segment_m_s: f64,
+    /// What water, sensors and discrepancy would leave.
+    pub floor_m_s: f64,
+}
+
+/// What a verdict is made of.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// Log odds of the named set that leads, if one does.
+    pub named: Option<f64>,
+    /// An effect of it that is pressed against a bound.
+    pub at_bound: Option<&'static str>,
+    /// Sets that are equivalent, itself counted.
+    pub equivalent: usize,
+    /// An unknown effect that is likelier than the named set, and one that remains beside it.
+    pub unknown_leads: Option<Unknown>,
+    /// One that remains beside it.
+    pub unknown_remains: Option<Unknown>,
+    /// Errors.
+    pub errors: Errors,
+    /// Whether a wave is named: its phase on check segments is not known.
+    pub wave: bool,
+    /// Rms of the model discrepancy, m/s.
+    pub discrepancy_m_s: f64,
+    /// Mean square of innovations at the best, and that a difference of form forgives.
+    pub mean_square: f64,
+    /// Mean square that is forgiven.
+    pub forgiven: f64,
+    /// Whether the log has temperatures.
+    pub has_temperature: bool,
+    /// Whether the search used its work up.
+    pub used_up: bool,
+}
+
+/// The verdict and its reasons.
+#[must_use]
+pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
+    let x = &e.errors;
+    let has_check = x.check_m_s[1].is_finite() || x.check_m_s[0].is_finite();
+    let mut reasons = Vec::new();
+    // What remains counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
+    let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
+    let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
+    reasons.extend(e.unknown_leads.clone().filter(|_| practical).map(Reason::UnknownLeads));
+    reasons.extend(e.unknown_remains.clone().filter(|_| practical).map(Reason::UnknownRemains));
+    if practical && !(e.mean_square < e.forgiven.max(FAR_FROM_NOISE)) {
+        reasons.push(Reason::FarFromNoise { mean_square: e.mean_square });
+    }
+    let [typical, of_nothing] = x.typical_m_s;
+    let fails = x.worst_segment_m_s > FAILS * x.floor_m_s
+        || typical > FAILS * x.floor_m_s
+        || (typical > FAILS_IF_WORSE * x.floor_m_s && typical > WORSE * of_nothing);
+    if fails {
+        reasons.push(Reason::HeldOutTooLarge { floors: typical.max(x.worst_segment_m_s) / x.floor_m_s });
+    }
+    if e.named.is_some() {
+        if !x.fitted_m_s[0].is_finite() || (has_check && !e.wave && !x.check_m_s[0].is_finite()) {
+            reasons.push(Reason::NotFinite);
+        } else if has_check && !e.wave && !(x.check_m_s[0] < CHANCE * x.check_m_s[1] || x.check_m_s[0] < SMALL * x.floor_m_s) {
+            reasons.push(Reason::WorseThanRecalibration { answer_m_s: x.check_m_s[0], recalibrated_m_s: x.check_m_s[1] });
+        }
+        reasons.extend(e.at_bound.map(|effect| Reason::AtBound { effect }));
+    }
+    let verdict = match e.named {
+        _ if !reasons.is_empty() => Verdict::Unexplained,
+        None => {
+            reasons.push(Reason::NothingLeads);
+            Verdict::Adequate
+        }
+        Some(log_odds) => {
+            reasons.push(Reason::Leads { log_odds });
+            if !e.has_temperature {
+                reasons.push(Reason::NoTemperature);
+            }
+            if e.equivalent > 1 {
+                reasons.push(Reason::Equivalent { sets: e.equivalent });
+            }
+            if e.equivalent > 1 || !e.has_temperature { Verdict::Ambiguous } else { Verdict::Explained }
+        }
+    };
+    if e.used_up {
+        reasons.push(Reason::WorkUsedUp);
+    }
+    (verdict, reasons)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain() -> Evidence {
+        let errors = Errors {
+            check_m_s: [0.004, 0.009],
+            fitted_m_s: [0.004, 0.009],
+            typical_m_s: [0.004, 0.009],
+            worst_segment_m_s: 0.005,
+            floor_m_s: 0.004,
+        };
+        Evidence {
+            named: Some(40.0),
+            at_bound: None,
+            equivalent: 1,
+            unknown_leads: None,
+            unknown_remains: None,
+            errors,
+            wave: false,
+            discrepancy_m_s: 0.0,
+            mean_square: 1.0,
+            forgiven: 1.3,
+            has_temperature: true,
+            used_up: false,
+        }
+    }
+
+    fn verdict(e: &Evidence) -> Verdict {
+        judge(e).0
+    }
+
+    #[test]
+    fn prop_no_answer_that_is_not_a_number_worse_or_at_a_bound_is_ever_explained() {
+        assert_eq!(verdict(&plain()), Verdict::Explained);
+        let with = |change: &dyn Fn(&mut Evidence)| {
+            let mut e = plain();
+            change(&mut e);
+            judge(&e)
+        };
+        let codes = |(v, r): (Verdict, Vec<Reason>)| (v, r.iter().map(Reason::code).collect::<Vec<_>>());
+        assert_eq!(codes(with(&|e| e.errors.check_m_s[0] = f64::NAN)), (Verdict::Unexplained, vec!["not_finite"]));
+        assert_eq!(codes(with(&|e| e.errors.fitted_m_s[0] = f64::NAN)).0, Verdict::Unexplained);
+        assert_eq!(codes(with(&|e| e.errors.check_m_s = [0.012, 0.010])), (Verdict::Unexplained, vec!["worse_than_recalibration"]));
+        assert_eq!(codes(with(&|e| e.at_bound = Some("added_mass"))), (Verdict::Unexplained, vec!["at_bound"]));
+        assert_eq!(codes(with(&|e| e.equivalent = 2)).0, Verdict::Ambiguous);
+        assert_eq!(codes(with(&|e| e.has_temperature = false)).0, Verdict::Ambiguous);
+    }
+
+    #[test]
+    fn prop_what_remains_counts_only_where_it_is_of_practical_size() {
+        let unknown = || Some(Unknown { variable: "depth", ahead: 300.0 });
+        let mut e = Evidence { unknown_remains: unknown(), unknown_leads: unknown(), ..plain() };
+        assert_eq!(verdict(&e), Verdict::Explained);
+        e.errors.check_m_s[0] = 0.006;
+        assert_eq!(verdict(&e), Verdict::Unexplained);
+        // A snag in the fitted dives only.
+        e.errors = Errors { fitted_m_s: [0.007, 0.009], ..plain().errors };
+        assert_eq!(verdict(&e), Verdict::Unexplained);
+        let nothing = Evidence { named: None, ..e.clone() };
+        assert_eq!(verdict(&nothing), Verdict::Unexplained);
+        let quiet = Evidence { named: None, unknown_leads: unknown(), ..plain() };
+        assert_eq!(verdict(&quiet), Verdict::Adequate);
+    }
+}

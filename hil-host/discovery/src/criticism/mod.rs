@@ -4,5 +4,4 @@ pub(crate) mod held_out;
 pub mod localise;
 pub(crate) mod periodogram;
 pub mod residual_tests;
-pub(crate) mod unknown;
 pub mod unmodelled;

@@ -4,12 +4,13 @@
 
 pub mod report;
 pub(crate) mod settle;
+pub(crate) mod unknown;
 pub mod verdict;
 
 use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
 use crate::criticism::residual_tests::Family;
-use crate::criticism::unknown::unknowns;
 use crate::diagnosis::settle::search_until_stable;
+use crate::diagnosis::unknown::unknowns;
 use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICAL, judge};
 pub use crate::diagnosis::verdict::{Reason, Verdict};
 use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};

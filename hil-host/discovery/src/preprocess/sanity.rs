@@ -4,7 +4,7 @@
 use crate::preprocess::Prepared;
 use crate::record::plausible::quantile;
 use crate::vehicle::Vehicle;
-use hydro::effects::by_name;
+use hydro::effects::{BallastOffset, Effect as _};
 
 /// Vertical velocity from which a row counts as diving or climbing, m/s, and the time over which it is formed, s.
 const MOVING_M_S: f64 = 0.03;
@@ -43,7 +43,7 @@ pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
     let (asked, [most_in, most_out]) = (quantile(&short_m3, 0.5), [0.01, 0.99].map(|q| quantile(&ballast_m3, q)));
     let beyond = (asked - most_out).max(most_in - asked);
     // A trim that has an effect of its own is to be named, not refused. Not a number where there are no rows.
-    let named_m3 = by_name("ballast_offset").map_or(0.0, |e| e.parameters()[0].high * 1e-6);
+    let named_m3 = BallastOffset.parameters()[0].high * 1e-6;
     if !(beyond > named_m3 + OTHER_WATER * vehicle.tolerance.trim_volume_m3) {
         return None;
     }

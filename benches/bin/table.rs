@@ -1,17 +1,17 @@
-//! The table of ratios in the README, made from what the measurements left behind.
+//! The table of ratios in docs/performance.md, made from what the measurements left behind.
 //!
 //! ```text
 //! performance-table                  prints it
-//! performance-table --readme FILE    puts it between the markers of FILE
+//! performance-table --page FILE      puts it between the markers of FILE
 //! ```
-//! `benches/run --readme` measures everything first.
+//! `benches/run --docs` measures everything first.
 
 use anyhow::{Context, bail, ensure};
 use benches::{Figure, figures};
 use std::collections::BTreeMap;
 
-/// Lines of the README between which the table stands.
-const MARKERS: (&str, &str) = ("<!-- performance: made by `benches/run --readme` -->", "<!-- performance: end -->");
+/// Lines of the page between which the table stands.
+const MARKERS: (&str, &str) = ("<!-- performance: made by `benches/run --docs` -->", "<!-- performance: end -->");
 /// Clock of the board, Hz, and control cycles per second at sea trials' rate.
 const BOARD: (f64, f64) = (16e6, 4.0);
 /// Bits on the line for one byte, and bits per second of it.
@@ -298,13 +298,13 @@ fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
         [] => print!("{text}"),
-        ["--readme", file] => {
+        ["--page", file] => {
             let before = std::fs::read_to_string(file).with_context(|| (*file).to_owned())?;
             let (head, rest) = before.split_once(MARKERS.0).with_context(|| format!("{file}: has no line `{}`", MARKERS.0))?;
             let (_, tail) = rest.split_once(MARKERS.1).with_context(|| format!("{file}: has no line `{}`", MARKERS.1))?;
             std::fs::write(file, format!("{head}{}\n\n{text}\n{}{tail}", MARKERS.0, MARKERS.1))?;
         }
-        _ => bail!("performance-table [--readme FILE]"),
+        _ => bail!("performance-table [--page FILE]"),
     }
     Ok(())
 }

@@ -9,7 +9,7 @@
 //! | `cargo bench -p benches` | everything on this machine | `criterion/`, `performance/speed.tsv` below the target folder |
 //! | `benches/on-target/run` | instructions, flash, RAM and stack on the board, and of two alternatives | `performance/on-target.tsv` |
 //! | `benches/peers/run` | other people's tools on the same data | `performance/peers.tsv` |
-//! | `benches/run --readme` | all of them | the table in README.md |
+//! | `benches/run --docs` | all of them | the table in docs/performance.md |
 
 use anyhow::{Context, anyhow};
 use discovery::{Flight, Vehicle};

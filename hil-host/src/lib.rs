@@ -8,4 +8,5 @@ pub mod paper;
 pub mod score;
 pub mod seats;
 pub mod serve;
+pub mod terminal;
 pub mod whole_file;

@@ -5,7 +5,7 @@
 //! and once as the same sawtooth again. Right is an answer that names exactly what is hidden, with nothing tied to it.
 
 use discovery::record::csv;
-use discovery::workbench::next_flight::plan;
+use discovery::workbench::next_flight::{Reach, plan};
 use discovery::{Vehicle, diagnosis, vehicle};
 use plant::trials::catalogue::{Effect, Strength};
 use plant::trials::{Kind, Site, Spec, Wing, files, generate_flown};
@@ -54,7 +54,7 @@ fn scorecard_planned_dives_name_what_is_hidden_sooner_than_a_sawtooth() {
                 lifelike: None,
             };
             let Some(first) = fly(&spec, seed, &[SAWTOOTH; FIRST]) else { continue };
-            let Some(p) = plan(&first.diagnosis, &first.vehicle) else { continue };
+            let Some(p) = plan(&first.diagnosis, &first.vehicle, |_| Reach::UNKNOWN) else { continue };
             asked += 1;
             let planned: Vec<[f64; 2]> = p.legs.iter().map(|l| [l.pitch_rad, l.ballast_m3]).collect();
             let arms = SAWTOOTH_DIVES.map(|n| vec![SAWTOOTH; n]).into_iter().chain([planned[..PLANNED_DIVES].to_vec()]);

@@ -4,8 +4,11 @@
 
 use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
 use fantoccini::{Client, ClientBuilder, Locator};
+use hil_host::flight::closed_loop::Setup;
 use hil_host::pages::{Provenance, flight_report};
+use hil_host::score::story;
 use hil_host::serve::{Workbench, run};
+use plant::Scenario;
 use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -163,6 +166,24 @@ fn puzzle(folder: &Path) -> PathBuf {
     hil_host::score::diagnosis::write_case(folder, &generate(&spec, 5, 0)).expect("a case can be written")
 }
 
+/// Range that the table of what was found gains in the world that it describes, as the page prints it.
+fn gain(flight: &discovery::Flight, given: &discovery::Vehicle, found: &discovery::diagnosis::Diagnosis) -> String {
+    let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
+    let parent = given.document.to_string();
+    let added = discovery::workbench::add::add(flight, given, &effects, parent.as_bytes()).expect("what was named can be added");
+    let text = format!("{:#}\n", added.vehicle);
+    let learnt = discovery::vehicle::parse_text(&text, Path::new("learnt.json")).expect("our own file reads");
+    let model = hil_host::flight::vehicles::Model::of_coefficients(&learnt, 0).expect("a vehicle");
+    let mission = story::mission(model.wings).expect("the mission of the story");
+    let scenario = Scenario { seed: 0, ..story::world_of(&model, &mission) };
+    let flown = |vehicle, text: &str| {
+        let table = story::table_of(vehicle, text.as_bytes()).expect("a table");
+        story::fly_table(&table.bytes, &Setup::new(mission.clone()), &scenario).expect("flown").achieved_l_over_d()
+    };
+    let gain = 100.0 * (flown(&learnt, &text) / flown(given, &parent) - 1.0);
+    format!("{}{:.1} % range", if gain >= 0.0 { '+' } else { '−' }, gain.abs())
+}
+
 fn runtime() -> tokio::runtime::Runtime {
     tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime")
 }
@@ -208,6 +229,31 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         click(&c, "#take").await;
         assert_eq!(wait_text(&c, "#error-now", |t| t != "–" && t != cm("nominal"), 30).await, cm("after"));
         assert_eq!(wait_text(&c, "#error-recalibrated", |t| t != "–", 10).await, cm("recalibrated"));
+        let floor = format!("{:.3}", told["error"]["noise_floor"].as_f64().expect("a floor"));
+        assert_eq!(wait_text(&c, "#error-floor", |t| t != "–", 10).await, floor);
+        wait_text(&c, "#worth", |t| t.contains("beyond recalibration"), 10).await;
+        wait_text(&c, "#gain-climb_drag", |t| t.starts_with('−'), 10).await;
+        wait_text(&c, "#verdict", |t| t.contains("What next"), 10).await;
+        screenshot(&c, "workbench-answer", 1280).await;
+
+        // What next: a mission, or why there is none; and the report to keep.
+        click(&c, "#next").await;
+        wait_text(&c, "#find-status", |t| t.starts_with("Saved next.toml") || t.starts_with("no dives"), 60).await;
+        click(&c, "#report").await;
+        wait_text(&c, "#find-status", |t| t.starts_with("Saved flight.html"), 60).await;
+
+        // Loaded again, all is as it was.
+        c.refresh().await.expect("the page loads again");
+        wait_text(&c, "#status", |t| t.contains("as it was"), 30).await;
+        assert_eq!(wait_text(&c, "#error-now", |t| t != "–" && t != cm("nominal"), 30).await, cm("after"));
+        wait_text(&c, "#verdict", |t| t.contains("What next"), 10).await;
+
+        // Fly in the learnt world with the old table and the new: the gain is the command line's.
+        js(&c, "document.getElementById('mission').value = 'sea'; document.getElementById('learnt').checked = true;", vec![]).await;
+        click(&c, "#fly").await;
+        let both = wait_text(&c, "#both", |t| t.contains("% range"), 120).await;
+        assert!(both.contains(&gain(&flight, &vehicle, &found)), "{both}");
+        js(&c, "document.getElementById('mission').value = 'shallow'; document.getElementById('learnt').checked = false;", vec![]).await;
 
         // Unticking by keyboard brings the model as given back.
         c.find(Locator::Css("#fx-climb_drag")).await.expect("its box").send_keys(" ").await.expect("space unticks");
@@ -274,6 +320,14 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
         let value = js(&c, hover, vec![]).await;
         assert!(value.as_str().is_some_and(|v| v.trim().parse::<f64>().is_ok()), "{value}");
         assert_eq!(axe(&c).await, Vec::<String>::new());
+        // Printed from a dark screen: white paper, dark ink.
+        js(&c, "document.documentElement.dataset.theme = 'dark'; dispatchEvent(new Event('beforeprint'));", vec![]).await;
+        assert_eq!(js(&c, "return document.documentElement.dataset.theme;", vec![]).await, json!("light"));
+        js(&c, "dispatchEvent(new Event('afterprint'));", vec![]).await;
+        assert_eq!(js(&c, "return document.documentElement.dataset.theme;", vec![]).await, json!("dark"));
+        let pdf = c.print(fantoccini::wd::PrintConfiguration::default()).await.expect("it prints");
+        std::fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/screenshots/report.pdf"), pdf).expect("written");
+        js(&c, "document.documentElement.dataset.theme = 'light'; dispatchEvent(new Event('resize'));", vec![]).await;
         screenshot(&c, "report", 1280).await;
         screenshot(&c, "report", 390).await;
         no_sideways_scroll(&c, "report at 390 px").await;

@@ -65,7 +65,7 @@ fn example_trials_are_adequate_and_plans_ignore_their_pressure() {
         }
         let b = diagnosis::diagnose(&blind, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(b.recalibrated.calibration, d.recalibrated.calibration, "{name}");
-        let p = next_flight::plan(&d, &vehicle).expect("two hypotheses at least");
+        let p = next_flight::plan(&d, &vehicle, |_| next_flight::Reach::UNKNOWN).expect("two hypotheses at least");
         assert!(p.separation.windows(2).all(|w| w[1] >= w[0] - 1e-9), "{:?}", p.separation);
         assert!(p.separation[p.separation.len() - 1] > p.default_separation, "{name}: {:?} {}", p.separation, p.default_separation);
     }

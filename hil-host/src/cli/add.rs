@@ -2,6 +2,7 @@
 
 use super::diagnose::load;
 use super::{Output, Verdict};
+use crate::terminal::{Ladder, meant, parameter, wrapped};
 use crate::whole_file;
 use anyhow::Context as _;
 use discovery::diagnosis::report;
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider add side_edge_lift --flight trial_dir --out vehicle2.json\n  glider add hull_compressibility,thermal_expansion --flight f.csv --vehicle v.json --out v2.json\n  glider add 'cd += k*abs(roll)*U' --flight trial_dir --out v2.json\n\nAn expression is TARGET += EXPRESSION; targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3\n(p z T rho ballast pitch t), water_up_m_s (z H t). Every other name is a parameter to fit, the one written first from zero.\nAn effect that the vehicle file has already is fitted anew, and told as a whole.\nExit code 1: the error on segments kept out of the fit did not fall."
+    after_help = "Examples:\n  glider add side_edge_lift --flight trial_dir --out vehicle2.json\n  glider add hull_compressibility,thermal_expansion --flight f.csv --vehicle v.json --out v2.json\n  glider add 'cd += k*abs(roll)*U' --flight trial_dir --out v2.json\n\nAn expression is TARGET += EXPRESSION; targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3\n(p z T rho ballast pitch t), water_up_m_s (z H t). Every other name is a parameter to fit, the one written first from zero.\nAn effect that the vehicle file has already is fitted anew, and told as a whole.\nExit code 1: the error on segments kept out of the fit is not below that of the file as given, or of recalibration alone."
 )]
 pub struct Args {
     /// Names of effects, separated by commas, or one expression.
@@ -40,7 +41,8 @@ fn effects_of(text: &str) -> anyhow::Result<Vec<&'static dyn Effect>> {
     for name in text.split(',').map(str::trim) {
         let effect = by_name(name).with_context(|| {
             let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name()).collect();
-            format!("no effect `{name}`; there are {} (or write an expression: `cd += k*roll^2`)", all.join(", "))
+            let meant = meant(name, all.iter().copied());
+            format!("no effect `{name}`{meant} All: glider list effects; or write an expression: `cd += k*roll^2`")
         })?;
         anyhow::ensure!(effects.iter().all(|e| e.name() != name), "`{name}` is named twice: name every effect once");
         effects.push(effect);
@@ -101,30 +103,55 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         whole_file::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;
     }
     let mut document = document(&added, &effects, &args.flight.display().to_string());
+    document["noise_floor"] = report::number(added.noise_floor_m_s * 100.0);
     document["vehicle"] = args.out.as_ref().map(|o| o.display().to_string()).into();
+    let ladder = |[as_given, recalibrated, with]: [f64; 3], held_out| Ladder {
+        as_given,
+        recalibrated: Some(recalibrated),
+        with: Some((args.effects.clone(), with)),
+        floor: added.noise_floor_m_s,
+        held_out,
+    };
+    let held_out = added.heldout_m_s[0].is_finite();
+    let errors = if held_out { added.heldout_m_s } else { added.fitted_m_s };
+    let mut ladders = vec![ladder(added.fitted_m_s, false)];
+    ladders.extend(held_out.then(|| ladder(added.heldout_m_s, true)));
     output.emit(&document, || {
-        println!("Block depth-rate error, cm/s        as given   recalibrated   with {}", args.effects);
-        for (what, e) in [("fitted segments", added.fitted_m_s), ("segments kept out of the fit", added.heldout_m_s)] {
-            if e[0].is_finite() {
-                println!("  {what:<32} {:>8.3}   {:>12.3}   {:>8.3}", e[0] * 100.0, e[1] * 100.0, e[2] * 100.0);
-            }
+        for note in &added.notes {
+            println!("{}", wrapped(&format!("Note: {note}"), 6));
         }
         for p in &added.parameters {
-            println!("  {} = {:.5} (90 %: {:.5} to {:.5}) {}", p.name, p.value, p.low, p.high, p.unit);
+            println!("{}", parameter(p));
+        }
+        println!();
+        for ladder in &ladders {
+            println!("{}", ladder.text());
         }
         if let Some(out) = &args.out {
             println!("New vehicle file: {}", out.display());
         }
-        for note in &added.notes {
-            println!("Note: {note}");
-        }
+        println!("{}", wrapped(&judged(errors, &args.effects), 0));
     });
-    let worse = if added.heldout_m_s[0].is_finite() {
-        !(added.heldout_m_s[2] <= added.heldout_m_s[0])
-    } else {
-        !(added.fitted_m_s[2] <= added.fitted_m_s[0])
-    };
-    Ok(if worse { Verdict::Negative } else { Verdict::Ok })
+    let falls = errors[2] <= errors[0] && errors[2] <= errors[1];
+    Ok(if falls { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// Whether it was worth it, by the segments that judge.
+fn judged([as_given, recalibrated, with]: [f64; 3], effects: &str) -> String {
+    let cm = |e: f64| format!("{:.3} cm/s", 100.0 * e);
+    if !(with <= recalibrated) {
+        return format!("Not worth adding: with {effects} {}, and recalibrated alone {}.", cm(with), cm(recalibrated));
+    }
+    if !(with <= as_given) {
+        return format!("Not worth adding: with {effects} {}, and as given {}.", cm(with), cm(as_given));
+    }
+    let share = 100.0 * (1.0 - with / as_given);
+    format!(
+        "The error falls by {share:.0} %, from {} to {}; of this the effect, beyond recalibration: {}.",
+        cm(as_given),
+        cm(with),
+        cm(recalibrated - with)
+    )
 }
 
 /// The same in TOML, which has no null: such keys are left out. (Not through `Serialize`: a dependency turns on serde_json's

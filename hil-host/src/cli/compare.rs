@@ -2,6 +2,7 @@
 
 use super::diagnose::load;
 use super::{Output, Verdict};
+use crate::terminal::{Ladder, place, table, wrapped};
 use anyhow::Context as _;
 use discovery::diagnosis::report;
 use discovery::record::csv;
@@ -68,38 +69,32 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let document = document(&c, &args.flight.display().to_string(), &vehicle.path.display().to_string());
     output.emit(&document, || {
         println!(
-            "Depth rate, measured against modelled: rms {:.2} cm/s, steady {:.2} cm/s ({} rows, filter 21 s).",
+            "Depth rate, measured against modelled: rms {:.2} cm/s, steady {:.2} cm/s\n({} rows, filter 21 s).",
             c.rms_m_s * 100.0,
             c.steady_rms_m_s * 100.0,
             c.samples.len()
         );
-        println!(
-            "Block error ({:.0} s, {} segments): {:.2} cm/s over {} blocks; ordinary water motion and sensors alone would leave {:.2} cm/s.",
-            c.block_s,
-            if c.blocks.1 { "check" } else { "all" },
-            c.block_error_m_s * 100.0,
-            c.blocks.0,
-            c.noise_floor_m_s * 100.0
-        );
         if let Some((bias, rms)) = c.speed_error_m_s {
             println!("Speed through the water: bias {:+.2} cm/s, rms {:.2} cm/s.", bias * 100.0, rms * 100.0);
         }
-        let mut table = comfy_table::Table::new();
-        table.set_header(["variable", "where most", "phase", "mean there cm/s", "share of error", "chance does as well"]);
+        for note in &c.notes {
+            println!("{}", wrapped(&format!("Note: {note}"), 6));
+        }
+        let mut t = table(["where it fails", "most of it at", "phase", "mean, cm/s", "share", "chance"]);
         for f in &c.findings {
-            table.add_row([
-                f.variable.to_string(),
-                format!("{:.3} to {:.3} {}", f.range.0, f.range.1, f.unit),
+            t.add_row([
+                f.variable.replace('_', " "),
+                place(f),
                 f.phase.to_string(),
                 format!("{:+.2}", f.mean_m_s * 100.0),
                 format!("{:.0} %", f.share_of_error * 100.0),
                 format!("{:.1} %", f.p_value * 100.0),
             ]);
         }
-        println!("{table}");
-        for note in &c.notes {
-            println!("Note: {note}");
-        }
+        println!("{t}\nmean: residual there; share: of the squared error; chance: does as well in\n");
+        let ladder = Ladder { as_given: c.block_error_m_s, recalibrated: None, with: None, floor: c.noise_floor_m_s, held_out: c.blocks.1 };
+        print!("{}", ladder.text());
+        println!("Of the model as given, nothing fitted, in {:.0} s blocks. Next: glider diagnose", c.block_s);
     });
     // Nothing was compared: neither a number nor calm.
     Ok(if c.rms_m_s.is_finite() && c.block_error_m_s.is_finite() { Verdict::Ok } else { Verdict::Negative })
@@ -108,16 +103,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 /// The steps and what the other flight says of each effect, for a person.
 fn show(found: &HeldOut) {
     println!("Steady glides: rms error of vertical velocity, cm/s.");
-    let mut steps = comfy_table::Table::new();
-    steps.set_header(["step", "fitted flight", "other flight"]);
+    let mut steps = table(["step", "fitted flight", "other flight"]);
     for step in &found.ladder {
         let other = step.test_rms_cm_s.map_or_else(String::new, |e| format!("{e:.2}"));
         steps.add_row([step.title.to_owned(), format!("{:.2}", step.rms_cm_s), other]);
     }
     println!("{steps}");
     println!("What the other flight asks for ({} legs):", found.legs);
-    let mut sets = comfy_table::Table::new();
-    sets.set_header(["effects beside drag and trim", "fitted flight", "other flight", "worse than the best, standard errors"]);
+    let mut sets = table(["effects beside drag and trim", "fitted flight", "other flight", "worse than the best, standard errors"]);
     for set in &found.sets {
         sets.add_row([
             names(&set.effects),

@@ -1,9 +1,10 @@
 //! `glider diagnose`.
 
 use super::{Output, Verdict};
-use anyhow::Context as _;
-use discovery::diagnosis::report;
-use discovery::diagnosis::{self, Diagnosis};
+use crate::terminal::{Ladder, meant_path, parameter, table, wrapped};
+use anyhow::{Context as _, bail};
+use console::style;
+use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::hypotheses::search::Depth;
 use discovery::record::csv;
 use discovery::{Flight, Vehicle, vehicle};
@@ -38,6 +39,10 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Flight, Vehicle)> {
+    anyhow::ensure!(flight.exists(), "{}: no such flight{}", flight.display(), meant_path(flight));
+    if let Some(file) = vehicle_file.filter(|f| !f.exists()) {
+        bail!("{}: no such vehicle file{}", file.display(), meant_path(file));
+    }
     let file = vehicle_file
         .map(Path::to_path_buf)
         .or_else(|| vehicle::beside(flight))
@@ -61,7 +66,8 @@ pub fn bar() -> ProgressBar {
 /// Nothing in the flight that could be asked.
 pub fn ask(flight: &Flight, vehicle: &Vehicle, depth: Depth, bar: &ProgressBar, end: f64) -> anyhow::Result<Diagnosis> {
     let found = diagnosis::diagnose(flight, vehicle, depth, &|what, share| {
-        bar.set_position((share * end) as u64);
+        // A second look starts over; the bar does not.
+        bar.set_position(bar.position().max((share * end) as u64));
         bar.set_message(what.to_string());
     });
     Ok(found.inspect_err(|_| bar.finish_and_clear())?)
@@ -105,36 +111,47 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         document["steady"] = serde_json::to_value(s)?;
     }
     output.emit(&document, || {
-        println!("Verdict: {}", found.verdict.name());
-        println!("{}\n", report::explanation(&found));
-        let mut table = comfy_table::Table::new();
-        table.set_header(["effects", "probability", "log odds", "error fitted cm/s", "error held out cm/s", "parameters (90 %)"]);
-        for c in found.candidates.iter().take(10) {
-            let parameters: Vec<String> =
-                c.parameters.iter().map(|p| format!("{} {:.4} [{:.4}, {:.4}] {}", p.name, p.value, p.low, p.high, p.unit)).collect();
-            table.add_row([
-                c.effects.join(" + "),
-                format!("{:.3}", c.probability),
-                format!("{:+.1}", c.log_odds),
-                format!("{:.3}", c.error_fitted_m_s * 100.0),
-                format!("{:.3}", c.error_check_m_s * 100.0),
-                parameters.join("\n"),
-            ]);
-        }
-        println!("{table}");
+        candidates(&found);
         if let Some(s) = &steady {
-            println!(
-                "Steady glides alone (nominal Slocum coefficients): {:.2} cm/s nominal, {:.2} cm/s with drag and trim fitted. {}",
-                s.before_cm_s, s.after_cm_s, s.identified
-            );
-            if let Some(w) = &s.with_speed {
-                println!("With the speed sensor: true pitch = {:.3} x measured, speed bias {:+.2} cm/s.", w.pitch_scale, w.speed.bias_cm_s);
-            }
+            println!("{}", wrapped(&steady_words(s), 2));
         }
-        println!("Next: {}", report::next_flight(&found));
         for note in &found.notes {
-            println!("Note: {note}");
+            println!("{}", wrapped(&format!("Note: {note}"), 6));
         }
+        println!("\n{}", Ladder::of(&found).text());
+        println!("Verdict: {}", style(found.verdict.name()).bold());
+        println!("{}", wrapped(&report::explanation(&found), 0));
+        println!("{}", wrapped(&format!("Next: {}", report::next_flight(&found)), 6));
     });
     Ok(Verdict::Ok)
+}
+
+/// The best hypotheses, each with its numbers below it: a table of all that would be wider than a terminal.
+fn candidates(found: &Diagnosis) {
+    let mut t = table(["hypothesis", "prob.", "log odds", "fitted", "held out"]);
+    for c in found.candidates.iter().take(6) {
+        let cm = |e: f64| if e.is_finite() { format!("{:.3}", 100.0 * e) } else { "–".into() };
+        t.add_row([
+            c.effects.join(" + "),
+            format!("{:.3}", c.probability),
+            format!("{:+.1}", c.log_odds),
+            cm(c.error_fitted_m_s),
+            cm(c.error_check_m_s),
+        ]);
+    }
+    println!("{t}\nprob.: among all hypotheses; log odds: against nothing missing; errors in cm/s");
+    for p in found.candidates.iter().take(1).flat_map(|c| &c.parameters) {
+        println!("  {}", parameter(p));
+    }
+}
+
+fn steady_words(s: &discovery::steady::SteadyReport) -> String {
+    let mut out = format!(
+        "Steady glides alone (nominal Slocum coefficients): {:.2} cm/s nominal, {:.2} cm/s with drag and trim fitted. {}",
+        s.before_cm_s, s.after_cm_s, s.identified
+    );
+    if let Some(w) = &s.with_speed {
+        out += &format!(" With the speed sensor: true pitch = {:.3} x measured, speed bias {:+.2} cm/s.", w.pitch_scale, w.speed.bias_cm_s);
+    }
+    out
 }

@@ -1,31 +1,41 @@
 //! `glider fly`.
 
+use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use crate::flight::closed_loop::{End, Outcome, Setup, fly, recover};
 use crate::flight::config_file;
 use crate::flight::mission_file::{self, wings_name};
 use crate::flight::recorder::Recorder;
+use crate::flight::vehicles::Model;
 use crate::flight::{tables, worlds};
+use crate::score::story;
 use crate::seats::CYCLE_S;
 use crate::seats::{self, Choice};
-use anyhow::{Context, anyhow, bail};
+use crate::terminal::near;
+use anyhow::{Context, anyhow, bail, ensure};
+use discovery::hypotheses::search::Depth;
+use discovery::vehicle;
+use discovery::workbench::add;
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::World;
 use serde_json::{Value, json};
-use signals::Mission;
-use std::path::PathBuf;
+use signals::{Mission, Wings};
+use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider fly --log out/first\n  glider fly --wings low-ar --seat qemu --log out/rail\n  \
 glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
-glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n\n\
+glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n  \
+glider fly --mission sea --world learnt.json --table learnt.json --beside before.json\n\n\
+--world flies in the world that a vehicle file describes, or that a flight reveals once what it lacks is found and added; with\n\
+--beside the old table flies there first, and the range gained is printed.\n\
 A fault is target:kind[=size][@phase][+delay][,duration]; a wrong one is answered with the list of all.")]
 pub struct Args {
     /// Wings mounted: standard or low-ar; default: the mission's.
     #[arg(long)]
     pub wings: Option<String>,
-    /// Built-in mission (shallow 3–27 m, sea 0–200 m, deep 0–1000 m) or a TOML file.
+    /// Built-in mission (shallow 3–27 m, sea 0–200 m, deep 0–1000 m, sweep of pitches to 180 m) or a TOML file.
     #[arg(long, default_value = "shallow")]
     pub mission: String,
     /// in-process, pty, qemu, or the serial port of a board.
@@ -34,9 +44,12 @@ pub struct Args {
     /// Which law flies: ours or stock (in-process only).
     #[arg(long, default_value = "ours", value_parser = ["ours", "stock"])]
     pub controller: String,
-    /// Flight table to fly with (.bin, as `glider table` writes it); default: the controller's own.
+    /// Flight table to fly with (.bin, as `glider table` writes it), or the vehicle file to make it from; default: the controller's own.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
+    /// Fly with this table first, in the same world, and say what --table gains.
+    #[arg(long, value_name = "FILE", requires = "table", conflicts_with = "realtime")]
+    pub beside: Option<PathBuf>,
     /// Controller configuration (.toml); default: the built-in vehicle for the mission's depth.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -46,6 +59,9 @@ pub struct Args {
     /// What shall be true (TOML): vehicle, water, sensors, hidden effects; see docs/truth-file.md.
     #[arg(long, value_name = "FILE")]
     pub truth: Option<PathBuf>,
+    /// The world of a vehicle file, or the one that a flight reveals (diagnosed, and what is named added).
+    #[arg(long, value_name = "FLIGHT|VEHICLE", conflicts_with = "truth")]
+    pub world: Option<PathBuf>,
     /// Seed of all noise.
     #[arg(long)]
     pub seed: Option<u64>,
@@ -63,6 +79,9 @@ pub struct Args {
     pub elf: Option<PathBuf>,
 }
 
+/// Seats that have a name of their own; any other word is a serial port.
+const SEATS: [&str; 3] = ["in-process", "pty", "qemu"];
+
 /// Runs the command.
 ///
 /// # Errors
@@ -78,10 +97,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(path) = &args.truth {
         scenario = worlds::overlay(&scenario, path)?;
     }
-    if let Some(wings) = asked {
-        (mission.wings, scenario.wings) = (wings, wings);
-    } else if args.truth.is_some() {
-        mission.wings = scenario.wings;
+    let revealed = args.world.as_deref().map(revealed_by).transpose()?;
+    let given = revealed.as_ref().map(|m| m.wings).or(args.truth.is_some().then_some(scenario.wings));
+    mission.wings = asked.or(given).unwrap_or(mission.wings);
+    if let Some(model) = &revealed {
+        ensure!(
+            model.wings == mission.wings,
+            "--wings {}: the vehicle of --world has {} wings",
+            wings_name(mission.wings),
+            wings_name(model.wings)
+        );
+        scenario = story::world_of(model, &mission);
     }
     scenario.wings = mission.wings;
     scenario.seed = args.seed.unwrap_or(scenario.seed);
@@ -93,6 +119,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         x => x,
     };
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
+    if let Choice::Port(name) = &choice
+        && !Path::new(name).exists()
+        && let Some(meant) = near(name, SEATS)
+    {
+        bail!("--seat {name}: no seat and no port of that name; did you mean `{meant}`?");
+    }
     let board_log = args.log.as_ref().map(|d| d.join("board.defmt"));
     let mut seat = match args.controller.as_str() {
         "stock" if choice != Choice::InProcess => bail!("--controller stock flies in-process only; leave out --seat {choice}"),
@@ -111,9 +143,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(path) = &args.config {
         setup.config = config_file::load(path)?;
     }
+    let before = match &args.beside {
+        Some(path) => {
+            let old = table_of(path, mission.wings)?;
+            Some(story::fly_table(&old, &setup, &scenario).with_context(|| format!("with the table of {}", path.display()))?)
+        }
+        None => None,
+    };
     if let Some(path) = &args.table {
-        let bytes = std::fs::read(path).with_context(|| format!("{}: cannot read this table", path.display()))?;
-        tables::for_wings(&bytes, mission.wings).with_context(|| path.display().to_string())?;
+        let bytes = table_of(path, mission.wings)?;
         seat.hello()?;
         seat.tabulate(mission.wings, &bytes)?;
     }
@@ -139,7 +177,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             bail!("{e}{kept}");
         }
     };
-    let document = summary(&out, &world, args, &mission, &seat.describe());
+    let mut document = summary(&out, &world, args, &mission, &seat.describe());
+    if let (Some(before), Some(path)) = (&before, &args.beside) {
+        let old = before.achieved_l_over_d();
+        document["beside"] = json!({
+            "table": path, "table_id": format!("{:08x}", before.table_id), "achieved_l_over_d": round(old, 4),
+            "distance_m": round(before.distance_m, 2), "end": before.end.to_string(),
+        });
+        document["range_gain"] = json!(round(out.achieved_l_over_d() / old - 1.0, 4));
+    }
     if let Some(r) = recorder {
         r.finish(document.clone())?;
     }
@@ -149,6 +195,42 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     } else {
         Verdict::Negative
     })
+}
+
+/// The vehicle that a file states, or that a flight reveals.
+fn revealed_by(path: &Path) -> anyhow::Result<Model> {
+    if !path.is_dir() && path.extension().is_none_or(|e| e != "csv") {
+        return Model::load(path, None);
+    }
+    let (flight, vehicle, found) = load_and_ask(path, None, Depth::Pairs)?;
+    let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
+    ensure!(
+        !effects.is_empty(),
+        "--world {}: this flight reveals no missing effect (verdict: {}); name a vehicle file",
+        path.display(),
+        found.verdict.name()
+    );
+    let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
+    let text = add::add(&flight, &vehicle, &effects, &parent)?.vehicle.to_string();
+    Model::of_coefficients(&vehicle::parse_text(&text, &vehicle.path)?, polar::crc32(text.as_bytes()))
+}
+
+/// The bytes of a table file, or of the table of a vehicle file.
+fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
+    if path.extension().is_some_and(|e| e == "json" || e == "toml") {
+        let model = Model::load(path, None)?;
+        ensure!(
+            model.wings == wings,
+            "{}: {} wings, and the mission is flown with {}",
+            path.display(),
+            wings_name(model.wings),
+            wings_name(wings)
+        );
+        return Ok(tables::build(&model, wings, model.id, 0).with_context(|| path.display().to_string())?.bytes);
+    }
+    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot read this table", path.display()))?;
+    tables::for_wings(&bytes, wings).with_context(|| path.display().to_string())?;
+    Ok(bytes)
 }
 
 fn progress(mission: &Mission) -> ProgressBar {
@@ -194,6 +276,9 @@ fn print(d: &Value, args: &Args) {
         n("max_l_over_d"),
         100.0 * n("share_of_max")
     );
+    if let Some(before) = d["beside"]["achieved_l_over_d"].as_f64() {
+        println!("beside         {before:.3} with the other table: {:+.1} % range", 100.0 * n("range_gain"));
+    }
     println!("commands       hash {}, {} cycles, {:.0} × real time", s("actuator_hash"), d["cycles"], n("times_real"));
     if let Some(dir) = &args.log {
         println!("log            {}", dir.display());

@@ -63,13 +63,47 @@ impl Output {
     }
 }
 
-/// Glider flight controller workbench: fly it, compare it with the sea, learn what is missing.
+/// The help: commands by what a person wants, where to start first. A test holds that every command stands here.
+const HELP: &str = "\
+{about}
+
+{usage-heading} {usage}
+
+Start here:
+  glider                   the main job: flies both wing sets over a serial
+                           line, compares a real flight, writes out/report.html
+  glider loop              a hidden effect found, added, and flown with: the story
+  glider serve             the workbench as a page on this machine
+
+A flight against its model:
+  import, fetch-data       bring a flight in; get a public real one
+  compare                  model against measurement: how wrong, and where
+  diagnose                 which physical effect is missing
+  add                      add an effect, refit, see the error fall
+  next-flight              the mission that would tell what this flight cannot
+  report, plot, export     an offline page; figures; csv, Parquet, NetCDF
+
+The vehicle and its controller:
+  polar, table             lift and drag; the flight tables made from them
+  fly                      one flight against the simulated vehicle and sea
+  monitor, upload          a board: telemetry and log; tables, settings, missions
+  list                     effects, faults, vehicles and missions by name
+
+How good it is:
+  paper                    every claim of the source paper beside our number
+  faults                   the fault campaign
+  scorecard                control law and discovery on cases with known truth
+
+Each has --help with examples: glider diagnose --help
+
+Options:
+{options}
+
+Exit code: 0 done, 1 done and the result is negative, 2 bad input.";
+
+/// Glider workbench: fly it, compare it with the sea, learn what is missing.
 #[derive(Parser, Debug)]
-#[command(
-    name = "glider",
-    version,
-    after_help = "With no command: flies both wing sets over a real serial line, compares a real flight with the model, writes out/report.html."
-)]
+#[command(name = "glider", version, help_template = HELP)]
 struct Cli {
     /// Print one JSON document instead of text.
     #[arg(long, global = true)]
@@ -111,6 +145,8 @@ enum Command {
     Report(report::Args),
     /// The workbench as a local web page.
     Serve(serve::Args),
+    /// Effects, faults, vehicles and missions by name.
+    List(list::Args),
     /// Live telemetry of a board in the terminal.
     Monitor(monitor::Args),
     /// Send a table, configuration or mission to a board.
@@ -119,8 +155,6 @@ enum Command {
     FetchData(fetch_data::Args),
     /// Closed-loop and discovery scorecards.
     Scorecard(scorecard::Args),
-    /// Built-in vehicles, classes of gliders, effects.
-    List(list::Args),
     /// Figures for papers as SVG, or their numbers as csv or JSON.
     Plot(plot::Args),
 }
@@ -136,7 +170,11 @@ pub fn main() -> std::process::ExitCode {
         }
         report(info);
     }));
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) if e.use_stderr() && std::env::args().any(|a| a == "--json") => return wrong(&e.render().to_string(), true),
+        Err(e) => e.exit(),
+    };
     let output = Output { json: cli.json, force: cli.force };
     let result = match &cli.command {
         None => main_job::run(&output),
@@ -154,19 +192,47 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Loop(a)) => story::run(a, &output),
         Some(Command::Report(a)) => report::run(a, &output),
         Some(Command::Serve(a)) => serve::run(a, &output),
+        Some(Command::List(a)) => list::run(a, &output),
         Some(Command::Monitor(a)) => monitor::run(a, &output),
         Some(Command::Upload(a)) => upload::run(a, &output),
         Some(Command::FetchData(a)) => fetch_data::run(a, &output),
         Some(Command::Scorecard(a)) => scorecard::run(a, &output),
-        Some(Command::List(a)) => list::run(a, &output),
         Some(Command::Plot(a)) => plot::run(a, &output),
     };
     match result {
         Ok(Verdict::Ok) => 0.into(),
         Ok(Verdict::Negative) => 1.into(),
-        Err(e) => {
-            eprintln!("glider: {e:#}");
-            2.into()
+        Err(e) => wrong(&format!("{e:#}"), output.json),
+    }
+}
+
+/// Says what is wrong: to a person, or as the one JSON document of a failed command.
+fn wrong(why: &str, json: bool) -> std::process::ExitCode {
+    if json {
+        println!("{:#}", serde_json::json!({"error": why.trim(), "exit_code": 2}));
+    } else {
+        eprintln!("{} {why}", console::style("glider:").red().bold().for_stderr());
+    }
+    2.into()
+}
+
+/// The program's command line, for completions.
+#[must_use]
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_stands_in_the_grouped_help_and_fits_80_columns() {
+        let help = command().render_help().to_string();
+        for name in command().get_subcommands().map(clap::Command::get_name).filter(|n| *n != "help") {
+            let said = help.lines().any(|l| l.starts_with("  ") && l.split([' ', ',']).any(|w| w == name));
+            assert!(said, "{name} is not in the help:\n{help}");
         }
+        assert!(help.lines().all(|l| l.chars().count() <= 80), "{help}");
     }
 }

@@ -2,19 +2,19 @@
 
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
+use crate::flight::next_mission;
 use anyhow::Context as _;
 use discovery::diagnosis::Diagnosis;
 use discovery::diagnosis::report;
 use discovery::hypotheses::search::Depth;
-use discovery::workbench::next_flight;
-use discovery::workbench::next_flight::Plan;
+use discovery::workbench::next_flight::{Plan, TOLD_CHI2};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider next-flight --flight trial_dir --out mission.toml\n  glider next-flight --flight flight.csv --vehicle vehicle.json --json\n\nThe mission file is one that `glider fly --mission` reads. Exit code 1: there is nothing to tell apart."
+    after_help = "Examples:\n  glider next-flight --flight trial_dir --out mission.toml\n  glider next-flight --flight flight.csv --vehicle vehicle.json --json\n\nThe mission file is one that `glider fly --mission` flies. Exit code 1: there is nothing that a mission could tell apart,\nand none is written."
 )]
 pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
@@ -53,34 +53,43 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         crate::whole_file::may_write(out, &inputs, &["toml"], output.force)?;
     }
     let (_, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
-    let Some(p) = next_flight::plan(&found, &vehicle) else {
-        output.emit(&json!({"verdict": found.verdict.name(), "tied": [], "legs": []}), || {
+    let Some(p) = next_mission::plan(&found, &vehicle)? else {
+        output.emit(&json!({"verdict": found.verdict.name(), "tied": [], "legs": [], "tells_apart": false}), || {
             println!("There are no two hypotheses that a mission could tell apart (verdict: {}).", found.verdict.name());
         });
         return Ok(Verdict::Negative);
     };
-    let wings = if vehicle.document["wing"]["name"].as_str().is_some_and(|w| w.contains("low")) { "low-ar" } else { "standard" };
-    let mission = p.mission(wings);
-    if let Some(out) = &args.out {
+    let mission = p.mission(next_mission::wings(&vehicle));
+    let out = args.out.as_ref().filter(|_| p.tells_apart());
+    if let Some(out) = out {
         crate::whole_file::write(out, &mission).with_context(|| format!("cannot write {}", out.display()))?;
     }
     let mut document = document(&found, &p);
-    document["mission"] = args.out.as_ref().map(|o| o.display().to_string()).into();
-    output.emit(&document, || {
-        let names: Vec<String> = p.tied.iter().map(|t| t.join(" with ")).collect();
-        println!("To tell apart: {}", names.join(" / "));
-        for (leg, s) in p.legs.iter().zip(&p.separation) {
-            println!(
-                "  pitch {:>4.1} deg, ballast {:>4.0} cc: expected chi2 so far {s:.1}",
-                leg.pitch_rad.to_degrees(),
-                leg.ballast_m3 * 1e6
-            );
-        }
-        println!("The same number of dives at one pitch: {:.1}", p.default_separation);
-        match &args.out {
-            Some(out) => println!("Mission file: {}", out.display()),
-            None => println!("\n{mission}"),
-        }
-    });
-    Ok(Verdict::Ok)
+    document["tells_apart"] = p.tells_apart().into();
+    document["mission"] = out.map(|o| o.display().to_string()).into();
+    output.emit(&document, || show(&p, &mission, out.map(PathBuf::as_path)));
+    Ok(if p.tells_apart() { Verdict::Ok } else { Verdict::Negative })
+}
+
+fn show(p: &Plan, mission: &str, out: Option<&Path>) {
+    println!("To tell apart: {}", p.tied.iter().map(|t| t.join(" with ")).collect::<Vec<_>>().join(" / "));
+    if !p.tells_apart() {
+        println!(
+            "No dives at other pitches and drives do: the best {} put them apart by an expected chi2 of {:.1}; {} would be 90 % sure.\n\
+             What could: measuring one of them on the bench, or water of another density and temperature.",
+            p.legs.len(),
+            p.expected_chi2(),
+            TOLD_CHI2
+        );
+        return;
+    }
+    for (leg, s) in p.legs.iter().zip(&p.separation) {
+        let (pitch, ballast) = (leg.pitch_rad.to_degrees(), leg.ballast_m3 * 1e6);
+        println!("  pitch {pitch:>4.1}°, ballast {ballast:>4.0} cc: expected chi2 so far {s:.1}");
+    }
+    println!("The same number of dives at one pitch: {:.1}", p.default_separation);
+    match out {
+        Some(out) => println!("Fly it: glider fly --mission {} --log DIR", out.display()),
+        None => println!("\n{mission}"),
+    }
 }

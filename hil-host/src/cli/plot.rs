@@ -7,7 +7,8 @@ use crate::flight::vehicles::{Model, wings_name};
 use crate::pages::plots::{Chart, Figure, Mark, histogram};
 use crate::whole_file;
 use anyhow::{Context as _, bail, ensure};
-use discovery::workbench::compare::{Sample, compare};
+use discovery::Flight;
+use discovery::workbench::compare::{Comparison, Sample, compare};
 use hydro::glide;
 use hydro::{Flow, Polar as _};
 use serde_json::json;
@@ -41,6 +42,7 @@ pub enum Kind {
   glider plot polar --wings low-ar --out rail.csv          one wing set, the numbers
   glider plot flight --flight trial_dir --out flight.png
   glider plot residual --flight trial_dir --vehicle new.json --out residual.svg
+  glider plot residual --flight trial_dir --before old.json --vehicle new.json --out both.svg
 
 The ending of --out decides: .svg or .png (figure with caption; the PNG is 2400 px wide), .csv or .json (the numbers of the same figure).
 The figures of the source paper: glider paper --out DIR.")]
@@ -54,6 +56,9 @@ pub struct Args {
     /// Vehicle file, or for a polar a built-in vehicle; default: the one beside the flight.
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
+    /// Vehicle file whose residual is drawn in the same figure, as before.
+    #[arg(long, value_name = "FILE")]
+    before: Option<PathBuf>,
     /// Wing set of a polar: standard or low-ar; default: both.
     #[arg(long, value_parser = ["standard", "low-ar"])]
     wings: Option<String>,
@@ -74,7 +79,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "" => bail!("{name}: has no ending; name a file that ends in .svg, .png, .csv or .json"),
         other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .png, .csv or .json"),
     }
-    let inputs: Vec<&Path> = [args.flight.as_deref(), args.vehicle.as_deref()].into_iter().flatten().collect();
+    let inputs: Vec<&Path> = [args.flight.as_deref(), args.vehicle.as_deref(), args.before.as_deref()].into_iter().flatten().collect();
     whole_file::may_write(&args.out, &inputs, &[], output.force)?;
     let figure = if args.kind == Kind::Polar { polar(args)? } else { flown(args)? };
     let text = match ending.as_str() {
@@ -174,9 +179,23 @@ fn block_means(samples: &[Sample]) -> [Vec<(f64, f64)>; 2] {
     out
 }
 
+/// The residual of two vehicle files against one flight.
+fn before_and_after(file: &Path, flight: &Flight, path: &Path, about: &str, after: &Comparison) -> anyhow::Result<Figure> {
+    let (_, old) = load(path, Some(file))?;
+    let before = compare(flight, &old);
+    let points = |samples: &[Sample]| block_means(samples).concat();
+    let said = |what: &str, c: &Comparison| format!("{what}: {:.2} cm/s rms", 100.0 * c.rms_m_s);
+    let panel = Chart::new("Residual before and after", "angle of attack of the model, deg", "measured minus modelled, cm/s")
+        .with(&said("before", &before), Mark::Points, points(&before.samples))
+        .with(&said("after", after), Mark::Points, points(&after.samples));
+    let caption = format!("{about}; before: {}. Points are {BLOCK_S} s means of the depth rate, positive down.", old.name);
+    Ok(Figure { panels: vec![panel], caption })
+}
+
 fn flown(args: &Args) -> anyhow::Result<Figure> {
     let path: &Path = args.flight.as_deref().context("name the flight with --flight; only a polar needs none")?;
     ensure!(args.wings.is_none(), "--wings belongs to a polar; the vehicle file of a flight says which wings it has");
+    ensure!(args.before.is_none() || args.kind == Kind::Residual, "--before belongs to a residual");
     let (flight, vehicle) = load(path, args.vehicle.as_deref())?;
     let c = compare(&flight, &vehicle);
     ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to draw", path.display());
@@ -184,6 +203,9 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
     let with = if effects.is_empty() { "no effect on".to_owned() } else { format!("with {}", effects.join(", ")) };
     let about = format!("Flight {}, model of {} ({with})", flight.name, vehicle.name);
     let error = format!("depth-rate residual {:.2} cm/s rms over {} rows", 100.0 * c.rms_m_s, c.samples.len());
+    if let Some(file) = &args.before {
+        return before_and_after(file, &flight, path, &about, &c);
+    }
     Ok(match args.kind {
         Kind::Residual => {
             let [dives, climbs] = block_means(&c.samples);

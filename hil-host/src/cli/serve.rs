@@ -2,6 +2,7 @@
 
 use super::{Output, Verdict};
 use crate::serve::{Workbench, run as serve};
+use crate::terminal::meant_path;
 use std::path::PathBuf;
 
 /// Arguments of the command.
@@ -30,6 +31,7 @@ pub struct Args {
 /// A flight that is not there, or a port that is taken.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for path in &args.flights {
+        anyhow::ensure!(path.exists(), "{}: no such flight{}", path.display(), meant_path(path));
         discovery::record::csv::csv_of(path)?;
     }
     let bench = Workbench { offered: args.flights.clone(), logs: args.logs.clone(), ..Workbench::default() };

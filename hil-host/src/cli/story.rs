@@ -2,6 +2,7 @@
 
 use super::diagnose::{ask, bar, load};
 use super::{Output, Verdict, report};
+use crate::flight::vehicles::Model;
 use crate::pages::flight_report;
 use crate::pages::{Axis, Chart, Page, Section, Table};
 use crate::score;
@@ -90,7 +91,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     bar.set_position(90);
     let (old, new) = (story::table_of(&model, &parent)?, story::table_of(&refitted, text.as_bytes())?);
     let mission = story::mission(new.spec.wings)?;
-    let world = story::world_of(new.spec.wings, &refitted, &mission);
+    let world = story::world_of(&Model::of_coefficients(&refitted, 0)?, &mission);
     for (name, table) in [("table-before.bin", &old), ("table-after.bin", &new)] {
         crate::whole_file::write(args.out.join(name), &table.bytes).with_context(|| format!("cannot write {name}"))?;
     }

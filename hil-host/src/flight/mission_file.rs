@@ -14,6 +14,7 @@
 //! heading_deg = 90            # default 0
 //! ```
 
+use crate::terminal::meant;
 use anyhow::{Context, anyhow};
 use serde::Deserialize;
 use signals::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
@@ -22,7 +23,27 @@ use std::path::Path;
 use toml::Spanned;
 
 /// Names of the built-in missions.
-pub const BUILT_IN: [&str; 3] = ["shallow", "sea", "deep"];
+pub const BUILT_IN: [&str; 4] = ["shallow", "sea", "deep", "sweep"];
+
+/// What each built-in mission is, for a list.
+pub const WHAT: [&str; 4] = [
+    "four dives between 3 and 27 m at best glide",
+    "two dives from the surface to 200 m at best glide",
+    "one dive from the surface to 1000 m at best glide",
+    "eight dives to 180 m, each with its own pitch, drive and heading: the flight that an effect is named from",
+];
+
+/// Pitch (degrees; none: the controller's best glide), drive (cm³) and heading (degrees) of the dives of `sweep`.
+const SWEEP: [(Option<i8>, i16, i16); 8] = [
+    (None, 230, 0),
+    (Some(26), 150, 90),
+    (Some(35), 200, 180),
+    (Some(22), 100, 270),
+    (None, 200, 45),
+    (Some(24), 120, 200),
+    (Some(18), 180, 120),
+    (Some(30), 230, 310),
+];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -67,14 +88,18 @@ pub fn load(name: &str, limits: impl Fn(&Mission) -> Limits) -> anyhow::Result<M
         return Ok(mission);
     }
     let path = Path::new(name);
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("{name}: cannot read this mission file (built-in missions: {})", BUILT_IN.join(", ")))?;
+    let text = std::fs::read_to_string(path).with_context(|| {
+        format!("{name}: cannot read this mission file (built-in missions: {}){}", BUILT_IN.join(", "), meant(name, BUILT_IN))
+    })?;
     parse(&text, name, limits)
 }
 
 /// A built-in mission.
 #[must_use]
 pub fn built_in(name: &str) -> Option<Mission> {
+    if name == "sweep" {
+        return Some(mission(Wings::Standard, &SWEEP.map(sweep_leg), 48 * 3600, 1));
+    }
     let (leg, hours) = match name {
         "shallow" => (Leg::default(), 6),
         "sea" => (Leg { dives: 2, depth_min_m: 0.0, depth_max_m: 200.0, ..Leg::default() }, 12),
@@ -83,6 +108,18 @@ pub fn built_in(name: &str) -> Option<Mission> {
     };
     let surface_every = if name == "shallow" { 0 } else { 1 };
     Some(mission(Wings::Standard, &[leg], hours * 3600, surface_every))
+}
+
+/// One dive of the sweep, from surface to surface.
+fn sweep_leg((pitch_deg, ballast_cc, heading_deg): (Option<i8>, i16, i16)) -> Leg {
+    Leg {
+        dives: 1,
+        depth_max_m: 180.0,
+        goal: pitch_deg.map_or(Goal::BestGlide, |pitch| Goal::FixedPitch { pitch_rad: f32::from(pitch).to_radians() }),
+        ballast_m3: (f64::from(ballast_cc) * 1e-6) as f32,
+        heading_rad: f32::from(heading_deg).to_radians(),
+        ..Leg::default()
+    }
 }
 
 fn mission(wings: Wings, legs: &[Leg], max_duration_s: u32, surface_every: u16) -> Mission {

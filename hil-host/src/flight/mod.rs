@@ -7,6 +7,7 @@ pub mod cycle;
 pub mod fetch;
 pub mod log;
 pub mod mission_file;
+pub mod next_mission;
 pub mod onboard_log;
 pub mod recorder;
 pub mod tables;

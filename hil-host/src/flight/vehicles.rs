@@ -155,6 +155,12 @@ impl Model {
         self
     }
 
+    /// The effects it has on.
+    #[must_use]
+    pub fn effects(&self) -> &[Active] {
+        &self.effects
+    }
+
     /// Nominal constants (projected ones for a geometry), without effects.
     #[must_use]
     pub fn constants(&self) -> &Constants {

@@ -257,9 +257,9 @@ mod tests {
 
     #[test]
     fn validate_the_example_of_the_page_is_a_truth_file() {
-        let toml = PAGE.split("```toml").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
+        let toml = PAGE.split("```toml truth.toml").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
         let scenario = Scenario::from_toml(toml).expect("a truth file");
-        assert_eq!(scenario.effects.iter().map(|e| e.kind).collect::<Vec<_>>(), [EffectKind::ClimbDrag]);
+        assert_eq!(scenario.effects.iter().map(|e| e.kind).collect::<Vec<_>>(), [EffectKind::DragLevelError]);
         assert!(scenario.ocean.background_rms_m_s > 0.0);
     }
 }

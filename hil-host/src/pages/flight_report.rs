@@ -87,6 +87,14 @@ pub fn under_way(prepared: &Prepared) -> Vec<f64> {
     shifts
 }
 
+/// Whether blocks were dropped before each of these (times of their starts): no line is to be drawn across.
+#[must_use]
+pub fn gaps(starts_s: &[f64]) -> Vec<bool> {
+    let steps: Vec<f64> = starts_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let usual = discovery::record::plausible::quantile(&steps, 0.5);
+    std::iter::once(false).chain(steps.iter().map(|s| *s > 2.5 * usual)).take(starts_s.len()).collect()
+}
+
 /// What the models said, block by block.
 struct Seen {
     /// Time from the start, s; a gap after each run.
@@ -115,8 +123,12 @@ impl Seen {
         for (run, shift) in found.prepared.runs.iter().zip(under_way(&found.prepared)) {
             let tracks: Vec<Track> = found.branch.tracks(run, vehicle, states);
             let cut = blocks(run);
-            for b in &cut {
+            let starts: Vec<f64> = cut.iter().map(|b| run.time_s[b.rows[0]]).collect();
+            for (b, gap) in cut.iter().zip(gaps(&starts)) {
                 let middle = b.rows[b.rows.len() / 2];
+                if gap {
+                    seen.gap_at(run.time_s[b.rows[0]] - shift);
+                }
                 seen.time_s.push(run.time_s[middle] - shift);
                 seen.depth_m.push(run.depth_m[middle]);
                 seen.observed.push(100.0 * b.observed_m_s);
@@ -130,12 +142,16 @@ impl Seen {
                 seen.after.extend(residuals(run, &cut, last));
             }
             // A gap, so that no line joins two segments.
-            seen.time_s.push(run.time_s.last().map_or(f64::NAN, |t| t - shift));
-            seen.depth_m.push(f64::NAN);
-            seen.observed.push(f64::NAN);
-            seen.modelled.iter_mut().for_each(|m| m.push(f64::NAN));
+            seen.gap_at(run.time_s.last().map_or(f64::NAN, |t| t - shift));
         }
         seen
+    }
+
+    fn gap_at(&mut self, time_s: f64) {
+        self.time_s.push(time_s);
+        self.depth_m.push(f64::NAN);
+        self.observed.push(f64::NAN);
+        self.modelled.iter_mut().for_each(|m| m.push(f64::NAN));
     }
 }
 

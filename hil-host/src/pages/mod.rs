@@ -12,6 +12,7 @@
 
 pub mod control_scorecard;
 pub mod diagnosis_scorecard;
+pub mod effect_list;
 pub mod flight_report;
 pub mod plots;
 pub mod real_scorecard;

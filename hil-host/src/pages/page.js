@@ -52,6 +52,7 @@ const Glider = (() => {
       height: box.closest('figure.wide') ? 300 : 270,
       cursor: { sync: chart.group ? { key: chart.group, scales: ['x', null] } : undefined, drag: { x: true, y: false } },
       legend: { markers: { width: 0, fill: (u, i) => (i ? colour(i - 1) : 'transparent') } },
+      hooks: { draw: [(u) => (chart.marks || []).forEach((m) => mark_at(u, m))] },
       scales: { x: { time: false }, y: { dir: chart.y.inverted ? -1 : 1 } },
       axes: [chart.x, chart.y].map((a, i) => ({
         label: axisText(a), stroke: css('--ink'), grid: { stroke: css('--line'), width: 1 }, ticks: { stroke: css('--line') },
@@ -68,6 +69,20 @@ const Glider = (() => {
         })),
       ],
     });
+    // A moment that has a name: a fault, a change of phase.
+    const mark_at = (u, m) => {
+      const x = u.valToPos(m.x, 'x', true);
+      if (!(x >= u.bbox.left && x <= u.bbox.left + u.bbox.width)) return;
+      const c = u.ctx;
+      c.save();
+      c.strokeStyle = c.fillStyle = css('--soft');
+      c.setLineDash([4, 4]);
+      c.beginPath(); c.moveTo(x, u.bbox.top); c.lineTo(x, u.bbox.top + u.bbox.height); c.stroke();
+      c.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+      c.translate(x + 3, u.bbox.top + 4); c.rotate(Math.PI / 2);
+      c.fillText(m.label, 0, 0);
+      c.restore();
+    };
     let plot = null;
     const draw = () => {
       // A zoom of the person survives new data; the full range does not.
@@ -158,18 +173,21 @@ const Glider = (() => {
     const draw = () => {
       const s = chart.series[0], width = Math.max(300, box.clientWidth || 600), height = 300, left = 60, bottom = 46, right = 70;
       const nx = s.x.length, ny = s.y.length, w = (width - left - right) / nx, h = (height - bottom - 8) / ny;
-      const most = Math.max(1e-12, ...s.z.filter((v) => v != null).map(Math.abs));
+      const most = chart.most || Math.max(1e-12, ...s.z.filter((v) => v != null).map(Math.abs));
+      const down = chart.y.inverted, rowTop = (j) => 8 + (down ? j : ny - 1 - j) * h;
       const root = svg('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': chart.title });
       for (let j = 0; j < ny; j++) for (let i = 0; i < nx; i++) {
         const v = s.z[j * nx + i];
         if (v == null) continue;
-        const r = svg('rect', { x: left + i * w, y: 8 + (ny - 1 - j) * h, width: w + 0.3, height: h + 0.3, fill: shade(v / most) });
+        const r = svg('rect', { x: left + i * w, y: rowTop(j), width: w + 0.3, height: h + 0.3, fill: shade(v / most) });
         r.append(svg('title', {}, `${chart.x.label} ${fmt(s.x[i])} ${chart.x.unit}, ${chart.y.label} ${fmt(s.y[j])} ${chart.y.unit}: ${fmt(v)} ${s.name}`));
         root.append(r);
       }
-      const every = (n, m) => Math.max(1, Math.ceil(n / m));
-      for (let i = 0; i < nx; i += every(nx, width / 80)) root.append(svg('text', { x: left + (i + 0.5) * w, y: height - bottom + 18, 'text-anchor': 'middle' }, fmt(s.x[i])));
-      for (let j = 0; j < ny; j += every(ny, 8)) root.append(svg('text', { x: left - 6, y: 12 + (ny - 0.5 - j) * h, 'text-anchor': 'end' }, fmt(s.y[j])));
+      // Round numbers at their places, not the middles of bins.
+      const places = (v, n) => { const d = n > 1 ? (v[n - 1] - v[0]) / (n - 1) : 1, lo = v[0] - d / 2, hi = v[n - 1] + d / 2; return { lo, hi, at: (t) => (t - lo) / (hi - lo) }; };
+      const px = places(s.x, nx), py = places(s.y, ny);
+      for (const t of ticks(px.lo, px.hi, width / 90)) root.append(svg('text', { x: left + px.at(t) * nx * w, y: height - bottom + 18, 'text-anchor': 'middle' }, fmt(t)));
+      for (const t of ticks(py.lo, py.hi, 6)) root.append(svg('text', { x: left - 6, y: 12 + (down ? py.at(t) : 1 - py.at(t)) * ny * h, 'text-anchor': 'end' }, fmt(t)));
       root.append(svg('text', { x: (left + width - right) / 2, y: height - 6, 'text-anchor': 'middle' }, axisText(chart.x)));
       const yl = svg('text', { transform: `translate(13 ${(height - bottom) / 2}) rotate(-90)`, 'text-anchor': 'middle' }, axisText(chart.y));
       root.append(yl);
@@ -251,6 +269,10 @@ const Glider = (() => {
     const parts = [p.command && `command: ${p.command}`, p.version && `glider ${p.version}`, p.data_hash && `data: ${p.data_hash}`, p.seed != null && `seed: ${p.seed}`];
     return el('footer', {}, parts.filter(Boolean).join(' · '));
   }
+  // Paper is white: drawn anew in the light colours, whatever the screen has.
+  let screenTheme;
+  addEventListener('beforeprint', () => { screenTheme = document.documentElement.dataset.theme; document.documentElement.dataset.theme = 'light'; charts.forEach((c) => c.draw()); });
+  addEventListener('afterprint', () => { if (screenTheme) document.documentElement.dataset.theme = screenTheme; else delete document.documentElement.dataset.theme; charts.forEach((c) => c.draw()); });
   let timer = 0;
   addEventListener('resize', () => { clearTimeout(timer); timer = setTimeout(() => charts.forEach((c) => c.draw()), 120); });
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => charts.forEach((c) => c.draw()));

@@ -94,14 +94,26 @@ fn in_the_plant(effects: &[Active]) -> Vec<Effect> {
         .collect()
 }
 
-/// The world that a refitted vehicle describes.
+/// The world that a vehicle describes: its glide, not its sensors.
 #[must_use]
-pub fn world_of(wings: Wings, vehicle: &Vehicle, mission: &Mission) -> Scenario {
+pub fn world_of(vehicle: &Model, mission: &Mission) -> Scenario {
     let mut scenario = worlds::for_mission(mission);
-    scenario.wings = wings;
-    scenario.vehicle.aero = Some(revealed(wings, &vehicle.constants));
-    scenario.effects = in_the_plant(&vehicle.effects);
+    scenario.wings = vehicle.wings;
+    scenario.vehicle.aero = Some(revealed(vehicle.wings, vehicle.constants()));
+    scenario.effects = in_the_plant(vehicle.effects());
     scenario
+}
+
+/// Flies with this table in a world, in-process.
+///
+/// # Errors
+/// The controller refuses the table, or the flight cannot be flown.
+pub fn fly_table(table: &[u8], setup: &Setup, scenario: &Scenario) -> anyhow::Result<Outcome> {
+    let mut link = Link::new(InProcess::default());
+    link.hello()?;
+    link.tabulate(setup.mission.wings, table).context("the controller refuses the table")?;
+    let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
+    Ok(fly(&mut world, &mut link, setup, &mut |_| Ok(()))?)
 }
 
 /// Flies a mission with this table, and with what is known of the pitch sensor, in a world.
@@ -109,13 +121,9 @@ pub fn world_of(wings: Wings, vehicle: &Vehicle, mission: &Mission) -> Scenario 
 /// # Errors
 /// The controller refuses the table, or the flight cannot be flown.
 pub fn fly_with(table: Built, pitch_sensor: PitchSensor, scenario: &Scenario, mission: &Mission) -> anyhow::Result<Flown> {
-    let mut link = Link::new(InProcess::default());
-    link.hello()?;
-    link.tabulate(mission.wings, &table.bytes).context("the controller refuses the table")?;
-    let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
     let setup = Setup::new(mission.clone());
     let config = config_file::with_pitch_sensor(&setup.config, pitch_sensor)?;
-    let outcome = fly(&mut world, &mut link, &Setup { config, ..setup }, &mut |_| Ok(()))?;
+    let outcome = fly_table(&table.bytes, &Setup { config, ..setup }, scenario)?;
     Ok(Flown { table, outcome })
 }
 

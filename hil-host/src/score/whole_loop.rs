@@ -8,7 +8,7 @@
 //! The plant's force law, its ocean and the controller's learning in flight are all between a name and the range it is worth.
 
 use crate::flight::closed_loop::{Setup, fly};
-use crate::flight::mission_file::wings_name;
+use crate::flight::mission_file::{built_in, wings_name};
 use crate::flight::recorder::Recorder;
 use crate::flight::tables::Built;
 use crate::flight::vehicles::pitch_sensor;
@@ -26,25 +26,11 @@ use discovery::{Vehicle, vehicle};
 use plant::{Effect, EffectKind, Scenario, World};
 use rayon::prelude::*;
 use serde::Serialize;
-use signals::{Goal, Leg, Mission, Wings};
+use signals::{Mission, Wings};
 use std::path::Path;
 
 /// Vertical motion of the water in every world, m/s rms (the format's sea).
 const BACKGROUND_M_S: f64 = 0.004;
-/// Pitch (degrees; none: the controller's best glide), drive (cm³) and heading (degrees) of the dives that are learned from.
-const SWEEP: [(Option<i8>, i16, i16); 8] = [
-    (None, 230, 0),
-    (Some(26), 150, 90),
-    (Some(35), 200, 180),
-    (Some(22), 100, 270),
-    (None, 200, 45),
-    (Some(24), 120, 200),
-    (Some(18), 180, 120),
-    (Some(30), 230, 310),
-];
-/// Depth of those dives, m.
-const SWEEP_M: f32 = 180.0;
-
 /// A world with one thing hidden in it, or nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Case {
@@ -103,19 +89,6 @@ pub fn cases(sizes: &[f64], seed: u64) -> Vec<Case> {
     of(Wings::Standard).chain(of(Wings::LowAspectRatio)).enumerate().map(of_its_own).collect()
 }
 
-/// The dives that are learned from: each from surface to surface, with a setting of its own.
-fn sweep(wings: Wings) -> Mission {
-    let leg = |(pitch, ballast, heading): (Option<i8>, i16, i16)| Leg {
-        dives: 1,
-        depth_max_m: SWEEP_M,
-        goal: pitch.map_or(Goal::BestGlide, |pitch| Goal::FixedPitch { pitch_rad: f32::from(pitch).to_radians() }),
-        ballast_m3: f32::from(ballast) * 1e-6,
-        heading_rad: f32::from(heading).to_radians(),
-        ..Leg::default()
-    };
-    Mission { wings, legs: SWEEP.into_iter().map(leg).collect(), max_duration_s: 48 * 3600, surface_every: 1 }
-}
-
 /// The sea of a case under a mission.
 fn world(case: &Case, mission: &Mission) -> Scenario {
     let mut scenario = worlds::for_mission(mission);
@@ -127,7 +100,7 @@ fn world(case: &Case, mission: &Mission) -> Scenario {
 
 /// Flies what is to be learned from and leaves the log in a folder.
 fn record(case: &Case, folder: &Path) -> anyhow::Result<()> {
-    let mission = sweep(case.wings);
+    let mission = Mission { wings: case.wings, ..built_in("sweep").context("no mission called sweep")? };
     let mut world = World::new(world(case, &mission)).map_err(|e| anyhow!("{e}"))?;
     let mut recorder = Recorder::create(folder, &world, &mission)?;
     fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(mission), &mut |c| recorder.push(c))?;

@@ -2,12 +2,16 @@
 //! ticked effects on.
 
 use super::{Sorry, Workbench};
-use crate::pages::flight_report;
+use crate::flight::tables::Built;
+use crate::flight::vehicles::Model;
+use crate::flight::{mission_file, next_mission};
+use crate::pages::{effect_list, flight_report};
 use crate::score::story;
 use anyhow::{Context, bail};
 use axum::Json;
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
+use discovery::diagnosis::{Diagnosis, check_segments};
 use discovery::likelihood::block_error::{blocks, modelled_m_s, rms};
 use discovery::model::branch::Branch;
 use discovery::model::dynamics::Track;
@@ -72,6 +76,12 @@ pub struct Opened {
     pub vehicle: Vehicle,
     /// Cleaned and cut.
     pub prepared: Prepared,
+    /// Segments the error is read from, as a diagnosis reads it; none: all.
+    check: Vec<u32>,
+    /// What ordinary water motion and sensors alone would leave of the error, m/s, by the last fit.
+    floor: Mutex<Option<f64>>,
+    /// The last diagnosis.
+    found: Mutex<Option<Arc<Diagnosis>>>,
     /// Which branch the model takes beyond the valid angle of attack, as the last fit took it.
     branch: Mutex<Branch>,
     /// Fitted states by the effects that are on (sorted names); the empty list is recalibration alone.
@@ -84,10 +94,13 @@ impl Opened {
         if prepared.runs.is_empty() {
             bail!("{}: no stretch of this flight is long enough for the model: {}", flight.name, prepared.notes.join("; "));
         }
-        let opened = Self { id, flight, vehicle, prepared, branch: Mutex::default(), fitted: Mutex::default() };
+        let check = check_segments(&vehicle, &prepared, &mut Vec::new());
+        let (floor, found) = (Mutex::default(), Mutex::default());
+        let opened = Self { id, flight, vehicle, prepared, check, floor, found, branch: Mutex::default(), fitted: Mutex::default() };
         // A flight too short to fit can still be looked at.
         if let Ok(calibrated) = add::add(&opened.flight, &opened.vehicle, &[], &[]) {
             opened.remember(&[], &calibrated.recalibrated, calibrated.branch);
+            opened.floor_is(calibrated.noise_floor_m_s);
         }
         Ok(opened)
     }
@@ -98,9 +111,18 @@ impl Opened {
                "speed": self.flight.speed_m_s.is_some(), "vehicle": self.vehicle.name, "notes": self.prepared.notes})
     }
 
-    /// Segments the error is read from: those reserved for it, else all.
     fn judged(&self, segment: u32) -> bool {
-        self.vehicle.check_segments.is_empty() || self.vehicle.check_segments.contains(&segment)
+        self.check.is_empty() || self.check.contains(&segment)
+    }
+
+    fn floor_is(&self, floor_m_s: f64) {
+        *self.floor.lock().unwrap_or_else(PoisonError::into_inner) = Some(floor_m_s).filter(|f| f.is_finite());
+    }
+
+    /// The last diagnosis.
+    fn diagnosis(&self) -> anyhow::Result<Arc<Diagnosis>> {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        found.clone().context("press \u{201c}Find what is missing\u{201d} first")
     }
 
     /// The state that the ticked effects mean: their values, with the calibration fitted together with them, where it was.
@@ -156,7 +178,12 @@ impl Opened {
         let mut columns: BTreeMap<&str, Vec<Option<f64>>> = names.iter().map(|n| (*n, Vec::new())).collect();
         let mut flown = Histogram::default();
         for (((run, old), new), shift) in self.prepared.runs.iter().zip(&nominal).zip(&now).zip(clock) {
-            for block in blocks(run) {
+            let cut = blocks(run);
+            let starts: Vec<f64> = cut.iter().map(|b| run.time_s[b.rows[0]]).collect();
+            for (block, gap) in cut.into_iter().zip(flight_report::gaps(&starts)) {
+                if gap {
+                    names.iter().for_each(|n| columns.entry(n).or_default().push((*n == "t").then(|| run.time_s[block.rows[0]] - shift)));
+                }
                 let (first, middle) = (block.rows[0], block.rows[block.rows.len() / 2]);
                 let alpha = new.alpha_rad.get(middle).copied().unwrap_or(f64::NAN).to_degrees();
                 flown.count(alpha.abs());
@@ -181,7 +208,8 @@ impl Opened {
         let values: Map<String, Value> =
             state.effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
         json!({
-            "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now)},
+            "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now),
+                      "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": !self.check.is_empty()},
             "effects": values, "blocks": columns, "curve": curve([&self.vehicle, &self.beside(state)], state, &flown),
         })
     }
@@ -250,11 +278,14 @@ pub fn catalogue(bench: &Workbench) -> Value {
                 .iter()
                 .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
                 .collect();
-            json!({"name": e.name(), "physics": e.physics(), "separated_by": e.separated_by(), "parameters": parameters})
+            json!({"name": e.name(), "words": effect_list::in_words(e.name()), "kind": effect_list::kind(*e), "physics": e.physics(),
+                   "separated_by": e.separated_by(), "parameters": parameters})
         })
         .collect();
     let flights: Vec<String> = bench.offered.iter().map(|p| p.display().to_string()).collect();
-    json!({"effects": effects, "flights": flights, "faults": super::live::fault_buttons()})
+    let open: Vec<Value> = bench.open.lock().map(|open| open.iter().map(|o| o.summary()).collect()).unwrap_or_default();
+    json!({"effects": effects, "kinds": effect_list::KINDS, "flights": flights, "open": open, "missions": mission_file::BUILT_IN,
+           "faults": super::live::fault_buttons()})
 }
 
 impl Workbench {
@@ -310,6 +341,7 @@ impl Workbench {
         let fit = add::add(&opened.flight, &opened.vehicle, &effects, &[])?;
         let names: Vec<&str> = effects.iter().map(|e| e.name()).collect();
         opened.remember(&names, &fit.after, fit.branch);
+        opened.floor_is(fit.noise_floor_m_s);
         Ok(opened.evaluation(&fit.after))
     }
 
@@ -340,6 +372,56 @@ impl Workbench {
     }
 }
 
+impl Workbench {
+    /// The vehicle as opened and with these effects added and refitted, each with its flight table: as given, learnt.
+    ///
+    /// # Errors
+    /// Nothing ticked, nothing to fit, or a vehicle that no table can be made of.
+    pub fn learnt(&self, request: &Fit) -> anyhow::Result<[(Model, Built); 2]> {
+        let opened = self.flight(request.flight)?;
+        let effects = request.effects.iter().map(|n| by_name(n).with_context(|| format!("there is no effect named {n}")));
+        let effects: Vec<_> = effects.collect::<anyhow::Result<_>>()?;
+        if effects.is_empty() {
+            bail!("tick at least one effect: the learnt world is that of the ticked effects");
+        }
+        let parent = opened.vehicle.document.to_string();
+        let text = format!("{:#}\n", add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?.vehicle);
+        let refitted = discovery::vehicle::parse_text(&text, Path::new("learnt.json"))?;
+        let both =
+            |vehicle: &Vehicle, text: &str| anyhow::Ok((Model::of_coefficients(vehicle, 0)?, story::table_of(vehicle, text.as_bytes())?));
+        Ok([both(&opened.vehicle, &parent)?, both(&refitted, &text)?])
+    }
+
+    /// The mission that would tell the best hypotheses of the last diagnosis apart.
+    ///
+    /// # Errors
+    /// No diagnosis yet, or nothing that a mission could tell apart.
+    pub fn next_flight(&self, request: &Fit) -> anyhow::Result<Value> {
+        let opened = self.flight(request.flight)?;
+        let found = opened.diagnosis()?;
+        let planned = next_mission::plan(&found, &opened.vehicle)?.context("there are no two hypotheses left to tell apart")?;
+        let tied = planned.tied.iter().map(|t| t.join(" with ")).collect::<Vec<_>>().join(" / ");
+        if !planned.tells_apart() {
+            bail!("no dives at other pitches and drives tell {tied} apart (expected chi² {:.1})", planned.expected_chi2());
+        }
+        let text = planned.mission(next_mission::wings(&opened.vehicle));
+        Ok(
+            json!({"name": "next.toml", "text": text, "tied": tied, "expected_chi2": planned.expected_chi2(), "at_one_pitch": planned.default_separation}),
+        )
+    }
+
+    /// The offline report of the last diagnosis.
+    ///
+    /// # Errors
+    /// No diagnosis yet.
+    pub fn report(&self, request: &Fit) -> anyhow::Result<Value> {
+        let opened = self.flight(request.flight)?;
+        let found = opened.diagnosis()?;
+        let page = flight_report::page(&found, &opened.vehicle, &opened.flight.name, crate::pages::Provenance::of_this_run());
+        Ok(json!({"name": format!("{}.html", opened.flight.name), "text": page.to_html()}))
+    }
+}
+
 /// Diagnoses an open flight; progress goes out as it comes.
 ///
 /// # Errors
@@ -360,7 +442,9 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
                 for c in found.candidates.iter().filter(|c| !c.effects.iter().any(on)) {
                     opened.remember(&c.effects, &c.state, found.branch);
                 }
+                opened.floor_is(found.noise_floor_m_s);
                 lines.send(&json!({"result": discovery::diagnosis::report::document(&found, &opened.vehicle, &opened.flight.name)}));
+                *opened.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(found));
             }
             Err(e) => lines.send(&json!({"error": e.to_string()})),
         }

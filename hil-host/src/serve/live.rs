@@ -4,12 +4,14 @@
 //! its log is on disk either way. Orders of the page (inject, recall) reach it
 //! through a list that the closed loop empties once per control cycle.
 
+use super::flights::Fit;
 use super::{Sorry, Workbench};
 use crate::flight::closed_loop::{Order, Orders, Setup, fly as fly_closed_loop};
 use crate::flight::cycle::Cycle;
 use crate::flight::recorder::Recorder;
 use crate::flight::{mission_file, worlds};
-use crate::seats::{self, Choice};
+use crate::score::story;
+use crate::seats::{self, Choice, Seat};
 use anyhow::{Context, anyhow, bail};
 use axum::Json;
 use axum::body::Body;
@@ -18,9 +20,9 @@ use axum::response::{IntoResponse, Response};
 use plant::World;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Faults that the page offers: what a crew would want to see survived.
@@ -43,6 +45,32 @@ const BATCH: Duration = Duration::from_millis(200);
 pub struct Live {
     under_way: AtomicBool,
     orders: Mutex<Orders>,
+    kept: Mutex<Kept>,
+}
+
+/// The lines of the last flight, for a page that is loaded again; clones share one list.
+#[derive(Clone, Debug, Default)]
+pub struct Kept(Arc<Mutex<Vec<Value>>>);
+
+/// Most lines kept: five a second for two hours at a human's pace. What comes after is on disk only.
+const MOST_KEPT: usize = 40_000;
+
+impl Kept {
+    /// One more.
+    pub fn push(&self, line: &Value) {
+        let mut lines = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if lines.len() < MOST_KEPT {
+            lines.push(line.clone());
+        }
+    }
+}
+
+/// `GET /api/watch`.
+#[derive(Debug, Deserialize)]
+pub struct Watch {
+    /// Number of the first line wanted.
+    #[serde(default)]
+    pub from: usize,
 }
 
 /// `POST /api/fly`.
@@ -57,6 +85,9 @@ pub struct FlyRequest {
     pace: f64,
     #[serde(default)]
     seed: u64,
+    /// Fly in the world that these effects of an open flight mean, first with the table of the vehicle as given, then with the new one.
+    #[serde(default)]
+    learnt: Option<Fit>,
 }
 
 /// `POST /api/fault`.
@@ -73,6 +104,16 @@ pub fn fault_buttons() -> Value {
 }
 
 impl Live {
+    /// The lines of the flight under way, or of the last one, from a number on.
+    #[must_use]
+    pub fn watch(&self, from: usize) -> Value {
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        // Asked before the lines are read: one more is then at most asked for in vain.
+        let under_way = self.under_way.load(Ordering::Acquire);
+        let lines = kept.0.lock().unwrap_or_else(PoisonError::into_inner);
+        json!({"under_way": under_way, "next": lines.len(), "lines": lines.get(from..).unwrap_or_default()})
+    }
+
     fn order(&self, order: Order) -> anyhow::Result<()> {
         if !self.under_way.load(Ordering::Acquire) {
             bail!("no flight is under way: press Fly it first");
@@ -114,7 +155,10 @@ pub async fn fly(State(bench): State<Arc<Workbench>>, Json(request): Json<FlyReq
     if let Ok(mut slot) = bench.live.orders.lock() {
         *slot = orders.clone();
     }
+    let kept = Kept::default();
+    *bench.live.kept.lock().unwrap_or_else(PoisonError::into_inner) = kept.clone();
     let (lines, body) = super::lines();
+    let lines = lines.kept(kept);
     tokio::task::spawn_blocking(move || {
         if let Err(e) = one_flight(&bench, &request, orders, &lines) {
             lines.send(&json!({"error": format!("{e:#}")}));
@@ -153,25 +197,57 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     };
     let mut mission = mission_file::load(&request.mission, worlds::limits)?;
     mission.wings = mission_file::parse_wings(&request.wings).with_context(|| format!("wings {}: standard or low-ar", request.wings))?;
-    let mut scenario = worlds::for_mission(&mission);
+    let learnt = request.learnt.as_ref().map(|l| bench.learnt(l)).transpose()?;
+    let mut scenario = match &learnt {
+        Some([_, (model, _)]) => {
+            mission.wings = model.wings;
+            story::world_of(model, &mission)
+        }
+        None => worlds::for_mission(&mission),
+    };
     scenario.wings = mission.wings;
     scenario.seed = request.seed;
-    let mut seat = match (request.controller.as_str(), &choice) {
-        ("ours", _) => seats::open(&choice, None, None)?,
-        ("stock", Choice::InProcess) => Box::new(seats::stock::Stock::default()),
-        ("stock", _) => bail!("the stock controller flies in the seat in-process only"),
-        (other, _) => bail!("controller {other}: ours or stock"),
-    };
-    let log = free_log(&bench.logs, &request.wings, &request.mission)?;
-    let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
-    let best = world.best_glide();
-    let mut recorder = Recorder::create(&log, &world, &mission)?;
     let realtime = (request.pace > 0.0 && request.pace.is_finite()).then_some(request.pace.clamp(1e-3, 1e6));
-    let setup = Setup { realtime, orders, ..Setup::new(mission) };
+    let tables: Vec<(&str, Option<&[u8]>)> = match &learnt {
+        Some([old, new]) => vec![("old table", Some(&old.1.bytes)), ("new table", Some(&new.1.bytes))],
+        None => vec![("", None)],
+    };
+    let mut flown: Vec<Value> = Vec::new();
+    for (pass, table) in tables {
+        let mut seat = match (request.controller.as_str(), &choice) {
+            ("ours", _) => seats::open(&choice, None, None)?,
+            ("stock", Choice::InProcess) => Box::new(seats::stock::Stock::default()),
+            ("stock", _) => bail!("the stock controller flies in the seat in-process only"),
+            (other, _) => bail!("controller {other}: ours or stock"),
+        };
+        if let Some(table) = table {
+            seat.hello()?;
+            seat.tabulate(mission.wings, table)?;
+        }
+        let log = free_log(&bench.logs, mission_file::wings_name(mission.wings), &request.mission)?;
+        let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
+        let setup = Setup { realtime, orders: orders.clone(), ..Setup::new(mission.clone()) };
+        lines.send(&json!({"pass": pass}));
+        flown.push(one_pass(&mut world, &mut *seat, &setup, &log, lines)?);
+    }
+    let mut summary = flown.last().cloned().unwrap_or_default();
+    if let [old, new] = flown.as_slice() {
+        let ratio = |v: &Value| v["achieved_l_over_d"].as_f64().unwrap_or(f64::NAN);
+        summary["both"] = json!([old, new]);
+        summary["range_gain"] = json!(ratio(new) / ratio(old) - 1.0);
+    }
+    lines.send(&summary);
+    Ok(())
+}
+
+/// Flies once, with its log; the summary is written into the log and returned.
+fn one_pass(world: &mut World, seat: &mut dyn Seat, setup: &Setup, log: &Path, lines: &super::Lines) -> anyhow::Result<Value> {
+    let best = world.best_glide();
+    let mut recorder = Recorder::create(log, world, &setup.mission)?;
     let mut rows = Vec::new();
     let mut sent = Instant::now();
     let seat_name = seat.describe();
-    let out = fly_closed_loop(&mut world, &mut *seat, &setup, &mut |cycle| {
+    let out = fly_closed_loop(world, seat, setup, &mut |cycle| {
         rows.push(row(cycle, best.alpha_rad));
         if sent.elapsed() >= BATCH || rows.len() >= 500 {
             lines.send(&json!({"rows": std::mem::take(&mut rows), "seat": seat_name}));
@@ -184,10 +260,10 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     let summary = json!({
         "end": out.end.to_string(), "dives": out.dives, "distance_m": out.distance_m, "achieved_l_over_d": out.achieved_l_over_d(),
         "max_l_over_d": best.l_over_d, "log": log.display().to_string(), "actuator_hash": format!("{:016x}", out.actuator_hash),
+        "table_id": format!("{:08x}", out.table_id),
     });
     recorder.finish(summary.clone())?;
-    lines.send(&summary);
-    Ok(())
+    Ok(summary)
 }
 
 fn row(cycle: &Cycle<'_>, best_alpha_rad: f64) -> Value {
@@ -199,7 +275,7 @@ fn row(cycle: &Cycle<'_>, best_alpha_rad: f64) -> Value {
         "alpha": degrees(t.alpha_rad), "alpha_estimate": degrees(f64::from(trace.alpha_rad)),
         "alpha_best": degrees(best_alpha_rad.copysign(t.alpha_rad)), "phase": format!("{:?}", trace.phase),
         "abort": trace.abort.map(|a| format!("{a:?}")), "table": format!("{:08x}", trace.table_id),
-        "link": format!("frame {}", cycle.frame.seq),
+        "link": format!("frame {}", cycle.frame.seq), "east": t.east_m.round(), "north": t.north_m.round(),
     })
 }
 

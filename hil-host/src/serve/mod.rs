@@ -14,7 +14,9 @@
 //! | `POST /api/evaluate` | error, traces and L/D curve with the ticked effects |
 //! | `POST /api/fit` | the same, with the ticked effects refitted |
 //! | `POST /api/diagnose` | lines of progress, then the verdict |
-//! | `POST /api/fly` | lines of a HIL flight while it flies |
+//! | `POST /api/next`, `POST /api/report` | the next mission, the offline report, of the last diagnosis |
+//! | `POST /api/fly` | lines of a HIL flight while it flies; of two with the learnt world, old table and new |
+//! | `GET /api/watch` | the lines of that flight so far, for a page that was loaded again |
 //! | `POST /api/fault`, `POST /api/stop` | act on the flight under way |
 //! | `POST /api/save` | new vehicle file and flight table |
 
@@ -23,7 +25,7 @@ pub mod guard;
 pub mod live;
 
 use anyhow::Context;
-use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::extract::{DefaultBodyLimit, Query, Request, State};
 use axum::http::{StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{Html, IntoResponse, Response};
@@ -88,24 +90,37 @@ type Answer = Result<Json<Value>, Sorry>;
 #[must_use]
 pub fn page() -> String {
     use crate::pages::assets::{PAGE_CSS, PAGE_JS, UPLOT_CSS, UPLOT_JS};
-    let (css, js) = (include_str!("workbench.css"), include_str!("workbench.js"));
+    let (css, js, fly) = (include_str!("workbench.css"), include_str!("workbench.js"), include_str!("fly.js"));
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
          <link rel=\"icon\" href=\"data:,\"><title>Glider workbench</title><style>{UPLOT_CSS}</style><style>{PAGE_CSS}{css}</style></head>\n\
-         <body><main id=\"page\"></main>\n<script>{UPLOT_JS}</script>\n<script>{PAGE_JS}</script>\n<script>{js}</script></body></html>\n"
+         <body><main id=\"page\"></main>\n<script>{UPLOT_JS}</script>\n<script>{PAGE_JS}</script>\n<script>{js}</script>\n<script>{fly}</script></body></html>\n"
     )
 }
 
 /// One JSON document per line, to the page, as the work goes on. Sending never
 /// fails: when the page is gone the work goes on without it.
 #[derive(Clone, Debug)]
-pub struct Lines(tokio::sync::mpsc::UnboundedSender<Result<String, std::convert::Infallible>>);
+pub struct Lines {
+    sender: tokio::sync::mpsc::UnboundedSender<Result<String, std::convert::Infallible>>,
+    /// The same lines kept for a page that is loaded again.
+    kept: Option<live::Kept>,
+}
 
 impl Lines {
+    /// These lines, kept as well.
+    #[must_use]
+    pub fn kept(self, kept: live::Kept) -> Self {
+        Self { kept: Some(kept), ..self }
+    }
+
     /// One more line.
     pub fn send(&self, document: &Value) {
         // The page may have been closed; the flight or the search is not its slave.
-        let _ = self.0.send(Ok(format!("{document}\n")));
+        let _ = self.sender.send(Ok(format!("{document}\n")));
+        if let Some(kept) = &self.kept {
+            kept.push(document);
+        }
     }
 }
 
@@ -113,7 +128,7 @@ impl Lines {
 #[must_use]
 pub fn lines() -> (Lines, tokio_stream::wrappers::UnboundedReceiverStream<Result<String, std::convert::Infallible>>) {
     let (sender, receiver) = tokio::sync::mpsc::unbounded_channel();
-    (Lines(sender), tokio_stream::wrappers::UnboundedReceiverStream::new(receiver))
+    (Lines { sender, kept: None }, tokio_stream::wrappers::UnboundedReceiverStream::new(receiver))
 }
 
 /// Work that takes more than a moment goes to a thread of its own, so that the page stays answered.
@@ -134,8 +149,14 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         )
         .route("/api/fit", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.fit(&r)).await }))
         .route("/api/save", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.save(&r)).await }))
+        .route("/api/next", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.next_flight(&r)).await }))
+        .route("/api/report", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.report(&r)).await }))
         .route("/api/diagnose", post(flights::diagnose))
         .route("/api/fly", post(live::fly))
+        .route(
+            "/api/watch",
+            get(|State(b): Bench, Query(w): Query<live::Watch>| async move { blocking(move || Ok(b.live.watch(w.from))).await }),
+        )
         .route(
             "/api/fault",
             post(|State(b): Bench, Json(r): Json<live::FaultRequest>| async move { blocking(move || b.live.inject(&r)).await }),

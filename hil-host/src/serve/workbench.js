@@ -1,10 +1,10 @@
-// The live workbench: open a flight, tick effects, find what is missing, fly it.
-(() => {
+// The live workbench: open a flight, see where its model fails, tick effects, find what is missing. Flying is in fly.js.
+const Bench = (() => {
   'use strict';
   const { el, fmt } = Glider;
   const token = new URLSearchParams(location.search).get('token') || '';
   const root = document.getElementById('page');
-  const state = { catalogue: [], flight: null, second: null, ticked: new Map(), listed: [] };
+  const state = { catalogue: [], kinds: [], flight: null, second: null, ticked: new Map(), gains: new Map(), error: null, history: [], found: null };
 
   // ---- talking to the server -------------------------------------------
   const ask = async (path, body, signal) => {
@@ -37,76 +37,80 @@
   // A pure number has the unit 1, which nobody wants to read.
   const unit = (u) => (u && u !== '1' ? ' ' + u : '');
   const cm = (v) => (v == null ? '–' : (100 * v).toFixed(3));
+  const words = (name) => (state.catalogue.find((e) => e.name === name) || { words: name }).words;
+  const download = (name, text, type) => { const a = el('a', { href: URL.createObjectURL(new Blob([text], { type })), download: name }); a.click(); setTimeout(() => URL.revokeObjectURL(a.href), 1000); };
+  const button = (id, text, disabled) => el('button', { type: 'button', id, disabled: !!disabled }, text);
+  const chart = (title, mark, x, y, group, down) => Glider.figure({ title, mark, x: { label: x[0], unit: x[1] }, y: { label: y[0], unit: y[1], inverted: !!down }, series: [{ name: '', x: [0, 1], y: [null, null] }], group }, true);
+  const mapChart = (title) => Glider.figure({ title, mark: 'map', x: { label: 'angle of attack', unit: '°' }, y: { label: 'depth', unit: 'm', inverted: true }, series: [{ name: 'cm/s', x: [0, 1], y: [0, 1], z: [null, null, null, null] }] });
 
   // ---- skeleton ---------------------------------------------------------
   const status = el('p', { class: 'say', role: 'status', 'aria-live': 'polite', id: 'status' });
   const file = el('input', { type: 'file', multiple: true, id: 'file', 'aria-label': 'Flight files: flight.csv and its vehicle file' });
   const drop = el('div', { class: 'drop', id: 'drop' }, el('p', {}, 'Drop flight.csv and its vehicle file here, or choose them:'), file);
   const listed = el('select', { id: 'listed', 'aria-label': 'Flights named on the command line' });
-  const openListed = el('button', { type: 'button', id: 'open-listed' }, 'Open');
+  const openListed = button('open-listed', 'Open');
   const listedRow = el('div', { class: 'row', hidden: true }, el('label', { for: 'listed' }, 'or'), listed, openListed);
+  const opener = el('details', { open: true, id: 'opener' }, el('summary', {}, 'Open a flight'), drop, listedRow);
   const summary = el('p', { class: 'lead', id: 'summary' });
-  const number = (id, label) => { const b = el('b', { id }, '–'); return [b, el('div', {}, b, el('span', {}, label))]; };
-  const [nNominal, dNominal] = number('error-nominal', 'model as given, cm/s');
-  const [nRecal, dRecal] = number('error-recalibrated', 'recalibrated in tolerance, cm/s');
-  const [nNow, dNow] = number('error-now', 'with the ticked effects, cm/s');
-  const effects = el('ul', { class: 'effects', id: 'effects', 'aria-label': 'Effects' });
-  const find = el('button', { type: 'button', id: 'find', disabled: true }, 'Find what is missing');
-  const fit = el('button', { type: 'button', id: 'fit', disabled: true }, 'Fit the ticked effects');
-  const save = el('button', { type: 'button', id: 'save', disabled: true }, 'Save vehicle and table');
+  // The same four figures, with the same names, as `glider add`, `glider diagnose` and the report.
+  const steps = [['nominal', 'as given', 'The vehicle file as it stands.'], ['recalibrated', 'recalibrated', 'Its numbers refitted inside their tolerances, no effect added.'], ['now', 'with the ticked effects', 'The ticked effects and the calibration fitted together.'], ['floor', 'floor', 'What ordinary water motion and sensor noise alone would leave.']]
+    .map(([key, label, what], i) => {
+      const value = el('b', { id: 'error-' + key }, '–'), bar = el('i', { class: 's' + i });
+      return { key, value, bar, node: el('div', { class: 'step', title: what }, el('span', {}, label), value, el('div', { class: 'track', 'aria-hidden': 'true' }, bar)) };
+    });
+  const worth = el('p', { id: 'worth', role: 'status' });
+  const undo = button('undo', 'Undo', true);
+  const past = el('span', { id: 'history', class: 'lead' });
+  const ladder = el('div', { class: 'ladder', id: 'ladder', hidden: true, role: 'group', 'aria-label': 'Depth-rate error in cm/s, step by step' }, el('div', { class: 'steps' }, ...steps.map((s) => s.node)), el('div', { class: 'row' }, worth, undo, past));
+  const effects = el('div', { class: 'effects', id: 'effects', role: 'group', 'aria-label': 'Effects', tabindex: '0' });
+  const find = button('find', 'Find what is missing', true);
+  const fit = button('fit', 'Fit the ticked effects', true);
+  const save = button('save', 'Save vehicle and table', true);
+  const report = button('report', 'Report', true);
+  const next = button('next', 'Next flight', true);
   const findSay = el('p', { class: 'say', role: 'status', id: 'find-status' });
   const findBar = el('progress', { hidden: true, 'aria-label': 'search for the missing effect' });
   const verdict = el('div', { id: 'verdict' });
-  const chart = (title, mark, x, y, group, down) => Glider.figure({ title, mark, x: { label: x[0], unit: x[1] }, y: { label: y[0], unit: y[1], inverted: !!down }, series: [{ name: '', x: [0, 1], y: [null, null] }], group }, true);
-  const fDepth = chart('Depth', 'line', ['time under way', 's'], ['depth', 'm'], 'flight', true);
-  const fRate = chart('Depth rate: measured and model', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'flight');
-  const fRes = chart('Residual against angle of attack', 'point', ['angle of attack', '°'], ['residual', 'cm/s']);
-  const fCurve = chart('L/D against angle of attack', 'line', ['angle of attack', '°'], ['L/D', '']);
+  const fDepth = chart('Depth', 'line', ['time under way', 's'], ['depth', 'm'], 'time', true);
+  const fRate = chart('Depth rate in 20 s blocks', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'time');
+  const fRes = chart('Residual (measured minus model) against angle of attack', 'point', ['angle of attack', '°'], ['residual', 'cm/s']);
+  const fCurve = chart('L/D in a dive at 0.3 m/s, and where this flight was', 'line', ['angle of attack', '°'], ['L/D', '']);
+  const fMaps = [mapChart('Where it fails: model as given'), mapChart('Where it fails: with the ticked effects')];
   const second = el('select', { id: 'second', 'aria-label': 'Second flight to show beside this one' }, el('option', { value: '' }, 'no second flight'));
-
-  const wings = el('select', { id: 'wings', 'aria-label': 'Wings' }, el('option', { value: 'standard' }, 'standard wings'), el('option', { value: 'low-ar' }, 'low aspect ratio wings'));
-  const mission = el('select', { id: 'mission', 'aria-label': 'Mission' }, ...['shallow', 'sea', 'deep'].map((m) => el('option', { value: m }, m)));
-  const seat = el('select', { id: 'seat', 'aria-label': 'Seat' }, ...['in-process', 'pty', 'qemu'].map((m) => el('option', { value: m }, m)));
-  const controller = el('select', { id: 'controller', 'aria-label': 'Controller' }, ...['ours', 'stock'].map((m) => el('option', { value: m }, m)));
-  const pace = el('select', { id: 'pace', 'aria-label': 'Pace' }, ...[[0, 'as fast as it goes'], [200, '200 × real time'], [50, '50 × real time']].map(([v, t]) => el('option', { value: v }, t)));
-  const fly = el('button', { type: 'button', id: 'fly' }, 'Fly it');
-  const stop = el('button', { type: 'button', id: 'stop', disabled: true }, 'Recall');
-  const faults = el('div', { class: 'row', id: 'faults', role: 'group', 'aria-label': 'Inject a fault' });
-  const liveSay = el('p', { class: 'say', role: 'status', id: 'live-status' });
-  const liveNumbers = el('div', { class: 'numbers', id: 'live-numbers' });
-  const fLive = chart('Depth', 'line', ['time', 's'], ['depth', 'm'], 'live', true);
-  const fPitch = chart('Pitch and ballast', 'line', ['time', 's'], ['pitch (°), ballast (10 cc)', ''], 'live');
-  const fAlpha = chart('Angle of attack against the best one', 'line', ['time', 's'], ['angle of attack', '°'], 'live');
-  const scrub = el('input', { type: 'range', class: 'scrub', id: 'scrub', min: 0, max: 0, value: 0, 'aria-label': 'Scrub through the flight' });
-
+  const work = el('div', { class: 'cols', hidden: true, id: 'work' },
+    el('section', {}, el('h2', {}, 'Effects'), el('div', { class: 'row' }, find, fit, save), findBar, findSay, effects),
+    el('section', {}, verdict, el('h2', {}, 'Model against measurement'), fRate, el('div', { class: 'charts' }, ...fMaps), fRes, fCurve, fDepth, el('div', { class: 'row' }, el('label', { for: 'second' }, 'A second flight beside it:'), second)));
+  const hil = el('section', { id: 'hil' });
   root.replaceChildren(
     el('a', { class: 'skip', href: '#flight' }, 'Skip to the flight'),
     el('div', { class: 'bar' }, el('h1', {}, 'Glider workbench'), Glider.themeButton()),
-    status,
-    el('section', { id: 'flight' }, el('h2', {}, '1 · A flight and its model'), drop, listedRow, summary,
-      el('div', { class: 'numbers', 'aria-live': 'polite' }, dNominal, dRecal, dNow)),
-    el('div', { class: 'cols' },
-      el('section', {}, el('h2', {}, '2 · Effects'), el('p', { class: 'lead' }, 'Tick what may be missing and move its size; error, traces and L/D follow.'),
-        el('div', { class: 'row' }, find, fit, save), findBar, findSay, effects),
-      el('section', {}, verdict, el('h2', {}, 'Model against measurement'), el('div', { class: 'row' }, el('label', { for: 'second' }, 'Beside it:'), second), fDepth, fRate, fRes, fCurve)),
-    el('section', { id: 'hil' }, el('h2', {}, '3 · Fly it'),
-      el('p', { class: 'lead' }, 'The real controller against the simulated glider. In the seat qemu it is the very image that is flashed to the board.'),
-      el('div', { class: 'row' }, wings, mission, seat, controller, pace, fly, stop),
-      el('fieldset', {}, el('legend', {}, 'Inject a fault'), faults), liveSay, liveNumbers, scrub, fLive, fPitch, fAlpha),
-    el('footer', {}, 'Nothing leaves this machine.'));
-  [fDepth, fRate, fRes, fCurve, fLive, fPitch, fAlpha].forEach((f) => f.attach());
+    el('section', { id: 'flight' }, opener, summary, status), ladder, work, hil, el('footer', {}, 'Nothing leaves this machine.'));
+  const figures = [fDepth, fRate, fRes, fCurve, ...fMaps];
+  figures.forEach((f) => f.attach());
+
+  // ---- what a reload keeps ----------------------------------------------
+  const KEY = 'glider-workbench';
+  const keep = () => {
+    const kept = state.flight && { flight: state.flight.id, name: state.flight.name, ticked: [...state.ticked], history: state.history, found: state.found };
+    try { sessionStorage.setItem(KEY, JSON.stringify(kept)); } catch { /* a full store loses comfort, not work */ }
+  };
+  const kept = () => { try { return JSON.parse(sessionStorage.getItem(KEY)) || {}; } catch { return {}; } };
 
   // ---- flights ----------------------------------------------------------
-  const opened = (f) => {
-    state.flight = f;
-    state.ticked.clear();
+  const opened = async (f, before = {}) => {
+    Object.assign(state, { flight: f, ticked: new Map(before.ticked || []), gains: new Map(), history: before.history || [], found: null });
     verdict.replaceChildren();
     say(findSay, '');
     summary.textContent = `${f.name}: ${f.rows} rows, ${f.segments} segments, ${fmt(f.hours)} h${f.speed ? ', with speed through the water' : ''}${f.vehicle ? `, vehicle ${f.vehicle}` : ''}.`;
-    second.append(el('option', { value: f.id }, f.name));
+    if (![...second.options].some((o) => o.value === String(f.id))) second.append(el('option', { value: f.id }, f.name));
     [find, fit, save].forEach((b) => (b.disabled = false));
+    [ladder, work].forEach((n) => (n.hidden = false));
+    opener.open = false;
+    opener.firstChild.textContent = 'Open another flight';
     drawEffects();
-    return evaluate();
+    await evaluate();
+    if (before.found) showVerdict(before.found);
+    document.dispatchEvent(new Event('flight-open'));
   };
   const open = async (files) => {
     say(status, 'Reading …');
@@ -116,46 +120,65 @@
       const texts = await Promise.all([...files].map(async (f) => ({ name: f.name, text: await f.text() })));
       await opened(await json('/api/open', { files: texts }));
       say(status, 'Flight open.', 'good');
-    } catch (e) { say(status, e.message, 'bad'); }
+    } catch (e) { say(status, e.message, 'bad'); opener.open = true; }
   };
   file.addEventListener('change', () => file.files.length && open(file.files));
   for (const [type, over] of [['dragover', true], ['dragleave', false], ['drop', false]]) {
     drop.addEventListener(type, (e) => { e.preventDefault(); drop.classList.toggle('over', over); if (type === 'drop' && e.dataTransfer.files.length) open(e.dataTransfer.files); });
   }
   addEventListener('dragover', (e) => e.preventDefault());
-  addEventListener('drop', (e) => e.preventDefault());
+  addEventListener('drop', (e) => { e.preventDefault(); if (!drop.contains(e.target) && e.dataTransfer.files.length) open(e.dataTransfer.files); });
   openListed.addEventListener('click', async () => {
     say(status, 'Reading …');
     try { await opened(await json('/api/open', { listed: Number(listed.value) })); say(status, 'Flight open.', 'good'); } catch (e) { say(status, e.message, 'bad'); }
   });
 
   // ---- effects ----------------------------------------------------------
-  const drawEffects = () => effects.replaceChildren(...state.catalogue.map((e) => {
+  const effectItem = (e) => {
     const box = el('input', { type: 'checkbox', id: 'fx-' + e.name });
+    const gain = el('span', { class: 'gain', id: 'gain-' + e.name });
     const sliders = el('div', { class: 'sliders' });
-    const li = el('li', {}, el('label', { title: e.physics }, box, el('span', {}, e.name)), sliders);
-    const show = () => {
+    const li = el('li', {}, el('label', {}, box, el('span', {}, e.words), gain), el('p', { class: 'physics' }, e.physics), sliders);
+    e.show = () => {
       const values = state.ticked.get(e.name);
       box.checked = !!values;
+      const alone = state.gains.get(e.name), recal = state.error && state.error.recalibrated;
+      const by = alone == null || recal == null ? null : 100 * (recal - alone);
+      gain.textContent = by == null ? '' : by >= 0.0005 ? `−${by.toFixed(3)} cm/s` : 'no gain';
+      gain.title = by == null ? '' : 'What this effect alone takes off the error beyond recalibration';
+      gain.classList.toggle('good', by != null && by >= 0.0005);
       sliders.replaceChildren(...(values ? e.parameters.flatMap((p, i) => {
         if (!p.typical) return []; // stated with the others, not for a hand to move
         const text = el('span', {}, `${fmt(values[i])}${unit(p.unit)}`);
-        const s = el('input', { type: 'range', min: p.low, max: p.high, step: (p.high - p.low) / 400, value: values[i], 'aria-label': `${e.name} ${p.name}` });
+        const s = el('input', { type: 'range', min: p.low, max: p.high, step: (p.high - p.low) / 400, value: values[i], 'aria-label': `${e.words} ${p.name}` });
         s.addEventListener('input', () => { values[i] = Number(s.value); text.textContent = `${fmt(values[i])}${unit(p.unit)}`; evaluate(); });
         return [el('label', {}, el('span', {}, p.name), text, s)];
       }) : []));
     };
     box.addEventListener('change', async () => {
-      if (!box.checked) { state.ticked.delete(e.name); show(); evaluate(); return; }
+      remember();
+      if (!box.checked) { state.ticked.delete(e.name); e.show(); if (state.ticked.size) await fitTicked(); else await evaluate(); return; }
       state.ticked.set(e.name, e.parameters.map((p, i) => (i ? p.off : p.off + p.typical <= p.high ? p.off + p.typical : p.off - p.typical)));
-      show();
+      e.show();
       await fitTicked();
     });
-    e.show = show;
-    show();
+    e.show();
     return li;
+  };
+  const drawEffects = () => effects.replaceChildren(...state.kinds.flatMap((kind) => {
+    const inside = state.catalogue.filter((e) => e.kind === kind);
+    return inside.length ? [el('h3', {}, kind), el('ul', { 'aria-label': kind }, ...inside.map(effectItem))] : [];
   }));
   const chosen = () => Object.fromEntries(state.ticked);
+  const copy = () => [...state.ticked].map(([k, v]) => [k, [...v]]);
+  const remember = () => { state.history.push({ ticked: copy(), now: state.error && state.error.now }); if (state.history.length > 30) state.history.shift(); };
+  undo.addEventListener('click', async () => {
+    const before = state.history.pop();
+    if (!before) return;
+    state.ticked = new Map(before.ticked);
+    state.catalogue.forEach((e) => e.show());
+    await evaluate();
+  });
   let pending = null;
   async function evaluate() {
     if (!state.flight) return;
@@ -169,24 +192,65 @@
     if (!state.flight || !state.ticked.size) return evaluate();
     say(findSay, 'Fitting …');
     try {
-      const r = await json('/api/fit', { flight: state.flight.id, effects: [...state.ticked.keys()] });
+      const names = [...state.ticked.keys()];
+      const r = await json('/api/fit', { flight: state.flight.id, effects: names });
       for (const [name, values] of Object.entries(r.effects)) state.ticked.set(name, values);
-      state.catalogue.forEach((e) => e.show());
+      if (names.length === 1) state.gains.set(names[0], r.error.now);
       draw(r);
-      say(findSay, 'Fitted on the fit segments; the numbers above are on the check segments.', 'good');
+      say(findSay, r.error.held_out ? 'Fitted on the fit segments; the figures above are of segments kept out of the fit.' : 'Fitted; no segments are kept out, the figures above are of the fitted ones.', 'good');
     } catch (e) { say(findSay, e.message, 'bad'); }
   }
-  fit.addEventListener('click', fitTicked);
+  fit.addEventListener('click', () => { remember(); fitTicked(); });
+
+  // ---- the ladder and the charts -----------------------------------------
+  function drawLadder(error) {
+    state.error = error;
+    const most = Math.max(...steps.map((s) => error[s.key] || 0), 1e-9);
+    for (const s of steps) {
+      const idle = s.key === 'now' && !state.ticked.size;
+      s.value.textContent = cm(error[s.key]);
+      s.node.classList.toggle('idle', idle);
+      s.bar.style.width = `${(100 * (error[s.key] || 0)) / most}%`;
+    }
+    const by = error.recalibrated == null || error.now == null ? null : 100 * (error.recalibrated - error.now);
+    const where = error.held_out ? 'on segments kept out of the fit' : 'on the fitted segments';
+    worth.textContent = !state.ticked.size ? `Depth-rate error in cm/s, ${where}. Nothing is ticked.`
+      : by == null ? '' : by >= 0.0005 ? `The ticked effects take off ${by.toFixed(3)} cm/s beyond recalibration, ${where}.`
+        : `The ticked effects are worth nothing here: recalibration alone leaves ${(-by).toFixed(3)} cm/s less, ${where}.`;
+    worth.className = state.ticked.size && by != null ? (by >= 0.0005 ? 'good' : 'bad') : '';
+    undo.disabled = !state.history.length;
+    past.textContent = state.history.length ? [...state.history.slice(-4).map((h) => cm(h.now)), cm(error.now)].join(' → ') : '';
+    state.catalogue.forEach((e) => e.show && e.show());
+    keep();
+  }
+  // Mean residual by angle of attack and depth.
+  const binned = (b, key) => {
+    const rows = b.t.map((_, i) => [b.alpha[i], b.depth[i], b.observed[i] == null || b[key][i] == null ? null : b.observed[i] - b[key][i]]).filter((r) => r.every((v) => v != null) && Math.abs(r[0]) < 30);
+    const nx = 12, ny = 8;
+    if (rows.length < 2) return { x: [0, 1], y: [0, 1], z: [null, null, null, null] };
+    const span = (k) => { const v = rows.map((r) => r[k]).sort((p, q) => p - q); return [v[Math.floor(0.01 * v.length)], v[Math.ceil(0.99 * v.length) - 1]]; };
+    const [x0, x1] = span(0), [y0, y1] = span(1), sum = new Float64Array(nx * ny), n = new Float64Array(nx * ny);
+    for (const [x, y, r] of rows) {
+      const i = Math.min(nx - 1, Math.floor(((x - x0) / (x1 - x0)) * nx)), j = Math.min(ny - 1, Math.floor(((y - y0) / (y1 - y0)) * ny));
+      if (i >= 0 && j >= 0) { sum[j * nx + i] += r; n[j * nx + i] += 1; }
+    }
+    const centre = (lo, hi, count) => Array.from({ length: count }, (_, i) => lo + ((hi - lo) * (i + 0.5)) / count);
+    return { x: centre(x0, x1, nx), y: centre(y0, y1, ny), z: [...sum].map((s, i) => (n[i] ? s / n[i] : null)) };
+  };
   function draw(r) {
-    nNominal.textContent = cm(r.error.nominal);
-    nRecal.textContent = cm(r.error.recalibrated);
-    nNow.textContent = cm(r.error.now);
-    const b = r.blocks, other = state.second;
+    drawLadder(r.error);
+    const b = r.blocks, other = state.second, on = state.ticked.size > 0;
     const beside = (key, name) => (other ? [{ name: `${name} (${other.name})`, x: other.blocks.t, y: other.blocks[key] }] : []);
+    const ticked = (series) => (on ? [series] : []);
+    const minus = (key) => b.observed.map((v, i) => (v == null || b[key][i] == null ? null : v - b[key][i]));
     fDepth.handle.set([{ name: 'measured', x: b.t, y: b.depth }, ...beside('depth', 'measured')]);
-    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'model as given', x: b.t, y: b.nominal }, { name: 'with the ticked effects', x: b.t, y: b.now }, ...beside('observed', 'measured')]);
-    fRes.handle.set([{ name: 'as given', x: b.alpha, y: b.observed.map((v, i) => (v == null || b.nominal[i] == null ? null : v - b.nominal[i])) }, { name: 'with the ticked effects', x: b.alpha, y: b.observed.map((v, i) => (v == null || b.now[i] == null ? null : v - b.now[i])) }]);
-    fCurve.handle.set([{ name: 'as given', x: r.curve.alpha, y: r.curve.nominal }, { name: 'with the ticked effects', x: r.curve.alpha, y: r.curve.now }, { name: 'share of time there, 1 = all of it', x: r.curve.flown_alpha || [0], y: r.curve.flown_share || [null] }]);
+    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'as given', x: b.t, y: b.nominal }, ...ticked({ name: 'with the ticked effects', x: b.t, y: b.now }), ...beside('observed', 'measured')]);
+    fRes.handle.set([{ name: 'as given', x: b.alpha, y: minus('nominal') }, ...ticked({ name: 'with the ticked effects', x: b.alpha, y: minus('now') })]);
+    fCurve.handle.set([{ name: 'as given', x: r.curve.alpha, y: r.curve.nominal }, ...ticked({ name: 'with the ticked effects', x: r.curve.alpha, y: r.curve.now }), { name: 'share of time there, 1 = all of it', x: r.curve.flown_alpha || [0], y: r.curve.flown_share || [null] }]);
+    const maps = ['nominal', 'now'].map((key) => binned(b, key));
+    const most = Math.max(...maps[0].z.filter((v) => v != null).map(Math.abs), 1e-9); // one scale: the second is paler where it is better
+    fMaps[1].hidden = !on;
+    maps.forEach((m, i) => { fMaps[i].handle.chart.most = most; fMaps[i].handle.set([{ name: 'cm/s', ...m }]); });
   }
   second.addEventListener('change', async () => {
     state.second = null;
@@ -201,88 +265,78 @@
   find.addEventListener('click', async () => {
     find.disabled = true;
     findBar.hidden = false;
-    findBar.removeAttribute('value');
+    findBar.value = 0;
     say(findSay, 'Trying the whole catalogue, alone and in pairs …');
     try {
       await stream('/api/diagnose', { flight: state.flight.id }, (m) => {
         if (m.error) throw new Error(m.error);
-        if (m.progress != null) { findBar.value = m.progress; say(findSay, m.text); }
+        // A second look starts over; the bar does not.
+        if (m.progress != null) { findBar.value = Math.max(findBar.value, m.progress); say(findSay, m.text); }
         if (m.result) showVerdict(m.result);
       });
+      await evaluate();
     } catch (e) { say(findSay, e.message, 'bad'); }
     findBar.hidden = true;
     find.disabled = false;
   });
   function showVerdict(d) {
-    say(findSay, `Verdict: ${d.verdict}${d.answer.length ? ' – ' + d.answer.join(' + ') : ''}.`, 'good');
-    const rows = d.candidates.slice(0, 8).map((c) => [c.effects.join(' + '), Object.entries(c.parameters).map(([k, p]) => `${k.split('.').pop()} ${fmt(p.value)} [${fmt(p.low)}, ${fmt(p.high)}]${unit(p.unit)}`).join('; '), fmt(c.error_after), (100 * c.probability).toFixed(0) + ' %']);
+    state.found = d;
+    for (const c of d.candidates) if (c.effects.length === 1) state.gains.set(c.effects[0], (c.error_after_heldout ?? c.error_after) / 100);
+    state.catalogue.forEach((e) => e.show && e.show());
+    const sure = { adequate: 'good', explained: 'good' }[d.verdict] || '';
+    say(findSay, `Verdict: ${d.verdict}${d.answer.length ? ' – ' + d.answer.map(words).join(' + ') : ''}.`, sure);
+    const rows = d.candidates.slice(0, 8).map((c) => [c.effects.map(words).join(' + '), Object.entries(c.parameters).map(([k, p]) => `${k.split('.').pop()} ${fmt(p.value)} [${fmt(p.low)}, ${fmt(p.high)}]${unit(p.unit)}`).join('; '), fmt(c.error_after_heldout ?? c.error_after), (100 * c.probability).toFixed(0) + ' %']);
     const same = (d.equivalent || []).filter((c) => c.join() !== d.answer.join());
-    verdict.replaceChildren(el('h2', {}, 'What is missing'), el('p', {}, d.explanation), same.length ? el('p', {}, 'Cannot be told apart from: ' + same.map((c) => c.join(' + ')).join('; ') + '.') : '',
-      el('details', innerWidth > 860 ? { open: true } : {}, el('summary', {}, `All candidates, best first (${rows.length} shown)`),
+    const line = (k, v) => (v ? [el('dt', {}, k), el('dd', {}, v)] : []);
+    const remains = (d.remains || []).map((r) => `${r.variable.replaceAll('_', ' ')}${r.phase ? ` (${r.phase})` : ''}: ${fmt(r.size_cm_s)} cm/s`).join('; ');
+    const take = d.answer.length ? button('take', 'Tick it and fit') : null;
+    verdict.replaceChildren(el('h2', {}, 'What is missing'),
+      el('dl', { class: 'answer' }, ...line('Verdict', d.verdict), ...line('Best answer', d.answer.map(words).join(' + ') || 'nothing to add'), ...line('Why', d.explanation), ...line('Cannot tell from', same.map((c) => c.map(words).join(' + ')).join('; ')), ...line('What remains', remains), ...line('What next', d.next_flight)),
+      el('div', { class: 'row' }, take, next, report),
+      el('details', {}, el('summary', {}, `All candidates, best first (${rows.length} shown)`),
         Glider.table({ caption: 'Candidates', head: ['effects', 'parameters and 90 % interval', `error after (${d.error.unit})`, 'probability'], rows })));
-    if (d.answer.length) {
-      verdict.querySelector('p').after(el('button', { type: 'button', id: 'take', onclick: () => { state.ticked.clear(); d.answer.forEach((n) => { const e = state.catalogue.find((c) => c.name === n); if (e) state.ticked.set(n, e.parameters.map((p) => p.off)); }); fitTicked(); } }, 'Tick it and fit'));
+    [next, report].forEach((b) => (b.disabled = false));
+    if (take) {
+      take.addEventListener('click', () => {
+        remember();
+        state.ticked.clear();
+        d.answer.forEach((n) => { const e = state.catalogue.find((c) => c.name === n); if (e) state.ticked.set(n, e.parameters.map((p) => p.off)); });
+        fitTicked();
+      });
     }
+    keep();
   }
-  const download = (name, text, type) => { const a = el('a', { href: URL.createObjectURL(new Blob([text], { type })), download: name }); a.click(); setTimeout(() => URL.revokeObjectURL(a.href), 1000); };
+  const fetched = (b, path, type, told) => b.addEventListener('click', async () => {
+    try {
+      const r = await json(path, { flight: state.flight.id });
+      download(r.name, r.text, type);
+      say(findSay, told(r), 'good');
+    } catch (e) { say(findSay, e.message, 'bad'); }
+  });
+  fetched(next, '/api/next', 'application/toml', (r) => `Saved ${r.name}: it puts ${r.tied} apart by an expected chi² of ${fmt(r.expected_chi2)} (${fmt(r.at_one_pitch)} at one pitch). Fly it: glider fly --mission ${r.name} --log DIR`);
+  fetched(report, '/api/report', 'text/html', (r) => `Saved ${r.name}.`);
   save.addEventListener('click', async () => {
     try {
       const r = await json('/api/save', { flight: state.flight.id, effects: chosen() });
-      download(r.vehicle.name, r.vehicle.text, 'application/toml');
+      download(r.vehicle.name, r.vehicle.text, 'application/json');
       if (r.table) download(r.table.name, Uint8Array.from(r.table.values), 'application/octet-stream');
       say(findSay, `Saved ${r.vehicle.name}${r.table ? ` and ${r.table.name} (${r.table.bytes} bytes)` : ''}${r.note ? ': ' + r.note : ''}.`, 'good');
     } catch (e) { say(findSay, e.message, 'bad'); }
   });
 
-  // ---- fly it -----------------------------------------------------------
-  let rows = [], follow = true, drawTimer = 0;
-  const column = (k) => rows.map((r) => r[k]);
-  const drawLive = () => {
-    drawTimer = 0;
-    const t = column('t');
-    fLive.handle.set([{ name: 'true depth', x: t, y: column('depth') }]);
-    fPitch.handle.set([{ name: 'pitch', x: t, y: column('pitch') }, { name: 'setpoint', x: t, y: column('setpoint') }, { name: 'ballast', x: t, y: column('ballast') }]);
-    fAlpha.handle.set([{ name: 'true', x: t, y: column('alpha') }, { name: 'estimated', x: t, y: column('alpha_estimate') }, { name: 'best (α*)', x: t, y: column('alpha_best') }]);
-    scrub.max = Math.max(0, rows.length - 1);
-    if (follow) scrub.value = scrub.max;
-    showRow(Number(scrub.value));
-  };
-  const showRow = (i) => {
-    const r = rows[i];
-    if (!r) return;
-    liveNumbers.replaceChildren(...[['time', fmt(r.t) + ' s'], ['phase', r.phase], ['depth', fmt(r.depth) + ' m'], ['pitch', fmt(r.pitch) + '°'], ['α, α*', `${fmt(r.alpha)}°, ${fmt(r.alpha_best)}°`], ['abort', r.abort || 'none'], ['table', r.table], ['link', r.link]]
-      .map(([k, v]) => el('div', {}, el('b', { id: 'live-' + k.replace(/[^a-z]/g, '') }, String(v)), el('span', {}, k))));
-  };
-  scrub.addEventListener('input', () => { follow = Number(scrub.value) >= Number(scrub.max); showRow(Number(scrub.value)); });
-  fly.addEventListener('click', async () => {
-    fly.disabled = true;
-    stop.disabled = false;
-    rows = [];
-    follow = true;
-    say(liveSay, 'Taking the seat …');
-    try {
-      await stream('/api/fly', { wings: wings.value, mission: mission.value, seat: seat.value, controller: controller.value, pace: Number(pace.value) }, (m) => {
-        if (m.error) throw new Error(m.error);
-        if (m.rows) { rows.push(...m.rows); if (!drawTimer) drawTimer = setTimeout(drawLive, 150); say(liveSay, `Flying in the seat ${m.seat}.`); }
-        if (m.end) say(liveSay, `End: ${m.end}. ${m.dives} dives, ${fmt(m.distance_m)} m, L/D ${fmt(m.achieved_l_over_d)} of ${fmt(m.max_l_over_d)}. Log: ${m.log}`, m.end === 'complete' ? 'good' : '');
-      });
-    } catch (e) { say(liveSay, e.message, 'bad'); }
-    clearTimeout(drawTimer);
-    drawLive();
-    fly.disabled = false;
-    stop.disabled = true;
-  });
-  stop.addEventListener('click', () => json('/api/stop', {}).catch((e) => say(liveSay, e.message, 'bad')));
-
   // ---- start ------------------------------------------------------------
-  (async () => {
+  const start = (async () => {
     try {
       const c = await json('/api/catalogue');
-      state.catalogue = c.effects;
+      Object.assign(state, { catalogue: c.effects, kinds: c.kinds });
       drawEffects();
       for (const [i, f] of c.flights.entries()) { listed.append(el('option', { value: i }, f)); listedRow.hidden = false; }
-      faults.replaceChildren(...c.faults.map((f) => el('button', { type: 'button', 'data-fault': f.spec, onclick: () => json('/api/fault', { spec: f.spec }).then((r) => say(liveSay, r.text), (e) => say(liveSay, e.message, 'bad')) }, f.label)));
-      say(status, 'Ready. Nothing leaves this machine.');
-    } catch (e) { say(status, e.message, 'bad'); }
+      for (const f of c.open) second.append(el('option', { value: f.id }, f.name));
+      const before = kept(), again = c.open.find((f) => f.id === before.flight && f.name === before.name);
+      if (again) await opened(again, before);
+      say(status, again ? 'Ready: the flight is as it was before the page was loaded again.' : 'Ready. Nothing leaves this machine.');
+      return c;
+    } catch (e) { say(status, e.message, 'bad'); return null; }
   })();
+  return { state, json, stream, say, chart, button, hil, start };
 })();

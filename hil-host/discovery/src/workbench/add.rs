@@ -27,6 +27,8 @@ pub struct Added {
     pub fitted_m_s: [f64; 3],
     /// The same on segments kept out of the fit; NaN if there are none.
     pub heldout_m_s: [f64; 3],
+    /// Error that ordinary water motion and sensor noise alone would leave, m/s.
+    pub noise_floor_m_s: f64,
     /// Parameters with 90 % intervals.
     pub parameters: Vec<Estimate>,
     /// The new vehicle file.
@@ -104,6 +106,7 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     Ok(Added {
         fitted_m_s,
         heldout_m_s,
+        noise_floor_m_s: problem.noise_floor_m_s(),
         parameters,
         vehicle: document,
         gain: null.chi2 - fit.chi2,

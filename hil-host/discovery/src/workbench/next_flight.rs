@@ -3,7 +3,7 @@
 //!
 //! Separation of two hypotheses on a leg: whitened distance of the depths they predict, with what the calibration could mimic
 //! projected out over all legs chosen so far (expected chi², so 2.7 is 90 % sure for one number). Legs differ in pitch and
-//! buoyancy drive; each is one dive and climb through the water of the flight at hand.
+//! buoyancy drive; each is one dive and climb through the water of the flight at hand, within reach of the vehicle.
 
 use crate::diagnosis::Diagnosis;
 use crate::likelihood::whitening::{Colour, Whitener};
@@ -22,6 +22,23 @@ pub struct Leg {
     /// Buoyancy drive, m³.
     pub ballast_m3: f64,
 }
+
+/// How far a vehicle reaches.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Largest buoyancy drive of its pump either side of neutral, m³.
+    pub ballast_m3: f64,
+    /// Working depth, m.
+    pub depth_m: f64,
+}
+
+impl Reach {
+    /// A vehicle of which no limit is known: the flight at hand sets them.
+    pub const UNKNOWN: Self = Self { ballast_m3: f64::INFINITY, depth_m: f64::INFINITY };
+}
+
+/// Expected chi² from which two hypotheses count as told apart: 90 % sure for one number.
+pub const TOLD_CHI2: f64 = 2.7;
 
 /// A plan.
 #[derive(Clone, Debug)]
@@ -111,9 +128,11 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
 
 /// Plans the flight that best separates the hypotheses that a diagnosis could not tell apart.
 ///
-/// With one hypothesis left, it is set against the runner-up; with none, the two most probable are.
+/// With one hypothesis left, it is set against the runner-up; with none, the two most probable are. Drives and depths are those of the
+/// flight at hand, as far as the vehicle that dives to this depth (m) reaches: a sensed ballast has its own gain and offset and may be
+/// more than the pump has.
 #[must_use]
-pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
+pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> Option<Plan> {
     let mut tied: Vec<(Vec<&'static str>, State)> = Vec::new();
     let wanted = d.equivalent.len().max(2);
     for c in d.equivalent.iter().filter_map(|e| d.candidates.iter().find(|c| c.effects == *e)).chain(&d.candidates) {
@@ -141,8 +160,11 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
         (a.1 + (b.1 - a.1) * f, a.2 + (b.2 - a.2) * f)
     };
     let bottom = crate::record::plausible::quantile(&levels.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0);
+    let reach = reach(bottom);
+    let bottom = bottom.min(reach.depth_m);
     let top = 3.0_f64.min(0.3 * bottom);
-    let drive = d.prepared.runs.iter().flat_map(|r| r.inputs.iter().map(|i| i.sensed.ballast_m3.abs())).fold(0.0, f64::max);
+    let sensed = d.prepared.runs.iter().flat_map(|r| r.inputs.iter().map(|i| i.sensed.ballast_m3.abs())).fold(0.0, f64::max);
+    let drive = sensed.min(reach.ballast_m3);
     let noise = Colour {
         rms_m_s: vehicle.background.0,
         correlation_s: vehicle.background.1,
@@ -242,19 +264,36 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle) -> Option<Plan> {
 }
 
 impl Plan {
-    /// The mission file that `glider fly` reads. `wings` is `standard` or `low-ar`.
+    /// Expected chi² of the two hypotheses told apart least, after all legs.
+    #[must_use]
+    pub fn expected_chi2(&self) -> f64 {
+        self.separation.last().copied().unwrap_or(0.0)
+    }
+
+    /// Whether the mission would tell the hypotheses apart.
+    #[must_use]
+    pub fn tells_apart(&self) -> bool {
+        self.expected_chi2() >= TOLD_CHI2
+    }
+
+    /// The mission file that `glider fly` reads. `wings` is `standard` or `low-ar`. Flown from the flattest pitch to the steepest: the
+    /// trim learned at one pitch is near that of the next.
     #[must_use]
     pub fn mission(&self, wings: &str) -> String {
         let names: Vec<String> = self.tied.iter().map(|t| t.join(" with ")).collect();
         let mut out =
             format!("# Written by glider next-flight: tells apart {}\nwings = \"{wings}\"\nmax_duration_h = 24\n", names.join(", "));
-        for leg in &self.legs {
+        let mut legs = self.legs.clone();
+        legs.sort_by(|a, b| a.pitch_rad.total_cmp(&b.pitch_rad).then(a.ballast_m3.total_cmp(&b.ballast_m3)));
+        for dives in legs.chunk_by(|a, b| a == b) {
+            // Down to the whole cm³: rounding up would be more than the pump has.
             out += &format!(
-                "\n[[leg]]\ndives = 1\ndepth_min_m = {:.0}\ndepth_max_m = {:.0}\ngoal = \"fixed-pitch\"\npitch_deg = {:.1}\nballast_cc = {:.0}\n",
+                "\n[[leg]]\ndives = {}\ndepth_min_m = {:.0}\ndepth_max_m = {:.0}\ngoal = \"fixed-pitch\"\npitch_deg = {:.1}\nballast_cc = {:.0}\n",
+                dives.len(),
                 self.depth_min_m,
                 self.depth_max_m,
-                leg.pitch_rad.to_degrees(),
-                leg.ballast_m3 * 1e6
+                dives[0].pitch_rad.to_degrees(),
+                (dives[0].ballast_m3 * 1e6 + 1e-6).floor()
             );
         }
         out

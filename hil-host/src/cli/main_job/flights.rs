@@ -118,7 +118,9 @@ pub fn fly_wings(wings: Wings, choice: &Choice, out: &Path, progress: &mut dyn F
         trace.depth_m.push(c.truth.depth_m);
         trace.pitch_deg.push(c.truth.pitch_rad.to_degrees());
         trace.aimed_deg.push(f64::from(c.answer.trace.pitch_setpoint_rad).to_degrees());
-        trace.alpha_deg.push(c.truth.alpha_rad.to_degrees());
+        // Afloat and at rest there is no angle of attack worth an axis of ±180°.
+        let alpha_deg = c.truth.alpha_rad.to_degrees();
+        trace.alpha_deg.push(if alpha_deg.abs() <= 45.0 { alpha_deg } else { f64::NAN });
         trace.ballast_cc.push(c.truth.ballast_m3 * 1e6);
         if matches!(c.answer.trace.phase, Phase::Dive | Phase::Climb) {
             trace.gliding_alpha_deg.push(c.truth.alpha_rad.abs().to_degrees());

@@ -1,0 +1,199 @@
+//! What a person reads in a terminal: 80 columns, the same four error figures everywhere, angles in degrees, as many digits as an
+//! interval deserves, and what was probably meant where a name is wrong.
+
+use comfy_table::{ContentArrangement, Table, presets};
+use console::style;
+use discovery::diagnosis::Diagnosis;
+use discovery::inference::estimate::Estimate;
+
+/// Columns that are always there.
+pub const COLUMNS: usize = 80;
+
+/// A table that fits the terminal.
+#[must_use]
+pub fn table<H: Into<String>>(head: impl IntoIterator<Item = H>) -> Table {
+    let mut t = Table::new();
+    t.load_style(presets::UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(COLUMNS as u16);
+    t.set_header(head.into_iter().map(Into::<String>::into));
+    t
+}
+
+/// A paragraph cut into lines of the terminal, all but the first set in.
+#[must_use]
+pub fn wrapped(text: &str, set_in: usize) -> String {
+    wrapped_from(0, text, set_in)
+}
+
+/// The same where the first line begins at a column.
+#[must_use]
+pub fn wrapped_from(column: usize, text: &str, set_in: usize) -> String {
+    let mut out = String::new();
+    let (mut at, mut first) = (column, true);
+    for word in text.split_whitespace() {
+        let wide = word.chars().count();
+        if !first && at + 1 + wide > COLUMNS {
+            out.push('\n');
+            out.extend(std::iter::repeat_n(' ', set_in));
+            at = set_in;
+        } else if !first {
+            out.push(' ');
+            at += 1;
+        }
+        out.push_str(word);
+        (at, first) = (at + wide, false);
+    }
+    out
+}
+
+/// The depth-rate error of a flight, step by step. The names are those of every command and page.
+#[derive(Clone, Debug)]
+pub struct Ladder {
+    /// Of the vehicle file as it stands, m/s.
+    pub as_given: f64,
+    /// With its numbers refitted inside their tolerances, no effect added, m/s.
+    pub recalibrated: Option<f64>,
+    /// With these effects, m/s.
+    pub with: Option<(String, f64)>,
+    /// What ordinary water motion and sensor noise alone would leave, m/s.
+    pub floor: f64,
+    /// Whether the figures are of segments kept out of the fit.
+    pub held_out: bool,
+}
+
+impl Ladder {
+    /// That of a diagnosis.
+    #[must_use]
+    pub fn of(found: &Diagnosis) -> Self {
+        let held_out = found.block_error_m_s[0].is_finite();
+        let [as_given, recalibrated, after] = if held_out { found.block_error_m_s } else { found.fitted_error_m_s };
+        let with = (!found.answer.is_empty()).then(|| (found.answer.join(" + "), after));
+        Self { as_given, recalibrated: Some(recalibrated), with, floor: found.noise_floor_m_s, held_out }
+    }
+
+    /// As bars.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut steps = vec![("as given".to_owned(), self.as_given)];
+        steps.extend(self.recalibrated.map(|e| ("recalibrated".to_owned(), e)));
+        steps.extend(self.with.iter().map(|(names, e)| (format!("with {names}"), *e)));
+        steps.push(("floor".to_owned(), self.floor));
+        let most = steps.iter().map(|s| s.1).filter(|e| e.is_finite()).fold(1e-9, f64::max);
+        let wide = steps.iter().map(|s| s.0.chars().count()).max().unwrap_or(0).min(44);
+        let of = if self.held_out { "segments kept out of the fit" } else { "fitted segments" };
+        let mut out = format!("Depth-rate error in cm/s, {of}:\n");
+        for (name, error) in steps {
+            let bar = "█".repeat((24.0 * error / most).round().max(0.0) as usize);
+            out += &format!("  {name:<wide$} {:>7.3}  {}\n", 100.0 * error, style(bar).cyan());
+        }
+        out
+    }
+}
+
+/// A number with as many decimals as its interval deserves: two digits of its width.
+#[must_use]
+pub fn rounded(value: f64, low: f64, high: f64) -> String {
+    let width = high - low;
+    let places = if width.is_finite() && width > 0.0 { (1.0 - width.log10().floor()).clamp(0.0, 9.0) as usize } else { 4 };
+    format!("{value:.places$}")
+}
+
+/// A parameter with its 90 % interval, angles in degrees.
+#[must_use]
+pub fn parameter(p: &Estimate) -> String {
+    let (factor, unit) = if p.unit == "rad" { (1f64.to_degrees(), "°") } else { (1.0, p.unit) };
+    let [value, low, high] = [p.value, p.low, p.high].map(|v| rounded(v * factor, p.low * factor, p.high * factor));
+    let unit = match unit {
+        "1" => String::new(),
+        "°" => "°".to_owned(),
+        unit => format!(" {unit}"),
+    };
+    format!("{} = {value}{unit} (90 %: {low} to {high})", p.name)
+}
+
+/// Where most of a finding's error is, in words or degrees.
+#[must_use]
+pub fn place(f: &discovery::criticism::localise::Finding) -> String {
+    let yes = f.range.0 > 0.5;
+    match (f.variable, yes) {
+        ("dive_or_climb", true) => "dives".into(),
+        ("dive_or_climb", false) => "climbs".into(),
+        ("steady_or_turning", true) => "steady flight".into(),
+        ("steady_or_turning", false) => "turns".into(),
+        _ => range(f.range, f.unit),
+    }
+}
+
+/// A parameter of an effect with the range a fit may reach, angles in degrees.
+#[must_use]
+pub fn parameter_range(p: &hydro::effects::Parameter) -> String {
+    let (factor, unit) = if p.unit == "rad" { (1f64.to_degrees(), "°") } else { (1.0, p.unit) };
+    let short = |v: f64| format!("{}", (v * factor * 1e3).round() / 1e3);
+    let unit = if unit == "1" { "" } else { unit };
+    format!("{}: {} to {} {unit}, off at {}, remarkable from about {}", p.name, short(p.low), short(p.high), short(p.off), short(p.typical))
+}
+
+/// A range of a variable, angles in degrees.
+#[must_use]
+pub fn range((low, high): (f64, f64), unit: &str) -> String {
+    let (factor, unit) = if unit == "rad" { (1f64.to_degrees(), "°") } else { (1.0, unit) };
+    let [a, b] = [low, high].map(|v| rounded(v * factor, low * factor, high * factor));
+    match unit {
+        "1" => format!("{a} to {b}"),
+        "°" => format!("{a}° to {b}°"),
+        unit => format!("{a} to {b} {unit}"),
+    }
+}
+
+/// The one of these names that was probably meant.
+#[must_use]
+pub fn near<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let word = word.to_lowercase();
+    let scored = names.into_iter().map(|n| (strsim::jaro_winkler(&word, &n.to_lowercase()), n));
+    scored.filter(|s| s.0 >= 0.8).max_by(|a, b| a.0.total_cmp(&b.0)).map(|s| s.1)
+}
+
+/// " – did you mean NAME?", or nothing.
+#[must_use]
+pub fn meant<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    near(word, names).map_or_else(String::new, |n| format!("; did you mean `{n}`?"))
+}
+
+/// What lies beside a path that is not there and is called nearly so.
+#[must_use]
+pub fn meant_path(path: &std::path::Path) -> String {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(std::path::Path::new("."));
+    let names: Vec<String> =
+        std::fs::read_dir(parent).into_iter().flatten().flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    meant(&path.file_name().unwrap_or_default().to_string_lossy(), names.iter().map(String::as_str))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_those_that_the_interval_deserves() {
+        let p = |value, low, high, unit| parameter(&Estimate { name: "a.k".into(), value, low, high, unit });
+        assert_eq!(p(31.9437, 20.2933, 43.594, "1/rad^2"), "a.k = 32 1/rad^2 (90 %: 20 to 44)");
+        assert_eq!(p(0.0203, 0.0188, 0.0218, "rad"), "a.k = 1.16° (90 %: 1.08 to 1.25)");
+        assert_eq!(p(0.4464, 0.44, 0.4528, "1"), "a.k = 0.446 (90 %: 0.440 to 0.453)");
+        assert_eq!(range((-0.320, -0.220), "rad"), "-18.3° to -12.6°");
+    }
+
+    #[test]
+    fn nothing_is_wider_than_the_terminal() {
+        let text = wrapped(&"word and another ".repeat(30), 4);
+        assert!(text.lines().count() > 3 && text.lines().all(|l| l.chars().count() <= COLUMNS), "{text}");
+        let ladder =
+            Ladder { as_given: 0.01, recalibrated: Some(0.004), with: Some(("x".repeat(40), 0.002)), floor: 0.001, held_out: true };
+        assert!(ladder.text().lines().all(|l| console::measure_text_width(l) <= COLUMNS), "{}", ladder.text());
+    }
+
+    #[test]
+    fn a_slip_is_answered_with_what_was_meant() {
+        let names = ["climb_drag", "stall", "reynolds_drag"];
+        assert_eq!(near("climb_darg", names), Some("climb_drag"));
+        assert_eq!(near("Stal", names), Some("stall"));
+        assert_eq!(near("zzz", names), None);
+    }
+}

@@ -1,0 +1,182 @@
+//! Every command of docs/tour.md and docs/truth-file.md, run as printed, in an empty folder; what the pages show of their output and
+//! their pictures is what came out. `scripts/fill-docs` puts what came out into the pages.
+//!
+//! In a page, a block ```` ```sh ```` is run, ```` ```toml NAME ```` is saved under that name, and each line of ```` ```text ```` must
+//! be a line of what the block of commands before it printed, in order (```` ```text glider loop ````: of the last command that starts
+//! so). Lines that differ in their numbers alone are the ones that get filled.
+
+use std::fmt::Write as _;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("hil-host/ lies in the workspace").to_path_buf()
+}
+
+fn filling() -> bool {
+    std::env::var_os("GLIDER_FILL_DOCS").is_some()
+}
+
+/// A fenced block: what stands behind the fence, the number of its first line (from 0), its lines.
+struct Block<'a> {
+    kind: &'a str,
+    first: usize,
+    lines: Vec<&'a str>,
+}
+
+fn blocks(page: &str) -> Vec<Block<'_>> {
+    let mut out = Vec::new();
+    let mut inside: Option<Block> = None;
+    for (number, line) in page.lines().enumerate() {
+        match (line.strip_prefix("```"), inside.take()) {
+            (Some(kind), None) => inside = Some(Block { kind, first: number + 1, lines: Vec::new() }),
+            (Some(_), Some(block)) => out.push(block),
+            (None, Some(mut block)) => {
+                block.lines.push(line);
+                inside = Some(block);
+            }
+            (None, None) => {}
+        }
+    }
+    out
+}
+
+/// A line without its numbers and spaces: what tells which line of an output it is.
+fn skeleton(line: &str) -> String {
+    line.chars().filter(|c| !c.is_ascii_digit() && !" .+-−–│─█|".contains(*c)).collect()
+}
+
+/// Runs one command as printed; what it wrote to standard output, and its exit code.
+fn run(line: &str, work: &Path) -> String {
+    let (line, remark) = line.split_once(" #").unwrap_or((line, ""));
+    let owed = if remark.contains("exit code 1") { 1 } else { 0 };
+    let mut words = line.split_whitespace();
+    assert_eq!(words.next(), Some("glider"), "the page uses glider alone: {line}");
+    // As printed: no word of a page is quoted or expanded.
+    assert!(!line.contains(['\'', '"', '$', '*', '|', '>']), "{line}");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_glider"));
+    command.args(words).current_dir(work).stdin(Stdio::null());
+    if line.starts_with("glider serve") {
+        let mut child = command.stdout(Stdio::piped()).spawn().expect("the workbench starts");
+        let mut first = String::new();
+        let read = BufReader::new(child.stdout.take().expect("its output")).read_line(&mut first);
+        child.kill().expect("it was running until now");
+        let _ = child.wait();
+        assert!(read.is_ok() && first.contains("http://127.0.0.1:"), "{line}: {first}");
+        return String::new();
+    }
+    let out = command.output().expect("the program starts");
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert_eq!(out.status.code(), Some(owed), "{line}\n{text}{}", String::from_utf8_lossy(&out.stderr));
+    text
+}
+
+/// Runs a page; returns it as it should read, and what is stale in it.
+fn walk(page: &str, name: &str, work: &Path) -> (String, String) {
+    let mut lines: Vec<String> = page.lines().map(str::to_owned).collect();
+    let mut stale = String::new();
+    let mut printed: Vec<(String, String)> = Vec::new();
+    let mut last_block = String::new();
+    for block in blocks(page) {
+        if block.kind == "sh" {
+            last_block.clear();
+            for line in block.lines.iter().filter(|l| !l.trim().is_empty()) {
+                let text = run(line, work);
+                last_block += &text;
+                printed.push(((*line).to_owned(), text));
+            }
+        } else if let Some(file) = block.kind.strip_prefix("toml ") {
+            std::fs::write(work.join(file), block.lines.join("\n")).expect("the folder of the page");
+        } else if let Some(of) = block.kind.strip_prefix("text") {
+            let of = of.trim();
+            let text = if of.is_empty() {
+                last_block.as_str()
+            } else {
+                printed.iter().rev().find(|p| p.0.starts_with(of)).map_or_else(|| panic!("{name}: no command `{of}`"), |p| p.1.as_str())
+            };
+            let mut rest = text.lines();
+            for (i, shown) in block.lines.iter().enumerate().filter(|(_, l)| !l.trim().is_empty() && **l != "…") {
+                let at = block.first + i;
+                match rest.by_ref().find(|l| skeleton(l) == skeleton(shown)) {
+                    Some(now) if now.trim_end() == shown.trim_end() => {}
+                    Some(now) => {
+                        let _ = writeln!(stale, "{name}:{}: {shown}\n{:width$}now {now}", at + 1, "", width = name.len() + 2);
+                        now.trim_end().clone_into(&mut lines[at]);
+                    }
+                    None => panic!("{name}:{}: nothing printed looks like this line:\n{shown}\nprinted:\n{text}", at + 1),
+                }
+            }
+        }
+    }
+    (lines.join("\n") + "\n", stale)
+}
+
+/// Every picture of a page was made by a command of it; returns which differ from those in the repository.
+fn pictures(page: &str, work: &Path) -> String {
+    let mut stale = String::new();
+    for name in page.split("](pictures/").skip(1).filter_map(|s| s.split(')').next()) {
+        let made = std::fs::read(work.join(name)).unwrap_or_else(|e| panic!("{name}: no command of the page makes it ({e})"));
+        // 60 kB: a page with five of them loads at once on a slow line.
+        assert!(made.starts_with(b"<svg") && made.len() <= 60_000, "{name}: {} bytes", made.len());
+        let kept = root().join("docs/pictures").join(name);
+        if std::fs::read(&kept).ok().as_deref() != Some(&made) {
+            let _ = writeln!(stale, "docs/pictures/{name} is another picture now");
+            if filling() {
+                std::fs::write(kept, made).expect("docs/pictures");
+            }
+        }
+    }
+    stale
+}
+
+fn page_is_true(name: &str, fewest_commands: usize) {
+    let file = root().join("docs").join(name);
+    let page = std::fs::read_to_string(&file).expect(name);
+    let commands = blocks(&page).iter().filter(|b| b.kind == "sh").map(|b| b.lines.len()).sum::<usize>();
+    assert!(commands >= fewest_commands, "{name}: {commands} commands");
+    let work = std::env::temp_dir().join(format!("glider-docs-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&work).expect("a temporary folder");
+    let (now, mut stale) = walk(&page, name, &work);
+    stale += &pictures(&page, &work);
+    std::fs::remove_dir_all(&work).expect("the temporary folder");
+    if filling() {
+        std::fs::write(&file, now).expect(name);
+    } else {
+        assert!(stale.is_empty(), "stale (scripts/fill-docs mends it):\n{stale}");
+    }
+}
+
+#[test]
+fn the_tour_shows_what_its_commands_print() {
+    page_is_true("tour.md", 12);
+}
+
+#[test]
+fn the_page_on_truth_files_shows_what_its_commands_print() {
+    page_is_true("truth-file.md", 6);
+}
+
+#[test]
+fn a_stale_number_is_found_and_another_line_is_none() {
+    assert_eq!(skeleton("L/D            1.978 achieved"), skeleton("L/D      2.1 achieved"));
+    assert_ne!(skeleton("L/D 1.978 achieved"), skeleton("L/D 1.978 best"));
+    let page = "a\n```sh\nx\n```\n```text\nb 1\n```\n";
+    let kinds: Vec<_> = blocks(page).iter().map(|b| (b.kind, b.first, b.lines.clone())).collect();
+    assert_eq!(kinds, [("sh", 2, vec!["x"]), ("text", 5, vec!["b 1"])]);
+}
+
+#[test]
+fn no_table_cell_is_longer_than_25_words() {
+    let docs = std::fs::read_dir(root().join("docs")).expect("docs").flatten().map(|e| e.path());
+    let mut long = String::new();
+    for file in docs.chain([root().join("README.md")]).filter(|f| f.extension().is_some_and(|e| e == "md")) {
+        let text = std::fs::read_to_string(&file).expect("a page");
+        for (number, line) in text.lines().enumerate().filter(|(_, l)| l.starts_with('|')) {
+            for cell in line.trim_matches('|').split(" | ").filter(|c| c.split_whitespace().count() > 25) {
+                let _ = writeln!(long, "{}:{}: {} words: {cell}", file.display(), number + 1, cell.split_whitespace().count());
+            }
+        }
+    }
+    assert!(long.is_empty(), "a paragraph below the table says it better:\n{long}");
+}

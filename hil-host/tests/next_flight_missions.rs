@@ -1,0 +1,60 @@
+//! Every mission that `next-flight` writes can be flown, and is: by the vehicle that flew the flight it was planned from.
+
+use anyhow::{Context as _, anyhow};
+use discovery::hypotheses::search::Depth;
+use discovery::record::csv;
+use discovery::workbench::next_flight::Plan;
+use discovery::{diagnosis, vehicle};
+use hil_host::flight::closed_loop::{End, Setup, fly};
+use hil_host::flight::recorder::Recorder;
+use hil_host::flight::{mission_file, next_mission, worlds};
+use hil_host::seats::Link;
+use hil_host::seats::in_process::InProcess;
+use plant::{Effect, EffectKind, Scenario, World};
+use signals::{Mission, Wings};
+use std::path::Path;
+
+/// Flies a mission in a world; its log goes into a folder, if one is named.
+fn flown(scenario: &Scenario, mission: &Mission, log: Option<&Path>) -> anyhow::Result<End> {
+    let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
+    let mut recorder = log.map(|dir| Recorder::create(dir, &world, mission)).transpose()?;
+    let out = fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(mission.clone()), &mut |c| {
+        recorder.as_mut().map_or(Ok(()), |r| r.push(c))
+    })?;
+    recorder.map_or(Ok(()), |r| r.finish(serde_json::json!({})))?;
+    Ok(out.end)
+}
+
+/// The end of the planned flight; none where no mission tells anything apart.
+fn next(wings: Wings, mission: &str, hidden: EffectKind, folder: &Path) -> anyhow::Result<Option<End>> {
+    let mission = Mission { wings, ..mission_file::built_in(mission).context("a built-in mission")? };
+    let mut scenario = Scenario { wings, seed: 7, effects: vec![Effect::typical(hidden)], ..worlds::for_mission(&mission) };
+    scenario.ocean.background_rms_m_s = 0.003;
+    flown(&scenario, &mission, Some(folder))?;
+    let (flight, vehicle) = (csv::flight(folder)?, vehicle::read(&folder.join("vehicle.json"))?);
+    let found = diagnosis::diagnose(&flight, &vehicle, Depth::Pairs, &|_, _| {})?;
+    let Some(plan) = next_mission::plan(&found, &vehicle)?.filter(Plan::tells_apart) else {
+        return Ok(None);
+    };
+    let planned = mission_file::parse(&plan.mission(next_mission::wings(&vehicle)), "next.toml", worlds::limits)?;
+    Ok(Some(flown(&scenario, &planned, None)?))
+}
+
+#[test]
+fn every_planned_mission_is_flown_to_its_end() {
+    let folder = std::env::temp_dir().join(format!("glider-next-{}", std::process::id()));
+    let mut ends = Vec::new();
+    for wings in [Wings::Standard, Wings::LowAspectRatio] {
+        for mission in ["shallow", "sea"] {
+            for hidden in [EffectKind::ClimbDrag, EffectKind::DragLevelError, EffectKind::BallastScale, EffectKind::PitchOffset] {
+                let name = format!("{wings:?}-{mission}-{}", hidden.name());
+                let end = next(wings, mission, hidden, &folder.join(&name)).unwrap_or_else(|e| panic!("{name}: {e:#}"));
+                println!("{name}: {end:?}");
+                ends.extend(end.map(|end| (name, end)));
+            }
+        }
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+    assert!(ends.len() >= 4, "of 16 flights few can be planned from: {ends:?}");
+    assert!(ends.iter().all(|(_, end)| *end == End::Done), "{ends:?}");
+}

@@ -1,0 +1,167 @@
+//! What a person does wrong, and what the program says: exit code 2, the remedy in words, nothing written, no panic.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A folder with a flight of our own, and files that are wrong in one way each.
+fn folder() -> Folder {
+    let folder = Folder(std::env::temp_dir().join(format!("glider-wrong-{}", std::process::id())));
+    let work = &folder.0;
+    std::fs::create_dir_all(work).expect("a temporary folder");
+    let out = glider(&["fly", "--mission", "shallow", "--log", "flight"], work);
+    assert_eq!(out.0, 0, "{}", out.1);
+    let put = |name: &str, text: &str| {
+        let path = work.join(name);
+        std::fs::create_dir_all(path.parent().expect("inside the folder")).expect("a folder");
+        std::fs::write(path, text).expect(name);
+    };
+    let csv = std::fs::read_to_string(work.join("flight/flight.csv")).expect("flown above");
+    let vehicle = std::fs::read_to_string(work.join("flight/vehicle.json")).expect("flown above");
+    put("alone/flight.csv", &csv);
+    put("empty/flight.csv", "");
+    put("empty/vehicle.json", &vehicle);
+    put("letters/flight.csv", &csv.replacen("0.0", "abc", 3));
+    put("letters/vehicle.json", &vehicle);
+    put("columns/flight.csv", "time_s,depth\n1,2\n");
+    put("columns/vehicle.json", &vehicle);
+    put("broken/flight.csv", &csv);
+    put("broken/vehicle.json", "{\"mass_kg\": 60,");
+    put("typo.toml", "[[leg]]\ndepht_max_m = 20\n");
+    put("deep.toml", "[[leg]]\ndepth_max_m = 5000\n");
+    put("strong.toml", "[[leg]]\nballast_cc = 900\n");
+    put("truth.toml", "[ocean]\nbackground_rms = 1\n");
+    put("effect.toml", "[[effects]]\nkind = \"climb_darg\"\nvalue = 1\n");
+    put("config.toml", "crush_depht_m = 10\n");
+    put("table.bin", "not a table");
+    put("notes.txt", "nothing to fly");
+    folder
+}
+
+/// Exit code, and all that was printed.
+fn glider(args: &[&str], work: &Path) -> (i32, String) {
+    let out = Command::new(env!("CARGO_BIN_EXE_glider")).args(args).current_dir(work).stdin(Stdio::null()).output().expect("it starts");
+    let text = String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr);
+    (out.status.code().unwrap_or(-1), text)
+}
+
+/// The command line, and what the answer must say.
+const WRONG: &[(&str, &[&str])] = &[
+    // names
+    ("daignose --flight flight", &["diagnose"]),
+    ("nextflight --flight flight", &["next-flight"]),
+    ("list efects", &["effects"]),
+    ("list effects climb_darg", &["climb_drag"]),
+    ("list faults depth", &["list effects NAME"]),
+    ("add climb_darg --flight flight", &["climb_drag", "glider list effects"]),
+    ("add stall,stall --flight flight", &["twice"]),
+    ("add --flight flight", &["EFFECT"]),
+    ("fly --wings low", &["standard or low-ar"]),
+    ("fly --mission shalow", &["shallow"]),
+    ("fly --mission notes.txt", &["notes.txt:1"]),
+    ("fly --seat qmeu", &["qemu"]),
+    ("fly --seat in_process", &["in-process"]),
+    ("fly --controller their", &["ours", "stock"]),
+    ("fly --controller stock --seat pty", &["in-process only"]),
+    ("fly --fault depht:stuck", &["depth"]),
+    ("fly --fault depth:broken", &["stuck"]),
+    ("fly --fault depth", &["target:kind"]),
+    ("fly --fault depth:stuck@diving", &["inflect_low"]),
+    ("fly --fault depth:bias=nan", &["finite"]),
+    ("polar --wings big", &["standard", "low-ar"]),
+    ("plot residul --flight flight --out r.svg", &["residual"]),
+    ("scorecard discvery", &["discovery"]),
+    // paths
+    ("compare --flight fligth", &["no such flight", "did you mean `flight`"]),
+    ("diagnose --flight nowhere/at/all", &["no such flight"]),
+    ("compare --flight flight --vehicle flight/vehicel.json", &["did you mean `vehicle.json`"]),
+    ("compare --flight alone", &["--vehicle"]),
+    ("compare --flight notes.txt --vehicle flight/vehicle.json", &["notes.txt"]),
+    ("fly --mission mising.toml", &["cannot read this mission file"]),
+    ("fly --truth missing.toml", &["missing.toml"]),
+    ("fly --table missing.bin", &["missing.bin"]),
+    ("fly --config missing.toml", &["missing.toml"]),
+    ("fly --world nowhere.json", &["nowhere.json"]),
+    ("import nowhere.dbd --out x", &["nowhere.dbd"]),
+    ("import notes.txt --out x", &["notes.txt"]),
+    ("export flight --to xls --out flight.xls", &["parquet"]),
+    ("polar --vehicle slocum-low", &["slocum-low-ar"]),
+    ("table --vehicle nothing.toml", &["nothing.toml"]),
+    ("serve --flight nowhere --port 0", &["nowhere"]),
+    ("monitor /dev/no-such-port", &["/dev/no-such-port"]),
+    ("upload /dev/no-such-port table table.bin", &["table"]),
+    // what files say
+    ("compare --flight empty", &["flight.csv"]),
+    ("compare --flight letters", &["flight.csv", "abc"]),
+    ("compare --flight columns", &["pressure"]),
+    ("compare --flight broken", &["vehicle.json", "line"]),
+    ("fly --mission typo.toml", &["typo.toml:2:1", "depth_max_m"]),
+    ("fly --mission deep.toml", &["working depth"]),
+    ("fly --mission strong.toml", &["pump"]),
+    ("fly --truth truth.toml", &["background_rms_m_s"]),
+    ("fly --truth effect.toml", &["climb_drag"]),
+    ("fly --config config.toml", &["crush_depth_m"]),
+    ("fly --table table.bin", &["table"]),
+    // numbers and combinations
+    ("fly --realtime 0", &["above 0"]),
+    ("fly --seed=-1", &["seed"]),
+    ("fly --beside table.bin", &["--table"]),
+    ("fly --world flight --truth truth.toml", &["cannot be used with"]),
+    ("fly --log flight", &["flight"]),
+    ("diagnose --flight flight --depth 4", &["2..=3"]),
+    ("serve --port 99999", &["port"]),
+    ("plot polar --out polar.pdf", &[".svg"]),
+    ("plot polar --out polar", &["ending"]),
+    ("plot residual --out r.svg", &["--flight"]),
+    ("plot flight --flight flight --before flight/vehicle.json --out r.svg", &["--before belongs to a residual"]),
+    ("plot polar --flight flight --out p.svg", &["leave out --flight"]),
+    ("next-flight --flight flight --out", &["--out"]),
+    ("--jsn", &["--json"]),
+];
+
+#[test]
+fn every_wrong_use_is_answered_with_the_remedy_and_exit_code_2() {
+    let folder = folder();
+    let before = listing(&folder.0);
+    let mut bad = String::new();
+    for (line, says) in WRONG {
+        let args: Vec<&str> = line.split_whitespace().collect();
+        let (code, text) = glider(&args, &folder.0);
+        let missing: Vec<&&str> = says.iter().filter(|s| !text.contains(**s)).collect();
+        if code != 2 || !missing.is_empty() || text.contains("panicked") {
+            bad += &format!("glider {line}\n  exit code {code}, without {missing:?}:\n  {}\n", text.trim().replace('\n', "\n  "));
+        }
+    }
+    assert!(bad.is_empty(), "{bad}");
+    assert_eq!(before, listing(&folder.0), "nothing was written");
+}
+
+/// Every file below a folder, with its length.
+fn listing(folder: &Path) -> Vec<(PathBuf, u64)> {
+    let mut out = Vec::new();
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() { out.extend(listing(&path)) } else { out.push((path.clone(), std::fs::metadata(&path).map_or(0, |m| m.len()))) }
+    }
+    out.sort();
+    out
+}
+
+#[test]
+fn an_error_under_json_is_one_json_document() {
+    let work = std::env::temp_dir();
+    for line in ["compare --flight nowhere-at-all --json", "compare --flihgt x --json", "fly --json --wings low"] {
+        let args: Vec<&str> = line.split_whitespace().collect();
+        let out = Command::new(env!("CARGO_BIN_EXE_glider")).args(&args).current_dir(&work).output().expect("it starts");
+        let told: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{line}: {e}"));
+        assert!(told["error"].as_str().is_some_and(|e| !e.is_empty()) && told["exit_code"] == 2, "{line}: {told}");
+        assert_eq!(out.status.code(), Some(2), "{line}");
+    }
+}

@@ -110,7 +110,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("fly --config config.toml", &["crush_depth_m"]),
     ("fly --table table.bin", &["table"]),
     // numbers and combinations
-    ("fly --realtime 0", &["above 0"]),
+    ("fly --realtime 0", &["a number from 0.001"]),
     ("fly --seed=-1", &["seed"]),
     ("fly --beside table.bin", &["--table"]),
     ("fly --world flight --truth truth.toml", &["cannot be used with"]),

@@ -22,7 +22,7 @@ const DISCOVERY: [&str; 14] = [
 ];
 
 /// From a wire to the command line; `whole_file` writes files for all of them.
-const HIL_HOST: [&str; 9] = ["whole_file", "seats", "flight", "score", "pages", "campaign", "paper", "serve", "cli"];
+const HIL_HOST: [&str; 10] = ["whole_file", "terminal", "seats", "flight", "score", "pages", "campaign", "paper", "serve", "cli"];
 
 /// Edges that point up still: the discrepancy is prepared from a fit and its sensitivities where it is defined.
 const UP_YET: [&str; 3] =

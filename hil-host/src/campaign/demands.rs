@@ -102,7 +102,7 @@ mod tests {
             (law::WAY_M, WAY_M),
             (law::SINKS_M_S, SINKS.0),
             (law::SINKS_S, SINKS.1),
-            (law::LATE_MS as f32 * 1e-3, LATE_S),
+            (law::LATE_MS as f32 / 1e3, LATE_S),
         ] {
             assert!(ours > 0.0 && ours <= demanded as f32, "{ours}, demanded {demanded}");
         }

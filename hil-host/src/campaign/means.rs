@@ -189,7 +189,7 @@ mod tests {
     fn no_single_fault_of_the_lattice_is_set_apart_and_few_of_its_pairs() {
         let apart: Vec<String> = cases().iter().filter(|c| budget(c).none_left()).map(Case::name).collect();
         assert!(apart.iter().all(|name| name.contains(" + ")), "{apart:#?}");
-        // Each takes the pump or the weight, and the other of them or 200 g as well: five means or loads, paired.
-        assert!((1..=10).contains(&apart.len()), "{apart:#?}");
+        // Each takes the pump or the weight, and the other of them or 200 g as well: means or loads, paired. One in 3,000 at most.
+        assert!((1..=cases().len() / 3000).contains(&apart.len()), "of {}: {apart:#?}", cases().len());
     }
 }

@@ -418,10 +418,13 @@ mod tests {
 
     #[test]
     fn a_loss_with_a_force_left_that_points_up_is_a_failure_and_one_without_is_set_apart() {
-        // A litre of water a minute: a race that no one wins, and yet it counts.
+        // A litre of water a minute: a race that nobody wins, full buoyancy, weight and all.
         let race = verdict(&["hull:leak=1000@dive+120s"]);
-        assert!(!race.home() && !race.apart() && race.means.for_good_n > 0.0, "{race:?}");
-        let s = Summary::of(std::slice::from_ref(&race), &[]);
+        assert!(!race.home() && race.apart() && race.means.race == Some(false) && race.means.for_good_n > 0.0, "{race:?}");
+        // The same loss with that race winnable is a failure.
+        let won = Verdict { means: Means { race: Some(true), ..race.means }, ..race.clone() };
+        assert!(!won.home() && !won.apart(), "{won:?}");
+        let s = Summary::of(std::slice::from_ref(&won), &[]);
         assert_eq!((s.missions, s.safe, s.apart, s.passed()), (1, 0, 0, false));
         let none = verdict(&["pump:runaway=-1@inflect_high", "release:stuck@surface+20s"]);
         assert!(!none.home() && none.apart() && none.unmet.is_none(), "{none:?}");

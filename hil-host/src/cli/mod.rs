@@ -72,7 +72,7 @@ const HELP: &str = "\
 Start here:
   glider                   the main job: flies both wing sets over a serial
                            line, compares a real flight, writes out/report.html
-  glider loop              a hidden effect found, added, and flown with: the story
+  glider loop              the story: a hidden effect found, added, flown with
   glider serve             the workbench as a page on this machine
 
 A flight against its model:
@@ -86,7 +86,7 @@ A flight against its model:
 The vehicle and its controller:
   polar, table             lift and drag; the flight tables made from them
   fly                      one flight against the simulated vehicle and sea
-  monitor, upload          a board: telemetry and log; tables, settings, missions
+  monitor, upload          a board: telemetry, log; tables, settings, missions
   list                     effects, faults, vehicles and missions by name
 
 How good it is:

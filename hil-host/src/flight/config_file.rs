@@ -138,8 +138,8 @@ mod tests {
 
     #[test]
     fn a_file_says_what_differs_and_is_written_and_read_back() {
-        let config = parse("vehicle = \"slocum-100\"\ncrush_depth_m = 130\n[trim]\noffset = 0.125\n", "f").expect("reads");
-        let settings = Settings { crush_depth_m: 130.0, ..Settings::slocum_100() };
+        let config = parse("vehicle = \"slocum-100\"\ncrush_depth_m = 120\n[trim]\noffset = 0.125\n", "f").expect("reads");
+        let settings = Settings { crush_depth_m: 120.0, ..Settings::slocum_100() };
         let trim = control::TrimLaw { offset: 0.125, ..settings.trim };
         assert_eq!(*config.settings(), Settings { trim, ..settings });
         for (_, settings) in VEHICLES {

@@ -37,7 +37,7 @@ fn matters(fault: &Fault) -> bool {
 fn best_moves(config: &Config, cycle: &Cycle<'_>) -> ActuatorCommand {
     let pump_m3 = cycle.truth.ballast_m3 as f32;
     let trim = &config.trim;
-    let battery_m = (config.preset_pitch_rad.tan() - trim.per_ballast_m3 * pump_m3 - trim.offset) / trim.per_battery_m;
+    let battery_m = (f64::from(config.preset_pitch_rad).tan() as f32 - trim.per_ballast_m3 * pump_m3 - trim.offset) / trim.per_battery_m;
     ActuatorCommand {
         ballast_m3: config.pump_m3,
         battery_mass_m: battery_m.clamp(-config.battery_m, config.battery_m),

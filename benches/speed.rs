@@ -210,7 +210,7 @@ fn learning(c: &mut Criterion<Cpu>) {
         });
     });
     let file = scratch().join("log.nc");
-    export::netcdf::write(&flight, &file, None).expect("written");
+    export::netcdf::write(&flight, &file, &export::netcdf::About::default()).expect("written");
     group.bench_function("import-netcdf", |b| b.iter(|| black_box(import::import(&file, &[]).expect("an import"))));
     let csv = scratch().join("flight.csv");
     export::csv::write(&flight, std::fs::File::create(&csv).expect("a file")).expect("written");

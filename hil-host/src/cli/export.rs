@@ -2,14 +2,27 @@
 
 use super::{Output, Verdict};
 use anyhow::Context;
+use discovery::export::mcap::Stream;
+use discovery::export::netcdf::{About, Number, Series};
+use discovery::import::Origin;
+use discovery::import::calendar::iso_8601;
+use discovery::workbench::compare::{Comparison, compare};
+use discovery::{Flight, Vehicle, vehicle};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:
   glider export data-cache/comet2016 --to parquet
-  glider export out/flight --to netcdf --out flight.nc
-  glider export tidy.csv --to csv --out flight.csv")]
+  glider export out/flight --to netcdf --start 2026-05-02T09:15:00Z --meta people.toml
+  glider export out/flight --to mcap --out flight.mcap      for Foxglove, Lichtblick, PlotJuggler, rerun
+  glider export tidy.csv --to csv --out flight.csv
+
+netcdf is OceanGliders OG1.0. With a vehicle, beside the flight or by --vehicle, netcdf and mcap hold its model too: vertical
+velocity, speed and angle of attack, and the vertical water velocity that remains.
+--meta: a TOML of texts such as contributor_name, contributor_email, contributing_institutions, PLATFORM_MODEL,
+PLATFORM_SERIAL_NUMBER, WMO_IDENTIFIER.")]
 pub struct Args {
     /// Flight directory, or a csv.
     flight: PathBuf,
@@ -19,17 +32,28 @@ pub struct Args {
     /// File to write [default: the flight's name with the format's ending, in the current folder].
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Vehicle file whose model goes along; default: the one beside the flight.
+    #[arg(long)]
+    vehicle: Option<PathBuf>,
+    /// Date of the first row, ISO 8601, where the import left none.
+    #[arg(long)]
+    start: Option<String>,
+    /// TOML of what people know of the flight.
+    #[arg(long)]
+    meta: Option<PathBuf>,
 }
 
 /// Format to write.
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     /// The project's own flight.csv.
     Csv,
     /// Parquet, for pandas, polars, DuckDB.
     Parquet,
-    /// NetCDF classic with OG1-like names.
+    /// NetCDF-4, OceanGliders OG1.0.
     Netcdf,
+    /// MCAP, for viewers of robot logs.
+    Mcap,
 }
 
 impl Format {
@@ -38,6 +62,7 @@ impl Format {
             Self::Csv => "csv",
             Self::Parquet => "parquet",
             Self::Netcdf => "nc",
+            Self::Mcap => "mcap",
         }
     }
 }
@@ -49,27 +74,177 @@ impl Format {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let flight = discovery::record::csv::flight(&args.flight)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{}", flight.name, args.to.ending())));
-    crate::whole_file::may_write(&out, &[&args.flight], &[args.to.ending()], output.force)?;
-    let context = || format!("cannot write {}", out.display());
-    let start_unix_s = start_unix_s(&args.flight);
+    let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();
+    crate::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
+    let model = if matches!(args.to, Format::Netcdf | Format::Mcap) { modelled(args, &flight)? } else { None };
+    let about = about(args)?;
     crate::whole_file::at(&out, |part| -> anyhow::Result<()> {
         match args.to {
             Format::Csv => discovery::export::csv::write(&flight, std::fs::File::create(part)?)?,
             Format::Parquet => discovery::export::parquet::write(&flight, std::fs::File::create(part)?)?,
-            Format::Netcdf => discovery::export::netcdf::write(&flight, part, start_unix_s)?,
+            Format::Netcdf => {
+                let mut about = about;
+                if let Some((vehicle, compared)) = &model {
+                    about.series = series(&flight, compared);
+                    about.vehicle = numbers(vehicle);
+                }
+                discovery::export::netcdf::write(&flight, part, &about)?;
+            }
+            Format::Mcap => mcap(&flight, &about, model.as_ref(), part)?,
         }
         Ok(())
     })
-    .with_context(context)?;
-    let bytes = std::fs::metadata(&out).with_context(context)?.len();
+    .with_context(|| format!("cannot write {}", out.display()))?;
+    let bytes = std::fs::metadata(&out).with_context(|| out.display().to_string())?.len();
     let document = serde_json::json!({ "flight": args.flight, "out": out, "rows": flight.len(), "bytes": bytes });
     output.emit(&document, || println!("wrote {} ({} rows, {bytes} bytes)", out.display(), flight.len()));
     Ok(Verdict::Ok)
 }
 
-/// Date of the flight, if an import left it beside the flight.
-fn start_unix_s(flight: &Path) -> Option<f64> {
-    let text = std::fs::read_to_string(flight.join("import.json")).ok()?;
-    let said: serde_json::Value = serde_json::from_str(&text).ok()?;
-    said.pointer("/report/start_unix_s")?.as_f64()
+/// The vehicle named or beside the flight, and its model against the flight.
+fn modelled(args: &Args, flight: &Flight) -> anyhow::Result<Option<(Vehicle, Comparison)>> {
+    let Some(path) = args.vehicle.clone().or_else(|| vehicle::beside(&args.flight)) else { return Ok(None) };
+    let vehicle = vehicle::read(&path)?;
+    let compared = compare(flight, &vehicle);
+    Ok(Some((vehicle, compared)))
+}
+
+/// Date, places and people: of the import, and of the arguments.
+fn about(args: &Args) -> anyhow::Result<About> {
+    let import: serde_json::Value =
+        std::fs::read_to_string(args.flight.join("import.json")).ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or_default();
+    let start = match &args.start {
+        Some(text) => Some(iso_8601(text).with_context(|| format!("--start {text}: expected a date such as 2026-05-02T09:15:00Z"))?),
+        None => import.pointer("/report/start_unix_s").and_then(serde_json::Value::as_f64),
+    };
+    let number = |o: &serde_json::Value, key: &str| o.get(key).and_then(serde_json::Value::as_f64);
+    let origin = |o: &serde_json::Value| {
+        Some(Origin {
+            segment: u32::try_from(o.get("segment")?.as_u64()?).ok()?,
+            unix_s: number(o, "unix_s")?,
+            lat_deg: number(o, "lat_deg")?,
+            lon_deg: number(o, "lon_deg")?,
+        })
+    };
+    let origins =
+        import.pointer("/report/origins").and_then(|o| o.as_array()).map_or_else(Vec::new, |o| o.iter().filter_map(origin).collect());
+    let mut stated = BTreeMap::new();
+    if let Some(path) = &args.meta {
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let table: toml::Table = toml::from_str(&text).with_context(|| path.display().to_string())?;
+        for (key, value) in table {
+            let text = value.as_str().with_context(|| format!("{}: {key} is no text", path.display()))?;
+            stated.insert(key, text.to_owned());
+        }
+    }
+    let written = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+    Ok(About { start_unix_s: start, origins, stated, written_unix_s: written, ..About::default() })
+}
+
+/// The model on the rows of the flight: name, unit, what it is, values.
+fn series(flight: &Flight, compared: &Comparison) -> Vec<Series> {
+    let column = |value: &dyn Fn(&discovery::workbench::compare::Sample) -> f64| {
+        let mut values = vec![f64::NAN; flight.len()];
+        for s in &compared.samples {
+            let row = flight.time_s.partition_point(|t| *t < s.time_s - 1e-6);
+            if flight.time_s.get(row).is_some_and(|t| (t - s.time_s).abs() < 1e-3) {
+                values[row] = value(s);
+            }
+        }
+        values
+    };
+    let one = |name, unit, what, values| Series { name, unit, what, values };
+    vec![
+        one("GLIDER_VERT_VELO_DZDT", "m s-1", "vertical velocity of the glider from pressure, up positive", column(&|s| -s.observed_m_s)),
+        one(
+            "GLIDER_VERT_VELO_MODEL",
+            "m s-1",
+            "vertical velocity of the glider by the flight model, up positive",
+            column(&|s| -s.modelled_m_s),
+        ),
+        one(
+            "VERT_CURR_MODEL",
+            "m s-1",
+            "vertical water velocity: from pressure less by model, up positive",
+            column(&|s| s.modelled_m_s - s.observed_m_s),
+        ),
+        one(
+            "GLIDER_HORZ_VELO_MODEL",
+            "m s-1",
+            "horizontal speed through the water by the flight model",
+            column(&|s| (s.speed_m_s.powi(2) - s.modelled_m_s.powi(2)).max(0.0).sqrt()),
+        ),
+        one("GLIDER_ALPHA_MODEL", "degree", "angle of attack by the flight model", column(&|s| s.alpha_rad.to_degrees())),
+    ]
+}
+
+/// The numbers of the vehicle as scalars.
+fn numbers(vehicle: &Vehicle) -> Vec<Number> {
+    let (c, t) = (&vehicle.constants, &vehicle.tolerance);
+    let one = |name, unit, what, value, sigma| Number { name, unit, what, value, sigma };
+    vec![
+        one("GLIDER_MASS", "kg", "mass in air", c.mass_kg, f64::NAN),
+        one(
+            "GLIDER_VOLUME",
+            "m3",
+            "displaced volume at zero gauge pressure, reference temperature and ballast reading 0",
+            c.hull_volume_m3,
+            t.trim_volume_m3,
+        ),
+        one(
+            "GLIDER_COMPRESSIBILITY",
+            "Pa-1",
+            "relative loss of volume per pressure",
+            c.compressibility_per_pa,
+            t.hull_compressibility_relative * c.compressibility_per_pa,
+        ),
+        one(
+            "GLIDER_THERMAL_EXPANSION",
+            "K-1",
+            "relative gain of volume per temperature",
+            c.thermal_expansion_per_k,
+            t.hull_thermal_expansion_relative * c.thermal_expansion_per_k.abs(),
+        ),
+        one(
+            "GLIDER_REFERENCE_TEMPERATURE",
+            "degree_Celsius",
+            "temperature at which the volume holds",
+            c.reference_temperature_degc,
+            f64::NAN,
+        ),
+        one("GLIDER_REFERENCE_AREA", "m2", "area of the coefficients of lift and drag", c.reference_area_m2, f64::NAN),
+        one(
+            "GLIDER_LIFT_SLOPE",
+            "rad-1",
+            "lift coefficient per angle of attack",
+            c.lift_slope_per_rad,
+            t.lift_slope_relative * c.lift_slope_per_rad,
+        ),
+        one("GLIDER_DRAG_ZERO_LIFT", "1", "drag coefficient at zero lift", c.cd0, t.cd0_relative * c.cd0),
+        one("GLIDER_DRAG_QUADRATIC", "rad-2", "drag coefficient per angle of attack squared", c.hull_drag_per_rad2, f64::NAN),
+        one("GLIDER_ADDED_MASS_SURGE", "1", "added mass along the hull, share of the mass", c.added_mass_surge, t.added_mass_surge),
+        one("GLIDER_ADDED_MASS_HEAVE", "1", "added mass across the hull, share of the mass", c.added_mass_heave, t.added_mass_heave),
+    ]
+}
+
+fn mcap(flight: &Flight, about: &About, model: Option<&(Vehicle, Comparison)>, part: &Path) -> anyhow::Result<()> {
+    let mut streams = discovery::export::mcap::streams(flight);
+    let mut attached = Vec::new();
+    if let Some((vehicle, compared)) = model {
+        let of = |names: &[&str]| {
+            let chosen = series(flight, compared).into_iter().filter(|s| names.contains(&s.name));
+            chosen
+                .map(|s| (format!("{}_{}", s.name.to_lowercase(), s.unit.replace(' ', "_").replace("-1", "_1")), s.values))
+                .collect::<Vec<_>>()
+        };
+        streams.push(Stream {
+            topic: "/glider/model".into(),
+            fields: of(&["GLIDER_VERT_VELO_MODEL", "GLIDER_HORZ_VELO_MODEL", "GLIDER_ALPHA_MODEL"]),
+        });
+        streams.push(Stream { topic: "/glider/residual".into(), fields: of(&["GLIDER_VERT_VELO_DZDT", "VERT_CURR_MODEL"]) });
+        attached.push(("vehicle.json", "application/json", format!("{:#}\n", vehicle.document).into_bytes()));
+    }
+    let file = std::io::BufWriter::new(std::fs::File::create(part)?);
+    discovery::export::mcap::write(flight, &streams, about.start_unix_s, &about.origins, &attached, file)?;
+    Ok(())
 }

@@ -1,12 +1,14 @@
 //! Flights written for others, and for ourselves.
 //!
 //! * [`csv`]: the project's own flight format.
-//! * [`netcdf`]: NetCDF classic with OG1-like names.
+//! * [`mcap`]: MCAP for viewers of robot logs.
+//! * [`netcdf`]: NetCDF-4 in the OceanGliders format OG1.0.
 //! * [`parquet`]: Parquet with the columns of the csv.
 
 use crate::record::flight::Flight;
 
 pub mod csv;
+pub mod mcap;
 pub mod netcdf;
 pub mod parquet;
 

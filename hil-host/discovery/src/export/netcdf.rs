@@ -1,47 +1,100 @@
-//! Writes a flight as NetCDF classic (64-bit offsets), one dimension, names of the OG1 vocabulary where it has one.
+//! Writes a flight as NetCDF-4 in the OceanGliders format OG1.0, which our own import and the community's checker read.
+//!
+//! Times are Unix times; a flight without a date counts from zero and says so. Positions between fixes are interpolated. Names of
+//! the OG1 vocabulary where it has one, else the column's name in capitals, with the name of the flight format in `long_name`.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use netcdf3::error::{InvalidDataSet, WriteError};
-use netcdf3::{DataSet, FileWriter, Version};
+use netcdf_writer::{DimensionId, NcAttrValue, NcFileBuilder, NcWriteFormat, NcWriteOptions, VariableId};
 
+use crate::import::{Origin, channels, position};
 use crate::record::flight::Flight;
+use crate::record::seawater;
 
-/// The one dimension, as in OG1.
+/// The one dimension.
 const ROWS: &str = "N_MEASUREMENTS";
-/// "No value": NetCDF's own default fill for doubles (the writer cannot find a variable whose fill is NaN).
-const FILL: f64 = 9.969_209_968_386_869e36;
+/// "No value", of times and of all else.
+const NO_TIME: f64 = -1.0;
+const NONE: f64 = -9999.9;
+const EPOCH: &str = "seconds since 1970-01-01T00:00:00Z";
+const VOCABULARY: &str = "http://vocab.nerc.ac.uk/collection/OG1/current/";
+
+/// What the flight does not carry itself.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// Unix time of the first row, s.
+    pub start_unix_s: Option<f64>,
+    /// Where the segments' planes lie on the globe.
+    pub origins: Vec<Origin>,
+    /// Global attributes and string variables that people know: `contributor_name`, `PLATFORM_MODEL`, `WMO_IDENTIFIER` …
+    pub stated: BTreeMap<String, String>,
+    /// Series of the model, on the rows of the flight: name, unit, what it is, values.
+    pub series: Vec<Series>,
+    /// Numbers of the vehicle: name, value, unit, 1-sigma uncertainty, what it is.
+    pub vehicle: Vec<Number>,
+    /// When this is written, Unix time, s.
+    pub written_unix_s: f64,
+}
+
+/// One column of the model.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Name in the file.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// One value a row, NaN for none.
+    pub values: Vec<f64>,
+}
+
+/// One number of the vehicle.
+#[derive(Clone, Debug)]
+pub struct Number {
+    /// Name in the file.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// Value.
+    pub value: f64,
+    /// 1 sigma, NaN if it is not known.
+    pub sigma: f64,
+}
 
 /// Why nothing was written.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum NetcdfError {
-    /// A name or attribute that the format does not allow.
-    Definition(String),
+    /// A name, attribute or value that the format does not allow.
+    Format(String),
     /// The file cannot be written.
-    Write(String),
+    Write(std::io::Error),
 }
 
 impl std::fmt::Display for NetcdfError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Definition(e) => write!(f, "NetCDF does not allow {e}"),
-            Self::Write(e) => write!(f, "NetCDF: {e}"),
+            Self::Format(e) => write!(f, "NetCDF: {e}"),
+            Self::Write(e) => write!(f, "{e}"),
         }
     }
 }
 
 impl std::error::Error for NetcdfError {}
 
-impl From<InvalidDataSet> for NetcdfError {
-    fn from(e: InvalidDataSet) -> Self {
-        Self::Definition(format!("{e:?}"))
+impl From<netcdf_writer::Error> for NetcdfError {
+    fn from(e: netcdf_writer::Error) -> Self {
+        Self::Format(e.to_string())
     }
 }
 
-impl From<WriteError> for NetcdfError {
-    fn from(e: WriteError) -> Self {
-        Self::Write(format!("{e:?}"))
+impl From<std::io::Error> for NetcdfError {
+    fn from(e: std::io::Error) -> Self {
+        Self::Write(e)
     }
 }
 
@@ -49,63 +102,295 @@ impl From<WriteError> for NetcdfError {
 ///
 /// # Errors
 /// What the writer says.
-pub fn write(flight: &Flight, path: &Path, start_unix_s: Option<f64>) -> Result<(), NetcdfError> {
-    let columns = super::columns(flight);
-    let mut set = DataSet::new();
-    set.add_fixed_dim(ROWS, flight.len())?;
-    set.add_global_attr_string("Conventions", "CF-1.8")?;
-    set.add_global_attr_string("source", concat!("glider ", env!("CARGO_PKG_VERSION")))?;
-    set.add_var_f64("TIME", &[ROWS])?;
-    set.add_var_attr_string("TIME", "standard_name", "time")?;
-    set.add_var_attr_string("TIME", "units", "seconds since 1970-01-01T00:00:00Z")?;
-    if start_unix_s.is_none() {
-        set.add_var_attr_string("TIME", "comment", "counted from the start of the flight: its date is not known")?;
-    }
-    set.add_var_i32("SEGMENT", &[ROWS])?;
-    for c in &columns {
-        let name = safe(c.og1);
-        set.add_var_f64(&name, &[ROWS])?;
-        set.add_var_attr_f64(&name, "_FillValue", vec![FILL])?;
-        set.add_var_attr_string(&name, "long_name", c.name)?;
-        set.add_var_attr_string(&name, "coordinates", "TIME")?;
-        if let Some(standard) = standard_name(c.og1) {
-            set.add_var_attr_string(&name, "standard_name", standard)?;
-        }
-        if !c.unit.is_empty() {
-            set.add_var_attr_string(&name, "units", c.unit)?;
-        }
-    }
-    let start = start_unix_s.unwrap_or(0.0);
+pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfError> {
+    let mut out = Out { file: NcFileBuilder::new(), rows: None };
+    let rows = out.file.add_unlimited_dimension(ROWS)?;
+    out.rows = Some(rows);
+    let start = about.start_unix_s.unwrap_or(0.0);
     let time: Vec<f64> = flight.time_s.iter().map(|t| t + start).collect();
-    let segment: Vec<i32> = flight.segment.iter().map(|s| i32::try_from(*s).unwrap_or(i32::MAX)).collect();
-    let values: Vec<(String, Vec<f64>)> =
-        columns.iter().map(|c| (safe(c.og1), c.converted().map(|v| if v.is_finite() { v } else { FILL }).collect())).collect();
-    let mut file = FileWriter::open(path)?;
-    file.set_def(&set, Version::Offset64Bit, 0)?;
-    file.write_var_f64("TIME", &time)?;
-    file.write_var_i32("SEGMENT", &segment)?;
-    for (name, values) in &values {
-        file.write_var_f64(name, values)?;
+    out.globals(flight, about, &time)?;
+    out.time("TIME", "TIME", "time of measurement", &time, about)?;
+    let positions = Positions::of(flight, about, &time);
+    out.positions(&positions, &time, about)?;
+    let depth: Vec<f64> = flight.pressure_pa.iter().map(|p| seawater::depth_m(*p, positions.middle_lat)).collect();
+    out.column("DEPTH", "m", "glider depth", Some("depth"), Some("DEPTH"), &depth, &[("positive", "down"), ("axis", "Z")])?;
+    out.segments(flight)?;
+    for c in super::columns(flight) {
+        let salinity = c.name == channels::SALINITY;
+        let name = if salinity { "PSAL".to_owned() } else { safe(c.og1) };
+        let unit = if salinity { "1" } else { c.unit };
+        let values: Vec<f64> = c.converted().collect();
+        let vocabulary = known(&name).1;
+        out.column(&name, unit, c.name, known(&name).0, vocabulary, &values, &[])?;
     }
-    Ok(file.close()?)
+    for s in &about.series {
+        out.column(s.name, s.unit, s.what, None, None, &s.values, &[("flight_model", "FLIGHT_MODEL")])?;
+    }
+    out.strings(flight, about, &positions, &time)?;
+    for n in &about.vehicle {
+        let variable = out.file.add_variable::<f64>(n.name, &[])?;
+        out.says(variable, &[("long_name", n.what), ("units", n.unit), ("flight_model", "FLIGHT_MODEL")])?;
+        if n.sigma.is_finite() {
+            out.file.add_variable_attribute(variable, "uncertainty", NcAttrValue::Doubles(vec![n.sigma]))?;
+        }
+        out.file.write_variable(variable, &[n.value])?;
+    }
+    let (_, bytes) = out.file.to_vec(NcWriteOptions { format: NcWriteFormat::Nc4 })?;
+    Ok(std::fs::write(path, bytes)?)
 }
 
-/// Name in the CF standard name table, where it has one.
-fn standard_name(og1: &str) -> Option<&'static str> {
-    Some(match og1 {
-        "PRES" => "sea_water_pressure_due_to_sea_water",
-        "TEMP" => "sea_water_temperature",
-        "DENSITY" => "sea_water_density",
-        "PITCH" => "platform_pitch",
-        "ROLL" => "platform_roll",
-        "HEADING" => "platform_orientation",
-        _ => return None,
-    })
+struct Out {
+    file: NcFileBuilder,
+    rows: Option<DimensionId>,
 }
 
-/// A name that NetCDF accepts.
+impl Out {
+    fn says(&mut self, variable: VariableId, texts: &[(&str, &str)]) -> Result<(), NetcdfError> {
+        for (name, text) in texts {
+            self.file.add_variable_attribute(variable, *name, NcAttrValue::Chars((*text).to_owned()))?;
+        }
+        Ok(())
+    }
+
+    fn globals(&mut self, flight: &Flight, about: &About, time: &[f64]) -> Result<(), NetcdfError> {
+        let date = |t: f64| if about.start_unix_s.is_some() { compact_date(t) } else { "unknown".into() };
+        let written = compact_date(about.written_unix_s);
+        let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
+        let stated = |key: &str, otherwise: &str| about.stated.get(key).cloned().unwrap_or_else(|| otherwise.to_owned());
+        let program = concat!("glider ", env!("CARGO_PKG_VERSION"));
+        let comment = if about.start_unix_s.is_some() {
+            "one flight, times in UTC"
+        } else {
+            "the date of this flight is not known: times count from its start"
+        };
+        let attributes = [
+            ("title", stated("title", &format!("Flight {}", flight.name))),
+            ("platform", "sub-surface gliders".into()),
+            ("platform_vocabulary", "http://vocab.nerc.ac.uk/collection/L06/current/27/".into()),
+            ("id", stated("id", &format!("{}_{}_delayed", serial(flight, about), date(first)))),
+            ("comment", stated("comment", comment)),
+            ("contributor_name", stated("contributor_name", "unknown")),
+            ("contributor_email", stated("contributor_email", "unknown")),
+            ("contributor_role", stated("contributor_role", "principal investigator")),
+            ("contributor_role_vocabulary", "http://vocab.nerc.ac.uk/search_nvs/W08/".into()),
+            ("contributing_institutions", stated("contributing_institutions", "unknown")),
+            ("contributing_institutions_role", stated("contributing_institutions_role", "operating agency")),
+            ("contributing_institutions_role_vocabulary", "http://vocab.nerc.ac.uk/collection/W08/current/".into()),
+            ("institution", stated("contributing_institutions", "unknown")),
+            ("source", stated("source", program)),
+            ("references", stated("references", "none")),
+            ("history", format!("{written} written by {program}")),
+            ("rtqc_method", stated("rtqc_method", "No QC applied")),
+            ("start_date", date(first)),
+            ("time_coverage_start", date(first)),
+            ("time_coverage_end", date(last)),
+            ("date_created", written),
+            ("featureType", "trajectory".into()),
+            ("Conventions", "CF-1.10, ACDD-1.3, OG-1.0".into()),
+        ];
+        for (name, text) in attributes {
+            self.file.add_attribute(name, NcAttrValue::Chars(text))?;
+        }
+        Ok(())
+    }
+
+    fn time(&mut self, name: &str, vocabulary: &str, what: &str, values: &[f64], about: &About) -> Result<(), NetcdfError> {
+        let rows: Vec<DimensionId> = self.rows.into_iter().collect();
+        let variable = self.file.add_variable::<f64>(name, &rows)?;
+        self.file.set_variable_fill_value(variable, NO_TIME)?;
+        self.says(variable, &[("long_name", what), ("standard_name", "time"), ("units", EPOCH), ("calendar", "gregorian")])?;
+        if name == "TIME" {
+            self.says(variable, &[("axis", "T")])?;
+        }
+        self.says(variable, &[("vocabulary", &format!("{VOCABULARY}{vocabulary}/"))])?;
+        if about.start_unix_s.is_none() {
+            self.says(variable, &[("comment", "counted from the start of the flight: its date is not known")])?;
+        }
+        let values: Vec<f64> = values.iter().map(|v| if v.is_finite() { *v } else { NO_TIME }).collect();
+        Ok(self.file.write_variable(variable, &values)?)
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn column(
+        &mut self,
+        name: &str,
+        unit: &str,
+        what: &str,
+        standard: Option<&str>,
+        vocabulary: Option<&str>,
+        values: &[f64],
+        more: &[(&str, &str)],
+    ) -> Result<(), NetcdfError> {
+        let rows: Vec<DimensionId> = self.rows.into_iter().collect();
+        let variable = self.file.add_variable::<f64>(name, &rows)?;
+        self.file.set_variable_fill_value(variable, NONE)?;
+        self.says(variable, &[("long_name", what)])?;
+        if let Some(standard) = standard {
+            self.says(variable, &[("standard_name", standard)])?;
+        }
+        // A number without a unit that is known has none, in the words of UDUNITS.
+        self.says(variable, &[("units", if unit.is_empty() { "1" } else { unit })])?;
+        if let Some(vocabulary) = vocabulary {
+            self.says(variable, &[("vocabulary", &format!("{VOCABULARY}{vocabulary}/"))])?;
+        }
+        if !["LATITUDE", "LONGITUDE", "DEPTH"].contains(&name) && !name.ends_with("_GPS") {
+            self.says(variable, &[("coordinates", "TIME LATITUDE LONGITUDE DEPTH")])?;
+        }
+        self.says(variable, more)?;
+        let values: Vec<f64> = values.iter().map(|v| if v.is_finite() { *v } else { NONE }).collect();
+        Ok(self.file.write_variable(variable, &values)?)
+    }
+
+    fn positions(&mut self, p: &Positions, time: &[f64], about: &About) -> Result<(), NetcdfError> {
+        let lat = "latitude of each measurement and GPS location";
+        let lon = "longitude of each measurement and GPS location";
+        self.column("LATITUDE", "degrees_north", lat, Some("latitude"), Some("LAT"), &p.lat, &[("axis", "Y")])?;
+        self.column("LONGITUDE", "degrees_east", lon, Some("longitude"), Some("LON"), &p.lon, &[("axis", "X")])?;
+        let fixed: Vec<f64> = time.iter().zip(&p.lat_gps).map(|(t, v)| if v.is_finite() { *t } else { f64::NAN }).collect();
+        self.time("TIME_GPS", "TIME_GPS", "time of each GPS location", &fixed, about)?;
+        self.column("LATITUDE_GPS", "degrees_north", "latitude of each GPS location", Some("latitude"), Some("LAT_GPS"), &p.lat_gps, &[])?;
+        self.column("LONGITUDE_GPS", "degrees_east", "longitude of each GPS location", Some("longitude"), Some("LON_GPS"), &p.lon_gps, &[])
+    }
+
+    fn segments(&mut self, flight: &Flight) -> Result<(), NetcdfError> {
+        let rows: Vec<DimensionId> = self.rows.into_iter().collect();
+        let variable = self.file.add_variable::<i32>("SEGMENT_NUMBER", &rows)?;
+        self.file.set_variable_fill_value(variable, -1_i32)?;
+        self.says(variable, &[("long_name", "number of the segment from one surfacing to the next"), ("units", "1")])?;
+        self.says(variable, &[("coordinates", "TIME LATITUDE LONGITUDE DEPTH")])?;
+        let values: Vec<i32> = flight.segment.iter().map(|s| i32::try_from(*s).unwrap_or(i32::MAX)).collect();
+        Ok(self.file.write_variable(variable, &values)?)
+    }
+
+    /// Who flew, where it began, and by which model.
+    fn strings(&mut self, flight: &Flight, about: &About, p: &Positions, time: &[f64]) -> Result<(), NetcdfError> {
+        let stated = |key: &str, otherwise: String| about.stated.get(key).cloned().unwrap_or(otherwise);
+        let serial = serial(flight, about);
+        let trajectory = format!("{serial}_{}", about.start_unix_s.map_or_else(|| "undated".into(), compact_date));
+        let texts = [
+            ("TRAJECTORY", stated("TRAJECTORY", trajectory), "trajectory name"),
+            ("WMO_IDENTIFIER", stated("WMO_IDENTIFIER", "unknown".into()), "WMO id"),
+            ("PLATFORM_MODEL", stated("PLATFORM_MODEL", "unknown".into()), "model of the glider"),
+            ("PLATFORM_SERIAL_NUMBER", serial, "glider serial number"),
+            (
+                "FLIGHT_MODEL",
+                stated("FLIGHT_MODEL", "steady and unsteady glide, lift and drag on the reference area".into()),
+                "model of the flight",
+            ),
+        ];
+        for (name, text, what) in texts {
+            let variable = self.file.add_string_variable(name, &[])?;
+            self.says(variable, &[("long_name", what)])?;
+            if name == "TRAJECTORY" {
+                self.says(variable, &[("cf_role", "trajectory_id")])?;
+            }
+            if name == "PLATFORM_MODEL" {
+                self.says(variable, &[("platform_model_vocabulary", "http://vocab.nerc.ac.uk/collection/B76/current/")])?;
+            }
+            if name == "FLIGHT_MODEL" {
+                self.says(variable, &[("software_version", env!("CARGO_PKG_VERSION"))])?;
+            }
+            self.file.write_string_variable(variable, &[text])?;
+        }
+        let first = |v: &[f64]| v.iter().copied().find(|v| v.is_finite());
+        for (name, unit, what, standard, vocabulary, value) in [
+            (
+                "DEPLOYMENT_TIME",
+                EPOCH,
+                "date of deployment",
+                "time",
+                "DEPLOYMENT_TIME",
+                time.first().copied().filter(|_| about.start_unix_s.is_some()),
+            ),
+            ("DEPLOYMENT_LATITUDE", "degrees_north", "latitude of deployment", "latitude", "DEPLOYMENT_LATITUDE", first(&p.lat_gps)),
+            ("DEPLOYMENT_LONGITUDE", "degrees_east", "longitude of deployment", "longitude", "DEPLOYMENT_LONGITUDE", first(&p.lon_gps)),
+        ] {
+            let fill = if name == "DEPLOYMENT_TIME" { NO_TIME } else { NONE };
+            let variable = self.file.add_variable::<f64>(name, &[])?;
+            self.file.set_variable_fill_value(variable, fill)?;
+            self.says(variable, &[("long_name", what), ("standard_name", standard), ("units", unit)])?;
+            self.says(variable, &[("vocabulary", &format!("{VOCABULARY}{vocabulary}/"))])?;
+            if name == "DEPLOYMENT_TIME" {
+                self.says(variable, &[("calendar", "gregorian")])?;
+            }
+            self.file.write_variable(variable, &[value.unwrap_or(fill)])?;
+        }
+        Ok(())
+    }
+}
+
+/// Where the rows are: fixes, and between them on the straight line.
+struct Positions {
+    lat: Vec<f64>,
+    lon: Vec<f64>,
+    lat_gps: Vec<f64>,
+    lon_gps: Vec<f64>,
+    middle_lat: f64,
+}
+
+impl Positions {
+    fn of(flight: &Flight, about: &About, time: &[f64]) -> Self {
+        let fixes: Vec<Option<position::Fix>> = (0..flight.len()).map(|i| position::on_the_globe(flight, &about.origins, i)).collect();
+        let column = |of: fn(&position::Fix) -> f64| fixes.iter().map(|f| f.as_ref().map_or(f64::NAN, of)).collect::<Vec<f64>>();
+        let (lat_gps, lon_gps) = (column(|f| f.lat_deg), column(|f| f.lon_deg));
+        let between = |values: &[f64]| -> Vec<f64> {
+            let known: Vec<(f64, f64)> = time.iter().copied().zip(values.iter().copied()).filter(|(_, v)| v.is_finite()).collect();
+            time.iter()
+                .map(|t| {
+                    let k = known.partition_point(|f| f.0 <= *t);
+                    match (k.checked_sub(1).and_then(|k| known.get(k)), known.get(k)) {
+                        (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0),
+                        (Some(one), None) | (None, Some(one)) => one.1,
+                        (None, None) => f64::NAN,
+                    }
+                })
+                .collect()
+        };
+        let middle_lat = lat_gps.iter().copied().find(|v| v.is_finite()).unwrap_or(45.0);
+        Self { lat: between(&lat_gps), lon: between(&lon_gps), lat_gps, lon_gps, middle_lat }
+    }
+}
+
+/// Serial number of the platform: stated, else the flight's name.
+fn serial(flight: &Flight, about: &About) -> String {
+    about.stated.get("PLATFORM_SERIAL_NUMBER").cloned().unwrap_or_else(|| format!("unit_{}", safe(&flight.name).to_lowercase()))
+}
+
+/// Name in the CF standard name table and in the OG1 vocabulary, where it has them.
+fn known(og1: &str) -> (Option<&'static str>, Option<&'static str>) {
+    match og1 {
+        "PRES" => (Some("sea_water_pressure"), Some("PRES")),
+        "TEMP" => (Some("sea_water_temperature"), Some("TEMP")),
+        "PSAL" => (Some("sea_water_practical_salinity"), Some("PSAL")),
+        "DENSITY" => (Some("sea_water_density"), Some("DENSITY")),
+        "PITCH" => (Some("platform_pitch"), Some("PITCH")),
+        "ROLL" => (Some("platform_roll"), Some("ROLL")),
+        "HEADING" => (Some("platform_orientation"), Some("HEADING")),
+        _ => (None, None),
+    }
+}
+
+/// A name in capitals that NetCDF and OG1 accept.
 fn safe(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect()
+    let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c.to_ascii_uppercase() } else { '_' }).collect();
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("X_{name}") }
+}
+
+/// 20260502T091530 of a Unix time, UTC (days after Howard Hinnant, "chrono-compatible low-level date algorithms").
+#[must_use]
+pub fn compact_date(unix_s: f64) -> String {
+    let seconds = unix_s.max(0.0) as i64;
+    let (days, clock) = (seconds.div_euclid(86400), seconds.rem_euclid(86400));
+    let z = days + 719_468;
+    let era = z.div_euclid(146_097);
+    let of_era = z.rem_euclid(146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!("{year:04}{month:02}{day:02}T{:02}{:02}{:02}", clock / 3600, clock / 60 % 60, clock % 60)
 }
 
 #[cfg(test)]
@@ -132,7 +417,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("glider-netcdf-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let path = folder.join("flight.nc");
-        write(&flight, &path, Some(1.7e9)).expect("written");
+        write(&flight, &path, &About { start_unix_s: Some(1.7e9), ..About::default() }).expect("written");
         let imported = crate::import::import(&path, &[]).expect("read");
         std::fs::remove_dir_all(&folder).expect("removed");
         assert_eq!(imported.report.start_unix_s, Some(1.7e9));
@@ -154,5 +439,12 @@ mod tests {
             assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs().max(1.0)));
         }
         assert!(again.roll_rad.iter().all(|v| v.is_nan()), "no value stays no value");
+    }
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        assert_eq!(compact_date(1_777_713_330.0), "20260502T091530");
+        assert_eq!(compact_date(951_782_400.0), "20000229T000000");
+        assert_eq!(compact_date(0.0), "19700101T000000");
     }
 }

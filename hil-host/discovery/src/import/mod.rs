@@ -13,7 +13,7 @@
 use std::path::{Path, PathBuf};
 
 pub mod calendar;
-mod channels;
+pub(crate) mod channels;
 pub mod classes;
 pub mod comet;
 pub mod dba;

@@ -74,6 +74,12 @@ pub fn pressure_pa(depth_m: f64, lat_deg: f64) -> f64 {
     gsw::conversions::p_from_z(-depth_m, lat_deg, None, None).map_or(f64::NAN, |dbar| dbar * 1e4)
 }
 
+/// Depth, m, positive down, at a gauge pressure, Pa (standard ocean).
+#[must_use]
+pub fn depth_m(pressure_pa: f64, lat_deg: f64) -> f64 {
+    -gsw::conversions::z_from_p(pressure_pa * 1e-4, lat_deg, 0.0, 0.0)
+}
+
 /// ρ, kg/m³, from SA, g/kg, in-situ temperature, °C, pressure, dbar; NaN outside the equation's range.
 #[must_use]
 pub fn density(absolute_salinity: f64, temperature_degc: f64, pressure_dbar: f64) -> f64 {

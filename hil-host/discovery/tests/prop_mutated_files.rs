@@ -69,7 +69,7 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = std::fs::read_dir(folder).expect("samples").map(|e| e.expect("an entry").path()).collect();
-    all.retain(|p| p.is_file() && !p.extension().is_some_and(|e| e == "json"));
+    all.retain(|p| p.is_file() && p.extension().is_none_or(|e| e != "json"));
     all.sort();
     all
 }

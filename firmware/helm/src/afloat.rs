@@ -5,7 +5,7 @@
 //!
 //! | depth sensors | counts | for at least |
 //! |---|---|---|
-//! | both answer, both shallow, within [`AGREE_M`] | agreement | [`TWINS_MS`] |
+//! | both answer, both shallow, within `AGREE_M` | agreement | `TWINS_MS` |
 //! | one answers, no step faster than a glider rises | unbroken history | [`ALONE_MS`] |
 //! | any other answer | nothing, and all before it is forgotten | |
 

@@ -7,7 +7,7 @@
 //! ```
 //! The discrepancy is a vertical velocity that nature has and the model lacks: Legendre polynomials of depth up to the third degree, apart
 //! for dives and climbs, with normal amplitudes. Its size is what the block error has beyond the noise floor, and no less than
-//! [`LEAST_M_S`]. (The size of the greatest evidence is of no use: columns that the calibration can follow too make it 1 cm/s and more.)
+//! `LEAST_M_S`. (The size of the greatest evidence is of no use: columns that the calibration can follow too make it 1 cm/s and more.)
 
 use crate::hypotheses::sensitivity::signatures;
 use crate::inference::gauss_newton::{Fit, Jacobian, symmetric};

@@ -3,8 +3,8 @@
 //! Singles are fitted from the starts of their own kind; pairs are proposed by whitened signatures, at nothing missing and at the best
 //! singles, with what is fitted projected out. Then the lattice of hypotheses is relaxed: every leader offers its state to what it is
 //! a part of, to its parts, and to what exchanges one of its effects for a look-alike, until no chi² falls by more than
-//! [`BETTER`]. So chi² of a larger set is never above that of a part of it, and no hypothesis owes its place to a better start. The
-//! work is bounded: [`Budget`]. How one hypothesis is fitted and believed is [`crate::hypotheses::candidate`]'s.
+//! `BETTER`. So chi² of a larger set is never above that of a part of it, and no hypothesis owes its place to a better start. The
+//! work is bounded: `Budget`. How one hypothesis is fitted and believed is [`crate::hypotheses::candidate`]'s.
 
 use crate::hypotheses::candidate::{Candidate, RENEW_GAIN, Screen, Waves, named, wave_library};
 use crate::hypotheses::sensitivity::{Signature, pair_score, project, signatures};

@@ -233,6 +233,10 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         assert_eq!(wait_text(&c, "#error-floor", |t| t != "–", 10).await, floor);
         wait_text(&c, "#worth", |t| t.contains("beyond recalibration"), 10).await;
         wait_text(&c, "#gain-climb_drag", |t| t.starts_with('−'), 10).await;
+        // An effect that was not refitted has no figure: it does not gain all of the error.
+        let gains = js(&c, "return [...document.querySelectorAll('.gain')].map((g) => g.textContent);", vec![]).await;
+        let all = format!("−{} cm/s", cm("recalibrated"));
+        assert!(gains.as_array().is_some_and(|g| g.iter().all(|t| *t != json!(all))), "{gains}");
         wait_text(&c, "#verdict", |t| t.contains("What next"), 10).await;
         screenshot(&c, "workbench-answer", 1280).await;
 

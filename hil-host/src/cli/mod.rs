@@ -233,6 +233,7 @@ mod tests {
             let said = help.lines().any(|l| l.starts_with("  ") && l.split([' ', ',']).any(|w| w == name));
             assert!(said, "{name} is not in the help:\n{help}");
         }
-        assert!(help.lines().all(|l| l.chars().count() <= 80), "{help}");
+        let wide: Vec<&str> = help.lines().filter(|l| l.chars().count() > 80).collect();
+        assert!(wide.is_empty(), "{wide:#?}");
     }
 }

@@ -11,7 +11,9 @@ fn reach(depth_m: f64) -> Reach {
     let depth_m = depth_m.floor();
     let leg = signals::Leg { depth_max_m: depth_m as f32, ..signals::Leg::default() };
     let of = worlds::limits(&signals::Mission { legs: std::iter::once(leg).collect(), ..signals::Mission::default() });
-    Reach { ballast_m3: f64::from(of.pump_m3), depth_m: f64::from(of.working_depth_m).min(depth_m) }
+    // Up to a whole cm³, as a mission file says it.
+    let least_ballast_m3 = 1e-6 * (1e6 * f64::from(signals::Mission::LEAST_BALLAST_SHARE * of.pump_m3)).ceil();
+    Reach { ballast_m3: f64::from(of.pump_m3), least_ballast_m3, depth_m: f64::from(of.working_depth_m).min(depth_m) }
 }
 
 /// The wings of a vehicle, as a mission file names them.

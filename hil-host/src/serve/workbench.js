@@ -281,7 +281,10 @@ const Bench = (() => {
   });
   function showVerdict(d) {
     state.found = d;
-    for (const c of d.candidates) if (c.effects.length === 1) state.gains.set(c.effects[0], (c.error_after_heldout ?? c.error_after) / 100);
+    for (const c of d.candidates) {
+      const error = c.error_after_heldout ?? c.error_after; // none: not worth refitting
+      if (c.effects.length === 1 && error != null) state.gains.set(c.effects[0], error / 100);
+    }
     state.catalogue.forEach((e) => e.show && e.show());
     const sure = { adequate: 'good', explained: 'good' }[d.verdict] || '';
     say(findSay, `Verdict: ${d.verdict}${d.answer.length ? ' – ' + d.answer.map(words).join(' + ') : ''}.`, sure);

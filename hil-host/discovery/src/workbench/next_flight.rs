@@ -28,13 +28,15 @@ pub struct Leg {
 pub struct Reach {
     /// Largest buoyancy drive of its pump either side of neutral, m³.
     pub ballast_m3: f64,
+    /// Least drive that it is sent with, m³.
+    pub least_ballast_m3: f64,
     /// Working depth, m.
     pub depth_m: f64,
 }
 
 impl Reach {
     /// A vehicle of which no limit is known: the flight at hand sets them.
-    pub const UNKNOWN: Self = Self { ballast_m3: f64::INFINITY, depth_m: f64::INFINITY };
+    pub const UNKNOWN: Self = Self { ballast_m3: f64::INFINITY, least_ballast_m3: 0.0, depth_m: f64::INFINITY };
 }
 
 /// Expected chi² from which two hypotheses count as told apart: 90 % sure for one number.
@@ -188,7 +190,7 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> O
     let day = 86_400.0;
     for pitch_rad in PITCHES_RAD {
         for share in DRIVES {
-            let leg = Leg { pitch_rad, ballast_m3: share * drive };
+            let leg = Leg { pitch_rad, ballast_m3: (share * drive).max(reach.least_ballast_m3) };
             // How fast this leg sinks: asked of the model itself, twice.
             let mut speed = 0.12;
             for _ in 0..3 {

@@ -12,14 +12,15 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("store", &["signals"]),
     ("devices", &["signals"]),
     ("helm", &["signals", "polar", "control", "store"]),
+    ("backseat", &["signals"]),
     ("audit", &[]),
-    ("firmware", &["signals", "polar", "control", "helm", "devices", "store"]),
+    ("firmware", &["signals", "polar", "control", "helm", "devices", "store", "backseat"]),
     ("hydro", &[]),
     ("plant", &["signals"]),
     ("discovery", &["hydro"]),
-    ("hil-host", &["signals", "polar", "control", "helm", "store", "hydro", "plant", "discovery"]),
+    ("hil-host", &["signals", "polar", "control", "helm", "store", "backseat", "hydro", "plant", "discovery"]),
     ("benches", &["signals", "polar", "control", "hydro", "plant", "discovery", "hil-host"]),
-    ("tests", &["signals", "polar", "control", "helm", "store", "devices", "hydro", "plant", "discovery", "hil-host"]),
+    ("tests", &["signals", "polar", "control", "helm", "store", "backseat", "devices", "hydro", "plant", "discovery", "hil-host"]),
 ];
 
 fn root() -> PathBuf {

@@ -3,7 +3,7 @@
 use crate::toy::Toy;
 use crate::{Config, Settings, State, step, stock};
 use proptest::prelude::*;
-use signals::{Abort, ActuatorCommand, Answer, Flags, Micros, Mission, Phase, Reading, SensorFrame, Surface, Switch, Weight};
+use signals::{Abort, ActuatorCommand, Answer, Flags, Leg, Micros, Mission, Phase, Reading, SensorFrame, Surface, Switch, Weight};
 
 const CYCLE_S: f64 = 4.0;
 
@@ -215,6 +215,22 @@ fn a_mission_too_deep_for_the_vehicle_is_not_begun() {
     let mut state = State::new(&Config::default(), mission, Micros(0));
     let answer = step(&Config::default(), None, &mut state, Micros(0), &SensorFrame::default());
     assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, Some(Abort::BadMission)));
+}
+
+#[test]
+fn a_vehicle_slower_than_any_that_was_reckoned_with_is_called_home_when_its_time_is_over() {
+    let leg = Leg { dives: 2, depth_min_m: 5.0, depth_max_m: 150.0, ballast_m3: 95e-6, ..Leg::default() };
+    let mut mission = Mission { legs: [leg].into_iter().collect(), ..Mission::default() };
+    mission.max_duration_s = mission.least_duration_s().ceil() as u32;
+    let limit_s = f64::from(mission.max_duration_s);
+    // Weed: 150 times the drag, slower than the slowest that was reckoned with (0.04 m/s). It makes its way all the same.
+    let (toy, log) = fly(mission.clone(), 20_000, |toy, _, _| toy.drag_area = 150.0 * 0.015);
+    let (cause, at_s) = cause(&log).unwrap_or_else(|| panic!("{:?} after {} s of {limit_s}", log.last().map(|c| c.answer.trace), toy.t));
+    assert_eq!(cause, Abort::OverTime, "after {at_s} s of {limit_s}");
+    assert!((limit_s..limit_s + 2.0 * CYCLE_S).contains(&at_s), "after {at_s} s of {limit_s}");
+    assert!(toy.z < 0.5, "home, at {} m", toy.z);
+    let (_, log) = fly(mission, 20_000, |_, _, _| ());
+    assert_eq!(log.last().map(|c| (c.answer.trace.phase, c.answer.trace.abort)), Some((Phase::Done, None)));
 }
 
 #[test]

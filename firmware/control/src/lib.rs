@@ -381,11 +381,14 @@ fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pit
     let choice = &mut state.choice;
     let now = state.estimate.advance(table, &choice.belief, seen.dt_s, pitch_rad, seen.rate_m_s, state.ballast_m3, steady);
     let held = (pitch_rad - state.pitch_wanted_rad).abs() < HELD_RAD;
+    // A steeper glide carries farther through the turn: what its start was reckoned from must be what is flown.
+    let near = state.voyage.turn_is_near(config, seen, leg, state.ballast_m3);
     let way = seen.depth_age_s <= 0.0 && seen.dt_s > 0.0 && seen.rate_m_s * state.ballast_m3 < 0.0;
     match now {
         Some(now) if steady && held && way => match choice.belief.take(&now, seen.rate_m_s) {
             News::None => choice.search(config, table, leg),
-            News::Piece => choice.settle(config, table, leg),
+            News::Piece if !near => choice.settle(config, table, leg),
+            News::Piece => {}
             News::LetGo => choice.retreat(),
         },
         _ => choice.belief.interrupt(),

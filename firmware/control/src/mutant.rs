@@ -29,10 +29,6 @@ watches! {
     Volts = false,
     /// Charge: abort.
     Charge = false,
-    /// Nothing at all answers: abort.
-    Silence = true,
-    /// No depth: climb.
-    NoDepthClimb = true,
     /// No depth: abort.
     NoDepth = true,
     /// One of two depth sensors lost: come home.

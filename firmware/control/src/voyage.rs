@@ -283,6 +283,15 @@ impl Voyage {
         }
     }
 
+    /// Whether a turn begins soon: nearer than twice the way that it would carry at the rate of now.
+    pub(crate) fn turn_is_near(&self, config: &Config, seen: &Seen, leg: &Leg, ballast_m3: f32) -> bool {
+        match self.stage {
+            Stage::Dive { .. } => leg.depth_max_m - seen.depth_m < 2.0 * self.low.carry_m(config, seen.rate_m_s, -ballast_m3),
+            Stage::Climb { .. } => seen.depth_m - self.top_m(leg) < 2.0 * self.high.carry_m(config, -seen.rate_m_s, ballast_m3),
+            _ => false,
+        }
+    }
+
     fn turn_is_over(config: &Config, dwelt: Micros, turned: bool) -> bool {
         (turned && dwelt >= DWELL_S) || dwelt.seconds() >= longest_turn_s(config)
     }

@@ -3,9 +3,10 @@
 //! All of it lies in one place, so that one sum seals it (see [`crate::seal`]).
 
 use crate::afloat::Afloat;
+use crate::boot::Seat;
 use crate::mark::Mark;
 use crate::objects;
-use crate::session::{CYCLE_MS, Seat};
+use crate::session::CYCLE_MS;
 use crate::storage::{Content, Storage};
 use control::{Config, State};
 use polar::Table;

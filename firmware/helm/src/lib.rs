@@ -35,6 +35,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod afloat;
+mod boot;
 mod flight;
 pub mod limits;
 mod mark;
@@ -46,8 +47,9 @@ pub mod storage;
 mod upload;
 pub mod vault;
 
+pub use boot::{Boot, Seat};
 pub use mark::Mark;
-pub use session::{Boot, Helm, Seat};
+pub use session::Helm;
 pub use storage::{Content, Kept, MAX_OBJECT, RamStorage, Storage};
 pub use vault::Vault;
 

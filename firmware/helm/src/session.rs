@@ -1,6 +1,7 @@
 //! The state machine of the crate doc.
 
 use crate::afloat::Afloat;
+use crate::boot::{Boot, Seat};
 use crate::flight::{Activity, Flight};
 use crate::limits;
 use crate::mark::{Copies, Mark};
@@ -24,36 +25,6 @@ pub const MAX_GAP: u32 = 1024;
 
 /// Silence of the line after which a vehicle that was seen afloat has to be seen again, ms: three cycles.
 const AFLOAT_HOLDS_MS: u64 = 3 * CYCLE_MS as u64;
-
-/// Where sensor frames come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Seat {
-    /// On deck: the next mission decides, by [`ToBoard::Begin`] or [`ToBoard::Launch`].
-    Open,
-    /// From the host over the line (hardware in the loop).
-    #[default]
-    Host,
-    /// From the vehicle's own sensors; frames from the line are refused.
-    Sensors,
-}
-
-/// What the board knows when it starts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Boot {
-    /// What the last run left; anything but [`Mark::NONE`] is SAFE from the first step.
-    pub mark: Mark,
-    /// Boots since first flash; 0 when not counted.
-    pub boots: u32,
-    /// Firmware version major, minor, patch.
-    pub firmware: [u8; 3],
-    /// A number that the last runs had not: sessions begin from it.
-    pub salt: u32,
-}
-
-impl Boot {
-    /// A first boot: nothing known.
-    pub const NEW: Self = Self { mark: Mark::NONE, boots: 0, firmware: [0; 3], salt: 0 };
-}
 
 /// The controller behind a line.
 #[derive(Debug)]

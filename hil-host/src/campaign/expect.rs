@@ -152,6 +152,11 @@ fn turning(fault: &Fault) -> bool {
     matches!(fault.phase, Some(Phase::InflectLow | Phase::InflectHigh))
 }
 
+/// Begins while a dive is entered: the pump runs, and the battery with it.
+fn begins_dive(fault: &Fault, config: &Config) -> bool {
+    fault.phase == Some(Phase::Dive) && fault.delay_s < bounds::turn_s(config)
+}
+
 /// Depth sensors: the other one measures on. None is an abort as long as they do not contradict each other.
 fn depth(fault: &Fault) -> Option<Expect> {
     use Kind as K;
@@ -353,7 +358,7 @@ fn actuator(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
         (T::Pump, K::LeakBack | K::Intermittent) => Expect::Mission,
         // Two looks, each 4 mm farther off: 8 mm at 2.5 mm/s and a look. In a turn the order moves as well, and so it does when the
         // dive begins.
-        (T::MassMotor, K::Runaway) if ahead.mass_way_m > 0.02 && !turning(fault) && !afloat(fault) => {
+        (T::MassMotor, K::Runaway) if ahead.mass_way_m > 0.02 && !turning(fault) && !afloat(fault) && !begins_dive(fault, config) => {
             Expect::Abort(&[Abort::MassStuck], 2.0 * CYCLE_S + CYCLE_S)
         }
         (T::MassMotor, K::Runaway | K::Stuck) => Expect::Tolerated(&[Abort::MassStuck], vec![off_pitch(config)]),

@@ -46,15 +46,12 @@ pub struct Means {
     pub while_all_act_n: f64,
     /// Depth at which the first of them is least, m.
     pub at_m: f64,
-    /// Whether the race with water or a load can be won ([`super::race`]); none: nobody asked, the mission came home.
+    /// Whether the race with water or a load can be won, flown before the mission ([`super::race`]); none: it is no race.
     pub race: Option<bool>,
 }
 
 impl Means {
-    /// Of a mission of which nobody asked.
-    pub(super) const ENOUGH: Self = Self { for_good_n: 1.0, while_all_act_n: 1.0, at_m: 0.0, race: None };
-
-    /// The budget of a case, its mission not flown; its twin, where it needs one ([`Twin::if_needed`]).
+    /// The budget of a case, its mission not flown; its twin, where it needs one ([`Twin::for_budget`]).
     ///
     /// # Errors
     /// The world cannot be.

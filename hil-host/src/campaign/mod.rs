@@ -10,10 +10,10 @@
 //! Bounds are demanded figures ([`demands`]), not the law's own waits. Random
 //! missions with random faults ([`draw`], [`breaks`]) owe the rules above only.
 //!
-//! What a case has left to rise with is known before it is flown ([`means`]).
-//! Where no force on board points up for good the mission is set apart: flown,
-//! but owing only an abort, full buoyancy and the weight. Every other loss counts
-//! against the controller, whatever led to it.
+//! What a case has left to rise with is known before it is flown ([`means`],
+//! [`race`]). Where no force on board points up for good, or the best moves do not
+//! win, the mission is set apart: flown, but owing only an abort, full buoyancy and
+//! the weight. Every other loss counts against the controller, whatever led to it.
 
 pub mod bounds;
 pub mod breaks;
@@ -371,27 +371,22 @@ pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> 
     let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
     let setup = Setup { config: worlds::config(&mission), ..Setup::new(mission) };
     let config = setup.config.clone();
-    let drawn = case.water == Water::Drawn;
-    let twin = if drawn { None } else { Twin::if_needed(case)? };
+    // Random missions owe the global rules only.
+    let random = matches!(case.water, Water::Drawn | Water::Alone);
+    let twin = if random { Twin::for_budget(case)? } else { Twin::if_needed(case)? };
     let owed = match case.faults.as_slice() {
-        [fault] if !drawn && case.water != Water::Alone => {
-            expect::expect(fault, &config, &twin.as_ref().map_or(Ahead::NOTHING, |t| t.ahead(fault)))
-        }
+        [fault] if !random => expect::expect(fault, &config, &twin.as_ref().map_or(Ahead::NOTHING, |t| t.ahead(fault))),
         _ => None,
     };
-    let means = if drawn { Means::ENOUGH } else { Means::of(case, twin.as_ref())? };
+    let mut means = Means::of(case, twin.as_ref())?;
+    if !means.none_left() && race::is_one(case, &means) {
+        means.race = Some(race::can_be_won(case)?);
+    }
     let mut judge = Judge::of(case, &config, means, owed);
     let out = fly(&mut world, seat, &setup, &mut |c| {
         judge.see(c);
         Ok(())
     })?;
-    if !out.end.home() && !judge.means.none_left() {
-        // Neither budget looks at what became of the mission; they are made when somebody asks.
-        if drawn {
-            judge.means = Means::of(case, Twin::if_needed(case)?.as_ref())?;
-        }
-        judge.means.race = Some(race::can_be_won(case)?);
-    }
     Ok(judge.judge(out.end, out.max_depth_m, out.duration_s, out.actuator_hash))
 }
 
@@ -447,7 +442,8 @@ mod tests {
             let faults: Vec<plant::Fault> = vec![fault.parse().expect("a fault")];
             let case = Case { water: Water::Edge, wings: Wings::Standard, seed: 0, faults, line: None };
             let owed = expect::expect(&case.faults[0], &config, &Ahead::NOTHING);
-            let mut judge = Judge::of(&case, &config, Means::ENOUGH, owed);
+            let means = Means::of(&case, None).expect("a world");
+            let mut judge = Judge::of(&case, &config, means, owed);
             (judge.onsets, judge.abort, judge.missed) = (vec![Some(100.0)], abort, missed);
             judge.unmet(true, duration_s)
         };

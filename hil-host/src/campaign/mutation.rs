@@ -40,7 +40,7 @@ const fn meant_for(watch: Watch) -> &'static str {
         W::Vacuum => "hull:vacuum_loss",
         W::Volts => "power:undervoltage",
         W::Charge => "power:low_charge",
-        W::Silence | W::NoDepthClimb | W::NoDepth | W::BlindWeight => "depth2:off",
+        W::NoDepth | W::BlindWeight => "depth2:off",
         W::Unbacked => "depth:off",
         W::DepthsApart => "depth:bias",
         W::DepthLeaps | W::AfloatLie | W::DoubtEndsDive | W::DoubtSurfaces => "depth:drift",

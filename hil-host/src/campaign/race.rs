@@ -1,15 +1,17 @@
 //! Could anybody have won? The best moves against a load, from the demanded time on.
 //!
 //! Water in the hull and loads that pull are races: force at rest alone does not
-//! say whether the surface is reached in time. So the same mission is flown once
-//! more with the same faults, and [`demands::RACE_S`] after the first that moves or
-//! blinds the vehicle everything goes up whatever the controller wants: all the
-//! pump has, the weight, a climb's attitude, the fin straight. Where even that
-//! vehicle is lost nobody could have brought it home, and the mission is set apart.
-//! What the controller under trial does later than that does not enter.
+//! say whether the surface is reached in time. So before the mission the same
+//! faults are flown with the best moves: [`demands::RACE_S`] after the first that
+//! moves or blinds the vehicle everything goes up whatever the controller wants:
+//! all the pump has, the weight, a climb's attitude (a glide's while it sinks), the
+//! fin straight. Where even that vehicle is lost nobody could have brought it home,
+//! and the mission is set apart. What the controller under trial does in its own
+//! mission does not enter.
 
 use super::demands;
 use super::lattice::Case;
+use super::means::Means;
 use crate::flight::closed_loop::SURFACED_M;
 use crate::flight::cycle::Cycle;
 use crate::flight::worlds;
@@ -17,12 +19,15 @@ use crate::seats::in_process::InProcess;
 use crate::seats::{CYCLE_S, Link, Seat};
 use anyhow::anyhow;
 use control::Config;
-use plant::faults::Target;
+use plant::faults::{Kind, Target};
 use plant::{Fault, World};
 use signals::{ActuatorCommand, Phase};
 
 /// Time at the surface after which the race is won, s.
 const WON_S: f64 = 60.0;
+
+/// Sinking for so long in spite of all is no turn any more, s.
+const SINKS_S: f64 = 60.0;
 
 /// Whether a fault changes what the vehicle weighs, what moves it, or what it knows of its depth.
 fn matters(fault: &Fault) -> bool {
@@ -33,11 +38,27 @@ fn matters(fault: &Fault) -> bool {
     )
 }
 
-/// Everything up: what nobody can better.
-fn best_moves(config: &Config, cycle: &Cycle<'_>) -> ActuatorCommand {
+/// Whether a case is a race: something loads the vehicle that grows, ends or moves with it, or the best of pump and weight does
+/// not lift it while all its faults act.
+#[must_use]
+pub fn is_one(case: &Case, means: &Means) -> bool {
+    let loads = |f: &Fault| {
+        matches!(
+            (f.target, f.kind),
+            (Target::Hull, Kind::Leak)
+                | (Target::Vehicle, Kind::Dragged | Kind::Net | Kind::Trim | Kind::WingLoss)
+                | (Target::Sea, Kind::Ice | Kind::Lens | Kind::Upwelling)
+        )
+    };
+    means.while_all_act_n < 0.0 || case.faults.iter().any(loads)
+}
+
+/// Everything up: what nobody can better. What sinks all the same sinks slowest on its wings.
+fn best_moves(config: &Config, cycle: &Cycle<'_>, sinks: bool) -> ActuatorCommand {
     let pump_m3 = cycle.truth.ballast_m3 as f32;
     let trim = &config.trim;
-    let battery_m = (f64::from(config.preset_pitch_rad).tan() as f32 - trim.per_ballast_m3 * pump_m3 - trim.offset) / trim.per_battery_m;
+    let pitch_rad = if sinks { -config.preset_pitch_rad } else { config.preset_pitch_rad };
+    let battery_m = (f64::from(pitch_rad).tan() as f32 - trim.per_ballast_m3 * pump_m3 - trim.offset) / trim.per_battery_m;
     ActuatorCommand {
         ballast_m3: config.pump_m3,
         battery_mass_m: battery_m.clamp(-config.battery_m, config.battery_m),
@@ -64,7 +85,7 @@ pub fn can_be_won(case: &Case) -> anyhow::Result<bool> {
         if case.faults.iter().any(matters) { case.faults.iter().filter(|f| matters(f)).collect() } else { case.faults.iter().collect() };
     let limit_s = f64::from(mission.max_duration_s) + 7200.0;
     let mut onsets: Vec<Option<f64>> = vec![None; matter.len()];
-    let mut up_s = 0.0;
+    let (mut up_s, mut sinking_s, mut before_m) = (0.0, 0.0, 0.0);
     while world.time_s() < limit_s {
         let (frame, truth, time_s) = (world.sense(), world.truth(), world.time_s());
         let answer = seat.exchange(&frame)?;
@@ -85,7 +106,9 @@ pub fn can_be_won(case: &Case) -> anyhow::Result<bool> {
             return Ok(true);
         }
         world.observe_phase(phase);
-        world.advance(&if racing { best_moves(&config, &cycle) } else { answer.command }, CYCLE_S);
+        sinking_s = if racing && truth.depth_m > before_m { sinking_s + CYCLE_S } else { 0.0 };
+        before_m = truth.depth_m;
+        world.advance(&if racing { best_moves(&config, &cycle, sinking_s > SINKS_S) } else { answer.command }, CYCLE_S);
         if world.take_brown_out() {
             seat.reset()?;
         }

@@ -75,8 +75,16 @@ impl Twin {
             )
         };
         // Of a pair only the pump's place is asked for, by the budget.
+        if matches!(case.faults.as_slice(), [one] if needs(one)) { Self::of(case).map(Some) } else { Self::for_budget(case) }
+    }
+
+    /// The twin of a case whose budget cannot be made without one: of a pump that sticks.
+    ///
+    /// # Errors
+    /// As for [`Self::of`].
+    pub fn for_budget(case: &Case) -> anyhow::Result<Option<Self>> {
         let stuck = case.faults.iter().any(|f| (f.target, f.kind) == (Target::Pump, Kind::Stuck));
-        if stuck || matches!(case.faults.as_slice(), [one] if needs(one)) { Self::of(case).map(Some) } else { Ok(None) }
+        stuck.then(|| Self::of(case)).transpose()
     }
 
     /// When the phase is entered that a fault waits for, s; none: it never is.

@@ -5,9 +5,7 @@ use crate::bound::{Bound, all_finite};
 use crate::mutant::Watch as Of;
 use signals::{Abort, Flags};
 
-/// Without a depth: climb after this, s — a cycle and a second, so that one lost reading changes nothing.
-const CLIMB_AFTER_S: f32 = 5.0;
-/// Without a depth: abort after this, s (bound 10 s).
+/// Without a depth: abort after this, s — two cycles, so that one lost reading changes nothing (bound 10 s).
 const ABORT_AFTER_S: f32 = 8.0;
 /// Two depths apart for this long, s.
 pub const APART_S: f32 = 20.0;
@@ -38,7 +36,6 @@ pub(super) struct DepthWatch {
     over: u8,
     afloat: u8,
     apart_s: f32,
-    silent_s: f32,
     still_s: f32,
     expected_m: f32,
     low_m: f32,
@@ -47,19 +44,15 @@ pub(super) struct DepthWatch {
 
 impl DepthWatch {
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        if !all_finite([self.apart_s, self.silent_s, self.still_s, self.expected_m, self.low_m, self.high_m]) {
+        if !all_finite([self.apart_s, self.still_s, self.expected_m, self.low_m, self.high_m]) {
             *self = Self::default();
         }
         let seen = w.seen;
-        self.silent_s = if seen.silent { (self.silent_s + seen.dt_s).at_most(1e4) } else { 0.0 };
-        if self.silent_s >= Of::Silence.after(ABORT_AFTER_S) && Of::Silence.looks() {
-            v.cause(Abort::LinkLost);
-        }
         if seen.depth_age_s > 0.0 {
             v.flag(Flags::DEPTH_PROJECTED);
-            v.climb = seen.depth_age_s >= Of::NoDepthClimb.after(CLIMB_AFTER_S) && Of::NoDepthClimb.looks();
             if seen.depth_age_s >= Of::NoDepth.after(ABORT_AFTER_S) && Of::NoDepth.looks() {
-                v.cause(Abort::SensorDepth);
+                // Where nothing at all answers it is not one sensor that is gone.
+                v.cause(if seen.silent { Abort::LinkLost } else { Abort::SensorDepth });
             }
         }
         if seen.depth_unbacked && Of::Unbacked.looks() {

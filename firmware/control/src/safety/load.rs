@@ -5,9 +5,9 @@
 //! w|w| = (B / B_drive) w_table²        load = B_drive − B = (1 − w|w| / w_table²) B_drive
 //! ```
 //! w_table: rate at this pitch on the pump's drive alone, by the table as it is.
-//! Layered water makes up to 0.4 of the pump's range of
-//! it, moving water and a drag twice the table's as much again. More, for
-//! [`HEAVY_S`], is a load:
+//! Layered water makes up to 0.4 of the pump's range of it, a drag twice the
+//! table's as much again; from the rate that of sinking water is taken first.
+//! More, for [`HEAVY_S`], is a load:
 //!
 //! | glide | load over the pump's range | then |
 //! |---|---|---|
@@ -26,6 +26,8 @@ pub const HEAVY_DIVE: f32 = 1.2;
 pub const HEAVY_CLIMB: f32 = 0.8;
 /// For so long, s.
 pub const HEAVY_S: f32 = 60.0;
+/// Sinking water that a vehicle may be in for so long, m/s: internal waves of 0.01 to 0.03 m/s. A flat glide sinks at 0.09 m/s.
+const WATER_M_S: f32 = 0.03;
 /// Share of the pump's range that is all it has, 1.
 const ALL: f32 = 0.9;
 
@@ -43,7 +45,8 @@ impl LoadWatch {
             self.heavy_s = 0.0;
             return;
         };
-        let (rate_m_s, up) = (w.seen.rate_m_s, w.ballast_m3 > 0.0);
+        let up = w.ballast_m3 > 0.0;
+        let rate_m_s = w.seen.rate_m_s - WATER_M_S;
         let heavier = w.ballast_m3 + rate_m_s * rate_m_s.abs() / (table_m_s * table_m_s) * w.ballast_m3.abs();
         let heavy = heavier > w.config.pump_m3 * if up { HEAVY_CLIMB } else { HEAVY_DIVE };
         self.heavy_s = if heavy && w.seen.depth_age_s <= 0.0 { (self.heavy_s + w.seen.dt_s).at_most(1e4) } else { 0.0 };

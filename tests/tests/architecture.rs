@@ -17,8 +17,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("firmware", &["signals", "polar", "control", "helm", "devices", "store", "backseat"]),
     ("hydro", &[]),
     ("plant", &["signals"]),
+    ("frontseat", &["signals", "control", "helm", "backseat", "plant"]),
     ("discovery", &["hydro"]),
-    ("hil-host", &["signals", "polar", "control", "helm", "store", "backseat", "hydro", "plant", "discovery"]),
+    ("hil-host", &["signals", "polar", "control", "helm", "store", "backseat", "hydro", "plant", "frontseat", "discovery"]),
     ("benches", &["signals", "polar", "control", "hydro", "plant", "discovery", "hil-host"]),
     ("tests", &["signals", "polar", "control", "helm", "store", "backseat", "devices", "hydro", "plant", "discovery", "hil-host"]),
 ];

@@ -19,7 +19,9 @@
 //! | [`sensors`] | the list we expect: names, units, ranges, rates |
 //! | [`readings`] | what to believe of each sensor, and how old it is |
 //! | [`seawater`] | density from conductivity, temperature and pressure |
+//! | `list_check` | whether the glider's list is ours |
 //! | [`orders`] | a command as mission parameters |
+//! | `pace`, `voice` | when a step is due; what is said, and whether it arrives |
 //! | [`session`] | when to listen, when to speak, when the line is lost |
 //!
 //! Nothing here reads a clock, waits, allocates or panics; work per byte is bounded. Signs are those of [`signals`]; the glider's agree,
@@ -29,13 +31,16 @@
 pub mod base64;
 pub mod ini;
 pub mod line;
+mod list_check;
 pub mod number;
 pub mod orders;
+mod pace;
 pub mod readings;
 pub mod seawater;
 pub mod sensors;
 pub mod sentence;
 pub mod session;
+mod voice;
 
 pub use orders::{Limits, Targets};
 pub use sensors::{Generation, Pump, Sensor};

@@ -24,6 +24,8 @@ pub struct Limits {
     pub battery_m: f32,
     /// Fin, rad.
     pub fin_rad: f32,
+    /// Smallest step of the battery mass that the glider carries out, m: a law that trims in smaller ones waits for nothing.
+    pub battery_step_m: f32,
 }
 
 /// Depths at which the glider turns by itself.

@@ -14,15 +14,14 @@
 //!   dead. LISTEN is READY again for the line, not for the law: its abort stays.
 //! - 12 s, 600 s, 5 m and 10 sentences are guesses; 60 s is the patience of the board.
 
-use crate::Unfit;
-
-use crate::base64;
-use crate::ini::{Item, Reader};
 use crate::line;
-use crate::orders::{self, Limits, Targets, bits};
+use crate::list_check::{ListCheck, Next};
+use crate::orders::{self, Limits, Targets};
+use crate::pace::Pace;
 use crate::readings::{CC_PER_M3, Fate, M_PER_INCH, Readings};
 use crate::sensors::{Generation, List, Sensor};
-use crate::sentence::{self, Body, FromGlider, Pairs, words};
+use crate::sentence::{self, FromGlider, Pairs, words};
+use crate::voice::{Once, Voice};
 use signals::{ActuatorCommand, Answer, Micros, SensorFrame};
 
 /// What is flown behind the line.
@@ -92,57 +91,20 @@ pub struct Counters {
 
 const LATE: Micros = Micros::from_secs(12);
 const LOST: Micros = Micros::from_secs(60);
-/// The line is quiet: the cycle's sentences are all here.
-const QUIET: Micros = Micros::from_millis(300);
-/// A step without the glider's time in its sentences.
-const UNTIMED: Micros = Micros::from_secs(6);
-/// No block of a file for so long: it is asked for again.
-const BLOCK: Micros = Micros::from_secs(4);
-const FILE_TRIES: u8 = 4;
 const ECHO: Micros = Micros::from_secs(20);
 const ECHO_TRIES: u8 = 3;
-/// Parameters agree within this.
-const ECHO_WITHIN: f32 = 1e-3;
-/// Mode bits that are set are sent again after this.
-const MODE_AGAIN: Micros = Micros::from_secs(16);
 const PAUSE: Micros = Micros::from_secs(600);
 const PAUSE_DEPTH_M: f32 = 5.0;
 const HEARD_AGAIN: u8 = 10;
 const HEARD_WITHIN: Micros = Micros::from_secs(60);
-/// Farthest the glider's clock may differ from ours over one step, s.
-const CLOCK_S: f64 = 5.0;
-/// Bytes on their way out.
-const OUTBOX: usize = 640;
-/// Orders of so many cycles may still be on their way.
-const ON_THE_WAY: usize = 4;
 
 /// Targets until the law has a mission: the vehicle floats.
 const START: Targets = Targets { dive_m: 10.0, climb_m: 2.0 };
-
-/// Reading the glider's list.
-#[derive(Clone, Debug)]
-struct Check {
-    reader: Reader,
-    asked: Micros,
-    tries: u8,
-    mismatches: u8,
-    same: bool,
-    damaged_before: u32,
-    waiting: bool,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     List,
     Echo { sent: Micros, tries: u8 },
-}
-
-/// Time of the glider's flight as counted by its own clock, checked by ours.
-#[derive(Clone, Copy, Debug)]
-struct Anchor {
-    glider_s: f64,
-    ours: Micros,
-    flight: Micros,
 }
 
 /// The board's half of the line.
@@ -159,31 +121,19 @@ struct Core {
     state: State,
     readings: Readings,
     counters: Counters,
-    out: heapless::Deque<u8, OUTBOX>,
+    voice: Voice,
+    pace: Pace,
     stage: Stage,
-    check: Check,
+    check: ListCheck,
     heard: Micros,
     heard_line: Micros,
     heard_again: (Micros, u8),
     paused: Micros,
-    anchor: Option<Anchor>,
-    timed: Option<Micros>,
-    overdue: bool,
-    fresh: bool,
-    stepped: Micros,
+    /// When it was linked again after a pause.
+    resumed: Micros,
     seq: u32,
     targets: Option<Targets>,
     last: Option<Answer>,
-    sent: [Option<[f32; 5]>; ON_THE_WAY],
-    unechoed: u8,
-    mode_sent: Option<(u32, Micros)>,
-    said: u8,
-}
-
-/// Texts that are said once.
-mod once {
-    pub const NO_MISSION: u8 = 1;
-    pub const NO_ECHO: u8 = 2;
 }
 
 impl Session {
@@ -209,25 +159,18 @@ impl Session {
                     dropped: 0,
                     unsendable: 0,
                 },
-                out: heapless::Deque::new(),
+                voice: Voice::new(setup.list),
+                pace: Pace::new(),
                 stage: Stage::List,
-                check: Check { reader: Reader::new(), asked: zero, tries: 0, mismatches: 0, same: true, damaged_before: 0, waiting: false },
+                check: ListCheck::new(setup.list),
                 heard: zero,
                 heard_line: zero,
                 heard_again: (zero, 0),
                 paused: zero,
-                anchor: None,
-                timed: None,
-                overdue: false,
-                fresh: false,
-                stepped: zero,
+                resumed: zero,
                 seq: 0,
                 targets: None,
                 last: None,
-                sent: [None; ON_THE_WAY],
-                unechoed: 0,
-                mode_sent: None,
-                said: 0,
             },
         }
     }
@@ -241,7 +184,8 @@ impl Session {
     /// What was counted.
     #[must_use]
     pub const fn counters(&self) -> Counters {
-        self.core.counters
+        let voice = &self.core.voice;
+        Counters { dropped: voice.dropped, unsendable: voice.unsendable, ..self.core.counters }
     }
 
     /// What was wrong with the line.
@@ -266,7 +210,7 @@ impl Session {
     #[must_use]
     pub fn frame(&self, now: Micros) -> SensorFrame {
         let core = &self.core;
-        SensorFrame { seq: core.seq, time: core.flight_time(now), ..core.readings.frame(now, core.stepped, self.setup.rho_kg_m3) }
+        SensorFrame { seq: core.seq, time: core.pace.flight_time(now), ..core.readings.frame(now, core.pace.stepped, self.setup.rho_kg_m3) }
     }
 
     /// Takes a byte of the line.
@@ -278,7 +222,7 @@ impl Session {
 
     /// The next byte to be sent.
     pub fn next_byte(&mut self) -> Option<u8> {
-        self.core.out.pop_front()
+        self.core.voice.next_byte()
     }
 
     /// Limits as the glider tells them, or as they were given.
@@ -293,6 +237,7 @@ impl Session {
             ballast_m3: told(Sensor::BallastMax, CC_PER_M3, given.ballast_m3),
             battery_m: told(Sensor::MassMax, 1.0 / M_PER_INCH, given.battery_m),
             fin_rad: told(Sensor::FinMax, 1.0, given.fin_rad),
+            ..given
         }
     }
 
@@ -303,11 +248,11 @@ impl Session {
             State::Wait => {}
             State::Linked => {
                 self.link(now);
-                self.patience(now, now.since(self.core.stepped), law);
+                self.patience(now, self.core.unstepped(now), law);
             }
-            State::Mute => self.patience(now, now.since(self.core.stepped), law),
+            State::Mute => self.patience(now, self.core.unstepped(now), law),
             State::Ready | State::Listen => {
-                if self.core.is_due(now) {
+                if self.core.pace.is_due(now, self.core.heard_line) {
                     self.step(now, law);
                 }
                 if silence >= LATE {
@@ -355,7 +300,7 @@ impl Session {
         if self.core.targets.is_none() {
             self.core.targets = law.begin(&self.limits());
             if self.core.targets.is_none() {
-                self.core.say_once(once::NO_MISSION, b"backseat: no mission to fly");
+                self.core.voice.say_once(Once::NoMission, b"backseat: no mission to fly");
                 return;
             }
             self.core.seq = 0;
@@ -374,30 +319,24 @@ impl Session {
         let core = &mut self.core;
         let Some(answer) = core.last else { return };
         let values = orders::parameters(&answer.command, &core.targets.unwrap_or(START), &limits);
-        core.write(&values);
+        core.voice.write(&values);
         if let Ok(body) = orders::logged(&answer) {
-            core.send(&body);
+            core.voice.send(&body);
         }
-        let wanted = orders::mode_of(answer.trace.phase);
-        let due = match core.mode_sent {
-            None => true,
-            Some((sent, at)) => sent != wanted || (wanted != 0 && now.since(at) >= MODE_AGAIN),
-        };
-        if due && let Ok(body) = sentence::mode(bits::ALL, wanted) {
-            core.send(&body);
-            core.mode_sent = Some((wanted, now));
-        }
+        core.voice.mode(orders::mode_of(answer.trace.phase), now);
     }
 
     /// Reads the glider's list, then sees that what is written arrives.
     fn link(&mut self, now: Micros) {
         match self.core.stage {
-            Stage::List => self.core.ask_for_list(now),
+            Stage::List => {
+                let next = self.core.check.poll(now);
+                self.core.go_on(now, next);
+            }
             Stage::Echo { sent, tries } => {
                 let limits = self.limits();
                 let core = &mut self.core;
-                let arrived = core.sent.first().copied().flatten().is_some_and(|values| core.is_echoed(&values, sent));
-                if arrived || core.last.is_some() || !core.has_echo() {
+                if core.voice.arrived(&core.readings, sent) || core.last.is_some() || !core.voice.has_echo() {
                     core.open(now);
                 } else if tries == 0 || now.since(sent) >= ECHO {
                     if tries > ECHO_TRIES {
@@ -405,7 +344,7 @@ impl Session {
                         return;
                     }
                     let float = ActuatorCommand { ballast_m3: limits.ballast_m3, ..ActuatorCommand::default() };
-                    core.write(&orders::parameters(&float, &START, &limits));
+                    core.voice.write(&orders::parameters(&float, &START, &limits));
                     core.stage = Stage::Echo { sent: now, tries: tries.saturating_add(1) };
                 }
             }
@@ -414,15 +353,10 @@ impl Session {
 }
 
 impl Core {
-    fn has_echo(&self) -> bool {
-        self.list.get(Sensor::EchoBallast.index()).is_some()
-    }
-
-    fn is_echoed(&self, values: &[f32; 5], since: Micros) -> bool {
-        let echoes = [Sensor::EchoBallast, Sensor::EchoMass, Sensor::EchoFin, Sensor::EchoDive, Sensor::EchoClimb];
-        let near =
-            |(sensor, value): (&Sensor, &f32)| self.readings.since(*sensor, since).is_some_and(|v| libm::fabsf(v - value) < ECHO_WITHIN);
-        echoes.iter().zip(values).all(near)
+    /// Time since the last step; a pause of the glider's program is excused for as long as one may last.
+    fn unstepped(&self, now: Micros) -> Micros {
+        let since = now.since(self.pace.stepped);
+        if since < PAUSE { since.min(now.since(self.resumed)) } else { since }
     }
 
     fn sentence(&mut self, now: Micros, damaged: u32, body: &[u8]) {
@@ -439,14 +373,17 @@ impl Core {
                 }
             }
             FromGlider::Sensors(pairs) => self.sensors(now, pairs),
-            FromGlider::File(block) => self.file(now, damaged, block),
+            FromGlider::File(block) if self.reads_list() => {
+                let next = self.check.block(now, damaged, block);
+                self.go_on(now, next);
+            }
             FromGlider::Error(_) => {
                 self.counters.errors = self.counters.errors.saturating_add(1);
-                if self.state == State::Linked && self.stage == Stage::List {
-                    self.try_again(now);
+                if self.reads_list() {
+                    self.check.failed(now);
                 }
             }
-            FromGlider::Next | FromGlider::Directory(_) => {}
+            FromGlider::File(_) | FromGlider::Next | FromGlider::Directory(_) => {}
             FromGlider::Unknown => self.counters.unknown_sentences = self.counters.unknown_sentences.saturating_add(1),
         }
     }
@@ -456,7 +393,8 @@ impl Core {
         match self.state {
             State::Wait | State::Paused => self.relink(now),
             State::Late => {
-                self.state = if self.mode_sent.is_some_and(|(bits, _)| bits & bits::EMERGENCY != 0) { State::Listen } else { State::Ready }
+                let aborted = self.last.is_some_and(|answer| answer.trace.abort.is_some());
+                self.state = if aborted { State::Listen } else { State::Ready };
             }
             State::Lost => {
                 // The window begins with the first sentence heard.
@@ -476,7 +414,7 @@ impl Core {
                         && fate == Fate::Taken
                         && let Some(glider_s) = value
                     {
-                        self.glider_time(now, glider_s);
+                        self.pace.glider_time(now, glider_s);
                     }
                     fate
                 }
@@ -485,11 +423,11 @@ impl Core {
             let c = &mut self.counters;
             let counter = match fate {
                 Fate::Taken => {
-                    self.fresh = true;
+                    self.pace.fresh = true;
                     continue;
                 }
                 Fate::NewLevel => {
-                    self.fresh = true;
+                    self.pace.fresh = true;
                     &mut c.new_levels
                 }
                 Fate::OutOfRange => &mut c.out_of_range,
@@ -500,206 +438,69 @@ impl Core {
         }
     }
 
-    /// A new cycle of the glider. Only differences of its clock matter; one that jumps is replaced by ours.
-    fn glider_time(&mut self, now: Micros, glider_s: f64) {
-        let flight = match self.anchor {
-            Some(a) => {
-                let (theirs_s, ours_s) = (glider_s - a.glider_s, now.since(a.ours).0 as f64 * 1e-6);
-                let span_s = if theirs_s > 0.0 && libm::fabs(theirs_s - ours_s) <= CLOCK_S { theirs_s } else { ours_s };
-                a.flight.plus(Micros((span_s * 1e6) as u64))
-            }
-            None => now,
-        };
-        self.anchor = Some(Anchor { glider_s, ours: now, flight });
-        // The cycle before was not stepped yet: its sentences ran into this one.
-        self.overdue |= self.timed.is_some();
-        self.timed = Some(now);
-    }
-
-    fn flight_time(&self, now: Micros) -> Micros {
-        match (self.anchor, self.timed) {
-            (Some(a), Some(_)) => a.flight,
-            (Some(a), None) => a.flight.plus(now.since(a.ours)),
-            (None, _) => now,
-        }
-    }
-
-    fn is_due(&self, now: Micros) -> bool {
-        let quiet = now.since(self.heard_line) >= QUIET;
-        match self.timed {
-            Some(_) => self.overdue || quiet,
-            None => self.fresh && quiet && now.since(self.stepped) >= UNTIMED,
-        }
-    }
-
     fn stepping(&mut self, now: Micros) {
-        (self.timed, self.overdue, self.fresh, self.stepped) = (None, false, false, now);
-        if self.has_echo() && self.sent.iter().all(Option::is_some) {
-            let known = self.sent.iter().flatten().any(|values| self.is_echoed(values, Micros(0)));
-            self.unechoed = if known { 0 } else { self.unechoed.saturating_add(1) };
-            if self.unechoed > 5 {
-                self.counters.unechoed = self.counters.unechoed.saturating_add(1);
-                self.say_once(once::NO_ECHO, b"backseat: parameters do not arrive");
-            }
+        self.pace.step(now);
+        if self.voice.is_unheard(&self.readings) {
+            self.counters.unechoed = self.counters.unechoed.saturating_add(1);
+            self.voice.say_once(Once::NoEcho, b"backseat: parameters do not arrive");
         }
     }
 
     /// The glider's program started, or is heard for the first time: its list may be another one now.
     fn relink(&mut self, now: Micros) {
+        if self.state == State::Paused {
+            self.resumed = now;
+        }
         self.state = State::Linked;
         self.stage = Stage::List;
         self.readings.clear();
-        self.check = Check { reader: Reader::new(), asked: now, tries: 0, mismatches: 0, same: true, damaged_before: 0, waiting: false };
-        self.sent = [None; ON_THE_WAY];
-        (self.timed, self.overdue, self.fresh, self.mode_sent, self.said) = (None, false, false, None, 0);
+        self.check = ListCheck::new(self.list);
+        self.voice.begin_anew();
+        self.pace.forget();
     }
 
     fn lose(&mut self, now: Micros) {
         self.state = State::Lost;
         self.heard_again = (now, 0);
-        self.mode_sent = None;
+        self.voice.forget_mode();
     }
 
     fn open(&mut self, now: Micros) {
         self.state = State::Ready;
-        self.stepped = self.stepped.max(now.since(UNTIMED));
-        // A mission bit left over from before makes the glider surface at once.
-        if self.last.is_none()
-            && let Ok(body) = sentence::mode(bits::ALL, 0)
-        {
-            self.send(&body);
-            self.mode_sent = Some((0, now));
+        // The law's steps begin with a whole cycle.
+        self.pace.forget();
+        // A bit left over from a mission before makes the glider surface at once.
+        if self.last.is_none() {
+            self.voice.mode(0, now);
         }
     }
 
     fn mute(&mut self, why: &[u8]) {
         self.state = State::Mute;
-        self.say(why);
+        self.voice.say(why);
     }
 
-    fn ask_for_list(&mut self, now: Micros) {
-        if self.check.tries == 0 || (self.check.waiting && now.since(self.check.asked).0 > self.pause().0) {
-            if self.check.tries >= FILE_TRIES {
-                self.mute(b"backseat: extctl.ini cannot be read, mute");
+    /// Goes on with the glider's list as its check says.
+    fn go_on(&mut self, now: Micros, next: Next) {
+        let newer = self.list.generation == Generation::Newer;
+        let body = match next {
+            Next::Nothing => return,
+            Next::Ask if newer => words(&[b"FR", b"extctl.ini", b"config"]),
+            Next::Ask => words(&[b"FR", b"extctl.ini"]),
+            Next::GoOn => words(&[b"GO"]),
+            Next::Ours => {
+                self.stage = Stage::Echo { sent: now, tries: 0 };
                 return;
             }
-            let c = &mut self.check;
-            (c.reader, c.same, c.damaged_before, c.waiting) = (Reader::new(), true, u32::MAX, false);
-            (c.tries, c.asked) = (c.tries.saturating_add(1), now);
-            let newer = self.list.generation == Generation::Newer;
-            let asked = if newer { words(&[b"FR", b"extctl.ini", b"config"]) } else { words(&[b"FR", b"extctl.ini"]) };
-            if let Ok(body) = asked {
-                self.send(&body);
-            }
-        } else if !self.check.waiting && now.since(self.check.asked) >= BLOCK {
-            self.try_again(now);
+            Next::Other => return self.mute(b"backseat: extctl.ini is another one, mute"),
+            Next::Unreadable => return self.mute(b"backseat: extctl.ini cannot be read, mute"),
+        };
+        if let Ok(body) = body {
+            self.voice.send(&body);
         }
     }
 
-    /// Before the file is asked for again, 1 to 4 s: what damaged a line may come with a period.
-    fn pause(&self) -> Micros {
-        let spread = self.check.asked.0.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 33;
-        Micros(1_000_000u64.saturating_add(spread % 3_000_000))
-    }
-
-    fn try_again(&mut self, now: Micros) {
-        self.check.waiting = true;
-        self.check.asked = now;
-    }
-
-    fn file(&mut self, now: Micros, damaged: u32, block: &[u8]) {
-        if self.state != State::Linked || self.stage != Stage::List || self.check.waiting || self.check.tries == 0 {
-            return;
-        }
-        if self.check.damaged_before == u32::MAX {
-            self.check.damaged_before = damaged;
-        }
-        if block.is_empty() {
-            self.end_of_list(now, damaged);
-            return;
-        }
-        self.check.asked = now;
-        let (list, check) = (self.list, &mut self.check);
-        let decoded = base64::decode(block, |byte| {
-            let item = check.reader.push(byte);
-            check.same &= is_ours(list, item);
-        });
-        if decoded.is_err() {
-            self.try_again(now);
-        } else if list.generation == Generation::Newer
-            && let Ok(body) = words(&[b"GO"])
-        {
-            self.send(&body);
-        }
-    }
-
-    fn end_of_list(&mut self, now: Micros, damaged: u32) {
-        let last = self.check.reader.finish();
-        let same = self.check.same && is_ours(self.list, last) && self.check.reader.sensors() == self.list.count();
-        if same {
-            self.stage = Stage::Echo { sent: now, tries: 0 };
-            return;
-        }
-        // A block that was damaged on the way makes another list of ours: only one that is read twice is believed.
-        if damaged == self.check.damaged_before {
-            self.check.mismatches = self.check.mismatches.saturating_add(1);
-        }
-        if self.check.mismatches >= 2 {
-            self.mute(b"backseat: extctl.ini is another one, mute");
-        } else {
-            self.try_again(now);
-        }
-    }
-
-    fn write(&mut self, values: &[f32; 5]) {
-        match orders::sentences(values) {
-            Ok(bodies) => {
-                bodies.iter().for_each(|body| self.send(body));
-                self.sent.rotate_right(1);
-                if let Some(latest) = self.sent.first_mut() {
-                    *latest = Some(*values);
-                }
-            }
-            Err(Unfit) => self.counters.unsendable = self.counters.unsendable.saturating_add(1),
-        }
-    }
-
-    fn say(&mut self, text: &[u8]) {
-        if self.list.generation == Generation::Newer
-            && let Ok(body) = words(&[b"TXT", text])
-        {
-            self.send(&body);
-        }
-    }
-
-    fn say_once(&mut self, what: u8, text: &[u8]) {
-        if self.said & what == 0 {
-            self.said |= what;
-            self.say(text);
-        }
-    }
-
-    /// A whole sentence, or none of it.
-    fn send(&mut self, body: &Body) {
-        let framed = sentence::framed(body).unwrap_or_default();
-        let room = self.out.capacity().saturating_sub(self.out.len()) >= framed.len();
-        if !room || framed.is_empty() {
-            self.counters.dropped = self.counters.dropped.saturating_add(1);
-            return;
-        }
-        for byte in framed {
-            let _ = self.out.push_back(byte);
-        }
-    }
-}
-
-/// Whether a line of the glider's list is that of ours.
-fn is_ours(list: List, item: Option<Result<Item, crate::ini::IniError>>) -> bool {
-    match item {
-        None | Some(Ok(Item::Baud(_) | Item::PacketSize(_))) => true,
-        Some(Ok(Item::Sensor { index, section, name, .. })) => {
-            list.get(index).is_some_and(|ours| ours.name == name.as_str()) && list.section(index) == Some(section)
-        }
-        Some(Err(_)) => false,
+    fn reads_list(&self) -> bool {
+        self.state == State::Linked && self.stage == Stage::List
     }
 }

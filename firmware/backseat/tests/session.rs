@@ -48,7 +48,7 @@ impl Law for Toy {
 }
 
 fn limits() -> Limits {
-    Limits { ballast_m3: 236e-6, battery_m: 0.0254, fin_rad: 0.45 }
+    Limits { ballast_m3: 236e-6, battery_m: 0.0254, fin_rad: 0.45, battery_step_m: 1.8e-3 }
 }
 
 fn line(body: &str) -> String {

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider fly --log out/first\n  glider fly --wings low-ar --seat qemu --log out/rail\n  \
-glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
+glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mission sea --seat extctl --log out/backseat\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
 glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n  \
 glider fly --mission sea --world learnt.json --table learnt.json --beside before.json\n\n\
 --world flies in the world that a vehicle file describes, or that a flight reveals once what it lacks is found and added; with\n\
@@ -38,7 +38,7 @@ pub struct Args {
     /// Built-in mission (shallow 3–27 m, sea 0–200 m, deep 0–1000 m, sweep of pitches to 180 m) or a TOML file.
     #[arg(long, default_value = "shallow")]
     pub mission: String,
-    /// in-process, pty, qemu, or the serial port of a board.
+    /// in-process, pty, qemu, or the serial port of a board; extctl: as a Slocum's backseat, against a simulated front seat.
     #[arg(long, default_value = "in-process")]
     pub seat: String,
     /// Which law flies: ours or stock (in-process only).
@@ -74,13 +74,19 @@ pub struct Args {
     /// Take a board first out of the simulated mission that it is in: called home, shown afloat, recovered.
     #[arg(long)]
     pub recover: bool,
+    /// The board on the port speaks a Slocum's backseat line: the simulated front seat flies against it, in real time.
+    #[arg(long)]
+    pub extctl: bool,
+    /// Speed of that line, baud.
+    #[arg(long, default_value_t = 9600, requires = "extctl")]
+    pub baud: u32,
     /// Image for the QEMU seat; default: the one built by scripts/build-firmware.
     #[arg(long, value_name = "FILE")]
     pub elf: Option<PathBuf>,
 }
 
 /// Seats that have a name of their own; any other word is a serial port.
-const SEATS: [&str; 3] = ["in-process", "pty", "qemu"];
+const SEATS: [&str; 4] = ["in-process", "pty", "qemu", "extctl"];
 
 /// Runs the command.
 ///
@@ -124,6 +130,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         && let Some(meant) = near(name, SEATS)
     {
         bail!("--seat {name}: no seat and no port of that name; did you mean `{meant}`?");
+    }
+    if args.extctl {
+        ensure!(
+            matches!(choice, Choice::Port(_)),
+            "--extctl needs the port of a board: --seat PORT --extctl; without a board, --seat extctl"
+        );
+    }
+    if args.extctl || choice == Choice::Extctl {
+        return super::fly_extctl::run(args, output, &mission, &scenario, &choice);
     }
     let board_log = args.log.as_ref().map(|d| d.join("board.defmt"));
     let mut seat = match args.controller.as_str() {
@@ -236,6 +251,15 @@ fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
 fn progress(mission: &Mission) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} dives  {elapsed}  {msg}").unwrap_or(ProgressStyle::default_bar());
     ProgressBar::new(u64::from(mission.dives())).with_style(style)
+}
+
+/// What every flight's document begins with.
+#[must_use]
+pub fn summary_head(args: &Args, mission: &Mission, seat: &str) -> Value {
+    json!({
+        "wings": wings_name(mission.wings), "controller": args.controller, "seat": args.seat, "seat_detail": seat, "mission": args.mission,
+        "tool": env!("CARGO_PKG_VERSION"),
+    })
 }
 
 /// The JSON document of a flight.

@@ -14,9 +14,11 @@ pub mod export;
 pub mod faults;
 pub mod fetch_data;
 pub mod fly;
+pub mod fly_extctl;
 pub mod import;
 pub mod list;
 pub mod main_job;
+pub mod margins;
 pub mod monitor;
 pub mod next_flight;
 pub mod paper;
@@ -93,6 +95,7 @@ How good it is:
   paper                    every claim of the source paper beside our number
   faults                   the fault campaign
   scorecard                control law and discovery on cases with known truth
+  margins                  gain, phase and delay margins of the pitch loop
 
 Each has --help with examples: glider diagnose --help
 
@@ -155,6 +158,8 @@ enum Command {
     FetchData(fetch_data::Args),
     /// Closed-loop and discovery scorecards.
     Scorecard(scorecard::Args),
+    /// Gain, phase and delay margins of the pitch loop.
+    Margins(margins::Args),
     /// Figures for papers as SVG, or their numbers as csv or JSON.
     Plot(plot::Args),
 }
@@ -197,6 +202,7 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Upload(a)) => upload::run(a, &output),
         Some(Command::FetchData(a)) => fetch_data::run(a, &output),
         Some(Command::Scorecard(a)) => scorecard::run(a, &output),
+        Some(Command::Margins(a)) => margins::run(a, &output),
         Some(Command::Plot(a)) => plot::run(a, &output),
     };
     match result {

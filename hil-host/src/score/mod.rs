@@ -3,6 +3,7 @@
 pub mod cases;
 pub mod control_law;
 pub mod diagnosis;
+pub mod margins;
 pub mod real;
 pub mod story;
 pub(crate) mod watch;

@@ -7,6 +7,8 @@
 //! | QEMU | the Cortex-M4F image | emulated USART behind a pseudo-terminal | + the image, its interrupts and buffers |
 //! | PORT | the image on a board | a real serial port | + the board |
 //!
+//! A Slocum's backseat ([`frontseat`]) is none of these: there the controller is a Slocum's backseat, and a simulated front seat stands between it and the plant.
+//!
 //! Lockstep: one [`SensorFrame`] out, one [`Answer`] back, bounded waits, the
 //! same frame again when the line damaged it (the board answers a repeated
 //! frame without a second step). A seat never blocks for good: after
@@ -86,6 +88,8 @@ pub enum Choice {
     Pty,
     /// The image in QEMU.
     Qemu,
+    /// The controller as a Slocum's backseat; no seat of sensor frames.
+    Extctl,
     /// A serial port with a board.
     Port(String),
 }
@@ -98,6 +102,7 @@ impl std::str::FromStr for Choice {
             "in-process" => Self::InProcess,
             "pty" => Self::Pty,
             "qemu" => Self::Qemu,
+            "extctl" => Self::Extctl,
             port => Self::Port(port.to_owned()),
         })
     }
@@ -109,6 +114,7 @@ impl std::fmt::Display for Choice {
             Self::InProcess => f.write_str("in-process"),
             Self::Pty => f.write_str("pty"),
             Self::Qemu => f.write_str("qemu"),
+            Self::Extctl => f.write_str("extctl"),
             Self::Port(p) => f.write_str(p),
         }
     }
@@ -130,6 +136,7 @@ pub fn open(choice: &Choice, elf: Option<&Path>, board_log: Option<PathBuf>) -> 
             };
             Box::new(Link::new(qemu::Qemu::start(&image, board_log)?))
         }
+        Choice::Extctl => anyhow::bail!("the backseat line carries no sensor frames: glider fly --seat extctl flies it"),
         Choice::Port(name) => Box::new(Link::new(port::Port::open(name)?)),
     })
 }

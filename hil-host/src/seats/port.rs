@@ -14,21 +14,28 @@ pub struct Port {
     port: Box<dyn SerialPort>,
 }
 
+/// Opens a serial port.
+///
+/// # Errors
+/// One line with the ports that there are.
+pub fn open(name: &str, baud: u32) -> anyhow::Result<Box<dyn SerialPort>> {
+    serialport::new(name, baud).timeout(Duration::from_millis(100)).open().map_err(|e| {
+        let known: Vec<String> = serialport::available_ports().unwrap_or_default().into_iter().map(|p| p.port_name).collect();
+        let known = if known.is_empty() { "none found".to_owned() } else { known.join(", ") };
+        anyhow::anyhow!(
+            "{name}: cannot open this serial port ({}); ports: {known}; or use --seat in-process, pty or qemu",
+            e.to_string().to_lowercase()
+        )
+    })
+}
+
 impl Port {
     /// Opens a port by name.
     ///
     /// # Errors
-    /// One line with the ports that there are.
+    /// As [`open`].
     pub fn open(name: &str) -> anyhow::Result<Self> {
-        let port = serialport::new(name, BAUD).timeout(Duration::from_millis(100)).open().map_err(|e| {
-            let known: Vec<String> = serialport::available_ports().unwrap_or_default().into_iter().map(|p| p.port_name).collect();
-            let known = if known.is_empty() { "none found".to_owned() } else { known.join(", ") };
-            anyhow::anyhow!(
-                "{name}: cannot open this serial port ({}); ports: {known}; or use --seat in-process, pty or qemu",
-                e.to_string().to_lowercase()
-            )
-        })?;
-        Ok(Self { name: name.to_owned(), port })
+        Ok(Self { name: name.to_owned(), port: open(name, BAUD)? })
     }
 
     /// What is open.

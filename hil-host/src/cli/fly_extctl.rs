@@ -1,0 +1,95 @@
+//! `glider fly --seat extctl`: the controller as a Slocum's backseat, against a simulated front seat.
+
+use super::fly::{Args, summary_head};
+use super::{Output, Verdict};
+use crate::flight::worlds;
+use crate::seats::{Choice, port};
+use anyhow::{Context, ensure};
+use frontseat::board::{OnPort, Terminal};
+use frontseat::flight::{Outcome, Trial, ini};
+use frontseat::mission::Pilot;
+use plant::Scenario;
+use serde_json::json;
+use signals::Mission;
+use std::path::Path;
+
+/// What no backseat can do, said before it flies.
+pub const CANNOT: &str = "a backseat cannot drop the weight or switch the beacon on: it asks for the emergency surfacing (mode bit 2), and the \
+                          glider's own aborts do the rest; it starts no mission and overrides no abort";
+
+fn write_files(dir: &Path, trial: &Trial, out: &Outcome) -> anyhow::Result<()> {
+    std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot create this directory", dir.display()))?;
+    let line: String = out.taken.iter().map(|(t, body)| format!("{t:10.2} {body}\n")).collect();
+    for (name, content) in [
+        ("backseat.mi", trial.mission_text(Pilot::Backseat)),
+        ("extctl.ini", ini(trial.list())),
+        ("said.txt", line),
+        ("frontseat.log", out.log.join("\n") + "\n"),
+    ] {
+        let path = dir.join(name);
+        ensure!(!path.exists(), "{}: exists already; name a new directory", path.display());
+        std::fs::write(&path, content).with_context(|| path.display().to_string())?;
+    }
+    Ok(())
+}
+
+/// Runs the flight of `glider fly --seat extctl`, or of a board on a port with `--extctl`.
+///
+/// # Errors
+/// Bad input, or the line is gone.
+pub fn run(args: &Args, output: &Output, mission: &Mission, scenario: &Scenario, choice: &Choice) -> anyhow::Result<Verdict> {
+    ensure!(
+        args.controller == "ours" && args.table.is_none() && args.config.is_none(),
+        "--seat extctl flies our law with its built-in table"
+    );
+    eprintln!("{CANNOT}");
+    let trial = Trial { scenario: scenario.clone(), mission: mission.clone(), config: worlds::config(mission) };
+    let (out, detail) = match choice {
+        Choice::Port(name) => {
+            let mut board = OnPort::new(name, port::open(name, args.baud)?);
+            let out = trial.over_the_line(&mut board, |setup| setup.baud = f64::from(args.baud))?;
+            (out, format!("board on {name}, simulated front seat in real time"))
+        }
+        _ => {
+            let mut terminal = Terminal::start(trial.board()?)?;
+            let name = terminal.name.clone();
+            (trial.over_the_line(&mut terminal, |_| ())?, format!("controller behind {name}, simulated front seat"))
+        }
+    };
+    if let Some(dir) = &args.log {
+        write_files(dir, &trial, &out)?;
+    }
+    let own = if mission.legs.len() == 1 { Some(trial.own_servo()?.share()) } else { None };
+    let frames = trial.frames_share()?;
+    let mut document = summary_head(args, mission, &detail);
+    let round = |x: f64| (x * 1e4).round() / 1e4;
+    let more = json!({
+        "dives": out.dives, "distance_m": round(out.way_m.0), "duration_s": round(out.duration_s), "max_depth_m": round(out.max_depth_m),
+        "max_l_over_d": round(out.best), "share_of_max": round(out.share()), "share_of_max_own_servo": own.map(round),
+        "share_of_max_frames_seat": round(frames), "energy_j": round(out.energy_j), "home": out.home,
+        "front_seat": format!("{:?}", out.doing), "front_seat_abort": out.aborted.map(|a| format!("{a:?}")), "log": args.log,
+        "cannot": CANNOT,
+    });
+    if let (Some(document), Some(more)) = (document.as_object_mut(), more.as_object()) {
+        document.extend(more.clone());
+    }
+    output.emit(&document, || {
+        println!("{} — {detail}", args.mission);
+        println!(
+            "home           {}, front seat: {:?}{}",
+            out.home,
+            out.doing,
+            out.aborted.map_or(String::new(), |a| format!(" after {a:?}"))
+        );
+        println!("dives          {} in {:.0} s, deepest {:.1} m", out.dives, out.duration_s, out.max_depth_m);
+        println!(
+            "share of (L/D)max over the line {:.3}, frames seat {frames:.3}, front seat's own servo {}",
+            out.share(),
+            own.map_or("-".into(), |s| format!("{s:.3}"))
+        );
+        if let Some(dir) = &args.log {
+            println!("files          {} (backseat.mi, extctl.ini, what the board said)", dir.display());
+        }
+    });
+    Ok(if out.home && out.aborted.is_none() { Verdict::Ok } else { Verdict::Negative })
+}

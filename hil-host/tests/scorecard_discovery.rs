@@ -356,6 +356,6 @@ fn scorecard_a_late_pitch_clock_is_a_sensor_finding_and_no_effect() {
     }
     let late = told(&f);
     assert_eq!((late.verdict, late.answer.len()), (Verdict::Adequate, 0), "{:?}", late.answer);
-    let clock = late.sensors.iter().find(|s| s.what.starts_with("clock")).unwrap_or_else(|| panic!("{:?}", late.sensors));
+    let clock = late.sensors.iter().find(|s| s.name == "clock_offset").unwrap_or_else(|| panic!("{:?}", late.sensors));
     assert!((clock.value.abs() - 1.0).abs() < 0.5 && clock.low * clock.high > 0.0, "{clock:?}");
 }

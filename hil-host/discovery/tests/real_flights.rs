@@ -57,7 +57,7 @@ fn validate_the_clock_of_two_pressures_by_the_vertical_velocity() {
     without.extra.remove("eng_pressure_bar");
     let tau = discovery::preprocess::clock_offset::shift_s(&with).expect("two sensors");
     let [with, without] = [with, without].map(|f| diagnosis::diagnose(&f, &vehicle, Depth::Singles, &|_, _| {}).expect("diagnosis"));
-    let clock = |d: &diagnosis::Diagnosis| d.sensors.iter().find(|s| s.what.starts_with("clock")).map_or(0.0, |s| s.value);
+    let clock = |d: &diagnosis::Diagnosis| d.sensors.iter().find(|s| s.name == "clock_offset").map_or(0.0, |s| s.value);
     // The engineering channels are early by 1.2 s; a clock of the fit that is behind is positive.
     let apart = clock(&without) - clock(&with) - tau;
     assert!(apart.abs() < 0.6, "{} without, {} with it, {tau} s by the pressures", clock(&without), clock(&with));

@@ -2,6 +2,7 @@
 
 use crate::criticism::localise::{Finding, rank, residuals};
 use crate::diagnosis::{Diagnosis, Ranked, Verdict};
+use crate::inference::estimate::Estimate;
 use crate::likelihood::block_error::blocks;
 use crate::model::parameters::State;
 use crate::vehicle::Vehicle;
@@ -101,8 +102,8 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
         "remains": d.remains.iter().map(|r| json!({
             "variable": r.variable, "phase": r.phase, "size_cm_s": number(r.size_m_s * 100.0),
         })).collect::<Vec<_>>(),
-        "sensors": d.sensors.iter().map(|s| json!({
-            "what": s.what, "value": number(s.value), "low": number(s.low), "high": number(s.high), "unit": s.unit,
+        "sensor_findings": d.sensors.iter().map(|s| json!({
+            "name": s.name, "what": s.what, "value": number(s.value), "low": number(s.low), "high": number(s.high), "unit": s.unit,
         })).collect::<Vec<_>>(),
         "reasons": d.reasons.iter().map(|r| json!({ "reason": r.code(), "text": r.text() })).collect::<Vec<_>>(),
         "explanation": explanation(d),
@@ -122,6 +123,26 @@ pub fn explanation(d: &Diagnosis) -> String {
     format!("{}{}", verdict_in_words(d), beside_it(d))
 }
 
+/// A value with its interval: angles in degrees, as many digits as the interval deserves.
+fn in_words(value: f64, low: f64, high: f64, unit: &str) -> String {
+    let (factor, unit) = match unit {
+        "rad" => (180.0 / std::f64::consts::PI, "deg"),
+        "1" => (1.0, ""),
+        other => (1.0, other),
+    };
+    let [value, low, high] = [value, low, high].map(|v| v * factor);
+    let width = 0.5 * (high - low);
+    // Two digits of half the interval.
+    let digits = if width > 0.0 { (1.0 - width.log10().floor()).clamp(0.0, 9.0) as usize } else { 3 };
+    format!("{value:.digits$} ({low:.digits$} to {high:.digits$}) {unit}").trim_end().to_owned()
+}
+
+/// A parameter by its name.
+fn parameter_in_words(p: &Estimate) -> String {
+    let name = p.name.strip_suffix("_rad").unwrap_or(&p.name);
+    format!("{name} = {}", in_words(p.value, p.low, p.high, p.unit))
+}
+
 /// What is said beside any verdict: the model's own discrepancy and the sensors that are off.
 fn beside_it(d: &Diagnosis) -> String {
     let mut out = String::new();
@@ -131,7 +152,7 @@ fn beside_it(d: &Diagnosis) -> String {
         out += &format!(" Under every hypothesis the model is off by about {:.2} cm/s: {}.", d.discrepancy_m_s * 100.0, follows.join(", "));
     }
     for s in &d.sensors {
-        out += &format!(" Sensor: {} {:.2} ({:.2} to {:.2}) {}.", s.what, s.value, s.low, s.high, s.unit);
+        out += &format!(" Found: {} {}.", s.what, in_words(s.value, s.low, s.high, s.unit));
     }
     out
 }
@@ -156,11 +177,7 @@ fn verdict_in_words(d: &Diagnosis) -> String {
                 format!(" It follows the {}{period}{}.", f.variable, f.scale_m_s.map_or_else(String::new, |s| format!(", about {}", cm(s))))
             });
             let best = d.candidates.first().filter(|c| c.log_odds > 0.0).map_or_else(String::new, |c| {
-                let sizes: Vec<String> = c
-                    .parameters
-                    .iter()
-                    .map(|p| format!("{} = {:.4} ({:.4} to {:.4}) {}", p.name, p.value, p.low, p.high, p.unit))
-                    .collect();
+                let sizes: Vec<String> = c.parameters.iter().map(parameter_in_words).collect();
                 format!(" The best candidate is {} ({}).", c.effects.join(" with "), sizes.join(", "))
             });
             let why: Vec<String> = d.reasons.iter().map(crate::diagnosis::Reason::text).collect();
@@ -173,9 +190,11 @@ fn verdict_in_words(d: &Diagnosis) -> String {
         Verdict::Explained | Verdict::Ambiguous => {
             let physics: Vec<String> =
                 d.answer.iter().filter_map(|n| by_name(n).map(|e| format!("{}: {}", n.replace('_', " "), e.physics()))).collect();
-            let size: Vec<String> = d.candidates.iter().find(|c| c.effects == d.answer).map_or_else(Vec::new, |c| {
-                c.parameters.iter().map(|p| format!("{} = {:.4} ({:.4} to {:.4}) {}", p.name, p.value, p.low, p.high, p.unit)).collect()
-            });
+            let size: Vec<String> = d
+                .candidates
+                .iter()
+                .find(|c| c.effects == d.answer)
+                .map_or_else(Vec::new, |c| c.parameters.iter().map(parameter_in_words).collect());
             let rivals = if d.equivalent.len() > 1 {
                 let names: Vec<String> = d.equivalent.iter().skip(1).map(|e| e.join(" with ")).collect();
                 format!(" This flight cannot tell it from {}.", names.join(", nor from "))
@@ -195,7 +214,7 @@ fn verdict_in_words(d: &Diagnosis) -> String {
 /// How the depth-rate error changes, m/s, in words.
 fn change(nominal: f64, recalibrated: f64, after: f64) -> String {
     let cm = |v: f64| format!("{:.2} cm/s", v * 100.0);
-    let before = format!("{} (nominal) and {} (recalibrated)", cm(nominal), cm(recalibrated));
+    let before = format!("{} (vehicle file as given) and {} (recalibrated)", cm(nominal), cm(recalibrated));
     // A few blocks kept out of a fit say little.
     if after <= nominal.min(recalibrated) {
         format!("falls from {before} to {}", cm(after))
@@ -259,14 +278,23 @@ pub fn prediction(d: &Diagnosis, vehicle: &Vehicle) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::change;
+    use super::{change, in_words};
+
+    #[test]
+    fn accuracy_a_value_has_the_digits_that_its_interval_deserves_and_angles_are_in_degrees() {
+        assert_eq!(in_words(0.052_36, 0.049, 0.055_7, "rad"), "3.00 (2.81 to 3.19) deg");
+        assert_eq!(in_words(-121.34, -150.0, -92.7, "cm3"), "-121 (-150 to -93) cm3");
+        assert_eq!(in_words(0.153_21, 0.148, 0.158, "1"), "0.1532 (0.1480 to 0.1580)");
+    }
 
     #[test]
     fn regress_an_error_that_rises_is_not_said_to_fall() {
-        assert_eq!(change(0.0093, 0.006, 0.0031), "falls from 0.93 cm/s (nominal) and 0.60 cm/s (recalibrated) to 0.31 cm/s");
+        assert_eq!(change(0.0093, 0.006, 0.0031), "falls from 0.93 cm/s (vehicle file as given) and 0.60 cm/s (recalibrated) to 0.31 cm/s");
         let worse = change(0.0028, 0.0043, 0.0047);
         assert!(
-            worse.starts_with("was 0.28 cm/s (nominal)") && worse.contains("is 0.47 cm/s with it") && !worse.contains("falls"),
+            worse.starts_with("was 0.28 cm/s (vehicle file as given)")
+                && worse.contains("is 0.47 cm/s with it")
+                && !worse.contains("falls"),
             "{worse}"
         );
         assert!(!change(0.004, 0.003, f64::NAN).contains("falls"));

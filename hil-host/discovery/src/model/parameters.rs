@@ -187,7 +187,9 @@ pub(crate) fn bounds(vehicle: &Vehicle, index: usize) -> Option<(f64, f64)> {
 /// A sensor, or a number of the log, that is found to be off.
 #[derive(Clone, Debug)]
 pub struct SensorFinding {
-    /// What it is.
+    /// Name in [`CALIBRATION`].
+    pub name: &'static str,
+    /// What it is, in words.
     pub what: &'static str,
     /// Value with its 90 % interval.
     pub value: f64,
@@ -211,8 +213,8 @@ pub fn sensor_findings(state: &State, sigma: impl Fn(usize) -> f64) -> Vec<Senso
     let told = |w: &WideTail| {
         let (z, s) = (state.calibration[w.index], sigma(w.index));
         let unit = w.tolerance * w.factor;
-        let found =
-            || SensorFinding { what: w.what, value: z * unit, low: (z - NINETY * s) * unit, high: (z + NINETY * s) * unit, unit: w.unit };
+        let [value, low, high] = [0.0, -NINETY, NINETY].map(|sigmas| (z + sigmas * s) * unit);
+        let found = || SensorFinding { name: CALIBRATION[w.index], what: w.what, value, low, high, unit: w.unit };
         (w.index < BATTERY_MASS && z.abs() > TOLD && z.abs() > TOLD * s).then(found)
     };
     WIDE_TAILS.iter().filter_map(told).collect()

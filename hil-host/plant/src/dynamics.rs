@@ -19,8 +19,11 @@
 //! Runge-Kutta method of order 4; steps end where an actuator starts or stops,
 //! so that the order is kept ([`crate::world`]).
 
+use crate::effects::{Effect, EffectKind as E};
 use crate::forces::Law;
-use crate::ocean::{Column, GRAVITY_M_S2};
+use crate::ocean::{Column, GRAVITY_M_S2, Water};
+use crate::scenario::Scenario;
+use crate::vehicle::Aero;
 
 /// Waterplane area of the floating hull, m². A tenth of the true one (guess): the float is softer than the real one so that
 /// half-second steps resolve it.
@@ -56,6 +59,34 @@ pub(crate) struct Body {
     pub(crate) roll_per_curvature: f64,
     pub(crate) fin_area: f64,
     pub(crate) turn_drag: f64,
+}
+
+impl Body {
+    /// A vehicle ballasted to float freely in the water it was trimmed in, of this density; its effects do not change the trim.
+    pub(crate) fn ballasted(scenario: &Scenario, trim: &Water, trim_rho: f64) -> Self {
+        let (v, effects) = (&scenario.vehicle, &scenario.effects);
+        let sum = |k| Effect::sum(effects, k);
+        let stretch = 1.0 - v.compressibility_per_pa * trim.pressure_pa
+            + v.thermal_expansion_per_k * (trim.temperature - v.reference_temperature_degc);
+        Self {
+            law: Law::new(v.aero.unwrap_or_else(|| Aero::of(scenario.wings)), effects),
+            hull_volume_m3: v.mass_kg / trim_rho / stretch,
+            compressibility: v.compressibility_per_pa * (1.0 + sum(E::HullCompressibility)),
+            expansion: v.thermal_expansion_per_k * (1.0 + sum(E::ThermalExpansion)),
+            reference_temperature: v.reference_temperature_degc,
+            added_surge: v.added_mass_surge_kg + sum(E::AddedMass) * v.mass_kg,
+            added_heave: v.added_mass_heave_kg + sum(E::HeaveAddedMass) * v.mass_kg,
+            inertia: v.inertia_kg_m2,
+            zg: v.metacentric_height_m,
+            battery_mass: v.battery_mass_kg,
+            ballast_arm: v.ballast_arm_m,
+            curvature_full: 1.0 / v.turn_radius_m,
+            yaw_length: v.yaw_length_m,
+            roll_per_curvature: v.roll_per_curvature_rad_m,
+            fin_area: v.fin_area_m2,
+            turn_drag: v.turn_drag_m4,
+        }
+    }
 }
 
 /// A quantity that moves linearly during one step.

@@ -13,12 +13,10 @@ use crate::actuators::{Pump, Servo};
 use crate::dynamics::{Body, Inputs, Ramp, State};
 use crate::effects::{Effect, EffectKind as E};
 use crate::faults::{Fault, Kind, Schedule, Target};
-use crate::forces::Law;
 use crate::ocean::Column;
 use crate::scenario::Scenario;
 use crate::sensors::Suite;
 use crate::truth::Energy;
-use crate::vehicle::Aero;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use signals::{ActuatorCommand, Phase};
@@ -96,31 +94,10 @@ impl World {
         let direction = Effect::second(effects, E::HorizontalCurrent, 0.0);
         let column = Column::new(&scenario.ocean, |z| (drift * direction.cos() + shear * (-z / shear_m).exp(), drift * direction.sin()))?;
         let v = &scenario.vehicle;
-        let trim_depth = 0.5 * column.depth_m.min(v.crush_depth_m * 0.8);
-        let w = column.at(trim_depth, 0.0);
+        let trim = column.at(0.5 * column.depth_m.min(v.crush_depth_m * 0.8), 0.0);
         // Ballasted by the nominal hull: a wrong compressibility shows at sea, not on the bench.
-        let trim_rho = v.ballasted_density_kg_m3.unwrap_or(w.rho);
-        let hull_volume_m3 = v.mass_kg
-            / trim_rho
-            / (1.0 - v.compressibility_per_pa * w.pressure_pa + v.thermal_expansion_per_k * (w.temperature - v.reference_temperature_degc));
-        let body = Body {
-            law: Law::new(v.aero.unwrap_or_else(|| Aero::of(scenario.wings)), effects),
-            hull_volume_m3,
-            compressibility: v.compressibility_per_pa * (1.0 + sum(E::HullCompressibility)),
-            expansion: v.thermal_expansion_per_k * (1.0 + sum(E::ThermalExpansion)),
-            reference_temperature: v.reference_temperature_degc,
-            added_surge: v.added_mass_surge_kg + sum(E::AddedMass) * v.mass_kg,
-            added_heave: v.added_mass_heave_kg + sum(E::HeaveAddedMass) * v.mass_kg,
-            inertia: v.inertia_kg_m2,
-            zg: v.metacentric_height_m,
-            battery_mass: v.battery_mass_kg,
-            ballast_arm: v.ballast_arm_m,
-            curvature_full: 1.0 / v.turn_radius_m,
-            yaw_length: v.yaw_length_m,
-            roll_per_curvature: v.roll_per_curvature_rad_m,
-            fin_area: v.fin_area_m2,
-            turn_drag: v.turn_drag_m4,
-        };
+        let trim_rho = v.ballasted_density_kg_m3.unwrap_or(trim.rho);
+        let body = Body::ballasted(&scenario, &trim, trim_rho);
         let a = scenario.actuators;
         let start = scenario.start;
         let ballast = start.ballast_m3.unwrap_or(a.pump.volume_m3).clamp(-a.pump.volume_m3, a.pump.volume_m3);

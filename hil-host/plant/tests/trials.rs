@@ -1,7 +1,8 @@
 //! The sealed cases: reproducible, quick, like the format's examples, clean where they say clean.
 
-use plant::trials::catalogue::{Outside, Strength};
+use plant::trials::catalogue::Strength;
 use plant::trials::nature::Nature;
+use plant::trials::outside::Outside;
 use plant::trials::reference::{Log, block_error, floor, recalibrated};
 use plant::trials::sensors::Row;
 use plant::trials::vehicle::{Nominal, Scatter};

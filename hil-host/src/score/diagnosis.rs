@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context as _;
-use plant::trials::catalogue::Strength;
+use plant::trials::catalogue::{OF_ANOTHER_FORM, Strength};
 use plant::trials::reference::{Log, block_error, floor, known_truth_error};
 use plant::trials::vehicle::Scatter;
 use plant::trials::{Case, Kind, Spec, files, generate, nature::Nature, twin};
@@ -30,10 +30,6 @@ pub const LARGEST_CLASS: usize = 3;
 
 /// Odds of the truth over its twin from which a log is said to tell them apart.
 const TOLD_ODDS: f64 = 10.0;
-
-/// Effects whose nature's form has the parameter of the vocabulary with the same meaning, so that an interval can be judged.
-/// (Vortex lift and stall have other onsets and powers here; their parameter is not the same number.)
-const NOT_COMPARABLE: [&str; 4] = ["vortex_lift_bodywing", "stall", "internal_wave", "vertical_current"];
 
 /// Writes one case: `DIR/name/flight.csv`, `DIR/name/vehicle.json`, and the truth apart in `DIR/truth/name.json`.
 ///
@@ -122,7 +118,7 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
     let mut parameters = Vec::new();
     if exact {
         let candidate = d["candidates"].as_array().and_then(|c| c.iter().find(|c| sorted(&c["effects"]) == hidden)).unwrap_or(&empty);
-        for h in case.truth.hidden.iter().filter(|h| !NOT_COMPARABLE.contains(&h.name)) {
+        for h in case.truth.hidden.iter().filter(|h| !OF_ANOTHER_FORM.contains(&h.name)) {
             let p = &candidate["parameters"][format!("{}.{}", h.name, h.parameter)];
             if let (Some(value), Some(low), Some(high)) = (p["value"].as_f64(), p["low"].as_f64(), p["high"].as_f64()) {
                 parameters.push((h.name.to_owned(), low <= h.value && h.value <= high, (value - h.value) / h.value.abs()));

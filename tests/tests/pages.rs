@@ -188,6 +188,30 @@ fn runtime() -> tokio::runtime::Runtime {
     tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime")
 }
 
+/// The plus key zooms into a chart.
+async fn zoom_by_keyboard(c: &Client) {
+    // Of the charts with axes, the second; bars and maps have none to zoom.
+    let mark = "[...document.querySelectorAll('#page .plot')].filter(b => b.handle.plot)[1].setAttribute('data-zoomed', '');";
+    js(c, mark, vec![]).await;
+    let span = "const s = document.querySelector('[data-zoomed]').handle.plot.scales.x; return s.max - s.min;";
+    let before = js(c, span, vec![]).await.as_f64().expect("a span");
+    js(c, "document.querySelector('[data-zoomed]').focus();", vec![]).await;
+    c.find(Locator::Css("[data-zoomed]")).await.expect("a chart").send_keys("+").await.expect("plus zooms");
+    let after = js(c, span, vec![]).await.as_f64().expect("a span");
+    assert!(after < 0.6 * before, "{before} -> {after}");
+}
+
+/// Flies in the pty seat and breaks the hull: the vehicle comes home.
+async fn break_the_hull(c: &Client) {
+    js(c, "document.getElementById('seat').value = 'pty'; document.getElementById('pace').value = '200';", vec![]).await;
+    click(c, "#fly").await;
+    wait_text(c, "#live-status", |t| t.starts_with("Flying"), 30).await;
+    wait_text(c, "#live-phase", |t| t == "Dive", 60).await;
+    click(c, "[data-fault='hull:leak']").await;
+    let end = wait_text(c, "#live-status", |t| t.starts_with("End"), 120).await;
+    assert!(end.contains("safe: Leak"), "{end}");
+}
+
 #[test]
 fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
     let Some(driver) = driver("workbench") else { return };
@@ -263,25 +287,8 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         c.find(Locator::Css("#fx-climb_drag")).await.expect("its box").send_keys(" ").await.expect("space unticks");
         assert_eq!(wait_text(&c, "#error-now", |t| t == cm("nominal"), 20).await, cm("nominal"));
 
-        // Zoom by keyboard.
-        // Of the charts with axes, the second; bars and maps have none to zoom.
-        let mark = "[...document.querySelectorAll('#page .plot')].filter(b => b.handle.plot)[1].setAttribute('data-zoomed', '');";
-        js(&c, mark, vec![]).await;
-        let span = "const s = document.querySelector('[data-zoomed]').handle.plot.scales.x; return s.max - s.min;";
-        let before = js(&c, span, vec![]).await.as_f64().expect("a span");
-        js(&c, "document.querySelector('[data-zoomed]').focus();", vec![]).await;
-        c.find(Locator::Css("[data-zoomed]")).await.expect("a chart").send_keys("+").await.expect("plus zooms");
-        let after = js(&c, span, vec![]).await.as_f64().expect("a span");
-        assert!(after < 0.6 * before, "{before} -> {after}");
-
-        // Fly in the pty seat and break the hull: the vehicle comes home.
-        js(&c, "document.getElementById('seat').value = 'pty'; document.getElementById('pace').value = '200';", vec![]).await;
-        click(&c, "#fly").await;
-        wait_text(&c, "#live-status", |t| t.starts_with("Flying"), 30).await;
-        wait_text(&c, "#live-phase", |t| t == "Dive", 60).await;
-        click(&c, "[data-fault='hull:leak']").await;
-        let end = wait_text(&c, "#live-status", |t| t.starts_with("End"), 120).await;
-        assert!(end.contains("safe: Leak"), "{end}");
+        zoom_by_keyboard(&c).await;
+        break_the_hull(&c).await;
 
         assert_eq!(axe(&c).await, Vec::<String>::new());
         screenshot(&c, "workbench", 1280).await;

@@ -2,7 +2,7 @@
 
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
-use crate::flight::closed_loop::{End, Outcome, Setup, fly, recover};
+use crate::flight::closed_loop::{End, FlightError, Outcome, Setup, fly, recover};
 use crate::flight::config_file;
 use crate::flight::mission_file::{self, wings_name};
 use crate::flight::recorder::Recorder;
@@ -10,14 +10,14 @@ use crate::flight::vehicles::Model;
 use crate::flight::{tables, worlds};
 use crate::score::story;
 use crate::seats::CYCLE_S;
-use crate::seats::{self, Choice};
+use crate::seats::{self, Choice, Seat};
 use crate::terminal::near;
 use anyhow::{Context, anyhow, bail, ensure};
 use discovery::hypotheses::search::Depth;
 use discovery::vehicle;
 use discovery::workbench::add;
 use indicatif::{ProgressBar, ProgressStyle};
-use plant::World;
+use plant::{Scenario, World};
 use serde_json::{Value, json};
 use signals::{Mission, Wings};
 use std::path::{Path, PathBuf};
@@ -93,6 +93,69 @@ const SEATS: [&str; 4] = ["in-process", "pty", "qemu", "extctl"];
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let (mission, scenario) = mission_and_world(args)?;
+    let realtime = match args.realtime {
+        Some(x) if !(1e-3..=1e6).contains(&x) => bail!("--realtime {x}: a number from 0.001 to 1000000, such as 1 or 100"),
+        x => x,
+    };
+    let choice = choice(args)?;
+    if args.extctl || choice == Choice::Extctl {
+        return super::fly_extctl::run(args, output, &mission, &scenario, &choice);
+    }
+    let mut seat = seat(args, &choice)?;
+    if args.recover {
+        recover(&mut *seat)?;
+    }
+    let mut setup = Setup { realtime, ..Setup::new(mission.clone()) };
+    if let Some(path) = &args.config {
+        setup.config = config_file::load(path)?;
+    }
+    let before = match &args.beside {
+        Some(path) => {
+            let old = table_of(path, mission.wings)?;
+            Some(story::fly_table(&old, &setup, &scenario).with_context(|| format!("with the table of {}", path.display()))?)
+        }
+        None => None,
+    };
+    if let Some(path) = &args.table {
+        let bytes = table_of(path, mission.wings)?;
+        seat.hello()?;
+        seat.tabulate(mission.wings, &bytes)?;
+    }
+    let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
+    let mut recorder = match &args.log {
+        Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
+        None => None,
+    };
+    let out = match watched(&mut world, &mut *seat, &setup, recorder.as_mut()) {
+        Ok(out) => out,
+        Err(e) => {
+            let kept = recorder.map(|r| r.kept()).unwrap_or_default();
+            bail!("{e}{kept}");
+        }
+    };
+    let mut document = summary(&out, &world, args, &mission, &seat.describe());
+    if let (Some(before), Some(path)) = (&before, &args.beside) {
+        let old = before.achieved_l_over_d();
+        document["beside"] = json!({
+            "table": path, "table_id": format!("{:08x}", before.table_id), "achieved_l_over_d": round(old, 4),
+            "distance_m": round(before.distance_m, 2), "end": before.end.to_string(),
+        });
+        document["range_gain"] = json!(round(out.achieved_l_over_d() / old - 1.0, 4));
+    }
+    if let Some(r) = recorder {
+        r.finish(document.clone())?;
+    }
+    output.emit(&document, || print(&document, args));
+    Ok(if matches!(out.end, End::Done) || (!args.faults.is_empty() && matches!(out.end, End::Safe(_))) {
+        Verdict::Ok
+    } else {
+        Verdict::Negative
+    })
+}
+
+/// The mission, and the world that truth file, vehicle, seed and faults make of it.
+fn mission_and_world(args: &Args) -> anyhow::Result<(Mission, Scenario)> {
     let mut mission = mission_file::load(&args.mission, worlds::limits)?;
     let asked = args
         .wings
@@ -120,10 +183,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for spec in &args.faults {
         scenario.faults.push(spec.parse().map_err(|e: String| anyhow!("{e}"))?);
     }
-    let realtime = match args.realtime {
-        Some(x) if !(1e-3..=1e6).contains(&x) => bail!("--realtime {x}: a number from 0.001 to 1000000, such as 1 or 100"),
-        x => x,
-    };
+    Ok((mission, scenario))
+}
+
+/// The seat that is asked for.
+fn choice(args: &Args) -> anyhow::Result<Choice> {
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
     if let Choice::Port(name) = &choice
         && !Path::new(name).exists()
@@ -137,46 +201,28 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             "--extctl needs the port of a board: --seat PORT --extctl; without a board, --seat extctl"
         );
     }
-    if args.extctl || choice == Choice::Extctl {
-        return super::fly_extctl::run(args, output, &mission, &scenario, &choice);
-    }
+    Ok(choice)
+}
+
+/// Opens it.
+fn seat(args: &Args, choice: &Choice) -> anyhow::Result<Box<dyn Seat>> {
     let board_log = args.log.as_ref().map(|d| d.join("board.defmt"));
-    let mut seat = match args.controller.as_str() {
-        "stock" if choice != Choice::InProcess => bail!("--controller stock flies in-process only; leave out --seat {choice}"),
-        "stock" => Box::new(seats::stock::Stock::default()),
+    match args.controller.as_str() {
+        "stock" if *choice != Choice::InProcess => bail!("--controller stock flies in-process only; leave out --seat {choice}"),
+        "stock" => Ok(Box::new(seats::stock::Stock::default())),
         _ => {
-            if let (Choice::Qemu, Some(dir)) = (&choice, &args.log) {
+            if let (Choice::Qemu, Some(dir)) = (choice, &args.log) {
                 std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot create this log directory", dir.display()))?;
             }
-            seats::open(&choice, args.elf.as_deref(), board_log)?
+            Ok(seats::open(choice, args.elf.as_deref(), board_log)?)
         }
-    };
-    if args.recover {
-        recover(&mut *seat)?;
     }
-    let mut setup = Setup { realtime, ..Setup::new(mission.clone()) };
-    if let Some(path) = &args.config {
-        setup.config = config_file::load(path)?;
-    }
-    let before = match &args.beside {
-        Some(path) => {
-            let old = table_of(path, mission.wings)?;
-            Some(story::fly_table(&old, &setup, &scenario).with_context(|| format!("with the table of {}", path.display()))?)
-        }
-        None => None,
-    };
-    if let Some(path) = &args.table {
-        let bytes = table_of(path, mission.wings)?;
-        seat.hello()?;
-        seat.tabulate(mission.wings, &bytes)?;
-    }
-    let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
-    let mut recorder = match &args.log {
-        Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
-        None => None,
-    };
-    let bar = progress(&mission);
-    let flown = fly(&mut world, &mut *seat, &setup, &mut |cycle| {
+}
+
+/// Flies with a progress bar, and records every cycle if asked to.
+fn watched(world: &mut World, seat: &mut dyn Seat, setup: &Setup, mut recorder: Option<&mut Recorder>) -> Result<Outcome, FlightError> {
+    let bar = progress(&setup.mission);
+    let flown = fly(world, seat, setup, &mut |cycle| {
         bar.set_position(u64::from(cycle.answer.trace.dives));
         if ((cycle.time_s / CYCLE_S) as u64).is_multiple_of(64) {
             let t = &cycle.answer.trace;
@@ -185,31 +231,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         recorder.as_mut().map_or(Ok(()), |r| r.push(cycle))
     });
     bar.finish_and_clear();
-    let out = match flown {
-        Ok(out) => out,
-        Err(e) => {
-            let kept = recorder.map(|r| r.kept()).unwrap_or_default();
-            bail!("{e}{kept}");
-        }
-    };
-    let mut document = summary(&out, &world, args, &mission, &seat.describe());
-    if let (Some(before), Some(path)) = (&before, &args.beside) {
-        let old = before.achieved_l_over_d();
-        document["beside"] = json!({
-            "table": path, "table_id": format!("{:08x}", before.table_id), "achieved_l_over_d": round(old, 4),
-            "distance_m": round(before.distance_m, 2), "end": before.end.to_string(),
-        });
-        document["range_gain"] = json!(round(out.achieved_l_over_d() / old - 1.0, 4));
-    }
-    if let Some(r) = recorder {
-        r.finish(document.clone())?;
-    }
-    output.emit(&document, || print(&document, args));
-    Ok(if matches!(out.end, End::Done) || (!args.faults.is_empty() && matches!(out.end, End::Safe(_))) {
-        Verdict::Ok
-    } else {
-        Verdict::Negative
-    })
+    flown
 }
 
 /// The vehicle that a file states, or that a flight reveals.

@@ -184,6 +184,33 @@ struct Tally {
 }
 
 impl Tally {
+    fn new(best_alpha_rad: f64, table_id: u32) -> Self {
+        Self {
+            before: None,
+            first_dive: None,
+            gliding_cycles: 0,
+            near_best_cycles: 0,
+            best_alpha_rad,
+            hash: StreamHash::default(),
+            out: Outcome {
+                end: End::TimeUp,
+                cycles: 0,
+                duration_s: 0.0,
+                wall_s: 0.0,
+                dives: 0,
+                distance_m: 0.0,
+                displacement_m: 0.0,
+                vertical_m: 0.0,
+                share_near_best: 0.0,
+                max_depth_m: 0.0,
+                upper_turn_m: None,
+                energy_j: (0.0, 0.0),
+                actuator_hash: 0,
+                table_id,
+            },
+        }
+    }
+
     fn take(&mut self, c: &Cycle<'_>) {
         let t = c.truth;
         let at = (t.north_m, t.east_m, t.depth_m);
@@ -292,30 +319,7 @@ pub fn fly(
     let table_id = seat.begin(&setup.mission)?;
     let start_s = world.time_s();
     let crush_m = world.scenario().vehicle.crush_depth_m;
-    let mut tally = Tally {
-        before: None,
-        first_dive: None,
-        gliding_cycles: 0,
-        near_best_cycles: 0,
-        best_alpha_rad: world.best_glide().alpha_rad,
-        hash: StreamHash::default(),
-        out: Outcome {
-            end: End::TimeUp,
-            cycles: 0,
-            duration_s: 0.0,
-            wall_s: 0.0,
-            dives: 0,
-            distance_m: 0.0,
-            displacement_m: 0.0,
-            vertical_m: 0.0,
-            share_near_best: 0.0,
-            max_depth_m: 0.0,
-            upper_turn_m: None,
-            energy_j: (0.0, 0.0),
-            actuator_hash: 0,
-            table_id,
-        },
-    };
+    let mut tally = Tally::new(world.best_glide().alpha_rad, table_id);
     let mut home_s = 0.0;
     let end = loop {
         for order in setup.orders.take() {

@@ -6,10 +6,41 @@ use serde_json::Value;
 /// The page of a scorecard document ([`crate::score::real::document`]).
 #[must_use]
 pub fn page(card: &Value) -> Page {
-    let share = |v: &Value| v["share"].as_f64().map_or_else(|| "–".to_owned(), |s| format!("{:.0} % of {}", 100.0 * s, v["of"]));
-    let number = |v: &Value, digits: usize| v.as_f64().map_or_else(|| "–".to_owned(), |x| format!("{x:.digits$}"));
-    let all = &card["all"];
-    let answer = vec![
+    let sections = vec![
+        Section {
+            title: "Flights".into(),
+            lead: "Development flights may be looked at while the tool is made; judging flights must not set a threshold.".into(),
+            items: vec![Item::Table(flights(card))],
+        },
+        Section {
+            title: "Lies".into(),
+            lead: "One thing changed in the calibrated vehicle file or in the log. Scored where the expected size, with calibration and model discrepancy marginalised, is large enough.".into(),
+            items: vec![Item::Heat(lies(card))],
+        },
+    ];
+    Page {
+        title: "Real flights with a known lie, and what was said".into(),
+        answer: answer(&card["all"]),
+        sections,
+        provenance: Provenance::of_this_run(),
+    }
+}
+
+fn share(v: &Value) -> String {
+    v["share"].as_f64().map_or_else(|| "–".to_owned(), |s| format!("{:.0} % of {}", 100.0 * s, v["of"]))
+}
+
+fn number(v: &Value, digits: usize) -> String {
+    v.as_f64().map_or_else(|| "–".to_owned(), |x| format!("{x:.digits$}"))
+}
+
+/// Every lie on every flight, in order.
+fn list(card: &Value) -> impl Iterator<Item = &Value> {
+    card["list"].as_array().into_iter().flatten()
+}
+
+fn answer(all: &Value) -> Vec<(String, String)> {
+    vec![
         (
             "Verdict".to_owned(),
             format!("lies named in class: {}; quiet where nothing is missing: {}", share(&all["named"]), share(&all["quiet"])),
@@ -25,20 +56,23 @@ pub fn page(card: &Value) -> Page {
                 number(&all["cpu_s"]["largest"], 1)
             ),
         ),
-    ];
-    let mut flights = Table {
+    ]
+}
+
+fn flights(card: &Value) -> Table {
+    let mut table = Table {
         caption: "Flights, with the model discrepancy that is allowed for under their calibrated file".into(),
         head: ["flight", "split", "rows", "calibrated on", "discrepancy, cm/s", "named", "quiet"].map(str::to_owned).into(),
         ..Table::default()
     };
-    let list = || card["list"].as_array().into_iter().flatten();
     for f in card["flights"].as_array().into_iter().flatten() {
         let of = |effects: bool| {
-            let asked: Vec<&Value> =
-                list().filter(|s| s["flight"] == f["name"] && s["expected_sigma"].is_number() == effects && s["scored"] == true).collect();
+            let asked: Vec<&Value> = list(card)
+                .filter(|s| s["flight"] == f["name"] && s["expected_sigma"].is_number() == effects && s["scored"] == true)
+                .collect();
             format!("{} of {}", asked.iter().filter(|s| s["right"] == true).count(), asked.len())
         };
-        flights.rows.push(vec![
+        table.rows.push(vec![
             f["name"].as_str().unwrap_or("").into(),
             f["split"].as_str().unwrap_or("").into(),
             f["rows"].to_string(),
@@ -48,12 +82,16 @@ pub fn page(card: &Value) -> Page {
             of(false),
         ]);
     }
+    table
+}
+
+fn lies(card: &Value) -> Heat {
     let mut heat = Heat {
         caption: "What was said of each lie; ✗ and red: not what it should be; pale: the flight cannot show it, not scored".into(),
         head: ["flight", "lie", "expected σ", "said", "recalibrated → best, cm/s", "CPU s"].map(str::to_owned).into(),
         ..Heat::default()
     };
-    for s in list() {
+    for s in list(card) {
         let names = |v: &Value| v.as_array().into_iter().flatten().filter_map(Value::as_str).collect::<Vec<_>>().join(" + ");
         let said = format!("{} {}", s["verdict"].as_str().unwrap_or(""), names(&s["answer"]));
         let wrong = s["scored"] == true && s["right"] != true;
@@ -74,17 +112,5 @@ pub fn page(card: &Value) -> Page {
         };
         heat.shade.push(vec![f64::NAN, f64::NAN, f64::NAN, shade, f64::NAN, f64::NAN]);
     }
-    let sections = vec![
-        Section {
-            title: "Flights".into(),
-            lead: "Development flights may be looked at while the tool is made; judging flights must not set a threshold.".into(),
-            items: vec![Item::Table(flights)],
-        },
-        Section {
-            title: "Lies".into(),
-            lead: "One thing changed in the calibrated vehicle file or in the log. Scored where the expected size, with calibration and model discrepancy marginalised, is large enough.".into(),
-            items: vec![Item::Heat(heat)],
-        },
-    ];
-    Page { title: "Real flights with a known lie, and what was said".into(), answer, sections, provenance: Provenance::of_this_run() }
+    heat
 }

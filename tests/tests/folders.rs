@@ -83,50 +83,23 @@ fn check(source: &str, order: &[&str]) {
     assert!(bad.is_empty(), "each folder may use only those before it ({order:?}): {bad:#?}");
 }
 
-/// Where an effect may still be called by its name: the folders that weigh hypotheses, the table of calibration parameters, and keys of
-/// files that are called like an effect.
-const NAMES_EFFECTS: [&str; 13] = [
-    "discovery/src/import/classes.rs",
-    "discovery/src/likelihood/",
-    "discovery/src/inference/",
-    "discovery/src/hypotheses/",
-    "discovery/src/criticism/",
-    "discovery/src/diagnosis/",
+/// Where an effect may be called by its name: calibration numbers and a key of vehicle files that are called like an effect, what the
+/// scorecards hide, and the truths of the plant, which knows no model.
+const NAMES_EFFECTS: [&str; 7] = [
     "discovery/src/model/parameters.rs",
-    "discovery/src/model/integrator.rs",
-    "discovery/src/workbench/add.rs",
-    "discovery/src/vehicle/",
-    "src/flight/worlds.rs",
-    "src/score/",
-    "src/paper/",
+    "discovery/src/vehicle/mod.rs",
+    "src/score/real/lies.rs",
+    "plant/src/effects.rs",
+    "plant/src/trials/catalogue.rs",
+    "plant/src/trials/twin.rs",
+    "plant/src/trials/vehicle.rs",
 ];
 
 /// Files that are longer than a file may be, and wait to be split.
-const LONG: [&str; 8] = [
-    "discovery/src/inference/gauss_newton.rs",
-    "discovery/src/import/slocum.rs",
-    "discovery/src/hypotheses/search.rs",
-    "discovery/src/likelihood/mod.rs",
-    "hydro/src/effects/mod.rs",
-    "plant/src/faults.rs",
-    "plant/src/trials/catalogue.rs",
-    "src/paper/claims.rs",
-];
+const LONG: [&str; 2] = ["discovery/src/inference/gauss_newton.rs", "discovery/src/likelihood/mod.rs"];
 
 fn hil_host() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../hil-host")
-}
-
-/// Names of the catalogue, read from its sources.
-fn effect_names() -> Vec<String> {
-    let mut names = Vec::new();
-    for file in rust_files(&hil_host().join("hydro/src/effects")) {
-        let text = std::fs::read_to_string(&file).expect("a source file");
-        for body in text.split("fn name(&self) -> &'static str {").skip(1) {
-            names.extend(body.split('"').nth(1).filter(|_| body.trim_start().starts_with('"')).map(str::to_owned));
-        }
-    }
-    names
 }
 
 /// Code of a file without its test module and comments.
@@ -158,10 +131,10 @@ fn an_upward_import_is_found_however_it_is_written() {
 
 #[test]
 fn no_effect_is_called_by_its_name_outside_the_catalogue() {
-    let names = effect_names();
-    assert!(names.len() > 20 && names.iter().any(|n| n == "side_edge_lift"), "{names:?}");
+    let names: Vec<&str> = hydro::effects::CATALOGUE.iter().map(|e| e.name()).collect();
+    assert!(names.len() > 20 && names.contains(&"side_edge_lift"), "{names:?}");
     let mut bad = Vec::new();
-    for folder in ["discovery/src", "src"] {
+    for folder in ["discovery/src", "src", "plant/src"] {
         for path in rust_files(&hil_host().join(folder)) {
             let file = path.strip_prefix(hil_host()).expect("below it").to_str().expect("a name").to_owned();
             if path.ends_with("tests.rs") || NAMES_EFFECTS.iter().any(|f| file.starts_with(f)) {
@@ -183,4 +156,32 @@ fn no_file_of_the_laptop_side_is_longer_than_500_lines() {
     let long: Vec<String> =
         files.filter(|p| lines(p) > 500 && !LONG.contains(&name(p).as_str())).map(|p| format!("{}: {}", name(&p), lines(&p))).collect();
     assert!(long.is_empty(), "a file over 500 lines is a missing room: {long:?}");
+}
+
+/// Files that the guide to discovery names: alone in the paragraph of their folder, or with it.
+fn named_in(guide: &str) -> Vec<String> {
+    let mut folder = "";
+    let mut files = Vec::new();
+    for line in guide.lines() {
+        folder = line.strip_prefix("**`").and_then(|l| l.split('`').next()).unwrap_or(folder);
+        for word in line.split('`').skip(1).step_by(2).filter(|w| w.ends_with(".rs") && !w.contains(' ')) {
+            let known = word.split('/').next().is_some_and(|first| DISCOVERY.contains(&first) && word.contains('/'));
+            files.push(if known || word == "ablation.rs" { word.to_owned() } else { format!("{folder}/{word}") });
+        }
+    }
+    files
+}
+
+#[test]
+fn the_guide_to_discovery_names_real_files_and_every_folder() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let guide = std::fs::read_to_string(root.join("docs/architecture.md")).expect("docs/architecture.md");
+    let guide = guide.split("## Inside discovery").nth(1).and_then(|g| g.split("`hil-host/src` in the same way").next()).expect("the part");
+    let guide = guide.replace("`tests/tests/folders.rs`", "");
+    let files = named_in(&guide);
+    let missing: Vec<&String> = files.iter().filter(|f| !root.join("hil-host/discovery/src").join(f).is_file()).collect();
+    assert!(files.len() > 40 && missing.is_empty(), "{} files named, not there: {missing:?}", files.len());
+    for folder in DISCOVERY.iter().filter(|f| **f != "ablation") {
+        assert!(guide.contains(&format!("**`{folder}`")), "docs/architecture.md has no paragraph on {folder}");
+    }
 }

@@ -200,7 +200,7 @@ pub fn nominal(world: &World, case: &str) -> anyhow::Result<Value> {
             "speed_noise_m_s": null, "speed_scale_1sigma": null,
         },
         "background_vertical_water_motion": { "rms_m_s": s.ocean.background_rms_m_s.max(LEAST_BACKGROUND_M_S), "correlation_time_s": s.ocean.background_time_s },
-        "horizontal_current": if s.ocean.current.is_empty() { "none" } else { "unknown" },
+        (discovery::vehicle::CURRENT_KEY): if s.ocean.current.is_empty() { "none" } else { "unknown" },
         "water_depth_m": s.ocean.water_depth_m,
     }))
 }

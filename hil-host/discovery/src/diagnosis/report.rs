@@ -6,7 +6,7 @@ use crate::inference::estimate::Estimate;
 use crate::likelihood::block_error::blocks;
 use crate::model::parameters::State;
 use crate::vehicle::Vehicle;
-use hydro::effects::by_name;
+use crate::vehicle::catalogue::by_name;
 use serde_json::{Value, json};
 
 /// A number for JSON: null where there is none, no more digits than mean something.

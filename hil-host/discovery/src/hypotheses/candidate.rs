@@ -11,7 +11,8 @@ use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit};
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
 use crate::model::parameters::{N_LAW, State, calibration_of, tolerance_of};
-use hydro::effects::{Active, Effect, InFlow, Parameter, WAVE};
+use crate::vehicle::catalogue;
+use hydro::effects::{Active, Effect, InFlow, Onset, Parameter, SeenIn, WAVE};
 use std::sync::Arc;
 
 /// A hypothesis that was fitted.
@@ -65,7 +66,7 @@ pub(crate) const TELLS_ALL: f64 = 1.3;
 /// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape beside its size. The
 /// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law.
 pub(crate) fn has_guessed_form(effect: &str) -> bool {
-    hydro::effects::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters().len() > 1)
+    catalogue::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters().len() > 1)
 }
 
 /// Whether a size is at the end of what is possible.
@@ -120,7 +121,7 @@ fn calibrated(problem: &Problem, start: &State) -> (Jacobian, Fit) {
 /// Fits the calibration alone, and the calibration with these effects.
 #[must_use]
 pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fit) {
-    let (waves, plain): (Vec<_>, Vec<_>) = effects.iter().copied().partition(|e| e.name() == WAVE);
+    let (waves, plain): (Vec<_>, Vec<_>) = effects.iter().copied().partition(|e| e.seen_in() == SeenIn::Waves);
     let library = if waves.is_empty() { Vec::new() } else { wave_library(problem) };
     let screen = Screen::new(problem, &problem.start, &library);
     let mut out = screen.one_by_one(&plain);
@@ -190,15 +191,14 @@ impl<'a> Screen<'a> {
     /// Starts to try for one effect.
     fn starts(effect: &'static dyn Effect, far_off: bool) -> Vec<f64> {
         let p = &effect.parameters()[0];
-        match effect.name() {
-            "stall" => vec![0.05, 0.10, 0.16],
-            // A flight far from its model may sit behind a hill: look from further away too.
-            _ if far_off => {
+        match effect.onset() {
+            Some(onset) => onset.starts_rad.to_vec(),
+            // A flight far from its model may sit in a local minimum: start from further away too.
+            None if far_off => {
                 let aside = [(p.off + 1.5 * p.typical).min(p.high), (p.off - 1.5 * p.typical).max(p.low)];
                 std::iter::once(p.off).chain(aside.into_iter().filter(|s| *s != p.off)).collect()
             }
-            "vortex_lift_bodywing" => vec![0.5 * p.typical],
-            _ => vec![p.off],
+            None => vec![effect.start()],
         }
     }
 
@@ -221,13 +221,13 @@ impl<'a> Screen<'a> {
         let mut start = base.clone();
         let mut size = size;
         // What the calibration has stretched for belongs to the effect that deviates the same number: the same law, no strain.
-        if let Some(k) = calibration_of(effect.name()) {
+        if let Some(k) = calibration_of(effect) {
             let p = &effect.parameters()[0];
             size = (size + start.calibration[k] * tolerance_of(self.problem.vehicle, k)).clamp(p.low, p.high);
             start.calibration[k] = 0.0;
         }
-        start.effects.push(if effect.name() == "horizontal_current" {
-            self.current_start(base)
+        start.effects.push(if effect.seen_in() == SeenIn::Displacement {
+            self.current_start(base, effect)
         } else {
             self.problem.active(effect, size)
         });
@@ -269,17 +269,17 @@ impl<'a> Screen<'a> {
         starts.iter().map(from).min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone())
     }
 
-    /// Stall where it promises nothing: the angle out of reach, no discovery.
-    pub(crate) fn fit_stall(&self, gain: f64) -> Fit {
-        let start = self.start(&self.null.state, &hydro::effects::Stall, 0.2);
+    /// An effect beyond an onset angle where it promises nothing: the angle out of reach, no discovery.
+    pub(crate) fn fit_unfelt(&self, effect: &'static dyn Effect, onset: Onset, gain: f64) -> Fit {
+        let start = self.start(&self.null.state, effect, onset.unfelt_rad);
         self.fit(&self.jacobian, &start, if gain > 1.0 { 4 } else { 0 })
     }
 
     /// A current from the displacement residuals, as a start of its fit.
-    fn current_start(&self, base: &State) -> Active {
+    fn current_start(&self, base: &State, current: &'static dyn Effect) -> Active {
         let left = self.problem.currents_m_s(base);
         let (east, north) = left.iter().fold((0.0, 0.0), |s, c| (s.0 + c.0, s.1 + c.1));
-        let mut a = self.problem.active(&hydro::effects::HorizontalCurrent, 0.0);
+        let mut a = self.problem.active(current, 0.0);
         if !left.is_empty() {
             a.values[0] = (east.hypot(north) / left.len() as f64).max(1e-3);
             a.values[1] = east.atan2(north);

@@ -13,7 +13,7 @@ use crate::hypotheses::sensitivity::signatures;
 use crate::inference::gauss_newton::{Fit, Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{STATED, State, tolerance_of};
-use hydro::effects::by_name;
+use crate::vehicle::catalogue;
 use nalgebra::DMatrix;
 
 /// Least discrepancy, m/s: the lower part of the 0.5 to 3 mm/s that depth rates of real vehicles leave by depth and leg; a guess.
@@ -100,7 +100,7 @@ impl Identifiability {
             names.push(s.effect.name());
             effects.push(s.column);
         }
-        if let Some(current) = by_name("horizontal_current") {
+        if let Some(current) = catalogue::current() {
             let mut with = fit.state.clone();
             let mut active = problem.active(current, CURRENT_M_S);
             active.values[1] = 0.0;

@@ -5,7 +5,8 @@ use crate::inference::gauss_newton::{Ground, Jacobian, symmetric};
 use crate::likelihood::finite_difference::LEAP_IF_FELT;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{State, calibration_of, tolerance_of};
-use hydro::effects::{CATALOGUE, Effect, WAVE};
+use crate::vehicle::catalogue;
+use hydro::effects::{Effect, SeenIn};
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Borrow;
 use std::f64::consts::PI;
@@ -115,7 +116,7 @@ fn ln_det(c: &nalgebra::Cholesky<f64, nalgebra::Dyn>) -> f64 {
 fn with(problem: &Problem, at: &State, effect: &'static dyn Effect, size: f64) -> State {
     let mut with = at.clone();
     let mut active = problem.active(effect, size);
-    if effect.name() == "horizontal_current" {
+    if effect.seen_in() == SeenIn::Displacement {
         active.values[1] = 0.0;
     }
     with.effects.push(active);
@@ -134,13 +135,12 @@ pub struct Signature {
 #[must_use]
 pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec<Signature> {
     let mut tried: Vec<(&'static dyn Effect, f64)> = Vec::new();
-    let lent = |effect: &dyn Effect| jacobian.zip(calibration_of(effect.name()));
-    for effect in CATALOGUE.iter().copied() {
+    let lent = |effect: &dyn Effect| jacobian.zip(calibration_of(effect));
+    for effect in catalogue::all().filter(|e| e.seen_in() == SeenIn::VerticalMotion) {
         let p = &effect.parameters()[0];
-        match effect.name() {
-            WAVE | "horizontal_current" => {}
-            "stall" => tried.extend([0.05, 0.09, 0.15].map(|angle| (effect, angle))),
-            _ => tried.push((effect, p.off + 0.25 * p.typical)),
+        match effect.onset() {
+            Some(onset) => tried.extend(onset.tried_rad.map(|angle| (effect, angle))),
+            None => tried.push((effect, p.off + 0.25 * p.typical)),
         }
     }
     let simulated = tried.iter().filter(|t| lent(t.0).is_none()).map(|t| with(problem, at, t.0, t.1));
@@ -159,9 +159,9 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
             None => {
                 let ahead = models.next().unwrap_or_default();
                 let off = effect.parameters()[0].off;
-                match effect.name() {
-                    "stall" => ahead.iter().zip(&base).map(|(a, b)| a - b).collect(),
-                    _ => seen.slope(&base, &ahead, size - off, |back| problem.model(&with(problem, at, effect, off + back))),
+                match effect.onset() {
+                    Some(_) => ahead.iter().zip(&base).map(|(a, b)| a - b).collect(),
+                    None => seen.slope(&base, &ahead, size - off, |back| problem.model(&with(problem, at, effect, off + back))),
                 }
             }
         };
@@ -171,7 +171,7 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
 }
 
 pub(crate) fn log_size_prior_of(problem: &Problem, s: &Signature, value: f64, sigma: f64) -> f64 {
-    if s.effect.name() == "stall" {
+    if s.effect.onset().is_some() {
         // Amplitude one is the effect itself.
         return -0.5 * (value - 1.0).powi(2) / (0.25 + sigma * sigma);
     }

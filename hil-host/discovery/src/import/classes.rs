@@ -155,7 +155,7 @@ impl Class {
         d.set("hull_compressibility_per_pa", usual.compressibility.0, usual.compressibility.2);
         d.set("hull_thermal_expansion_per_k", usual.expansion.0, usual.expansion.2);
         d.set("reference_temperature_degc", 15.0, "");
-        d.say("horizontal_current", "unknown", "");
+        d.say(crate::vehicle::CURRENT_KEY, "unknown", "");
         d.say("wing.name", "standard", "");
         d.set("wing.aspect_ratio", 6.0, "not used: lift is stated as one slope");
         d.set("wing.area_m2", REFERENCE_AREA_M2, "");

@@ -27,33 +27,18 @@ pub fn log_mean_exp(values: &[f64]) -> f64 {
     top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / values.len() as f64).ln()
 }
 
-/// Sign that an effect has by what it is (growth grows, vortices add force); 0 if either is as likely.
-fn usual_sign(effect: &str) -> f64 {
-    match effect {
-        "vortex_lift_bodywing"
-        | "side_edge_lift"
-        | "roll_turn_drag"
-        | "biofouling_drag"
-        | "climb_drag"
-        | "added_mass"
-        | "heave_added_mass"
-        | "reynolds_drag" => 1.0,
-        _ => 0.0,
-    }
-}
-
 /// Prior of an effect's size, integrated against the normal posterior N(value, sigma): `ln E[p]`.
 #[must_use]
 pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma: f64) -> f64 {
     let p = &effect.parameters()[0];
-    if effect.name() == "stall" {
+    if let Some(onset) = effect.onset() {
         // An angle: uniform where the wings fly.
-        let (low, high) = (0.03, 0.25);
+        let (low, high) = onset.range_rad;
         let inside = normal_between(low, high, value, sigma);
         return (inside.max(1e-12) / (high - low)).ln();
     }
     // A deviation inside two tolerances is scatter, beyond three a discovery.
-    let hole = own_tolerance(problem, effect.name());
+    let hole = own_tolerance(problem, effect);
     // What grows by the day may be felt after months.
     let share = if p.unit.ends_with("/day") { 300.0 } else { 30.0 };
     let smallest = hole.map_or(p.typical / share, |t| 2.2 * t);
@@ -69,7 +54,7 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
         if one_sided && side < 0.0 {
             continue;
         }
-        let usual = if changed { 0.0 } else { usual_sign(effect.name()) };
+        let usual = if changed { 0.0 } else { effect.usual_sign() };
         let weight = if usual == 0.0 || one_sided {
             1.0
         } else if usual == side {
@@ -126,7 +111,7 @@ pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
         let a = &f.state.effects[effect];
         if parameter == 0 {
             z += log_size_prior(problem, a.effect, a.values[0], sigma) + log_truncated(f.pressed_by(effect) * sigma);
-            if a.effect.name() == "density_bias" {
+            if a.effect.is_density_error() {
                 z += log_fresh_water(problem.fresh_excess_kg_m3, a.values[0], sigma);
             }
         }

@@ -6,7 +6,7 @@ use crate::model::internal_wave::{PARTS, Wave};
 use crate::model::parameters::{
     BATTERY_ZERO, N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, bounds, step_of, tolerance_of, wide_tail,
 };
-use hydro::effects::Active;
+use hydro::effects::{Active, Effect, SeenIn};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Signatures of the calibration numbers, and their inner products.
@@ -231,7 +231,7 @@ fn free_numbers(problem: &Problem, effects: &[Active]) -> Vec<Free> {
     let mut out = Vec::new();
     for (k, a) in effects.iter().enumerate() {
         for (j, p) in a.effect.parameters().iter().enumerate() {
-            if a.effect.name() == "internal_wave" || p.is_stated() {
+            if a.effect.seen_in() == SeenIn::Waves || p.is_stated() {
                 continue;
             }
             // A direction may be any: a wide normal prior around its start keeps it finite where nothing is known.
@@ -522,6 +522,6 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
 
 /// Tolerance of the calibration number that an effect deviates, in the effect's unit; none if it is a term of its own.
 #[must_use]
-pub fn own_tolerance(problem: &Problem, effect: &str) -> Option<f64> {
+pub fn own_tolerance(problem: &Problem, effect: &dyn Effect) -> Option<f64> {
     crate::model::parameters::calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
 }

@@ -289,11 +289,11 @@ impl<'a> Problem<'a> {
         self.whiteners.iter().map(|w| w.log_scale).sum()
     }
 
-    /// Between what an effect's size may be beside what the vehicle file has of it, which may be too much. (A stall's is an angle.)
+    /// Between what an effect's size may be beside what the vehicle file has of it, which may be too much. (An onset is an angle.)
     #[must_use]
     pub fn size_limits(&self, effect: &dyn Effect) -> (f64, f64) {
         let p = &effect.parameters()[0];
-        let has = self.vehicle.switched_on(effect).filter(|_| effect.name() != "stall").map_or(0.0, |a| a.values[0] - p.off);
+        let has = self.vehicle.switched_on(effect).filter(|_| effect.onset().is_none()).map_or(0.0, |a| a.values[0] - p.off);
         (p.low - has.max(0.0), p.high - has.min(0.0))
     }
 

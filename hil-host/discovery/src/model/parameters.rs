@@ -2,7 +2,7 @@
 
 use crate::model::internal_wave::Wave;
 use crate::vehicle::Vehicle;
-use hydro::effects::{Active, BallastScale, Constants, PitchOffset};
+use hydro::effects::{Active, BallastScale, Calibrated, Constants, Effect, PitchOffset};
 
 /// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`]: those that change the simulation, then
 /// those that act on its result.
@@ -43,6 +43,9 @@ pub(crate) const STATED: usize = 10;
 pub const N_SIMULATED: usize = 17;
 /// How many of them, from the first, are numbers of the law of the vehicle; what follows are nuisances.
 pub(crate) const N_LAW: usize = 14;
+/// Those of the law that are no constant of it: a file states them as the effect that is their error.
+pub(crate) const BALLAST_GAIN: usize = 4;
+pub(crate) const PITCH_ZERO: usize = 5;
 /// Nuisances that change the simulation: time by which pitch, roll and ballast are logged after the pressure; share of the hull's
 /// expansion that follows the water late; share of a turn without sideslip.
 pub(crate) const CLOCK_OFFSET: usize = 14;
@@ -220,20 +223,19 @@ pub fn sensor_findings(state: &State, sigma: impl Fn(usize) -> f64) -> Vec<Senso
     WIDE_TAILS.iter().filter_map(told).collect()
 }
 
-/// Effects that are a deviation of a calibration number: its index in [`CALIBRATION`].
+/// The calibration number that an effect is the error of: its index in [`CALIBRATION`].
 #[must_use]
-pub fn calibration_of(effect: &str) -> Option<usize> {
-    Some(match effect {
-        "drag_level_error" => 0,
-        "lift_slope_error" => 1,
-        "ballast_offset" => 3,
-        "ballast_scale" => 4,
-        "pitch_offset" => 5,
-        "hull_compressibility" => 6,
-        "thermal_expansion" => 7,
-        "added_mass" => 8,
-        "heave_added_mass" => 9,
-        _ => return None,
+pub fn calibration_of(effect: &dyn Effect) -> Option<usize> {
+    Some(match effect.error_of()? {
+        Calibrated::Drag => 0,
+        Calibrated::LiftSlope => 1,
+        Calibrated::TrimVolume => 3,
+        Calibrated::BallastGain => BALLAST_GAIN,
+        Calibrated::PitchZero => PITCH_ZERO,
+        Calibrated::HullCompressibility => 6,
+        Calibrated::ThermalExpansion => 7,
+        Calibrated::SurgeAddedMass => 8,
+        Calibrated::HeaveAddedMass => 9,
     })
 }
 
@@ -349,11 +351,11 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
     c.hull_lag_share += z[HULL_LAG] * tolerance_of(vehicle, HULL_LAG);
     c.banked_turn += z[BANKED_TURN] * tolerance_of(vehicle, BANKED_TURN);
     let mut effects = vehicle.effects.clone();
-    if z[4] != 0.0 {
-        effects.push(Active::sized(&BallastScale, z[4] * t.ballast_gain_relative));
+    if z[BALLAST_GAIN] != 0.0 {
+        effects.push(Active::sized(&BallastScale, z[BALLAST_GAIN] * t.ballast_gain_relative));
     }
-    if z[5] != 0.0 {
-        effects.push(Active::sized(&PitchOffset, z[5] * t.pitch_zero_rad));
+    if z[PITCH_ZERO] != 0.0 {
+        effects.push(Active::sized(&PitchOffset, z[PITCH_ZERO] * t.pitch_zero_rad));
     }
     effects.extend_from_slice(&state.effects);
     (c, effects)

@@ -47,7 +47,7 @@ impl VehicleFile {
                 "added_mass_heave": c.added_mass_heave,
             },
             "tolerance_1sigma": {"lift_slope_relative": slope_relative, "lift_quadratic_relative": quadratic_relative},
-            "horizontal_current": "unknown",
+            (super::CURRENT_KEY): "unknown",
         })
     }
 

@@ -2,8 +2,9 @@
 
 use crate::record::csv::ReadError;
 use crate::vehicle::Vehicle;
+use crate::vehicle::catalogue;
 use crate::vehicle::expression::{self, text_of};
-use hydro::effects::{Active, CATALOGUE, Effect, by_name};
+use hydro::effects::{Active, Effect};
 use serde_json::{Map, Value};
 
 type Table = Map<String, Value>;
@@ -20,11 +21,11 @@ pub(crate) fn read(table: &Value, bad: impl Fn(&str, String) -> ReadError) -> Re
 fn one(name: &str, entry: &Value, bad: &impl Fn(&str, String) -> ReadError) -> Result<Active, ReadError> {
     let key = format!("effects.{name}");
     let entry = entry.as_object().ok_or_else(|| bad(&key, "is not a table of parameters".into()))?;
-    let effect: &'static dyn Effect = match (by_name(name), entry.get("expression").and_then(Value::as_str)) {
+    let effect: &'static dyn Effect = match (catalogue::by_name(name), entry.get("expression").and_then(Value::as_str)) {
         (Some(effect), _) => effect,
         (None, Some(text)) => expression::parse(text).map_err(|e| bad(&format!("{key}.expression"), e.to_string()))?,
         (None, None) => {
-            let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name()).collect();
+            let all: Vec<&str> = catalogue::all().map(|e| e.name()).collect();
             return Err(bad(&key, format!("no such effect; there are {}", all.join(", "))));
         }
     };

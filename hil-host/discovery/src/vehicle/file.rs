@@ -14,7 +14,6 @@
 //! The file becomes a [`hydro::Geometry`]; [`VehicleFile::as_trial`] (file `as_trial`) writes it in the terms of the flight format, which is
 //! how `compare`, `diagnose` and `add` take it.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hydro::body::Body;
@@ -24,29 +23,13 @@ use hydro::interference::CarryOver;
 use hydro::rectangular::SideEdge;
 use hydro::wing::{Separation, SlopeLaw, Wing, WingModel};
 use hydro::{Appendage, Constants, Geometry};
-use toml::de::{DeTable, DeValue};
 
 use crate::record::csv::ReadError;
+use crate::vehicle::quantities::Document;
+pub use crate::vehicle::quantities::Quantity;
 
 /// What `format` must say.
 pub const FORMAT: &str = "glider-vehicle/1";
-
-/// One number as the file gives it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
-    /// Dotted key.
-    pub key: String,
-    /// Value in `unit`.
-    pub value: f64,
-    /// Unit.
-    pub unit: String,
-    /// 1-sigma uncertainty in `unit`.
-    pub sigma: f64,
-    /// Where it comes from.
-    pub source: String,
-    /// Line in the file.
-    pub line: u64,
-}
 
 /// A vehicle file.
 #[derive(Clone, Debug)]
@@ -67,181 +50,6 @@ pub struct VehicleFile {
     pub constants: Constants,
     /// Every number with unit, uncertainty and source, in file order.
     pub quantities: Vec<Quantity>,
-}
-
-enum Entry {
-    Number(Quantity),
-    Text(String),
-}
-
-struct Document {
-    path: PathBuf,
-    entries: BTreeMap<String, (u64, Entry)>,
-    taken: Vec<String>,
-}
-
-fn line_of(text: &str, at: usize) -> u64 {
-    1 + text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count() as u64
-}
-
-impl Document {
-    fn bad(&self, line: u64, key: &str, why: String) -> ReadError {
-        ReadError::Content { path: self.path.clone(), line, column: key.into(), why }
-    }
-
-    fn parse(text: &str, path: &Path) -> Result<Self, ReadError> {
-        let mut doc = Self { path: path.to_path_buf(), entries: BTreeMap::new(), taken: Vec::new() };
-        let root = DeTable::parse(text).map_err(|e| {
-            let line = e.span().map_or(0, |s| line_of(text, s.start));
-            doc.bad(line, "syntax", e.message().to_string())
-        })?;
-        doc.walk(text, "", root.get_ref())?;
-        Ok(doc)
-    }
-
-    fn walk(&mut self, text: &str, prefix: &str, table: &DeTable<'_>) -> Result<(), ReadError> {
-        for (name, value) in table {
-            let key = if prefix.is_empty() { name.get_ref().to_string() } else { format!("{prefix}.{}", name.get_ref()) };
-            let line = line_of(text, name.span().start);
-            let entry = match value.get_ref() {
-                DeValue::Table(t) if t.keys().any(|k| k.get_ref() == "value") => Entry::Number(self.quantity(text, &key, line, t)?),
-                DeValue::Table(t) => {
-                    self.walk(text, &key, t)?;
-                    continue;
-                }
-                DeValue::String(s) => Entry::Text(s.to_string()),
-                _ => {
-                    return Err(self.bad(
-                        line,
-                        &key,
-                        "a bare number has no unit, uncertainty and source; write { value = …, unit = \"…\", sigma = …, source = \"…\" }"
-                            .into(),
-                    ));
-                }
-            };
-            self.entries.insert(key, (line, entry));
-        }
-        Ok(())
-    }
-
-    fn quantity(&self, text: &str, key: &str, line: u64, table: &DeTable<'_>) -> Result<Quantity, ReadError> {
-        let (mut value, mut unit, mut sigma, mut source) = (None, None, None, None);
-        for (name, v) in table {
-            let line = line_of(text, name.span().start);
-            let number = || -> Result<Option<f64>, ReadError> {
-                let n = match v.get_ref() {
-                    DeValue::Float(f) => f.as_str().replace('_', "").parse::<f64>().ok(),
-                    DeValue::Integer(i) if i.radix() == 10 => i.as_str().replace('_', "").parse::<f64>().ok(),
-                    _ => None,
-                };
-                match n {
-                    Some(x) if x.is_finite() => Ok(Some(x)),
-                    _ => Err(self.bad(line, &format!("{key}.{}", name.get_ref()), "is not a finite number".into())),
-                }
-            };
-            match &**name.get_ref() {
-                "value" => value = number()?,
-                "sigma" => sigma = number()?,
-                "unit" => unit = v.get_ref().as_str().map(str::to_string),
-                "source" => source = v.get_ref().as_str().map(str::to_string),
-                other => return Err(self.bad(line, &format!("{key}.{other}"), "unknown; a number has value, unit, sigma, source".into())),
-            }
-        }
-        let missing = |what: &str| self.bad(line, key, format!("has no {what}; a number has value, unit, sigma, source"));
-        let quantity = Quantity {
-            key: key.into(),
-            value: value.ok_or_else(|| missing("value"))?,
-            unit: unit.ok_or_else(|| missing("unit (as text)"))?,
-            sigma: sigma.ok_or_else(|| missing("sigma"))?,
-            source: source.ok_or_else(|| missing("source (as text)"))?,
-            line,
-        };
-        if quantity.sigma < 0.0 {
-            return Err(self.bad(line, key, format!("sigma is {}; expected 0 or more", quantity.sigma)));
-        }
-        if quantity.source.trim().is_empty() {
-            return Err(self.bad(line, key, "source is empty; name paper, file or measurement, or say \"guess\"".into()));
-        }
-        Ok(quantity)
-    }
-
-    fn has(&self, prefix: &str) -> bool {
-        self.entries.keys().any(|k| k.starts_with(prefix))
-    }
-
-    fn number(&mut self, key: &str, unit: &str, low: f64, high: f64) -> Result<f64, ReadError> {
-        self.taken.push(key.into());
-        match self.entries.get(key) {
-            None => Err(self.bad(0, key, format!("is missing; expected a number in {unit}, {low} to {high}"))),
-            Some((line, Entry::Text(t))) => Err(self.bad(*line, key, format!("is the text `{t}`; expected a number in {unit}"))),
-            Some((line, Entry::Number(q))) => {
-                if q.unit != unit {
-                    return Err(self.bad(*line, key, format!("has unit `{}`; expected `{unit}` (files are SI)", q.unit)));
-                }
-                if !(low..=high).contains(&q.value) {
-                    return Err(self.bad(*line, key, format!("is {} {unit}; physical is {low} to {high}", q.value)));
-                }
-                Ok(q.value)
-            }
-        }
-    }
-
-    fn text(&mut self, key: &str) -> Result<(u64, String), ReadError> {
-        self.taken.push(key.into());
-        match self.entries.get(key) {
-            None => Err(self.bad(0, key, "is missing; expected a text".into())),
-            Some((line, Entry::Number(_))) => Err(self.bad(*line, key, "is a number; expected a text".into())),
-            Some((line, Entry::Text(t))) => Ok((*line, t.clone())),
-        }
-    }
-
-    fn choice<T: Copy>(&mut self, key: &str, choices: &[(&str, T)]) -> Result<T, ReadError> {
-        let (line, t) = self.text(key)?;
-        choices.iter().find(|c| c.0 == t).map(|c| c.1).ok_or_else(|| {
-            let all: Vec<&str> = choices.iter().map(|c| c.0).collect();
-            self.bad(line, key, format!("is `{t}`; expected one of {}", all.join(", ")))
-        })
-    }
-
-    /// Every entry must have been asked for by now.
-    fn finish(self) -> Result<Vec<Quantity>, ReadError> {
-        for (key, (line, _)) in &self.entries {
-            if !self.taken.contains(key) {
-                let near = self.taken.iter().filter(|k| !self.entries.contains_key(*k)).min_by_key(|k| distance(k, key));
-                let hint = near.filter(|k| distance(k, key) <= 4).map_or(String::new(), |k| format!("; did you mean `{k}`?"));
-                return Err(self.bad(*line, key, format!("unknown key{hint}")));
-            }
-        }
-        let mut all: Vec<Quantity> =
-            self.entries.into_values().filter_map(|(_, e)| if let Entry::Number(q) = e { Some(q) } else { None }).collect();
-        all.sort_by_key(|q| q.line);
-        Ok(all)
-    }
-
-    /// An unknown key is the likelier cause of a missing one: say so first.
-    fn misspelt(&self, missing: ReadError) -> ReadError {
-        let ReadError::Content { line: 0, column: wanted, .. } = &missing else { return missing };
-        match self.entries.iter().filter(|(k, _)| distance(k, wanted) <= 4).min_by_key(|(k, _)| distance(k, wanted)) {
-            Some((key, (line, _))) if !self.taken.contains(key) => self.bad(*line, key, format!("unknown key; did you mean `{wanted}`?")),
-            _ => missing,
-        }
-    }
-}
-
-/// Edit distance of two short keys.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let up = row[j + 1];
-            row[j + 1] = (diagonal + usize::from(ca != *cb)).min(up + 1).min(row[j] + 1);
-            diagonal = up;
-        }
-    }
-    row[b.len()]
 }
 
 const LAYERS: [(&str, Layer); 2] = [("laminar", Layer::Laminar), ("turbulent", Layer::Turbulent)];
@@ -277,7 +85,20 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
     let name = d.text("name")?.1;
     let about = d.text("about")?.1;
     let wings = d.choice("wings", &[("standard", "standard"), ("low-ar", "low-ar")])?;
-    let body = Body {
+    let body = body(d)?;
+    let models = wing_models(d)?;
+    let wing = wing(d, &models)?;
+    let carry_over = carry_over(d)?;
+    check_areas(d, &wing)?;
+    let appendage = appendage(d)?;
+    let geometry = Geometry { reference_area_m2: d.number("reference.area_m2", "m2", 1e-3, 10.0)?, body, wing, carry_over, appendage };
+    let unprojected = unprojected(d, geometry.reference_area_m2)?;
+    let (constants, _, _) = geometry.polar().project(&unprojected);
+    Ok(VehicleFile { path: path.to_path_buf(), name, wings: wings.into(), about, geometry, models, constants, quantities: Vec::new() })
+}
+
+fn body(d: &mut Document) -> Result<Body, ReadError> {
+    Ok(Body {
         length_m: d.number("hull.length_m", "m", 0.3, 5.0)?,
         diameter_m: d.number("hull.diameter_m", "m", 0.05, 1.0)?,
         wetted_area_m2: d.number("hull.wetted_area_m2", "m2", 0.05, 10.0)?,
@@ -288,7 +109,11 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         crossflow_cd: d.number("hull.crossflow_cd", "1", 0.2, 3.0)?,
         layer: d.choice("hull.layer", &LAYERS)?,
         reynolds: d.number("hull.reynolds", "1", 1e3, 1e8)?,
-    };
+    })
+}
+
+/// Every lift model that the file has constants for.
+fn wing_models(d: &mut Document) -> Result<Vec<WingModel>, ReadError> {
     let mut models = Vec::new();
     if d.has("wing.lifting_line.") {
         models.push(WingModel::LiftingLine(Separation {
@@ -318,6 +143,10 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
             },
         }));
     }
+    Ok(models)
+}
+
+fn wing(d: &mut Document, models: &[WingModel]) -> Result<Wing, ReadError> {
     let (line, wanted) = d.text("wing.model")?;
     let names: Vec<&str> = models.iter().map(WingModel::name).collect();
     let model = models
@@ -325,7 +154,7 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         .copied()
         .find(|m| m.name() == wanted)
         .ok_or_else(|| d.bad(line, "wing.model", format!("is `{wanted}`, but the file has constants for: {}", names.join(", "))))?;
-    let wing = Wing {
+    Ok(Wing {
         aspect_ratio: d.number("wing.aspect_ratio", "1", 0.05, 40.0)?,
         panel_span_m: d.number("wing.panel_span_m", "m", 0.01, 5.0)?,
         chord_m: d.number("wing.chord_m", "m", 0.01, 3.0)?,
@@ -350,32 +179,47 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         layer: d.choice("wing.layer", &LAYERS)?,
         reynolds: d.number("wing.reynolds", "1", 1e3, 1e8)?,
         form_factor: d.number("wing.form_factor", "1", 0.5, 3.0)?,
-    };
+    })
+}
+
+fn carry_over(d: &mut Document) -> Result<CarryOver, ReadError> {
     let carry_over = CarryOver {
         share: d.number("interference.share", "1", 0.0, 1.5)?,
         body_radius_m: d.number("interference.body_radius_m", "m", 0.0, 1.0)?,
         semispan_m: d.number("interference.semispan_m", "m", 0.02, 5.0)?,
     };
     if carry_over.semispan_m <= carry_over.body_radius_m {
-        let line = d.entries.get("interference.semispan_m").map_or(0, |e| e.0);
+        let line = d.line("interference.semispan_m");
         return Err(d.bad(line, "interference.semispan_m", "is inside the hull; it is measured from the axis to the tip".into()));
     }
+    Ok(carry_over)
+}
+
+/// The wing's area must be that of its panels.
+fn check_areas(d: &Document, wing: &Wing) -> Result<(), ReadError> {
     let ratio = wing.area_m2 / (2.0 * wing.panel_span_m * wing.chord_m);
     if !(0.5..=1.5).contains(&ratio) {
-        let line = d.entries.get("wing.area_m2").map_or(0, |e| e.0);
+        let line = d.line("wing.area_m2");
         return Err(d.bad(
             line,
             "wing.area_m2",
             format!("is {ratio:.2} times 2 · panel_span · chord; expected both panels' exposed area, within a factor 0.5 to 1.5"),
         ));
     }
-    let appendage = Appendage {
+    Ok(())
+}
+
+fn appendage(d: &mut Document) -> Result<Appendage, ReadError> {
+    Ok(Appendage {
         drag_area_m2: d.number("appendage.drag_area_m2", "m2", 0.0, 1.0)?,
         crossflow_drag_area_m2: d.number("appendage.crossflow_drag_area_m2", "m2", 0.0, 10.0)?,
         normal_area_per_rad_m2: d.number("appendage.normal_area_per_rad_m2", "m2/rad", 0.0, 5.0)?,
-    };
-    let geometry = Geometry { reference_area_m2: d.number("reference.area_m2", "m2", 1e-3, 10.0)?, body, wing, carry_over, appendage };
-    let unprojected = Constants {
+    })
+}
+
+/// Constants before the coefficients are projected from the geometry.
+fn unprojected(d: &mut Document, reference_area_m2: f64) -> Result<Constants, ReadError> {
+    Ok(Constants {
         gravity_m_s2: d.number("vehicle.gravity_m_s2", "m/s2", 9.7, 9.9)?,
         mass_kg: d.number("vehicle.mass_kg", "kg", 1.0, 5000.0)?,
         hull_volume_m3: d.number("vehicle.hull_volume_m3", "m3", 1e-3, 5.0)?,
@@ -388,7 +232,7 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         banked_turn: 0.0,
         hull_lag_share: 0.0,
         beyond: Beyond::default(),
-        reference_area_m2: geometry.reference_area_m2,
+        reference_area_m2,
         lift_slope_per_rad: 0.0,
         lift_quadratic_per_rad2: 0.0,
         cd0: 0.0,
@@ -396,9 +240,7 @@ fn build(d: &mut Document, path: &Path) -> Result<VehicleFile, ReadError> {
         hull_drag_per_rad2: 0.0,
         slope_loss_per_rad2: 0.0,
         hull_drag_per_rad3: 0.0,
-    };
-    let (constants, _, _) = geometry.polar().project(&unprojected);
-    Ok(VehicleFile { path: path.to_path_buf(), name, wings: wings.into(), about, geometry, models, constants, quantities: Vec::new() })
+    })
 }
 
 impl VehicleFile {

@@ -4,11 +4,13 @@
 //! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
 
 mod as_trial;
+pub mod catalogue;
 pub mod effects_table;
 pub mod expression;
 pub mod file;
 mod keys;
 pub mod pitch_moments;
+mod quantities;
 
 use crate::record::csv::ReadError;
 use crate::vehicle::keys::{Keys, Stated};
@@ -16,6 +18,9 @@ use crate::vehicle::pitch_moments::PitchMoments;
 use hydro::effects::{Active, Constants};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+
+/// Key of a vehicle file that says whether a horizontal current may be there: `unknown` or `none`.
+pub const CURRENT_KEY: &str = "horizontal_current";
 
 /// What `format` says, where a file has it.
 const FORMAT: &str = "glider-trial/1";
@@ -246,7 +251,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         sensors,
         moments,
         background,
-        current_unknown: keys.at("horizontal_current").and_then(Value::as_str) != Some("none"),
+        current_unknown: keys.at(CURRENT_KEY).and_then(Value::as_str) != Some("none"),
         water_depth_m: keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN),
         fit_segments: keys.segments("segments.fit")?,
         check_segments: keys.segments("segments.check")?,

@@ -11,10 +11,13 @@ use crate::inference::gauss_newton::Fit;
 use crate::likelihood::block_error::blocks;
 use crate::likelihood::{Problem, block_errors};
 use crate::model::branch::Branch;
-use crate::model::parameters::{N_CALIBRATION, SensorFinding, State, sensor_findings, tolerance_of};
+use crate::model::parameters::{
+    BALLAST_GAIN, N_CALIBRATION, PITCH_ZERO, SensorFinding, State, calibration_of, sensor_findings, tolerance_of,
+};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
+use crate::vehicle::catalogue;
 use crate::vehicle::effects_table::new_key;
 use hydro::effects::{Active, Effect};
 use serde_json::{Value, json};
@@ -143,10 +146,17 @@ fn document(
     flight: &Flight,
     parent: &[u8],
 ) -> Value {
-    let vehicle = problem.vehicle;
-    let mut d = vehicle.document.clone();
+    let mut d = problem.vehicle.document.clone();
+    write_calibration(&mut d, problem, state);
+    d["effects"] = switched_on(&d, problem.vehicle, state, effects, parameters).into();
+    d["provenance"] = provenance(problem, state, effects, flight, parent);
+    d
+}
+
+/// Calibrated constants in place of the parent's.
+fn write_calibration(d: &mut Value, problem: &Problem, state: &State) {
+    let (vehicle, z) = (problem.vehicle, &state.calibration);
     let t = &vehicle.tolerance;
-    let z = &state.calibration;
     let mut scale = |pointer: &str, factor: f64| {
         if let Some(v) = d.pointer_mut(pointer)
             && let Some(x) = v.as_f64()
@@ -170,8 +180,8 @@ fn document(
     for (k, key) in crate::likelihood::battery::NUMBERS {
         scale(&format!("/pitch/{key}"), 1.0 + z[k] * tolerance_of(vehicle, k));
     }
+    let (c, _) = problem.law(state);
     if let Some(hydro) = d.get_mut("hydro") {
-        let (c, _) = problem.law(state);
         hydro["added_mass_surge"] = json!(c.added_mass_surge);
         hydro["added_mass_heave"] = json!(c.added_mass_heave);
         hydro["bank_tilt"] = json!(c.bank_tilt);
@@ -179,10 +189,19 @@ fn document(
         hydro["lift_fading"] = json!(c.beyond.lift_fading);
         hydro["cd_broadside"] = json!(c.beyond.cd_broadside);
     }
-    let late = problem.law(state).0.hull_lag_share;
-    if late != 0.0 {
-        d["hull_lag_share"] = json!(late);
+    if c.hull_lag_share != 0.0 {
+        d["hull_lag_share"] = json!(c.hull_lag_share);
     }
+}
+
+/// The parent's effects and those that are added.
+fn switched_on(
+    d: &Value,
+    vehicle: &Vehicle,
+    state: &State,
+    effects: &[&'static dyn Effect],
+    parameters: &[Estimate],
+) -> serde_json::Map<String, Value> {
     let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
     let parents = on.clone();
     for effect in effects {
@@ -201,8 +220,12 @@ fn document(
         }
         on.insert(new_key(&on, *effect), entry.into());
     }
+    let z = &state.calibration;
     // Two calibration numbers have no constant in the file: they go on as the effect that states them.
-    for (k, name, parameter, unit) in [(4, "ballast_scale", "gain_error", "1"), (5, "pitch_offset", "offset_rad", "rad")] {
+    for k in [BALLAST_GAIN, PITCH_ZERO] {
+        let Some(effect) = catalogue::all().find(|e| calibration_of(*e) == Some(k)) else { continue };
+        let (name, size) = (effect.name(), &effect.parameters()[0]);
+        let (parameter, unit) = (size.name, size.unit);
         let shift = z[k] * tolerance_of(vehicle, k);
         let before = parents.get(name).and_then(|e| e.get(parameter)).map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
         on.insert(name.into(), json!({parameter: {"value": before + shift, "unit": unit, "from": "calibration"}}));
@@ -217,12 +240,17 @@ fn document(
             );
         }
     }
-    d["effects"] = on.into();
+    on
+}
+
+/// Where the numbers come from.
+fn provenance(problem: &Problem, state: &State, effects: &[&'static dyn Effect], flight: &Flight, parent: &[u8]) -> Value {
+    let z = &state.calibration;
     let calibration: serde_json::Map<String, Value> =
         (0..N_CALIBRATION).map(|k| (crate::model::parameters::CALIBRATION[k].to_string(), json!(z[k]))).collect();
-    d["provenance"] = json!({
+    json!({
         "tool": concat!("glider ", env!("CARGO_PKG_VERSION")),
-        "parent": vehicle.path.file_name().map(|n| n.to_string_lossy()),
+        "parent": problem.vehicle.path.file_name().map(|n| n.to_string_lossy()),
         "parent_sha256": Sha256::digest(parent).iter().map(|b| format!("{b:02x}")).collect::<String>(),
         "flight": flight.name,
         "fitted_segments": problem.runs.iter().map(|r| r.segment).collect::<Vec<_>>(),
@@ -230,6 +258,5 @@ fn document(
         "added": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
         "calibration_in_tolerances": calibration,
         "intervals": "90 %, with the colour of the water motion accounted for",
-    });
-    d
+    })
 }

@@ -7,11 +7,11 @@
 
 use crate::diagnosis::Diagnosis;
 use crate::likelihood::whitening::{Colour, Whitener};
-use crate::model::dynamics::track;
+use crate::model::dynamics::{Track, track};
 use crate::model::parameters::{N_SIMULATED, State, law};
 use crate::preprocess::{FAST_M_S, Input, Run};
 use crate::vehicle::Vehicle;
-use hydro::effects::Sensed;
+use hydro::effects::{Continuation, Sensed};
 use nalgebra::{DMatrix, DVector};
 
 /// One leg of a plan.
@@ -128,14 +128,20 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
     }
 }
 
-/// Plans the flight that best separates the hypotheses that a diagnosis could not tell apart.
-///
-/// With one hypothesis left, it is set against the runner-up; with none, the two most probable are. Drives and depths are those of the
-/// flight at hand, as far as the vehicle that dives to this depth (m) reaches: a sensed ballast has its own gain and offset and may be
-/// more than the pump has.
-#[must_use]
-pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> Option<Plan> {
-    let mut tied: Vec<(Vec<&'static str>, State)> = Vec::new();
+/// A hypothesis: the effects it names and its fit.
+type Hypothesis = (Vec<&'static str>, State);
+
+/// A leg on the menu, as every hypothesis predicts it.
+struct MenuLeg {
+    leg: Leg,
+    /// Whitened prediction of each hypothesis, and sensitivities of the calibration.
+    predictions: Vec<DVector<f64>>,
+    calibration: DMatrix<f64>,
+}
+
+/// Hypotheses that the plan is to tell apart, most probable first.
+fn tied(d: &Diagnosis) -> Vec<Hypothesis> {
+    let mut tied: Vec<Hypothesis> = Vec::new();
     let wanted = d.equivalent.len().max(2);
     for c in d.equivalent.iter().filter_map(|e| d.candidates.iter().find(|c| c.effects == *e)).chain(&d.candidates) {
         // A wave's phase on another day is unknown: no plan can be made for it.
@@ -144,24 +150,147 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> O
             tied.push((c.effects.clone(), c.state.clone()));
         }
     }
-    if tied.len() < 2 {
-        return None;
+    tied
+}
+
+/// The water column of the flight at hand: depth m, density kg/m³, temperature °C.
+struct Levels(Vec<(f64, f64, f64)>);
+
+impl Levels {
+    fn of(d: &Diagnosis) -> Self {
+        let inputs = |r: &Run| {
+            let of_input = |i: &Input| (i.depth_m, i.sensed.density_kg_m3, i.sensed.temperature_degc);
+            r.inputs.iter().step_by(4).map(of_input).collect::<Vec<_>>()
+        };
+        let mut levels: Vec<(f64, f64, f64)> = d.prepared.runs.iter().flat_map(inputs).collect();
+        levels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self(levels)
     }
-    // The water column and the reach of the flight at hand.
-    let mut levels: Vec<(f64, f64, f64)> = d
-        .prepared
-        .runs
-        .iter()
-        .flat_map(|r| r.inputs.iter().step_by(4).map(|i| (i.depth_m, i.sensed.density_kg_m3, i.sensed.temperature_degc)))
-        .collect();
-    levels.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let column = |z: f64| {
+
+    fn bottom(&self) -> f64 {
+        crate::record::plausible::quantile(&self.0.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0)
+    }
+
+    fn at(&self, z: f64) -> (f64, f64) {
+        let levels = &self.0;
         let k = levels.partition_point(|l| l.0 < z).clamp(1, levels.len() - 1);
         let (a, b) = (levels[k - 1], levels[k]);
         let f = if b.0 > a.0 { ((z - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) } else { 0.0 };
         (a.1 + (b.1 - a.1) * f, a.2 + (b.2 - a.2) * f)
-    };
-    let bottom = crate::record::plausible::quantile(&levels.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0);
+    }
+}
+
+/// Simulates legs between two depths with every hypothesis.
+struct Simulator<'a> {
+    vehicle: &'a Vehicle,
+    tied: &'a [Hypothesis],
+    continuation: Continuation,
+    levels: Levels,
+    depths_m: [f64; 2],
+    noise: Colour,
+}
+
+impl Simulator<'_> {
+    fn run(&self, leg: Leg, speed_m_s: f64) -> Run {
+        const DAY_S: f64 = 86_400.0;
+        leg_run(leg, &|z| self.levels.at(z), self.depths_m[0], self.depths_m[1], speed_m_s, DAY_S)
+    }
+
+    fn track(&self, run: &Run, state: &State) -> Track {
+        let (constants, effects) = law(self.vehicle, state);
+        track(run, constants, &effects, self.vehicle.water_depth_m, self.continuation)
+    }
+
+    /// How fast a leg sinks, m/s: asked of the model itself.
+    fn speed_m_s(&self, leg: Leg) -> f64 {
+        let mut speed = 0.12;
+        for _ in 0..3 {
+            let t = self.track(&self.run(leg, speed), &self.tied[0].1);
+            let middle = t.sink_m_s.len() / 3;
+            speed = t.sink_m_s.get(middle).copied().unwrap_or(0.12).clamp(0.03, 0.6);
+        }
+        speed
+    }
+
+    /// A leg as every hypothesis predicts it; none if the model stalls on it.
+    fn offer(&self, leg: Leg) -> Option<MenuLeg> {
+        let speed = self.speed_m_s(leg);
+        let run = self.run(leg, speed);
+        let whitener = Whitener::new(&run, &run.used, |_| false, &self.noise);
+        let predict = |state: &State| {
+            let t = self.track(&run, state);
+            let mut out = Vec::new();
+            whitener.whiten(|row| t.depth_m[row], &mut out);
+            DVector::from_vec(out)
+        };
+        let predictions: Vec<DVector<f64>> = self.tied.iter().map(|(_, s)| predict(s)).collect();
+        let base = &self.tied[0].1;
+        let columns: Vec<DVector<f64>> = (0..N_SIMULATED)
+            .map(|k| {
+                let mut beside = base.clone();
+                beside.calibration[k] += 0.5;
+                (predict(&beside) - &predictions[0]) * 2.0
+            })
+            .collect();
+        let flies = predictions.iter().all(|p| p.iter().all(|v| v.is_finite())) && speed > 0.04;
+        flies.then(|| MenuLeg { leg, predictions, calibration: DMatrix::from_columns(&columns) })
+    }
+}
+
+/// Smallest separation of any two hypotheses on these legs (expected chi²), the calibration projected out.
+fn separation(chosen: &[&MenuLeg]) -> f64 {
+    let mut curvature = DMatrix::identity(N_SIMULATED, N_SIMULATED);
+    for o in chosen {
+        curvature += o.calibration.transpose() * &o.calibration;
+    }
+    let Some(c) = curvature.cholesky() else { return 0.0 };
+    let count = chosen.first().map_or(0, |o| o.predictions.len());
+    let mut least = f64::INFINITY;
+    for i in 0..count {
+        for j in i + 1..count {
+            let (mut square, mut match_) = (0.0, DVector::zeros(N_SIMULATED));
+            for o in chosen {
+                let difference = &o.predictions[i] - &o.predictions[j];
+                square += difference.norm_squared();
+                match_ += o.calibration.transpose() * difference;
+            }
+            least = least.min(square - match_.dot(&c.solve(&match_)));
+        }
+    }
+    least
+}
+
+/// Legs in the order of their worth, each with the separation after it.
+fn choose(offers: &[MenuLeg]) -> Option<Vec<(f64, &MenuLeg)>> {
+    let (mut chosen, mut steps): (Vec<&MenuLeg>, Vec<(f64, &MenuLeg)>) = (Vec::new(), Vec::new());
+    for _ in 0..LEGS {
+        let best = offers
+            .iter()
+            .map(|o| {
+                let mut with = chosen.clone();
+                with.push(o);
+                (separation(&with), o)
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        steps.push(best);
+        chosen.push(best.1);
+    }
+    Some(steps)
+}
+
+/// Plans the flight that best separates the hypotheses that a diagnosis could not tell apart.
+///
+/// With one hypothesis left, it is set against the runner-up; with none, the two most probable are. Drives and depths are those of the
+/// flight at hand, as far as the vehicle that dives to this depth (m) reaches: a sensed ballast has its own gain and offset and may be
+/// more than the pump has.
+#[must_use]
+pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> Option<Plan> {
+    let tied = tied(d);
+    if tied.len() < 2 {
+        return None;
+    }
+    let levels = Levels::of(d);
+    let bottom = levels.bottom();
     let reach = reach(bottom);
     let bottom = bottom.min(reach.depth_m);
     let top = 3.0_f64.min(0.3 * bottom);
@@ -173,92 +302,20 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> O
         sensor_m: vehicle.sensors.pressure_noise_pa / 1e4,
         walk_m2_s: 1e-6,
     };
-    let predict = |run: &Run, whitener: &Whitener, state: &State| {
-        let (constants, effects) = law(vehicle, state);
-        let t = track(run, constants, &effects, vehicle.water_depth_m, d.branch.continuation);
-        let mut out = Vec::new();
-        whitener.whiten(|row| t.depth_m[row], &mut out);
-        out
-    };
-    struct Offer {
-        leg: Leg,
-        /// Whitened prediction of each hypothesis, and signatures of the calibration.
-        predictions: Vec<DVector<f64>>,
-        calibration: DMatrix<f64>,
-    }
-    let mut offers = Vec::new();
-    let day = 86_400.0;
-    for pitch_rad in PITCHES_RAD {
-        for share in DRIVES {
-            let leg = Leg { pitch_rad, ballast_m3: (share * drive).max(reach.least_ballast_m3) };
-            // How fast this leg sinks: asked of the model itself, twice.
-            let mut speed = 0.12;
-            for _ in 0..3 {
-                let run = leg_run(leg, &column, top, bottom, speed, day);
-                let (constants, effects) = law(vehicle, &tied[0].1);
-                let t = track(&run, constants, &effects, vehicle.water_depth_m, d.branch.continuation);
-                let middle = t.sink_m_s.len() / 3;
-                speed = t.sink_m_s.get(middle).copied().unwrap_or(0.12).clamp(0.03, 0.6);
-            }
-            let run = leg_run(leg, &column, top, bottom, speed, day);
-            let whitener = Whitener::new(&run, &run.used, |_| false, &noise);
-            let predictions: Vec<DVector<f64>> = tied.iter().map(|(_, s)| DVector::from_vec(predict(&run, &whitener, s))).collect();
-            let base = &tied[0].1;
-            let columns: Vec<DVector<f64>> = (0..N_SIMULATED)
-                .map(|k| {
-                    let mut beside = base.clone();
-                    beside.calibration[k] += 0.5;
-                    (DVector::from_vec(predict(&run, &whitener, &beside)) - &predictions[0]) * 2.0
-                })
-                .collect();
-            // A leg on which the model stalls is no leg.
-            if predictions.iter().all(|p| p.iter().all(|v| v.is_finite())) && speed > 0.04 {
-                offers.push(Offer { leg, predictions, calibration: DMatrix::from_columns(&columns) });
-            }
-        }
-    }
-    let separation = |chosen: &[&Offer]| -> f64 {
-        let mut curvature = DMatrix::identity(N_SIMULATED, N_SIMULATED);
-        for o in chosen {
-            curvature += o.calibration.transpose() * &o.calibration;
-        }
-        let Some(c) = curvature.cholesky() else { return 0.0 };
-        let mut least = f64::INFINITY;
-        for i in 0..tied.len() {
-            for j in i + 1..tied.len() {
-                let (mut square, mut match_) = (0.0, DVector::zeros(N_SIMULATED));
-                for o in chosen {
-                    let difference = &o.predictions[i] - &o.predictions[j];
-                    square += difference.norm_squared();
-                    match_ += o.calibration.transpose() * difference;
-                }
-                least = least.min(square - match_.dot(&c.solve(&match_)));
-            }
-        }
-        least
-    };
-    let mut chosen: Vec<&Offer> = Vec::new();
-    let mut steps = Vec::new();
-    for _ in 0..LEGS {
-        let best = offers
-            .iter()
-            .map(|o| {
-                let mut with = chosen.clone();
-                with.push(o);
-                (separation(&with), o)
-            })
-            .max_by(|a, b| a.0.total_cmp(&b.0))?;
-        steps.push(best.0);
-        chosen.push(best.1);
-    }
+    let simulator = Simulator { vehicle, tied: &tied, continuation: d.branch.continuation, levels, depths_m: [top, bottom], noise };
+    let menu = PITCHES_RAD
+        .into_iter()
+        .flat_map(|pitch_rad| DRIVES.map(|share| Leg { pitch_rad, ballast_m3: (share * drive).max(reach.least_ballast_m3) }));
+    let offers: Vec<MenuLeg> = menu.filter_map(|leg| simulator.offer(leg)).collect();
+    let steps = choose(&offers)?;
     let plain = offers.iter().min_by(|a, b| {
-        let off = |o: &Offer| (o.leg.pitch_rad - 0.46).abs() + (o.leg.ballast_m3 - drive).abs() * 1e3;
+        let off = |o: &MenuLeg| (o.leg.pitch_rad - 0.46).abs() + (o.leg.ballast_m3 - drive).abs() * 1e3;
         off(a).total_cmp(&off(b))
     })?;
     Some(Plan {
         tied: tied.iter().map(|t| t.0.clone()).collect(),
-        legs: chosen.iter().map(|o| o.leg).collect(),
-        separation: steps,
+        legs: steps.iter().map(|s| s.1.leg).collect(),
+        separation: steps.iter().map(|s| s.0).collect(),
         default_separation: separation(&[plain; LEGS]),
         depth_max_m: bottom,
         depth_min_m: top,

@@ -1,6 +1,6 @@
 //! Effects that change displaced volume.
 
-use super::{Constants, Effect, InFlow, Parameter, Sensed};
+use super::{Calibrated, Constants, Effect, InFlow, Parameter, Sensed};
 
 /// Compressibility of a Slocum hull, 1/Pa (gliderflight 1.2.1): what a relative error is relative to where the vehicle file
 /// says that the hull is rigid.
@@ -26,6 +26,9 @@ impl Effect for HullCompressibility {
     }
     fn separated_by(&self) -> &'static str {
         "deep dives in water of little temperature contrast"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::HullCompressibility)
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING
@@ -77,6 +80,9 @@ impl Effect for ThermalExpansion {
     }
     fn separated_by(&self) -> &'static str {
         "dives through different temperature profiles"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::ThermalExpansion)
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING
@@ -138,6 +144,9 @@ impl Effect for BallastOffset {
     fn separated_by(&self) -> &'static str {
         "dives and climbs at several buoyancy drives; weighing in the water of the site"
     }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::TrimVolume)
+    }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING
     }
@@ -171,6 +180,9 @@ impl Effect for BallastScale {
     }
     fn separated_by(&self) -> &'static str {
         "a bench value of the pump volume, or a speed sensor at several pitches"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::BallastGain)
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING

@@ -1,6 +1,6 @@
 //! Effects that change the drag.
 
-use super::{Constants, DAY_S, Effect, Flow, InFlow, Parameter};
+use super::{Calibrated, Constants, DAY_S, Effect, Flow, InFlow, Parameter};
 
 /// Speed at which the nominal CD0 is stated, m/s (FORMAT section 6.3).
 pub const REFERENCE_SPEED_M_S: f64 = 0.30;
@@ -19,6 +19,9 @@ impl Effect for ReynoldsDrag {
     }
     fn separated_by(&self) -> &'static str {
         "legs at several buoyancy drives on the same day"
+    }
+    fn usual_sign(&self) -> f64 {
+        1.0
     }
     fn in_flow(&self) -> InFlow {
         InFlow { drag: true, ..InFlow::NOTHING }
@@ -78,6 +81,9 @@ impl Effect for BiofoulingDrag {
     fn separated_by(&self) -> &'static str {
         "the same leg flown days apart, or after cleaning the hull"
     }
+    fn usual_sign(&self) -> f64 {
+        1.0
+    }
     fn in_flow(&self) -> InFlow {
         InFlow { drag: true, ..InFlow::NOTHING }
     }
@@ -133,6 +139,9 @@ impl Effect for RollTurnDrag {
     fn separated_by(&self) -> &'static str {
         "spirals beside straight legs at the same settings"
     }
+    fn usual_sign(&self) -> f64 {
+        1.0
+    }
     fn in_flow(&self) -> InFlow {
         InFlow { drag: true, ..InFlow::NOTHING }
     }
@@ -178,6 +187,9 @@ impl Effect for ClimbDrag {
     fn separated_by(&self) -> &'static str {
         "dives and climbs at mirrored pitch and drive, several drives"
     }
+    fn usual_sign(&self) -> f64 {
+        1.0
+    }
     fn in_flow(&self) -> InFlow {
         InFlow { drag: true, ..InFlow::NOTHING }
     }
@@ -210,6 +222,9 @@ impl Effect for DragLevelError {
     }
     fn separated_by(&self) -> &'static str {
         "a bench value of the pump volume, or a speed sensor, with several pitches"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::Drag)
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING

@@ -1,6 +1,6 @@
 //! Effects that change the inertia of the water carried along.
 
-use super::{Constants, Effect, InFlow, Parameter};
+use super::{Calibrated, Constants, Effect, InFlow, Parameter};
 
 /// Surge added mass larger by delta_k1 times the mass.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,12 @@ impl Effect for AddedMass {
     }
     fn separated_by(&self) -> &'static str {
         "many turning points at different speeds"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::SurgeAddedMass)
+    }
+    fn usual_sign(&self) -> f64 {
+        1.0
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING
@@ -49,6 +55,12 @@ impl Effect for HeaveAddedMass {
     }
     fn separated_by(&self) -> &'static str {
         "many sharp turning points"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::HeaveAddedMass)
+    }
+    fn usual_sign(&self) -> f64 {
+        1.0
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING

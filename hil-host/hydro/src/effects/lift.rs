@@ -1,6 +1,6 @@
 //! Effects that change the lift: vortices, stall, slope and zero of the lift curve.
 
-use super::{ALPHA_VALID_RAD, Constants, Effect, Flow, InFlow, Parameter};
+use super::{ALPHA_VALID_RAD, Calibrated, Constants, Effect, Flow, InFlow, Onset, Parameter};
 
 /// Normal force of vortices shed by hull and wing beyond an onset angle.
 ///
@@ -21,6 +21,13 @@ impl Effect for VortexLiftBodyWing {
     }
     fn separated_by(&self) -> &'static str {
         "legs at shallow pitch (large angle of attack) beside steep ones: it is absent below the onset"
+    }
+    fn usual_sign(&self) -> f64 {
+        1.0
+    }
+    fn start(&self) -> f64 {
+        // At no size the onset angle would be felt by nothing.
+        0.5 * self.parameters()[0].typical
     }
     fn in_flow(&self) -> InFlow {
         InFlow { normal_force: true, ..InFlow::NOTHING }
@@ -58,6 +65,9 @@ impl Effect for SideEdgeLift {
     }
     fn separated_by(&self) -> &'static str {
         "a sweep of pitch from steep to shallow, best with a speed sensor"
+    }
+    fn usual_sign(&self) -> f64 {
+        1.0
     }
     fn in_flow(&self) -> InFlow {
         InFlow { normal_force: true, ..InFlow::NOTHING }
@@ -106,6 +116,9 @@ impl Effect for Stall {
     }
     fn separated_by(&self) -> &'static str {
         "shallow legs that pass through the stall angle, up and down"
+    }
+    fn onset(&self) -> Option<Onset> {
+        Some(Onset { range_rad: (0.03, 0.25), starts_rad: [0.05, 0.10, 0.16], tried_rad: [0.05, 0.09, 0.15], unfelt_rad: 0.2 })
     }
     fn in_flow(&self) -> InFlow {
         InFlow { lift: true, drag: true, ..InFlow::NOTHING }
@@ -180,6 +193,9 @@ impl Effect for LiftSlopeError {
     }
     fn separated_by(&self) -> &'static str {
         "a speed sensor or GPS displacement without current, on shallow legs"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::LiftSlope)
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING

@@ -1,6 +1,6 @@
 //! Effects of the sensors: what is measured is not what is true.
 
-use super::{DAY_S, Effect, InFlow, Parameter, Sensed};
+use super::{Calibrated, DAY_S, Effect, InFlow, Parameter, Sensed};
 
 /// Measured pitch = true pitch + offset.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,9 @@ impl Effect for PitchOffset {
     }
     fn separated_by(&self) -> &'static str {
         "a level bench; legs at several pitches with a speed sensor"
+    }
+    fn error_of(&self) -> Option<Calibrated> {
+        Some(Calibrated::PitchZero)
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING
@@ -89,6 +92,9 @@ impl Effect for DensityBias {
     }
     fn separated_by(&self) -> &'static str {
         "a calibrated CTD cast beside the glider; the vertical velocity alone cannot tell it from a trim error"
+    }
+    fn is_density_error(&self) -> bool {
+        true
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING

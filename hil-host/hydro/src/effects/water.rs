@@ -1,6 +1,6 @@
 //! Effects of the water's own motion.
 
-use super::{Effect, InFlow, Parameter, Place};
+use super::{Effect, InFlow, Parameter, Place, SeenIn};
 use core::f64::consts::PI;
 
 /// Vertical structure of mode `n` (1, 2, …) at `depth_m` in water of `water_depth_m`: sin(n π z/H), zero at surface and bottom.
@@ -36,6 +36,9 @@ impl Effect for InternalWave {
     }
     fn separated_by(&self) -> &'static str {
         "several dives in a row at one place: it has its own clock"
+    }
+    fn seen_in(&self) -> SeenIn {
+        SeenIn::Waves
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING
@@ -126,6 +129,9 @@ impl Effect for HorizontalCurrent {
     }
     fn separated_by(&self) -> &'static str {
         "GPS fixes on legs with different headings; vertical velocity does not feel it"
+    }
+    fn seen_in(&self) -> SeenIn {
+        SeenIn::Displacement
     }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING

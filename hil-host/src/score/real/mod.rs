@@ -20,6 +20,7 @@ use std::path::Path;
 use anyhow::Context as _;
 use discovery::hypotheses::identifiability::Identifiability;
 use discovery::model::parameters::{calibration_of, tolerance_of};
+use discovery::vehicle::catalogue;
 use discovery::{Flight, export, vehicle};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -209,7 +210,7 @@ fn covered(ready: &Ready, lie: &Lie, d: &Value) -> Option<bool> {
     let p = &candidate["parameters"][format!("{effect}.{parameter}")];
     let (value, low, high) = (p["value"].as_f64()?, p["low"].as_f64()?, p["high"].as_f64()?);
     let file = vehicle::parse(ready.quiet.clone(), Path::new("vehicle.json")).ok()?;
-    let tolerance = calibration_of(effect).map_or(0.0, |k| tolerance_of(&file, k));
+    let tolerance = catalogue::by_name(effect).and_then(calibration_of).map_or(0.0, |k| tolerance_of(&file, k));
     let truth = lie.value(&ready.quiet)?;
     // A relative tolerance is of the true number: in terms of the changed file it is as many times larger.
     let tolerance = if parameter == "rel_error" { tolerance * (1.0 + truth).abs() } else { tolerance };

@@ -1,0 +1,178 @@
+//! Channels of the two computers, each with its times, become one flight on the rows of the CTD.
+
+use std::collections::BTreeMap;
+
+use super::{Collected, CtdRow};
+use crate::import::Report;
+use crate::import::channels::SALINITY;
+use crate::import::position;
+use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
+use crate::record::flight::Flight;
+use crate::record::resample::Series;
+use crate::record::seawater::{self, Place};
+
+/// A channel that comes less often than this does not show a turn, which takes about a minute, s.
+const SELDOM_S: f64 = 30.0;
+
+pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
+    let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
+    let empty = Series::default();
+    let get = |name: &str| series.get(name).unwrap_or(&empty);
+    let lat: Series = degrees(get("m_gps_lat"));
+    let lon: Series = degrees(get("m_gps_lon"));
+    let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
+    let steering = steering_pressure(&series, place, report);
+    let from_ctd = !all.ctd.is_empty();
+    if !from_ctd {
+        report.note("no CTD in these files: rows are the vehicle's own pressure, and density is missing".into());
+    }
+    without_ctd(&mut all, &steering, report);
+    all.ctd.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    all.ctd.dedup_by(|b, a| a.time_s == b.time_s);
+    let first = all.ctd.first()?;
+    let start_s = first.time_s;
+    let unix: Vec<f64> = all.ctd.iter().map(|r| r.time_s).collect();
+    report.density_from(
+        "sci_water_cond, sci_water_temp, sci_water_pressure",
+        place,
+        all.ctd.iter().any(|r| r.conductivity_s_m.is_finite()),
+    );
+    // Shallow gliders have a pump, deep ones an oil bladder; the reading of the other is a fill, now and then: the one that moves.
+    let moves = |name: &str| {
+        let mut values: Vec<f64> = get(name).pairs().map(|(_, v)| v).collect();
+        values.sort_by(f64::total_cmp);
+        values.last().zip(values.first()).map_or(-1.0, |(high, low)| high - low)
+    };
+    let (oil, other) = if moves("m_ballast_pumped") >= moves("m_de_oil_vol") {
+        ("m_ballast_pumped", "m_de_oil_vol")
+    } else {
+        ("m_de_oil_vol", "m_ballast_pumped")
+    };
+    for name in ["m_pitch", oil] {
+        let step_s = get(name).step_s();
+        if step_s > SELDOM_S {
+            report.note(format!("{name} comes every {step_s:.0} s only: interpolated, what happens in between, such as a turn, is lost"));
+        }
+    }
+    report.mapped.retain(|m| m.from != other);
+    for m in report.mapped.iter_mut().filter(|m| from_ctd && m.from == "m_pressure") {
+        m.to = ENGINEERING_PRESSURE.into();
+    }
+    let mut flight = Flight {
+        name: report.segments.first().cloned().unwrap_or_default(),
+        time_s: unix.iter().map(|t| t - start_s).collect(),
+        segment: all.ctd.iter().map(|r| r.segment).collect(),
+        pressure_pa: all.ctd.iter().map(|r| r.pressure_pa).collect(),
+        pitch_rad: get("m_pitch").on(&unix),
+        roll_rad: get("m_roll").on(&unix),
+        heading_rad: get("m_heading").angle_on(&unix),
+        ballast_m3: get(oil).on(&unix),
+        battery_mass_m: get("m_battpos").on(&unix),
+        temperature_degc: all.ctd.iter().map(|r| r.temperature_degc).collect(),
+        density_kg_m3: all.ctd.iter().map(|r| density(r, place)).collect(),
+        gps_east_m: vec![f64::NAN; unix.len()],
+        gps_north_m: vec![f64::NAN; unix.len()],
+        ..Flight::default()
+    };
+    let practical = |r: &CtdRow| seawater::practical_salinity(r.conductivity_s_m, r.temperature_degc, r.pressure_pa * 1e-4);
+    flight.extra.insert(SALINITY.into(), all.ctd.iter().map(practical).collect());
+    number_segments(&mut flight, report);
+    let fixes = position::fixes(&lat, &lon);
+    position::place(&mut flight, &unix, &fixes, report);
+    position::dead_reckoning(&mut flight, &unix, &degrees(get("m_lat")), &degrees(get("m_lon")), &fixes);
+    if !get("m_fin").is_empty() {
+        flight.extra.insert("m_fin_rad".into(), get("m_fin").on(&unix));
+    }
+    // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
+    if from_ctd && !steering.is_empty() {
+        let pressure = steering.on(&unix);
+        agree(&flight.pressure_pa, &pressure, report);
+        flight.extra.insert(ENGINEERING_PRESSURE.into(), pressure.iter().map(|p| p * 1e-4).collect());
+    }
+    report.start_unix_s = Some(start_s);
+    Some(flight)
+}
+
+/// Pressure by the steering computer, Pa: its own, else from its depth.
+fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, report: &mut Report) -> Series {
+    if let Some(own) = series.get("m_pressure").filter(|s| !s.is_empty()) {
+        return own.clone();
+    }
+    let Some(depth) = series.get("m_depth").filter(|s| !s.is_empty()) else { return Series::default() };
+    let lat_deg = place.map_or(45.0, |p| p.lat_deg);
+    report.note(format!("no m_pressure: the vehicle's pressure is computed from m_depth by TEOS-10 at {lat_deg:.1} deg"));
+    let (time, pressure): (Vec<f64>, Vec<f64>) = depth.pairs().map(|(t, z)| (t, seawater::pressure_pa(z.max(0.0), lat_deg))).unzip();
+    Series::new(&time, &pressure)
+}
+
+/// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
+fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
+    let minutes = |times: &mut dyn Iterator<Item = f64>| times.map(|t| (t / 60.0) as i64).collect::<std::collections::BTreeSet<_>>().len();
+    let spans: Vec<(u32, (f64, f64))> = all.spans.iter().map(|(k, s)| (*k, *s)).collect();
+    for (segment, span) in spans {
+        let inside = |t: f64| (span.0..=span.1).contains(&t);
+        let own = minutes(&mut steering.pairs().filter(|(t, p)| inside(*t) && *p > UNDER_WATER_PA).map(|(t, _)| t));
+        let ctd = minutes(&mut all.ctd.iter().filter(|r| r.segment == segment && r.pressure_pa > UNDER_WATER_PA).map(|r| r.time_s));
+        if own < 3 || 2 * ctd >= own {
+            continue;
+        }
+        let had = all.ctd.iter().filter(|r| r.segment == segment).count();
+        if had > 0 {
+            let name = report.segments.get(segment as usize).cloned().unwrap_or_default();
+            report.leave_out(format!(
+                "{name}: the CTD ran in {ctd} of {own} minutes under water: its {had} samples give way to the vehicle's own pressure"
+            ));
+            all.ctd.retain(|r| r.segment != segment);
+        }
+        all.ctd.extend(steering.pairs().filter(|(t, _)| inside(*t)).map(|(time_s, pressure_pa)| CtdRow {
+            time_s,
+            segment,
+            pressure_pa,
+            temperature_degc: f64::NAN,
+            conductivity_s_m: f64::NAN,
+        }));
+    }
+}
+
+/// Deeper than this the CTD runs, Pa.
+const UNDER_WATER_PA: f64 = 2e4;
+
+/// Says so where the CTD's pressure and the vehicle's own are of different dives.
+fn agree(ctd: &[f64], own: &[f64], report: &mut Report) {
+    let off: Vec<f64> = ctd.iter().zip(own).map(|(a, b)| (a - b).abs()).collect();
+    let (off, deep) = (crate::record::plausible::quantile(&off, 0.5), crate::record::plausible::quantile(own, 0.9));
+    // Two sensors of one dive differ by less than a few dbar and 3 %.
+    if off > 3e4 + 0.03 * deep {
+        report.leave_out(format!(
+            "CTD and vehicle do not agree: their pressures differ by {:.1} dbar in the middle, the vehicle went to {:.1} dbar; one of them is wrong",
+            off * 1e-4,
+            deep * 1e-4
+        ));
+    }
+}
+
+/// Segment numbers without holes, in the order of time.
+fn number_segments(flight: &mut Flight, report: &mut Report) {
+    let mut seen: Vec<u32> = Vec::new();
+    for s in &mut flight.segment {
+        let k = seen.iter().position(|k| k == s).unwrap_or_else(|| {
+            seen.push(*s);
+            seen.len() - 1
+        });
+        *s = k as u32;
+    }
+    report.segments = seen.iter().filter_map(|k| report.segments.get(*k as usize).cloned()).collect();
+}
+
+/// Slocum positions are ddmm.mmmm; fills such as 69696969 are no positions.
+fn degrees(series: &Series) -> Series {
+    let (time, value): (Vec<f64>, Vec<f64>) =
+        series.pairs().map(|(t, v)| (t, position::degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0 && *v != 0.0).unzip();
+    Series::new(&time, &value)
+}
+
+fn density(row: &CtdRow, place: Option<Place>) -> f64 {
+    let pressure_dbar = row.pressure_pa * 1e-4;
+    let practical = seawater::practical_salinity(row.conductivity_s_m, row.temperature_degc, pressure_dbar);
+    seawater::density_of_water(practical, place, row.temperature_degc, pressure_dbar)
+}

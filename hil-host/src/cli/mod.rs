@@ -9,6 +9,7 @@ use clap::{Parser, Subcommand};
 
 pub mod add;
 pub mod compare;
+pub mod completions;
 pub mod diagnose;
 pub mod export;
 pub mod faults;
@@ -90,6 +91,7 @@ The vehicle and its controller:
   fly                      one flight against the simulated vehicle and sea
   monitor, upload          a board: telemetry, log; tables, settings, missions
   list                     effects, faults, vehicles and missions by name
+  completions              for bash, zsh, fish, elvish, powershell
 
 How good it is:
   paper                    every claim of the source paper beside our number
@@ -150,6 +152,8 @@ enum Command {
     Serve(serve::Args),
     /// Effects, faults, vehicles and missions by name.
     List(list::Args),
+    /// Completions of commands and options for a shell.
+    Completions(completions::Args),
     /// Live telemetry of a board in the terminal.
     Monitor(monitor::Args),
     /// Send a table, configuration or mission to a board.
@@ -198,6 +202,7 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Report(a)) => report::run(a, &output),
         Some(Command::Serve(a)) => serve::run(a, &output),
         Some(Command::List(a)) => list::run(a, &output),
+        Some(Command::Completions(a)) => completions::run(a, &output),
         Some(Command::Monitor(a)) => monitor::run(a, &output),
         Some(Command::Upload(a)) => upload::run(a, &output),
         Some(Command::FetchData(a)) => fetch_data::run(a, &output),
@@ -222,7 +227,7 @@ fn wrong(why: &str, json: bool) -> std::process::ExitCode {
     2.into()
 }
 
-/// The program's command line, for completions.
+/// The program's command line.
 #[must_use]
 pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()

@@ -1,7 +1,7 @@
 //! Flights opened in the workbench: what the model says of them with the
 //! ticked effects on.
 
-use super::{Sorry, Workbench};
+use super::{Sorry, Workbench, dropped};
 use crate::flight::tables::Built;
 use crate::flight::vehicles::Model;
 use crate::flight::{mission_file, next_mission};
@@ -31,14 +31,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct File {
     /// Its name, only for messages and to tell csv from vehicle.
     pub name: String,
-    /// Its content.
+    /// Its content, if it is text.
+    #[serde(default)]
     pub text: String,
+    /// Its content, if it may not be text.
+    #[serde(default)]
+    pub base64: Option<String>,
 }
 
 /// `POST /api/open`.
 #[derive(Debug, Deserialize)]
 pub struct Open {
-    /// Dropped files: one csv and one vehicle file.
+    /// Dropped files: a flight and its vehicle file, or whatever `glider import` reads.
     #[serde(default)]
     pub files: Vec<File>,
     /// Or the number of an offered flight.
@@ -74,6 +78,8 @@ pub struct Opened {
     pub flight: Flight,
     /// Its nominal vehicle.
     pub vehicle: Vehicle,
+    /// What is to be said of how it was read.
+    notes: Vec<String>,
     /// Cleaned and cut.
     pub prepared: Prepared,
     /// Segments the error is read from, as a diagnosis reads it; none: all.
@@ -89,14 +95,15 @@ pub struct Opened {
 }
 
 impl Opened {
-    fn new(id: usize, flight: Flight, vehicle: Vehicle) -> anyhow::Result<Self> {
+    fn new(id: usize, flight: Flight, vehicle: Vehicle, notes: Vec<String>) -> anyhow::Result<Self> {
         let prepared = prepare(&flight, &vehicle);
         if prepared.runs.is_empty() {
             bail!("{}: no stretch of this flight is long enough for the model: {}", flight.name, prepared.notes.join("; "));
         }
         let check = check_segments(&vehicle, &prepared, &mut Vec::new());
         let (floor, found) = (Mutex::default(), Mutex::default());
-        let opened = Self { id, flight, vehicle, prepared, check, floor, found, branch: Mutex::default(), fitted: Mutex::default() };
+        let (branch, fitted) = (Mutex::default(), Mutex::default());
+        let opened = Self { id, flight, vehicle, notes, prepared, check, floor, found, branch, fitted };
         // A flight too short to fit can still be looked at.
         if let Ok(calibrated) = add::add(&opened.flight, &opened.vehicle, &[], &[]) {
             opened.remember(&[], &calibrated.recalibrated, calibrated.branch);
@@ -107,8 +114,9 @@ impl Opened {
 
     fn summary(&self) -> Value {
         let hours = self.prepared.runs.iter().filter_map(|r| Some(r.time_s.last()? - r.time_s.first()?)).sum::<f64>() / 3600.0;
+        let notes = [&self.notes[..], &self.prepared.notes].concat();
         json!({"id": self.id, "name": self.flight.name, "rows": self.flight.len(), "segments": self.prepared.runs.len(), "hours": hours,
-               "speed": self.flight.speed_m_s.is_some(), "vehicle": self.vehicle.name, "notes": self.prepared.notes})
+               "speed": self.flight.speed_m_s.is_some(), "vehicle": self.vehicle.name, "notes": notes})
     }
 
     fn judged(&self, segment: u32) -> bool {
@@ -303,17 +311,17 @@ impl Workbench {
     /// # Errors
     /// What is wrong with the files, and where.
     pub fn open_flight(&self, request: &Open) -> anyhow::Result<Value> {
-        let (flight, vehicle) = match request.listed {
+        let (flight, vehicle, notes) = match request.listed {
             Some(i) => {
                 let path = self.offered.get(i).context("no such flight in the list")?;
                 let beside = discovery::vehicle::beside(path)
                     .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
-                (discovery::record::csv::flight(path)?, discovery::vehicle::read(&beside)?)
+                (discovery::record::csv::flight(path)?, discovery::vehicle::read(&beside)?, Vec::new())
             }
-            None => dropped(&request.files)?,
+            None => dropped::read(&request.files)?,
         };
         let mut open = self.open.lock().map_err(|_| anyhow::anyhow!("an earlier request failed badly; restart `glider serve`"))?;
-        let opened = Arc::new(Opened::new(open.len(), flight, vehicle)?);
+        let opened = Arc::new(Opened::new(open.len(), flight, vehicle, notes)?);
         open.push(opened.clone());
         Ok(opened.summary())
     }
@@ -450,15 +458,4 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
         }
     });
     Ok(Body::from_stream(body).into_response())
-}
-
-fn dropped(files: &[File]) -> anyhow::Result<(Flight, Vehicle)> {
-    let kind = |f: &&File| Path::new(&f.name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let csv =
-        files.iter().find(|f| kind(f) == "csv").context("drop a csv file: flight.csv, together with its vehicle.json or vehicle.toml")?;
-    let vehicle = files.iter().find(|f| matches!(kind(f).as_str(), "json" | "toml"));
-    let vehicle = vehicle.with_context(|| format!("{}: drop its vehicle.json or vehicle.toml together with it", csv.name))?;
-    let name = Path::new(&csv.name).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let flight = discovery::record::csv::parse(&csv.text, Path::new(&csv.name), &name)?;
-    Ok((flight, discovery::vehicle::parse_text(&vehicle.text, Path::new(&vehicle.name))?))
 }

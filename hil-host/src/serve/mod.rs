@@ -20,6 +20,7 @@
 //! | `POST /api/fault`, `POST /api/stop` | act on the flight under way |
 //! | `POST /api/save` | new vehicle file and flight table |
 
+mod dropped;
 pub mod flights;
 pub mod guard;
 pub mod live;

@@ -45,13 +45,14 @@ const Bench = (() => {
 
   // ---- skeleton ---------------------------------------------------------
   const status = el('p', { class: 'say', role: 'status', 'aria-live': 'polite', id: 'status' });
-  const file = el('input', { type: 'file', multiple: true, id: 'file', 'aria-label': 'Flight files: flight.csv and its vehicle file' });
-  const drop = el('div', { class: 'drop', id: 'drop' }, el('p', {}, 'Drop flight.csv and its vehicle file here, or choose them:'), file);
+  const file = el('input', { type: 'file', multiple: true, id: 'file', 'aria-label': 'Flight files: a flight with its vehicle file, or the log files of a glider' });
+  const drop = el('div', { class: 'drop', id: 'drop' }, el('p', {}, 'Drop flight.csv and its vehicle file here, or a glider\u2019s own log files (Slocum, Seaglider, SeaExplorer, NetCDF, csv), or choose them:'), file);
   const listed = el('select', { id: 'listed', 'aria-label': 'Flights named on the command line' });
   const openListed = button('open-listed', 'Open');
   const listedRow = el('div', { class: 'row', hidden: true }, el('label', { for: 'listed' }, 'or'), listed, openListed);
   const opener = el('details', { open: true, id: 'opener' }, el('summary', {}, 'Open a flight'), drop, listedRow);
   const summary = el('p', { class: 'lead', id: 'summary' });
+  const notes = el('details', { id: 'notes', hidden: true });
   // The same four figures, with the same names, as `glider add`, `glider diagnose` and the report.
   const steps = [['nominal', 'as given', 'The vehicle file as it stands.'], ['recalibrated', 'recalibrated', 'Its numbers refitted inside their tolerances, no effect added.'], ['now', 'with the ticked effects', 'The ticked effects and the calibration fitted together.'], ['floor', 'floor', 'What ordinary water motion and sensor noise alone would leave.']]
     .map(([key, label, what], i) => {
@@ -84,7 +85,7 @@ const Bench = (() => {
   root.replaceChildren(
     el('a', { class: 'skip', href: '#flight' }, 'Skip to the flight'),
     el('div', { class: 'bar' }, el('h1', {}, 'Glider workbench'), Glider.themeButton()),
-    el('section', { id: 'flight' }, opener, summary, status), ladder, work, hil, el('footer', {}, 'Nothing leaves this machine.'));
+    el('section', { id: 'flight' }, opener, summary, notes, status), ladder, work, hil, el('footer', {}, 'Nothing leaves this machine.'));
   const figures = [fDepth, fRate, fRes, fCurve, ...fMaps];
   figures.forEach((f) => f.attach());
 
@@ -102,6 +103,8 @@ const Bench = (() => {
     verdict.replaceChildren();
     say(findSay, '');
     summary.textContent = `${f.name}: ${f.rows} rows, ${f.segments} segments, ${fmt(f.hours)} h${f.speed ? ', with speed through the water' : ''}${f.vehicle ? `, vehicle ${f.vehicle}` : ''}.`;
+    notes.hidden = !(f.notes || []).length;
+    notes.replaceChildren(el('summary', {}, `How it was read: ${(f.notes || []).length} notes`), el('ul', {}, ...(f.notes || []).map((n) => el('li', {}, n))));
     if (![...second.options].some((o) => o.value === String(f.id))) second.append(el('option', { value: f.id }, f.name));
     [find, fit, save].forEach((b) => (b.disabled = false));
     [ladder, work].forEach((n) => (n.hidden = false));
@@ -112,13 +115,19 @@ const Bench = (() => {
     if (before.found) showVerdict(before.found);
     document.dispatchEvent(new Event('flight-open'));
   };
+  const base64 = (f) => new Promise((done, failed) => {
+    const reader = new FileReader();
+    reader.onload = () => done(reader.result.slice(reader.result.indexOf(',') + 1));
+    reader.onerror = () => failed(new Error(`${f.name}: cannot be read`));
+    reader.readAsDataURL(f);
+  });
   const open = async (files) => {
     say(status, 'Reading …');
     try {
       const size = [...files].reduce((sum, f) => sum + f.size, 0);
-      if (size > 64e6) throw new Error(`${[...files].map((f) => f.name).join(', ')}: ${fmt(size / 1e6)} MB; the page takes up to 64 MB, use \`glider diagnose --flight\` for more.`);
-      const texts = await Promise.all([...files].map(async (f) => ({ name: f.name, text: await f.text() })));
-      await opened(await json('/api/open', { files: texts }));
+      if (size > 56e6) throw new Error(`${[...files].map((f) => f.name).join(', ')}: ${fmt(size / 1e6)} MB; the page takes up to 56 MB, use \`glider import\` and \`glider diagnose\` for more.`);
+      const sent = await Promise.all([...files].map(async (f) => ({ name: f.name, base64: await base64(f) })));
+      await opened(await json('/api/open', { files: sent }));
       say(status, 'Flight open.', 'good');
     } catch (e) { say(status, e.message, 'bad'); opener.open = true; }
   };

@@ -25,6 +25,8 @@ pub const APART: (f64, f64) = (3.0, 0.01);
 pub const ZERO_M: f64 = 1.5;
 /// One of two depth sensors not believed: on the way home, s.
 pub const UNBACKED_S: f64 = 30.0;
+/// No depth at all: abort, s.
+pub const NO_DEPTH_S: f64 = 10.0;
 /// A depth that does not move though it must: abort, s.
 pub const STUCK_S: f64 = 60.0;
 /// Deeper than the leg by this, m, or this multiple, or deeper than the working depth by this, m: too deep.
@@ -79,6 +81,7 @@ mod tests {
             (law::OPPOSED_S, PITCH_LIE_S),
             (law::STILL_S, PITCH_LIE_S),
             (law::MUST_SHOW_RAD, MUST_SHOW_RAD),
+            (law::NO_DEPTH_S, NO_DEPTH_S),
             (law::STUCK_S, STUCK_S),
             (law::HEADING_LOST_S, HEADING_LOST_S),
             (law::APART_S, APART_S),

@@ -371,11 +371,16 @@ pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> 
     let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
     let setup = Setup { config: worlds::config(&mission), ..Setup::new(mission) };
     let config = setup.config.clone();
+    let twin = match case.water {
+        Water::Shallow | Water::Edge => Twin::if_needed(case)?,
+        Water::Alone | Water::Drawn => Twin::for_budget(case)?,
+    };
     // Random missions owe the global rules only.
-    let random = matches!(case.water, Water::Drawn | Water::Alone);
-    let twin = if random { Twin::for_budget(case)? } else { Twin::if_needed(case)? };
-    let owed = match case.faults.as_slice() {
-        [fault] if !random => expect::expect(fault, &config, &twin.as_ref().map_or(Ahead::NOTHING, |t| t.ahead(fault))),
+    let owed = match (case.faults.as_slice(), case.water) {
+        ([fault], Water::Alone) => expect::alone(fault),
+        ([fault], Water::Shallow | Water::Edge) => {
+            expect::expect(fault, &config, &twin.as_ref().map_or(Ahead::NOTHING, |t| t.ahead(fault)))
+        }
         _ => None,
     };
     let mut means = Means::of(case, twin.as_ref())?;

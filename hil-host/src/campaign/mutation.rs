@@ -3,11 +3,27 @@
 //!
 //! The broken law is that of the whole process: nothing else may fly meanwhile.
 
-use super::lattice::Case;
+use super::lattice::{Case, Water, cases, spread};
 use super::{Verdict, run};
 use control::mutant::{Mutant, Watch, set};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+
+/// The missions that a law broken like this is tried on, in order: single faults that the watch is there for, the only depth
+/// sensor, pairs with such a fault, and `wanted` of the rest of the lattice, spread over it.
+fn missions(watch: Watch, wanted: usize) -> Vec<Case> {
+    let text = meant_for(watch);
+    let rank = |c: &Case| match (c.name().contains(text), c.faults.len(), c.water) {
+        (true, 1, _) => 0,
+        (_, _, Water::Alone) => 1,
+        (true, ..) => 2,
+        _ => 3,
+    };
+    let (rest, mut order): (Vec<Case>, Vec<Case>) = cases().into_iter().partition(|c| rank(c) == 3);
+    order.sort_by_key(rank);
+    order.extend(spread(rest, wanted));
+    order
+}
 
 /// Missions flown before it is asked whether one of them noticed.
 const BATCH: usize = 48;
@@ -40,9 +56,9 @@ const fn meant_for(watch: Watch) -> &'static str {
         W::Vacuum => "hull:vacuum_loss",
         W::Volts => "power:undervoltage",
         W::Charge => "power:low_charge",
-        W::NoDepth | W::BlindWeight => "depth2:off",
-        W::Unbacked => "depth:off",
-        W::DepthsApart => "depth:bias",
+        W::NoDepth | W::Unbacked => "depth:off",
+        W::BlindWeight => "depth2:off",
+        W::DepthsApart => "depth:flip",
         W::DepthLeaps | W::AfloatLie | W::DoubtEndsDive | W::DoubtSurfaces => "depth:drift",
         W::OverDepth | W::AtRisk | W::SinksOn => "vehicle:",
         W::DepthStuck => "depth:stuck",
@@ -62,34 +78,25 @@ const fn meant_for(watch: Watch) -> &'static str {
     }
 }
 
-/// Flies the cases with the law broken like this until one notices.
+/// Flies missions with the law broken like this until one notices; one that is wrong with the law as it is tells nothing.
 ///
 /// # Errors
 /// A world cannot be, or the controller does not answer.
-pub fn trial(mutant: Mutant, cases: &[Case]) -> anyhow::Result<Trial> {
+pub fn trial(mutant: Mutant, wanted: usize) -> anyhow::Result<Trial> {
     let (Mutant::Blind(watch) | Mutant::Slow(watch)) = mutant;
-    let text = meant_for(watch);
-    // Singles first, then what the watch is there for, then all the rest.
-    let mut order: Vec<&Case> = cases.iter().collect();
-    order.sort_by_key(|c| (!c.name().contains(text), c.faults.len()));
     let mut trial = Trial { mutant, flown: 0, caught_by: None };
-    set(Some(mutant));
-    for batch in order.chunks(BATCH) {
-        let verdicts = batch.par_iter().map(|c| run(c)).collect::<anyhow::Result<Vec<Verdict>>>();
-        let verdicts = match verdicts {
-            Ok(verdicts) => verdicts,
-            Err(e) => {
-                set(None);
-                return Err(e);
-            }
-        };
+    for batch in missions(watch, wanted).chunks(BATCH) {
+        set(Some(mutant));
+        let verdicts = batch.par_iter().map(run).collect::<anyhow::Result<Vec<Verdict>>>();
+        set(None);
         trial.flown += batch.len();
-        if let Some(v) = verdicts.iter().find(|v| v.wrong()) {
-            let why = v.broken.iter().copied().chain(v.unmet).collect::<Vec<_>>().join(", ");
-            trial.caught_by = Some((format!("{:?} {:?} {}", v.case.water, v.case.wings, v.case.name()), why));
-            break;
+        for v in verdicts?.iter().filter(|v| v.wrong()) {
+            if !run(&v.case)?.wrong() {
+                let why = v.broken.iter().copied().chain(v.unmet).collect::<Vec<_>>().join(", ");
+                trial.caught_by = Some((format!("{:?} {:?} {}", v.case.water, v.case.wings, v.case.name()), why));
+                return Ok(trial);
+            }
         }
     }
-    set(None);
     Ok(trial)
 }

@@ -45,7 +45,8 @@ pub struct Args {
     /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
     #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample"])]
     healthy: Option<u64>,
-    /// Break the law instead, one watch at a time, and count how often the campaign notices; --sample: missions for each.
+    /// Break the law instead, one watch at a time, and count how often the campaign notices; --sample: missions for each besides those
+    /// with the faults that the watch is there for [default: 1000].
     #[arg(long, conflicts_with_all = ["only", "healthy"])]
     mutation: bool,
     /// Print every case that is not as it should be.
@@ -181,18 +182,15 @@ fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 /// Breaks one watch after the other.
 fn mutation(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let started = Instant::now();
-    let chosen = spread(cases(), args.sample.unwrap_or(4000));
-    let sound = chosen.par_iter().map(campaign::run).collect::<anyhow::Result<Vec<_>>>()?;
-    // A mission that is wrong with the law as it is tells nothing.
-    let chosen: Vec<Case> = sound.into_iter().filter(|v| !v.wrong()).map(|v| v.case).collect();
+    let wanted = args.sample.unwrap_or(1000);
     let mutants: Vec<Mutant> = Mutant::all().collect();
     let bar = bar(mutants.len() as u64, "broken laws");
     let trials =
-        mutants.iter().progress_with(bar.clone()).map(|m| campaign::mutation::trial(*m, &chosen)).collect::<anyhow::Result<Vec<_>>>()?;
+        mutants.iter().progress_with(bar.clone()).map(|m| campaign::mutation::trial(*m, wanted)).collect::<anyhow::Result<Vec<_>>>()?;
     bar.finish_and_clear();
     let caught = trials.iter().filter(|t| t.caught_by.is_some()).count();
     let score = caught as f64 / trials.len() as f64;
-    let document = json!({ "broken_laws": trials.len(), "caught": caught, "score": (score * 1e3).round() / 1e3, "missions_each": chosen.len(),
+    let document = json!({ "broken_laws": trials.len(), "caught": caught, "score": (score * 1e3).round() / 1e3, "missions_of_the_rest": wanted,
         "wall_s": started.elapsed().as_secs_f64().round(), "trials": trials.iter().map(campaign::mutation::Trial::document).collect::<Vec<_>>() });
     if let Some(path) = &args.out {
         std::fs::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;

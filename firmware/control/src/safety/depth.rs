@@ -6,7 +6,7 @@ use crate::mutant::Watch as Of;
 use signals::{Abort, Flags};
 
 /// Without a depth: abort after this, s — two cycles, so that one lost reading changes nothing (bound 10 s).
-const ABORT_AFTER_S: f32 = 8.0;
+pub const NO_DEPTH_S: f32 = 8.0;
 /// Two depths apart for this long, s.
 pub const APART_S: f32 = 20.0;
 /// Too deep: this far below the working depth, m.
@@ -50,7 +50,7 @@ impl DepthWatch {
         let seen = w.seen;
         if seen.depth_age_s > 0.0 {
             v.flag(Flags::DEPTH_PROJECTED);
-            if seen.depth_age_s >= Of::NoDepth.after(ABORT_AFTER_S) && Of::NoDepth.looks() {
+            if seen.depth_age_s >= Of::NoDepth.after(NO_DEPTH_S) && Of::NoDepth.looks() {
                 // Where nothing at all answers it is not one sensor that is gone.
                 v.cause(if seen.silent { Abort::LinkLost } else { Abort::SensorDepth });
             }

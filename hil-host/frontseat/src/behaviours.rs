@@ -4,6 +4,7 @@
 //! moved by the pitch error once per cycle, outside a dead band (public default 3°).
 
 use crate::mission::{Behaviour, LINK, Read};
+use crate::science::Write;
 use crate::sensors::Measured;
 use signals::ActuatorCommand;
 
@@ -129,6 +130,20 @@ impl FlightComputer {
             afloat_s: 0.0,
             ordered: [motors.pump_cc.0, 0.0, 0.0],
             weight: false,
+        }
+    }
+
+    /// Takes what the board wrote.
+    pub fn obey(&mut self, writes: &[Write]) {
+        for write in writes {
+            match *write {
+                Write::Parameter(number, value) => {
+                    if let Some(p) = self.parameters.get_mut(number) {
+                        *p = value;
+                    }
+                }
+                Write::Mode(mask, value) => self.mode = self.mode & !mask | value & mask,
+            }
         }
     }
 

@@ -9,7 +9,7 @@ use crate::behaviours::{Doing, FlightComputer, Motors};
 use crate::board::{self, Board, Flown};
 use crate::mission;
 use crate::mission::Pilot;
-use crate::science::{LAG_S, Science, Write};
+use crate::science::{LAG_S, Science};
 use crate::sensors::{Measured, updated};
 use crate::wire::{Damage, Wire};
 use crate::{CYCLE_S, Switches};
@@ -247,16 +247,7 @@ pub fn fly(world: &mut World, board: &mut dyn Backseat, setup: &Setup) -> anyhow
             }
         }
         if now_s >= next_cycle_s {
-            for write in science.due_in_flight(now_s) {
-                match write {
-                    Write::Parameter(number, value) => {
-                        if let Some(p) = computer.parameters.get_mut(number) {
-                            *p = value;
-                        }
-                    }
-                    Write::Mode(mask, value) => computer.mode = computer.mode & !mask | value & mask,
-                }
-            }
+            computer.obey(&science.due_in_flight(now_s));
             let frame = world.sense();
             let truth = world.truth();
             way.take(&truth);

@@ -48,8 +48,8 @@ pub fn abort_depth_m(working_depth_m: f32) -> f32 {
 /// The mission file. `no_comms_s`: without word from shore for so long the mission ends at the surface.
 #[must_use]
 pub fn text(mission: &Mission, pilot: Pilot, working_depth_m: f32, no_comms_s: u32) -> String {
-    let leg = mission.legs.first().copied().unwrap_or_default();
-    let (own_turn, abort_m) = (own_turn_m(mission).min(abort_depth_m(working_depth_m) - 1.5), abort_depth_m(working_depth_m));
+    let abort_m = abort_depth_m(working_depth_m);
+    let own_turn = own_turn_m(mission).min(abort_m - 1.5);
     let head = format!(
         "# made by glider {version}: {what}\n\
          # Safe by itself: own turn at {own_turn} m, abort at {abort_m} m, home without comms after {no_comms_s} s.\n\
@@ -61,14 +61,32 @@ pub fn text(mission: &Mission, pilot: Pilot, working_depth_m: f32, no_comms_s: u
             Pilot::Own => "the glider's own servo flies",
         },
     );
-    let start = "\
-         # Until the board writes, the vehicle floats.\n\
-         sensor: u_mission_param_a(X) 1000\n\
-         sensor: u_mission_param_b(X) 0\n\
-         sensor: u_mission_param_c(X) 0\n\
-         sensor: u_mission_param_d(X) 10\n\
-         sensor: u_mission_param_e(X) 2\n";
-    let safety = format!(
+    let safety = safety(mission, abort_m, no_comms_s);
+    match pilot {
+        Pilot::Backseat => [head.as_str(), START, &safety, &surfaces_by_bits(), EXTCTL, &linked_yo()].concat(),
+        Pilot::Own => [head, safety, own_yo(mission)].concat(),
+    }
+}
+
+/// Start values.
+const START: &str = "\
+    # Until the board writes, the vehicle floats.\n\
+    sensor: u_mission_param_a(X) 1000\n\
+    sensor: u_mission_param_b(X) 0\n\
+    sensor: u_mission_param_c(X) 0\n\
+    sensor: u_mission_param_d(X) 10\n\
+    sensor: u_mission_param_e(X) 2\n";
+
+/// The program at the backseat's line.
+const EXTCTL: &str = "\
+    behavior: sample  # the program at the backseat's line, always on\n\
+    \x20   b_arg: sensor_type(enum) 90\n\
+    \x20   b_arg: state_to_sample(enum) 15\n\
+    \x20   b_arg: intersample_time(sec) 0\n";
+
+/// What brings the vehicle up whatever the board does.
+fn safety(mission: &Mission, abort_m: f32, no_comms_s: u32) -> String {
+    format!(
         "behavior: abend\n\
          \x20   b_arg: overdepth(m) {abort_m}\n\
          \x20   b_arg: samedepth_for(sec) 1800\n\
@@ -84,7 +102,11 @@ pub fn text(mission: &Mission, pilot: Pilot, working_depth_m: f32, no_comms_s: u
          \x20   b_arg: when_secs(sec) {no_comms_s}\n\
          \x20   b_arg: end_action(enum) 0\n",
         overtime = mission.max_duration_s.saturating_add(600),
-    );
+    )
+}
+
+/// Surfacings that the board asks for.
+fn surfaces_by_bits() -> String {
     let bit = |bit: u32, end_action: u8, what: &str| {
         format!(
             "behavior: surface  # {what}\n\
@@ -93,74 +115,69 @@ pub fn text(mission: &Mission, pilot: Pilot, working_depth_m: f32, no_comms_s: u
              \x20   b_arg: end_action(enum) {end_action}\n"
         )
     };
-    let by_bits = [
+    [
         bit(bits::EMERGENCY, 0, "the board's emergency"),
         bit(bits::FINISH, 0, "the board's mission is over"),
         bit(bits::COMMS, 2, "the board wants fix and shore"),
     ]
-    .concat();
-    match pilot {
-        Pilot::Backseat => {
-            let yo = format!(
-                "behavior: yo\n\
-                 \x20   b_arg: start_when(enum) 2\n\
-                 \x20   b_arg: num_half_cycles_to_do(nodim) -1\n\
-                 \x20   b_arg: d_target_depth(m) {d}\n\
-                 \x20   b_arg: d_use_bpump(enum) 2\n\
-                 \x20   b_arg: d_bpump_value(X) {a}\n\
-                 \x20   b_arg: d_use_pitch(enum) 1\n\
-                 \x20   b_arg: d_pitch_value(X) {b}\n\
-                 \x20   b_arg: d_stop_when_hover_for(sec) 300\n\
-                 \x20   b_arg: c_target_depth(m) {e}\n\
-                 \x20   b_arg: c_use_bpump(enum) 2\n\
-                 \x20   b_arg: c_bpump_value(X) {ALL_CC}\n\
-                 \x20   b_arg: c_use_pitch(enum) 3\n\
-                 \x20   b_arg: c_pitch_value(X) {OWN_PITCH_RAD}\n\
-                 \x20   b_arg: c_stop_when_hover_for(sec) 300\n\
-                 behavior: set_heading\n\
-                 \x20   b_arg: use_heading(enum) 4\n\
-                 \x20   b_arg: heading_value(X) {c}\n",
-                a = LINK,
-                b = LINK + 1.0,
-                c = LINK + 2.0,
-                d = LINK + 3.0,
-                e = LINK + 4.0,
-            );
-            // The linked depth is bounded by the file itself: abend stands below it.
-            let extctl = "\
-                behavior: sample  # the program at the backseat's line, always on\n\
-                \x20   b_arg: sensor_type(enum) 90\n\
-                \x20   b_arg: state_to_sample(enum) 15\n\
-                \x20   b_arg: intersample_time(sec) 0\n";
-            [&head, start, &safety, &by_bits, extctl, &yo].map(String::from).concat()
-        }
-        Pilot::Own => {
-            let cc = f64::from(leg.ballast_m3) * 1e6;
-            let yo = format!(
-                "behavior: yo\n\
-                 \x20   b_arg: start_when(enum) 2\n\
-                 \x20   b_arg: num_half_cycles_to_do(nodim) {half}\n\
-                 \x20   b_arg: d_target_depth(m) {deep}\n\
-                 \x20   b_arg: d_use_bpump(enum) 2\n\
-                 \x20   b_arg: d_bpump_value(X) -{cc:.1}\n\
-                 \x20   b_arg: d_use_pitch(enum) 3\n\
-                 \x20   b_arg: d_pitch_value(X) -{OWN_PITCH_RAD}\n\
-                 \x20   b_arg: c_target_depth(m) {shallow}\n\
-                 \x20   b_arg: c_use_bpump(enum) 2\n\
-                 \x20   b_arg: c_bpump_value(X) {cc:.1}\n\
-                 \x20   b_arg: c_use_pitch(enum) 3\n\
-                 \x20   b_arg: c_pitch_value(X) {OWN_PITCH_RAD}\n\
-                 behavior: set_heading\n\
-                 \x20   b_arg: use_heading(enum) 1\n\
-                 \x20   b_arg: heading_value(X) {heading}\n",
-                half = 2 * u32::from(leg.dives),
-                deep = leg.depth_max_m,
-                shallow = leg.depth_min_m.max(2.0),
-                heading = leg.heading_rad,
-            );
-            [head, safety, yo].concat()
-        }
-    }
+    .concat()
+}
+
+/// The dive is the board's, the climb the glider's. The linked depth is bounded by the file itself: abend stands above it.
+fn linked_yo() -> String {
+    format!(
+        "behavior: yo\n\
+         \x20   b_arg: start_when(enum) 2\n\
+         \x20   b_arg: num_half_cycles_to_do(nodim) -1\n\
+         \x20   b_arg: d_target_depth(m) {d}\n\
+         \x20   b_arg: d_use_bpump(enum) 2\n\
+         \x20   b_arg: d_bpump_value(X) {a}\n\
+         \x20   b_arg: d_use_pitch(enum) 1\n\
+         \x20   b_arg: d_pitch_value(X) {b}\n\
+         \x20   b_arg: d_stop_when_hover_for(sec) 300\n\
+         \x20   b_arg: c_target_depth(m) {e}\n\
+         \x20   b_arg: c_use_bpump(enum) 2\n\
+         \x20   b_arg: c_bpump_value(X) {ALL_CC}\n\
+         \x20   b_arg: c_use_pitch(enum) 3\n\
+         \x20   b_arg: c_pitch_value(X) {OWN_PITCH_RAD}\n\
+         \x20   b_arg: c_stop_when_hover_for(sec) 300\n\
+         behavior: set_heading\n\
+         \x20   b_arg: use_heading(enum) 4\n\
+         \x20   b_arg: heading_value(X) {c}\n",
+        a = LINK,
+        b = LINK + 1.0,
+        c = LINK + 2.0,
+        d = LINK + 3.0,
+        e = LINK + 4.0,
+    )
+}
+
+/// The first leg's depths and pump, with the glider's own servo.
+fn own_yo(mission: &Mission) -> String {
+    let leg = mission.legs.first().copied().unwrap_or_default();
+    let cc = f64::from(leg.ballast_m3) * 1e6;
+    format!(
+        "behavior: yo\n\
+         \x20   b_arg: start_when(enum) 2\n\
+         \x20   b_arg: num_half_cycles_to_do(nodim) {half}\n\
+         \x20   b_arg: d_target_depth(m) {deep}\n\
+         \x20   b_arg: d_use_bpump(enum) 2\n\
+         \x20   b_arg: d_bpump_value(X) -{cc:.1}\n\
+         \x20   b_arg: d_use_pitch(enum) 3\n\
+         \x20   b_arg: d_pitch_value(X) -{OWN_PITCH_RAD}\n\
+         \x20   b_arg: c_target_depth(m) {shallow}\n\
+         \x20   b_arg: c_use_bpump(enum) 2\n\
+         \x20   b_arg: c_bpump_value(X) {cc:.1}\n\
+         \x20   b_arg: c_use_pitch(enum) 3\n\
+         \x20   b_arg: c_pitch_value(X) {OWN_PITCH_RAD}\n\
+         behavior: set_heading\n\
+         \x20   b_arg: use_heading(enum) 1\n\
+         \x20   b_arg: heading_value(X) {heading}\n",
+        half = 2 * u32::from(leg.dives),
+        deep = leg.depth_max_m,
+        shallow = leg.depth_min_m.max(2.0),
+        heading = leg.heading_rad,
+    )
 }
 
 /// A behaviour and its arguments.

@@ -50,7 +50,7 @@ fn shout(link: &mut Link<Port>, bytes: &[u8]) {
 
 #[test]
 #[ignore = "needs a board; set GLIDER_PORT"]
-fn hil_board_flies_both_wing_sets_to_the_bit_like_the_controller_on_this_computer() {
+fn hil_board_flies_both_wing_sets_to_the_bit_like_this_computer() {
     let (name, _line) = port();
     for wings in [Wings::Standard, Wings::LowAspectRatio] {
         let mission = Mission { wings, ..mission_file::built_in("shallow").unwrap() };
@@ -68,7 +68,7 @@ fn hil_board_flies_both_wing_sets_to_the_bit_like_the_controller_on_this_compute
 
 #[test]
 #[ignore = "needs a board; set GLIDER_PORT"]
-fn hil_board_answers_like_the_session_on_the_host_and_counts_what_is_damaged() {
+fn hil_board_answers_like_the_session_on_the_host() {
     let (name, _line) = port();
     let mut link = board(&name);
     let before = counters(&mut link);
@@ -172,7 +172,7 @@ fn hil_board_aborts_for_a_leak_and_leaves_safe_only_when_recovered() {
 
 #[test]
 #[ignore = "needs a board; set GLIDER_PORT"]
-fn hil_board_ends_a_sample_of_the_fault_campaign_as_the_controller_on_this_computer() {
+fn hil_board_ends_a_sample_of_the_fault_campaign_as_this_computer() {
     let (name, _line) = port();
     drop(board(&name));
     let choice = Choice::Port(name);

@@ -7,7 +7,7 @@ use hil_host::seats::{Choice, qemu};
 use plant::faults::Kind;
 
 #[test]
-fn hil_a_sample_of_the_fault_campaign_ends_alike_in_process_and_in_the_image() {
+fn hil_fault_campaign_ends_alike_in_process_and_in_the_image() {
     if !qemu::is_installed() {
         println!("skipped: no qemu-system-arm on this machine (scripts/setup-target installs it)");
         return;

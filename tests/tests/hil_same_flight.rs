@@ -27,7 +27,7 @@ fn image_in_qemu() -> bool {
 }
 
 #[test]
-fn hil_the_actuator_stream_is_the_same_to_the_bit_in_process_through_a_pty_and_in_qemu() {
+fn hil_the_actuator_stream_is_the_same_in_process_pty_and_qemu() {
     for wings in [Wings::Standard, Wings::LowAspectRatio] {
         let direct = flown(&Choice::InProcess, wings, "shallow");
         assert_eq!((direct.end, direct.dives), (End::Done, 4));

@@ -186,7 +186,7 @@ fn what_was_uploaded_in_between_is_noticed_and_not_flown() {
 }
 
 #[test]
-fn a_configuration_beyond_the_limits_of_the_vehicle_is_refused_by_the_board() {
+fn a_configuration_beyond_the_vehicles_limits_is_refused_by_the_board() {
     let mut link = Link::new(InProcess::default());
     link.hello().unwrap();
     let settings = Settings { crush_depth_m: 9000.0, undervoltage_v: 0.0, no_comms_s: u32::MAX, ..Settings::default() };

@@ -51,6 +51,7 @@ fn is_of(problem: &Problem, fit: &Fit) -> bool {
 /// Asks every family beside each of these fits; of each, best first. A stranger that could reach the log Bayes factor that decides
 /// there (the number beside the fit) is fitted, not only tried.
 #[must_use]
+#[allow(clippy::too_many_lines, reason = "waits to be split by family")]
 pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
     debug_assert!(beside.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
     let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();

@@ -319,6 +319,7 @@ fn equivalent_to(first: &Candidate, candidates: &[Candidate]) -> Vec<Vec<&'stati
     std::iter::once(first.effects.clone()).chain(others.take(2).map(|c| c.effects.clone())).collect()
 }
 
+#[allow(clippy::too_many_lines, reason = "waits to be split")]
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &Found, check: &[u32], mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness, used_up } = found;
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));

@@ -251,6 +251,7 @@ pub fn fit_from(problem: &Problem, start: &State, effort: Effort) -> Fit {
 
 /// Fits the calibration and the effects of `start`.
 #[must_use]
+#[allow(clippy::too_many_lines, reason = "waits to be split: unknowns, steps, errors")]
 pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort) -> Fit {
     let free = free_numbers(problem, &start.effects);
     let wave_columns = start.wave.as_ref().map_or_else(Vec::new, |w| problem.wave_columns(&w.kind));

@@ -194,7 +194,7 @@ fn a_flight_goes_on_when_its_page_is_closed() {
     assert!(status == 400 && text.contains("under way"), "{status} {text}");
     s.is_up();
     let log = s.folder.join("logs").join("standard-shallow-1");
-    assert!(log.join("flight.csv").exists());
+    assert!(log.join("flight.csv.unfinished").exists() && !log.join("flight.csv").exists());
     // Called home from a second page; the vehicle ends at the surface and its log says so.
     let (status, text) = s.post("/api/stop", "");
     assert!(status == 200, "{text}");
@@ -209,6 +209,10 @@ fn a_flight_goes_on_when_its_page_is_closed() {
         }
     };
     assert!(summary.contains("safe: Operator"), "{summary}");
+    // The summary stands in the vehicle file a moment before the rows get their name.
+    while !log.join("flight.csv").exists() && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(20));
+    }
     let rows = std::fs::read_to_string(log.join("flight.csv")).expect("the log is kept").lines().count();
     assert!(rows > 10, "{rows} rows");
     // The sky is free again.

@@ -68,6 +68,9 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if let Some(path) = &args.out {
+        crate::whole_file::may_write(path, &[], &["json"], output.force)?;
+    }
     if let Some(n) = args.healthy {
         return healthy(n, args, output);
     }
@@ -155,7 +158,7 @@ fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let document = json!({ "missions": n, "not_flown_to_the_end": failed.len(), "ends": ends, "wall_s": started.elapsed().as_secs_f64().round(),
         "failed": failed.iter().map(|f| f.document()).collect::<Vec<_>>() });
     if let Some(path) = &args.out {
-        std::fs::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
+        crate::whole_file::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
     }
     output.emit(&document, || {
         println!(
@@ -193,7 +196,7 @@ fn mutation(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let document = json!({ "broken_laws": trials.len(), "caught": caught, "score": (score * 1e3).round() / 1e3, "missions_of_the_rest": wanted,
         "wall_s": started.elapsed().as_secs_f64().round(), "trials": trials.iter().map(campaign::mutation::Trial::document).collect::<Vec<_>>() });
     if let Some(path) = &args.out {
-        std::fs::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
+        crate::whole_file::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
     }
     output.emit(&document, || {
         for t in &trials {

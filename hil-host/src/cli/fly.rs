@@ -129,10 +129,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     };
     let out = match watched(&mut world, &mut *seat, &setup, recorder.as_mut()) {
         Ok(out) => out,
-        Err(e) => {
-            let kept = recorder.map(|r| r.kept()).unwrap_or_default();
-            bail!("{e}{kept}");
-        }
+        Err(e) => return Err(recorder.map_or(anyhow!("{e}"), |r| r.cut_short(anyhow!("{e}")))),
     };
     let mut document = summary(&out, &world, args, &mission, &seat.describe());
     if let (Some(before), Some(path)) = (&before, &args.beside) {

@@ -10,7 +10,11 @@
 //! | `events.csv` | phase changes, aborts, faults, degradations, with their time |
 //! | `mission.toml` | the mission as flown |
 //!
-//! Every row goes to disk at once: a flight that is cut keeps all it had.
+//! Every row goes to disk at once: a flight that is cut keeps all it had. While
+//! it flies, rows and events stand in `flight.csv.unfinished` and
+//! `events.csv.unfinished`; the end of the flight gives them their names. A
+//! killed program leaves these journals, which no tool takes for a flight
+//! unless they are named.
 //!
 //! Segments: the format's segment starts and ends floating at the surface. A
 //! mission that turns at depth without surfacing has its dive cycles as
@@ -18,6 +22,7 @@
 //! then count from the launch point of the last dive from the surface.
 
 use anyhow::Context;
+use discovery::record::csv::UNFINISHED;
 use serde_json::{Value, json};
 use signals::{Abort, Answer, Phase};
 use std::fs::File;
@@ -135,6 +140,15 @@ pub enum SegmentStart {
     Moving,
 }
 
+/// Rows and events of a finished flight.
+const ROWS: &str = "flight.csv";
+const EVENTS: &str = "events.csv";
+
+/// The name of a file of a flight that is not over.
+fn unfinished(name: &str) -> String {
+    format!("{name}{UNFINISHED}")
+}
+
 /// A flight log being written.
 pub struct Writer {
     directory: PathBuf,
@@ -156,16 +170,19 @@ impl Writer {
     pub fn create(directory: &Path, vehicle: Value, mission_toml: &str) -> anyhow::Result<Self> {
         let at = |name: &str| directory.join(name);
         anyhow::ensure!(
-            !at("flight.csv").exists(),
+            !(at(ROWS).exists() || at(&unfinished(ROWS)).exists()),
             "{}: a flight is there already; name another --log directory (a flight is never overwritten)",
             directory.display()
         );
         std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot create this log directory", directory.display()))?;
-        let create = |name: &str| File::create(at(name)).with_context(|| format!("{}: cannot write", at(name).display()));
-        let mut csv = create("flight.csv")?;
+        let create = |name: &str| {
+            let path = at(&unfinished(name));
+            File::create(&path).with_context(|| format!("{}: cannot write", path.display()))
+        };
+        let mut csv = create(ROWS)?;
         let header: Vec<&str> = FORMAT_COLUMNS.iter().copied().chain(EXTRA_COLUMNS.iter().map(|c| c.0)).collect();
         writeln!(csv, "{}", header.join(","))?;
-        let mut events = create("events.csv")?;
+        let mut events = create(EVENTS)?;
         writeln!(events, "time_s,event,detail")?;
         crate::whole_file::write(at("mission.toml"), mission_toml)
             .with_context(|| format!("{}: cannot write", at("mission.toml").display()))?;
@@ -302,6 +319,13 @@ impl Writer {
             v.insert("flight".to_owned(), summary);
         }
         self.write_vehicle()?;
+        // The rows last: what has the name of a flight is a finished one.
+        for (file, name) in [(&self.events, EVENTS), (&self.csv, ROWS)] {
+            let (from, to) = (self.directory.join(unfinished(name)), self.directory.join(name));
+            file.sync_all()
+                .and_then(|()| std::fs::rename(from, &to))
+                .with_context(|| format!("{}: cannot finish the flight log", to.display()))?;
+        }
         Ok(self.directory)
     }
 

@@ -3,12 +3,13 @@
 use super::log::{Measured, SegmentStart, Truth, Writer};
 use crate::flight::cycle::Cycle;
 use crate::flight::{mission_file, worlds};
+use anyhow::anyhow;
 use plant::World;
 use plant::ocean::GRAVITY_M_S2;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
-use serde_json::Value;
+use serde_json::{Value, json};
 use signals::{Mission, Reading};
 use std::path::Path;
 
@@ -100,10 +101,14 @@ impl Recorder {
         self.writer.push(&measured, cycle.answer, &truth)
     }
 
-    /// Says what an interrupted flight left behind.
+    /// Closes the log of a flight that `error` cut short, and says so with the error and in the vehicle file.
     #[must_use]
-    pub fn kept(&self) -> String {
-        format!("; the {} cycles flown so far are kept in {}", self.writer.rows(), self.writer.directory().display())
+    pub fn cut_short(self, error: anyhow::Error) -> anyhow::Error {
+        let (rows, folder) = (self.writer.rows(), self.writer.directory().display().to_string());
+        match self.writer.finish(json!({ "end": format!("cut short: {error:#}") })) {
+            Ok(_) => anyhow!("{error:#}; the {rows} cycles flown so far are kept in {folder}"),
+            Err(unwritten) => anyhow!("{error:#}; {unwritten:#}"),
+        }
     }
 
     /// Closes the log with the flight's summary.

@@ -254,8 +254,11 @@ fn one_pass(world: &mut World, seat: &mut dyn Seat, setup: &Setup, log: &Path, l
             sent = Instant::now();
         }
         recorder.push(cycle)
-    })
-    .map_err(|e| anyhow!("{e}; the log up to here is kept in {}", log.display()))?;
+    });
+    let out = match out {
+        Ok(out) => out,
+        Err(e) => return Err(recorder.cut_short(anyhow!("{e}"))),
+    };
     lines.send(&json!({"rows": rows, "seat": seat_name}));
     let summary = json!({
         "end": out.end.to_string(), "dives": out.dives, "distance_m": out.distance_m, "achieved_l_over_d": out.achieved_l_over_d(),

@@ -119,6 +119,9 @@ pub const NAMES: &[(&str, Channel, f64)] = &[
     ("U_dvl_m_s", Channel::Speed, 1.0),
 ];
 
+/// What the names of a flight's files end in while it flies.
+pub const UNFINISHED: &str = ".unfinished";
+
 /// The csv file of `path`: itself, or `flight.csv` (else the only csv) of a directory.
 ///
 /// # Errors
@@ -132,6 +135,11 @@ pub fn csv_of(path: &Path) -> Result<PathBuf, ReadError> {
         return Ok(named);
     }
     let file_error = |why: String| ReadError::File { path: path.to_path_buf(), why };
+    let journal = path.join(format!("flight.csv{UNFINISHED}"));
+    if journal.is_file() {
+        let why = format!("this flight is not finished (still flying, or killed); for the rows it has, name {}", journal.display());
+        return Err(file_error(why));
+    }
     let mut found: Vec<PathBuf> = std::fs::read_dir(path)
         .map_err(|e| file_error(e.to_string()))?
         .filter_map(|e| e.ok().map(|e| e.path()))

@@ -129,7 +129,7 @@ pub fn fly_wings(wings: Wings, choice: &Choice, out: &Path, progress: &mut dyn F
     });
     let outcome = match flown {
         Ok(outcome) => outcome,
-        Err(e) => anyhow::bail!("{e}{}", recorder.kept()),
+        Err(e) => return Err(recorder.cut_short(anyhow!("{e}"))),
     };
     recorder.finish(
         json!({ "wings": wings_name(wings), "end": outcome.end.to_string(), "actuator_hash": format!("{:016x}", outcome.actuator_hash) }),

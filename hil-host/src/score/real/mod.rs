@@ -121,8 +121,8 @@ pub fn ready(root: &Path, data: &Data, wanted: &dyn Fn(&Entry) -> bool, missing:
 fn write(folder: &Path, flight: &Flight, vehicle: &Value) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot create the folder", folder.display()))?;
     let csv = folder.join("flight.csv");
-    let file = std::fs::File::create(&csv).with_context(|| format!("{}: cannot write", csv.display()))?;
-    export::csv::write(flight, file)?;
+    crate::whole_file::through(&csv, |file| export::csv::write(flight, file))
+        .with_context(|| format!("{}: cannot write", csv.display()))?;
     let path = folder.join("vehicle.json");
     crate::whole_file::write(&path, format!("{vehicle:#}\n")).with_context(|| format!("{}: cannot write", path.display()))
 }

@@ -26,6 +26,7 @@
 #![allow(clippy::disallowed_methods)] // host only: nothing here runs on the target
 
 pub mod actuators;
+mod bounds;
 mod dynamics;
 pub mod effects;
 pub mod faults;

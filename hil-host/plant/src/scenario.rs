@@ -85,9 +85,10 @@ impl Scenario {
     /// Reads a TOML truth file's text.
     ///
     /// # Errors
-    /// Line, column and what is wrong.
+    /// Line, column and what is wrong, and for a number what it may be.
     pub fn from_toml(text: &str) -> Result<Self, String> {
         let scenario: Self = toml::from_str(text).map_err(|e| e.to_string().trim().to_owned())?;
+        crate::bounds::check(text)?;
         scenario.validate()?;
         Ok(scenario)
     }

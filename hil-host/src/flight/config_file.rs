@@ -37,8 +37,9 @@ pub fn load(path: &Path) -> anyhow::Result<Config> {
 /// One line: file, line, key, what is wrong, what would be right.
 pub fn parse(text: &str, name: &str) -> anyhow::Result<Config> {
     let mut file: Table = toml::from_str(text).map_err(|e| {
-        let line = text.get(..e.span().map_or(0, |s| s.start)).unwrap_or_default().matches('\n').count() + 1;
-        anyhow!("{name}:{line}: {}", e.message().lines().collect::<Vec<_>>().join(", "))
+        let before = text.get(..e.span().map_or(0, |s| s.start)).unwrap_or_default();
+        let (line, column) = (before.matches('\n').count() + 1, before.chars().rev().take_while(|c| *c != '\n').count() + 1);
+        anyhow!("{name}:{line}:{column}: {}", e.message().lines().collect::<Vec<_>>().join(", "))
     })?;
     let settings = match file.remove("vehicle") {
         None => Settings::default(),
@@ -53,15 +54,16 @@ pub fn parse(text: &str, name: &str) -> anyhow::Result<Config> {
         Some(_) => return Err(wrong(text, name, "vehicle", "the vehicle is a name in quotes")),
     };
     let mut merged = Table::try_from(settings)?;
+    let built = merged.clone();
     overlay(&mut merged, file, text, name)?;
     let settings: Settings = merged.try_into().map_err(|e: toml::de::Error| anyhow!("{name}: {}", e.message()))?;
     let config = Config::new(settings).map_err(|e| match e {
-        ConfigError::Setting(key) => wrong(
-            text,
-            name,
-            key.rsplit('.').next().unwrap_or(key),
-            &format!("{key} is not finite or outside what the law was written for"),
-        ),
+        ConfigError::Setting(key) => {
+            let stands =
+                key.split('.').try_fold(&Value::Table(built.clone()), |at, part| at.get(part)).map_or_else(String::new, Value::to_string);
+            let what = format!("{key} is not finite or outside what the law was written for; this vehicle has {stands}");
+            wrong(text, name, key.rsplit('.').next().unwrap_or(key), &what)
+        }
         other => anyhow!("{name}: {other:?}"),
     })?;
     limits::check(&config).map_err(|e| {
@@ -92,11 +94,14 @@ fn overlay(base: &mut Table, over: Table, text: &str, name: &str) -> anyhow::Res
     Ok(())
 }
 
-/// A complaint with the line of a key.
+/// A complaint with line and column of a key's value.
 fn wrong(text: &str, name: &str, key: &str, what: &str) -> anyhow::Error {
-    let line = text.lines().position(|l| l.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with('=')));
-    match line {
-        Some(line) => anyhow!("{name}:{}: {what}", line + 1),
+    let value = |line: &str| {
+        let rest = line.trim_start().strip_prefix(key)?.trim_start().strip_prefix('=')?;
+        Some(line.len() - rest.trim_start().len() + 1)
+    };
+    match text.lines().enumerate().find_map(|(i, line)| Some((i + 1, value(line)?))) {
+        Some((line, column)) => anyhow!("{name}:{line}:{column}: {what}"),
         None => anyhow!("{name}: {what}"),
     }
 }
@@ -170,13 +175,13 @@ mod tests {
             ("\ncrush_depth_m = 150.0", &["f:2:", "crush_depth_m", "outside"][..]),
             ("crush_depth = 250.0", &["f:1:", "crush_depth_m", "no setting"]),
             ("cycle_s = nan", &["f:1:", "cycle_s"]),
-            ("crush_depth_m = 9000.0", &["f:1:", "crush_depth_m", "20 to 250"]),
+            ("crush_depth_m = 9000.0", &["f:1:17:", "crush_depth_m", "20 to 250"]),
             ("\nundervoltage_v = 0.0", &["f:2:", "undervoltage_v", "9 to 60"]),
             ("no_comms_s = 4294967295", &["f:1:", "no_comms_s"]),
             ("pump_rate_m3_s = 1e-6", &["f:1:", "no class"]),
             ("cycle_s = \"4\"", &["f:1:", "float"]),
             ("vehicle = \"slocum\"", &["slocum-1000"]),
-            ("[trim]\noffset = 3.0", &["f:2:", "trim.offset"]),
+            ("[trim]\noffset = 3.0", &["f:2:10:", "trim.offset", "this vehicle has 0"]),
             ("x = ", &["f:1:"]),
         ] {
             let said = format!("{:#}", parse(text, "f").expect_err(text));

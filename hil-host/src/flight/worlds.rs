@@ -64,11 +64,16 @@ pub fn for_mission(mission: &Mission) -> Scenario {
 /// A world with the keys of a truth file in place of its own.
 ///
 /// # Errors
-/// One line: file, line, what is wrong.
+/// One line: file, line, column, what is wrong, what would be right.
 pub fn overlay(base: &Scenario, path: &Path) -> anyhow::Result<Scenario> {
     let name = path.display();
     let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot read this truth file"))?;
-    let one_line = |e: String| anyhow!("{name}: {}", e.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" "));
+    let one_line = |e: String| {
+        let what = e.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ");
+        // `line:column: …` goes on from the file's name.
+        let space = if what.starts_with(|c: char| c.is_ascii_digit()) { "" } else { " " };
+        anyhow!("{name}:{space}{what}")
+    };
     // Alone first: an error then has the line of this file.
     Scenario::from_toml(&text).map_err(one_line)?;
     let mut merged: toml::Table = toml::from_str(&base.to_toml().map_err(one_line)?)?;

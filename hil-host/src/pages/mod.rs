@@ -271,8 +271,8 @@ impl Page {
     /// The whole file.
     #[must_use]
     pub fn to_html(&self) -> String {
-        // "</" would end the script element early; JSON reads "<\/" as the same string.
-        let data = serde_json::to_string(self).unwrap_or_default().replace("</", "<\\/");
+        // "</" would end the script element early, "<!--<script" swallow the next one; JSON reads "\u003c" as "<".
+        let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
@@ -366,6 +366,11 @@ mod tests {
         let html = sample(10).to_html();
         assert_eq!(html.matches("</script>").count(), 3, "only our own script elements end");
         assert!(html.contains("<title>A &lt;/script&gt; &amp; flight</title>"));
+        // Nor swallow what comes behind it: as an element's text, not even an opening one may stand in the data.
+        let html = Page { title: "d<!--<script>".into(), ..sample(10) }.to_html();
+        let data = html.split("id=\"data\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("the data");
+        assert!(!data.contains('<'), "{data}");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(data).expect("JSON")["title"], "d<!--<script>");
     }
 
     #[test]

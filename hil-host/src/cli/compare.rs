@@ -1,6 +1,6 @@
 //! `glider compare`.
 
-use super::diagnose::load;
+use super::diagnose::load_sound;
 use super::{Output, Verdict};
 use crate::terminal::{Ladder, place, table, wrapped};
 use anyhow::Context as _;
@@ -63,7 +63,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         output.emit(&serde_json::to_value(&found)?, || show(&found));
         return Ok(Verdict::Ok);
     }
-    let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
+    let (flight, vehicle) = load_sound(&args.flight, args.vehicle.as_deref())?;
     let c = compare::compare(&flight, &vehicle);
     anyhow::ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to compare", args.flight.display());
     let document = document(&c, &args.flight.display().to_string(), &vehicle.path.display().to_string());

@@ -6,6 +6,7 @@ use anyhow::{Context as _, bail};
 use console::style;
 use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::hypotheses::search::Depth;
+use discovery::preprocess::{prepare, sanity};
 use discovery::record::csv;
 use discovery::{Flight, Vehicle, vehicle};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -48,6 +49,16 @@ pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Fligh
         .or_else(|| vehicle::beside(flight))
         .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside the flight; name one with --vehicle", flight.display()))?;
     Ok((csv::flight(flight)?, vehicle::read(&file)?))
+}
+
+/// Reads a flight and its vehicle, and refuses what cannot be: columns that contradict a dive, a vehicle that floats on this water.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub fn load_sound(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Flight, Vehicle)> {
+    let (read, vehicle) = load(flight, vehicle_file)?;
+    sanity::check(&prepare(&read, &vehicle), &vehicle).map_err(|why| anyhow::anyhow!("{}: {why}", flight.display()))?;
+    Ok((read, vehicle))
 }
 
 /// A progress bar on standard error.

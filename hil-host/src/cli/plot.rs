@@ -1,6 +1,6 @@
 //! `glider plot`: one figure for a paper.
 
-use super::diagnose::load;
+use super::diagnose::{load, load_sound};
 use super::{Output, Verdict};
 use crate::flight::tables::TABLE_SPEED_M_S;
 use crate::flight::vehicles::{Model, wings_name};
@@ -196,7 +196,7 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
     let path: &Path = args.flight.as_deref().context("name the flight with --flight; only a polar needs none")?;
     ensure!(args.wings.is_none(), "--wings belongs to a polar; the vehicle file of a flight says which wings it has");
     ensure!(args.before.is_none() || args.kind == Kind::Residual, "--before belongs to a residual");
-    let (flight, vehicle) = load(path, args.vehicle.as_deref())?;
+    let (flight, vehicle) = load_sound(path, args.vehicle.as_deref())?;
     let c = compare(&flight, &vehicle);
     ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to draw", path.display());
     let effects: Vec<&str> = vehicle.effects.iter().map(|a| a.effect.name()).collect();

@@ -16,7 +16,7 @@ use discovery::likelihood::block_error::{blocks, modelled_m_s, rms};
 use discovery::model::branch::Branch;
 use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
-use discovery::preprocess::{Prepared, prepare};
+use discovery::preprocess::{Prepared, prepare, sanity};
 use discovery::workbench::add;
 use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
@@ -99,6 +99,9 @@ impl Opened {
         let prepared = prepare(&flight, &vehicle);
         if prepared.runs.is_empty() {
             bail!("{}: no stretch of this flight is long enough for the model: {}", flight.name, prepared.notes.join("; "));
+        }
+        if let Err(why) = sanity::check(&prepared, &vehicle) {
+            bail!("{}: {why}", flight.name);
         }
         let check = check_segments(&vehicle, &prepared, &mut Vec::new());
         let (floor, found) = (Mutex::default(), Mutex::default());

@@ -1,6 +1,6 @@
 //! One run of a flight: its channels without spikes, depth from pressure, rows that take part, fixes, speeds.
 
-use crate::preprocess::ctd_gaps::fill_by_depth;
+use crate::preprocess::ctd_gaps::{fill_by_depth, without_air};
 use crate::preprocess::gaps::{changed_unseen, far_from_known};
 use crate::preprocess::gps::fixes;
 use crate::preprocess::grid::{FAST_M_S, inputs, step_s};
@@ -78,9 +78,10 @@ pub(crate) struct Channels<'a> {
 }
 
 impl<'a> Channels<'a> {
-    fn of(flight: &'a Flight, vehicle: &Vehicle, rows: Range<usize>, spikes: &mut [usize; 5]) -> Self {
+    fn of(flight: &'a Flight, vehicle: &Vehicle, rows: Range<usize>, removed: &mut Removed) -> Self {
         let time = &flight.time_s[rows.clone()];
         let sensors = &vehicle.sensors;
+        let spikes = &mut removed.spikes;
         let mut pressure = flight.pressure_pa[rows.clone()].to_vec();
         let mut pitch = flight.pitch_rad[rows.clone()].to_vec();
         let mut speed = flight.speed_m_s.as_ref().map_or_else(|| vec![f64::NAN; time.len()], |s| s[rows.clone()].to_vec());
@@ -92,6 +93,7 @@ impl<'a> Channels<'a> {
         let raw_ballast = fill(time, &seen_ballast, 0.0);
         let turning = turn_allowance(time, &raw_ballast);
         spikes[1] += despike_by(time, &mut pitch, &|i| 0.035 + 6.0 * sensors.pitch_noise_rad + turning[i], FASTEST.angle_rad_s);
+        removed.air += without_air(time, &pressure, &mut density);
         spikes[2] += despike(time, &mut density, 0.25, FASTEST.density_kg_m3_s);
         let mut temperature = flight.temperature_degc[rows.clone()].to_vec();
         despike(time, &mut temperature, 1.0, FASTEST.temperature_k_s);
@@ -187,7 +189,7 @@ fn rows_used(time: &[f64], whole_depth: &[f64], depth: &[f64]) -> Vec<bool> {
 /// The rows from `start` to before `end` as a run.
 pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, removed: &mut Removed) -> Run {
     let rows = start..end;
-    let channels = Channels::of(flight, vehicle, rows.clone(), &mut removed.spikes);
+    let channels = Channels::of(flight, vehicle, rows.clone(), removed);
     let time = channels.time;
     let g = vehicle.constants.gravity_m_s2;
     let whole_depth = channels.depth(g);

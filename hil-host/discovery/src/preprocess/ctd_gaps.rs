@@ -4,6 +4,7 @@
 //! gap is off by 1 kg/m³ in a lake, which is a third of a buoyancy engine's stroke; the leg before or after has seen the same water.
 
 use crate::preprocess::fill;
+use crate::preprocess::spikes::FASTEST;
 
 /// Gaps shorter than this are bridged in time, s: a glider moves 2 m meanwhile.
 const SHORT_S: f64 = 13.0;
@@ -68,6 +69,44 @@ impl Passes<'_> {
         (against && self.time[j] - self.time[i] < TOGETHER_S).then(|| (between(self.time), between(self.value)))
     }
 }
+
+/// Air is out of the cell below this, Pa: the pump has flushed it.
+const FLUSHED_PA: f64 = 1e5;
+/// Lowest density of water at the surface (fresh, at 35 °C) less a sensor's error, kg/m³.
+const LIGHTEST_KG_M3: f64 = 993.0;
+
+/// Puts NaN in place of densities that are of air in the conductivity cell, and returns how many. Air takes conductivity away: the
+/// density near the surface is that of no water, or falls from one sample to the next, on the way up, by more than water changes
+/// ([`FASTEST`]) and stays low until the cell is flushed on the way down.
+pub(crate) fn without_air(time: &[f64], pressure: &[f64], density: &mut [f64]) -> usize {
+    let known: Vec<usize> = (0..density.len()).filter(|&i| density[i].is_finite()).collect();
+    let shallow = |i: usize| pressure[i] < FLUSHED_PA;
+    let mut air = vec![false; density.len()];
+    for &i in known.iter().filter(|&&i| shallow(i) && density[i] < LIGHTEST_KG_M3) {
+        air[i] = true;
+    }
+    for pair in known.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let fall = LEAP_KG_M3 + FASTEST.density_kg_m3_s * (time[b] - time[a]);
+        // From the deeper sample of a leap to the surface and as far as the density stays on the far side of it.
+        let middle = 0.5 * (density[a] + density[b]);
+        let low = |&&i: &&usize| shallow(i) && density[i] < middle;
+        if time[b] - time[a] < TOGETHER_S && shallow(a) && shallow(b) {
+            if density[b] - density[a] > fall && pressure[a] < pressure[b] {
+                known.iter().rev().skip_while(|&&i| i > a).take_while(low).for_each(|&i| air[i] = true);
+            } else if density[a] - density[b] > fall && pressure[b] < pressure[a] {
+                known.iter().skip_while(|&&i| i < b).take_while(low).for_each(|&i| air[i] = true);
+            }
+        }
+    }
+    for (value, _) in density.iter_mut().zip(&air).filter(|(_, air)| **air) {
+        *value = f64::NAN;
+    }
+    air.iter().filter(|a| **a).count()
+}
+
+/// Noise of a density beside what water does, kg/m³ (as for spikes).
+const LEAP_KG_M3: f64 = 0.25;
 
 #[cfg(test)]
 mod tests {

@@ -13,6 +13,7 @@ pub(crate) mod gaps;
 pub mod gps;
 pub mod grid;
 pub mod interpolate;
+mod pressure_unit;
 mod run;
 pub mod sanity;
 pub mod spikes;
@@ -94,6 +95,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     if !has_temperature {
         notes.push("there is no temperature: the hull's thermal expansion is left out, and nothing is learned about it".into());
     }
+    notes.extend(pressure_unit::suspected(&runs, vehicle));
     let ways = ways(&mut runs, vehicle.sensors.gps_noise_m);
     Prepared { runs, ways, notes, has_temperature }
 }

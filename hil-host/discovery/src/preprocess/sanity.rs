@@ -121,6 +121,14 @@ pub fn contradiction(prepared: &Prepared) -> Option<String> {
     None
 }
 
+/// What of flight and vehicle cannot be, with the column or key and what to do: asked before any of a comparison, a figure, a page.
+///
+/// # Errors
+/// [`contradiction`] or [`cannot_dive`].
+pub fn check(prepared: &Prepared, vehicle: &Vehicle) -> Result<(), String> {
+    contradiction(prepared).or_else(|| cannot_dive(prepared, vehicle)).map_or(Ok(()), Err)
+}
+
 #[cfg(test)]
 mod tests {
     use crate::record::csv;

@@ -1,7 +1,7 @@
 //! What is taken out of a log before a model is run on it, and how that is told.
 
 use crate::preprocess::SURFACE_M;
-use crate::preprocess::gaps::{SILENT_S, unstick};
+use crate::preprocess::gaps::{SILENT_S, thin_held, unstick};
 use crate::record::flight::Flight;
 
 /// Pressure above which a vehicle is submerged, Pa.
@@ -16,6 +16,8 @@ const OTHER_WATER_KG_M3: f64 = 0.1;
 pub(crate) struct Removed {
     pub spikes: [usize; 5],
     stuck: [usize; 5],
+    held: usize,
+    pub air: usize,
     pub silent_rows: usize,
     pub unseen_rows: usize,
 }
@@ -28,6 +30,12 @@ impl Removed {
         };
         of(&self.spikes, "spikes", &["pressure", "pitch", "density", "speed", "ballast"], notes);
         of(&self.stuck, "samples of a stuck sensor", &["pressure", "pitch", "speed", "density", "heading"], notes);
+        if self.held > 0 {
+            notes.push(format!("pressure holds each value over several rows (a slower channel?): {} repeats left out", self.held));
+        }
+        if self.air > 0 {
+            notes.push(format!("{} densities near the surface are of air in the CTD's cell: left out", self.air));
+        }
         if self.silent_rows > 0 {
             let rows = self.silent_rows;
             notes.push(format!("{rows} rows further than {SILENT_S} s from any value of pitch, ballast or density are not compared"));
@@ -43,6 +51,7 @@ pub(crate) fn unstuck(flight: &Flight, removed: &mut Removed) -> Flight {
     let mut flight = flight.clone();
     let submerged: Vec<bool> = flight.pressure_pa.iter().map(|p| *p > SURFACE_PA).collect();
     let judged = |i: usize| submerged[i];
+    removed.held = thin_held(&mut flight.pressure_pa, &judged);
     let speed = flight.speed_m_s.as_mut().map_or(0, |speed| unstick(speed, &judged, 0.0));
     removed.stuck = [
         unstick(&mut flight.pressure_pa, &judged, 0.0),

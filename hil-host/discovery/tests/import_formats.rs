@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use discovery::Flight;
-use discovery::import::{Imported, import};
+use discovery::import::{Imported, import, import_all};
 use serde_json::Value;
 
 /// Numbers of the samples and ours differ by rounding of their text only.
@@ -320,4 +320,26 @@ fn regress_the_zero_of_a_pressure_sensor_is_taken_out_and_absolute_pressure_name
     assert!(!sound.report.notes.iter().any(|n| n.contains("afloat")), "{:?}", sound.report.notes);
     let e = wrong("bar", |k, l| pressure(k, l, |p| 10.0 * p)).expect_err("refused");
     assert!(e.contains("no glider sinks"), "{e}");
+}
+
+#[test]
+fn validate_the_speed_of_a_current_profiler_beside_its_flight() {
+    let want = expected("ad2cp_midas");
+    let profiler = folder("ad2cp_midas").join("sea099_M7.ad2cp.00000.nc");
+    let alone = import(&profiler, &[]).err().expect("no flight in it").to_string();
+    assert!(alone.contains("current profiler alone"), "{alone}");
+    let got = import_all(&[folder("seaexplorer_sub"), profiler.clone()], &[], None).expect("an import");
+    eprintln!("{:#?}", got.report.notes);
+    let speeds: Vec<f64> = got.flight.speed_m_s.iter().flatten().copied().filter(|v| v.is_finite()).collect();
+    assert_eq!(speeds.len() as f64, number(&want, "/speed_through_water_m_s/count"));
+    let within = number(&want, "/tolerance_m_s");
+    let least = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = speeds.iter().copied().fold(0.0, f64::max);
+    for (what, ours) in [("min", least), ("max", most), ("mean", mean(&speeds))] {
+        let theirs = number(&want, &format!("/speed_through_water_m_s/{what}"));
+        assert!((ours - theirs).abs() < within, "{what}: {ours} m/s, expected {theirs}");
+    }
+    // It is of this flight only.
+    let other = import_all(&[folder("seaglider_nc"), profiler], &[], None).err().expect("another flight").to_string();
+    assert!(other.contains("not those of this flight"), "{other}");
 }

@@ -5,6 +5,7 @@
 //!
 //! * [`slocum`]: Slocum binary files of one flight ([`dbd`]: one such file).
 //! * [`seaglider`]: dives of a Seaglider's base station. [`netcdf`]: OG1, IOOS and other NetCDF. [`table`]: csv.
+//! * [`current_profiler`]: speed through the water of an AD2CP, beside a flight of any kind.
 //! * [`comet`]: the public Comet 2016 flight ([`npy`]: numpy arrays).
 //! * [`crate::record::seawater`]: density, always computed here from what the CTD measured.
 //! * [`crate::record::resample`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
@@ -16,6 +17,7 @@ pub mod calendar;
 pub(crate) mod channels;
 pub mod classes;
 pub mod comet;
+pub mod current_profiler;
 pub mod dba;
 pub mod dbd;
 pub mod draft;
@@ -52,7 +54,7 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
 /// [`ImportError`].
 pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
     let first = paths.first().ok_or_else(|| ImportError { file: "import".into(), what: "names no file or folder".into() })?;
-    let (kind, files, passed) = files_of_one_kind(paths)?;
+    let (kind, files, witnesses, passed) = files_of_one_kind(paths)?;
     let mut imported = match kind {
         Kind::Slocum | Kind::SlocumText => slocum::import(&files, caches)?,
         Kind::SeagliderDive => seaglider::import(&files)?,
@@ -74,6 +76,10 @@ pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -
     pressure_zero(&mut imported);
     check(&mut imported).map_err(|what| ImportError::new(first, what))?;
     state_vehicle(&mut imported, kind, class);
+    for path in &witnesses {
+        current_profiler::witness(path, &mut imported)?;
+    }
+    imported.report.find_missing(&imported.flight);
     Ok(imported)
 }
 
@@ -107,8 +113,11 @@ fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
     Ok(imported)
 }
 
-/// What the paths hold: the kind, its files, and a note on what lies beside them.
-fn files_of_one_kind(paths: &[PathBuf]) -> Result<(Kind, Vec<PathBuf>, Vec<String>), ImportError> {
+/// The kind of a flight's files, these, files of a current profiler beside them, and a note on what else lies there.
+type Found = (Kind, Vec<PathBuf>, Vec<PathBuf>, Vec<String>);
+
+/// What the paths hold.
+fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
     let mut named = Vec::new();
     let mut beside = Vec::new();
     for path in paths {
@@ -119,6 +128,16 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<(Kind, Vec<PathBuf>, Vec<Strin
         } else {
             return Err(ImportError::new(path, "there is no such file or folder"));
         }
+    }
+    let mut witnesses = Vec::new();
+    for list in [&mut named, &mut beside] {
+        witnesses.extend(list.extract_if(.., |p| current_profiler::is_midas(p)));
+    }
+    if let [profiler, ..] = witnesses.as_slice()
+        && !named.iter().chain(&beside).any(|p| Kind::of(p).is_some())
+    {
+        let what = "holds the speeds of a current profiler alone: name the files of its flight too (glider import FLIGHT… THIS --out DIR)";
+        return Err(ImportError::new(profiler, what));
     }
     if let Some(unknown) = named.iter().find(|p| Kind::of(p).is_none()) {
         return Err(ImportError::new(unknown, format!("is of no known kind: {KNOWN}")));
@@ -155,7 +174,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<(Kind, Vec<PathBuf>, Vec<Strin
         let names: Vec<&str> = kinds.iter().filter(|k| **k != kind).map(|k| k.name()).collect();
         notes.push(format!("{} here too ({others} other files in all): {} is taken", names.join(", "), kind.name()));
     }
-    Ok((kind, files, notes))
+    Ok((kind, files, witnesses, notes))
 }
 
 const KNOWN: &str = "Slocum binary (.dbd, .ebd ...), Seaglider dives (pNNNNNNN.nc), SeaExplorer (seaNNN.M.gli.sub.C with pld1), NetCDF (.nc) or csv is expected";

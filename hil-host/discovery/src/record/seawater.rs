@@ -86,6 +86,13 @@ pub fn density(absolute_salinity: f64, temperature_degc: f64, pressure_dbar: f64
     density_or(absolute_salinity, temperature_degc, pressure_dbar.max(0.0)).unwrap_or(f64::NAN)
 }
 
+/// Speed of sound, m/s, from practical salinity, in-situ temperature, °C (taken for the conservative one: 0.1 K is 0.4 m/s), pressure,
+/// dbar; NaN outside the equation's range.
+#[must_use]
+pub fn sound_speed_m_s(practical: f64, temperature_degc: f64, pressure_dbar: f64) -> f64 {
+    gsw::volume::sound_speed(absolute_salinity(practical, None), temperature_degc, pressure_dbar.max(0.0)).unwrap_or(f64::NAN)
+}
+
 fn density_or(sa: f64, t: f64, p: f64) -> Result<f64, gsw::Error> {
     let mut theta = t;
     // Contraction by 1e-4 a step: three reach rounding.

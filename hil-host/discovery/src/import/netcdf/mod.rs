@@ -44,11 +44,11 @@ const UNPACKED: u64 = 20;
 const SMALLEST_BUDGET: u64 = 8 << 20;
 
 /// Bytes that the values of a file may take.
-fn budget(path: &Path) -> u64 {
+pub(super) fn budget(path: &Path) -> u64 {
     std::fs::metadata(path).map_or(0, |m| m.len()).saturating_mul(UNPACKED).saturating_add(SMALLEST_BUDGET)
 }
 
-fn open(path: &Path) -> netcdf_reader::Result<NcFile> {
+pub(super) fn open(path: &Path) -> netcdf_reader::Result<NcFile> {
     let limit = usize::try_from(budget(path)).unwrap_or(usize::MAX);
     NcFile::open_with_options(path, NcOpenOptions { max_read_bytes: limit, max_chunk_bytes: limit, ..NcOpenOptions::default() })
 }

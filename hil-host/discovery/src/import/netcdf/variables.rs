@@ -229,8 +229,11 @@ impl Reader<'_> {
         let mut candidates: Vec<&str> = variables
             .iter()
             .filter(|v| v.dimensions().iter().filter(|d| d.size != 1).map(|d| &d.name).eq(dimensions))
+            .filter(|v| {
+                let said = |attribute: &str| v.attribute(attribute).and_then(|a| a.value.as_string()).unwrap_or_default();
+                v.name().to_ascii_lowercase().contains("time") || said("standard_name").trim() == "time" || said("axis").trim() == "T"
+            })
             .map(|v| v.name())
-            .filter(|n| n.to_ascii_lowercase().contains("time"))
             .collect();
         let rank = |n: &str| match n {
             _ if named.split_whitespace().any(|c| c == n) => 0,

@@ -108,8 +108,8 @@ pub fn parse(text: &str) -> Result<&'static Custom, SyntaxError> {
         return Err(bad(0, format!("`{head}` cannot be added to; there are {}", all.join(", "))));
     };
     let body = &text[split + 2..];
-    let expression = exmex::parse::<f64>(body).map_err(|e| {
-        let (at, why) = locate(body).unwrap_or((body.len(), e.to_string()));
+    let expression = exmex::parse::<f64>(&without_exponents(body)).map_err(|e| {
+        let (at, why) = locate(body).unwrap_or((body.len(), e.to_string().lines().collect::<Vec<_>>().join(" ")));
         bad(split + 2 + at, why)
     })?;
     let mut slots = Vec::new();
@@ -156,14 +156,48 @@ pub fn parse(text: &str) -> Result<&'static Custom, SyntaxError> {
             *k = names.iter().position(|(_, n)| n == v).unwrap_or(0);
         }
     }
-    Ok(Box::leak(Box::new(Custom {
+    let custom = Custom {
         name: Box::leak(format!("own_{head}").into_boxed_str()),
         text: Box::leak(text.to_string().into_boxed_str()),
         target: *target,
         expression,
         slots,
         parameters: Box::leak(parameters.into_boxed_slice()),
-    })))
+    };
+    if let Some((at, why)) = custom.does_nothing(&names) {
+        return Err(bad(split + 2 + at, why));
+    }
+    Ok(Box::leak(Box::new(custom)))
+}
+
+/// Usual values of the variables of each place, in two states.
+const USUAL: [(&[&str], [&[f64]; 2]); 3] = [
+    (FLOW, [&[0.06, 0.31, 0.05, -0.14, -1.0, 700.0], &[-0.05, 0.27, -0.04, 0.12, 1.0, 2300.0]]),
+    (SENSED, [&[4e5, 40.0, 12.0, 1024.0, -210.0, -0.4, 700.0], &[1.1e5, 11.0, 17.0, 1022.0, 190.0, 0.37, 2300.0]]),
+    (PLACE, [&[40.0, 120.0, 700.0], &[11.0, 120.0, 2300.0]]),
+];
+
+/// The text with `1e5` written out: the evaluator knows no exponents.
+fn without_exponents(text: &str) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some(start) = rest.find(is_word) {
+        out += &rest[..start];
+        rest = &rest[start..];
+        let mut end = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
+        // The sign of an exponent belongs to its number.
+        let number = rest.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        if number && rest[..end].ends_with(['e', 'E']) && rest[end..].starts_with(['+', '-']) {
+            end += 1 + rest[end + 1..].find(|c| !is_word(c)).unwrap_or(rest.len() - end - 1);
+        }
+        let word = &rest[..end];
+        match word.parse::<f64>() {
+            Ok(v) if number && word.contains(['e', 'E']) => out += &format!("{v}"),
+            _ => out += word,
+        }
+        rest = &rest[end..];
+    }
+    out + rest
 }
 
 /// The expression behind an effect that has one.
@@ -236,6 +270,38 @@ impl Custom {
     #[must_use]
     pub fn text(&self) -> &'static str {
         self.text
+    }
+
+    /// Which of the parameters (with their places) changes nothing, and why; none where each of them does.
+    fn does_nothing(&self, names: &[(usize, String)]) -> Option<(usize, String)> {
+        let states = USUAL.iter().find(|u| u.0 == self.target.variables())?.1;
+        let raw = |p: &[f64], given: &[f64]| {
+            let slot = |s: &Slot| match *s {
+                Slot::Given(k) => given[k],
+                Slot::Fitted(k) => p[k],
+            };
+            let values: Vec<f64> = self.slots.iter().map(slot).collect();
+            self.expression.eval(&values).unwrap_or(f64::NAN)
+        };
+        let tried = [0.31, 0.72, 1.3];
+        let mut anywhere = false;
+        for (k, (at, name)) in names.iter().enumerate() {
+            let mut changes = false;
+            for given in states {
+                let of = |v: f64| {
+                    let p: Vec<f64> = (0..names.len()).map(|j| if j == k { v } else { 0.87 }).collect();
+                    raw(&p, given)
+                };
+                let seen: Vec<f64> = tried.iter().map(|v| of(*v)).filter(|v| v.is_finite()).collect();
+                anywhere |= !seen.is_empty();
+                changes |= seen.windows(2).any(|w| w[0] != w[1]);
+            }
+            if anywhere && !changes {
+                return Some((*at, format!("`{name}` changes nothing here: whatever it is, the expression is the same")));
+            }
+        }
+        (!anywhere)
+            .then(|| (0, "this is no number for any usual values of its variables (a division by zero, a logarithm of none?)".into()))
     }
 
     fn value(&self, p: &[f64], given: &[f64]) -> f64 {

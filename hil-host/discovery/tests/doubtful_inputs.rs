@@ -90,9 +90,7 @@ fn regress_held_pressures_are_thinned_and_coarse_ones_stay() {
     assert_eq!(note(&f, about), None);
     for times in [2, 3] {
         let mut held = f.clone();
-        for i in 0..held.len() {
-            held.pressure_pa[i] = f.pressure_pa[i - i % times];
-        }
+        held.pressure_pa.iter_mut().enumerate().for_each(|(i, p)| *p = f.pressure_pa[i - i % times]);
         let repeats = (0..held.len()).filter(|i| i % times > 0).count();
         let told = note(&held, about).unwrap_or_else(|| panic!("{times} times"));
         assert!(told.contains(&format!("{repeats} repeats")), "{repeats}: {told}");
@@ -114,7 +112,7 @@ fn regress_numbers_may_have_exponents_and_a_parameter_that_changes_nothing_is_re
         ("cd += k-k", "`k` changes nothing"),
         ("cd += k*roll^2 + 0*m", "`m` changes nothing"),
     ] {
-        let e = expression::parse(text).err().expect(text).to_string();
+        let e = expression::parse(text).expect_err(text).to_string();
         assert!(e.contains(said), "{text}: {e}");
     }
 }

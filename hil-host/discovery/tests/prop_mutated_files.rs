@@ -167,7 +167,7 @@ fn prop_damaged_files_end_in_a_flight_or_in_one_line() {
     let mut found: Vec<Input> = Vec::new();
     let (mut flights, mut refused) = (0, 0);
     for n in 0..count {
-        if n % 8 == 0 {
+        if n.is_multiple_of(8) {
             std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| own_formats(&vehicles, &mut random)))
                 .unwrap_or_else(|_| panic!("input {n}, a vehicle or a flight: panics"));
         }
@@ -215,7 +215,7 @@ fn prop_damaged_files_end_in_a_flight_or_in_one_line() {
         if coverage.grew() && n > folders.len() {
             found.push((k, victim, bytes));
         }
-        if (n + 1) % 10_000 == 0 {
+        if (n + 1).is_multiple_of(10_000) {
             let reached = coverage.1;
             eprintln!(
                 "{} inputs, {} s: {} reached new code, {reached} words of the profile are set",

@@ -295,7 +295,7 @@ mod tests {
                 check(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));
             }
         }
-        assert!(EffectKind::ALL.iter().all(|k| size(*k).1 != "" || k.parameter().1 == "-"));
+        assert!(EffectKind::ALL.iter().all(|k| !size(*k).1.is_empty() || k.parameter().1 == "-"));
     }
 
     #[test]

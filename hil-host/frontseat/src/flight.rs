@@ -219,7 +219,6 @@ impl Way {
 ///
 /// # Errors
 /// A mission file that cannot be read, or the line is gone.
-#[allow(clippy::too_many_lines, reason = "waits to be split along its phases")]
 pub fn fly(world: &mut World, board: &mut dyn Backseat, setup: &Setup) -> anyhow::Result<Outcome> {
     let mission = mission::read(&setup.mission).context("the mission file")?;
     let mut computer = FlightComputer::new(mission, setup.motors, 0.0);

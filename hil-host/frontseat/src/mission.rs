@@ -47,7 +47,6 @@ pub fn abort_depth_m(working_depth_m: f32) -> f32 {
 
 /// The mission file. `no_comms_s`: without word from shore for so long the mission ends at the surface.
 #[must_use]
-#[allow(clippy::too_many_lines, reason = "the text of one file, section by section")]
 pub fn text(mission: &Mission, pilot: Pilot, working_depth_m: f32, no_comms_s: u32) -> String {
     let abort_m = abort_depth_m(working_depth_m);
     let own_turn = own_turn_m(mission).min(abort_m - 1.5);

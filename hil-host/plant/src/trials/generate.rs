@@ -179,16 +179,28 @@ fn fly_both_branches(
     }
 }
 
-fn generate_all(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>, natural: bool) -> Case {
+/// A vehicle and its water as drawn, nothing hidden in them yet, and the streams that go on.
+pub(super) struct Drawn {
+    rng: ChaCha8Rng,
+    pub(super) fine_rng: ChaCha8Rng,
+    pub(super) nominal: Nominal,
+    pub(super) scatter: Scatter,
+    pub(super) nature: Nature,
+    pub(super) ocean: Ocean,
+    days: f64,
+}
+
+/// Draws case `index` of a seed; `natural` with the small structure that every real flight has.
+pub(super) fn draw(spec: &Spec, seed: u64, index: usize, natural: bool) -> Drawn {
     let i = index as u64;
-    let rng = &mut stream(seed, i, 1);
+    let mut rng = stream(seed, i, 1);
     let mut fine_rng = stream(seed, i, 4);
     let has_speed = rng.random_bool(0.4);
     let depth_guess = if spec.site == Site::Lake { 39.0 } else { 262.0 };
-    let column = Column::draw(spec.site, depth_guess, 9.81, rng);
-    let mut nominal = draw_vehicle(spec, &column, has_speed, rng);
-    let scatter = Scatter::draw(rng);
-    let days = draw_days(spec, rng);
+    let column = Column::draw(spec.site, depth_guess, 9.81, &mut rng);
+    let mut nominal = draw_vehicle(spec, &column, has_speed, &mut rng);
+    let scatter = Scatter::draw(&mut rng);
+    let days = draw_days(spec, &mut rng);
     let mut nature = Nature { banking: spec.lifelike, ..Nature::new(&nominal, &scatter) };
     if spec.lifelike.is_some() {
         (nature.off.hull_thermal_lag_s, nature.off.hull_thermal_gain) = (HULL_LAG_S, 1.0);
@@ -197,7 +209,14 @@ fn generate_all(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: O
         nature.small = Some(SmallStructure::draw(spec.site, &mut fine_rng));
         nominal.sensors.period_s = SmallStructure::period_s(spec.site, nominal.sensors.period_s, &mut fine_rng);
     }
-    let mut ocean = draw_ocean(spec.site, column, &nominal, rng);
+    let ocean = draw_ocean(spec.site, column, &nominal, &mut rng);
+    Drawn { rng, fine_rng, nominal, scatter, nature, ocean, days }
+}
+
+fn generate_all(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>, natural: bool) -> Case {
+    let i = index as u64;
+    let Drawn { mut rng, mut fine_rng, nominal, scatter, mut nature, mut ocean, days } = draw(spec, seed, index, natural);
+    let rng = &mut rng;
     let mut reality = Reality { site: spec.site, wing: spec.wing, days, scatter: &scatter, nature: &mut nature, ocean: &mut ocean };
     let mut hidden = hide(spec, size, &mut reality, &mut stream(seed, i, 2));
     let list = 0.0175 * normal_within_2_sigma(rng) * 0.7;

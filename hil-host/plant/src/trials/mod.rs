@@ -22,6 +22,7 @@ pub mod catalogue;
 pub mod files;
 mod generate;
 pub mod hidden;
+pub mod mission;
 mod motion;
 pub mod nature;
 pub mod ocean;

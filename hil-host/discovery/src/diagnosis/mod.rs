@@ -139,6 +139,13 @@ pub fn check_segments(vehicle: &Vehicle, prepared: &Prepared, notes: &mut Vec<St
 #[derive(Debug)]
 pub struct NothingToFit(String);
 
+impl NothingToFit {
+    /// For this reason.
+    pub(crate) fn because(why: impl Into<String>) -> Self {
+        Self(why.into())
+    }
+}
+
 impl std::fmt::Display for NothingToFit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.0)

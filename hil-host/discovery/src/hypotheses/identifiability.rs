@@ -62,11 +62,16 @@ struct Marginalised {
     size_m_s: f64,
 }
 
-fn marginalised(problem: &Problem, fit: &Fit, error_m_s: f64) -> Option<Marginalised> {
-    let z = discrepancy(problem, &fit.state);
+/// Sensitivities to the discrepancy that a fit with this block error, m/s, leaves room for, in its own standard deviations, and its size, m/s.
+pub(crate) fn discrepancy_of(problem: &Problem, state: &State, error_m_s: f64) -> (Vec<Column>, f64) {
     let beyond = (error_m_s.powi(2) - problem.noise_floor_m_s().powi(2)).max(0.0).sqrt();
     let size_m_s = LEAST_M_S.max(beyond);
-    let scaled = z.into_iter().map(|c| problem.column(c.from, c.values.iter().map(|v| v * size_m_s).collect()));
+    let unit = discrepancy(problem, state).into_iter();
+    (unit.map(|c| problem.column(c.from, c.values.iter().map(|v| v * size_m_s).collect())).collect(), size_m_s)
+}
+
+fn marginalised(problem: &Problem, fit: &Fit, error_m_s: f64) -> Option<Marginalised> {
+    let (scaled, size_m_s) = discrepancy_of(problem, &fit.state, error_m_s);
     let columns: Vec<Column> = fit.columns.iter().cloned().chain(scaled).collect();
     let precision = |i: usize| fit.precision.get(i).copied().unwrap_or(1.0);
     let mut curvature = symmetric(columns.len(), |i, j| columns[i].dot(&columns[j]));

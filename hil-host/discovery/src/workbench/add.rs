@@ -5,7 +5,7 @@
 use crate::diagnosis::settle::{Changed, estimate_anew, settled};
 use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
-use crate::hypotheses::identifiability::{posterior_tolerances, stated_tolerances};
+use crate::hypotheses::identifiability::posterior_tolerances;
 use crate::inference::estimate::{Estimate, estimates};
 use crate::inference::gauss_newton::Fit;
 use crate::likelihood::block_error::blocks;
@@ -19,9 +19,9 @@ use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
 use crate::vehicle::catalogue;
 use crate::vehicle::effects_table::new_key;
+use crate::workbench::refitted_file::{numbers, sha256, tolerances};
 use hydro::effects::{Active, Effect};
 use serde_json::{Value, json};
-use sha2::{Digest as _, Sha256};
 
 /// What adding brought.
 #[derive(Debug)]
@@ -126,15 +126,7 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
 /// recalibration must not take up. `errors_m_s` are those of fitted and of held-out dives.
 fn narrow(document: &mut Value, problem: &Problem, fit: &Fit, errors_m_s: [f64; 2]) {
     let Some(left) = posterior_tolerances(problem, fit, errors_m_s) else { return };
-    let mut stated = document.get("tolerance_1sigma").and_then(Value::as_object).cloned().unwrap_or_default();
-    for (k, (key, tolerance)) in stated_tolerances(problem.vehicle).into_iter().enumerate() {
-        // A relative tolerance is of the refitted number.
-        let grown = if key.ends_with("_relative") && k != 4 { 1.0 + fit.state.calibration[k] * tolerance } else { 1.0 };
-        if grown > 0.0 {
-            stated.insert(key.into(), json!(tolerance * left[k] / grown));
-        }
-    }
-    document["tolerance_1sigma"] = stated.into();
+    document["tolerance_1sigma"] = tolerances(problem.vehicle, document, &fit.state, &left).into();
 }
 
 /// The vehicle file with refitted numbers, the effects on, and their provenance. The parent's other keys are kept.
@@ -146,52 +138,10 @@ fn document(
     flight: &Flight,
     parent: &[u8],
 ) -> Value {
-    let mut d = problem.vehicle.document.clone();
-    write_calibration(&mut d, problem, state);
+    let mut d = numbers(problem.vehicle, state);
     d["effects"] = switched_on(&d, problem.vehicle, state, effects, parameters).into();
     d["provenance"] = provenance(problem, state, effects, flight, parent);
     d
-}
-
-/// Calibrated constants in place of the parent's.
-fn write_calibration(d: &mut Value, problem: &Problem, state: &State) {
-    let (vehicle, z) = (problem.vehicle, &state.calibration);
-    let t = &vehicle.tolerance;
-    let mut scale = |pointer: &str, factor: f64| {
-        if let Some(v) = d.pointer_mut(pointer)
-            && let Some(x) = v.as_f64()
-        {
-            *v = json!(x * factor);
-        }
-    };
-    let of_hydro = [
-        (["cd0", "wide/cd0"].as_slice(), 1.0 + z[0] * t.cd0_relative),
-        (&["wing_lift_slope_per_rad", "hull_lift_slope_per_rad", "wide/lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative),
-        (&["lift_quadratic_per_rad2", "wide/lift_quadratic_per_rad2"], 1.0 + z[2] * t.lift_quadratic_relative),
-        (&["induced_k"], 1.0 + z[10] * tolerance_of(vehicle, 10)),
-        (&["hull_drag_per_rad2", "wide/hull_drag_per_rad2"], 1.0 + z[11] * tolerance_of(vehicle, 11)),
-    ];
-    for (keys, factor) in of_hydro {
-        keys.iter().for_each(|key| scale(&format!("/hydro/{key}"), factor));
-    }
-    scale("/hull_volume_m3", 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
-    scale("/hull_compressibility_per_pa", 1.0 + z[6] * t.hull_compressibility_relative);
-    scale("/hull_thermal_expansion_per_k", 1.0 + z[7] * t.hull_thermal_expansion_relative);
-    for (k, key) in crate::likelihood::battery::NUMBERS {
-        scale(&format!("/pitch/{key}"), 1.0 + z[k] * tolerance_of(vehicle, k));
-    }
-    let (c, _) = problem.law(state);
-    if let Some(hydro) = d.get_mut("hydro") {
-        hydro["added_mass_surge"] = json!(c.added_mass_surge);
-        hydro["added_mass_heave"] = json!(c.added_mass_heave);
-        hydro["bank_tilt"] = json!(c.bank_tilt);
-        hydro["banked_turn"] = json!(c.banked_turn);
-        hydro["lift_fading"] = json!(c.beyond.lift_fading);
-        hydro["cd_broadside"] = json!(c.beyond.cd_broadside);
-    }
-    if c.hull_lag_share != 0.0 {
-        d["hull_lag_share"] = json!(c.hull_lag_share);
-    }
 }
 
 /// The parent's effects and those that are added.
@@ -251,7 +201,7 @@ fn provenance(problem: &Problem, state: &State, effects: &[&'static dyn Effect],
     json!({
         "tool": concat!("glider ", env!("CARGO_PKG_VERSION")),
         "parent": problem.vehicle.path.file_name().map(|n| n.to_string_lossy()),
-        "parent_sha256": Sha256::digest(parent).iter().map(|b| format!("{b:02x}")).collect::<String>(),
+        "parent_sha256": sha256(parent),
         "flight": flight.name,
         "fitted_segments": problem.runs.iter().map(|r| r.segment).collect::<Vec<_>>(),
         "branch": problem.branch.document(),

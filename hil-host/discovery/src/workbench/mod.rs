@@ -1,5 +1,12 @@
-//! What a user asks of one flight: compare, add, plan the next; one file a command.
+//! What a user asks of flights: compare, add, calibrate, plan the next; one file a command, and what commands share.
 
 pub mod add;
+pub mod calibrate;
+pub mod changes;
 pub mod compare;
 pub mod next_flight;
+pub mod numbers_told;
+pub mod pooling;
+pub mod refitted_file;
+pub mod timeline;
+pub mod tracking;

@@ -50,6 +50,16 @@ fn effects_of(text: &str) -> anyhow::Result<Vec<&'static dyn Effect>> {
     Ok(effects)
 }
 
+/// Writes a vehicle file, as TOML where its name ends so, else as JSON.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write_vehicle(out: &Path, document: &Value) -> anyhow::Result<()> {
+    let text =
+        if out.extension().is_some_and(|e| e == "toml") { toml::to_string_pretty(&in_toml(document))? } else { format!("{document:#}\n") };
+    whole_file::write(out, text).with_context(|| format!("cannot write {}", out.display()))
+}
+
 /// What was added, as one JSON document.
 #[must_use]
 pub fn document(added: &Added, effects: &[&'static dyn Effect], flight: &str) -> Value {
@@ -95,12 +105,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     let added = add::add(&flight, &vehicle, &effects, &parent)?;
     if let Some(out) = &args.out {
-        let text = if out.extension().is_some_and(|e| e == "toml") {
-            toml::to_string_pretty(&in_toml(&added.vehicle))?
-        } else {
-            format!("{:#}\n", added.vehicle)
-        };
-        whole_file::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;
+        write_vehicle(out, &added.vehicle)?;
     }
     let mut document = document(&added, &effects, &args.flight.display().to_string());
     document["noise_floor"] = report::number(added.noise_floor_m_s * 100.0);

@@ -7,6 +7,8 @@ use crate::pages::effect_list;
 use crate::terminal::{meant, parameter_range, table, wrapped, wrapped_from};
 use anyhow::bail;
 use discovery::import::classes::Class;
+use discovery::workbench::changes::KINDS;
+use discovery::workbench::tracking::TRACKED;
 use hydro::effects::{CATALOGUE, Effect};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -22,11 +24,15 @@ pub enum What {
     Vehicles,
     /// Missions that come with the program.
     Missions,
+    /// Changes that `timeline` names.
+    Changes,
 }
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:\n  glider list effects\n  glider list effects climb_drag\n  glider list faults --json")]
+#[command(
+    after_help = "Examples:\n  glider list effects\n  glider list effects climb_drag\n  glider list faults --json\n  glider list changes"
+)]
 pub struct Args {
     /// What to list.
     #[arg(value_enum)]
@@ -48,6 +54,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         What::Faults => faults(output),
         What::Vehicles => vehicles(output),
         What::Missions => missions(output),
+        What::Changes => changes(output),
     }
     Ok(Verdict::Ok)
 }
@@ -114,6 +121,16 @@ fn vehicles(output: &Output) {
             t.add_row([name.as_str(), kind, about.as_str()]);
         }
         println!("{t}\nbuilt in: by name, glider polar --vehicle slocum-low-ar-sea; class: glider import --class");
+    });
+}
+
+fn changes(output: &Output) {
+    let list: Vec<Value> =
+        KINDS.iter().map(|k| json!({"name": k.name, "kind": k.shape.id(), "about": k.about, "number": TRACKED[k.number].name})).collect();
+    output.emit(&json!({"items": list}), || {
+        for k in &KINDS {
+            println!("  {:<24} {}", k.name, wrapped_from(27, &format!("{} ({} of {})", k.about, k.shape.id(), TRACKED[k.number].name), 27));
+        }
     });
 }
 

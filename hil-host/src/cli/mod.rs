@@ -8,6 +8,7 @@
 use clap::{Parser, Subcommand};
 
 pub mod add;
+pub mod calibrate;
 pub mod compare;
 pub mod completions;
 pub mod diagnose;
@@ -32,9 +33,11 @@ pub mod scorecard_ablation;
 pub mod scorecard_flight;
 pub mod scorecard_loop;
 pub mod scorecard_real;
+pub mod scorecard_timeline;
 pub mod serve;
 pub mod story;
 pub mod table;
+pub mod timeline;
 pub mod upload;
 
 /// What a finished command says to the shell.
@@ -83,6 +86,8 @@ A flight against its model:
   compare                  model against measurement: how wrong, and where
   diagnose                 which physical effect is missing
   add                      add an effect, refit, see the error fall
+  calibrate                several flights of one vehicle: what is known of it
+  timeline                 drag, lift, trim over a mission; what changed, when
   next-flight              the mission that would tell what this flight cannot
   report, plot, export     an offline page; figures; csv, Parquet, NetCDF
 
@@ -90,7 +95,7 @@ The vehicle and its controller:
   polar, table             lift and drag; the flight tables made from them
   fly                      one flight against the simulated vehicle and sea
   monitor, upload          a board: telemetry, log; tables, settings, missions
-  list                     effects, faults, vehicles and missions by name
+  list                     effects, faults, vehicles, missions, changes by name
   completions              for bash, zsh, fish, elvish, powershell
 
 How good it is:
@@ -142,6 +147,10 @@ enum Command {
     Diagnose(diagnose::Args),
     /// Add an effect, refit, see the error fall.
     Add(add::Args),
+    /// Several flights of one vehicle: its numbers and tolerances.
+    Calibrate(calibrate::Args),
+    /// Drag, lift and trim over a mission, its changes named and dated.
+    Timeline(timeline::Args),
     /// The mission that best separates what this flight cannot.
     NextFlight(next_flight::Args),
     /// Compare, diagnose, add, new table, fly before and after.
@@ -197,6 +206,8 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Compare(a)) => compare::run(a, &output),
         Some(Command::Diagnose(a)) => diagnose::run(a, &output),
         Some(Command::Add(a)) => add::run(a, &output),
+        Some(Command::Calibrate(a)) => calibrate::run(a, &output),
+        Some(Command::Timeline(a)) => timeline::run(a, &output),
         Some(Command::NextFlight(a)) => next_flight::run(a, &output),
         Some(Command::Loop(a)) => story::run(a, &output),
         Some(Command::Report(a)) => report::run(a, &output),

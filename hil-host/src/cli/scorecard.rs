@@ -31,6 +31,8 @@ enum What {
     Loop(super::scorecard_loop::LoopArgs),
     /// Real flights with a known lie in the vehicle file or the log against `diagnose`.
     Real(super::scorecard_real::RealArgs),
+    /// Missions in which something changes at an unknown dive: found, dated, sized; false alarms.
+    Timeline(super::scorecard_timeline::TimelineArgs),
     /// What each mechanism of the diagnosis is worth, by turning it off.
     #[cfg(feature = "ablation")]
     Ablation(super::scorecard_ablation::AblationArgs),
@@ -102,6 +104,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         What::Flight(a) => super::scorecard_flight::run(a, output),
         What::Loop(a) => super::scorecard_loop::run(a, output),
         What::Real(a) => super::scorecard_real::run(a, output),
+        What::Timeline(a) => super::scorecard_timeline::run(a, output),
         #[cfg(feature = "ablation")]
         What::Ablation(a) => super::scorecard_ablation::run(a, output),
     }

@@ -1,4 +1,4 @@
-//! How good it is in numbers: control law, diagnosis on simulated and on real flights, the whole loop.
+//! How good it is in numbers: control law, diagnosis on simulated and on real flights, missions, the whole loop.
 
 pub mod cases;
 pub mod control_law;
@@ -6,5 +6,6 @@ pub mod diagnosis;
 pub mod margins;
 pub mod real;
 pub mod story;
+pub mod timeline;
 pub(crate) mod watch;
 pub mod whole_loop;

@@ -3,14 +3,20 @@
 use discovery::record::csv;
 use discovery::{Flight, Vehicle, vehicle};
 use hil_host::score;
-use plant::trials::{Spec, generate};
+use plant::trials::{Case, Spec, generate};
 
 /// The log and the vehicle of one case.
+#[allow(dead_code, reason = "not every test asks for a case of a plan")]
 pub fn read_back(spec: &Spec, seed: u64, index: usize) -> (Flight, Vehicle) {
+    written(&generate(spec, seed, index))
+}
+
+/// The same of a case at hand.
+pub fn written(case: &Case) -> (Flight, Vehicle) {
     // Tests run beside each other in threads of their own.
     let folder = std::env::temp_dir().join(format!("glider-case-{}-{:?}", std::process::id(), std::thread::current().id()));
     std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let case = score::diagnosis::write_case(&folder, &generate(spec, seed, index)).expect("a case can be written");
+    let case = score::diagnosis::write_case(&folder, case).expect("a case can be written");
     let log = csv::flight(&case).expect("our own log reads");
     let v = vehicle::read(&case.join("vehicle.json")).expect("our own vehicle file reads");
     std::fs::remove_dir_all(folder).ok();

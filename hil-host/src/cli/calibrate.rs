@@ -1,0 +1,197 @@
+//! `glider calibrate`.
+
+use super::add::write_vehicle;
+use super::diagnose::{bar, load};
+use super::{Output, Verdict};
+use crate::terminal::{rounded, table, wrapped};
+use crate::whole_file;
+use anyhow::Context as _;
+use comfy_table::Table;
+use discovery::diagnosis::report::number;
+use discovery::vehicle;
+use discovery::workbench::calibrate::{Calibrated, FREED, Logged, Number, Options, calibrate};
+use discovery::workbench::refitted_file::sha256;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Arguments of the command.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Examples:
+  glider calibrate --flight first_dir --out calibrated.json
+  glider calibrate --flight may.csv --flight june.csv --vehicle shipped.toml --out calibrated.toml
+  glider calibrate --flight day1.csv --flight day9.csv --vehicle v.toml --one-deployment --out v2.json
+  glider calibrate --flight day1.csv --vehicle v.toml --free hull_compressibility,thermal_expansion --out v2.json
+Then: glider diagnose --flight next.csv --vehicle v2.json; glider timeline mission_dir --vehicle v2.json
+
+Shared by all flights: drag, lift, added mass, hull. Of each flight: clock, pressure zero, and (without --one-deployment) trim and pitch
+zero. A tolerance that is written is the standard deviation that the next flight's number is expected within.
+Exit code 0: done; 1: on the segments kept out of the fit the calibrated vehicle is worse than the one given; 2: bad input.")]
+pub struct Args {
+    /// Flight directory (flight.csv and vehicle.json|toml) or csv file; several of one vehicle may be named.
+    #[arg(long, value_name = "DIR|CSV", required = true)]
+    flight: Vec<PathBuf>,
+    /// Vehicle file to start from; default: the one beside the first flight.
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Where to write the calibrated vehicle file (.json or .toml).
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Numbers whose tolerance in the file is not to be believed, separated by commas.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    free: Vec<String>,
+    /// All flights, and the next, are of one deployment: trim and pitch zero are shared, and known afterwards.
+    #[arg(long)]
+    one_deployment: bool,
+}
+
+/// The file of a flight.
+pub(crate) fn log_of(flight: &Path) -> PathBuf {
+    if flight.is_dir() { flight.join("flight.csv") } else { flight.to_path_buf() }
+}
+
+/// A flight with the hash of its log, and its vehicle.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(Logged, discovery::Vehicle)> {
+    let (read, vehicle) = load(flight, vehicle)?;
+    let log = log_of(flight);
+    let bytes = std::fs::read(&log).with_context(|| log.display().to_string())?;
+    Ok((Logged { flight: read, sha256: sha256(&bytes) }, vehicle))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let beside: Vec<PathBuf> = args.flight.iter().filter_map(|f| vehicle::beside(f)).collect();
+    let inputs: Vec<&Path> = args.flight.iter().chain(&beside).chain(&args.vehicle).map(PathBuf::as_path).collect();
+    whole_file::may_write(&args.out, &inputs, &["json", "toml"], output.force)?;
+    for name in &args.free {
+        let all = FREED.map(|n| n.0);
+        let meant = || crate::terminal::meant(name, all);
+        anyhow::ensure!(all.contains(&name.as_str()), "--free {name}: no such number{} All: {}", meant(), all.join(", "));
+    }
+    let start = args.vehicle.clone().or_else(|| args.flight.first().and_then(|f| vehicle::beside(f)));
+    let mut flights: Vec<Logged> = Vec::new();
+    let mut given = None;
+    for path in &args.flight {
+        let (one, vehicle) = logged(path, start.as_deref())?;
+        if let Some(k) = flights.iter().position(|f| f.sha256 == one.sha256) {
+            anyhow::bail!("{}: the same log as {}; name every flight once", path.display(), args.flight[k].display());
+        }
+        flights.push(one);
+        given = given.or(Some(vehicle));
+    }
+    let vehicle = given.context("no flight is named: --flight DIR|CSV")?;
+    let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
+    let options = Options { free: args.free.clone(), one_deployment: args.one_deployment };
+    let bar = bar();
+    let done = calibrate(&flights, &vehicle, &options, &parent, &|what, share| {
+        bar.set_position((100.0 * share) as u64);
+        bar.set_message(what.to_owned());
+    });
+    bar.finish_and_clear();
+    let done = done?;
+    write_vehicle(&args.out, &done.vehicle)?;
+    output.emit(&document(&done, &args.out), || {
+        for note in &done.notes {
+            println!("{}", wrapped(&format!("Note: {note}"), 6));
+        }
+        println!("{}\n", numbers(&done.numbers));
+        println!("{}", flights_table(&done));
+        println!("errors: block depth-rate errors in cm/s, as given > calibrated; the floor is what water and sensors alone would leave");
+        println!("Calibrated vehicle file: {}", args.out.display());
+    });
+    Ok(if worse(&done) { Verdict::Negative } else { Verdict::Ok })
+}
+
+/// Whether the calibrated vehicle is worse than the one given by a twentieth over all flights, on held-out segments where there are any.
+fn worse(done: &Calibrated) -> bool {
+    /// Chance on one or two held-out dives.
+    const CHANCE: f64 = 1.05;
+    let [mut before, mut after] = [0.0, 0.0];
+    for told in &done.flights {
+        let [fitted, held_out] = told.error_m_s;
+        let of = if held_out[0].is_finite() { held_out } else { fitted };
+        before += of[0].powi(2);
+        after += of[1].powi(2);
+    }
+    !(after.sqrt() <= CHANCE * before.sqrt())
+}
+
+fn document(done: &Calibrated, out: &Path) -> Value {
+    let cm = |v: f64| number(100.0 * v);
+    let flights: Vec<Value> = done
+        .flights
+        .iter()
+        .map(|t| {
+            let own = |(value, sigma): (f64, f64)| json!({"value": number(value), "sigma": number(sigma)});
+            let sensors: Vec<Value> = t
+                .sensors
+                .iter()
+                .map(|s| json!({"what": s.what, "value": number(s.value), "low": number(s.low), "high": number(s.high), "unit": s.unit}))
+                .collect();
+            json!({
+                "flight": t.flight, "sha256": t.sha256, "fitted_segments": t.fitted_segments,
+                "error_before": cm(t.error_m_s[0][0]), "error_after": cm(t.error_m_s[0][1]),
+                "error_before_heldout": cm(t.error_m_s[1][0]), "error_after_heldout": cm(t.error_m_s[1][1]),
+                "noise_floor": cm(t.noise_floor_m_s), "discrepancy_cm_s": cm(t.discrepancy_m_s),
+                "trim_cc": own(t.own[0]), "pitch_zero_rad": own(t.own[1]), "sensors": sensors,
+            })
+        })
+        .collect();
+    let numbers: Vec<Value> = done
+        .numbers
+        .iter()
+        .map(|n| {
+            let interval = n.interval();
+            json!({
+                "name": n.name, "unit": n.unit, "before": number(n.value[0]), "after": number(n.value[1]),
+                "low": interval.map(|i| number(i.0)), "high": interval.map(|i| number(i.1)),
+                "sigma_before": n.tolerance.map(|t| number(t[0])), "sigma_after": n.tolerance.map(|t| number(t[1])),
+                "between_flights": n.between_flights.map(number),
+            })
+        })
+        .collect();
+    json!({"vehicle": out.display().to_string(), "unit": "cm/s", "flights": flights, "numbers": numbers, "notes": done.notes})
+}
+
+fn numbers(all: &[Number]) -> Table {
+    let mut t = table(["number", "given", "calibrated", "between flights", "unit"]);
+    for n in all {
+        let with = |value: f64, sigma: Option<f64>| match (value.abs(), sigma) {
+            (small, Some(sigma)) if small > 0.0 && small < 1e-3 && sigma < 1e-3 => format!("{value:.2e} ± {sigma:.1e}"),
+            (_, Some(sigma)) => {
+                format!("{} ± {}", rounded(value, value - sigma, value + sigma), rounded(sigma, value - sigma, value + sigma))
+            }
+            (_, None) => format!("{value:.3}"),
+        };
+        t.add_row([
+            n.name.to_owned(),
+            with(n.value[0], n.tolerance.map(|t| t[0])),
+            with(n.value[1], n.tolerance.map(|t| t[1])),
+            n.between_flights.map_or("–".to_owned(), |v| format!("{v:.1e}")),
+            n.unit.to_owned(),
+        ]);
+    }
+    t
+}
+
+fn flights_table(done: &Calibrated) -> Table {
+    let mut t = table(["flight", "fitted", "held out", "floor", "trim, cm3", "pitch zero, deg"]);
+    for f in &done.flights {
+        let pair = |[a, b]: [f64; 2]| if a.is_finite() { format!("{:.2} > {:.2}", 100.0 * a, 100.0 * b) } else { "–".into() };
+        let [trim, zero] = f.own;
+        t.add_row([
+            f.flight.clone(),
+            pair(f.error_m_s[0]),
+            pair(f.error_m_s[1]),
+            format!("{:.2}", 100.0 * f.noise_floor_m_s),
+            format!("{:+.1} ± {:.1}", trim.0, trim.1),
+            format!("{:+.2} ± {:.2}", zero.0.to_degrees(), zero.1.to_degrees()),
+        ]);
+    }
+    t
+}

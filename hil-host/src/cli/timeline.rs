@@ -1,0 +1,324 @@
+//! `glider timeline`.
+
+use super::diagnose::bar;
+use super::{Output, Verdict};
+use crate::pages::plots::{Chart, Figure, Mark};
+use crate::terminal::{meant_path, rounded, table, wrapped};
+use crate::whole_file;
+use anyhow::{Context as _, bail};
+use discovery::diagnosis::report::number;
+use discovery::export::parquet;
+use discovery::record::csv;
+use discovery::workbench::changes::{DIVES_PER_ALARM, KINDS};
+use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
+use discovery::workbench::tracking::TRACKED;
+use discovery::{Flight, import, vehicle};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Arguments of the command.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Examples:
+  glider timeline mission_dir --vehicle calibrated.json
+  glider timeline june.csv july.csv --vehicle calibrated.json --out mission.png --out mission.parquet
+  glider timeline missions_dir --vehicle calibrated.json --json
+The vehicle file is best one that glider calibrate wrote: levels are relative to it.
+
+A PATH is a flight directory (flight.csv), a csv, a glider's own files as glider import takes them, or a folder of flight directories,
+taken in the order of their names. Each dive (or segment with its yos) is one point.
+The ending of --out decides: .svg, .png (figure), .csv, .json, .parquet (one row a dive). It may be given more than once.
+Exit code 0: nothing changed; 1: a change is named; 2: bad input.")]
+pub struct Args {
+    /// Flights of one mission, in order.
+    #[arg(value_name = "PATH", required = true)]
+    paths: Vec<PathBuf>,
+    /// Vehicle file that the mission is judged by.
+    #[arg(long, value_name = "FILE")]
+    vehicle: PathBuf,
+    /// Where the figure or the numbers go.
+    #[arg(long, value_name = "FILE")]
+    out: Vec<PathBuf>,
+    /// Dives in which one false alarm is accepted.
+    #[arg(long, value_name = "N", default_value_t = DIVES_PER_ALARM)]
+    dives_per_alarm: f64,
+}
+
+/// The flights behind a path, in order.
+fn flights_behind(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    anyhow::ensure!(path.exists(), "{}: no such flight{}", path.display(), meant_path(path));
+    if !path.is_dir() || path.join("flight.csv").is_file() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let entries = std::fs::read_dir(path).with_context(|| path.display().to_string())?;
+    let mut inside: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.join("flight.csv").is_file()).collect();
+    inside.sort();
+    Ok(if inside.is_empty() { vec![path.to_path_buf()] } else { inside })
+}
+
+/// Reads a flight of any kind.
+fn read(path: &Path) -> anyhow::Result<Flight> {
+    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if is_csv || path.join("flight.csv").is_file() {
+        return Ok(csv::flight(path)?);
+    }
+    let mut flight = import::import(path, &[])?.flight;
+    flight.name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
+    Ok(flight)
+}
+
+/// Endings of `--out`.
+const ENDINGS: [&str; 5] = ["svg", "png", "csv", "json", "parquet"];
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let inputs: Vec<&Path> = args.paths.iter().chain([&args.vehicle]).map(PathBuf::as_path).collect();
+    for out in &args.out {
+        whole_file::may_write(out, &inputs, &ENDINGS, output.force)?;
+    }
+    if !(10.0..=1e9).contains(&args.dives_per_alarm) {
+        bail!("--dives-per-alarm {}: expected 10 to 1000000000; 1000 is usual", args.dives_per_alarm);
+    }
+    if !args.vehicle.exists() {
+        bail!("{}: no such vehicle file{}; glider calibrate writes one", args.vehicle.display(), meant_path(&args.vehicle));
+    }
+    let vehicle = vehicle::read(&args.vehicle)?;
+    let mut paths = Vec::new();
+    for path in &args.paths {
+        paths.extend(flights_behind(path)?);
+    }
+    let bar = bar();
+    let mut mission = Mission::new(&vehicle);
+    for (k, path) in paths.iter().enumerate() {
+        let flight = read(path).inspect_err(|_| bar.finish_and_clear())?;
+        bar.set_message(flight.name.clone());
+        let added = mission.add(&flight, &|done, of| {
+            let share = (k as f64 + done as f64 / of.max(1) as f64) / paths.len() as f64;
+            bar.set_position((100.0 * share) as u64);
+        });
+        added.inspect_err(|_| bar.finish_and_clear())?;
+    }
+    bar.set_message("what changed");
+    let done = mission.finish(args.dives_per_alarm);
+    bar.finish_and_clear();
+    let done = done?;
+    for out in &args.out {
+        write(out, &done)?;
+    }
+    output.emit(&document(&done, &args.vehicle), || said(&done, &args.out));
+    Ok(if done.events.is_empty() { Verdict::Ok } else { Verdict::Negative })
+}
+
+fn write(out: &Path, done: &Timeline) -> anyhow::Result<()> {
+    let ending = out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let bytes: Vec<u8> = match ending.as_str() {
+        "svg" => figure(done).svg()?.into(),
+        "png" => figure(done).png()?,
+        "csv" => rows_csv(done).into(),
+        "parquet" => {
+            let mut bytes = Vec::new();
+            let (whole, texts, numbers) = columns(done);
+            parquet::table("dives", &whole, &texts, &numbers, &mut bytes).with_context(|| out.display().to_string())?;
+            bytes
+        }
+        _ => format!("{:#}\n", document(done, Path::new(""))).into(),
+    };
+    if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    whole_file::write(out, bytes).with_context(|| format!("cannot write {}", out.display()))
+}
+
+type Columns<T> = Vec<(String, Vec<T>)>;
+
+/// One row a dive, by column: whole numbers, texts, numbers.
+fn columns(done: &Timeline) -> (Columns<i32>, Columns<String>, Columns<f64>) {
+    let rows = &done.rows;
+    let whole = |n: usize| i32::try_from(n).unwrap_or(i32::MAX);
+    let integers = vec![
+        ("dive".to_owned(), rows.iter().map(|r| whole(r.number)).collect()),
+        ("segment".to_owned(), rows.iter().map(|r| whole(r.segment as usize)).collect()),
+        ("rows".to_owned(), rows.iter().map(|r| whole(r.rows)).collect()),
+    ];
+    let texts = vec![("flight".to_owned(), rows.iter().map(|r| r.flight.clone()).collect())];
+    let mut numbers = vec![
+        ("day".to_owned(), rows.iter().map(|r| r.day).collect()),
+        ("depth_m".to_owned(), rows.iter().map(|r| r.depth_m).collect()),
+        ("misfit".to_owned(), rows.iter().map(|r| r.misfit).collect()),
+    ];
+    for (k, t) in TRACKED.iter().enumerate() {
+        let unit = if t.unit == "%" { "percent" } else { t.unit };
+        let parts: [(&str, fn(&Level) -> f64); 3] = [("", |l| l.value), ("_low", |l| l.low), ("_high", |l| l.high)];
+        for (part, of) in parts {
+            numbers.push((format!("{}_{unit}{part}", t.name), rows.iter().map(|r| of(&r.levels[k])).collect()));
+        }
+    }
+    (integers, texts, numbers)
+}
+
+fn rows_csv(done: &Timeline) -> String {
+    let (whole, texts, numbers) = columns(done);
+    let heads = whole.iter().map(|c| &c.0).chain(texts.iter().map(|c| &c.0)).chain(numbers.iter().map(|c| &c.0));
+    let mut out = heads.cloned().collect::<Vec<_>>().join(",") + "\n";
+    for i in 0..done.rows.len() {
+        let number = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
+        let fields = whole.iter().map(|c| c.1[i].to_string());
+        let fields = fields.chain(texts.iter().map(|c| c.1[i].replace(',', ";"))).chain(numbers.iter().map(|c| number(c.1[i])));
+        out += &(fields.collect::<Vec<_>>().join(",") + "\n");
+    }
+    out
+}
+
+fn figure(done: &Timeline) -> Figure {
+    let panels = TRACKED.iter().enumerate().take(5).map(|(k, t)| {
+        let along = |of: fn(&Level) -> f64| done.rows.iter().map(move |r| (r.number as f64, of(&r.levels[k]))).collect::<Vec<_>>();
+        let mut chart = Chart::new(&t.name.replace('_', " "), "dive", &format!("{}, {}", t.name.replace('_', " "), t.unit))
+            .with("dive by dive", Mark::Line, along(|l| l.value))
+            .with("90 %: from", Mark::Dashed, along(|l| l.low))
+            .with("to", Mark::Dashed, along(|l| l.high));
+        let values = || done.rows.iter().flat_map(|r| [r.levels[k].low, r.levels[k].high]).filter(|v| v.is_finite());
+        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        for e in done.events.iter().filter(|e| e.change.kind.number == k && low < high) {
+            let x = e.dive as f64 - 0.5;
+            chart = chart.with(&format!("{} from dive {}", e.change.kind.name, e.dive), Mark::Line, [(x, low), (x, high)]);
+        }
+        chart
+    });
+    let events = done.events.iter().map(sentence).collect::<Vec<_>>().join(" ");
+    let caption = if events.is_empty() { "No change is named.".to_owned() } else { events };
+    Figure { panels: panels.collect(), caption: format!("Levels relative to the vehicle file. {caption}") }
+}
+
+fn level(l: &Level) -> Value {
+    json!({"value": number(l.value), "low": number(l.low), "high": number(l.high)})
+}
+
+fn document(done: &Timeline, vehicle: &Path) -> Value {
+    let levels = |all: &[Level]| -> Value {
+        let list = TRACKED.iter().zip(all).map(|(t, l)| {
+            let mut v = level(l);
+            v["unit"] = t.unit.into();
+            (t.name.to_owned(), v)
+        });
+        Value::Object(list.collect())
+    };
+    let change = |e: &Event| {
+        let t = &TRACKED[e.change.kind.number];
+        let others: Vec<Value> = e
+            .others
+            .iter()
+            .map(|(c, size)| {
+                let t = &TRACKED[c.kind.number];
+                let first = if c.onset == 0 { 0 } else { c.onset + 1 };
+                json!({"kind": c.kind.name, "number": t.name, "dive": first, "size": level(size), "unit": t.unit})
+            })
+            .collect();
+        json!({
+            "kind": e.change.kind.name, "about": e.change.kind.about, "number": t.name, "shape": e.change.kind.shape.id(),
+            "dive": e.dive, "dive_low": e.between.0, "dive_high": e.between.1, "day": number(e.day),
+            "size": level(&e.size), "unit": t.unit, "per_day": e.per_day.map(number), "range_percent": e.range_percent.map(number),
+            "strength_sigma": number(e.change.strength), "equivalent": others,
+        })
+    };
+    let dives: Vec<Value> = done
+        .rows
+        .iter()
+        .map(|r| {
+            json!({
+                "dive": r.number, "flight": r.flight, "segment": r.segment, "day": number(r.day), "depth_m": number(r.depth_m),
+                "rows": r.rows, "misfit": number(r.misfit), "levels": levels(&r.levels),
+            })
+        })
+        .collect();
+    let scatter: serde_json::Map<String, Value> = TRACKED.iter().zip(done.scatter).map(|(t, s)| (t.name.to_owned(), number(s))).collect();
+    json!({
+        "vehicle": vehicle.display().to_string(), "dives": dives, "changes": done.events.iter().map(change).collect::<Vec<_>>(),
+        "start": levels(&done.start), "scatter_1sigma": scatter, "threshold_sigma": number(done.threshold),
+        "expected_false_alarms": number(done.expected_false_alarms),
+        "false_alarms_per_1000_dives": number(1000.0 * done.expected_false_alarms / done.rows.len().max(1) as f64),
+        "discrepancy_cm_s": number(100.0 * done.discrepancy_m_s), "kinds": KINDS.iter().map(|k| k.name).collect::<Vec<_>>(),
+        "notes": done.notes,
+    })
+}
+
+fn with_interval(l: &Level, unit: &str) -> String {
+    let [value, low, high] = [l.value, l.low, l.high].map(|v| rounded(v, l.low, l.high));
+    let sign = if l.value > 0.0 { "+" } else { "" };
+    format!("{sign}{value} {unit} (90 %: {low} to {high})")
+}
+
+fn sentence(e: &Event) -> String {
+    let t = &TRACKED[e.change.kind.number];
+    let when = if e.dive == 0 {
+        "since before the first dive".to_owned()
+    } else if e.between.0 == e.between.1 {
+        format!("from dive {} (day {:.2})", e.dive, e.day)
+    } else {
+        format!("from dive {} (day {:.2}; 90 %: dive {} to {})", e.dive, e.day, e.between.0.max(1), e.between.1)
+    };
+    let mut out = format!("{}: {} {}, {when}", e.change.kind.name, t.name.replace('_', " "), with_interval(&e.size, t.unit));
+    if let Some(per_day) = e.per_day {
+        out += &format!(", {per_day:+.2} {} a day", t.unit);
+    }
+    if let Some(range) = e.range_percent {
+        out += &format!("; range {range:+.1} %");
+    }
+    out + "."
+}
+
+/// Most rows of the table on a terminal.
+const SHOWN: usize = 40;
+
+fn said(done: &Timeline, out: &[PathBuf]) {
+    for note in &done.notes {
+        println!("{}", wrapped(&format!("Note: {note}"), 6));
+    }
+    let mut t = table(["dive", "day", "m", "drag, %", "lift, %", "trim, cc", "pitch, °", "hull, %"]);
+    let every = done.rows.len().div_ceil(SHOWN).max(1);
+    for r in done.rows.iter().step_by(every) {
+        let cell = |k: usize| {
+            let l = &r.levels[k];
+            let half = 0.5 * (l.high - l.low);
+            format!("{}±{}", rounded(l.value, l.low, l.high), rounded(half, l.low, l.high))
+        };
+        t.add_row([
+            r.number.to_string(),
+            format!("{:.2}", r.day),
+            format!("{:.0}", r.depth_m),
+            cell(0),
+            cell(1),
+            cell(2),
+            cell(3),
+            cell(4),
+        ]);
+    }
+    println!(
+        "{t}\npitch: zero of the sensor; hull: compressibility; levels relative to the vehicle file, ± 90 %{}",
+        if every > 1 { format!("; every {every}th dive") } else { String::new() }
+    );
+    if done.events.is_empty() {
+        println!("No change is named.");
+    }
+    for e in &done.events {
+        println!("{}", wrapped(&sentence(e), 2));
+        println!("{}", wrapped(&format!("  {}", e.change.kind.about), 2));
+        if !e.others.is_empty() {
+            let others = e.others.iter().map(|(c, size)| {
+                let t = &TRACKED[c.kind.number];
+                format!("{} ({})", c.kind.name, with_interval(size, t.unit))
+            });
+            println!("{}", wrapped(&format!("  not told from it: {}", others.collect::<Vec<_>>().join("; ")), 2));
+        }
+    }
+    println!(
+        "False alarms expected in {} dives: {:.2} (threshold {:.2} sigma)",
+        done.rows.len(),
+        done.expected_false_alarms,
+        done.threshold
+    );
+    for path in out {
+        println!("{}", path.display());
+    }
+}

@@ -1,0 +1,311 @@
+//! Missions of the plant in which something changes at an unknown dive: is it found, when, and how large?
+//!
+//! Each case is a vehicle of its own: calibrated on one natural trial of eight dives ([`plant::trials::generate_natural`]), then flown on a
+//! mission of sixty ([`plant::trials::mission`]) and followed. Truth is the plant's: another law, a small structure, clocks apart,
+//! sensor zeros.
+//!
+//! * **Right**: a change along the number that was changed, alone or among those not told from it, with its onset within two dives
+//!   and the size inside its 90 % interval. (A growth's size is that at the last dive.)
+//! * **False alarms** are counted on unchanged dives, drawn again and again from the dives of unchanged missions: what a dive says less
+//!   what its mission says on average is its noise, tails and all.
+
+use std::path::Path;
+
+use anyhow::Context as _;
+use discovery::record::csv;
+use discovery::vehicle;
+use discovery::workbench::calibrate::{Logged, Options, calibrate};
+use discovery::workbench::changes::{DIVES_PER_ALARM, Found, Observed, find, threshold};
+use discovery::workbench::pooling::Information;
+use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
+use discovery::workbench::tracking::{DRAG, LIFT, N, PITCH_ZERO, PRESSURE, TRIM};
+use plant::trials::mission::{Change, fly};
+use plant::trials::{Kind, Site, Spec, Wing, files, generate_natural};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+/// Dives of a mission.
+pub const DIVES: usize = 60;
+/// How near an onset has to be, dives.
+const NEAR: usize = 2;
+
+/// One mission.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Number of the vehicle.
+    pub index: usize,
+    /// Wing set.
+    pub wing: Wing,
+    /// What changes.
+    pub change: Change,
+    /// First dive that has it, from 0.
+    pub onset: usize,
+}
+
+/// Kinds of change that are flown, in turn.
+pub const KINDS: [&str; 5] = ["drag", "fouling", "trim", "leak", "lift"];
+
+/// A number from 0 to 1.
+fn uniform(rng: &mut ChaCha8Rng) -> f64 {
+    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// A whole number below `n`.
+fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
+    ((uniform(rng) * n as f64) as usize).min(n.saturating_sub(1))
+}
+
+/// The cases: kinds in turn, sizes over the whole range, onsets in the middle two thirds.
+#[must_use]
+pub fn plan(cases: usize, seed: u64, only: Option<&str>) -> Vec<Case> {
+    let one = |index: usize| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7135 ^ ((index as u64) << 16));
+        let onset = DIVES / 6 + below(&mut rng, DIVES * 2 / 3);
+        let mut between = |low: f64, high: f64| low * (high / low).powf(uniform(&mut rng));
+        let change = match only.unwrap_or(KINDS[index % KINDS.len()]) {
+            "drag" => Change::Drag(between(0.1, 0.9)),
+            "fouling" => Change::Fouling(between(0.2, 0.9)),
+            "trim" => Change::Trim(between(10.0, 80.0) * if index.is_multiple_of(2) { 1.0 } else { -1.0 }),
+            "leak" => Change::Leak(between(20.0, 80.0)),
+            "lift" => Change::Lift(-between(0.1, 0.4)),
+            "pitch" => Change::PitchZero(between(0.01, 0.05)),
+            "pressure" => Change::PressureZero(between(0.5, 2.0)),
+            _ => Change::Nothing,
+        };
+        let wing = if (index / KINDS.len()).is_multiple_of(2) { Wing::Standard } else { Wing::LowAspectRatio };
+        Case { index, wing, change, onset }
+    };
+    (0..cases).map(one).collect()
+}
+
+/// What was said of one mission.
+#[derive(Debug)]
+pub struct Scored {
+    /// The case.
+    pub case: Case,
+    /// The timeline.
+    pub timeline: Timeline,
+    /// What each dive says, and what the vehicle file knows of the start.
+    pub observed: (Vec<Observed>, [f64; N]),
+    /// Onset found less that flown, dives; none where the change is not named.
+    pub late: Option<i64>,
+    /// Whether the size is inside its interval.
+    pub covered: bool,
+    /// Whether its own kind leads.
+    pub leads: bool,
+    /// Changes beside it.
+    pub others: usize,
+    /// Wall time of the timeline, s.
+    pub seconds: f64,
+}
+
+/// The number that a change is of, its size in the number's unit, and whether it grows.
+fn truth(change: Change) -> Option<(usize, f64)> {
+    match change {
+        Change::Nothing => None,
+        Change::Drag(by) | Change::Fouling(by) => Some((DRAG, 100.0 * by)),
+        Change::Trim(cc) => Some((TRIM, cc)),
+        Change::Leak(cc) => Some((TRIM, -cc)),
+        Change::Lift(by) => Some((LIFT, 100.0 * by)),
+        Change::PitchZero(by) => Some((PITCH_ZERO, by.to_degrees())),
+        Change::PressureZero(by) => Some((PRESSURE, by)),
+    }
+}
+
+fn put(folder: &Path, csv: &str, vehicle: &Value) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    std::fs::write(folder.join("flight.csv"), csv).with_context(|| folder.display().to_string())?;
+    std::fs::write(folder.join("vehicle.json"), format!("{vehicle:#}\n")).with_context(|| folder.display().to_string())
+}
+
+/// Calibrates a vehicle on its natural trial and flies its mission.
+///
+/// # Errors
+/// A folder that cannot be written, or a log that is refused.
+pub fn score(case: Case, seed: u64, dives: usize, folder: &Path) -> anyhow::Result<Scored> {
+    let spec =
+        Spec { site: Site::Sea, wing: case.wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None };
+    let here = folder.join(case.index.to_string());
+    let trial = generate_natural(&spec, seed, case.index);
+    let speed = trial.vehicle.sensors.speed_m_s.is_some();
+    let document = trial.vehicle.document(&trial.name);
+    put(&here.join("trial"), &files::csv(&trial.rows, speed), &document)?;
+    let given = vehicle::read(&here.join("trial/vehicle.json"))?;
+    let log = Logged { flight: csv::flight(&here.join("trial"))?, sha256: String::new() };
+    let calibrated = calibrate(&[log], &given, &Options::default(), b"", &|_, _| ())?;
+    let flown = fly(&spec, seed, case.index, dives, case.change, case.onset);
+    put(&here.join("mission"), &files::csv(&flown.rows, speed), &calibrated.vehicle)?;
+    let known = vehicle::read(&here.join("mission/vehicle.json"))?;
+    let log = csv::flight(&here.join("mission"))?;
+    std::fs::remove_dir_all(&here).ok();
+    let clock = std::time::Instant::now();
+    let mut mission = Mission::new(&known);
+    mission.add(&log, &|_, _| ())?;
+    let timeline = mission.finish(DIVES_PER_ALARM)?;
+    Ok(scored(case, timeline, (mission.observed(), mission.start_precision()), clock.elapsed().as_secs_f64()))
+}
+
+fn scored(case: Case, timeline: Timeline, observed: (Vec<Observed>, [f64; N]), seconds: f64) -> Scored {
+    let mut out = Scored { case, others: timeline.events.len(), timeline, observed, late: None, covered: false, leads: false, seconds };
+    let Some((number, size)) = truth(case.change) else { return out };
+    let inside = |l: &Level| (l.low..=l.high).contains(&size);
+    let of = |e: &Event| -> Option<(usize, bool, bool)> {
+        if e.change.kind.number == number {
+            return Some((e.change.onset, inside(&e.size), true));
+        }
+        e.others.iter().find(|(c, _)| c.kind.number == number).map(|(c, l)| (c.onset, inside(l), false))
+    };
+    let near = out.timeline.events.iter().filter_map(of).min_by_key(|(onset, _, leads)| (onset.abs_diff(case.onset), !leads));
+    if let Some((onset, covered, leads)) = near {
+        (out.late, out.covered, out.leads) = (Some(onset as i64 - case.onset as i64), covered, leads);
+        out.others -= 1;
+    }
+    out
+}
+
+impl Scored {
+    /// Found near its onset with its size inside the interval.
+    #[must_use]
+    pub fn right(&self) -> bool {
+        self.near() && self.covered
+    }
+
+    /// Found near its onset.
+    #[must_use]
+    pub fn near(&self) -> bool {
+        self.late.is_some_and(|late| late.unsigned_abs() as usize <= NEAR)
+    }
+}
+
+/// Scores all cases; `tick` is called after each.
+///
+/// # Errors
+/// A case that could not be flown, or a pool that cannot start.
+pub fn run(cases: &[Case], seed: u64, folder: &Path, jobs: usize, tick: &(dyn Fn() + Sync)) -> anyhow::Result<Vec<Scored>> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().context("cannot start the worker threads")?;
+    pool.install(|| cases.par_iter().map(|c| score(*c, seed, DIVES, folder).inspect(|_| tick())).collect())
+}
+
+/// A mission's dives with what they say about nothing but noise: each dive's deviation from the level that the mission has beside it.
+struct Noise {
+    dives: Vec<Information>,
+    precision: [f64; N],
+}
+
+fn noise_of((observed, precision): &(Vec<Observed>, [f64; N])) -> Option<Noise> {
+    let mut all = Information::none(N);
+    observed.iter().for_each(|o| all.add(&o.information));
+    let (mean, _) = all.with_prior(*precision).estimate()?;
+    let dives = observed
+        .iter()
+        .map(|o| Information { vector: &o.information.vector - &o.information.matrix * &mean, matrix: o.information.matrix.clone() })
+        .collect();
+    Some(Noise { dives, precision: *precision })
+}
+
+/// What unchanged dives say: dives, missions, and the changes that were named in them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Alarms {
+    /// Dives.
+    pub dives: usize,
+    /// Missions.
+    pub missions: usize,
+    /// Changes named.
+    pub alarms: usize,
+}
+
+/// Counts alarms on at least so many unchanged dives, drawn from those of unchanged missions.
+///
+/// # Errors
+/// A pool that cannot start.
+pub fn false_alarms(unchanged: &[&Scored], dives: usize, seed: u64, jobs: usize, tick: &(dyn Fn() + Sync)) -> anyhow::Result<Alarms> {
+    let noise: Vec<Noise> = unchanged.iter().filter_map(|s| noise_of(&s.observed)).collect();
+    if noise.is_empty() {
+        return Ok(Alarms::default());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().context("cannot start the worker threads")?;
+    let missions = dives.div_ceil(DIVES);
+    let limit = threshold(DIVES_PER_ALARM);
+    let alarms = pool.install(|| {
+        (0..missions)
+            .into_par_iter()
+            .map(|m| {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0xA1A2 ^ ((m as u64) << 20));
+                let of = &noise[m % noise.len()];
+                let draw = |d: usize, rng: &mut ChaCha8Rng| Observed {
+                    information: of.dives[below(rng, of.dives.len())].clone(),
+                    day: 0.06 * d as f64,
+                };
+                let series: Vec<Observed> = (0..DIVES).map(|d| draw(d, &mut rng)).collect();
+                let found: Option<Found> = find(&series, &of.precision, limit);
+                tick();
+                found.map_or(0, |f| f.changes.len())
+            })
+            .sum()
+    });
+    Ok(Alarms { dives: missions * DIVES, missions, alarms })
+}
+
+fn name_of(change: Change) -> &'static str {
+    match change {
+        Change::Nothing => "nothing",
+        Change::Drag(_) => "drag",
+        Change::Fouling(_) => "fouling",
+        Change::Trim(_) => "trim",
+        Change::Leak(_) => "leak",
+        Change::Lift(_) => "lift",
+        Change::PitchZero(_) => "pitch",
+        Change::PressureZero(_) => "pressure",
+    }
+}
+
+/// The scorecard as a document.
+#[must_use]
+pub fn document(scored: &[Scored], alarms: &Alarms) -> Value {
+    let of = |list: &[&Scored]| {
+        let share = |what: &dyn Fn(&Scored) -> bool| list.iter().filter(|s| what(s)).count();
+        json!({
+            "missions": list.len(), "right": share(&Scored::right), "onset_within_2": share(&Scored::near),
+            "named": share(&|s| s.late.is_some()), "size_covered": share(&|s| s.covered), "leads": share(&|s| s.leads),
+            "other_changes": list.iter().map(|s| s.others).sum::<usize>(),
+        })
+    };
+    let changed: Vec<&Scored> = scored.iter().filter(|s| truth(s.case.change).is_some()).collect();
+    let unchanged: Vec<&Scored> = scored.iter().filter(|s| truth(s.case.change).is_none()).collect();
+    let mut kinds: Vec<&str> = changed.iter().map(|s| name_of(s.case.change)).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let by_kind: serde_json::Map<String, Value> = kinds
+        .iter()
+        .map(|k| ((*k).to_owned(), of(&changed.iter().copied().filter(|s| name_of(s.case.change) == *k).collect::<Vec<_>>())))
+        .collect();
+    let list: Vec<Value> = scored
+        .iter()
+        .map(|s| {
+            let named: Vec<Value> = s
+                .timeline
+                .events
+                .iter()
+                .map(|e| json!({"kind": e.change.kind.name, "dive": e.dive, "size": e.size.value, "low": e.size.low, "high": e.size.high}))
+                .collect();
+            json!({
+                "vehicle": s.case.index, "wing": s.case.wing.id(), "change": name_of(s.case.change),
+                "size": truth(s.case.change).map(|t| t.1), "dive": s.case.onset + 1, "late": s.late, "covered": s.covered,
+                "leads": s.leads, "named": named, "scatter_1sigma": s.timeline.scatter.to_vec(), "wall_s": s.seconds,
+            })
+        })
+        .collect();
+    let mut wall: Vec<f64> = scored.iter().map(|s| s.seconds).collect();
+    wall.sort_by(f64::total_cmp);
+    json!({
+        "changed": of(&changed), "by_kind": by_kind,
+        "unchanged": {"missions": unchanged.len(), "changes_named": unchanged.iter().map(|s| s.timeline.events.len()).sum::<usize>()},
+        "false_alarms": {
+            "dives": alarms.dives, "missions": alarms.missions, "alarms": alarms.alarms,
+            "per_1000_dives": 1000.0 * alarms.alarms as f64 / alarms.dives.max(1) as f64,
+        },
+        "wall_s_median": wall.get(wall.len() / 2), "list": list,
+    })
+}

@@ -1,0 +1,73 @@
+//! A mission of the plant is watched: what changed is named, dated and sized, and an unchanged one is quiet. The whole campaign is
+//! `glider scorecard timeline`.
+
+use hil_host::score::timeline::{Alarms, Case, DIVES, Scored, false_alarms, score};
+use plant::trials::Wing;
+use plant::trials::mission::Change;
+use std::path::PathBuf;
+use std::process::Command;
+
+const SEED: u64 = 20_261_126;
+
+fn folder(name: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("glider-watching-{name}-{}", std::process::id()))
+}
+
+fn watched(index: usize, dives: usize, change: Change, onset: usize) -> Scored {
+    let folder = folder(&format!("{index}"));
+    let done = score(Case { index, wing: Wing::Standard, change, onset }, SEED, dives, &folder).expect("a mission can be flown");
+    std::fs::remove_dir_all(folder).ok();
+    done
+}
+
+#[test]
+fn scorecard_steps_of_drag_and_trim_are_named_dated_and_sized() {
+    for (index, change) in [(0, Change::Drag(0.3)), (1, Change::Trim(-25.0))] {
+        let done = watched(index, 24, change, 13);
+        assert!(done.near() && done.others == 0, "{change:?}: {:?}", done.timeline.events);
+        let told = &done.timeline.events[0];
+        assert!(done.covered, "{change:?}: {told:?}");
+    }
+}
+
+#[test]
+fn scorecard_an_unchanged_mission_is_quiet_and_its_dives_raise_no_more_alarms_than_calculated() {
+    let done = watched(2, 24, Change::Nothing, 24);
+    assert!(done.timeline.events.is_empty(), "{:?}", done.timeline.events);
+    // The whole count, 20,000 dives of ten missions, is the scorecard's.
+    let Alarms { dives, alarms, .. } = false_alarms(&[&done], 20 * DIVES, SEED, 2, &|| ()).expect("counted");
+    // 1.2 are calculated; five have a probability of 1 %.
+    assert!(dives == 20 * DIVES && alarms < 5, "{alarms} in {dives}");
+}
+
+/// What the command prints and writes: table, JSON, figure, Parquet; exit code 0 where nothing changed, nothing half-written.
+#[test]
+fn a_mission_becomes_a_table_a_document_a_figure_and_a_parquet_file() {
+    let work = folder("command");
+    std::fs::create_dir_all(&work).expect("a temporary folder");
+    let glider = |args: &[&str]| {
+        let out = Command::new(env!("CARGO_BIN_EXE_glider")).args(args).current_dir(&work).output().expect("it starts");
+        (out.status.code(), String::from_utf8_lossy(&out.stdout).into_owned(), String::from_utf8_lossy(&out.stderr).into_owned())
+    };
+    let flown = glider(&["fly", "--mission", "sweep", "--log", "flight"]);
+    assert_eq!(flown.0, Some(0), "{flown:?}");
+    let calibrated = glider(&["calibrate", "--flight", "flight", "--out", "known.json", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&calibrated.1).unwrap_or_else(|e| panic!("{e}: {calibrated:?}"));
+    assert_eq!(told["flights"][0]["sha256"].as_str().map(str::len), Some(64));
+    assert!(told["numbers"].as_array().is_some_and(|n| n.len() == 12), "{told}");
+    let outs = ["--out", "m.svg", "--out", "m.parquet", "--out", "m.csv", "--out", "m.json"];
+    let line: Vec<&str> = ["timeline", "flight", "--vehicle", "known.json"].into_iter().chain(outs).collect();
+    let said = glider(&line);
+    assert!(said.1.contains("False alarms expected") && said.0 == Some(0), "{said:?}");
+    let document: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(work.join("m.json")).expect("written")).expect("a document");
+    let dives = document["dives"].as_array().expect("a list").len();
+    assert!(dives >= 8 && document["dives"][0]["levels"]["drag"]["value"].is_f64(), "{document}");
+    assert_eq!(std::fs::read_to_string(work.join("m.csv")).expect("written").lines().count(), dives + 1);
+    let parquet = std::fs::read(work.join("m.parquet")).expect("written");
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    assert!(std::fs::read_to_string(work.join("m.svg")).expect("written").contains("</svg>"));
+    // Nothing is overwritten.
+    assert_eq!(glider(&line).0, Some(2));
+    std::fs::remove_dir_all(work).ok();
+}

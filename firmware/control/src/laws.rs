@@ -234,6 +234,27 @@ fn a_vehicle_slower_than_any_that_was_reckoned_with_is_called_home_when_its_time
 }
 
 #[test]
+fn a_shore_never_heard_calls_the_vehicle_home_when_its_patience_is_over() {
+    let limit_s = f64::from(Config::default().no_comms_s);
+    let leg = Leg { dives: 2000, ..Leg::default() };
+    let mut mission = Mission { legs: [leg].into_iter().collect(), ..Mission::default() };
+    mission.max_duration_s = mission.least_duration_s().ceil() as u32;
+    let (_, log) = fly(mission, 100_000, |_, frame, _| frame.surface.comms = false);
+    let (cause, at_s) = cause(&log).expect("called home");
+    assert_eq!(cause, Abort::NoComms, "after {at_s} s");
+    assert!((limit_s..limit_s + 2.0 * CYCLE_S).contains(&at_s), "after {at_s} s of {limit_s}");
+}
+
+#[test]
+fn five_dives_in_a_row_that_the_bottom_ends_call_the_vehicle_home() {
+    let leg = Leg { dives: 9, ..Leg::default() };
+    let mission = Mission { legs: [leg].into_iter().collect(), max_duration_s: 200_000, ..Mission::default() };
+    let (toy, log) = fly(mission, 20_000, |toy, frame, _| frame.altitude_m = Reading::now((22.0 - toy.z) as f32));
+    assert_eq!(cause(&log).map(|c| c.0), Some(Abort::Bottom));
+    assert!(toy.z_max < 22.0 && log.last().is_some_and(|c| c.answer.trace.dives == 4), "{} m", toy.z_max);
+}
+
+#[test]
 fn a_table_for_the_other_wings_is_refused_and_the_preset_pitch_flown() {
     let config = Config::default();
     let table = polar::builtin(signals::Wings::LowAspectRatio).expect("built-in table");

@@ -5,6 +5,7 @@
 //! law that is judged by them: a law that waits twice as long is too late. A test
 //! holds the law's own waits below them.
 
+use plant::faults::Kind;
 use std::ops::RangeInclusive;
 
 /// Without believable pitch: abort, s.
@@ -27,6 +28,8 @@ pub const ZERO_M: f64 = 1.5;
 pub const UNBACKED_S: f64 = 30.0;
 /// No depth at all: abort, s.
 pub const NO_DEPTH_S: f64 = 10.0;
+/// The only depth sensor drifts: found at the surface after one dive to the working depth, 1.3 h of it, s.
+pub const DRIFT_S: f64 = 5400.0;
 /// A depth that does not move though it must: abort, s.
 pub const STUCK_S: f64 = 60.0;
 /// Deeper than the leg by this, m, or this multiple, or deeper than the working depth by this, m: too deep.
@@ -68,6 +71,16 @@ pub const CHARGE: RangeInclusive<f32> = -0.01..=1.01;
 /// A race with water or a load in the hull is to be won by full buoyancy, a climb's attitude and the weight from so long after its
 /// onset on, s: five minutes.
 pub const RACE_S: f64 = 300.0;
+
+/// Time to the abort for a fault of the only depth sensor, s; none: not laid down.
+#[must_use]
+pub const fn alone_s(kind: Kind) -> Option<f64> {
+    match kind {
+        Kind::Off | Kind::Nan | Kind::Inf | Kind::Sentinel | Kind::Delayed => Some(NO_DEPTH_S),
+        Kind::Drift => Some(DRIFT_S),
+        _ => None,
+    }
+}
 
 #[cfg(test)]
 mod tests {

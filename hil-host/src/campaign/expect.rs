@@ -145,9 +145,7 @@ pub fn expect(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
 /// What is owed to the only depth sensor; none: the rules of every mission, no more.
 #[must_use]
 pub fn alone(fault: &Fault) -> Option<Expect> {
-    use Kind as K;
-    let silent = matches!(fault.kind, K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed);
-    silent.then_some(Expect::Abort(&[Abort::SensorDepth], demands::NO_DEPTH_S))
+    demands::alone_s(fault.kind).map(|bound_s| Expect::Abort(&[Abort::SensorDepth], bound_s))
 }
 
 /// Begins at the surface.

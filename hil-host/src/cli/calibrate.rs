@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use comfy_table::Table;
 use discovery::diagnosis::report::number;
 use discovery::vehicle;
-use discovery::workbench::calibrate::{Calibrated, FREED, Logged, Number, Options, calibrate};
+use discovery::workbench::calibrate::{Calibrated, Logged, Number, Options, calibrate, free_names};
 use discovery::workbench::refitted_file::sha256;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -69,8 +69,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let inputs: Vec<&Path> = args.flight.iter().chain(&beside).chain(&args.vehicle).map(PathBuf::as_path).collect();
     whole_file::may_write(&args.out, &inputs, &["json", "toml"], output.force)?;
     for name in &args.free {
-        let all = FREED.map(|n| n.0);
-        let meant = || crate::terminal::meant(name, all);
+        let all = free_names();
+        let meant = || crate::terminal::meant(name, all.iter().copied());
         anyhow::ensure!(all.contains(&name.as_str()), "--free {name}: no such number{} All: {}", meant(), all.join(", "));
     }
     let start = args.vehicle.clone().or_else(|| args.flight.first().and_then(|f| vehicle::beside(f)));

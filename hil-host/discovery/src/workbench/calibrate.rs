@@ -37,19 +37,15 @@ use serde_json::{Map, Value, json};
 const OWN: [usize; 8] = [TRIM, PITCH_ZERO, CLOCK_OFFSET, SPEED_SCALE, HEADING_BIAS, PRESSURE_ZERO, PRESSURE_PORT, BATTERY_ZERO];
 const TRIM: usize = 3;
 const PITCH_ZERO: usize = 5;
-/// Numbers that [`Options::free`] may name, and the tolerance that each gets, in the unit of its key: wider than any vehicle scatters.
-pub const FREED: [(&str, f64); STATED] = [
-    ("cd0", 0.5),
-    ("lift_slope", 0.5),
-    ("lift_quadratic", 1.0),
-    ("trim_volume", 300.0),
-    ("ballast_gain", 0.05),
-    ("pitch_zero", 0.05),
-    ("hull_compressibility", 1.0),
-    ("thermal_expansion", 1.0),
-    ("added_mass_surge", 0.3),
-    ("added_mass_heave", 0.5),
-];
+/// Tolerance that each number named in [`Options::free`] gets, in the unit of its key: wider than any vehicle scatters.
+const FREED: [f64; STATED] = [0.5, 0.5, 1.0, 300.0, 0.05, 0.05, 1.0, 1.0, 0.3, 0.5];
+
+/// Numbers that [`Options::free`] may name.
+#[must_use]
+pub fn free_names() -> &'static [&'static str] {
+    &CALIBRATION[..STATED]
+}
+
 /// Times that all flights are linearised anew, and the fall of chi² that is worth another.
 const MOST_LINEARISATIONS: usize = 5;
 const WORTH: f64 = 0.5;
@@ -68,7 +64,7 @@ pub struct Logged {
 /// How flights are taken together.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Numbers ([`FREED`]) of which the file's tolerance is not believed.
+    /// Numbers ([`free_names`]) of which the file's tolerance is not believed.
     pub free: Vec<String>,
     /// Whether all flights, and the next, are of one deployment: trim and pitch zero are the vehicle's then.
     pub one_deployment: bool,
@@ -121,7 +117,7 @@ impl std::fmt::Display for Refused {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Name(name) => {
-                let all: Vec<&str> = FREED.iter().map(|n| n.0).collect();
+                let all = free_names();
                 write!(f, "no number `{name}` to free; there are {}", all.join(", "))
             }
             Self::Nothing(why) => why.fmt(f),
@@ -141,8 +137,8 @@ impl From<NothingToFit> for Refused {
 fn freed(vehicle: &Vehicle, names: &[String]) -> Result<Vehicle, Refused> {
     let mut out = vehicle.clone();
     for name in names {
-        let index = FREED.iter().position(|n| n.0 == name).ok_or_else(|| Refused::Name(name.clone()))?;
-        let tolerance = FREED[index].1.max(tolerance_of(&out, index));
+        let index = free_names().iter().position(|n| n == name).ok_or_else(|| Refused::Name(name.clone()))?;
+        let tolerance = FREED[index].max(tolerance_of(&out, index));
         set_tolerance(&mut out, index, tolerance);
     }
     Ok(out)
@@ -423,7 +419,7 @@ impl Together<'_> {
         let mut document = numbers(self.vehicle, state);
         document["tolerance_1sigma"] = tolerances(self.vehicle, &document, state, left).into();
         let mut on = document.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
-        on.extend(zeros(self.vehicle, state).map(|z| (z.effect.to_owned(), z.entry())));
+        on.extend(zeros(self.vehicle, state).into_iter().map(|z| (z.effect.to_owned(), z.entry())));
         document["effects"] = on.into();
         let of_flight = |t: &Told| json!({"flight": t.flight, "sha256": t.sha256, "fitted_segments": t.fitted_segments, "discrepancy_m_s": t.discrepancy_m_s});
         let calibration: Map<String, Value> =

@@ -1,8 +1,8 @@
 //! A vehicle file with refitted calibration numbers: what `add` and `calibrate` write.
 
 use crate::likelihood::battery;
-use crate::model::parameters::{STATED, State, law, tolerance_of};
-use crate::vehicle::Vehicle;
+use crate::model::parameters::{BALLAST_GAIN, PITCH_ZERO, STATED, State, calibration_of, law, tolerance_of};
+use crate::vehicle::{Vehicle, catalogue};
 use serde_json::{Map, Value, json};
 use sha2::{Digest as _, Sha256};
 
@@ -65,12 +65,18 @@ pub(crate) struct Zero {
 }
 
 /// The two calibration numbers that have no constant in the file: they go on as the effect that states them.
-pub(crate) fn zeros(vehicle: &Vehicle, state: &State) -> [Zero; 2] {
-    [(4, "ballast_scale", "gain_error", "1"), (5, "pitch_offset", "offset_rad", "rad")].map(|(k, effect, parameter, unit)| {
-        let stated = vehicle.document.pointer(&format!("/effects/{effect}/{parameter}"));
-        let before = stated.map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
-        Zero { effect, parameter, unit, before, shift: state.calibration[k] * tolerance_of(vehicle, k) }
-    })
+pub(crate) fn zeros(vehicle: &Vehicle, state: &State) -> Vec<Zero> {
+    let stating = |k: usize| catalogue::all().find(|e| calibration_of(*e) == Some(k)).map(|e| (k, e));
+    [BALLAST_GAIN, PITCH_ZERO]
+        .into_iter()
+        .filter_map(stating)
+        .map(|(k, e)| {
+            let (effect, parameter, unit) = (e.name(), e.parameters()[0].name, e.parameters()[0].unit);
+            let stated = vehicle.document.pointer(&format!("/effects/{effect}/{parameter}"));
+            let before = stated.map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
+            Zero { effect, parameter, unit, before, shift: state.calibration[k] * tolerance_of(vehicle, k) }
+        })
+        .collect()
 }
 
 impl Zero {

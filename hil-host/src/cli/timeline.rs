@@ -150,7 +150,8 @@ fn columns(done: &Timeline) -> (Columns<i32>, Columns<String>, Columns<f64>) {
     ];
     for (k, t) in TRACKED.iter().enumerate() {
         let unit = if t.unit == "%" { "percent" } else { t.unit };
-        let parts: [(&str, fn(&Level) -> f64); 3] = [("", |l| l.value), ("_low", |l| l.low), ("_high", |l| l.high)];
+        type Part = (&'static str, fn(&Level) -> f64);
+        let parts: [Part; 3] = [("", |l| l.value), ("_low", |l| l.low), ("_high", |l| l.high)];
         for (part, of) in parts {
             numbers.push((format!("{}_{unit}{part}", t.name), rows.iter().map(|r| of(&r.levels[k])).collect()));
         }

@@ -1,7 +1,7 @@
 //! Several flights of one vehicle: its numbers and what is left uncertain of them, so that the next flight is judged by what is known.
 //!
 //! Every flight is fitted by itself, and what it says of the vehicle is kept as [`Information`], model discrepancy and its own numbers
-//! (trim, pitch zero, clock, pressure zero, …: [`OWN`]) integrated out. The pooled numbers are the place at which all flights are
+//! (trim, pitch zero, clock, pressure zero, …: `OWN`) integrated out. The pooled numbers are the place at which all flights are
 //! linearised again, until that lowers their misfit no more: a Gauss–Newton fit to all logs at once, in pieces of 27 numbers.
 //!
 //! The tolerances that are written are what the next flight's numbers are expected within: posterior of the mean, discrepancy in it, and

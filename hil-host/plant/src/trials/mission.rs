@@ -2,7 +2,7 @@
 //!
 //! The vehicle, its water, its small structure, clock lag and sensor zeros are those of the natural trial of the same seed and index
 //! ([`super::generate_natural`]), which is the flight that the vehicle is calibrated on. The mission is another deployment: trimmed anew.
-//! Most dives are flown at one pitch and stroke, one in [`SECOND_EVERY`] at a second, as a pilot who compares does.
+//! Most dives are flown at one pitch and stroke, one in `SECOND_EVERY` at a second, as a pilot who compares does.
 //!
 //! Not covered: settings that drift over a mission, seasons, more than one change.
 

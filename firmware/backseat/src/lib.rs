@@ -12,7 +12,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`number`] | decimal text to number and back, without a heap |
-//! | [`line`] | which bytes are a sentence |
+//! | [`mod@line`] | which bytes are a sentence |
 //! | [`sentence`] | what a sentence says |
 //! | [`base64`] | bytes of a file in a sentence |
 //! | [`ini`] | the glider's list of sensors, both generations of it |

@@ -5,7 +5,7 @@ use crate::mark::Mark;
 /// Where sensor frames come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Seat {
-    /// On deck: the next mission decides, by [`ToBoard::Begin`] or [`ToBoard::Launch`].
+    /// On deck: the next mission decides, by [`signals::ToBoard::Begin`] or [`signals::ToBoard::Launch`].
     Open,
     /// From the host over the line (hardware in the loop).
     #[default]

@@ -247,7 +247,11 @@ mod tests {
         let one = |z: f64| Information { matrix: DMatrix::from_element(1, 1, 1e4), vector: DVector::from_element(1, 1e4 * z) };
         let next = |z: &[f64]| pool(&z.iter().map(|z| one(*z)).collect::<Vec<_>>(), &[1.0], &[0.2]).expect("positive").next(0);
         let (single, agreeing, apart) = (next(&[0.3]), next(&[0.30, 0.31, 0.30, 0.29]), next(&[0.0, 1.0, -0.8, 0.4]));
-        // One: the prior, mean square 2 · 0.2² of an exponential, coarse grid. Four that agree: less. Four that scatter by 0.77: about that.
-        assert!((0.2..0.32).contains(&single) && agreeing < 0.5 * single && (0.5..1.6).contains(&apart), "{single} {agreeing} {apart}");
+        // One: the prior's mean square of scatter, 2 · 0.2² of an exponential, once for the flight that was flown (with its noise, under the
+        // prior of the number) and once for the next. Four that agree: less. Four that scatter by 0.77: about that.
+        let scatter = 2.0 * 0.2_f64.powi(2);
+        let expected = (1.0 / (1.0 / (scatter + 1e-4) + 1.0) + scatter).sqrt();
+        assert!((single - expected).abs() < 1e-6, "{single}, {expected} by hand");
+        assert!(agreeing < 0.5 * single && (0.5..1.6).contains(&apart), "{agreeing} {apart}");
     }
 }

@@ -58,18 +58,15 @@ pub fn read(files: &[File]) -> anyhow::Result<(Flight, Vehicle, Vec<String>)> {
     let (vehicles, logs): (Vec<&File>, Vec<&File>) = files.iter().partition(|f| is_vehicle(f));
     ensure!(!logs.is_empty(), "drop a flight: flight.csv with its vehicle file, or a glider's own log files");
     ensure!(vehicles.len() < 2, "{} and {}: drop one vehicle file", vehicles[0].name, vehicles[1].name);
-    let vehicle = vehicles
-        .first()
-        .map(|f| discovery::vehicle::parse_text(&f.text()?, Path::new(&f.name)).map_err(anyhow::Error::from))
-        .transpose()?;
-    if let ([csv], Some(vehicle)) = (&logs[..], &vehicle)
+    let vehicle = || vehicles.first().map(|f| anyhow::Ok(discovery::vehicle::parse_text(&f.text()?, Path::new(&f.name))?)).transpose();
+    if let ([csv], [_]) = (&logs[..], &vehicles[..])
         && ending(&csv.name) == "csv"
     {
         let name = Path::new(&csv.name).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        let ours = discovery::record::csv::parse(&csv.text()?, Path::new(&csv.name), &name);
-        return Ok((ours?, vehicle.clone(), Vec::new()));
+        let flight = discovery::record::csv::parse(&csv.text()?, Path::new(&csv.name), &name)?;
+        return Ok((flight, vehicle()?.context("a vehicle file")?, Vec::new()));
     }
-    imported(&logs, vehicle)
+    imported(&logs, vehicle()?)
 }
 
 /// A glider's own files, as `glider import` takes them.
@@ -165,7 +162,7 @@ mod tests {
             (vec![text("a.json", "{}"), text("b.toml", ""), text("f.csv", "")], "one vehicle file"),
             (vec![broken], "log.dbd"),
             (vec![text("notes.txt", "nothing of a flight\n")], "notes.txt"),
-            (vec![bytes("flight.csv", &[0xff, 0xfe]), text("vehicle.json", "{}")], "json"),
+            (vec![bytes("flight.csv", &[0xff, 0xfe]), text("vehicle.json", "{}")], "flight.csv"),
             (vec![text("..", "time\n")], ".."),
         ] {
             let why = read(&files).expect_err("nothing to read").to_string();

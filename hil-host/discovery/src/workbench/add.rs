@@ -11,15 +11,12 @@ use crate::inference::gauss_newton::Fit;
 use crate::likelihood::block_error::blocks;
 use crate::likelihood::{Problem, block_errors};
 use crate::model::branch::Branch;
-use crate::model::parameters::{
-    BALLAST_GAIN, N_CALIBRATION, PITCH_ZERO, SensorFinding, State, calibration_of, sensor_findings, tolerance_of,
-};
+use crate::model::parameters::{N_CALIBRATION, SensorFinding, State, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
-use crate::vehicle::catalogue;
 use crate::vehicle::effects_table::new_key;
-use crate::workbench::refitted_file::{numbers, sha256, tolerances};
+use crate::workbench::refitted_file::{numbers, sha256, tolerances, zeros};
 use hydro::effects::{Active, Effect};
 use serde_json::{Value, json};
 
@@ -153,7 +150,6 @@ fn switched_on(
     parameters: &[Estimate],
 ) -> serde_json::Map<String, Value> {
     let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
-    let parents = on.clone();
     for effect in effects {
         let mut entry = serde_json::Map::new();
         let prefix = format!("{}.", effect.name());
@@ -170,25 +166,17 @@ fn switched_on(
         }
         on.insert(new_key(&on, *effect), entry.into());
     }
-    let z = &state.calibration;
-    // Two calibration numbers have no constant in the file: they go on as the effect that states them.
-    for k in [BALLAST_GAIN, PITCH_ZERO] {
-        let Some(effect) = catalogue::all().find(|e| calibration_of(*e) == Some(k)) else { continue };
-        let (name, size) = (effect.name(), &effect.parameters()[0]);
-        let (parameter, unit) = (size.name, size.unit);
-        let shift = z[k] * tolerance_of(vehicle, k);
-        let before = parents.get(name).and_then(|e| e.get(parameter)).map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
-        on.insert(name.into(), json!({parameter: {"value": before + shift, "unit": unit, "from": "calibration"}}));
-        if effects.iter().any(|e| e.name() == name)
-            && let Some(p) = parameters.iter().find(|p| p.name == format!("{name}.{parameter}"))
-        {
-            on.insert(
-                name.into(),
-                json!({parameter: {
-                    "value": before + p.value + shift, "low": before + p.low + shift, "high": before + p.high + shift, "unit": unit,
-                }}),
-            );
-        }
+    for zero in zeros(vehicle, state) {
+        let name = zero.effect;
+        let refitted = parameters.iter().find(|p| p.name == format!("{name}.{}", zero.parameter));
+        let entry = match refitted.filter(|_| effects.iter().any(|e| e.name() == name)) {
+            Some(p) => json!({zero.parameter: {
+                "value": zero.before + p.value + zero.shift, "low": zero.before + p.low + zero.shift,
+                "high": zero.before + p.high + zero.shift, "unit": zero.unit,
+            }}),
+            None => zero.entry(),
+        };
+        on.insert(name.into(), entry);
     }
     on
 }

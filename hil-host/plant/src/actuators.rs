@@ -89,6 +89,19 @@ impl Default for Actuators {
     }
 }
 
+/// What the pins of a board's motor drivers do: no targets, only motors that run, and a servo.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drive {
+    /// Pump runs out (`true`, more displaced water) or in.
+    pub pump: Option<bool>,
+    /// Battery runs forward (`true`) or aft.
+    pub battery: Option<bool>,
+    /// Angle that the fin's servo is told, rad.
+    pub fin_rad: f64,
+    /// Both switches of the burn wire are closed.
+    pub fire: bool,
+}
+
 /// One actuator on its way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Servo {
@@ -113,6 +126,13 @@ impl Servo {
             self.target = target.clamp(-self.limit, self.limit);
         }
         self.moving |= (self.target - self.position).abs() > self.dead_band;
+    }
+
+    /// Runs towards one end (`Some(true)`: the positive one) or rests: a motor at its bridge, which knows no target.
+    pub(crate) fn run(&mut self, towards: Option<bool>) {
+        let Some(positive) = towards else { return self.halt() };
+        self.target = if positive { self.limit } else { -self.limit };
+        self.moving = self.position != self.target;
     }
 
     /// Stops where it is.
@@ -165,5 +185,20 @@ mod tests {
         assert_eq!((s.position, s.plan().0), (1.0, 0.0));
         s.command(f64::NAN);
         assert_eq!(s.plan().0, 0.0);
+    }
+
+    #[test]
+    fn a_motor_runs_to_its_end_and_rests_where_it_is_let_go() {
+        let mut s = Servo::new(0.0, 1.0, 0.1, 0.05);
+        s.run(Some(false));
+        s.pass(s.plan().0, 3.0);
+        assert!((s.position + 0.3).abs() < 1e-12);
+        s.run(None);
+        assert_eq!(s.plan().0, 0.0);
+        s.run(Some(true));
+        s.pass(s.plan().0, 60.0);
+        assert_eq!(s.position, 1.0);
+        s.run(Some(true));
+        assert_eq!(s.plan().0, 0.0, "at its end");
     }
 }

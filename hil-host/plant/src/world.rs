@@ -9,7 +9,7 @@ mod tests;
 
 pub use best::BestGlide;
 
-use crate::actuators::{Pump, Servo};
+use crate::actuators::{Drive, Pump, Servo};
 use crate::dynamics::{Body, Inputs, Ramp, State};
 use crate::effects::{Effect, EffectKind as E};
 use crate::faults::{Fault, Kind, Schedule, Target};
@@ -69,7 +69,6 @@ pub struct World {
     water_in_kg: f64,
     vacuum_pa: f64,
     firing_s: Option<f64>,
-    fired: bool,
     weight_dropped: bool,
     surfaced_s: f64,
     max_depth_m: f64,
@@ -135,7 +134,6 @@ impl World {
             water_in_kg: 0.0,
             vacuum_pa: SEALED_PA,
             firing_s: None,
-            fired: false,
             weight_dropped: false,
             surfaced_s: 0.0,
             max_depth_m: start.depth_m,
@@ -192,10 +190,19 @@ impl World {
         if !(seconds > 0.0 && seconds.is_finite()) {
             return;
         }
+        self.receive(command);
+        self.pass(seconds);
+    }
+
+    /// Lets `seconds` pass with the motors as they were last driven or commanded.
+    pub fn pass(&mut self, seconds: f64) {
+        if !(seconds > 0.0 && seconds.is_finite()) {
+            return;
+        }
         let brown = self.schedule.find(self.t, Target::Power, Kind::BrownOut).is_some();
         self.brown_out |= brown && !self.browned;
         self.browned = brown;
-        self.receive(command);
+        self.fire(self.schedule.find(self.t, Target::Release, Kind::Spurious).is_some());
         let pieces = (seconds / INPUTS_S - 1e-9).ceil().max(1.0);
         let start = self.t;
         for piece in 1..=pieces as u64 {
@@ -234,6 +241,14 @@ impl World {
         }
     }
 
+    /// Drives the motors as a board's pins do, from now on.
+    pub fn drive(&mut self, drive: &Drive) {
+        self.ballast.run(drive.pump);
+        self.battery.run(drive.battery);
+        self.fin.command(drive.fin_rad);
+        self.fire(drive.fire);
+    }
+
     /// Takes the command, or what is left of it on the way.
     fn receive(&mut self, command: &ActuatorCommand) {
         let lost = self.schedule.find(self.t, Target::Command, Kind::Lost).is_some()
@@ -257,11 +272,14 @@ impl World {
         self.ballast.command(f64::from(c.ballast_m3));
         self.battery.command(f64::from(c.battery_mass_m));
         self.fin.command(f64::from(c.fin_rad));
-        let spurious = self.schedule.find(self.t, Target::Release, Kind::Spurious).is_some();
-        if (c.drop_weight || spurious) && self.firing_s.is_none() {
+        self.fire(c.drop_weight);
+    }
+
+    /// Heats the burn wire; once begun it goes on.
+    fn fire(&mut self, wanted: bool) {
+        if wanted && self.firing_s.is_none() {
             self.firing_s = Some(self.t);
         }
-        self.fired |= c.drop_weight;
     }
 
     /// Actuator faults bend what the command asked for.

@@ -49,7 +49,7 @@ pub(crate) struct Flight {
     weight_fired: bool,
     pub(crate) session: Session,
     /// The configuration of the mission under way.
-    config: Option<Config>,
+    pub(crate) config: Option<Config>,
     /// Uploaded table in use and the wings it is for; empty when the one built into flash is flown.
     table: Content,
     /// The table in flash, checked when the mission was taken.

@@ -36,6 +36,7 @@
 
 pub mod afloat;
 mod boot;
+pub mod deck;
 mod flight;
 pub mod limits;
 mod mark;

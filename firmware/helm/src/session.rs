@@ -2,6 +2,7 @@
 
 use crate::afloat::Afloat;
 use crate::boot::{Boot, Seat};
+use crate::deck::Deck;
 use crate::flight::{Activity, Flight};
 use crate::limits;
 use crate::mark::{Copies, Mark};
@@ -39,6 +40,8 @@ pub struct Helm<S> {
     pub(crate) flight: Flight,
     seal: Sum,
     marks: Copies,
+    /// Checks on deck.
+    pub deck: Deck,
     /// Takes a mend back: the model check must find what it was for.
     #[cfg(test)]
     pub(crate) mutant: Option<crate::model_check::Mutant>,
@@ -57,6 +60,7 @@ impl<S: Clone> Clone for Helm<S> {
             flight: self.flight.clone(),
             seal: Sum::NONE,
             marks: self.marks,
+            deck: self.deck,
             #[cfg(test)]
             mutant: self.mutant,
         };
@@ -84,6 +88,7 @@ impl<S: Storage> Helm<S> {
             flight: flight_after(boot.mark),
             seal: Sum::NONE,
             marks: Copies::new(),
+            deck: Deck::new(),
             #[cfg(test)]
             mutant: None,
         }
@@ -187,6 +192,7 @@ impl<S: Storage> Helm<S> {
             ToBoard::Rollback(object) => self.rollback(object),
             ToBoard::ReadBack { object, offset } => self.read_back(object, offset),
             ToBoard::Report => Ok(ToHost::Counters(self.receiver.counters)),
+            ToBoard::Check { stroke } => self.on_deck().map(|()| ToHost::Checked(self.deck.ask(stroke))),
         };
         answer.unwrap_or_else(ToHost::Refused)
     }
@@ -283,6 +289,12 @@ impl<S: Storage> Helm<S> {
         self.flight.last.as_ref()
     }
 
+    /// The configuration of the mission under way, or the built-in one.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        self.flight.config.as_ref().unwrap_or(&self.built_in)
+    }
+
     /// What keeps objects.
     pub const fn storage(&mut self) -> &mut S {
         &mut self.storage
@@ -345,6 +357,7 @@ impl<S: Storage> Helm<S> {
             Some(Phase::Safe) => return Err(Refusal::Safe),
             Some(phase) if phase != Phase::Done => return Err(Refusal::UnderWay),
             _ if !self.flight.session.greeted => return Err(Refusal::NotNow),
+            _ if !self.deck.allows(seat) => return Err(Refusal::Strap),
             _ => {}
         }
         self.staging.abandon();

@@ -22,6 +22,7 @@
 pub mod frame;
 pub mod link;
 pub mod mission;
+pub mod preflight;
 pub mod time;
 
 pub use frame::{Abort, ActuatorCommand, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};
@@ -29,4 +30,5 @@ pub use link::{
     Counters, Limit, Manifest, Object, Receiver, Refusal, Reply, Request, ToBoard, ToHost, WIRE_VERSION, WireError, decode, encode,
 };
 pub use mission::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
+pub use preflight::{Preflight, Strap, Stroke};
 pub use time::Micros;

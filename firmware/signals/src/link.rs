@@ -9,12 +9,13 @@
 
 use crate::frame::{Answer, Phase, SensorFrame};
 use crate::mission::{Mission, MissionError, Wings};
+use crate::preflight::Preflight;
 use heapless::Vec;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the wire: messages, framing and meaning. A board with another
 /// one is refused by name instead of misread.
-pub const WIRE_VERSION: u8 = 3;
+pub const WIRE_VERSION: u8 = 4;
 /// Longest frame before COBS, bytes.
 pub const MAX_FRAME: usize = 384;
 /// Longest frame on the wire, bytes: COBS adds 1 in 254, and the delimiter.
@@ -75,6 +76,8 @@ pub enum Refusal {
     Storage,
     /// The vehicle is in SAFE and stays there.
     Safe,
+    /// The strap on the board says the other: frames from a host on the bench only, own sensors in deployment only.
+    Strap,
 }
 
 /// Which limit of the vehicle's class a configuration crosses.
@@ -200,6 +203,11 @@ pub enum ToBoard {
     /// The vehicle is out of the water: forget the mission and leave SAFE.
     /// Refused unless it was seen afloat for some time.
     Recovered,
+    /// Measure with the vehicle's own sensors now, on deck; with `stroke` move pump and battery mass first. Ask again for what came of it.
+    Check {
+        /// Begin a stroke of pump and battery mass.
+        stroke: bool,
+    },
 }
 
 /// One message to the board.
@@ -274,6 +282,8 @@ pub enum ToHost {
         /// CRC-32 of the object now in use; 0 where there is none.
         crc: u32,
     },
+    /// What the last check on deck found.
+    Checked(Preflight),
 }
 
 /// Why bytes are not a message.

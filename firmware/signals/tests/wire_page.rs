@@ -50,6 +50,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("ReadBack", ToBoard::ReadBack { object, offset: 0 }),
         ("Report", ToBoard::Report),
         ("Recovered", ToBoard::Recovered),
+        ("Check", ToBoard::Check { stroke: false }),
     ] {
         assert!(PAGE.contains(&format!("| {} | {name}", number(&message))), "{name} is {}", number(&message));
     }
@@ -64,6 +65,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("6 is Refused", ToHost::Refused(Refusal::Safe)),
         ("7 Counters", ToHost::Counters(Default::default())),
         ("8 Volatile {", ToHost::Volatile { crc: 0 }),
+        ("9 Checked", ToHost::Checked(Default::default())),
     ] {
         assert!(PAGE.contains(said) && said.starts_with(&number(&message).to_string()), "{said}: {}", number(&message));
     }

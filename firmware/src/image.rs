@@ -1,33 +1,53 @@
-//! The loop: bytes in, one step, bytes out; feed the watchdog.
+//! The image: chip and wiring around the loop of [`bay`].
+//!
+//! | pin | function |
+//! |---|---|
+//! | PB6, PB7 | I²C clock, data: pressure, ADC, battery gauge |
+//! | PC0, PC1 | ballast pump, more and less displaced water |
+//! | PC2, PC3 | battery mass, forward and aft |
+//! | PC4, PC5 | drop weight, arm and fire |
+//! | PC6 | locator beacon |
+//! | PC7 | burn wire, high while it is whole |
+//! | PC8 | strap, pulled up: to ground on a bench (hardware in the loop), open in deployment |
 
 use crate::board::last_words::{self, Cause, LastWords};
-use crate::board::line::Line;
+use crate::board::pins::{Drive, Pin, Port, Wait};
+use crate::board::servo::Servo;
 use crate::board::spi::Spi;
+use crate::board::uart::{self, Line, Received};
 use crate::board::watchdog::Watchdog;
 use crate::board::{canary, clock, log, power_up, safe_outputs};
-use crate::own::Own;
 use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
+use bay::{Fitted, Outside, Parts, Run, Wiring};
 use control::Config;
 use cortex_m_rt::entry;
+use devices::soft_i2c::SoftI2c;
+use embedded_hal::digital::InputPin;
 use heapless::spsc::Queue;
-use helm::session::CYCLE_MS;
-use helm::silence::PATIENCE_MS;
 use helm::{Boot, Helm, Mark, Seat};
-use signals::link::MAX_WIRE;
-use signals::{Abort, Micros, Phase, Reply, ToHost, encode};
+use signals::{Abort, Phase, Strap, ToHost};
 use stm32f4::stm32f405::Peripherals;
 
-/// Time between two looks at the motors on own sensors, ms.
-const LOOK_MS: u64 = 200;
-/// Most bytes taken from the line before the loop looks at the clock again.
-const BYTES_PER_PASS: usize = 256;
-/// Longest time without a finished step while a mission waits for its host, ms: its patience and two cycles.
-const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
+/// Which type of this chip is what.
+struct Soldered;
+
+impl Fitted for Soldered {
+    type Bus = SoftI2c<Pin, Pin, Wait>;
+    type Delay = Wait;
+    type Motor = Pin;
+    type Out = Pin;
+    type In = Pin;
+    type Servo = Servo;
+    type Compass = Received;
+    type Gps = Received;
+}
 
 #[entry]
 fn main() -> ! {
-    static mut QUEUE: Queue<u8, 1024> = Line::queue();
+    static mut LINE: Queue<u8, 1024> = uart::queue();
+    static mut COMPASS: Queue<u8, 1024> = uart::queue();
+    static mut GPS: Queue<u8, 1024> = uart::queue();
     // SAFETY: the only handle, in the only thread.
     static mut HELM: Helm<Shelf> = Helm::new(Config::for_depth(0.0), Boot::NEW, unsafe { Shelf::new() });
 
@@ -39,15 +59,15 @@ fn main() -> ! {
     power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
     log::open(&chip.USART2);
-    let mut line = Line::open(chip.USART1, QUEUE);
+    let line = Line::open(chip.USART1, LINE);
     let helm = HELM;
 
     // Looking through the log's sectors takes a third of a second: before the watchdog.
     let mark = helm.storage().open(Spi::open(chip.SPI2));
-    let mut watchdog = Watchdog::start(chip.IWDG);
+    let watchdog = Watchdog::start(chip.IWDG);
     let noise = last_words::noise();
     let found = last_words::read();
-    let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, cause: Cause::Unknown, resets: 0, status: 0 });
+    let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, cause: Cause::Unknown, resets: 0, status: 0, air: 0 });
     // Either record is enough: after a power cut the RAM knows nothing, a broken flash never.
     if let (false, Some(marked)) = (words.mark.in_mission(), mark) {
         words.mark = marked;
@@ -80,98 +100,78 @@ fn main() -> ! {
     last_words::write(words);
     helm.booted(Boot { mark: words.mark, boots: words.resets, firmware: FIRMWARE, salt: noise.wrapping_add(words.resets << 8) });
 
-    let mut wire = [0; MAX_WIRE];
-    let mut told = (Phase::default(), None);
-    let mut attitude_port = Some(chip.USART3);
-    let mut own: Option<Own> = None;
-    let mut seat = Seat::Open;
-    // When a frame was answered, when a step was finished, when the motors were looked at.
-    let (mut frame_ms, mut stepped_ms, mut looked_ms) = (clock::now_ms(), clock::now_ms(), 0u64);
+    let out = |bit| Pin::new(Port::C, bit, Drive::PushPull);
+    let open = |bit| Pin::new(Port::B, bit, Drive::OpenDrain);
+    let wiring = Wiring::<Soldered> {
+        bus: SoftI2c::new(open(6), open(7), Wait),
+        delay: Wait,
+        pump: (out(0), out(1)),
+        mass: (out(2), out(3)),
+        release: (out(4), out(5)),
+        beacon: out(6),
+        wire: Pin::new(Port::C, 7, Drive::Sense),
+        fin: Servo::start(chip.TIM4),
+        compass: uart::compass(&chip.USART3, COMPASS),
+        gps: uart::gps(&chip.UART4, GPS),
+    };
+    let mut parts = Parts::new(wiring, helm.config());
+    parts.remember_air(f32::from_bits(words.air));
+    let strap = Pin::new(Port::C, 8, Drive::Strap);
+    let mut chip = Chip { watchdog, words, strap, told: (Phase::default(), None) };
+    let mut run = Run::new(line, parts, &mut chip);
     loop {
         canary::check();
-        helm.lost_bytes(line.take_lost());
-        for _ in 0..BYTES_PER_PASS {
-            let Some(byte) = line.next() else { break };
-            let Some(reply) = helm.byte(byte) else { continue };
-            // First write down that a mission is on, then answer: a reset in between is SAFE.
-            remember(&mut words, helm.mark());
-            helm.keep_mark();
-            if let Ok(n) = encode(&reply, &mut wire) {
-                line.send(wire.get(..n).unwrap_or_default());
-            }
-            tell(&reply, &mut told);
-            if matches!(reply.message, ToHost::Answer(_)) {
-                frame_ms = clock::now_ms();
-                stepped_ms = frame_ms;
-                watchdog.feed();
-            }
-            helm.keep_log();
-        }
-        let now_ms = clock::now_ms();
-        if helm.seat() != seat {
-            seat = helm.seat();
-            match seat {
-                Seat::Host => defmt::info!("seat: frames come from the host"),
-                Seat::Sensors => defmt::info!("seat: own sensors"),
-                Seat::Open => defmt::info!("seat: on deck"),
-            }
-            if seat == Seat::Sensors
-                && let Some(port) = attitude_port.take()
-            {
-                let found = own.insert(Own::start(port));
-                defmt::info!("own sensors: pressure transducer {=bool}", found.has_pressure());
-            }
-            if let Some(own) = &mut own {
-                own.rest();
-            }
-            (looked_ms, stepped_ms) = (now_ms, now_ms);
-        }
-        if let (Some(own), Seat::Sensors) = (&mut own, seat) {
-            own.listen(now_ms);
-            let since = now_ms.saturating_sub(stepped_ms);
-            if since >= u64::from(CYCLE_MS) {
-                let frame = own.measure(now_ms, since as f32 * 1e-3);
-                if let Some(answer) = helm.cycle(&frame) {
-                    stepped_ms = now_ms;
-                    remember(&mut words, helm.mark());
-                    helm.keep_mark();
-                    own.command(answer.command);
-                    tell(&Reply { to: 0, message: ToHost::Answer(answer) }, &mut told);
-                    watchdog.feed();
-                    helm.keep_log();
-                }
-            }
-            let since = now_ms.saturating_sub(looked_ms);
-            if since >= LOOK_MS && own.has_command() {
-                looked_ms = now_ms;
-                own.act(since as f32 * 1e-3);
-            }
-        }
-        if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(frame_ms))) {
-            stepped_ms = now_ms;
-            remember(&mut words, helm.mark());
-            tell(&Reply { to: 0, message: ToHost::Answer(answer) }, &mut told);
-        }
-        // In a mission a finished step feeds the watchdog, and nothing else; but a host may take its time.
-        let waits = seat == Seat::Host && now_ms.saturating_sub(stepped_ms) < HOST_MS;
-        if waits || !words.mark.in_mission() {
-            watchdog.feed();
-        }
-        if line.is_idle() {
+        run.pass(helm, &mut chip);
+        if run.line.is_idle() {
             cortex_m::asm::wfi();
         }
     }
 }
 
-/// Keeps the record of the mission in step; written anew each time, so that a bit that flipped in it does not stay.
-fn remember(words: &mut LastWords, mark: Mark) {
-    words.mark = mark;
-    last_words::write(*words);
+/// What the chip keeps for the loop.
+struct Chip {
+    watchdog: Watchdog,
+    words: LastWords,
+    strap: Pin,
+    told: (Phase, Option<Abort>),
+}
+
+impl Outside for Chip {
+    fn now_ms(&mut self) -> u64 {
+        clock::now_ms()
+    }
+    fn feed(&mut self) {
+        self.watchdog.feed();
+    }
+    /// Written anew each time, so that a bit that flipped in it does not stay.
+    fn remember(&mut self, mark: Mark, air_pa: f32) {
+        (self.words.mark, self.words.air) = (mark, air_pa.to_bits());
+        last_words::write(self.words);
+    }
+    fn lost_bytes(&mut self) -> u32 {
+        uart::take_lost()
+    }
+    fn strap(&mut self) -> Strap {
+        match self.strap.is_low() {
+            Ok(true) => Strap::Bench,
+            Ok(false) => Strap::Deployment,
+        }
+    }
+    fn said(&mut self, message: &ToHost) {
+        tell(message, &mut self.told);
+    }
+    fn seated(&mut self, seat: Seat) {
+        match seat {
+            Seat::Host => defmt::info!("seat: frames come from the host"),
+            Seat::Sensors => defmt::info!("seat: own sensors"),
+            Seat::Open => defmt::info!("seat: on deck"),
+        }
+    }
 }
 
 /// Logs what changed.
-fn tell(reply: &Reply, told: &mut (Phase, Option<Abort>)) {
-    match &reply.message {
+fn tell(message: &ToHost, told: &mut (Phase, Option<Abort>)) {
+    match message {
         ToHost::Answer(a) => {
             let now = (a.trace.phase, a.trace.abort);
             if now != *told {
@@ -194,6 +194,6 @@ fn tell(reply: &Reply, told: &mut (Phase, Option<Abort>)) {
         ToHost::Done { crc } => defmt::info!("done {=u32:08x}", *crc),
         ToHost::Volatile { crc } => defmt::warn!("done {=u32:08x}, in RAM only: lost at the next reset", *crc),
         ToHost::Refused(_) => defmt::warn!("refused"),
-        ToHost::Continue { .. } | ToHost::Content { .. } | ToHost::Counters(_) => {}
+        ToHost::Continue { .. } | ToHost::Content { .. } | ToHost::Counters(_) | ToHost::Checked(_) => {}
     }
 }

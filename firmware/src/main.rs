@@ -16,8 +16,6 @@ mod board;
 #[cfg(target_os = "none")]
 mod image;
 #[cfg(target_os = "none")]
-mod own;
-#[cfg(target_os = "none")]
 mod shelf;
 
 mod version;

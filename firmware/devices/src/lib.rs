@@ -6,6 +6,7 @@
 //! | [`attitude`] | OceanServer OS5000 compass, sentences over UART | OceanServer OS5000 manual 4.0 |
 //! | [`adc`] | TI ADS1115: position pots, vacuum sensor, I²C 0x48 | TI SBAS444 |
 //! | [`gauge`] | TI INA226 battery gauge, I²C 0x40 | TI SBOS547 |
+//! | [`gps`] | any GPS receiver with NMEA 0183, UART | NMEA 0183 |
 //! | [`vacuum`] | NXP MPXA6115A internal pressure, through the ADC | NXP MPXA6115A rev 7 |
 //! | [`motor`] | pump and battery mass: TI DRV8873 H-bridge and pot | TI SLVSET1 |
 //! | [`fin`] | hobby-type servo, 50 Hz pulses | Hitec D646WP |
@@ -24,6 +25,7 @@ pub mod attitude;
 pub mod fin;
 pub mod flash;
 pub mod gauge;
+pub mod gps;
 pub mod motor;
 pub mod pressure;
 pub mod release;

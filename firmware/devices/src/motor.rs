@@ -2,8 +2,9 @@
 //!
 //! An H-bridge (TI DRV8873, PH/EN off, two PWM inputs) and a position pot. Full
 //! speed to within the dead band, nothing inside it. It stops by itself when
-//! the position is unknown for longer than a grace, when it does not move
-//! though driven, and at a time limit: no end stop is ground at.
+//! no position, or no motion, is seen for longer than the way that was wanted
+//! takes: a motor that stands and a pot that stands look alike, and a pump must
+//! reach its end without its pot. The bridge limits the current meanwhile.
 
 use embedded_hal::pwm::SetDutyCycle;
 
@@ -12,15 +13,21 @@ use embedded_hal::pwm::SetDutyCycle;
 pub struct Limits {
     /// Not driven for less than this distance, in the position's unit.
     pub dead_band: f32,
-    /// Least motion expected in [`Limits::stall_s`] when driven.
+    /// Least change of position that is motion: a few times the noise of the pot.
     pub least_motion: f32,
-    /// Time in which it must have moved, s.
+    /// Way per second when driven.
+    pub rate: f32,
+    /// Whole way from end to end.
+    pub stroke: f32,
+    /// Least time without motion after which it is given up, s.
     pub stall_s: f32,
-    /// Longest drive in one go without arriving, s.
-    pub longest_s: f32,
-    /// Longest drive without a position, s: open loop, then stop.
-    pub blind_s: f32,
 }
+
+/// A motor that shows no motion is driven for as long as the whole way should take and this share more: it may be
+/// the pot that stands.
+const SPARE: f32 = 1.2;
+/// Shortest time between two looks, s.
+const SHORTEST_S: f32 = 0.01;
 
 /// What it does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,8 +36,7 @@ pub enum Doing {
     Holding,
     /// Driving towards larger positions (`true`) or smaller.
     Driving(bool),
-    /// Gave up: driven and did not move, or took too long. Tried again when the
-    /// wish changes.
+    /// Gave up: driven and did not move. Tried again when the wish changes.
     Stalled,
     /// No position for too long.
     Blind,
@@ -43,31 +49,25 @@ pub struct Motor<F, R> {
     reverse: R,
     limits: Limits,
     wanted: f32,
+    /// Last position seen.
     last: Option<f32>,
-    driven_s: f32,
+    /// Where it was last seen to move.
+    mark: Option<f32>,
+    /// Driven without motion for, s.
     still_s: f32,
-    blind_s: f32,
-    mark: f32,
-    stalled: bool,
-    toward: bool,
+    given_up: bool,
+    doing: Doing,
 }
 
 impl<F: SetDutyCycle, R: SetDutyCycle> Motor<F, R> {
     /// A motor at rest.
     pub const fn new(forward: F, reverse: R, limits: Limits) -> Self {
-        Self {
-            forward,
-            reverse,
-            limits,
-            wanted: 0.0,
-            last: None,
-            driven_s: 0.0,
-            still_s: 0.0,
-            blind_s: 0.0,
-            mark: 0.0,
-            stalled: false,
-            toward: true,
-        }
+        Self { forward, reverse, limits, wanted: 0.0, last: None, mark: None, still_s: 0.0, given_up: false, doing: Doing::Holding }
+    }
+
+    /// Other limits from now on: of the mission's configuration.
+    pub const fn limit(&mut self, limits: Limits) {
+        self.limits = limits;
     }
 
     /// One look: where it is, where it should be, seconds since the last look.
@@ -75,11 +75,11 @@ impl<F: SetDutyCycle, R: SetDutyCycle> Motor<F, R> {
     pub fn look(&mut self, position: Option<f32>, wanted: f32, dt_s: f32) -> Doing {
         let wanted = if wanted.is_finite() { wanted } else { self.wanted };
         if (wanted - self.wanted).abs() > self.limits.dead_band {
-            (self.stalled, self.driven_s, self.still_s, self.blind_s) = (false, 0.0, 0.0, 0.0);
+            (self.given_up, self.still_s, self.mark) = (false, 0.0, self.last);
         }
         self.wanted = wanted;
-        let doing = self.decide(position.filter(|p| p.is_finite()), dt_s);
-        let bridge = match doing {
+        self.doing = self.decide(position.filter(|p| p.is_finite()), dt_s);
+        let bridge = match self.doing {
             Doing::Driving(true) => self.reverse.set_duty_cycle_fully_off().is_ok() && self.forward.set_duty_cycle_fully_on().is_ok(),
             Doing::Driving(false) => self.forward.set_duty_cycle_fully_off().is_ok() && self.reverse.set_duty_cycle_fully_on().is_ok(),
             _ => false,
@@ -87,7 +87,16 @@ impl<F: SetDutyCycle, R: SetDutyCycle> Motor<F, R> {
         if !bridge {
             self.stop();
         }
-        doing
+        self.doing
+    }
+
+    /// Time until the next look is due, s: none while it rests; sooner than `look_s` where it arrives sooner.
+    pub fn next_look_s(&self, look_s: f32) -> Option<f32> {
+        let Doing::Driving(_) = self.doing else { return None };
+        let way = self.last.map_or(self.limits.stroke, |at| (self.wanted - at).abs());
+        let arrival_s = way / self.limits.rate;
+        // A wish or a rate that is no number: the ordinary look.
+        Some(if arrival_s < look_s { arrival_s.max(SHORTEST_S) } else { look_s })
     }
 
     /// Both off: the bridge brakes. Errors leave nothing better to try.
@@ -98,36 +107,24 @@ impl<F: SetDutyCycle, R: SetDutyCycle> Motor<F, R> {
 
     fn decide(&mut self, position: Option<f32>, dt_s: f32) -> Doing {
         let limits = self.limits;
-        let Some(at) = position else {
-            self.blind_s += dt_s;
-            return if self.blind_s > limits.blind_s || self.stalled { Doing::Blind } else { Doing::Driving(self.wanted_side()) };
-        };
-        self.blind_s = 0.0;
-        self.last = Some(at);
-        let off = self.wanted - at;
-        if off.abs() <= limits.dead_band {
-            (self.driven_s, self.still_s, self.mark) = (0.0, 0.0, at);
-            return Doing::Holding;
+        if let Some(at) = position {
+            if (self.wanted - at).abs() <= limits.dead_band {
+                (self.last, self.mark, self.still_s, self.given_up) = (position, position, 0.0, false);
+                return Doing::Holding;
+            }
+            self.last = position;
+            if self.mark.is_none_or(|mark| (at - mark).abs() >= limits.least_motion) {
+                (self.mark, self.still_s) = (position, 0.0);
+            }
         }
-        if self.stalled {
-            return Doing::Stalled;
+        let way = self.mark.map_or(limits.stroke, |mark| (self.wanted - mark).abs());
+        let patience_s = SPARE * way / limits.rate;
+        self.given_up |= self.still_s > if patience_s > limits.stall_s { patience_s } else { limits.stall_s };
+        if self.given_up {
+            return if position.is_some() { Doing::Stalled } else { Doing::Blind };
         }
-        self.driven_s += dt_s;
         self.still_s += dt_s;
-        if (at - self.mark).abs() >= limits.least_motion {
-            (self.mark, self.still_s) = (at, 0.0);
-        }
-        if self.still_s > limits.stall_s || self.driven_s > limits.longest_s {
-            self.stalled = true;
-            return Doing::Stalled;
-        }
-        self.toward = off > 0.0;
-        Doing::Driving(self.toward)
-    }
-
-    /// The side the wish lies on, by the last position known; up without one.
-    fn wanted_side(&self) -> bool {
-        self.last.is_none_or(|at| self.wanted > at)
+        Doing::Driving(self.last.is_none_or(|at| self.wanted > at))
     }
 }
 
@@ -154,7 +151,7 @@ mod tests {
         }
     }
 
-    const LIMITS: Limits = Limits { dead_band: 0.1, least_motion: 0.05, stall_s: 2.0, longest_s: 60.0, blind_s: 20.0 };
+    const LIMITS: Limits = Limits { dead_band: 0.1, least_motion: 0.05, rate: 1.0, stroke: 20.0, stall_s: 2.0 };
 
     fn motor() -> (Pwm, Pwm, Motor<Pwm, Pwm>) {
         let (f, r) = (Pwm::default(), Pwm::default());
@@ -179,17 +176,43 @@ mod tests {
     #[test]
     fn a_stuck_motor_is_let_go_until_the_wish_changes() {
         let (f, _, mut m) = motor();
-        let seconds = (0..100).take_while(|_| m.look(Some(0.0), 5.0, 0.1) == Doing::Driving(true)).count();
-        assert!((19..=22).contains(&seconds), "{seconds} tenths");
+        m.look(Some(0.0), 0.0, 0.1);
+        let tenths = (0..100).take_while(|_| m.look(Some(0.0), 5.0, 0.1) == Doing::Driving(true)).count();
+        assert!((58..=64).contains(&tenths), "{tenths}: the way takes 5 s");
         assert_eq!((m.look(Some(0.0), 5.0, 0.1), f.0.get()), (Doing::Stalled, 0));
         assert_eq!(m.look(Some(0.0), -5.0, 0.1), Doing::Driving(false));
+        assert_eq!(m.look(Some(-5.0), -5.0, 0.1), Doing::Holding);
+        let tenths = (0..100).take_while(|_| m.look(Some(-5.0), -5.3, 0.1) == Doing::Driving(false)).count();
+        assert!((20..=23).contains(&tenths), "{tenths}: a short way has the least patience");
+    }
+
+    #[test]
+    fn a_slow_motor_is_never_given_up() {
+        let (f, _, mut m) = motor();
+        let mut at = 0.0f32;
+        for _ in 0..2500 {
+            m.look(Some(at), 20.0, 0.1);
+            at += 0.01 * if f.0.get() > 0 { 1.0 } else { 0.0 };
+        }
+        assert!((at - 20.0).abs() <= 0.11, "{at}: a tenth of its rate");
+    }
+
+    #[test]
+    fn the_last_look_comes_when_it_arrives() {
+        let (_, _, mut m) = motor();
+        m.look(Some(0.0), 5.0, 0.1);
+        assert_eq!(m.next_look_s(0.2), Some(0.2));
+        m.look(Some(4.85), 5.0, 0.1);
+        assert!(m.next_look_s(0.2).is_some_and(|s| (s - 0.15).abs() < 1e-3));
+        m.look(Some(4.95), 5.0, 0.1);
+        assert_eq!(m.next_look_s(0.2), None);
     }
 
     #[test]
     fn without_a_position_it_drives_blind_for_a_bounded_time() {
         let (f, _, mut m) = motor();
         let tenths = (0..1000).take_while(|_| m.look(None, 5.0, 0.1) == Doing::Driving(true)).count();
-        assert!((195..=205).contains(&tenths), "{tenths}");
+        assert!((235..=245).contains(&tenths), "{tenths}: it may lie anywhere");
         assert_eq!(f.0.get(), 0);
         assert_eq!(m.look(Some(f32::NAN), 5.0, 0.1), Doing::Blind, "NaN is no position");
     }

@@ -1,7 +1,10 @@
 //! TE MS5837-30BA: absolute pressure to 30 bar (300 m), I²C.
 //!
 //! Compensation and its second order from the datasheet (page 11, 12); the
-//! CRC-4 over the factory coefficients from TE AN520. A deep vehicle takes a
+//! CRC-4 over the factory coefficients from TE AN520. Its 2 bar sister
+//! MS5837-02BA answers at the same address, reads twenty times too deep, and is
+//! told by its sensitivity. Conversions come without a checksum, so each
+//! measurement is made twice and both must agree. A deep vehicle takes a
 //! Keller 9LD instead; only this file changes.
 
 use crate::Error;
@@ -12,10 +15,18 @@ const ADDRESS: u8 = 0x76;
 const RESET: u8 = 0x1e;
 const PROM: u8 = 0xa0;
 const READ: u8 = 0x00;
-/// Oversampling 8192: 18.08 ms at most (datasheet page 4).
-const CONVERT_PRESSURE: u8 = 0x4a;
-const CONVERT_TEMPERATURE: u8 = 0x5a;
-const CONVERSION_US: u32 = 18_500;
+/// Oversampling 4096: 9.04 ms at most, 0.28 mbar of noise (datasheet page 4).
+const CONVERT_PRESSURE: u8 = 0x48;
+const CONVERT_TEMPERATURE: u8 = 0x58;
+/// Time waited for one, µs.
+pub const CONVERSION_US: u32 = 9_300;
+/// Sensitivity C1 of the 30 bar part; those of the 2 bar part lie above (C1 of some 10,000 parts as ArduPilot's and Blue Robotics'
+/// drivers tell them; the type number in the first word is not set in older ones).
+const SENSITIVITY: core::ops::RangeInclusive<u16> = 26_000..=37_000;
+/// Two measurements 19 ms apart do not differ by more, Pa (0.2 m: ten times a glider's way, forty times the part's noise).
+const AGREE_PA: f32 = 2_000.0;
+/// And in temperature, °C.
+const AGREE_C: f32 = 0.5;
 /// Pressure range of the part, Pa.
 const RANGE_PA: core::ops::RangeInclusive<f32> = 0.0..=3_000_000.0;
 /// Nominal sea water density, kg/m³ (35 g/kg, 10 °C).
@@ -117,7 +128,7 @@ impl Pressure {
     /// Resets the part and reads its coefficients.
     ///
     /// # Errors
-    /// [`Error::Bus`] or [`Error::Check`].
+    /// [`Error::Bus`], [`Error::Check`], or [`Error::Identity`] of another part: its sensitivity.
     pub fn start<B: I2c>(bus: &mut B, delay: &mut impl DelayNs) -> Result<Self, Error> {
         bus.write(ADDRESS, &[RESET]).map_err(|_| Error::Bus)?;
         delay.delay_ms(10);
@@ -127,14 +138,24 @@ impl Pressure {
             bus.write_read(ADDRESS, &[PROM + 2 * i as u8], &mut raw).map_err(|_| Error::Bus)?;
             *word = u16::from_be_bytes(raw);
         }
-        Ok(Self { coefficients: Coefficients::new(words)? })
+        let coefficients = Coefficients::new(words)?;
+        let [_, sensitivity, ..] = words;
+        if SENSITIVITY.contains(&sensitivity) { Ok(Self { coefficients }) } else { Err(Error::Identity(sensitivity)) }
     }
 
     /// One measurement, 37 ms.
     ///
     /// # Errors
-    /// [`Error::Bus`], [`Error::Timeout`] (a conversion that is not ready reads 0) or [`Error::Range`].
+    /// [`Error::Bus`], [`Error::Timeout`] (a conversion that is not ready reads 0), [`Error::Range`], or [`Error::Check`] for two
+    /// conversions that do not agree.
     pub fn measure<B: I2c>(&self, bus: &mut B, delay: &mut impl DelayNs) -> Result<Measured, Error> {
+        let (first, second) = (self.once(bus, delay)?, self.once(bus, delay)?);
+        let near = |a: f32, b: f32, most: f32| (a - b).abs() <= most;
+        let agree = near(first.pressure_pa, second.pressure_pa, AGREE_PA) && near(first.temperature_c, second.temperature_c, AGREE_C);
+        if agree { Ok(second) } else { Err(Error::Check) }
+    }
+
+    fn once<B: I2c>(&self, bus: &mut B, delay: &mut impl DelayNs) -> Result<Measured, Error> {
         let d1 = convert(bus, delay, CONVERT_PRESSURE)?;
         let d2 = convert(bus, delay, CONVERT_TEMPERATURE)?;
         self.coefficients.compensate(d1, d2)
@@ -198,16 +219,34 @@ mod tests {
         assert!((m.depth_m(101_325.0) - 29.65).abs() < 0.02, "{}", m.depth_m(101_325.0));
     }
 
-    #[test]
-    fn measures_over_the_bus() {
+    fn measured(raw: [u32; 4]) -> Result<Measured, Error> {
         let mut t = start(example());
-        for (command, raw) in [(CONVERT_PRESSURE, 4_958_179u32), (CONVERT_TEMPERATURE, 6_815_414)] {
+        for (command, raw) in [CONVERT_PRESSURE, CONVERT_TEMPERATURE, CONVERT_PRESSURE, CONVERT_TEMPERATURE].into_iter().zip(raw) {
             t.push(Transaction::write(ADDRESS, vec![command]));
             t.push(Transaction::write_read(ADDRESS, vec![READ], raw.to_be_bytes()[1..].to_vec()));
         }
         let mut bus = Mock::new(&t);
         let part = Pressure::start(&mut bus, &mut NoopDelay::new()).unwrap();
-        assert!(part.measure(&mut bus, &mut NoopDelay::new()).is_ok());
+        let measured = part.measure(&mut bus, &mut NoopDelay::new());
+        bus.done();
+        measured
+    }
+
+    #[test]
+    fn measures_over_the_bus_and_believes_two_that_agree() {
+        assert!(measured([4_958_179, 6_815_414, 4_958_190, 6_815_420]).is_ok());
+        for bit in 14..23 {
+            assert!(measured([4_958_179 ^ 1 << bit, 6_815_414, 4_958_179, 6_815_414]).is_err(), "pressure bit {bit}");
+            assert!(measured([4_958_179, 6_815_414, 4_958_179, 6_815_414 ^ 1 << (bit + 1).min(22)]).is_err(), "temperature bit {bit}");
+        }
+    }
+
+    #[test]
+    fn the_2_bar_part_is_refused_by_its_sensitivity() {
+        let mut words = [0, 46_372, 43_981, 29_059, 27_842, 31_553, 28_165]; // MS5837-02BA datasheet, page 7
+        words[0] = crc4(words) << 12;
+        let mut bus = Mock::new(&start(words));
+        assert_eq!(Pressure::start(&mut bus, &mut NoopDelay::new()).unwrap_err(), Error::Identity(46_372));
         bus.done();
     }
 

@@ -39,9 +39,11 @@ pub struct LastWords {
     pub resets: u32,
     /// Configurable fault status (CFSR, Armv7-M ARM B3.2.15) where the cause is a fault, else 0.
     pub status: u32,
+    /// Air pressure that depth is reckoned from, Pa, bit by bit; 0: not measured yet.
+    pub air: u32,
 }
 
-const WORDS: usize = 5;
+const WORDS: usize = 6;
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
@@ -50,8 +52,8 @@ static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
 pub fn read() -> Option<LastWords> {
     // SAFETY: any bits are valid u32s; one thread, no reference escapes.
     let words = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<[u32; WORDS]>()) };
-    let [mark, cause, resets, status, crc] = words;
-    if crc != checksum([mark, cause, resets, status]) {
+    let [mark, cause, resets, status, air, crc] = words;
+    if crc != checksum([mark, cause, resets, status, air]) {
         return None;
     }
     let cause = match cause {
@@ -61,7 +63,7 @@ pub fn read() -> Option<LastWords> {
         4 => Cause::Interrupt,
         _ => Cause::Unknown,
     };
-    Some(LastWords { mark: Mark(mark as u8), cause, resets, status })
+    Some(LastWords { mark: Mark(mark as u8), cause, resets, status, air })
 }
 
 /// What lies where the record should: after a power cut a number that nobody knows.
@@ -81,10 +83,10 @@ pub fn reset_flags(rcc: &RCC) -> u8 {
 
 /// Leaves a record for the next run.
 pub fn write(words: LastWords) {
-    let body = [u32::from(words.mark.0), words.cause as u32, words.resets, words.status];
-    let [a, b, c, d] = body;
+    let body = [u32::from(words.mark.0), words.cause as u32, words.resets, words.status, words.air];
+    let [a, b, c, d, e] = body;
     // SAFETY: one thread writes; handlers that write never return.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, d, checksum(body)]) };
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, d, e, checksum(body)]) };
 }
 
 /// Notes why, keeps the rest, and resets the chip.
@@ -97,7 +99,7 @@ pub fn reset(cause: Cause) -> ! {
     SCB::sys_reset()
 }
 
-fn checksum(words: [u32; 4]) -> u32 {
+fn checksum(words: [u32; 5]) -> u32 {
     let mut digest = CRC32.digest();
     for word in words {
         digest.update(&word.to_le_bytes());

@@ -22,7 +22,7 @@ defmt::timestamp!("{=u64:ms}", super::clock::now_ms());
 
 /// Opens both ways out.
 pub fn open(port: &USART2) {
-    let divisor = super::line::divisor(super::line::BAUD);
+    let divisor = super::uart::divisor(super::uart::BAUD);
     port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
     port.cr1().write(|w| w.ue().enabled().te().enabled());
     rtt::open();

@@ -4,11 +4,12 @@ pub mod canary;
 pub mod clock;
 mod fault;
 pub mod last_words;
-pub mod line;
 pub mod log;
 pub mod pins;
 mod rtt;
+pub mod servo;
 pub mod spi;
+pub mod uart;
 pub mod watchdog;
 
 use stm32f4::stm32f405::{GPIOA, GPIOB, GPIOC, RCC};
@@ -27,18 +28,24 @@ pub fn safe_outputs(rcc: &RCC, gpioc: &GPIOC) {
 /// | pin | function |
 /// |---|---|
 /// | PA9, PA10 | USART1 TX, RX: the line (host, or ground station) |
+/// | PA0, PA1 | UART4 TX, RX: GPS receiver |
 /// | PA2 | USART2 TX: defmt log |
-/// | PB10, PB11 | USART3 TX, RX: attitude sensor |
+/// | PB10, PB11 | USART3 TX, RX: compass |
+/// | PB8 | TIM4 channel 3: servo of the fin |
 /// | PB12 to PB15 | log flash: select, and SPI2 clock, in, out |
 pub fn power_up(rcc: &RCC, gpioa: &GPIOA, gpiob: &GPIOB) {
     rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
-    rcc.apb1enr().modify(|_, w| w.tim2en().enabled().usart2en().enabled().usart3en().enabled().spi2en().enabled());
+    rcc.apb1enr().modify(|_, w| {
+        w.tim2en().enabled().tim4en().enabled().usart2en().enabled().usart3en().enabled().uart4en().enabled().spi2en().enabled()
+    });
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
-    gpioa.afrl().modify(|_, w| w.afrl2().af7());
+    gpioa.afrl().modify(|_, w| w.afrl0().af8().afrl1().af8().afrl2().af7());
     gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
-    gpioa.moder().modify(|_, w| w.moder2().alternate().moder9().alternate().moder10().alternate());
-    gpiob.afrh().modify(|_, w| w.afrh10().af7().afrh11().af7().afrh13().af5().afrh14().af5().afrh15().af5());
-    gpiob
+    gpioa
         .moder()
-        .modify(|_, w| w.moder10().alternate().moder11().alternate().moder13().alternate().moder14().alternate().moder15().alternate());
+        .modify(|_, w| w.moder0().alternate().moder1().alternate().moder2().alternate().moder9().alternate().moder10().alternate());
+    gpiob.afrh().modify(|_, w| w.afrh8().af2().afrh10().af7().afrh11().af7().afrh13().af5().afrh14().af5().afrh15().af5());
+    gpiob.moder().modify(|_, w| {
+        w.moder8().alternate().moder10().alternate().moder11().alternate().moder13().alternate().moder14().alternate().moder15().alternate()
+    });
 }

@@ -20,22 +20,32 @@ pub enum Drive {
     PushPull,
     /// Low only, pulled up.
     OpenDrain,
+    /// Not at all: an input, pulled down.
+    Sense,
+    /// An input, pulled up.
+    Strap,
 }
 
-/// One general-purpose output that can be read back.
+/// One general-purpose pin that can be read.
 pub struct Pin {
     port: Port,
     bit: u32,
 }
 
 impl Pin {
-    /// Makes it an output, low (push-pull) or released (open drain).
+    /// Makes it an output, low (push-pull) or released (open drain), or an input.
     pub fn new(port: Port, bit: u32, drive: Drive) -> Self {
         let mut pin = Self { port, bit: bit & 15 };
         let open = drive == Drive::OpenDrain;
         let one = |value: u32| value.wrapping_shl(pin.bit);
         let two = |value: u32| value.wrapping_shl(2 * pin.bit);
-        let (mask, both, output, pull) = (one(1), two(3), two(1), two(u32::from(open)));
+        let (mode, pull) = match drive {
+            Drive::PushPull => (1, 0),
+            Drive::OpenDrain => (1, 1),
+            Drive::Sense => (0, 2),
+            Drive::Strap => (0, 1),
+        };
+        let (mask, both, output, pull) = (one(1), two(3), two(mode), two(pull));
         pin.put(open);
         let registers = pin.registers();
         // SAFETY: only this pin's bits change; every pin has one owner (see `own`).

@@ -1,0 +1,27 @@
+//! The science bay's loop, on whatever chip it runs: bytes of the line or
+//! readings of its own parts in, one step of [`helm`], bytes or motors out.
+//!
+//! | file | question |
+//! |---|---|
+//! | [`run`] | what is done when: one pass of the loop |
+//! | [`parts`] | what is measured, and what is moved |
+//! | [`antenna`] | whether there is a fix |
+//! | [`compass`] | which attitude holds |
+//! | [`strokes`] | whether pump and battery mass move, on deck |
+//! | [`scale`] | what the configuration means at pots and motors |
+//!
+//! Pins, buses and ports come as embedded-hal and embedded-io traits, time and
+//! what outlives a reset through [`run::Outside`]. The board image wires them
+//! to the chip; the parts seat on a laptop wires them to models of the same
+//! parts, registers and all, so that what flies there is this code.
+#![cfg_attr(not(test), no_std)]
+
+pub mod antenna;
+pub mod compass;
+pub mod parts;
+pub mod run;
+pub mod scale;
+pub mod strokes;
+
+pub use parts::{Fitted, Parts, Wiring};
+pub use run::{Outside, Run};

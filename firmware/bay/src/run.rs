@@ -1,0 +1,195 @@
+//! One pass of the loop: bytes in, one step, bytes out; feed the watchdog.
+
+use crate::parts::{Fitted, Parts};
+use crate::strokes::Strokes;
+use embedded_io::{Read, ReadReady, Write};
+use helm::session::CYCLE_MS;
+use helm::silence::PATIENCE_MS;
+use helm::{Helm, Mark, Seat, Storage};
+use signals::link::MAX_WIRE;
+use signals::{Micros, Preflight, Reply, Strap, ToHost, encode};
+
+/// Most bytes taken from the line before the loop looks at the clock again.
+const BYTES_PER_PASS: usize = 256;
+/// Longest time without a finished step while a mission waits for its host, ms: its patience and two cycles.
+const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
+/// Longest time until the next pass, ms.
+const PASS_MS: u64 = 1_000;
+
+/// What the loop asks of the chip beside its pins.
+pub trait Outside {
+    /// Time since boot, ms.
+    fn now_ms(&mut self) -> u64;
+    /// A control step is finished, or there is no mission to step.
+    fn feed(&mut self);
+    /// Keeps what a reset must find again, where a reset does not clear it.
+    fn remember(&mut self, mark: Mark, air_pa: f32);
+    /// Bytes that the line's port lost since the last call.
+    fn lost_bytes(&mut self) -> u32;
+    /// What the strap says now.
+    fn strap(&mut self) -> Strap;
+    /// What was answered or decided, for the log.
+    fn said(&mut self, _message: &ToHost) {}
+    /// Frames come from elsewhere now.
+    fn seated(&mut self, _seat: Seat) {}
+}
+
+/// The loop's memory between two passes.
+pub struct Run<F: Fitted, L> {
+    /// The line to host or ground station.
+    pub line: L,
+    /// The vehicle's own parts.
+    pub parts: Parts<F>,
+    seat: Seat,
+    strokes: Strokes,
+    /// When a frame was answered, when a step was finished.
+    frame_ms: u64,
+    stepped_ms: u64,
+}
+
+impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
+    /// Before the first pass.
+    pub fn new(line: L, parts: Parts<F>, outside: &mut impl Outside) -> Self {
+        let now_ms = outside.now_ms();
+        Self { line, parts, seat: Seat::Open, strokes: Strokes::default(), frame_ms: now_ms, stepped_ms: now_ms }
+    }
+
+    /// One pass; returns when the next one is due at the latest, ms.
+    pub fn pass<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) -> u64 {
+        helm.lost_bytes(outside.lost_bytes());
+        helm.deck.strapped(outside.strap());
+        self.take_bytes(helm, outside);
+        let now_ms = outside.now_ms();
+        self.parts.listen(now_ms);
+        self.take_seat(helm, outside, now_ms);
+        if self.seat == Seat::Sensors {
+            self.fly(helm, outside, now_ms);
+        }
+        if self.seat == Seat::Open {
+            self.check(helm, now_ms);
+        }
+        if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(self.frame_ms))) {
+            self.stepped_ms = now_ms;
+            outside.remember(helm.mark(), self.parts.air_pa());
+            outside.said(&ToHost::Answer(answer));
+        }
+        // In a mission a finished step feeds the watchdog, and nothing else; but a host may take its time.
+        let waits = self.seat == Seat::Host && now_ms.saturating_sub(self.stepped_ms) < HOST_MS;
+        if waits || !helm.mark().in_mission() {
+            outside.feed();
+        }
+        self.due_ms(now_ms)
+    }
+
+    fn take_bytes<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) {
+        for _ in 0..BYTES_PER_PASS {
+            let mut byte = [0; 1];
+            if !self.line.read_ready().unwrap_or(false) || self.line.read(&mut byte).unwrap_or(0) == 0 {
+                return;
+            }
+            let [byte] = byte;
+            if let Some(reply) = helm.byte(byte) {
+                self.answer(helm, outside, &reply);
+            }
+        }
+    }
+
+    fn answer<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O, reply: &Reply) {
+        // First write down that a mission is on, then answer: a reset in between is SAFE.
+        outside.remember(helm.mark(), self.parts.air_pa());
+        helm.keep_mark();
+        let mut wire = [0; MAX_WIRE];
+        if let Ok(n) = encode(reply, &mut wire) {
+            // A transmitter that is stuck leaves the host without an answer: it asks again.
+            let _ = self.line.write(wire.get(..n).unwrap_or_default());
+        }
+        outside.said(&reply.message);
+        if matches!(reply.message, ToHost::Answer(_)) {
+            self.frame_ms = outside.now_ms();
+            self.stepped_ms = self.frame_ms;
+            outside.feed();
+        }
+        helm.keep_log();
+    }
+
+    fn take_seat<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O, now_ms: u64) {
+        if helm.seat() == self.seat {
+            return;
+        }
+        self.seat = helm.seat();
+        outside.seated(self.seat);
+        self.parts.rest();
+        self.strokes = Strokes::default();
+        if self.seat == Seat::Sensors {
+            self.parts.fit(helm.config());
+            // Launched on deck or afloat: here is the surface. After a reset in flight it is not.
+            if !helm.mission_in_progress() {
+                self.parts.zero_depth();
+            }
+        }
+        self.stepped_ms = now_ms;
+    }
+
+    /// A cycle on the vehicle's own parts, and a look at its motors, if they are due.
+    fn fly<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O, now_ms: u64) {
+        let since_ms = now_ms.saturating_sub(self.stepped_ms);
+        if since_ms >= u64::from(CYCLE_MS) {
+            let frame = self.parts.measure(now_ms, since_ms as f32 * 1e-3);
+            if let Some(answer) = helm.cycle(&frame) {
+                self.stepped_ms = now_ms;
+                outside.remember(helm.mark(), self.parts.air_pa());
+                helm.keep_mark();
+                self.parts.command(answer.command);
+                outside.said(&ToHost::Answer(answer));
+                outside.feed();
+                helm.keep_log();
+            }
+        }
+        let now_ms = outside.now_ms();
+        if self.parts.look_due_ms().is_some_and(|due| due <= now_ms) {
+            self.parts.act(now_ms);
+        }
+    }
+
+    /// On deck: the check that is asked for, and the strokes under way.
+    fn check<S: Storage>(&mut self, helm: &mut Helm<S>, now_ms: u64) {
+        let asked = helm.deck.take();
+        if asked == Some(true) && !self.strokes.under_way() {
+            self.parts.fit(helm.config());
+            self.strokes = Strokes::begin(now_ms);
+        }
+        if let Some(command) = self.strokes.next(self.parts.scale(), now_ms) {
+            self.parts.command(command);
+        }
+        if self.strokes.under_way() && self.parts.look_due_ms().is_some_and(|due| due <= now_ms) {
+            let (pump, mass) = self.parts.act(now_ms);
+            self.strokes.see(self.parts.scale(), pump, mass, now_ms);
+            if !self.strokes.under_way() {
+                self.parts.rest();
+            }
+        }
+        if asked.is_some() {
+            let compass = &self.parts.compass;
+            let sentences = (compass.whole, compass.refused);
+            let found = Preflight {
+                pressure_pa: self.parts.pressure_pa(),
+                frame: self.parts.measure(now_ms, 0.0),
+                pump: self.strokes.pump,
+                mass: self.strokes.mass,
+                log_bytes: helm.storage().read_log(0, &mut []),
+                sentences,
+                ..Preflight::default()
+            };
+            helm.deck.found(found);
+        }
+    }
+
+    fn due_ms(&self, now_ms: u64) -> u64 {
+        let latest = now_ms.saturating_add(PASS_MS);
+        if self.seat != Seat::Sensors {
+            return latest.min(self.parts.look_due_ms().unwrap_or(latest));
+        }
+        let cycle = self.stepped_ms.saturating_add(CYCLE_MS as u64);
+        latest.min(cycle).min(self.parts.look_due_ms().unwrap_or(latest))
+    }
+}

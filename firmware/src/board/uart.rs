@@ -1,0 +1,210 @@
+//! Ports whose bytes arrive by interrupt into a bounded queue: the line on
+//! USART1 (115200 8N1, sent with a bounded wait), the compass on USART3
+//! (19200 8N1) and the GPS receiver on UART4 (9600 8N1), listened to only.
+
+use core::cell::Cell;
+use core::convert::Infallible;
+use core::sync::atomic::{AtomicU32, Ordering};
+use cortex_m::peripheral::NVIC;
+use critical_section::Mutex;
+use embedded_io::{ErrorType, Read, ReadReady, Write};
+use heapless::spsc::{Consumer, Producer, Queue};
+use stm32f4::stm32f405::{Interrupt, UART4, USART1, USART3, interrupt};
+
+/// Rate of the line, bit/s.
+pub const BAUD: u32 = 115_200;
+/// Rate of the compass, bit/s: the OS5000's default.
+const COMPASS_BAUD: u32 = 19_200;
+/// Rate of the GPS receiver, bit/s: that of NMEA 0183 receivers since long.
+const GPS_BAUD: u32 = 9_600;
+/// Bytes that may wait: two of the line's longest frames and a half; half a second of the compass, longer than any erase.
+const QUEUE: usize = 1024;
+/// Longest wait for room in the transmitter, loops: 10 characters at 16 MHz.
+const SEND_WAIT: u32 = 4_000;
+
+type Handover = Mutex<Cell<Option<Producer<'static, u8>>>>;
+
+static LINE: Handover = Mutex::new(Cell::new(None));
+static COMPASS: Handover = Mutex::new(Cell::new(None));
+static GPS: Handover = Mutex::new(Cell::new(None));
+static LOST: AtomicU32 = AtomicU32::new(0);
+
+/// An empty queue for one port.
+pub const fn queue() -> Queue<u8, QUEUE> {
+    Queue::new()
+}
+
+/// Bytes that have arrived.
+pub struct Received(Consumer<'static, u8>);
+
+impl Received {
+    fn by(handover: &Handover, queue: &'static mut Queue<u8, QUEUE>) -> Self {
+        let (producer, received) = queue.split();
+        critical_section::with(|cs| handover.borrow(cs).set(Some(producer)));
+        Self(received)
+    }
+}
+
+impl ErrorType for Received {
+    type Error = Infallible;
+}
+
+impl Read for Received {
+    /// What is there; never waits.
+    fn read(&mut self, out: &mut [u8]) -> Result<usize, Infallible> {
+        let mut n = 0usize;
+        for (to, byte) in out.iter_mut().zip(core::iter::from_fn(|| self.0.dequeue())) {
+            *to = byte;
+            n = n.saturating_add(1);
+        }
+        Ok(n)
+    }
+}
+
+impl ReadReady for Received {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(self.0.ready())
+    }
+}
+
+/// The line, open.
+pub struct Line {
+    port: USART1,
+    received: Received,
+}
+
+impl Line {
+    /// Opens the port; from here on bytes arrive by interrupt.
+    pub fn open(port: USART1, queue: &'static mut Queue<u8, QUEUE>) -> Self {
+        let received = Received::by(&LINE, queue);
+        port.brr().write(|w| w.div_mantissa().set((divisor(BAUD) >> 4) as u16).div_fraction().set((divisor(BAUD) & 0xf) as u8));
+        port.cr1().write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
+        // SAFETY: the handler owns what it touches from the hand-over above on.
+        unsafe { NVIC::unmask(Interrupt::USART1) };
+        Self { port, received }
+    }
+
+    /// Whether nothing waits.
+    pub fn is_idle(&self) -> bool {
+        !self.received.0.ready()
+    }
+}
+
+impl ErrorType for Line {
+    type Error = Infallible;
+}
+
+impl Read for Line {
+    fn read(&mut self, out: &mut [u8]) -> Result<usize, Infallible> {
+        self.received.read(out)
+    }
+}
+
+impl ReadReady for Line {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        self.received.read_ready()
+    }
+}
+
+impl Write for Line {
+    /// Sends all bytes; fewer if the transmitter got stuck.
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        let mut sent = 0usize;
+        for byte in bytes {
+            if !(0..SEND_WAIT).any(|_| self.port.sr().read().txe().bit_is_set()) {
+                break;
+            }
+            self.port.dr().write(|w| w.dr().set(u16::from(*byte)));
+            sent = sent.saturating_add(1);
+        }
+        Ok(sent)
+    }
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Opens the compass' port: its bytes.
+pub fn compass(port: &USART3, queue: &'static mut Queue<u8, QUEUE>) -> Received {
+    let received = Received::by(&COMPASS, queue);
+    let divisor = divisor(COMPASS_BAUD);
+    port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
+    port.cr1().write(|w| w.ue().enabled().re().enabled().rxneie().enabled());
+    // SAFETY: as in `Line::open`.
+    unsafe { NVIC::unmask(Interrupt::USART3) };
+    received
+}
+
+/// Opens the GPS receiver's port: its bytes.
+pub fn gps(port: &UART4, queue: &'static mut Queue<u8, QUEUE>) -> Received {
+    let received = Received::by(&GPS, queue);
+    let divisor = divisor(GPS_BAUD);
+    port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
+    port.cr1().write(|w| w.ue().enabled().re().enabled().rxneie().enabled());
+    // SAFETY: as in `Line::open`.
+    unsafe { NVIC::unmask(Interrupt::UART4) };
+    received
+}
+
+/// Bytes of the line lost since the last call: queue full or receiver overrun.
+pub fn take_lost() -> u32 {
+    critical_section::with(|_| {
+        let lost = LOST.load(Ordering::Relaxed);
+        LOST.store(0, Ordering::Relaxed);
+        lost
+    })
+}
+
+/// Divider of the baud rate generator, sixteenths (RM0090 30.3.4), rounded.
+pub const fn divisor(baud: u32) -> u32 {
+    (super::clock::CORE_HZ + baud / 2) / baud
+}
+
+#[interrupt]
+fn USART1() {
+    static mut BYTES: Option<Producer<'static, u8>> = None;
+    if BYTES.is_none() {
+        *BYTES = critical_section::with(|cs| LINE.borrow(cs).take());
+    }
+    // SAFETY: this handler alone reads SR and DR of USART1; `Line` only writes DR and reads TXE.
+    let port = unsafe { &*USART1::ptr() };
+    let status = port.sr().read();
+    if status.rxne().bit_is_set() || status.ore().bit_is_set() {
+        let byte = port.dr().read().dr().bits() as u8;
+        let kept = BYTES.as_mut().is_some_and(|queue| queue.enqueue(byte).is_ok());
+        if !kept || status.ore().bit_is_set() {
+            LOST.store(LOST.load(Ordering::Relaxed).saturating_add(1), Ordering::Relaxed);
+        }
+    }
+}
+
+#[interrupt]
+fn USART3() {
+    static mut BYTES: Option<Producer<'static, u8>> = None;
+    if BYTES.is_none() {
+        *BYTES = critical_section::with(|cs| COMPASS.borrow(cs).take());
+    }
+    // SAFETY: this handler alone reads SR and DR of USART3; nobody writes to it.
+    let port = unsafe { &*USART3::ptr() };
+    let status = port.sr().read();
+    if status.rxne().bit_is_set() || status.ore().bit_is_set() {
+        let byte = port.dr().read().dr().bits() as u8;
+        // Without room a sentence is torn; its checksum says so.
+        let _ = BYTES.as_mut().map(|queue| queue.enqueue(byte));
+    }
+}
+
+#[interrupt]
+fn UART4() {
+    static mut BYTES: Option<Producer<'static, u8>> = None;
+    if BYTES.is_none() {
+        *BYTES = critical_section::with(|cs| GPS.borrow(cs).take());
+    }
+    // SAFETY: as in the handler of USART3.
+    let port = unsafe { &*UART4::ptr() };
+    let status = port.sr().read();
+    if status.rxne().bit_is_set() || status.ore().bit_is_set() {
+        let byte = port.dr().read().dr().bits() as u8;
+        let _ = BYTES.as_mut().map(|queue| queue.enqueue(byte));
+    }
+}

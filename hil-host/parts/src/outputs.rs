@@ -1,0 +1,166 @@
+//! What the board's pins switch: motor bridges (TI DRV8873), burn wire, beacon, servo.
+
+use crate::{Around, Clock, Drive};
+use embedded_hal::digital::{self, InputPin, OutputPin};
+use embedded_hal::pwm::{self, SetDutyCycle};
+use std::cell::RefCell;
+use std::convert::Infallible;
+use std::rc::Rc;
+
+/// Which pin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Name {
+    /// Pump, more displaced water.
+    PumpOut = 0,
+    /// Pump, less.
+    PumpIn = 1,
+    /// Battery forward.
+    MassForward = 2,
+    /// Battery aft.
+    MassAft = 3,
+    /// Burn wire, first switch.
+    Arm = 4,
+    /// Burn wire, second switch.
+    Fire = 5,
+    /// Beacon.
+    Beacon = 6,
+}
+
+/// All pins with what hangs on them.
+pub struct Outputs {
+    clock: Clock,
+    around: Around,
+    pins: [bool; 7],
+    fin_rad: f64,
+    last: Drive,
+    /// Both inputs of a bridge were high at once.
+    pub shorted: bool,
+}
+
+impl Outputs {
+    /// All low: the state before any program runs.
+    #[must_use]
+    pub fn new(clock: Clock, around: Around) -> Self {
+        Self { clock, around, pins: [false; 7], fin_rad: 0.0, last: Drive::default(), shorted: false }
+    }
+
+    /// A reset: all pins are inputs, pulled low at the bridges.
+    pub fn reset(&mut self) {
+        self.pins = [false; 7];
+        self.tell();
+    }
+
+    fn put(&mut self, name: Name, high: bool) {
+        self.pins[name as usize] = high;
+        self.tell();
+    }
+
+    /// What the outputs do now.
+    #[must_use]
+    pub const fn drive(&self) -> Drive {
+        self.last
+    }
+
+    fn tell(&mut self) {
+        let [out, inward, forward, aft, arm, fire, beacon] = self.pins;
+        let bridge = |a: bool, b: bool| (a != b).then_some(a);
+        self.shorted |= out && inward || forward && aft;
+        let drive = Drive { pump: bridge(out, inward), mass: bridge(forward, aft), fin_rad: self.fin_rad, fire: arm && fire, beacon };
+        if drive != self.last {
+            self.last = drive;
+            self.around.borrow_mut().drive(self.clock.now_ns(), drive);
+        }
+    }
+}
+
+/// One pin.
+#[derive(Clone)]
+pub struct Pin {
+    outputs: Rc<RefCell<Outputs>>,
+    name: Name,
+}
+
+impl Pin {
+    /// The pin of this name.
+    #[must_use]
+    pub fn new(outputs: &Rc<RefCell<Outputs>>, name: Name) -> Self {
+        Self { outputs: outputs.clone(), name }
+    }
+}
+
+impl digital::ErrorType for Pin {
+    type Error = Infallible;
+}
+
+impl OutputPin for Pin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.outputs.borrow_mut().put(self.name, false);
+        Ok(())
+    }
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.outputs.borrow_mut().put(self.name, true);
+        Ok(())
+    }
+}
+
+impl pwm::ErrorType for Pin {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Pin {
+    fn max_duty_cycle(&self) -> u16 {
+        1
+    }
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        self.outputs.borrow_mut().put(self.name, duty > 0);
+        Ok(())
+    }
+}
+
+/// A servo at a timer of 20,000 steps in 20 ms (Hitec D646WP: 1.5 ms is the middle, 0.8 ms a radian).
+#[derive(Clone)]
+pub struct Servo(pub Rc<RefCell<Outputs>>);
+
+impl pwm::ErrorType for Servo {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Servo {
+    fn max_duty_cycle(&self) -> u16 {
+        20_000
+    }
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        let mut outputs = self.0.borrow_mut();
+        outputs.fin_rad = (f64::from(duty) - 1_500.0) / 800.0;
+        outputs.tell();
+        Ok(())
+    }
+}
+
+/// The sense line of the burn wire: high while it is whole.
+#[derive(Clone)]
+pub struct WireSense {
+    clock: Clock,
+    around: Around,
+}
+
+impl WireSense {
+    /// The line.
+    #[must_use]
+    pub fn new(clock: Clock, around: Around) -> Self {
+        Self { clock, around }
+    }
+}
+
+impl digital::ErrorType for WireSense {
+    type Error = Infallible;
+}
+
+impl InputPin for WireSense {
+    fn is_high(&mut self) -> Result<bool, Infallible> {
+        Ok(self.around.borrow_mut().sample(self.clock.now_ns()).wire)
+    }
+    fn is_low(&mut self) -> Result<bool, Infallible> {
+        self.is_high().map(|high| !high)
+    }
+}

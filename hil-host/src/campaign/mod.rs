@@ -25,6 +25,7 @@ pub mod lattice;
 mod line;
 pub mod means;
 pub mod mutation;
+pub mod own_parts;
 pub mod race;
 pub mod report;
 pub mod signs;

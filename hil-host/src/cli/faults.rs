@@ -20,28 +20,29 @@ const LEAST_SCORE: f64 = 0.95;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider faults\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
-glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal.\n\
+glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
+each ends on the board's own parts as on frames; --bus disturbs its buses: no hang, no reading of what is not there.\n\
 A mission that nobody could bring home (pump and weight less the load at rest, or the best moves five minutes after the fault) is set\n\
 apart under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
 Every fault alone is owed an abort within a bound, a way home, an undisturbed mission, or, where its effect decides, an abort for the right\n\
 cause at most, in time after a sign of it: the report and by_fault in the JSON list all of them, with the worst latency seen.\n\
 Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met.")]
 pub struct Args {
-    /// in-process, or a seat (pty, qemu, PORT) through which a sample is flown and compared.
+    /// in-process, or a seat (pty, qemu, parts, PORT) through which a sample is flown and compared.
     #[arg(long, default_value = "in-process")]
-    seat: String,
+    pub(super) seat: String,
     /// Fly this many missions of the lattice, spread over it; default: all (200 through a seat).
     #[arg(long, value_name = "N")]
-    sample: Option<usize>,
+    pub(super) sample: Option<usize>,
     /// Of the missions flown so many are random ones with random faults; default: 45,000, of a sample a third, through a seat none.
     #[arg(long, value_name = "N")]
     random: Option<u64>,
     /// Changes all noise of the campaign, and which missions are drawn.
     #[arg(long, default_value_t = 0)]
-    seed: u64,
+    pub(super) seed: u64,
     /// Only cases whose name contains this.
     #[arg(long, value_name = "TEXT")]
-    only: Option<String>,
+    pub(super) only: Option<String>,
     /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
     #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample"])]
     healthy: Option<u64>,
@@ -49,12 +50,15 @@ pub struct Args {
     /// with the faults that the watch is there for [default: 1000].
     #[arg(long, conflicts_with_all = ["only", "healthy"])]
     mutation: bool,
+    /// Disturb the buses of a board on its own parts instead, so many times.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "healthy", "mutation", "sample"])]
+    bus: Option<u64>,
     /// Print every case that is not as it should be.
     #[arg(long)]
-    list: bool,
+    pub(super) list: bool,
     /// Write the whole list as JSON.
     #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     /// Write the report here.
     #[arg(long, value_name = "FILE", default_value = "out/faults.html")]
     html: PathBuf,
@@ -77,7 +81,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if args.mutation {
         return mutation(args, output);
     }
+    if let Some(n) = args.bus {
+        return super::faults_own_parts::bus(n, args, output);
+    }
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
+    if choice == Choice::Parts {
+        return super::faults_own_parts::missions(args, output);
+    }
     let in_seat = choice != Choice::InProcess;
     let mut chosen = cases();
     for case in &mut chosen {
@@ -211,7 +221,7 @@ fn mutation(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 /// Progress on standard error.
-fn bar(n: u64, what: &str) -> ProgressBar {
+pub(super) fn bar(n: u64, what: &str) -> ProgressBar {
     let template = format!("{{bar:30}} {{pos}}/{{len}} {what} {{elapsed}}, {{eta}} left");
     ProgressBar::new(n).with_style(ProgressStyle::with_template(&template).unwrap_or(ProgressStyle::default_bar()))
 }

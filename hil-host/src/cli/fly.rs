@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider fly --log out/first\n  glider fly --wings low-ar --seat qemu --log out/rail\n  \
-glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mission sea --seat extctl --log out/backseat\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
+glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mission sea --seat extctl --log out/backseat\n  glider fly --mission sea --seat parts --log out/parts\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
 glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n  \
 glider fly --mission sea --world learnt.json --table learnt.json --beside before.json\n\n\
 --world flies in the world that a vehicle file describes, or that a flight reveals once what it lacks is found and added; with\n\
@@ -38,7 +38,8 @@ pub struct Args {
     /// Built-in mission (shallow 3–27 m, sea 0–200 m, deep 0–1000 m, sweep of pitches to 180 m) or a TOML file.
     #[arg(long, default_value = "shallow")]
     pub mission: String,
-    /// in-process, pty, qemu, or the serial port of a board; extctl: as a Slocum's backseat, against a simulated front seat.
+    /// in-process, pty, qemu, or the serial port of a board; parts: on its own sensors and motors, the image's drivers on models of the
+    /// fitted parts; extctl: as a Slocum's backseat, against a simulated front seat.
     #[arg(long, default_value = "in-process")]
     pub seat: String,
     /// Which law flies: ours or stock (in-process only).
@@ -86,7 +87,7 @@ pub struct Args {
 }
 
 /// Seats that have a name of their own; any other word is a serial port.
-const SEATS: [&str; 4] = ["in-process", "pty", "qemu", "extctl"];
+const SEATS: [&str; 5] = ["in-process", "pty", "qemu", "parts", "extctl"];
 
 /// Runs the command.
 ///
@@ -101,6 +102,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let choice = choice(args)?;
     if args.extctl || choice == Choice::Extctl {
         return super::fly_extctl::run(args, output, &mission, &scenario, &choice);
+    }
+    if choice == Choice::Parts {
+        return super::fly_parts::run(args, output, mission, scenario);
     }
     let mut seat = seat(args, &choice)?;
     if args.recover {
@@ -144,11 +148,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         r.finish(document.clone())?;
     }
     output.emit(&document, || print(&document, args));
-    Ok(if matches!(out.end, End::Done) || (!args.faults.is_empty() && matches!(out.end, End::Safe(_))) {
+    Ok(verdict(&out, args))
+}
+
+/// A mission flown whole, or one ended in SAFE by a fault that was asked for.
+pub(super) fn verdict(out: &Outcome, args: &Args) -> Verdict {
+    if matches!(out.end, End::Done) || (!args.faults.is_empty() && matches!(out.end, End::Safe(_))) {
         Verdict::Ok
     } else {
         Verdict::Negative
-    })
+    }
 }
 
 /// The mission, and the world that truth file, vehicle, seed and faults make of it.
@@ -250,7 +259,7 @@ fn revealed_by(path: &Path) -> anyhow::Result<Model> {
 }
 
 /// The bytes of a table file, or of the table of a vehicle file.
-fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
+pub(super) fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
     if path.extension().is_some_and(|e| e == "json" || e == "toml") {
         let model = Model::load(path, None)?;
         ensure!(
@@ -267,7 +276,7 @@ fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn progress(mission: &Mission) -> ProgressBar {
+pub(super) fn progress(mission: &Mission) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} dives  {elapsed}  {msg}").unwrap_or(ProgressStyle::default_bar());
     ProgressBar::new(u64::from(mission.dives())).with_style(style)
 }
@@ -306,7 +315,7 @@ fn round(x: f64, decimals: i32) -> f64 {
     (x * p).round() / p
 }
 
-fn print(d: &Value, args: &Args) {
+pub(super) fn print(d: &Value, args: &Args) {
     let n = |k: &str| d[k].as_f64().unwrap_or(f64::NAN);
     let s = |k: &str| d[k].as_str().unwrap_or("").to_owned();
     println!("{} wings, {} controller, mission {} — {}", s("wings"), s("controller"), s("mission"), s("seat_detail"));

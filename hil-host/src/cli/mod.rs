@@ -14,10 +14,13 @@ pub mod completions;
 pub mod diagnose;
 pub mod export;
 pub mod faults;
+pub mod faults_own_parts;
 pub mod fetch_data;
 pub mod fly;
 pub mod fly_extctl;
+pub mod fly_parts;
 pub mod import;
+pub mod launch;
 pub mod list;
 pub mod main_job;
 pub mod margins;
@@ -26,6 +29,7 @@ pub mod next_flight;
 pub mod paper;
 pub mod plot;
 pub mod polar;
+pub mod power;
 pub mod report;
 pub mod scorecard;
 #[cfg(feature = "ablation")]
@@ -95,6 +99,8 @@ The vehicle and its controller:
   polar, table             lift and drag; the flight tables made from them
   fly                      one flight against the simulated vehicle and sea
   monitor, upload          a board: telemetry, log; tables, settings, missions
+  launch, power            check a vehicle on deck, start its mission; the
+                           power that a mission takes
   list                     effects, faults, vehicles, missions, changes by name
   completions              for bash, zsh, fish, elvish, powershell
 
@@ -167,6 +173,10 @@ enum Command {
     Monitor(monitor::Args),
     /// Send a table, configuration or mission to a board.
     Upload(upload::Args),
+    /// What a mission takes from the battery, part by part.
+    Power(power::Args),
+    /// Check a vehicle on deck and start its mission on its own sensors.
+    Launch(launch::Args),
     /// Get a public real flight.
     FetchData(fetch_data::Args),
     /// Closed-loop and discovery scorecards.
@@ -216,6 +226,8 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Completions(a)) => completions::run(a, &output),
         Some(Command::Monitor(a)) => monitor::run(a, &output),
         Some(Command::Upload(a)) => upload::run(a, &output),
+        Some(Command::Power(a)) => power::run(a, &output),
+        Some(Command::Launch(a)) => launch::run(a, &output),
         Some(Command::FetchData(a)) => fetch_data::run(a, &output),
         Some(Command::Scorecard(a)) => scorecard::run(a, &output),
         Some(Command::Margins(a)) => margins::run(a, &output),

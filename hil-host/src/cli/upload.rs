@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  glider upload /dev/ttyACM0 table-low-ar new_table.bin\n  glider upload /dev/ttyACM0 config vehicle.toml\n  \
-glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 mission mission.toml --launch\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n\n\
+glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n\n\
 The board checks CRC and content, keeps the version before, and is read back and compared. A configuration file names a built-in vehicle and\n\
 what differs (vehicle = \"slocum-200\", crush_depth_m = 240.0, ...); --read shows every setting."
 )]
@@ -34,9 +34,6 @@ pub struct Args {
     /// Read what is in use instead: to FILE, or configuration and mission to the screen.
     #[arg(long, conflicts_with = "rollback")]
     read: bool,
-    /// With a mission: then start it on the vehicle's own sensors.
-    #[arg(long, conflicts_with_all = ["read", "rollback"])]
-    launch: bool,
     /// Go back to the version before.
     #[arg(long, conflicts_with = "file")]
     rollback: bool,
@@ -90,7 +87,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 
 fn send(args: &Args, file: &Path, output: &Output) -> anyhow::Result<Verdict> {
     let name = args.object.name();
-    anyhow::ensure!(!args.launch || args.object == Kind::Mission, "--launch starts a mission; {name} is none");
     // A mission is checked by the configuration of the board it is for, so the board is asked first.
     let config = || -> anyhow::Result<Config> {
         let mut link = Link::new(Port::open(&args.port)?);
@@ -105,10 +101,7 @@ fn send(args: &Args, file: &Path, output: &Output) -> anyhow::Result<Verdict> {
         .with_message(format!("{name} → {}", args.port));
     let stored = upload(&mut link, args.object.object(), &bytes, |done, _| bar.set_position(done as u64))?;
     bar.finish_and_clear();
-    if args.launch {
-        link.launch(&helm::objects::mission(&bytes).context("the mission is not one")?)?;
-    }
-    let document = json!({ "object": name, "file": file, "launched": args.launch, "bytes": bytes.len(), "crc": format!("{:08x}", CRC32.checksum(&bytes)),
+    let document = json!({ "object": name, "file": file, "bytes": bytes.len(), "crc": format!("{:08x}", CRC32.checksum(&bytes)),
         "board": link.describe(), "in_use_crc": format!("{:08x}", stored.crc), "kept_on_flash": stored.for_good });
     output.emit(&document, || {
         println!("{name}: {} bytes, CRC {:08x}, stored, read back and equal; {}", bytes.len(), CRC32.checksum(&bytes), kept(stored));
@@ -165,7 +158,7 @@ fn read(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     Ok(Verdict::Ok)
 }
 
-fn decode_config(bytes: &[u8]) -> anyhow::Result<Config> {
+pub(super) fn decode_config(bytes: &[u8]) -> anyhow::Result<Config> {
     helm::objects::config_of(bytes).context("the board's configuration is of another release; flash the firmware of this one (cargo flash)")
 }
 

@@ -240,6 +240,11 @@ impl<W: Wire> Link<W> {
         Ok(table_id)
     }
 
+    /// What the board says it has is what will be flown.
+    pub fn keep(&mut self, manifest: &Manifest) {
+        self.given = Given { config: Some(manifest.config), tables: [manifest.table_standard, manifest.table_low_ar].map(Some) };
+    }
+
     /// Starts a mission on the vehicle's own sensors; without legs the stored one. Returns the identity of its table.
     ///
     /// # Errors
@@ -290,7 +295,7 @@ impl<W: Wire> Seat for Link<W> {
         config_bytes(config, &mut bytes);
         let crc = CRC32.checksum(&bytes);
         // The tables were not given: those that the board says it has.
-        self.given.tables = [manifest.table_standard, manifest.table_low_ar].map(Some);
+        self.keep(manifest);
         self.given.config = Some(crc);
         if manifest.config == crc {
             return Ok(());

@@ -7,7 +7,8 @@
 //! | QEMU | the Cortex-M4F image | emulated USART behind a pseudo-terminal | + the image, its interrupts and buffers |
 //! | PORT | the image on a board | a real serial port | + the board |
 //!
-//! A Slocum's backseat ([`frontseat`]) is none of these: there the controller is a Slocum's backseat, and a simulated front seat stands between it and the plant.
+//! The board on its own [`parts`] is none of these: it measures and moves by itself, with the image's drivers on models of its parts.
+//! A Slocum's backseat ([`frontseat`]) neither: there the controller is a Slocum's backseat, and a simulated front seat stands between it and the plant.
 //!
 //! Lockstep: one [`SensorFrame`] out, one [`Answer`] back, bounded waits, the
 //! same frame again when the line damaged it (the board answers a repeated
@@ -21,6 +22,7 @@ use std::path::{Path, PathBuf};
 pub mod error;
 pub mod in_process;
 pub mod link;
+pub mod parts;
 pub mod port;
 pub mod pty;
 pub mod qemu;
@@ -90,6 +92,8 @@ pub enum Choice {
     Qemu,
     /// The controller as a Slocum's backseat; no seat of sensor frames.
     Extctl,
+    /// The board's own drivers on models of its parts; no seat of sensor frames either.
+    Parts,
     /// A serial port with a board.
     Port(String),
 }
@@ -103,6 +107,7 @@ impl std::str::FromStr for Choice {
             "pty" => Self::Pty,
             "qemu" => Self::Qemu,
             "extctl" => Self::Extctl,
+            "parts" => Self::Parts,
             port => Self::Port(port.to_owned()),
         })
     }
@@ -115,6 +120,7 @@ impl std::fmt::Display for Choice {
             Self::Pty => f.write_str("pty"),
             Self::Qemu => f.write_str("qemu"),
             Self::Extctl => f.write_str("extctl"),
+            Self::Parts => f.write_str("parts"),
             Self::Port(p) => f.write_str(p),
         }
     }
@@ -137,6 +143,7 @@ pub fn open(choice: &Choice, elf: Option<&Path>, board_log: Option<PathBuf>) -> 
             Box::new(Link::new(qemu::Qemu::start(&image, board_log)?))
         }
         Choice::Extctl => anyhow::bail!("the backseat line carries no sensor frames: glider fly --seat extctl flies it"),
+        Choice::Parts => anyhow::bail!("the board on its own parts takes no sensor frames: glider fly --seat parts flies it"),
         Choice::Port(name) => Box::new(Link::new(port::Port::open(name)?)),
     })
 }

@@ -1,0 +1,71 @@
+//! `glider fly --seat parts`: the board on its own sensors and motors.
+
+use super::fly::{Args, print, progress, summary, table_of, verdict};
+use super::{Output, Verdict};
+use crate::flight::closed_loop::Setup;
+use crate::flight::recorder::Recorder;
+use crate::flight::{config_file, own_parts};
+use crate::seats::{CYCLE_S, Seat};
+use anyhow::{anyhow, ensure};
+use plant::{Scenario, World};
+use serde_json::json;
+use signals::Mission;
+
+/// Flies the mission.
+///
+/// # Errors
+/// Bad input, or the board refuses.
+pub fn run(args: &Args, output: &Output, mission: Mission, scenario: Scenario) -> anyhow::Result<Verdict> {
+    ensure!(args.controller == "ours", "--controller stock flies in-process only; leave out --seat parts");
+    ensure!(
+        args.realtime.is_none() && args.beside.is_none(),
+        "--seat parts flies at its own pace and one table: leave out --realtime, --beside"
+    );
+    let mut setup = Setup::new(mission.clone());
+    if let Some(path) = &args.config {
+        setup.config = config_file::load(path)?;
+    }
+    let world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
+    let mut recorder = match &args.log {
+        Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
+        None => None,
+    };
+    let mut board = own_parts::board(world, &setup);
+    if let Some(path) = &args.table {
+        let bytes = table_of(path, mission.wings)?;
+        board.hello()?;
+        board.tabulate(mission.wings, &bytes)?;
+    }
+    let bar = progress(&mission);
+    let flown = own_parts::fly(
+        &mut board,
+        &setup,
+        &mut |cycle| {
+            bar.set_position(u64::from(cycle.answer.trace.dives));
+            if ((cycle.time_s / CYCLE_S) as u64).is_multiple_of(64) {
+                let t = &cycle.answer.trace;
+                bar.set_message(format!("{:.0} s, {:?} at {:.1} m", cycle.time_s, t.phase, cycle.truth.depth_m));
+            }
+            recorder.as_mut().map_or(Ok(()), |r| r.push(cycle))
+        },
+        &mut |_| {},
+    );
+    bar.finish_and_clear();
+    let out = match flown {
+        Ok(out) => out,
+        Err(e) => return Err(recorder.map_or(anyhow!("{e}"), |r| r.cut_short(anyhow!("{e}")))),
+    };
+    let board = board.wire();
+    let mut document = summary(&out, &board.around.borrow().world, args, &mission, "the board's loop and drivers on models of its parts");
+    let (said, whole, refused) = board.sentences();
+    document["compass"] = json!({ "sentences": said, "whole": whole, "refused": refused });
+    (document["resets"], document["watchdog_resets"]) = (json!(board.resets), json!(board.hangs));
+    if let Some(r) = recorder {
+        r.finish(document.clone())?;
+    }
+    output.emit(&document, || {
+        print(&document, args);
+        println!("compass        {whole} of {said} sentences whole, {refused} refused; {} resets", board.resets);
+    });
+    Ok(verdict(&out, args))
+}

@@ -1,0 +1,174 @@
+//! `glider launch`.
+
+use super::upload::decode_config;
+use super::{Output, Verdict};
+use crate::flight::config_file;
+use crate::flight::mission_file::{self, Limits};
+use crate::flight::preflight::{Item, judge};
+use crate::seats::port::Port;
+use crate::seats::upload::{read_back, upload};
+use crate::seats::{Link, Seat, SeatError, Wire};
+use anyhow::{Context, ensure};
+use control::Config;
+use helm::objects::mission_id;
+use serde_json::{Value, json};
+use signals::{Mission, Object, Preflight, Stroke, ToBoard, ToHost};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Time between two looks at a check, s of wall time.
+const LOOK: Duration = Duration::from_millis(500);
+/// Most looks: strokes of the deep pump take four minutes, and a board in virtual time none.
+const LOOKS: u32 = 1_200;
+/// Least time over which clocks are compared, s.
+const CLOCK_S: f64 = 5.0;
+
+/// Arguments of the command.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Examples:\n  glider launch /dev/ttyACM0 --mission sea\n  glider launch /dev/ttyACM0 --mission mission.toml --config vehicle.toml\n  \
+glider launch /dev/ttyACM0 --mission sea --check\n\nOn deck or afloat, upright, strap taken out. Pump and battery mass are moved (the vehicle stays buoyant), every sensor is read,\n\
+and the zero of depth is taken at the launch. Nothing is launched while a line of the check is bad: exit code 1."
+)]
+pub struct Args {
+    /// Serial port of the board.
+    port: String,
+    /// Built-in mission or a TOML file.
+    #[arg(long)]
+    mission: String,
+    /// Controller configuration (.toml) to upload first; default: the one the board has.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Check only; launch nothing.
+    #[arg(long)]
+    check: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let mut link = Link::new(Port::open(&args.port)?);
+    let config = args.config.as_deref().map(config_file::load).transpose()?;
+    let wait = || std::thread::sleep(LOOK);
+    let started = Instant::now();
+    let asked = Asked { config, mission: &args.mission, check: args.check };
+    let found = launch(&mut link, &asked, &wait, Some(&|| started.elapsed().as_secs_f64()))?;
+    let document = found.document();
+    output.emit(&document, || found.print());
+    Ok(if found.good() { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// What is to be launched.
+pub struct Asked<'a> {
+    /// Configuration to upload first.
+    pub config: Option<Config>,
+    /// Name or file of the mission.
+    pub mission: &'a str,
+    /// Check only.
+    pub check: bool,
+}
+
+/// What came of it.
+pub struct Found {
+    /// Lines of the check.
+    pub items: Vec<Item>,
+    /// Identities: table, configuration, mission; none: not launched.
+    pub launched: Option<[u32; 3]>,
+    check: bool,
+}
+
+impl Found {
+    /// Every line good, and launched if that was asked for.
+    #[must_use]
+    pub fn good(&self) -> bool {
+        self.items.iter().all(|i| i.good) && (self.check || self.launched.is_some())
+    }
+
+    fn document(&self) -> Value {
+        let ids = self.launched.map(|ids| ids.map(|id| format!("{id:08x}")));
+        json!({ "ready": self.items.iter().all(|i| i.good), "launched": ids.is_some(),
+            "check": self.items.iter().map(|i| json!({ "what": i.what, "good": i.good, "found": i.found })).collect::<Vec<_>>(),
+            "table": ids.as_ref().map(|i| &i[0]), "config": ids.as_ref().map(|i| &i[1]), "mission": ids.as_ref().map(|i| &i[2]) })
+    }
+
+    fn print(&self) {
+        for i in &self.items {
+            println!("{} {:14} {}", if i.good { "ok  " } else { "BAD " }, i.what, i.found);
+        }
+        match (self.launched, self.check) {
+            (Some([table, config, mission]), _) => {
+                println!("LAUNCHED: table {table:08x}, configuration {config:08x}, mission {mission:08x}; zero of depth taken");
+            }
+            (None, true) => println!("checked only"),
+            (None, false) => println!("NOT launched: mend what is bad, then launch again"),
+        }
+    }
+}
+
+/// One look at the check of a board on deck.
+fn look<W: Wire>(link: &mut Link<W>, stroke: bool) -> Result<Preflight, SeatError> {
+    const WHAT: &str = "a check on deck";
+    link.request(WHAT, &ToBoard::Check { stroke }, |answer| match answer {
+        ToHost::Checked(found) => Some(Ok(found)),
+        ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: WHAT, why })),
+        _ => None,
+    })?
+}
+
+/// Checks a board on deck, and launches its mission if nothing is bad. `here_s`: a clock to compare the board's with.
+///
+/// # Errors
+/// Bad input, or the board does not answer or refuses.
+pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), here_s: Option<&dyn Fn() -> f64>) -> anyhow::Result<Found> {
+    let manifest = link.hello()?;
+    ensure!(!manifest.under_way, "a mission is under way on this board: recall it and recover the vehicle first");
+    match &asked.config {
+        Some(config) => link.configure(&manifest, config)?,
+        None => link.keep(&manifest),
+    }
+    let config = decode_config(&read_back(link, Object::Config, |_| {})?)?;
+    let limits = Limits { working_depth_m: config.working_depth_m, pump_m3: config.pump_m3 };
+    let mission: Mission = mission_file::load(asked.mission, |_| limits)?;
+    mission.validate(config.working_depth_m, config.pump_m3).map_err(|e| {
+        anyhow::anyhow!("--mission {}: not for this vehicle ({e:?}): it dives to {} m", asked.mission, config.working_depth_m)
+    })?;
+    let mut buffer = [0u8; helm::MAX_OBJECT];
+    let bytes = postcard::to_slice(&mission, &mut buffer).map_err(|e| anyhow::anyhow!("--mission {}: does not fit: {e}", asked.mission))?;
+    upload(link, Object::Mission, bytes, |_, _| {})?;
+    let first = look(link, true)?;
+    let mut pair = (None, None);
+    let mut found = first;
+    for _ in 0..LOOKS {
+        wait();
+        found = look(link, false)?;
+        let now = (found.frame.time.0 as f64 * 1e-6, here_s.map(|clock| clock()));
+        if found.number > first.number && pair.0.is_none() {
+            pair.0 = Some(now);
+        }
+        pair.1 = Some(now);
+        let moving = [found.pump, found.mass].iter().any(|s| matches!(s, Stroke::UnderWay | Stroke::Never));
+        let compared = here_s.is_none() || elapsed(&pair).is_some_and(|(_, here)| here >= CLOCK_S);
+        if !moving && compared {
+            break;
+        }
+    }
+    let items = judge(&found, &config, elapsed(&pair));
+    let ready = items.iter().all(|i| i.good);
+    let launched = if ready && !asked.check {
+        let table = link.launch(&mission).context("the board refuses the launch")?;
+        Some([table, helm::objects::config_id(&config), mission_id(&mission)])
+    } else {
+        None
+    };
+    Ok(Found { items, launched, check: asked.check })
+}
+
+type Moment = (f64, Option<f64>);
+
+/// Seconds by the board and here between the first and the last look.
+fn elapsed((first, last): &(Option<Moment>, Option<Moment>)) -> Option<(f64, f64)> {
+    let ((b0, h0), (b1, h1)) = ((*first)?, (*last)?);
+    Some((b1 - b0, h1? - h0?))
+}

@@ -1,0 +1,88 @@
+//! A launch: what a board on deck says of itself, and that nothing is launched while something is bad.
+
+use hil_host::cli::launch::{Asked, Found, launch};
+use hil_host::flight::closed_loop::Setup;
+use hil_host::flight::{mission_file, own_parts, worlds};
+use hil_host::seats::parts::OwnParts;
+use hil_host::seats::{Link, Seat, SeatError};
+use plant::{Scenario, World};
+use signals::{Refusal, Strap};
+
+fn board(change: impl Fn(&mut Scenario)) -> Link<OwnParts> {
+    let mission = mission_file::built_in("sea").unwrap();
+    let mut scenario = worlds::for_mission(&mission);
+    change(&mut scenario);
+    own_parts::board(World::new(scenario).unwrap(), &Setup::new(mission))
+}
+
+fn asked(link: &mut Link<OwnParts>) -> Found {
+    launch(link, &Asked { config: None, mission: "sea", check: false }, &|| {}, None).unwrap()
+}
+
+fn bad(found: &Found) -> Vec<&'static str> {
+    found.items.iter().filter(|i| !i.good).map(|i| i.what).collect()
+}
+
+#[test]
+fn hil_a_sound_vehicle_is_checked_launched_and_dives() {
+    let mut link = board(|_| {});
+    let found = asked(&mut link);
+    assert!(found.good() && found.launched.is_some(), "{:?}", found.items);
+    let board = link.wire();
+    assert!((board.air_pa() - 101_325.0).abs() < 500.0, "zero of depth: {}", board.air_pa());
+    let afloat = board.around.borrow().world.truth().max_depth_m;
+    assert!(afloat < 1.0, "it floated through the strokes: {afloat} m");
+    let deepest = (0..200).filter_map(|_| board.cycle(30.0)).map(|made| made.truth.depth_m).fold(0.0, f64::max);
+    assert!(deepest > 20.0, "{deepest} m after 800 s");
+}
+
+#[test]
+fn hil_each_thing_wrong_is_named_and_keeps_the_vehicle_on_deck() {
+    for (fault, what) in [
+        ("depth:off", "air pressure"),
+        ("pitch:off", "compass"),
+        ("pump:stuck", "pump"),
+        ("ballast:off", "pump"),
+        ("mass_motor:stuck", "battery mass"),
+        ("voltage:bias=-6", "battery"),
+        ("hull:vacuum_loss=1", "hull vacuum"),
+        ("leak:alarm", "leak loop"),
+        ("leak:off", "leak loop"),
+        ("weight:alarm", "drop weight"),
+    ] {
+        let mut link = board(|s| s.faults.push(fault.parse().unwrap()));
+        let found = asked(&mut link);
+        assert!(found.launched.is_none() && bad(&found).contains(&what), "{fault}: {:?}", found.items);
+        assert!(!link.hello().unwrap().under_way, "{fault}");
+    }
+}
+
+#[test]
+fn hil_the_strap_decides_between_bench_and_deployment() {
+    let mut link = board(|_| {});
+    link.hello().unwrap();
+    // Hellos of other programs change nothing: a deployed board flies no frames.
+    let refused = link.begin(&mission_file::built_in("sea").unwrap());
+    assert!(matches!(refused, Err(SeatError::Refused { why: Refusal::Strap, .. })), "{refused:?}");
+    link.wire().strap(Strap::Bench);
+    assert_eq!(bad(&asked(&mut link)), ["strap"]);
+    let refused = link.launch(&mission_file::built_in("sea").unwrap());
+    assert!(matches!(refused, Err(SeatError::Refused { why: Refusal::Strap, .. })), "{refused:?}");
+}
+
+#[test]
+fn the_power_budget_is_that_of_the_states_that_the_loop_enters() {
+    let mission = mission_file::built_in("sea").unwrap();
+    let world = World::new(worlds::for_mission(&mission)).unwrap();
+    let found = hil_host::flight::power::budget(world, &Setup::new(mission)).unwrap();
+    println!("{:.1} mA, motors {:.1} mA, {:.0} days", found.electronics_ma, found.motors_ma, found.endurance_days());
+    let [(pressure_s, least_pressure_s), (adc_s, least_adc_s)] = found.per_cycle_s;
+    // The transducer converts four times a cycle, for 9.04 of the 9.3 ms that are waited.
+    assert!((pressure_s / least_pressure_s - 1.0).abs() < 0.1, "{pressure_s} s a cycle, {least_pressure_s} by the firmware's constant");
+    // The ADC at least four times, and twice for each look at the motors.
+    assert!(adc_s > least_adc_s && adc_s < 12.0 * least_adc_s, "{adc_s} {least_adc_s}");
+    let share = |what: &str| found.rows.iter().find(|r| r.what.contains(what)).unwrap().share;
+    assert!((share("running") + share("sleeping") - 1.0).abs() < 1e-9 && share("running") < 0.1, "{}", share("running"));
+    // The aim is 8 mA; a compass that is always on takes most of it. The bound is what was measured.
+    assert!(found.electronics_ma < 26.0 && found.electronics_ma > 8.0, "{}", found.electronics_ma);
+}

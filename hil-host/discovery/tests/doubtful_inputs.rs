@@ -58,6 +58,15 @@ fn regress_psi_and_tens_are_suspected_and_a_dragging_vehicle_is_not() {
         let told = note(&flight(factor, rate, 25.0), about).unwrap_or_else(|| panic!("{factor} passes"));
         assert!(told.contains(said), "{factor}: {told}");
     }
+    // Ten times as fast, or as slow, is no vehicle: refused, where psi may be a vehicle that drags.
+    // With a sixth of the drive, so that ten times the rate is none that a log is refused for.
+    for (factor, refused) in [(10.0, true), (0.1, true), (1.450_38, false), (1.0, false)] {
+        let mut slow = flight(factor, rate / 6.0_f64.sqrt(), 25.0);
+        slow.ballast_m3.iter_mut().for_each(|v| *v /= 6.0);
+        let prepared = prepare(&slow, &vehicle());
+        let said = sanity::check(&prepared, &vehicle());
+        assert_eq!(said.is_err_and(|why| why.starts_with("pressure_dbar: depth changes")), refused, "{factor}");
+    }
     // A quarter more drag, a tenth less.
     for drag in [1.25_f64, 0.9] {
         assert_eq!(note(&flight(1.0, rate / drag.sqrt(), 5.0), about), None, "{drag}");
@@ -94,6 +103,9 @@ fn regress_held_pressures_are_thinned_and_coarse_ones_stay() {
         let repeats = (0..held.len()).filter(|i| i % times > 0).count();
         let told = note(&held, about).unwrap_or_else(|| panic!("{times} times"));
         assert!(told.contains(&format!("{repeats} repeats")), "{repeats}: {told}");
+        // The samples that are left are a flight.
+        let used = prepare(&held, &vehicle()).runs.iter().flat_map(|r| &r.used).filter(|u| **u).count();
+        assert!(used * times > f.len() / 2, "{times} times: {used} rows of {}", f.len());
     }
     let mut coarse = flight(1.0, 0.03, 5.0);
     coarse.pressure_pa.iter_mut().for_each(|p| *p = (*p / 5e3).round() * 5e3);

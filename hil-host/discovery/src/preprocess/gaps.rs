@@ -77,23 +77,23 @@ const HELD: f64 = 0.4;
 const COARSE: f64 = 1.5;
 
 /// Puts NaN in place of the repeats of a channel that is held between the samples of a slower one, among the rows that are `judged`:
-/// each value stands where it comes first. Returns how many.
-pub(crate) fn thin_held(value: &mut [f64], judged: &dyn Fn(usize) -> bool) -> usize {
+/// each value stands where it comes first. Returns which rows they are.
+pub(crate) fn thin_held(value: &mut [f64], judged: &dyn Fn(usize) -> bool) -> Vec<usize> {
     let known: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite() && judged(i)).collect();
     let mut changes: Vec<f64> = known.windows(2).map(|w| (value[w[1]] - value[w[0]]).abs()).collect();
     let repeats: Vec<usize> = known.windows(2).filter(|w| value[w[0]] == value[w[1]]).map(|w| w[1]).collect();
     if (repeats.len() as f64) < HELD * changes.len() as f64 {
-        return 0;
+        return Vec::new();
     }
     changes.retain(|c| *c > 0.0);
     changes.sort_by(f64::total_cmp);
-    let (Some(least), Some(usual)) = (changes.first(), changes.get(changes.len() / 2)) else { return 0 };
+    let (Some(least), Some(usual)) = (changes.first(), changes.get(changes.len() / 2)) else { return Vec::new() };
     let steps = changes.iter().filter(|c| (*c / least - (*c / least).round()).abs() < 1e-3).count();
     if *usual <= COARSE * least && 20 * steps > 19 * changes.len() {
-        return 0;
+        return Vec::new();
     }
     repeats.iter().for_each(|&i| value[i] = f64::NAN);
-    repeats.len()
+    repeats
 }
 
 #[cfg(test)]

@@ -80,7 +80,9 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
             if end < n && flight.segment[end] == flight.segment[end - 1] && dives.is_some() {
                 one.surface[1] = None;
             }
-            if one.depth_m.iter().filter(|z| z.is_nan()).count() * 2 > one.depth_m.len() {
+            // Repeats of a slower channel are no rows without a value.
+            let held = removed.held.partition_point(|row| *row < end) - removed.held.partition_point(|row| *row < start);
+            if one.depth_m.iter().filter(|z| z.is_nan()).count() * 2 > one.depth_m.len() + held {
                 notes.push(format!("segment {}: more than half of it has no pitch, ballast, density or pressure; left out", one.segment));
             } else {
                 runs.push(one);

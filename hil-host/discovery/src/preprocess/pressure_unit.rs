@@ -27,13 +27,26 @@ const STILL: (f64, f64) = (0.04, 6e-6);
 
 /// What the pressure may be instead, where the rates of depth say so.
 pub(crate) fn suspected(runs: &[Run], vehicle: &Vehicle) -> Option<String> {
+    mistake(runs, vehicle).map(|m| m.1)
+}
+
+/// The same where no drag, load or trim of a vehicle that glides comes near: ten times as fast, or as slow.
+pub(crate) fn impossible(runs: &[Run], vehicle: &Vehicle) -> Option<String> {
+    mistake(runs, vehicle).filter(|(factor, _)| factor.ln().abs() > TENS.ln()).map(|m| m.1)
+}
+
+/// Rates that differ by more than this are none of one vehicle: a quarter of the buoyancy, or four times the drag, halves a rate.
+const TENS: f64 = 5.0;
+
+/// By which factor the pressure is taken wrongly, and what is said of it.
+fn mistake(runs: &[Run], vehicle: &Vehicle) -> Option<(f64, String)> {
     let drag = 0.5 * DRAG_SIGMAS * vehicle.tolerance.cd0_relative;
     if rate(runs, vehicle, 1.0).is_some_and(|r| r.abs() <= drag) {
         return None;
     }
     let fits = |factor: f64| rate(runs, vehicle, factor).filter(|r| (r - factor.ln()).abs() < NEAR && factor.ln().abs() > drag);
-    let (rate, what) = MISTAKES.iter().find_map(|(factor, what)| Some((fits(*factor)?.exp(), what)))?;
-    Some(format!("pressure_dbar: depth changes {rate:.2} times as fast as this vehicle glides: is it {what}?"))
+    let (factor, rate, what) = MISTAKES.iter().find_map(|(factor, what)| Some((*factor, fits(*factor)?.exp(), what)))?;
+    Some((factor, format!("pressure_dbar: depth changes {rate:.2} times as fast as this vehicle glides: is it {what}?")))
 }
 
 /// Logarithm of measured over expected rate of depth, where pressures are `factor` times what they should be.

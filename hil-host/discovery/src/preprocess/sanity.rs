@@ -1,7 +1,7 @@
 //! Can these inputs drive a model at all? Columns that contradict each other are refused with the likely cause, before a fit makes
 //! physics of them.
 
-use crate::preprocess::Prepared;
+use crate::preprocess::{Prepared, pressure_unit};
 use crate::record::plausible::quantile;
 use crate::vehicle::Vehicle;
 use hydro::effects::{BallastOffset, Effect as _};
@@ -22,10 +22,14 @@ const FLAT_M: f64 = 1.5;
 /// Trim tolerances within which a vehicle file may be off before it is of another water.
 const OTHER_WATER: f64 = 3.0;
 
-/// Why the vehicle as its file gives it cannot both dive and climb in this water: the volume that the water asks for is beyond its pump's
-/// strokes by more than the trim may be off and `ballast_offset` reaches. None if it can.
+/// Why the vehicle as its file gives it cannot have flown this log: it cannot both dive and climb in this water (the volume that the water
+/// asks for is beyond its pump's strokes by more than the trim may be off and `ballast_offset` reaches), or depth changes ten times as
+/// fast or as slow as it glides. None if it can.
 #[must_use]
 pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
+    if let Some(why) = pressure_unit::impossible(&prepared.runs, vehicle) {
+        return Some(why);
+    }
     let mut c = vehicle.constants;
     vehicle.effects.iter().for_each(|a| a.effect.constants(&a.values, &mut c));
     let (mut short_m3, mut ballast_m3, mut density, mut volume_m3) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());

@@ -16,7 +16,8 @@ const OTHER_WATER_KG_M3: f64 = 0.1;
 pub(crate) struct Removed {
     pub spikes: [usize; 5],
     stuck: [usize; 5],
-    held: usize,
+    /// Rows of the flight at which a pressure repeats the one before because its channel is slower.
+    pub held: Vec<usize>,
     pub air: usize,
     pub silent_rows: usize,
     pub unseen_rows: usize,
@@ -30,8 +31,9 @@ impl Removed {
         };
         of(&self.spikes, "spikes", &["pressure", "pitch", "density", "speed", "ballast"], notes);
         of(&self.stuck, "samples of a stuck sensor", &["pressure", "pitch", "speed", "density", "heading"], notes);
-        if self.held > 0 {
-            notes.push(format!("pressure holds each value over several rows (a slower channel?): {} repeats left out", self.held));
+        if !self.held.is_empty() {
+            let repeats = self.held.len();
+            notes.push(format!("pressure holds each value over several rows (a slower channel?): {repeats} repeats left out"));
         }
         if self.air > 0 {
             notes.push(format!("{} densities near the surface are of air in the CTD's cell: left out", self.air));

@@ -343,3 +343,48 @@ fn validate_the_speed_of_a_current_profiler_beside_its_flight() {
     let other = import_all(&[folder("seaglider_nc"), profiler], &[], None).map(|_| ()).expect_err("another flight").to_string();
     assert!(other.contains("not those of this flight"), "{other}");
 }
+
+/// A sample's folder with one of its files put through `edit`.
+fn edited(sample: &str, file: &str, edit: impl Fn(Vec<u8>) -> Vec<u8>) -> Result<Imported, String> {
+    let to = std::env::temp_dir().join(format!("glider-edited-{}-{file}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&to);
+    std::fs::create_dir_all(&to).expect("a folder");
+    for entry in std::fs::read_dir(folder(sample)).expect("a sample").flatten() {
+        let name = entry.file_name();
+        let bytes = std::fs::read(entry.path()).expect("a file");
+        std::fs::write(to.join(&name), if name.to_string_lossy() == file { edit(bytes) } else { bytes }).expect("written");
+    }
+    let got = import(&to, &[]).map_err(|e| e.to_string());
+    std::fs::remove_dir_all(&to).expect("removed");
+    got
+}
+
+/// Speeds of a current profiler go to the dive of their own file, though a dive before it cannot be read.
+#[test]
+fn regress_a_dive_that_cannot_be_read_leaves_the_others_their_speeds() {
+    let speeds = |got: &Imported| got.flight.speed_m_s.iter().flatten().filter(|v| v.is_finite()).count();
+    let whole = import(&folder("seaglider_nc"), &[]).expect("an import");
+    let dives: Vec<Imported> = ["p0990012.nc", "p0990013.nc"]
+        .into_iter()
+        .map(|file| import_all(&[folder("seaglider_nc").join(file)], &[], None).expect("one dive"))
+        .collect();
+    let others: usize = dives.iter().map(&speeds).sum();
+    let got = edited("seaglider_nc", "p0990011.nc", |bytes| bytes[..300].to_vec()).expect("two dives");
+    assert_eq!(segments(&got.flight), 2);
+    assert!(others > 20 && speeds(&whole) > others, "{others} of {}", speeds(&whole));
+    assert_eq!(speeds(&got), others);
+}
+
+/// One damaged time, and doubles that far from zero do not tell a second from the next.
+#[test]
+fn regress_a_time_of_damage_is_left_out_and_the_others_stay() {
+    let sound = import(&folder("seaglider_raw"), &[]).expect("an import").flight.len();
+    let got = edited("seaglider_raw", "p0990011.eng", |bytes| {
+        let text = String::from_utf8(bytes).expect("text");
+        text.replacen(" 414.100 ", " -9999999999999414.100 ", 1).into_bytes()
+    })
+    .expect("an import");
+    assert_eq!(got.flight.len(), sound - 1);
+    assert!(got.report.left_out.iter().any(|l| l.contains("1 rows further than 400 days")), "{:?}", got.report.left_out);
+    assert!(got.flight.time_s.windows(2).all(|w| w[1] > w[0]));
+}

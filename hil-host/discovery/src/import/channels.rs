@@ -41,6 +41,12 @@ pub(super) struct Log {
 impl Log {
     /// The flight; none without rows.
     pub fn flight(mut self, name: &str, report: &mut Report) -> Option<Flight> {
+        let mut times: Vec<f64> = self.rows.iter().map(|r| r.unix_s).collect();
+        let stray = stray_times(&mut times, LONGEST_MISSION_S);
+        if stray > 0 {
+            report.leave_out(format!("{stray} rows further than 400 days from the others: a clock that was not set, or damage"));
+        }
+        self.rows.iter_mut().zip(times).for_each(|(r, t)| r.unix_s = t);
         self.rows.retain(|r| r.unix_s.is_finite() && r.pressure_pa.is_finite());
         self.rows.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
         let all = self.rows.len();

@@ -251,11 +251,8 @@ impl Columns {
     /// Channels from what was read of all navigation files.
     fn finish(&mut self, log: &mut Log, report: &mut Report) {
         let stray = channels::stray_times(&mut self.time, LONGEST_MISSION_S);
-        let mut times: Vec<f64> = log.rows.iter().map(|r| r.unix_s).collect();
-        let stray_rows = channels::stray_times(&mut times, LONGEST_MISSION_S);
-        log.rows.iter_mut().zip(times).for_each(|(r, t)| r.unix_s = t);
-        if stray + stray_rows > 0 {
-            report.leave_out(format!("{} rows further than 400 days from the others: a clock that was not set", stray + stray_rows));
+        if stray > 0 {
+            report.leave_out(format!("{stray} rows of navigation further than 400 days from the others: a clock that was not set"));
         }
         for ((name, to, factor), column) in NAVIGATION.iter().zip(&mut self.values) {
             if column.iter().any(|v| v.is_finite()) {

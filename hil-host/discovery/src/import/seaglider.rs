@@ -37,7 +37,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         let list: Vec<String> = gliders.iter().map(|g| format!("SG{g:03}")).collect();
         return Err(ImportError::new(folder, format!("dives of {} gliders ({}): import one at a time", list.len(), list.join(", "))));
     }
-    let (mut parts, mut constants, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut parts, mut constants, mut refused, mut speeds) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for ((_, dive), path) in &dives {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let scalars = netcdf::scalars(path);
@@ -53,13 +53,13 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
                 part.report.segments.truncate(1);
                 part.report.files.iter_mut().for_each(|f| f.file.clone_from(&name));
                 constants.push((*dive, scalars));
+                speeds += netcdf::speed_witness(path, &mut part);
                 parts.push((name, part));
             }
             Err(e) => refused.push((name, e.what)),
         }
     }
     same_middle(&mut parts, &constants);
-    let speeds: usize = parts.iter_mut().zip(&dives).map(|((_, part), (_, path))| netcdf::speed_witness(path, part)).sum();
     let Some(mut imported) = join::join("Seaglider base station, one NetCDF a dive", parts) else {
         let why: Vec<String> = refused.iter().map(|(f, w)| format!("{f} {w}")).collect();
         return Err(ImportError::new(folder, format!("no dive can be used: {}", why.join("; "))));

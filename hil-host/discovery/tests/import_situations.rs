@@ -4,76 +4,15 @@
 use std::path::{Path, PathBuf};
 
 use discovery::import::{Imported, import};
-use netcdf3::{DataSet, FileWriter, Version};
 
-/// 13 Sep 2020, 12:26:40 UTC.
-const START: f64 = 1.6e9;
-const CYCLES: usize = 260;
+mod made_logs;
+use made_logs::{CYCLES, START, USUAL, Variable, at, engineering, netcdf, pair, variables};
 
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("glider-situation-{}-{name}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
     folder
-}
-
-/// Depth (dbar), nose and pump of two dives, a cycle every 4 s.
-fn at(k: usize) -> (f64, f64, f64) {
-    let x = (k % 130) as f64 / 65.0;
-    let down = x < 1.0;
-    (0.1 + 25.0 * (1.0 - (x - 1.0).abs()), if down { -0.4 } else { 0.4 }, if down { -200.0 } else { 200.0 })
-}
-
-/// A Slocum file as the vehicle writes it: sensors (name, unit), and their values cycle by cycle.
-fn slocum(path: &Path, glider: &str, sensors: &[(&str, &str)], cycle: impl Fn(usize) -> Vec<f64>) {
-    let n = sensors.len();
-    let ending = path.extension().expect("an ending").to_string_lossy().into_owned();
-    let mut bytes = format!(
-        "dbd_label:    DBD(dinkum_binary_data)file\nencoding_ver:    5\nnum_ascii_tags:    14\nall_sensors:    T\nthe8x3_filename:    \
-         00010001\nfull_filename:    {glider}-2020-257-0-0\nfilename_extension:    {ending}\nmission_name:    OURS.MI\nfileopen_time:    Sun_Sep_13_12:26:40_2020\ntotal_num_sensors:    {n}\nsensors_per_cycle:    {n}\n\
-         state_bytes_per_cycle:    {}\nsensor_list_crc:    00000000\nsensor_list_factored:    0\n",
-        n.div_ceil(4)
-    )
-    .into_bytes();
-    for (k, (name, unit)) in sensors.iter().enumerate() {
-        bytes.extend(format!("s: T {k:4} {k:4} 8 {name} {unit}\n").bytes());
-    }
-    bytes.extend(b"sa");
-    bytes.extend(0x1234_i16.to_le_bytes());
-    bytes.extend(123.456_f32.to_le_bytes());
-    bytes.extend(123_456_789.123_45_f64.to_le_bytes());
-    // The first cycle repeats old values and is no sample.
-    for k in std::iter::once(0).chain(0..CYCLES) {
-        let values = cycle(k);
-        let mut state = vec![0_u8; n.div_ceil(4)];
-        values.iter().enumerate().filter(|(_, v)| v.is_finite()).for_each(|(i, _)| state[i / 4] |= 2 << (6 - 2 * (i % 4)));
-        bytes.push(b'd');
-        bytes.extend(state);
-        values.iter().filter(|v| v.is_finite()).for_each(|v| bytes.extend(v.to_le_bytes()));
-    }
-    bytes.push(b'X');
-    std::fs::write(path, bytes).expect("written");
-}
-
-/// Engineering and science file of a stem; `clock` is their start, `stamp` the CTD's own time of a cycle.
-fn pair(folder: &Path, stem: &str, glider: &str, clock: f64, stamp: impl Fn(f64) -> f64) {
-    engineering(&folder.join(format!("{stem}.dbd")), glider, clock);
-    let sensors = [
-        ("sci_m_present_time", "timestamp"),
-        ("sci_ctd41cp_timestamp", "timestamp"),
-        ("sci_water_pressure", "bar"),
-        ("sci_water_temp", "degc"),
-        ("sci_water_cond", "s/m"),
-    ];
-    slocum(&folder.join(format!("{stem}.ebd")), glider, &sensors, |k| {
-        let t = clock + 4.0 * k as f64;
-        vec![t, stamp(t), at(k).0 / 10.0, 12.0 - 0.05 * at(k).0, 3.9]
-    });
-}
-
-fn engineering(path: &Path, glider: &str, clock: f64) {
-    let sensors = [("m_present_time", "timestamp"), ("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
-    slocum(path, glider, &sensors, |k| vec![clock + 4.0 * k as f64, at(k).1, at(k).2, at(k).0 / 10.0]);
 }
 
 fn said(imported: &Imported) -> String {
@@ -164,43 +103,6 @@ fn regress_a_named_file_is_the_one_that_is_read() {
     std::fs::remove_dir_all(folder).ok();
 }
 
-/// A NetCDF of these variables (name, unit, standard name, values) on `dimensions`, the last of which is the rows.
-fn netcdf(path: &Path, dimensions: &[&str], variables: &[(&str, &str, &str, Vec<f64>)]) {
-    let mut set = DataSet::new();
-    for (k, d) in dimensions.iter().enumerate() {
-        set.add_fixed_dim(d, if k + 1 == dimensions.len() { CYCLES } else { 1 }).expect("a dimension");
-    }
-    for (name, unit, standard, _) in variables {
-        set.add_var_f64(name, dimensions).expect("a variable");
-        set.add_var_attr_string(name, "units", unit).expect("a unit");
-        if !standard.is_empty() {
-            set.add_var_attr_string(name, "standard_name", standard).expect("a name");
-        }
-    }
-    let mut file = FileWriter::open(path).expect("a file");
-    file.set_def(&set, Version::Classic, 0).expect("a definition");
-    for (name, _, _, values) in variables {
-        file.write_var_f64(name, values).expect("values");
-    }
-    file.close().expect("closed");
-}
-
-type Variable = (&'static str, &'static str, &'static str, Vec<f64>);
-
-fn variables(names: [&'static str; 6]) -> Vec<Variable> {
-    let column = |f: &dyn Fn(usize) -> f64| (0..CYCLES).map(f).collect::<Vec<f64>>();
-    vec![
-        (names[0], "seconds since 1970-01-01T00:00:00Z", "time", column(&|k| START + 4.0 * k as f64)),
-        (names[1], "dbar", "sea_water_pressure", column(&|k| at(k).0)),
-        (names[2], "degree_C", "sea_water_temperature", column(&|k| 12.0 - 0.05 * at(k).0)),
-        (names[3], "1", "sea_water_practical_salinity", column(&|_| 35.0)),
-        (names[4], "rad", "", column(&|k| at(k).1)),
-        (names[5], "cm3", "", column(&|k| at(k).2)),
-    ]
-}
-
-const USUAL: [&str; 6] = ["time", "pressure", "temperature", "salinity", "pitch", "ballast_pumped"];
-
 fn read_netcdf(name: &str, dimensions: &[&str], variables: &[Variable]) -> Result<Imported, String> {
     let folder = folder(name);
     let path = folder.join("mission.nc");
@@ -236,5 +138,170 @@ fn regress_channels_are_found_whatever_the_case_and_by_standard_name() {
         let got = read_netcdf(names[1], &[dimension], &variables(names)).unwrap_or_else(|e| panic!("{names:?}: {e}"));
         assert_eq!(got.flight.len(), CYCLES, "{names:?}");
         whole(&got);
+    }
+}
+
+#[test]
+fn regress_what_a_file_calls_its_units_stays_in_one_line_of_a_message() {
+    let mut columns = variables(USUAL);
+    columns[1].1 = "dbar\n\u{1b}[31m";
+    let e = read_netcdf("control", &["time"], &columns).map(|_| ()).expect_err("of no known unit");
+    assert!(!e.contains(char::is_control) && e.contains("pressure"), "{e:?}");
+}
+
+/// Saw-teeth as csv; the columns of `at` besides time and pressure are those named here.
+fn csv(name: &str, header: &str, row: impl Fn(usize) -> String) -> Result<Imported, String> {
+    let folder = folder(name);
+    let path = folder.join("glider.csv");
+    let rows: String = (0..CYCLES).map(|k| format!("{},{:.3},{}\n", 4 * k, at(k).0, row(k))).collect();
+    std::fs::write(&path, format!("time_s,pressure_dbar,{header}\n{rows}")).expect("written");
+    let got = import(&path, &[]).map_err(|e| e.to_string());
+    std::fs::remove_dir_all(folder).ok();
+    got
+}
+
+/// A vehicle too small for a sensor of its ballast; one without a CTD; one without either.
+#[test]
+fn regress_a_glider_without_a_ballast_reading_is_read_and_says_what_cannot_be_asked() {
+    let (ballast, density) = ("m_ballast_pumped_cc", "sci_density_kg_m3");
+    let cases: [(&str, &[&str]); 4] = [
+        ("m_pitch_rad,sci_density_kg_m3", &[ballast]),
+        ("pitch_deg,sci_water_temp", &[ballast, density]),
+        ("m_pitch_rad,m_ballast_pumped_cc", &[density]),
+        ("sci_water_temp_degC,oxygen", &["m_pitch_rad", ballast, density]),
+    ];
+    for (header, lacking) in cases {
+        let field = |name: &str, k: usize| match name {
+            "m_pitch_rad" => at(k).1,
+            "pitch_deg" => at(k).1.to_degrees(),
+            "m_ballast_pumped_cc" => at(k).2,
+            "sci_density_kg_m3" => 1025.1,
+            _ => 12.0 - 0.05 * at(k).0,
+        };
+        let row = |k: usize| header.split(',').map(|name| field(name, k).to_string()).collect::<Vec<_>>().join(",");
+        let got = csv(&format!("micro-{}", header.len()), header, row).unwrap_or_else(|e| panic!("{header}: {e}"));
+        assert_eq!(got.flight.len(), CYCLES);
+        for column in lacking {
+            assert!(got.report.notes.iter().any(|n| n.starts_with(&format!("without {column} "))), "{header}: {}", said(&got));
+        }
+        assert_eq!(got.report.notes.iter().filter(|n| n.starts_with("without ")).count(), lacking.len(), "{header}: {}", said(&got));
+    }
+    // A comparison refuses it with the same words.
+    let text = "time_s,pressure_dbar,m_pitch_rad,sci_density_kg_m3\n0,5,0.1,1025\n";
+    let e = discovery::record::csv::parse(text, Path::new("f.csv"), "f").expect_err("no ballast").to_string();
+    assert!(e.contains("m_ballast_pumped_cc: is missing; without it the force that drives it is unknown"), "{e}");
+}
+
+#[test]
+fn regress_a_csv_with_the_columns_of_a_slocum_is_of_its_class() {
+    for (column, class) in [("battpos_in", "slocum-200"), ("m_battpos", "slocum-200"), ("battpos_m", "unknown")] {
+        let header = format!("m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3,{column}");
+        let got = csv(column, &header, |k| format!("{},{},1025.1,0.3", at(k).1, at(k).2)).expect("an import");
+        assert!(said(&got).contains(&format!("class {class}")), "{column}: {}", said(&got));
+    }
+}
+
+#[test]
+fn regress_a_folder_of_folders_and_one_of_several_tables_say_what_to_name() {
+    let folder = folder("folders");
+    let inner = folder.join("raw");
+    std::fs::create_dir_all(&inner).expect("a folder");
+    pair(&inner, "a", "alpha", START, |t| t);
+    let e = import(&folder, &[]).map(|_| ()).expect_err("nothing in it").to_string();
+    assert!(e.contains("name a folder in it") && e.contains(&inner.display().to_string()), "{e}");
+    std::fs::remove_dir_all(&inner).ok();
+    for name in ["day1.csv", "day2.csv"] {
+        std::fs::write(folder.join(name), "time_s,pressure_dbar\n0,1\n").expect("written");
+    }
+    let e = import(&folder, &[]).map(|_| ()).expect_err("two").to_string();
+    assert!(e.contains("day1.csv, day2.csv"), "{e}");
+    std::fs::remove_dir_all(folder).ok();
+}
+
+/// The sound table of these tests with its lines changed, and what is said of it.
+fn tidied(name: &str, edit: impl Fn(Vec<String>) -> Vec<String>) -> Result<Imported, String> {
+    let folder = folder(name);
+    let mut lines = vec!["time_s,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3,sci_water_temp_degC".to_owned()];
+    // The pump is out at one volume, and in at a few.
+    let cc = |k: usize| if at(k).2 > 0.0 { 200.0 } else { -200.0 - (k % 3) as f64 };
+    lines.extend((0..CYCLES).map(|k| {
+        let (dbar, pitch, _) = at(k);
+        format!("{},{dbar:.3},{pitch},{:.1},{:.3},{:.3}", 4 * k, cc(k), 1025.0 + 0.005 * dbar, 12.5 - 0.05 * dbar)
+    }));
+    let path = folder.join("glider.csv");
+    std::fs::write(&path, edit(lines).join("\n") + "\n").expect("written");
+    let got = import(&path, &[]).map_err(|e| e.to_string());
+    std::fs::remove_dir_all(folder).ok();
+    got
+}
+
+#[test]
+fn regress_what_programs_do_to_a_table_is_undone_and_told() {
+    let sound = tidied("sound-csv", |l| l).expect("an import").flight;
+    assert_eq!(
+        (sound.len(), sound.ballast_m3.iter().filter(|v| **v > 1e-4).count()),
+        (CYCLES, CYCLES / 2),
+        "a pump's two volumes are values"
+    );
+    let same = |name: &str, said_of_it: &str, whole: bool, edit: &dyn Fn(Vec<String>) -> Vec<String>| {
+        let got = tidied(name, edit).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!((&got.flight.time_s, &got.flight.pressure_pa), (&sound.time_s, &sound.pressure_pa), "{name}");
+        assert!(said(&got).contains(said_of_it), "{name}: {}", said(&got));
+        assert_eq!(got.report.is_whole(), whole, "{name}");
+    };
+    same("backward", "run backward in time", true, &|mut l| {
+        l[1..].reverse();
+        l
+    });
+    same("doubled", "260 of 520 rows repeat a time", false, &|l| {
+        l[..1].iter().cloned().chain(l[1..].iter().flat_map(|r| [r.clone(), r.clone()])).collect()
+    });
+    same("commas", "decimal commas", true, &|l| l.iter().map(|r| r.replace(',', ";").replace('.', ",")).collect());
+    same("no-time", "3 of 263 rows have no time", false, &|mut l| {
+        let undated: Vec<String> = l[5..8].iter().map(|r| format!("-9999,{}", r.split_once(',').expect("a comma").1)).collect();
+        l.splice(9..9, undated);
+        l
+    });
+    same("unset", "7 of 267 rows have no time", false, &|l| {
+        let dated = l[1..].iter().map(|r| {
+            let (t, rest) = r.split_once(',').expect("a comma");
+            format!("{},{rest}", t.parse::<f64>().expect("a number") + START)
+        });
+        l[..8].iter().cloned().chain(dated).collect()
+    });
+    // Times that go back and on are of two logs: refused.
+    let e = tidied("shuffled", |mut l| {
+        l.swap(20, 60);
+        l
+    });
+    assert!(e.is_err_and(|e| e.contains("must increase")));
+}
+
+#[test]
+fn regress_values_of_a_table_that_stand_for_none_are_found() {
+    for (column, name, fill) in [
+        (1, "pressure_dbar", "9999"),
+        (2, "m_pitch_rad", "-9999"),
+        (3, "m_ballast_pumped_cc", "69696969"),
+        (4, "sci_density_kg_m3", "-999"),
+    ]
+    .into_iter()
+    .chain([(4, "sci_density_kg_m3", "0"), (5, "sci_water_temp_degC", "1e20"), (5, "sci_water_temp_degC", "-32768")])
+    {
+        let got = tidied(&format!("fill{column}"), |l| {
+            let changed = |(k, row): (usize, String)| {
+                let mut fields: Vec<&str> = row.split(',').collect();
+                if k > 0 && k % 5 == 0 {
+                    fields[column] = fill;
+                }
+                fields.join(",")
+            };
+            l.into_iter().enumerate().map(changed).collect()
+        })
+        .unwrap_or_else(|e| panic!("{name} {fill}: {e}"));
+        assert!(said(&got).contains(&format!("52 of 260 values of {name} are")), "{name} {fill}: {}", said(&got));
+        let f = &got.flight;
+        let known = [&f.time_s, &f.pressure_pa, &f.pitch_rad, &f.ballast_m3, &f.density_kg_m3, &f.temperature_degc][column];
+        assert_eq!(known.iter().filter(|v| v.is_finite()).count(), 208, "{name} {fill}");
     }
 }

@@ -72,7 +72,7 @@ impl Format {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let flight = discovery::record::csv::flight(&args.flight)?;
+    let flight = discovery::record::csv::log(&args.flight)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{}", flight.name, args.to.ending())));
     let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();
     crate::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
@@ -104,6 +104,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 /// The vehicle named or beside the flight, and its model against the flight.
 fn modelled(args: &Args, flight: &Flight) -> anyhow::Result<Option<(Vehicle, Comparison)>> {
     let Some(path) = args.vehicle.clone().or_else(|| vehicle::beside(&args.flight)) else { return Ok(None) };
+    // Without pitch, ballast or density there is no model of it.
+    let known = |column: &[f64]| column.iter().any(|v| v.is_finite());
+    if args.vehicle.is_none() && ![&flight.pitch_rad, &flight.ballast_m3, &flight.density_kg_m3].iter().all(|c| known(c)) {
+        return Ok(None);
+    }
     let vehicle = vehicle::read(&path)?;
     let compared = compare(flight, &vehicle);
     Ok(Some((vehicle, compared)))

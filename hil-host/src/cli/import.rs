@@ -30,7 +30,7 @@ pub struct Args {
     /// Further folders of Slocum sensor lists (.cac, .ccc).
     #[arg(long)]
     cache: Vec<PathBuf>,
-    /// Vehicle file to put beside the flight.
+    /// Vehicle file to put beside the flight [default: of a flight.csv its own, else one is made].
     #[arg(long)]
     vehicle: Option<PathBuf>,
     /// Class whose usual numbers make the vehicle [default: told by the files].
@@ -51,24 +51,37 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if args.out.exists() {
         bail!("{} exists: name a new folder with --out, nothing is overwritten", args.out.display());
     }
-    if let Some(vehicle) = &args.vehicle {
+    let vehicle_file = args.vehicle.clone().or_else(|| own_vehicle(args));
+    if let Some(vehicle) = &vehicle_file {
         discovery::vehicle::read(vehicle)?;
     }
     let spinner = indicatif::ProgressBar::new_spinner().with_message(format!("reading {}", named(args)));
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
     let imported = discovery::import::import_all(&args.input, &args.cache, args.class);
     spinner.finish_and_clear();
-    let Imported { flight, report, vehicle } = imported?;
-    let draft = vehicle.filter(|_| args.vehicle.is_none()).map(|v| v.toml());
-    write(&args.out, &flight, &report, args.vehicle.as_deref(), draft.as_deref())?;
+    let Imported { flight, mut report, vehicle } = imported?;
+    if vehicle_file.is_some() {
+        // Of the vehicle that is not made.
+        report.notes.retain(|n| !n.starts_with("vehicle:"));
+    }
+    let draft = vehicle.filter(|_| vehicle_file.is_none()).map(|v| v.toml());
+    write(&args.out, &flight, &report, vehicle_file.as_deref(), draft.as_deref())?;
     let document = serde_json::json!({
         "flight": args.out,
         "rows": flight.len(),
         "duration_s": flight.time_s.last(),
+        "vehicle": vehicle_file,
         "report": report,
     });
-    output.emit(&document, || print(args, &flight, &report));
+    output.emit(&document, || print(args, vehicle_file.as_deref(), &flight, &report));
     Ok(if report.is_whole() { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// The vehicle of a flight in the project's own format, which lies beside it.
+fn own_vehicle(args: &Args) -> Option<PathBuf> {
+    let [one] = args.input.as_slice() else { return None };
+    let own = if one.is_dir() { one.join("flight.csv").is_file() } else { one.file_name().is_some_and(|n| n == "flight.csv") };
+    discovery::vehicle::beside(one).filter(|_| own && args.class.is_none())
 }
 
 fn named(args: &Args) -> String {
@@ -101,7 +114,7 @@ fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option
     Ok(())
 }
 
-fn print(args: &Args, flight: &discovery::Flight, report: &Report) {
+fn print(args: &Args, vehicle: Option<&Path>, flight: &discovery::Flight, report: &Report) {
     println!("{}: {}", report.kind, named(args));
     for file in &report.files {
         println!("  {:32} {:7} rows", file.file, file.rows);
@@ -126,6 +139,13 @@ fn print(args: &Args, flight: &discovery::Flight, report: &Report) {
     let segments = flight.segment.iter().collect::<std::collections::BTreeSet<_>>().len();
     let hours = flight.time_s.last().copied().unwrap_or(0.0) / 3600.0;
     println!("wrote {}: {} rows, {segments} segments, {hours:.2} h", args.out.display(), flight.len());
-    let made = if args.vehicle.is_none() { " (its vehicle.toml is a first one: look through its numbers)" } else { "" };
-    println!("next: glider compare --flight {}{made}", args.out.display());
+    if let Some(vehicle) = vehicle.filter(|_| args.vehicle.is_none()) {
+        println!("vehicle: {} lies beside it and is copied (--class CLASS makes a new one)", vehicle.display());
+    }
+    let made = if vehicle.is_none() { " (its vehicle.toml is a first one: look through its numbers)" } else { "" };
+    if report.missing.iter().any(|column| discovery::record::csv::cannot_be_asked(column).is_some()) {
+        println!("next: glider export {} --to netcdf (a comparison is not possible)", args.out.display());
+    } else {
+        println!("next: glider compare --flight {}{made}", args.out.display());
+    }
 }

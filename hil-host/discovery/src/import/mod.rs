@@ -37,6 +37,7 @@ pub mod trim;
 
 pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 
+use crate::record::csv;
 use classes::Class;
 use kind::Kind;
 
@@ -53,6 +54,17 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
 /// # Errors
 /// [`ImportError`].
 pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
+    match import_as_it_says(paths, caches, class) {
+        Ok(mut imported) => {
+            imported.report.in_one_line();
+            Ok(imported)
+        }
+        Err(e) => Err(ImportError { file: e.file, what: csv::in_one_line(&e.what) }),
+    }
+}
+
+/// The same, with what the files say as they say it.
+fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
     let first = paths.first().ok_or_else(|| ImportError { file: "import".into(), what: "names no file or folder".into() })?;
     let (kind, files, witnesses, passed) = files_of_one_kind(paths)?;
     let mut imported = match kind {
@@ -147,7 +159,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
     kinds.sort();
     kinds.dedup();
     let Some(&kind) = kinds.first() else {
-        return Err(ImportError::new(&paths[0], format!("has no file of a known kind: {KNOWN}")));
+        return Err(ImportError::new(&paths[0], format!("has no file of a known kind{}: {KNOWN}", inside(&paths[0]))));
     };
     let named_kinds: std::collections::BTreeSet<Kind> = named.iter().filter_map(|p| Kind::of(p)).collect();
     if named_kinds.len() > 1 {
@@ -165,7 +177,8 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
         files = slocum::with_its_partner(&one.clone());
     }
     if files.len() > 1 && !kind.joins() {
-        let what = format!("{} files of {} here: name one of them", files.len(), kind.name());
+        let names: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
+        let what = format!("{} files of {} here: name one of them ({})", files.len(), kind.name(), names.join(", "));
         return Err(ImportError::new(&paths[0], what));
     }
     let others = named.len() + beside.len() - files.iter().filter(|f| named.contains(f) || beside.contains(f)).count();
@@ -175,6 +188,16 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
         notes.push(format!("{} here too ({others} other files in all): {} is taken", names.join(", "), kind.name()));
     }
     Ok((kind, files, witnesses, notes))
+}
+
+/// Folders in this one that hold files of a known kind.
+fn inside(folder: &Path) -> String {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path()));
+    let mut folders: Vec<PathBuf> = entries.filter(|p| p.is_dir()).collect();
+    folders.sort();
+    folders.retain(|f| kind::files_of(f).is_ok_and(|files| files.iter().any(|p| Kind::of(p).is_some())));
+    let names: Vec<String> = folders.iter().take(6).map(|f| f.display().to_string()).collect();
+    if names.is_empty() { String::new() } else { format!(" itself; name a folder in it ({})", names.join(", ")) }
 }
 
 const KNOWN: &str = "Slocum binary (.dbd, .ebd ...), Seaglider dives (pNNNNNNN.nc), SeaExplorer (seaNNN.M.gli.sub.C with pld1), NetCDF (.nc) or csv is expected";
@@ -280,6 +303,9 @@ const STAY_S: f64 = 60.0;
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 fn check(imported: &mut Imported) -> Result<(), String> {
     let flight = &imported.flight;
+    if !flight.time_s.windows(2).all(|w| w[1] > w[0]) {
+        return Err("its times do not increase from row to row (a clock of damage?)".into());
+    }
     if let Some((column, why)) = crate::record::plausible::implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
         return Err(format!("{column} {why}"));
     }
@@ -307,6 +333,10 @@ fn check(imported: &mut Imported) -> Result<(), String> {
     let lacking: Vec<&str> = needed.into_iter().filter(|n| imported.report.missing.iter().any(|m| m == n)).collect();
     if !lacking.is_empty() {
         imported.report.note(format!("a comparison needs {}, which this file does not have", lacking.join(" and ")));
+        for column in lacking {
+            let cannot = csv::cannot_be_asked(column).unwrap_or_default();
+            imported.report.note(format!("without {column} {cannot}"));
+        }
     }
     Ok(())
 }

@@ -48,7 +48,7 @@ pub fn rows(bytes: &[u8]) -> Result<Vec<Vec<f64>>, NpyError> {
     }
     .ok_or(NpyError::NotNumpy)?;
     let header = String::from_utf8_lossy(header).trim().to_owned();
-    let other = || NpyError::OtherKind(header.clone());
+    let other = || NpyError::OtherKind(header.chars().take(200).collect::<String>().escape_debug().to_string());
     let plain: String = header.chars().filter(|c| !c.is_whitespace()).collect();
     if !(plain.contains("'descr':'<f8'") && plain.contains("'fortran_order':False")) {
         return Err(other());
@@ -93,6 +93,9 @@ mod tests {
         assert_eq!(rows(&array(HEADER, &[1.0, 2.0])), Err(NpyError::Cut { promised: 6, found: 2 }));
         let turned = HEADER.replace("False", "True");
         assert!(matches!(rows(&array(&turned, &[0.0; 6])), Err(NpyError::OtherKind(_))));
+        // What it is called stays in one line.
+        let e = rows(&array(&HEADER.replace("(2,", "(\n2,").replace("<f8", "<f4"), &[0.0; 6])).expect_err("another kind").to_string();
+        assert!(!e.contains('\n') && e.contains("<f4"), "{e}");
         let vast = HEADER.replace("(2, 3)", "(4294967296, 4294967296)");
         assert!(matches!(rows(&array(&vast, &[0.0; 6])), Err(NpyError::OtherKind(_))));
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::draft::Draft;
+use crate::record::csv::in_one_line;
 use crate::record::flight::Flight;
 use crate::record::seawater::Place;
 
@@ -100,6 +101,16 @@ impl Report {
     pub(super) fn map(&mut self, one: MappedName) {
         if !self.mapped.contains(&one) {
             self.mapped.push(one);
+        }
+    }
+
+    /// Names and units of the files without control characters.
+    pub(super) fn in_one_line(&mut self) {
+        let mapped = self.mapped.iter_mut().flat_map(|m| [&mut m.from, &mut m.unit]);
+        let files = self.files.iter_mut().flat_map(|f| std::iter::once(&mut f.file).chain(&mut f.problems));
+        let all = self.segments.iter_mut().chain(&mut self.left_out).chain(&mut self.notes).chain(mapped).chain(files);
+        for text in all.filter(|t| t.contains(char::is_control)) {
+            *text = in_one_line(text);
         }
     }
 

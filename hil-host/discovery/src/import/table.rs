@@ -1,12 +1,15 @@
 //! A csv of any origin: columns by name and unit, density recomputed where salinity is there.
 //!
 //! Read besides the flight format's own csv: units in a second line (ERDDAP tabledap) or in brackets behind the name (csvp), ISO
-//! times, Latin-1 and UTF-16 text, a header behind a #, semicolons or tabs, a comma at the end of every row, rows out of order.
+//! times, Latin-1 and UTF-16 text, a header behind a #, semicolons or tabs, a comma at the end of every row; and what [`tidy`] undoes.
 
 use std::borrow::Cow;
 use std::path::Path;
 
+mod tidy;
+
 use super::channels::{Log, Row};
+use super::classes::Class;
 use super::netcdf::names::{
     ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, CONDUCTIVITY, DEPTH, HEADING, LATITUDE, LONGITUDE, PITCH, PRESSURE, ROLL, SALINITY,
     TEMPERATURE, Wanted,
@@ -15,6 +18,7 @@ use super::netcdf::variables::undeclared_fill;
 use super::{FileNote, ImportError, Imported, MappedName, Report, calendar};
 use crate::record::csv as read;
 use crate::record::flight::Flight;
+use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
 
@@ -30,20 +34,35 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let bytes = std::fs::read(path).map_err(|e| ImportError::new(path, e.to_string()))?;
     let mut report = Report::new("csv");
     let text = text_of(&bytes, path, &mut report)?;
+    let text = tidy::decimal_points(&text, &mut report).into_owned();
     let table = Table::of(&text, &mut report);
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let mut flight = if let Some(table) = table.filter(|t| t.units.is_some() && !t.has_own_names()) {
         report.kind = "csv with units (ERDDAP)".into();
         table.flight(&name, &mut report).map_err(|what| ImportError::new(path, what))?
     } else {
-        let plain = Table::of(&text, &mut report).map_or(Cow::Borrowed(text.as_str()), |t| Cow::Owned(t.plain()));
+        let plain = Table::of(&text, &mut report).map_or(Cow::Borrowed(text.as_str()), |t| Cow::Owned(t.plain(&mut report)));
         own_format(&plain, path, &name, &mut report)?
     };
     if flight.segment.iter().all(|s| *s == 0) {
         super::surface::cut(&mut flight);
     }
     report.files.push(FileNote { file: path.display().to_string(), rows: flight.len(), problems: Vec::new() });
-    Ok(Imported { flight, report, vehicle: None })
+    let vehicle = slocum_column(&text).map(|column| {
+        let class = Class::slocum(quantile(&flight.pressure_pa, 1.0) * 1e-4);
+        report.note(format!("vehicle: {column} is a Slocum's; usual numbers of the class {} with wide tolerances", class.name()));
+        class.draft()
+    });
+    Ok(Imported { flight, report, vehicle })
+}
+
+/// A column that no other glider has: its pump's or its battery's, by the names and in the units of a Slocum.
+fn slocum_column(text: &str) -> Option<&str> {
+    const OWN: [&str; 5] = ["m_ballast_pumped", "m_de_oil_vol", "m_battpos", "battpos_in", "sci_m_present_time"];
+    let header = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with("##"))?;
+    let names = header.trim_start_matches('#').split([',', ';', '\t']).map(|n| n.trim().trim_matches('"'));
+    let name = |n: &'_ str| bracketed(n).map_or(n, |(name, _)| name).to_ascii_lowercase();
+    names.into_iter().find(|n| OWN.contains(&name(n).as_str()))
 }
 
 /// The text, from whatever encoding.
@@ -122,26 +141,6 @@ impl<'a> Table<'a> {
             report.note("the second line holds units".into());
         }
         Some(Self { names, units, rows })
-    }
-
-    /// The same as csv of one header line, with numbers for ISO times.
-    fn plain(&self) -> String {
-        let time = self.time_column();
-        let mut out = self.names.join(",");
-        for row in &self.rows {
-            out.push('\n');
-            for (k, field) in row.iter().enumerate() {
-                if k > 0 {
-                    out.push(',');
-                }
-                match calendar::iso_8601(field).filter(|_| Some(k) == time && !is_number(field)) {
-                    Some(unix) => out.push_str(&format!("{unix:.4}")),
-                    None => out.push_str(field),
-                }
-            }
-        }
-        out.push('\n');
-        out
     }
 
     /// Whether names of the flight format, which state their units, carry all that a flight needs.
@@ -259,7 +258,7 @@ fn is_units(names: &[String], fields: &[&str]) -> bool {
 
 /// A csv of the flight format, or of Slocum names.
 fn own_format(text: &str, path: &Path, name: &str, report: &mut Report) -> Result<Flight, ImportError> {
-    let mut flight = read::parse(text, path, name).map_err(|e| match e {
+    let mut flight = read::parse_log(text, path, name).map_err(|e| match e {
         read::ReadError::File { path, why } => ImportError { file: path.display().to_string(), what: why },
         read::ReadError::Content { path, line: 0, column, why } => {
             ImportError { file: path.display().to_string(), what: format!("{column}: {why}") }

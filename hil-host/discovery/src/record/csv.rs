@@ -153,11 +153,42 @@ pub fn csv_of(path: &Path) -> Result<PathBuf, ReadError> {
     }
 }
 
-/// Reads a flight from a csv file or a flight directory.
+/// What a comparison needs beside time and pressure, the column that states it, and what cannot be asked of a flight without it.
+const COMPARED: [(Channel, &str, &str); 3] = [
+    (Channel::Pitch, "m_pitch_rad", "neither its glide path nor its lift and drag can be asked"),
+    (
+        Channel::Ballast,
+        "m_ballast_pumped_cc",
+        "the force that drives it is unknown: neither drag, lift and trim nor what is missing can be asked",
+    ),
+    (Channel::Density, "sci_density_kg_m3", "its weight in water is unknown: neither trim nor drag can be asked"),
+];
+
+/// What cannot be asked of a flight without a column that a comparison needs.
+#[must_use]
+pub fn cannot_be_asked(column: &str) -> Option<&'static str> {
+    COMPARED.iter().find(|c| c.1 == column).map(|c| c.2)
+}
+
+/// Reads a flight from a csv file or a flight directory, with all that a comparison needs.
 ///
 /// # Errors
 /// What is wrong, where, and what to do.
 pub fn flight(path: &Path) -> Result<Flight, ReadError> {
+    let (text, file, name) = text_of(path)?;
+    parse(&text, &file, &name)
+}
+
+/// Reads what there is of a flight: time and pressure, and every other column that the file has.
+///
+/// # Errors
+/// What is wrong, where, and what to do.
+pub fn log(path: &Path) -> Result<Flight, ReadError> {
+    let (text, file, name) = text_of(path)?;
+    parse_log(&text, &file, &name)
+}
+
+fn text_of(path: &Path) -> Result<(String, PathBuf, String), ReadError> {
     let file = csv_of(path)?;
     let text = std::fs::read_to_string(&file).map_err(|e| {
         let binary = e.kind() == std::io::ErrorKind::InvalidData;
@@ -165,7 +196,7 @@ pub fn flight(path: &Path) -> Result<Flight, ReadError> {
         ReadError::File { path: file.clone(), why }
     })?;
     let name = if path.is_dir() { path.file_name() } else { path.file_stem() }.map_or_else(String::new, |n| n.to_string_lossy().into());
-    parse(&text, &file, &name)
+    Ok((text, file, name))
 }
 
 /// Which columns of a header are channels, with the factor to SI.
@@ -182,29 +213,24 @@ struct Table<'a> {
     lines: Vec<u64>,
 }
 
-/// The channels of a header; those that no flight can be without must be there.
-fn channels_of(header: &csv::StringRecord, bad: &dyn Fn(u64, &str, String) -> ReadError) -> Result<Channels, ReadError> {
+/// The channels of a header; those that no flight can be without must be there, and those that a comparison needs if it is `compared`.
+fn channels_of(header: &csv::StringRecord, compared: bool, bad: &dyn Fn(u64, &str, String) -> ReadError) -> Result<Channels, ReadError> {
     let mut channels = Channels::new();
     for (alias, channel, factor) in NAMES {
         if let Some(i) = header.iter().position(|h| h.trim_start_matches('\u{feff}').eq_ignore_ascii_case(alias)) {
             channels.entry(*channel).or_insert((i, *factor));
         }
     }
-    let needs: &[(Channel, &str)] = &[
-        (Channel::Time, "time_s"),
-        (Channel::Pressure, "pressure_dbar"),
-        (Channel::Pitch, "m_pitch_rad"),
-        (Channel::Ballast, "m_ballast_pumped_cc"),
-        (Channel::Density, "sci_density_kg_m3"),
-    ];
-    for (channel, column) in needs {
-        if !channels.contains_key(channel) {
-            let accepted: Vec<&str> = NAMES.iter().filter(|(_, c, _)| c == channel).map(|(n, _, _)| *n).collect();
+    let compared = COMPARED.iter().map(|c| (c.0, c.1)).filter(|_| compared);
+    for (channel, column) in [(Channel::Time, "time_s"), (Channel::Pressure, "pressure_dbar")].into_iter().chain(compared) {
+        if !channels.contains_key(&channel) {
+            let accepted: Vec<&str> = NAMES.iter().filter(|(_, c, _)| *c == channel).map(|(n, _, _)| *n).collect();
+            let without = cannot_be_asked(column).map_or_else(String::new, |what| format!("; without it {what}"));
             return Err(bad(
                 1,
                 column,
                 format!(
-                    "is missing; accepted names: {} (the file has: {}{})",
+                    "is missing{without}; accepted names: {} (the file has: {}{})",
                     accepted.join(", "),
                     header.iter().collect::<Vec<_>>().join(", "),
                     if header.len() == 1 { "; columns must be separated by commas" } else { "" }
@@ -216,11 +242,16 @@ fn channels_of(header: &csv::StringRecord, bad: &dyn Fn(u64, &str, String) -> Re
 }
 
 impl<'a> Table<'a> {
-    fn read(text: &str, file: &'a Path) -> Result<Self, ReadError> {
-        let bad = |line: u64, column: &str, why: String| ReadError::Content { path: file.to_path_buf(), line, column: column.into(), why };
+    fn read(text: &str, file: &'a Path, compared: bool) -> Result<Self, ReadError> {
+        let bad = |line: u64, column: &str, why: String| ReadError::Content {
+            path: file.to_path_buf(),
+            line,
+            column: in_one_line(column),
+            why: in_one_line(&why),
+        };
         let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| bad(1, "header", e.to_string()))?.clone();
-        let channels = channels_of(&header, &bad)?;
+        let channels = channels_of(&header, compared, &bad)?;
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
         let mut numeric = vec![true; header.len()];
         let mut lines = Vec::new();
@@ -243,7 +274,8 @@ impl<'a> Table<'a> {
                     f64::NAN
                 } else {
                     match field.parse::<f64>() {
-                        Ok(v) if v.is_finite() => v,
+                        // No unit brings it out of the range of numbers.
+                        Ok(v) if v.abs() < LARGEST => v,
                         _ if known.contains(&i) => {
                             let why = format!("`{field}` is not a number; leave the field empty where there is no value");
                             return Err(bad(line, &header[i], why));
@@ -332,16 +364,37 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Reads a flight from csv text; `file` is only for messages.
+/// What a file says, in one line of a message: without control characters, which may also steer a terminal.
+#[must_use]
+pub fn in_one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
+}
+
+/// Numbers from here on are damage.
+const LARGEST: f64 = 1e30;
+
+/// Reads a flight from csv text, with all that a comparison needs; `file` is only for messages.
 ///
 /// # Errors
 /// What is wrong, where, and what to do.
 pub fn parse(text: &str, file: &Path, name: &str) -> Result<Flight, ReadError> {
+    read(text, file, name, true)
+}
+
+/// Reads what there is of a flight from csv text: time and pressure, and every other column that the file has.
+///
+/// # Errors
+/// What is wrong, where, and what to do.
+pub fn parse_log(text: &str, file: &Path, name: &str) -> Result<Flight, ReadError> {
+    read(text, file, name, false)
+}
+
+fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, ReadError> {
     let empty = |why: &str| ReadError::Content { path: file.to_path_buf(), line: 0, column: "file".into(), why: why.into() };
     if text.trim().is_empty() {
         return Err(empty("is empty; a flight needs a header line and rows"));
     }
-    let table = Table::read(text, file)?;
+    let table = Table::read(text, file, compared)?;
     if table.lines.is_empty() {
         return Err(empty("has a header and no rows"));
     }
@@ -364,17 +417,21 @@ pub fn parse(text: &str, file: &Path, name: &str) -> Result<Flight, ReadError> {
     };
     let [pressure, pitch, ballast, density] =
         [Channel::Pressure, Channel::Pitch, Channel::Ballast, Channel::Density].map(|c| table.column_of(c));
-    plausible(&flight, file, pressure, pitch, ballast, density)?;
+    plausible(&flight, file, compared, [pressure, pitch, ballast, density])?;
     Ok(flight)
 }
 
-/// Refuses columns that are empty or whose bulk cannot be in the unit they claim.
-fn plausible(f: &Flight, file: &Path, pressure: String, pitch: String, ballast: String, density: String) -> Result<(), ReadError> {
+/// Refuses columns that are empty, of those that the comparison needs if the flight is `compared`, or whose bulk cannot be in the unit
+/// they claim.
+fn plausible(f: &Flight, file: &Path, compared: bool, names: [String; 4]) -> Result<(), ReadError> {
     let bad = |column: String, why: String| ReadError::Content { path: file.to_path_buf(), line: 0, column, why };
-    for (values, column) in [(&f.pressure_pa, &pressure), (&f.pitch_rad, &pitch), (&f.ballast_m3, &ballast), (&f.density_kg_m3, &density)] {
+    let [pressure, pitch, ballast, density] = names;
+    let needed = [(&f.pressure_pa, &pressure), (&f.pitch_rad, &pitch), (&f.ballast_m3, &ballast), (&f.density_kg_m3, &density)];
+    for (values, column) in needed.into_iter().take(if compared { 4 } else { 1 }) {
         let filled = values.iter().filter(|v| v.is_finite()).count();
         if filled < 10 {
-            return Err(bad(column.clone(), format!("has only {filled} values; at least 10 are needed")));
+            let without = cannot_be_asked(column).map_or_else(String::new, |what| format!("; without them {what}"));
+            return Err(bad(column.clone(), format!("has only {filled} values; at least 10 are needed{without}")));
         }
     }
     implausible(f, [&pressure, &pitch, &ballast, &density]).map_or(Ok(()), |(column, why)| Err(bad(column, why)))
@@ -416,6 +473,8 @@ mod tests {
         assert!(e.contains("m_pitch_rad") && e.contains("missing") && e.contains("pitch_rad"), "{e}");
         assert!(error_of("").contains("empty"));
         assert!(error_of("time_s,pressure_dbar\n").contains("missing"));
+        let e = error_of(&rows(20).replacen("1.60", "1e308", 1));
+        assert!(e.contains("column pressure_dbar") && e.contains("not a number"), "{e}");
         let e = error_of(&(rows(20) + "80,0,1\n"));
         assert!(e.contains("line 22") && e.contains("cut off"), "{e}");
     }

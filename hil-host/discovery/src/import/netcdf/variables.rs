@@ -333,8 +333,9 @@ fn spread(times: &mut [f64]) -> usize {
     repeated
 }
 
-/// A value that comes three times and more, and lies further from all others than they span ten times over; for numbers of nines,
-/// such as -9999, beyond them by a tenth of their span. With its count.
+/// A value that comes three times and more, lies further from all others than they span ten times over, and is ten times larger or
+/// smaller (a pump that is out as often as it is in has two values too); for numbers of nines, such as -9999, beyond them by a tenth of
+/// their span. With its count.
 pub(crate) fn undeclared_fill(values: &[f64]) -> Option<(f64, usize)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite() && v.abs() < LARGEST).collect();
     sorted.sort_by(f64::total_cmp);
@@ -350,7 +351,9 @@ pub(crate) fn undeclared_fill(values: &[f64]) -> Option<(f64, usize)> {
             let nines = digits.chars().filter(|c| *c == '9').count();
             nines >= 3 && digits.chars().all(|c| c == '9' || c == '.')
         };
-        if count >= 3 && span > 0.0 && (away > 10.0 * span || (nines && away > 0.1 * span)) {
+        let (least, most) = (first.abs().min(last.abs()), first.abs().max(last.abs()));
+        let another_size = fill.abs() > 10.0 * most || 10.0 * fill.abs() < least;
+        if count >= 3 && span > 0.0 && ((away > 10.0 * span && another_size) || (nines && away > 0.1 * span)) {
             return Some((fill, count));
         }
     }

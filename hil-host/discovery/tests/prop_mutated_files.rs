@@ -2,10 +2,16 @@
 //!
 //! Seeded, so that a failure can be repeated. GLIDER_MUTATIONS says how many inputs (default 3 000; the full campaign 300 000, with
 //! coverage as its guide: `scripts/mutate`). GLIDER_COVERAGE names the profile that an instrumented build keeps up to date: an input
-//! that reaches code which none before it reached is changed further.
+//! that reaches code which none before it reached is changed further. Inputs that fail are kept in the folder GLIDER_FINDINGS
+//! (default: beside the temporary files), and the campaign goes on.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
+
+mod made_logs;
+mod mutations;
+use mutations::{Random, mutate};
 
 #[global_allocator]
 static MEMORY: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
@@ -14,111 +20,127 @@ static MEMORY: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
 const MOST_BYTES: usize = 256 << 20;
 const MOST_SECONDS: f64 = 5.0;
 
-/// xorshift64*, seeded.
-struct Random(u64);
+/// Files of one flight, by name.
+type Sample = Vec<(String, Vec<u8>)>;
 
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n.max(1) as u64) as usize
-    }
-}
-
-fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
-    for _ in 0..=random.below(6) {
-        if bytes.is_empty() {
-            return;
-        }
-        // Half of all hits in the first kilobyte, where the structure is.
-        let reach = if random.below(2) == 0 { bytes.len().min(1024) } else { bytes.len() };
-        let at = random.below(reach);
-        match random.below(8) {
-            0 => bytes[at] ^= 1 << random.below(8),
-            1 => bytes[at] = [0, 0xFF, 0x7F, 0x80, b'\n', b',', b'9', b'-'][random.below(8)],
-            2 => bytes.truncate(at),
-            3 => {
-                let end = (at + 1 + random.below(64)).min(bytes.len());
-                bytes.drain(at..end);
-            }
-            4 => {
-                let end = (at + 1 + random.below(256)).min(bytes.len());
-                let part = bytes[at..end].to_vec();
-                bytes.splice(at..at, part);
-            }
-            5 => {
-                let value = [u64::MAX, 1 << 31, 1 << 40, 0, 1_000_000][random.below(5)].to_le_bytes();
-                let size = [2, 4, 8][random.below(3)].min(bytes.len() - at);
-                bytes[at..at + size].copy_from_slice(&value[..size]);
-            }
-            6 => {
-                let text: &[u8] =
-                    [b"1e308".as_slice(), b"nan", b"-9999999999999", b"inf", b"1e-300", b"99999999999999999999"][random.below(6)];
-                bytes.splice(at..at, text.iter().copied());
-            }
-            _ => {
-                let other = random.below(bytes.len());
-                bytes.swap(at, other);
-            }
-        }
-    }
-}
-
-fn files(folder: &Path) -> Vec<PathBuf> {
+fn files(folder: &Path) -> Sample {
     let mut all: Vec<PathBuf> = std::fs::read_dir(folder).expect("samples").map(|e| e.expect("an entry").path()).collect();
     all.retain(|p| p.is_file() && p.extension().is_none_or(|e| e != "json"));
     all.sort();
+    let name = |p: &Path| p.file_name().expect("a name").to_string_lossy().into_owned();
+    all.iter().map(|p| (name(p), std::fs::read(p).expect("a sample"))).collect()
+}
+
+/// The samples of every format: those of the folder, and Slocum binaries, plain and packed with their list, a classic NetCDF and
+/// a csv of the project's own format, which are made here.
+fn samples(work: &Path) -> Vec<Sample> {
+    let formats = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats");
+    let mut folders: Vec<PathBuf> = std::fs::read_dir(formats).expect("samples").map(|e| e.expect("an entry").path()).collect();
+    folders.sort();
+    let mut all: Vec<Sample> = folders.iter().filter(|f| !f.ends_with("ad2cp_midas")).map(|f| files(f)).collect();
+    // The speeds of a current profiler are read beside a flight.
+    let mut profiler = files(&folders.iter().find(|f| f.ends_with("ad2cp_midas")).expect("a sample").clone());
+    profiler.extend(files(&folders.iter().find(|f| f.ends_with("seaexplorer_sub")).expect("a sample").clone()));
+    all.push(profiler);
+    let made = |fill: &dyn Fn(&Path)| {
+        let _ = std::fs::remove_dir_all(work);
+        std::fs::create_dir_all(work).expect("a folder");
+        fill(work);
+        files(work)
+    };
+    let plain = made(&|f| made_logs::pair(f, "a", "alpha", made_logs::START, |t| t));
+    all.push(plain.iter().flat_map(|(name, bytes)| packed(name, bytes)).collect());
+    all.push(plain);
+    all.push(made(&|f| made_logs::netcdf(&f.join("mission.nc"), &["time"], &made_logs::variables(made_logs::USUAL))));
+    let mut rows = String::from("time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
+    (0..made_logs::CYCLES).for_each(|k| {
+        let (dbar, pitch, cc) = made_logs::at(k);
+        rows += &format!("{},{},{dbar:.3},{pitch},{cc},1025.1\n", 4 * k, k / 130);
+    });
+    all.push(vec![("flight.csv".into(), rows.into_bytes())]);
     all
 }
 
+/// A plain Slocum file with its list as the packed kind and its sensor list: LZ4 blocks, and a `.cac` named by its checksum.
+fn packed(name: &str, plain: &[u8]) -> Sample {
+    let place = |part: &[u8]| plain.windows(part.len()).position(|w| w == part).expect("a part of the file");
+    let (list, data) = (place(b"s: T"), place(b"sa\x34\x12"));
+    let sum = format!("{:08X}", crc::Crc::<u32>::new(&crc::CRC_32_JAMCRC).checksum(&plain[list..data]));
+    let header = String::from_utf8_lossy(&plain[..list]);
+    let header = header.replace("crc:    00000000", &format!("crc:    {sum}")).replace("factored:    0", "factored:    1");
+    let whole = [header.as_bytes(), &plain[data..]].concat();
+    let blocks = whole.chunks(2000).map(lz4_flex::block::compress);
+    let bytes = blocks.flat_map(|b| [&(b.len() as u16).to_be_bytes()[..], &b].concat()).collect();
+    let (stem, ending) = name.rsplit_once('.').expect("an ending");
+    let ending = ending.replace("bd", "cd");
+    vec![(format!("{stem}.{ending}"), bytes), (format!("{}.cac", sum.to_lowercase()), plain[list..data].to_vec())]
+}
+
 /// Counters of the code reached so far, as an instrumented program keeps them in its profile.
-struct Coverage(Option<PathBuf>, usize);
+struct Coverage {
+    profile: Option<PathBuf>,
+    /// Counters that are not zero, and all.
+    reached: (usize, usize),
+}
 
 impl Coverage {
     fn watched() -> Self {
-        Self(std::env::var_os("GLIDER_COVERAGE").map(PathBuf::from), 0)
+        Self { profile: std::env::var_os("GLIDER_COVERAGE").map(PathBuf::from), reached: (0, 0) }
     }
 
     /// Whether anything was reached for the first time since the last call.
     fn grew(&mut self) -> bool {
-        let Some(bytes) = self.0.as_ref().and_then(|p| std::fs::read(p).ok()) else { return false };
-        // All but the counters stays as it is.
-        let reached = bytes.chunks(8).filter(|c| c.iter().any(|b| *b != 0)).count();
-        std::mem::replace(&mut self.1, reached) < reached
+        let Some(bytes) = self.profile.as_ref().and_then(|p| std::fs::read(p).ok()) else { return false };
+        let now = counters(&bytes).expect("a raw profile of LLVM, version 9 or 10");
+        std::mem::replace(&mut self.reached, now).0 < now.0
     }
 }
 
+/// Counters that are not zero, and all, of a raw profile (LLVM, `InstrProfData.inc`: 14 to 16 words of header, identifiers, records of
+/// functions, counters of 8 bytes).
+fn counters(profile: &[u8]) -> Option<(usize, usize)> {
+    let word = |k: usize| Some(usize::try_from(u64::from_le_bytes(profile.get(8 * k..8 * k + 8)?.try_into().ok()?)).unwrap_or(usize::MAX));
+    let version = word(1)? & 0xFFFF;
+    let (header, record) = match version {
+        9 => (14 * 8, 64),
+        10 => (16 * 8, 64),
+        _ => return None,
+    };
+    let (identifiers, records, padding, count) = (word(2)?, word(3)?, word(4)?, word(5)?);
+    let from = header + identifiers + records * record + padding;
+    let counters = profile.get(from..from + 8 * count)?;
+    Some((counters.chunks(8).filter(|c| c.iter().any(|b| *b != 0)).count(), count))
+}
+
 /// Time this thread has computed, s; that of the clock where the system does not tell.
-fn computed_s(since: Instant) -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+fn computed_s(thread: &str, since: Instant) -> f64 {
+    let told = std::fs::read_to_string(format!("/proc/{thread}/schedstat")).ok();
     let nanoseconds = told.and_then(|t| t.split(' ').next()?.parse::<f64>().ok());
     nanoseconds.map_or_else(|| since.elapsed().as_secs_f64(), |n| n * 1e-9)
 }
 
-/// Damaged vehicle files and flights of the project's own format: read, or refused in one line.
+/// Damaged texts that no import reads: vehicle files, expressions of effects, arrays of numpy: read, or refused in one line.
 fn own_formats(vehicles: &[String], random: &mut Random) {
-    let mut text = match random.below(3) {
-        0 => discovery::import::classes::Class::ALL[random.below(6)].draft().toml() + "hull_volume_m3 = 0.06\n",
-        _ => vehicles[random.below(vehicles.len())].clone(),
-    };
-    let toml = !text.starts_with('{');
-    let mut rows = String::from("time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
-    (0..40).for_each(|i| rows += &format!("{},{},{}.5,-0.4,-200,1025.1\n", 4 * i, i / 20, i % 20));
-    for (text, flight) in [(&mut text, false), (&mut rows, true)] {
-        let mut bytes = std::mem::take(text).into_bytes();
+    let mut changed = |text: &[u8]| {
+        let mut bytes = text.to_vec();
         mutate(&mut bytes, random);
-        let text = String::from_utf8_lossy(&bytes);
-        let said = if flight {
-            discovery::record::csv::parse(&text, Path::new("f.csv"), "f").err()
-        } else {
-            discovery::vehicle::parse_text(&text, Path::new(if toml { "v.toml" } else { "v.json" })).err()
-        };
-        assert!(said.is_none_or(|e| !e.to_string().trim_end().contains('\n')), "{text}");
+        bytes
+    };
+    let class = discovery::import::classes::Class::ALL[changed(b"some bytes").len() % 6];
+    let mut said = Vec::new();
+    for text in vehicles.iter().cloned().chain([class.draft().toml() + "hull_volume_m3 = 0.06\n"]) {
+        let name = if text.starts_with('{') { "v.json" } else { "v.toml" };
+        let text = String::from_utf8_lossy(&changed(text.as_bytes())).into_owned();
+        said.extend(discovery::vehicle::parse_text(&text, Path::new(name)).err().map(|e| e.to_string()));
+    }
+    let text = String::from_utf8_lossy(&changed(b"cd += k*alpha^2*exp(-p/1e5) + a*sin(2*pi*t/600)*ln(1+abs(roll))")).into_owned();
+    // Its errors show the place, below the text.
+    let _ = discovery::vehicle::expression::parse(&text);
+    let mut array = b"\x93NUMPY\x01\x00\x40\x00{'descr': '<f8', 'fortran_order': False, 'shape': (6, 4), }     \n".to_vec();
+    array.extend([0_u8; 192]);
+    said.extend(discovery::import::comet::flight(&changed(&array)).err().map(|e| e.to_string()));
+    for one in said {
+        assert!(!one.trim_end().contains('\n'), "{one}");
     }
 }
 
@@ -139,94 +161,139 @@ fn prop_memory_is_bounded_by_the_size_of_the_files() {
         folders.extend(real.map(|name| root.join(name)));
     }
     for folder in folders {
-        let size: u64 = files(&folder).iter().map(|p| std::fs::metadata(p).map_or(0, |m| m.len())).sum();
+        let size: usize = files(&folder).iter().map(|f| f.1.len()).sum();
         let before = MEMORY.current_usage();
         MEMORY.reset_peak_usage();
         let read = discovery::import::import(&folder, &[]).map_or_else(|e| e.to_string(), |i| format!("{} rows", i.flight.len()));
         let peak = MEMORY.peak_usage().saturating_sub(before);
         eprintln!("{}: {} kB take {} kB, {read}", folder.display(), size / 1000, peak / 1000);
-        assert!(peak < PER_BYTE * usize::try_from(size).expect("small") + FOR_ANY, "{}: {peak} bytes of {size}", folder.display());
+        assert!(peak < PER_BYTE * size + FOR_ANY, "{}: {peak} bytes of {size}", folder.display());
     }
 }
 
-/// What has been imported: folder, which of its files was changed, and to what.
-type Input = (usize, usize, Vec<u8>);
+/// What is imported: a sample, which of its files was changed, and to what; whether it stands alone; whether it is named itself.
+#[derive(Clone)]
+struct Input {
+    sample: usize,
+    victim: usize,
+    bytes: Vec<u8>,
+    alone: bool,
+    named: bool,
+}
+
+impl Input {
+    fn write(&self, sample: &Sample, folder: &Path) -> PathBuf {
+        let _ = std::fs::remove_dir_all(folder);
+        std::fs::create_dir_all(folder).expect("a folder");
+        for (j, (name, sound)) in sample.iter().enumerate().filter(|(j, _)| *j == self.victim || !self.alone) {
+            std::fs::write(folder.join(name), if j == self.victim { &self.bytes } else { sound }).expect("written");
+        }
+        if self.named { folder.join(&sample[self.victim].0) } else { folder.to_path_buf() }
+    }
+}
+
+/// Imports, and says what was wrong with how it ended; whether there is a flight.
+fn import(path: &Path, began: Instant) -> Result<bool, String> {
+    let (before, started) = (MEMORY.current_usage(), computed_s("thread-self", began));
+    MEMORY.reset_peak_usage();
+    let ended = std::panic::catch_unwind(|| discovery::import::import_all(&[path.to_path_buf()], &[], None));
+    let (took, peak) = (computed_s("thread-self", began) - started, MEMORY.peak_usage().saturating_sub(before));
+    if took > MOST_SECONDS {
+        return Err(format!("{took} s"));
+    }
+    if peak > MOST_BYTES {
+        return Err(format!("{} MB", peak >> 20));
+    }
+    match ended.map_err(|_| "panics")? {
+        Ok(imported) => {
+            let f = imported.flight;
+            let times = f.time_s.iter().all(|t| t.is_finite()) && f.time_s.windows(2).all(|w| w[1] > w[0]);
+            if !times || f.pressure_pa.iter().any(|p| p.is_infinite()) {
+                return Err("a flight with times out of order or infinite pressures".into());
+            }
+            Ok(true)
+        }
+        Err(e) if e.to_string().contains('\n') => Err(format!("refused in several lines: {e}")),
+        Err(_) => Ok(false),
+    }
+}
+
+/// Ends the program where one input has computed for far too long: an endless loop ends in no other way. The input stays where it is.
+fn watch(inputs: &'static AtomicU64) {
+    let thread = std::fs::read_link("/proc/thread-self").map_or_else(|_| "self".into(), |p| p.to_string_lossy().into_owned());
+    std::thread::spawn(move || {
+        let began = Instant::now();
+        let (mut input, mut since) = (u64::MAX, 0.0);
+        loop {
+            std::thread::sleep(std::time::Duration::from_secs(1));
+            let now = computed_s(&thread, began);
+            if inputs.load(Ordering::Relaxed) != input {
+                (input, since) = (inputs.load(Ordering::Relaxed), now);
+            } else if now - since > 4.0 * MOST_SECONDS {
+                eprintln!("input {input} hangs; it lies among the temporary files");
+                std::process::abort();
+            }
+        }
+    });
+}
 
 #[test]
 fn prop_damaged_files_end_in_a_flight_or_in_one_line() {
+    static INPUTS: AtomicU64 = AtomicU64::new(0);
     let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let count: usize = std::env::var("GLIDER_MUTATIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(3000);
-    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats");
-    let folders: Vec<Vec<PathBuf>> = std::fs::read_dir(&samples).expect("samples").map(|e| files(&e.expect("an entry").path())).collect();
-    let sound: Vec<Vec<Vec<u8>>> = folders.iter().map(|f| f.iter().map(|p| std::fs::read(p).expect("a sample")).collect()).collect();
     let work = std::env::temp_dir().join(format!("glider-mutated-{}", std::process::id()));
+    let kept = std::env::var_os("GLIDER_FINDINGS").map_or_else(|| work.with_extension("findings"), PathBuf::from);
+    let samples = samples(&work);
+    let formats = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats");
+    let vehicles = ["og1", "seaexplorer_sub"].map(|f| std::fs::read_to_string(formats.join(f).join("vehicle.json")).expect("a vehicle"));
     let mut random = Random(std::env::var("GLIDER_SEED").ok().and_then(|n| n.parse().ok()).unwrap_or(0x9E37_79B9_7F4A_7C15));
-    let mut coverage = Coverage::watched();
-    let vehicles: Vec<String> = folders.iter().filter_map(|f| std::fs::read_to_string(f[0].with_file_name("vehicle.json")).ok()).collect();
-    let began = Instant::now();
-    let mut found: Vec<Input> = Vec::new();
+    let (mut coverage, began) = (Coverage::watched(), Instant::now());
+    watch(&INPUTS);
+    let (mut found, mut findings): (Vec<Input>, Vec<String>) = (Vec::new(), Vec::new());
     let (mut flights, mut refused) = (0, 0);
     for n in 0..count {
-        if n.is_multiple_of(8) {
-            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| own_formats(&vehicles, &mut random)))
-                .unwrap_or_else(|_| panic!("input {n}, a vehicle or a flight: panics"));
+        INPUTS.store(n as u64, Ordering::Relaxed);
+        if n.is_multiple_of(8) && std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| own_formats(&vehicles, &mut random))).is_err() {
+            findings.push(format!("input {n}, a vehicle file, an expression or an array: panics"));
         }
         // Half of them go on from what reached new code.
-        let (k, victim, mut bytes) = if !found.is_empty() && random.below(2) == 0 {
+        let mut input = if !found.is_empty() && random.below(2) == 0 {
             found[random.below(found.len())].clone()
         } else {
-            let k = n % folders.len();
-            let victim = random.below(folders[k].len());
-            (k, victim, sound[k][victim].clone())
+            let sample = n % samples.len();
+            let victim = random.below(samples[sample].len());
+            Input { sample, victim, bytes: samples[sample][victim].1.clone(), alone: false, named: false }
         };
-        mutate(&mut bytes, &mut random);
-        let _ = std::fs::remove_dir_all(&work);
-        std::fs::create_dir_all(&work).expect("a folder");
-        // The file alone, or among its sound neighbours.
-        let alone = random.below(3) == 0;
-        for (j, path) in folders[k].iter().enumerate().filter(|(j, _)| *j == victim || !alone) {
-            let content = if j == victim { &bytes } else { &sound[k][j] };
-            std::fs::write(work.join(path.file_name().expect("a name")), content).expect("written");
-        }
-        let named = work.join(folders[k][victim].file_name().expect("a name"));
-        let input = if alone || random.below(2) == 0 { named.clone() } else { work.clone() };
-        let (before, started) = (MEMORY.current_usage(), computed_s(began));
-        MEMORY.reset_peak_usage();
-        // The speeds of a current profiler are read beside a flight.
-        let mut inputs = vec![input];
-        inputs.extend(folders[k][victim].parent().filter(|f| f.ends_with("ad2cp_midas")).map(|f| f.with_file_name("seaexplorer_sub")));
-        let ended = std::panic::catch_unwind(|| discovery::import::import_all(&inputs, &[], None));
-        let (took, peak) = (computed_s(began) - started, MEMORY.peak_usage().saturating_sub(before));
-        let what = format!("input {n}, {}", named.display());
-        match ended.unwrap_or_else(|_| panic!("{what}: panics")) {
-            Ok(imported) => {
-                flights += 1;
-                let f = imported.flight;
-                assert!(f.time_s.iter().all(|t| t.is_finite()) && f.time_s.windows(2).all(|w| w[1] > w[0]), "{what}: time");
-                assert!(f.pressure_pa.iter().all(|p| !p.is_infinite()), "{what}: pressure");
-            }
-            Err(e) => {
-                refused += 1;
-                assert!(!e.to_string().contains('\n'), "{what}: {e}");
+        mutate(&mut input.bytes, &mut random);
+        (input.alone, input.named) = (random.below(3) == 0, random.below(2) == 0);
+        let path = input.write(&samples[input.sample], &work);
+        match import(&path, began) {
+            Ok(true) => flights += 1,
+            Ok(false) => refused += 1,
+            Err(what) => {
+                let place = kept.join(n.to_string());
+                input.write(&samples[input.sample], &place);
+                findings.push(format!("input {n}, {}: {what}", place.join(&samples[input.sample][input.victim].0).display()));
+                eprintln!("{}", findings[findings.len() - 1]);
             }
         }
-        assert!(took < MOST_SECONDS, "{what}: {took} s");
-        assert!(peak < MOST_BYTES, "{what}: {} MB", peak >> 20);
-        if coverage.grew() && n > folders.len() {
-            found.push((k, victim, bytes));
+        if coverage.grew() && n > samples.len() {
+            found.push(input);
         }
-        if (n + 1).is_multiple_of(10_000) {
-            let reached = coverage.1;
+        if (n + 1).is_multiple_of(10_000) || n + 1 == count {
+            let (reached, all) = coverage.reached;
+            let s = began.elapsed().as_secs();
             eprintln!(
-                "{} inputs, {} s: {} reached new code, {reached} words of the profile are set",
+                "{} inputs, {s} s: {flights} flights, {refused} refused, {} failed; {} reached new code: {reached} of {all} regions",
                 n + 1,
-                began.elapsed().as_secs(),
+                findings.len(),
                 found.len()
             );
         }
     }
     let _ = std::fs::remove_dir_all(&work);
-    eprintln!("{count} inputs: {flights} flights, {refused} refused, {} reached new code", found.len());
+    assert!(findings.is_empty(), "{findings:#?}");
     assert!(flights > count / 20 && refused > count / 100, "{flights} flights, {refused} refused");
-    assert!(coverage.0.is_none() || !found.is_empty(), "an instrumented build whose profile stays as it is");
+    assert!(coverage.profile.is_none() || !found.is_empty(), "an instrumented build whose profile stays as it is");
 }

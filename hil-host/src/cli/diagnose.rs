@@ -8,6 +8,7 @@ use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::hypotheses::search::Depth;
 use discovery::preprocess::{prepare, sanity};
 use discovery::record::csv;
+use discovery::workbench::calibrate::free_names;
 use discovery::{Flight, Vehicle, vehicle};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
@@ -96,6 +97,9 @@ pub fn load_and_ask(flight: &Path, vehicle_file: Option<&Path>, depth: Depth) ->
     Ok((flight, vehicle, found))
 }
 
+/// A missing effect is a deviation beyond so many tolerances (flight format, section 5): so is a number that was refitted there.
+const FAR: f64 = 3.0;
+
 /// Runs the command.
 ///
 /// # Errors
@@ -121,6 +125,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(s) = &steady {
         document["steady"] = serde_json::to_value(s)?;
     }
+    // Deviations of the recalibrated numbers from the file's, in tolerances: what is far outside is no calibration.
+    let deviations = || free_names().iter().zip(found.recalibrated.calibration);
+    document["recalibration_sigma"] =
+        deviations().map(|(name, z)| ((*name).to_owned(), report::number(z))).collect::<serde_json::Map<_, _>>().into();
     output.emit(&document, || {
         candidates(&found);
         if let Some(s) = &steady {
@@ -130,6 +138,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             println!("{}", wrapped(&format!("Note: {note}"), 6));
         }
         println!("\n{}", Ladder::of(&found).text());
+        let far: Vec<String> = deviations().filter(|d| d.1.abs() > FAR).map(|(name, z)| format!("{name} {z:+.1}")).collect();
+        if !far.is_empty() {
+            let what = format!("Recalibrated beyond {FAR} tolerances of the vehicle file: {}.", far.join(", "));
+            println!("{}", wrapped(&what, 2));
+        }
         println!("Verdict: {}", style(found.verdict.name()).bold());
         println!("{}", wrapped(&report::explanation(&found), 0));
         println!("{}", wrapped(&format!("Next: {}", report::next_flight(&found)), 6));

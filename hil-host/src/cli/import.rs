@@ -143,7 +143,7 @@ fn print(args: &Args, vehicle: Option<&Path>, flight: &discovery::Flight, report
         println!("vehicle: {} lies beside it and is copied (--class CLASS makes a new one)", vehicle.display());
     }
     let made = if vehicle.is_none() { " (its vehicle.toml is a first one: look through its numbers)" } else { "" };
-    if report.missing.iter().any(|column| discovery::record::csv::cannot_be_asked(column).is_some()) {
+    if report.not_comparable().is_some() {
         println!("next: glider export {} --to netcdf (a comparison is not possible)", args.out.display());
     } else {
         println!("next: glider compare --flight {}{made}", args.out.display());

@@ -61,7 +61,10 @@ fn read(path: &Path) -> anyhow::Result<Flight> {
     if is_csv || path.join("flight.csv").is_file() {
         return Ok(csv::flight(path)?);
     }
-    let mut flight = import::import(path, &[])?.flight;
+    let import::Imported { mut flight, report, .. } = import::import(path, &[])?;
+    if let Some(why) = report.not_comparable() {
+        anyhow::bail!("{}: {why}", path.display());
+    }
     flight.name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
     Ok(flight)
 }

@@ -85,6 +85,9 @@ fn imported(logs: &[&File], vehicle: Option<Vehicle>) -> anyhow::Result<(Flight,
     let read = discovery::import::import_all(&paths, &all, None);
     let told = |text: String| text.replace(&format!("{}/", scratch.0.display()), "");
     let Imported { flight, report, vehicle: draft } = read.map_err(|e| anyhow::anyhow!(told(e.to_string())))?;
+    if let Some(why) = report.not_comparable() {
+        anyhow::bail!("{}: {why}", logs[0].name);
+    }
     let mut notes = vec![format!("read as {}", report.kind)];
     let vehicle = match (vehicle, draft) {
         (Some(vehicle), _) => vehicle,
@@ -155,6 +158,8 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_is_named_and_leaves_nothing_behind() {
+        let rows = (0..40).map(|k| format!("{},{},-0.4,1025.1\n", 4 * k, 5 + k)).collect::<String>();
+        let micro = format!("time_s,pressure_dbar,m_pitch_rad,sci_density_kg_m3\n{rows}");
         let broken = File { name: "log.dbd".into(), text: String::new(), base64: Some("!".into()) };
         for (files, said) in [
             (vec![], "drop a flight"),
@@ -164,6 +169,7 @@ mod tests {
             (vec![text("notes.txt", "nothing of a flight\n")], "notes.txt"),
             (vec![bytes("flight.csv", &[0xff, 0xfe]), text("vehicle.json", "{}")], "flight.csv"),
             (vec![text("..", "time\n")], ".."),
+            (vec![text("micro.csv", &micro)], "micro.csv: has no m_ballast_pumped_cc: without it the force"),
         ] {
             let why = read(&files).expect_err("nothing to read").to_string();
             assert!(why.contains(said), "{why}");

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::draft::Draft;
-use crate::record::csv::in_one_line;
+use crate::record::csv::{cannot_be_asked, in_one_line};
 use crate::record::flight::Flight;
 use crate::record::seawater::Place;
 
@@ -112,6 +112,12 @@ impl Report {
         for text in all.filter(|t| t.contains(char::is_control)) {
             *text = in_one_line(text);
         }
+    }
+
+    /// Why this flight cannot be compared with a model; none if it can.
+    #[must_use]
+    pub fn not_comparable(&self) -> Option<String> {
+        self.missing.iter().find_map(|column| Some(format!("has no {column}: without it {}", cannot_be_asked(column)?)))
     }
 
     /// Whether all that the files hold is in the flight.

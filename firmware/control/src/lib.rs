@@ -280,7 +280,6 @@ fn judge(config: &Config, table: Option<&Table<'_>>, state: &mut State, seen: &S
         commanded: &state.last,
         ballast_m3: state.ballast_m3,
         table_rate_m_s: table_rate_m_s(config, table, state, seen),
-        pitch_wanted_rad: state.pitch_wanted_rad,
         phase: state.voyage.phase(),
         leg_max_m: leg.depth_max_m,
         max_duration_s: state.voyage.mission.max_duration_s,

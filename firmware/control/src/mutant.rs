@@ -35,8 +35,6 @@ watches! {
     Unbacked = true,
     /// Two depths apart: abort.
     DepthsApart = true,
-    /// A lone depth that leaps: abort.
-    DepthLeaps = false,
     /// Afloat with a depth that says otherwise: abort.
     AfloatLie = false,
     /// Too deep: abort.
@@ -87,8 +85,6 @@ watches! {
     FloatsBelow = true,
     /// The weight went by itself: abort.
     WeightLost = false,
-    /// The weight did not go: fired again.
-    FiresAgain = true,
     /// A dive without way: turned round.
     DiveNoWay = true,
     /// A climb without way: abort.

@@ -15,6 +15,7 @@
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use crate::mutant::Watch as Of;
+use crate::safety::depth::NO_DEPTH_S;
 use signals::{Reading, SensorFrame};
 
 /// Largest believable vertical speed of vehicle or water, m/s (faults list, 4).
@@ -34,6 +35,9 @@ pub const ZERO_MAX_M: f32 = 1.5;
 /// Time constant of the depth filter, s: two cycles of noise averaging, a fifth of the shortest turn.
 const FILTER_S: f32 = 5.0;
 
+/// A level out of reach is believed no earlier than so long after the last one in reach, s: of a lone sensor that is an abort before
+/// ([`NO_DEPTH_S`]); where another one measures it may have been this one that was wrong.
+const NEW_LEVEL_S: f32 = NO_DEPTH_S;
 /// A sensor not believed for this long is lost, s: seven readings, so that one that comes and goes is kept.
 pub const UNBACKED_S: f32 = 30.0;
 /// A reading is believed until it is a cycle and this much old, ms.
@@ -49,8 +53,6 @@ pub(crate) struct Channel {
     rejected: u8,
     rejected_m: f32,
     zero_m: f32,
-    /// The value believed last was out of reach of the one before: three samples agreed on it.
-    jumped: bool,
 }
 
 impl Channel {
@@ -84,16 +86,14 @@ impl Channel {
         let reach = GATE_M + GATE_M_S * since_s.at_most(20.0);
         if !self.seeded || (value - self.value_m).abs() <= reach {
             self.believe(value);
-            self.jumped = false;
             return Some(value);
         }
-        // A new level must be seen three times before it is believed.
+        // A new level must be seen three times, and for longer than a lone sensor may be silent, before it is believed.
         let same = self.rejected > 0 && (value - self.rejected_m).abs() <= GATE_M + GATE_M_S * dt_s;
         self.rejected = if same { self.rejected.saturating_add(1) } else { 1 };
         self.rejected_m = value;
-        if self.rejected >= 3 {
+        if self.rejected >= 3 && since_s > NEW_LEVEL_S {
             self.believe(value);
-            self.jumped = true;
             return Some(value);
         }
         None
@@ -160,8 +160,6 @@ pub struct Seen {
     pub depth_unbacked: bool,
     /// No more than one depth sensor has ever been believed.
     pub depth_alone: bool,
-    /// The depth of this cycle is one to which no vehicle can have come, and no other sensor confirms it.
-    pub depth_jumped: bool,
     /// Pitch, rad.
     pub pitch_rad: Option<f32>,
     /// Roll, rad.
@@ -222,11 +220,6 @@ impl Senses {
             (Some(a), _) => (Some(a), 0.0),
             (None, b) => (b, 0.0),
         };
-        let depth_jumped = match (a, b) {
-            (Some(_), None) => self.first.jumped,
-            (None, Some(_)) => self.second.jumped,
-            _ => false,
-        };
         self.filter(measured, dt_s);
         // Any winding is taken: differences are wrapped where they are used.
         let angle = -7.0..=13.0;
@@ -242,7 +235,6 @@ impl Senses {
                 && self.second.seeded
                 && self.first.age_s.at_least(self.second.age_s) > Of::Unbacked.after(UNBACKED_S),
             depth_alone: !(self.first.seeded && self.second.seeded),
-            depth_jumped,
             pitch_rad: frame.pitch_rad.accept(-1.6..=1.6, max_age_ms).map(|r| config.pitch_sensor.true_rad(r)),
             roll_rad: frame.roll_rad.accept(angle.clone(), max_age_ms),
             heading_rad: frame.heading_rad.accept(angle, max_age_ms),

@@ -12,7 +12,7 @@ use std::ops::RangeInclusive;
 pub const PITCH_LOST_S: f64 = 60.0;
 /// A pitch opposed to pump and battery, or standing still though it must move: no longer used, s.
 pub const PITCH_LIE_S: f64 = 20.0;
-/// Change of the pitch asked for that must show, rad.
+/// Change of pitch that must show, rad (of tan(pitch) it is as much or more).
 pub const MUST_SHOW_RAD: f64 = 0.15;
 /// Difference of tan(pitch) between reading and truth that shows against pump and battery whatever the trim law's error, 1.
 pub const OPPOSED: f64 = 0.8;
@@ -60,6 +60,8 @@ pub const CLIMB_STALLED_S: f64 = 900.0;
 pub const WAY_M: f64 = 1.0;
 /// Sinking that counts, m/s; on with the pump commanded out for so long: abort, s.
 pub const SINKS: (f64, f64) = (0.03, 60.0);
+/// From an abort to the surface: twice the stock same-depth limit, release and reaction, s; and for the way at this rate, m/s.
+pub const HOME: (f64, f64) = (3600.0 + 300.0, 0.05);
 /// A reading is believed until a cycle and this much old, s.
 pub const LATE_S: f64 = 3.0;
 /// Answers of a hull gauge, Pa, a voltmeter, V, and a charge gauge.
@@ -78,6 +80,7 @@ pub const fn alone_s(kind: Kind) -> Option<f64> {
     match kind {
         Kind::Off | Kind::Nan | Kind::Inf | Kind::Sentinel | Kind::Delayed => Some(NO_DEPTH_S),
         Kind::Drift => Some(DRIFT_S),
+        Kind::Stuck => Some(STUCK_S),
         _ => None,
     }
 }
@@ -93,7 +96,7 @@ mod tests {
             (law::PITCH_LOST_S, PITCH_LOST_S),
             (law::OPPOSED_S, PITCH_LIE_S),
             (law::STILL_S, PITCH_LIE_S),
-            (law::MUST_SHOW_RAD, MUST_SHOW_RAD),
+            (law::MUST_SHOW, MUST_SHOW_RAD),
             (law::NO_DEPTH_S, NO_DEPTH_S),
             (law::STUCK_S, STUCK_S),
             (law::HEADING_LOST_S, HEADING_LOST_S),

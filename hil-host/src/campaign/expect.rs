@@ -145,7 +145,8 @@ pub fn expect(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
 /// What is owed to the only depth sensor; none: the rules of every mission, no more.
 #[must_use]
 pub fn alone(fault: &Fault) -> Option<Expect> {
-    demands::alone_s(fault.kind).map(|bound_s| Expect::Abort(&[Abort::SensorDepth], bound_s))
+    let causes: Causes = if fault.kind == Kind::Stuck { &[Abort::StuckDepth] } else { &[Abort::SensorDepth] };
+    demands::alone_s(fault.kind).map(|bound_s| Expect::Abort(causes, bound_s))
 }
 
 /// Begins at the surface.

@@ -7,7 +7,7 @@
 //! the crush depth is in reach) and `edge` (5–190 m, 200 m vehicle in 500 m).
 //! Both pass through every phase. Random missions with random faults are drawn beside them ([`super::draw`], [`super::breaks`]).
 
-use super::draw::Draw;
+use super::draw::{Class, Draw};
 use crate::flight::worlds;
 use plant::faults::{Kind, Target, catalogue};
 use plant::{Fault, Scenario};
@@ -152,6 +152,29 @@ fn alone() -> Vec<Fault> {
     depth.chain(drifts).flat_map(|f| std::iter::once(f).chain(f.mirrored())).collect()
 }
 
+/// Neither a depth nor a pump that lifts: nothing is left to wait for.
+fn blind_and_sinking() -> Vec<Fault> {
+    let depth = Fault::new(Target::Depth, Kind::Off).map(|f| f.at(Phase::Dive, 900.0));
+    let pump = Fault::new(Target::Pump, Kind::Runaway).map(|f| f.at(Phase::Dive, 900.0));
+    depth.into_iter().chain(pump).collect()
+}
+
+/// Water that comes in behind a dead leak detector, g/min: nothing but the motion shows it.
+fn unseen_leaks() -> Vec<Vec<Fault>> {
+    let dead = Fault::new(Target::LeakDetector, Kind::Off).map(|f| f.at(Phase::Dive, 0.0));
+    let onsets = [(Phase::Dive, 20.0), (Phase::Dive, 900.0), (Phase::Climb, 60.0)];
+    let leak = |(rate, (phase, late_s))| Fault::new(Target::Hull, Kind::Leak).map(|f| Fault { size: rate, ..f }.at(phase, late_s));
+    let leaks = [10.0, 20.0, 40.0].into_iter().flat_map(|rate| onsets.map(|onset| (rate, onset))).filter_map(leak);
+    leaks.map(|leak| dead.into_iter().chain([leak]).collect()).collect()
+}
+
+/// Weights of about what the pump lifts, g: the vehicle hangs in layered water, near the surface (178 at the edge, 202 in shallow
+/// water) or below.
+fn hangs() -> Vec<Vec<Fault>> {
+    let weight = |size, phase| Fault::new(Target::Vehicle, Kind::Trim).map(|f| vec![Fault { size, ..f }.at(phase, 20.0)]);
+    [178.0, 202.0, 220.0].into_iter().flat_map(|size| [Phase::Dive, Phase::Climb].map(|phase| weight(size, phase))).flatten().collect()
+}
+
 /// The whole lattice, without twins, in a fixed order.
 #[must_use]
 pub fn cases() -> Vec<Case> {
@@ -174,12 +197,25 @@ pub fn cases() -> Vec<Case> {
             add(Water::Alone, wings, vec![fault.at(Phase::Dive, 20.0)], None);
             add(Water::Alone, wings, vec![fault.at(Phase::Dive, 900.0)], None);
         }
+        add(Water::Alone, wings, blind_and_sinking(), None);
+        for faults in unseen_leaks().into_iter().chain(hangs()) {
+            add(Water::Shallow, wings, faults.clone(), None);
+            add(Water::Edge, wings, faults, None);
+        }
         for line in LINE_FAULTS {
             for _ in 0..8 {
                 add(Water::Shallow, wings, Vec::new(), Some(line));
             }
         }
     }
+    for seed in (0..).filter(|seed| Draw::new(*seed).class == Class::Deep).take(4) {
+        let deep = |faults| Case { water: Water::Drawn, wings: Draw::new(seed).mission.wings, seed, faults, line: None };
+        cases.extend(unseen_leaks().into_iter().map(deep));
+    }
+    let mut add = |water, wings, faults, line| {
+        let seed = cases.len() as u64 % SEEDS;
+        cases.push(Case { water, wings, seed, faults, line });
+    };
     // All pairs, onset phases and wings spread over them.
     let mut n = 0usize;
     for (i, first) in all.iter().enumerate() {
@@ -246,8 +282,8 @@ mod tests {
         assert!(faults > one_way + 40, "{faults}");
         assert!(cases.len() > 10_000, "{}", cases.len());
         let singles = cases.iter().filter(|c| c.faults.len() == 1 && c.water != Water::Alone).count();
-        assert_eq!(cases.iter().filter(|c| c.water == Water::Alone).count(), (14 + 10) * 2 * 2);
-        assert_eq!(singles, faults * PHASES.len() * 3 * 2);
+        assert_eq!(cases.iter().filter(|c| c.water == Water::Alone).count(), (14 + 10) * 2 * 2 + 2);
+        assert_eq!(singles, faults * PHASES.len() * 3 * 2 + hangs().len() * 2 * 2);
         let pairs: std::collections::HashSet<_> = cases
             .iter()
             .filter(|c| c.faults.len() == 2 && c.water == Water::Edge)

@@ -163,6 +163,8 @@ struct Judge<'a> {
     /// When each fault began, s.
     onsets: Vec<Option<f64>>,
     abort: Option<(Abort, f64)>,
+    /// When it was aborted, s.
+    aborted_s: Option<f64>,
     last: Option<Answer>,
     fired: bool,
     /// When full buoyancy was last commanded, s.
@@ -188,6 +190,7 @@ impl<'a> Judge<'a> {
             means,
             onsets: vec![None; case.faults.len()],
             abort: None,
+            aborted_s: None,
             last: None,
             fired: false,
             full_s: None,
@@ -282,6 +285,7 @@ impl<'a> Judge<'a> {
         }
         if let (None, Some(cause)) = (self.abort, answer.trace.abort) {
             self.abort = Some((cause, time_s - self.onset_s().unwrap_or(time_s)));
+            self.aborted_s = Some(time_s);
         }
         self.last = Some(*answer);
     }
@@ -333,6 +337,9 @@ impl<'a> Judge<'a> {
             End::Crushed => self.breaks(BELOW_CRUSH),
             End::TimeUp => self.breaks(NOT_HOME),
             End::Done | End::Safe(_) => {}
+        }
+        if self.aborted_s.is_some_and(|s| duration_s - s > demands::HOME.0 + max_depth_m / demands::HOME.1) {
+            self.breaks(NOT_HOME);
         }
         let means = self.means;
         let struck = self.onset_s().is_some_and(|onset| onset < duration_s);

@@ -137,6 +137,7 @@ pub fn fly(
     let table_id = seat.begin(&setup.mission)?;
     let (wall, start_s) = (Instant::now(), world.time_s());
     let mut course = Course::new(world, table_id, setup.limit_s);
+    let mut idle = None;
     let end = loop {
         for order in setup.orders.take() {
             match order {
@@ -146,7 +147,10 @@ pub fn fly(
         }
         let frame = world.sense();
         let truth = world.truth();
-        let answer = seat.exchange(&frame)?;
+        let answer = match idle {
+            Some(last) => last,
+            None => seat.exchange(&frame)?,
+        };
         let cycle = Cycle { time_s: world.time_s() - start_s, frame: &frame, answer: &answer, truth: &truth };
         let end = course.take(&cycle);
         watch(&cycle).map_err(FlightError::Watcher)?;
@@ -157,6 +161,8 @@ pub fn fly(
         world.advance(&answer.command, CYCLE_S);
         if world.take_brown_out() {
             seat.reset()?;
+            // After its mission a controller comes up idle: what was commanded last stays.
+            idle = (answer.trace.phase == Phase::Done).then_some(answer);
         }
         if let Some(times) = setup.realtime {
             let due = Duration::from_secs_f64((world.time_s() - start_s) / times);

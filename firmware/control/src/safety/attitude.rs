@@ -1,8 +1,10 @@
 //! Pitch and heading: lost, stuck, or with the wrong sign.
 //!
-//! Pitch answers to the commands: a reading that does not move while the
-//! wanted pitch swings through the turn is stuck. In a glide its residual
-//! against the trim law, at the places that pump and battery report, is the
+//! Pitch follows pump and battery: a reading that stands still while the trim
+//! law, at the places that both report, swings by much is stuck. What was wanted
+//! is no part of it: where another pitch is asked for and the trim's correction
+//! is taken back at once, the battery may stay where it is, and the pitch too.
+//! In a glide the reading's residual against the trim law is the
 //! law's own error (zero of the mass, hydrodynamic moment) for a true sensor,
 //! and twice the pitch for one with the wrong sign. What the trim has learned
 //! in flight is no part of it: it came from the sensor that is on trial.
@@ -24,8 +26,8 @@ pub const OPPOSED: (f32, f32) = (0.3, 0.3);
 const STILL_RAD: f32 = 0.003;
 /// A reading that does not move for this long, though it must, is stuck, s.
 pub const STILL_S: f32 = 20.0;
-/// Change of the wanted pitch that must show, rad.
-pub const MUST_SHOW_RAD: f32 = 0.15;
+/// Change of tan(pitch) by pump and battery, as the trim law has it, that must show, 1: a battery's 6 mm.
+pub const MUST_SHOW: f32 = 0.15;
 /// Without heading: come home after this, s.
 pub const HEADING_LOST_S: f32 = 60.0;
 
@@ -35,20 +37,20 @@ pub(super) struct AttitudeWatch {
     opposed_s: f32,
     still_s: f32,
     still_at_rad: f32,
-    wanted_low_rad: f32,
-    wanted_high_rad: f32,
+    /// Of tan(pitch) by the trim law, since the reading stands still.
+    low: f32,
+    high: f32,
     heading_lost_s: f32,
 }
 
 impl AttitudeWatch {
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        let all =
-            [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.wanted_low_rad, self.wanted_high_rad, self.heading_lost_s];
+        let all = [self.lost_s, self.opposed_s, self.still_s, self.still_at_rad, self.low, self.high, self.heading_lost_s];
         if !all_finite(all) {
             *self = Self::default();
         }
         let dt = w.seen.dt_s;
-        let (stuck, opposed) = (self.stuck(w) && Of::PitchStill.looks(), self.opposed(w) && Of::PitchOpposed.looks());
+        let (stuck, opposed) = self.against_trim(w);
         if w.seen.pitch_rad.is_none() || stuck || opposed {
             v.flag(Flags::PITCH_PRESET);
             v.distrust_pitch = true;
@@ -74,32 +76,85 @@ impl AttitudeWatch {
         }
     }
 
-    fn stuck(&mut self, w: &Watch<'_>) -> bool {
-        let Some(pitch) = w.seen.pitch_rad else { return false };
-        if !w.gliding() || (pitch - self.still_at_rad).abs() > STILL_RAD {
-            self.still_at_rad = pitch;
+    /// Whether the reading is stuck, and whether it is opposed to the trim law at the places that pump and battery report.
+    fn against_trim(&mut self, w: &Watch<'_>) -> (bool, bool) {
+        let (Some(pitch), Some(ballast), Some(battery)) = (w.seen.pitch_rad, w.seen.ballast_m3, w.seen.battery_m) else {
+            return (false, false);
+        };
+        let trim = &w.config.trim;
+        let expected = trim.per_ballast_m3 * ballast + trim.per_battery_m * battery + trim.offset;
+        let (stuck, opposed) = (self.stuck(w, pitch, expected), self.opposed(w, pitch, expected));
+        (stuck && Of::PitchStill.looks(), opposed && Of::PitchOpposed.looks())
+    }
+
+    fn stuck(&mut self, w: &Watch<'_>, pitch_rad: f32, expected: f32) -> bool {
+        if !w.gliding() || (pitch_rad - self.still_at_rad).abs() > STILL_RAD {
+            self.still_at_rad = pitch_rad;
             self.still_s = 0.0;
-            self.wanted_low_rad = w.pitch_wanted_rad;
-            self.wanted_high_rad = w.pitch_wanted_rad;
+            (self.low, self.high) = (expected, expected);
             return false;
         }
         self.still_s += w.seen.dt_s;
-        self.wanted_low_rad = self.wanted_low_rad.at_most(w.pitch_wanted_rad);
-        self.wanted_high_rad = self.wanted_high_rad.at_least(w.pitch_wanted_rad);
-        self.still_s > Of::PitchStill.after(STILL_S) && self.wanted_high_rad - self.wanted_low_rad > MUST_SHOW_RAD
+        self.low = self.low.at_most(expected);
+        self.high = self.high.at_least(expected);
+        self.still_s > Of::PitchStill.after(STILL_S) && self.high - self.low > MUST_SHOW
     }
 
-    fn opposed(&mut self, w: &Watch<'_>) -> bool {
-        let (Some(pitch), Some(ballast), Some(battery)) = (w.seen.pitch_rad, w.seen.ballast_m3, w.seen.battery_m) else { return false };
-        let trim = &w.config.trim;
-        let expected = trim.per_ballast_m3 * ballast + trim.per_battery_m * battery + trim.offset;
+    fn opposed(&mut self, w: &Watch<'_>, pitch_rad: f32, expected: f32) -> bool {
         let glide = matches!(w.phase, Phase::Dive | Phase::Climb);
         // In a turn the vehicle lags behind its trim: the count waits.
-        if (tan(pitch) - expected).abs() <= OPPOSED.0 + OPPOSED.1 * expected.abs() {
+        if (tan(pitch_rad) - expected).abs() <= OPPOSED.0 + OPPOSED.1 * expected.abs() {
             self.opposed_s = 0.0;
         } else if glide {
             self.opposed_s += w.seen.dt_s;
         }
         self.opposed_s > Of::PitchOpposed.after(OPPOSED_S)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AttitudeWatch, STILL_S};
+    use crate::config::Config;
+    use crate::safety::{Verdict, Watch};
+    use crate::senses::Seen;
+    use signals::{ActuatorCommand, Micros, Phase, SensorFrame};
+
+    /// Whether a pitch of −35° is doubted after each cycle in which the battery stands there, m.
+    fn doubted(battery_m: impl Iterator<Item = f32>) -> Vec<bool> {
+        let (config, frame, commanded, mut watch) =
+            (Config::default(), SensorFrame::default(), ActuatorCommand::default(), AttitudeWatch::default());
+        let mut look = |battery_m: f32| {
+            let (pitch_rad, ballast_m3) = (Some(-0.61), Some(-140e-6));
+            let seen = Seen { dt_s: 4.0, pitch_rad, ballast_m3, battery_m: Some(battery_m), heading_rad: Some(0.0), ..Seen::default() };
+            let w = Watch {
+                config: &config,
+                clock: Micros(0),
+                seen: &seen,
+                frame: &frame,
+                commanded: &commanded,
+                ballast_m3: -140e-6,
+                table_rate_m_s: None,
+                phase: Phase::Dive,
+                leg_max_m: 190.0,
+                max_duration_s: 1000,
+                climb_stalled: false,
+                no_way_turns: 0,
+                bottom_turns: 0,
+            };
+            let mut v = Verdict::default();
+            watch.watch(&w, &mut v);
+            v.distrust_pitch
+        };
+        battery_m.map(&mut look).collect()
+    }
+
+    #[test]
+    fn a_pitch_that_stands_still_as_pump_and_battery_do_is_sound_and_one_that_does_not_answer_them_is_stuck() {
+        let (held, moved) = ([0.018; 200], [0.011; 50]);
+        assert!(doubted(held.into_iter()).iter().all(|d| !d), "nothing moves");
+        let got = doubted(held[..2].iter().chain(&moved).copied());
+        let found = got.iter().position(|d| *d).expect("stuck");
+        assert!(4.0 * found as f32 <= STILL_S + 8.0, "{found}");
     }
 }

@@ -64,10 +64,6 @@ impl DepthWatch {
         if self.apart_s >= Of::DepthsApart.after(APART_S) && Of::DepthsApart.looks() {
             v.cause(Abort::SensorDepth);
         }
-        // One sensor alone says that the vehicle has leapt.
-        if seen.depth_jumped && Of::DepthLeaps.looks() {
-            v.cause(Abort::SensorDepth);
-        }
         // Where the antenna is out the depth is known.
         let lies = seen.afloat && seen.measured_m.is_some_and(|z| z.abs() > AFLOAT_M);
         self.afloat = if lies { self.afloat.saturating_add(1) } else { 0 };

@@ -47,8 +47,6 @@ pub(crate) struct Watch<'a> {
     pub(crate) ballast_m3: f32,
     /// Depth rate that the table gives for this pitch on the pump's buoyancy alone, m/s; none: no steady glide.
     pub(crate) table_rate_m_s: Option<f32>,
-    /// Pitch aimed at in the cycle before, rad.
-    pub(crate) pitch_wanted_rad: f32,
     pub(crate) phase: Phase,
     /// Deepest depth of the leg, m.
     pub(crate) leg_max_m: f32,

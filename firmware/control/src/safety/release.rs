@@ -1,4 +1,4 @@
-//! The drop weight: when to fire it, and firing it again.
+//! The drop weight: when to fire it. The wish is withdrawn when the weight is known to be gone; burning and resting is the release's own.
 //!
 //! ```text
 //! 0 ........ working ............ at risk ............ crush
@@ -53,8 +53,6 @@ const SINKS_SHORT_S: f32 = 12.0;
 const RISES: f32 = 0.4;
 /// Slow ascent on the pump alone, m/s: nearer to the surface than release time × this the weight would go when it is up.
 pub const ASCENT_M_S: f32 = 0.2;
-/// Firings before the release is left on for good.
-const FIRINGS: u8 = 5;
 
 /// Depth zones of the rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +97,6 @@ pub(crate) fn zone(config: &Config, depth_m: f32, sink_m_s: f32) -> Zone {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Release {
     fired: bool,
-    firings: u8,
     firing_s: f32,
     not_rising_s: f32,
     /// Time sinking though commanded up, s.
@@ -177,19 +174,8 @@ impl Release {
         self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
         self.sunk |= self.sinking_s >= SINKS_S && self.sinking_s >= SINKS_S + pump_time_s(w);
         self.firing_s = (self.firing_s + dt).at_most(1e6);
-        if self.firing_s <= Of::FiresAgain.after(1.5 * w.config.release_time_s + 30.0) {
-            return true; // whatever the monitor says: it may be wrong, and a wire once hot burns through
-        }
-        if w.frame.weight == Weight::Released {
-            return false;
-        }
-        if w.frame.weight == Weight::Held && self.firings < FIRINGS && Of::FiresAgain.looks() {
-            // Off for one cycle, then again: a contact that did not close may do so now.
-            self.firing_s = 0.0;
-            self.firings += 1;
-            return false;
-        }
-        true
+        // At first whatever the monitor says: it may be wrong, and a wire once hot burns through.
+        self.firing_s <= 1.5 * w.config.release_time_s + 30.0 || w.frame.weight != Weight::Released
     }
 
     fn wanted(&mut self, w: &Watch<'_>, v: &Verdict, dt: f32) -> bool {

@@ -35,9 +35,6 @@ pub const ZERO_MAX_M: f32 = 1.5;
 /// Time constant of the depth filter, s: two cycles of noise averaging, a fifth of the shortest turn.
 const FILTER_S: f32 = 5.0;
 
-/// A level out of reach is believed no earlier than so long after the last one in reach, s: of a lone sensor that is an abort before
-/// ([`NO_DEPTH_S`]); where another one measures it may have been this one that was wrong.
-const NEW_LEVEL_S: f32 = NO_DEPTH_S;
 /// A sensor not believed for this long is lost, s: seven readings, so that one that comes and goes is kept.
 pub const UNBACKED_S: f32 = 30.0;
 /// A reading is believed until it is a cycle and this much old, ms.
@@ -88,11 +85,11 @@ impl Channel {
             self.believe(value);
             return Some(value);
         }
-        // A new level must be seen three times, and for longer than a lone sensor may be silent, before it is believed.
+        // A new level must be seen three times before it is believed, and not before a lone sensor was missing for too long.
         let same = self.rejected > 0 && (value - self.rejected_m).abs() <= GATE_M + GATE_M_S * dt_s;
         self.rejected = if same { self.rejected.saturating_add(1) } else { 1 };
         self.rejected_m = value;
-        if self.rejected >= 3 && since_s > NEW_LEVEL_S {
+        if self.rejected >= 3 && since_s - dt_s >= NO_DEPTH_S {
             self.believe(value);
             return Some(value);
         }

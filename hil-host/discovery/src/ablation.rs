@@ -5,8 +5,18 @@
 //! the question costs nothing.
 
 /// Name of a mechanism, and what happens with it.
-pub const SWITCHES: &[(&str, &str)] =
-    &[("clock_from_pressures", "the offset of two clocks that two pressure sensors show is taken out before anything is fitted")];
+pub const SWITCHES: &[(&str, &str)] = &[
+    ("clock_from_pressures", "the offset of two clocks that two pressure sensors show is taken out before anything is fitted"),
+    ("discrepancy", "a model discrepancy is marginalised in every hypothesis"),
+    ("unknown", "effects that nobody has named compete as hypotheses"),
+    ("practical", "where the model has a discrepancy, an effect has to lower the error by a share"),
+    ("heave_mass", "added mass across the hull is a nuisance with a wide tail"),
+    ("wave_train", "amplitudes of a wave that are alike in all runs are believed more"),
+    ("guessed_form", "an effect whose form is a guess is named from larger odds"),
+    ("one_more_first", "what remains unexplained is given to one effect more where that is not told apart"),
+    ("thin", "larger odds are asked for where more rows are left out than compared"),
+    ("fresh_water", "fresh water lighter than pure water is a biased sensor"),
+];
 
 /// The environment variable that names what is off.
 pub const WITHOUT: &str = "GLIDER_WITHOUT";

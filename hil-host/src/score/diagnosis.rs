@@ -31,6 +31,9 @@ pub const LARGEST_CLASS: usize = 3;
 /// Odds of the truth over its twin from which a log is said to tell them apart.
 const TOLD_ODDS: f64 = 10.0;
 
+/// The effect that is a nuisance, and the finding that tells of it.
+const HEAVE: (&str, &str) = ("heave_added_mass", "added_mass_heave");
+
 /// Writes one case: `DIR/name/flight.csv`, `DIR/name/vehicle.json`, and the truth apart in `DIR/truth/name.json`.
 ///
 /// # Errors
@@ -109,8 +112,13 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
     let empty = json!({});
     let d = diagnosis.as_ref().unwrap_or(&empty);
     let verdict = d["verdict"].as_str().unwrap_or("failed").to_owned();
-    let answer = sorted(&d["answer"]);
-    let named = verdict == "explained" || verdict == "ambiguous";
+    let mut answer = sorted(&d["answer"]);
+    // What is a nuisance of every hypothesis is told as a finding, not as an effect.
+    let found = |name: &str| d["sensor_findings"].as_array().into_iter().flatten().any(|f| f["name"] == name);
+    let beside = hidden.contains(&HEAVE.0.to_owned()) && found(HEAVE.1);
+    answer.extend(beside.then(|| HEAVE.0.to_owned()));
+    answer.sort();
+    let named = verdict == "explained" || verdict == "ambiguous" || (beside && verdict == "adequate");
     let classes: Vec<Vec<String>> = d["equivalent"].as_array().into_iter().flatten().map(sorted).collect();
     let has_names = matches!(case.truth.kind, Kind::Single | Kind::Pair);
     let exact = has_names && named && answer == hidden;

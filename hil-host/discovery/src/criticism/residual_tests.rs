@@ -1,14 +1,20 @@
-//! Does something structured remain after the best hypothesis, and which variable does it follow?
+//! Effects that nobody has named, as hypotheses: does the data want a structure that follows some variable, larger than models are wrong by?
 //!
 //! Families of smooth vertical velocities (by leg, depth, time, time since the last turning point, stratification, roll, heading,
-//! ballast rate) are offered to the whitened residual with normal priors, after everything that was fitted is projected out. The log
-//! Bayes factor of a family says whether the residual wants it; no named effect is involved.
+//! ballast rate) and of changes of the inputs ([`crate::criticism::unmodelled`]) are offered to a whitened residual with normal
+//! amplitudes, what is fitted and the model discrepancy marginalised. Of each, two hypotheses are compared by their marginal likelihoods:
+//! ```text
+//! usual      none, or a size as models are usually wrong by: half-normal, as that of the discrepancy is
+//! unknown    an effect: a size that is log-uniform from there to sixteen times as much
+//! ```
+//! so a structure that is small is no effect, however many rows vouch for it. No named effect is involved.
 
 use crate::criticism::periodogram::periods;
 use crate::criticism::unmodelled::strangers;
-use crate::hypotheses::sensitivity::Offer;
+use crate::inference::discrepancy_size::{NONE, USUAL_M_S, USUAL_SIZES, usual_weights};
 use crate::inference::evidence::log_mean_exp;
 use crate::inference::gauss_newton::{Fit, Ground};
+use crate::inference::offer::Offer;
 use crate::likelihood::covariates::{Traits, traits};
 use crate::likelihood::{Column, Problem};
 
@@ -17,7 +23,7 @@ use crate::likelihood::{Column, Problem};
 pub struct Family {
     /// Which variable it follows.
     pub variable: &'static str,
-    /// Log Bayes factor against a clean residual.
+    /// Log Bayes factor of an unknown effect against what models are usually wrong by.
     pub log_bayes: f64,
     /// Amplitude of the vertical velocity that fits best, m/s; none for what acts through trim or pitch.
     pub scale_m_s: Option<f64>,
@@ -26,7 +32,7 @@ pub struct Family {
 }
 
 impl Family {
-    /// Whether it may be the water's ordinary motion, which may have a period of some minutes or more.
+    /// Whether it may be the water's motion, which may have a period of some minutes or more (a wave is in the catalogue).
     #[must_use]
     pub fn may_be_water(&self) -> bool {
         self.period_s.is_some() && self.variable != OWN_PERIOD
@@ -35,8 +41,10 @@ impl Family {
 
 /// What a period of about a minute or two is called.
 const OWN_PERIOD: &str = "time (a period of the vehicle's own)";
-/// Amplitudes that are tried, m/s.
-const SCALES_M_S: [f64; 6] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016];
+/// Sizes of unknown effects, in sizes that models are usually wrong by.
+const UNKNOWN_SIZES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+/// Amplitudes of a period of the vehicle's own that are tried, m/s.
+const OWN_M_S: [f64; 6] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016];
 /// Bins of depth.
 const DEPTH_BINS: usize = 8;
 
@@ -48,6 +56,52 @@ fn is_of(problem: &Problem, fit: &Fit) -> bool {
         && problem.data.iter().zip(&left).zip(&fit.residual.values).map(apart).sum::<f64>() < 1e-9 * (1.0 + fit.chi2)
 }
 
+/// What a whitened column of a vertical velocity of 1 m/s is long: down on dives and up on climbs, in all runs.
+pub(crate) fn whitened_m_s(problem: &Problem, all: &[Traits]) -> f64 {
+    let steady = problem.rate_column(&|k, row| if all[k].down[row] { 1.0 } else { -1.0 });
+    steady.plain_dot(&steady).sqrt()
+}
+
+/// A form of an unknown effect beside a fit, and the amplitude at which it is as large as models are usually wrong by.
+pub(crate) struct Form {
+    pub(crate) offer: Offer,
+    pub(crate) usual: f64,
+}
+
+impl Form {
+    pub(crate) fn new(columns: &[&Column], ground: &Ground, whitened_m_s: f64) -> Self {
+        let length = columns.iter().map(|c| c.plain_dot(c)).sum::<f64>().sqrt();
+        Self { offer: Offer::new(columns, ground), usual: USUAL_M_S * whitened_m_s / length.max(1e-300) }
+    }
+}
+
+/// Log Bayes factor of an unknown effect against what models are usually wrong by, of a family with these forms, all as probable; and the
+/// form of the best and its size, in usual ones.
+pub(crate) fn unknown_against_usual(forms: &[Form]) -> (f64, usize, f64) {
+    let weights = usual_weights();
+    let of = |form: &Form, size: f64| if size > 0.0 { form.offer.log_bayes(size * form.usual) } else { 0.0 };
+    let (mut small, mut large) = (Vec::new(), Vec::new());
+    let mut best = (f64::NEG_INFINITY, 0, 1.0);
+    for (k, form) in forms.iter().enumerate() {
+        small.push(log_sum_exp(USUAL_SIZES.iter().zip(&weights).map(|(s, w)| of(form, *s) + w.ln())));
+        for size in UNKNOWN_SIZES {
+            let told = of(form, size);
+            large.push(told);
+            if told > best.0 {
+                best = (told, k, size);
+            }
+        }
+    }
+    let usual = log_sum_exp([NONE.ln(), (1.0 - NONE).ln() + log_mean_exp(&small)].into_iter());
+    (log_mean_exp(&large) - usual, best.1, best.2)
+}
+
+/// ln of the sum of exp.
+fn log_sum_exp(values: impl Iterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.collect();
+    log_mean_exp(&values) + (values.len() as f64).ln()
+}
+
 /// Asks every family beside each of these fits; of each, best first. A stranger that could reach the log Bayes factor that decides
 /// there (the number beside the fit) is fitted, not only tried.
 #[must_use]
@@ -56,6 +110,7 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
     debug_assert!(beside.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
     let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();
     let all: Vec<Traits> = problem.runs.iter().map(|run| traits(run)).collect();
+    let whitened_m_s = whitened_m_s(problem, &all);
     let g = problem.vehicle.constants.gravity_m_s2;
     let depth = |k: usize, row: usize| problem.runs[k].depth_at_row(row, g);
     let deepest = (0..problem.runs.len())
@@ -67,10 +122,9 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
     let mut ask = |variable: &'static str, columns: &[Column], period_s: Option<f64>| {
         for (found, ground) in out.iter_mut().zip(&grounds) {
             let Some(ground) = ground else { continue };
-            let offer = Offer::new(columns, ground);
-            let bayes: Vec<f64> = SCALES_M_S.iter().map(|s| offer.log_bayes(*s)).collect();
-            let best = (0..bayes.len()).max_by(|a, b| bayes[*a].total_cmp(&bayes[*b])).unwrap_or(0);
-            found.push(Family { variable, log_bayes: log_mean_exp(&bayes), scale_m_s: Some(SCALES_M_S[best]), period_s });
+            let form = Form::new(&columns.iter().collect::<Vec<_>>(), ground, whitened_m_s);
+            let (log_bayes, _, size) = unknown_against_usual(&[form]);
+            found.push(Family { variable, log_bayes, scale_m_s: Some(size * USUAL_M_S), period_s });
         }
     };
     // Each leg on its own: what changes from leg to leg (time, speed, pitch, ballast).
@@ -144,7 +198,7 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
         }
         ask("time", &columns, Some(period));
     }
-    for (found, own) in out.iter_mut().zip(periods(problem, &grounds, &SCALES_M_S)) {
+    for (found, own) in out.iter_mut().zip(periods(problem, &grounds, &OWN_M_S)) {
         found.extend(own.map(|p| Family {
             variable: OWN_PERIOD,
             log_bayes: p.log_bayes,
@@ -157,7 +211,7 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
         let Some(ground) = ground else { continue };
         let through = |variable: &'static str, log_bayes: f64| Family { variable, log_bayes, scale_m_s: None, period_s: None };
         let asked = strangers(problem, ground.fit);
-        found.extend(asked.iter().map(|s| through(s.variable, s.log_bayes(problem, ground, *decides, ends))));
+        found.extend(asked.iter().map(|s| through(s.variable, s.log_bayes(problem, ground, whitened_m_s, *decides, ends))));
         found.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     }
     out

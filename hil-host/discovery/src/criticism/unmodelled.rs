@@ -7,9 +7,9 @@
 //! a pitch sensor that depends on heading (soft iron), pressure, temperature or roll, or whose clock is not that of the pressure sensor,
 //! and drag that depends on heading, depth or the side to which the glider turns, or that something caught on the way changes.
 
-use crate::hypotheses::sensitivity::Offer;
-use crate::inference::evidence::log_mean_exp;
+use crate::criticism::residual_tests::{Form, unknown_against_usual};
 use crate::inference::gauss_newton::{Effort, Fit, Ground, fit_from, strain};
+use crate::inference::offer::Offer;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::State;
 use crate::preprocess::{Input, Run};
@@ -24,8 +24,6 @@ const PITCH_RAD: f64 = 0.01;
 const DRAG: f64 = 0.05;
 /// Share of a unit that signatures are differenced over.
 const STEP: f64 = 0.2;
-/// Amplitudes that are believed in, in these units, 1 sigma.
-const SCALES: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 /// Log Bayes factor from which the gain is checked by flying it.
 const WORTH_FLYING: f64 = 4.0;
 /// Shares of the linear step that are flown.
@@ -81,24 +79,14 @@ impl Stranger {
     /// linear theory has them. Where it could reach `decides`, the model is fitted anew beside that form, as long as work ends before
     /// `ends`.
     #[must_use]
-    pub fn log_bayes(&self, problem: &Problem, ground: &Ground, decides: f64, ends: u64) -> f64 {
-        let mut all = Vec::new();
-        let mut best = None;
-        let mut best_told = f64::NEG_INFINITY;
-        for form in &self.forms {
-            let offer = Offer::new(&form.iter().map(|p| &p.column).collect::<Vec<_>>(), ground);
-            let told = SCALES.map(|s| (offer.log_bayes(s), s));
-            all.extend(told.map(|t| t.0));
-            let top = told.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 1.0));
-            if top.0 > best_told {
-                best_told = top.0;
-                best = Some((form, offer, top.1));
-            }
-        }
-        let linear = log_mean_exp(&all);
+    pub fn log_bayes(&self, problem: &Problem, ground: &Ground, whitened_m_s: f64, decides: f64, ends: u64) -> f64 {
+        let form = |parts: &Vec<Part>| Form::new(&parts.iter().map(|p| &p.column).collect::<Vec<_>>(), ground, whitened_m_s);
+        let mut forms: Vec<Form> = self.forms.iter().map(form).collect();
+        let (linear, best, size) = unknown_against_usual(&forms);
+        let best = (!forms.is_empty()).then(|| (&self.forms[best], forms.swap_remove(best)));
         match best {
-            Some((form, offer, scale)) if linear > WORTH_FLYING => {
-                let Some(step) = Step::new(ground, form, &offer, scale) else { return f64::NEG_INFINITY };
+            Some((parts, form)) if linear > WORTH_FLYING => {
+                let Some(step) = Step::new(ground, parts, &form.offer, size * form.usual) else { return f64::NEG_INFINITY };
                 let (share, flown) = step.flown(problem, ground);
                 let told = linear - 0.5 * (step.promised - flown).max(0.0);
                 if told >= decides || linear < NEARLY * decides || problem.work() > ends {

@@ -7,6 +7,7 @@ pub(crate) mod settle;
 pub(crate) mod unknown;
 pub mod verdict;
 
+use crate::ablation::is_on;
 use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
 use crate::criticism::residual_tests::Family;
 use crate::diagnosis::settle::search_until_stable;
@@ -21,9 +22,9 @@ use crate::inference::gauss_newton::{Effort, Fit, fit_from};
 use crate::likelihood::block_error::{Block, blocks};
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::stall_mask::TRUSTED;
-use crate::likelihood::{Problem, block_errors, predicted_errors};
+use crate::likelihood::{Column, Problem, block_errors, predicted_errors};
 use crate::model::branch::Branch;
-use crate::model::parameters::{CALIBRATION, N_LAW, SensorFinding, State, sensor_findings};
+use crate::model::parameters::{CALIBRATION, SensorFinding, State, is_law, sensor_findings};
 use crate::preprocess::{Prepared, prepare, sanity};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
@@ -192,7 +193,7 @@ pub fn prepared_problem<'a>(
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
     let second = if problem.restore_brink(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
-    let outliers = problem.drop_outliers(&problem.innovations(&second), OUTLIER);
+    let outliers = problem.drop_outliers(&problem.innovations(&second.residual), OUTLIER);
     if outliers > 0 {
         notes.push(format!("{outliers} lone samples beyond {OUTLIER} sigma left out of the fit"));
     }
@@ -231,7 +232,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let concluded = |found: &Found| conclude(vehicle, &prepared, &problem, found, &check, notes.clone());
     let mut said = concluded(&found);
     // A remainder that one effect more explains, when that effect is not told apart, is none.
-    if said.verdict == Verdict::Unexplained && found.put_one_more_first() {
+    if is_on("one_more_first") && said.verdict == Verdict::Unexplained && found.put_one_more_first() {
         let with_it = concluded(&found);
         if !with_it.answer.is_empty() {
             said = with_it;
@@ -248,8 +249,10 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 
 /// The best of these hypotheses, best first, where it is worth naming; more is asked for where more rows are left out than compared.
 pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
-    let thin = if problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
-    let needs = |best: &Candidate| if best.effects.iter().any(|e| has_guessed_form(e)) { SPEAK_UP_GUESSED } else { SPEAK_UP };
+    let thin = if is_on("thin") && problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
+    let needs = |best: &Candidate| {
+        if is_on("guessed_form") && best.effects.iter().any(|e| has_guessed_form(e)) { SPEAK_UP_GUESSED } else { SPEAK_UP }
+    };
     candidates.first().filter(|best| best.log_odds > needs(best) + thin)
 }
 
@@ -262,7 +265,7 @@ type Blocks = Vec<(usize, Vec<Block>)>;
 /// best lowers the error by, where nothing is named.
 fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, blocks: [&Blocks; 2]) -> (Option<&'a Candidate>, Option<f64>) {
     let Some(best) = worth_naming(problem, &found.candidates) else { return (None, None) };
-    if problem.discrepancy.size_m_s == 0.0 {
+    if problem.discrepancy.size_m_s == 0.0 || !is_on("practical") {
         return (Some(best), None);
     }
     let lowers = |with: &Fit, without: &Fit| {
@@ -287,8 +290,13 @@ fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, block
 fn errors_of_all(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], [fitted, check]: [&Blocks; 2]) -> [f64; 2] {
     let wave = fits.iter().any(|f| f.state.wave.is_some());
     let all: Blocks = if wave { fitted.clone() } else { fitted.iter().chain(check).cloned().collect() };
-    let errors = predicted_errors(problem, prepared, &fits, &all, wave);
+    let errors = predicted_errors(problem, prepared, &fits.map(parts), &all, wave);
     [errors[0], errors[1]]
+}
+
+/// What an error is made of.
+fn parts(fit: &Fit) -> (&State, &Column) {
+    (&fit.state, &fit.residual)
 }
 
 /// Errors of the best hypothesis and of nothing missing.
@@ -305,8 +313,8 @@ fn errors(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], blocks: [&Blo
     let named = !fits[0].state.effects.is_empty() || wave;
     let worst = if tellable || !named { check.iter().map(of_one).fold(f64::NAN, f64::max) } else { f64::NAN };
     Errors {
-        check_m_s: pair(predicted_errors(problem, prepared, &fits, check, false)),
-        fitted_m_s: pair(predicted_errors(problem, prepared, &fits, fitted, true)),
+        check_m_s: pair(predicted_errors(problem, prepared, &fits.map(parts), check, false)),
+        fitted_m_s: pair(predicted_errors(problem, prepared, &fits.map(parts), fitted, true)),
         typical_m_s: typical,
         worst_segment_m_s: worst,
         floor_m_s: problem.noise_floor_m_s().hypot(problem.discrepancy.size_m_s.min(MOST_DISCREPANCY_M_S)),
@@ -338,7 +346,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let blocks = [&judged[0], &judged[1]];
     let (named, too_small) = spoken_of(problem, prepared, found, blocks);
     let best = named.map_or(null, |c| &c.fit);
-    let unknowns = unknowns(problem, found, named);
+    let unknowns = unknowns(problem, found, named, SPEAK_UP);
     let equivalent = named.map_or_else(Vec::new, |first| equivalent_to(first, candidates));
     let errors = errors(problem, prepared, [best, null], blocks);
     let evidence = Evidence {
@@ -346,12 +354,10 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
         at_bound: named.and_then(|c| pressed(&c.fit)),
         equivalent: equivalent.len(),
         unknown_leads: unknowns.leads,
-        unknown_remains: unknowns.remains,
         errors,
         wave: best.state.wave.is_some(),
         discrepancy_m_s: problem.discrepancy.size_m_s,
         mean_square: best.mean_square(),
-        forgiven: unknowns.forgiven,
         has_temperature: prepared.has_temperature,
         used_up: *used_up,
     };
@@ -403,8 +409,8 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
         noise_floor_m_s: problem.noise_floor_m_s(),
         block_s: problem.block_s(),
         discrepancy_m_s: problem.discrepancy.size_m_s,
-        sensors: sensor_findings(&best.state, sigma),
-        remains: problem.discrepancy_by_group(best),
+        sensors: sensor_findings(vehicle, &best.state, sigma),
+        remains: problem.discrepancy_by_group(&best.residual),
         remainder: unknowns.remainder,
         check: check.to_vec(),
         notes,
@@ -427,7 +433,7 @@ fn strained(vehicle: &Vehicle, state: &State) -> Option<String> {
     if crate::inference::initial_guess::is_uncalibrated(vehicle) {
         return None;
     }
-    let far = state.calibration.iter().enumerate().take(N_LAW).filter(|(_, z)| z.abs() > STRAINED);
+    let far = state.calibration.iter().enumerate().filter(|(k, z)| is_law(*k) && z.abs() > STRAINED);
     let said: Vec<String> = far.map(|(k, z)| format!("{} {z:+.1}", CALIBRATION[k])).collect();
     (!said.is_empty()).then(|| format!("the calibration is strained, in tolerances of the vehicle file: {}", said.join(", ")))
 }

@@ -8,6 +8,7 @@ use crate::diagnosis::{FEWEST_COMPARED, OUTLIER, worth_naming};
 use crate::hypotheses::search::{Depth, Found, search, weigh_again};
 use crate::inference::gauss_newton::{Effort, Fit, fit_from};
 use crate::likelihood::Problem;
+use crate::likelihood::discrepancy::Sizes;
 use crate::likelihood::stall_mask::WORTH_TRYING;
 use crate::model::parameters::State;
 
@@ -60,7 +61,7 @@ pub(crate) fn best_of<'a>(problem: &Problem, found: &'a Found) -> &'a Fit {
 
 /// Estimates mask, noise and discrepancy beside a fit.
 pub(crate) fn estimate_anew(problem: &mut Problem, best: &Fit) -> Changed {
-    let before = problem.discrepancy.size_m_s;
+    let before = problem.discrepancy.sizes_m_s;
     let mut changed = Changed::Nothing;
     if problem.doubt_moments(&best.state) {
         changed = Changed::Rows;
@@ -69,14 +70,14 @@ pub(crate) fn estimate_anew(problem: &mut Problem, best: &Fit) -> Changed {
         changed = Changed::Rows;
     }
     // The noise of the water is that without a discrepancy, and the discrepancy is learned beside a fit without one.
-    problem.set_discrepancy(0.0);
+    problem.set_discrepancy(Sizes::default());
     if problem.tune_colour(&best.state) {
         changed = changed.max(Changed::Noise);
     }
     let fit = fit_from(problem, &best.state, Effort::of(STEPS));
-    let size = problem.discrepancy_beside(&fit);
-    problem.set_discrepancy(size);
-    if size == before { changed } else { Changed::Rows }
+    let sizes = problem.discrepancy_beside(&fit);
+    problem.set_discrepancy(sizes);
+    if sizes == before { changed } else { Changed::Rows }
 }
 
 /// Masks outliers and rows near the stall beside a fit; whether that is worth a new search (otherwise all stays as it was).
@@ -88,7 +89,7 @@ fn mask_anew(problem: &mut Problem, best: &Fit) -> bool {
         }
         problem.leave_out(kept.clone());
     }
-    let outliers = problem.drop_outliers(&problem.innovations(best), OUTLIER);
+    let outliers = problem.drop_outliers(&problem.innovations(&best.residual), OUTLIER);
     let moved = outliers + problem.settle_continuation(&best.state);
     if moved <= problem.data.len() / WORTH_A_SEARCH || problem.rows_compared() < FEWEST_COMPARED {
         problem.leave_out(kept);

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | adequate | nothing missing leads, or a name that does not lower the error by [`PRACTICAL`] where the model has a discrepancy |
 //! | explained, ambiguous | a named set leads; its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
-//! | unexplained | an unknown effect leads and is of practical size, or the best leaves far more than water, sensors and discrepancy do |
+//! | unexplained | an unknown effect leads, or the best leaves far more than water, sensors and discrepancy do |
 //!
 //! What remains beside the answer is said with its size; it is no veto by itself.
 
@@ -85,8 +85,6 @@ pub enum Reason {
     NoTemperature,
     /// An effect outside the catalogue leads.
     UnknownLeads(Unknown),
-    /// Something structured remains beside the best, of practical size.
-    UnknownRemains(Unknown),
     /// The error on dives kept out of the fit, in floors.
     HeldOutTooLarge {
         /// Times what water, sensors and discrepancy leave.
@@ -126,7 +124,6 @@ impl Reason {
             Self::Equivalent { .. } => "equivalent",
             Self::NoTemperature => "no_temperature",
             Self::UnknownLeads(_) => "unknown_leads",
-            Self::UnknownRemains(_) => "unknown_remains",
             Self::HeldOutTooLarge { .. } => "held_out_too_large",
             Self::WorseThanRecalibration { .. } => "worse_than_recalibration",
             Self::NotFinite => "not_finite",
@@ -152,9 +149,6 @@ impl Reason {
                     "an effect outside the catalogue that follows the {} is likelier than any name, by {:.1} log units",
                     u.variable, u.ahead
                 )
-            }
-            Self::UnknownRemains(u) => {
-                format!("what remains beside the best hypothesis follows the {}, by {:.1} log units", u.variable, u.ahead)
             }
             Self::HeldOutTooLarge { floors } => {
                 format!(
@@ -198,20 +192,16 @@ pub struct Evidence {
     pub at_bound: Option<&'static str>,
     /// Sets that are equivalent, itself counted.
     pub equivalent: usize,
-    /// An unknown effect that is likelier than the named set, and one that remains beside it.
+    /// An unknown effect that is likelier than the named set, or than nothing missing.
     pub unknown_leads: Option<Unknown>,
-    /// One that remains beside it.
-    pub unknown_remains: Option<Unknown>,
     /// Errors.
     pub errors: Errors,
     /// Whether a wave is named: its phase on check segments is not known.
     pub wave: bool,
     /// Rms of the model discrepancy, m/s.
     pub discrepancy_m_s: f64,
-    /// Mean square of innovations at the best, and that a difference of form forgives.
+    /// Mean square of innovations at the best.
     pub mean_square: f64,
-    /// Mean square that is forgiven.
-    pub forgiven: f64,
     /// Whether the log has temperatures.
     pub has_temperature: bool,
     /// Whether the search used its work up.
@@ -224,12 +214,11 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     let x = &e.errors;
     let has_check = x.check_m_s[1].is_finite() || x.check_m_s[0].is_finite();
     let mut reasons = Vec::new();
-    // What remains counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
+    // A misfit counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
-    reasons.extend(e.unknown_leads.clone().filter(|_| practical).map(Reason::UnknownLeads));
-    reasons.extend(e.unknown_remains.clone().filter(|_| practical).map(Reason::UnknownRemains));
-    if practical && !(e.mean_square < e.forgiven.max(FAR_FROM_NOISE)) {
+    reasons.extend(e.unknown_leads.clone().map(Reason::UnknownLeads));
+    if practical && !(e.mean_square < FAR_FROM_NOISE) {
         reasons.push(Reason::FarFromNoise { mean_square: e.mean_square });
     }
     let [typical, of_nothing] = x.typical_m_s;
@@ -287,12 +276,10 @@ mod tests {
             at_bound: None,
             equivalent: 1,
             unknown_leads: None,
-            unknown_remains: None,
             errors,
             wave: false,
             discrepancy_m_s: 0.0,
             mean_square: 1.0,
-            forgiven: 1.3,
             has_temperature: true,
             used_up: false,
         }
@@ -320,18 +307,15 @@ mod tests {
     }
 
     #[test]
-    fn prop_what_remains_counts_only_where_it_is_of_practical_size() {
-        let unknown = || Some(Unknown { variable: "depth", ahead: 300.0 });
-        let mut e = Evidence { unknown_remains: unknown(), unknown_leads: unknown(), ..plain() };
-        assert_eq!(verdict(&e), Verdict::Explained);
-        e.errors.check_m_s[0] = 0.006;
+    fn prop_an_unknown_effect_that_leads_is_never_explained_and_misfit_counts_where_it_is_of_practical_size() {
+        let unknown = Some(Unknown { variable: "depth", ahead: 300.0 });
+        let e = Evidence { unknown_leads: unknown, ..plain() };
         assert_eq!(verdict(&e), Verdict::Unexplained);
+        assert_eq!(verdict(&Evidence { named: None, ..e }), Verdict::Unexplained);
+        let mut e = Evidence { mean_square: 3.0, ..plain() };
+        assert_eq!(verdict(&e), Verdict::Explained);
         // A snag in the fitted dives only.
         e.errors = Errors { fitted_m_s: [0.007, 0.009], ..plain().errors };
         assert_eq!(verdict(&e), Verdict::Unexplained);
-        let nothing = Evidence { named: None, ..e.clone() };
-        assert_eq!(verdict(&nothing), Verdict::Unexplained);
-        let quiet = Evidence { named: None, unknown_leads: unknown(), ..plain() };
-        assert_eq!(verdict(&quiet), Verdict::Adequate);
     }
 }

@@ -5,12 +5,13 @@
 //! able to explain; an effect that deviates a calibration number must deviate it beyond the tolerance, because inside it is no
 //! discovery.
 
-use crate::hypotheses::sensitivity::{Offer, log_size_prior_of, project, signatures};
+use crate::hypotheses::sensitivity::{log_size_prior_of, project, signatures};
 use crate::inference::evidence::{PRIOR, log_evidence, log_mean_exp};
 use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit};
+use crate::inference::offer::Offer;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
-use crate::model::parameters::{N_LAW, State, calibration_of, tolerance_of};
+use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
 use crate::vehicle::catalogue;
 use hydro::effects::{Active, Effect, InFlow, Onset, Parameter, SeenIn, WAVE};
 use std::sync::Arc;
@@ -34,7 +35,7 @@ pub struct Candidate {
 
 /// Whether a calibration number deviates further than any vehicle scatters.
 pub(crate) fn is_strained(state: &State) -> bool {
-    state.calibration.iter().take(N_LAW).any(|z| z.abs() > STRAINED)
+    state.calibration.iter().enumerate().any(|(i, z)| is_law(i) && z.abs() > STRAINED)
 }
 
 /// Names of the effects of a state.

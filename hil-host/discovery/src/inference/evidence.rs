@@ -1,5 +1,6 @@
 //! How much a hypothesis is to be believed: log evidence, with what was known of every effect before the flight.
 
+use crate::ablation::is_on;
 use crate::inference::gauss_newton::{Fit, own_tolerance};
 use crate::inference::wave_train::log_alike;
 use crate::likelihood::Problem;
@@ -111,12 +112,12 @@ pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
         let a = &f.state.effects[effect];
         if parameter == 0 {
             z += log_size_prior(problem, a.effect, a.values[0], sigma) + log_truncated(f.pressed_by(effect) * sigma);
-            if a.effect.is_density_error() {
+            if a.effect.is_density_error() && is_on("fresh_water") {
                 z += log_fresh_water(problem.fresh_excess_kg_m3, a.values[0], sigma);
             }
         }
     }
-    z + log_alike(f).unwrap_or(0.0)
+    z + if is_on("wave_train") { log_alike(f).unwrap_or(0.0) } else { 0.0 }
 }
 
 /// Range of what salt and sediment add to the density of a lake's water, kg/m³ (0 to 0.4 g/kg), and how sharp its ends are.

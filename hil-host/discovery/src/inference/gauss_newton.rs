@@ -1,49 +1,12 @@
 //! Bounded Gauss–Newton with priors: the most probable state under a hypothesis, its curvature, its misfit.
 
 use crate::likelihood::finite_difference::LEAP;
+pub use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{PARTS, Wave};
-use crate::model::parameters::{
-    BATTERY_ZERO, N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, bounds, step_of, tolerance_of, wide_tail,
-};
+use crate::model::parameters::{N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, bounds, is_law, tolerance_of, wide_tail};
 use hydro::effects::{Active, Effect, SeenIn};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-
-/// Signatures of the calibration numbers, and their inner products.
-#[derive(Clone, Debug)]
-pub struct Jacobian {
-    /// One column per calibration number, per unit of its tolerance.
-    pub columns: Vec<Column>,
-    gram: DMatrix<f64>,
-}
-
-impl Jacobian {
-    /// By differences around a state.
-    #[must_use]
-    pub fn new(problem: &Problem, at: &State) -> Self {
-        let steps: Vec<f64> = (0..N_CALIBRATION).map(|k| step_of(problem.vehicle, k)).collect();
-        let aside = |k: usize, step: f64| {
-            let mut beside = at.clone();
-            beside.calibration[k] += step;
-            beside
-        };
-        let states: Vec<State> = std::iter::once(at.clone()).chain((0..BATTERY_ZERO).map(|k| aside(k, steps[k]))).collect();
-        let mut models = problem.models(&states).into_iter();
-        let base = models.next().unwrap_or_default();
-        let seen = problem.seen(LEAP);
-        let columns: Vec<Column> = models
-            .enumerate()
-            .map(|(k, ahead)| seen.slope(&base, &ahead, steps[k], |back| problem.model(&aside(k, back))))
-            .chain(problem.battery_columns(at, &steps[BATTERY_ZERO..]))
-            .map(|values| {
-                let told = values.iter().all(|x| x.is_finite());
-                problem.column(0, if told { values } else { vec![0.0; base.len()] })
-            })
-            .collect();
-        let gram = symmetric(N_CALIBRATION, |i, j| columns[i].dot(&columns[j]));
-        Self { columns, gram }
-    }
-}
 
 /// One free number of an effect on trial.
 #[derive(Clone, Copy, Debug)]
@@ -157,34 +120,20 @@ impl Fit {
     }
 }
 
-/// A symmetric matrix from its lower half.
-#[must_use]
-pub fn symmetric(n: usize, of: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
-    let mut out = DMatrix::from_fn(n, n, |i, j| if j <= i { of(i, j) } else { 0.0 });
-    for i in 0..n {
-        for j in i + 1..n {
-            out[(i, j)] = out[(j, i)];
-        }
-    }
-    out
-}
-
 /// How a fit is run.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// Most iterations.
     pub iterations: usize,
-    /// Whether calibration numbers may deviate as they like: no limit, and nothing but a normal prior.
-    pub free: bool,
     /// Whether only the place matters: signatures, curvature and errors are those of the step before.
     pub rough: bool,
 }
 
 impl Effort {
-    /// At most so many iterations, within the limits.
+    /// At most so many iterations.
     #[must_use]
     pub const fn of(iterations: usize) -> Self {
-        Self { iterations, free: false, rough: false }
+        Self { iterations, rough: false }
     }
 }
 
@@ -210,12 +159,12 @@ const DIFFERENCE: f64 = 0.02;
 /// and curvature. Numbers without a stated tolerance are only guessed at; they have no such edge.
 fn beyond_scatter(index: usize, z: f64) -> (f64, f64, f64) {
     let over = z.abs() - SCATTER;
-    if index < STATED && over > 0.0 { (RARER * over * over, RARER * over * z.signum(), RARER) } else { (0.0, 0.0, 0.0) }
+    if index < STATED && is_law(index) && over > 0.0 { (RARER * over * over, RARER * over * z.signum(), RARER) } else { (0.0, 0.0, 0.0) }
 }
 
 /// The same of a number whose prior has a wide tail: what it pays less than by a normal prior.
-fn beside_normal(index: usize, z: f64) -> (f64, f64, f64) {
-    wide_tail(index, z).map_or((0.0, 0.0, 0.0), |(cost, precision)| (cost - z * z, (precision - 1.0) * z, precision - 1.0))
+fn beside_normal(problem: &Problem, index: usize, z: f64) -> (f64, f64, f64) {
+    wide_tail(problem.vehicle, index, z).map_or((0.0, 0.0, 0.0), |(cost, precision)| (cost - z * z, (precision - 1.0) * z, precision - 1.0))
 }
 
 /// What all calibration numbers of a state pay for being beyond their scatter, in chi²; an uncalibrated vehicle has no scatter.
@@ -280,7 +229,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
             s.wave.as_ref().map_or(0.0, |w: &Wave| w.amplitude_m_s[j / PARTS][j % PARTS])
         }
     };
-    let limitless = effort.free || crate::inference::initial_guess::is_uncalibrated(problem.vehicle);
+    let limitless = crate::inference::initial_guess::is_uncalibrated(problem.vehicle);
     let most = if limitless { f64::INFINITY } else { MOST_STRAINED };
     let limits: Vec<(f64, f64)> = (0..nc)
         .map(|i| bounds(problem.vehicle, i).unwrap_or(if i < N_LAW { (-most, most) } else { (f64::NEG_INFINITY, f64::INFINITY) }))
@@ -299,8 +248,8 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let noise_in_damping = problem.noise_in_damping();
     let sum = |a: (f64, f64, f64), b: (f64, f64, f64)| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
     let rare = |s: &State, i: usize| match (i < nc).then(|| s.calibration[i]) {
-        Some(z) if i == PITCH_DAMPING => sum(beside_normal(i, z), noise_in_damping(z)),
-        Some(z) if i >= N_LAW => beside_normal(i, z),
+        Some(z) if i == PITCH_DAMPING => sum(beside_normal(problem, i, z), noise_in_damping(z)),
+        Some(z) if !is_law(i) => beside_normal(problem, i, z),
         Some(z) if !limitless => beyond_scatter(i, z),
         _ => (0.0, 0.0, 0.0),
     };
@@ -429,7 +378,7 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let log_det = curvature.clone().cholesky().map_or(f64::INFINITY, |c| 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
     let mut gradient = pull(&state, &columns, &residual);
     let mut precision = precision;
-    (N_LAW..nc).for_each(|i| precision[i] += rare(&state, i).2);
+    (0..nc).filter(|i| !is_law(*i)).for_each(|i| precision[i] += rare(&state, i).2);
     let mut pressed = Vec::new();
     for i in held(&state, &gradient) {
         if let Some(f) = i.checked_sub(nc).and_then(|j| free.get(j)).filter(|f| f.parameter == 0) {
@@ -446,21 +395,6 @@ pub fn fit(problem: &Problem, jacobian: &Jacobian, start: &State, effort: Effort
     let covariance = curvature.cholesky().map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |c| c.inverse());
     let sigma = free.iter().enumerate().map(|(j, f)| (f.effect, f.parameter, covariance[(nc + j, nc + j)].max(0.0).sqrt())).collect();
     Fit { state, chi2, residual, log_det, covariance, sigma, columns, precision, centre, gradient, promised, pressed }
-}
-
-/// Steps of a fit that goes on beyond the limits.
-const FREE_STEPS: usize = 12;
-
-/// A fit whose calibration is strained, gone on where it may deviate as it likes: what nothing but a strained calibration can explain.
-/// The fit itself where nothing is strained, or where the model has no glide out there.
-#[must_use]
-pub fn beyond_limits(problem: &Problem, held: &Fit) -> Fit {
-    if held.state.calibration.iter().enumerate().take(N_LAW).all(|(i, z)| beyond_scatter(i, *z).0 == 0.0 && held.precision[i] < HELD) {
-        return held.clone();
-    }
-    let free = fit_from(problem, &held.state, Effort { free: true, ..Effort::of(FREE_STEPS) });
-    let sane = free.chi2.is_finite() && free.log_det.is_finite() && free.chi2 <= held.chi2;
-    if sane { free } else { held.clone() }
 }
 
 /// The fit that one more signature would give if everything were linear: no simulation. `size` is where `column` was taken.

@@ -10,29 +10,23 @@
 //! with Z the basis velocities, integrated to depth and whitened like every column. All inner products of columns are taken in that
 //! metric ([`Column::dot`]), so every fit, evidence and test has the term marginalised. What the calibration can follow is projected
 //! out of Z first (against its Jacobian with its unit priors, where nothing is named): otherwise s would set the calibration free of
-//! what was measured. Its size s is learned per flight beside the best hypothesis, with a mass of its own at none.
+//! what was measured. The size s of each group of the basis is learned per flight beside the best hypothesis
+//! ([`crate::inference::discrepancy_size`]), with a mass of its own at none.
 //!
 //! Not covered: a discrepancy in speed or displacement; covariates by heading (unknown effects follow it: [`crate::criticism::residual_tests`]).
 
-use crate::hypotheses::sensitivity::Offer;
-use crate::inference::gauss_newton::{Fit, Jacobian, symmetric};
 use crate::likelihood::covariates::{Traits, integrated, traits};
+use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::State;
 use crate::preprocess::Run;
 use nalgebra::{Cholesky, DVector, Dyn};
 use std::sync::Arc;
 
-/// Sizes that are tried, m/s rms over the rows, of what is left once the calibration has followed what it can.
-const SIZES_M_S: [f64; 7] = [0.0, 0.0003, 0.0005, 0.0008, 0.0012, 0.0018, 0.0027];
-/// Probability that there is none, and scale of the half-normal prior of the size otherwise, m/s: 0.05 to 0.3 cm/s by depth, leg and
-/// turn on the public flights of three vehicles.
-const NONE: f64 = 0.5;
-const USUAL_M_S: f64 = 0.002;
-/// Shares of the variance of δ: by depth and leg, by time since the turning point and leg, by roll and leg. Guess.
-const DEPTH: f64 = 0.5;
-const TURN: f64 = 0.3;
-const ROLL: f64 = 0.2;
+/// Groups of the basis, each with a size of its own: by depth and leg, by time since the turning point and leg, by roll and leg.
+pub const GROUPS: [&str; 3] = ["depth", "time since the last turning point", "roll"];
+/// Rms velocity of each group over the rows, m/s.
+pub type Sizes = [f64; GROUPS.len()];
 /// Hat functions of depth, and decays after a turning point, s.
 const DEPTHS: usize = 7;
 const DECAYS_S: [f64; 3] = [15.0, 60.0, 200.0];
@@ -45,14 +39,16 @@ const ROLLS: f64 = 1e-4;
 pub struct Discrepancy {
     /// Rms of the velocity, m/s; 0: none.
     pub size_m_s: f64,
+    /// That of each group.
+    pub sizes_m_s: Sizes,
     shape: Arc<Shape>,
     /// Where the calibration's Jacobian is projected out.
     around: Option<Arc<State>>,
     /// Whitened basis of unit size, what the calibration can follow taken out.
     unit: Arc<Vec<Vec<f64>>>,
-    /// What the calibration follows a unit of each by, in tolerances, before it is scaled back to unit size, and that scale.
+    /// What the calibration follows a unit of each by, in tolerances, before it is scaled back to unit size, and that scale of each group.
     followed: Arc<Vec<DVector<f64>>>,
-    scale: f64,
+    scale: Sizes,
     /// P, one row each; empty without the term.
     metric: Arc<Vec<Vec<f64>>>,
     /// Most probable amplitudes of a residual: its products with P through Lᵀ.
@@ -71,23 +67,40 @@ impl Discrepancy {
         self.metric.iter().map(|row| product(values, from, row)).collect()
     }
 
-    fn sized(&mut self, size_m_s: f64) {
-        (self.size_m_s, self.half_log_det, self.factor) = (size_m_s, 0.0, None);
+    /// Size of the group of basis velocity `k`, m/s.
+    fn size(&self, k: usize) -> f64 {
+        self.sizes_m_s[self.shape.basis[k].group()]
+    }
+
+    /// Group of each basis velocity.
+    pub(crate) fn groups(&self) -> Vec<usize> {
+        self.shape.basis.iter().map(Basis::group).collect()
+    }
+
+    /// Whitened basis of unit size.
+    pub(crate) fn unit(&self) -> &[Vec<f64>] {
+        &self.unit
+    }
+
+    fn sized(&mut self, sizes_m_s: Sizes) {
+        let total = sizes_m_s.iter().map(|s| s * s).sum::<f64>().sqrt();
+        (self.size_m_s, self.sizes_m_s, self.half_log_det, self.factor) = (total, sizes_m_s, 0.0, None);
         self.metric = Arc::new(Vec::new());
-        if !(size_m_s > 0.0) {
+        if !(total > 0.0) {
             return;
         }
         let z = &self.unit;
-        let square = size_m_s * size_m_s;
-        let gram = symmetric(z.len(), |i, j| square * product(&z[i], 0, &z[j]) + if i == j { 1.0 } else { 0.0 });
+        let size: Vec<f64> = (0..z.len()).map(|k| self.size(k)).collect();
+        let square = |i: usize, j: usize| if size[i] * size[j] == 0.0 { 0.0 } else { size[i] * size[j] * product(&z[i], 0, &z[j]) };
+        let gram = symmetric(z.len(), |i, j| square(i, j) + if i == j { 1.0 } else { 0.0 });
         let Some(factor) = gram.cholesky() else {
-            self.size_m_s = 0.0;
+            (self.size_m_s, self.sizes_m_s) = (0.0, Sizes::default());
             return;
         };
         let l = factor.l();
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(z.len());
         for i in 0..z.len() {
-            let mut row: Vec<f64> = z[i].iter().map(|v| size_m_s * v).collect();
+            let mut row: Vec<f64> = z[i].iter().map(|v| size[i] * v).collect();
             for (j, before) in rows.iter().enumerate() {
                 row.iter_mut().zip(before).for_each(|(r, b)| *r -= l[(i, j)] * b);
             }
@@ -109,8 +122,9 @@ impl Discrepancy {
     pub(crate) fn taken_from(&self, residual: &Column) -> Vec<f64> {
         let mut left = residual.values.clone();
         let Some(w) = self.amplitudes(residual) else { return left };
-        for (z, w) in self.unit.iter().zip(w.iter()) {
-            left.iter_mut().zip(&z[residual.from..]).for_each(|(r, z)| *r -= w * self.size_m_s * z);
+        for (k, (z, w)) in self.unit.iter().zip(w.iter()).enumerate() {
+            let w = w * self.size(k);
+            left.iter_mut().zip(&z[residual.from..]).for_each(|(r, z)| *r -= w * z);
         }
         left
     }
@@ -148,25 +162,17 @@ enum Covariate {
 struct Basis {
     covariate: Covariate,
     down: bool,
-    /// Factor that gives its group its share of the variance, and the mean square velocity of a unit of it then.
+    /// Factor that gives its group unit variance, and the mean square velocity of a unit of it then.
     scale: f64,
     power: f64,
 }
 
 impl Basis {
-    fn variable(&self) -> &'static str {
+    fn group(&self) -> usize {
         match self.covariate {
-            Covariate::Depth(_) => "depth",
-            Covariate::Turn(_) => "time since the last turning point",
-            Covariate::Roll | Covariate::RollEitherWay => "roll",
-        }
-    }
-
-    fn share(&self) -> f64 {
-        match self.covariate {
-            Covariate::Depth(_) => DEPTH,
-            Covariate::Turn(_) => TURN,
-            Covariate::Roll | Covariate::RollEitherWay => ROLL,
+            Covariate::Depth(_) => 0,
+            Covariate::Turn(_) => 1,
+            Covariate::Roll | Covariate::RollEitherWay => 2,
         }
     }
 
@@ -227,17 +233,12 @@ impl Shape {
             }
         }
         let n = f64::from(rows.max(1));
-        basis.retain(|b| b.variable() != "roll" || roll / n > ROLLS);
-        let total: f64 = ["depth", "time since the last turning point", "roll"]
-            .iter()
-            .filter_map(|v| basis.iter().find(|b| b.variable() == *v))
-            .map(Basis::share)
-            .sum();
-        let of_group = |v: &str| basis.iter().filter(|b| b.variable() == v).map(|b| b.power / n).sum::<f64>();
+        basis.retain(|b| GROUPS[b.group()] != "roll" || roll / n > ROLLS);
+        let power = |group: usize| basis.iter().filter(|b| b.group() == group).map(|b| b.power / n).sum::<f64>();
         out.basis = basis
             .iter()
             .map(|b| {
-                let square = b.share() / total / of_group(b.variable());
+                let square = 1.0 / power(b.group());
                 Basis { scale: square.sqrt(), power: square * b.power / n, ..*b }
             })
             .filter(|b| b.scale.is_finite() && b.power > 0.0)
@@ -257,9 +258,9 @@ impl Problem<'_> {
     /// Whitens the basis anew, where rows or whitening have changed.
     pub(crate) fn whiten_discrepancy(&mut self) {
         let Some(around) = self.discrepancy.around.clone() else { return };
-        let size = self.discrepancy.size_m_s;
+        let sizes = self.discrepancy.sizes_m_s;
         // The Jacobian is that of the observations alone.
-        self.discrepancy.sized(0.0);
+        self.discrepancy.sized(Sizes::default());
         let mut unit: Vec<Vec<f64>> = Vec::new();
         let shape = self.discrepancy.shape.clone();
         unit.resize_with(shape.basis.len(), || vec![0.0; self.data.len()]);
@@ -269,7 +270,14 @@ impl Problem<'_> {
                 values[column.from..column.from + column.values.len()].copy_from_slice(&column.values);
             }
         }
-        let before: f64 = unit.iter().flatten().map(|v| v * v).sum();
+        let groups = self.discrepancy.groups();
+        let power = |unit: &[Vec<f64>]| -> Sizes {
+            std::array::from_fn(|g| {
+                let of_group = unit.iter().zip(&groups).filter(|(_, group)| **group == g);
+                of_group.flat_map(|(z, _)| z).map(|v| v * v).sum::<f64>()
+            })
+        };
+        let before = power(&unit);
         let base = Jacobian::new(self, &around).columns;
         let mut curvature = symmetric(base.len(), |i, j| base[i].dot(&base[j]));
         (0..base.len()).for_each(|i| curvature[(i, i)] = (curvature[(i, i)] + 1.0) * (1.0 + 1e-9));
@@ -287,12 +295,14 @@ impl Problem<'_> {
             followed.push(by);
         }
         // The size is that of what is left.
-        let left: f64 = unit.iter().flatten().map(|v| v * v).sum();
-        let scale = (before / left).sqrt();
-        let scale = if scale.is_finite() { scale } else { 1.0 };
-        unit.iter_mut().flatten().for_each(|v| *v *= scale);
+        let left = power(&unit);
+        let scale: Sizes = std::array::from_fn(|g| {
+            let scale = (before[g] / left[g]).sqrt();
+            if scale.is_finite() { scale } else { 1.0 }
+        });
+        unit.iter_mut().zip(&groups).for_each(|(z, g)| z.iter_mut().for_each(|v| *v *= scale[*g]));
         (self.discrepancy.unit, self.discrepancy.followed, self.discrepancy.scale) = (Arc::new(unit), Arc::new(followed), scale);
-        self.discrepancy.sized(size);
+        self.discrepancy.sized(sizes);
     }
 
     /// The term around where nothing is named, of no size yet.
@@ -307,21 +317,21 @@ impl Problem<'_> {
         self.whiten_discrepancy();
     }
 
-    /// Puts the term in force with a size, m/s.
-    pub(crate) fn set_discrepancy(&mut self, size_m_s: f64) {
-        self.discrepancy.sized(size_m_s);
+    /// Puts the term in force with a size of each group, m/s.
+    pub(crate) fn set_discrepancy(&mut self, sizes_m_s: Sizes) {
+        self.discrepancy.sized(sizes_m_s);
     }
 
-    /// The model with the most probable discrepancy of a fit.
-    pub(crate) fn predicted(&self, fit: &Fit) -> Predicted {
+    /// The model with the most probable discrepancy of a fit: its state and its residual.
+    pub(crate) fn predicted(&self, state: &State, residual: &Column) -> Predicted {
         let d = &self.discrepancy;
-        let mut state = fit.state.clone();
-        let Some(w) = d.amplitudes(&fit.residual) else { return Predicted { state, amplitudes: Vec::new() } };
-        let unit = d.size_m_s * d.scale;
-        for (w, by) in w.iter().zip(d.followed.iter()) {
+        let mut state = state.clone();
+        let Some(w) = d.amplitudes(residual) else { return Predicted { state, amplitudes: Vec::new() } };
+        let unit: Vec<f64> = d.groups().iter().map(|g| d.sizes_m_s[*g] * d.scale[*g]).collect();
+        for ((w, by), unit) in w.iter().zip(d.followed.iter()).zip(&unit) {
             state.calibration.iter_mut().zip(by.iter()).for_each(|(z, b)| *z -= unit * w * b);
         }
-        Predicted { state, amplitudes: w.iter().map(|w| unit * w).collect() }
+        Predicted { state, amplitudes: w.iter().zip(&unit).map(|(w, unit)| unit * w).collect() }
     }
 
     /// Depth that a predicted discrepancy makes at each row of a run, m.
@@ -336,14 +346,14 @@ impl Problem<'_> {
         Some(sum)
     }
 
-    /// What the most probable discrepancy of a fit follows, largest first.
-    pub(crate) fn discrepancy_by_group(&self, fit: &Fit) -> Vec<Remains> {
+    /// What the most probable discrepancy of a residual follows, largest first.
+    pub(crate) fn discrepancy_by_group(&self, residual: &Column) -> Vec<Remains> {
         let d = &self.discrepancy;
-        let Some(w) = d.amplitudes(&fit.residual) else { return Vec::new() };
+        let Some(w) = d.amplitudes(residual) else { return Vec::new() };
         let mut out: Vec<Remains> = Vec::new();
         for (w, basis) in w.iter().zip(&d.shape.basis) {
-            let size = w.abs() * d.size_m_s * basis.power.sqrt();
-            let (variable, phase) = (basis.variable(), if basis.down { "dive" } else { "climb" });
+            let size = w.abs() * d.sizes_m_s[basis.group()] * basis.power.sqrt();
+            let (variable, phase) = (GROUPS[basis.group()], if basis.down { "dive" } else { "climb" });
             match out.iter_mut().find(|r| (r.variable, r.phase) == (variable, phase)) {
                 Some(r) => r.size_m_s = r.size_m_s.hypot(size),
                 None => out.push(Remains { variable, phase, size_m_s: size }),
@@ -353,27 +363,15 @@ impl Problem<'_> {
         out.sort_by(|a, b| b.size_m_s.total_cmp(&a.size_m_s));
         out
     }
-
-    /// The most probable size of the term beside a fit that was made without it, m/s.
-    pub(crate) fn discrepancy_beside(&self, fit: &Fit) -> f64 {
-        let Some(ground) = fit.ground() else { return 0.0 };
-        let columns: Vec<Column> = self.discrepancy.unit.iter().map(|z| self.column(0, z.clone())).collect();
-        if columns.is_empty() {
-            return 0.0;
-        }
-        let offer = Offer::new(&columns, &ground);
-        let half_normal = |s: f64| -0.5 * (s / USUAL_M_S).powi(2);
-        let total: f64 = SIZES_M_S.iter().skip(1).map(|s| half_normal(*s).exp()).sum();
-        let posterior = |s: f64| if s > 0.0 { offer.log_bayes(s) + half_normal(s) - total.ln() + (1.0 - NONE).ln() } else { NONE.ln() };
-        SIZES_M_S.into_iter().max_by(|a, b| posterior(*a).total_cmp(&posterior(*b))).unwrap_or(0.0)
-    }
 }
 
 /// The metric of a term of this size over columns of their own, for tests of it.
 #[cfg(test)]
 pub(crate) fn of_columns(unit: Vec<Vec<f64>>, size_m_s: f64) -> Discrepancy {
-    let mut d = Discrepancy { unit: Arc::new(unit), ..Discrepancy::default() };
-    d.sized(size_m_s);
+    let basis = Basis { covariate: Covariate::Depth(0), down: true, scale: 1.0, power: 1.0 };
+    let shape = Shape { basis: vec![basis; unit.len()], deepest_m: 1.0 };
+    let mut d = Discrepancy { unit: Arc::new(unit), shape: Arc::new(shape), ..Discrepancy::default() };
+    d.sized([size_m_s, 0.0, 0.0]);
     d
 }
 

@@ -11,11 +11,11 @@ pub(crate) mod covariates;
 pub mod discrepancy;
 pub mod displacement;
 pub(crate) mod finite_difference;
+pub mod jacobian;
 pub mod selection;
 pub mod stall_mask;
 pub mod whitening;
 
-use crate::inference::gauss_newton::Fit;
 use crate::likelihood::battery::Stretch;
 use crate::likelihood::block_error::{Block, block_s, modelled_m_s, rms, sampled_every_s};
 use crate::likelihood::covariates::integrated;
@@ -258,10 +258,10 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// What a fit leaves to water and sensors: its residual without the most probable model discrepancy.
+    /// What a residual leaves to water and sensors: itself without the most probable model discrepancy.
     #[must_use]
-    pub fn innovations(&self, fit: &Fit) -> Vec<f64> {
-        self.discrepancy.taken_from(&fit.residual)
+    pub fn innovations(&self, residual: &Column) -> Vec<f64> {
+        self.discrepancy.taken_from(residual)
     }
 
     /// Range of a run in a whitened vector: all of it, and the depth innovations at its start.
@@ -634,16 +634,16 @@ impl Problem<'_> {
     }
 }
 
-/// Block errors of several fits with their most probable model discrepancy, m/s. A wave's phase is known only in fitted runs.
+/// Block errors of several fits (their states and residuals) with their most probable model discrepancy, m/s. A wave's phase is known only in fitted runs.
 #[must_use]
 pub fn predicted_errors(
     problem: &Problem,
     prepared: &Prepared,
-    fits: &[&Fit],
+    fits: &[(&State, &Column)],
     blocks: &[(usize, Vec<Block>)],
     with_wave: bool,
 ) -> Vec<f64> {
-    let predicted: Vec<Predicted> = fits.iter().map(|f| problem.predicted(f)).collect();
+    let predicted: Vec<Predicted> = fits.iter().map(|(state, residual)| problem.predicted(state, residual)).collect();
     let states: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
     let shift = |run: &Run, i: usize| problem.discrepancy_m(run, &predicted[i]);
     errors_with(problem, prepared, &states, blocks, with_wave, &shift)

@@ -1,5 +1,6 @@
 //! What scatters in every vehicle: the calibration numbers, their tolerances, and the model that a state of them means.
 
+use crate::ablation::is_on;
 use crate::model::internal_wave::Wave;
 use crate::vehicle::Vehicle;
 use hydro::effects::{Active, BallastScale, Calibrated, Constants, Effect, PitchOffset};
@@ -46,6 +47,8 @@ pub(crate) const N_LAW: usize = 14;
 /// Those of the law that are no constant of it: a file states them as the effect that is their error.
 pub(crate) const BALLAST_GAIN: usize = 4;
 pub(crate) const PITCH_ZERO: usize = 5;
+/// Added mass across the hull: a nuisance too, for no vehicle file knows it.
+pub(crate) const HEAVE_MASS: usize = 9;
 /// Nuisances that change the simulation: time by which pitch, roll and ballast are logged after the pressure; share of the hull's
 /// expansion that follows the water late; share of a turn without sideslip.
 pub(crate) const CLOCK_OFFSET: usize = 14;
@@ -88,8 +91,8 @@ struct WideTail {
     what: &'static str,
     unit: &'static str,
     factor: f64,
-    /// Tolerance of the many and of the few, in the number's own unit, and the probability of the few.
-    tolerance: f64,
+    /// Tolerance of the many (none: the vehicle file's) and of the few, in the number's own unit, and the probability of the few.
+    tolerance: Option<f64>,
     wide: f64,
     probability: f64,
     /// Bounds of what is possible, in the number's own unit.
@@ -98,33 +101,46 @@ struct WideTail {
 
 /// Numbers of the moments in pitch have been guessed at one time in ten; how far off a guess is, is a guess of its own.
 const fn guessed(index: usize, what: &'static str, wide: f64) -> WideTail {
-    let tolerance = MOMENTS_RELATIVE[index - BATTERY_MASS];
+    let tolerance = Some(MOMENTS_RELATIVE[index - BATTERY_MASS]);
     let bounds = (f64::NEG_INFINITY, f64::INFINITY);
     WideTail { index, what, unit: "1", factor: 1.0, tolerance, wide, probability: 0.1, bounds }
 }
 
-const WIDE_TAILS: [WideTail; 10] = [
+const WIDE_TAILS: [WideTail; 11] = [
+    // A spheroid's is 0.9 of its mass; wings, fins and the water around them are never known: 1.9 to 3 more on the public Slocum flights.
+    WideTail {
+        index: HEAVE_MASS,
+        what: "added mass across the hull beyond the vehicle file's, share of the mass",
+        unit: "1",
+        factor: 1.0,
+        tolerance: None,
+        wide: 1.5,
+        probability: 0.3,
+        bounds: (-1.5, 8.0),
+    },
     // Two computers that are set by GPS agree to a tenth of a second; the tables of two Slocums were 1.2 and 2.6 s apart.
     WideTail {
         index: CLOCK_OFFSET,
         what: "clock of pitch and ballast behind that of the pressure",
         unit: "s",
         factor: 1.0,
-        tolerance: 0.1,
+        tolerance: Some(0.1),
         wide: 3.0,
         probability: 0.1,
         bounds: (-12.0, 12.0),
     },
-    // A hull is some seconds to half a minute late (1 is half a minute); longer is no hull's.
+    // A hull is some seconds to half a minute late (1 is half a minute); longer is no hull's. A conductivity cell that takes the water's
+    // temperature late makes a density error of the same form and either sign (Garau et al. 2011: some 0.04 kg/m³ per K, as half of a
+    // hull's expansion).
     WideTail {
         index: HULL_LAG,
-        what: "share of the hull's thermal expansion that is half a minute late",
+        what: "thermal lag of hull and conductivity cell, as the share of the hull's expansion that is half a minute late",
         unit: "1",
         factor: 1.0,
-        tolerance: 0.02,
+        tolerance: Some(0.02),
         wide: 0.5,
         probability: 0.2,
-        bounds: (0.0, 1.6),
+        bounds: (-1.0, 1.6),
     },
     // A body that banks turns, unless its model knows no roll: 1 without sideslip, 0.75 for a hull that slips.
     WideTail {
@@ -132,7 +148,7 @@ const WIDE_TAILS: [WideTail; 10] = [
         what: "share of a turn without sideslip that a bank makes",
         unit: "1",
         factor: 1.0,
-        tolerance: 0.05,
+        tolerance: Some(0.05),
         wide: 0.7,
         probability: 0.3,
         bounds: (0.0, 1.2),
@@ -143,7 +159,7 @@ const WIDE_TAILS: [WideTail; 10] = [
         what: "zero of the pressure sensor",
         unit: "dbar",
         factor: 1e-4,
-        tolerance: PRESSURE_ZERO_PA,
+        tolerance: Some(PRESSURE_ZERO_PA),
         wide: 3e4,
         probability: 0.1,
         bounds: (-5e5, 5e5),
@@ -154,7 +170,7 @@ const WIDE_TAILS: [WideTail; 10] = [
         what: "pressure port ahead of the centre",
         unit: "m",
         factor: 1.0,
-        tolerance: 0.05,
+        tolerance: Some(0.05),
         wide: 0.5,
         probability: 0.2,
         bounds: (-1.5, 1.5),
@@ -167,13 +183,13 @@ const WIDE_TAILS: [WideTail; 10] = [
 ];
 
 fn wide(index: usize) -> Option<&'static WideTail> {
-    WIDE_TAILS.iter().find(|w| w.index == index)
+    WIDE_TAILS.iter().find(|w| w.index == index && (index != HEAVE_MASS || is_on("heave_mass")))
 }
 
 /// Between what values a calibration number may be, in its tolerances; none where nothing bounds it.
 #[must_use]
 pub(crate) fn bounds(vehicle: &Vehicle, index: usize) -> Option<(f64, f64)> {
-    let w = wide(index)?;
+    let (w, tolerance) = (wide(index)?, tolerance_of(vehicle, index));
     // A file that states how lift tilts has said what a bank does.
     if index == BANKED_TURN && vehicle.constants.bank_tilt != 0.0 {
         return Some((0.0, 0.0));
@@ -184,7 +200,7 @@ pub(crate) fn bounds(vehicle: &Vehicle, index: usize) -> Option<(f64, f64)> {
         BANKED_TURN => vehicle.constants.banked_turn,
         _ => 0.0,
     };
-    Some(((w.bounds.0 - has).min(0.0) / w.tolerance, (w.bounds.1 - has).max(0.0) / w.tolerance))
+    Some(((w.bounds.0 - has).min(0.0) / tolerance, (w.bounds.1 - has).max(0.0) / tolerance))
 }
 
 /// A sensor, or a number of the log, that is found to be off.
@@ -212,10 +228,10 @@ const NINETY: f64 = 1.645;
 /// Nuisances that a fit finds to be off by more than they usually are: a state and the standard errors of its calibration numbers, in
 /// tolerances.
 #[must_use]
-pub fn sensor_findings(state: &State, sigma: impl Fn(usize) -> f64) -> Vec<SensorFinding> {
+pub fn sensor_findings(vehicle: &Vehicle, state: &State, sigma: impl Fn(usize) -> f64) -> Vec<SensorFinding> {
     let told = |w: &WideTail| {
         let (z, s) = (state.calibration[w.index], sigma(w.index));
-        let unit = w.tolerance * w.factor;
+        let unit = tolerance_of(vehicle, w.index) * w.factor;
         let [value, low, high] = [0.0, -NINETY, NINETY].map(|sigmas| (z + sigmas * s) * unit);
         let found = || SensorFinding { name: CALIBRATION[w.index], what: w.what, value, low, high, unit: w.unit };
         (w.index < BATTERY_MASS && z.abs() > TOLD && z.abs() > TOLD * s).then(found)
@@ -260,16 +276,22 @@ pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
         SPEED_SCALE => vehicle.sensors.speed_scale_relative,
         HEADING_BIAS => vehicle.sensors.heading_bias_rad,
         BATTERY_ZERO => vehicle.moments.map_or(0.0, |m| m.battery_zero_m),
-        _ => wide(index).map_or(0.0, |w| w.tolerance),
+        _ => wide(index).and_then(|w| w.tolerance).unwrap_or(0.0),
     }
+}
+
+/// Whether a calibration number is an ordinary number of the law: it scatters within its tolerance, and a name is for what is beyond.
+#[must_use]
+pub(crate) fn is_law(index: usize) -> bool {
+    index < N_LAW && wide(index).is_none()
 }
 
 /// Prior of a number that may have been guessed at, where a calibration number has a wide tail: cost against a value of zero (minus twice
 /// the log density), and precision of the normal prior of the same pull. None for the others, whose prior is normal.
 #[must_use]
-pub(crate) fn wide_tail(index: usize, z: f64) -> Option<(f64, f64)> {
+pub(crate) fn wide_tail(vehicle: &Vehicle, index: usize, z: f64) -> Option<(f64, f64)> {
     let w = wide(index)?;
-    let width = w.wide / w.tolerance;
+    let width = w.wide / tolerance_of(vehicle, index);
     let density = |z: f64| [(1.0 - w.probability) * (-0.5 * z * z).exp(), w.probability / width * (-0.5 * (z / width).powi(2)).exp()];
     let [[core, tail], [at_zero, beside]] = [density(z), density(0.0)];
     let cost = -2.0 * ((core + tail) / (at_zero + beside)).ln();
@@ -363,23 +385,31 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
 
 #[cfg(test)]
 mod tests {
-    use super::{BALLAST_ARM, BATTERY_MASS, METACENTRIC_HEIGHT, wide_tail};
+    use super::{BALLAST_ARM, BATTERY_MASS, HEAVE_MASS, METACENTRIC_HEIGHT, wide_tail};
+    use crate::vehicle::{Vehicle, parse};
+
+    fn vehicle() -> Vehicle {
+        let text = include_str!("../../../../vehicles/modena.toml");
+        parse(toml::from_str(text).expect("TOML"), std::path::Path::new("modena.toml")).expect("a vehicle")
+    }
 
     #[test]
     fn accuracy_a_wide_tail_pulls_as_its_cost_falls_and_costs_little_however_far() {
+        let vehicle = vehicle();
         for index in super::WIDE_TAILS.iter().map(|w| w.index) {
-            let cost = |z: f64| wide_tail(index, z).expect("a tail").0;
+            let cost = |z: f64| wide_tail(&vehicle, index, z).expect("a tail").0;
             assert_eq!(cost(0.0), 0.0);
             for z in [-20.0, -3.0, 0.4, 2.0, 2.9, 5.0, 11.0] {
-                let (_, precision) = wide_tail(index, z).expect("a tail");
+                let (_, precision) = wide_tail(&vehicle, index, z).expect("a tail");
                 let slope = (cost(z + 1e-5) - cost(z - 1e-5)) / 2e-5;
                 // A normal prior of this precision: cost p z², slope 2 p z; differenced to 1e-7.
                 assert!((slope - 2.0 * precision * z).abs() < 1e-6 * (1.0 + slope.abs()), "{index} {z}: {slope} {precision}");
             }
         }
         // Thirty hundredths off: as improbable as a guess is, and as that it is off by so much. A normal prior would ask for 900.
-        let far = wide_tail(METACENTRIC_HEIGHT, 30.0).expect("a tail").0;
+        let far = wide_tail(&vehicle, METACENTRIC_HEIGHT, 30.0).expect("a tail").0;
         assert!((far - (1.0 + 2.0 * (30.0_f64 * 9.0).ln())).abs() < 0.1, "{far}");
-        assert!(wide_tail(BATTERY_MASS - 1, 1.0).is_none() && wide_tail(BALLAST_ARM, 1.0).is_some());
+        let has = |index: usize| wide_tail(&vehicle, index, 1.0).is_some();
+        assert!(!has(BATTERY_MASS - 1) && has(BALLAST_ARM) && has(HEAVE_MASS) && !has(HEAVE_MASS - 1));
     }
 }

@@ -135,7 +135,7 @@ impl Stated<'_> {
             added_mass_heave: self.or("hydro.added_mass_heave", 0.92, 0.0, 5.0, "of the mass")?,
             bank_tilt: self.keys.within_if_stated("hydro.bank_tilt", -10.0, 10.0, "of the tilt")?.unwrap_or(0.0),
             banked_turn: self.keys.within_if_stated("hydro.banked_turn", 0.0, 2.0, "of the turn")?.unwrap_or(0.0),
-            hull_lag_share: self.keys.within_if_stated("hull_lag_share", 0.0, 2.0, "of the expansion")?.unwrap_or(0.0),
+            hull_lag_share: self.keys.within_if_stated("hull_lag_share", -1.0, 2.0, "of the expansion")?.unwrap_or(0.0),
             beyond: Beyond {
                 lift_fading: self.keys.within_if_stated("hydro.lift_fading", -3.0, 3.0, "of the way")?.unwrap_or(0.0),
                 cd_broadside: self.keys.within_if_stated("hydro.cd_broadside", 0.1, 20.0, "of S")?.unwrap_or(CD_BROADSIDE),

@@ -101,7 +101,7 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let (fitted_m_s, heldout_m_s) = (errors(&fitted, true), errors(&kept, false));
     let mut document = document(&problem, &fit.state, effects, &parameters, flight, parent);
     narrow(&mut document, &problem, &fit, [fitted_m_s[2], heldout_m_s[2]]);
-    let sensors = sensor_findings(&fit.state, |i| fit.covariance[(i, i)].max(0.0).sqrt());
+    let sensors = sensor_findings(vehicle, &fit.state, |i| fit.covariance[(i, i)].max(0.0).sqrt());
     notes.extend(sensors.iter().map(|s| format!("{}: {:.3} {} ({:.3} to {:.3})", s.what, s.value, s.unit, s.low, s.high)));
     Ok(Added {
         fitted_m_s,

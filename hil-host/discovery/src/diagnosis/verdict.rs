@@ -217,7 +217,8 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     // A misfit counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
-    reasons.extend(e.unknown_leads.clone().map(Reason::UnknownLeads));
+    // An unknown effect beside a model that has a discrepancy is spoken of where the error has room for it: else it is what remains.
+    reasons.extend(e.unknown_leads.clone().filter(|_| practical || e.discrepancy_m_s == 0.0).map(Reason::UnknownLeads));
     if practical && !(e.mean_square < FAR_FROM_NOISE) {
         reasons.push(Reason::FarFromNoise { mean_square: e.mean_square });
     }

@@ -212,8 +212,8 @@ pub(crate) fn information_of(columns: &[&Column], residual: &Column, at: &[f64])
 }
 
 /// Precision of the prior of a number, and what its value costs by it.
-fn prior(index: usize, z: f64) -> (f64, f64) {
-    wide_tail(index, z).map_or((1.0, z * z), |(cost, precision)| (precision, cost))
+fn prior(vehicle: &Vehicle, index: usize, z: f64) -> (f64, f64) {
+    wide_tail(vehicle, index, z).map_or((1.0, z * z), |(cost, precision)| (precision, cost))
 }
 
 /// Scatter of a number between flights that is usual, in its tolerances: half of what carefully ballasted vehicles of a kind differ by, and
@@ -257,10 +257,10 @@ fn linearised(flights: &[Fitted], states: &[State], split: &Split) -> Option<Rou
     for (flight, state) in flights.iter().zip(states) {
         let (says, misfit) = flight.says(state)?;
         round.all.push(says);
-        round.cost += misfit + split.own.iter().map(|&i| prior(i, state.calibration[i]).1).sum::<f64>();
+        round.cost += misfit + split.own.iter().map(|&i| prior(flight.problem.vehicle, i, state.calibration[i]).1).sum::<f64>();
     }
-    if let Some(first) = states.first() {
-        round.cost += split.shared.iter().map(|&i| prior(i, first.calibration[i]).1).sum::<f64>();
+    if let (Some(flight), Some(first)) = (flights.first(), states.first()) {
+        round.cost += split.shared.iter().map(|&i| prior(flight.problem.vehicle, i, first.calibration[i]).1).sum::<f64>();
     }
     Some(round)
 }
@@ -275,14 +275,14 @@ struct Joint {
 fn joint(vehicle: &Vehicle, all: &[Says], states: &[State], split: &Split) -> Option<Joint> {
     let own_prior = |state: &State| {
         let mut precision = vec![0.0; N_CALIBRATION];
-        split.own.iter().for_each(|&i| precision[i] = prior(i, state.calibration[i]).0);
+        split.own.iter().for_each(|&i| precision[i] = prior(vehicle, i, state.calibration[i]).0);
         precision
     };
     let shared = |of: &dyn Fn(&Says) -> Information| -> Option<Vec<Information>> {
         all.iter().zip(states).map(|(says, state)| of(says).with_prior(own_prior(state)).marginal(&split.shared)).collect()
     };
     let first = states.first()?;
-    let precision: Vec<f64> = split.shared.iter().map(|&i| prior(i, first.calibration[i]).0).collect();
+    let precision: Vec<f64> = split.shared.iter().map(|&i| prior(vehicle, i, first.calibration[i]).0).collect();
     let usual: Vec<f64> = split.shared.iter().map(|&i| usual_scatter(vehicle, i)).collect();
     let mut pooled = pool(&shared(&|s| s.known.clone())?, &precision, &usual)?;
     pooled.mean = pooling::joint(&shared(&|s| s.best.clone())?, &precision)?.0;
@@ -410,7 +410,7 @@ impl Together<'_> {
             noise_floor_m_s: fitted.problem.noise_floor_m_s(),
             discrepancy_m_s: fitted.problem.discrepancy.size_m_s,
             own: [TRIM, PITCH_ZERO].map(own).map(|[value, sigma]| (value, sigma)),
-            sensors: sensor_findings(state, sigma),
+            sensors: sensor_findings(self.vehicle, state, sigma),
         }
     }
 

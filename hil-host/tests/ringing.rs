@@ -52,7 +52,6 @@ fn told(site: Site, wing: Wing, seed: u64, ringing: Ringing) -> Diagnosis {
 /// A fifth of the water's power in a narrow band was called a period of the vehicle's own, three times in two hundred flights that
 /// another author simulated.
 #[test]
-#[ignore = "missed since the model discrepancy is marginalised: docs/discovery-score.md"]
 fn regress_water_that_rings_in_a_layer_is_no_period_of_the_vehicles_own() {
     let sea = Ringing { rms_m_s: 0.0022, period_s: 200.0, kept_periods: 3.5 };
     let lake = Ringing { rms_m_s: 0.0013, period_s: 71.0, kept_periods: 3.0 };

@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context as _;
+use discovery::model::parameters::{CALIBRATION, calibration_of};
+use discovery::vehicle::catalogue;
 use plant::trials::catalogue::{OF_ANOTHER_FORM, Strength};
 use plant::trials::reference::{Log, block_error, floor, known_truth_error};
 use plant::trials::vehicle::Scatter;
@@ -30,9 +32,6 @@ pub const LARGEST_CLASS: usize = 3;
 
 /// Odds of the truth over its twin from which a log is said to tell them apart.
 const TOLD_ODDS: f64 = 10.0;
-
-/// The effect that is a nuisance, and the finding that tells of it.
-const HEAVE: (&str, &str) = ("heave_added_mass", "added_mass_heave");
 
 /// Writes one case: `DIR/name/flight.csv`, `DIR/name/vehicle.json`, and the truth apart in `DIR/truth/name.json`.
 ///
@@ -113,12 +112,13 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
     let d = diagnosis.as_ref().unwrap_or(&empty);
     let verdict = d["verdict"].as_str().unwrap_or("failed").to_owned();
     let mut answer = sorted(&d["answer"]);
-    // What is a nuisance of every hypothesis is told as a finding, not as an effect.
+    // What is a nuisance of every hypothesis is told as a finding of the calibration number that it is the error of, not as an effect.
     let found = |name: &str| d["sensor_findings"].as_array().into_iter().flatten().any(|f| f["name"] == name);
-    let beside = hidden.contains(&HEAVE.0.to_owned()) && found(HEAVE.1);
-    answer.extend(beside.then(|| HEAVE.0.to_owned()));
+    let number = |name: &str| catalogue::by_name(name).and_then(calibration_of).map(|k| CALIBRATION[k]);
+    let beside: Vec<String> = hidden.iter().filter(|h| number(h).is_some_and(found)).cloned().collect();
+    let named = verdict == "explained" || verdict == "ambiguous" || (!beside.is_empty() && verdict == "adequate");
+    answer.extend(beside.into_iter().filter(|b| !answer.contains(b)).collect::<Vec<_>>());
     answer.sort();
-    let named = verdict == "explained" || verdict == "ambiguous" || (beside && verdict == "adequate");
     let classes: Vec<Vec<String>> = d["equivalent"].as_array().into_iter().flatten().map(sorted).collect();
     let has_names = matches!(case.truth.kind, Kind::Single | Kind::Pair);
     let exact = has_names && named && answer == hidden;

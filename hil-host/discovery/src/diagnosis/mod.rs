@@ -259,10 +259,10 @@ pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -
 /// Blocks of the runs of some segments.
 type Blocks = Vec<(usize, Vec<Block>)>;
 
-/// The named set that is spoken of: the best where it is worth naming. Where the model has a discrepancy of its own, each effect of it has
-/// to lower the error of all blocks by a practical share: else a part that does as well is named, or nothing. (A recalibration that no
-/// vehicle scatters by is no ordinary one, however well it does: what nothing named is compared with then is nothing.) Also what the
-/// best lowers the error by, where nothing is named.
+/// The named set that is spoken of: the best where it is worth naming. Where the model has a discrepancy of its own, the likeliest set
+/// whose recalibration is one that vehicles scatter by, of which each effect lowers the error of all blocks by a practical share, and
+/// which is no worse than nothing named on dives that were kept out. (A recalibration that no vehicle scatters by is no alternative to
+/// a name, however well it does.) Also what the best lowers the error by, where nothing is named.
 fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, blocks: [&Blocks; 2]) -> (Option<&'a Candidate>, Option<f64>) {
     let Some(best) = worth_naming(problem, &found.candidates) else { return (None, None) };
     if problem.discrepancy.size_m_s == 0.0 || !is_on("practical") {
@@ -272,18 +272,23 @@ fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, block
         let [with, without] = errors_of_all(problem, prepared, [with, without], blocks);
         1.0 - with / without
     };
-    let is_part = |part: &&Candidate, whole: &Candidate| {
-        part.effects.len() < whole.effects.len() && whole.has_all_of(part) && worth_naming(problem, std::slice::from_ref(*part)).is_some()
+    let ordinary = |fit: &Fit| strained(problem.vehicle, &fit.state).is_none();
+    let null_is_sound = ordinary(&found.null);
+    let worth: Vec<&Candidate> = found.candidates.iter().filter(|c| worth_naming(problem, std::slice::from_ref(*c)).is_some()).collect();
+    let pays = |c: &Candidate| {
+        let parts = worth.iter().filter(|p| p.effects.len() < c.effects.len() && c.has_all_of(p)).map(|p| &p.fit);
+        parts.chain(null_is_sound.then_some(&found.null)).all(|without| lowers(&c.fit, without) > PRACTICAL)
     };
-    let mut named = best;
-    while let Some(part) = found.candidates.iter().find(|c| is_part(c, named) && !(lowers(&named.fit, &c.fit) > PRACTICAL)) {
-        named = part;
+    // Dives that no fit has seen speak against it, if any: the same test as the verdict's.
+    let holds = |c: &Candidate| {
+        let on_check = errors(problem, prepared, [&c.fit, &found.null], blocks);
+        c.fit.state.wave.is_some() || blocks[1].is_empty() || on_check.holds_elsewhere()
+    };
+    match worth.iter().find(|c| ordinary(&c.fit) && pays(c) && holds(c)) {
+        Some(sound) => (Some(sound), None),
+        None if null_is_sound => (None, Some(lowers(&best.fit, &found.null))),
+        None => (Some(best), None),
     }
-    if strained(problem.vehicle, &found.null.state).is_some() {
-        return (Some(named), None);
-    }
-    let share = lowers(&named.fit, &found.null);
-    if share > PRACTICAL { (Some(named), None) } else { (None, Some(share)) }
 }
 
 /// Rms over fitted and check blocks of two fits, m/s; a wave's phase is known in fitted ones only, which judge it alone.
@@ -341,7 +346,12 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let check_blocks = gather(prepared, |s| check.contains(&s));
     // What is judged is flight away from the stall: beyond it a model may be on another branch.
     let best = worth_naming(problem, candidates).map_or(null, |c| &c.fit);
-    let away = |of: &Blocks| [&null.state, &best.state].iter().fold(of.clone(), |b, s| problem.away_from_stall(prepared, s, &b));
+    // Where nothing named stalls all along, that is its failure: the best alone says what is near the stall then.
+    let away_of = |of: &Blocks, states: &[&State]| states.iter().fold(of.clone(), |b, s| problem.away_from_stall(prepared, s, &b));
+    let away = |of: &Blocks| {
+        let both = away_of(of, &[&null.state, &best.state]);
+        if both.iter().any(|(_, blocks)| !blocks.is_empty()) { both } else { away_of(of, &[&best.state]) }
+    };
     let judged = [away(&fit_blocks), away(&check_blocks)];
     let blocks = [&judged[0], &judged[1]];
     let (named, too_small) = spoken_of(problem, prepared, found, blocks);

@@ -183,6 +183,15 @@ pub struct Errors {
     pub floor_m_s: f64,
 }
 
+impl Errors {
+    /// Whether the best is no worse than nothing missing on dives kept out of the fit, or near the floor there.
+    #[must_use]
+    pub fn holds_elsewhere(&self) -> bool {
+        let [best, nothing] = self.check_m_s;
+        best < CHANCE * nothing || best < SMALL * self.floor_m_s
+    }
+}
+
 /// What a verdict is made of.
 #[derive(Clone, Debug)]
 pub struct Evidence {
@@ -218,7 +227,9 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
     // An unknown effect beside a model that has a discrepancy is spoken of where the error has room for it: else it is what remains.
-    reasons.extend(e.unknown_leads.clone().filter(|_| practical || e.discrepancy_m_s == 0.0).map(Reason::UnknownLeads));
+    let (counts, beside) =
+        if practical || e.discrepancy_m_s == 0.0 { (e.unknown_leads.clone(), None) } else { (None, e.unknown_leads.clone()) };
+    reasons.extend(counts.map(Reason::UnknownLeads));
     if practical && !(e.mean_square < FAR_FROM_NOISE) {
         reasons.push(Reason::FarFromNoise { mean_square: e.mean_square });
     }
@@ -232,7 +243,7 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     if e.named.is_some() {
         if !x.fitted_m_s[0].is_finite() || (has_check && !e.wave && !x.check_m_s[0].is_finite()) {
             reasons.push(Reason::NotFinite);
-        } else if has_check && !e.wave && !(x.check_m_s[0] < CHANCE * x.check_m_s[1] || x.check_m_s[0] < SMALL * x.floor_m_s) {
+        } else if has_check && !e.wave && !x.holds_elsewhere() {
             reasons.push(Reason::WorseThanRecalibration { answer_m_s: x.check_m_s[0], recalibrated_m_s: x.check_m_s[1] });
         }
         reasons.extend(e.at_bound.map(|effect| Reason::AtBound { effect }));
@@ -251,7 +262,9 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
             if e.equivalent > 1 {
                 reasons.push(Reason::Equivalent { sets: e.equivalent });
             }
-            if e.equivalent > 1 || !e.has_temperature { Verdict::Ambiguous } else { Verdict::Explained }
+            let told = e.equivalent <= 1 && e.has_temperature && beside.is_none();
+            reasons.extend(beside.map(Reason::UnknownLeads));
+            if told { Verdict::Explained } else { Verdict::Ambiguous }
         }
     };
     if e.used_up {

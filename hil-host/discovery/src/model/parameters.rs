@@ -116,7 +116,8 @@ const WIDE_TAILS: [WideTail; 11] = [
         tolerance: None,
         wide: 1.5,
         probability: 0.3,
-        bounds: (-1.5, 8.0),
+        // What a vehicle file may state.
+        bounds: (0.0, 5.0),
     },
     // Two computers that are set by GPS agree to a tenth of a second; the tables of two Slocums were 1.2 and 2.6 s apart.
     WideTail {
@@ -196,6 +197,7 @@ pub(crate) fn bounds(vehicle: &Vehicle, index: usize) -> Option<(f64, f64)> {
     }
     // What the file has of it already counts.
     let has = match index {
+        HEAVE_MASS => vehicle.constants.added_mass_heave,
         HULL_LAG => vehicle.constants.hull_lag_share,
         BANKED_TURN => vehicle.constants.banked_turn,
         _ => 0.0,

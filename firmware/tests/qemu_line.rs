@@ -162,27 +162,19 @@ fn the_image_answers_like_the_session_on_the_host() {
 }
 
 #[test]
-fn a_launched_mission_flies_on_the_chips_own_sensors_whoever_said_hello_before() {
+fn a_launch_is_refused_with_the_strap_of_a_bench_and_frames_are_flown_after_it() {
     let Some(elf) = image() else { return };
-    let mut board = Board::start(&elf, "sensors");
+    let mut board = Board::start(&elf, "strap");
     board.ask(&ToBoard::Hello { nonce: 1 });
-    // No part answers in QEMU: every wait ends, the mission is flown on missing readings, the line stays alive.
-    assert!(matches!(board.ask(&ToBoard::Launch(Mission::default())), ToHost::Ready { .. }));
-    assert_eq!(board.ask(&ToBoard::Sensor(frame(1))), ToHost::Refused(Refusal::OwnSensors));
+    // A pin that nothing drives reads low in QEMU: the strap of a bench.
+    assert_eq!(board.ask(&ToBoard::Launch(Mission::default())), ToHost::Refused(Refusal::Strap));
     let ToHost::Hello { manifest, .. } = board.ask(&ToBoard::Hello { nonce: 2 }) else { panic!("no hello") };
-    assert!(!manifest.hil && manifest.under_way);
-    // Two control cycles of the board's own clock, which falls behind on a busy machine (QEMU drops ticks).
-    let deadline = Instant::now() + Duration::from_secs(120);
-    loop {
-        let ToHost::Hello { manifest, .. } = board.ask(&ToBoard::Hello { nonce: 3 }) else { panic!("no hello") };
-        if manifest.last_seq.is_some_and(|seq| seq >= 2) {
-            break;
-        }
-        assert!(Instant::now() < deadline, "no step after 120 s: {manifest:?}");
-        std::thread::sleep(Duration::from_millis(200));
-    }
-    let again = board.ask(&ToBoard::Begin(Mission::default()));
-    assert!(matches!(again, ToHost::Refused(Refusal::UnderWay | Refusal::Safe)), "{again:?}");
+    assert!(manifest.hil && !manifest.under_way);
+    assert!(matches!(board.ask(&ToBoard::Begin(Mission::default())), ToHost::Ready { .. }));
+    assert!(matches!(board.ask(&ToBoard::Sensor(frame(0))), ToHost::Answer(_)));
+    // Whoever asks while a mission is under way changes nothing.
+    assert!(matches!(board.ask(&ToBoard::Launch(Mission::default())), ToHost::Refused(_)));
+    assert!(matches!(board.ask(&ToBoard::Sensor(frame(1))), ToHost::Answer(_)));
 }
 
 #[test]

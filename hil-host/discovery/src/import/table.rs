@@ -1,7 +1,7 @@
 //! A csv of any origin: columns by name and unit, density recomputed where salinity is there.
 //!
 //! Read besides the flight format's own csv: units in a second line (ERDDAP tabledap) or in brackets behind the name (csvp), ISO
-//! times, Latin-1 and UTF-16 text, a header behind a #, semicolons or tabs, a comma at the end of every row; and what [`tidy`] undoes.
+//! times, Latin-1 and UTF-16 text, a header behind a #, semicolons or tabs, a comma at the end of every row; and what `tidy` undoes.
 
 use std::borrow::Cow;
 use std::path::Path;

@@ -11,7 +11,7 @@
 //! metric ([`Column::dot`]), so every fit, evidence and test has the term marginalised. What the calibration can follow is projected
 //! out of Z first (against its Jacobian with its unit priors, where nothing is named): otherwise s would set the calibration free of
 //! what was measured. The size s of each group of the basis is learned per flight beside the best hypothesis
-//! ([`crate::inference::discrepancy_size`]), with a mass of its own at none.
+//! (`crate::inference::discrepancy_size`), with a mass of its own at none.
 //!
 //! Not covered: a discrepancy in speed or displacement; covariates by heading (unknown effects follow it: [`crate::criticism::residual_tests`]).
 

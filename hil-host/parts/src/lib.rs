@@ -10,7 +10,7 @@
 //! | [`talker`] | a port with bytes that come in time: [`os5000`] compass, [`gps`] receiver |
 //! | [`w25q128`] | Winbond W25Q128JV flash with BUSY times and torn writes |
 //! | [`outputs`] | motor bridges, burn wire, beacon, servo |
-//! | [`bench`] | all of them together |
+//! | [`mod@bench`] | all of them together |
 //! | [`faults`] | what goes wrong on the buses |
 //!
 //! Written from the datasheets and not from the drivers, which this room does

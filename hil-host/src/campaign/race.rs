@@ -13,7 +13,7 @@
 //! motion: less than the pump lifts it hides in any climb, layered water makes up to
 //! 0.4 of that, and in a flat glide at 0.1 m/s the 0.03 m/s of an internal wave are as
 //! much as 0.7 of it, a pitch that is 0.15 rad off as much as 1.1. Nobody need know of
-//! less than [`UNSEEN`]; from then on the five minutes count.
+//! less than `UNSEEN`; from then on the five minutes count.
 
 use super::demands;
 use super::lattice::Case;

@@ -221,7 +221,10 @@ mod tests {
 
     fn measured(raw: [u32; 4]) -> Result<Measured, Error> {
         let mut t = start(example());
-        for (command, raw) in [CONVERT_PRESSURE, CONVERT_TEMPERATURE, CONVERT_PRESSURE, CONVERT_TEMPERATURE].into_iter().zip(raw) {
+        // A first measurement out of range is not made again.
+        let asked = if Coefficients::new(example()).unwrap().compensate(raw[0], raw[1]).is_ok() { 4 } else { 2 };
+        let commands = [CONVERT_PRESSURE, CONVERT_TEMPERATURE, CONVERT_PRESSURE, CONVERT_TEMPERATURE];
+        for (command, raw) in commands.into_iter().zip(raw).take(asked) {
             t.push(Transaction::write(ADDRESS, vec![command]));
             t.push(Transaction::write_read(ADDRESS, vec![READ], raw.to_be_bytes()[1..].to_vec()));
         }

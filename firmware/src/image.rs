@@ -68,10 +68,7 @@ fn main() -> ! {
     let noise = last_words::noise();
     let found = last_words::read();
     let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, cause: Cause::Unknown, resets: 0, status: 0, air: 0 });
-    // Either record is enough: after a power cut the RAM knows nothing, a broken flash never.
-    if let (false, Some(marked)) = (words.mark.in_mission(), mark) {
-        words.mark = marked;
-    }
+    words.mark = Mark::after_reset(words.mark, mark);
     defmt::info!(
         "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz, reset flags {=u8:#x}",
         FIRMWARE[0],

@@ -26,6 +26,16 @@ impl Mark {
         Self((weight_fired as u8) << 7 | cause << 2 | if own_sensors { 2 } else { 1 })
     }
 
+    /// What counts after a reset, of what RAM and flash remember. Either is enough: after a power cut the RAM knows nothing, a broken
+    /// flash never does.
+    #[must_use]
+    pub const fn after_reset(ram: Self, flash: Option<Self>) -> Self {
+        match flash {
+            Some(flash) if !ram.in_mission() => flash,
+            _ => ram,
+        }
+    }
+
     /// Anything but zero means a mission: rather SAFE once too often.
     #[must_use]
     pub const fn in_mission(self) -> bool {

@@ -1,5 +1,6 @@
 //! What the antenna says: whether there was a fix of late, and what time it is.
 
+use crate::next_byte;
 use devices::gps::{Fix, Reader};
 use embedded_io::{Read, ReadReady};
 
@@ -25,11 +26,7 @@ impl<U: Read + ReadReady> Antenna<U> {
     /// Takes the bytes that have come.
     pub fn listen(&mut self, now_ms: u64) {
         for _ in 0..MOST {
-            let mut byte = [0; 1];
-            if !self.port.read_ready().unwrap_or(false) || self.port.read(&mut byte).unwrap_or(0) == 0 {
-                return;
-            }
-            let [byte] = byte;
+            let Some(byte) = next_byte(&mut self.port) else { return };
             if let Some(Some(fix)) = self.reader.push(byte) {
                 self.fix = Some((fix, now_ms));
             }

@@ -4,6 +4,7 @@
 //! pass it. So an attitude holds when the sentence before says nearly the same;
 //! at five or ten sentences a second no glider turns faster.
 
+use crate::next_byte;
 use devices::attitude::{Attitude, Reader};
 use embedded_io::{Read, ReadReady};
 
@@ -34,11 +35,7 @@ impl<U: Read + ReadReady> Compass<U> {
     /// Takes the bytes that have come.
     pub fn listen(&mut self, now_ms: u64) {
         for _ in 0..MOST {
-            let mut byte = [0; 1];
-            if !self.port.read_ready().unwrap_or(false) || self.port.read(&mut byte).unwrap_or(0) == 0 {
-                return;
-            }
-            let [byte] = byte;
+            let Some(byte) = next_byte(&mut self.port) else { return };
             match self.reader.push(byte) {
                 Some(Ok(attitude)) => {
                     self.whole = self.whole.saturating_add(1);

@@ -17,11 +17,13 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod antenna;
+mod bytes;
 pub mod compass;
 pub mod parts;
 pub mod run;
 pub mod scale;
 pub mod strokes;
 
+use bytes::next_byte;
 pub use parts::{Fitted, Parts, Wiring};
 pub use run::{Outside, Run};

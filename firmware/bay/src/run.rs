@@ -1,5 +1,6 @@
 //! One pass of the loop: bytes in, one step, bytes out; feed the watchdog.
 
+use crate::next_byte;
 use crate::parts::{Fitted, Parts};
 use crate::strokes::Strokes;
 use embedded_io::{Read, ReadReady, Write};
@@ -83,11 +84,7 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
 
     fn take_bytes<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) {
         for _ in 0..BYTES_PER_PASS {
-            let mut byte = [0; 1];
-            if !self.line.read_ready().unwrap_or(false) || self.line.read(&mut byte).unwrap_or(0) == 0 {
-                return;
-            }
-            let [byte] = byte;
+            let Some(byte) = next_byte(&mut self.line) else { return };
             if let Some(reply) = helm.byte(byte) {
                 self.answer(helm, outside, &reply);
             }

@@ -8,12 +8,13 @@ use signals::{Preflight, Strap};
 pub struct Deck {
     strap: Strap,
     wanted: Option<bool>,
-    found: Preflight,
+    /// Of the last check; none was made.
+    found: Option<Preflight>,
 }
 
 impl Deck {
     pub(crate) const fn new() -> Self {
-        Self { strap: Strap::None, wanted: None, found: EMPTY }
+        Self { strap: Strap::None, wanted: None, found: None }
     }
 
     /// The strap as it is now.
@@ -32,7 +33,7 @@ impl Deck {
 
     pub(crate) fn ask(&mut self, stroke: bool) -> Preflight {
         self.wanted = Some(stroke || self.wanted == Some(true));
-        self.found
+        self.found.unwrap_or_default()
     }
 
     /// The check that is asked for, once: with a stroke or without.
@@ -41,53 +42,11 @@ impl Deck {
     }
 
     /// What a check found.
-    pub const fn found(&mut self, mut found: Preflight) {
-        found.strap = self.strap;
-        found.number = self.found.number.saturating_add(1);
-        self.found = found;
-    }
-
-    /// What the last check found.
-    #[must_use]
-    pub const fn last(&self) -> &Preflight {
-        &self.found
+    pub fn found(&mut self, found: Preflight) {
+        let number = self.found.map_or(0, |last| last.number).saturating_add(1);
+        self.found = Some(Preflight { strap: self.strap, number, ..found });
     }
 }
-
-/// Nothing found: `Default` is not const.
-const EMPTY: Preflight = {
-    use signals::{Micros, Reading, SensorFrame, Stroke, Surface, Switch, Weight};
-    let frame = SensorFrame {
-        seq: 0,
-        time: Micros(0),
-        depth_m: Reading::Missing,
-        depth2_m: Reading::Missing,
-        pitch_rad: Reading::Missing,
-        roll_rad: Reading::Missing,
-        heading_rad: Reading::Missing,
-        ballast_m3: Reading::Missing,
-        battery_mass_m: Reading::Missing,
-        fin_rad: Reading::Missing,
-        density_kg_m3: Reading::Missing,
-        altitude_m: Reading::Missing,
-        battery_v: Reading::Missing,
-        charge: Reading::Missing,
-        vacuum_pa: Reading::Missing,
-        leak: Switch::Unknown,
-        weight: Weight::Unknown,
-        surface: Surface { gps_fix: false, comms: false },
-    };
-    Preflight {
-        number: 0,
-        frame,
-        pressure_pa: Reading::Missing,
-        pump: Stroke::Never,
-        mass: Stroke::Never,
-        strap: Strap::None,
-        log_bytes: 0,
-        sentences: (0, 0),
-    }
-};
 
 #[cfg(test)]
 mod tests {

@@ -87,12 +87,8 @@ impl<S> ErrorType for Port<S> {
 
 impl<S: Says> Read for Port<S> {
     fn read(&mut self, out: &mut [u8]) -> Result<usize, Infallible> {
-        let mut part = self.0.borrow_mut();
-        let n = out.len().min(part.kept.len());
-        for (to, from) in out.iter_mut().zip(part.kept.drain(..n)) {
-            *to = from;
-        }
-        Ok(n)
+        // A queue in memory does not fail.
+        Ok(std::io::Read::read(&mut self.0.borrow_mut().kept, out).unwrap_or(0))
     }
 }
 

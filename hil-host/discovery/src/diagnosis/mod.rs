@@ -12,7 +12,7 @@ use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typica
 use crate::criticism::residual_tests::Family;
 use crate::diagnosis::settle::search_until_stable;
 use crate::diagnosis::unknown::unknowns;
-use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICAL, judge};
+use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICAL, holds_elsewhere, judge};
 pub use crate::diagnosis::verdict::{Reason, Verdict};
 use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
 use crate::hypotheses::search::{Depth, Found};
@@ -279,10 +279,10 @@ fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, block
         let parts = worth.iter().filter(|p| p.effects.len() < c.effects.len() && c.has_all_of(p)).map(|p| &p.fit);
         parts.chain(null_is_sound.then_some(&found.null)).all(|without| lowers(&c.fit, without) > PRACTICAL)
     };
-    // Dives that no fit has seen speak against it, if any: the same test as the verdict's.
     let holds = |c: &Candidate| {
-        let on_check = errors(problem, prepared, [&c.fit, &found.null], blocks);
-        c.fit.state.wave.is_some() || blocks[1].is_empty() || on_check.holds_elsewhere()
+        let on_check = || predicted_errors(problem, prepared, &[&c.fit, &found.null].map(parts), blocks[1], false);
+        let no_worse = || matches!(*on_check(), [answer, nothing] if holds_elsewhere([answer, nothing], floor_m_s(problem)));
+        c.fit.state.wave.is_some() || blocks[1].is_empty() || no_worse()
     };
     match worth.iter().find(|c| ordinary(&c.fit) && pays(c) && holds(c)) {
         Some(sound) => (Some(sound), None),
@@ -304,6 +304,11 @@ fn parts(fit: &Fit) -> (&State, &Column) {
     (&fit.state, &fit.residual)
 }
 
+/// What water, sensors and discrepancy would leave, m/s.
+fn floor_m_s(problem: &Problem) -> f64 {
+    problem.noise_floor_m_s().hypot(problem.discrepancy.size_m_s.min(MOST_DISCREPANCY_M_S))
+}
+
 /// Errors of the best hypothesis and of nothing missing.
 fn errors(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], blocks: [&Blocks; 2]) -> Errors {
     let [fitted, check] = blocks;
@@ -322,7 +327,7 @@ fn errors(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], blocks: [&Blo
         fitted_m_s: pair(predicted_errors(problem, prepared, &fits.map(parts), fitted, true)),
         typical_m_s: typical,
         worst_segment_m_s: worst,
-        floor_m_s: problem.noise_floor_m_s().hypot(problem.discrepancy.size_m_s.min(MOST_DISCREPANCY_M_S)),
+        floor_m_s: floor_m_s(problem),
     }
 }
 

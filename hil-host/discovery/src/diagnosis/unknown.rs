@@ -10,7 +10,7 @@ use crate::hypotheses::candidate::Candidate;
 use crate::hypotheses::search::{Found, prior_of};
 use crate::inference::gauss_newton::Fit;
 use crate::likelihood::Problem;
-use hydro::effects::CATALOGUE;
+use crate::vehicle::catalogue;
 
 /// How much rarer what has no name is than what has one: one flight in seven; a guess.
 const UNKNOWN: f64 = 0.15;
@@ -36,7 +36,7 @@ pub(crate) fn unknowns(problem: &Problem, found: &Found, named: Option<&Candidat
         beside.push((&found.null, one_more(0)));
         beside.extend(single.map(|c| (&c.fit, of(c))));
     }
-    beside.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * CATALOGUE.len() as f64 / VARIABLES).ln());
+    beside.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES).ln());
     let asked = families(problem, &beside.iter().map(|(fit, odds)| (*fit, best + speak_up - odds)).collect::<Vec<_>>());
     let ahead = |(odds, family): (f64, &Family)| odds + family.log_bayes - best;
     // A velocity of its own describes any effect, the named ones too: it can say what remains beside the best. What acts through the

@@ -3,8 +3,8 @@
 //! | verdict | when |
 //! |---|---|
 //! | adequate | nothing missing leads, or a name that does not lower the error by [`PRACTICAL`] where the model has a discrepancy |
-//! | explained, ambiguous | a named set leads; its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
-//! | unexplained | an unknown effect leads, or the best leaves far more than water, sensors and discrepancy do |
+//! | explained, ambiguous | a named set leads (ambiguous also where an unknown effect leads within [`SMALL`] floors); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
+//! | unexplained | an unknown effect leads (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
 //!
 //! What remains beside the answer is said with its size; it is no veto by itself.
 
@@ -183,13 +183,10 @@ pub struct Errors {
     pub floor_m_s: f64,
 }
 
-impl Errors {
-    /// Whether the best is no worse than nothing missing on dives kept out of the fit, or near the floor there.
-    #[must_use]
-    pub fn holds_elsewhere(&self) -> bool {
-        let [best, nothing] = self.check_m_s;
-        best < CHANCE * nothing || best < SMALL * self.floor_m_s
-    }
+/// Whether an answer is no worse than nothing missing on dives kept out of the fit, or near the floor there; errors in m/s.
+#[must_use]
+pub(crate) fn holds_elsewhere([answer, nothing]: [f64; 2], floor_m_s: f64) -> bool {
+    answer < CHANCE * nothing || answer < SMALL * floor_m_s
 }
 
 /// What a verdict is made of.
@@ -226,10 +223,12 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     // A misfit counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
-    // An unknown effect beside a model that has a discrepancy is spoken of where the error has room for it: else it is what remains.
-    let (counts, beside) =
-        if practical || e.discrepancy_m_s == 0.0 { (e.unknown_leads.clone(), None) } else { (None, e.unknown_leads.clone()) };
-    reasons.extend(counts.map(Reason::UnknownLeads));
+    // Where the model has a discrepancy, an unknown effect that leads is a veto only if the error has room for it: else a remark.
+    let veto = practical || e.discrepancy_m_s == 0.0;
+    let unknown = || e.unknown_leads.clone().map(Reason::UnknownLeads);
+    if veto {
+        reasons.extend(unknown());
+    }
     if practical && !(e.mean_square < FAR_FROM_NOISE) {
         reasons.push(Reason::FarFromNoise { mean_square: e.mean_square });
     }
@@ -243,7 +242,7 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     if e.named.is_some() {
         if !x.fitted_m_s[0].is_finite() || (has_check && !e.wave && !x.check_m_s[0].is_finite()) {
             reasons.push(Reason::NotFinite);
-        } else if has_check && !e.wave && !x.holds_elsewhere() {
+        } else if has_check && !e.wave && !holds_elsewhere(x.check_m_s, x.floor_m_s) {
             reasons.push(Reason::WorseThanRecalibration { answer_m_s: x.check_m_s[0], recalibrated_m_s: x.check_m_s[1] });
         }
         reasons.extend(e.at_bound.map(|effect| Reason::AtBound { effect }));
@@ -262,9 +261,10 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
             if e.equivalent > 1 {
                 reasons.push(Reason::Equivalent { sets: e.equivalent });
             }
-            let told = e.equivalent <= 1 && e.has_temperature && beside.is_none();
-            reasons.extend(beside.map(Reason::UnknownLeads));
-            if told { Verdict::Explained } else { Verdict::Ambiguous }
+            let remark = unknown();
+            let sure = e.equivalent <= 1 && e.has_temperature && remark.is_none();
+            reasons.extend(remark);
+            if sure { Verdict::Explained } else { Verdict::Ambiguous }
         }
     };
     if e.used_up {
@@ -325,7 +325,15 @@ mod tests {
         let unknown = Some(Unknown { variable: "depth", ahead: 300.0 });
         let e = Evidence { unknown_leads: unknown, ..plain() };
         assert_eq!(verdict(&e), Verdict::Unexplained);
-        assert_eq!(verdict(&Evidence { named: None, ..e }), Verdict::Unexplained);
+        assert_eq!(verdict(&Evidence { named: None, ..e.clone() }), Verdict::Unexplained);
+        // Where the model has a discrepancy and the error no room: a remark beside a name, none where nothing is named.
+        let small = Evidence { discrepancy_m_s: 0.002, ..e.clone() };
+        let (said, reasons) = judge(&small);
+        assert_eq!((said, reasons.iter().any(|r| r.code() == "unknown_leads")), (Verdict::Ambiguous, true));
+        assert_eq!(verdict(&Evidence { named: None, ..small.clone() }), Verdict::Adequate);
+        let large = Errors { fitted_m_s: [0.007, 0.009], ..plain().errors };
+        assert_eq!(verdict(&Evidence { errors: large, ..small.clone() }), Verdict::Unexplained);
+        assert_eq!(verdict(&Evidence { errors: large, named: None, ..small }), Verdict::Unexplained);
         let mut e = Evidence { mean_square: 3.0, ..plain() };
         assert_eq!(verdict(&e), Verdict::Explained);
         // A snag in the fitted dives only.

@@ -10,7 +10,7 @@
 
 use crate::ablation::is_on;
 use crate::inference::gauss_newton::Fit;
-use crate::inference::offer::Offer;
+use crate::inference::offer::{Offer, ln_det};
 use crate::likelihood::discrepancy::{GROUPS, Sizes};
 use crate::likelihood::{Column, Problem};
 use nalgebra::{DMatrix, DVector};
@@ -34,9 +34,7 @@ pub(crate) fn usual_weights() -> [f64; USUAL_SIZES.len()] {
 fn log_bayes(gram: &DMatrix<f64>, match_: &DVector<f64>, scale: &[f64]) -> f64 {
     let scaled = DVector::from_fn(scale.len(), |i, _| scale[i] * match_[i]);
     let whole = DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * scale[j] * gram[(i, j)] + if i == j { 1.0 } else { 0.0 });
-    whole
-        .cholesky()
-        .map_or(f64::NEG_INFINITY, |c| 0.5 * scaled.dot(&c.solve(&scaled)) - c.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>())
+    whole.cholesky().map_or(f64::NEG_INFINITY, |c| 0.5 * scaled.dot(&c.solve(&scaled)) - 0.5 * ln_det(&c))
 }
 
 impl Problem<'_> {

@@ -102,7 +102,8 @@ impl Offer {
     }
 }
 
-fn ln_det(c: &nalgebra::Cholesky<f64, nalgebra::Dyn>) -> f64 {
+/// ln of the determinant.
+pub(crate) fn ln_det(c: &nalgebra::Cholesky<f64, nalgebra::Dyn>) -> f64 {
     2.0 * c.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
 }
 

@@ -6,7 +6,7 @@
 
 use control::Settings;
 use core::ops::RangeInclusive;
-use signals::link::Limit;
+use signals::messages::Limit;
 
 /// A class of vehicle.
 struct Class {

@@ -1,5 +1,7 @@
 //! The state machine of the crate doc.
 
+mod transfer;
+
 use crate::afloat::Afloat;
 use crate::boot::{Boot, Seat};
 use crate::deck::Deck;
@@ -9,10 +11,10 @@ use crate::mark::{Copies, Mark};
 use crate::objects;
 use crate::seal::Sum;
 use crate::silence::{PATIENCE_MS, aged};
-use crate::storage::{Content, Kept, Storage};
+use crate::storage::{Content, Storage};
 use crate::upload::Staging;
 use control::Config;
-use signals::link::{CHUNK, CRC32};
+use signals::link::CRC32;
 use signals::{
     Abort, Answer, Counters, Manifest, Micros, Mission, Object, Phase, Receiver, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost,
     Wings,
@@ -434,56 +436,6 @@ impl<S: Storage> Helm<S> {
         let log_lost = self.storage.log_lost();
         self.flight.step(&self.built_in, frame, log_lost)
     }
-
-    /// Objects change on deck only: not while a mission is armed or flown.
-    fn on_deck(&self) -> Result<(), Refusal> {
-        match (&self.flight.activity, self.flight.phase()) {
-            (Activity::Idle, _) | (_, Some(Phase::Done)) => Ok(()),
-            (_, Some(Phase::Safe)) => Err(Refusal::Safe),
-            _ => Err(Refusal::UnderWay),
-        }
-    }
-
-    #[inline(never)]
-    fn commit(&mut self) -> Result<ToHost, Refusal> {
-        self.on_deck()?;
-        if let Some((crc, kept)) = self.staging.just_taken() {
-            return Ok(said(kept, crc));
-        }
-        let (object, crc, bytes) = self.staging.complete()?;
-        let config = objects::select_config(&mut self.storage, &self.built_in);
-        objects::check(object, bytes, &config)?;
-        let kept = self.storage.save(object, bytes)?;
-        self.staging.close(crc, kept);
-        Ok(said(kept, crc))
-    }
-
-    #[inline(never)]
-    fn rollback(&mut self, object: Object) -> Result<ToHost, Refusal> {
-        self.on_deck()?;
-        self.staging.abandon();
-        let kept = self.storage.rollback(object)?;
-        Ok(said(kept, objects::identity(&mut self.storage, &self.built_in, object)))
-    }
-
-    #[inline(never)]
-    fn read_back(&mut self, object: Object, offset: u32) -> Result<ToHost, Refusal> {
-        let mut piece = [0; CHUNK];
-        let length = if object == Object::Log {
-            self.storage.read_log(offset, &mut piece)
-        } else {
-            let mut bytes = Content::new();
-            objects::in_use(&mut self.storage, &self.built_in, object, &mut bytes);
-            let rest = bytes.get(offset as usize..).unwrap_or_default();
-            piece.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
-            bytes.len() as u32
-        };
-        let offset = offset.min(length);
-        let there = length.saturating_sub(offset) as usize;
-        let mut data = heapless::Vec::new();
-        piece.iter().take(there).try_for_each(|b| data.push(*b)).map_err(|_| Refusal::TooLong)?;
-        Ok(ToHost::Content { offset, length, data })
-    }
 }
 
 /// What is flown after a boot that found this mark.
@@ -492,12 +444,5 @@ const fn flight_after(mark: Mark) -> Flight {
         (false, _) => Flight::new(Seat::Open, None),
         (true, false) => Flight::new(Seat::Host, Some(mark)),
         (true, true) => Flight::new(Seat::Sensors, Some(mark)),
-    }
-}
-
-const fn said(kept: Kept, crc: u32) -> ToHost {
-    match kept {
-        Kept::ForGood => ToHost::Done { crc },
-        Kept::UntilReset => ToHost::Volatile { crc },
     }
 }

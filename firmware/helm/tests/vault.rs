@@ -387,8 +387,8 @@ fn versions(object: Object) -> [Vec<u8>; 2] {
 fn upload(helm: &mut Helm<Vault<Part>>, object: Object, bytes: &[u8]) -> bool {
     let crc = signals::link::CRC32.checksum(bytes);
     helm.handle(ToBoard::UploadBegin { object, length: bytes.len() as u32, crc });
-    for (i, piece) in bytes.chunks(signals::link::CHUNK).enumerate() {
-        let offset = (i * signals::link::CHUNK) as u32;
+    for (i, piece) in bytes.chunks(signals::messages::CHUNK).enumerate() {
+        let offset = (i * signals::messages::CHUNK) as u32;
         helm.handle(ToBoard::UploadChunk { offset, data: heapless::Vec::from_slice(piece).unwrap() });
     }
     helm.handle(ToBoard::UploadCommit) == ToHost::Done { crc }

@@ -21,14 +21,14 @@
 
 pub mod frame;
 pub mod link;
+pub mod messages;
 pub mod mission;
 pub mod preflight;
 pub mod time;
 
 pub use frame::{Abort, ActuatorCommand, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};
-pub use link::{
-    Counters, Limit, Manifest, Object, Receiver, Refusal, Reply, Request, ToBoard, ToHost, WIRE_VERSION, WireError, decode, encode,
-};
+pub use link::{Receiver, WIRE_VERSION, WireError, decode, encode};
+pub use messages::{Counters, Limit, Manifest, Object, Refusal, Reply, Request, ToBoard, ToHost};
 pub use mission::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 pub use preflight::{Preflight, Strap, Stroke};
 pub use time::Micros;

@@ -2,7 +2,8 @@
 
 use super::error::{SeatError, UploadError};
 use super::link::{Link, Wire};
-use signals::link::{CHUNK, CRC32};
+use signals::link::CRC32;
+use signals::messages::CHUNK;
 use signals::{Object, Refusal, ToBoard, ToHost};
 
 /// What became of an upload.

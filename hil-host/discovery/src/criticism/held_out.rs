@@ -3,8 +3,9 @@
 //! Errors of their blocks, apart where the model flies near the stall: there it may be on another branch, which is no fault of what is
 //! named.
 
+use crate::likelihood::Problem;
+use crate::likelihood::block_error::block_errors;
 use crate::likelihood::block_error::{Block, rms};
-use crate::likelihood::{Problem, block_errors};
 use crate::model::parameters::State;
 use crate::preprocess::Prepared;
 

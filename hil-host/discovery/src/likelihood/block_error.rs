@@ -1,6 +1,10 @@
 //! The error figures: block depth-rate error of FORMAT section 6.1.
 
-use crate::preprocess::{Run, SETTLE_S, SURFACE_M};
+use crate::likelihood::Problem;
+use crate::likelihood::column::Column;
+use crate::likelihood::discrepancy::Predicted;
+use crate::model::parameters::State;
+use crate::preprocess::{Prepared, Run, SETTLE_S, SURFACE_M};
 use crate::record::plausible::quantile;
 
 /// Shortest length of a block, s.
@@ -85,4 +89,65 @@ pub fn modelled_m_s(run: &Run, block: &Block, model_depth_m: &[f64]) -> f64 {
 pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, n) = values.fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
     if n > 0.0 { f64::sqrt(sum / n) } else { f64::NAN }
+}
+
+impl Problem<'_> {
+    /// Block error of a state over all blocks of the fitted runs, those left out too, m/s.
+    #[must_use]
+    pub fn fitted_error_m_s(&self, prepared: &Prepared, state: &State) -> f64 {
+        let fitted = prepared.runs.iter().enumerate().filter(|(_, run)| self.runs.iter().any(|r| std::ptr::eq(*r, *run)));
+        let all: Vec<_> = fitted.map(|(k, run)| (k, blocks(run))).collect();
+        block_errors(self, prepared, &[state], &all, true)[0]
+    }
+}
+
+/// Block errors of several fits (their states and residuals) with their most probable model discrepancy, m/s. A wave's phase is known only in fitted runs.
+#[must_use]
+pub fn predicted_errors(
+    problem: &Problem,
+    prepared: &Prepared,
+    fits: &[(&State, &Column)],
+    blocks: &[(usize, Vec<Block>)],
+    with_wave: bool,
+) -> Vec<f64> {
+    let predicted: Vec<Predicted> = fits.iter().map(|(state, residual)| problem.predicted(state, residual)).collect();
+    let states: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
+    let shift = |run: &Run, i: usize| problem.discrepancy_m(run, &predicted[i]);
+    errors_with(problem, prepared, &states, blocks, with_wave, &shift)
+}
+
+/// Block errors of several states, m/s. A wave's phase is known only in fitted runs.
+#[must_use]
+pub fn block_errors(
+    problem: &Problem,
+    prepared: &Prepared,
+    states: &[&State],
+    blocks: &[(usize, Vec<Block>)],
+    with_wave: bool,
+) -> Vec<f64> {
+    errors_with(problem, prepared, states, blocks, with_wave, &|_, _| None)
+}
+
+/// The same with a shift of depth of each run and state.
+fn errors_with(
+    problem: &Problem,
+    prepared: &Prepared,
+    states: &[&State],
+    blocks: &[(usize, Vec<Block>)],
+    with_wave: bool,
+    shift: &dyn Fn(&Run, usize) -> Option<Vec<f64>>,
+) -> Vec<f64> {
+    let mut missed: Vec<Vec<f64>> = vec![Vec::new(); states.len()];
+    for (k, list) in blocks {
+        let run = &prepared.runs[*k];
+        for (i, (state, track)) in states.iter().zip(problem.tracks(run, states)).enumerate() {
+            let mut depth = track.depth_m;
+            let wave = if with_wave { problem.wave_shift(run, state) } else { None };
+            for shift in wave.into_iter().chain(shift(run, i)) {
+                depth.iter_mut().zip(shift).for_each(|(d, s)| *d += s);
+            }
+            missed[i].extend(list.iter().map(|b| b.observed_m_s - modelled_m_s(run, b, &depth)));
+        }
+    }
+    missed.into_iter().map(|m| rms(m.into_iter())).collect()
 }

@@ -1,6 +1,6 @@
 //! Which rows are left out of a fit, and why: outliers of a sensor, and what [`crate::likelihood::stall_mask`] takes out.
 
-use crate::likelihood::{Problem, speed_groups};
+use crate::likelihood::Problem;
 use crate::model::branch::Branch;
 use crate::preprocess::Run;
 
@@ -111,4 +111,19 @@ impl Problem<'_> {
         self.stretches = self.runs.iter().zip(&self.used).map(stretches).collect();
         self.set_colour(self.colour);
     }
+}
+
+/// Longest time over which speed is averaged, s: short against the 10 s in which speed changes.
+const SPEED_GROUP_S: f64 = 7.5;
+
+/// Used rows with a speed, neighbours together.
+fn speed_groups(run: &Run, used: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for row in (0..run.time_s.len()).filter(|&i| used(i) && run.speed_m_s[i].is_finite()) {
+        match groups.last_mut() {
+            Some(g) if run.time_s[row] - run.time_s[g[0]] < SPEED_GROUP_S => g.push(row),
+            _ => groups.push(vec![row]),
+        }
+    }
+    groups
 }

@@ -66,7 +66,7 @@ mod tests {
     use super::{FEWEST_BLOCKS, missed_near_stall};
 
     #[test]
-    fn regress_what_is_missed_near_the_stall_is_set_beside_what_is_missed_elsewhere_only_where_blocks_lie_elsewhere() {
+    fn regress_error_near_the_stall_is_compared_only_where_others_exist() {
         let near = vec![0.02; FEWEST_BLOCKS];
         let beside = missed_near_stall(&[near.clone(), vec![0.003; 5]], 0.002).expect("said");
         assert!(beside.contains("by 2.00 cm/s, elsewhere by 0.30: "), "{beside}");

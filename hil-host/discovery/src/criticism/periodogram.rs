@@ -5,8 +5,8 @@
 //! residual, period by period. Water that rings in a layer has a period too, but forgets its phase within a few of them: it is asked
 //! for beside, as sines that begin anew all along the run, and a period is the vehicle's own only as far as it does better.
 
-use crate::inference::gauss_newton::Ground;
 use crate::inference::offer::Offer;
+use crate::inference::posterior::Ground;
 use crate::likelihood::{Column, Problem};
 use std::f64::consts::TAU;
 

@@ -13,8 +13,8 @@ use crate::criticism::periodogram::periods;
 use crate::criticism::unmodelled::strangers;
 use crate::inference::discrepancy_size::{NONE, USUAL_M_S, USUAL_SIZES, usual_weights};
 use crate::inference::evidence::log_mean_exp;
-use crate::inference::gauss_newton::{Fit, Ground};
 use crate::inference::offer::Offer;
+use crate::inference::posterior::{Fit, Ground};
 use crate::likelihood::covariates::{Traits, traits};
 use crate::likelihood::{Column, Problem};
 
@@ -47,6 +47,8 @@ const UNKNOWN_SIZES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const OWN_M_S: [f64; 6] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016];
 /// Bins of depth.
 const DEPTH_BINS: usize = 8;
+/// Periods of slow changes in time that are tried, s.
+const PERIODS_S: [f64; 6] = [240.0, 420.0, 720.0, 1200.0, 2100.0, 3600.0];
 
 /// Whether a fit's residual is what its state leaves of this problem's data.
 fn is_of(problem: &Problem, fit: &Fit) -> bool {
@@ -102,32 +104,28 @@ fn log_sum_exp(values: impl Iterator<Item = f64>) -> f64 {
     log_mean_exp(&values) + (values.len() as f64).ln()
 }
 
-/// Asks every family beside each of these fits; of each, best first. A stranger that could reach the log Bayes factor that decides
-/// there (the number beside the fit) is fitted, not only tried.
-#[must_use]
-#[allow(clippy::too_many_lines, reason = "waits to be split by family")]
-pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
-    debug_assert!(beside.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
-    let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();
-    let all: Vec<Traits> = problem.runs.iter().map(|run| traits(run)).collect();
-    let whitened_m_s = whitened_m_s(problem, &all);
-    let g = problem.vehicle.constants.gravity_m_s2;
-    let depth = |k: usize, row: usize| problem.runs[k].depth_at_row(row, g);
-    let deepest = (0..problem.runs.len())
-        .flat_map(|k| (0..problem.runs[k].time_s.len()).map(move |row| (k, row)))
-        .map(|(k, row)| depth(k, row))
-        .fold(1.0, f64::max);
-    let sign = |k: usize, row: usize| if all[k].down[row] { 1.0 } else { -1.0 };
-    let mut out: Vec<Vec<Family>> = vec![Vec::new(); beside.len()];
-    let mut ask = |variable: &'static str, columns: &[Column], period_s: Option<f64>| {
-        for (found, ground) in out.iter_mut().zip(&grounds) {
-            let Some(ground) = ground else { continue };
-            let form = Form::new(&columns.iter().collect::<Vec<_>>(), ground, whitened_m_s);
-            let (log_bayes, _, size) = unknown_against_usual(&[form]);
-            found.push(Family { variable, log_bayes, scale_m_s: Some(size * USUAL_M_S), period_s });
-        }
-    };
-    // Each leg on its own: what changes from leg to leg (time, speed, pitch, ballast).
+/// Vertical velocities that follow one variable, whitened.
+struct Basis {
+    variable: &'static str,
+    columns: Vec<Column>,
+    period_s: Option<f64>,
+}
+
+impl Basis {
+    fn of(variable: &'static str, columns: Vec<Column>) -> Self {
+        Self { variable, columns, period_s: None }
+    }
+
+    /// What a fit says of it.
+    fn beside(&self, ground: &Ground, whitened_m_s: f64) -> Family {
+        let form = Form::new(&self.columns.iter().collect::<Vec<_>>(), ground, whitened_m_s);
+        let (log_bayes, _, size) = unknown_against_usual(&[form]);
+        Family { variable: self.variable, log_bayes, scale_m_s: Some(size * USUAL_M_S), period_s: self.period_s }
+    }
+}
+
+/// Each leg on its own: what changes from leg to leg (time, speed, pitch, ballast).
+fn by_leg(problem: &Problem, all: &[Traits]) -> Basis {
     let mut legs = Vec::new();
     for k in 0..problem.runs.len() {
         for wanted in [true, false] {
@@ -135,7 +133,22 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
             legs.push(problem.depth_column(k, &|row| shift[row]));
         }
     }
-    ask("leg", &legs, None);
+    Basis::of("leg", legs)
+}
+
+/// Sign of a leg: 1 on dives.
+fn sign(all: &[Traits], k: usize, row: usize) -> f64 {
+    if all[k].down[row] { 1.0 } else { -1.0 }
+}
+
+/// Hats over bins of depth, the same on dives and climbs or of the other sign.
+fn by_depth(problem: &Problem, all: &[Traits]) -> Basis {
+    let g = problem.vehicle.constants.gravity_m_s2;
+    let depth = |k: usize, row: usize| problem.runs[k].depth_at_row(row, g);
+    let deepest = (0..problem.runs.len())
+        .flat_map(|k| (0..problem.runs[k].time_s.len()).map(move |row| (k, row)))
+        .map(|(k, row)| depth(k, row))
+        .fold(1.0, f64::max);
     let hat = |k: usize, row: usize, bin: usize| {
         let x = depth(k, row) / deepest * DEPTH_BINS as f64 - bin as f64;
         (1.0 - x.abs()).max(0.0)
@@ -143,61 +156,77 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
     let mut bins = Vec::new();
     for bin in 0..=DEPTH_BINS {
         bins.push(problem.rate_column(&|k, row| hat(k, row, bin)));
-        bins.push(problem.rate_column(&|k, row| hat(k, row, bin) * sign(k, row)));
+        bins.push(problem.rate_column(&|k, row| hat(k, row, bin) * sign(all, k, row)));
     }
-    ask("depth", &bins, None);
+    Basis::of("depth", bins)
+}
+
+/// Decays after a turning point.
+fn since_turn(problem: &Problem, all: &[Traits]) -> Basis {
     let mut turns = Vec::new();
     for decay in [15.0, 60.0, 200.0] {
         let after = |k: usize, row: usize| (-all[k].since_turn_s[row] / decay).exp();
         turns.push(problem.rate_column(&|k, row| after(k, row)));
-        turns.push(problem.rate_column(&|k, row| after(k, row) * sign(k, row)));
+        turns.push(problem.rate_column(&|k, row| after(k, row) * sign(all, k, row)));
     }
-    ask("time since the last turning point", &turns, None);
+    Basis::of("time since the last turning point", turns)
+}
+
+/// In proportion to an input, or a power of it.
+fn by_input(problem: &Problem, all: &[Traits]) -> [Basis; 5] {
+    let rate = |of: &dyn Fn(usize, usize) -> f64| problem.rate_column(of);
     let input = |k: usize, row: usize| problem.runs[k].input_at_row(row, 0.0);
-    let simple: [(&'static str, Vec<Column>); 5] = [
-        (
-            "stratification",
-            vec![
-                problem.rate_column(&|k, row| all[k].stratification[row]),
-                problem.rate_column(&|k, row| all[k].stratification[row] * sign(k, row)),
-            ],
-        ),
-        (
-            "roll",
-            vec![
-                problem.rate_column(&|k, row| all[k].roll[row] * 4.0 * sign(k, row)),
-                problem.rate_column(&|k, row| all[k].roll[row].abs() * 4.0 * sign(k, row)),
-                problem.rate_column(&|k, row| all[k].roll[row].abs() * 4.0),
-            ],
-        ),
-        (
-            "ballast rate",
-            vec![problem.rate_column(&|k, row| all[k].ballast_rate[row]), problem.rate_column(&|k, row| all[k].ballast_rate[row].abs())],
-        ),
-        (
-            "ballast",
-            vec![problem.rate_column(&|k, row| all[k].ballast[row].powi(2)), problem.rate_column(&|k, row| all[k].ballast[row].powi(3))],
-        ),
-        (
-            "heading",
-            vec![problem.rate_column(&|k, row| input(k, row).sin_heading), problem.rate_column(&|k, row| input(k, row).cos_heading)],
-        ),
+    let stratification = vec![rate(&|k, row| all[k].stratification[row]), rate(&|k, row| all[k].stratification[row] * sign(all, k, row))];
+    let roll = vec![
+        rate(&|k, row| all[k].roll[row] * 4.0 * sign(all, k, row)),
+        rate(&|k, row| all[k].roll[row].abs() * 4.0 * sign(all, k, row)),
+        rate(&|k, row| all[k].roll[row].abs() * 4.0),
     ];
-    for (variable, columns) in &simple {
-        ask(variable, columns, None);
-    }
-    for period in [240.0, 420.0, 720.0, 1200.0, 2100.0, 3600.0] {
-        let omega = 2.0 * std::f64::consts::PI / period;
-        let mut columns = Vec::new();
-        for k in 0..problem.runs.len() {
-            for shift in [0.0, 0.25] {
-                let phase = shift * 2.0 * std::f64::consts::PI;
-                let depth = problem.integrated(k, &|k, row| (omega * problem.runs[k].time_s[row] + phase).sin());
-                columns.push(problem.depth_column(k, &|row| depth[row]));
-            }
+    let ballast_rate = vec![rate(&|k, row| all[k].ballast_rate[row]), rate(&|k, row| all[k].ballast_rate[row].abs())];
+    let ballast = vec![rate(&|k, row| all[k].ballast[row].powi(2)), rate(&|k, row| all[k].ballast[row].powi(3))];
+    let heading = vec![rate(&|k, row| input(k, row).sin_heading), rate(&|k, row| input(k, row).cos_heading)];
+    [
+        Basis::of("stratification", stratification),
+        Basis::of("roll", roll),
+        Basis::of("ballast rate", ballast_rate),
+        Basis::of("ballast", ballast),
+        Basis::of("heading", heading),
+    ]
+}
+
+/// A sine and a cosine in each run.
+fn by_time(problem: &Problem, period: f64) -> Basis {
+    let omega = 2.0 * std::f64::consts::PI / period;
+    let mut columns = Vec::new();
+    for k in 0..problem.runs.len() {
+        for shift in [0.0, 0.25] {
+            let phase = shift * 2.0 * std::f64::consts::PI;
+            let depth = problem.integrated(k, &|k, row| (omega * problem.runs[k].time_s[row] + phase).sin());
+            columns.push(problem.depth_column(k, &|row| depth[row]));
         }
-        ask("time", &columns, Some(period));
     }
+    Basis { variable: "time", columns, period_s: Some(period) }
+}
+
+/// Asks every family beside each of these fits; of each, best first. An effect outside the catalogue that could reach the log Bayes
+/// factor that decides there (the number beside the fit) is fitted, not only tried.
+#[must_use]
+pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
+    debug_assert!(beside.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
+    let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();
+    let all: Vec<Traits> = problem.runs.iter().map(|run| traits(run)).collect();
+    let whitened_m_s = whitened_m_s(problem, &all);
+    let mut out: Vec<Vec<Family>> = vec![Vec::new(); beside.len()];
+    let mut ask = |basis: Basis| {
+        for (found, ground) in out.iter_mut().zip(&grounds) {
+            found.extend(ground.iter().map(|ground| basis.beside(ground, whitened_m_s)));
+        }
+    };
+    ask(by_leg(problem, &all));
+    ask(by_depth(problem, &all));
+    ask(since_turn(problem, &all));
+    by_input(problem, &all).into_iter().for_each(&mut ask);
+    PERIODS_S.iter().for_each(|period| ask(by_time(problem, *period)));
     for (found, own) in out.iter_mut().zip(periods(problem, &grounds, &OWN_M_S)) {
         found.extend(own.map(|p| Family {
             variable: OWN_PERIOD,

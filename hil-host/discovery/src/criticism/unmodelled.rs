@@ -8,8 +8,10 @@
 //! and drag that depends on heading, depth or the side to which the glider turns, or that something caught on the way changes.
 
 use crate::criticism::residual_tests::{Form, unknown_against_usual};
-use crate::inference::gauss_newton::{Effort, Fit, Ground, fit_from, strain};
+use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::offer::Offer;
+use crate::inference::posterior::{Fit, Ground};
+use crate::inference::unknowns::strain;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::State;
 use crate::preprocess::{Input, Run};

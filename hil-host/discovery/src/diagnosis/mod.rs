@@ -18,9 +18,9 @@ use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
 use crate::hypotheses::search::{Depth, Found};
 use crate::inference::estimate::{Estimate, estimates};
 use crate::inference::evidence::{NEARLY, TIED};
-use crate::inference::gauss_newton::{Effort, Fit, fit_from};
-use crate::likelihood::block_error::{Block, blocks};
-use crate::likelihood::block_error::{block_errors, predicted_errors};
+use crate::inference::gauss_newton::{Effort, fit_from};
+use crate::inference::posterior::Fit;
+use crate::likelihood::block_error::{Block, block_errors, blocks, predicted_errors};
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Column, Problem};
@@ -345,20 +345,57 @@ fn equivalent_to(first: &Candidate, candidates: &[Candidate]) -> Vec<Vec<&'stati
     std::iter::once(first.effects.clone()).chain(others.take(2).map(|c| c.effects.clone())).collect()
 }
 
-#[allow(clippy::too_many_lines, reason = "waits to be split")]
+/// The blocks that are judged: of flight away from the stall, for beyond it a model may be on another branch. Where nothing named stalls
+/// all along, that is its failure: the best alone says what is near the stall then.
+fn judged_blocks(problem: &Problem, prepared: &Prepared, null: &Fit, best: &Fit, of: &Blocks) -> Blocks {
+    let away_of = |states: &[&State]| states.iter().fold(of.clone(), |b, s| problem.away_from_stall(prepared, s, &b));
+    let both = away_of(&[&null.state, &best.state]);
+    if both.iter().any(|(_, blocks)| !blocks.is_empty()) { both } else { away_of(&[&best.state]) }
+}
+
+/// All hypotheses with their probabilities, and block errors of the vehicle as given, recalibrated, and after the answer.
+struct Ranking {
+    candidates: Vec<Ranked>,
+    probability_nothing: f64,
+    fitted_error_m_s: [f64; 3],
+    block_error_m_s: [f64; 3],
+}
+
+/// Ranks everything that was asked; `after` is the state of the answer.
+fn rank(problem: &Problem, prepared: &Prepared, found: &Found, after: &State, [fitted, check]: [&Blocks; 2]) -> Ranking {
+    let candidates = &found.candidates;
+    let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
+    let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
+    let nominal = State::nominal();
+    let mut states = vec![&nominal, &found.null.state, after];
+    states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
+    let on_fitted = block_errors(problem, prepared, &states, fitted, true);
+    let on_check = block_errors(problem, prepared, &states, check, false);
+    let ranked = |(k, c): (usize, &Candidate)| Ranked {
+        effects: c.effects.clone(),
+        parameters: estimates(&c.fit),
+        error_fitted_m_s: on_fitted.get(3 + k).copied().unwrap_or(f64::NAN),
+        error_check_m_s: on_check.get(3 + k).copied().unwrap_or(f64::NAN),
+        probability: (c.log_odds - top).exp() / total,
+        log_odds: c.log_odds,
+        gain: c.gain,
+        state: c.fit.state.clone(),
+    };
+    Ranking {
+        candidates: candidates.iter().enumerate().map(ranked).collect(),
+        probability_nothing: (-top).exp() / total,
+        fitted_error_m_s: [on_fitted[0], on_fitted[1], on_fitted[2]],
+        block_error_m_s: [on_check[0], on_check[1], on_check[2]],
+    }
+}
+
+/// The diagnosis that a search comes to.
 fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &Found, check: &[u32], mut notes: Vec<String>) -> Diagnosis {
     let Found { null, candidates, likeness, used_up } = found;
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
     let check_blocks = gather(prepared, |s| check.contains(&s));
-    // What is judged is flight away from the stall: beyond it a model may be on another branch.
     let best = worth_naming(problem, candidates).map_or(null, |c| &c.fit);
-    // Where nothing named stalls all along, that is its failure: the best alone says what is near the stall then.
-    let away_of = |of: &Blocks, states: &[&State]| states.iter().fold(of.clone(), |b, s| problem.away_from_stall(prepared, s, &b));
-    let away = |of: &Blocks| {
-        let both = away_of(of, &[&null.state, &best.state]);
-        if both.iter().any(|(_, blocks)| !blocks.is_empty()) { both } else { away_of(of, &[&best.state]) }
-    };
-    let judged = [away(&fit_blocks), away(&check_blocks)];
+    let judged = [&fit_blocks, &check_blocks].map(|of| judged_blocks(problem, prepared, null, best, of));
     let blocks = [&judged[0], &judged[1]];
     let (named, too_small) = spoken_of(problem, prepared, found, blocks);
     let best = named.map_or(null, |c| &c.fit);
@@ -387,40 +424,23 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
         (Verdict::Explained | Verdict::Ambiguous, Some(c)) => c.effects.clone(),
         _ => Vec::new(),
     };
-    // Probabilities over everything that was asked.
-    let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
-    let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
     let after = if answer.is_empty() { null.state.clone() } else { best.state.clone() };
     let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, &after, &check_blocks);
     notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
     notes.extend(problem.moments_said(&best.state));
     notes.extend(strained(vehicle, &best.state));
-    let nominal = State::nominal();
-    let mut states = vec![&nominal, &null.state, &after];
-    states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
-    let on_fitted = block_errors(problem, prepared, &states, &fit_blocks, true);
-    let on_check = block_errors(problem, prepared, &states, &check_blocks, false);
-    let ranked = |(k, c): (usize, &Candidate)| Ranked {
-        effects: c.effects.clone(),
-        parameters: estimates(&c.fit),
-        error_fitted_m_s: on_fitted.get(3 + k).copied().unwrap_or(f64::NAN),
-        error_check_m_s: on_check.get(3 + k).copied().unwrap_or(f64::NAN),
-        probability: (c.log_odds - top).exp() / total,
-        log_odds: c.log_odds,
-        gain: c.gain,
-        state: c.fit.state.clone(),
-    };
+    let ranking = rank(problem, prepared, found, &after, [&fit_blocks, &check_blocks]);
     let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
     Diagnosis {
         verdict,
         reasons,
         answer,
         equivalent: if verdict == Verdict::Unexplained { Vec::new() } else { equivalent },
-        candidates: candidates.iter().enumerate().map(ranked).collect(),
-        probability_nothing: (-top).exp() / total,
+        candidates: ranking.candidates,
+        probability_nothing: ranking.probability_nothing,
         recalibrated: null.state.clone(),
-        block_error_m_s: [on_check[0], on_check[1], on_check[2]],
-        fitted_error_m_s: [on_fitted[0], on_fitted[1], on_fitted[2]],
+        block_error_m_s: ranking.block_error_m_s,
+        fitted_error_m_s: ranking.fitted_error_m_s,
         after,
         noise_floor_m_s: problem.noise_floor_m_s(),
         block_s: problem.block_s(),

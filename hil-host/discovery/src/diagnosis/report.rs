@@ -281,7 +281,7 @@ mod tests {
     use super::{change, in_words};
 
     #[test]
-    fn accuracy_a_value_has_the_digits_that_its_interval_deserves_and_angles_are_in_degrees() {
+    fn accuracy_digits_follow_the_interval_and_angles_are_in_degrees() {
         assert_eq!(in_words(0.052_36, 0.049, 0.055_7, "rad"), "3.00 (2.81 to 3.19) deg");
         assert_eq!(in_words(-121.34, -150.0, -92.7, "cm3"), "-121 (-150 to -93) cm3");
         assert_eq!(in_words(0.153_21, 0.148, 0.158, "1"), "0.1532 (0.1480 to 0.1580)");

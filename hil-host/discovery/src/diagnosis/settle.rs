@@ -6,7 +6,8 @@
 
 use crate::diagnosis::{FEWEST_COMPARED, OUTLIER, worth_naming};
 use crate::hypotheses::search::{Depth, Found, search, weigh_again};
-use crate::inference::gauss_newton::{Effort, Fit, fit_from};
+use crate::inference::gauss_newton::{Effort, fit_from};
+use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::likelihood::discrepancy::Sizes;
 use crate::likelihood::stall_mask::WORTH_TRYING;

@@ -8,7 +8,7 @@ use crate::criticism::residual_tests::{Family, families};
 use crate::diagnosis::verdict::Unknown;
 use crate::hypotheses::candidate::Candidate;
 use crate::hypotheses::search::{Found, prior_of};
-use crate::inference::gauss_newton::Fit;
+use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::vehicle::catalogue;
 

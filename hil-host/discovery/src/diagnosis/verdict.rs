@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_no_answer_that_is_not_a_number_worse_or_at_a_bound_is_ever_explained() {
+    fn prop_an_answer_that_is_nan_worse_or_at_a_bound_is_never_explained() {
         assert_eq!(verdict(&plain()), Verdict::Explained);
         let with = |change: &dyn Fn(&mut Evidence)| {
             let mut e = plain();
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_an_unknown_effect_that_leads_is_never_explained_and_misfit_counts_where_it_is_of_practical_size() {
+    fn prop_a_leading_unknown_effect_is_never_explained() {
         let unknown = Some(Unknown { variable: "depth", ahead: 300.0 });
         let e = Evidence { unknown_leads: unknown, ..plain() };
         assert_eq!(verdict(&e), Verdict::Unexplained);

@@ -7,8 +7,10 @@
 
 use crate::hypotheses::sensitivity::{log_size_prior_of, project, signatures};
 use crate::inference::evidence::{PRIOR, log_evidence, log_mean_exp};
-use crate::inference::gauss_newton::{Effort, Fit, Jacobian, fit};
+use crate::inference::gauss_newton::{Effort, fit};
 use crate::inference::offer::Offer;
+use crate::inference::posterior::Fit;
+use crate::likelihood::jacobian::Jacobian;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
 use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};

@@ -10,7 +10,8 @@
 //! `LEAST_M_S`. (The size of the greatest evidence is of no use: columns that the calibration can follow too make it 1 cm/s and more.)
 
 use crate::hypotheses::sensitivity::signatures;
-use crate::inference::gauss_newton::{Fit, Jacobian, symmetric};
+use crate::inference::posterior::Fit;
+use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{STATED, State, tolerance_of};
 use crate::vehicle::catalogue;
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn accuracy_an_effect_is_in_the_class_when_what_it_leaves_is_below_the_bound() {
+    fn accuracy_a_class_holds_effects_whose_remainder_is_below_the_bound() {
         // One unit shows 10 sigma; a likeness of 0.9 leaves 10 sqrt(1 - 0.81) = 4.36.
         assert!((two(0.9).shown_sigma("drag_level_error", 1.0) - 10.0).abs() < 1e-12);
         assert_eq!(two(0.9).class_of("drag_level_error", 1.0, 5.0), ["ballast_scale", "drag_level_error"]);

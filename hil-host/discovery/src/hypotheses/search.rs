@@ -9,8 +9,9 @@
 use crate::hypotheses::candidate::{Candidate, Screen, Waves, named, wave_library};
 use crate::hypotheses::sensitivity::{Signature, pair_score, project, signatures};
 use crate::inference::evidence::{PRIOR, TIED};
-use crate::inference::gauss_newton::{Fit, Jacobian};
+use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
+use crate::likelihood::jacobian::Jacobian;
 use crate::model::parameters::State;
 use crate::vehicle::catalogue;
 use hydro::effects::{Effect, WAVE};

@@ -1,9 +1,10 @@
 //! Signatures of effects in the whitened observations, and their geometry once everything that is fitted is projected out.
 
 use crate::inference::evidence::log_size_prior;
-use crate::inference::gauss_newton::{Ground, Jacobian};
 use crate::inference::offer::Offer;
+use crate::inference::posterior::Ground;
 use crate::likelihood::finite_difference::LEAP_IF_FELT;
+use crate::likelihood::jacobian::Jacobian;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
 use crate::vehicle::catalogue;

@@ -9,8 +9,8 @@
 //! ([`crate::criticism::residual_tests`]), and here the sizes end.
 
 use crate::ablation::is_on;
-use crate::inference::gauss_newton::Fit;
 use crate::inference::offer::{Offer, ln_det};
+use crate::inference::posterior::Fit;
 use crate::likelihood::discrepancy::{GROUPS, Sizes};
 use crate::likelihood::{Column, Problem};
 use nalgebra::{DMatrix, DVector};
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn accuracy_the_log_bayes_factor_of_scaled_amplitudes_is_that_of_the_offer() {
+    fn accuracy_log_bayes_of_scaled_amplitudes_is_that_of_the_columns() {
         let gram = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 3.0]);
         let match_ = DVector::from_vec(vec![2.0, -1.0]);
         // One amplitude: ½ s² m² / (1 + s² g) − ½ ln(1 + s² g).

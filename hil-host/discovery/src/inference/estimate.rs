@@ -1,6 +1,6 @@
 //! Parameters of the effects of a fit, with their 90 % intervals.
 
-use crate::inference::gauss_newton::Fit;
+use crate::inference::posterior::Fit;
 use hydro::effects::WAVE;
 
 /// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.

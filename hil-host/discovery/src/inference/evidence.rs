@@ -1,10 +1,10 @@
 //! How much a hypothesis is to be believed: log evidence, with what was known of every effect before the flight.
 
 use crate::ablation::is_on;
-use crate::inference::gauss_newton::{Fit, own_tolerance};
+use crate::inference::posterior::Fit;
 use crate::inference::wave_train::log_alike;
 use crate::likelihood::Problem;
-use crate::model::parameters::N_CALIBRATION;
+use crate::model::parameters::{N_CALIBRATION, calibration_of, tolerance_of};
 use hydro::effects::Effect;
 use std::f64::consts::PI;
 
@@ -76,6 +76,11 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
     (sum / volume).max(1e-300).ln()
 }
 
+/// Tolerance of the calibration number that an effect deviates, in the effect's unit; none if it is a term of its own.
+fn own_tolerance(problem: &Problem, effect: &dyn Effect) -> Option<f64> {
+    calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
+}
+
 /// Probability of a normal variable between two values.
 fn normal_between(a: f64, b: f64, mean: f64, sigma: f64) -> f64 {
     let scale = sigma * std::f64::consts::SQRT_2;
@@ -139,7 +144,7 @@ mod tests {
     use super::log_fresh_water;
 
     #[test]
-    fn fresh_water_lighter_than_pure_water_is_a_biased_sensor_and_a_bias_that_would_make_it_so_is_not_believed() {
+    fn fresh_water_lighter_than_pure_water_is_a_biased_sensor() {
         // 0.3 kg/m³ lighter than pure water can be: only a bias explains it.
         assert!(log_fresh_water(Some(-0.3), -0.35, 0.03) > 3.0);
         // As heavy as fresh water is: a bias of that size would leave it lighter than pure.

@@ -5,7 +5,8 @@
 //! there points home. So the two numbers that decide whether it dives at all, trim and drag, are scanned over their prior range
 //! with the full model, and from the best places Gauss–Newton goes on with signatures renewed at every step.
 
-use crate::inference::gauss_newton::{Effort, Fit, fit_from};
+use crate::inference::gauss_newton::{Effort, fit_from};
+use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::model::parameters::State;
 use crate::vehicle::Vehicle;

@@ -5,5 +5,8 @@ pub mod estimate;
 pub mod evidence;
 pub mod gauss_newton;
 pub mod initial_guess;
+pub mod linear;
 pub mod offer;
+pub mod posterior;
+pub(crate) mod unknowns;
 pub(crate) mod wave_train;

@@ -1,7 +1,8 @@
 //! Extra columns beside a fit: what the residual would gain by them, everything that is fitted marginalised.
 
-use crate::inference::gauss_newton::{Ground, symmetric};
+use crate::inference::posterior::Ground;
 use crate::likelihood::Column;
+use crate::likelihood::jacobian::symmetric;
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Borrow;
 
@@ -121,7 +122,7 @@ mod tests {
     fn accuracy_the_evidence_of_columns_in_blocks_is_that_of_the_whole_matrix() {
         let n = 60;
         let columns = vec![wobble(0, n, 0.7), wobble(0, n, 1.9)];
-        let fit = crate::inference::gauss_newton::Fit {
+        let fit = crate::inference::posterior::Fit {
             state: State::nominal(),
             chi2: 0.0,
             residual: wobble(0, n, 2.6),

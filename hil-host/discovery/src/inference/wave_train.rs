@@ -10,7 +10,7 @@
 //! ```
 
 use crate::inference::evidence::log_mean_exp;
-use crate::inference::gauss_newton::Fit;
+use crate::inference::posterior::Fit;
 use std::f64::consts::PI;
 
 /// Standard deviation of ln of the amplitudes of a train in runs some hours apart. Guess.

@@ -342,7 +342,7 @@ mod tests {
 
     /// Noise that a damping of share w multiplies leaves w² of itself: what a fit seems to gain by less damping it pays here.
     #[test]
-    fn accuracy_less_damping_pays_what_it_takes_from_the_noise_and_more_gains_nothing() {
+    fn accuracy_less_damping_pays_for_the_noise_and_more_gains_nothing() {
         let (heard, tolerance) = (280.0, 0.05);
         let paid = |z: f64| noise_in_damping(heard, tolerance, z);
         for z in [-30.0, -12.0, -3.0, 0.0, 1.5, 2.5, 6.0, 40.0] {

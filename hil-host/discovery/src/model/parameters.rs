@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn accuracy_a_wide_tail_pulls_as_its_cost_falls_and_costs_little_however_far() {
+    fn accuracy_a_wide_tail_is_its_cost_derived_and_costs_little_far_out() {
         let vehicle = vehicle();
         for index in super::WIDE_TAILS.iter().map(|w| w.index) {
             let cost = |z: f64| wide_tail(&vehicle, index, z).expect("a tail").0;

@@ -7,7 +7,7 @@ use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
 use crate::hypotheses::identifiability::posterior_tolerances;
 use crate::inference::estimate::{Estimate, estimates};
-use crate::inference::gauss_newton::Fit;
+use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::likelihood::block_error::block_errors;
 use crate::likelihood::block_error::blocks;

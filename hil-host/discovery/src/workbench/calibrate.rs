@@ -16,9 +16,9 @@ use crate::diagnosis::settle::estimate_anew;
 use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
 use crate::hypotheses::identifiability::discrepancy_of;
-use crate::inference::gauss_newton::{Jacobian, symmetric};
 use crate::likelihood::block_error::block_errors;
 use crate::likelihood::block_error::{Block, blocks};
+use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{
     BATTERY_ZERO, CALIBRATION, CLOCK_OFFSET, HEADING_BIAS, N_CALIBRATION, PRESSURE_PORT, PRESSURE_ZERO, SPEED_SCALE, STATED, SensorFinding,

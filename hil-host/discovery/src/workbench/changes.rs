@@ -14,7 +14,7 @@
 //! `ARL(h) ≈ √(2π) e^{h²/2} / (h ∫₀^∞ x ν²(x) dx)`, ν(x) ≈ e^{−0.583 x}, for one number tested both ways. The kinds are as many tests
 //! (two-sided ones count one, one-sided ones half); the threshold is where all together have one alarm in [`DIVES_PER_ALARM`] dives.
 
-use crate::inference::gauss_newton::symmetric;
+use crate::likelihood::jacobian::symmetric;
 use crate::workbench::pooling::{Information, pool_scatter};
 use crate::workbench::tracking::{COMPRESSIBILITY, DRAG, LIFT, N, PITCH_ZERO, PRESSURE, TRIM};
 use nalgebra::{DMatrix, DVector};

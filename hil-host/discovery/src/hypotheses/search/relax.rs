@@ -2,7 +2,8 @@
 
 use super::{BESIDE_EACH, BETTER, Search, prior_of};
 use crate::hypotheses::candidate::{Candidate, RENEW_GAIN, named};
-use crate::inference::gauss_newton::{Effort, Jacobian, fit_from};
+use crate::inference::gauss_newton::{Effort, fit_from};
+use crate::likelihood::jacobian::Jacobian;
 
 /// Hypotheses that are relaxed, exchanges tried for each effect of the best of them, and rounds at most.
 const RELAXED: usize = 4;

@@ -162,7 +162,7 @@ fn the_image_answers_like_the_session_on_the_host() {
 }
 
 #[test]
-fn a_launch_is_refused_with_the_strap_of_a_bench_and_frames_are_flown_after_it() {
+fn a_launch_is_refused_with_the_bench_strap_and_frames_are_flown() {
     let Some(elf) = image() else { return };
     let mut board = Board::start(&elf, "strap");
     board.ask(&ToBoard::Hello { nonce: 1 });

@@ -64,7 +64,7 @@ fn accuracy_calibrated_numbers_are_the_plants_within_their_tolerances() {
 
 /// A drag that is a third less in the file than the vehicle has, tolerances kept, is named on the next flight; nothing on a quiet one.
 #[test]
-fn accuracy_a_drag_that_the_calibrated_file_lacks_is_named_and_nothing_on_a_quiet_flight() {
+fn accuracy_a_drag_the_calibrated_file_lacks_is_named_else_nothing() {
     let first = generate_natural(&clean(), SEED, 0);
     let (flight, given) = written(&first);
     let (done, known) = from(vec![flight], &given);

@@ -104,7 +104,7 @@ fn one(root: &Path, real: &Real) -> Vec<Limit> {
 
 #[test]
 #[ignore = "missed since the model discrepancy is marginalised: docs/discovery-score.md"]
-fn validate_every_real_flight_goes_from_its_files_to_a_diagnosis_in_two_commands() {
+fn validate_every_real_flight_is_diagnosed_from_files_by_two_commands() {
     let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
         eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
         return;

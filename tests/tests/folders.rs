@@ -90,9 +90,6 @@ const NAMES_EFFECTS: [&str; 7] = [
     "plant/src/trials/vehicle.rs",
 ];
 
-/// Files that are longer than a file may be, and wait to be split.
-const LONG: [&str; 2] = ["discovery/src/inference/gauss_newton.rs", "discovery/src/likelihood/mod.rs"];
-
 fn hil_host() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../hil-host")
 }
@@ -142,15 +139,65 @@ fn no_effect_is_called_by_its_name_outside_the_catalogue() {
     assert!(bad.is_empty(), "ask the effect (a method of its trait) instead of comparing its name: {bad:#?}");
 }
 
+/// Every source of the workspace by its path from the root.
+fn sources() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let files = ["benches", "firmware", "hil-host", "tests"].iter().flat_map(|f| rust_files(&root.join(f)));
+    let own = files.filter(|p| !p.components().any(|c| c.as_os_str() == "target"));
+    own.map(|p| {
+        let name = p.strip_prefix(&root).expect("below it").to_str().expect("a name").to_owned();
+        (name, std::fs::read_to_string(&p).expect("a source file"))
+    })
+    .collect()
+}
+
+/// Files of more lines than a file may have.
+fn long_files(sources: &[(String, String)]) -> Vec<String> {
+    let lines = sources.iter().map(|(name, text)| (name, text.lines().count()));
+    lines.filter(|(_, n)| *n > 500).map(|(name, n)| format!("{name}: {n}")).collect()
+}
+
 #[test]
-fn no_file_of_the_laptop_side_is_longer_than_500_lines() {
-    let lines = |p: &Path| std::fs::read_to_string(p).expect("a source file").lines().count();
-    let folders = ["src", "tests", "discovery", "hydro", "plant"];
-    let files = folders.iter().flat_map(|f| rust_files(&hil_host().join(f)));
-    let name = |p: &Path| p.strip_prefix(hil_host()).expect("below it").to_str().expect("a name").to_owned();
-    let long: Vec<String> =
-        files.filter(|p| lines(p) > 500 && !LONG.contains(&name(p).as_str())).map(|p| format!("{}: {}", name(&p), lines(&p))).collect();
-    assert!(long.is_empty(), "a file over 500 lines is a missing room: {long:?}");
+fn no_file_is_longer_than_500_lines() {
+    let all = sources();
+    assert!(all.len() > 400, "only {} sources", all.len());
+    assert_eq!(long_files(&all), [""; 0], "a file over 500 lines is a missing room");
+    let one = |lines: usize| long_files(&[("x.rs".to_owned(), "\n".repeat(lines))]);
+    assert!(one(500).is_empty() && one(501) == ["x.rs: 501"]);
+}
+
+/// Functions that carry a leave to be longer than clippy's 80 lines.
+fn long_functions(sources: &[(String, String)]) -> Vec<&str> {
+    let leave = concat!("clippy::", "too_many_lines");
+    sources.iter().filter(|(_, text)| text.contains(leave)).map(|(name, _)| name.as_str()).collect()
+}
+
+#[test]
+fn no_function_is_let_be_longer_than_80_lines() {
+    assert_eq!(long_functions(&sources()), [""; 0], "split it; clippy refuses more than 80 lines (clippy.toml)");
+    let leave = format!("#[allow(clippy::{})]\nfn f() {{}}\n", "too_many_lines");
+    assert_eq!(long_functions(&[("x.rs".to_owned(), leave)]), ["x.rs"]);
+}
+
+/// Names of tests that are longer than 70 characters: functions after `#[test]`.
+fn long_test_names(sources: &[(String, String)]) -> Vec<String> {
+    let mut long = Vec::new();
+    for (_, text) in sources {
+        for after in text.split("#[test]").skip(1) {
+            let name = after.split("fn ").nth(1).and_then(|f| f.split('(').next()).unwrap_or_default();
+            if name.len() > 70 && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+                long.push(name.to_owned());
+            }
+        }
+    }
+    long
+}
+
+#[test]
+fn test_names_have_at_most_70_characters() {
+    assert_eq!(long_test_names(&sources()), [""; 0]);
+    let named = |n: usize| long_test_names(&[(String::new(), format!("#[test]\nfn {}() {{}}\n", "a".repeat(n)))]).len();
+    assert_eq!([named(70), named(71)], [0, 1]);
 }
 
 /// Files that the guide to discovery names: alone in the paragraph of their folder, or with it.

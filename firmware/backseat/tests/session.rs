@@ -157,7 +157,7 @@ impl Bench {
 }
 
 #[test]
-fn test_01_a_first_line_gives_a_frame_and_nothing_is_said_before_the_glider_spoke() {
+fn test_01_a_first_line_gives_a_frame_and_only_the_glider_speaks_first() {
     let mut bench = Bench::new(List::default());
     bench.wait(30_000);
     assert_eq!((bench.said().as_str(), bench.session.state()), ("", State::Wait));
@@ -264,7 +264,7 @@ fn line_of(body: &str) -> String {
 }
 
 #[test]
-fn test_09_silence_of_the_glider_is_an_abort_after_its_patience_and_stays_one() {
+fn test_09_silence_of_the_glider_aborts_after_its_timeout_for_good() {
     let mut bench = Bench::new(List::default());
     bench.open();
     for i in 0..10 {
@@ -320,7 +320,7 @@ fn test_11_a_pause_and_a_reset_without_hi_open_the_session_again() {
 }
 
 #[test]
-fn test_12_another_list_is_never_written_to_and_a_damaged_one_is_read_again() {
+fn test_12_another_list_is_never_written_to_a_damaged_one_read_again() {
     for generation in [Generation::Older, Generation::Newer] {
         let list = List { generation, ..List::default() };
         let mut bench = Bench::new(list);

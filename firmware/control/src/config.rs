@@ -238,7 +238,7 @@ mod tests {
     use super::{Config, ConfigError, Settings};
 
     #[test]
-    fn the_built_in_vehicles_are_valid_and_absurd_settings_are_refused_by_name() {
+    fn built_in_vehicles_are_valid_absurd_settings_are_refused_by_name() {
         for s in [Settings::slocum_200(), Settings::slocum_100(), Settings::slocum_1000()] {
             assert_eq!(Config::new(s), Ok(Config(s)));
         }

@@ -44,7 +44,7 @@ fn after(depth_m: f64, leak: Switch, water_kg: f64) -> Outcome {
 }
 
 #[test]
-fn a_leak_far_below_takes_the_weight_at_the_third_look_and_one_near_the_surface_does_not() {
+fn a_deep_leak_drops_the_weight_at_the_third_reading_a_shallow_one_not() {
     let deep = after(150.0, Switch::Alarm, 0.0);
     assert_eq!((deep.abort, deep.fired, deep.home), (Some(Abort::Leak), Some(2), true));
     let shallow = after(12.0, Switch::Alarm, 0.0);
@@ -69,7 +69,7 @@ fn a_vehicle_that_sinks_on_with_its_pump_out_comes_home_on_the_weight() {
 }
 
 #[test]
-fn what_neither_pump_nor_weight_can_lift_sinks_on_its_wings_until_it_can_and_then_comes_home() {
+fn a_vehicle_too_heavy_to_rise_glides_until_it_can_and_comes_home() {
     let config = Config::default();
     let mut state = State::new(&config, Mission::default(), Micros(0));
     let mut toy = Toy::new(&config);

@@ -94,7 +94,7 @@ fn each_lost_sense_brings_the_vehicle_home_with_its_own_cause_and_in_time() {
 }
 
 #[test]
-fn each_gauge_ends_the_mission_in_the_cycle_of_its_third_alarm_whatever_the_cycle_it_begins_in() {
+fn each_gauge_ends_the_mission_in_the_cycle_of_its_third_alarm() {
     type Spoil = fn(&mut SensorFrame);
     let vacuum: Spoil = |f| f.vacuum_pa = Reading::now(99e3);
     let volts: Spoil = |f| f.battery_v = Reading::now(9.4);
@@ -161,7 +161,7 @@ fn a_stuck_pump_is_retried_reversed_and_then_the_weight_goes() {
 }
 
 #[test]
-fn a_stuck_battery_is_found_as_such_whatever_the_order_does_and_the_pitch_is_not_blamed_for_it() {
+fn a_stuck_battery_is_found_and_the_pitch_is_not_blamed_for_it() {
     // At its forward end, where it stands at the surface: a steep dive, and a climb with the nose down.
     for from in [Phase::Dive, Phase::InflectLow] {
         let mut began = false;
@@ -218,7 +218,7 @@ fn a_mission_too_deep_for_the_vehicle_is_not_begun() {
 }
 
 #[test]
-fn a_vehicle_slower_than_any_that_was_reckoned_with_is_called_home_when_its_time_is_over() {
+fn a_vehicle_slower_than_expected_is_called_home_at_its_time_limit() {
     let leg = Leg { dives: 2, depth_min_m: 5.0, depth_max_m: 150.0, ballast_m3: 95e-6, ..Leg::default() };
     let mut mission = Mission { legs: [leg].into_iter().collect(), ..Mission::default() };
     mission.max_duration_s = mission.least_duration_s().ceil() as u32;

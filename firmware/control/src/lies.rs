@@ -60,7 +60,7 @@ fn a_flat_pitch_after_a_steep_one_is_no_fault_of_the_pitch_sensor() {
 }
 
 #[test]
-fn one_depth_sensor_that_drifts_never_takes_the_vehicle_near_its_crush_depth() {
+fn one_drifting_depth_sensor_never_takes_it_near_the_crush_depth() {
     for metres_per_hour in [-60.0, -20.0, -5.0, 5.0, 20.0, 60.0] {
         let out = fly(&[leg(5.0, 190.0, 12)], 30.0, |toy, frame| {
             alone(toy, frame);
@@ -71,7 +71,7 @@ fn one_depth_sensor_that_drifts_never_takes_the_vehicle_near_its_crush_depth() {
 }
 
 #[test]
-fn one_sensor_alone_is_held_against_the_surface_after_every_deep_dive_and_seldom_in_shallow_water() {
+fn a_lone_sensor_is_checked_afloat_after_deep_dives_seldom_in_shallows() {
     let near = fly(&[leg(5.0, 190.0, 3)], 12.0, alone);
     assert_eq!((near.phase, near.abort, near.surfacings), (Phase::Done, None, 2), "{near:?}");
     let shallow = fly(&[leg(5.0, 27.0, 8)], 12.0, alone);
@@ -82,7 +82,7 @@ fn one_sensor_alone_is_held_against_the_surface_after_every_deep_dive_and_seldom
 }
 
 #[test]
-fn a_lone_sensor_that_leaps_is_found_at_its_third_sample_and_one_that_says_deep_while_afloat_at_its_fourth() {
+fn a_lone_sensor_that_jumps_is_found_at_once_and_one_deep_while_afloat() {
     let leaps = fly(&[leg(5.0, 190.0, 1)], 4.0, |toy, frame| {
         alone(toy, frame);
         if toy.t > 600.0 {

@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn one_spike_is_ignored_and_a_lasting_step_is_believed_at_the_third_sample() {
+    fn one_spike_is_ignored_and_a_step_is_accepted_at_the_third_sample() {
         let (c, mut s) = (Config::default(), Senses::default());
         for _ in 0..5 {
             s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::Missing));

@@ -123,7 +123,7 @@ mod tests {
     const SHALLOW: Reading = Reading::now(0.3);
 
     #[test]
-    fn twins_are_believed_after_forty_seconds_and_a_lone_sensor_after_ten_minutes() {
+    fn two_sensors_count_after_forty_seconds_a_lone_one_after_ten_minutes() {
         let twins = |n| after((0..n).map(|_| (SHALLOW, Reading::now(0.5))));
         assert!(!twins(10) && twins(11));
         let alone = |n| after((0..n).map(|_| (SHALLOW, Reading::Missing)));

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_built_in_vehicles_are_within_and_each_removed_interlock_is_refused_by_name() {
+    fn built_in_vehicles_are_within_and_a_removed_interlock_is_refused() {
         let d = Settings::slocum_200();
         for built in [Settings::slocum_100(), d, Settings::slocum_1000()] {
             assert_eq!(check(&built), Ok(()));

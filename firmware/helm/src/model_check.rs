@@ -422,7 +422,7 @@ const STARTS: [&[Letter]; 7] = [
 ];
 
 #[test]
-fn no_sequence_of_messages_faults_resets_and_flips_leaves_safe_under_water() {
+fn no_sequence_of_messages_faults_and_resets_leaves_safe_submerged() {
     // Ten million transitions where the compiler optimises, half a million where it does not.
     let length = if cfg!(debug_assertions) { 4 } else { 5 };
     let next = std::sync::atomic::AtomicUsize::new(0);

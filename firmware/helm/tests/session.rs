@@ -142,7 +142,7 @@ fn ready_names_table_configuration_and_mission() {
 }
 
 #[test]
-fn a_repeated_frame_is_answered_again_without_a_step_and_a_stale_one_is_refused() {
+fn a_repeated_frame_is_answered_without_a_step_a_stale_one_refused() {
     let mut h = flying();
     let first = h.handle(ToBoard::Sensor(frame(10)));
     assert!(matches!(first, ToHost::Answer(_)));

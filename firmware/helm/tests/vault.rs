@@ -410,7 +410,7 @@ fn in_use(helm: &mut Helm<Vault<Part>>, object: Object) -> Vec<u8> {
 }
 
 #[test]
-fn a_cut_at_any_byte_of_an_upload_or_rollback_leaves_one_of_the_two_versions_of_every_object() {
+fn a_cut_at_any_byte_of_an_upload_leaves_one_of_the_two_versions() {
     for object in [Object::Table(signals::Wings::Standard), Object::Table(signals::Wings::LowAspectRatio), Object::Config, Object::Mission]
     {
         let [first, second] = versions(object);

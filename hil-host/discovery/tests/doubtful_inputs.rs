@@ -74,7 +74,7 @@ fn regress_psi_and_tens_are_suspected_and_a_dragging_vehicle_is_not() {
 }
 
 #[test]
-fn regress_air_in_the_cell_is_left_out_at_both_ends_of_a_dive_and_a_halocline_stays() {
+fn regress_air_in_the_cell_is_left_out_and_a_halocline_stays() {
     let about = "air in the CTD";
     for (water, lost) in [(999.0, 20.0), (1025.0, 20.0), (1025.0, 6.0)] {
         let mut f = flight(1.0, 0.13, 0.2);
@@ -113,7 +113,7 @@ fn regress_held_pressures_are_thinned_and_coarse_ones_stay() {
 }
 
 #[test]
-fn regress_numbers_may_have_exponents_and_a_parameter_that_changes_nothing_is_refused() {
+fn regress_exponents_are_read_and_a_parameter_without_effect_is_refused() {
     for text in ["volume_cc += a*exp(-p/1e5)", "volume_cc += a*exp(-p/1.0E+5)", "cd += k*alpha^2*1e-1", "density_kg_m3 += e5*T"] {
         expression::parse(text).unwrap_or_else(|e| panic!("{e}"));
     }

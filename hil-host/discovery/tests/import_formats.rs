@@ -307,7 +307,7 @@ fn pressure(k: usize, line: &str, f: impl Fn(f64) -> f64) -> String {
 }
 
 #[test]
-fn regress_the_zero_of_a_pressure_sensor_is_taken_out_and_absolute_pressure_named() {
+fn regress_a_pressure_zero_is_removed_and_absolute_pressure_is_named() {
     let deepest = |got: &Imported| got.flight.pressure_pa.iter().copied().fold(0.0, f64::max) * 1e-4;
     for (name, zero, said) in
         [("minus", -1.5, "-1.50 dbar afloat"), ("plus", 1.5, "1.50 dbar afloat"), ("absolute", 10.13, "absolute pressure?")]

@@ -113,7 +113,7 @@ fn read_netcdf(name: &str, dimensions: &[&str], variables: &[Variable]) -> Resul
 }
 
 #[test]
-fn regress_rows_from_before_the_clock_was_set_make_no_flight_of_fifty_years() {
+fn regress_rows_before_the_clock_was_set_are_no_flight_of_fifty_years() {
     let mut columns = variables(USUAL);
     columns[0].3[..130].iter_mut().enumerate().for_each(|(k, t)| *t = 4.0 * k as f64);
     let got = read_netcdf("half-1970", &["time"], &columns).expect("an import");
@@ -162,7 +162,7 @@ fn csv(name: &str, header: &str, row: impl Fn(usize) -> String) -> Result<Import
 
 /// A vehicle too small for a sensor of its ballast; one without a CTD; one without either.
 #[test]
-fn regress_a_glider_without_a_ballast_reading_is_read_and_says_what_cannot_be_asked() {
+fn regress_a_log_without_ballast_is_read_and_says_what_it_cannot_show() {
     let (ballast, density) = ("m_ballast_pumped_cc", "sci_density_kg_m3");
     let cases: [(&str, &[&str]); 4] = [
         ("m_pitch_rad,sci_density_kg_m3", &[ballast]),

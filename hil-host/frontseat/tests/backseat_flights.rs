@@ -94,7 +94,7 @@ fn test_03_the_front_seat_notes_a_jump_that_the_checksum_cannot_see() {
 }
 
 #[test]
-fn test_05_a_write_to_no_sensor_changes_nothing_whatever_the_front_seat_answers() {
+fn test_05_a_write_to_no_sensor_changes_nothing() {
     for (bad_index, says) in [(OnBadWrite::Ignore, false), (OnBadWrite::Error, true)] {
         let (out, heard) = scripted(vec![(10.0, "$SW,40:1.0*39\r\n")], Switches { bad_index, ..Switches::default() });
         assert_eq!(heard.contains("$ER,1*0a"), says);
@@ -153,7 +153,7 @@ fn test_09_a_front_seat_that_falls_silent_is_answered_with_full_buoyancy() {
 }
 
 #[test]
-fn test_10_a_board_that_falls_silent_leaves_its_orders_and_the_mission_brings_the_vehicle_up() {
+fn test_10_a_silent_board_leaves_its_orders_and_the_mission_surfaces() {
     let at = mid_dive();
     let silent = |setup: &mut Setup| setup.events = vec![(at, Event::BoardSilent(true))];
     // The orders stand: the glider goes on to its own turn, 3 m below ours, again and again, until the shore was not heard for long.
@@ -208,7 +208,7 @@ fn test_11_a_pause_of_the_program_is_no_lost_line() {
 }
 
 #[test]
-fn test_12_a_glider_with_another_list_is_never_written_to_and_stays_afloat() {
+fn test_12_a_glider_with_another_list_is_never_written_to() {
     let out = flown(|setup| setup.ini = setup.ini.replace("m_pitch rad\nm_roll rad", "m_roll rad\nm_pitch rad"));
     assert!(!out.taken.iter().any(|(_, b)| b.starts_with("SW") || b.starts_with("MD")));
     assert_eq!(out.log.iter().filter(|l| l.contains("extctl.ini")).count(), 1, "{:?}", out.log);
@@ -218,7 +218,7 @@ fn test_12_a_glider_with_another_list_is_never_written_to_and_stays_afloat() {
 /// One byte in 5,000 damaged, swapped, doubled or lost: every tenth cycle. All come home. A swapped digit in an order passes the checksum
 /// and moves the pump for a cycle; where the law then takes the pump for stuck, it comes up. Flown whole when written: 14 of 16.
 #[test]
-fn prop_a_line_that_damages_bytes_brings_every_flight_home_and_most_of_them_whole() {
+fn prop_over_a_damaged_line_every_flight_comes_home_most_complete() {
     let r = 5e-5;
     let damage = Damage { flip: r, swap: r, double: r, lose: r };
     let change = |seed: u64| move |setup: &mut Setup| (setup.seed, setup.events) = (seed, vec![(0.0, Event::Damage(damage))]);
@@ -241,7 +241,7 @@ fn hil_the_pseudo_terminal_says_what_the_board_says() {
 }
 
 #[test]
-fn scorecard_over_the_line_the_law_keeps_nine_tenths_and_beats_the_gliders_servo() {
+fn scorecard_over_the_line_the_law_keeps_nine_tenths_beats_the_servo() {
     let cases: Vec<_> = BOTH.into_iter().flat_map(|w| [(w, "3-27 m", shallow(w)), (w, "0-200 m", sea(w))]).collect();
     let shares: Vec<_> = cases
         .into_par_iter()

@@ -431,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_of_the_catalogue_has_a_row_in_every_phase_for_good_and_for_a_while() {
+    fn every_fault_has_a_row_in_every_phase_lasting_and_passing() {
         let config = Config::default();
         for (target, kind, ..) in catalogue() {
             let fault = Fault::new(target, kind).expect("in the catalogue");
@@ -445,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_pump_is_owed_from_the_moment_it_is_needed_and_not_when_it_never_is() {
+    fn a_held_pump_is_due_from_when_it_is_needed_and_never_otherwise() {
         for fault in ["pump:stuck@climb", "pump:runaway=-1@dive", "ballast:stuck@climb"] {
             let bound = |needed_s| match owed(fault, needed_s) {
                 Expect::Abort(_, bound) => bound,
@@ -471,7 +471,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_owed_by_the_clock_takes_longer_than_two_minutes_but_what_burns_waits_or_is_slow_itself() {
+    fn what_is_due_by_the_clock_is_within_two_minutes_but_slow_faults() {
         for (target, kind, ..) in catalogue() {
             let fault = Fault::new(target, kind).expect("in the catalogue").at(Phase::InflectLow, 0.0);
             let config = Config::default();

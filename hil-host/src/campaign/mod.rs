@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loss_with_a_force_left_that_points_up_is_a_failure_and_one_without_is_set_apart() {
+    fn a_loss_with_an_upward_force_left_is_a_failure_others_are_set_apart() {
         // A litre of water a minute: a race that nobody wins, full buoyancy, weight and all.
         let race = verdict(&["hull:leak=1000@dive+120s"]);
         assert!(!race.home() && race.apart() && race.means.race == Some(false) && race.means.for_good_n > 0.0, "{race:?}");

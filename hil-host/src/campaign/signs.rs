@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sign_stands_from_its_first_cycle_until_a_break_and_never_once_the_fault_has_ended() {
+    fn a_sign_stands_from_its_first_cycle_until_a_break_or_the_faults_end() {
         let off = || Shown { frame: SensorFrame { depth_m: Reading::Missing, ..sound(20.0).frame }, ..sound(20.0) };
         let got = stood(Sign::DepthWrong(Target::Depth), &[sound(20.0), off(), off(), sound(20.0), off()]);
         assert_eq!(got, [None, Some(0.0), Some(4.0), None, Some(0.0)]);
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn each_sign_is_shown_by_what_it_is_named_after_just_beyond_what_the_law_tolerates() {
+    fn each_sign_is_shown_just_beyond_what_the_law_tolerates() {
         let shows = |sign, change: &dyn Fn(&mut Shown, usize)| {
             let mut cycles: Vec<Shown> = (0..60).map(|i| sound(20.0 + 0.8 * f64::from(i))).collect();
             cycles.iter_mut().enumerate().for_each(|(i, s)| change(s, i));

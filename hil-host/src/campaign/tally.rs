@@ -115,7 +115,7 @@ mod tests {
     use signals::Wings;
 
     #[test]
-    fn a_row_holds_the_longest_bound_and_the_longest_latency_and_counts_what_went_on() {
+    fn a_row_holds_the_longest_bound_and_latency_and_counts_the_rest() {
         let fly = |fault: &str| {
             let faults = vec![fault.parse().expect("a fault")];
             run(&Case { water: Water::Shallow, wings: Wings::Standard, seed: 5, faults, line: None }).expect("flies")

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_pump_may_be_off_is_more_than_any_pump_stops_short_of_and_less_than_any_glide_needs() {
+    fn the_pumps_tolerance_is_above_its_error_and_below_any_glides_need() {
         for pump in [Pump::shallow_100(), Pump::shallow_200(), Pump::deep()] {
             // Its dead-band and three times the noise of its feedback.
             assert!(NEAR_M3 > pump.dead_band_m3 + 3.0 * 0.3e-6 && NEAR_M3 < 0.1 * pump.volume_m3, "{pump:?}");

@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pitch_that_stands_still_as_pump_and_battery_do_is_sound_and_one_that_does_not_answer_them_is_stuck() {
+    fn a_pitch_is_stuck_only_if_it_does_not_follow_pump_and_battery() {
         let (held, moved) = ([0.018; 200], [0.011; 50]);
         assert!(doubted(held.into_iter()).iter().all(|d| !d), "nothing moves");
         let got = doubted(held[..2].iter().chain(&moved).copied());

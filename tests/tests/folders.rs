@@ -81,7 +81,7 @@ fn check(source: &str, order: &[&str]) {
 /// Where an effect may be called by its name: calibration numbers and a key of vehicle files that are called like an effect, what the
 /// scorecards hide, and the truths of the plant, which knows no model.
 const NAMES_EFFECTS: [&str; 7] = [
-    "discovery/src/model/parameters.rs",
+    "discovery/src/model/parameters",
     "discovery/src/vehicle/mod.rs",
     "src/score/real/lies.rs",
     "plant/src/effects.rs",

@@ -13,7 +13,7 @@ use crate::hypotheses::sensitivity::signatures;
 use crate::inference::posterior::Fit;
 use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
-use crate::model::parameters::{STATED, State, tolerance_of};
+use crate::model::parameters::{STATED, State};
 use crate::vehicle::catalogue;
 use nalgebra::DMatrix;
 
@@ -146,24 +146,6 @@ impl Identifiability {
         class.dedup();
         class
     }
-}
-
-/// Keys of `tolerance_1sigma` in a vehicle file, the value of a tolerance of 1 as the file has it, by calibration number.
-#[must_use]
-pub fn stated_tolerances(vehicle: &crate::vehicle::Vehicle) -> [(&'static str, f64); STATED] {
-    const KEYS: [&str; STATED] = [
-        "cd0_relative",
-        "lift_slope_relative",
-        "lift_quadratic_relative",
-        "trim_volume_cc",
-        "ballast_gain_relative",
-        "pitch_zero_rad",
-        "hull_compressibility_relative",
-        "hull_thermal_expansion_relative",
-        "added_mass_surge",
-        "added_mass_heave",
-    ];
-    std::array::from_fn(|k| (KEYS[k], tolerance_of(vehicle, k)))
 }
 
 #[cfg(test)]

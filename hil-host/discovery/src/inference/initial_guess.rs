@@ -8,7 +8,7 @@
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
-use crate::model::parameters::State;
+use crate::model::parameters::{DRAG, State, TRIM_VOLUME};
 use crate::vehicle::Vehicle;
 
 /// Trim and drag tolerances from which a file counts as not calibrated: one linearisation no longer spans them, m³ and 1.
@@ -69,8 +69,8 @@ pub fn find(problem: &Problem) -> State {
     for drag in DRAGS {
         for trim in TRIMS {
             let mut state = State::nominal();
-            state.calibration[0] = drag;
-            state.calibration[3] = trim;
+            state.calibration[DRAG] = drag;
+            state.calibration[TRIM_VOLUME] = trim;
             places.push((cost(problem, &state), state));
         }
     }

@@ -5,3 +5,4 @@ pub mod dynamics;
 pub mod integrator;
 pub mod internal_wave;
 pub mod parameters;
+pub mod sensor_findings;

@@ -1,190 +1,149 @@
-//! What scatters in every vehicle: the calibration numbers, their tolerances, and the model that a state of them means.
+//! What scatters in every vehicle: calibration and nuisance parameters, and the model that a state of them means. Their table is in
+//! `parameters/table.rs`.
+
+mod table;
+
+pub(crate) use table::PRESSURE_ZERO_PA;
+pub use table::{N_CALIBRATION, PARAMETERS, Parameter, Stated};
 
 use crate::ablation::is_on;
 use crate::model::internal_wave::Wave;
 use crate::vehicle::Vehicle;
-use hydro::effects::{Active, BallastScale, Calibrated, Constants, Effect, PitchOffset};
+use hydro::effects::{Active, Constants, Effect};
+use table::{Acts, Group, Spread, Tail};
 
-/// Calibration numbers that scatter in every vehicle, in the order of [`State::calibration`]: those that change the simulation, then
-/// those that act on its result.
-pub const CALIBRATION: [&str; 27] = [
-    "cd0",
-    "lift_slope",
-    "lift_quadratic",
-    "trim_volume",
-    "ballast_gain",
-    "pitch_zero",
-    "hull_compressibility",
-    "thermal_expansion",
-    "added_mass_surge",
-    "added_mass_heave",
-    "induced_k",
-    "hull_drag",
-    "lift_fading",
-    "cd_broadside",
-    "clock_offset",
-    "hull_lag_share",
-    "banked_turn",
-    "speed_scale",
-    "heading_bias",
-    "pressure_zero",
-    "pressure_port",
-    "battery_zero",
-    "battery_mass",
-    "metacentric_height",
-    "ballast_arm",
-    "pitch_moment",
-    "pitch_damping",
-];
-/// Number of calibration numbers.
-pub const N_CALIBRATION: usize = CALIBRATION.len();
+/// How many parameters there are up to the end of a group.
+const fn up_to(last: Group) -> usize {
+    let mut n = 0;
+    while n < N_CALIBRATION && PARAMETERS[n].group as usize <= last as usize {
+        n += 1;
+    }
+    n
+}
+
+/// Their names.
+pub const CALIBRATION: [&str; N_CALIBRATION] = {
+    let mut names = [""; N_CALIBRATION];
+    let mut k = 0;
+    while k < N_CALIBRATION {
+        names[k] = PARAMETERS[k].name;
+        k += 1;
+    }
+    names
+};
+
+/// Where a parameter stands in the table.
+const fn at(name: &str) -> usize {
+    let mut k = 0;
+    while !same(CALIBRATION[k].as_bytes(), name.as_bytes()) {
+        k += 1;
+    }
+    k
+}
+
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    let mut i = 0;
+    while i < a.len() && i < b.len() && a[i] == b[i] {
+        i += 1;
+    }
+    i == a.len() && i == b.len()
+}
+
 /// How many of them, from the first, have a tolerance that the vehicle file states.
-pub(crate) const STATED: usize = 10;
-/// How many of them change the simulation.
-pub const N_SIMULATED: usize = 17;
+pub(crate) const STATED: usize = up_to(Group::Stated);
 /// How many of them, from the first, are numbers of the law of the vehicle; what follows are nuisances.
-pub(crate) const N_LAW: usize = 14;
-/// Those of the law that are no constant of it: a file states them as the effect that is their error.
-pub(crate) const BALLAST_GAIN: usize = 4;
-pub(crate) const PITCH_ZERO: usize = 5;
-/// Added mass across the hull: a nuisance too, for no vehicle file knows it.
-pub(crate) const HEAVE_MASS: usize = 9;
-/// Nuisances that change the simulation: time by which pitch, roll and ballast are logged after the pressure; share of the hull's
-/// expansion that follows the water late; share of a turn without sideslip.
-pub(crate) const CLOCK_OFFSET: usize = 14;
-pub(crate) const HULL_LAG: usize = 15;
-pub(crate) const BANKED_TURN: usize = 16;
-/// Those that act on its result.
-pub(crate) const SPEED_SCALE: usize = 17;
-pub(crate) const HEADING_BIAS: usize = 18;
-pub(crate) const PRESSURE_ZERO: usize = 19;
-/// Distance of the pressure port ahead of the centre of the hull.
-pub(crate) const PRESSURE_PORT: usize = 20;
-pub(crate) const BATTERY_ZERO: usize = 21;
-/// The numbers of the moments in pitch, from the first.
-pub(crate) const BATTERY_MASS: usize = 22;
-pub(crate) const METACENTRIC_HEIGHT: usize = 23;
-pub(crate) const BALLAST_ARM: usize = 24;
-pub(crate) const PITCH_MOMENT: usize = 25;
-pub(crate) const PITCH_DAMPING: usize = 26;
-/// Tolerance of the drag due to lift and of the hull's drag due to angle of attack, relative. A vehicle file gives none; but no law of
-/// three numbers is nature's to a hundredth at every angle, and what is left of it is not to be named edge lift or vortices. A guess:
-/// flights of another author's force law, clean or with a strong drag error, asked for 1 to 2 %.
-const LAW_RELATIVE: f64 = 0.015;
-/// Doubt about lift beyond the law, in shares of the way between its two continuations, and about the drag of a vehicle broadside on,
-/// relative: guesses. A stall is fitted to rows on both sides of the law's end; where what is beyond it was taken for known, stalls
-/// came out with drag effects beside them that make up for it. Twice to three times the lift's doubt loses weak effects of vehicles
-/// that fly shallow.
-const LIFT_FADING: f64 = 0.3;
-const BROADSIDE_RELATIVE: f64 = 0.3;
-/// Tolerances of the numbers of the moments in pitch, relative: battery's mass, metacentric height, arm of the engine, moment due to
-/// angle of attack, damping. The flight format gives none. Guesses: a scale and a trim in a tank give the first two to a hundredth;
-/// the arm's is wider, lest much hang on whether the engine's reading or its true volume acts there.
-const MOMENTS_RELATIVE: [f64; 5] = [0.01, 0.01, 0.05, 0.1, 0.05];
-/// Zero error of the pressure sensor, 1 sigma, Pa (FORMAT section 1: below 0.2 dbar).
-pub(crate) const PRESSURE_ZERO_PA: f64 = 1500.0;
+pub(crate) const N_LAW: usize = up_to(Group::Law);
+/// How many of them change the simulation.
+pub const N_SIMULATED: usize = up_to(Group::Simulated);
 
-/// A number whose prior is a mixture of two normal ones about nothing: nearly always as small as its tolerance, now and then wide.
-struct WideTail {
-    index: usize,
-    /// Name for a reader, and the unit and factor it is told in.
-    what: &'static str,
-    unit: &'static str,
-    factor: f64,
-    /// Tolerance of the many (none: the vehicle file's) and of the few, in the number's own unit, and the probability of the few.
-    tolerance: Option<f64>,
-    wide: f64,
-    probability: f64,
-    /// Bounds of what is possible, in the number's own unit.
-    bounds: (f64, f64),
+pub(crate) const DRAG: usize = at("cd0");
+pub(crate) const LIFT_SLOPE: usize = at("lift_slope");
+pub(crate) const TRIM_VOLUME: usize = at("trim_volume");
+pub(crate) const BALLAST_GAIN: usize = at("ballast_gain");
+pub(crate) const PITCH_ZERO: usize = at("pitch_zero");
+pub(crate) const HULL_COMPRESSIBILITY: usize = at("hull_compressibility");
+pub(crate) const HEAVE_MASS: usize = at("added_mass_heave");
+/// The last number of the law where it holds; what follows is beyond it.
+pub(crate) const HULL_DRAG: usize = at("hull_drag");
+pub(crate) const CLOCK_OFFSET: usize = at("clock_offset");
+pub(crate) const BANKED_TURN: usize = at("banked_turn");
+pub(crate) const SPEED_SCALE: usize = at("speed_scale");
+pub(crate) const HEADING_BIAS: usize = at("heading_bias");
+pub(crate) const PRESSURE_ZERO: usize = at("pressure_zero");
+pub(crate) const PRESSURE_PORT: usize = at("pressure_port");
+/// The first of those that only the position of the battery shows.
+pub(crate) const BATTERY_ZERO: usize = at("battery_zero");
+/// The first of the moments in pitch.
+pub(crate) const BATTERY_MASS: usize = at("battery_mass");
+pub(crate) const METACENTRIC_HEIGHT: usize = at("metacentric_height");
+pub(crate) const BALLAST_ARM: usize = at("ballast_arm");
+pub(crate) const PITCH_MOMENT: usize = at("pitch_moment");
+pub(crate) const PITCH_DAMPING: usize = at("pitch_damping");
+
+impl Parameter {
+    /// What the vehicle file states of its tolerance; none where it states nothing.
+    #[must_use]
+    pub const fn stated(&self) -> Option<Stated> {
+        if let Spread::Stated(stated) = self.tolerance { Some(stated) } else { None }
+    }
+
+    /// Whether a deviation is relative to the constant of the law.
+    #[must_use]
+    pub const fn is_relative(&self) -> bool {
+        matches!(self.acts, Acts::Scales(_) | Acts::ScalesToTenth(_))
+    }
+
+    /// What it is for a reader, in which unit, and the factor to that; none where its prior has no wide tail.
+    pub(crate) fn of_sensor(&self) -> Option<(&'static str, &'static str, f64)> {
+        self.tail.as_ref().map(|t| (t.what, t.unit, t.factor))
+    }
+
+    /// Its constant of the law; none where it has none.
+    #[must_use]
+    pub fn constant(&self, constants: &Constants) -> Option<f64> {
+        match self.acts {
+            Acts::Scales(of) | Acts::ScalesToTenth(of) | Acts::Shifts(of) => Some(*of(&mut { *constants })),
+            Acts::Is(_) | Acts::Observations => None,
+        }
+    }
+
+    /// Its 1-sigma tolerance in the unit of the model.
+    fn spread(&self, vehicle: &Vehicle) -> f64 {
+        match self.tolerance {
+            Spread::Stated(Stated { place, .. }) => *place(&mut { vehicle.tolerance }),
+            Spread::Of(of) => of(vehicle),
+            Spread::Guess(guess) => guess,
+        }
+    }
+
+    /// Factor from the unit of the model to that of the tolerance.
+    fn factor(&self) -> f64 {
+        self.stated().map_or(1.0, |s| s.factor)
+    }
+
+    /// Applies a deviation of `z` tolerances.
+    fn apply(&self, vehicle: &Vehicle, z: f64, constants: &mut Constants, effects: &mut Vec<Active>) {
+        let by = z * self.spread(vehicle);
+        match self.acts {
+            Acts::Scales(of) => *of(constants) *= 1.0 + by,
+            Acts::ScalesToTenth(of) => *of(constants) *= (1.0 + by).max(0.1),
+            Acts::Shifts(of) => *of(constants) += by,
+            Acts::Is(effect) if z != 0.0 => effects.push(Active::sized(effect, by)),
+            Acts::Is(_) | Acts::Observations => {}
+        }
+    }
+
+    /// Factor on what a vehicle file says of it, by a deviation of `z` tolerances.
+    pub(crate) fn on_document(&self, vehicle: &Vehicle, z: f64) -> f64 {
+        let by = z * self.spread(vehicle);
+        if let Acts::Shifts(of) = self.acts { 1.0 + by / *of(&mut vehicle.constants.clone()) } else { 1.0 + by }
+    }
 }
 
-/// Numbers of the moments in pitch have been guessed at one time in ten; how far off a guess is, is a guess of its own.
-const fn guessed(index: usize, what: &'static str, wide: f64) -> WideTail {
-    let tolerance = Some(MOMENTS_RELATIVE[index - BATTERY_MASS]);
-    let bounds = (f64::NEG_INFINITY, f64::INFINITY);
-    WideTail { index, what, unit: "1", factor: 1.0, tolerance, wide, probability: 0.1, bounds }
-}
-
-const WIDE_TAILS: [WideTail; 11] = [
-    // A spheroid's is 0.9 of its mass; wings, fins and the water around them are never known: 1.9 to 3 more on the public Slocum flights.
-    WideTail {
-        index: HEAVE_MASS,
-        what: "added mass across the hull beyond the vehicle file's, share of the mass",
-        unit: "1",
-        factor: 1.0,
-        tolerance: None,
-        wide: 1.5,
-        probability: 0.3,
-        // What a vehicle file may state.
-        bounds: (0.0, 5.0),
-    },
-    // Two computers that are set by GPS agree to a tenth of a second; the tables of two Slocums were 1.2 and 2.6 s apart.
-    WideTail {
-        index: CLOCK_OFFSET,
-        what: "clock of pitch and ballast behind that of the pressure",
-        unit: "s",
-        factor: 1.0,
-        tolerance: Some(0.1),
-        wide: 3.0,
-        probability: 0.1,
-        bounds: (-12.0, 12.0),
-    },
-    // A hull is some seconds to half a minute late (1 is half a minute); longer is no hull's. A conductivity cell that takes the water's
-    // temperature late makes a density error of the same form and either sign (Garau et al. 2011: some 0.04 kg/m³ per K, as half of a
-    // hull's expansion).
-    WideTail {
-        index: HULL_LAG,
-        what: "thermal lag of hull and conductivity cell, as the share of the hull's expansion that is half a minute late",
-        unit: "1",
-        factor: 1.0,
-        tolerance: Some(0.02),
-        wide: 0.5,
-        probability: 0.2,
-        bounds: (-1.0, 1.6),
-    },
-    // A body that banks turns, unless its model knows no roll: 1 without sideslip, 0.75 for a hull that slips.
-    WideTail {
-        index: BANKED_TURN,
-        what: "share of a turn without sideslip that a bank makes",
-        unit: "1",
-        factor: 1.0,
-        tolerance: Some(0.05),
-        wide: 0.7,
-        probability: 0.3,
-        bounds: (0.0, 1.2),
-    },
-    // Zeroed before launch, or not: a sensor of absolute pressure shows 10 dbar at the surface.
-    WideTail {
-        index: PRESSURE_ZERO,
-        what: "zero of the pressure sensor",
-        unit: "dbar",
-        factor: 1e-4,
-        tolerance: Some(PRESSURE_ZERO_PA),
-        wide: 3e4,
-        probability: 0.1,
-        bounds: (-5e5, 5e5),
-    },
-    // 0.3 to 0.6 m behind the centre by the logs of two Slocums whose port is in the tail; a CTD's is on the hull's side.
-    WideTail {
-        index: PRESSURE_PORT,
-        what: "pressure port ahead of the centre",
-        unit: "m",
-        factor: 1.0,
-        tolerance: Some(0.05),
-        wide: 0.5,
-        probability: 0.2,
-        bounds: (-1.5, 1.5),
-    },
-    guessed(BATTERY_MASS, "battery_mass_kg", 0.3),
-    guessed(METACENTRIC_HEIGHT, "metacentric_height_m", 0.3),
-    guessed(BALLAST_ARM, "ballast_arm_m", 0.3),
-    guessed(PITCH_MOMENT, "cm_alpha", 1.0),
-    guessed(PITCH_DAMPING, "cm_q", 0.5),
-];
-
-fn wide(index: usize) -> Option<&'static WideTail> {
-    WIDE_TAILS.iter().find(|w| w.index == index && (index != HEAVE_MASS || is_on("heave_mass")))
+/// The wide tail of a parameter's prior.
+fn wide(index: usize) -> Option<&'static Tail> {
+    const TABLE: &[Parameter; N_CALIBRATION] = &PARAMETERS;
+    TABLE[index].tail.as_ref().filter(|_| index != HEAVE_MASS || is_on("heave_mass"))
 }
 
 /// Between what values a calibration number may be, in its tolerances; none where nothing bounds it.
@@ -196,89 +155,28 @@ pub(crate) fn bounds(vehicle: &Vehicle, index: usize) -> Option<(f64, f64)> {
         return Some((0.0, 0.0));
     }
     // What the file has of it already counts.
-    let has = match index {
-        HEAVE_MASS => vehicle.constants.added_mass_heave,
-        HULL_LAG => vehicle.constants.hull_lag_share,
-        BANKED_TURN => vehicle.constants.banked_turn,
-        _ => 0.0,
-    };
+    let has = PARAMETERS[index].constant(&vehicle.constants).unwrap_or(0.0);
     Some(((w.bounds.0 - has).min(0.0) / tolerance, (w.bounds.1 - has).max(0.0) / tolerance))
 }
 
-/// A sensor, or a number of the log, that is found to be off.
-#[derive(Clone, Debug)]
-pub struct SensorFinding {
-    /// Name in [`CALIBRATION`].
-    pub name: &'static str,
-    /// What it is, in words.
-    pub what: &'static str,
-    /// Value with its 90 % interval.
-    pub value: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-    /// Unit.
-    pub unit: &'static str,
-}
-
-/// Tolerances beyond which a nuisance is told of, and standard errors that it must be from nothing.
-const TOLD: f64 = 3.0;
-/// Two-sided 90 % of a normal variable, sigma.
-const NINETY: f64 = 1.645;
-
-/// Nuisances that a fit finds to be off by more than they usually are: a state and the standard errors of its calibration numbers, in
-/// tolerances.
-#[must_use]
-pub fn sensor_findings(vehicle: &Vehicle, state: &State, sigma: impl Fn(usize) -> f64) -> Vec<SensorFinding> {
-    let told = |w: &WideTail| {
-        let (z, s) = (state.calibration[w.index], sigma(w.index));
-        let unit = tolerance_of(vehicle, w.index) * w.factor;
-        let [value, low, high] = [0.0, -NINETY, NINETY].map(|sigmas| (z + sigmas * s) * unit);
-        let found = || SensorFinding { name: CALIBRATION[w.index], what: w.what, value, low, high, unit: w.unit };
-        (w.index < BATTERY_MASS && z.abs() > TOLD && z.abs() > TOLD * s).then(found)
-    };
-    WIDE_TAILS.iter().filter_map(told).collect()
-}
-
-/// The calibration number that an effect is the error of: its index in [`CALIBRATION`].
+/// The parameter that an effect is the error of: its index in [`PARAMETERS`].
 #[must_use]
 pub fn calibration_of(effect: &dyn Effect) -> Option<usize> {
-    Some(match effect.error_of()? {
-        Calibrated::Drag => 0,
-        Calibrated::LiftSlope => 1,
-        Calibrated::TrimVolume => 3,
-        Calibrated::BallastGain => BALLAST_GAIN,
-        Calibrated::PitchZero => PITCH_ZERO,
-        Calibrated::HullCompressibility => 6,
-        Calibrated::ThermalExpansion => 7,
-        Calibrated::SurgeAddedMass => 8,
-        Calibrated::HeaveAddedMass => 9,
-    })
+    let of = effect.error_of()?;
+    PARAMETERS.iter().position(|p| p.error_of == Some(of))
 }
 
 /// Tolerance of a calibration number in the unit of the effect that deviates it.
 #[must_use]
 pub fn tolerance_of(vehicle: &Vehicle, index: usize) -> f64 {
-    let t = &vehicle.tolerance;
-    match index {
-        0 => t.cd0_relative,
-        1 => t.lift_slope_relative,
-        2 => t.lift_quadratic_relative,
-        3 => t.trim_volume_m3 * 1e6,
-        4 => t.ballast_gain_relative,
-        5 => t.pitch_zero_rad,
-        6 => t.hull_compressibility_relative,
-        7 => t.hull_thermal_expansion_relative,
-        8 => t.added_mass_surge,
-        9 => t.added_mass_heave,
-        10 | 11 => LAW_RELATIVE,
-        12 => LIFT_FADING,
-        13 => BROADSIDE_RELATIVE,
-        SPEED_SCALE => vehicle.sensors.speed_scale_relative,
-        HEADING_BIAS => vehicle.sensors.heading_bias_rad,
-        BATTERY_ZERO => vehicle.moments.map_or(0.0, |m| m.battery_zero_m),
-        _ => wide(index).and_then(|w| w.tolerance).unwrap_or(0.0),
+    let p = &PARAMETERS[index];
+    p.spread(vehicle) * p.factor()
+}
+
+/// Sets a tolerance that the vehicle file states, in the unit of its key; others stay.
+pub(crate) fn set_tolerance(vehicle: &mut Vehicle, index: usize, value: f64) {
+    if let Some(stated) = PARAMETERS[index].stated() {
+        *(stated.place)(&mut vehicle.tolerance) = value * (1.0 / stated.factor);
     }
 }
 
@@ -303,9 +201,7 @@ pub(crate) fn wide_tail(vehicle: &Vehicle, index: usize, z: f64) -> Option<(f64,
 /// Step of a difference in a calibration number, in its tolerances: half of one, but never further than a vehicle stays linear.
 #[must_use]
 pub fn step_of(vehicle: &Vehicle, index: usize) -> f64 {
-    // In the unit of the effect that deviates the number; guesses, wider than half the tolerances of a calibrated vehicle.
-    const LARGEST: [f64; N_SIMULATED] = [0.05, 0.05, 0.05, 5.0, 0.02, 0.005, 0.1, 0.1, 0.05, 0.1, 0.05, 0.05, 0.15, 0.1, 0.05, 0.05, 0.05];
-    LARGEST.get(index).map_or(1.0, |largest| (largest / tolerance_of(vehicle, index)).min(0.5))
+    PARAMETERS[index].largest_step.map_or(1.0, |largest| (largest / tolerance_of(vehicle, index)).min(0.5))
 }
 
 /// Values of all unknowns.
@@ -358,31 +254,12 @@ pub fn sensor_errors(vehicle: &Vehicle, state: &State) -> SensorErrors {
 /// Constants and effects that a state of a vehicle means.
 #[must_use]
 pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
-    let (t, z) = (&vehicle.tolerance, &state.calibration);
-    let mut c = vehicle.constants;
-    c.cd0 *= 1.0 + z[0] * t.cd0_relative;
-    c.lift_slope_per_rad *= 1.0 + z[1] * t.lift_slope_relative;
-    c.lift_quadratic_per_rad2 *= 1.0 + z[2] * t.lift_quadratic_relative;
-    c.hull_volume_m3 += z[3] * t.trim_volume_m3;
-    c.compressibility_per_pa *= 1.0 + z[6] * t.hull_compressibility_relative;
-    c.thermal_expansion_per_k *= 1.0 + z[7] * t.hull_thermal_expansion_relative;
-    c.added_mass_surge += z[8] * t.added_mass_surge;
-    c.added_mass_heave += z[9] * t.added_mass_heave;
-    c.induced_k *= 1.0 + z[10] * LAW_RELATIVE;
-    c.hull_drag_per_rad2 *= 1.0 + z[11] * LAW_RELATIVE;
-    c.beyond.lift_fading += z[12] * LIFT_FADING;
-    c.beyond.cd_broadside *= (1.0 + z[13] * BROADSIDE_RELATIVE).max(0.1);
-    c.hull_lag_share += z[HULL_LAG] * tolerance_of(vehicle, HULL_LAG);
-    c.banked_turn += z[BANKED_TURN] * tolerance_of(vehicle, BANKED_TURN);
-    let mut effects = vehicle.effects.clone();
-    if z[BALLAST_GAIN] != 0.0 {
-        effects.push(Active::sized(&BallastScale, z[BALLAST_GAIN] * t.ballast_gain_relative));
-    }
-    if z[PITCH_ZERO] != 0.0 {
-        effects.push(Active::sized(&PitchOffset, z[PITCH_ZERO] * t.pitch_zero_rad));
+    let (mut constants, mut effects) = (vehicle.constants, vehicle.effects.clone());
+    for (p, z) in PARAMETERS.iter().zip(state.calibration) {
+        p.apply(vehicle, z, &mut constants, &mut effects);
     }
     effects.extend_from_slice(&state.effects);
-    (c, effects)
+    (constants, effects)
 }
 
 #[cfg(test)]
@@ -398,7 +275,7 @@ mod tests {
     #[test]
     fn accuracy_a_wide_tail_is_its_cost_derived_and_costs_little_far_out() {
         let vehicle = vehicle();
-        for index in super::WIDE_TAILS.iter().map(|w| w.index) {
+        for index in (0..super::N_CALIBRATION).filter(|k| super::wide(*k).is_some()) {
             let cost = |z: f64| wide_tail(&vehicle, index, z).expect("a tail").0;
             assert_eq!(cost(0.0), 0.0);
             for z in [-20.0, -3.0, 0.4, 2.0, 2.9, 5.0, 11.0] {
@@ -413,5 +290,16 @@ mod tests {
         assert!((far - (1.0 + 2.0 * (30.0_f64 * 9.0).ln())).abs() < 0.1, "{far}");
         let has = |index: usize| wide_tail(&vehicle, index, 1.0).is_some();
         assert!(!has(BATTERY_MASS - 1) && has(BALLAST_ARM) && has(HEAVE_MASS) && !has(HEAVE_MASS - 1));
+    }
+
+    #[test]
+    fn the_table_is_in_groups_and_every_name_is_there_once() {
+        let groups: Vec<usize> = super::PARAMETERS.iter().map(|p| p.group as usize).collect();
+        assert!(groups.is_sorted(), "{groups:?}");
+        assert_eq!([super::STATED, super::N_LAW, super::N_SIMULATED], [10, 14, 17]);
+        for (k, p) in super::PARAMETERS.iter().enumerate() {
+            assert_eq!(super::at(p.name), k, "{} is there twice", p.name);
+            assert_eq!(p.stated().is_some(), k < super::STATED, "{}", p.name);
+        }
     }
 }

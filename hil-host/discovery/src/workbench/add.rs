@@ -12,7 +12,8 @@ use crate::likelihood::Problem;
 use crate::likelihood::block_error::block_errors;
 use crate::likelihood::block_error::blocks;
 use crate::model::branch::Branch;
-use crate::model::parameters::{N_CALIBRATION, SensorFinding, State, sensor_findings};
+use crate::model::parameters::{CALIBRATION, State};
+use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
@@ -185,8 +186,7 @@ fn switched_on(
 /// Where the numbers come from.
 fn provenance(problem: &Problem, state: &State, effects: &[&'static dyn Effect], flight: &Flight, parent: &[u8]) -> Value {
     let z = &state.calibration;
-    let calibration: serde_json::Map<String, Value> =
-        (0..N_CALIBRATION).map(|k| (crate::model::parameters::CALIBRATION[k].to_string(), json!(z[k]))).collect();
+    let calibration: serde_json::Map<String, Value> = CALIBRATION.iter().zip(z).map(|(name, z)| ((*name).to_owned(), json!(z))).collect();
     json!({
         "tool": concat!("glider ", env!("CARGO_PKG_VERSION")),
         "parent": problem.vehicle.path.file_name().map(|n| n.to_string_lossy()),

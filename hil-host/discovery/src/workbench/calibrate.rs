@@ -21,25 +21,22 @@ use crate::likelihood::block_error::{Block, blocks};
 use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{
-    BATTERY_ZERO, CALIBRATION, CLOCK_OFFSET, HEADING_BIAS, N_CALIBRATION, PRESSURE_PORT, PRESSURE_ZERO, SPEED_SCALE, STATED, SensorFinding,
-    State, bounds, sensor_findings, tolerance_of, wide_tail,
+    BATTERY_ZERO, CALIBRATION, CLOCK_OFFSET, HEADING_BIAS, N_CALIBRATION, PARAMETERS, PITCH_ZERO, PRESSURE_PORT, PRESSURE_ZERO,
+    SPEED_SCALE, STATED, State, TRIM_VOLUME, bounds, set_tolerance, tolerance_of, wide_tail,
 };
+use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::{Tolerance, Vehicle};
 pub use crate::workbench::numbers_told::Number;
 use crate::workbench::numbers_told::numbers_told;
 use crate::workbench::pooling::{self, Information, Pooled, pool};
-use crate::workbench::refitted_file::{numbers, set_tolerance, sha256, tolerances, zeros};
+use crate::workbench::refitted_file::{numbers, sha256, tolerances, zeros};
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
 
 /// Numbers of one deployment: set when the vehicle is ballasted, or of its sensors and clocks. All others are the vehicle's.
-const OWN: [usize; 8] = [TRIM, PITCH_ZERO, CLOCK_OFFSET, SPEED_SCALE, HEADING_BIAS, PRESSURE_ZERO, PRESSURE_PORT, BATTERY_ZERO];
-const TRIM: usize = 3;
-const PITCH_ZERO: usize = 5;
-/// Tolerance that each number named in [`Options::free`] gets, in the unit of its key: wider than any vehicle scatters.
-const FREED: [f64; STATED] = [0.5, 0.5, 1.0, 300.0, 0.05, 0.05, 1.0, 1.0, 0.3, 0.5];
+const OWN: [usize; 8] = [TRIM_VOLUME, PITCH_ZERO, CLOCK_OFFSET, SPEED_SCALE, HEADING_BIAS, PRESSURE_ZERO, PRESSURE_PORT, BATTERY_ZERO];
 
 /// Numbers that [`Options::free`] may name.
 #[must_use]
@@ -139,7 +136,8 @@ fn freed(vehicle: &Vehicle, names: &[String]) -> Result<Vehicle, Refused> {
     let mut out = vehicle.clone();
     for name in names {
         let index = free_names().iter().position(|n| n == name).ok_or_else(|| Refused::Name(name.clone()))?;
-        let tolerance = FREED[index].max(tolerance_of(&out, index));
+        let freed = PARAMETERS[index].stated().map_or(0.0, |s| s.freed);
+        let tolerance = freed.max(tolerance_of(&out, index));
         set_tolerance(&mut out, index, tolerance);
     }
     Ok(out)
@@ -237,7 +235,7 @@ struct Split {
 
 impl Split {
     fn of(one_deployment: bool) -> Self {
-        let is_own = |i: &usize| OWN.contains(i) && !(one_deployment && (*i == TRIM || *i == PITCH_ZERO));
+        let is_own = |i: &usize| OWN.contains(i) && !(one_deployment && (*i == TRIM_VOLUME || *i == PITCH_ZERO));
         let (own, shared) = (0..N_CALIBRATION).partition(is_own);
         Self { shared, own }
     }
@@ -410,7 +408,7 @@ impl Together<'_> {
             error_m_s: [errors(0), errors(1)],
             noise_floor_m_s: fitted.problem.noise_floor_m_s(),
             discrepancy_m_s: fitted.problem.discrepancy.size_m_s,
-            own: [TRIM, PITCH_ZERO].map(own).map(|[value, sigma]| (value, sigma)),
+            own: [TRIM_VOLUME, PITCH_ZERO].map(own).map(|[value, sigma]| (value, sigma)),
             sensors: sensor_findings(self.vehicle, state, sigma),
         }
     }

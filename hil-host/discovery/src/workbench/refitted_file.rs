@@ -1,7 +1,6 @@
 //! A vehicle file with refitted calibration numbers: what `add` and `calibrate` write.
 
-use crate::likelihood::battery;
-use crate::model::parameters::{BALLAST_GAIN, PITCH_ZERO, STATED, State, calibration_of, law, tolerance_of};
+use crate::model::parameters::{BALLAST_GAIN, PARAMETERS, PITCH_ZERO, STATED, State, calibration_of, law, tolerance_of};
 use crate::vehicle::{Vehicle, catalogue};
 use serde_json::{Map, Value, json};
 use sha2::{Digest as _, Sha256};
@@ -10,30 +9,14 @@ use sha2::{Digest as _, Sha256};
 /// have no constant of their own, are left to [`zeros`].
 pub(crate) fn numbers(vehicle: &Vehicle, state: &State) -> Value {
     let mut d = vehicle.document.clone();
-    let t = &vehicle.tolerance;
-    let z = &state.calibration;
-    let mut scale = |pointer: &str, factor: f64| {
-        if let Some(v) = d.pointer_mut(pointer)
-            && let Some(x) = v.as_f64()
-        {
-            *v = json!(x * factor);
+    for (p, z) in PARAMETERS.iter().zip(state.calibration) {
+        for pointer in p.document {
+            if let Some(v) = d.pointer_mut(pointer)
+                && let Some(x) = v.as_f64()
+            {
+                *v = json!(x * p.on_document(vehicle, z));
+            }
         }
-    };
-    let of_hydro = [
-        (["cd0", "wide/cd0"].as_slice(), 1.0 + z[0] * t.cd0_relative),
-        (&["wing_lift_slope_per_rad", "hull_lift_slope_per_rad", "wide/lift_slope_per_rad"], 1.0 + z[1] * t.lift_slope_relative),
-        (&["lift_quadratic_per_rad2", "wide/lift_quadratic_per_rad2"], 1.0 + z[2] * t.lift_quadratic_relative),
-        (&["induced_k"], 1.0 + z[10] * tolerance_of(vehicle, 10)),
-        (&["hull_drag_per_rad2", "wide/hull_drag_per_rad2"], 1.0 + z[11] * tolerance_of(vehicle, 11)),
-    ];
-    for (keys, factor) in of_hydro {
-        keys.iter().for_each(|key| scale(&format!("/hydro/{key}"), factor));
-    }
-    scale("/hull_volume_m3", 1.0 + z[3] * t.trim_volume_m3 / vehicle.constants.hull_volume_m3);
-    scale("/hull_compressibility_per_pa", 1.0 + z[6] * t.hull_compressibility_relative);
-    scale("/hull_thermal_expansion_per_k", 1.0 + z[7] * t.hull_thermal_expansion_relative);
-    for (k, key) in battery::NUMBERS {
-        scale(&format!("/pitch/{key}"), 1.0 + z[k] * tolerance_of(vehicle, k));
     }
     let (c, _) = law(vehicle, state);
     if let Some(hydro) = d.get_mut("hydro") {
@@ -90,31 +73,14 @@ impl Zero {
 /// refitted number.
 pub(crate) fn tolerances(vehicle: &Vehicle, document: &Value, state: &State, left: &[f64; STATED]) -> Map<String, Value> {
     let mut stated = document.get("tolerance_1sigma").and_then(Value::as_object).cloned().unwrap_or_default();
-    for (k, (key, tolerance)) in crate::hypotheses::identifiability::stated_tolerances(vehicle).into_iter().enumerate() {
-        let grown = if key.ends_with("_relative") && k != 4 { 1.0 + state.calibration[k] * tolerance } else { 1.0 };
+    for (k, p) in PARAMETERS.iter().enumerate() {
+        let (Some(of_file), tolerance) = (p.stated(), tolerance_of(vehicle, k)) else { continue };
+        let grown = if p.is_relative() { 1.0 + state.calibration[k] * tolerance } else { 1.0 };
         if grown > 0.0 {
-            stated.insert(key.into(), json!(tolerance * left[k] / grown));
+            stated.insert(of_file.key.into(), json!(tolerance * left[k] / grown));
         }
     }
     stated
-}
-
-/// Sets a tolerance by calibration number, in the unit of its key.
-pub(crate) fn set_tolerance(vehicle: &mut Vehicle, index: usize, value: f64) {
-    let t = &mut vehicle.tolerance;
-    match index {
-        0 => t.cd0_relative = value,
-        1 => t.lift_slope_relative = value,
-        2 => t.lift_quadratic_relative = value,
-        3 => t.trim_volume_m3 = value * 1e-6,
-        4 => t.ballast_gain_relative = value,
-        5 => t.pitch_zero_rad = value,
-        6 => t.hull_compressibility_relative = value,
-        7 => t.hull_thermal_expansion_relative = value,
-        8 => t.added_mass_surge = value,
-        9 => t.added_mass_heave = value,
-        _ => {}
-    }
 }
 
 /// Hash of a file's bytes, in hexadecimal.

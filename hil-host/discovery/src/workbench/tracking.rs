@@ -12,13 +12,12 @@ use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::whitening::Colour;
 use crate::likelihood::{Column, Problem};
 use crate::model::branch::Branch;
-use crate::model::parameters::{N_LAW, PRESSURE_ZERO, State, tolerance_of};
+use crate::model::parameters::{self, N_LAW, PRESSURE_ZERO, State, set_tolerance, tolerance_of};
 use crate::preprocess::{Prepared, Run};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
 use crate::workbench::calibrate::information_of;
 use crate::workbench::pooling::Information;
-use crate::workbench::refitted_file::set_tolerance;
 use nalgebra::{DMatrix, DVector};
 
 /// One number that is followed from dive to dive.
@@ -53,11 +52,11 @@ pub const PRESSURE: usize = 5;
 
 /// What is followed: levels are relative to the vehicle file's, 0 where nothing has changed.
 pub const TRACKED: [Tracked; N] = [
-    Tracked { name: "drag", unit: "%", index: 0, step: 10.0, factor: 100.0 },
-    Tracked { name: "lift", unit: "%", index: 1, step: 20.0, factor: 100.0 },
-    Tracked { name: "trim", unit: "cm3", index: 3, step: 10.0, factor: 1.0 },
-    Tracked { name: "pitch_zero", unit: "deg", index: 5, step: 0.5, factor: 57.295_779_513_082_32 },
-    Tracked { name: "compressibility", unit: "%", index: 6, step: 20.0, factor: 100.0 },
+    Tracked { name: "drag", unit: "%", index: parameters::DRAG, step: 10.0, factor: 100.0 },
+    Tracked { name: "lift", unit: "%", index: parameters::LIFT_SLOPE, step: 20.0, factor: 100.0 },
+    Tracked { name: "trim", unit: "cm3", index: parameters::TRIM_VOLUME, step: 10.0, factor: 1.0 },
+    Tracked { name: "pitch_zero", unit: "deg", index: parameters::PITCH_ZERO, step: 0.5, factor: 57.295_779_513_082_32 },
+    Tracked { name: "compressibility", unit: "%", index: parameters::HULL_COMPRESSIBILITY, step: 20.0, factor: 100.0 },
     Tracked { name: "pressure_zero", unit: "dbar", index: PRESSURE_ZERO, step: 0.15, factor: 1e-4 },
 ];
 

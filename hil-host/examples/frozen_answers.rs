@@ -88,9 +88,9 @@ fn sealed(list: &mut Vec<Entry>) {
 }
 
 /// A way to hurt a log, over part of it.
-type Hurt = (&'static str, fn(&mut Flight));
+type Damage = (&'static str, fn(&mut Flight));
 
-const HURTS: [Hurt; 8] = [
+const DAMAGES: [Damage; 8] = [
     ("pressure-stuck", |f| stick(&mut f.pressure_pa)),
     ("pitch-stuck", |f| stick(&mut f.pitch_rad)),
     ("ballast-gap", |f| third(&mut f.ballast_m3).iter_mut().take(30).for_each(|v| *v = f64::NAN)),
@@ -114,12 +114,12 @@ fn stick(values: &mut [f64]) {
     rows.iter_mut().take(40).filter(|v| v.is_finite()).for_each(|v| *v = held);
 }
 
-fn hurt(list: &mut Vec<Entry>) {
+fn damaged(list: &mut Vec<Entry>) {
     for (i, spec) in plant::trials::plan(24, 20_261_146, None).into_iter().enumerate() {
-        let (what, hurt) = HURTS[i % HURTS.len()];
+        let (what, damaged) = DAMAGES[i % DAMAGES.len()];
         list.push(Entry::new(format!("hurt-{i:02}-{what}"), move || {
             let (mut flight, vehicle) = case(&spec, 20_261_146, i)?;
-            hurt(&mut flight);
+            damaged(&mut flight);
             Ok((flight, vehicle))
         }));
     }
@@ -164,10 +164,10 @@ fn loops(list: &mut Vec<Entry>) {
     }
 }
 
-/// A lie told to a vehicle file or a log.
-type Lie = (&'static str, fn(&mut Flight, &mut Vehicle));
+/// An error injected into a vehicle file or a log.
+type Injected = (&'static str, fn(&mut Flight, &mut Vehicle));
 
-const LIES: [Lie; 5] = [
+const INJECTED: [Injected; 5] = [
     ("as-given", |_, _| {}),
     ("rigid", |_, v| v.constants.compressibility_per_pa = 0.0),
     ("athermal", |_, v| v.constants.thermal_expansion_per_k = 0.0),
@@ -189,15 +189,15 @@ fn real(list: &mut Vec<Entry>) {
         ("example_trials/example_lake/flight.csv", root.join("example_trials/example_lake/vehicle.json"), 4),
         ("example_trials/example_sea/flight.csv", root.join("example_trials/example_sea/vehicle.json"), 4),
     ];
-    for (file, vehicle_file, lies) in files {
-        for (what, lie) in &LIES[..lies] {
+    for (file, vehicle_file, count) in files {
+        for (what, inject) in &INJECTED[..count] {
             let (log, vehicle_file) = (root.join(file), vehicle_file.clone());
             list.push(Entry::new(format!("real-{}-{what}", file.replace('/', "-")), move || {
                 let text = std::fs::read_to_string(&log).with_context(|| log.display().to_string())?;
                 let document = std::fs::read_to_string(&vehicle_file).with_context(|| vehicle_file.display().to_string())?;
                 let name = vehicle_file.file_name().map(PathBuf::from).unwrap_or_default();
                 let (mut flight, mut vehicle) = (csv::parse(&text, Path::new(file), file)?, vehicle::parse_text(&document, &name)?);
-                lie(&mut flight, &mut vehicle);
+                inject(&mut flight, &mut vehicle);
                 Ok((flight, vehicle))
             }));
         }
@@ -288,7 +288,7 @@ fn run() -> anyhow::Result<bool> {
     let args = Args::parse();
     let mut list = Vec::new();
     sealed(&mut list);
-    hurt(&mut list);
+    damaged(&mut list);
     loops(&mut list);
     real(&mut list);
     let mut list: Vec<Entry> = list.into_iter().step_by(args.every as usize).collect();

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::ensure;
 
 /// The name beside `path` under which it is written first.
-fn beside(path: &Path) -> PathBuf {
+fn part_of(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.{}.part", std::process::id()))
 }
@@ -39,7 +39,7 @@ pub fn through<E: From<io::Error>>(path: &Path, f: impl FnOnce(&mut std::fs::Fil
 /// # Errors
 /// Those of `f`, and as [`write()`].
 pub fn at<E: From<io::Error>>(path: &Path, f: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), E> {
-    let part = beside(path);
+    let part = part_of(path);
     let made = f(&part).and_then(|()| Ok(std::fs::rename(&part, path)?));
     if made.is_err() {
         let _ = if part.is_dir() { std::fs::remove_dir_all(&part) } else { std::fs::remove_file(&part) };
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_leaves_the_old_file_and_nothing_beside() {
+    fn a_failed_write_leaves_the_old_file_and_no_other() {
         let folder = folder("old");
         let path = folder.join("a.json");
         write(&path, "old").expect("written");

@@ -25,11 +25,11 @@ fn named(name: &str) -> &'static dyn Effect {
 }
 
 /// The new vehicle, read back, after its error was seen to be the one told.
-fn flown(flight: &Flight, told: &Added) -> Vehicle {
-    let back = vehicle::parse(told.vehicle.clone(), Path::new("new.json")).expect("what is written reads back");
+fn flown(flight: &Flight, done: &Added) -> Vehicle {
+    let back = vehicle::parse(done.vehicle.clone(), Path::new("new.json")).expect("what is written reads back");
     let error = compare::compare(flight, &back).block_error_m_s;
     // A twentieth of the error: the file has no place for the zeros of the pressure and speed sensors and of the compass.
-    assert!((error / told.heldout_m_s[2] - 1.0).abs() < 0.05, "the file flies {error} m/s, told {:?}", told.heldout_m_s);
+    assert!((error / done.heldout_m_s[2] - 1.0).abs() < 0.05, "the file flies {error} m/s, told {:?}", done.heldout_m_s);
     back
 }
 
@@ -37,16 +37,16 @@ fn flown(flight: &Flight, told: &Added) -> Vehicle {
 /// whose two effects, one after the other, end in a hollow, and one much of which is near a stall that only the named effect explains.
 #[test]
 #[ignore = "missed since the model discrepancy is marginalised: docs/discovery-score.md"]
-fn regress_adding_what_was_named_gives_the_error_that_was_told() {
+fn regress_adding_what_was_named_gives_the_error_that_was_stated() {
     for index in [238, 29] {
         let (log, v) = read_back(&plan(index + 1, 20_261_144, None)[index], 20_261_144, index);
-        let told = diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
-        let answer: Vec<_> = told.answer.iter().map(|name| named(name)).collect();
-        assert!(!answer.is_empty(), "{index}: {:?}", told.verdict);
+        let done = diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+        let answer: Vec<_> = done.answer.iter().map(|name| named(name)).collect();
+        assert!(!answer.is_empty(), "{index}: {:?}", done.verdict);
         let added = add(&log, &v, &answer, b"parent").expect("a fit");
         // The diagnosis has fitted more hypotheses on the way and rests elsewhere in the same hollow: a twentieth.
-        let ratio = added.heldout_m_s[2] / told.block_error_m_s[2];
-        assert!((ratio - 1.0).abs() < 0.05, "{index}: {:?} added, {:?} told", added.heldout_m_s, told.block_error_m_s);
+        let ratio = added.heldout_m_s[2] / done.block_error_m_s[2];
+        assert!((ratio - 1.0).abs() < 0.05, "{index}: {:?} added, {:?} told", added.heldout_m_s, done.block_error_m_s);
     }
 }
 
@@ -56,14 +56,14 @@ fn regress_adding_what_was_named_gives_the_error_that_was_told() {
 fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
     let (log, v) = hiding(Hidden::InducedDragError, Site::Sea, Wing::LowAspectRatio, Some(Banking::Tilts), 2);
     let added = |v: &Vehicle| add(&log, v, &[named("induced_drag_error")], b"parent").expect("a fit");
-    let told = added(&v);
-    assert_eq!(told.vehicle["hydro"]["bank_tilt"], 1.0, "{:?}", told.notes);
+    let done = added(&v);
+    assert_eq!(done.vehicle["hydro"]["bank_tilt"], 1.0, "{:?}", done.notes);
     // A file that states so little of a tilt that it is none is believed.
     let mut level = v.clone();
     level.constants.bank_tilt = 1e-9;
     let without = added(&level);
-    assert!(told.heldout_m_s[2] < without.heldout_m_s[2], "{:?} {:?}", told.heldout_m_s, without.heldout_m_s);
-    for (a, b) in [(told.fitted_m_s[0], without.fitted_m_s[0]), (told.heldout_m_s[0], without.heldout_m_s[0])] {
+    assert!(done.heldout_m_s[2] < without.heldout_m_s[2], "{:?} {:?}", done.heldout_m_s, without.heldout_m_s);
+    for (a, b) in [(done.fitted_m_s[0], without.fitted_m_s[0]), (done.heldout_m_s[0], without.heldout_m_s[0])] {
         assert!((a - b).abs() < 1e-8, "the vehicle as given: {a} and {b} m/s");
     }
 }
@@ -72,10 +72,10 @@ fn regress_an_effect_added_to_a_body_whose_lift_tilts_comes_with_the_tilt() {
 #[test]
 fn regress_an_effect_added_to_a_late_hull_comes_with_the_lag() {
     let (log, v) = hiding(Hidden::PitchScale, Site::Lake, Wing::Standard, Some(Banking::Tilts), 3);
-    let told = add(&log, &v, &[named("pitch_scale")], b"parent").expect("a fit");
-    assert!(told.vehicle["hull_lag_share"].as_f64().is_some_and(|share| share > 0.3), "{:?}", told.notes);
-    let back = flown(&log, &told);
-    assert_eq!(Some(back.constants.hull_lag_share), told.vehicle["hull_lag_share"].as_f64());
+    let done = add(&log, &v, &[named("pitch_scale")], b"parent").expect("a fit");
+    assert!(done.vehicle["hull_lag_share"].as_f64().is_some_and(|share| share > 0.3), "{:?}", done.notes);
+    let back = flown(&log, &done);
+    assert_eq!(Some(back.constants.hull_lag_share), done.vehicle["hull_lag_share"].as_f64());
 }
 
 /// An effect that the file has already was fitted as a change of it and written as all of it: the new file flew three times as far off
@@ -141,9 +141,9 @@ fn regress_a_refit_of_a_vehicle_with_a_wide_law_refits_that_too() {
     });
     v.document["hydro"]["wide"] = wide;
     let v = vehicle::parse(v.document, Path::new("wide.json")).expect("reads");
-    let told = add(&log, &v, &[named("climb_drag")], b"parent").expect("a fit");
-    flown(&log, &told);
+    let done = add(&log, &v, &[named("climb_drag")], b"parent").expect("a fit");
+    flown(&log, &done);
     // What was stated a tenth too large is 2.5 of its tolerances off, and found out.
-    let cd0 = told.vehicle["hydro"]["wide"]["cd0"].as_f64().expect("a number");
+    let cd0 = done.vehicle["hydro"]["wide"]["cd0"].as_f64().expect("a number");
     assert!((cd0 / c.cd0 - 1.0).abs() < 0.06, "{cd0} of {}", c.cd0);
 }

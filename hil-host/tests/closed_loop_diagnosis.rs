@@ -86,7 +86,7 @@ fn regress_nothing_is_missing_in_a_closed_loop_flight() {
     for wings in [Wings::Standard, Wings::LowAspectRatio] {
         for seed in [11, 12] {
             let d = asked(shallow(wings), None, seed);
-            assert_eq!((d.verdict, d.brink), (Verdict::Adequate, 0), "{wings:?}, seed {seed}: {:?} {:?}", d.answer, d.notes);
+            assert_eq!((d.verdict, d.rows_near_stall), (Verdict::Adequate, 0), "{wings:?}, seed {seed}: {:?} {:?}", d.answer, d.notes);
         }
     }
 }
@@ -139,7 +139,7 @@ fn three_settings(wings: Wings) -> Mission {
 }
 
 #[test]
-fn regress_no_drag_due_to_lift_is_named_beside_what_is_hidden() {
+fn regress_no_drag_due_to_lift_is_named_with_what_is_hidden() {
     // Once each of these came with a wrong drag due to lift: what a log states of the standard wings was 14 % low in it where they glide.
     let hidden = [EffectKind::ClimbDrag, EffectKind::ThermalExpansion, EffectKind::VerticalCurrent, EffectKind::AddedMass];
     for kind in hidden {
@@ -220,7 +220,7 @@ fn validate_a_current_is_found_in_dives_from_surface_to_surface() {
 }
 
 #[test]
-fn validate_a_current_is_found_where_three_dives_lie_between_two_fixes() {
+fn validate_a_current_is_found_from_three_dives_between_two_fixes() {
     // No dive of the first two of three has a fix at both ends: the way counts from the fix before the first to that after the third.
     let hidden = Effect { value: 0.15, ..Effect::typical(EffectKind::HorizontalCurrent) };
     let (flight, vehicle) = flown(sweep(Wings::Standard, 3, 40.0), Some(hidden), 5);

@@ -35,17 +35,17 @@ fn regress_a_log_sampled_every_20_s_has_blocks_and_finite_errors() {
 }
 
 #[test]
-fn regress_a_vehicle_file_of_another_water_is_told_the_hull_volume() {
+fn regress_for_a_vehicle_file_of_another_water_the_volume_is_named() {
     let (flight, vehicle) = case::read_back(&clean(Site::Sea), 3, 0);
     assert!(compare(&flight, &vehicle).notes.iter().all(|n| !n.contains("floats at")));
     let mut baltic = vehicle.clone();
     // Trimmed for water that is 2 % lighter: about 1,300 cm³ too much hull.
     baltic.constants.hull_volume_m3 *= 1.02;
-    let told = compare(&flight, &baltic).notes.into_iter().find(|n| n.contains("floats at")).expect("told");
+    let note = compare(&flight, &baltic).notes.into_iter().find(|n| n.contains("floats at")).expect("told");
     let volume: f64 =
-        told.split("set hull_volume_m3 to ").nth(1).and_then(|t| t.split(',').next()).and_then(|t| t.parse().ok()).expect("a number");
+        note.split("set hull_volume_m3 to ").nth(1).and_then(|t| t.split(',').next()).and_then(|t| t.parse().ok()).expect("a number");
     // The middle of the water that the dives go through, not that of the tank: 1 part in 2,000.
-    assert!((volume / vehicle.constants.hull_volume_m3 - 1.0).abs() < 5e-4, "{told}");
+    assert!((volume / vehicle.constants.hull_volume_m3 - 1.0).abs() < 5e-4, "{note}");
     let refused = diagnose(&flight, &baltic, Depth::Pairs, &|_, _| {}).expect_err("nothing dives");
     assert!(refused.to_string().contains("floats at"), "{refused}");
 }

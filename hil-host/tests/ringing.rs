@@ -42,7 +42,7 @@ impl Ringing {
 }
 
 /// What is told of a flight without anything hidden, in water that rings.
-fn told(site: Site, wing: Wing, seed: u64, ringing: Ringing) -> Diagnosis {
+fn diagnosed(site: Site, wing: Wing, seed: u64, ringing: Ringing) -> Diagnosis {
     let spec = Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None };
     let (mut log, v) = case::read_back(&spec, seed, 0);
     ringing.carry(&mut log, &mut ChaCha8Rng::seed_from_u64(seed));
@@ -63,7 +63,7 @@ fn regress_water_that_rings_in_a_layer_is_no_period_of_the_vehicles_own() {
         (Site::Lake, Wing::LowAspectRatio, 5, lake),
         (Site::Lake, Wing::Standard, 6, lake),
     ] {
-        let d = told(site, wing, seed, ringing);
+        let d = diagnosed(site, wing, seed, ringing);
         let own = d.remainder.iter().find(|f| f.variable == "time (a period of the vehicle's own)");
         // 9 is what a remainder is asked for; it was 34 in the first of these.
         assert!(own.is_none_or(|f| f.log_bayes < 3.0), "{seed}: {own:?}");

@@ -1,14 +1,14 @@
-//! Real flights with a known lie, the bounded subset; `glider scorecard real` asks all. Needs `GLIDER_FLIGHTS`.
+//! Real flights with a known injected error, the bounded subset; `glider scorecard real` asks all. Needs `GLIDER_FLIGHTS`.
 
 use hil_host::score::real::ask::Program;
 use hil_host::score::real::flights::Data;
 use hil_host::score::real::{below, document, line, ready, run};
 use std::path::PathBuf;
 
-const LIES: [&str; 4] = ["nothing", "compressibility x0.3", "cd0 /1.5", "clock +5 s"];
+const INJECTED_ERRORS: [&str; 4] = ["nothing", "compressibility x0.3", "cd0 /1.5", "clock +5 s"];
 
 #[test]
-fn scorecard_real_lies_of_the_bounded_subset_are_above_their_floors() {
+fn scorecard_real_injected_errors_of_the_subset_are_above_their_floors() {
     let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
         eprintln!("skipped: no flights (set GLIDER_FLIGHTS)");
         return;
@@ -18,8 +18,9 @@ fn scorecard_real_lies_of_the_bounded_subset_are_above_their_floors() {
     assert!(!flights.is_empty(), "{}: no flight of the bounded subset", root.display());
     let folder = std::env::temp_dir().join(format!("glider-real-test-{}", std::process::id()));
     let binary = PathBuf::from(env!("CARGO_BIN_EXE_glider"));
-    let scored =
-        run(&flights, &|l| LIES.contains(&l.name), &data, Program { file: &binary, with: &[] }, &folder, 2, &|s| eprintln!("{s:?}"));
+    let scored = run(&flights, &|l| INJECTED_ERRORS.contains(&l.name), &data, Program { file: &binary, with: &[] }, &folder, 2, &|s| {
+        eprintln!("{s:?}")
+    });
     std::fs::remove_dir_all(&folder).ok();
     let card = document(&flights, &scored.expect("asked"), &[], &data);
     eprintln!("{}", line(&card));

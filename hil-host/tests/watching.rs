@@ -25,8 +25,8 @@ fn scorecard_steps_of_drag_and_trim_are_named_dated_and_sized() {
     for (index, change) in [(0, Change::Drag(0.3)), (1, Change::Trim(-25.0))] {
         let done = watched(index, 24, change, 13);
         assert!(done.near() && done.others == 0, "{change:?}: {:?}", done.timeline.events);
-        let told = &done.timeline.events[0];
-        assert!(done.covered, "{change:?}: {told:?}");
+        let event = &done.timeline.events[0];
+        assert!(done.covered, "{change:?}: {event:?}");
     }
 }
 
@@ -52,9 +52,9 @@ fn a_mission_becomes_a_table_a_document_a_figure_and_a_parquet_file() {
     let flown = glider(&["fly", "--mission", "sweep", "--log", "flight"]);
     assert_eq!(flown.0, Some(0), "{flown:?}");
     let calibrated = glider(&["calibrate", "--flight", "flight", "--out", "known.json", "--json"]);
-    let told: serde_json::Value = serde_json::from_str(&calibrated.1).unwrap_or_else(|e| panic!("{e}: {calibrated:?}"));
-    assert_eq!(told["flights"][0]["sha256"].as_str().map(str::len), Some(64));
-    assert!(told["numbers"].as_array().is_some_and(|n| n.len() == 12), "{told}");
+    let done: serde_json::Value = serde_json::from_str(&calibrated.1).unwrap_or_else(|e| panic!("{e}: {calibrated:?}"));
+    assert_eq!(done["flights"][0]["sha256"].as_str().map(str::len), Some(64));
+    assert!(done["numbers"].as_array().is_some_and(|n| n.len() == 12), "{done}");
     let outs = ["--out", "m.svg", "--out", "m.parquet", "--out", "m.csv", "--out", "m.json"];
     let line: Vec<&str> = ["timeline", "flight", "--vehicle", "known.json"].into_iter().chain(outs).collect();
     let said = glider(&line);

@@ -173,8 +173,8 @@ fn an_error_under_json_is_one_json_document() {
     for line in ["compare --flight nowhere-at-all --json", "compare --flihgt x --json", "fly --json --wings low"] {
         let args: Vec<&str> = line.split_whitespace().collect();
         let out = Command::new(env!("CARGO_BIN_EXE_glider")).args(&args).current_dir(&work).output().expect("it starts");
-        let told: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{line}: {e}"));
-        assert!(told["error"].as_str().is_some_and(|e| !e.is_empty()) && told["exit_code"] == 2, "{line}: {told}");
+        let answer: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{line}: {e}"));
+        assert!(answer["error"].as_str().is_some_and(|e| !e.is_empty()) && answer["exit_code"] == 2, "{line}: {answer}");
         assert_eq!(out.status.code(), Some(2), "{line}");
     }
 }

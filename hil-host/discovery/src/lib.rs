@@ -18,8 +18,13 @@
 //!   prior against "nothing is missing". **Bayes factor**: the ratio of two evidences; below ten to one two hypotheses are *equivalent*.
 //! * **discrepancy**: a smooth vertical velocity of unknown small size that the model is wrong by under every hypothesis, because nature's
 //!   law is another; marginalised in every likelihood.
-//! * **nuisance**: a number of a sensor or of the log that a fit follows beside the law: clock, pressure zero and port, late hull, bank.
-//! * **branch**: which way lift goes on beyond the angle of attack where the law ends; **mask**: rows that depend on it, left out.
+//! * **linearisation**: a fit with its residual, its sensitivities and their curvature. **Projected columns**: further sensitivities of which
+//!   what the fit could follow is taken out.
+//! * **nuisance**: a number of a sensor or of the log that is estimated with the law: clock, pressure zero and port, late hull, bank.
+//! * **displacement**: the way from the GPS fixes before a run, or several, to those after.
+//! * **unmodelled effect**: a structure that follows some variable and that no effect of the catalogue makes; it can only make a verdict
+//!   *unexplained*.
+//! * **branch**: which way lift goes on beyond the angle of attack where the law ends; **mask**: rows near the stall, which depend on it, left out.
 //! * **check segments**: segments kept out of every fit; errors that are stated are theirs (**held out**).
 //! * **block error**: rms over 20 s blocks of the difference of mean depth rates, measured and modelled, m/s.
 //! * **noise floor**: the block error that ordinary water motion and sensor noise alone would leave.

@@ -55,8 +55,8 @@ fn regress_psi_and_tens_are_suspected_and_a_dragging_vehicle_is_not() {
     assert_eq!(note(&sound, about), None);
     assert_eq!(sanity::check(&prepare(&sound, &vehicle()), &vehicle()), Ok(()));
     for (factor, said) in [(1.450_38, "psi named dbar"), (0.689_476, "taken for psi"), (0.1, "bar named dbar")] {
-        let told = note(&flight(factor, rate, 25.0), about).unwrap_or_else(|| panic!("{factor} passes"));
-        assert!(told.contains(said), "{factor}: {told}");
+        let note_found = note(&flight(factor, rate, 25.0), about).unwrap_or_else(|| panic!("{factor} passes"));
+        assert!(note_found.contains(said), "{factor}: {note_found}");
     }
     // Ten times as fast, or as slow, is no vehicle: refused, where psi may be a vehicle that drags.
     // With a sixth of the drive, so that ten times the rate is none that a log is refused for.
@@ -86,8 +86,8 @@ fn regress_air_in_the_cell_is_left_out_and_a_halocline_stays() {
         for (rho, p) in f.density_kg_m3.iter_mut().zip(&f.pressure_pa) {
             *rho -= if *p < 2e4 { lost } else { 0.0 };
         }
-        let told = note(&f, about).unwrap_or_else(|| panic!("{water} less {lost}"));
-        assert!(in_air > 20 && told.starts_with(&format!("{in_air} densities")), "{water} less {lost}, {in_air}: {told}");
+        let note_found = note(&f, about).unwrap_or_else(|| panic!("{water} less {lost}"));
+        assert!(in_air > 20 && note_found.starts_with(&format!("{in_air} densities")), "{water} less {lost}, {in_air}: {note_found}");
     }
 }
 
@@ -101,8 +101,8 @@ fn regress_held_pressures_are_thinned_and_coarse_ones_stay() {
         let mut held = f.clone();
         held.pressure_pa.iter_mut().enumerate().for_each(|(i, p)| *p = f.pressure_pa[i - i % times]);
         let repeats = (0..held.len()).filter(|i| i % times > 0).count();
-        let told = note(&held, about).unwrap_or_else(|| panic!("{times} times"));
-        assert!(told.contains(&format!("{repeats} repeats")), "{repeats}: {told}");
+        let note_found = note(&held, about).unwrap_or_else(|| panic!("{times} times"));
+        assert!(note_found.contains(&format!("{repeats} repeats")), "{repeats}: {note_found}");
         // The samples that are left are a flight.
         let used = prepare(&held, &vehicle()).runs.iter().flat_map(|r| &r.used).filter(|u| **u).count();
         assert!(used * times > f.len() / 2, "{times} times: {used} rows of {}", f.len());

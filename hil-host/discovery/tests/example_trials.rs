@@ -52,7 +52,7 @@ fn example_trials_are_adequate_and_plans_ignore_their_pressure() {
         let d = diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(d.verdict, diagnosis::Verdict::Adequate, "{name}");
         // Launches and turns, not the glides after them: once 485 rows of 807 of the lake flight.
-        assert!(d.brink * 5 < d.rows, "{name}: {} rows left out, {} observations fitted", d.brink, d.rows);
+        assert!(d.rows_near_stall * 5 < d.rows, "{name}: {} rows left out, {} observations fitted", d.rows_near_stall, d.rows);
         // Recalibration inside the tolerances must not hurt: 10 % of a 37-block rms is its own sampling error.
         assert!(d.block_error_m_s[1] < d.block_error_m_s[0] * 1.1, "{name}: {:?}", d.block_error_m_s);
         // The pressure of check segments must influence nothing: the same fit with that pressure replaced by nonsense (not by a

@@ -323,7 +323,7 @@ fn regress_a_pressure_zero_is_removed_and_absolute_pressure_is_named() {
 }
 
 #[test]
-fn validate_the_speed_of_a_current_profiler_beside_its_flight() {
+fn validate_the_speed_of_a_current_profiler_on_its_flight() {
     let want = expected("ad2cp_midas");
     let profiler = folder("ad2cp_midas").join("sea099_M7.ad2cp.00000.nc");
     let alone = import(&profiler, &[]).map(|_| ()).expect_err("no flight in it").to_string();

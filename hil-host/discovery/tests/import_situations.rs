@@ -38,7 +38,7 @@ fn regress_sound_slocum_files_are_read_without_a_word_of_loss() {
 }
 
 #[test]
-fn regress_files_of_a_clock_in_1970_are_named_beside_good_ones_and_alone() {
+fn regress_files_of_a_clock_in_1970_are_named_with_good_ones_and_alone() {
     let folder = folder("1970");
     pair(&folder, "a", "alpha", START, |t| t);
     pair(&folder, "b", "alpha", 100.0, |t| t);
@@ -69,7 +69,7 @@ fn regress_two_gliders_in_a_folder_are_refused_with_both_names() {
 }
 
 #[test]
-fn regress_an_empty_file_does_not_hide_the_good_one_beside_it() {
+fn regress_an_empty_file_does_not_hide_the_good_one_next_to_it() {
     let folder = folder("empty");
     pair(&folder, "a", "alpha", START, |t| t);
     std::fs::rename(folder.join("a.dbd"), folder.join("a.sbd")).expect("renamed");
@@ -236,7 +236,7 @@ fn tidied(name: &str, edit: impl Fn(Vec<String>) -> Vec<String>) -> Result<Impor
 }
 
 #[test]
-fn regress_what_programs_do_to_a_table_is_undone_and_told() {
+fn regress_what_programs_do_to_a_table_is_undone_and_reported() {
     let sound = tidied("sound-csv", |l| l).expect("an import").flight;
     assert_eq!(
         (sound.len(), sound.ballast_m3.iter().filter(|v| **v > 1e-4).count()),

@@ -114,8 +114,8 @@ fn counters(profile: &[u8]) -> Option<(usize, usize)> {
 
 /// Time this thread has computed, s; that of the clock where the system does not tell.
 fn computed_s(thread: &str, since: Instant) -> f64 {
-    let told = std::fs::read_to_string(format!("/proc/{thread}/schedstat")).ok();
-    let nanoseconds = told.and_then(|t| t.split(' ').next()?.parse::<f64>().ok());
+    let stat = std::fs::read_to_string(format!("/proc/{thread}/schedstat")).ok();
+    let nanoseconds = stat.and_then(|t| t.split(' ').next()?.parse::<f64>().ok());
     nanoseconds.map_or_else(|| since.elapsed().as_secs_f64(), |n| n * 1e-9)
 }
 

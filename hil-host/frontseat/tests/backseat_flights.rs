@@ -111,7 +111,7 @@ fn test_07_a_volume_in_the_wrong_unit_is_a_pump_that_does_not_follow() {
     let limits = Limits { ballast_m3: config.pump_m3, battery_m: config.battery_m, fin_rad: config.fin_rad, battery_step_m: 1.8e-3 };
     let mut law = Flown::new(mission, config);
     law.begin(&limits).expect("a mission");
-    let told = (0..90u32).any(|seq| {
+    let reported = (0..90u32).any(|seq| {
         let frame = SensorFrame {
             seq,
             time: Micros::from_secs(u64::from(seq) * 4),
@@ -127,7 +127,7 @@ fn test_07_a_volume_in_the_wrong_unit_is_a_pump_that_does_not_follow() {
         assert_ne!(t.abort, Some(signals::Abort::Vacuum));
         t.flags.contains(Flags::PUMP_OPEN_LOOP) || matches!(t.abort, Some(signals::Abort::PumpStuck | signals::Abort::BallastFeedback))
     });
-    assert!(told, "the law says that the pump does not follow");
+    assert!(reported, "the law says that the pump does not follow");
 }
 
 #[test]

@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_of_every_world_has_a_bound_and_lies_in_it() {
+    fn every_number_of_every_world_has_a_bound_and_is_in_it() {
         let level = Level { depth_m: 1.0, temperature_degc: 10.0, absolute_salinity_g_kg: 35.0, density_kg_m3: Some(1027.0) };
         for profile in [Profile::Lake, Profile::Uniform(1000.0), Profile::Levels(vec![level, Level { depth_m: 9.0, ..level }])] {
             for world in
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_told_with_its_place_and_its_range() {
+    fn what_cannot_be_is_refused_with_its_place_and_its_range() {
         for (text, said) in [
             ("[vehicle]\nmass_kg = -1.0", "2:11: vehicle.mass_kg = -1; it must be within 1 to 5000 kg"),
             ("[vehicle]\nhotel_w = inf", "2:11: vehicle.hotel_w = inf"),

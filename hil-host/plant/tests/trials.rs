@@ -126,12 +126,12 @@ fn clean_cases_fall_to_their_noise_floor() {
                 let case = generate(&clean(site, wing), 11, 2 * k + i);
                 let log = Log::new(&case.rows, case.vehicle.gravity);
                 let all = log.blocks(&Nature::new(&case.vehicle, &case.truth.scatter), case.vehicle.gravity, |_| true);
-                let told = block_error(&all) / floor(&all);
+                let ratio = block_error(&all) / floor(&all);
                 let (before, after, floor) = errors(&case);
                 println!(
-                    "{site:?} {wing:?}: true vehicle {told:.3} of the floor; check segments nominal {before:.5}, recalibrated {after:.5}, floor {floor:.5} m/s"
+                    "{site:?} {wing:?}: true vehicle {ratio:.3} of the floor; check segments nominal {before:.5}, recalibrated {after:.5}, floor {floor:.5} m/s"
                 );
-                assert!(told < 1.06, "{site:?} {wing:?} {i}: {told}");
+                assert!(ratio < 1.06, "{site:?} {wing:?} {i}: {ratio}");
                 sum += after / floor;
                 count += 1.0;
             }

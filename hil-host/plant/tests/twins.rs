@@ -18,8 +18,8 @@ fn validate_no_log_tells_a_density_bias_from_displaced_volume() {
     for site in [Site::Lake, Site::Sea] {
         for wing in [Wing::Standard, Wing::LowAspectRatio] {
             for effect in [Effect::DensityBias, Effect::BallastOffset] {
-                let told = log_odds(site, wing, effect).expect("it has a twin");
-                assert!(told.abs() < 0.5, "{site:?} {wing:?} {effect:?}: log odds {told}");
+                let odds = log_odds(site, wing, effect).expect("it has a twin");
+                assert!(odds.abs() < 0.5, "{site:?} {wing:?} {effect:?}: log odds {odds}");
             }
         }
     }
@@ -29,7 +29,7 @@ fn validate_no_log_tells_a_density_bias_from_displaced_volume() {
 /// a crooked sensor, a log tells it (5 log odds: 150 to one).
 #[test]
 fn prop_zero_lift_angle_and_pitch_offset_are_separable_on_rail_wings() {
-    let told = log_odds(Site::Sea, Wing::LowAspectRatio, Effect::ZeroLiftAngle).expect("it has a twin");
-    assert!(told > 5.0, "log odds {told}");
+    let odds = log_odds(Site::Sea, Wing::LowAspectRatio, Effect::ZeroLiftAngle).expect("it has a twin");
+    assert!(odds > 5.0, "log odds {odds}");
     assert!(log_odds(Site::Sea, Wing::Standard, Effect::RollTurnDrag).is_none(), "turning drag has no twin");
 }

@@ -98,9 +98,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
     let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
     if let Some(out) = &args.out {
-        let beside = vehicle::beside(&args.flight);
+        let own_file = vehicle::file_next_to(&args.flight);
         let inputs: Vec<&Path> =
-            [Some(args.flight.as_path()), Some(vehicle.path.as_path()), beside.as_deref()].into_iter().flatten().collect();
+            [Some(args.flight.as_path()), Some(vehicle.path.as_path()), own_file.as_deref()].into_iter().flatten().collect();
         whole_file::may_write(out, &inputs, &["json", "toml"], output.force)?;
     }
     let added = add::add(&flight, &vehicle, &effects, &parent)?;

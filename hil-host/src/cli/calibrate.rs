@@ -65,15 +65,15 @@ pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(L
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let beside: Vec<PathBuf> = args.flight.iter().filter_map(|f| vehicle::beside(f)).collect();
-    let inputs: Vec<&Path> = args.flight.iter().chain(&beside).chain(&args.vehicle).map(PathBuf::as_path).collect();
+    let own_files: Vec<PathBuf> = args.flight.iter().filter_map(|f| vehicle::file_next_to(f)).collect();
+    let inputs: Vec<&Path> = args.flight.iter().chain(&own_files).chain(&args.vehicle).map(PathBuf::as_path).collect();
     whole_file::may_write(&args.out, &inputs, &["json", "toml"], output.force)?;
     for name in &args.free {
         let all = free_names();
         let meant = || crate::terminal::meant(name, all.iter().copied());
         anyhow::ensure!(all.contains(&name.as_str()), "--free {name}: no such number{} All: {}", meant(), all.join(", "));
     }
-    let start = args.vehicle.clone().or_else(|| args.flight.first().and_then(|f| vehicle::beside(f)));
+    let start = args.vehicle.clone().or_else(|| args.flight.first().and_then(|f| vehicle::file_next_to(f)));
     let mut flights: Vec<Logged> = Vec::new();
     let mut given = None;
     for path in &args.flight {
@@ -112,8 +112,8 @@ fn worse(done: &Calibrated) -> bool {
     /// Chance on one or two held-out dives.
     const CHANCE: f64 = 1.05;
     let [mut before, mut after] = [0.0, 0.0];
-    for told in &done.flights {
-        let [fitted, held_out] = told.error_m_s;
+    for flight in &done.flights {
+        let [fitted, held_out] = flight.error_m_s;
         let of = if held_out[0].is_finite() { held_out } else { fitted };
         before += of[0].powi(2);
         after += of[1].powi(2);

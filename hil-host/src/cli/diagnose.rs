@@ -47,7 +47,7 @@ pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Fligh
     }
     let file = vehicle_file
         .map(Path::to_path_buf)
-        .or_else(|| vehicle::beside(flight))
+        .or_else(|| vehicle::file_next_to(flight))
         .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside the flight; name one with --vehicle", flight.display()))?;
     Ok((csv::flight(flight)?, vehicle::read(&file)?))
 }

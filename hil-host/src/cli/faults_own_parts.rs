@@ -42,13 +42,13 @@ pub fn missions(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let lost = flown.iter().filter(|b| b.frames.iter().all(|e| e.home()) && !b.own.home()).count();
     let cause = |b: &&Both| b.alike() && !b.frames.contains(&b.own);
     let causes = flown.iter().filter(cause).count();
-    let told = |b: &Both| {
+    let report = |b: &Both| {
         json!({ "case": b.case.name(), "water": format!("{:?}", b.case.water), "wings": format!("{:?}", b.case.wings), "seed": b.case.seed,
             "on_frames": b.frames.iter().map(ToString::to_string).collect::<Vec<_>>(), "on_own_parts": b.own.to_string(), "max_depth_m": b.max_depth_m.round(), "hangs": b.hangs })
     };
-    let document = json!({ "missions": flown.len(), "ended_otherwise": other.iter().map(|b| told(b)).collect::<Vec<_>>(), "lost_on_own_parts_only": lost,
+    let document = json!({ "missions": flown.len(), "ended_otherwise": other.iter().map(|b| report(b)).collect::<Vec<_>>(), "lost_on_own_parts_only": lost,
         "same_end_other_cause": causes, "wall_s": started.elapsed().as_secs_f64().round(),
-        "other_causes": flown.iter().filter(cause).map(told).collect::<Vec<_>>() });
+        "other_causes": flown.iter().filter(cause).map(report).collect::<Vec<_>>() });
     write(args, &document)?;
     output.emit(&document, || {
         println!(

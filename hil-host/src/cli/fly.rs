@@ -49,8 +49,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
     /// Fly with this table first, in the same world, and say what --table gains.
-    #[arg(long, value_name = "FILE", requires = "table", conflicts_with = "realtime")]
-    pub beside: Option<PathBuf>,
+    #[arg(long = "beside", value_name = "FILE", requires = "table", conflicts_with = "realtime")]
+    pub first_table: Option<PathBuf>,
     /// Controller configuration (.toml); default: the built-in vehicle for the mission's depth.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -114,7 +114,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(path) = &args.config {
         setup.config = config_file::load(path)?;
     }
-    let before = match &args.beside {
+    let before = match &args.first_table {
         Some(path) => {
             let old = table_of(path, mission.wings)?;
             Some(story::fly_table(&old, &setup, &scenario).with_context(|| format!("with the table of {}", path.display()))?)
@@ -136,7 +136,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         Err(e) => return Err(recorder.map_or(anyhow!("{e}"), |r| r.cut_short(anyhow!("{e}")))),
     };
     let mut document = summary(&out, &world, args, &mission, &seat.describe());
-    if let (Some(before), Some(path)) = (&before, &args.beside) {
+    if let (Some(before), Some(path)) = (&before, &args.first_table) {
         let old = before.achieved_l_over_d();
         document["beside"] = json!({
             "table": path, "table_id": format!("{:08x}", before.table_id), "achieved_l_over_d": round(old, 4),

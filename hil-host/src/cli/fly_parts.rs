@@ -18,7 +18,7 @@ use signals::Mission;
 pub fn run(args: &Args, output: &Output, mission: Mission, scenario: Scenario) -> anyhow::Result<Verdict> {
     ensure!(args.controller == "ours", "--controller stock flies in-process only; leave out --seat parts");
     ensure!(
-        args.realtime.is_none() && args.beside.is_none(),
+        args.realtime.is_none() && args.first_table.is_none(),
         "--seat parts flies at its own pace and one table: leave out --realtime, --beside"
     );
     let mut setup = Setup::new(mission.clone());

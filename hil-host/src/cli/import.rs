@@ -81,7 +81,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 fn own_vehicle(args: &Args) -> Option<PathBuf> {
     let [one] = args.input.as_slice() else { return None };
     let own = if one.is_dir() { one.join("flight.csv").is_file() } else { one.file_name().is_some_and(|n| n == "flight.csv") };
-    discovery::vehicle::beside(one).filter(|_| own && args.class.is_none())
+    discovery::vehicle::file_next_to(one).filter(|_| own && args.class.is_none())
 }
 
 fn named(args: &Args) -> String {

@@ -17,9 +17,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Time between two looks at a check, s of wall time.
-const LOOK: Duration = Duration::from_millis(500);
+const POLL: Duration = Duration::from_millis(500);
 /// Most looks: strokes of the deep pump take four minutes, and a board in virtual time none.
-const LOOKS: u32 = 1_200;
+const MOST_POLLS: u32 = 1_200;
 /// Least time over which clocks are compared, s.
 const CLOCK_S: f64 = 5.0;
 
@@ -51,7 +51,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut link = Link::new(Port::open(&args.port)?);
     let config = args.config.as_deref().map(config_file::load).transpose()?;
-    let wait = || std::thread::sleep(LOOK);
+    let wait = || std::thread::sleep(POLL);
     let started = Instant::now();
     let asked = Asked { config, mission: &args.mission, check: args.check };
     let found = launch(&mut link, &asked, &wait, Some(&|| started.elapsed().as_secs_f64()))?;
@@ -108,7 +108,7 @@ impl Found {
 }
 
 /// One look at the check of a board on deck.
-fn look<W: Wire>(link: &mut Link<W>, stroke: bool) -> Result<Preflight, SeatError> {
+fn check<W: Wire>(link: &mut Link<W>, stroke: bool) -> Result<Preflight, SeatError> {
     const WHAT: &str = "a check on deck";
     link.request(WHAT, &ToBoard::Check { stroke }, |answer| match answer {
         ToHost::Checked(found) => Some(Ok(found)),
@@ -137,12 +137,12 @@ pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), h
     let mut buffer = [0u8; helm::MAX_OBJECT];
     let bytes = postcard::to_slice(&mission, &mut buffer).map_err(|e| anyhow::anyhow!("--mission {}: does not fit: {e}", asked.mission))?;
     upload(link, Object::Mission, bytes, |_, _| {})?;
-    let first = look(link, true)?;
+    let first = check(link, true)?;
     let mut pair = (None, None);
     let mut found = first;
-    for _ in 0..LOOKS {
+    for _ in 0..MOST_POLLS {
         wait();
-        found = look(link, false)?;
+        found = check(link, false)?;
         let now = (found.frame.time.0 as f64 * 1e-6, here_s.map(|clock| clock()));
         if found.number > first.number && pair.0.is_none() {
             pair.0 = Some(now);

@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use discovery::diagnosis::Diagnosis;
 use discovery::diagnosis::report;
 use discovery::hypotheses::search::Depth;
-use discovery::workbench::next_flight::{Plan, TOLD_CHI2};
+use discovery::workbench::next_flight::{DISTINCT_CHI2, Plan};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -79,7 +79,7 @@ fn show(p: &Plan, mission: &str, out: Option<&Path>) {
              What could: measuring one of them on the bench, or water of another density and temperature.",
             p.legs.len(),
             p.expected_chi2(),
-            TOLD_CHI2
+            DISTINCT_CHI2
         );
         return;
     }

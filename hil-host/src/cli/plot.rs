@@ -119,7 +119,7 @@ fn polar(args: &Args) -> anyhow::Result<Figure> {
     };
     let mut coefficients = Chart::new("Lift and drag", "angle of attack, deg", "coefficient on the reference area, 1");
     let mut ratio = Chart::new("Glide ratio", "angle of attack, deg", "L/D, 1");
-    let mut told = Vec::new();
+    let mut captions = Vec::new();
     for model in &models {
         let valid_deg = model.alpha_valid_rad().to_degrees();
         let rows: Vec<_> = (0..=(4.0 * valid_deg + 1e-9) as u32)
@@ -134,7 +134,7 @@ fn polar(args: &Args) -> anyhow::Result<Figure> {
         );
         ratio = ratio.with(&format!("{wings} wings"), Mark::Line, rows.iter().map(|(a, f)| (*a, f.l_over_d())));
         let best = glide::best(model, TABLE_SPEED_M_S, model.alpha_valid_rad());
-        told.push(format!(
+        captions.push(format!(
             "{} ({wings} wings, coefficients on {:.4} m2): (L/D)max {:.3} at {:.1} deg",
             model.name,
             model.reference_area_m2(),
@@ -142,7 +142,7 @@ fn polar(args: &Args) -> anyhow::Result<Figure> {
             best.alpha_rad.to_degrees()
         ));
     }
-    Ok(Figure { panels: vec![coefficients, ratio], caption: format!("Model at {TABLE_SPEED_M_S} m/s. {}.", told.join("; ")) })
+    Ok(Figure { panels: vec![coefficients, ratio], caption: format!("Model at {TABLE_SPEED_M_S} m/s. {}.", captions.join("; ")) })
 }
 
 /// Longer pauses than this are cut to it: a log of weeks with a dive a day is drawn as dives, s.

@@ -29,7 +29,7 @@ enum What {
     Flight(super::scorecard_flight::FlightArgs),
     /// Fly, diagnose, add, new table, fly again: every hidden effect, both wing sets, and the range it is worth.
     Loop(super::scorecard_loop::LoopArgs),
-    /// Real flights with a known lie in the vehicle file or the log against `diagnose`.
+    /// Real flights with a known injected error in the vehicle file or the log against `diagnose`.
     Real(super::scorecard_real::RealArgs),
     /// Missions in which something changes at an unknown dive: found, dated, sized; false alarms.
     Timeline(super::scorecard_timeline::TimelineArgs),

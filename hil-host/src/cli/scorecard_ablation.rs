@@ -13,13 +13,13 @@ use super::{Output, Verdict};
 use crate::score::cases;
 use crate::score::real::ask::Program;
 use crate::score::real::flights::Data;
-use crate::score::real::lies::LIES;
+use crate::score::real::injected_errors::INJECTED_ERRORS;
 use crate::score::real::{document, ready, run as ask_all};
 
 /// Arguments of `scorecard ablation`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard ablation --flights data --cases foreign\n  glider scorecard ablation --cases foreign --switch clock_from_pressures\n\nEach switch is turned off in turn; the first row has all of them on. Real flights with a known lie come from --flights, sealed cases\nfrom --cases (the layout that `scorecard discovery --write` writes). At least one of the two is needed."
+    after_help = "Examples:\n  glider scorecard ablation --flights data --cases foreign\n  glider scorecard ablation --cases foreign --switch clock_from_pressures\n\nEach switch is turned off in turn; the first row has all of them on. Real flights with a known injected error come from --flights, sealed cases\nfrom --cases (the layout that `scorecard discovery --write` writes). At least one of the two is needed."
 )]
 pub struct AblationArgs {
     /// Folder of real flights.
@@ -63,7 +63,7 @@ pub fn run(args: &AblationArgs, output: &Output) -> anyhow::Result<Verdict> {
     let switches = SWITCHES.iter().filter(|s| args.switch.is_empty() || args.switch.iter().any(|n| n == s.0));
     let offs: Vec<&str> = std::iter::once("").chain(switches.map(|s| s.0)).collect();
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} diagnoses, {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new((offs.len() * (sealed.len() + flights.len() * LIES.len())) as u64).with_style(style);
+    let bar = ProgressBar::new((offs.len() * (sealed.len() + flights.len() * INJECTED_ERRORS.len())) as u64).with_style(style);
     let binary = std::env::current_exe().context("cannot find this program's own file")?;
     let folder = std::env::temp_dir().join(format!("glider-ablation-{}", std::process::id()));
     let mut rows = Vec::new();

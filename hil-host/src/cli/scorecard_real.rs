@@ -1,4 +1,4 @@
-//! `glider scorecard real`: known lies told about real flights.
+//! `glider scorecard real`: known errors injected into real flights.
 
 use std::path::PathBuf;
 
@@ -11,13 +11,13 @@ use super::{Output, Verdict};
 use crate::pages::real_scorecard;
 use crate::score::real::ask::Program;
 use crate::score::real::flights::{Data, Entry, Floors};
-use crate::score::real::lies::{LIES, Lie};
+use crate::score::real::injected_errors::{INJECTED_ERRORS, InjectedError};
 use crate::score::real::{below, document, line, ready, run as ask_all, shipped};
 
 /// Arguments of `scorecard real`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard real --flights data\n  glider scorecard real --flight modena-191 --lie nothing --lie 'cd0 /1.5' --list\n  glider scorecard real --quick --json\n\nEach flight gets a calibrated vehicle file, then one change at a time in that file or in the log; `diagnose` is to name it, and\nnothing where nothing was changed. Without --flights the folder is that of the environment variable GLIDER_FLIGHTS.\nExit code 1: below the floors of the list of flights; 2: no flights."
+    after_help = "Examples:\n  glider scorecard real --flights data\n  glider scorecard real --flight modena-191 --error nothing --error 'cd0 /1.5' --list\n  glider scorecard real --quick --json\n\nEach flight gets a calibrated vehicle file, then one change at a time in that file or in the log; `diagnose` is to name it, and\nnothing where nothing was changed. Without --flights the folder is that of the environment variable GLIDER_FLIGHTS.\nExit code 1: below the floors of the list of flights; 2: no flights."
 )]
 pub struct RealArgs {
     /// Folder of real flights.
@@ -26,9 +26,9 @@ pub struct RealArgs {
     /// Only these flights of the list (may be repeated).
     #[arg(long, value_name = "NAME")]
     flight: Vec<String>,
-    /// Only these lies (may be repeated); a name or its beginning.
-    #[arg(long, value_name = "NAME")]
-    lie: Vec<String>,
+    /// Only these errors (may be repeated); a name or its beginning.
+    #[arg(long = "error", alias = "lie", value_name = "NAME")]
+    injected: Vec<String>,
     /// Only flights of one split.
     #[arg(long, value_name = "development|judging")]
     split: Option<String>,
@@ -59,29 +59,30 @@ pub fn run(args: &RealArgs, output: &Output) -> anyhow::Result<Verdict> {
     let root = root.as_deref().context("no flights: name their folder with --flights or the environment variable GLIDER_FLIGHTS")?;
     ensure!(root.is_dir(), "{}: no such folder of flights", root.display());
     args.flight.iter().try_for_each(|name| data.entry(name).map(|_| ()))?;
-    let begins = |lie: &Lie, names: &[String]| names.iter().any(|n| lie.name.starts_with(n.as_str()));
-    for name in &args.lie {
-        let all: Vec<&str> = LIES.iter().map(|l| l.name).collect();
-        ensure!(all.iter().any(|l| l.starts_with(name.as_str())), "no lie `{name}`; there are {}", all.join(", "));
+    let begins = |injected: &InjectedError, names: &[String]| names.iter().any(|n| injected.name.starts_with(n.as_str()));
+    for name in &args.injected {
+        let all: Vec<&str> = INJECTED_ERRORS.iter().map(|l| l.name).collect();
+        ensure!(all.iter().any(|l| l.starts_with(name.as_str())), "no injected error `{name}`; there are {}", all.join(", "));
     }
     let wanted = |e: &Entry| {
         (args.flight.is_empty() || args.flight.contains(&e.name))
             && args.split.as_deref().is_none_or(|s| s == e.split.id())
             && (!args.quick || e.quick)
     };
-    let lies = |l: &Lie| (args.lie.is_empty() || begins(l, &args.lie)) && (!args.quick || QUICK.contains(&l.name));
+    let wanted_error =
+        |l: &InjectedError| (args.injected.is_empty() || begins(l, &args.injected)) && (!args.quick || QUICK.contains(&l.name));
     eprintln!("calibrating");
     let missing = |why: &str| eprintln!("left out: {why}");
     let flights = ready(root, &data, &wanted, &missing)?;
     ensure!(!flights.is_empty(), "{}: none of the flights of the list can be used", root.display());
-    let count = flights.len() * LIES.iter().filter(|l| lies(l)).count();
+    let count = flights.len() * INJECTED_ERRORS.iter().filter(|l| wanted_error(l)).count();
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} diagnoses, {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(count as u64).with_style(style);
     let binary = std::env::current_exe().context("cannot find this program's own file")?;
     let program = Program { file: &binary, with: &[] };
     let folder = std::env::temp_dir().join(format!("glider-real-{}", std::process::id()));
-    let scored = ask_all(&flights, &lies, &data, program, &folder, args.jobs, &|_| bar.inc(1));
-    let whole = args.lie.is_empty() && !args.quick;
+    let scored = ask_all(&flights, &wanted_error, &data, program, &folder, args.jobs, &|_| bar.inc(1));
+    let whole = args.injected.is_empty() && !args.quick;
     let known = data.shipped.iter().filter(|_| whole).filter_map(|k| Some((flights.iter().find(|f| f.entry.name == k.flight)?, k)));
     let as_shipped: Vec<Value> = known.map(|(f, k)| shipped(f, k, &data, program, &folder)).collect();
     std::fs::remove_dir_all(&folder).ok();
@@ -109,7 +110,7 @@ fn print(card: &Value, args: &RealArgs) {
     let number = |v: &Value, digits: usize| v.as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
     let names = |v: &Value| v.as_array().into_iter().flatten().filter_map(Value::as_str).collect::<Vec<_>>().join("+");
     let mut table = Table::new();
-    table.set_header(["flight", "lie", "sigma", "right", "verdict", "answer", "recal. -> best (floor) cm/s", "CPU s"]);
+    table.set_header(["flight", "error", "sigma", "right", "verdict", "answer", "recal. -> best (floor) cm/s", "CPU s"]);
     for s in card["list"].as_array().into_iter().flatten() {
         let right = match (s["scored"] == true, s["right"] == true) {
             (false, _) => "not scored",
@@ -133,10 +134,10 @@ fn print(card: &Value, args: &RealArgs) {
     }
     println!("{table}");
     for s in card["shipped"].as_array().into_iter().flatten() {
-        let told = format!("{} to {}", number(&s["told"]["low"], 3), number(&s["told"]["high"], 3));
+        let interval = format!("{} to {}", number(&s["told"]["low"], 3), number(&s["told"]["high"], 3));
         let right = if s["right"] == true { "yes" } else { "NO" };
         println!(
-            "as shipped, {}: {} {} told, {} ({told}): {right}",
+            "as shipped, {}: {} {} told, {} ({interval}): {right}",
             text(&s["flight"]),
             text(&s["verdict"]),
             names(&s["answer"]),

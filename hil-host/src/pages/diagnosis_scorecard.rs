@@ -6,14 +6,12 @@ use serde_json::Value;
 /// The page of a scorecard document ([`crate::score::diagnosis::summary`] with its `list`).
 #[must_use]
 pub fn page(card: &Value, seed: u64) -> Page {
-    let share = |v: &Value| v["share"].as_f64().map_or_else(|| "–".to_owned(), |s| format!("{:.0} % of {}", 100.0 * s, v["of"]));
-    let number = |v: &Value, digits: usize| v.as_f64().map_or_else(|| "–".to_owned(), |x| format!("{x:.digits$}"));
     let answer = vec![
         ("Verdict".to_owned(), format!("clean flights called adequate: {}", share(&card["clean"]["adequate"]))),
         (
             "Where".to_owned(),
             format!(
-                "strong single effects named first: {}, strong pairs: {}, strong strangers called unexplained: {}",
+                "strong single effects named first: {}, strong pairs: {}, strong effects outside the catalogue called unexplained: {}",
                 share(&card["singles"]["strong"]["exact"]),
                 share(&card["pairs"]["strong"]["exact"]),
                 share(&card["off"]["strong"])
@@ -29,6 +27,34 @@ pub fn page(card: &Value, seed: u64) -> Page {
             ),
         ),
     ];
+    let sizes = by_size(card);
+    let provenance = Provenance { seed: Some(seed), ..Provenance::of_this_run() };
+    let sections = vec![
+        Section {
+            title: "How well, by size".into(),
+            lead: "Weak, medium and strong effects leave about 1.5, 3 and 6 noise floors of error when nothing is added. What can be told: a density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis nearly a plain one; where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.".into(),
+            items: vec![Item::Table(sizes)],
+        },
+        Section {
+            title: "What was said of what".into(),
+            lead: "Every hidden effect with the answers it got; some have no name in the catalogue and are to stay unexplained."
+                .into(),
+            items: vec![Item::Heat(confusion(card))],
+        },
+    ];
+    Page { title: "Hidden effects in sealed flights, and what was said".into(), answer, sections, provenance }
+}
+
+fn share(v: &Value) -> String {
+    v["share"].as_f64().map_or_else(|| "–".to_owned(), |s| format!("{:.0} % of {}", 100.0 * s, v["of"]))
+}
+
+fn number(v: &Value, digits: usize) -> String {
+    v.as_f64().map_or_else(|| "–".to_owned(), |x| format!("{x:.digits$}"))
+}
+
+/// How well hidden effects are named, by their size.
+fn by_size(card: &Value) -> Table {
     let mut sizes = Table {
         caption: "Hidden effects by size: first answer exact, in a class of at most three, at least one named".into(),
         head: [
@@ -62,24 +88,19 @@ pub fn page(card: &Value, seed: u64) -> Page {
     }
     for size in ["medium", "strong"] {
         let dash = || "–".to_owned();
-        let [all, told] = [&card["off"][size], &card["off"][format!("{size}_where_it_can_be_told")]].map(share);
-        sizes.rows.push(vec!["strangers (unexplained)".into(), size.into(), all, told, dash(), dash(), dash(), dash()]);
+        let [all, where_distinct] = [&card["off"][size], &card["off"][format!("{size}_where_it_can_be_told")]].map(share);
+        sizes.rows.push(vec![
+            "outside the catalogue (unexplained)".into(),
+            size.into(),
+            all,
+            where_distinct,
+            dash(),
+            dash(),
+            dash(),
+            dash(),
+        ]);
     }
-    let provenance = Provenance { seed: Some(seed), ..Provenance::of_this_run() };
-    let sections = vec![
-        Section {
-            title: "How well, by size".into(),
-            lead: "Weak, medium and strong effects leave about 1.5, 3 and 6 noise floors of error when nothing is added. What can be told: a density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis nearly a plain one; where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.".into(),
-            items: vec![Item::Table(sizes)],
-        },
-        Section {
-            title: "What was said of what".into(),
-            lead: "Every hidden effect with the answers it got; strangers have no name in the catalogue and are to stay unexplained."
-                .into(),
-            items: vec![Item::Heat(confusion(card))],
-        },
-    ];
-    Page { title: "Hidden effects in sealed flights, and what was said".into(), answer, sections, provenance }
+    sizes
 }
 
 /// One row per hidden set, answers with their counts; shaded by the share that is wrong, marked and red where none is right.

@@ -15,11 +15,11 @@ pub fn page(card: &Value) -> Page {
         Section {
             title: "Lies".into(),
             lead: "One thing changed in the calibrated vehicle file or in the log. Scored where the expected size, with calibration and model discrepancy marginalised, is large enough.".into(),
-            items: vec![Item::Heat(lies(card))],
+            items: vec![Item::Heat(injected_errors(card))],
         },
     ];
     Page {
-        title: "Real flights with a known lie, and what was said".into(),
+        title: "Real flights with a known injected error, and what was said".into(),
         answer: answer(&card["all"]),
         sections,
         provenance: Provenance::of_this_run(),
@@ -34,7 +34,7 @@ fn number(v: &Value, digits: usize) -> String {
     v.as_f64().map_or_else(|| "–".to_owned(), |x| format!("{x:.digits$}"))
 }
 
-/// Every lie on every flight, in order.
+/// Every injected error on every flight, in order.
 fn list(card: &Value) -> impl Iterator<Item = &Value> {
     card["list"].as_array().into_iter().flatten()
 }
@@ -43,7 +43,7 @@ fn answer(all: &Value) -> Vec<(String, String)> {
     vec![
         (
             "Verdict".to_owned(),
-            format!("lies named in class: {}; quiet where nothing is missing: {}", share(&all["named"]), share(&all["quiet"])),
+            format!("injected errors named in class: {}; quiet where nothing is missing: {}", share(&all["named"]), share(&all["quiet"])),
         ),
         (
             "Figures".to_owned(),
@@ -85,10 +85,11 @@ fn flights(card: &Value) -> Table {
     table
 }
 
-fn lies(card: &Value) -> Heat {
+fn injected_errors(card: &Value) -> Heat {
     let mut heat = Heat {
-        caption: "What was said of each lie; ✗ and red: not what it should be; pale: the flight cannot show it, not scored".into(),
-        head: ["flight", "lie", "expected σ", "said", "recalibrated → best, cm/s", "CPU s"].map(str::to_owned).into(),
+        caption: "What was said of each injected error; ✗ and red: not what it should be; pale: the flight cannot show it, not scored"
+            .into(),
+        head: ["flight", "error", "expected σ", "said", "recalibrated → best, cm/s", "CPU s"].map(str::to_owned).into(),
         ..Heat::default()
     };
     for s in list(card) {

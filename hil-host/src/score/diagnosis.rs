@@ -31,7 +31,7 @@ use serde_json::{Value, json};
 pub const LARGEST_CLASS: usize = 3;
 
 /// Odds of the truth over its twin from which a log is said to tell them apart.
-const TOLD_ODDS: f64 = 10.0;
+const DISTINCT_ODDS: f64 = 10.0;
 
 /// Writes one case: `DIR/name/flight.csv`, `DIR/name/vehicle.json`, and the truth apart in `DIR/truth/name.json`.
 ///
@@ -90,8 +90,8 @@ pub struct Scored {
 
 impl Scored {
     /// Whether anybody could tell what is hidden from its twin.
-    fn can_be_told(&self) -> bool {
-        self.twin_log_odds.is_none_or(|odds| odds > TOLD_ODDS.ln())
+    fn is_distinct(&self) -> bool {
+        self.twin_log_odds.is_none_or(|odds| odds > DISTINCT_ODDS.ln())
     }
 }
 
@@ -115,9 +115,9 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
     // What is a nuisance of every hypothesis is told as a finding of the calibration number that it is the error of, not as an effect.
     let found = |name: &str| d["sensor_findings"].as_array().into_iter().flatten().any(|f| f["name"] == name);
     let number = |name: &str| catalogue::by_name(name).and_then(calibration_of).map(|k| CALIBRATION[k]);
-    let beside: Vec<String> = hidden.iter().filter(|h| number(h).is_some_and(found)).cloned().collect();
-    let named = verdict == "explained" || verdict == "ambiguous" || (!beside.is_empty() && verdict == "adequate");
-    answer.extend(beside.into_iter().filter(|b| !answer.contains(b)).collect::<Vec<_>>());
+    let as_sensors: Vec<String> = hidden.iter().filter(|h| number(h).is_some_and(found)).cloned().collect();
+    let named = verdict == "explained" || verdict == "ambiguous" || (!as_sensors.is_empty() && verdict == "adequate");
+    answer.extend(as_sensors.into_iter().filter(|b| !answer.contains(b)).collect::<Vec<_>>());
     answer.sort();
     let classes: Vec<Vec<String>> = d["equivalent"].as_array().into_iter().flatten().map(sorted).collect();
     let has_names = matches!(case.truth.kind, Kind::Single | Kind::Pair);
@@ -236,12 +236,12 @@ pub fn summary(scored: &[Scored]) -> Value {
         let mut out = serde_json::Map::new();
         for strength in Strength::ALL {
             let list = pick(kind, Some(strength));
-            let told: Vec<&Scored> = list.iter().copied().filter(|s| s.can_be_told()).collect();
+            let distinct: Vec<&Scored> = list.iter().copied().filter(|s| s.is_distinct()).collect();
             out.insert(
                 strength.id().to_owned(),
                 json!({
                     "exact": share(&list, |s| s.exact),
-                    "exact_where_it_can_be_told": share(&told, |s| s.exact),
+                    "exact_where_it_can_be_told": share(&distinct, |s| s.exact),
                     "in_class": share(&list, |s| s.in_class),
                     "at_least_one": share(&list, |s| s.hidden.iter().any(|h| s.answer.contains(h))),
                     "error_after_over_floor_median": median(list.iter().map(|s| s.errors_m_s[2] / s.errors_m_s[1]).collect()),
@@ -269,9 +269,9 @@ pub fn summary(scored: &[Scored]) -> Value {
     let mut off = serde_json::Map::new();
     for strength in [Strength::Medium, Strength::Strong] {
         let list = pick(Kind::Off, Some(strength));
-        let told: Vec<&Scored> = list.iter().copied().filter(|s| s.can_be_told()).collect();
+        let distinct: Vec<&Scored> = list.iter().copied().filter(|s| s.is_distinct()).collect();
         off.insert(strength.id().to_owned(), share(&list, |s| s.verdict == "unexplained"));
-        off.insert(format!("{}_where_it_can_be_told", strength.id()), share(&told, |s| s.verdict == "unexplained"));
+        off.insert(format!("{}_where_it_can_be_told", strength.id()), share(&distinct, |s| s.verdict == "unexplained"));
     }
     let parameters: Vec<&(String, bool, f64)> = scored.iter().flat_map(|s| &s.parameters).collect();
     let covered = parameters.iter().filter(|p| p.1).count();

@@ -83,8 +83,8 @@ fn imported(logs: &[&File], vehicle: Option<Vehicle>) -> anyhow::Result<(Flight,
         _ => all.to_vec(),
     };
     let read = discovery::import::import_all(&paths, &all, None);
-    let told = |text: String| text.replace(&format!("{}/", scratch.0.display()), "");
-    let Imported { flight, report, vehicle: draft } = read.map_err(|e| anyhow::anyhow!(told(e.to_string())))?;
+    let shown = |text: String| text.replace(&format!("{}/", scratch.0.display()), "");
+    let Imported { flight, report, vehicle: draft } = read.map_err(|e| anyhow::anyhow!(shown(e.to_string())))?;
     if let Some(why) = report.not_comparable() {
         anyhow::bail!("{}: {why}", logs[0].name);
     }
@@ -99,7 +99,7 @@ fn imported(logs: &[&File], vehicle: Option<Vehicle>) -> anyhow::Result<(Flight,
     };
     notes.extend(report.left_out.into_iter().map(|what| format!("left out: {what}")));
     notes.extend(report.notes);
-    Ok((flight, vehicle, notes.into_iter().map(told).collect()))
+    Ok((flight, vehicle, notes.into_iter().map(shown).collect()))
 }
 
 #[cfg(test)]
@@ -151,8 +151,8 @@ mod tests {
         assert!(notes[0].starts_with("read as") && notes.iter().any(|n| n.contains("its class")), "{notes:?}");
         assert!(notes.iter().all(|n| !n.contains("glider-dropped")), "{notes:?}");
         assert_ne!(of_class.name, stated.name);
-        let (_, told, _) = read(&[bytes("archive.nc", &archive), bytes("vehicle.json", &vehicle)]).expect("with its vehicle");
-        assert_eq!(told.name, stated.name);
+        let (_, shown, _) = read(&[bytes("archive.nc", &archive), bytes("vehicle.json", &vehicle)]).expect("with its vehicle");
+        assert_eq!(shown.name, stated.name);
         std::fs::remove_dir_all(folder).ok();
     }
 

@@ -161,13 +161,13 @@ impl Opened {
     }
 
     /// The vehicle that a state's effects stand beside: ticked ones are meant as a whole, whatever the file says of them.
-    fn beside(&self, state: &State) -> Vehicle {
+    fn refitted(&self, state: &State) -> Vehicle {
         self.vehicle.without(&state.effects.iter().map(|a| a.effect).collect::<Vec<_>>())
     }
 
     fn tracks(&self, state: &State) -> Vec<Track> {
         let branch = *self.branch.lock().unwrap_or_else(PoisonError::into_inner);
-        let vehicle = self.beside(state);
+        let vehicle = self.refitted(state);
         self.prepared.runs.iter().map(|run| branch.track(run, &vehicle, state)).collect()
     }
 
@@ -221,7 +221,7 @@ impl Opened {
         json!({
             "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now),
                       "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": !self.check.is_empty()},
-            "effects": values, "blocks": columns, "curve": curve([&self.vehicle, &self.beside(state)], state, &flown),
+            "effects": values, "blocks": columns, "curve": curve([&self.vehicle, &self.refitted(state)], state, &flown),
         })
     }
 }
@@ -245,7 +245,7 @@ impl Histogram {
 }
 
 /// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, of a vehicle as given and of one in a state.
-fn curve([given, beside]: [&Vehicle; 2], state: &State, flown: &Histogram) -> Value {
+fn curve([given, refitted]: [&Vehicle; 2], state: &State, flown: &Histogram) -> Value {
     let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
     let ratio = |vehicle: &Vehicle, state: &State| -> Vec<f64> {
         let (constants, effects) = law(vehicle, state);
@@ -256,7 +256,7 @@ fn curve([given, beside]: [&Vehicle; 2], state: &State, flown: &Histogram) -> Va
     let total = f64::from(flown.total.max(1));
     let shares: Vec<f64> = flown.bins.iter().take(20).map(|n| f64::from(*n) / total).collect();
     let middles: Vec<f64> = (0..20).map(|i| f64::from(i) + 0.5).collect();
-    json!({"alpha": degrees, "nominal": ratio(given, &State::nominal()), "now": ratio(beside, state), "flown_alpha": middles, "flown_share": shares})
+    json!({"alpha": degrees, "nominal": ratio(given, &State::nominal()), "now": ratio(refitted, state), "flown_alpha": middles, "flown_share": shares})
 }
 
 /// Effects by name and values, as the page sends them.
@@ -317,9 +317,9 @@ impl Workbench {
         let (flight, vehicle, notes) = match request.listed {
             Some(i) => {
                 let path = self.offered.get(i).context("no such flight in the list")?;
-                let beside = discovery::vehicle::beside(path)
+                let own_file = discovery::vehicle::file_next_to(path)
                     .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
-                (discovery::record::csv::flight(path)?, discovery::vehicle::read(&beside)?, Vec::new())
+                (discovery::record::csv::flight(path)?, discovery::vehicle::read(&own_file)?, Vec::new())
             }
             None => dropped::read(&request.files)?,
         };

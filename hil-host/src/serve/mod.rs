@@ -71,8 +71,8 @@ impl IntoResponse for Sorry {
 
 /// Axum layer: says in a sentence what was too large, before reading it where its length is told.
 async fn bounded(request: Request, next: Next) -> Response {
-    let told = request.headers().get(header::CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse::<u64>().ok());
-    let answer = if told.is_some_and(|n| n > MAX_REQUEST as u64) { None } else { Some(next.run(request).await) };
+    let length = request.headers().get(header::CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse::<u64>().ok());
+    let answer = if length.is_some_and(|n| n > MAX_REQUEST as u64) { None } else { Some(next.run(request).await) };
     match answer {
         Some(answer) if answer.status() != StatusCode::PAYLOAD_TOO_LARGE => answer,
         _ => {

@@ -68,8 +68,8 @@ mod tests {
     #[test]
     fn regress_error_near_the_stall_is_compared_only_where_others_exist() {
         let near = vec![0.02; FEWEST_BLOCKS];
-        let beside = missed_near_stall(&[near.clone(), vec![0.003; 5]], 0.002).expect("said");
-        assert!(beside.contains("by 2.00 cm/s, elsewhere by 0.30: "), "{beside}");
+        let note = missed_near_stall(&[near.clone(), vec![0.003; 5]], 0.002).expect("said");
+        assert!(note.contains("by 2.00 cm/s, elsewhere by 0.30: "), "{note}");
         let alone = missed_near_stall(&[near, Vec::new()], 0.002).expect("said");
         assert!(alone.contains("by 2.00 cm/s: ") && !alone.contains("NaN"), "{alone}");
     }

@@ -3,10 +3,10 @@
 //! The sea's ordinary motion has no period that it keeps for a whole segment; what a vehicle does to itself has (a controller that
 //! hunts, a pump that breathes). Sines of one period, each run with a phase and an amplitude of its own, are offered to the whitened
 //! residual, period by period. Water that rings in a layer has a period too, but forgets its phase within a few of them: it is asked
-//! for beside, as sines that begin anew all along the run, and a period is the vehicle's own only as far as it does better.
+//! for, too, as sines that begin anew all along the run, and a period is the vehicle's own only as far as it does better.
 
-use crate::inference::offer::Offer;
-use crate::inference::posterior::Ground;
+use crate::inference::posterior::Linearisation;
+use crate::inference::projected_columns::ProjectedColumns;
 use crate::likelihood::{Column, Problem};
 use std::f64::consts::TAU;
 
@@ -35,23 +35,23 @@ pub struct Period {
     pub amplitude_m_s: f64,
 }
 
-/// The best period beside each fit, with the best of these amplitudes.
+/// The best period given each fit, with the best of these amplitudes.
 #[must_use]
-pub fn periods(problem: &Problem, grounds: &[Option<Ground>], amplitudes_m_s: &[f64]) -> Vec<Option<Period>> {
+pub fn periods(problem: &Problem, linearisations: &[Option<Linearisation>], amplitudes_m_s: &[f64]) -> Vec<Option<Period>> {
     let rows_up_to = |k: &usize| problem.runs[..=*k].iter().map(|r| r.time_s.len()).sum::<usize>();
     let scanned = (0..problem.runs.len()).take_while(|k| *k == 0 || rows_up_to(k) <= SCANNED_ROWS).count();
     let longest = problem.runs[..scanned].iter().map(|r| r.time_s[r.time_s.len() - 1] - r.time_s[0]).fold(0.0, f64::max);
     let (low, high) = (1.0 / LONGEST_S, 1.0 / SHORTEST_S);
     let asked = ((FINER * longest * (high - low)).ceil() as usize).clamp(2, MOST);
     let frequency = |i: usize| low + (high - low) * i as f64 / (asked - 1) as f64;
-    // The gain beside each fit, and where it is largest.
-    let mut best = vec![(f64::NEG_INFINITY, 0); grounds.len()];
+    // The gain over each fit, and where it is largest.
+    let mut best = vec![(f64::NEG_INFINITY, 0); linearisations.len()];
     for i in 0..asked {
-        let mut gain = vec![0.0; grounds.len()];
+        let mut gain = vec![0.0; linearisations.len()];
         for k in 0..scanned {
             let columns = sines(problem, k, frequency(i));
-            for (gain, ground) in gain.iter_mut().zip(grounds) {
-                *gain += ground.as_ref().map_or(0.0, |g| alone(&columns, g));
+            for (gain, linearisation) in gain.iter_mut().zip(linearisations) {
+                *gain += linearisation.as_ref().map_or(0.0, |g| alone(&columns, g));
             }
         }
         for (best, gain) in best.iter_mut().zip(gain) {
@@ -60,13 +60,13 @@ pub fn periods(problem: &Problem, grounds: &[Option<Ground>], amplitudes_m_s: &[
             }
         }
     }
-    let told = |(ground, best): (&Option<Ground>, &(f64, usize))| -> Option<Period> {
+    let scored = |(linearisation, best): (&Option<Linearisation>, &(f64, usize))| -> Option<Period> {
         let frequency = frequency(best.1);
-        let (ground, runs) = (ground.as_ref()?, 0..problem.runs.len());
+        let (linearisation, runs) = (linearisation.as_ref()?, 0..problem.runs.len());
         let most = |columns: &[Column]| {
-            let offer = Offer::new(columns, ground);
-            let told = amplitudes_m_s.iter().map(|s| (offer.log_bayes(*s), *s));
-            told.max_by(|a, b| a.0.total_cmp(&b.0))
+            let projected = ProjectedColumns::new(columns, linearisation);
+            let scored = amplitudes_m_s.iter().map(|s| (projected.log_bayes(*s), *s));
+            scored.max_by(|a, b| a.0.total_cmp(&b.0))
         };
         let (kept, amplitude_m_s) = most(&runs.clone().flat_map(|k| sines(problem, k, frequency)).collect::<Vec<_>>())?;
         let choices = asked as f64 * amplitudes_m_s.len() as f64;
@@ -77,7 +77,7 @@ pub fn periods(problem: &Problem, grounds: &[Option<Ground>], amplitudes_m_s: &[
         }
         Some(Period { log_bayes, period_s: 1.0 / frequency, amplitude_m_s })
     };
-    grounds.iter().zip(&best).map(told).collect()
+    linearisations.iter().zip(&best).map(scored).collect()
 }
 
 /// What a vertical velocity of 1 m/s with this frequency, Hz, leaves in one run: sine and cosine.
@@ -106,10 +106,10 @@ fn ringing(problem: &Problem, k: usize, frequency: f64) -> Vec<Column> {
 }
 
 /// By how much chi² falls where two columns are fitted to the residual alone.
-fn alone(columns: &[Column; 2], ground: &Ground) -> f64 {
+fn alone(columns: &[Column; 2], linearisation: &Linearisation) -> f64 {
     let [s, c] = columns;
     let (ss, cc, sc) = (s.dot(s), c.dot(c), s.dot(c));
-    let (rs, rc) = (s.dot(ground.residual), c.dot(ground.residual));
+    let (rs, rc) = (s.dot(linearisation.residual), c.dot(linearisation.residual));
     let det = ss * cc - sc * sc;
     if det > 1e-9 * ss * cc { (cc * rs * rs - 2.0 * sc * rs * rc + ss * rc * rc) / det } else { 0.0 }
 }

@@ -10,11 +10,11 @@
 //! so a structure that is small is no effect, however many rows vouch for it. No named effect is involved.
 
 use crate::criticism::periodogram::periods;
-use crate::criticism::unmodelled::strangers;
+use crate::criticism::unmodelled::unmodelled_effects;
 use crate::inference::discrepancy_size::{NONE, USUAL_M_S, USUAL_SIZES, usual_weights};
 use crate::inference::evidence::log_mean_exp;
-use crate::inference::offer::Offer;
-use crate::inference::posterior::{Fit, Ground};
+use crate::inference::posterior::{Fit, Linearisation};
+use crate::inference::projected_columns::ProjectedColumns;
 use crate::likelihood::covariates::{Traits, traits};
 use crate::likelihood::{Column, Problem};
 
@@ -64,16 +64,16 @@ pub(crate) fn whitened_m_s(problem: &Problem, all: &[Traits]) -> f64 {
     steady.plain_dot(&steady).sqrt()
 }
 
-/// A form of an unknown effect beside a fit, and the amplitude at which it is as large as models are usually wrong by.
+/// A form of an unknown effect given a fit, and the amplitude at which it is as large as models are usually wrong by.
 pub(crate) struct Form {
-    pub(crate) offer: Offer,
+    pub(crate) projected: ProjectedColumns,
     pub(crate) usual: f64,
 }
 
 impl Form {
-    pub(crate) fn new(columns: &[&Column], ground: &Ground, whitened_m_s: f64) -> Self {
+    pub(crate) fn new(columns: &[&Column], linearisation: &Linearisation, whitened_m_s: f64) -> Self {
         let length = columns.iter().map(|c| c.plain_dot(c)).sum::<f64>().sqrt();
-        Self { offer: Offer::new(columns, ground), usual: USUAL_M_S * whitened_m_s / length.max(1e-300) }
+        Self { projected: ProjectedColumns::new(columns, linearisation), usual: USUAL_M_S * whitened_m_s / length.max(1e-300) }
     }
 }
 
@@ -81,16 +81,16 @@ impl Form {
 /// form of the best and its size, in usual ones.
 pub(crate) fn unknown_against_usual(forms: &[Form]) -> (f64, usize, f64) {
     let weights = usual_weights();
-    let of = |form: &Form, size: f64| if size > 0.0 { form.offer.log_bayes(size * form.usual) } else { 0.0 };
+    let of = |form: &Form, size: f64| if size > 0.0 { form.projected.log_bayes(size * form.usual) } else { 0.0 };
     let (mut small, mut large) = (Vec::new(), Vec::new());
     let mut best = (f64::NEG_INFINITY, 0, 1.0);
     for (k, form) in forms.iter().enumerate() {
         small.push(log_sum_exp(USUAL_SIZES.iter().zip(&weights).map(|(s, w)| of(form, *s) + w.ln())));
         for size in UNKNOWN_SIZES {
-            let told = of(form, size);
-            large.push(told);
-            if told > best.0 {
-                best = (told, k, size);
+            let log_bayes = of(form, size);
+            large.push(log_bayes);
+            if log_bayes > best.0 {
+                best = (log_bayes, k, size);
             }
         }
     }
@@ -117,8 +117,8 @@ impl Basis {
     }
 
     /// What a fit says of it.
-    fn beside(&self, ground: &Ground, whitened_m_s: f64) -> Family {
-        let form = Form::new(&self.columns.iter().collect::<Vec<_>>(), ground, whitened_m_s);
+    fn family(&self, linearisation: &Linearisation, whitened_m_s: f64) -> Family {
+        let form = Form::new(&self.columns.iter().collect::<Vec<_>>(), linearisation, whitened_m_s);
         let (log_bayes, _, size) = unknown_against_usual(&[form]);
         Family { variable: self.variable, log_bayes, scale_m_s: Some(size * USUAL_M_S), period_s: self.period_s }
     }
@@ -208,18 +208,18 @@ fn by_time(problem: &Problem, period: f64) -> Basis {
     Basis { variable: "time", columns, period_s: Some(period) }
 }
 
-/// Asks every family beside each of these fits; of each, best first. An effect outside the catalogue that could reach the log Bayes
-/// factor that decides there (the number beside the fit) is fitted, not only tried.
+/// Tests every family on the residual of each of these fits; of each, best first. An effect outside the catalogue that could reach the log Bayes
+/// factor that decides there (the number with the fit) is fitted, not only tried.
 #[must_use]
-pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
-    debug_assert!(beside.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
-    let grounds: Vec<Option<Ground>> = beside.iter().map(|(fit, _)| fit.ground()).collect();
+pub fn families(problem: &Problem, fits: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
+    debug_assert!(fits.iter().all(|(fit, _)| is_of(problem, fit)), "a fit of other rows or another colour is asked for what remains");
+    let linearisations: Vec<Option<Linearisation>> = fits.iter().map(|(fit, _)| fit.linearisation()).collect();
     let all: Vec<Traits> = problem.runs.iter().map(|run| traits(run)).collect();
     let whitened_m_s = whitened_m_s(problem, &all);
-    let mut out: Vec<Vec<Family>> = vec![Vec::new(); beside.len()];
+    let mut out: Vec<Vec<Family>> = vec![Vec::new(); fits.len()];
     let mut ask = |basis: Basis| {
-        for (found, ground) in out.iter_mut().zip(&grounds) {
-            found.extend(ground.iter().map(|ground| basis.beside(ground, whitened_m_s)));
+        for (found, linearisation) in out.iter_mut().zip(&linearisations) {
+            found.extend(linearisation.iter().map(|linearisation| basis.family(linearisation, whitened_m_s)));
         }
     };
     ask(by_leg(problem, &all));
@@ -227,7 +227,7 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
     ask(since_turn(problem, &all));
     by_input(problem, &all).into_iter().for_each(&mut ask);
     PERIODS_S.iter().for_each(|period| ask(by_time(problem, *period)));
-    for (found, own) in out.iter_mut().zip(periods(problem, &grounds, &OWN_M_S)) {
+    for (found, own) in out.iter_mut().zip(periods(problem, &linearisations, &OWN_M_S)) {
         found.extend(own.map(|p| Family {
             variable: OWN_PERIOD,
             log_bayes: p.log_bayes,
@@ -236,11 +236,11 @@ pub fn families(problem: &Problem, beside: &[(&Fit, f64)]) -> Vec<Vec<Family>> {
         }));
     }
     let ends = problem.work() + problem.most_work() / 6;
-    for ((found, ground), (_, decides)) in out.iter_mut().zip(&grounds).zip(beside) {
-        let Some(ground) = ground else { continue };
+    for ((found, linearisation), (_, decides)) in out.iter_mut().zip(&linearisations).zip(fits) {
+        let Some(linearisation) = linearisation else { continue };
         let through = |variable: &'static str, log_bayes: f64| Family { variable, log_bayes, scale_m_s: None, period_s: None };
-        let asked = strangers(problem, ground.fit);
-        found.extend(asked.iter().map(|s| through(s.variable, s.log_bayes(problem, ground, whitened_m_s, *decides, ends))));
+        let asked = unmodelled_effects(problem, linearisation.fit);
+        found.extend(asked.iter().map(|s| through(s.variable, s.log_bayes(problem, linearisation, whitened_m_s, *decides, ends))));
         found.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     }
     out

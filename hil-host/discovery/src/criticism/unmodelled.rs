@@ -2,16 +2,16 @@
 //!
 //! Each is a change of the model's inputs (trim, pitch, drag), run through the model at a fitted state; its whitened signature is
 //! offered to the residual like the families of [`crate::criticism::residual_tests`], and what the best of it really gains is then seen by flying it.
-//! They are what gliders are known to do beside the catalogue: trim that is not repeatable or leaks away, a hull or a conductivity cell
+//! They are what gliders are known to do outside the catalogue: trim that is not repeatable or leaks away, a hull or a conductivity cell
 //! that follows the water's temperature late, water that is exchanged late, an engine that lags its reading, air that pressure shrinks,
 //! a pitch sensor that depends on heading (soft iron), pressure, temperature or roll, or whose clock is not that of the pressure sensor,
 //! and drag that depends on heading, depth or the side to which the glider turns, or that something caught on the way changes.
 
 use crate::criticism::residual_tests::{Form, unknown_against_usual};
 use crate::inference::gauss_newton::{Effort, fit_from};
-use crate::inference::offer::Offer;
-use crate::inference::posterior::{Fit, Ground};
-use crate::inference::unknowns::strain;
+use crate::inference::posterior::{Fit, Linearisation};
+use crate::inference::projected_columns::ProjectedColumns;
+use crate::inference::unknowns::scatter_cost;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::State;
 use crate::preprocess::{Input, Run};
@@ -63,38 +63,38 @@ fn sum_of(parts: impl Iterator<Item = (f64, Nudge)>) -> Nudge {
     parts.fold([0.0; 3], |sum, (times, part)| std::array::from_fn(|i| sum[i] + times * part[i]))
 }
 
-/// One amplitude of a stranger: the change it makes in each run, and its whitened signature.
+/// One amplitude of an unmodelled effect: the change it makes in each run, and its whitened signature.
 struct Part {
     changes: Vec<Change>,
     column: Column,
 }
 
-/// A kind of stranger; each of its forms has one or several amplitudes.
-pub struct Stranger {
+/// A kind of effect outside the catalogue; each of its forms has one or several amplitudes.
+pub struct UnmodelledEffect {
     /// Which variable it follows, and through what it acts.
     pub variable: &'static str,
     forms: Vec<Vec<Part>>,
 }
 
-impl Stranger {
-    /// Log Bayes factor of this stranger beside a fit, averaged over forms and sizes; the best of them as it flies, the others as
-    /// linear theory has them. Where it could reach `decides`, the model is fitted anew beside that form, as long as work ends before
+impl UnmodelledEffect {
+    /// Log Bayes factor of this effect given a fit, averaged over forms and sizes; the best of them as it flies, the others as
+    /// linear theory has them. Where it could reach `decides`, the model is fitted anew with that form, as long as work ends before
     /// `ends`.
     #[must_use]
-    pub fn log_bayes(&self, problem: &Problem, ground: &Ground, whitened_m_s: f64, decides: f64, ends: u64) -> f64 {
-        let form = |parts: &Vec<Part>| Form::new(&parts.iter().map(|p| &p.column).collect::<Vec<_>>(), ground, whitened_m_s);
+    pub fn log_bayes(&self, problem: &Problem, linearisation: &Linearisation, whitened_m_s: f64, decides: f64, ends: u64) -> f64 {
+        let form = |parts: &Vec<Part>| Form::new(&parts.iter().map(|p| &p.column).collect::<Vec<_>>(), linearisation, whitened_m_s);
         let mut forms: Vec<Form> = self.forms.iter().map(form).collect();
         let (linear, best, size) = unknown_against_usual(&forms);
         let best = (!forms.is_empty()).then(|| (&self.forms[best], forms.swap_remove(best)));
         match best {
             Some((parts, form)) if linear > WORTH_FLYING => {
-                let Some(step) = Step::new(ground, parts, &form.offer, size * form.usual) else { return f64::NEG_INFINITY };
-                let (share, flown) = step.flown(problem, ground);
-                let told = linear - 0.5 * (step.promised - flown).max(0.0);
-                if told >= decides || linear < NEARLY * decides || problem.work() > ends {
-                    return told;
+                let Some(step) = Step::new(linearisation, parts, &form.projected, size * form.usual) else { return f64::NEG_INFINITY };
+                let (share, flown) = step.flown(problem, linearisation);
+                let log_bayes = linear - 0.5 * (step.promised - flown).max(0.0);
+                if log_bayes >= decides || linear < NEARLY * decides || problem.work() > ends {
+                    return log_bayes;
                 }
-                linear - 0.5 * (step.promised - step.fitted_anew(problem, ground, share, flown))
+                linear - 0.5 * (step.promised - step.fitted_anew(problem, linearisation, share, flown))
             }
             _ => linear,
         }
@@ -111,16 +111,16 @@ struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(ground: &Ground, form: &'a [Part], offer: &Offer, scale: f64) -> Option<Self> {
+    fn new(linearisation: &Linearisation, form: &'a [Part], projected: &ProjectedColumns, scale: f64) -> Option<Self> {
         let n = form.len();
-        let amplitude = towards(offer, &DVector::zeros(n), scale)?;
-        let promised = offer.match_.dot(&amplitude);
+        let amplitude = towards(projected, &DVector::zeros(n), scale)?;
+        let promised = projected.match_.dot(&amplitude);
         // The calibration gives way: what the form takes of each number's signature.
-        let base = &ground.fit.columns;
+        let base = &linearisation.fit.columns;
         let pulled = DVector::from_fn(base.len(), |i, _| {
-            ground.fit.gradient[i] - (0..n).map(|j| base[i].dot(&form[j].column) * amplitude[j]).sum::<f64>()
+            linearisation.fit.gradient[i] - (0..n).map(|j| base[i].dot(&form[j].column) * amplitude[j]).sum::<f64>()
         });
-        let give = ground.curvature.solve(&pulled);
+        let give = linearisation.curvature.solve(&pulled);
         Some(Self { form, scale, amplitude, give, promised })
     }
 
@@ -135,16 +135,16 @@ impl<'a> Step<'a> {
     }
 
     /// Where the fit's own numbers give way to, for a share of the step.
-    fn state(&self, ground: &Ground, share: f64) -> State {
-        ground.fit.moved(self.give.iter().map(|g| share * g))
+    fn state(&self, linearisation: &Linearisation, share: f64) -> State {
+        linearisation.fit.moved(self.give.iter().map(|g| share * g))
     }
 
     /// The share of the step that gains most as it flies, and by how much chi² falls then (never below 0).
-    fn flown(&self, problem: &Problem, ground: &Ground) -> (f64, f64) {
-        // Beside the form a calibration number pays for its strain as it does beside a name.
-        let prior = |state: &State| ground.fit.cost_of(state) + strain(problem, state);
-        let before = ground.fit.cost_of(&ground.fit.state) + ground.residual.dot(ground.residual);
-        let states = SHARES.map(|share| self.state(ground, share));
+    fn flown(&self, problem: &Problem, linearisation: &Linearisation) -> (f64, f64) {
+        // With the form a calibration number pays for being beyond its scatter as it does with a named effect.
+        let prior = |state: &State| linearisation.fit.cost_of(state) + scatter_cost(problem, state);
+        let before = linearisation.fit.cost_of(&linearisation.fit.state) + linearisation.residual.dot(linearisation.residual);
+        let states = SHARES.map(|share| self.state(linearisation, share));
         let amplitudes = SHARES.map(|share| &self.amplitude * share);
         let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
         for k in 0..problem.runs.len() {
@@ -162,16 +162,16 @@ impl<'a> Step<'a> {
     }
 
     /// By how much chi² falls where model and form are fitted together, step by step from a share of the linear one; at least `flown`.
-    fn fitted_anew(&self, problem: &Problem, ground: &Ground, share: f64, flown: f64) -> f64 {
-        let mut state = self.state(ground, share);
+    fn fitted_anew(&self, problem: &Problem, linearisation: &Linearisation, share: f64, flown: f64) -> f64 {
+        let mut state = self.state(linearisation, share);
         let mut settled = DVector::zeros(self.form.len());
         let mut amplitude = &self.amplitude * share;
         let mut best = flown;
         for _ in 0..REFITS {
             let runs: Vec<Run> = (0..problem.runs.len()).map(|k| nudged(problem.runs[k], |j| self.change(&amplitude, k, j))).collect();
-            let beside = Problem { runs: runs.iter().collect(), ..problem.clone() };
-            let fitted = fit_from(&beside, &state, Effort::of(REFIT_ITERATIONS));
-            let gain = ground.fit.chi2 - fitted.chi2 - self.cost(&amplitude);
+            let refitted = Problem { runs: runs.iter().collect(), ..problem.clone() };
+            let fitted = fit_from(&refitted, &state, Effort::of(REFIT_ITERATIONS));
+            let gain = linearisation.fit.chi2 - fitted.chi2 - self.cost(&amplitude);
             if !(gain > best - LITTLE) {
                 // Too far: halfway back to where it was.
                 amplitude = 0.5 * (&amplitude + &settled);
@@ -181,10 +181,10 @@ impl<'a> Step<'a> {
             best = best.max(gain);
             state = fitted.state.clone();
             settled.clone_from(&amplitude);
-            let Some(here) = fitted.ground() else { break };
+            let Some(here) = fitted.linearisation() else { break };
             let changes: Vec<&Vec<Change>> = self.form.iter().map(|p| &p.changes).collect();
-            let columns: Vec<Column> = columns_at(&beside, &fitted, &changes).into_iter().map(|c| beside.column(0, c)).collect();
-            let Some(step) = towards(&Offer::new(&columns, &here), &amplitude, self.scale) else { break };
+            let columns: Vec<Column> = columns_at(&refitted, &fitted, &changes).into_iter().map(|c| refitted.column(0, c)).collect();
+            let Some(step) = towards(&ProjectedColumns::new(&columns, &here), &amplitude, self.scale) else { break };
             if gained.abs() < LITTLE && step.norm() < 0.1 * amplitude.norm() {
                 break;
             }
@@ -195,13 +195,13 @@ impl<'a> Step<'a> {
 }
 
 /// The step from these amplitudes to the most probable ones, if everything were linear.
-fn towards(offer: &Offer, from: &DVector<f64>, scale: f64) -> Option<DVector<f64>> {
+fn towards(projected: &ProjectedColumns, from: &DVector<f64>, scale: f64) -> Option<DVector<f64>> {
     let precision = 1.0 / (scale * scale);
-    let mut gram = offer.gram();
+    let mut gram = projected.gram();
     for i in 0..from.len() {
         gram[(i, i)] += precision;
     }
-    Some(gram.cholesky()?.solve(&(&offer.match_ - from * precision)))
+    Some(gram.cholesky()?.solve(&(&projected.match_ - from * precision)))
 }
 
 /// Whitened change of the observations per unit of each of these changes of the inputs.
@@ -242,9 +242,9 @@ fn nudged(run: &Run, change: impl Fn(usize) -> Nudge) -> Run {
     run
 }
 
-/// All strangers beside a fit.
+/// All effects outside the catalogue, given a fit.
 #[must_use]
-pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
+pub fn unmodelled_effects(problem: &Problem, fit: &Fit) -> Vec<UnmodelledEffect> {
     let runs = problem.runs.len();
     let each = |change: &dyn Fn(usize) -> Change| -> Vec<Change> { (0..runs).map(change).collect() };
     let trim =
@@ -300,9 +300,9 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Vec<Stranger> {
     let mut columns = columns_at(problem, fit, &all).into_iter().map(|c| problem.without_battery(c));
     let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or_else(|| problem.column(0, Vec::new())) };
     let by_segment = ["segment (trim)", "segment (drag)"].into_iter().zip(constants);
-    let mut out: Vec<Stranger> =
-        by_segment.map(|(variable, constant)| Stranger { variable, forms: vec![by_run(problem, &part(constant))] }).collect();
-    out.extend(kinds.into_iter().map(|(variable, forms)| Stranger {
+    let mut out: Vec<UnmodelledEffect> =
+        by_segment.map(|(variable, constant)| UnmodelledEffect { variable, forms: vec![by_run(problem, &part(constant))] }).collect();
+    out.extend(kinds.into_iter().map(|(variable, forms)| UnmodelledEffect {
         variable,
         forms: forms.into_iter().map(|form| form.into_iter().map(&mut part).collect()).collect(),
     }));

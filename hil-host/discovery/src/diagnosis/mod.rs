@@ -2,6 +2,7 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
+pub(crate) mod ranking;
 pub mod report;
 pub(crate) mod settle;
 pub(crate) mod unknown;
@@ -10,17 +11,18 @@ pub mod verdict;
 use crate::ablation::is_on;
 use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
 use crate::criticism::residual_tests::Family;
+pub use crate::diagnosis::ranking::Ranked;
+use crate::diagnosis::ranking::rank;
 use crate::diagnosis::settle::search_until_stable;
 use crate::diagnosis::unknown::unknowns;
 use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICAL, holds_elsewhere, judge};
 pub use crate::diagnosis::verdict::{Reason, Verdict};
 use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
-use crate::hypotheses::search::{Depth, Found};
-use crate::inference::estimate::{Estimate, estimates};
+use crate::hypotheses::search::{Depth, SearchResult};
 use crate::inference::evidence::{NEARLY, TIED};
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::Fit;
-use crate::likelihood::block_error::{Block, block_errors, blocks, predicted_errors};
+use crate::likelihood::block_error::{Block, blocks, predicted_errors};
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Column, Problem};
@@ -39,30 +41,8 @@ const SPEAK_UP: f64 = std::f64::consts::LN_10;
 const SPEAK_UP_GUESSED: f64 = 4.0;
 /// How much more where more rows are left out than compared: the model is wrong about most of the flight.
 const SPEAK_UP_THIN: f64 = 6.0;
-/// Hypotheses that get full figures, for a reader to look at; the others are only ranked.
-const SHOWN: usize = 12;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
-/// One hypothesis in the report.
-#[derive(Clone, Debug)]
-pub struct Ranked {
-    /// Its effects.
-    pub effects: Vec<&'static str>,
-    /// Parameters with intervals.
-    pub parameters: Vec<Estimate>,
-    /// Block error on the fitted segments, m/s.
-    pub error_fitted_m_s: f64,
-    /// Block error on the check segments, m/s.
-    pub error_check_m_s: f64,
-    /// Probability among all hypotheses.
-    pub probability: f64,
-    /// Log odds against nothing missing.
-    pub log_odds: f64,
-    /// Fall of chi².
-    pub gain: f64,
-    /// Where the model is.
-    pub state: State,
-}
 
 /// A diagnosis.
 #[derive(Debug)]
@@ -97,7 +77,7 @@ pub struct Diagnosis {
     pub remains: Vec<Remains>,
     /// Sensors that are found to be off.
     pub sensors: Vec<SensorFinding>,
-    /// Effects outside the catalogue beside the best hypothesis, strongest first.
+    /// Effects outside the catalogue given the best hypothesis, strongest first.
     pub remainder: Vec<Family>,
     /// Whether check segments were named by the vehicle file (else they were chosen here, or none could be).
     pub check: Vec<u32>,
@@ -110,7 +90,7 @@ pub struct Diagnosis {
     /// Innovations that were fitted, and rows left out near the stall.
     pub rows: usize,
     /// Rows left out near the stall.
-    pub brink: usize,
+    pub rows_near_stall: usize,
     /// Rms of the ordinary water motion that was used, relative to the vehicle file's.
     pub colour: f64,
     /// Which branch the model was taken to be on beyond the valid angle of attack.
@@ -194,13 +174,13 @@ pub fn prepared_problem<'a>(
     let null_fit = |problem: &Problem| fit_from(problem, &problem.start, Effort::of(3));
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
-    let second = if problem.restore_brink(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
+    let second = if problem.restore_rows_near_stall(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
     let outliers = problem.drop_outliers(&problem.innovations(&second.residual), OUTLIER);
     if outliers > 0 {
         notes.push(format!("{outliers} lone samples beyond {OUTLIER} sigma left out of the fit"));
     }
     problem.tune_colour(&second.state);
-    problem.doubt_moments(&second.state);
+    problem.scale_moment_noise(&second.state);
     Ok((problem, second))
 }
 
@@ -217,21 +197,23 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     let mut found = search_until_stable(&mut problem, depth, tick);
     found.name_most_important_first();
     tick("what remains", 0.97);
-    let brink_rows = problem.brink_rows();
-    if brink_rows > 0 {
-        notes.push(format!("{brink_rows} rows near or beyond the stall (angle of attack over 0.35 rad in the model) left out of the fit"));
+    let rows_near_stall = problem.rows_near_stall();
+    if rows_near_stall > 0 {
+        notes.push(format!(
+            "{rows_near_stall} rows near or beyond the stall (angle of attack over 0.35 rad in the model) left out of the fit"
+        ));
     }
     let compared = problem.rows_compared();
     if compared < FEWEST_COMPARED {
         return Err(NothingToFit(format!(
-            "{}: {compared} rows are left to compare once {brink_rows} near or beyond the stall in the model are left out; at least {FEWEST_COMPARED} are needed: longer dives or steeper pitch settings show more",
+            "{}: {compared} rows are left to compare once {rows_near_stall} near or beyond the stall in the model are left out; at least {FEWEST_COMPARED} are needed: longer dives or steeper pitch settings show more",
             flight.name
         )));
     }
-    if brink_rows > compared {
+    if rows_near_stall > compared {
         notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
     }
-    let concluded = |found: &Found| conclude(vehicle, &prepared, &problem, found, &check, notes.clone());
+    let concluded = |found: &SearchResult| conclude(vehicle, &prepared, &problem, found, &check, notes.clone());
     let mut said = concluded(&found);
     // A remainder that one effect more explains, when that effect is not told apart, is none.
     if is_on("one_more_first") && said.verdict == Verdict::Unexplained && found.put_one_more_first() {
@@ -251,7 +233,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
 
 /// The best of these hypotheses, best first, where it is worth naming; more is asked for where more rows are left out than compared.
 pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
-    let thin = if is_on("thin") && problem.brink_rows() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
+    let thin = if is_on("thin") && problem.rows_near_stall() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
     let needs = |best: &Candidate| {
         if is_on("guessed_form") && best.effects.iter().any(|e| has_guessed_form(e)) { SPEAK_UP_GUESSED } else { SPEAK_UP }
     };
@@ -265,7 +247,12 @@ type Blocks = Vec<(usize, Vec<Block>)>;
 /// whose recalibration is one that vehicles scatter by, of which each effect lowers the error of all blocks by a practical share, and
 /// which is no worse than nothing named on dives that were kept out. (A recalibration that no vehicle scatters by is no alternative to
 /// a name, however well it does.) Also what the best lowers the error by, where nothing is named.
-fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, blocks: [&Blocks; 2]) -> (Option<&'a Candidate>, Option<f64>) {
+fn spoken_of<'a>(
+    problem: &Problem,
+    prepared: &Prepared,
+    found: &'a SearchResult,
+    blocks: [&Blocks; 2],
+) -> (Option<&'a Candidate>, Option<f64>) {
     let Some(best) = worth_naming(problem, &found.candidates) else { return (None, None) };
     if problem.discrepancy.size_m_s == 0.0 || !is_on("practical") {
         return (Some(best), None);
@@ -274,7 +261,7 @@ fn spoken_of<'a>(problem: &Problem, prepared: &Prepared, found: &'a Found, block
         let [with, without] = errors_of_all(problem, prepared, [with, without], blocks);
         1.0 - with / without
     };
-    let ordinary = |fit: &Fit| strained(problem.vehicle, &fit.state).is_none();
+    let ordinary = |fit: &Fit| far_from_file(problem.vehicle, &fit.state).is_none();
     let null_is_sound = ordinary(&found.null);
     let worth: Vec<&Candidate> = found.candidates.iter().filter(|c| worth_naming(problem, std::slice::from_ref(*c)).is_some()).collect();
     let pays = |c: &Candidate| {
@@ -318,7 +305,7 @@ fn errors(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], blocks: [&Blo
     let states = fits.map(|f| &f.state);
     let pair = |v: Vec<f64>| [v[0], v[1]];
     // A wave's phase on check segments is unknown, and so is the branch of a stall.
-    let tellable = !wave && problem.brink_rows() < problem.data.len() / 10;
+    let tellable = !wave && problem.rows_near_stall() < problem.data.len() / 10;
     let kept_out = |state: &State, blocks: &[_]| problem.residuals_near_stall_and_elsewhere(prepared, state, blocks);
     let typical = states.map(|s| if tellable { typical_error(&kept_out(s, check)) } else { f64::NAN });
     let of_one = |of| error_of_four_fifths(&kept_out(states[0], std::slice::from_ref(of)));
@@ -338,11 +325,11 @@ fn equivalent_to(first: &Candidate, candidates: &[Candidate]) -> Vec<Vec<&'stati
     // A part of the answer may do as well as all of it. A larger set only adds: it is one where it is nearly as likely as not.
     let part = |c: &Candidate| c.effects.len() < first.effects.len() && first.has_all_of(c);
     let same = |c: &Candidate| c.effects.len() == first.effects.len();
-    let not_told_apart = |c: &&Candidate| {
+    let equivalent = |c: &&Candidate| {
         let behind = first.log_odds - c.log_odds;
         ((same(c) || part(c)) && behind < TIED) || (c.adds_one_to(first) && behind < NEARLY)
     };
-    let others = candidates.iter().filter(|c| !std::ptr::eq(*c, first)).filter(not_told_apart);
+    let others = candidates.iter().filter(|c| !std::ptr::eq(*c, first)).filter(equivalent);
     std::iter::once(first.effects.clone()).chain(others.take(2).map(|c| c.effects.clone())).collect()
 }
 
@@ -354,45 +341,16 @@ fn judged_blocks(problem: &Problem, prepared: &Prepared, null: &Fit, best: &Fit,
     if both.iter().any(|(_, blocks)| !blocks.is_empty()) { both } else { away_of(&[&best.state]) }
 }
 
-/// All hypotheses with their probabilities, and block errors of the vehicle as given, recalibrated, and after the answer.
-struct Ranking {
-    candidates: Vec<Ranked>,
-    probability_nothing: f64,
-    fitted_error_m_s: [f64; 3],
-    block_error_m_s: [f64; 3],
-}
-
-/// Ranks everything that was asked; `after` is the state of the answer.
-fn rank(problem: &Problem, prepared: &Prepared, found: &Found, after: &State, [fitted, check]: [&Blocks; 2]) -> Ranking {
-    let candidates = &found.candidates;
-    let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
-    let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
-    let nominal = State::nominal();
-    let mut states = vec![&nominal, &found.null.state, after];
-    states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
-    let on_fitted = block_errors(problem, prepared, &states, fitted, true);
-    let on_check = block_errors(problem, prepared, &states, check, false);
-    let ranked = |(k, c): (usize, &Candidate)| Ranked {
-        effects: c.effects.clone(),
-        parameters: estimates(&c.fit),
-        error_fitted_m_s: on_fitted.get(3 + k).copied().unwrap_or(f64::NAN),
-        error_check_m_s: on_check.get(3 + k).copied().unwrap_or(f64::NAN),
-        probability: (c.log_odds - top).exp() / total,
-        log_odds: c.log_odds,
-        gain: c.gain,
-        state: c.fit.state.clone(),
-    };
-    Ranking {
-        candidates: candidates.iter().enumerate().map(ranked).collect(),
-        probability_nothing: (-top).exp() / total,
-        fitted_error_m_s: [on_fitted[0], on_fitted[1], on_fitted[2]],
-        block_error_m_s: [on_check[0], on_check[1], on_check[2]],
-    }
-}
-
 /// The diagnosis that a search comes to.
-fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &Found, check: &[u32], mut notes: Vec<String>) -> Diagnosis {
-    let Found { null, candidates, likeness, used_up } = found;
+fn conclude(
+    vehicle: &Vehicle,
+    prepared: &Prepared,
+    problem: &Problem,
+    found: &SearchResult,
+    check: &[u32],
+    mut notes: Vec<String>,
+) -> Diagnosis {
+    let SearchResult { null, candidates, likeness, used_up } = found;
     let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
     let check_blocks = gather(prepared, |s| check.contains(&s));
     let best = worth_naming(problem, candidates).map_or(null, |c| &c.fit);
@@ -429,7 +387,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
     let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, &after, &check_blocks);
     notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
     notes.extend(problem.moments_said(&best.state));
-    notes.extend(strained(vehicle, &best.state));
+    notes.extend(far_from_file(vehicle, &best.state));
     let ranking = rank(problem, prepared, found, &after, [&fit_blocks, &check_blocks]);
     let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
     Diagnosis {
@@ -455,7 +413,7 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
         branch: problem.branch,
         misfit: best.mean_square(),
         rows: problem.data.len(),
-        brink: problem.brink_rows(),
+        rows_near_stall: problem.rows_near_stall(),
         colour: problem.colour.rms_m_s / vehicle.background.0,
         likeness: likeness.clone(),
     }
@@ -463,14 +421,14 @@ fn conclude(vehicle: &Vehicle, prepared: &Prepared, problem: &Problem, found: &F
 }
 
 /// Tolerances from which a recalibration is told of.
-const STRAINED: f64 = 3.0;
+const REPORTED_TOLERANCES: f64 = 3.0;
 
-/// Calibration numbers that a state strains by several tolerances: a finding, named or not.
-fn strained(vehicle: &Vehicle, state: &State) -> Option<String> {
+/// Calibration numbers that a state moves by several tolerances: a finding, named or not.
+fn far_from_file(vehicle: &Vehicle, state: &State) -> Option<String> {
     if crate::inference::initial_guess::is_uncalibrated(vehicle) {
         return None;
     }
-    let far = state.calibration.iter().enumerate().filter(|(k, z)| is_law(*k) && z.abs() > STRAINED);
+    let far = state.calibration.iter().enumerate().filter(|(k, z)| is_law(*k) && z.abs() > REPORTED_TOLERANCES);
     let said: Vec<String> = far.map(|(k, z)| format!("{} {z:+.1}", CALIBRATION[k])).collect();
     (!said.is_empty()).then(|| format!("the calibration is strained, in tolerances of the vehicle file: {}", said.join(", ")))
 }

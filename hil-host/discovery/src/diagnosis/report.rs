@@ -120,7 +120,7 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
 /// One paragraph for a person.
 #[must_use]
 pub fn explanation(d: &Diagnosis) -> String {
-    format!("{}{}", verdict_in_words(d), beside_it(d))
+    format!("{}{}", verdict_in_words(d), in_any_case(d))
 }
 
 /// A value with its interval: angles in degrees, as many digits as the interval deserves.
@@ -143,8 +143,8 @@ fn parameter_in_words(p: &Estimate) -> String {
     format!("{name} = {}", in_words(p.value, p.low, p.high, p.unit))
 }
 
-/// What is said beside any verdict: the model's own discrepancy and the sensors that are off.
-fn beside_it(d: &Diagnosis) -> String {
+/// What is said with any verdict: the model's own discrepancy and the sensors that are off.
+fn in_any_case(d: &Diagnosis) -> String {
     let mut out = String::new();
     if d.discrepancy_m_s > 0.0 {
         let follows: Vec<String> =

@@ -1,11 +1,11 @@
 //! Alternates the search of hypotheses and the re-estimation of mask, noise and model discrepancy until the leader is stable.
 //!
-//! The first search knows no model discrepancy. Beside its best hypothesis the size of the discrepancy is learned (learned where nothing
+//! The first search knows no model discrepancy. Given its best hypothesis the size of the discrepancy is estimated (estimated where nothing
 //! is named it would swallow the effect), rows near the stall and outliers are masked, and the size of the water motion is estimated;
 //! the next search ranks under these.
 
 use crate::diagnosis::{FEWEST_COMPARED, OUTLIER, worth_naming};
-use crate::hypotheses::search::{Depth, Found, search, weigh_again};
+use crate::hypotheses::search::{Depth, SearchResult, search, weigh_again};
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
@@ -29,7 +29,7 @@ pub(crate) enum Changed {
 }
 
 /// Searches until the leader is stable.
-pub(crate) fn search_until_stable(problem: &mut Problem, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
+pub(crate) fn search_until_stable(problem: &mut Problem, depth: Depth, tick: &dyn Fn(&str, f64)) -> SearchResult {
     // Each search has its share of the progress, half of what the last one left: it never runs backward.
     let within = |from: f64, to: f64| move |what: &str, share: f64| tick(what, from + (to - from) * share);
     let (mut from, mut to) = (0.0, 0.5);
@@ -56,35 +56,35 @@ pub(crate) fn search_until_stable(problem: &mut Problem, depth: Depth, tick: &dy
 }
 
 /// The best hypothesis that is worth naming, else nothing missing.
-pub(crate) fn best_of<'a>(problem: &Problem, found: &'a Found) -> &'a Fit {
+pub(crate) fn best_of<'a>(problem: &Problem, found: &'a SearchResult) -> &'a Fit {
     worth_naming(problem, &found.candidates).map_or(&found.null, |c| &c.fit)
 }
 
-/// Estimates mask, noise and discrepancy beside a fit.
+/// Estimates mask, noise and discrepancy given a fit.
 pub(crate) fn estimate_anew(problem: &mut Problem, best: &Fit) -> Changed {
     let before = problem.discrepancy.sizes_m_s;
     let mut changed = Changed::Nothing;
-    if problem.doubt_moments(&best.state) {
+    if problem.scale_moment_noise(&best.state) {
         changed = Changed::Rows;
     }
     if mask_anew(problem, best) {
         changed = Changed::Rows;
     }
-    // The noise of the water is that without a discrepancy, and the discrepancy is learned beside a fit without one.
+    // The noise of the water is that without a discrepancy, and the discrepancy is estimated given a fit without one.
     problem.set_discrepancy(Sizes::default());
     if problem.tune_colour(&best.state) {
         changed = changed.max(Changed::Noise);
     }
     let fit = fit_from(problem, &best.state, Effort::of(STEPS));
-    let sizes = problem.discrepancy_beside(&fit);
+    let sizes = problem.discrepancy_sizes_at(&fit);
     problem.set_discrepancy(sizes);
     if sizes == before { changed } else { Changed::Rows }
 }
 
-/// Masks outliers and rows near the stall beside a fit; whether that is worth a new search (otherwise all stays as it was).
+/// Masks outliers and rows near the stall given a fit; whether that is worth a new search (otherwise all stays as it was).
 fn mask_anew(problem: &mut Problem, best: &Fit) -> bool {
     let kept = problem.left_out();
-    if problem.much_near_stall() && problem.restore_brink(&best.state, WORTH_TRYING) > 0 {
+    if problem.much_near_stall() && problem.restore_rows_near_stall(&best.state, WORTH_TRYING) > 0 {
         if holds_elsewhere(problem, best, &kept) {
             return true;
         }
@@ -99,7 +99,7 @@ fn mask_anew(problem: &mut Problem, best: &Fit) -> bool {
     true
 }
 
-/// Whether the rows near the stall are explained beside the others: the mean square of all is that of the others.
+/// Whether the rows near the stall are explained as well as the others: the mean square of all is that of the others.
 fn holds_elsewhere(problem: &Problem, best: &Fit, kept: &crate::likelihood::selection::LeftOut) -> bool {
     /// By how much the rows near the stall may raise the mean square of innovations.
     const WORSE_OVERALL: f64 = 1.06;

@@ -1,13 +1,13 @@
 //! Effects outside the catalogue, in the same table as the named ones.
 //!
-//! Beside nothing missing, beside the best hypothesis and beside the best single effect, an unknown effect for each variable: its log odds
-//! are those of what it is beside, the log Bayes factor of [`crate::criticism::residual_tests::families`], and what one effect more costs.
+//! Given nothing missing, given the best hypothesis and given the best single effect, an unknown effect for each variable: its log odds
+//! are those of what it is added to, the log Bayes factor of [`crate::criticism::residual_tests::families`], and what one effect more costs.
 
 use crate::ablation::is_on;
 use crate::criticism::residual_tests::{Family, families};
 use crate::diagnosis::verdict::Unknown;
 use crate::hypotheses::candidate::Candidate;
-use crate::hypotheses::search::{Found, prior_of};
+use crate::hypotheses::search::{SearchResult, prior_of};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::vehicle::catalogue;
@@ -21,28 +21,28 @@ const VARIABLES: f64 = 24.0;
 pub(crate) struct Unknowns {
     /// One that is likelier than the best name, or than nothing missing.
     pub leads: Option<Unknown>,
-    /// All that were asked beside the best hypothesis; one that leads comes first.
+    /// All that were asked given the best hypothesis; one that leads comes first.
     pub remainder: Vec<Family>,
 }
 
 /// Asks for effects outside the catalogue. One leads that is ahead of the best name, or of nothing missing, by `speak_up`.
-pub(crate) fn unknowns(problem: &Problem, found: &Found, named: Option<&Candidate>, speak_up: f64) -> Unknowns {
+pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&Candidate>, speak_up: f64) -> Unknowns {
     let best = named.map_or(0.0, |c| c.log_odds);
     let one_more = |effects: usize| (prior_of(effects + 1) / prior_of(effects)).ln();
     let of = |c: &Candidate| c.log_odds + one_more(c.effects.len());
     let single = found.candidates.iter().find(|c| c.effects.len() == 1).filter(|c| !named.is_some_and(|best| std::ptr::eq(*c, best)));
-    let mut beside: Vec<(&Fit, f64)> = vec![(named.map_or(&found.null, |c| &c.fit), named.map_or(one_more(0), of))];
+    let mut fits: Vec<(&Fit, f64)> = vec![(named.map_or(&found.null, |c| &c.fit), named.map_or(one_more(0), of))];
     if named.is_some() {
-        beside.push((&found.null, one_more(0)));
-        beside.extend(single.map(|c| (&c.fit, of(c))));
+        fits.push((&found.null, one_more(0)));
+        fits.extend(single.map(|c| (&c.fit, of(c))));
     }
-    beside.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES).ln());
-    let asked = families(problem, &beside.iter().map(|(fit, odds)| (*fit, best + speak_up - odds)).collect::<Vec<_>>());
+    fits.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES).ln());
+    let asked = families(problem, &fits.iter().map(|(fit, odds)| (*fit, best + speak_up - odds)).collect::<Vec<_>>());
     let ahead = |(odds, family): (f64, &Family)| odds + family.log_bayes - best;
-    // A velocity of its own describes any effect, the named ones too: it can say what remains beside the best. What acts through the
+    // A velocity of its own describes any effect, the named ones too: it can say what the best leaves. What acts through the
     // inputs is a cause, and may stand in the place of a name.
     let mut leader: Option<(f64, &Family)> = None;
-    for (at, ((_, odds), list)) in beside.iter().zip(&asked).enumerate() {
+    for (at, ((_, odds), list)) in fits.iter().zip(&asked).enumerate() {
         let competes = |f: &&Family| is_on("unknown") && !f.may_be_water() && (at == 0 || f.scale_m_s.is_none());
         for f in list.iter().filter(competes) {
             let here = ahead((*odds, f));

@@ -6,7 +6,7 @@
 //! | explained, ambiguous | a named set leads (ambiguous also where an unknown effect leads within [`SMALL`] floors); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
 //! | unexplained | an unknown effect leads (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
 //!
-//! What remains beside the answer is said with its size; it is no veto by itself.
+//! What remains with the answer is said with its size; it is no veto by itself.
 
 /// What the flight says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +52,7 @@ const CHANCE: f64 = 1.02;
 /// Mean square of innovations beyond which no verdict but unexplained is honest.
 const FAR_FROM_NOISE: f64 = 2.5;
 
-/// What an unknown effect that leads is beside.
+/// What an unknown effect that leads is added to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unknown {
     /// The variable it follows.
@@ -326,7 +326,7 @@ mod tests {
         let e = Evidence { unknown_leads: unknown, ..plain() };
         assert_eq!(verdict(&e), Verdict::Unexplained);
         assert_eq!(verdict(&Evidence { named: None, ..e.clone() }), Verdict::Unexplained);
-        // Where the model has a discrepancy and the error no room: a remark beside a name, none where nothing is named.
+        // Where the model has a discrepancy and the error no room: a remark with a name, none where nothing is named.
         let small = Evidence { discrepancy_m_s: 0.002, ..e.clone() };
         let (said, reasons) = judge(&small);
         assert_eq!((said, reasons.iter().any(|r| r.code() == "unknown_leads")), (Verdict::Ambiguous, true));

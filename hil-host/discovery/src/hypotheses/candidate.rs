@@ -8,8 +8,8 @@
 use crate::hypotheses::sensitivity::{log_size_prior_of, project, signatures};
 use crate::inference::evidence::{PRIOR, log_evidence, log_mean_exp};
 use crate::inference::gauss_newton::{Effort, fit};
-use crate::inference::offer::Offer;
 use crate::inference::posterior::Fit;
+use crate::inference::projected_columns::ProjectedColumns;
 use crate::likelihood::jacobian::Jacobian;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
@@ -36,8 +36,8 @@ pub struct Candidate {
 }
 
 /// Whether a calibration number deviates further than any vehicle scatters.
-pub(crate) fn is_strained(state: &State) -> bool {
-    state.calibration.iter().enumerate().any(|(i, z)| is_law(i) && z.abs() > STRAINED)
+pub(crate) fn is_far_from_file(state: &State) -> bool {
+    state.calibration.iter().enumerate().any(|(i, z)| is_law(i) && z.abs() > FAR_TOLERANCES)
 }
 
 /// Names of the effects of a state.
@@ -47,14 +47,14 @@ pub(crate) fn named(state: &State) -> Vec<&'static str> {
 
 /// Amplitudes a wave is tried at, m/s.
 const WAVE_SCALES: [f64; 5] = [0.002, 0.004, 0.008, 0.016, 0.032];
-/// Times that the kind of a wave is looked for anew beside what it was fitted with.
+/// Times that the kind of a wave is scanned anew with what it was fitted with.
 const WAVE_ROUNDS: usize = 2;
 /// Odds by which any hypothesis with a wave is marked down: it has amplitudes in every run to follow noise of another colour with.
 const WAVE_HANDICAP: f64 = 4.5;
 /// Chi² per innovation of the calibrated nominal model from which fits start from several values.
 const FAR_OFF: f64 = 2.5;
 /// Or a calibration number that deviates by this many tolerances: what is missing pulls at it.
-const STRAINED: f64 = 4.0;
+const FAR_TOLERANCES: f64 = 4.0;
 /// Steps that every start of a fit takes, and how many starts go on from there.
 const SCOUT_STEPS: usize = 1;
 const KEPT_STARTS: usize = 1;
@@ -66,7 +66,7 @@ const MOST_ROUNDS: usize = 4;
 /// Mean square of the innovations up to which a hypothesis leaves hardly more than noise.
 pub(crate) const TELLS_ALL: f64 = 1.3;
 
-/// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape beside its size. The
+/// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape as well as a size. The
 /// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law.
 pub(crate) fn has_guessed_form(effect: &str) -> bool {
     catalogue::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters().len() > 1)
@@ -128,7 +128,7 @@ pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fi
     let library = if waves.is_empty() { Vec::new() } else { wave_library(problem) };
     let screen = Screen::new(problem, &problem.start, &library);
     let mut out = screen.one_by_one(&plain);
-    // What the calibration became beside the first alone may lie behind a hill.
+    // The calibration that was fitted with the first alone may be in another local minimum.
     if plain.len() > 1 && out.mean_square() > TELLS_ALL {
         let back: Vec<_> = plain.iter().rev().copied().collect();
         let others = [screen.one_by_one(&back), screen.together(&plain)];
@@ -177,8 +177,8 @@ impl<'a> Screen<'a> {
         (self.jacobian, self.null) = (jacobian, null);
     }
 
-    /// The signatures to fit with beside a hypothesis.
-    pub(crate) fn beside<'b>(&'b self, c: Option<&'b Candidate>) -> &'b Jacobian {
+    /// The Jacobian to fit further effects of a hypothesis with.
+    pub(crate) fn jacobian_at<'b>(&'b self, c: Option<&'b Candidate>) -> &'b Jacobian {
         c.and_then(|c| c.own.as_deref()).unwrap_or(&self.jacobian)
     }
 
@@ -186,9 +186,9 @@ impl<'a> Screen<'a> {
         fit(self.problem, jacobian, start, Effort::of(iterations))
     }
 
-    /// Whether a fit leaves the flight far from its model, or strains the calibration to come near.
+    /// Whether a fit leaves the flight far from its model, or moves the calibration far to come near.
     fn is_far_off(&self, f: &Fit) -> bool {
-        f.chi2 > FAR_OFF * self.problem.data.len() as f64 || is_strained(&f.state)
+        f.chi2 > FAR_OFF * self.problem.data.len() as f64 || is_far_from_file(&f.state)
     }
 
     /// Starts to try for one effect.
@@ -223,7 +223,7 @@ impl<'a> Screen<'a> {
     fn start(&self, base: &State, effect: &'static dyn Effect, size: f64) -> State {
         let mut start = base.clone();
         let mut size = size;
-        // What the calibration has stretched for belongs to the effect that deviates the same number: the same law, no strain.
+        // What the calibration has taken belongs to the effect that deviates the same number: the same law, at no cost by the prior.
         if let Some(k) = calibration_of(effect) {
             let p = &effect.parameters()[0];
             size = (size + start.calibration[k] * tolerance_of(self.problem.vehicle, k)).clamp(p.low, p.high);
@@ -246,7 +246,7 @@ impl<'a> Screen<'a> {
 
     /// Best fit of `effect` added to a state.
     pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &Fit, effect: &'static dyn Effect, iterations: usize) -> Fit {
-        // Wide tolerances: the calibration must find its way anew beside a first effect; a second one starts from there.
+        // Wide tolerances: the calibration must find its way anew with a first effect; a second one starts from there.
         let first = base.state.effects.is_empty();
         let far_off = self.is_far_off(base);
         let anew = crate::inference::initial_guess::is_uncalibrated(self.problem.vehicle) && first;
@@ -293,11 +293,11 @@ impl<'a> Screen<'a> {
     /// Scans kind and amplitude of a wave on the residual of a fit: best kind, its scale and its log Bayes factor, and what the
     /// average over all kinds and scales falls short of that.
     fn scan_wave(&self, f: &Fit) -> Option<(Kind, f64, f64, f64)> {
-        let ground = f.ground()?;
+        let linearisation = f.linearisation()?;
         let mut best: Option<(&Kind, f64, f64)> = None;
         let mut all = Vec::new();
         for (kind, columns) in self.waves {
-            let prepared = Offer::new(columns, &ground);
+            let prepared = ProjectedColumns::new(columns, &linearisation);
             for scale in WAVE_SCALES {
                 // Second modes are rarer than first ones.
                 let log_bayes = prepared.log_bayes(scale / 2.0_f64.sqrt()) - if kind.mode == 1 { 0.0 } else { 1.0 };
@@ -307,33 +307,33 @@ impl<'a> Screen<'a> {
                 }
             }
         }
-        best.map(|(kind, scale, told)| (kind.clone(), scale, told, log_mean_exp(&all) - told))
+        best.map(|(kind, scale, log_odds)| (kind.clone(), scale, log_odds, log_mean_exp(&all) - log_odds))
     }
 
-    /// The best wave beside a fit, and what its log evidence is to be corrected by for its kind being one of many. Where the wave is
-    /// large its kind is looked for again, beside what was found with it.
+    /// The best wave added to a fit, and what its log evidence is to be corrected by for its kind being one of many. Where the wave is
+    /// large its kind is scanned again, with what was found with it.
     pub(crate) fn with_wave(&self, jacobian: &Jacobian, f: &Fit, iterations: usize) -> (Fit, f64) {
         let mut best: Option<(Fit, f64, f64)> = None;
-        let mut beside = f.clone();
+        let mut waveless = f.clone();
         for round in 0..WAVE_ROUNDS {
-            let Some((kind, scale_m_s, _, fewer)) = self.scan_wave(&beside) else { break };
+            let Some((kind, scale_m_s, _, fewer)) = self.scan_wave(&waveless) else { break };
             if round > 0 && best.as_ref().and_then(|b| b.0.state.wave.as_ref()).is_some_and(|w| w.kind == kind) {
                 break;
             }
-            let mut start = beside.state.clone();
+            let mut start = waveless.state.clone();
             start.wave = Some(Wave { kind, amplitude_m_s: vec![[0.0; PARTS]; self.problem.runs.len()], scale_m_s });
             let fitted = self.fit(jacobian, &start, iterations);
-            let told = log_evidence(self.problem, &fitted) + fewer;
-            if best.as_ref().is_some_and(|b| told <= b.2) {
+            let log_odds = log_evidence(self.problem, &fitted) + fewer;
+            if best.as_ref().is_some_and(|b| log_odds <= b.2) {
                 break;
             }
             let large = f.chi2 - fitted.chi2 > RENEW_GAIN;
             let without = State { wave: None, ..fitted.state.clone() };
-            best = Some((fitted, fewer, told));
+            best = Some((fitted, fewer, log_odds));
             if !large {
                 break;
             }
-            beside = self.fit(jacobian, &without, 0);
+            waveless = self.fit(jacobian, &without, 0);
         }
         match best {
             Some((fitted, fewer, _)) if fitted.chi2 <= f.chi2 => (fitted, fewer - WAVE_HANDICAP),
@@ -342,12 +342,12 @@ impl<'a> Screen<'a> {
         }
     }
 
-    /// Effects that would gain most beside what is fitted, best first: log odds (no prior) and effect. `own` are signatures of the
+    /// Effects that would gain most over what is fitted, best first: log odds (no prior) and effect. `own` are signatures of the
     /// calibration taken there.
     pub(crate) fn seconds(&self, f: &Fit, own: Option<&Jacobian>) -> Vec<(f64, &'static dyn Effect)> {
         let renewed = signatures(self.problem, &f.state, own);
-        let Some(ground) = f.ground() else { return Vec::new() };
-        let (gram, match_) = project(&ground, &renewed);
+        let Some(linearisation) = f.linearisation() else { return Vec::new() };
+        let (gram, match_) = project(&linearisation, &renewed);
         let mut second: Vec<(f64, &'static dyn Effect)> = (0..renewed.len())
             .map(|i| {
                 let (g, b) = (gram[(i, i)].max(1e-300), match_[i]);

@@ -21,7 +21,7 @@ mod relax;
 
 /// Everything the search found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct SearchResult {
     /// Nothing missing, calibration refitted.
     pub null: Fit,
     /// All hypotheses fitted, best first.
@@ -32,7 +32,7 @@ pub struct Found {
     pub used_up: bool,
 }
 
-impl Found {
+impl SearchResult {
     fn of(&self, effects: &[&str]) -> Option<&Candidate> {
         self.candidates.iter().find(|c| c.is(effects))
     }
@@ -98,8 +98,8 @@ pub enum Depth {
 const BETTER: f64 = 0.5;
 /// Gain of chi² below which a linear estimate is as good as a fit.
 const WORTH_A_FIT: f64 = 4.0;
-/// Pairs proposed beside each single, and larger sets that a hypothesis is offered to.
-const BESIDE_EACH: usize = 4;
+/// Pairs proposed with each single, and larger sets that a hypothesis is offered to.
+const PARTNERS: usize = 4;
 /// Log odds behind the best, and share of the best's, up to which a hypothesis may yet win.
 const MAY_WIN: f64 = 12.0;
 const MAY_WIN_SHARE: f64 = 0.25;
@@ -107,7 +107,7 @@ const MAY_WIN_SHARE: f64 = 0.25;
 /// Searches all singles and the promising pairs. `before` is an earlier search of the same flight (other rows, colour or discrepancy):
 /// its answers are the starts. `tick` is told what is being done and which share is done.
 #[must_use]
-pub fn search(problem: &Problem, before: Option<&Found>, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
+pub fn search(problem: &Problem, before: Option<&SearchResult>, depth: Depth, tick: &dyn Fn(&str, f64)) -> SearchResult {
     tick("calibration", 0.05);
     let waves = if depth == Depth::Singles { Waves::new() } else { wave_library(problem) };
     let screen = Screen::new(problem, before.map_or(&problem.start, |b| &b.null.state), &waves);
@@ -127,20 +127,20 @@ pub fn search(problem: &Problem, before: Option<&Found>, depth: Depth, tick: &dy
     }
     let used_up = s.is_used_up();
     s.sort();
-    // A wave beside an effect is reached from either: one hypothesis, and told once.
+    // A wave with an effect is reached from either: one hypothesis, and told once.
     let mut candidates: Vec<Candidate> = Vec::with_capacity(s.nodes.len());
     s.nodes.into_iter().for_each(|c| {
         if !candidates.iter().any(|o| o.is(&c.effects)) {
             candidates.push(c);
         }
     });
-    Found { null: s.screen.null, candidates, likeness, used_up }
+    SearchResult { null: s.screen.null, candidates, likeness, used_up }
 }
 
 /// An earlier search weighed anew, where little has changed since (the size of the water motion): hypotheses that may win are fitted
 /// again from where they were, the others stay as far behind as they were.
 #[must_use]
-pub fn weigh_again(problem: &Problem, before: Found, depth: Depth, tick: &dyn Fn(&str, f64)) -> Found {
+pub fn weigh_again(problem: &Problem, before: SearchResult, depth: Depth, tick: &dyn Fn(&str, f64)) -> SearchResult {
     tick("weighing again", 0.9);
     let no_waves = Waves::new();
     let screen = Screen::new(problem, &before.null.state, &no_waves);
@@ -167,7 +167,7 @@ pub fn weigh_again(problem: &Problem, before: Found, depth: Depth, tick: &dyn Fn
     let used_up = s.is_used_up();
     s.nodes.append(&mut others);
     s.sort();
-    Found { null: s.screen.null, candidates: s.nodes, likeness: before.likeness, used_up }
+    SearchResult { null: s.screen.null, candidates: s.nodes, likeness: before.likeness, used_up }
 }
 
 /// Prior probability of one given set of effects.
@@ -177,7 +177,7 @@ pub(crate) fn prior_of(effects: usize) -> f64 {
         0 => PRIOR.0,
         1 => PRIOR.1 / n,
         2 => PRIOR.2 / (n * (n - 1.0) / 2.0),
-        // A third is as much rarer beside two as a second is beside one.
+        // A third is as much rarer after two as a second is after one.
         _ => PRIOR.2 * PRIOR.2 / PRIOR.1 / (n * (n - 1.0) * (n - 2.0) / 6.0),
     }
 }
@@ -186,13 +186,13 @@ pub(crate) fn prior_of(effects: usize) -> f64 {
 #[allow(clippy::type_complexity)]
 fn geometry(screen: &Screen, signs: &[Signature]) -> (Vec<(&'static str, &'static str, f64)>, Vec<(f64, usize, usize)>) {
     let (mut likeness, mut ranked) = (Vec::new(), Vec::new());
-    let Some(ground) = screen.null.ground() else { return (likeness, ranked) };
-    let projected = project(&ground, signs);
+    let Some(linearisation) = screen.null.linearisation() else { return (likeness, ranked) };
+    let gram_and_match = project(&linearisation, signs);
     for i in 0..signs.len() {
         for j in (i + 1..signs.len()).filter(|j| signs[i].effect.name() != signs[*j].effect.name()) {
-            let (gi, gj, gij) = (projected.0[(i, i)], projected.0[(j, j)], projected.0[(i, j)]);
+            let (gi, gj, gij) = (gram_and_match.0[(i, i)], gram_and_match.0[(j, j)], gram_and_match.0[(i, j)]);
             likeness.push((signs[i].effect.name(), signs[j].effect.name(), gij / (gi * gj).max(1e-300).sqrt()));
-            ranked.push((pair_score(screen.problem, signs, &projected, i, j), i, j));
+            ranked.push((pair_score(screen.problem, signs, &gram_and_match, i, j), i, j));
         }
     }
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -201,7 +201,7 @@ fn geometry(screen: &Screen, signs: &[Signature]) -> (Vec<(&'static str, &'stati
 
 struct Search<'a> {
     screen: Screen<'a>,
-    before: Option<&'a Found>,
+    before: Option<&'a SearchResult>,
     tick: &'a dyn Fn(&str, f64),
     /// Hypotheses that were fitted.
     nodes: Vec<Candidate>,

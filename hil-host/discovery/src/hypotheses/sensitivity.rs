@@ -1,8 +1,8 @@
 //! Signatures of effects in the whitened observations, and their geometry once everything that is fitted is projected out.
 
 use crate::inference::evidence::log_size_prior;
-use crate::inference::offer::Offer;
-use crate::inference::posterior::Ground;
+use crate::inference::posterior::Linearisation;
+use crate::inference::projected_columns::ProjectedColumns;
 use crate::likelihood::finite_difference::LEAP_IF_FELT;
 use crate::likelihood::jacobian::Jacobian;
 use crate::likelihood::{Column, Problem};
@@ -12,7 +12,7 @@ use hydro::effects::{Effect, SeenIn};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
-/// A state with an effect of this size beside what is there.
+/// A state with an effect of this size added to what is there.
 fn with(problem: &Problem, at: &State, effect: &'static dyn Effect, size: f64) -> State {
     let mut with = at.clone();
     let mut active = problem.active(effect, size);
@@ -83,13 +83,13 @@ pub(crate) fn log_size_prior_of(problem: &Problem, s: &Signature, value: f64, si
 }
 
 /// Inner products of signatures and their match with the residual, what is fitted projected out.
-pub(crate) fn project(ground: &Ground, signs: &[Signature]) -> (DMatrix<f64>, DVector<f64>) {
-    let offer = Offer::new(&signs.iter().map(|s| &s.column).collect::<Vec<_>>(), ground);
-    (offer.gram(), offer.match_)
+pub(crate) fn project(linearisation: &Linearisation, signs: &[Signature]) -> (DMatrix<f64>, DVector<f64>) {
+    let projected = ProjectedColumns::new(&signs.iter().map(|s| &s.column).collect::<Vec<_>>(), linearisation);
+    (projected.gram(), projected.match_)
 }
 
-pub(crate) fn pair_score(problem: &Problem, signs: &[Signature], projected: &(DMatrix<f64>, DVector<f64>), i: usize, j: usize) -> f64 {
-    let (g, b) = projected;
+pub(crate) fn pair_score(problem: &Problem, signs: &[Signature], gram_and_match: &(DMatrix<f64>, DVector<f64>), i: usize, j: usize) -> f64 {
+    let (g, b) = gram_and_match;
     let (a, c, d) = (g[(i, i)] * (1.0 + 1e-6) + 1e-300, g[(i, j)], g[(j, j)] * (1.0 + 1e-6) + 1e-300);
     let det = a * d - c * c;
     if !(det > 0.0) {

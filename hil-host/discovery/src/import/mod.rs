@@ -126,15 +126,15 @@ fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
 }
 
 /// The kind of a flight's files, these, files of a current profiler beside them, and a note on what else lies there.
-type Found = (Kind, Vec<PathBuf>, Vec<PathBuf>, Vec<String>);
+type FilesOfFlight = (Kind, Vec<PathBuf>, Vec<PathBuf>, Vec<String>);
 
 /// What the paths hold.
-fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
+fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
     let mut named = Vec::new();
-    let mut beside = Vec::new();
+    let mut in_folders = Vec::new();
     for path in paths {
         if path.is_dir() {
-            beside.extend(kind::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
+            in_folders.extend(kind::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
         } else if path.is_file() {
             named.push(path.clone());
         } else {
@@ -142,11 +142,11 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
         }
     }
     let mut witnesses = Vec::new();
-    for list in [&mut named, &mut beside] {
+    for list in [&mut named, &mut in_folders] {
         witnesses.extend(list.extract_if(.., |p| current_profiler::is_midas(p)));
     }
     if let [profiler, ..] = witnesses.as_slice()
-        && !named.iter().chain(&beside).any(|p| Kind::of(p).is_some())
+        && !named.iter().chain(&in_folders).any(|p| Kind::of(p).is_some())
     {
         let what = "holds the speeds of a current profiler alone: name the files of its flight too (glider import FLIGHT… THIS --out DIR)";
         return Err(ImportError::new(profiler, what));
@@ -154,7 +154,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
     if let Some(unknown) = named.iter().find(|p| Kind::of(p).is_none()) {
         return Err(ImportError::new(unknown, format!("is of no known kind: {KNOWN}")));
     }
-    let of: Vec<(Kind, PathBuf)> = named.iter().chain(&beside).filter_map(|p| Some((Kind::of(p)?, p.clone()))).collect();
+    let of: Vec<(Kind, PathBuf)> = named.iter().chain(&in_folders).filter_map(|p| Some((Kind::of(p)?, p.clone()))).collect();
     let mut kinds: Vec<Kind> = of.iter().map(|f| f.0).collect();
     kinds.sort();
     kinds.dedup();
@@ -181,7 +181,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<Found, ImportError> {
         let what = format!("{} files of {} here: name one of them ({})", files.len(), kind.name(), names.join(", "));
         return Err(ImportError::new(&paths[0], what));
     }
-    let others = named.len() + beside.len() - files.iter().filter(|f| named.contains(f) || beside.contains(f)).count();
+    let others = named.len() + in_folders.len() - files.iter().filter(|f| named.contains(f) || in_folders.contains(f)).count();
     let mut notes = Vec::new();
     if kinds.len() > 1 {
         let names: Vec<&str> = kinds.iter().filter(|k| **k != kind).map(|k| k.name()).collect();

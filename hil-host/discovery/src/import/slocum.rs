@@ -259,8 +259,8 @@ fn pairs(files: &[PathBuf]) -> BTreeMap<String, [Vec<PathBuf>; 2]> {
 pub fn with_its_partner(named: &Path) -> Vec<PathBuf> {
     let folder = named.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Some((stem, side, _)) = source(named) else { return vec![named.to_path_buf()] };
-    let beside = super::kind::files_of(folder).unwrap_or_default();
-    let partner = beside
+    let folder_files = super::kind::files_of(folder).unwrap_or_default();
+    let partner = folder_files
         .into_iter()
         .filter(|p| is_slocum(p) == is_slocum(named) && p.as_path() != named)
         .filter_map(|p| Some((source(&p)?, p)))
@@ -278,8 +278,8 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
     if dba::is_dba(&bytes) {
         return dba::read(&bytes, wanted);
     }
-    let beside = path.parent().unwrap_or(Path::new("."));
-    let folders = [beside.to_path_buf(), beside.join("cac"), beside.join("../cac")].into_iter().chain(caches.iter().cloned());
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let folders = [folder.to_path_buf(), folder.join("cac"), folder.join("../cac")].into_iter().chain(caches.iter().cloned());
     let folders: Vec<PathBuf> = folders.collect();
     let cache = |crc: &str| {
         folders.iter().find_map(|folder| {

@@ -4,13 +4,13 @@
 //! none               probability NONE
 //! each group else    s ~ half-normal(USUAL_M_S)
 //! ```
-//! over a grid of sizes, in one linearisation beside a fit that was made without the term. What would have to be larger than models are
+//! over a grid of sizes, in one linearisation at a fit that was made without the term. What would have to be larger than models are
 //! usually wrong by is no discrepancy but an effect that nobody has named: it competes as a hypothesis
 //! ([`crate::criticism::residual_tests`]), and here the sizes end.
 
 use crate::ablation::is_on;
-use crate::inference::offer::{Offer, ln_det};
 use crate::inference::posterior::Fit;
+use crate::inference::projected_columns::{ProjectedColumns, ln_det};
 use crate::likelihood::discrepancy::{GROUPS, Sizes};
 use crate::likelihood::{Column, Problem};
 use nalgebra::{DMatrix, DVector};
@@ -38,12 +38,14 @@ fn log_bayes(gram: &DMatrix<f64>, match_: &DVector<f64>, scale: &[f64]) -> f64 {
 }
 
 impl Problem<'_> {
-    /// The most probable sizes of the term beside a fit that was made without it, m/s.
-    pub(crate) fn discrepancy_beside(&self, fit: &Fit) -> Sizes {
+    /// The most probable sizes of the term given a fit that was made without it, m/s.
+    pub(crate) fn discrepancy_sizes_at(&self, fit: &Fit) -> Sizes {
         let columns: Vec<Column> = self.discrepancy.unit().iter().map(|z| self.column(0, z.clone())).collect();
-        let Some(ground) = fit.ground().filter(|_| !columns.is_empty() && is_on("discrepancy")) else { return Sizes::default() };
-        let offer = Offer::new(&columns, &ground);
-        let (gram, groups, weights) = (offer.gram(), self.discrepancy.groups(), usual_weights());
+        let Some(linearisation) = fit.linearisation().filter(|_| !columns.is_empty() && is_on("discrepancy")) else {
+            return Sizes::default();
+        };
+        let projected = ProjectedColumns::new(&columns, &linearisation);
+        let (gram, groups, weights) = (projected.gram(), self.discrepancy.groups(), usual_weights());
         let mut best = (NONE.ln(), Sizes::default());
         let steps = USUAL_SIZES.len();
         for at in 1..steps.pow(GROUPS.len() as u32) {
@@ -55,7 +57,7 @@ impl Problem<'_> {
             let sizes: Sizes = step.map(|k| USUAL_SIZES[k] * USUAL_M_S);
             let scale: Vec<f64> = groups.iter().map(|g| sizes[*g]).collect();
             let prior: f64 = step.iter().map(|k| weights[*k].ln()).sum();
-            let posterior = log_bayes(&gram, &offer.match_, &scale) + prior + (1.0 - NONE).ln();
+            let posterior = log_bayes(&gram, &projected.match_, &scale) + prior + (1.0 - NONE).ln();
             if posterior > best.0 {
                 best = (posterior, sizes);
             }

@@ -1,4 +1,4 @@
-//! One more effect beside a fit if everything were linear.
+//! One more effect added to a fit, if everything were linear.
 
 use crate::inference::posterior::Fit;
 use crate::likelihood::{Column, Problem};

@@ -1,4 +1,4 @@
-//! Fits a hypothesis and weighs it: start, Gauss-Newton, evidence.
+//! Fits a hypothesis and weighs it: initial guess, Gauss–Newton, posterior, evidence.
 
 pub(crate) mod discrepancy_size;
 pub mod estimate;
@@ -6,7 +6,7 @@ pub mod evidence;
 pub mod gauss_newton;
 pub mod initial_guess;
 pub mod linear;
-pub mod offer;
 pub mod posterior;
+pub mod projected_columns;
 pub(crate) mod unknowns;
 pub(crate) mod wave_train;

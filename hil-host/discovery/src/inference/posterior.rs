@@ -37,7 +37,7 @@ pub struct Fit {
 }
 
 /// What a fit leaves to more signatures: its residual, its columns and their curvature, priors in it.
-pub struct Ground<'a> {
+pub struct Linearisation<'a> {
     /// The fit.
     pub fit: &'a Fit,
     /// Cholesky factor of its curvature.
@@ -97,12 +97,12 @@ impl Fit {
 
     /// What the fit leaves; none where its curvature is not positive.
     #[must_use]
-    pub fn ground(&self) -> Option<Ground<'_>> {
+    pub fn linearisation(&self) -> Option<Linearisation<'_>> {
         let n = self.columns.len();
         let mut curvature = symmetric(n, |i, j| self.columns[i].dot(&self.columns[j]));
         for i in 0..n {
             curvature[(i, i)] = (curvature[(i, i)] + self.precision[i]).max(1e-12) * (1.0 + 1e-9);
         }
-        Some(Ground { fit: self, curvature: curvature.cholesky()?, residual: &self.residual })
+        Some(Linearisation { fit: self, curvature: curvature.cholesky()?, residual: &self.residual })
     }
 }

@@ -8,8 +8,8 @@ use hydro::effects::{Active, SeenIn};
 use nalgebra::DVector;
 
 /// Most that a calibration number may deviate, in its tolerances: scatter beyond two is rare and beyond three a discovery; what
-/// strains further is no calibration, and the model has no glide there. A vehicle that nobody has calibrated has no such limit.
-const MOST_STRAINED: f64 = 10.0;
+/// goes further is no calibration, and the model has no glide there. A vehicle that nobody has calibrated has no such limit.
+const MOST_TOLERANCES: f64 = 10.0;
 /// Prior precision of a calibration number at that limit: none of it is left free.
 pub(crate) const HELD: f64 = 1e12;
 /// Tolerances within which every vehicle scatters (flight format: inside two is normal, beyond three is something missing), and what
@@ -42,13 +42,13 @@ fn beyond_scatter(index: usize, z: f64) -> Penalty {
 }
 
 /// The same of a number whose prior has a wide tail: what it pays less than by a normal prior.
-fn beside_normal(problem: &Problem, index: usize, z: f64) -> Penalty {
+fn tail_penalty(problem: &Problem, index: usize, z: f64) -> Penalty {
     wide_tail(problem.vehicle, index, z).map_or((0.0, 0.0, 0.0), |(cost, precision)| (cost - z * z, (precision - 1.0) * z, precision - 1.0))
 }
 
 /// What all calibration numbers of a state pay for being beyond their scatter, in chi²; an uncalibrated vehicle has no scatter.
 #[must_use]
-pub(crate) fn strain(problem: &Problem, state: &State) -> f64 {
+pub(crate) fn scatter_cost(problem: &Problem, state: &State) -> f64 {
     if is_uncalibrated(problem.vehicle) {
         return 0.0;
     }
@@ -103,7 +103,7 @@ impl<'a> Unknowns<'a> {
             .chain(std::iter::repeat_n(0.0, amplitudes))
             .collect();
         let uncalibrated = is_uncalibrated(problem.vehicle);
-        let most = if uncalibrated { f64::INFINITY } else { MOST_STRAINED };
+        let most = if uncalibrated { f64::INFINITY } else { MOST_TOLERANCES };
         let limit =
             |i: usize| bounds(problem.vehicle, i).unwrap_or(if i < N_LAW { (-most, most) } else { (f64::NEG_INFINITY, f64::INFINITY) });
         let limits = (0..N_CALIBRATION).map(limit).collect();
@@ -155,8 +155,8 @@ impl<'a> Unknowns<'a> {
     pub(super) fn beyond_normal(&self, s: &State, i: usize) -> Penalty {
         let sum = |a: Penalty, b: Penalty| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
         match (i < N_CALIBRATION).then(|| s.calibration[i]) {
-            Some(z) if i == PITCH_DAMPING => sum(beside_normal(self.problem, i, z), (self.noise_in_damping)(z)),
-            Some(z) if !is_law(i) => beside_normal(self.problem, i, z),
+            Some(z) if i == PITCH_DAMPING => sum(tail_penalty(self.problem, i, z), (self.noise_in_damping)(z)),
+            Some(z) if !is_law(i) => tail_penalty(self.problem, i, z),
             Some(z) if !self.uncalibrated => beyond_scatter(i, z),
             _ => (0.0, 0.0, 0.0),
         }

@@ -33,8 +33,8 @@ pub(crate) fn log_alike(fit: &Fit) -> Option<f64> {
     let seen = fit.wave_amplitudes().into_iter().filter_map(|([a, b], both)| {
         let variance = 0.5 * both;
         // Without the prior, which pulls amplitudes towards nothing.
-        let told = 1.0 / variance - 1.0 / prior;
-        (told > 0.0).then(|| (a.hypot(b) / (variance * told), told.powf(-0.5)))
+        let information = 1.0 / variance - 1.0 / prior;
+        (information > 0.0).then(|| (a.hypot(b) / (variance * information), information.powf(-0.5)))
     });
     Some(of_amplitudes(&seen.collect::<Vec<_>>(), wave.scale_m_s))
 }

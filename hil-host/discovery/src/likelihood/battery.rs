@@ -41,16 +41,16 @@ const RESOLUTION_M: f64 = 1e-4;
 /// Share of a sample's variance that is left in the smoothed pitch at one instant, per second between samples: of a quadratic over
 /// ±[`crate::preprocess::PITCH_WINDOW_S`].
 const SMOOTHED_PER_S: f64 = 0.22;
-/// A deviation counts no more than this when the doubt is found, typical ones.
+/// A deviation counts no more than this, in typical ones, when the noise factor is estimated.
 const MOST: f64 = 3.0;
 /// Likeness of neighbours beyond which it is not believed: what follows a slow variable is no noise.
 const MOST_ALIKE: f64 = 0.8;
-/// Factor by which the doubt changes that is worth a new search.
+/// Change of the noise factor that is worth a new search.
 const CHANGED: f64 = 1.25;
 /// Damping beyond which the noise of the pitch's rate is no reason against less of it, tolerances over the file's.
 const FULL_DAMPING: f64 = 2.0;
-/// Doubt from which it is spoken of.
-const DOUBTED: f64 = 1.5;
+/// Noise factor from which it is reported.
+const REPORTED_FACTOR: f64 = 1.5;
 
 /// Keys of the numbers in the vehicle file, and the deviation from which one is spoken of, tolerances.
 pub(crate) const NUMBERS: [(usize, &str); 5] = [
@@ -142,7 +142,7 @@ fn noise_in_damping(heard: f64, tolerance: f64, z: f64) -> (f64, f64, f64) {
 impl Problem<'_> {
     /// Where the battery was in the quiet stretches of run `k`, in their noise.
     pub(crate) fn whiten_battery_seen(&self, k: usize, out: &mut Vec<f64>) {
-        out.extend(self.stretches[k].iter().map(|s| s.battery_m / (s.sigma_m * self.moment_doubt)));
+        out.extend(self.stretches[k].iter().map(|s| s.battery_m / (s.sigma_m * self.moment_noise_factor)));
     }
 
     /// Where the moments in pitch want it, in the same.
@@ -160,10 +160,10 @@ impl Problem<'_> {
         let (Some(first), Some(last)) = (stretches.first(), stretches.last()) else { return };
         let rows = *first.rows.start()..=*last.rows.end();
         let from = *rows.start();
-        let doubt = |index: usize| self.of_file(state, index);
-        let (height, arm, turning) = (doubt(METACENTRIC_HEIGHT), doubt(BALLAST_ARM), doubt(PITCH_MOMENT));
+        let factor = |index: usize| self.of_file(state, index);
+        let (height, arm, turning) = (factor(METACENTRIC_HEIGHT), factor(BALLAST_ARM), factor(PITCH_MOMENT));
         let zero_m = state.calibration[BATTERY_ZERO] * m.battery_zero_m;
-        let battery_kg = m.battery_mass_kg * doubt(BATTERY_MASS).max(LEAST_MASS);
+        let battery_kg = m.battery_mass_kg * factor(BATTERY_MASS).max(LEAST_MASS);
         let weight = battery_kg * constants.gravity_m_s2;
         // The damping's own number is of the damping per mass of the battery, as it is heard here.
         let damped_weight = m.battery_mass_kg * constants.gravity_m_s2;
@@ -189,11 +189,11 @@ impl Problem<'_> {
             let steady = mean(&run.time_s, &stretch.rows, |row| wanted[row - from]);
             let speed = 0.5 * (t.speed_m_s[a] + t.speed_m_s[b]);
             let (then, now) = (&sensed[a - from], &sensed[b - from]);
-            let damping = doubt(PITCH_DAMPING) * m.damping(constants, now.density_kg_m3, speed) * (now.pitch_rad - then.pitch_rad);
+            let damping = factor(PITCH_DAMPING) * m.damping(constants, now.density_kg_m3, speed) * (now.pitch_rad - then.pitch_rad);
             let swinging = m.inertia_kg_m2 * (inputs[b - from].pitch_rate_rad_s - inputs[a - from].pitch_rate_rad_s);
             let length = (run.time_s[b] - run.time_s[a]) * inputs[a - from].cos_pitch;
             let turned = (damping / damped_weight - swinging / weight) / length;
-            out.push((steady + turned - zero_m) / (stretch.sigma_m * self.moment_doubt));
+            out.push((steady + turned - zero_m) / (stretch.sigma_m * self.moment_noise_factor));
         }
     }
 
@@ -201,7 +201,7 @@ impl Problem<'_> {
     /// much is to be paid for it (penalty, and half of its slope and curvature), or every flight asks for less damping than there is.
     /// Beyond [`FULL_DAMPING`] nothing is given back: a file that overstates the noise of its pitch would ask for ever more damping.
     pub(crate) fn noise_in_damping(&self) -> impl Fn(f64) -> (f64, f64, f64) + use<> {
-        let heard = self.stretches.iter().flatten().map(|s| s.of_rate).sum::<f64>() / self.moment_doubt.powi(2);
+        let heard = self.stretches.iter().flatten().map(|s| s.of_rate).sum::<f64>() / self.moment_noise_factor.powi(2);
         let tolerance = tolerance_of(self.vehicle, PITCH_DAMPING);
         move |z| noise_in_damping(heard, tolerance, z)
     }
@@ -217,19 +217,19 @@ impl Problem<'_> {
         end - self.stretches[k].len()..end
     }
 
-    /// A signature over all runs without what the battery says of it: its noise has a colour that is not known well enough to hear a
-    /// stranger in.
+    /// A signature over all runs without what the battery says of it: its noise has a colour that is not known well enough to detect an
+    /// effect outside the catalogue in.
     pub(crate) fn without_battery(&self, mut values: Vec<f64>) -> Column {
         (0..self.runs.len()).for_each(|k| values[self.battery_range(k)].fill(0.0));
         self.column(0, values)
     }
 
-    /// How far the moments are to be doubted by what a state leaves of them: 1 where they balance to the noise of the sensors.
-    fn moment_doubt_by(&self, state: &State) -> f64 {
+    /// Factor on the noise of the moments by what a state leaves of them: 1 where they balance to the noise of the sensors.
+    fn moment_noise_factor_at(&self, state: &State) -> f64 {
         if self.stretches.iter().all(Vec::is_empty) {
-            return self.moment_doubt;
+            return self.moment_noise_factor;
         }
-        let residual: Vec<f64> = self.data.iter().zip(self.model(state)).map(|(d, m)| (d - m) * self.moment_doubt).collect();
+        let residual: Vec<f64> = self.data.iter().zip(self.model(state)).map(|(d, m)| (d - m) * self.moment_noise_factor).collect();
         let missed: Vec<&[f64]> = (0..self.runs.len()).map(|k| &residual[self.battery_range(k)]).collect();
         let mut sizes: Vec<f64> = missed.iter().copied().flatten().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -237,14 +237,14 @@ impl Problem<'_> {
         let most = MOST * sizes[sizes.len() / 2] / 0.6745;
         // A state without a glide says nothing.
         if !most.is_finite() {
-            return self.moment_doubt;
+            return self.moment_noise_factor;
         }
         let held = |r: f64| r.clamp(-most, most);
         let square: f64 = sizes.iter().map(|r| held(*r).powi(2)).sum();
         let product: f64 = missed.iter().flat_map(|run| run.windows(2)).map(|r| held(r[0]) * held(r[1])).sum();
         let alike = (product / square).clamp(0.0, MOST_ALIKE);
-        let doubt = (square / sizes.len() as f64 * (1.0 + alike) / (1.0 - alike)).sqrt();
-        if doubt.is_finite() { doubt.max(1.0) } else { self.moment_doubt }
+        let factor = (square / sizes.len() as f64 * (1.0 + alike) / (1.0 - alike)).sqrt();
+        if factor.is_finite() { factor.max(1.0) } else { self.moment_noise_factor }
     }
 
     /// What the battery's position has told of itself, for the report.
@@ -254,15 +254,15 @@ impl Problem<'_> {
         if count == 0 {
             return notes;
         }
-        let of = if self.moment_doubt < DOUBTED {
+        let of = if self.moment_noise_factor < REPORTED_FACTOR {
             String::new()
         } else {
-            format!(", doubted: they miss {:.1} times what the sensors' noise would leave", self.moment_doubt)
+            format!(", doubted: they miss {:.1} times what the sensors' noise would leave", self.moment_noise_factor)
         };
         notes.push(format!("the position of the battery was compared with the moments in pitch in {count} quiet half minutes{of}"));
-        let doubt = |index: usize| self.of_file(state, index);
+        let factor = |index: usize| self.of_file(state, index);
         for (index, key) in NUMBERS {
-            let off = doubt(index) * if index == PITCH_DAMPING { doubt(BATTERY_MASS) } else { 1.0 } - 1.0;
+            let off = factor(index) * if index == PITCH_DAMPING { factor(BATTERY_MASS) } else { 1.0 } - 1.0;
             if state.calibration[index].abs() > SURELY_OFF {
                 notes.push(format!("by the position of the battery pitch.{key} of the vehicle file is off by {:+.0} %", 100.0 * off));
             }
@@ -270,12 +270,12 @@ impl Problem<'_> {
         notes
     }
 
-    /// Doubts the moments as far as a state asks for, where that is clearly more or less than before. Whether it was.
-    pub(crate) fn doubt_moments(&mut self, state: &State) -> bool {
-        let doubt = self.moment_doubt_by(state);
-        let changed = (doubt / self.moment_doubt).max(self.moment_doubt / doubt) > CHANGED;
+    /// Sets the noise factor of the moments to what a state asks for, where that is clearly more or less than before. Whether it was.
+    pub(crate) fn scale_moment_noise(&mut self, state: &State) -> bool {
+        let factor = self.moment_noise_factor_at(state);
+        let changed = (factor / self.moment_noise_factor).max(self.moment_noise_factor / factor) > CHANGED;
         if changed {
-            self.moment_doubt = doubt;
+            self.moment_noise_factor = factor;
             self.set_colour(self.colour);
         }
         changed
@@ -295,12 +295,12 @@ impl Problem<'_> {
         };
         let base: Vec<Vec<f64>> = (0..self.runs.len()).map(|k| wanted(k, at)).collect();
         let column = |(number, step): (usize, &f64)| {
-            let mut beside = at.clone();
-            beside.calibration[BATTERY_ZERO + number] += step;
+            let mut shifted = at.clone();
+            shifted.calibration[BATTERY_ZERO + number] += step;
             let mut values = vec![0.0; self.data.len()];
             for (k, base) in base.iter().enumerate() {
                 let range = self.battery_range(k);
-                values[range].iter_mut().zip(wanted(k, &beside).iter().zip(base)).for_each(|(v, (b, a))| *v = (b - a) / step);
+                values[range].iter_mut().zip(wanted(k, &shifted).iter().zip(base)).for_each(|(v, (b, a))| *v = (b - a) / step);
             }
             values
         };

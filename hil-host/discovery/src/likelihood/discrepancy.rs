@@ -10,7 +10,7 @@
 //! with Z the basis velocities, integrated to depth and whitened like every column. All inner products of columns are taken in that
 //! metric ([`Column::dot`]), so every fit, evidence and test has the term marginalised. What the calibration can follow is projected
 //! out of Z first (against its Jacobian with its unit priors, where nothing is named): otherwise s would set the calibration free of
-//! what was measured. The size s of each group of the basis is learned per flight beside the best hypothesis
+//! what was measured. The size s of each group of the basis is estimated per flight given the best hypothesis
 //! (`crate::inference::discrepancy_size`), with a mass of its own at none.
 //!
 //! Not covered: a discrepancy in speed or displacement; covariates by heading (unknown effects follow it: [`crate::criticism::residual_tests`]).
@@ -142,7 +142,7 @@ pub struct Remains {
 }
 
 /// Least rms velocity that is told of, m/s: half of the smallest discrepancy that real flights show.
-const TOLD_M_S: f64 = 0.00025;
+const REPORTED_M_S: f64 = 0.00025;
 
 /// The covariate of one basis velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -359,7 +359,7 @@ impl Problem<'_> {
                 None => out.push(Remains { variable, phase, size_m_s: size }),
             }
         }
-        out.retain(|r| r.size_m_s > TOLD_M_S);
+        out.retain(|r| r.size_m_s > REPORTED_M_S);
         out.sort_by(|a, b| b.size_m_s.total_cmp(&a.size_m_s));
         out
     }

@@ -8,21 +8,21 @@ use std::ops::Range;
 const DRIFT_M: f64 = 1.0;
 const DRIFT_PER_M: f64 = 0.004;
 /// Error of the horizontal speed while the vehicle is near the stall, m/s, and the longest such time for which displacement is used, s.
-const LOST_WAY_M_S: f64 = 0.05;
-const MOST_LOST_S: f64 = 600.0;
+const NEAR_STALL_M_S: f64 = 0.05;
+const MOST_NEAR_STALL_S: f64 = 600.0;
 
 impl Problem<'_> {
     /// Error of a displacement over these runs in each direction, m; none where too much of the way was near the stall.
     fn displacement_error_m(&self, runs: Range<usize>, gps_m: f64) -> Option<f64> {
-        let most_lost_s = MOST_LOST_S * runs.len() as f64;
-        let way_m = self.way_m[runs.clone()].iter().sum::<f64>();
-        let lost_s = self.lost_way_s[runs].iter().sum::<f64>();
-        let error = (gps_m * gps_m + DRIFT_M * DRIFT_M + (DRIFT_PER_M * way_m).powi(2) + (LOST_WAY_M_S * lost_s).powi(2)).sqrt();
-        (!self.vehicle.current_unknown && lost_s < most_lost_s).then_some(error)
+        let most_near_stall_s = MOST_NEAR_STALL_S * runs.len() as f64;
+        let path_m = self.path_m[runs.clone()].iter().sum::<f64>();
+        let near_stall_s = self.near_stall_s[runs].iter().sum::<f64>();
+        let error = (gps_m * gps_m + DRIFT_M * DRIFT_M + (DRIFT_PER_M * path_m).powi(2) + (NEAR_STALL_M_S * near_stall_s).powi(2)).sqrt();
+        (!self.vehicle.current_unknown && near_stall_s < most_near_stall_s).then_some(error)
     }
 
     /// A displacement (east, north) over these runs in errors of the observed one; nothing where that takes no part in the fit.
-    pub(crate) fn whiten_way(&self, runs: Range<usize>, gps_m: f64, (east, north): (f64, f64), out: &mut Vec<f64>) {
+    pub(crate) fn whiten_displacement(&self, runs: Range<usize>, gps_m: f64, (east, north): (f64, f64), out: &mut Vec<f64>) {
         if let Some(sigma) = self.displacement_error_m(runs, gps_m) {
             out.extend([east / sigma, north / sigma]);
         }
@@ -31,7 +31,7 @@ impl Problem<'_> {
     /// All observed displacements: over which runs, and what.
     fn displacements_m(&self) -> impl Iterator<Item = (Range<usize>, (f64, f64, f64))> {
         let alone = self.runs.iter().enumerate().filter_map(|(k, r)| Some((k..k + 1, r.displacement_m?)));
-        alone.chain(self.ways.iter().map(|w| (w.runs.clone(), w.displacement_m)))
+        alone.chain(self.displacements.iter().map(|w| (w.runs.clone(), w.displacement_m)))
     }
 
     /// A displacement (east, north) by a compass with this state's bias.

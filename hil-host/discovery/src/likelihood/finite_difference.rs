@@ -1,8 +1,9 @@
-//! Signatures by differences: what the model's answer changes by, per unit of a number.
+//! Derivatives by finite differences: what the model's prediction changes by, per unit of a number.
 //!
-//! The answer has ledges: with the next small step a leg stalls, and a run is somewhere else. A difference across a ledge is a signature
-//! of nothing: thousands of times too large, it makes a number look known to a millionth and leads fits nowhere. Where the answer of a
-//! run leaps away from what was seen, the other side tells what the number does in that run. (A ledge that leads down is the way.)
+//! The prediction is discontinuous where the next small step stalls a leg: the run is somewhere else then. A finite difference across a
+//! stall discontinuity is no derivative: thousands of times too large, it makes a number look known to a millionth and leads fits nowhere.
+//! Where the prediction of a run jumps away from the measurements, the difference to the other side is taken for that run. (A jump towards
+//! them is a way down.)
 
 use std::ops::Range;
 
@@ -12,7 +13,7 @@ pub(crate) const LEAP: f64 = 9.0;
 pub(crate) const LEAP_IF_FELT: f64 = 100.0;
 /// How many times smaller, in chi², the slope on the other side is then.
 const SMOOTHER: f64 = 9.0;
-/// Steps by which the other side is looked at: near, lest there be a ledge too.
+/// Step to the other side, in steps: near, lest there be a discontinuity too.
 const BEHIND: f64 = -0.2;
 
 /// What answers are answers to: what was seen, run by run, and the change of a run, in chi², from which it may be a leap.
@@ -57,9 +58,9 @@ mod tests {
     use super::{LEAP, Seen};
 
     /// With the next step of the size of a body–wing vortex one leg stalled: its size looked known to 0.0005 of 21.6 where 3.9 is right,
-    /// and the pair that such a ledge did not touch seemed nine log odds likelier.
+    /// and the pair that this discontinuity did not touch seemed nine log odds likelier.
     #[test]
-    fn regress_a_ledge_on_one_side_is_no_signature_unless_it_leads_down() {
+    fn regress_a_stall_on_one_side_is_no_derivative_unless_it_leads_down() {
         let answer = |x: f64| -> Vec<f64> {
             let stalled = if x > 2.01 { 400.0 } else { 0.0 };
             (0..6).map(|i| f64::from(i) * x + if i < 3 { 0.0 } else { stalled }).collect()
@@ -68,19 +69,19 @@ mod tests {
         let slope = |data: &[f64], x: f64, step: f64| {
             Seen { runs: vec![0..3, 3..6], data, leap: LEAP }.slope(&answer(x), &answer(x + step), step, |back| answer(x + back))
         };
-        let close = |told: &[f64]| told.iter().enumerate().all(|(i, s)| (s - i as f64).abs() < 1e-9);
+        let close = |slopes: &[f64]| slopes.iter().enumerate().all(|(i, s)| (s - i as f64).abs() < 1e-9);
         assert!(close(&slope(&here, 2.0, 0.1)), "{:?}", slope(&here, 2.0, 0.1));
-        // What was seen lies beyond the ledge.
+        // The measurements lie beyond the discontinuity.
         let down = slope(&beyond, 2.0, 0.1);
         assert!(close(&down[..3]) && (down[4] - 4004.0).abs() < 1e-6, "{down:?}");
-        // No ledge: what is large may be so.
+        // No discontinuity: what is large may be so.
         assert!(close(&slope(&here, 1.0, 0.9)));
     }
 
     #[test]
-    fn a_side_without_a_glide_is_no_signature_either() {
+    fn a_side_without_a_glide_is_no_derivative_either() {
         let seen = Seen { runs: vec![0..1, 1..2], data: &[1.0, 1.0], leap: LEAP };
-        let told = seen.slope(&[1.0, 1.0], &[f64::NAN, 1.1], 0.1, |back| vec![1.0 + 3.0 * back, f64::NAN]);
-        assert!((told[0] - 3.0).abs() < 1e-9 && (told[1] - 1.0).abs() < 1e-9, "{told:?}");
+        let slopes = seen.slope(&[1.0, 1.0], &[f64::NAN, 1.1], 0.1, |back| vec![1.0 + 3.0 * back, f64::NAN]);
+        assert!((slopes[0] - 3.0).abs() < 1e-9 && (slopes[1] - 1.0).abs() < 1e-9, "{slopes:?}");
     }
 }

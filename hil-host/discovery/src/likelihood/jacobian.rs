@@ -20,9 +20,9 @@ impl Jacobian {
     pub fn new(problem: &Problem, at: &State) -> Self {
         let steps: Vec<f64> = (0..N_CALIBRATION).map(|k| step_of(problem.vehicle, k)).collect();
         let aside = |k: usize, step: f64| {
-            let mut beside = at.clone();
-            beside.calibration[k] += step;
-            beside
+            let mut shifted = at.clone();
+            shifted.calibration[k] += step;
+            shifted
         };
         let states: Vec<State> = std::iter::once(at.clone()).chain((0..BATTERY_ZERO).map(|k| aside(k, steps[k]))).collect();
         let mut models = problem.models(&states).into_iter();
@@ -33,8 +33,8 @@ impl Jacobian {
             .map(|(k, ahead)| seen.slope(&base, &ahead, steps[k], |back| problem.model(&aside(k, back))))
             .chain(problem.battery_columns(at, &steps[BATTERY_ZERO..]))
             .map(|values| {
-                let told = values.iter().all(|x| x.is_finite());
-                problem.column(0, if told { values } else { vec![0.0; base.len()] })
+                let is_finite = values.iter().all(|x| x.is_finite());
+                problem.column(0, if is_finite { values } else { vec![0.0; base.len()] })
             })
             .collect();
         let gram = symmetric(N_CALIBRATION, |i, j| columns[i].dot(&columns[j]));

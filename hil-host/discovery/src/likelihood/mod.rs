@@ -28,7 +28,7 @@ use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::dives::{MOST_FITTED, evenly};
-use crate::preprocess::gps::Way;
+use crate::preprocess::gps::Displacement;
 use crate::preprocess::{Prepared, Run, SURFACE_M};
 use crate::record::seawater::density;
 use crate::vehicle::Vehicle;
@@ -61,18 +61,18 @@ pub struct Problem<'a> {
     pub(crate) offsets: Vec<usize>,
     /// Whitened observations.
     pub data: Vec<f64>,
-    pub(crate) way_m: Vec<f64>,
+    pub(crate) path_m: Vec<f64>,
     /// Ways over several fitted runs.
-    pub(crate) ways: Vec<Way>,
+    pub(crate) displacements: Vec<Displacement>,
     /// Median of what the measured density exceeds that of pure water by, kg/m³; none where the water is salt.
     pub fresh_excess_kg_m3: Option<f64>,
-    pub(crate) lost_way_s: Vec<f64>,
+    pub(crate) near_stall_s: Vec<f64>,
     /// From when to when the flow of each run is known to attach, s.
     pub(crate) attached: Vec<Vec<(f64, f64)>>,
-    pub(crate) brink_at: Vec<Vec<bool>>,
+    pub(crate) near_stall: Vec<Vec<bool>>,
     /// Stretches of each run in which the battery's position is compared, and by how much more than their noise they may be off.
     pub(crate) stretches: Vec<Vec<Stretch>>,
-    pub(crate) moment_doubt: f64,
+    pub(crate) moment_noise_factor: f64,
     /// What the model is wrong by under every hypothesis.
     pub(crate) discrepancy: Discrepancy,
     /// Rows simulated so far.
@@ -85,13 +85,13 @@ impl<'a> Problem<'a> {
     pub fn new(prepared: &'a Prepared, vehicle: &'a Vehicle, fitted: impl Fn(u32) -> bool) -> Self {
         let all: Vec<&Run> = prepared.runs.iter().filter(|r| fitted(r.segment)).collect();
         let runs: Vec<&Run> = evenly(all.len(), MOST_FITTED).into_iter().map(|i| all[i]).collect();
-        let ways = prepared.ways.iter().filter_map(|way| {
-            let from = runs.iter().position(|r| std::ptr::eq(*r, &prepared.runs[way.runs.start]))?;
-            let here = from..from + way.runs.len();
-            let whole = runs.get(here.clone())?.iter().zip(&prepared.runs[way.runs.clone()]).all(|(a, b)| std::ptr::eq(*a, b));
-            whole.then(|| Way { runs: here, ..way.clone() })
+        let displacements = prepared.displacements.iter().filter_map(|displacement| {
+            let from = runs.iter().position(|r| std::ptr::eq(*r, &prepared.runs[displacement.runs.start]))?;
+            let here = from..from + displacement.runs.len();
+            let whole = runs.get(here.clone())?.iter().zip(&prepared.runs[displacement.runs.clone()]).all(|(a, b)| std::ptr::eq(*a, b));
+            whole.then(|| Displacement { runs: here, ..displacement.clone() })
         });
-        let ways = ways.collect();
+        let displacements = displacements.collect();
         let s = &vehicle.sensors;
         let pascal_per_m = 1015.0 * vehicle.constants.gravity_m_s2;
         let sensor_m = (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0).sqrt() / pascal_per_m;
@@ -103,14 +103,14 @@ impl<'a> Problem<'a> {
             walk_m2_s: (0.35 * s.pitch_sigma_rad() / 3.0).powi(2) * 8.0,
         };
         let none: Vec<Vec<bool>> = runs.iter().map(|r| vec![false; r.time_s.len()]).collect();
-        let way_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
+        let path_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
         let mut problem = Self {
             fresh_excess_kg_m3: fresh_excess(&runs),
             vehicle,
             branch: Branch::of_file(vehicle),
-            lost_way_s: vec![0.0; runs.len()],
+            near_stall_s: vec![0.0; runs.len()],
             attached: vec![Vec::new(); runs.len()],
-            brink_at: none.clone(),
+            near_stall: none.clone(),
             outlier: none.clone(),
             used: none.clone(),
             speed_outlier: none,
@@ -121,10 +121,10 @@ impl<'a> Problem<'a> {
             whiteners: Vec::new(),
             offsets: Vec::new(),
             data: Vec::new(),
-            way_m,
-            ways,
+            path_m,
+            displacements,
             stretches: Vec::new(),
-            moment_doubt: 1.0,
+            moment_noise_factor: 1.0,
             discrepancy: Discrepancy::default(),
             work: Arc::default(),
         };
@@ -137,7 +137,7 @@ impl<'a> Problem<'a> {
     pub fn set_colour(&mut self, colour: Colour) {
         self.colour = colour;
         self.whiteners =
-            self.runs.iter().zip(&self.used).zip(&self.brink_at).map(|((r, u), b)| Whitener::new(r, u, |i| b[i], &colour)).collect();
+            self.runs.iter().zip(&self.used).zip(&self.near_stall).map(|((r, u), b)| Whitener::new(r, u, |i| b[i], &colour)).collect();
         let mut data = Vec::new();
         let mut offsets = Vec::new();
         for k in 0..self.runs.len() {
@@ -154,9 +154,9 @@ impl<'a> Problem<'a> {
             self.whiten_battery_seen(k, &mut data);
         }
         offsets.push(data.len());
-        for way in &self.ways {
-            let (east, north, gps_m) = way.displacement_m;
-            self.whiten_way(way.runs.clone(), gps_m, (east, north), &mut data);
+        for displacement in &self.displacements {
+            let (east, north, gps_m) = displacement.displacement_m;
+            self.whiten_displacement(displacement.runs.clone(), gps_m, (east, north), &mut data);
         }
         self.offsets = offsets;
         self.data = data;
@@ -192,7 +192,7 @@ impl<'a> Problem<'a> {
             rows.iter().map(|&row| speed(row)).sum::<f64>() / (n.sqrt() * sigma)
         }));
         if let (Some((_, _, gps_m)), Some(d)) = (run.displacement_m, displacement) {
-            self.whiten_way(k..k + 1, gps_m, d, out);
+            self.whiten_displacement(k..k + 1, gps_m, d, out);
         }
         for late in 0..2 {
             if let (Some((_, _, n)), Some(p)) = (run.surface[late], surface(late)) {
@@ -218,8 +218,8 @@ impl<'a> Problem<'a> {
     /// What answers are compared with, run by run; ways over several runs together. `leap` is said at [`Seen`].
     #[must_use]
     pub(crate) fn seen(&self, leap: f64) -> Seen<'_> {
-        let ways = self.offsets[self.runs.len()]..self.data.len();
-        Seen { runs: (0..self.runs.len()).map(|k| self.range(k).0).chain([ways]).collect(), data: &self.data, leap }
+        let displacements = self.offsets[self.runs.len()]..self.data.len();
+        Seen { runs: (0..self.runs.len()).map(|k| self.range(k).0).chain([displacements]).collect(), data: &self.data, leap }
     }
 
     /// The rows behind each depth innovation of run `k`.
@@ -234,7 +234,7 @@ impl<'a> Problem<'a> {
         self.whiteners.iter().map(|w| w.log_scale).sum()
     }
 
-    /// Between what an effect's size may be beside what the vehicle file has of it, which may be too much. (An onset is an angle.)
+    /// Limits of an effect's size added to what the vehicle file has of it, which may be too much. (An onset is an angle.)
     #[must_use]
     pub fn size_limits(&self, effect: &dyn Effect) -> (f64, f64) {
         let p = &effect.parameters()[0];

@@ -63,11 +63,11 @@ impl Problem<'_> {
                 self.answer(self.runs[k], k, state, law, job(k, i), out);
             }
         }
-        for way in &self.ways {
+        for displacement in &self.displacements {
             for (i, (state, out)) in states.iter().zip(&mut out).enumerate() {
-                let parts = way.runs.clone().map(|k| job(k, i).displacement_m);
+                let parts = displacement.runs.clone().map(|k| job(k, i).displacement_m);
                 let sum = parts.fold((0.0, 0.0), |s, d| (s.0 + d.0, s.1 + d.1));
-                self.whiten_way(way.runs.clone(), way.displacement_m.2, self.as_steered(state, sum), out);
+                self.whiten_displacement(displacement.runs.clone(), displacement.displacement_m.2, self.as_steered(state, sum), out);
             }
         }
         out

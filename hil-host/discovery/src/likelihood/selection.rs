@@ -14,8 +14,8 @@ const STALLED_ROWS: usize = 20;
 pub struct LeftOut {
     outlier: Vec<Vec<bool>>,
     speed_outlier: Vec<Vec<bool>>,
-    brink: Vec<Vec<bool>>,
-    lost_way_s: Vec<f64>,
+    near_stall: Vec<Vec<bool>>,
+    near_stall_s: Vec<f64>,
     attached: Vec<Vec<(f64, f64)>>,
     branch: Branch,
 }
@@ -23,8 +23,8 @@ pub struct LeftOut {
 impl LeftOut {
     /// Rows near the stall, by run.
     #[must_use]
-    pub fn brink(&self) -> &[Vec<bool>] {
-        &self.brink
+    pub fn near_stall(&self) -> &[Vec<bool>] {
+        &self.near_stall
     }
 
     /// Which branch the model was taken to be on.
@@ -43,7 +43,7 @@ impl Problem<'_> {
         for k in 0..self.runs.len() {
             let count = self.whiteners[k].len();
             let e = &residual[self.offsets[k]..self.offsets[k] + count];
-            let stalled = self.brink_at[k].iter().filter(|b| **b).count() > STALLED_ROWS;
+            let stalled = self.near_stall[k].iter().filter(|b| **b).count() > STALLED_ROWS;
             let alone = |i: usize| {
                 // The filter has been pulled along: the innovation after an outlier is large too.
                 let near = (i.saturating_sub(6)..(i + 7).min(count)).filter(|&j| j != i && j != i + 1);
@@ -81,8 +81,8 @@ impl Problem<'_> {
         LeftOut {
             outlier: self.outlier.clone(),
             speed_outlier: self.speed_outlier.clone(),
-            brink: self.brink_at.clone(),
-            lost_way_s: self.lost_way_s.clone(),
+            near_stall: self.near_stall.clone(),
+            near_stall_s: self.near_stall_s.clone(),
             attached: self.attached.clone(),
             branch: self.branch,
         }
@@ -92,8 +92,8 @@ impl Problem<'_> {
     pub fn leave_out(&mut self, rows: LeftOut) {
         self.outlier = rows.outlier;
         self.speed_outlier = rows.speed_outlier;
-        self.brink_at = rows.brink;
-        self.lost_way_s = rows.lost_way_s;
+        self.near_stall = rows.near_stall;
+        self.near_stall_s = rows.near_stall_s;
         self.attached = rows.attached;
         self.branch = rows.branch;
         self.refresh();
@@ -103,7 +103,7 @@ impl Problem<'_> {
     pub(crate) fn refresh(&mut self) {
         for k in 0..self.runs.len() {
             let run = self.runs[k];
-            self.used[k] = (0..run.time_s.len()).map(|i| run.used[i] && !self.outlier[k][i] && !self.brink_at[k][i]).collect();
+            self.used[k] = (0..run.time_s.len()).map(|i| run.used[i] && !self.outlier[k][i] && !self.near_stall[k][i]).collect();
             self.speed_rows[k] = speed_groups(run, |i| self.used[k][i] && !self.speed_outlier[k][i]);
         }
         let stretches =

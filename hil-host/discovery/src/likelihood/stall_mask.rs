@@ -29,7 +29,7 @@ const SAME_BRANCH: f64 = 0.2;
 const MUCH: usize = 5;
 /// A stall is told from a glide where their rates differ by so many times the rms of the water motion, and one is seen where it
 /// leaves less than this share of the other's mean square: what is missing in a model moves a glide by much less than a stall does.
-const TOLD_APART: f64 = 3.0;
+const DISTINCT: f64 = 3.0;
 const MUCH_NEARER: f64 = 0.25;
 /// One row in so many may be beyond the valid angle of attack in a glide.
 const HARDLY: usize = 20;
@@ -105,7 +105,7 @@ impl Problem<'_> {
     /// after them), and settles on the continuation that fits those rows better. A vehicle that is seen to glide after its launch is held
     /// to that under every hypothesis, and its rows take part. Returns how many rows went or came back.
     pub fn settle_continuation(&mut self, state: &State) -> usize {
-        let before = self.brink_at.clone();
+        let before = self.near_stall.clone();
         let mut misfit = [0.0; 2];
         let (mut launches, mut glides) = (0, 0);
         for (k, tracks) in self.both_tracks(&self.runs, state).into_iter().enumerate() {
@@ -137,7 +137,7 @@ impl Problem<'_> {
                         *m += (seen - (c.depth_m[row] - c.depth_m[row - 1])).powi(2) / dt;
                     }
                 }
-                self.brink_at[k][row] = true;
+                self.near_stall[k][row] = true;
             }
             // What a hypothesis does with a launch or a turn that is left out must not decide whether it stalls all the way after it.
             let (mut passed, long): (Vec<Stretch>, Vec<Stretch>) = stretches.into_iter().partition(|(from, to)| to - from < PASSING_S);
@@ -146,19 +146,19 @@ impl Problem<'_> {
             glides += seen.len();
             for (from, to) in seen {
                 for row in (0..run.time_s.len()).filter(|&row| after_launch((from, to), run.time_s[row])) {
-                    self.brink_at[k][row] = false;
+                    self.near_stall[k][row] = false;
                     let dt = if row > 0 { run.time_s[row] - run.time_s[row - 1] } else { 0.0 };
                     lost = (lost - dt).max(0.0);
                 }
                 passed.push((from, from + HELD_S));
             }
             self.attached[k] = passed;
-            self.lost_way_s[k] = lost;
+            self.near_stall_s[k] = lost;
         }
         let continuation = if misfit[1] < 0.8 * misfit[0] { Continuation::Fading } else { Continuation::Rising };
         self.branch = Branch { continuation, glides: 2 * glides >= launches };
         self.refresh();
-        self.brink_at.iter().flatten().zip(before.iter().flatten()).filter(|(now, then)| now != then).count()
+        self.near_stall.iter().flatten().zip(before.iter().flatten()).filter(|(now, then)| now != then).count()
     }
 
     /// Those of these stretches in which the vehicle is seen to glide: once the flow is held attached for as long as a launch takes,
@@ -171,30 +171,30 @@ impl Problem<'_> {
         let (constants, effects) = self.law(state);
         let mut tracks_held = tracks_of(&[run], constants, &effects, self.vehicle.water_depth_m, self.branch.continuation, &held);
         let Some(glide) = tracks_held.pop() else { return Vec::new() };
-        let told_apart = (TOLD_APART * self.colour.rms_m_s).powi(2);
+        let distinct = (DISTINCT * self.colour.rms_m_s).powi(2);
         let seen = |stretch: &Stretch| {
             let rows: Vec<usize> = (0..run.time_s.len()).filter(|&i| run.used[i] && after_launch(*stretch, run.time_s[i])).collect();
             let stalled = rows.iter().filter(|&&i| glide.alpha_rad[i].abs() > ALPHA_VALID_RAD).count();
             let of_stall = tracks.iter().map(|t| misfit_of_rates(run, &rows, t)).fold(f64::NAN, f64::max);
             // Not a number where there is nothing to judge by.
-            stalled * HARDLY <= rows.len() && of_stall > told_apart && misfit_of_rates(run, &rows, &glide) < MUCH_NEARER * of_stall
+            stalled * HARDLY <= rows.len() && of_stall > distinct && misfit_of_rates(run, &rows, &glide) < MUCH_NEARER * of_stall
         };
         long.iter().filter(|s| seen(s)).copied().collect()
     }
 
     /// Puts the rows near the stall back if, with this state, one of the continuations leaves innovations of at most this mean
     /// square: then it may be nature's. Returns how many came back.
-    pub fn restore_brink(&mut self, state: &State, trusted: f64) -> usize {
-        let misfit = self.misfit_near_stall(state, &self.brink_at);
+    pub fn restore_rows_near_stall(&mut self, state: &State, trusted: f64) -> usize {
+        let misfit = self.misfit_near_stall(state, &self.near_stall);
         let chosen = usize::from(misfit[1] < misfit[0]);
         // Not a number where there are no such rows.
         if !(misfit[chosen] <= trusted) {
             return 0;
         }
         self.branch = Branch { continuation: BOTH[chosen], glides: false };
-        let back = self.brink_rows();
-        self.brink_at.iter_mut().for_each(|b| b.fill(false));
-        self.lost_way_s.fill(0.0);
+        let back = self.rows_near_stall();
+        self.near_stall.iter_mut().for_each(|b| b.fill(false));
+        self.near_stall_s.fill(0.0);
         self.attached.iter_mut().for_each(Vec::clear);
         self.refresh();
         back
@@ -208,7 +208,7 @@ impl Problem<'_> {
         for (k, tracks) in concerned.into_iter().zip(self.both_tracks(&runs, state)) {
             let run = self.runs[k];
             let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || near[k][i]).collect();
-            let whitener = Whitener::new(run, &whole, |i| self.brink_at[k][i], &self.colour);
+            let whitener = Whitener::new(run, &whole, |i| self.near_stall[k][i], &self.colour);
             let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
             for (sum, t) in sums.iter_mut().zip(tracks) {
                 let mut e = Vec::new();
@@ -227,7 +227,7 @@ impl Problem<'_> {
     #[must_use]
     pub fn explains_near_stall(&self, state: &State, before: &LeftOut) -> bool {
         let newly = |(now, then): (&Vec<bool>, &Vec<bool>)| now.iter().zip(then).map(|(n, t)| *n && !t).collect();
-        let newly: Vec<Vec<bool>> = self.brink_at.iter().zip(before.brink()).map(newly).collect();
+        let newly: Vec<Vec<bool>> = self.near_stall.iter().zip(before.near_stall()).map(newly).collect();
         let [in_force, _] = before.branch().in_force(self.misfit_near_stall(state, &newly));
         in_force <= TRUSTED
     }
@@ -235,12 +235,12 @@ impl Problem<'_> {
     /// Whether the rows near the stall are more than launches and turns: worth finding out which law they follow.
     #[must_use]
     pub fn much_near_stall(&self) -> bool {
-        self.brink_rows() * MUCH > self.rows_compared()
+        self.rows_near_stall() * MUCH > self.rows_compared()
     }
 
     /// Rows that [`Self::settle_continuation`] took out.
     #[must_use]
-    pub fn brink_rows(&self) -> usize {
-        self.brink_at.iter().flatten().filter(|b| **b).count()
+    pub fn rows_near_stall(&self) -> usize {
+        self.near_stall.iter().flatten().filter(|b| **b).count()
     }
 }

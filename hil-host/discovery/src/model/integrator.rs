@@ -2,7 +2,7 @@
 //!
 //! One step of one simulation waits for its own square root and divisions most of the time. Independent simulations (the dives of a
 //! flight, the columns of a Jacobian) fill that time, two to a register; only what effects add in the flow is asked lane by lane. Each
-//! lane does the same operations in the same order as if it were alone: the result does not depend on what is beside it.
+//! lane does the same operations in the same order as if it were alone: the result does not depend on the other lanes.
 
 use crate::model::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
 use crate::preprocess::{FLOAT_M, Input, Run, heave_decay_s};
@@ -173,8 +173,8 @@ impl<'a> Lane<'a> {
     }
 }
 
-/// What the lanes share out: constants of each, one beside the other.
-struct Beside {
+/// What the lanes share out: constants of each, lane by lane.
+struct Vehicles {
     surge_kg: Lanes,
     heave_kg: Lanes,
     /// What a force gives along and across, 1/kg.
@@ -195,11 +195,11 @@ struct Beside {
     hooks: InFlow,
 }
 
-fn beside(of: impl Fn(usize) -> f64) -> Lanes {
+fn lanes_of(of: impl Fn(usize) -> f64) -> Lanes {
     Lanes::from(std::array::from_fn::<f64, LANES, _>(of))
 }
 
-impl Beside {
+impl Vehicles {
     /// The nominal law: lift at an angle of lift, so much added to it, and its drag.
     fn nominal(&self, p: &Now, alpha: Lanes, lift_angle: Lanes, added_lift: Lanes) -> (Lanes, Lanes) {
         let slope = self.slope * (Lanes::ONE - self.slope_loss * lift_angle * lift_angle);
@@ -209,7 +209,7 @@ impl Beside {
     }
 
     fn of(lanes: &[Lane; LANES]) -> Self {
-        let constant = |pick: &dyn Fn(&Lane) -> f64| beside(|i| pick(&lanes[i]));
+        let constant = |pick: &dyn Fn(&Lane) -> f64| lanes_of(|i| pick(&lanes[i]));
         Self {
             surge_kg: constant(&|l| l.surge_kg),
             heave_kg: constant(&|l| l.heave_kg),
@@ -249,7 +249,7 @@ impl Now {
     fn of(lanes: &[Lane; LANES], ahead: usize) -> Self {
         let at: [usize; LANES] = std::array::from_fn(|i| lanes[i].first() + ahead);
         let point: [&Point; LANES] = std::array::from_fn(|i| &lanes[i].points[at[i]]);
-        let value = |pick: fn(&Point) -> f64| beside(|i| pick(point[i]));
+        let value = |pick: fn(&Point) -> f64| lanes_of(|i| pick(point[i]));
         Self {
             at,
             buoyancy: value(|p| p.buoyancy_n),
@@ -277,7 +277,7 @@ struct Motion {
 }
 
 /// Coefficients of lift and drag where effects act in the flow, or where a lane is beyond the valid angle of attack.
-fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lanes, Lanes) {
+fn under_effects(lanes: &[Lane; LANES], b: &Vehicles, p: &Now, m: &Motion) -> (Lanes, Lanes) {
     let (alphas, speeds, sinks) = (m.alpha.to_array(), m.speed.to_array(), m.sink.to_array());
     let flow = |i: usize| {
         let at = &lanes[i].points[p.at[i]];
@@ -291,7 +291,7 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
             attached: false,
         }
     };
-    let each = |of: &dyn Fn(&ForceModel, usize) -> f64| beside(|i| if m.asked & (1 << i) == 0 { 0.0 } else { of(&lanes[i].model, i) });
+    let each = |of: &dyn Fn(&ForceModel, usize) -> f64| lanes_of(|i| if m.asked & (1 << i) == 0 { 0.0 } else { of(&lanes[i].model, i) });
     let angle = if b.hooks.lift_angle { each(&|model, i| model.lift_angle_rad(alphas[i])) } else { m.alpha };
     let angles = angle.to_array();
     let added = if b.hooks.lift { each(&|model, i| model.added_lift(&flow(i), angles[i])) } else { Lanes::ZERO };
@@ -319,7 +319,7 @@ fn under_effects(lanes: &[Lane; LANES], b: &Beside, p: &Now, m: &Motion) -> (Lan
 
 /// Accelerations along and across the hull, and the sink rate. Nobody asks for those of `resting` lanes (a bit for each): afloat, or
 /// without a job.
-fn rates(lanes: &[Lane; LANES], b: &Beside, resting: u32, p: &Now, u: Lanes, n: Lanes) -> [Lanes; 3] {
+fn rates(lanes: &[Lane; LANES], b: &Vehicles, resting: u32, p: &Now, u: Lanes, n: Lanes) -> [Lanes; 3] {
     let speed = (u * u + n * n).sqrt();
     let sink = -(u * p.sin_pitch + n * p.cos_pitch * p.level);
     let (mut along, mut across) = (p.buoyancy * p.sin_pitch, p.buoyancy * p.cos_pitch);
@@ -380,7 +380,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
     // Lanes without a job repeat the last one and are not kept.
     let mut idle: [bool; LANES] = std::array::from_fn(|i| i >= jobs.len());
     let mut lanes: [Lane; LANES] = std::array::from_fn(|i| start(i.min(jobs.len() - 1)));
-    let mut constants = Beside::of(&lanes);
+    let mut constants = Vehicles::of(&lanes);
     let mut start_of_step = None;
     loop {
         let mut changed = false;
@@ -399,7 +399,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
             return out;
         }
         if changed {
-            constants = Beside::of(&lanes);
+            constants = Vehicles::of(&lanes);
             start_of_step = None;
         }
         let afloat: [bool; LANES] = std::array::from_fn(|i| !idle[i] && lanes[i].is_afloat());
@@ -407,7 +407,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
         let p0 = start_of_step.take().unwrap_or_else(|| Now::of(&lanes, 0));
         let (p1, p2) = (Now::of(&lanes, 1), Now::of(&lanes, 2));
         let h = constants.step_s;
-        let (u, n, z) = (beside(|i| lanes[i].u), beside(|i| lanes[i].n), beside(|i| lanes[i].z));
+        let (u, n, z) = (lanes_of(|i| lanes[i].u), lanes_of(|i| lanes[i].n), lanes_of(|i| lanes[i].z));
         let (half, two, sixth) = (Lanes::splat(0.5), Lanes::splat(2.0), h / Lanes::splat(6.0));
         let rates = |p: &Now, u: Lanes, n: Lanes| rates(&lanes, &constants, resting, p, u, n);
         let [a1, b1, c1] = rates(&p0, u, n);

@@ -193,8 +193,8 @@ pub(crate) fn wide_tail(vehicle: &Vehicle, index: usize, z: f64) -> Option<(f64,
     let w = wide(index)?;
     let width = w.wide / tolerance_of(vehicle, index);
     let density = |z: f64| [(1.0 - w.probability) * (-0.5 * z * z).exp(), w.probability / width * (-0.5 * (z / width).powi(2)).exp()];
-    let [[core, tail], [at_zero, beside]] = [density(z), density(0.0)];
-    let cost = -2.0 * ((core + tail) / (at_zero + beside)).ln();
+    let [[core, tail], [core_at_zero, tail_at_zero]] = [density(z), density(0.0)];
+    let cost = -2.0 * ((core + tail) / (core_at_zero + tail_at_zero)).ln();
     Some((cost, (core + tail / (width * width)) / (core + tail)))
 }
 
@@ -235,7 +235,7 @@ impl State {
     }
 }
 
-/// What a state says of the sensors, beside the law of the vehicle.
+/// What a state says of the sensors; the law of the vehicle is [`law`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorErrors {
     /// Time by which pitch, roll and ballast are logged later than the pressure of the same instant, s.

@@ -22,7 +22,7 @@ impl Fix {
 
 /// A way from fix to fix over several runs.
 #[derive(Clone, Debug)]
-pub struct Way {
+pub struct Displacement {
     /// Which runs.
     pub runs: Range<usize>,
     /// Displacement from the fixes before the first to those after the last (east, north), m, and its 1-sigma error in each direction, m.
@@ -46,8 +46,8 @@ pub(crate) fn fixes(flight: &Flight, rows: Range<usize>) -> [Option<Fix>; 2] {
 
 /// Finds the ways over several runs: one with fixes before it only, others that follow at once without any, one with fixes after it
 /// only. Each run is told its part of the time.
-pub(crate) fn ways(runs: &mut [Run], gps_noise_m: f64) -> Vec<Way> {
-    let mut ways = Vec::new();
+pub(crate) fn displacements(runs: &mut [Run], gps_noise_m: f64) -> Vec<Displacement> {
+    let mut displacements = Vec::new();
     let mut first = None;
     for k in 0..runs.len() {
         let follows = k > 0 && runs[k].first_row == runs[k - 1].first_row + runs[k - 1].time_s.len();
@@ -56,18 +56,18 @@ pub(crate) fn ways(runs: &mut [Run], gps_noise_m: f64) -> Vec<Way> {
             [None, None] if follows => {}
             [None, Some(end)] if follows => {
                 let Some((begin, start)) = first.take() else { continue };
-                let on_the_way = &mut runs[begin..=k];
-                if on_the_way.iter().any(|r| r.blind) {
+                let between = &mut runs[begin..=k];
+                if between.iter().any(|r| r.blind) {
                     continue;
                 }
-                for run in on_the_way {
+                for run in between {
                     let (from, to) = (run.time_s[0], run.time_s[run.time_s.len() - 1]);
                     run.displacement_s = to.min(end.time_s) - from.max(start.time_s);
                 }
-                ways.push(Way { runs: begin..k + 1, displacement_m: start.to(&end, gps_noise_m) });
+                displacements.push(Displacement { runs: begin..k + 1, displacement_m: start.to(&end, gps_noise_m) });
             }
             _ => first = None,
         }
     }
-    ways
+    displacements
 }

@@ -25,7 +25,7 @@ pub use crate::preprocess::interpolate::{PITCH_WINDOW_S, local_slope};
 pub use crate::preprocess::run::{Input, Prepared, Run};
 
 use crate::preprocess::clean::run;
-use crate::preprocess::gps::ways;
+use crate::preprocess::gps::displacements;
 pub(crate) use crate::preprocess::grid::FAST_M_S;
 pub(crate) use crate::preprocess::interpolate::fill;
 use crate::preprocess::stuck_sensors::{Removed, unstuck};
@@ -98,6 +98,6 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
         notes.push("there is no temperature: the hull's thermal expansion is left out, and nothing is learned about it".into());
     }
     notes.extend(pressure_unit::suspected(&runs, vehicle));
-    let ways = ways(&mut runs, vehicle.sensors.gps_noise_m);
-    Prepared { runs, ways, notes, has_temperature }
+    let displacements = displacements(&mut runs, vehicle.sensors.gps_noise_m);
+    Prepared { runs, displacements, notes, has_temperature }
 }

@@ -1,6 +1,6 @@
 //! What a forward model is run on: a stretch of a flight with its inputs on a grid.
 
-use crate::preprocess::gps::{Fix, Way};
+use crate::preprocess::gps::{Displacement, Fix};
 use hydro::effects::Sensed;
 
 /// Inputs at one half step of the grid.
@@ -77,7 +77,7 @@ pub struct Prepared {
     /// Runs in order of time.
     pub runs: Vec<Run>,
     /// Ways over more than one run.
-    pub ways: Vec<Way>,
+    pub displacements: Vec<Displacement>,
     /// What had to be repaired or left out, for the report.
     pub notes: Vec<String>,
     /// Whether the log has temperatures.

@@ -6,7 +6,7 @@
 //! together far off a line that goes on behind them as it came are two spikes, even where they support each other.
 
 /// Neighbours on each side that a leap is judged by.
-const BESIDE: usize = 3;
+const NEIGHBOURS: usize = 3;
 
 /// Rounds of looking for samples without support: spikes that stand together.
 const MOST_ROUNDS: usize = 4;
@@ -100,7 +100,7 @@ fn leaps(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64, fast
     let index = known(value);
     let apart = |i: usize, j: usize| (value[i] - value[j]).abs() > threshold(i).max(threshold(j)) + fastest * (time[i] - time[j]).abs();
     let alone = |k: usize| {
-        let near = (k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(index.len())).filter(|&j| j != k);
+        let near = (k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(index.len())).filter(|&j| j != k);
         let (mut far, mut all) = (0, 0);
         for j in near {
             all += 1;
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn regress_two_opposite_spikes_beside_one_good_sample_are_both_removed() {
+    fn regress_two_opposite_spikes_around_a_good_sample_are_both_removed() {
         // As logged: the line through the second spike meets the first by accident.
         let time: Vec<f64> = (0..12).map(|i| f64::from(i) * 2.0).collect();
         let mut depth: Vec<f64> = time.iter().map(|t| 85.0 - 0.25 * t).collect();

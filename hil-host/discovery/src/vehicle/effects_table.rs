@@ -89,14 +89,14 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn told(table: &Value) -> Result<Vec<Active>, String> {
+    fn read_table(table: &Value) -> Result<Vec<Active>, String> {
         read(table, |key, why| ReadError::Content { path: "v.json".into(), line: 0, column: key.into(), why }).map_err(|e| e.to_string())
     }
 
     #[test]
     fn what_cannot_be_is_refused_with_the_key_and_the_way_out() {
         let refused = |table: Value, says: [&str; 2]| {
-            let why = told(&table).expect_err("refused");
+            let why = read_table(&table).expect_err("refused");
             assert!(says.iter().all(|s| why.contains(s)), "{table}: {why}");
         };
         refused(json!([]), ["effects", "is not a table"]);
@@ -116,7 +116,7 @@ mod tests {
             (json!({"side_edge_lift": {"k": {"value": 2.0, "low": 1.0, "unit": "1"}, "why": "tank test"}}), "side_edge_lift", 2.0),
             (json!({"own_cd": {"expression": "cd += k*U", "k": 0.5}}), "own_cd", 0.5),
         ] {
-            let on = told(&table).expect("reads");
+            let on = read_table(&table).expect("reads");
             assert_eq!((on.len(), on[0].effect.name(), on[0].values[0]), (1, name, value));
         }
     }

@@ -152,7 +152,7 @@ pub struct Vehicle {
 
 /// The vehicle file beside a flight: `vehicle.json` or `vehicle.toml` of its directory.
 #[must_use]
-pub fn beside(flight: &Path) -> Option<PathBuf> {
+pub fn file_next_to(flight: &Path) -> Option<PathBuf> {
     let folder = if flight.is_dir() { flight } else { flight.parent()? };
     ["vehicle.json", "vehicle.toml"].iter().map(|n| folder.join(n)).find(|p| p.is_file())
 }

@@ -28,10 +28,10 @@ use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::{Tolerance, Vehicle};
-pub use crate::workbench::numbers_told::Number;
-use crate::workbench::numbers_told::numbers_told;
 use crate::workbench::pooling::{self, Information, Pooled, pool};
 use crate::workbench::refitted_file::{numbers, sha256, tolerances, zeros};
+pub use crate::workbench::reported_numbers::Number;
+use crate::workbench::reported_numbers::reported_numbers;
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
 
@@ -70,7 +70,7 @@ pub struct Options {
 
 /// One flight as it was calibrated.
 #[derive(Debug)]
-pub struct Told {
+pub struct FlightCalibration {
     /// Name.
     pub flight: String,
     /// SHA-256 of its log.
@@ -93,7 +93,7 @@ pub struct Told {
 #[derive(Debug)]
 pub struct Calibrated {
     /// Flights in the order given.
-    pub flights: Vec<Told>,
+    pub flights: Vec<FlightCalibration>,
     /// Numbers of the vehicle.
     pub numbers: Vec<Number>,
     /// The new vehicle file.
@@ -291,7 +291,7 @@ fn joint(vehicle: &Vehicle, all: &[Says], states: &[State], split: &Split) -> Op
         let mut next = state.clone();
         split.shared.iter().zip(pooled.mean.iter()).for_each(|(&i, z)| next.calibration[i] = clamped(i, *z));
         // A flight's own numbers where the shared ones are these.
-        let beside = |one: &Information| {
+        let own_given_shared = |one: &Information| {
             let one = one.with_prior(own_prior(state));
             let n = split.own.len();
             let matrix = DMatrix::from_fn(n, n, |a, b| one.matrix[(split.own[a], split.own[b])]);
@@ -299,8 +299,8 @@ fn joint(vehicle: &Vehicle, all: &[Says], states: &[State], split: &Split) -> Op
             let vector = DVector::from_fn(n, |a, _| one.vector[split.own[a]] - across(a));
             Information { matrix, vector }.estimate()
         };
-        let (mean, _) = beside(&says.best)?;
-        own.push(beside(&says.known)?.1);
+        let (mean, _) = own_given_shared(&says.best)?;
+        own.push(own_given_shared(&says.known)?.1);
         split.own.iter().zip(mean.iter()).for_each(|(&i, z)| next.calibration[i] = clamped(i, *z));
         to.push(next);
     }
@@ -349,7 +349,7 @@ pub fn calibrate(
         }
     }
     let together = Together { vehicle, split, fitted, prepared: &prepared, states, joint: now };
-    Ok(told(&together, flights, options, parent, notes))
+    Ok(calibrated(&together, flights, options, parent, notes))
 }
 
 /// Standard deviation of trim and pitch zero of the next deployment, in tolerances: one degree of freedom of the file's, and one of each
@@ -389,7 +389,7 @@ impl Together<'_> {
     }
 
     /// Flight `k`, as it is told.
-    fn flight(&self, k: usize, logged: &Logged) -> Told {
+    fn flight(&self, k: usize, logged: &Logged) -> FlightCalibration {
         let (fitted, state, prepared) = (&self.fitted[k], &self.states[k], &self.prepared[k]);
         let sigma = |i: usize| match (self.split.own.iter().position(|o| *o == i), self.split.place(i)) {
             (Some(at), _) => self.joint.own[k][(at, at)].max(0.0).sqrt(),
@@ -401,7 +401,7 @@ impl Together<'_> {
             [both[0], both[1]]
         };
         let own = |i: usize| [state.calibration[i], sigma(i)].map(|z| z * tolerance_of(self.vehicle, i));
-        Told {
+        FlightCalibration {
             flight: logged.flight.name.clone(),
             sha256: logged.sha256.clone(),
             fitted_segments: fitted.problem.runs.iter().map(|r| r.segment).collect(),
@@ -414,13 +414,13 @@ impl Together<'_> {
     }
 
     /// The new vehicle file.
-    fn document(&self, state: &State, left: &[f64; STATED], flights: &[Told], options: &Options, parent: &[u8]) -> Value {
+    fn document(&self, state: &State, left: &[f64; STATED], flights: &[FlightCalibration], options: &Options, parent: &[u8]) -> Value {
         let mut document = numbers(self.vehicle, state);
         document["tolerance_1sigma"] = tolerances(self.vehicle, &document, state, left).into();
         let mut on = document.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
         on.extend(zeros(self.vehicle, state).into_iter().map(|z| (z.effect.to_owned(), z.entry())));
         document["effects"] = on.into();
-        let of_flight = |t: &Told| json!({"flight": t.flight, "sha256": t.sha256, "fitted_segments": t.fitted_segments, "discrepancy_m_s": t.discrepancy_m_s});
+        let of_flight = |t: &FlightCalibration| json!({"flight": t.flight, "sha256": t.sha256, "fitted_segments": t.fitted_segments, "discrepancy_m_s": t.discrepancy_m_s});
         let calibration: Map<String, Value> =
             CALIBRATION.iter().zip(state.calibration).map(|(name, z)| ((*name).to_owned(), json!(z))).collect();
         document["provenance"] = json!({
@@ -439,12 +439,12 @@ impl Together<'_> {
     }
 }
 
-fn told(of: &Together, flights: &[Logged], options: &Options, parent: &[u8], mut notes: Vec<String>) -> Calibrated {
+fn calibrated(of: &Together, flights: &[Logged], options: &Options, parent: &[u8], mut notes: Vec<String>) -> Calibrated {
     let (state, left) = of.next();
-    let told: Vec<Told> = flights.iter().enumerate().map(|(k, logged)| of.flight(k, logged)).collect();
-    let vehicle = of.document(&state, &left, &told, options, parent);
+    let calibrated: Vec<FlightCalibration> = flights.iter().enumerate().map(|(k, logged)| of.flight(k, logged)).collect();
+    let vehicle = of.document(&state, &left, &calibrated, options, parent);
     let between = |i: usize| of.split.place(i).map(|at| of.joint.pooled.scatter[at]);
-    let numbers = numbers_told(of.vehicle, &state, &left, between);
+    let numbers = reported_numbers(of.vehicle, &state, &left, between);
     for n in &numbers {
         if let (Some(between), Some([before, _])) = (n.between_flights, n.tolerance)
             && between > DISAGREE * before
@@ -455,5 +455,5 @@ fn told(of: &Together, flights: &[Logged], options: &Options, parent: &[u8], mut
             ));
         }
     }
-    Calibrated { flights: told, numbers, vehicle, notes }
+    Calibrated { flights: calibrated, numbers, vehicle, notes }
 }

@@ -309,16 +309,16 @@ pub fn find(dives: &[Observed], precision: &[f64; N], threshold: f64) -> Option<
             break;
         }
     }
-    let mut told = Vec::new();
+    let mut significant = Vec::new();
     for k in 0..changes.len() {
-        told.extend(tell(dives, precision, &scatter, &changes, k, threshold));
+        significant.extend(tell(dives, precision, &scatter, &changes, k, threshold));
     }
-    let kept: Vec<(Kind, usize)> = told.iter().map(|c: &Change| (c.kind, c.onset)).collect();
-    told.sort_by_key(|c| c.onset);
+    let kept: Vec<(Kind, usize)> = significant.iter().map(|c: &Change| (c.kind, c.onset)).collect();
+    significant.sort_by_key(|c| c.onset);
     let series = Series::new(dives, precision, &scatter, &kept)?;
     let (mean, covariance) = series.normal.estimate()?;
     let start = (mean.rows(0, N).into_owned(), covariance.view((0, 0), (N, N)).into_owned());
-    Some(Found { changes: told, scatter, start, threshold })
+    Some(Found { changes: significant, scatter, start, threshold })
 }
 
 /// Moves each change to the kind and onset that are best beside the others.
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn accuracy_growth_and_a_step_in_one_mission_are_told_apart() {
+    fn accuracy_growth_and_a_step_in_one_mission_are_distinguished() {
         let truth = |d: usize| {
             let mut out = with(TRIM, if d >= 40 { -3.0 } else { 0.0 });
             out[DRAG] = if d >= 10 { 4.0 * (d as f64 - 9.5) / 49.5 } else { 0.0 };

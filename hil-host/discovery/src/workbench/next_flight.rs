@@ -40,7 +40,7 @@ impl Reach {
 }
 
 /// Expected chi² from which two hypotheses count as told apart: 90 % sure for one number.
-pub const TOLD_CHI2: f64 = 2.7;
+pub const DISTINCT_CHI2: f64 = 2.7;
 
 /// A plan.
 #[derive(Clone, Debug)]
@@ -227,9 +227,9 @@ impl Simulator<'_> {
         let base = &self.tied[0].1;
         let columns: Vec<DVector<f64>> = (0..N_SIMULATED)
             .map(|k| {
-                let mut beside = base.clone();
-                beside.calibration[k] += 0.5;
-                (predict(&beside) - &predictions[0]) * 2.0
+                let mut shifted = base.clone();
+                shifted.calibration[k] += 0.5;
+                (predict(&shifted) - &predictions[0]) * 2.0
             })
             .collect();
         let flies = predictions.iter().all(|p| p.iter().all(|v| v.is_finite())) && speed > 0.04;
@@ -332,7 +332,7 @@ impl Plan {
     /// Whether the mission would tell the hypotheses apart.
     #[must_use]
     pub fn tells_apart(&self) -> bool {
-        self.expected_chi2() >= TOLD_CHI2
+        self.expected_chi2() >= DISTINCT_CHI2
     }
 
     /// The mission file that `glider fly` reads. `wings` is `standard` or `low-ar`. Flown from the flattest pitch to the steepest: the

@@ -201,10 +201,10 @@ impl Mission {
         if found.is_none() {
             self.notes.push(format!("{} dives are too few to ask what changed; at least {FEWEST_DIVES} are needed", observed.len()));
         }
-        Ok(self.told(found.as_ref(), threshold))
+        Ok(self.timeline(found.as_ref(), threshold))
     }
 
-    fn told(&self, found: Option<&Found>, threshold: f64) -> Timeline {
+    fn timeline(&self, found: Option<&Found>, threshold: f64) -> Timeline {
         let nothing = (DVector::zeros(N), DMatrix::zeros(N, N));
         let (mean, covariance) = found.map_or(&nothing, |f| &f.start);
         let changes: &[Change] = found.map_or(&[], |f| &f.changes);
@@ -300,7 +300,7 @@ fn first_dives(waiting: &[(String, f64, Prepared)]) -> Prepared {
     for w in waiting {
         has_temperature |= w.2.has_temperature;
     }
-    Prepared { runs, ways: Vec::new(), notes: Vec::new(), has_temperature }
+    Prepared { runs, displacements: Vec::new(), notes: Vec::new(), has_temperature }
 }
 
 /// All runs of a flight, on two threads; each starts where the one before it ended.

@@ -169,7 +169,8 @@ impl Reference {
     /// What one run of a flight says, and the state that its fit ends at. None where too little of it can be compared.
     #[must_use]
     pub fn dive(&self, prepared: &Prepared, run: &Run, start: &State) -> Option<(Dive, State)> {
-        let alone = Prepared { runs: vec![run.clone()], ways: Vec::new(), notes: Vec::new(), has_temperature: prepared.has_temperature };
+        let alone =
+            Prepared { runs: vec![run.clone()], displacements: Vec::new(), notes: Vec::new(), has_temperature: prepared.has_temperature };
         let mut problem = Problem::new(&alone, &self.vehicle, |_| true);
         if problem.rows_compared() < FEWEST_ROWS {
             return None;
@@ -179,7 +180,7 @@ impl Reference {
         let near = &self.held;
         let mut state = fitted(&problem, start, near)?;
         problem.settle_continuation(&state);
-        problem.restore_brink(&state, TRUSTED);
+        problem.restore_rows_near_stall(&state, TRUSTED);
         problem.drop_outliers(&problem.residual(&problem.model(&state)).values, OUTLIER);
         if problem.rows_compared() < FEWEST_ROWS {
             return None;
@@ -214,9 +215,9 @@ fn linearised(problem: &Problem, at: &State) -> (Vec<Column>, Column) {
     /// Share of a step that a difference is taken over: a hundredth of drag, a cubic centimetre of trim.
     const DIFFERENCE: f64 = 0.1;
     let aside = |index: usize, by: f64| {
-        let mut beside = at.clone();
-        beside.calibration[index] += by;
-        beside
+        let mut shifted = at.clone();
+        shifted.calibration[index] += by;
+        shifted
     };
     let states: Vec<State> = std::iter::once(at.clone()).chain(TRACKED.iter().map(|t| aside(t.index, DIFFERENCE))).collect();
     let mut models = problem.models(&states).into_iter();

@@ -302,10 +302,10 @@ pub fn known_truth_error(log: &Log, nominal: &Nominal, truth: &super::Truth) -> 
     if truth.kind == super::Kind::Off {
         return None;
     }
-    let told = log.clone().without_stirring();
+    let calm = log.clone().without_stirring();
     let build = |s: &Scatter| truth.nature.rescattered(&truth.scatter, s);
-    let fitted = build(&recalibrated(&told, nominal, build));
-    Some(block_error(&told.blocks(&fitted, nominal.gravity, |s| nominal.check.contains(&s))))
+    let fitted = build(&recalibrated(&calm, nominal, build));
+    Some(block_error(&calm.blocks(&fitted, nominal.gravity, |s| nominal.check.contains(&s))))
 }
 
 /// The calibration quantities that fit best, with priors of their tolerances cut at 3 sigma (Gauss–Newton, block residuals of the

@@ -84,20 +84,20 @@ fn plainly_stalled(of: &Nature, fitted: impl Fn(&Nature) -> Nature, misfit: impl
 /// 0 and below, nobody can tell which of the two it was who may not look at the others. `None` where nothing hidden has a twin.
 #[must_use]
 pub fn log_odds(log: &Log, nominal: &Nominal, truth: &Truth) -> Option<f64> {
-    let told = log.clone().without_stirring();
-    let density = told.mean_density();
+    let calm = log.clone().without_stirring();
+    let density = calm.mean_density();
     // What a tool may look at: pressure on the check segments is not.
     let shown = |segment: usize| !nominal.check.contains(&segment);
-    let as_it_flew = |vehicle: &Nature| whitened(&told.blocks(vehicle, nominal.gravity, shown));
+    let as_it_flew = |vehicle: &Nature| whitened(&calm.blocks(vehicle, nominal.gravity, shown));
     let fitted = |vehicle: &Nature| {
         let build = |s: &Scatter| vehicle.rescattered(&truth.scatter, s);
-        let scatter = recalibrated(&told, nominal, build);
+        let scatter = recalibrated(&calm, nominal, build);
         (build(&scatter), scatter)
     };
     let misfit = |vehicle: &Nature| {
         let (calibrated, scatter) = fitted(vehicle);
-        let strain: f64 = scatter.values.iter().zip(TOLERANCE).map(|(x, (_, tolerance))| (x / tolerance).powi(2)).sum();
-        strain + as_it_flew(&calibrated)
+        let prior: f64 = scatter.values.iter().zip(TOLERANCE).map(|(x, (_, tolerance))| (x / tolerance).powi(2)).sum();
+        prior + as_it_flew(&calibrated)
     };
     let mut twins: Vec<Nature> = truth.hidden.iter().filter_map(|h| exchanged(&truth.nature, h.name, h.value, density)).collect();
     if truth.kind == Kind::Off {

@@ -68,11 +68,11 @@ pub struct Entry {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Floors {
-    /// Of scored lies that are named in class.
+    /// Of scored injected errors that are named in class.
     pub named: f64,
     /// Of untouched flights, clocks and pressure zeros that are quiet.
     pub quiet: f64,
-    /// Of intervals of exactly named lies that hold the truth.
+    /// Of intervals of exactly named injected errors that hold the truth.
     #[serde(default)]
     pub interval: f64,
 }

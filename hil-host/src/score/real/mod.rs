@@ -1,19 +1,19 @@
-//! Real flights with a known lie: does the diagnosis name what was changed, and nothing where nothing was?
+//! Real flights with a known injected error: does the diagnosis name what was changed, and nothing where nothing was?
 //!
-//! The truth of a real flight is unknown, but a lie told to its vehicle file or its log is known. Each flight gets a calibrated vehicle
-//! file ([`flights::calibrated`]), then one lie at a time ([`lies`]), and `glider diagnose` is asked.
+//! The truth of a real flight is unknown, but an error injected into its vehicle file or its log is known. Each flight gets a calibrated vehicle
+//! file ([`flights::calibrated`]), then one injected error at a time ([`injected_errors`]), and `glider diagnose` is asked.
 //!
-//! * A lie is **scored** where the flight can show it: its expected size after calibration and model discrepancy are marginalised
+//! * An injected error is **scored** where the flight can show it: its expected size after calibration and model discrepancy are marginalised
 //!   ([`discovery::hypotheses::identifiability`]) is at least `shown_sigma` standard deviations. That is decided before anything is asked.
 //! * **Named in class**: verdict `explained` or `ambiguous`, and the answer, or one of at most three equivalent ones, holds nothing but
-//!   effects of the lie's class: those that in its place leave less than `shown_sigma` standard deviations.
+//!   effects of the injected error's class: those that in its place leave less than `shown_sigma` standard deviations.
 //! * **Quiet** (nothing changed, clock, pressure zero): verdict `adequate`; what is said of a sensor does not count against it.
 //! * **Found** (clock, pressure zero): the sensor finding of that name is there.
-//! * **Interval**: of a lie named exactly, the stated interval holds its size, the tolerance of the calibrated file allowed for.
+//! * **Interval**: of an injected error named exactly, the stated interval holds its size, the tolerance of the calibrated file allowed for.
 
 pub mod ask;
 pub mod flights;
-pub mod lies;
+pub mod injected_errors;
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ use serde_json::{Value, json};
 use crate::score::diagnosis::LARGEST_CLASS;
 use ask::{Asked, Program};
 use flights::{Data, Entry, Floors, Shipped, Split};
-use lies::{LIES, Lie};
+use injected_errors::{INJECTED_ERRORS, InjectedError};
 
 /// 90 % of a normal variable, standard deviations.
 const NINETY: f64 = 1.645;
@@ -54,11 +54,11 @@ pub struct Scored {
     pub flight: String,
     /// Split of the flight.
     pub split: Split,
-    /// Lie.
-    pub lie: &'static str,
-    /// Whether the effect of the lie is asked for (else quiet is).
+    /// The injected error.
+    pub injected: &'static str,
+    /// Whether the effect of the injected error is asked for (else quiet is).
     pub names_an_effect: bool,
-    /// Expected size, standard deviations; NaN for lies that no effect undoes.
+    /// Expected size, standard deviations; NaN for injected errors that no effect undoes.
     pub sigma: f64,
     /// Whether the flight can show it, so that it counts.
     pub scored: bool,
@@ -70,7 +70,7 @@ pub struct Scored {
     pub answer: Vec<String>,
     /// Named in class, or quiet.
     pub right: bool,
-    /// The answer is the lie's effect alone.
+    /// The answer is the injected error's effect alone.
     pub exact: bool,
     /// Whether the sensor finding is there, where one is asked for.
     pub found: Option<bool>,
@@ -127,13 +127,13 @@ fn write(folder: &Path, flight: &Flight, vehicle: &Value) -> anyhow::Result<()> 
     crate::whole_file::write(&path, format!("{vehicle:#}\n")).with_context(|| format!("{}: cannot write", path.display()))
 }
 
-/// Tells every wanted lie about every flight and scores what is said. `tick` is called after each.
+/// Injects every wanted error into every flight and scores what is said. `tick` is called after each.
 ///
 /// # Errors
 /// A folder that cannot be written, or a pool that cannot start.
 pub fn run(
     ready: &[Ready],
-    wanted: &(dyn Fn(&Lie) -> bool + Sync),
+    wanted: &(dyn Fn(&InjectedError) -> bool + Sync),
     data: &Data,
     program: Program<'_>,
     folder: &Path,
@@ -141,19 +141,20 @@ pub fn run(
     tick: &(dyn Fn(&Scored) + Sync),
 ) -> anyhow::Result<Vec<Scored>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().context("cannot start the worker threads")?;
-    let asked: Vec<(&Ready, &Lie)> = ready.iter().flat_map(|r| LIES.iter().filter(|l| wanted(l)).map(move |l| (r, l))).collect();
+    let asked: Vec<(&Ready, &InjectedError)> =
+        ready.iter().flat_map(|r| INJECTED_ERRORS.iter().filter(|l| wanted(l)).map(move |l| (r, l))).collect();
     pool.install(|| {
         asked
             .par_iter()
             .enumerate()
-            .map(|(i, (ready, lie))| {
+            .map(|(i, (ready, injected))| {
                 let (mut flight, mut vehicle) = (ready.flight.clone(), ready.quiet.clone());
-                lie.tell(&mut flight, &mut vehicle);
+                injected.tell(&mut flight, &mut vehicle);
                 let here = folder.join(i.to_string());
                 write(&here, &flight, &vehicle)?;
                 let asked = ask::diagnose(program, &here, data.limit_s);
                 std::fs::remove_dir_all(&here).ok();
-                let scored = score(ready, lie, &asked, data.shown_sigma);
+                let scored = score(ready, injected, &asked, data.shown_sigma);
                 tick(&scored);
                 Ok(scored)
             })
@@ -163,17 +164,17 @@ pub fn run(
 
 /// Scores what was said.
 #[must_use]
-pub fn score(ready: &Ready, lie: &Lie, asked: &Asked, shown_sigma: f64) -> Scored {
+pub fn score(ready: &Ready, injected: &InjectedError, asked: &Asked, shown_sigma: f64) -> Scored {
     let empty = json!({});
     let d = asked.said.as_ref().unwrap_or(&empty);
     let verdict = d["verdict"].as_str().unwrap_or("failed").to_owned();
     let answer = names(&d["answer"]);
-    let sigma = lie.effect.map_or(f64::NAN, |(effect, _)| ready.expected.shown_sigma(effect, lie.shift));
-    let class: Vec<String> = lie.effect.map_or_else(Vec::new, |(effect, _)| {
-        ready.expected.class_of(effect, lie.shift, shown_sigma).into_iter().map(str::to_owned).collect()
+    let sigma = injected.effect.map_or(f64::NAN, |(effect, _)| ready.expected.shown_sigma(effect, injected.shift));
+    let class: Vec<String> = injected.effect.map_or_else(Vec::new, |(effect, _)| {
+        ready.expected.class_of(effect, injected.shift, shown_sigma).into_iter().map(str::to_owned).collect()
     });
     let named = verdict == "explained" || verdict == "ambiguous";
-    let exact = named && lie.effect.is_some_and(|(effect, _)| answer == [effect]);
+    let exact = named && injected.effect.is_some_and(|(effect, _)| answer == [effect]);
     let mut sets: Vec<Vec<String>> = d["equivalent"].as_array().into_iter().flatten().map(names).collect();
     if sets.len() > LARGEST_CLASS {
         sets.clear();
@@ -186,13 +187,13 @@ pub fn score(ready: &Ready, lie: &Lie, asked: &Asked, shown_sigma: f64) -> Score
     Scored {
         flight: ready.entry.name.clone(),
         split: ready.entry.split,
-        lie: lie.name,
-        names_an_effect: lie.effect.is_some(),
+        injected: injected.name,
+        names_an_effect: injected.effect.is_some(),
         sigma,
-        scored: lie.effect.is_none() || sigma >= shown_sigma,
-        right: if lie.effect.is_some() { in_class } else { quiet },
-        found: lie.finding.map(|name| findings().any(|f| f["name"].as_str() == Some(name))),
-        covered: if exact { covered(ready, lie, d) } else { None },
+        scored: injected.effect.is_none() || sigma >= shown_sigma,
+        right: if injected.effect.is_some() { in_class } else { quiet },
+        found: injected.finding.map(|name| findings().any(|f| f["name"].as_str() == Some(name))),
+        covered: if exact { covered(ready, injected, d) } else { None },
         class,
         verdict,
         answer,
@@ -203,15 +204,15 @@ pub fn score(ready: &Ready, lie: &Lie, asked: &Asked, shown_sigma: f64) -> Score
     }
 }
 
-/// Whether the interval of an exact answer holds the size of the lie; the calibrated file's own tolerance is allowed for.
-fn covered(ready: &Ready, lie: &Lie, d: &Value) -> Option<bool> {
-    let (effect, parameter) = lie.effect?;
+/// Whether the interval of an exact answer holds the size of the injected error; the calibrated file's own tolerance is allowed for.
+fn covered(ready: &Ready, injected: &InjectedError, d: &Value) -> Option<bool> {
+    let (effect, parameter) = injected.effect?;
     let candidate = d["candidates"].as_array()?.iter().find(|c| names(&c["effects"]) == [effect])?;
     let p = &candidate["parameters"][format!("{effect}.{parameter}")];
     let (value, low, high) = (p["value"].as_f64()?, p["low"].as_f64()?, p["high"].as_f64()?);
     let file = vehicle::parse(ready.quiet.clone(), Path::new("vehicle.json")).ok()?;
     let tolerance = catalogue::by_name(effect).and_then(calibration_of).map_or(0.0, |k| tolerance_of(&file, k));
-    let truth = lie.value(&ready.quiet)?;
+    let truth = injected.value(&ready.quiet)?;
     // A relative tolerance is of the true number: in terms of the changed file it is as many times larger.
     let tolerance = if parameter == "rel_error" { tolerance * (1.0 + truth).abs() } else { tolerance };
     Some((value - truth).abs() <= (0.5 * (high - low)).hypot(NINETY * tolerance))
@@ -230,9 +231,9 @@ pub fn shipped(ready: &Ready, known: &Shipped, data: &Data, program: Program<'_>
     let d = asked.said.as_ref().unwrap_or(&empty);
     let named = names(&d["answer"]).contains(&known.effect);
     let answer = names(&d["answer"]);
-    let told = d["candidates"].as_array().into_iter().flatten().find(|c| names(&c["effects"]) == answer).unwrap_or(&empty);
+    let answered = d["candidates"].as_array().into_iter().flatten().find(|c| names(&c["effects"]) == answer).unwrap_or(&empty);
     let parameter = if known.parameter.is_empty() { "rel_error" } else { &known.parameter };
-    let p = &told["parameters"][format!("{}.{parameter}", known.effect)];
+    let p = &answered["parameters"][format!("{}.{parameter}", known.effect)];
     let stated = ready.shipped["hull_compressibility_per_pa"].as_f64().unwrap_or(f64::NAN);
     let (low, high) = known.compressibility_per_dbar.map_or((known.low, known.high), |c| {
         let error = c * 1e-4 / stated - 1.0;
@@ -255,7 +256,7 @@ fn share(list: &[&Scored], what: impl Fn(&Scored) -> bool) -> Value {
 #[must_use]
 pub fn summary(scored: &[&Scored]) -> Value {
     let pick = |what: &dyn Fn(&Scored) -> bool| -> Vec<&Scored> { scored.iter().copied().filter(|s| what(s)).collect() };
-    let lies = pick(&|s| s.names_an_effect && s.scored);
+    let injected_errors = pick(&|s| s.names_an_effect && s.scored);
     let still = pick(&|s| !s.names_an_effect);
     let sensors = pick(&|s| s.found.is_some());
     let exact = pick(&|s| s.covered.is_some());
@@ -264,8 +265,8 @@ pub fn summary(scored: &[&Scored]) -> Value {
     let at = |q: usize| cpu.get((cpu.len() * q / 100).min(cpu.len().saturating_sub(1))).copied();
     json!({
         "asked": scored.len(),
-        "named": share(&lies, |s| s.right),
-        "exact": share(&lies, |s| s.exact),
+        "named": share(&injected_errors, |s| s.right),
+        "exact": share(&injected_errors, |s| s.exact),
         "quiet": share(&still, |s| s.right),
         "found": share(&sensors, |s| s.found == Some(true)),
         "interval": share(&exact, |s| s.covered == Some(true)),
@@ -291,7 +292,7 @@ pub fn document(ready: &[Ready], scored: &[Scored], shipped: &[Value], data: &Da
     let of = |split: Split| summary(&scored.iter().filter(|s| s.split == split).collect::<Vec<_>>());
     let list = |s: &Scored| {
         json!({
-            "flight": s.flight, "split": s.split.id(), "lie": s.lie, "expected_sigma": finite(s.sigma), "scored": s.scored, "class": s.class,
+            "flight": s.flight, "split": s.split.id(), "lie": s.injected, "expected_sigma": finite(s.sigma), "scored": s.scored, "class": s.class,
             "verdict": s.verdict, "answer": s.answer, "right": s.right, "exact": s.exact, "found": s.found, "covered": s.covered,
             "error_cm_s": { "nominal": finite(s.errors_cm_s[0]), "recalibrated": finite(s.errors_cm_s[1]), "best": finite(s.errors_cm_s[2]),
                 "noise_floor": finite(s.errors_cm_s[3]) },
@@ -341,11 +342,11 @@ pub fn line(d: &Value) -> String {
 mod tests {
     use super::*;
 
-    fn one(lie: &'static str, names_an_effect: bool, scored: bool, right: bool) -> Scored {
+    fn one(injected: &'static str, names_an_effect: bool, scored: bool, right: bool) -> Scored {
         Scored {
             flight: "f".into(),
             split: Split::Development,
-            lie,
+            injected,
             names_an_effect,
             sigma: 6.0,
             scored,

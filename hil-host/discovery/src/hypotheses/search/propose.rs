@@ -1,6 +1,6 @@
-//! Which hypotheses are fitted: singles by their linear estimates, pairs and triples by the sensitivities beside the best.
+//! Which hypotheses are fitted: singles by their linear estimates, pairs and triples by the sensitivities at the best.
 
-use super::{BESIDE_EACH, MAY_WIN, MAY_WIN_SHARE, Search, WORTH_A_FIT, prior_of};
+use super::{MAY_WIN, MAY_WIN_SHARE, PARTNERS, Search, WORTH_A_FIT, prior_of};
 use crate::hypotheses::candidate::{Candidate, RENEW_GAIN};
 use crate::hypotheses::sensitivity::Signature;
 use crate::inference::evidence::PRIOR;
@@ -13,10 +13,10 @@ use hydro::effects::Effect;
 /// Most singles, and most pairs, that are fitted with the full model.
 const MOST_SINGLES: usize = 8;
 const MOST_PAIRS: usize = 10;
-/// Singles that pairs are proposed beside, and pairs proposed by the signatures at nothing missing.
+/// Singles that pairs are proposed with, and pairs proposed by the signatures at nothing missing.
 const LEADERS: usize = 3;
 const AT_NOTHING: usize = 4;
-/// Pairs that a third effect is sought for, and third effects tried beside each.
+/// Pairs that a third effect is sought for, and third effects tried with each.
 const TRIPLED: (usize, usize) = (3, 4);
 
 impl Search<'_> {
@@ -42,9 +42,9 @@ impl Search<'_> {
                 continue;
             }
             // A stall's angle is nowhere near linear: of a flight that shows much, its signatures say little.
-            let untold = effect.onset().is_some() && best_gain > RENEW_GAIN;
+            let nonlinear = effect.onset().is_some() && best_gain > RENEW_GAIN;
             let promising = gain > WORTH_A_FIT && fitted < MOST_SINGLES && gain > 0.1 * best_gain;
-            let full = promising || untold || all || fitted < 2 || self.known(&name).is_some();
+            let full = promising || nonlinear || all || fitted < 2 || self.known(&name).is_some();
             let fit = if full && !self.is_used_up() {
                 fitted += 1;
                 (self.tick)(effect.name(), 0.1 + 0.3 * fitted as f64 / catalogue::all().count() as f64);
@@ -88,7 +88,7 @@ impl Search<'_> {
             let single = self.nodes[k].clone();
             let own = single.own.as_deref();
             let mut seconds = self.screen.seconds(&single.fit, own);
-            seconds.truncate(BESIDE_EACH);
+            seconds.truncate(PARTNERS);
             // Whatever its signatures promise: a stall's angle is nowhere near linear.
             let others: Vec<&'static dyn Effect> = catalogue::all().filter(|e| e.onset().is_some()).chain(self.current()).collect();
             for effect in others {
@@ -100,7 +100,7 @@ impl Search<'_> {
                 proposed.push((single.log_odds + score + per_effect, vec![single.effects[0], effect.name()], k, effect));
             }
             if self.screen.has_waves() && single.is_plain() {
-                let (f, extra) = self.screen.with_wave(self.screen.beside(Some(&single)), &single.fit, 2);
+                let (f, extra) = self.screen.with_wave(self.screen.jacobian_at(Some(&single)), &single.fit, 2);
                 self.take(f, None, extra);
             }
         }
@@ -137,11 +137,11 @@ impl Search<'_> {
             done += 1;
             (self.tick)("pairs", 0.6 + 0.2 * done as f64 / MOST_PAIRS as f64);
             let base = self.nodes[k].clone();
-            let jacobian = self.screen.beside(Some(&base));
+            let jacobian = self.screen.jacobian_at(Some(&base));
             let screen = &self.screen;
             if base.fit.state.wave.is_some() {
                 let (f, own) = screen.renewed(screen.best_with(jacobian, &base.fit, second, 4), 4);
-                // The kind of wave was found beside a calibration that strained for the effect: look again without the strain.
+                // The kind of wave was found with a calibration that made up for the effect: scan again with the effect in it.
                 let far = base.fit.chi2 - f.chi2 > RENEW_GAIN;
                 let again = far.then(|| screen.with_wave(&own, &screen.fit(&own, &State { wave: None, ..f.state.clone() }, 2), 3));
                 let (f, extra) = again.filter(|a| a.0.chi2 < f.chi2).unwrap_or((f, base.correction));
@@ -162,12 +162,12 @@ impl Search<'_> {
             for (_, third) in self.screen.seconds(&pair.fit, pair.own.as_deref()).into_iter().take(TRIPLED.1) {
                 let names: Vec<&str> = pair.effects.iter().copied().chain([third.name()]).collect();
                 if self.position(&names).is_none() {
-                    let f = self.screen.best_with(self.screen.beside(Some(&pair)), &pair.fit, third, 6);
+                    let f = self.screen.best_with(self.screen.jacobian_at(Some(&pair)), &pair.fit, third, 6);
                     self.take(f, None, pair.correction);
                 }
             }
             if pair.is_plain() && self.screen.has_waves() {
-                let (f, extra) = self.screen.with_wave(self.screen.beside(Some(&pair)), &pair.fit, 2);
+                let (f, extra) = self.screen.with_wave(self.screen.jacobian_at(Some(&pair)), &pair.fit, 2);
                 self.take(f, None, extra);
             }
         }

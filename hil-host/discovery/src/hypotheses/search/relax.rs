@@ -1,6 +1,6 @@
 //! Collinear effects are refitted from the same state, so that their chi² is comparable and no hypothesis owes its place to a better start.
 
-use super::{BESIDE_EACH, BETTER, Search, prior_of};
+use super::{BETTER, PARTNERS, Search, prior_of};
 use crate::hypotheses::candidate::{Candidate, RENEW_GAIN, named};
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::likelihood::jacobian::Jacobian;
@@ -74,7 +74,7 @@ impl Search<'_> {
         for k in 0..whole.fit.state.effects.len() {
             let mut part = whole.fit.state.clone();
             part.effects.remove(k);
-            let jacobian = self.screen.beside(Some(whole));
+            let jacobian = self.screen.jacobian_at(Some(whole));
             let there = self.screen.fit(jacobian, &part, 3);
             let known = if part.effects.is_empty() {
                 Some(self.screen.null.chi2)
@@ -110,12 +110,12 @@ impl Search<'_> {
         let behind = |c: &&Candidate| {
             c.is_plain() && c.adds_one_to(part) && c.fit.chi2 > part.fit.chi2 - BETTER && (c.log_odds > floor || !c.log_odds.is_finite())
         };
-        let wholes: Vec<Candidate> = self.nodes.iter().filter(behind).take(BESIDE_EACH).cloned().collect();
+        let wholes: Vec<Candidate> = self.nodes.iter().filter(behind).take(PARTNERS).cloned().collect();
         let mut changed = false;
         for whole in wholes {
             let more = whole.fit.state.effects.iter().find(|a| !part.effects.contains(&a.effect.name()));
             let Some(more) = more else { continue };
-            let f = self.screen.best_with(self.screen.beside(Some(part)), &part.fit, more.effect, 6);
+            let f = self.screen.best_with(self.screen.jacobian_at(Some(part)), &part.fit, more.effect, 6);
             changed |= self.take(f, None, 0.0);
         }
         changed
@@ -134,7 +134,7 @@ impl Search<'_> {
                 Some(k) => self.nodes[k].fit.clone(),
                 None => continue,
             };
-            let jacobian = self.screen.beside(Some(of)).clone();
+            let jacobian = self.screen.jacobian_at(Some(of)).clone();
             for (score, other) in self.screen.seconds(&base, None).into_iter().take(EXCHANGED) {
                 if of.effects.contains(&other.name()) {
                     continue;

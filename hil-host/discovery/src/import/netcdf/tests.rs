@@ -99,7 +99,7 @@ fn depth_serves_for_pressure_up_or_down_positive() {
 }
 
 #[test]
-fn a_depth_that_contradicts_the_pressure_is_told() {
+fn a_depth_that_contradicts_the_pressure_is_reported() {
     let mut columns = sawtooth();
     let depth = columns[1].2.iter().map(|p| p * 100.0).collect();
     columns.push(("DEPTH", "m", depth));
@@ -148,7 +148,7 @@ fn time_that_goes_backwards_loses_a_sample_or_the_file() {
 }
 
 #[test]
-fn units_off_by_a_thousand_and_empty_columns_are_told() {
+fn units_off_by_a_thousand_and_empty_columns_are_reported() {
     type Case = (&'static str, &'static str, f64, &'static str);
     let cases: [Case; 7] = [
         ("PRES", "dbar", 1e3, "pressure reaches"),

@@ -151,7 +151,7 @@ fn regress_twice_the_lift_on_a_fast_run_is_a_glide_and_no_instability() {
 }
 
 #[test]
-fn prop_a_simulation_does_not_depend_on_what_is_beside_it() {
+fn prop_a_simulation_does_not_depend_on_the_other_lanes() {
     // Unequal lengths; pitches from steep to flatter than any glide, where the model stalls deeply.
     let runs = [run(200.0, 0.45, true), run(150.0, 0.25, false), run(340.0, 0.06, true), run(100.0, 0.35, false), run(260.0, 0.15, true)];
     let sized = |name: &str, size: f64| Active::sized(by_name(name).expect("known"), size);

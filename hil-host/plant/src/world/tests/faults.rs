@@ -62,7 +62,7 @@ fn every_fault_changes_something_after_its_onset_and_nothing_before() {
 }
 
 #[test]
-fn sensor_faults_look_as_they_are_called() {
+fn sensor_faults_show_as_they_are_called() {
     let after = |text: &str| -> Vec<(Reading, f64)> {
         let (f, t) = fly(Some(text.parse().unwrap()));
         f.iter().zip(&t).skip(51).map(|(f, t)| (f.depth_m, t.depth_m)).collect()
@@ -92,7 +92,7 @@ fn sensor_faults_look_as_they_are_called() {
 }
 
 #[test]
-fn actuator_faults_look_as_they_are_called() {
+fn actuator_faults_show_as_they_are_called() {
     let end = |text: &str| *fly(Some(text.parse().unwrap())).1.last().unwrap();
     let (_, healthy) = fly(None);
     let at_onset = healthy[50];
@@ -136,7 +136,7 @@ fn the_weight_falls_when_fired_unless_it_sticks() {
 }
 
 #[test]
-fn water_and_hull_faults_look_as_they_are_called() {
+fn water_and_hull_faults_show_as_they_are_called() {
     let run = |text: &str, ballast: f64, seconds: f64| {
         let mut world = World::new(Scenario::shallow(Wings::Standard)).unwrap();
         world.advance(&command(-230e-6, 0.0, 0.0), 150.0);
@@ -172,7 +172,7 @@ fn water_and_hull_faults_look_as_they_are_called() {
 }
 
 #[test]
-fn the_antenna_is_deaf_when_told_so() {
+fn the_antenna_is_deaf_when_set_so() {
     for (text, gps, comms) in [("gps:off", false, true), ("comms:off", true, false), ("hull:leak", true, true)] {
         let mut world = World::new(Scenario::shallow(Wings::Standard)).unwrap();
         world.inject(text.parse().unwrap());

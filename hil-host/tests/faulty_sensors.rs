@@ -9,10 +9,10 @@ use plant::trials::plan;
 use std::ops::Range;
 
 /// What is told of one of two clean flights of the plant after something was done to its log.
-fn told_after(index: usize, hurt: &dyn Fn(&mut Flight)) -> Diagnosis {
+fn diagnosed_after(index: usize, damage: &dyn Fn(&mut Flight)) -> Diagnosis {
     let seed = 20_261_146;
     let (mut flight, v) = case::read_back(&plan(index + 1, seed, None)[index], seed, index);
-    hurt(&mut flight);
+    damage(&mut flight);
     diagnose(&flight, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")
 }
 
@@ -28,8 +28,8 @@ fn stick(rows: Range<usize>, value: &mut [f64]) {
     value[rows].iter_mut().filter(|v| v.is_finite()).for_each(|v| *v = held);
 }
 
-fn is_adequate(what: &str, hurt: &dyn Fn(&mut Flight), said: &str) {
-    let d = told_after(21, hurt);
+fn is_adequate(what: &str, damage: &dyn Fn(&mut Flight), said: &str) {
+    let d = diagnosed_after(21, damage);
     let note = d.notes.iter().find(|n| n.contains(said));
     assert!(d.verdict == Verdict::Adequate && note.is_some(), "{what}: {:?} {:?} {:?}", d.verdict, d.answer, d.notes);
     // 0.28 cm/s as logged.
@@ -53,8 +53,8 @@ fn regress_a_sensor_that_sticks_is_found_and_its_values_are_left_out() {
 /// Nothing is left to check by, and it is said that others are kept for that.
 #[test]
 fn check_segments_with_a_stuck_pressure_are_replaced_by_others() {
-    let named = told_after(21, &|_| {}).check;
-    let d = told_after(21, &|f| {
+    let named = diagnosed_after(21, &|_| {}).check;
+    let d = diagnosed_after(21, &|f| {
         let kept = |i: &usize| named.contains(&f.segment[*i]);
         let rows: Vec<usize> = (0..f.len()).filter(kept).collect();
         rows.into_iter().for_each(|i| f.pressure_pa[i] = 5e4);
@@ -83,7 +83,7 @@ fn regress_a_turn_that_was_not_logged_is_not_compared() {
 /// Pitch was fitted with a parabola to the samples of one side of the gap, and the error was 0.59 cm/s.
 #[test]
 fn regress_a_gap_in_a_glide_is_filled_from_both_its_sides() {
-    let d = told_after(1, &|f| stretch(f, 33, 130.0).for_each(|i| f.pitch_rad[i] = f64::NAN));
+    let d = diagnosed_after(1, &|f| stretch(f, 33, 130.0).for_each(|i| f.pitch_rad[i] = f64::NAN));
     // 0.372 cm/s as logged.
     assert!(d.verdict == Verdict::Adequate && d.block_error_m_s[2] < 0.0040, "{:?} {:?}", d.verdict, d.block_error_m_s);
 }

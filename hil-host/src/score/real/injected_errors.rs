@@ -1,4 +1,4 @@
-//! Known lies: one thing changed in the vehicle file or in the log of a real flight, and what a diagnosis should then say.
+//! Injected errors: one thing changed in the vehicle file or in the log of a real flight, and what a diagnosis should then say.
 
 use discovery::Flight;
 use discovery::record::resample::Series;
@@ -32,7 +32,7 @@ pub enum Change {
 
 /// A change and the effect that undoes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lie {
+pub struct InjectedError {
     /// Name for people and files.
     pub name: &'static str,
     /// What is changed.
@@ -41,23 +41,30 @@ pub struct Lie {
     pub effect: Option<(&'static str, &'static str)>,
     /// Size of the effect in terms of the unchanged file, for the expected information.
     pub shift: f64,
-    /// Value that the parameter should be told with; none where it depends on the file ([`Lie::value`]).
+    /// Value that the parameter should be told with; none where it depends on the file ([`InjectedError::value`]).
     value: Option<f64>,
     /// Name of the sensor finding that says so.
     pub finding: Option<&'static str>,
 }
 
-const fn number(name: &'static str, keys: &'static [&'static str], factor: f64, effect: &'static str) -> Lie {
+const fn number(name: &'static str, keys: &'static [&'static str], factor: f64, effect: &'static str) -> InjectedError {
     let value = if factor == 0.0 { None } else { Some(1.0 / factor - 1.0) };
-    Lie { name, change: Change::Number(keys, factor), effect: Some((effect, "rel_error")), shift: 1.0 - factor, value, finding: None }
+    InjectedError {
+        name,
+        change: Change::Number(keys, factor),
+        effect: Some((effect, "rel_error")),
+        shift: 1.0 - factor,
+        value,
+        finding: None,
+    }
 }
 
-const fn log(name: &'static str, change: Change, effect: (&'static str, &'static str), value: f64) -> Lie {
-    Lie { name, change, effect: Some(effect), shift: value, value: Some(value), finding: None }
+const fn log(name: &'static str, change: Change, effect: (&'static str, &'static str), value: f64) -> InjectedError {
+    InjectedError { name, change, effect: Some(effect), shift: value, value: Some(value), finding: None }
 }
 
-const fn sensor(name: &'static str, change: Change, finding: Option<&'static str>, value: f64) -> Lie {
-    Lie { name, change, effect: None, shift: value, value: Some(value), finding }
+const fn sensor(name: &'static str, change: Change, finding: Option<&'static str>, value: f64) -> InjectedError {
+    InjectedError { name, change, effect: None, shift: value, value: Some(value), finding }
 }
 
 const COMPRESSIBILITY: &[&str] = &["/hull_compressibility_per_pa"];
@@ -67,8 +74,8 @@ const LIFT: &[&str] = &["/hydro/wing_lift_slope_per_rad", "/hydro/hull_lift_slop
 /// Three degrees.
 const PITCH_RAD: f64 = 0.052_359_877_559_829_89;
 
-/// All lies, nothing changed first.
-pub const LIES: [Lie; 19] = [
+/// All injected errors, nothing changed first.
+pub const INJECTED_ERRORS: [InjectedError; 19] = [
     sensor("nothing", Change::Nothing, None, 0.0),
     number("compressibility x0.3", COMPRESSIBILITY, 0.3, "hull_compressibility"),
     number("compressibility off", COMPRESSIBILITY, 0.0, "hull_compressibility"),
@@ -92,7 +99,7 @@ pub const LIES: [Lie; 19] = [
     number("compressibility x2", COMPRESSIBILITY, 2.0, "hull_compressibility"),
 ];
 
-impl Lie {
+impl InjectedError {
     /// Value that the parameter of the effect should be told with, given the unchanged vehicle file.
     #[must_use]
     pub fn value(&self, vehicle: &Value) -> Option<f64> {
@@ -139,16 +146,16 @@ mod tests {
     use super::*;
     use hydro::effects::{Sensed, by_name};
 
-    /// Each lie about a sensor or the engine is undone by its effect at the stated value.
+    /// Each injected error of a sensor or the engine is undone by its effect at the stated value.
     #[test]
-    fn accuracy_the_effect_of_a_lie_undoes_it() {
-        for lie in LIES {
-            let (Some((name, parameter)), Change::Pitch(..) | Change::Ballast(..)) = (lie.effect, lie.change) else { continue };
+    fn accuracy_the_effect_of_an_injected_error_undoes_it() {
+        for injected in INJECTED_ERRORS {
+            let (Some((name, parameter)), Change::Pitch(..) | Change::Ballast(..)) = (injected.effect, injected.change) else { continue };
             let mut flight = Flight { pitch_rad: vec![0.4, -0.3], ballast_m3: vec![2e-4, -1.5e-4], ..Flight::default() };
-            lie.tell(&mut flight, &mut json!({}));
+            injected.tell(&mut flight, &mut json!({}));
             let effect = by_name(name).expect("in the catalogue");
             assert_eq!(effect.parameters()[0].name, parameter);
-            let value = lie.value(&json!({})).expect("stated");
+            let value = injected.value(&json!({})).expect("stated");
             for (i, (pitch, ballast)) in [(0.4, 2e-4), (-0.3, -1.5e-4)].into_iter().enumerate() {
                 let mut s = Sensed {
                     time_s: 0.0,
@@ -161,23 +168,23 @@ mod tests {
                 };
                 effect.sensed(&[value], &mut s);
                 let volume = if name == "ballast_offset" { value * 1e-6 } else { 0.0 };
-                assert!((s.pitch_rad - pitch).abs() < 1e-12 && (s.ballast_m3 + volume - ballast).abs() < 1e-15, "{}", lie.name);
+                assert!((s.pitch_rad - pitch).abs() < 1e-12 && (s.ballast_m3 + volume - ballast).abs() < 1e-15, "{}", injected.name);
             }
         }
     }
 
     #[test]
     fn accuracy_a_number_of_the_file_comes_back_by_its_relative_error() {
-        for lie in LIES {
-            let Change::Number(keys, _) = lie.change else { continue };
+        for injected in INJECTED_ERRORS {
+            let Change::Number(keys, _) = injected.change else { continue };
             let mut file = json!({"hull_compressibility_per_pa": 4e-10, "hull_thermal_expansion_per_k": 6e-5,
                 "hydro": {"cd0": 0.15, "wing_lift_slope_per_rad": 3.7, "hull_lift_slope_per_rad": 3.8}});
             let before = file.pointer(keys[0]).and_then(Value::as_f64).expect("there");
-            let error = lie.value(&file).expect("stated");
-            lie.tell(&mut Flight::default(), &mut file);
+            let error = injected.value(&file).expect("stated");
+            injected.tell(&mut Flight::default(), &mut file);
             let after = file.pointer(keys[0]).and_then(Value::as_f64).expect("there");
             let base = if after == 0.0 { SLOCUM_COMPRESSIBILITY_PER_PA } else { after };
-            assert!((after + base * error - before).abs() < 1e-12 * before, "{}", lie.name);
+            assert!((after + base * error - before).abs() < 1e-12 * before, "{}", injected.name);
         }
     }
 
@@ -186,7 +193,7 @@ mod tests {
         let time_s: Vec<f64> = (0..100).map(f64::from).collect();
         let mut flight = Flight { pitch_rad: time_s.clone(), pressure_pa: time_s.clone(), time_s: time_s.clone(), ..Flight::default() };
         flight.extra.insert("eng_pressure_bar".into(), time_s.clone());
-        let late = LIES.iter().find(|l| l.name == "clock +5 s").expect("there");
+        let late = INJECTED_ERRORS.iter().find(|l| l.name == "clock +5 s").expect("there");
         late.tell(&mut flight, &mut json!({}));
         assert_eq!((flight.pitch_rad[50], flight.extra["eng_pressure_bar"][50], flight.pressure_pa[50]), (45.0, 45.0, 50.0));
         assert!(flight.pitch_rad[2].is_nan());

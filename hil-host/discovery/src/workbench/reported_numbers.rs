@@ -22,7 +22,12 @@ pub struct Number {
 }
 
 /// Numbers of the law in their own units: of the file, and of a state with these tolerances left, in tolerances of the file.
-pub(crate) fn numbers_told(vehicle: &Vehicle, state: &State, left: &[f64; STATED], between: impl Fn(usize) -> Option<f64>) -> Vec<Number> {
+pub(crate) fn reported_numbers(
+    vehicle: &Vehicle,
+    state: &State,
+    left: &[f64; STATED],
+    between: impl Fn(usize) -> Option<f64>,
+) -> Vec<Number> {
     let (before, _) = law(vehicle, &State::nominal());
     let (after, _) = law(vehicle, state);
     let number = |(i, p): (usize, &Parameter)| {

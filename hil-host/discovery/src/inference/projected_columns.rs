@@ -1,6 +1,6 @@
-//! Extra columns beside a fit: what the residual would gain by them, everything that is fitted marginalised.
+//! Extra columns added to a fit: what the residual would gain by them, everything that is fitted marginalised.
 
-use crate::inference::posterior::Ground;
+use crate::inference::posterior::Linearisation;
 use crate::likelihood::Column;
 use crate::likelihood::jacobian::symmetric;
 use nalgebra::{DMatrix, DVector};
@@ -10,7 +10,7 @@ use std::borrow::Borrow;
 ///
 /// Columns that live in one run each make a gram of blocks, of which the projection takes a matrix of low rank: the work grows
 /// with the number of runs, not with its cube.
-pub struct Offer {
+pub struct ProjectedColumns {
     /// Inner products within each group of columns that live on the same stretch; groups do not overlap.
     blocks: Vec<DMatrix<f64>>,
     /// Inner products with the fitted columns, and the curvature of those.
@@ -20,11 +20,11 @@ pub struct Offer {
     pub match_: DVector<f64>,
 }
 
-impl Offer {
+impl ProjectedColumns {
     /// Projects the columns.
     #[must_use]
-    pub fn new<C: Borrow<Column>>(extra: &[C], ground: &Ground) -> Self {
-        let base = &ground.fit.columns;
+    pub fn new<C: Borrow<Column>>(extra: &[C], linearisation: &Linearisation) -> Self {
+        let base = &linearisation.fit.columns;
         let column = |i: usize| -> &Column { extra[i].borrow() };
         let m = extra.len();
         let end = |c: &Column| c.from + c.values.len();
@@ -44,12 +44,12 @@ impl Offer {
         }
         let block = |g: &std::ops::Range<usize>| symmetric(g.len(), |i, j| column(g.start + i).plain_dot(column(g.start + j)));
         // The model discrepancy is projected out as well: it is in the products with what is fitted, and among the columns themselves.
-        let (n, d) = (base.len(), ground.residual.shadow().len());
+        let (n, d) = (base.len(), linearisation.residual.shadow().len());
         let cross = DMatrix::from_fn(n + d, m, |i, j| if i < n { base[i].dot(column(j)) } else { column(j).shadow()[i - n] });
-        // A pull that the fit has left on its own numbers is not to be made good by the offer.
-        let pulled = ground.curvature.solve(&ground.fit.gradient);
-        let match_ = DVector::from_fn(m, |j, _| column(j).dot(ground.residual)) - cross.rows(0, n).transpose() * pulled;
-        let l = ground.curvature.l();
+        // A pull that the fit has left on its own numbers is not to be made good by the extra columns.
+        let pulled = linearisation.curvature.solve(&linearisation.fit.gradient);
+        let match_ = DVector::from_fn(m, |j, _| column(j).dot(linearisation.residual)) - cross.rows(0, n).transpose() * pulled;
+        let l = linearisation.curvature.l();
         let mut curvature = DMatrix::identity(n + d, n + d);
         curvature.view_mut((0, 0), (n, n)).copy_from(&(&l * l.transpose()));
         Self { blocks: groups.iter().map(block).collect(), curvature, cross, match_ }
@@ -136,23 +136,23 @@ mod tests {
             promised: 0.0,
             pressed: Vec::new(),
         };
-        let ground = fit.ground().expect("positive");
+        let linearisation = fit.linearisation().expect("positive");
         // Two columns in each of three stretches, and two that live everywhere.
         let apart: Vec<Column> = (0..6).map(|i| wobble(i / 2 * 20, 20, 0.31 * (i as f64 + 1.0))).collect();
         let everywhere = vec![wobble(0, n, 0.11), wobble(5, 40, 0.23)];
         for (extra, blocks) in [(&apart, 3), (&everywhere, 1)] {
-            let offer = Offer::new(extra, &ground);
-            assert_eq!(offer.blocks.len(), blocks);
+            let projected = ProjectedColumns::new(extra, &linearisation);
+            assert_eq!(projected.blocks.len(), blocks);
             for scale in [0.1, 1.0, 7.0_f64] {
                 let m = extra.len();
                 let s2 = scale * scale;
-                let whole = (DMatrix::identity(m, m) + offer.gram() * s2).cholesky().expect("positive");
-                let direct = 0.5 * s2 * offer.match_.dot(&whole.solve(&offer.match_)) - 0.5 * ln_det(&whole);
+                let whole = (DMatrix::identity(m, m) + projected.gram() * s2).cholesky().expect("positive");
+                let direct = 0.5 * s2 * projected.match_.dot(&whole.solve(&projected.match_)) - 0.5 * ln_det(&whole);
                 // Rounding only: the two differ in the order of sums.
                 assert!(
-                    (offer.log_bayes(scale) - direct).abs() < 1e-9 * (1.0 + direct.abs()),
+                    (projected.log_bayes(scale) - direct).abs() < 1e-9 * (1.0 + direct.abs()),
                     "{scale}: {} {direct}",
-                    offer.log_bayes(scale)
+                    projected.log_bayes(scale)
                 );
             }
         }

@@ -2,6 +2,8 @@
 //!
 //! Given nothing missing, given the best hypothesis and given the best single effect, an unknown effect for each variable: its log odds
 //! are those of what it is added to, the log Bayes factor of [`crate::criticism::residual_tests::families`], and what one effect more costs.
+//! Where the unknown effect does better given the name than in its place, the name is part of the likeliest hypothesis and stands
+//! (posterior inclusion: Barbieri and Berger 2004).
 
 use crate::ablation::is_on;
 use crate::criticism::residual_tests::{Family, families};
@@ -39,23 +41,25 @@ pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&C
     fits.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES).ln());
     let asked = families(problem, &fits.iter().map(|(fit, odds)| (*fit, best + speak_up - odds)).collect::<Vec<_>>());
     let ahead = |(odds, family): (f64, &Family)| odds + family.log_bayes - best;
+    let competes = |f: &&Family| is_on("unknown") && !f.may_be_water();
+    let leader_of = |at: usize, wanted: &dyn Fn(&Family) -> bool| {
+        let list = asked.get(at).into_iter().flatten().filter(competes).filter(|f| wanted(f));
+        list.map(|f| (fits[at].1, f)).max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)))
+    };
+    let likelier = |a: Option<(f64, &Family)>, than: f64| a.is_some_and(|a| ahead(a) > than);
     // A velocity of its own describes any effect, the named ones too: it can say what the best leaves. What acts through the
     // inputs is a cause, and may stand in the place of a name.
-    let mut leader: Option<(f64, &Family)> = None;
-    for (at, ((_, odds), list)) in fits.iter().zip(&asked).enumerate() {
-        let competes = |f: &&Family| is_on("unknown") && !f.may_be_water() && (at == 0 || f.scale_m_s.is_none());
-        for f in list.iter().filter(competes) {
-            let here = ahead((*odds, f));
-            if here > leader.map_or(speak_up, &ahead) {
-                leader = Some((*odds, f));
-            }
-        }
-    }
+    let added = leader_of(0, &|_| true);
+    let cause = (1..fits.len()).filter_map(|at| leader_of(at, &|f| f.scale_m_s.is_none())).max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)));
+    let in_place = likelier(cause, added.map_or(speak_up, &ahead).max(speak_up));
+    let leader = if in_place { cause } else { added.filter(|a| ahead(*a) > speak_up) };
+    let name_stands =
+        is_on("inclusion") && !in_place && named.is_some() && leader.is_some_and(|l| !likelier(leader_of(1, &|_| true), ahead(l)));
     let mut remainder: Vec<Family> = leader.map(|(_, f)| f.clone()).into_iter().collect();
     for f in &asked[0] {
         if !remainder.iter().any(|r| (r.variable, r.period_s) == (f.variable, f.period_s)) {
             remainder.push(f.clone());
         }
     }
-    Unknowns { leads: leader.map(|l| Unknown { variable: l.1.variable, ahead: ahead(l) }), remainder }
+    Unknowns { leads: leader.map(|l| Unknown { variable: l.1.variable, ahead: ahead(l), name_stands }), remainder }
 }

@@ -3,8 +3,8 @@
 //! | verdict | when |
 //! |---|---|
 //! | adequate | nothing missing leads, or a name that does not lower the error by [`PRACTICAL`] where the model has a discrepancy |
-//! | explained, ambiguous | a named set leads (ambiguous also where an unknown effect leads within [`SMALL`] floors); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
-//! | unexplained | an unknown effect leads (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
+//! | explained, ambiguous | a named set leads (ambiguous where an unknown effect leads beside it); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
+//! | unexplained | an unknown effect leads in the place of a name (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
 //!
 //! What remains with the answer is said with its size; it is no veto by itself.
 
@@ -59,6 +59,8 @@ pub struct Unknown {
     pub variable: &'static str,
     /// Log odds by which it is ahead.
     pub ahead: f64,
+    /// It is likeliest beside the named effects, not in their place.
+    pub name_stands: bool,
 }
 
 /// One reason for a verdict.
@@ -144,12 +146,14 @@ impl Reason {
             Self::NoTemperature => {
                 "without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into()
             }
-            Self::UnknownLeads(u) => {
-                format!(
-                    "an effect outside the catalogue that follows the {} is likelier than any name, by {:.1} log units",
-                    u.variable, u.ahead
-                )
-            }
+            Self::UnknownLeads(u) if u.name_stands => format!(
+                "beside what is named, an effect outside the catalogue that follows the {} is likelier than none, by {:.1} log units",
+                u.variable, u.ahead
+            ),
+            Self::UnknownLeads(u) => format!(
+                "an effect outside the catalogue that follows the {} is likelier than any name, by {:.1} log units",
+                u.variable, u.ahead
+            ),
             Self::HeldOutTooLarge { floors } => {
                 format!(
                     "on dives kept out of the fit the best hypothesis leaves {floors:.1} times what water, sensors and the model's own discrepancy do"
@@ -223,8 +227,10 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     // A misfit counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
-    // Where the model has a discrepancy, an unknown effect that leads is a veto only if the error has room for it: else a remark.
-    let veto = practical || e.discrepancy_m_s == 0.0;
+    // An unknown effect that leads beside the name is a remark: the name stands in the likeliest hypothesis. In its place it is a veto;
+    // where the model has a discrepancy, only if the error has room for it.
+    let name_stands = e.unknown_leads.as_ref().is_some_and(|u| u.name_stands);
+    let veto = !name_stands && (practical || e.discrepancy_m_s == 0.0);
     let unknown = || e.unknown_leads.clone().map(Reason::UnknownLeads);
     if veto {
         reasons.extend(unknown());
@@ -322,7 +328,7 @@ mod tests {
 
     #[test]
     fn prop_a_leading_unknown_effect_is_never_explained() {
-        let unknown = Some(Unknown { variable: "depth", ahead: 300.0 });
+        let unknown = Some(Unknown { variable: "depth", ahead: 300.0, name_stands: false });
         let e = Evidence { unknown_leads: unknown, ..plain() };
         assert_eq!(verdict(&e), Verdict::Unexplained);
         assert_eq!(verdict(&Evidence { named: None, ..e.clone() }), Verdict::Unexplained);
@@ -334,6 +340,10 @@ mod tests {
         let large = Errors { fitted_m_s: [0.007, 0.009], ..plain().errors };
         assert_eq!(verdict(&Evidence { errors: large, ..small.clone() }), Verdict::Unexplained);
         assert_eq!(verdict(&Evidence { errors: large, named: None, ..small }), Verdict::Unexplained);
+        // Beside the name it is a remark everywhere.
+        let beside = Some(Unknown { variable: "depth", ahead: 300.0, name_stands: true });
+        assert_eq!(verdict(&Evidence { unknown_leads: beside.clone(), ..plain() }), Verdict::Ambiguous);
+        assert_eq!(verdict(&Evidence { unknown_leads: beside, errors: large, ..plain() }), Verdict::Ambiguous);
         let mut e = Evidence { mean_square: 3.0, ..plain() };
         assert_eq!(verdict(&e), Verdict::Explained);
         // A snag in the fitted dives only.

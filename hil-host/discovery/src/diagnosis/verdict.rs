@@ -3,7 +3,7 @@
 //! | verdict | when |
 //! |---|---|
 //! | adequate | nothing missing leads, or a name that does not lower the error by [`PRACTICAL`] where the model has a discrepancy |
-//! | explained, ambiguous | a named set leads (ambiguous where an unknown effect leads beside it); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
+//! | explained, ambiguous | a named set leads (ambiguous where an unknown effect leads given it); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
 //! | unexplained | an unknown effect leads in the place of a name (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
 //!
 //! What remains with the answer is said with its size; it is no veto by itself.
@@ -59,7 +59,7 @@ pub struct Unknown {
     pub variable: &'static str,
     /// Log odds by which it is ahead.
     pub ahead: f64,
-    /// It is likeliest beside the named effects, not in their place.
+    /// It is likeliest given the named effects, not in their place.
     pub name_stands: bool,
 }
 
@@ -147,7 +147,7 @@ impl Reason {
                 "without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into()
             }
             Self::UnknownLeads(u) if u.name_stands => format!(
-                "beside what is named, an effect outside the catalogue that follows the {} is likelier than none, by {:.1} log units",
+                "given what is named, an effect outside the catalogue that follows the {} is likelier than none, by {:.1} log units",
                 u.variable, u.ahead
             ),
             Self::UnknownLeads(u) => format!(
@@ -227,7 +227,7 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     // A misfit counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
-    // An unknown effect that leads beside the name is a remark: the name stands in the likeliest hypothesis. In its place it is a veto;
+    // An unknown effect that leads given the name is a remark: the name stands in the likeliest hypothesis. In its place it is a veto;
     // where the model has a discrepancy, only if the error has room for it.
     let name_stands = e.unknown_leads.as_ref().is_some_and(|u| u.name_stands);
     let veto = !name_stands && (practical || e.discrepancy_m_s == 0.0);
@@ -341,9 +341,9 @@ mod tests {
         assert_eq!(verdict(&Evidence { errors: large, ..small.clone() }), Verdict::Unexplained);
         assert_eq!(verdict(&Evidence { errors: large, named: None, ..small }), Verdict::Unexplained);
         // Beside the name it is a remark everywhere.
-        let beside = Some(Unknown { variable: "depth", ahead: 300.0, name_stands: true });
-        assert_eq!(verdict(&Evidence { unknown_leads: beside.clone(), ..plain() }), Verdict::Ambiguous);
-        assert_eq!(verdict(&Evidence { unknown_leads: beside, errors: large, ..plain() }), Verdict::Ambiguous);
+        let remark = Some(Unknown { variable: "depth", ahead: 300.0, name_stands: true });
+        assert_eq!(verdict(&Evidence { unknown_leads: remark.clone(), ..plain() }), Verdict::Ambiguous);
+        assert_eq!(verdict(&Evidence { unknown_leads: remark, errors: large, ..plain() }), Verdict::Ambiguous);
         let mut e = Evidence { mean_square: 3.0, ..plain() };
         assert_eq!(verdict(&e), Verdict::Explained);
         // A snag in the fitted dives only.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider add side_edge_lift --flight trial_dir --out vehicle2.json\n  glider add hull_compressibility,thermal_expansion --flight f.csv --vehicle v.json --out v2.json\n  glider add 'cd += k*abs(roll)*U' --flight trial_dir --out v2.json\n\nAn expression is TARGET += EXPRESSION; targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3\n(p z T rho ballast pitch t), water_up_m_s (z H t). Every other name is a parameter to fit, the one written first from zero.\nAn effect that the vehicle file has already is fitted anew, and told as a whole.\nExit code 1: the error on segments kept out of the fit is not below that of the file as given, or of recalibration alone."
+    after_help = "Examples:\n  glider add side_edge_lift --flight trial_dir --out vehicle2.json\n  glider add hull_compressibility,thermal_expansion --flight f.csv --vehicle v.json --out v2.json\n  glider add 'cd += k*abs(roll)*U' --flight trial_dir --out v2.json\n\nAn expression is TARGET += EXPRESSION; targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3\n(p z T rho ballast pitch t), water_up_m_s (z H t). Every other name is a parameter to fit, the one written first from zero.\nAn effect that the vehicle file has already is fitted anew, and reported as a whole.\nExit code 1: the error on segments kept out of the fit is not below that of the file as given, or of recalibration alone."
 )]
 pub struct Args {
     /// Names of effects, separated by commas, or one expression.

@@ -123,7 +123,7 @@ fn show(found: &HeldOut) {
     let named: Vec<String> = found.named.iter().map(|n| names(n)).collect();
     println!(
         "Named: {}. With the first {:.2} cm/s on the fitted flight, {:.2} cm/s on the other.",
-        named.join("; not told apart from it: "),
+        named.join("; not distinguished from it: "),
         found.fitted_cm_s,
         found.test_cm_s
     );

@@ -47,7 +47,7 @@ pub struct Args {
 /// A name that is none.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let (Some(name), true) = (&args.name, args.what != What::Effects) {
-        bail!("`{name}`: only an effect is told at length: glider list effects NAME");
+        bail!("`{name}`: only an effect is explained at length: glider list effects NAME");
     }
     match args.what {
         What::Effects => effects(args.name.as_deref(), output)?,

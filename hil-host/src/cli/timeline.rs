@@ -313,7 +313,7 @@ fn said(done: &Timeline, out: &[PathBuf]) {
                 let t = &TRACKED[c.kind.number];
                 format!("{} ({})", c.kind.name, with_interval(size, t.unit))
             });
-            println!("{}", wrapped(&format!("  not told from it: {}", others.collect::<Vec<_>>().join("; ")), 2));
+            println!("{}", wrapped(&format!("  not distinguished from it: {}", others.collect::<Vec<_>>().join("; ")), 2));
         }
     }
     println!(

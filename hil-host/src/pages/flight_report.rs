@@ -293,7 +293,7 @@ fn why(found: &Diagnosis) -> Section {
     let mut items: Vec<Item> = vec![fall.into()];
     if found.equivalent.len() > 1 {
         let tied: Vec<String> = found.equivalent.iter().map(|e| e.join(" + ")).collect();
-        items.push(format!("Cannot be told apart with this flight: {}.", tied.join("; ")).as_str().into());
+        items.push(format!("Cannot be distinguished with this flight: {}.", tied.join("; ")).as_str().into());
     }
     items.push(table.into());
     Section { title: "Why".into(), lead: format!("Verdict: {}.", found.verdict.name()), items }

@@ -430,7 +430,7 @@ fn far_from_file(vehicle: &Vehicle, state: &State) -> Option<String> {
     }
     let far = state.calibration.iter().enumerate().filter(|(k, z)| is_law(*k) && z.abs() > REPORTED_TOLERANCES);
     let said: Vec<String> = far.map(|(k, z)| format!("{} {z:+.1}", CALIBRATION[k])).collect();
-    (!said.is_empty()).then(|| format!("the calibration is strained, in tolerances of the vehicle file: {}", said.join(", ")))
+    (!said.is_empty()).then(|| format!("the calibration deviates by several tolerances of the vehicle file: {}", said.join(", ")))
 }
 
 /// The effect of a fit whose size is pressed against the end of what is possible by more than chance.

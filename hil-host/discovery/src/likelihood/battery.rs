@@ -257,7 +257,7 @@ impl Problem<'_> {
         let of = if self.moment_noise_factor < REPORTED_FACTOR {
             String::new()
         } else {
-            format!(", doubted: they miss {:.1} times what the sensors' noise would leave", self.moment_noise_factor)
+            format!(", their noise raised: they miss by {:.1} times what the sensors' noise would leave", self.moment_noise_factor)
         };
         notes.push(format!("the position of the battery was compared with the moments in pitch in {count} quiet half minutes{of}"));
         let factor = |index: usize| self.of_file(state, index);

@@ -138,7 +138,7 @@ impl std::fmt::Display for FitError {
                 write!(f, "the steady model has no value on {samples} samples: a channel is missing there")
             }
             Self::NoSpeedChannel => write!(f, "the flight has no speed through the water"),
-            Self::DidNotSettle => write!(f, "the fit did not settle: the parameters asked for are not told apart by this flight"),
+            Self::DidNotSettle => write!(f, "the fit did not settle: this flight cannot distinguish the parameters asked for"),
         }
     }
 }

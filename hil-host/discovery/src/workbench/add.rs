@@ -69,7 +69,7 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let own: Vec<Active> = effects.iter().filter_map(|e| vehicle.switched_on(*e)).collect();
     if !own.is_empty() {
         let names: Vec<&str> = own.iter().map(|a| a.effect.name()).collect();
-        notes.push(format!("the vehicle file has {} already: fitted anew, and told as a whole", names.join(", ")));
+        notes.push(format!("the vehicle file has {} already: fitted anew, and reported as a whole", names.join(", ")));
         // What the file says may be a better start than nothing.
         if own.len() == effects.len() {
             let again = settled(&problem, &State { effects: own.clone(), ..as_given.start.clone() });

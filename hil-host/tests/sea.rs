@@ -53,7 +53,7 @@ fn comet() -> Option<(Vec<Sample>, f64)> {
         });
     }
     let late_s =
-        discovery::preprocess::clock_offset::shift_s(&discovery::record::csv::flight(&path).expect("flight")).expect("two pressures");
+        discovery::preprocess::clock_offset::shift_s(&discovery::record::csv::flight(&path).expect("flight")).expect("two pressures")[0];
     Some((samples, late_s))
 }
 

@@ -1,6 +1,6 @@
 //! Sensors, and numbers of the log, that a fit finds to be off.
 
-use crate::model::parameters::{BATTERY_MASS, PARAMETERS, State, tolerance_of};
+use crate::model::parameters::{BATTERY_MASS, CLOCK_OFFSET, PARAMETERS, State, tolerance_of};
 use crate::vehicle::Vehicle;
 
 /// A sensor, or a number of the log, that is found to be off.
@@ -38,4 +38,33 @@ pub fn sensor_findings(vehicle: &Vehicle, state: &State, sigma: impl Fn(usize) -
         (z.abs() > SIGNIFICANT && z.abs() > SIGNIFICANT * s).then(finding)
     };
     (0..BATTERY_MASS).filter_map(found).collect()
+}
+
+/// The same, with the time between two clocks that two pressure sensors told and that was taken out before the fit, and its standard
+/// error, s: what the fit found is beyond it.
+#[must_use]
+pub fn with_clock_shift(mut findings: Vec<SensorFinding>, shift_s: Option<[f64; 2]>) -> Vec<SensorFinding> {
+    let (Some([shift, sigma]), Some((what, unit, _))) = (shift_s, PARAMETERS[CLOCK_OFFSET].of_sensor()) else { return findings };
+    let name = PARAMETERS[CLOCK_OFFSET].name;
+    if let Some(fitted) = findings.iter_mut().find(|f| f.name == name) {
+        [&mut fitted.value, &mut fitted.low, &mut fitted.high].into_iter().for_each(|v| *v += shift);
+    } else {
+        findings.push(SensorFinding { name, what, value: shift, low: shift - NINETY * sigma, high: shift + NINETY * sigma, unit });
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_shift_taken_out_before_the_fit_is_a_finding_with_the_rest() {
+        assert!(with_clock_shift(Vec::new(), None).is_empty());
+        let alone = with_clock_shift(Vec::new(), Some([-6.5, 0.1]));
+        assert_eq!((alone.len(), alone[0].name, alone[0].value, alone[0].unit), (1, "clock_offset", -6.5, "s"));
+        assert!((alone[0].high - alone[0].low - 0.329).abs() < 1e-9);
+        let more = with_clock_shift(alone, Some([1.0, 0.1]));
+        assert_eq!((more.len(), more[0].value), (1, -5.5));
+    }
 }

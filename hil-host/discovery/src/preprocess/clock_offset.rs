@@ -86,9 +86,9 @@ fn least(scan: &[Line; STEPS]) -> Option<f64> {
     (curvature > 0.0 && here <= before && here <= after).then(|| best as f64 - f64::from(REACH_S) + 0.5 * (before - after) / curvature)
 }
 
-/// The shift τ of a flight that has both sensors, s; none if it has not, if they do not tell, or if it is not worth taking out.
+/// The shift τ of a flight that has both sensors and its standard error, s; none if it has not, if they do not tell, or if it is not worth taking out.
 #[must_use]
-pub fn shift_s(flight: &Flight) -> Option<f64> {
+pub fn shift_s(flight: &Flight) -> Option<[f64; 2]> {
     let engineering = ENGINEERING.iter().find_map(|n| flight.extra.get(*n))?;
     let ctd = Series::new(&flight.time_s, &flight.pressure_pa);
     let engineering = Series::new(&flight.time_s, engineering);
@@ -123,13 +123,13 @@ pub fn shift_s(flight: &Flight) -> Option<f64> {
     let mean = without.iter().sum::<f64>() / PARTS as f64;
     let scatter: f64 = without.iter().map(|t| (t - mean).powi(2)).sum();
     let sigma = ((PARTS - 1) as f64 / PARTS as f64 * scatter).sqrt();
-    (tau.abs() > WORTH_S && tau.abs() > SURE * sigma).then_some(tau)
+    (tau.abs() > WORTH_S && tau.abs() > SURE * sigma).then_some([tau, sigma])
 }
 
 /// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much.
 #[must_use]
-pub fn aligned(flight: &Flight) -> Option<(Flight, f64)> {
-    let tau = shift_s(flight)?;
+pub fn aligned(flight: &Flight) -> Option<(Flight, [f64; 2])> {
+    let [tau, sigma] = shift_s(flight)?;
     let at = |values: &[f64]| -> Vec<f64> {
         let series = Series::new(&flight.time_s, values);
         let moved =
@@ -141,7 +141,7 @@ pub fn aligned(flight: &Flight) -> Option<(Flight, f64)> {
     out.roll_rad = at(&flight.roll_rad);
     out.ballast_m3 = at(&flight.ballast_m3);
     out.battery_mass_m = at(&flight.battery_mass_m);
-    Some((out, tau))
+    Some((out, [tau, sigma]))
 }
 
 #[cfg(test)]
@@ -172,7 +172,7 @@ mod tests {
         for tau in [-17.0, -6.5, -2.3, -1.0, 1.4, 4.0] {
             let f = flight(tau);
             // 0.1 s: the corners of the saw make the misfit no parabola.
-            assert!((shift_s(&f).expect("told") - tau).abs() < 0.1, "{tau}: {:?}", shift_s(&f));
+            assert!((shift_s(&f).expect("told")[0] - tau).abs() < 0.1, "{tau}: {:?}", shift_s(&f));
             let (a, _) = aligned(&f).expect("told");
             let worst = (20..2980).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
             assert!(worst < 1.1e-3, "{tau}: {worst} rad");
@@ -198,7 +198,7 @@ mod tests {
         let bent = |p: f64, t: f64| p * 1.01e-5 + 0.1 * (p / 5e5).powi(2) + 0.05 * (t / 3000.0).powi(2);
         f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| bent(saw(t + 0.8), *t) + 0.04 * pitch(t + 0.8).sin()).collect());
         // 0.15 s: the bend moves the rates of dive and climb apart as well.
-        assert!((shift_s(&f).expect("told") + 0.8).abs() < 0.15, "{:?}", shift_s(&f));
+        assert!((shift_s(&f).expect("told")[0] + 0.8).abs() < 0.15, "{:?}", shift_s(&f));
     }
 
     /// Half of the flight early and half of it late is a log with a gap in its clock, not a shift.

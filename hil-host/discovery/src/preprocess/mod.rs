@@ -49,7 +49,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     let mut removed = Removed::default();
     let flight = &unstuck(flight, &mut removed);
     let aligned = is_on("clock_from_pressures").then(|| crate::preprocess::clock_offset::aligned(flight)).flatten();
-    if let Some((_, tau)) = &aligned {
+    if let Some((_, [tau, _])) = &aligned {
         notes.push(format!(
             "pitch, roll and ballast were {:.1} s {} of the CTD (two pressure sensors compared) and were shifted to its clock",
             tau.abs(),
@@ -99,5 +99,5 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     }
     notes.extend(pressure_unit::suspected(&runs, vehicle));
     let displacements = displacements(&mut runs, vehicle.sensors.gps_noise_m);
-    Prepared { runs, displacements, notes, has_temperature }
+    Prepared { runs, displacements, notes, has_temperature, clock_shift_s: aligned.map(|a| a.1) }
 }

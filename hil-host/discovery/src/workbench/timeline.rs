@@ -300,7 +300,7 @@ fn first_dives(waiting: &[(String, f64, Prepared)]) -> Prepared {
     for w in waiting {
         has_temperature |= w.2.has_temperature;
     }
-    Prepared { runs, displacements: Vec::new(), notes: Vec::new(), has_temperature }
+    Prepared { runs, displacements: Vec::new(), notes: Vec::new(), has_temperature, clock_shift_s: None }
 }
 
 /// All runs of a flight, on two threads; each starts where the one before it ended.

@@ -169,8 +169,13 @@ impl Reference {
     /// What one run of a flight says, and the state that its fit ends at. None where too little of it can be compared.
     #[must_use]
     pub fn dive(&self, prepared: &Prepared, run: &Run, start: &State) -> Option<(Dive, State)> {
-        let alone =
-            Prepared { runs: vec![run.clone()], displacements: Vec::new(), notes: Vec::new(), has_temperature: prepared.has_temperature };
+        let alone = Prepared {
+            runs: vec![run.clone()],
+            displacements: Vec::new(),
+            notes: Vec::new(),
+            has_temperature: prepared.has_temperature,
+            clock_shift_s: None,
+        };
         let mut problem = Problem::new(&alone, &self.vehicle, |_| true);
         if problem.rows_compared() < FEWEST_ROWS {
             return None;

@@ -119,7 +119,7 @@ pub(crate) const PRESSURE_ZERO_PA: f64 = 1500.0;
 /// Number of parameters.
 pub const N_CALIBRATION: usize = 27;
 
-/// All of them, group by group: a new one is a row here, and a field of [`State::calibration`] by that.
+/// All of them, group by group: a new one is a row here, and a field of [`crate::model::parameters::State::calibration`] by that.
 pub const PARAMETERS: [Parameter; N_CALIBRATION] = [
     Parameter {
         name: "cd0",

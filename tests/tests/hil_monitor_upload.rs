@@ -264,3 +264,57 @@ fn rtt(qemu: &mut Qemu, elf: &Path, folder: &Path) -> Vec<u8> {
     assert_eq!(read, 0, "nobody read");
     memory(qemu, buffer, written, folder)
 }
+
+#[test]
+fn hil_a_board_with_a_log_shows_what_its_vehicle_does() {
+    let (terminal, _) = board(64);
+    let mut mission = mission_file::load("shallow", worlds::limits).unwrap();
+    mission.legs[0].dives = 1;
+    let mut world = World::new(worlds::for_mission(&mission)).unwrap();
+    let mut link = Link::new(Port::open(&terminal.name).unwrap());
+    let mut last = None;
+    fly(&mut world, &mut link, &Setup::new(mission), &mut |cycle| {
+        last = Some((cycle.frame.pitch_rad, cycle.answer.trace));
+        Ok(())
+    })
+    .unwrap();
+    drop(link);
+    let (pitch, trace) = last.unwrap();
+    let shown = glider(&["monitor", &terminal.name, "--seconds", "1"]);
+    let flight = &shown["flight"];
+    assert_eq!(flight["phase"], format!("{:?}", trace.phase), "{shown}");
+    let near = |key: &str, value: f64, by: f64| {
+        assert!(flight[key].as_f64().is_some_and(|v| (v - value).abs() <= by), "{key}: {} and {value}", flight[key]);
+    };
+    near("depth_m", trace.depth_m.into(), 0.002);
+    near("alpha_deg", f64::from(trace.alpha_rad).to_degrees(), 0.002);
+    let signals::Reading::Sampled { value, .. } = pitch else { panic!("a pitch") };
+    near("pitch_deg", f64::from(value).to_degrees(), 0.002);
+    assert!(flight["battery_v"].as_f64().is_some_and(|v| (8.0..18.0).contains(&v)) && flight["abort"].is_null(), "{shown}");
+}
+
+#[test]
+fn a_flight_is_watched_while_another_program_flies_it() {
+    let folder = scratch("watched");
+    let log = folder.join("log");
+    let mut exe = std::env::current_exe().unwrap();
+    exe.pop();
+    exe.pop();
+    // Half an hour in about nine seconds.
+    let flight = ["fly", "--realtime", "200", "--fault", "hull:leak@dive+300s", "--log"];
+    let mut child = Command::new(exe.join("glider")).args(flight).arg(&log).stdout(std::process::Stdio::null()).spawn().unwrap();
+    let until = std::time::Instant::now() + std::time::Duration::from_secs(20);
+    while !log.join("flight.csv.unfinished").exists() && std::time::Instant::now() < until {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let name = log.to_string_lossy().into_owned();
+    let early = glider(&["monitor", &name, "--seconds", "0.5"]);
+    assert!(early["end"].is_null() && early["flight"]["abort"].is_null(), "{early}");
+    assert!(early["flight"]["battery_v"].as_f64().is_some_and(|v| v > 8.0), "{early}");
+    // To its end, without being told when that is.
+    let late = glider(&["monitor", &name]);
+    assert!(child.wait().unwrap().success());
+    assert_eq!((&late["end"], &late["flight"]["abort"]), (&Value::from("safe: Leak"), &Value::from("Leak")), "{late}");
+    assert!(late["flight"]["time_s"].as_f64() > early["flight"]["time_s"].as_f64(), "{early} {late}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}

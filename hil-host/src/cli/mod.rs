@@ -25,6 +25,7 @@ pub mod list;
 pub mod main_job;
 pub mod margins;
 pub mod monitor;
+mod monitor_screen;
 pub mod next_flight;
 pub mod paper;
 pub mod plot;

@@ -1,11 +1,13 @@
 //! `glider monitor`.
 
+use super::monitor_screen::{self, LINES};
 use super::{Output, Verdict};
 use crate::flight::board_log::Image;
 use crate::flight::onboard_log;
+use crate::flight::under_way::{Follower, Moment, Recent};
 use crate::seats::port::{BAUD, Port};
 use crate::seats::{Link, Seat, SeatError, Wire, qemu};
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signals::{Counters, Manifest, ToBoard, ToHost};
@@ -15,17 +17,23 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// Screen that is always enough.
-const LINES: usize = 24;
-const COLUMNS: usize = 80;
-
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:\n  glider monitor /dev/ttyACM0\n  glider monitor /dev/ttyACM0 --log /dev/ttyUSB0 --elf firmware.elf\n  \
-glider monitor /dev/ttyACM0 --seconds 5 --json\n  glider monitor /dev/ttyACM0 --flight-log out/recovered\n\nCtrl-C ends. The board's log (defmt) comes on its USART2: give that port, or the file QEMU writes.\n\
---flight-log reads what the board wrote to its log flash in flight and ends; glider compare takes the result with --vehicle.")]
+#[command(after_help = "Examples:
+  glider monitor /dev/ttyACM0
+  glider monitor /dev/ttyACM0 --log /dev/ttyUSB0 --elf firmware.elf
+  glider monitor /dev/ttyACM0 --seconds 5 --json
+  glider monitor /dev/ttyACM0 --flight-log out/recovered
+  glider monitor out/first
+
+Ctrl-C ends. The board's log (defmt) comes on its USART2: give that port, or the file QEMU writes.
+The vehicle's state is read from the board's log flash; a port has one program at a time: to watch
+a board while glider fly flies it, name the folder of fly's --log instead, which ends with the flight.
+--flight-log reads what the board wrote to its log flash in flight and ends; glider compare takes
+the result with --vehicle.")]
 pub struct Args {
-    /// Serial port of the board's link (USART1).
+    /// Serial port of the board's link (USART1), or the folder of a flight that `glider fly --log` is writing.
+    #[arg(value_name = "PORT|DIR")]
     port: String,
     /// Where the board's log comes from: a serial port (USART2) or a growing file.
     #[arg(long)]
@@ -49,22 +57,99 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let screen = Screen {
+        started: Instant::now(),
+        drawn: std::io::stdout().is_terminal() && !output.json,
+        seconds: args.seconds.filter(|s| *s >= 0.0),
+    };
+    if Path::new(&args.port).is_dir() {
+        ensure!(
+            args.log.is_none() && args.elf.is_none() && args.flight_log.is_none(),
+            "--log, --elf and --flight-log are of a board: name its serial port, not a folder"
+        );
+        return watch_flight(Path::new(&args.port), &screen, output);
+    }
     let mut link = Link::new(Port::open(&args.port)?);
     let manifest = link.hello()?;
     if let Some(directory) = &args.flight_log {
         return read_flight_log(&mut link, directory, args.last, output);
     }
+    watch_board(&mut link, &manifest, args, &screen, output)
+}
+
+/// Where it is drawn, and until when.
+struct Screen {
+    started: Instant,
+    drawn: bool,
+    seconds: Option<f64>,
+}
+
+impl Screen {
+    fn over(&self) -> bool {
+        self.seconds.is_some_and(|s| self.started.elapsed().as_secs_f64() >= s)
+    }
+
+    fn show(&self, text: &str) -> std::io::Result<()> {
+        if self.drawn {
+            // Home, then every line cleared to its end: no flicker.
+            print!("\x1b[H{}\x1b[J", text.replace('\n', "\x1b[K\n"));
+            std::io::stdout().flush()?;
+        }
+        Ok(())
+    }
+
+    fn wait(&self) {
+        let left = self.seconds.map_or(f64::INFINITY, |s| s - self.started.elapsed().as_secs_f64());
+        std::thread::sleep(Duration::from_secs_f64(left.clamp(0.0, 0.25)));
+    }
+}
+
+/// A flight that another program flies, by its log.
+fn watch_flight(directory: &Path, screen: &Screen, output: &Output) -> anyhow::Result<Verdict> {
+    let mut follower = Follower::open(directory)?;
+    loop {
+        let end = follower.read()?;
+        let mut rows = vec![format!("{}    watched {:.0} s", directory.display(), screen.started.elapsed().as_secs_f64()), String::new()];
+        rows.extend(monitor_screen::flight(&follower.recent.moments));
+        rows.extend([String::new(), end.as_ref().map_or("under way".to_owned(), |end| format!("end: {end}"))]);
+        let text = monitor_screen::fitted(&rows);
+        screen.show(&text)?;
+        if end.is_some() || screen.over() {
+            let now = follower.recent.moments.back().map(Moment::document);
+            output.emit(&json!({ "log": directory, "flight": now, "end": end }), || {
+                if !screen.drawn {
+                    print!("{text}");
+                }
+            });
+            return Ok(Verdict::Ok);
+        }
+        screen.wait();
+    }
+}
+
+/// Time between two looks into a board's log: at 115,200 baud its newest sectors take a second.
+const LOG_EVERY: Duration = Duration::from_secs(2);
+
+/// A board: its line, the vehicle by its log flash, its own log.
+fn watch_board<W: Wire>(link: &mut Link<W>, manifest: &Manifest, args: &Args, screen: &Screen, output: &Output) -> anyhow::Result<Verdict> {
     let log = match &args.log {
         Some(path) => Some(follow(path, args.elf.clone())?),
         None => None,
     };
-    let started = Instant::now();
-    let until = args.seconds.filter(|s| s.is_finite() && *s >= 0.0).map(Duration::from_secs_f64);
     let mut lines: VecDeque<String> = VecDeque::new();
     let mut before: Option<(Instant, Counters)> = None;
-    let screen = std::io::stdout().is_terminal() && !output.json;
+    // None: this board keeps no log.
+    let mut recent = Some(Recent::default());
+    let mut looked: Option<Instant> = None;
     loop {
-        let counters = report(&mut link)?;
+        let counters = report(link)?;
+        if let Some(known) = recent.as_mut().filter(|_| looked.is_none_or(|t| t.elapsed() >= LOG_EVERY)) {
+            match onboard_log::read(link, 2, |_| {}) {
+                Ok(cycles) => known.take(&cycles),
+                Err(_) => recent = None,
+            }
+            looked = Some(Instant::now());
+        }
         if let Some(log) = &log {
             lines.extend(log.try_iter());
             while lines.len() > LINES {
@@ -74,25 +159,31 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         let now = Instant::now();
         let rate = before.map_or(0.0, |(then, c)| f64::from(counters.accepted.saturating_sub(c.accepted)) / (now - then).as_secs_f64());
         before = Some((now, counters));
-        if screen {
-            let text = picture(&link.describe(), &manifest, &counters, rate, started.elapsed(), &lines, args.log.is_some());
-            // Home, then every line cleared to its end: no flicker.
-            print!("\x1b[H{}\x1b[J", text.replace('\n', "\x1b[K\n"));
-            std::io::stdout().flush()?;
+        let mut rows = monitor_screen::board(&link.describe(), manifest, &counters, rate, screen.started.elapsed());
+        rows.push(String::new());
+        match &recent {
+            Some(known) => rows.extend(monitor_screen::flight(&known.moments)),
+            None => rows.push("flight  this board keeps no flight log; of one that glider fly flies: monitor DIR".to_owned()),
         }
-        if until.is_some_and(|u| started.elapsed() >= u) {
+        rows.push(if log.is_some() { "board log".to_owned() } else { "board log: give --log PORT|FILE to see it".to_owned() });
+        let room = LINES.saturating_sub(rows.len() + 1);
+        rows.extend(lines.iter().skip(lines.len().saturating_sub(room)).cloned());
+        let text = monitor_screen::fitted(&rows);
+        screen.show(&text)?;
+        if screen.over() {
+            let vehicle = recent.as_ref().and_then(|r| r.moments.back()).map(Moment::document);
             let document = json!({ "board": link.describe(), "firmware": manifest.firmware, "table_standard": format!("{:08x}", manifest.table_standard),
                 "table_low_ar": format!("{:08x}", manifest.table_low_ar), "config": format!("{:08x}", manifest.config), "cycle_ms": manifest.cycle_ms,
                 "boots": manifest.boots, "hil": manifest.hil, "accepted": counters.accepted, "damaged": counters.damaged, "other_version": counters.version,
-                "unknown": counters.unknown, "overflow": counters.overflow, "repeated": counters.repeated, "stale": counters.stale, "log": lines });
+                "unknown": counters.unknown, "overflow": counters.overflow, "repeated": counters.repeated, "stale": counters.stale, "flight": vehicle, "log": lines });
             output.emit(&document, || {
-                if !screen {
-                    print!("{}", picture(&link.describe(), &manifest, &counters, rate, started.elapsed(), &lines, args.log.is_some()));
+                if !screen.drawn {
+                    print!("{text}");
                 }
             });
             return Ok(Verdict::Ok);
         }
-        std::thread::sleep(Duration::from_millis(250).min(until.map_or(Duration::MAX, |u| u.saturating_sub(started.elapsed()))));
+        screen.wait();
     }
 }
 
@@ -129,31 +220,6 @@ fn report<W: Wire>(link: &mut Link<W>) -> Result<Counters, SeatError> {
     })
 }
 
-/// The screen: at most 24 lines of 80 characters.
-fn picture(board: &str, m: &Manifest, c: &Counters, rate: f64, up: Duration, log: &VecDeque<String>, has_log: bool) -> String {
-    let [major, minor, patch] = m.firmware;
-    let seat = match (m.under_way, m.hil) {
-        (false, _) => "on deck".to_owned(),
-        (true, true) => format!("{:?}, frames of a host", m.phase),
-        (true, false) => format!("{:?}, own sensors", m.phase),
-    };
-    let boots = if m.boots == 0 { "not counted".to_owned() } else { m.boots.to_string() };
-    let mut rows = vec![
-        format!("{board}    watched {:.0} s", up.as_secs_f64()),
-        format!("firmware {major}.{minor}.{patch}   cycle {} ms   boots {boots}   {seat}", m.cycle_ms),
-        format!("tables  standard {:08x}   low-ar {:08x}   config {:08x}", m.table_standard, m.table_low_ar, m.config),
-        String::new(),
-        format!("link    accepted {:>9}   {rate:>7.1}/s     damaged  {:>9}", c.accepted, c.damaged),
-        format!("        repeated {:>9}   stale {:>9}   overflow {:>9}", c.repeated, c.stale, c.overflow),
-        format!("        other version {:>4}   unknown {:>7}", c.version, c.unknown),
-        String::new(),
-    ];
-    rows.push(if has_log { "board log".to_owned() } else { "board log: give --log PORT|FILE to see it".to_owned() });
-    let room = LINES - rows.len() - 1;
-    rows.extend(log.iter().skip(log.len().saturating_sub(room)).cloned());
-    rows.iter().map(|r| r.chars().take(COLUMNS).chain(['\n']).collect::<String>()).collect()
-}
-
 /// Decodes a log in a thread of its own.
 fn follow(path: &std::path::Path, elf: Option<PathBuf>) -> anyhow::Result<Receiver<String>> {
     let elf = match elf {
@@ -185,42 +251,4 @@ fn follow(path: &std::path::Path, elf: Option<PathBuf>) -> anyhow::Result<Receiv
         }
     });
     Ok(lines)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_screen_fits_80_by_24_whatever_comes() {
-        let worst = Counters {
-            accepted: u32::MAX,
-            damaged: u32::MAX,
-            version: u32::MAX,
-            unknown: u32::MAX,
-            overflow: u32::MAX,
-            repeated: u32::MAX,
-            stale: u32::MAX,
-        };
-        let m = Manifest {
-            boots: u32::MAX,
-            cycle_ms: u32::MAX,
-            firmware: [255; 3],
-            table_standard: u32::MAX,
-            table_low_ar: u32::MAX,
-            config: u32::MAX,
-            hil: true,
-            under_way: true,
-            phase: signals::Phase::InflectHigh,
-            last_seq: Some(u32::MAX),
-        };
-        let log: VecDeque<String> = (0..100).map(|i| format!("{i} {}", "x".repeat(200))).collect();
-        let text = picture(&"b".repeat(200), &m, &worst, 1e9, Duration::from_secs(1_000_000), &log, true);
-        assert!(text.lines().count() <= LINES, "{text}");
-        assert!(text.lines().all(|l| l.chars().count() <= COLUMNS));
-        assert!(text.contains("99 xxx"), "the newest log line is shown");
-        for word in ["repeated", "overflow", "unknown"] {
-            assert!(text.contains(word));
-        }
-    }
 }

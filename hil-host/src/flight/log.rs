@@ -24,7 +24,7 @@
 use anyhow::Context;
 use discovery::record::csv::UNFINISHED;
 use serde_json::{Value, json};
-use signals::{Abort, Answer, Phase};
+use signals::{Abort, Answer, Flags, Phase};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ pub const FORMAT_COLUMNS: [&str; 13] = [
 ];
 
 /// Extra columns: name, unit, meaning.
-pub const EXTRA_COLUMNS: [(&str, &str, &str); 25] = [
+pub const EXTRA_COLUMNS: [(&str, &str, &str); 26] = [
     ("phase", "-", "0 surface, 1 dive, 2 inflect low, 3 climb, 4 inflect high, 5 comms, 6 done, 7 safe"),
     ("dives", "-", "dives completed"),
     ("abort", "-", "first cause of an abort (number in `aborts` of vehicle.json); empty: none"),
@@ -63,6 +63,7 @@ pub const EXTRA_COLUMNS: [(&str, &str, &str); 25] = [
     ("est_depth_m", "m", "depth believed on board"),
     ("table_id", "-", "identity (CRC-32) of the polar table in use"),
     ("m_fin_rad", "rad", "measured fin angle"),
+    ("m_battery_v", "V", "measured battery voltage"),
     ("truth_depth_m", "m", "true depth"),
     ("truth_east_m", "m", "true position over ground"),
     ("truth_north_m", "m", "true position over ground"),
@@ -104,6 +105,8 @@ pub struct Measured {
     pub gps_north_m: f64,
     /// Speed through the water, m/s.
     pub speed_m_s: f64,
+    /// Battery, V.
+    pub battery_v: f64,
 }
 
 /// What really happened in one cycle.
@@ -140,12 +143,14 @@ pub enum SegmentStart {
     Moving,
 }
 
-/// Rows and events of a finished flight.
-const ROWS: &str = "flight.csv";
-const EVENTS: &str = "events.csv";
+/// Rows of a finished flight.
+pub const ROWS: &str = "flight.csv";
+/// Events of a finished flight.
+pub const EVENTS: &str = "events.csv";
 
 /// The name of a file of a flight that is not over.
-fn unfinished(name: &str) -> String {
+#[must_use]
+pub fn unfinished(name: &str) -> String {
     format!("{name}{UNFINISHED}")
 }
 
@@ -286,6 +291,7 @@ impl Writer {
         put(f64::from(t.depth_m), 3);
         put(f64::from(t.table_id), 0);
         put(m.fin_rad, 5);
+        put(m.battery_v, 2);
         put(truth.depth_m, 3);
         put(truth.east_m, 2);
         put(truth.north_m, 2);
@@ -355,10 +361,29 @@ impl Writer {
     }
 }
 
-/// Number → name of the abort causes.
-fn aborts() -> Value {
+/// Phases by their number.
+pub const PHASES: [Phase; 8] =
+    [Phase::Surface, Phase::Dive, Phase::InflectLow, Phase::Climb, Phase::InflectHigh, Phase::Comms, Phase::Done, Phase::Safe];
+
+/// Degradations, for a person.
+pub const DEGRADATIONS: [(Flags, &str); 11] = [
+    (Flags::PITCH_PRESET, "pitch preset"),
+    (Flags::NO_HEADING, "no heading"),
+    (Flags::DEPTH_PROJECTED, "depth projected"),
+    (Flags::DENSITY_DEFAULT, "density default"),
+    (Flags::PUMP_OPEN_LOOP, "pump open loop"),
+    (Flags::MASS_STOPPED, "mass stopped"),
+    (Flags::FIELD_REFUSED, "field refused"),
+    (Flags::LOG_FULL, "log full"),
+    (Flags::TABLE_REFUSED, "table refused"),
+    (Flags::DEGRADED, "flies worse than the table"),
+    (Flags::WEIGHT_FIRED, "weight fired"),
+];
+
+/// The causes of an abort.
+pub const ABORTS: [Abort; 24] = {
     use Abort::*;
-    let known = [
+    [
         OverDepth,
         Leak,
         Vacuum,
@@ -383,6 +408,10 @@ fn aborts() -> Value {
         Overrun,
         Degraded,
         Bottom,
-    ];
-    Value::Object(known.iter().map(|a| ((*a as u8).to_string(), json!(format!("{a:?}")))).collect())
+    ]
+};
+
+/// Number → name of the abort causes.
+fn aborts() -> Value {
+    Value::Object(ABORTS.iter().map(|a| ((*a as u8).to_string(), json!(format!("{a:?}")))).collect())
 }

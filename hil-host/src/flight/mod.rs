@@ -15,5 +15,6 @@ pub mod power;
 pub mod preflight;
 pub mod recorder;
 pub mod tables;
+pub mod under_way;
 pub mod vehicles;
 pub mod worlds;

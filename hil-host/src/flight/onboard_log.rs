@@ -224,6 +224,7 @@ pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec
                 gps_east_m: f64::NAN,
                 gps_north_m: f64::NAN,
                 speed_m_s: f64::NAN,
+                battery_v: value(f.battery_v),
             };
             log.push(&measured, answer, &nothing)?;
         }

@@ -85,6 +85,7 @@ impl Recorder {
             gps_east_m: east,
             gps_north_m: north,
             speed_m_s: f64::NAN,
+            battery_v: value(f.battery_v),
         };
         let truth = Truth {
             depth_m: t.depth_m,

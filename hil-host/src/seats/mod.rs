@@ -144,6 +144,9 @@ pub fn open(choice: &Choice, elf: Option<&Path>, board_log: Option<PathBuf>) -> 
         }
         Choice::Extctl => anyhow::bail!("the backseat line carries no sensor frames: glider fly --seat extctl flies it"),
         Choice::Parts => anyhow::bail!("the board on its own parts takes no sensor frames: glider fly --seat parts flies it"),
-        Choice::Port(name) => Box::new(Link::new(port::Port::open(name)?)),
+        Choice::Port(name) => {
+            let port = port::Port::open(name).map_err(|e| anyhow::anyhow!("{e:#}; without a board: --seat in-process, pty or qemu"))?;
+            Box::new(Link::new(port))
+        }
     })
 }

@@ -20,12 +20,15 @@ pub struct Port {
 /// One line with the ports that there are.
 pub fn open(name: &str, baud: u32) -> anyhow::Result<Box<dyn SerialPort>> {
     serialport::new(name, baud).timeout(Duration::from_millis(100)).open().map_err(|e| {
+        let why = e.to_string().to_lowercase();
+        if why.contains("busy") {
+            return anyhow::anyhow!(
+                "{name}: another program has this serial port; end it, or watch the flight it logs: glider monitor DIR (fly's --log)"
+            );
+        }
         let known: Vec<String> = serialport::available_ports().unwrap_or_default().into_iter().map(|p| p.port_name).collect();
         let known = if known.is_empty() { "none found".to_owned() } else { known.join(", ") };
-        anyhow::anyhow!(
-            "{name}: cannot open this serial port ({}); ports: {known}; or use --seat in-process, pty or qemu",
-            e.to_string().to_lowercase()
-        )
+        anyhow::anyhow!("{name}: cannot open this serial port ({why}); ports: {known}")
     })
 }
 

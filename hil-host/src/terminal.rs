@@ -15,6 +15,10 @@ pub fn table<H: Into<String>>(head: impl IntoIterator<Item = H>) -> Table {
     let mut t = Table::new();
     t.load_style(presets::UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(COLUMNS as u16);
     t.set_header(head.into_iter().map(Into::<String>::into));
+    // The separator is a blank already: one more is enough.
+    t.column_iter_mut().for_each(|c| {
+        c.set_padding((1, 0));
+    });
     t
 }
 
@@ -43,6 +47,24 @@ pub fn wrapped_from(column: usize, text: &str, set_in: usize) -> String {
         (at, first) = (at + wide, false);
     }
     out
+}
+
+/// Lines as they are, but one that is wider than the terminal is cut at its words; what runs on is set in by two more.
+#[must_use]
+pub fn fitted(text: &str) -> String {
+    let fit = |line: &str| {
+        if console::measure_text_width(line) <= COLUMNS {
+            return line.to_owned();
+        }
+        let set_in = line.len() - line.trim_start().len();
+        format!("{:set_in$}{}", "", wrapped_from(set_in, line, set_in + 2))
+    };
+    text.lines().map(fit).collect::<Vec<_>>().join("\n")
+}
+
+/// Prints lines that fit the terminal.
+pub fn say(text: &str) {
+    println!("{}", fitted(text));
 }
 
 /// The depth-rate error of a flight, step by step. The names are those of every command and page.
@@ -184,6 +206,9 @@ mod tests {
     fn nothing_is_wider_than_the_terminal() {
         let text = wrapped(&"word and another ".repeat(30), 4);
         assert!(text.lines().count() > 3 && text.lines().all(|l| l.chars().count() <= COLUMNS), "{text}");
+        let text = fitted(&format!("short   as it is\n    {}", "word and another ".repeat(30)));
+        assert!(text.lines().count() > 3 && text.lines().all(|l| l.chars().count() <= COLUMNS), "{text}");
+        assert!(text.starts_with("short   as it is\n    word") && text.lines().nth(2).is_some_and(|l| l.starts_with("      w")), "{text}");
         let ladder =
             Ladder { as_given: 0.01, recalibrated: Some(0.004), with: Some(("x".repeat(40), 0.002)), floor: 0.001, held_out: true };
         assert!(ladder.text().lines().all(|l| console::measure_text_width(l) <= COLUMNS), "{}", ladder.text());

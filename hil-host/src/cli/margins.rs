@@ -2,8 +2,10 @@
 
 use super::{Output, Verdict};
 use crate::flight::mission_file::wings_name;
+use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark};
 use crate::score::margins::{Glide, Margins, Response, all, envelope, respond};
+use crate::terminal::{say, table};
 use serde_json::json;
 use signals::Wings;
 use std::f64::consts::PI;
@@ -41,7 +43,7 @@ pub fn keeps(m: &Margins) -> bool {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let rows = all(&envelope())?;
     if let Some(folder) = &args.out {
-        figure()?.write(folder, "margins")?;
+        Figure::from(figure()?).write(folder, "margins")?;
     }
     let fine = rows.iter().all(|(_, m)| keeps(m));
     let least = |of: fn(&Margins) -> f64| rows.iter().map(|(_, m)| of(m)).fold(f64::INFINITY, f64::min);
@@ -57,10 +59,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         })).collect::<Vec<_>>(),
     });
     output.emit(&document, || {
-        let mut table = comfy_table::Table::new();
-        table.set_header(["wings", "pitch", "drive", "height", "speed", "gain", "phase", "delay"]);
+        let mut t = table(["wings", "pitch", "drive", "height", "speed", "gain", "phase", "delay"]);
         for (g, m) in &rows {
-            table.add_row([
+            t.add_row([
                 wings_name(g.wings).to_owned(),
                 format!("{:.0} deg", g.pitch_rad.to_degrees()),
                 format!("{:.0} cc", g.ballast_m3 * 1e6),
@@ -71,8 +72,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
                 format!("{:.1} cycles", m.delay_cycles),
             ]);
         }
-        println!("{table}");
-        println!("least {gain:.1} dB, {phase:.0} deg, {delay:.1} cycles; asked {GAIN_DB} dB, {PHASE_DEG} deg, {DELAY_CYCLES} cycles");
+        println!("{t}");
+        say(&format!("least {gain:.1} dB, {phase:.0} deg, {delay:.1} cycles; asked {GAIN_DB} dB, {PHASE_DEG} deg, {DELAY_CYCLES} cycles"));
     });
     Ok(if fine { Verdict::Ok } else { Verdict::Negative })
 }

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::{Output, Verdict};
+use crate::pages::figure::Figure;
 use crate::paper::claims::{self, Evidence};
 use crate::paper::{Finding, figures, plates, trials};
+use crate::terminal::{say, table};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -31,7 +33,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut files = Vec::new();
     if let Some(out) = &args.out {
         for (stem, chart) in figures::all(&evidence.trials)?.into_iter().chain(plates::charts()) {
-            chart.write(out, stem)?;
+            Figure::from(chart).write(out, stem)?;
             files.push(format!("{}.svg", out.join(stem).display()));
         }
         let page = crate::paper::page(&claims, &evidence.trials)?;
@@ -47,28 +49,24 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "figures": files,
     });
     output.emit(&document, || {
-        let mut t = comfy_table::Table::new();
-        t.set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
-        t.set_header(["#", "claim", "paper", "ours", "verdict", "why"]);
         for c in &claims {
-            t.add_row([c.id.to_string(), c.claim.into(), c.paper.into(), c.ours.clone(), c.verdict.word().into(), c.why.clone()]);
+            say(&format!("{:>2}  {}: {}", c.id, c.verdict.word(), c.claim));
+            say(&format!("    paper: {}; ours: {}", c.paper, c.ours));
+            say(&format!("    {}\n", c.why));
         }
-        println!("{t}");
-        let mut p = comfy_table::Table::new();
-        p.set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
-        p.set_header(plates::head());
+        let mut p = table(plates::head());
         plates::scores().iter().for_each(|s| {
             p.add_row(s.row());
         });
-        println!("Wing laws on measured rectangular plates: rms error over 3-20 deg; slope error by plate over 3-8 deg\n{p}");
-        println!(
+        say(&format!("Wing laws on measured rectangular plates: rms error over 3-20 deg; slope error by plate over 3-8 deg\n{p}"));
+        say(&format!(
             "{} reproduced, {} calibrated, {} contradicted",
             count(Finding::Reproduced),
             count(Finding::Calibrated),
             count(Finding::Contradicted)
-        );
+        ));
         for f in &files {
-            println!("wrote {f}");
+            say(&format!("wrote {f}"));
         }
     });
     Ok(Verdict::Ok)

@@ -4,7 +4,9 @@ use super::diagnose::{load, load_sound};
 use super::{Output, Verdict};
 use crate::flight::tables::TABLE_SPEED_M_S;
 use crate::flight::vehicles::{Model, wings_name};
-use crate::pages::plots::{Chart, Figure, Mark, histogram};
+use crate::pages::figure::Figure;
+use crate::pages::plots::{Chart, Mark, Paper, histogram};
+use crate::terminal::say;
 use crate::whole_file;
 use anyhow::{Context as _, bail, ensure};
 use discovery::Flight;
@@ -43,8 +45,11 @@ pub enum Kind {
   glider plot flight --flight trial_dir --out flight.png
   glider plot residual --flight trial_dir --vehicle new.json --out residual.svg
   glider plot residual --flight trial_dir --before old.json --vehicle new.json --out both.svg
+  glider plot residual --flight trial_dir --width column --out column.pdf
 
-The ending of --out decides: .svg or .png (figure with caption; the PNG is 2400 px wide), .csv or .json (the numbers of the same figure).
+The ending of --out decides: .svg, .pdf or .png (figure with caption), .csv or .json (the
+numbers of the same figure). With --width letters are of 7 points at that width, and a PNG
+has 300 dpi; without it the figure is for a screen, and the PNG is 2400 px wide.
 The figures of the source paper: glider paper --out DIR.")]
 pub struct Args {
     /// The figure.
@@ -62,9 +67,38 @@ pub struct Args {
     /// Wing set of a polar: standard or low-ar; default: both.
     #[arg(long, value_parser = ["standard", "low-ar"])]
     wings: Option<String>,
+    /// Width in print: column (84 mm), page (174 mm) or so many mm; default: for a screen.
+    #[arg(long, value_name = "column|page|MM", value_parser = width_mm)]
+    width: Option<f64>,
+    /// Height of a panel in print, mm; default: 0.65 of the width, at least 55.
+    #[arg(long, value_name = "MM", requires = "width", value_parser = height_mm)]
+    height: Option<f64>,
     /// Where the figure goes; the ending decides what it is.
-    #[arg(long, value_name = "FILE.svg|.png|.csv|.json")]
+    #[arg(long, value_name = "FILE.svg|.pdf|.png|.csv|.json")]
     out: PathBuf,
+}
+
+/// Widths of print that letters of 7 points leave room in, and that a PDF reader shows, mm.
+const WIDTHS_MM: std::ops::RangeInclusive<f64> = 60.0..=500.0;
+const HEIGHTS_MM: std::ops::RangeInclusive<f64> = 40.0..=500.0;
+
+/// Widths as journals of two columns have them (Springer, Elsevier: 84 to 90 and 174 to 190 mm), or a number.
+fn width_mm(word: &str) -> Result<f64, String> {
+    match word {
+        "column" => Ok(84.0),
+        "page" => Ok(174.0),
+        number => within(number, &WIDTHS_MM)
+            .ok_or_else(|| format!("column (84 mm), page (174 mm), or a number of mm from {} to {}", WIDTHS_MM.start(), WIDTHS_MM.end())),
+    }
+}
+
+fn height_mm(word: &str) -> Result<f64, String> {
+    within(word, &HEIGHTS_MM).ok_or_else(|| format!("a number of mm from {} to {}", HEIGHTS_MM.start(), HEIGHTS_MM.end()))
+}
+
+/// A number in a range, with or without its unit.
+fn within(word: &str, range: &std::ops::RangeInclusive<f64>) -> Option<f64> {
+    word.trim_end_matches("mm").trim().parse().ok().filter(|mm| range.contains(mm))
 }
 
 /// Runs the command.
@@ -75,19 +109,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let ending = args.out.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let name = args.out.display();
     match ending.as_str() {
-        "svg" | "png" | "csv" | "json" => {}
-        "" => bail!("{name}: has no ending; name a file that ends in .svg, .png, .csv or .json"),
-        other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .png, .csv or .json"),
+        "svg" | "pdf" | "png" | "csv" | "json" => {}
+        "" => bail!("{name}: has no ending; name a file that ends in .svg, .pdf, .png, .csv or .json"),
+        other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .pdf, .png, .csv or .json"),
     }
     let inputs: Vec<&Path> = [args.flight.as_deref(), args.vehicle.as_deref(), args.before.as_deref()].into_iter().flatten().collect();
     whole_file::may_write(&args.out, &inputs, &[], output.force)?;
     let figure = if args.kind == Kind::Polar { polar(args)? } else { flown(args)? };
-    let text = match ending.as_str() {
-        "svg" => figure.svg()?.into(),
-        "png" => figure.png()?,
-        "csv" => figure.csv().into(),
-        _ => format!("{:#}\n", figure.json()).into_bytes(),
-    };
+    let paper = args.width.map_or(Paper::SCREEN, |mm| Paper::printed(mm, args.height));
+    let text = figure.bytes(&ending, &paper)?;
     if let Some(folder) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
@@ -102,9 +132,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         .collect();
     let document = json!({
         "tool": env!("CARGO_PKG_VERSION"), "written": args.out, "format": ending, "bytes": text.len(),
-        "caption": figure.caption, "panels": panels,
+        "width_mm": paper.width_mm, "caption": figure.caption, "panels": panels,
     });
-    output.emit(&document, || println!("{name} ({} kB)\n{}", text.len().div_ceil(1000), figure.caption));
+    output.emit(&document, || say(&format!("{name} ({} kB)\n{}", text.len().div_ceil(1000), figure.caption)));
     Ok(Verdict::Ok)
 }
 
@@ -167,28 +197,45 @@ fn with_gaps(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Vec<(f64, f6
     out
 }
 
-/// Means over blocks: angle of attack (degrees) and residual (cm/s), dives and climbs apart.
-fn block_means(samples: &[Sample]) -> [Vec<(f64, f64)>; 2] {
+/// Largest |α| of a block that is drawn, degrees: beyond it the vehicle hardly moves, and has no angle of attack.
+const SLOWEST_DEG: f64 = 45.0;
+
+/// Means over blocks: angle of attack (degrees) and residual (cm/s), dives and climbs apart, and how many blocks lie beyond the axis.
+fn block_means(samples: &[Sample]) -> ([Vec<(f64, f64)>; 2], usize) {
     let key = |s: &Sample| (s.segment, (s.time_s / BLOCK_S).floor() as i64);
-    let mut out = [Vec::new(), Vec::new()];
+    let (mut out, mut beyond) = ([Vec::new(), Vec::new()], 0);
     for block in samples.chunk_by(|a, b| key(a) == key(b)) {
         let mean = |of: &dyn Fn(&Sample) -> f64| block.iter().map(of).sum::<f64>() / block.len() as f64;
         let climbs = mean(&|s| s.observed_m_s) < 0.0;
-        out[usize::from(climbs)].push((mean(&|s| s.alpha_rad.to_degrees()), mean(&|s| 100.0 * (s.observed_m_s - s.modelled_m_s))));
+        let alpha_deg = mean(&|s| s.alpha_rad.to_degrees());
+        if alpha_deg.abs() > SLOWEST_DEG {
+            beyond += 1;
+        } else {
+            out[usize::from(climbs)].push((alpha_deg, mean(&|s| 100.0 * (s.observed_m_s - s.modelled_m_s))));
+        }
     }
-    out
+    (out, beyond)
+}
+
+/// What a caption says of blocks that are not drawn.
+fn left_out(beyond: usize) -> String {
+    if beyond == 0 { String::new() } else { format!(" Left out: {beyond} beyond {SLOWEST_DEG:.0} deg.") }
 }
 
 /// The residual of two vehicle files against one flight.
 fn before_and_after(file: &Path, flight: &Flight, path: &Path, about: &str, after: &Comparison) -> anyhow::Result<Figure> {
     let (_, old) = load(path, Some(file))?;
     let before = compare(flight, &old);
-    let points = |samples: &[Sample]| block_means(samples).concat();
+    let ((old_points, old_beyond), (new_points, new_beyond)) = (block_means(&before.samples), block_means(&after.samples));
     let said = |what: &str, c: &Comparison| format!("{what}: {:.2} cm/s rms", 100.0 * c.rms_m_s);
     let panel = Chart::new("Residual before and after", "angle of attack of the model, deg", "measured minus modelled, cm/s")
-        .with(&said("before", &before), Mark::Points, points(&before.samples))
-        .with(&said("after", after), Mark::Points, points(&after.samples));
-    let caption = format!("{about}; before: {}. Points are {BLOCK_S} s means of the depth rate, positive down.", old.name);
+        .with(&said("before", &before), Mark::Points, old_points.concat())
+        .with(&said("after", after), Mark::Points, new_points.concat());
+    let caption = format!(
+        "{about}; before: {}. Points are {BLOCK_S} s means of the depth rate, positive down.{}",
+        old.name,
+        left_out(old_beyond + new_beyond)
+    );
     Ok(Figure { panels: vec![panel], caption })
 }
 
@@ -208,12 +255,15 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
     }
     Ok(match args.kind {
         Kind::Residual => {
-            let [dives, climbs] = block_means(&c.samples);
+            let ([dives, climbs], beyond) = block_means(&c.samples);
             let panel =
                 Chart::new("Residual against angle of attack", "angle of attack of the model, deg", "measured minus modelled, cm/s")
                     .with("dives", Mark::Points, dives)
                     .with("climbs", Mark::Points, climbs);
-            Figure { panels: vec![panel], caption: format!("{about}: {error}; points are {BLOCK_S} s means, positive down.") }
+            Figure {
+                panels: vec![panel],
+                caption: format!("{about}: {error}; points are {BLOCK_S} s means, positive down.{}", left_out(beyond)),
+            }
         }
         Kind::Histogram => {
             let (edge, bins) = HISTOGRAM_DEG;

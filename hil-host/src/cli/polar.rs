@@ -12,7 +12,9 @@ use signals::Wings;
 use super::{Output, Verdict};
 use crate::flight::tables::TABLE_SPEED_M_S;
 use crate::flight::vehicles::{Model, sea_name, wings_name};
+use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark};
+use crate::terminal::{say, table};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -107,7 +109,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         chart.with(&c.model.name, Mark::Line, c.rows.iter().map(|r| (r[0], r[3])))
     });
     if let Some(out) = &args.out {
-        chart.write(out, "polar")?;
+        Figure::from(chart).write(out, "polar")?;
     }
     let document = json!({
         "tool": env!("CARGO_PKG_VERSION"),
@@ -156,27 +158,26 @@ fn curve(model: Model, args: &Args) -> Curve {
 
 fn print(curves: &[Curve]) {
     for c in curves {
-        println!(
+        say(&format!(
             "{} ({} wings), coefficients on {:.4} m2, valid to {:.1} deg",
             c.model.name,
             wings_name(c.model.wings),
             c.model.reference_area_m2(),
             c.model.alpha_valid_rad().to_degrees()
-        );
-        let mut t = comfy_table::Table::new();
-        t.set_header(["alpha deg", "C_L", "C_D", "L/D", "lift of wings %"]);
+        ));
+        let mut t = table(["alpha deg", "C_L", "C_D", "L/D", "lift of wings %"]);
         for [a, cl, cd, ld, share] in &c.rows {
             let mark = if *a > c.model.alpha_valid_rad().to_degrees() + 1e-9 { " (outside valid range)" } else { "" };
             let share = if share.is_finite() { format!("{:.1}", 100.0 * share) } else { "–".into() };
             t.add_row([format!("{a:.2}{mark}"), format!("{cl:.4}"), format!("{cd:.4}"), format!("{ld:.3}"), share]);
         }
         println!("{t}");
-        println!(
+        say(&format!(
             "(L/D)max {:.3} at alpha {:.2} deg: least glide angle {:.2} deg, pitch {:.2} deg\n",
             c.best.l_over_d,
             c.best.alpha_rad.to_degrees(),
             c.best.glide_angle_rad.to_degrees(),
             c.best.pitch_rad.to_degrees()
-        );
+        ));
     }
 }

@@ -2,8 +2,9 @@
 
 use super::diagnose::bar;
 use super::{Output, Verdict};
-use crate::pages::plots::{Chart, Figure, Mark};
-use crate::terminal::{meant_path, rounded, table, wrapped};
+use crate::pages::figure::Figure;
+use crate::pages::plots::{Chart, Mark, Paper};
+use crate::terminal::{meant_path, rounded, say, table, wrapped};
 use crate::whole_file;
 use anyhow::{Context as _, bail};
 use discovery::diagnosis::report::number;
@@ -26,7 +27,7 @@ The vehicle file is best one that glider calibrate wrote: levels are relative to
 
 A PATH is a flight directory (flight.csv), a csv, a glider's own files as glider import takes them, or a folder of flight directories,
 taken in the order of their names. Each dive (or segment with its yos) is one point.
-The ending of --out decides: .svg, .png (figure), .csv, .json, .parquet (one row a dive). It may be given more than once.
+The ending of --out decides: .svg, .pdf, .png (figure), .csv, .json, .parquet (one row a dive). It may be given more than once.
 Exit code 0: nothing changed; 1: a change is named; 2: bad input.")]
 pub struct Args {
     /// Flights of one mission, in order.
@@ -70,7 +71,7 @@ fn read(path: &Path) -> anyhow::Result<Flight> {
 }
 
 /// Endings of `--out`.
-const ENDINGS: [&str; 5] = ["svg", "png", "csv", "json", "parquet"];
+const ENDINGS: [&str; 6] = ["svg", "pdf", "png", "csv", "json", "parquet"];
 
 /// Runs the command.
 ///
@@ -117,8 +118,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 fn write(out: &Path, done: &Timeline) -> anyhow::Result<()> {
     let ending = out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let bytes: Vec<u8> = match ending.as_str() {
-        "svg" => figure(done).svg()?.into(),
-        "png" => figure(done).png()?,
+        "svg" | "pdf" | "png" => figure(done).bytes(&ending, &Paper::SCREEN)?,
         "csv" => rows_csv(done).into(),
         "parquet" => {
             let mut bytes = Vec::new();
@@ -277,7 +277,7 @@ const SHOWN: usize = 40;
 
 fn said(done: &Timeline, out: &[PathBuf]) {
     for note in &done.notes {
-        println!("{}", wrapped(&format!("Note: {note}"), 6));
+        say(&wrapped(&format!("Note: {note}"), 6));
     }
     let mut t = table(["dive", "day", "m", "drag, %", "lift, %", "trim, cc", "pitch, °", "hull, %"]);
     let every = done.rows.len().div_ceil(SHOWN).max(1);
@@ -298,31 +298,31 @@ fn said(done: &Timeline, out: &[PathBuf]) {
             cell(4),
         ]);
     }
-    println!(
+    say(&format!(
         "{t}\npitch: zero of the sensor; hull: compressibility; levels relative to the vehicle file, ± 90 %{}",
         if every > 1 { format!("; every {every}th dive") } else { String::new() }
-    );
+    ));
+    say(&format!(
+        "False alarms expected in {} dives: {:.2} (threshold {:.2} sigma)",
+        done.rows.len(),
+        done.expected_false_alarms,
+        done.threshold
+    ));
+    for path in out {
+        say(&path.display().to_string());
+    }
     if done.events.is_empty() {
-        println!("No change is named.");
+        say("No change is named.");
     }
     for e in &done.events {
-        println!("{}", wrapped(&sentence(e), 2));
-        println!("{}", wrapped(&format!("  {}", e.change.kind.about), 2));
+        say(&wrapped(&sentence(e), 2));
+        say(&wrapped(&format!("  {}", e.change.kind.about), 2));
         if !e.others.is_empty() {
             let others = e.others.iter().map(|(c, size)| {
                 let t = &TRACKED[c.kind.number];
                 format!("{} ({})", c.kind.name, with_interval(size, t.unit))
             });
-            println!("{}", wrapped(&format!("  not distinguished from it: {}", others.collect::<Vec<_>>().join("; ")), 2));
+            say(&wrapped(&format!("  not distinguished from it: {}", others.collect::<Vec<_>>().join("; ")), 2));
         }
-    }
-    println!(
-        "False alarms expected in {} dives: {:.2} (threshold {:.2} sigma)",
-        done.rows.len(),
-        done.expected_false_alarms,
-        done.threshold
-    );
-    for path in out {
-        println!("{}", path.display());
     }
 }

@@ -13,7 +13,9 @@
 pub mod control_scorecard;
 pub mod diagnosis_scorecard;
 pub mod effect_list;
+pub mod figure;
 pub mod flight_report;
+mod pdf;
 pub mod plots;
 pub mod real_scorecard;
 

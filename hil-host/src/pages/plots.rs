@@ -1,37 +1,26 @@
-//! Charts for papers: lines, points and histograms with labelled axes, as SVG, PNG, csv and JSON of the same numbers.
+//! Charts for papers: lines, points and histograms with labelled axes, and their numbers as csv and JSON.
 //!
 //! Colours are the eight of Okabe & Ito, which people with any common colour blindness can tell apart; series also differ
-//! in mark or dash. Drawn by `plotters` (MIT, SVG backend only); a PNG is that same SVG put into pixels by `resvg`, set in
-//! Noto Sans, which the program carries: the picture is the same on every machine.
+//! in mark or dash. Drawn by `plotters` (MIT, SVG backend only); files of them: [`crate::pages::figure`].
 
 use std::fmt::Write as _;
-use std::path::Path;
-use std::sync::Arc;
 
-use anyhow::{Context as _, anyhow};
+use anyhow::anyhow;
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use resvg::{tiny_skia, usvg};
 use serde_json::{Value, json};
 
 /// Okabe–Ito palette, in the order series take them.
 pub const PALETTE: [(u8, u8, u8); 7] =
     [(0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (230, 159, 0), (0, 0, 0)];
 
-/// Width and height, px.
-const SIZE: (u32, u32) = (800, 520);
-
 /// Units of drawing in one px: the backend knows only whole units, and lines drawn in whole px are kinked.
 const FINE: u32 = 4;
 
 /// A length of `px` in units of drawing.
-const fn u(px: u32) -> u32 {
+#[must_use]
+pub const fn units(px: u32) -> u32 {
     px * FINE
-}
-
-/// The same with a sign, for coordinates.
-const fn i(px: i32) -> i32 {
-    px * FINE as i32
 }
 
 /// A tick label: as many decimals as the number has, no more.
@@ -41,8 +30,50 @@ fn tick(v: &f64) -> String {
     format!("{}", rounded + 0.0)
 }
 
-/// Pixels of a PNG for one of the SVG: 2400 across, 300 dpi over the 20 cm of a full page.
-const PNG_SCALE: u32 = 3;
+/// How large a figure is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paper {
+    /// Width of the figure and height of each panel, px of 1/96 inch.
+    pub px: (u32, u32),
+    /// Size of letters, marks and lines, of those on a screen.
+    pub letters: f64,
+    /// Pixels of a PNG for a px.
+    pub pixels: f32,
+    /// Width in print, mm; none: on a screen.
+    pub width_mm: Option<f64>,
+}
+
+/// Height of a panel over its width, unless it is asked for.
+const SHAPE: f64 = 0.65;
+/// Letters in print over those on a screen: axis numbers of 7 pt, the least that journals take.
+const PRINTED: f64 = 0.827;
+/// Resolution of a PNG in print, dots per inch.
+const DPI: f64 = 300.0;
+
+impl Paper {
+    /// For a page or a slide: 800 px; as PNG 2400, which is 300 dpi over 20 cm.
+    pub const SCREEN: Self = Self { px: (800, 520), letters: 1.0, pixels: 3.0, width_mm: None };
+
+    /// Of a width in print, and of a height of each panel or the usual shape.
+    #[must_use]
+    pub fn printed(width_mm: f64, height_mm: Option<f64>) -> Self {
+        let px = |mm: f64| (mm / 25.4 * 96.0).round() as u32;
+        let height_mm = height_mm.unwrap_or((SHAPE * width_mm).clamp(55.0, 110.0));
+        Self { px: (px(width_mm), px(height_mm)), letters: PRINTED, pixels: (DPI / 96.0) as f32, width_mm: Some(width_mm) }
+    }
+
+    /// A length of so many px on a screen, in units of drawing.
+    #[must_use]
+    pub fn u(&self, px: u32) -> u32 {
+        (f64::from(units(px)) * self.letters).round() as u32
+    }
+
+    /// The same with a sign, for coordinates.
+    #[must_use]
+    pub fn i(&self, px: i32) -> i32 {
+        px.signum() * self.u(px.unsigned_abs()) as i32
+    }
+}
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,19 +150,14 @@ impl Chart {
         (if zero && low == 0.0 { 0.0 } else { low - pad }, high + pad)
     }
 
-    /// The chart as SVG text.
-    ///
-    /// # Errors
-    /// What the drawing library said.
-    pub fn svg(&self) -> anyhow::Result<String> {
-        Figure { panels: vec![self.clone()], caption: String::new() }.svg()
-    }
-
     /// The corner where the legend covers the fewest points.
-    fn free_corner(&self, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
+    /// How many it covers, and its share of the chart's height.
+    fn free_corner(&self, paper: &Paper, x: (f64, f64), y: (f64, f64)) -> (SeriesLabelPosition, usize, f64) {
         let letters = self.series.iter().map(|s| s.name.chars().count() + 9 * usize::from(s.mark == Mark::Dashed)).max().unwrap_or(0);
-        // Shares of the chart: 8 px a letter and 60 px of marks and margins in 700; 18 px a line and 16 px of margins in 430.
-        let (wide, high) = ((60.0 + 8.0 * letters as f64) / 700.0, (16.0 + 18.0 * self.series.len() as f64) / 430.0);
+        // Shares of the chart: 8 px a letter and 60 px of marks and margins; 18 px a line and 16 px of margins.
+        let share = |px: f64, of: u32, margins: f64| px * paper.letters / (f64::from(of) - margins * paper.letters);
+        let wide = share(60.0 + 8.0 * letters as f64, paper.px.0, 100.0);
+        let high = share(16.0 + 18.0 * self.series.len() as f64, paper.px.1, 90.0);
         let covered = |right: bool, top: bool| {
             let inside = |p: &&(f64, f64)| {
                 let (across, up) = ((p.0 - x.0) / (x.1 - x.0), (p.1 - y.0) / (y.1 - y.0));
@@ -142,13 +168,27 @@ impl Chart {
         };
         use SeriesLabelPosition::{LowerLeft, LowerRight, UpperLeft, UpperRight};
         let corners = [(UpperRight, true, true), (UpperLeft, false, true), (LowerRight, true, false), (LowerLeft, false, false)];
-        corners.into_iter().min_by_key(|(_, right, top)| covered(*right, *top)).map_or(UpperRight, |c| c.0)
+        let counted = corners.map(|(place, right, top)| (place, covered(right, top), high));
+        counted.into_iter().min_by_key(|c| c.1).unwrap_or((UpperRight, 0, high))
     }
 
-    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> anyhow::Result<()> {
+    /// Draws it into an area.
+    ///
+    /// # Errors
+    /// What the drawing library said.
+    pub fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>, paper: &Paper) -> anyhow::Result<()> {
+        let u = |px| paper.u(px);
+        let [five, eight, nine, eighteen] = [5, 8, 9, 18].map(|px| paper.i(px));
+        let (dot, dot_shown) = (u(2), u(3));
         let bars = self.series.iter().any(|s| s.mark == Mark::Bars);
         let (x0, x1) = self.x_range.unwrap_or_else(|| self.range(|p| p.0, false));
         let (y0, y1) = self.y_range.unwrap_or_else(|| self.range(|p| p.1, bars));
+        // In print, where letters take much of the chart, a legend that would cover points gets room above them.
+        let (mut y1, mut legend) = (y1, self.free_corner(paper, (x0, x1), (y0, y1)));
+        if paper.width_mm.is_some() && self.y_range.is_none() && self.series.len() > 1 && legend.1 > 0 {
+            y1 += (y1 - y0) * legend.2 / (1.0 - legend.2.min(0.6));
+            legend = self.free_corner(paper, (x0, x1), (y0, y1));
+        }
         let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing `{}`: {e}", self.title);
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", u(20)))
@@ -157,8 +197,12 @@ impl Chart {
             .y_label_area_size(u(64))
             .build_cartesian_2d(x0..x1, y0..y1)
             .map_err(said)?;
+        // As many numbers as fit beside each other.
+        let numbers = |px: u32, each: f64| (f64::from(px) / (each * paper.letters) - 1.4).clamp(2.0, 11.0) as usize;
         chart
             .configure_mesh()
+            .x_labels(numbers(paper.px.0, 64.0))
+            .y_labels(numbers(paper.px.1, 40.0))
             .x_desc(&self.x)
             .y_desc(&self.y)
             .x_label_formatter(&tick)
@@ -177,7 +221,7 @@ impl Chart {
             let finite = s.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
             let runs: Vec<Vec<(f64, f64)>> =
                 s.points.split(|p| !(p.0.is_finite() && p.1.is_finite())).filter(|r| !r.is_empty()).map(<[(f64, f64)]>::to_vec).collect();
-            let legend_line = move |(x, y): (i32, i32)| PathElement::new([(x, y), (x + i(18), y)], colour.stroke_width(u(2)));
+            let legend_line = move |(x, y): (i32, i32)| PathElement::new([(x, y), (x + eighteen, y)], colour.stroke_width(dot));
             match s.mark {
                 Mark::Line => {
                     for (k, run) in runs.into_iter().enumerate() {
@@ -189,7 +233,7 @@ impl Chart {
                 }
                 Mark::Dashed => {
                     for (k, run) in runs.into_iter().enumerate() {
-                        let drawn = chart.draw_series(DashedLineSeries::new(run, u(8), u(5), colour.stroke_width(u(2)))).map_err(said)?;
+                        let drawn = chart.draw_series(DashedLineSeries::new(run, eight, five, colour.stroke_width(u(2)))).map_err(said)?;
                         if k == 0 {
                             drawn.label(format!("{} (dashed)", s.name)).legend(legend_line);
                         }
@@ -197,10 +241,10 @@ impl Chart {
                 }
                 Mark::Points => {
                     chart
-                        .draw_series(finite.map(|p| Circle::new(p, u(2), colour.mix(0.6).filled())))
+                        .draw_series(finite.map(|p| Circle::new(p, dot, colour.mix(0.6).filled())))
                         .map_err(said)?
                         .label(&s.name)
-                        .legend(move |(x, y)| Circle::new((x + i(9), y), u(3), colour.filled()));
+                        .legend(move |(x, y)| Circle::new((x + nine, y), dot_shown, colour.filled()));
                 }
                 Mark::Bars => {
                     let half = half_width(&s.points);
@@ -208,14 +252,14 @@ impl Chart {
                         .draw_series(finite.map(|(x, y)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.45).filled())))
                         .map_err(said)?
                         .label(&s.name)
-                        .legend(move |(x, y)| Rectangle::new([(x, y - i(5)), (x + i(18), y + i(5))], colour.mix(0.45).filled()));
+                        .legend(move |(x, y)| Rectangle::new([(x, y - five), (x + eighteen, y + five)], colour.mix(0.45).filled()));
                 }
             }
         }
         if self.series.len() > 1 {
             chart
                 .configure_series_labels()
-                .position(self.free_corner((x0, x1), (y0, y1)))
+                .position(legend.0)
                 .margin(u(8))
                 .legend_area_size(u(26))
                 .background_style(WHITE.mix(0.85))
@@ -250,127 +294,6 @@ impl Chart {
             "y": s.points.iter().map(|p| p.1).collect::<Vec<_>>(),
         })).collect::<Vec<_>>()})
     }
-
-    /// Writes `stem`.svg, .png, .csv and .json into a folder, which is made if it is not there.
-    ///
-    /// # Errors
-    /// The folder or a file cannot be written.
-    pub fn write(&self, folder: &Path, stem: &str) -> anyhow::Result<()> {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        let svg = self.svg()?;
-        let png = png(&svg)?;
-        for (end, bytes) in [("svg", svg.into()), ("png", png), ("csv", self.csv().into()), ("json", format!("{:#}\n", self.json()).into())]
-        {
-            let path = folder.join(format!("{stem}.{end}"));
-            crate::whole_file::write(&path, bytes).with_context(|| path.display().to_string())?;
-        }
-        Ok(())
-    }
-}
-
-/// Puts SVG text of this room into pixels.
-///
-/// # Errors
-/// The text is no SVG, or the picture does not fit into memory.
-pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
-    let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_font_data(ttf_noto_sans::REGULAR.to_vec());
-    fonts.set_sans_serif_family("Noto Sans");
-    let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
-    let tree = usvg::Tree::from_str(svg, &options).context("reading back a figure")?;
-    let size = tree.size().to_int_size().scale_by(PNG_SCALE as f32).context("a figure without size")?;
-    let mut pixels = tiny_skia::Pixmap::new(size.width(), size.height()).context("a figure too large for memory")?;
-    let scale = tiny_skia::Transform::from_scale(PNG_SCALE as f32, PNG_SCALE as f32);
-    resvg::render(&tree, scale, &mut pixels.as_mut());
-    pixels.encode_png().context("encoding a PNG")
-}
-
-/// Height of one line of a caption, px, and about how many characters fit in it.
-const CAPTION: (u32, usize) = (19, 108);
-
-/// Charts below each other with one caption.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
-    /// From top to bottom.
-    pub panels: Vec<Chart>,
-    /// What it shows, for the reader of a paper; may be empty.
-    pub caption: String,
-}
-
-impl Figure {
-    fn caption_lines(&self) -> Vec<String> {
-        let mut lines: Vec<String> = Vec::new();
-        for word in self.caption.split_whitespace() {
-            match lines.last_mut() {
-                Some(l) if l.chars().count() + 1 + word.chars().count() <= CAPTION.1 => {
-                    l.push(' ');
-                    l.push_str(word);
-                }
-                _ => lines.push(word.to_owned()),
-            }
-        }
-        lines
-    }
-
-    /// The figure as SVG text.
-    ///
-    /// # Errors
-    /// What the drawing library said.
-    pub fn svg(&self) -> anyhow::Result<String> {
-        let lines = self.caption_lines();
-        let charts = SIZE.1 * self.panels.len() as u32;
-        let foot = if lines.is_empty() { 0 } else { 14 + CAPTION.0 * lines.len() as u32 };
-        let (wide, high) = (SIZE.0, charts + foot);
-        let mut text = String::new();
-        {
-            let root = SVGBackend::with_string(&mut text, (u(wide), u(high))).into_drawing_area();
-            let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing a figure: {e}");
-            root.fill(&WHITE).map_err(said)?;
-            let (upper, _) = root.split_vertically(u(charts));
-            for (chart, area) in self.panels.iter().zip(upper.split_evenly((self.panels.len().max(1), 1))) {
-                chart.draw(&area)?;
-            }
-            let style = ("sans-serif", u(15)).into_text_style(&root);
-            for (y, line) in (charts..).step_by(CAPTION.0 as usize).zip(&lines) {
-                root.draw_text(line, &style, (i(20), i(y as i32))).map_err(said)?;
-            }
-            root.present().map_err(said)?;
-        }
-        // As large as meant, in the units it was drawn in.
-        let drawn = format!("width=\"{}\" height=\"{}\"", u(wide), u(high));
-        Ok(text.replacen(&drawn, &format!("width=\"{wide}\" height=\"{high}\""), 1))
-    }
-
-    /// The figure as PNG.
-    ///
-    /// # Errors
-    /// What the drawing library said.
-    pub fn png(&self) -> anyhow::Result<Vec<u8>> {
-        png(&self.svg()?)
-    }
-
-    /// The numbers as csv: of one panel as [`Chart::csv`], of several with a column for the panel.
-    #[must_use]
-    pub fn csv(&self) -> String {
-        if let [only] = self.panels.as_slice() {
-            return only.csv();
-        }
-        let mut out = String::from("panel,series,x,y\n");
-        for chart in &self.panels {
-            let panel = format!("{}: {} over {}", chart.title, chart.y, chart.x).replace(", ", " in ").replace(',', ";");
-            for line in chart.csv().lines().skip(1) {
-                // Writing to a String cannot fail.
-                let _ = writeln!(out, "{panel},{line}");
-            }
-        }
-        out
-    }
-
-    /// The numbers as JSON.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        json!({"caption": self.caption, "panels": self.panels.iter().map(Chart::json).collect::<Vec<_>>()})
-    }
 }
 
 /// Histogram of values as (bin centre, share of all values), over `[low, high)` in `bins` equal bins.
@@ -403,57 +326,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_chart_names_its_axes_series_and_survives_gaps() {
-        let c = Chart::new("T", "angle of attack, deg", "L/D, 1")
-            .with("a & b", Mark::Line, [(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0), (3.0, 4.0)])
-            .with("points", Mark::Points, [(0.0, 1.0)])
-            .with("bars", Mark::Bars, histogram(&[0.1, 0.2, 0.7], 0.0, 1.0, 2));
-        let svg = c.svg().unwrap();
-        for want in ["<svg", "angle of attack, deg", "L/D, 1", "points", "a &amp; b"] {
-            assert!(svg.contains(want), "{want}");
-        }
-        assert!(!svg.contains("NaN"));
-        assert!(svg.contains("width=\"800\" height=\"520\" viewBox=\"0 0 3200 2080\""), "{}", &svg[..200]);
-        assert!(c.csv().starts_with("series,angle of attack in deg,L/D in 1\na & b,0,1\n"));
-        assert!(c.json()["series"][0]["y"][1].is_null());
-        assert!(Chart::new("empty", "x", "y").svg().unwrap().contains("</svg>"));
-    }
-
-    #[test]
-    fn a_figure_has_its_caption_and_every_panel() {
-        let panel = |t: &str| Chart::new(t, "time, s", "depth, m").with("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)]);
-        let caption = "word ".repeat(40);
-        let f = Figure { panels: vec![panel("upper"), panel("lower").within(None, Some((3.0, 0.0)))], caption };
-        let svg = f.svg().unwrap();
-        assert!(svg.contains("upper") && svg.contains("lower") && svg.contains("word word"), "{svg}");
-        assert_eq!(f.caption_lines().len(), 2);
-        assert_eq!(f.csv().lines().count(), 5);
-        assert_eq!(f.json()["panels"][1]["title"], "lower");
-    }
-
-    #[test]
     fn the_legend_goes_where_nothing_is_drawn() {
         let rising = Chart::new("T", "x", "y").with("a", Mark::Line, (0..100).map(|i| (f64::from(i), f64::from(i))));
-        assert!(matches!(rising.free_corner((0.0, 99.0), (0.0, 99.0)), SeriesLabelPosition::UpperLeft));
+        assert!(matches!(rising.free_corner(&Paper::SCREEN, (0.0, 99.0), (0.0, 99.0)).0, SeriesLabelPosition::UpperLeft));
         let falling = Chart::new("T", "x", "y").with("a", Mark::Line, (0..100).map(|i| (f64::from(i), f64::from(-i))));
-        assert!(matches!(falling.free_corner((0.0, 99.0), (-99.0, 0.0)), SeriesLabelPosition::UpperRight));
+        assert!(matches!(falling.free_corner(&Paper::SCREEN, (0.0, 99.0), (-99.0, 0.0)).0, SeriesLabelPosition::UpperRight));
         assert_eq!([-0.0, 5.0, 0.1 + 0.2, -2.5, 35_000.0].map(|v| tick(&v)), ["0", "5", "0.3", "-2.5", "35000"]);
-    }
-
-    #[test]
-    fn a_png_has_its_size_its_colours_and_its_letters() {
-        let figure = |title: &str| Figure {
-            panels: vec![Chart::new(title, "α, deg", "L/D, 1").with("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)])],
-            caption: "One line.".into(),
-        };
-        let pixels = |title: &str| tiny_skia::Pixmap::decode_png(&figure(title).png().unwrap()).unwrap();
-        let p = pixels("Title");
-        assert_eq!((p.width(), p.height()), (3 * 800, 3 * (520 + 14 + 19)));
-        let of = |(r, g, b): (u8, u8, u8)| p.pixels().iter().filter(|q| (q.red(), q.green(), q.blue()) == (r, g, b)).count();
-        assert!(of(PALETTE[0]) > 1000, "the line in its colour");
-        assert!(of((255, 255, 255)) > p.pixels().len() / 2, "white ground");
-        let ink = |p: &tiny_skia::Pixmap| p.pixels().iter().filter(|q| q.red() < 64 && q.green() < 64 && q.blue() < 64).count();
-        assert!(ink(&pixels("Titles of more letters")) > ink(&p) + 500, "letters are drawn");
     }
 
     #[test]

@@ -249,7 +249,7 @@ mod tests {
     fn every_row_has_a_cell_for_every_head_and_every_chart_draws() {
         assert!(scores().iter().all(|s| s.row().len() == head().len()));
         for (stem, chart) in charts() {
-            assert!(chart.svg().unwrap().len() > 3000, "{stem}");
+            assert!(crate::pages::figure::Figure::from(chart).svg(&crate::pages::plots::Paper::SCREEN).unwrap().len() > 3000, "{stem}");
         }
     }
 }

@@ -42,6 +42,23 @@ fn folder() -> Folder {
     put("config.toml", "crush_depht_m = 10\n");
     put("table.bin", "not a table");
     put("notes.txt", "nothing to fly");
+    put("unit.toml", "[[leg]]\ndepth_max_m = \"20 m\"\n");
+    put("percent.toml", "[[effects]]\nkind = \"stall\"\nvalue = \"40 %\"\n");
+    put("kilograms/flight.csv", &csv);
+    let first = vehicle.find("\"mass_kg\":").expect("a mass") + "\"mass_kg\":".len();
+    let rest = vehicle[first..].trim_start_matches([' ', '.', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9']);
+    put("kilograms/vehicle.json", &format!("{} \"60 kg\"{rest}", &vehicle[..first]));
+    // Cut in the middle, as by a full disk or a lost line.
+    put("cut/flight.csv", &csv[..csv.len() / 2]);
+    put("cut/vehicle.json", &vehicle[..vehicle.len() / 2]);
+    put("header/flight.csv", &csv[..40]);
+    put("header/vehicle.json", &vehicle);
+    assert_eq!(glider(&["export", "flight", "--to", "netcdf", "--out", "whole.nc"], work).0, 0);
+    let whole = std::fs::read(work.join("whole.nc")).expect("written above");
+    std::fs::write(work.join("cut.nc"), &whole[..whole.len() / 3]).expect("a cut file");
+    assert_eq!(glider(&["table", "--out", "table"], work).0, 0);
+    let table = std::fs::read(work.join("table/standard.bin")).expect("written above");
+    std::fs::write(work.join("cut.bin"), &table[..table.len() / 2]).expect("a cut file");
     folder
 }
 
@@ -117,7 +134,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("fly --log flight", &["flight"]),
     ("diagnose --flight flight --depth 4", &["2..=3"]),
     ("serve --port 99999", &["port"]),
-    ("plot polar --out polar.pdf", &[".svg"]),
+    ("plot polar --out polar.eps", &[".svg", ".pdf"]),
     ("plot polar --out polar", &["ending"]),
     ("plot residual --out r.svg", &["--flight"]),
     ("plot flight --flight flight --before flight/vehicle.json --out r.svg", &["--before belongs to a residual"]),
@@ -137,7 +154,47 @@ const WRONG: &[(&str, &[&str])] = &[
     ("timeline flight --vehicle flight/vehicle.json --dives-per-alarm 0", &["1000 is usual"]),
     ("scorecard timeline --only drg", &["drag", "leak"]),
     ("--jsn", &["--json"]),
+    // cannot be written: a file stands where a folder should
+    ("plot polar --out notes.txt/p.svg", &["notes.txt"]),
+    ("plot polar --out notes.txt/p.pdf", &["notes.txt"]),
+    ("report --flight flight --out notes.txt/r.html", &["notes.txt"]),
+    ("fly --log notes.txt/log", &["notes.txt"]),
+    ("export flight --to csv --out notes.txt/f.csv", &["notes.txt"]),
+    ("table --out notes.txt/table", &["notes.txt"]),
+    ("polar --out notes.txt/polar", &["notes.txt"]),
+    ("import whole.nc --out notes.txt/x", &["notes.txt"]),
+    ("diagnose --quick --flight flight --predict notes.txt/p.csv", &["notes.txt"]),
+    // with a wrong unit, or one too many
+    ("fly --mission unit.toml", &["unit.toml:2:15", "20 m", "a number"]),
+    ("fly --truth percent.toml", &["percent.toml", "value"]),
+    ("compare --flight kilograms", &["vehicle.json", "mass_kg"]),
+    ("fly --realtime 10x", &["--realtime"]),
+    ("fly --seed 1e3", &["seed"]),
+    ("plot polar --width 8cm --out p.svg", &["column (84 mm)", "mm"]),
+    ("plot polar --width 20 --out p.svg", &["from 60"]),
+    ("plot polar --height 60 --out p.svg", &["--width"]),
+    // cut in the middle
+    ("compare --flight cut", &["flight.csv, line", "cut off"]),
+    ("compare --flight cut --vehicle flight/vehicle.json", &["flight.csv"]),
+    ("compare --flight header", &["flight.csv"]),
+    ("import cut.nc --out x", &["cut.nc"]),
+    ("fly --table cut.bin", &["cut.bin"]),
+    // watched
+    ("monitor alone/..", &["no flight is logged", "glider fly"]),
+    ("monitor flight --log x", &["serial port"]),
+    ("monitor flight --flight-log x", &["serial port"]),
 ];
+
+#[test]
+fn a_port_that_is_taken_is_named_with_the_way_out() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = taken.local_addr().expect("bound").port().to_string();
+    let (code, text) = glider(&["serve", "--port", &port], &std::env::temp_dir());
+    assert!(code == 2 && text.contains(&port) && text.contains("--port"), "{code}: {text}");
+    // A port that is not there is no reason to speak of seats where there are none.
+    let (code, text) = glider(&["monitor", "/dev/no-such-port"], &std::env::temp_dir());
+    assert!(code == 2 && !text.contains("--seat"), "{code}: {text}");
+}
 
 #[test]
 fn every_wrong_use_is_answered_with_the_remedy_and_exit_code_2() {

@@ -3,7 +3,7 @@
 use super::add::write_vehicle;
 use super::diagnose::{bar, load};
 use super::{Output, Verdict};
-use crate::terminal::{rounded, table, wrapped};
+use crate::terminal::{rounded, say, table, wrapped};
 use crate::whole_file;
 use anyhow::Context as _;
 use comfy_table::Table;
@@ -101,7 +101,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
         println!("{}\n", numbers(&done.numbers));
         println!("{}", flights_table(&done));
-        println!("errors: block depth-rate errors in cm/s, as given > calibrated; the floor is what water and sensors alone would leave");
+        say("errors: block depth-rate errors in cm/s, as given > calibrated; the floor is what water and sensors alone would leave");
         println!("Calibrated vehicle file: {}", args.out.display());
     });
     Ok(if worse(&done) { Verdict::Negative } else { Verdict::Ok })

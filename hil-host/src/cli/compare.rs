@@ -2,7 +2,7 @@
 
 use super::diagnose::load_sound;
 use super::{Output, Verdict};
-use crate::terminal::{Ladder, place, table, wrapped};
+use crate::terminal::{Ladder, place, say, table, wrapped};
 use anyhow::Context as _;
 use discovery::diagnosis::report;
 use discovery::record::csv;
@@ -102,14 +102,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 
 /// The steps and what the other flight says of each effect, for a person.
 fn show(found: &HeldOut) {
-    println!("Steady glides: rms error of vertical velocity, cm/s.");
+    say("Steady glides: rms error of vertical velocity, cm/s.");
     let mut steps = table(["step", "fitted flight", "other flight"]);
     for step in &found.ladder {
         let other = step.test_rms_cm_s.map_or_else(String::new, |e| format!("{e:.2}"));
         steps.add_row([step.title.to_owned(), format!("{:.2}", step.rms_cm_s), other]);
     }
-    println!("{steps}");
-    println!("What the other flight asks for ({} legs):", found.legs);
+    say(&format!("{steps}"));
+    say(&format!("What the other flight asks for ({} legs):", found.legs));
     let mut sets = table(["effects beside drag and trim", "fitted flight", "other flight", "worse than the best, standard errors"]);
     for set in &found.sets {
         sets.add_row([
@@ -119,15 +119,15 @@ fn show(found: &HeldOut) {
             format!("{:.1}{}", set.t, if set.as_good { ": as good" } else { "" }),
         ]);
     }
-    println!("{sets}");
+    say(&format!("{sets}"));
     let named: Vec<String> = found.named.iter().map(|n| names(n)).collect();
-    println!(
+    say(&format!(
         "Named: {}. With the first {:.2} cm/s on the fitted flight, {:.2} cm/s on the other.",
         named.join("; not distinguished from it: "),
         found.fitted_cm_s,
         found.test_cm_s
-    );
-    println!("Values are of the fitted flight alone; the set was chosen on the other.");
+    ));
+    say("Values are of the fitted flight alone; the set was chosen on the other.");
 }
 
 fn names(effects: &[&str]) -> String {

@@ -4,8 +4,8 @@ use super::{Output, Verdict};
 use crate::campaign::lattice::{Case, SETS, broken, cases, drawn, spread, twins};
 use crate::campaign::{self, Summary, through_seat};
 use crate::seats::Choice;
+use crate::terminal::table;
 use anyhow::{Context, bail};
-use comfy_table::Table;
 use control::mutant::Mutant;
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressIterator, ProgressStyle};
 use rayon::prelude::*;
@@ -258,14 +258,13 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
             latencies.entry(name).or_default().push(after);
         }
     }
-    let mut table = Table::new();
-    table.set_header(["fault in", "missions", "safe", "aborted", "not as expected", "median latency, s"]);
+    let mut t = table(["fault in", "missions", "safe", "aborted", "not as expected", "median latency, s"]);
     for (name, [missions, safe, aborted, unmet]) in targets {
         let median = latencies.get_mut(name).map(|l| {
             l.sort_by(f64::total_cmp);
             l.get(l.len() / 2).copied().unwrap_or(f64::NAN)
         });
-        table.add_row([
+        t.add_row([
             name.to_owned(),
             missions.to_string(),
             safe.to_string(),
@@ -274,7 +273,7 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
             median.map_or(String::new(), |m| format!("{m:.0}")),
         ]);
     }
-    println!("{table}");
+    println!("{t}");
     println!("{} of them deeper than 100 m, {} with two faults at once there", s.at_depth, s.pairs_at_depth);
     println!("{} fault missions: {} safe, {} below crush depth, {} not as expected", s.missions, s.safe, s.below_crush, s.unmet);
     println!(

@@ -11,7 +11,7 @@ use crate::flight::{tables, worlds};
 use crate::score::story;
 use crate::seats::CYCLE_S;
 use crate::seats::{self, Choice, Seat};
-use crate::terminal::near;
+use crate::terminal::{near, say};
 use anyhow::{Context, anyhow, bail, ensure};
 use discovery::hypotheses::search::Depth;
 use discovery::vehicle;
@@ -318,21 +318,21 @@ fn round(x: f64, decimals: i32) -> f64 {
 pub(super) fn print(d: &Value, args: &Args) {
     let n = |k: &str| d[k].as_f64().unwrap_or(f64::NAN);
     let s = |k: &str| d[k].as_str().unwrap_or("").to_owned();
-    println!("{} wings, {} controller, mission {} — {}", s("wings"), s("controller"), s("mission"), s("seat_detail"));
-    println!("end            {}", s("end"));
-    println!("dives          {} in {:.0} s, deepest {:.1} m", d["dives"], n("duration_s"), n("max_depth_m"));
-    println!("over ground    {:.0} m, pump {:.0} J, all {:.0} J", n("distance_m"), n("pump_energy_j"), n("energy_j"));
-    println!(
+    say(&format!("{} wings, {} controller, mission {} — {}", s("wings"), s("controller"), s("mission"), s("seat_detail")));
+    say(&format!("commands       hash {}, {} cycles, {:.0} × real time", s("actuator_hash"), d["cycles"], n("times_real")));
+    if let Some(dir) = &args.log {
+        say(&format!("log            {}", dir.display()));
+    }
+    say(&format!("dives          {} in {:.0} s, deepest {:.1} m", d["dives"], n("duration_s"), n("max_depth_m")));
+    say(&format!("over ground    {:.0} m, pump {:.0} J, all {:.0} J", n("distance_m"), n("pump_energy_j"), n("energy_j")));
+    say(&format!(
         "L/D            {:.3} achieved, {:.3} best, share {:.1} %",
         n("achieved_l_over_d"),
         n("max_l_over_d"),
         100.0 * n("share_of_max")
-    );
+    ));
     if let Some(before) = d["beside"]["achieved_l_over_d"].as_f64() {
-        println!("beside         {before:.3} with the other table: {:+.1} % range", 100.0 * n("range_gain"));
+        say(&format!("beside         {before:.3} with the other table: {:+.1} % range", 100.0 * n("range_gain")));
     }
-    println!("commands       hash {}, {} cycles, {:.0} × real time", s("actuator_hash"), d["cycles"], n("times_real"));
-    if let Some(dir) = &args.log {
-        println!("log            {}", dir.display());
-    }
+    say(&format!("end            {}", s("end")));
 }

@@ -4,6 +4,7 @@ use super::fly::{Args, summary_head};
 use super::{Output, Verdict};
 use crate::flight::worlds;
 use crate::seats::{Choice, port};
+use crate::terminal::say;
 use anyhow::{Context, ensure};
 use frontseat::board::{OnPort, Terminal};
 use frontseat::flight::{Outcome, Trial, ini};
@@ -74,21 +75,21 @@ pub fn run(args: &Args, output: &Output, mission: &Mission, scenario: &Scenario,
         document.extend(more.clone());
     }
     output.emit(&document, || {
-        println!("{} — {detail}", args.mission);
-        println!(
+        say(&format!("{} — {detail}", args.mission));
+        say(&format!(
             "home           {}, front seat: {:?}{}",
             out.home,
             out.doing,
             out.aborted.map_or(String::new(), |a| format!(" after {a:?}"))
-        );
-        println!("dives          {} in {:.0} s, deepest {:.1} m", out.dives, out.duration_s, out.max_depth_m);
-        println!(
+        ));
+        say(&format!("dives          {} in {:.0} s, deepest {:.1} m", out.dives, out.duration_s, out.max_depth_m));
+        say(&format!(
             "share of (L/D)max over the line {:.3}, frames seat {frames:.3}, front seat's own servo {}",
             out.share(),
             own.map_or("-".into(), |s| format!("{s:.3}"))
-        );
+        ));
         if let Some(dir) = &args.log {
-            println!("files          {} (backseat.mi, extctl.ini, what the board said)", dir.display());
+            say(&format!("files          {} (backseat.mi, extctl.ini, what the board said)", dir.display()));
         }
     });
     Ok(if out.home && out.aborted.is_none() { Verdict::Ok } else { Verdict::Negative })

@@ -6,6 +6,7 @@ use crate::flight::closed_loop::Setup;
 use crate::flight::recorder::Recorder;
 use crate::flight::{config_file, own_parts};
 use crate::seats::{CYCLE_S, Seat};
+use crate::terminal::say;
 use anyhow::{anyhow, ensure};
 use plant::{Scenario, World};
 use serde_json::json;
@@ -64,8 +65,8 @@ pub fn run(args: &Args, output: &Output, mission: Mission, scenario: Scenario) -
         r.finish(document.clone())?;
     }
     output.emit(&document, || {
+        say(&format!("compass        {whole} of {said} sentences whole, {refused} refused; {} resets", board.resets));
         print(&document, args);
-        println!("compass        {whole} of {said} sentences whole, {refused} refused; {} resets", board.resets);
     });
     Ok(verdict(&out, args))
 }

@@ -1,6 +1,7 @@
 //! `glider import`: somebody's log becomes a flight directory with its vehicle.
 
 use super::{Output, Verdict};
+use crate::terminal::say;
 use anyhow::{Context, bail};
 use discovery::import::classes::Class;
 use discovery::import::{Imported, Report};
@@ -115,37 +116,37 @@ fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option
 }
 
 fn print(args: &Args, vehicle: Option<&Path>, flight: &discovery::Flight, report: &Report) {
-    println!("{}: {}", report.kind, named(args));
+    say(&format!("{}: {}", report.kind, named(args)));
     for file in &report.files {
-        println!("  {:32} {:7} rows", file.file, file.rows);
+        say(&format!("  {:32} {:7} rows", file.file, file.rows));
         for problem in &file.problems {
-            println!("    damaged: {problem}");
+            say(&format!("    damaged: {problem}"));
         }
     }
-    println!("names and units:");
+    say("names and units:");
     for m in &report.mapped {
-        println!("  {:28} {:8} -> {:22} (x {} to SI)", m.from, m.unit, m.to, m.factor);
+        say(&format!("  {:28} {:8} -> {:22} (x {} to SI)", m.from, m.unit, m.to, m.factor));
     }
-    println!("density: {}", report.density);
+    say(&format!("density: {}", report.density));
     if !report.missing.is_empty() {
-        println!("missing: {}", report.missing.join(", "));
+        say(&format!("missing: {}", report.missing.join(", ")));
     }
     for what in &report.left_out {
-        println!("left out: {what}");
+        say(&format!("left out: {what}"));
     }
     for note in &report.notes {
-        println!("note: {note}");
+        say(&format!("note: {note}"));
     }
     let segments = flight.segment.iter().collect::<std::collections::BTreeSet<_>>().len();
     let hours = flight.time_s.last().copied().unwrap_or(0.0) / 3600.0;
-    println!("wrote {}: {} rows, {segments} segments, {hours:.2} h", args.out.display(), flight.len());
+    say(&format!("wrote {}: {} rows, {segments} segments, {hours:.2} h", args.out.display(), flight.len()));
     if let Some(vehicle) = vehicle.filter(|_| args.vehicle.is_none()) {
-        println!("vehicle: {} lies beside it and is copied (--class CLASS makes a new one)", vehicle.display());
+        say(&format!("vehicle: {} lies beside it and is copied (--class CLASS makes a new one)", vehicle.display()));
     }
     let made = if vehicle.is_none() { " (its vehicle.toml is a first one: look through its numbers)" } else { "" };
     if report.not_comparable().is_some() {
-        println!("next: glider export {} --to netcdf (a comparison is not possible)", args.out.display());
+        say(&format!("next: glider export {} --to netcdf (a comparison is not possible)", args.out.display()));
     } else {
-        println!("next: glider compare --flight {}{made}", args.out.display());
+        say(&format!("next: glider compare --flight {}{made}", args.out.display()));
     }
 }

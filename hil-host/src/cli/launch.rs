@@ -8,6 +8,7 @@ use crate::flight::preflight::{Item, judge};
 use crate::seats::port::Port;
 use crate::seats::upload::{read_back, upload};
 use crate::seats::{Link, Seat, SeatError, Wire};
+use crate::terminal::say;
 use anyhow::{Context, ensure};
 use control::Config;
 use helm::objects::mission_id;
@@ -95,14 +96,14 @@ impl Found {
 
     fn print(&self) {
         for i in &self.items {
-            println!("{} {:14} {}", if i.good { "ok  " } else { "BAD " }, i.what, i.found);
+            say(&format!("{} {:14} {}", if i.good { "ok  " } else { "BAD " }, i.what, i.found));
         }
         match (self.launched, self.check) {
             (Some([table, config, mission]), _) => {
-                println!("LAUNCHED: table {table:08x}, configuration {config:08x}, mission {mission:08x}; zero of depth taken");
+                say(&format!("LAUNCHED: table {table:08x}, configuration {config:08x}, mission {mission:08x}; zero of depth taken"));
             }
-            (None, true) => println!("checked only"),
-            (None, false) => println!("NOT launched: mend what is bad, then launch again"),
+            (None, true) => say("checked only"),
+            (None, false) => say("NOT launched: mend what is bad, then launch again"),
         }
     }
 }

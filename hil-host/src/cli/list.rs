@@ -4,7 +4,7 @@ use super::{Output, Verdict};
 use crate::flight::mission_file;
 use crate::flight::vehicles::BUILT_IN;
 use crate::pages::effect_list;
-use crate::terminal::{meant, parameter_range, table, wrapped, wrapped_from};
+use crate::terminal::{meant, parameter_range, say, table, wrapped, wrapped_from};
 use anyhow::bail;
 use discovery::import::classes::Class;
 use discovery::workbench::changes::KINDS;
@@ -120,7 +120,8 @@ fn vehicles(output: &Output) {
         for (name, kind, about) in &all {
             t.add_row([name.as_str(), kind, about.as_str()]);
         }
-        println!("{t}\nbuilt in: by name, glider polar --vehicle slocum-low-ar-sea; class: glider import --class");
+        println!("{t}");
+        say("built in: by name, glider polar --vehicle slocum-low-ar-sea; class: glider import --class");
     });
 }
 
@@ -151,6 +152,6 @@ fn missions(output: &Output) {
         for (name, what) in mission_file::BUILT_IN.iter().zip(mission_file::WHAT) {
             println!("{}", wrapped(&format!("{name}: {what}"), 2));
         }
-        println!("\nTaken by name: glider fly --mission sweep. One of your own: a TOML file such as glider next-flight writes.");
+        say("\nTaken by name: glider fly --mission sweep. One of your own: a TOML file such as glider next-flight writes.");
     });
 }

@@ -4,8 +4,8 @@ use super::{Output, Verdict};
 use crate::flight::closed_loop::{End, Setup};
 use crate::flight::power::{AT_V, budget};
 use crate::flight::{mission_file, worlds};
+use crate::terminal::{say, table};
 use anyhow::anyhow;
-use comfy_table::Table;
 use plant::World;
 
 /// Arguments of the command.
@@ -28,10 +28,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let world = World::new(worlds::for_mission(&mission)).map_err(|e| anyhow!("{e}"))?;
     let found = budget(world, &Setup::new(mission)).map_err(|e| anyhow!("{e}"))?;
     output.emit(&found.document(), || {
-        let mut table = Table::new();
-        table.set_header(["part, state", "mA", "rail V", "% of time", "mean mA", "source"]);
+        let mut t = table(["part, state", "mA", "rail V", "% of time", "mean mA", "source"]);
         for r in &found.rows {
-            table.add_row([
+            t.add_row([
                 r.what.clone(),
                 format!("{:.2}", r.ma),
                 format!("{:.1}", r.rail_v),
@@ -40,13 +39,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
                 r.source.to_owned(),
             ]);
         }
-        println!("{table}");
-        println!(
+        println!("{t}");
+        say(&format!(
             "controller and sensors  {:.1} mA mean at {AT_V:.0} V; pump, battery and fin {:.1} mA",
             found.electronics_ma, found.motors_ma
-        );
-        println!("mission                 {:.1} h, {}", found.flight.duration_s / 3600.0, found.flight.end);
-        println!("battery                 empty after {:.0} days of such missions", found.endurance_days());
+        ));
+        say(&format!("mission                 {:.1} h, {}", found.flight.duration_s / 3600.0, found.flight.end));
+        say(&format!("battery                 empty after {:.0} days of such missions", found.endurance_days()));
     });
     Ok(if found.flight.end == End::Done { Verdict::Ok } else { Verdict::Negative })
 }

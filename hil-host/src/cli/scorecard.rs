@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::trials::{Case, Kind, Spec, generate, generate_natural, plan};
 use serde_json::{Value, json};
 
 use super::{Output, Verdict};
 use crate::score;
+use crate::terminal::{say, table};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -123,7 +123,7 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
         }
         bar.finish_and_clear();
         let document = json!({ "folder": folder, "cases": specs.len(), "seed": args.seed });
-        output.emit(&document, || println!("{} cases in {}, truth apart in its subfolder truth", specs.len(), folder.display()));
+        output.emit(&document, || say(&format!("{} cases in {}, truth apart in its subfolder truth", specs.len(), folder.display())));
         return Ok(Verdict::Ok);
     }
     let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", args.seed, std::process::id()));
@@ -140,7 +140,7 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     crate::pages::diagnosis_scorecard::page(&document, args.seed).write(&args.html)?;
     output.emit(&document, || {
         print(&document, args.list);
-        println!("Page: {}", args.html.display());
+        say(&format!("Page: {}", args.html.display()));
     });
     let failed = document["failures"].as_u64().unwrap_or(0) > 0;
     Ok(if failed { Verdict::Negative } else { Verdict::Ok })
@@ -155,21 +155,12 @@ fn of(v: &Value) -> String {
 }
 
 fn print(d: &Value, list: bool) {
-    let mut table = Table::new();
-    table.set_header([
-        "hidden",
-        "size",
-        "exact",
-        "where it can be told",
-        "in class",
-        "one named",
-        "error after / floor",
-        "nominal / floor",
-    ]);
+    let mut t =
+        table(["hidden", "size", "exact", "where it can be told", "in class", "one named", "error after / floor", "nominal / floor"]);
     for kind in ["singles", "pairs"] {
         for size in ["weak", "medium", "strong"] {
             let s = &d[kind][size];
-            table.add_row([
+            t.add_row([
                 kind.to_owned(),
                 size.to_owned(),
                 of(&s["exact"]),
@@ -181,35 +172,36 @@ fn print(d: &Value, list: bool) {
             ]);
         }
     }
-    println!("{table}");
-    println!("(A density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis");
-    println!("nearly a plain one: where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.)");
-    println!("clean called adequate: {}", of(&d["clean"]["adequate"]));
+    println!("{t}");
+    say(&format!(
+        "(A density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis"
+    ));
+    say("nearly a plain one: where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.)");
+    say(&format!("clean called adequate: {}", of(&d["clean"]["adequate"])));
     let off =
         |size: &str| format!("{} (where it can be told {})", of(&d["off"][size]), of(&d["off"][format!("{size}_where_it_can_be_told")]));
-    println!("outside the catalogue called unexplained: medium {}, strong {}", off("medium"), off("strong"));
-    println!(
+    say(&format!("outside the catalogue called unexplained: medium {}, strong {}", off("medium"), off("strong")));
+    say(&format!(
         "intervals contain the truth: {} of {}; median parameter error {}",
         figure(&d["intervals"]["coverage"]),
         d["intervals"]["of"],
         figure(&d["intervals"]["relative_error_median"])
-    );
-    println!(
+    ));
+    say(&format!(
         "error after / known-truth refit (median): all {}, exact answers {}",
         figure(&d["error_after_over_known_truth_median"]),
         figure(&d["error_after_over_known_truth_of_exact_answers"])
-    );
-    println!("wall time per case (median): {} s; failures: {}", figure(&d["wall_s_per_case_median"]), d["failures"]);
-    let mut confusion = Table::new();
-    confusion.set_header(["hidden", "answer (count)"]);
+    ));
+    say(&format!("wall time per case (median): {} s; failures: {}", figure(&d["wall_s_per_case_median"]), d["failures"]));
+    let mut confusion = table(["hidden", "answer (count)"]);
     for (truth, said) in d["confusion"].as_object().into_iter().flatten() {
         let text: Vec<String> = said.as_object().into_iter().flatten().map(|(k, n)| format!("{k} ({n})")).collect();
         confusion.add_row([truth.clone(), text.join(", ")]);
     }
-    println!("{confusion}");
+    say(&format!("{confusion}"));
     if list {
         for c in d["list"].as_array().into_iter().flatten() {
-            println!("{c}");
+            say(&format!("{c}"));
         }
     }
     for c in d["list"].as_array().into_iter().flatten() {

@@ -4,7 +4,6 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, ensure};
-use comfy_table::Table;
 use discovery::ablation::{SWITCHES, WITHOUT};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -15,6 +14,7 @@ use crate::score::real::ask::Program;
 use crate::score::real::flights::Data;
 use crate::score::real::injected_errors::INJECTED_ERRORS;
 use crate::score::real::{document, ready, run as ask_all};
+use crate::terminal::table;
 
 /// Arguments of `scorecard ablation`.
 #[derive(clap::Args, Debug)]
@@ -83,14 +83,13 @@ pub fn run(args: &AblationArgs, output: &Output) -> anyhow::Result<Verdict> {
 
 fn print(card: &Value) {
     let share = |v: &Value| v["share"].as_f64().map_or_else(|| "-".to_owned(), |s| format!("{s:.2} of {}", v["of"]));
-    let mut table = Table::new();
-    table.set_header(["off", "real: named", "real: quiet", "real: interval", "cases: right", "CPU s of the cases"]);
+    let mut t = table(["off", "real: named", "real: quiet", "real: interval", "cases: right", "CPU s of the cases"]);
     for row in card["rows"].as_array().into_iter().flatten() {
         let groups = row["cases"]["right"].as_object().into_iter().flatten();
         let groups: Vec<String> = groups.map(|(name, n)| format!("{name} {}/{}", n[0], n[1])).collect();
         let off = row["off"].as_str().filter(|o| !o.is_empty()).unwrap_or("(nothing)");
         let real = &row["real"];
-        table.add_row([
+        t.add_row([
             off.to_owned(),
             share(&real["named"]),
             share(&real["quiet"]),
@@ -99,5 +98,5 @@ fn print(card: &Value) {
             format!("{:.0}", row["cases"]["cpu_s"].as_f64().unwrap_or(f64::NAN)),
         ]);
     }
-    println!("{table}");
+    println!("{t}");
 }

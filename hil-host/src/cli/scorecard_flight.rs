@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
 use crate::score::control_law::{BIN_DEG, Band, Disturbance, Pilot, Score, cases, fly_all};
+use crate::terminal::{say, table};
 
 /// Arguments of `scorecard flight`.
 #[derive(clap::Args, Debug)]
@@ -76,31 +76,29 @@ pub fn run(args: &FlightArgs, output: &Output) -> anyhow::Result<Verdict> {
         "flights": scores,
     });
     output.emit(&document, || {
-        println!("{}", table(&pairs));
-        println!("(stock in brackets)  lost to stock: {lost}  not flown: {aborted}  farthest beyond the band: {worst:.2} m");
-        println!("report: {}", args.html.display());
+        println!("{}", beside_stock(&pairs));
+        say(&format!("report: {}", args.html.display()));
+        say(&format!("(stock in brackets; over: beyond the band)  lost to stock: {lost}  not flown: {aborted}  farthest beyond the band: {worst:.2} m"));
     });
     Ok(if good { Verdict::Ok } else { Verdict::Negative })
 }
 
-fn table(pairs: &[(&Score, &Score)]) -> Table {
-    let mut table = Table::new();
-    table.set_header(["band", "disturbance", "wings", "L/D", "of max", "share", "near a*", "J/m", "beyond band m", "turn s"]);
+fn beside_stock(pairs: &[(&Score, &Score)]) -> comfy_table::Table {
+    let mut t = table(["band", "disturbance", "wings", "L/D", "of max", "share of max", "J/m", "over, m", "turn, s"]);
     for (ours, stock) in pairs {
         debug_assert_eq!((ours.case.pilot, stock.case.pilot), (Pilot::Ours, Pilot::Stock));
         let two = |a: f64, b: f64, digits: usize| format!("{a:.digits$} ({b:.digits$})");
-        table.add_row([
+        t.add_row([
             format!("{:?}", ours.case.band).to_lowercase(),
             ours.case.disturbance.name(),
             crate::flight::mission_file::wings_name(ours.case.wings).to_owned(),
             two(ours.achieved_l_over_d, stock.achieved_l_over_d, 2),
             format!("{:.2}", ours.max_l_over_d),
-            two(ours.share_of_max, stock.share_of_max, 3),
-            two(ours.share_near_best, stock.share_near_best, 2),
+            two(ours.share_of_max, stock.share_of_max, 2),
             two(ours.transport_j_m, stock.transport_j_m, 1),
             two(ours.overshoot_m.max(0.0), stock.overshoot_m.max(0.0), 2),
             two(ours.inflection_s, stock.inflection_s, 0),
         ]);
     }
-    table
+    t
 }

@@ -4,6 +4,7 @@ use super::{Output, Verdict};
 use crate::flight::mission_file::wings_name;
 use crate::pages::{Axis, Chart, Page, Provenance, Section, Table};
 use crate::score::whole_loop::{Closed, cases, close_all};
+use crate::terminal::{say, table};
 use anyhow::ensure;
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::EffectKind;
@@ -50,13 +51,12 @@ pub fn run(args: &LoopArgs, output: &Output) -> anyhow::Result<Verdict> {
     page(&closed, &total, args.seed).write(&args.html)?;
     let document = json!({ "seed": args.seed, "report": args.html, "summary": total.document(), "circles": closed });
     output.emit(&document, || {
-        let mut table = comfy_table::Table::new();
-        table.set_header(HEAD);
+        let mut t = table(HEAD);
         for c in &closed {
-            table.add_row(row(c));
+            t.add_row(row(c));
         }
-        println!("{table}");
-        println!("{}\nreport: {}", total.sentence(), args.html.display());
+        println!("{t}");
+        say(&format!("{}\nreport: {}", total.sentence(), args.html.display()));
     });
     Ok(if total.worst < -HARM { Verdict::Negative } else { Verdict::Ok })
 }

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, ensure};
-use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
@@ -13,6 +12,7 @@ use crate::score::real::ask::Program;
 use crate::score::real::flights::{Data, Entry, Floors};
 use crate::score::real::injected_errors::{INJECTED_ERRORS, InjectedError};
 use crate::score::real::{below, document, line, ready, run as ask_all, shipped};
+use crate::terminal::{say, table};
 
 /// Arguments of `scorecard real`.
 #[derive(clap::Args, Debug)]
@@ -109,8 +109,7 @@ fn print(card: &Value, args: &RealArgs) {
     let text = |v: &Value| v.as_str().unwrap_or("").to_owned();
     let number = |v: &Value, digits: usize| v.as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
     let names = |v: &Value| v.as_array().into_iter().flatten().filter_map(Value::as_str).collect::<Vec<_>>().join("+");
-    let mut table = Table::new();
-    table.set_header(["flight", "error", "sigma", "right", "verdict", "answer", "recal. -> best (floor) cm/s", "CPU s"]);
+    let mut t = table(["flight", "error", "sigma", "right", "verdict", "answer", "recal. -> best (floor) cm/s", "CPU s"]);
     for s in card["list"].as_array().into_iter().flatten() {
         let right = match (s["scored"] == true, s["right"] == true) {
             (false, _) => "not scored",
@@ -118,7 +117,7 @@ fn print(card: &Value, args: &RealArgs) {
             (true, false) => "NO",
         };
         let e = &s["error_cm_s"];
-        table.add_row([
+        t.add_row([
             text(&s["flight"]),
             text(&s["lie"]),
             number(&s["expected_sigma"], 1),
@@ -129,27 +128,27 @@ fn print(card: &Value, args: &RealArgs) {
             number(&s["cpu_s"], 1),
         ]);
         if args.list {
-            println!("{s}");
+            say(&format!("{s}"));
         }
     }
-    println!("{table}");
+    println!("{t}");
     for s in card["shipped"].as_array().into_iter().flatten() {
         let interval = format!("{} to {}", number(&s["told"]["low"], 3), number(&s["told"]["high"], 3));
         let right = if s["right"] == true { "yes" } else { "NO" };
-        println!(
+        say(&format!(
             "as shipped, {}: {} {} told, {} ({interval}): {right}",
             text(&s["flight"]),
             text(&s["verdict"]),
             names(&s["answer"]),
             text(&s["effect"])
-        );
+        ));
     }
     for f in card["flights"].as_array().into_iter().flatten() {
-        println!("{} ({}): discrepancy {} cm/s", text(&f["name"]), text(&f["split"]), number(&f["discrepancy_cm_s"], 2));
+        say(&format!("{} ({}): discrepancy {} cm/s", text(&f["name"]), text(&f["split"]), number(&f["discrepancy_cm_s"], 2)));
     }
-    println!("{}", text(&card["line"]));
+    say(&text(&card["line"]));
     for why in card["below_floors"].as_array().into_iter().flatten() {
-        println!("below the floor: {}", text(why));
+        say(&format!("below the floor: {}", text(why)));
     }
-    println!("Page: {}", args.html.display());
+    say(&format!("Page: {}", args.html.display()));
 }

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::{Output, Verdict};
 use crate::score::timeline::{Case, DIVES, KINDS, Scored, document, false_alarms, plan, run as fly_all};
-use crate::terminal::table;
+use crate::terminal::{say, table};
 
 /// Arguments of `scorecard timeline`.
 #[derive(clap::Args, Debug)]
@@ -87,16 +87,16 @@ pub fn run(args: &TimelineArgs, output: &Output) -> anyhow::Result<Verdict> {
         }
         println!("{t}");
         let a = &d["false_alarms"];
-        println!("unchanged missions: {}, changes named in them: {}", d["unchanged"]["missions"], d["unchanged"]["changes_named"]);
-        println!(
+        say(&format!("unchanged missions: {}, changes named in them: {}", d["unchanged"]["missions"], d["unchanged"]["changes_named"]));
+        say(&format!(
             "false alarms: {} on {} unchanged dives ({:.2} per 1,000)",
             a["alarms"],
             a["dives"],
             a["per_1000_dives"].as_f64().unwrap_or(f64::NAN)
-        );
-        println!("wall time per mission of {DIVES} dives (median): {:.1} s", d["wall_s_median"].as_f64().unwrap_or(f64::NAN));
+        ));
+        say(&format!("wall time per mission of {DIVES} dives (median): {:.1} s", d["wall_s_median"].as_f64().unwrap_or(f64::NAN)));
         if args.list {
-            d["list"].as_array().into_iter().flatten().for_each(|c| println!("{c}"));
+            d["list"].as_array().into_iter().flatten().for_each(|c| say(&format!("{c}")));
         }
     });
     let share = |v: &serde_json::Value| v["right"].as_f64().unwrap_or(0.0) / v["missions"].as_f64().unwrap_or(1.0).max(1.0);

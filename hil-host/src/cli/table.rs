@@ -10,6 +10,7 @@ use super::{Output, Verdict};
 use crate::flight::config_file;
 use crate::flight::tables::{self, Built};
 use crate::flight::vehicles::{Model, sea_name, wings_name};
+use crate::terminal::{say, table};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -61,44 +62,33 @@ fn write(out: &Path, built: &Tables) -> anyhow::Result<()> {
 
 /// The tables for a person.
 fn print(built: &Tables) {
-    let mut t = comfy_table::Table::new();
-    t.set_header([
-        "wings",
-        "vehicle",
-        "table id",
-        "bytes",
-        "(L/D)max",
-        "at deg",
-        "L/D error %",
-        "C_L error",
-        "C_D error %",
-        "alpha* error deg",
-    ]);
+    let mut t = table(["wings", "table id", "(L/D)max", "at", "L/D", "C_L", "C_D", "best angle"]);
     for (b, m, _) in built {
         t.add_row([
             wings_name(m.wings).to_string(),
-            m.name.clone(),
             format!("{:08x}", b.id()),
-            b.bytes.len().to_string(),
             format!("{:.3}", b.spec.best_l_over_d),
-            format!("{:.2}", b.spec.best_alpha_rad.to_degrees()),
-            format!("{:.4}", 100.0 * b.error.l_over_d),
+            format!("{:.2}°", b.spec.best_alpha_rad.to_degrees()),
+            format!("{:.4} %", 100.0 * b.error.l_over_d),
             format!("{:.1e}", b.error.cl),
-            format!("{:.1e}", 100.0 * b.error.cd),
-            format!("{:.4}", b.error.best_alpha_rad.to_degrees()),
+            format!("{:.1e} %", 100.0 * b.error.cd),
+            format!("{:.4}°", b.error.best_alpha_rad.to_degrees()),
         ]);
     }
-    println!("{t}");
+    println!("{t}\nthe last four: largest error of the table against its vehicle file");
+    for (_, m, _) in built {
+        say(&format!("{} wings: {}", wings_name(m.wings), m.name));
+    }
     for (_, m, _) in built {
         if config_file::pitch_sensor_alone(m.pitch_sensor()).is_some() {
             let s = m.pitch_sensor();
-            println!(
+            say(&format!(
                 "{}: pitch is {:.4} x (reading {:+.4} rad). No table holds that: the controller must be told ({}, with --out).",
                 m.name,
                 s.per_reading,
                 -s.zero_rad,
                 controller_file(m)
-            );
+            ));
         }
     }
 }
@@ -151,7 +141,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     output.emit(&document, || {
         print(&built);
         if args.check {
-            println!("{}", if same { "The firmware's tables are these, byte for byte." } else { "The firmware's tables are NOT these." });
+            say(&format!(
+                "{}",
+                if same { "The firmware's tables are these, byte for byte." } else { "The firmware's tables are NOT these." }
+            ));
         }
     });
     if args.check && !same {

@@ -6,7 +6,7 @@ mod picture;
 use super::{Output, Verdict};
 use crate::flight::closed_loop::End;
 use crate::flight::mission_file::wings_name;
-use comfy_table::Table;
+use crate::terminal::{say, table};
 use flights::{Findings, best_seat, compare, fly_wings};
 use indicatif::{ProgressBar, ProgressStyle};
 use signals::Wings;
@@ -20,7 +20,7 @@ pub fn run(output: &Output) -> anyhow::Result<Verdict> {
     let out = Path::new("out");
     let (seat, why) = best_seat(&mut |what| eprintln!("{what} …"));
     if !output.json {
-        println!("seat: {seat}, because {why}");
+        say(&format!("seat: {seat}, because {why}"));
     }
     let mut flights = Vec::new();
     for wings in [Wings::Standard, Wings::LowAspectRatio] {
@@ -44,12 +44,11 @@ pub fn run(output: &Output) -> anyhow::Result<Verdict> {
 }
 
 fn print(f: &Findings, page: &Path) {
-    let mut table = Table::new();
-    table.set_header(["wings", "dives", "over ground, m", "L/D", "(L/D)max", "share, %", "time, s", "pump, J", "end"]);
+    let mut t = table(["wings", "dives", "way, m", "L/D", "(L/D)max", "share, %", "time, s", "pump, J", "end"]);
     for x in &f.flights {
         let o = &x.outcome;
         let l_over_d = o.achieved_l_over_d();
-        table.add_row([
+        t.add_row([
             wings_name(x.wings).to_owned(),
             o.dives.to_string(),
             format!("{:.0}", o.distance_m),
@@ -61,22 +60,32 @@ fn print(f: &Findings, page: &Path) {
             o.end.to_string(),
         ]);
     }
-    println!("{table}");
+    println!("{t}");
     if let Some(x) = f.flights.first() {
-        println!("flown by the {}", x.seat);
+        say(&format!("flown by the {}", x.seat));
     }
     let c = &f.comparison;
     match &c.why_not {
-        None => println!("real flight {} (Slocum Comet, Baltic, 2016), steady model, {} samples:", c.flight.display(), c.report.samples),
+        None => {
+            say(&format!("real flight {} (Slocum Comet, Baltic, 2016), steady model, {} samples:", c.flight.display(), c.report.samples))
+        }
         Some(why) => {
-            println!("no real flight ({why}); SIMULATED flight {}, steady model, {} samples:", c.flight.display(), c.report.samples)
+            say(&format!("no real flight ({why}); SIMULATED flight {}, steady model, {} samples:", c.flight.display(), c.report.samples))
         }
     }
-    println!("  {:.2} cm/s  nominal, before trim", c.report.before_cm_s);
-    println!("  {:.2} cm/s  drag and trim fitted, measured in-situ density", c.report.after_cm_s);
-    println!("  {}", c.report.identified);
+    say(&format!("  {:.2} cm/s  nominal, before trim", c.report.before_cm_s));
+    say(&format!("  {:.2} cm/s  drag and trim fitted, measured in-situ density", c.report.after_cm_s));
+    say(&format!("  {}", c.report.identified));
     for x in &f.flights {
-        println!("log    {}", x.log.display());
+        say(&format!("log    {}", x.log.display()));
     }
-    println!("report {}", page.display());
+    say(&format!("report {}", page.display()));
+    let shares: Vec<String> = f
+        .flights
+        .iter()
+        .map(|x| {
+            format!("{} wings {}, {:.1} %", wings_name(x.wings), x.outcome.end, 100.0 * x.outcome.achieved_l_over_d() / x.best.l_over_d)
+        })
+        .collect();
+    say(&format!("Flown: {} of (L/D)max", shares.join("; ")));
 }

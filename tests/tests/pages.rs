@@ -5,11 +5,8 @@
 use base64::Engine as _;
 use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
 use fantoccini::{Client, ClientBuilder, Locator};
-use hil_host::flight::closed_loop::Setup;
 use hil_host::pages::{Provenance, flight_report};
-use hil_host::score::story;
 use hil_host::serve::{Workbench, run};
-use plant::Scenario;
 use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -148,6 +145,16 @@ async fn screenshot(c: &Client, name: &str, width: u32) {
     std::fs::write(folder.join(format!("{name}-{width}.png")), c.screenshot().await.expect("a screenshot")).expect("written");
 }
 
+/// The page as a printer gets it, to be looked at.
+async fn print_pdf(c: &Client, name: &str) {
+    js(c, "dispatchEvent(new Event('beforeprint'));", vec![]).await;
+    let pdf = c.print(fantoccini::wd::PrintConfiguration::default()).await.expect("it prints");
+    js(c, "dispatchEvent(new Event('afterprint'));", vec![]).await;
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/screenshots");
+    std::fs::create_dir_all(&folder).expect("a folder for pictures");
+    std::fs::write(folder.join(format!("{name}.pdf")), pdf).expect("written");
+}
+
 async fn no_sideways_scroll(c: &Client, name: &str) {
     let over = js(c, "return document.documentElement.scrollWidth - document.documentElement.clientWidth;", vec![]).await;
     assert!(over.as_f64().is_some_and(|o| o <= 1.0), "{name}: the page is {over} px wider than the window");
@@ -167,22 +174,70 @@ fn puzzle(folder: &Path) -> PathBuf {
     hil_host::score::diagnosis::write_case(folder, &generate(&spec, 5, 0)).expect("a case can be written")
 }
 
-/// Range that the table of what was found gains in the world that it describes, as the page prints it.
-fn gain(flight: &discovery::Flight, given: &discovery::Vehicle, found: &discovery::diagnosis::Diagnosis) -> String {
-    let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
-    let parent = given.document.to_string();
-    let added = discovery::workbench::add::add(flight, given, &effects, parent.as_bytes()).expect("what was named can be added");
-    let text = format!("{:#}\n", added.vehicle);
-    let learnt = discovery::vehicle::parse_text(&text, Path::new("learnt.json")).expect("our own file reads");
-    let model = hil_host::flight::vehicles::Model::of_coefficients(&learnt, 0).expect("a vehicle");
-    let mission = story::mission(model.wings).expect("the mission of the story");
-    let scenario = Scenario { seed: 0, ..story::world_of(&model, &mission) };
-    let flown = |vehicle, text: &str| {
-        let table = story::table_of(vehicle, text.as_bytes()).expect("a table");
-        story::fly_table(&table.bytes, &Setup::new(mission.clone()), &scenario).expect("flown").achieved_l_over_d()
-    };
-    let gain = 100.0 * (flown(&learnt, &text) / flown(given, &parent) - 1.0);
+/// Runs the program; its JSON.
+fn glider(args: &[&str]) -> Value {
+    let exe = std::env::current_exe().expect("a test");
+    let out =
+        Command::new(exe.ancestors().nth(2).expect("its folder").join("glider")).args(args).arg("--json").output().expect("it is built");
+    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("glider {args:?}: {e}\n{}", String::from_utf8_lossy(&out.stderr)))
+}
+
+/// Range that the table of what was found gains in the world that it describes, by the command line and as the page prints it.
+fn gain(case: &Path, folder: &Path, told: &Value) -> String {
+    let path = |p: &Path| p.to_string_lossy().into_owned();
+    let (flight, given, learnt) = (path(case), path(&case.join("vehicle.json")), path(&folder.join("learnt.json")));
+    let effect = told["answer"][0].as_str().expect("an answer").to_owned();
+    glider(&["add", &effect, "--flight", &flight, "--out", &learnt]);
+    let flown = glider(&["fly", "--mission", "sea", "--seed", "0", "--world", &learnt, "--table", &learnt, "--beside", &given]);
+    let gain = 100.0 * flown["range_gain"].as_f64().expect("a gain");
     format!("{}{:.1} % range", if gain >= 0.0 { '+' } else { '−' }, gain.abs())
+}
+
+/// Undo takes a tick back, with the history of the error; ticking again is one more step of it.
+async fn undo_and_tick_again(c: &Client, before: &str, after: &str) {
+    let history = wait_text(c, "#history", |t| t.contains('→'), 10).await;
+    assert!(history.ends_with(&format!("{before} → {after}")), "{history}");
+    // Ladder as bars: as wide as the error is large.
+    let bars = "return ['nominal', 'now', 'floor'].map((k) => { const s = document.getElementById('error-' + k).parentElement; const t = s.querySelector('.track'); return t.firstChild.getBoundingClientRect().width / t.clientWidth; });";
+    let shares: Vec<f64> = js(c, bars, vec![]).await.as_array().expect("three").iter().filter_map(Value::as_f64).collect();
+    let share = after.parse::<f64>().expect("a number") / before.parse::<f64>().expect("a number");
+    assert!((shares[0] - 1.0).abs() < 0.02 && (shares[1] - share).abs() < 0.02 && shares[2] > 0.0, "{shares:?}, {share}");
+    click(c, "#undo").await;
+    assert_eq!(wait_text(c, "#error-now", |t| t == before, 20).await, before);
+    click(c, "#take").await;
+    assert_eq!(wait_text(c, "#error-now", |t| t == after, 30).await, after);
+}
+
+/// Pointing at a moment in a chart over time rings it in the others; pointing at a point moves the cursors over time.
+async fn one_moment_in_all_charts(c: &Client) {
+    let of = |mark: &str| format!("[...document.querySelectorAll('#work .plot')].map((b) => b.handle).filter((h) => {mark})");
+    let code = format!(
+        "const time = {}, scatter = {}, done = arguments[arguments.length - 1];
+         const u = time[0].plot, i = Math.floor(u.data[0].length / 2);
+         u.setCursor({{ left: u.valToPos(u.data[0][i], 'x'), top: 20 }}, true, true);
+         const t = u.data[0][u.cursor.idx];
+         const rings = scatter.map((h) => {{ const r = h.plot.over.querySelector('.ring'); return r && !r.hidden ? [parseFloat(r.style.left), parseFloat(r.style.top)] : null; }});
+         const owed = scatter.map((h) => {{ const s = h.chart.series[0]; let b = -1; h.chart.at.forEach((v, k) => {{ if (v != null && s.x[k] != null && s.y[k] != null && (b < 0 || Math.abs(v - t) < Math.abs(h.chart.at[b] - t))) b = k; }}); return [h.plot.valToPos(s.x[b], 'x'), h.plot.valToPos(s.y[b], 'y')]; }});
+         const cells = [...document.querySelectorAll('#work svg .ring')].filter((r) => r.getAttribute('visibility') === 'visible').length;
+         const h = scatter[0], s = h.chart.series[0], k = s.x.findIndex((x, n) => n > 20 && x != null && s.y[n] != null);
+         h.plot.setCursor({{ left: h.plot.valToPos(s.x[k], 'x'), top: h.plot.valToPos(s.y[k], 'y') }}, true, true);
+         setTimeout(() => done({{ rings, owed, cells, moved: time.map((v) => v.plot.data[0][v.plot.cursor.idx]), at: h.chart.at[k] }}), 300);",
+        of("h.chart.group"),
+        of("h.chart.at && h.plot")
+    );
+    let seen = c.execute_async(&code, vec![]).await.expect("the charts answer");
+    let (rings, owed) = (seen["rings"].as_array().expect("rings"), seen["owed"].as_array().expect("places"));
+    assert!(rings.len() >= 2, "{seen}");
+    for (ring, place) in rings.iter().zip(owed) {
+        for axis in 0..2 {
+            assert!(ring[axis].as_f64().zip(place[axis].as_f64()).is_some_and(|(a, b)| (a - b).abs() < 1.5), "{seen}");
+        }
+    }
+    assert!(seen["cells"].as_f64().is_some_and(|n| n >= 1.0), "the map shows its cell: {seen}");
+    let at = seen["at"].as_f64().expect("a moment");
+    for moved in seen["moved"].as_array().expect("charts over time") {
+        assert!(moved.as_f64().is_some_and(|t| (t - at).abs() < 60.0), "{seen}");
+    }
 }
 
 fn runtime() -> tokio::runtime::Runtime {
@@ -219,10 +274,8 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
     let folder = std::env::temp_dir().join(format!("glider-page-flight-{}", std::process::id()));
     let case = puzzle(&folder);
     let flight = discovery::record::csv::flight(&case).expect("our own case reads");
-    let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
-    let found = discovery::diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {})
-        .expect("our own case can be diagnosed");
-    let told = discovery::diagnosis::report::document(&found, &vehicle, "case");
+    let told = glider(&["diagnose", "--flight", &case.to_string_lossy()]);
+    let gain = gain(&case, &folder, &told);
     let nc = folder.join("archive.nc");
     let about = discovery::export::netcdf::About { start_unix_s: Some(1.7e9), written_unix_s: 1.78e9, ..Default::default() };
     discovery::export::netcdf::write(&flight, &nc, &about).expect("an archive's file is written");
@@ -261,13 +314,15 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         // Find what is missing, tick it, see the error fall to the command line's value.
         click(&c, "#find").await;
         wait_text(&c, "#find-status", |t| t.starts_with("Verdict"), 120).await;
-        assert_eq!(found.answer, ["climb_drag"], "this strong case is told by the library");
+        assert_eq!(told["answer"], json!(["climb_drag"]), "this strong case is told by the command line");
         click(&c, "#take").await;
         assert_eq!(wait_text(&c, "#error-now", |t| t != "–" && t != cm("nominal"), 30).await, cm("after"));
         assert_eq!(wait_text(&c, "#error-recalibrated", |t| t != "–", 10).await, cm("recalibrated"));
         let floor = format!("{:.3}", told["error"]["noise_floor"].as_f64().expect("a floor"));
         assert_eq!(wait_text(&c, "#error-floor", |t| t != "–", 10).await, floor);
         wait_text(&c, "#worth", |t| t.contains("beyond recalibration"), 10).await;
+        undo_and_tick_again(&c, &cm("nominal"), &cm("after")).await;
+        one_moment_in_all_charts(&c).await;
         wait_text(&c, "#gain-climb_drag", |t| t.starts_with('−'), 10).await;
         // An effect that was not refitted has no figure: it does not gain all of the error.
         let gains = js(&c, "return [...document.querySelectorAll('.gain')].map((g) => g.textContent);", vec![]).await;
@@ -275,6 +330,7 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         assert!(gains.as_array().is_some_and(|g| g.iter().all(|t| *t != json!(all))), "{gains}");
         wait_text(&c, "#verdict", |t| t.contains("What next"), 10).await;
         screenshot(&c, "workbench-answer", 1280).await;
+        print_pdf(&c, "workbench").await;
 
         // What next: a mission, or why there is none; and the report to keep.
         click(&c, "#next").await;
@@ -292,7 +348,7 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         js(&c, "document.getElementById('mission').value = 'sea'; document.getElementById('learnt').checked = true;", vec![]).await;
         click(&c, "#fly").await;
         let both = wait_text(&c, "#both", |t| t.contains("% range"), 120).await;
-        assert!(both.contains(&gain(&flight, &vehicle, &found)), "{both}");
+        assert!(both.contains(&gain), "{both}: the command line says {gain}");
         js(&c, "document.getElementById('mission').value = 'shallow'; document.getElementById('learnt').checked = false;", vec![]).await;
 
         // Unticking by keyboard brings the model as given back.

@@ -30,6 +30,28 @@ const Glider = (() => {
   const axisText = (a) => (a.unit ? `${a.label} (${a.unit})` : a.label);
   const charts = new Set(); // everything that must be redrawn when theme or width changes
 
+  // ---- one moment in all charts -----------------------------------------
+  // Charts over time share their cursor by `group`. Another chart may be on that clock too (`clock`): `at` has the moments of its
+  // points, and the one that is pointed at in any chart is ringed in it.
+  const clockOf = (chart) => chart.group || chart.clock;
+  let pointing = false;
+  const announce = (from, t) => {
+    const clock = clockOf(from.chart);
+    if (pointing || !clock || t == null) return;
+    pointing = true;
+    charts.forEach((h) => {
+      const synced = from.chart.group && h.chart.group === from.chart.group; // uPlot moves these
+      if (h !== from && !synced && h.show && clockOf(h.chart) === clock) h.show(t);
+    });
+    pointing = false;
+  };
+  // Index of the moment next to t among those that have a value.
+  const nextTo = (at, t, known) => {
+    let best = -1;
+    for (let i = 0; i < at.length; i++) if (at[i] != null && known(i) && (best < 0 || Math.abs(at[i] - t) < Math.abs(at[best] - t))) best = i;
+    return best;
+  };
+
   // ---- lines and points -------------------------------------------------
   function linesData(chart) {
     const same = chart.series.every((s) => s.x.length === chart.series[0].x.length && s.x.every((v, i) => v === chart.series[0].x[i]));
@@ -52,7 +74,7 @@ const Glider = (() => {
       height: box.closest('figure.wide') ? 300 : 270,
       cursor: { sync: chart.group ? { key: chart.group, scales: ['x', null] } : undefined, drag: { x: true, y: false } },
       legend: { markers: { width: 0, fill: (u, i) => (i ? colour(i - 1) : 'transparent') } },
-      hooks: { draw: [(u) => (chart.marks || []).forEach((m) => mark_at(u, m))] },
+      hooks: { draw: [(u) => (chart.marks || []).forEach((m) => mark_at(u, m))], setCursor: [pointed], setScale: [() => { ring.hidden = true; }] },
       scales: { x: { time: false }, y: { dir: chart.y.inverted ? -1 : 1 } },
       axes: [chart.x, chart.y].map((a, i) => ({
         label: axisText(a), stroke: css('--ink'), grid: { stroke: css('--line'), width: 1 }, ticks: { stroke: css('--line') },
@@ -83,6 +105,33 @@ const Glider = (() => {
       c.fillText(m.label, 0, 0);
       c.restore();
     };
+    // What the cursor points at: over time its own x, else the nearest point, if it is near.
+    const ring = el('i', { class: 'ring', hidden: true, 'aria-hidden': 'true' });
+    const pointed = (u) => {
+      if (pointing || u.cursor.left == null || u.cursor.left < 0) return;
+      if (chart.group) return announce(handle, u.cursor.idx == null ? null : u.data[0][u.cursor.idx]);
+      if (!chart.at) return;
+      const s = chart.series[0], { left, top } = u.cursor;
+      let best = -1, least = 40 ** 2; // px
+      chart.at.forEach((t, i) => {
+        if (t == null || s.x[i] == null || s.y[i] == null) return;
+        const d = (u.valToPos(s.x[i], 'x') - left) ** 2 + (u.valToPos(s.y[i], 'y') - top) ** 2;
+        if (d < least) [best, least] = [i, d];
+      });
+      if (best >= 0) { ringAt(best); announce(handle, chart.at[best]); }
+    };
+    const ringAt = (i) => {
+      const s = chart.series[0];
+      plot.over.append(ring);
+      ring.style.left = `${plot.valToPos(s.x[i], 'x')}px`;
+      ring.style.top = `${plot.valToPos(s.y[i], 'y')}px`;
+      ring.hidden = false;
+    };
+    const show = (t) => {
+      if (!chart.at) { plot.setCursor({ left: plot.valToPos(t, 'x'), top: plot.over.clientHeight / 2 }, true, true); return; }
+      const s = chart.series[0], i = nextTo(chart.at, t, (k) => s.x[k] != null && s.y[k] != null);
+      if (i >= 0) ringAt(i);
+    };
     let plot = null;
     const draw = () => {
       // A zoom of the person survives new data; the full range does not.
@@ -94,12 +143,12 @@ const Glider = (() => {
       if (range) plot.setScale('x', range);
     };
     const full = () => [plot.data[0][0], plot.data[0][plot.data[0].length - 1]];
-    draw();
     const zoom = (min, max) => {
       const [lo, hi] = full();
       if (hi > lo) plot.setScale('x', { min: Math.max(lo, min), max: Math.min(hi, max) });
     };
-    const handle = { chart, draw, set: (series) => { chart.series = series; draw(); }, get plot() { return plot; }, zoom };
+    const handle = { chart, draw, set: (series) => { chart.series = series; draw(); }, get plot() { return plot; }, zoom, show };
+    draw();
     box.addEventListener('keydown', (e) => {
       const { min, max } = plot.scales.x, w = max - min, mid = (min + max) / 2;
       const acts = {
@@ -193,10 +242,23 @@ const Glider = (() => {
       root.append(yl);
       for (let k = 0; k <= 20; k++) root.append(svg('rect', { x: width - right + 14, y: 8 + ((20 - k) * (height - bottom - 8)) / 21, width: 12, height: (height - bottom - 8) / 21 + 0.4, fill: shade(k / 10 - 1) }));
       root.append(svg('text', { x: width - right + 30, y: 18 }, fmt(most)), svg('text', { x: width - right + 30, y: height - bottom }, fmt(-most)), svg('text', { x: width - right + 30, y: (height - bottom) / 2 + 8 }, s.name.slice(0, 6)));
+      root.append(ring);
+      ring.setAttribute('visibility', 'hidden');
       box.replaceChildren(root);
+      cell = (x, y) => {
+        const i = Math.floor(px.at(x) * nx), j = Math.floor(py.at(y) * ny), inside = i >= 0 && i < nx && j >= 0 && j < ny;
+        for (const [k, v] of Object.entries(inside ? { x: left + i * w, y: rowTop(j), width: w, height: h, visibility: 'visible' } : { visibility: 'hidden' })) ring.setAttribute(k, v);
+      };
+    };
+    // The cell that holds a moment: `at` has the moments, `where` their places on the axes.
+    const ring = svg('rect', { class: 'ring', fill: 'none', visibility: 'hidden' });
+    let cell = () => {};
+    const show = (t) => {
+      const i = nextTo(chart.at || [], t, (k) => chart.where[0][k] != null && chart.where[1][k] != null);
+      if (i >= 0) cell(chart.where[0][i], chart.where[1][i]);
     };
     draw();
-    return { chart, draw, set: (series) => { chart.series = series; draw(); } };
+    return { chart, draw, show, set: (series) => { chart.series = series; draw(); } };
   }
 
   // ---- page parts -------------------------------------------------------

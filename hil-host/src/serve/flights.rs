@@ -1,6 +1,7 @@
 //! Flights opened in the workbench: what the model says of them with the
 //! ticked effects on.
 
+use super::track_map::way;
 use super::{Sorry, Workbench, dropped};
 use crate::flight::tables::Built;
 use crate::flight::vehicles::Model;
@@ -185,10 +186,11 @@ impl Opened {
         let (nominal, now) = (self.tracks(&State::nominal()), self.tracks(state));
         let recalibrated = self.fitted(&[]).and_then(|s| self.error(&self.tracks(&s)));
         let clock = flight_report::under_way(&self.prepared);
-        let names = ["t", "depth", "observed", "nominal", "now", "alpha"];
+        let way = way(&self.flight, &self.prepared.runs, &now);
+        let names = ["t", "depth", "observed", "nominal", "now", "alpha", "east", "north"];
         let mut columns: BTreeMap<&str, Vec<Option<f64>>> = names.iter().map(|n| (*n, Vec::new())).collect();
         let mut flown = Histogram::default();
-        for (((run, old), new), shift) in self.prepared.runs.iter().zip(&nominal).zip(&now).zip(clock) {
+        for ((((run, old), new), places), shift) in self.prepared.runs.iter().zip(&nominal).zip(&now).zip(&way.reckoned).zip(clock) {
             let cut = blocks(run);
             let starts: Vec<f64> = cut.iter().map(|b| run.time_s[b.rows[0]]).collect();
             for (block, gap) in cut.into_iter().zip(flight_report::gaps(&starts)) {
@@ -205,6 +207,8 @@ impl Opened {
                     100.0 * modelled_m_s(run, &block, &old.depth_m),
                     100.0 * modelled_m_s(run, &block, &new.depth_m),
                     alpha,
+                    places[middle].0,
+                    places[middle].1,
                 ];
                 for (name, value) in names.iter().zip(row) {
                     columns.entry(name).or_default().push(value.is_finite().then_some(value));
@@ -221,6 +225,7 @@ impl Opened {
         json!({
             "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now),
                       "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": !self.check.is_empty()},
+            "fixes": {"east": way.fixes.iter().map(|f| f.0).collect::<Vec<_>>(), "north": way.fixes.iter().map(|f| f.1).collect::<Vec<_>>()},
             "effects": values, "blocks": columns, "curve": curve([&self.vehicle, &self.refitted(state)], state, &flown),
         })
     }

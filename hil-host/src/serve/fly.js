@@ -46,6 +46,7 @@
     fDepth.handle.set([{ name: 'true depth', x: t, y: column('depth') }, ...before]);
     fPitch.handle.set([{ name: 'pitch', x: t, y: column('pitch') }, { name: 'setpoint', x: t, y: column('setpoint') }, { name: 'ballast', x: t, y: column('ballast') }]);
     fAlpha.handle.set([{ name: 'true', x: t, y: angle('alpha') }, { name: 'estimated', x: t, y: angle('alpha_estimate') }, { name: 'best (α*)', x: t, y: angle('alpha_best') }]);
+    Object.assign(fTrack.handle.chart, { clock: 'live', at: t });
     fTrack.handle.set([{ name: 'true track', x: column('east'), y: column('north') }]);
     scrub.max = Math.max(0, rows.length - 1);
     if (follow) scrub.value = scrub.max;
@@ -58,7 +59,7 @@
       .map(([k, v]) => el('div', {}, el('b', { id: 'live-' + k.replace(/[^a-z]/g, '') }, String(v)), el('span', {}, k))));
     const plot = fDepth.handle.plot;
     // One is enough: the others of its group follow.
-    if (!follow && plot) plot.setCursor({ left: plot.valToPos(r.t, 'x'), top: 10 });
+    if (!follow && plot) plot.setCursor({ left: plot.valToPos(r.t, 'x'), top: 10 }, true, true);
   };
   const to = (i) => { scrub.value = i; follow = i >= Number(scrub.max); showRow(i); };
   scrub.addEventListener('input', () => to(Number(scrub.value)));

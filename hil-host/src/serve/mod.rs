@@ -24,6 +24,7 @@ mod dropped;
 pub mod flights;
 pub mod guard;
 pub mod live;
+pub mod track_map;
 
 use anyhow::Context;
 use axum::extract::{DefaultBodyLimit, Query, Request, State};

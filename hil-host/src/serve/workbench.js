@@ -76,17 +76,18 @@ const Bench = (() => {
   const fRate = chart('Depth rate in 20 s blocks', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'time');
   const fRes = chart('Residual (measured minus model) against angle of attack', 'point', ['angle of attack', '°'], ['residual', 'cm/s']);
   const fCurve = chart('L/D in a dive at 0.3 m/s, and where this flight was', 'line', ['angle of attack', '°'], ['L/D', '']);
+  const fTrack = chart('Track: dead reckoning by compass and model, and GPS fixes', 'point', ['east', 'm'], ['north', 'm']);
   const fMaps = [mapChart('Where it fails: model as given'), mapChart('Where it fails: with the ticked effects')];
   const second = el('select', { id: 'second', 'aria-label': 'Second flight to show beside this one' }, el('option', { value: '' }, 'no second flight'));
   const work = el('div', { class: 'cols', hidden: true, id: 'work' },
     el('section', {}, el('h2', {}, 'Effects'), el('div', { class: 'row' }, find, fit, save), findBar, findSay, effects),
-    el('section', {}, verdict, el('h2', {}, 'Model against measurement'), fRate, el('div', { class: 'charts' }, ...fMaps), fRes, fCurve, fDepth, el('div', { class: 'row' }, el('label', { for: 'second' }, 'A second flight beside it:'), second)));
+    el('section', {}, verdict, el('h2', {}, 'Model against measurement'), fRate, el('div', { class: 'charts' }, ...fMaps), fRes, fCurve, fDepth, fTrack, el('div', { class: 'row' }, el('label', { for: 'second' }, 'A second flight beside it:'), second)));
   const hil = el('section', { id: 'hil' });
   root.replaceChildren(
     el('a', { class: 'skip', href: '#flight' }, 'Skip to the flight'),
     el('div', { class: 'bar' }, el('h1', {}, 'Glider workbench'), Glider.themeButton()),
     el('section', { id: 'flight' }, opener, summary, notes, status), ladder, work, hil, el('footer', {}, 'Nothing leaves this machine.'));
-  const figures = [fDepth, fRate, fRes, fCurve, ...fMaps];
+  const figures = [fDepth, fRate, fRes, fCurve, fTrack, ...fMaps];
   figures.forEach((f) => f.attach());
 
   // ---- what a reload keeps ----------------------------------------------
@@ -223,9 +224,10 @@ const Bench = (() => {
     }
     const by = error.recalibrated == null || error.now == null ? null : 100 * (error.recalibrated - error.now);
     const where = error.held_out ? 'on segments kept out of the fit' : 'on the fitted segments';
+    const which = [...state.ticked.keys()].map(words).join(' + ');
     worth.textContent = !state.ticked.size ? `Depth-rate error in cm/s, ${where}. Nothing is ticked.`
-      : by == null ? '' : by >= 0.0005 ? `The ticked effects take off ${by.toFixed(3)} cm/s beyond recalibration, ${where}.`
-        : `The ticked effects are worth nothing here: recalibration alone leaves ${(-by).toFixed(3)} cm/s less, ${where}.`;
+      : by == null ? '' : by >= 0.0005 ? `${which}: takes off ${by.toFixed(3)} cm/s beyond recalibration, ${where}.`
+        : `${which}: worth nothing here; recalibration alone leaves ${(-by).toFixed(3)} cm/s less, ${where}.`;
     worth.className = state.ticked.size && by != null ? (by >= 0.0005 ? 'good' : 'bad') : '';
     undo.disabled = !state.history.length;
     past.textContent = state.history.length ? [...state.history.slice(-4).map((h) => cm(h.now)), cm(error.now)].join(' → ') : '';
@@ -246,6 +248,16 @@ const Bench = (() => {
     const centre = (lo, hi, count) => Array.from({ length: count }, (_, i) => lo + ((hi - lo) * (i + 0.5)) / count);
     return { x: centre(x0, x1, nx), y: centre(y0, y1, ny), z: [...sum].map((s, i) => (n[i] ? s / n[i] : null)) };
   };
+  // The second flight's depth rate minus this one's, at this one's times under way; nothing across a gap.
+  const differenceTo = (b, other) => {
+    let i = 0;
+    return b.t.map((t, k) => {
+      while (i + 1 < other.t.length && other.t[i + 1] <= t) i += 1;
+      const [t0, t1, v0, v1] = [other.t[i], other.t[i + 1], other.observed[i], other.observed[i + 1]];
+      if (b.observed[k] == null || v0 == null || v1 == null || t < t0 || t1 - t0 > 60) return null;
+      return v0 + ((v1 - v0) * (t - t0)) / Math.max(1e-9, t1 - t0) - b.observed[k];
+    });
+  };
   function draw(r) {
     drawLadder(r.error);
     const b = r.blocks, other = state.second, on = state.ticked.size > 0;
@@ -253,13 +265,18 @@ const Bench = (() => {
     const ticked = (series) => (on ? [series] : []);
     const minus = (key) => b.observed.map((v, i) => (v == null || b[key][i] == null ? null : v - b[key][i]));
     fDepth.handle.set([{ name: 'measured', x: b.t, y: b.depth }, ...beside('depth', 'measured')]);
-    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'as given', x: b.t, y: b.nominal }, ...ticked({ name: 'with the ticked effects', x: b.t, y: b.now }), ...beside('observed', 'measured')]);
+    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'as given', x: b.t, y: b.nominal }, ...ticked({ name: 'with the ticked effects', x: b.t, y: b.now }), ...beside('observed', 'measured'), ...(other ? [{ name: 'difference of the two measured', x: b.t, y: differenceTo(b, other.blocks) }] : [])]);
+    // One moment in all of them: the charts over time by their cursor, the others by a ring.
+    Object.assign(fRes.handle.chart, { clock: 'time', at: b.t });
     fRes.handle.set([{ name: 'as given', x: b.alpha, y: minus('nominal') }, ...ticked({ name: 'with the ticked effects', x: b.alpha, y: minus('now') })]);
+    fTrack.hidden = !b.east.some((v) => v != null);
+    Object.assign(fTrack.handle.chart, { clock: 'time', at: b.t });
+    fTrack.handle.set([{ name: 'dead reckoning', x: b.east, y: b.north }, { name: 'GPS fixes', x: r.fixes.east, y: r.fixes.north }]);
     fCurve.handle.set([{ name: 'as given', x: r.curve.alpha, y: r.curve.nominal }, ...ticked({ name: 'with the ticked effects', x: r.curve.alpha, y: r.curve.now }), { name: 'share of time there, 1 = all of it', x: r.curve.flown_alpha || [0], y: r.curve.flown_share || [null] }]);
     const maps = ['nominal', 'now'].map((key) => binned(b, key));
     const most = Math.max(...maps[0].z.filter((v) => v != null).map(Math.abs), 1e-9); // one scale: the second is paler where it is better
     fMaps[1].hidden = !on;
-    maps.forEach((m, i) => { fMaps[i].handle.chart.most = most; fMaps[i].handle.set([{ name: 'cm/s', ...m }]); });
+    maps.forEach((m, i) => { Object.assign(fMaps[i].handle.chart, { most, clock: 'time', at: b.t, where: [b.alpha, b.depth] }); fMaps[i].handle.set([{ name: 'cm/s', ...m }]); });
   }
   second.addEventListener('change', async () => {
     state.second = null;

@@ -173,10 +173,8 @@ fn print(d: &Value, list: bool) {
         }
     }
     println!("{t}");
-    say(&format!(
-        "(A density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis"
-    ));
-    say("nearly a plain one: where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.)");
+    say("(A density bias and a ballast offset are one force, a pitch offset is nearly an angle of zero lift, a stall with hysteresis \
+         nearly a plain one: where nature's own law prefers the truth to such a twin by less than ten to one, nobody can tell.)");
     say(&format!("clean called adequate: {}", of(&d["clean"]["adequate"])));
     let off =
         |size: &str| format!("{} (where it can be told {})", of(&d["off"][size]), of(&d["off"][format!("{size}_where_it_can_be_told")]));

@@ -76,14 +76,14 @@ pub fn run(args: &FlightArgs, output: &Output) -> anyhow::Result<Verdict> {
         "flights": scores,
     });
     output.emit(&document, || {
-        println!("{}", beside_stock(&pairs));
+        println!("{}", scores_table(&pairs));
         say(&format!("report: {}", args.html.display()));
         say(&format!("(stock in brackets; over: beyond the band)  lost to stock: {lost}  not flown: {aborted}  farthest beyond the band: {worst:.2} m"));
     });
     Ok(if good { Verdict::Ok } else { Verdict::Negative })
 }
 
-fn beside_stock(pairs: &[(&Score, &Score)]) -> comfy_table::Table {
+fn scores_table(pairs: &[(&Score, &Score)]) -> comfy_table::Table {
     let mut t = table(["band", "disturbance", "wings", "L/D", "of max", "share of max", "J/m", "over, m", "turn, s"]);
     for (ours, stock) in pairs {
         debug_assert_eq!((ours.case.pilot, stock.case.pilot), (Pilot::Ours, Pilot::Stock));

@@ -141,10 +141,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     output.emit(&document, || {
         print(&built);
         if args.check {
-            say(&format!(
-                "{}",
-                if same { "The firmware's tables are these, byte for byte." } else { "The firmware's tables are NOT these." }
-            ));
+            say(if same { "The firmware's tables are these, byte for byte." } else { "The firmware's tables are NOT these." });
         }
     });
     if args.check && !same {

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use anyhow::anyhow;
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use serde_json::{Value, json};
 
@@ -68,7 +69,12 @@ impl Paper {
         (f64::from(units(px)) * self.letters).round() as u32
     }
 
-    /// The same with a sign, for coordinates.
+    /// How many numbers fit beside each other along an axis of so many px.
+    fn numbers(&self, px: u32, each: f64) -> usize {
+        (f64::from(px) / (each * self.letters) - 1.4).clamp(2.0, 11.0) as usize
+    }
+
+    /// The same as `u` with a sign, for coordinates.
     #[must_use]
     pub fn i(&self, px: i32) -> i32 {
         px.signum() * self.u(px.unsigned_abs()) as i32
@@ -172,6 +178,20 @@ impl Chart {
         counted.into_iter().min_by_key(|c| c.1).unwrap_or((UpperRight, 0, high))
     }
 
+    /// Ranges of the axes, and the corner of the legend.
+    fn room(&self, paper: &Paper) -> ((f64, f64), (f64, f64), SeriesLabelPosition) {
+        let bars = self.series.iter().any(|s| s.mark == Mark::Bars);
+        let x = self.x_range.unwrap_or_else(|| self.range(|p| p.0, false));
+        let mut y = self.y_range.unwrap_or_else(|| self.range(|p| p.1, bars));
+        let (mut corner, covered, share) = self.free_corner(paper, x, y);
+        // In print, where letters take much of the chart, a legend that would cover points gets room above them.
+        if paper.width_mm.is_some() && self.y_range.is_none() && self.series.len() > 1 && covered > 0 {
+            y.1 += (y.1 - y.0) * share / (1.0 - share.min(0.6));
+            corner = self.free_corner(paper, x, y).0;
+        }
+        (x, y, corner)
+    }
+
     /// Draws it into an area.
     ///
     /// # Errors
@@ -180,16 +200,8 @@ impl Chart {
         let u = |px| paper.u(px);
         let [five, eight, nine, eighteen] = [5, 8, 9, 18].map(|px| paper.i(px));
         let (dot, dot_shown) = (u(2), u(3));
-        let bars = self.series.iter().any(|s| s.mark == Mark::Bars);
-        let (x0, x1) = self.x_range.unwrap_or_else(|| self.range(|p| p.0, false));
-        let (y0, y1) = self.y_range.unwrap_or_else(|| self.range(|p| p.1, bars));
-        // In print, where letters take much of the chart, a legend that would cover points gets room above them.
-        let (mut y1, mut legend) = (y1, self.free_corner(paper, (x0, x1), (y0, y1)));
-        if paper.width_mm.is_some() && self.y_range.is_none() && self.series.len() > 1 && legend.1 > 0 {
-            y1 += (y1 - y0) * legend.2 / (1.0 - legend.2.min(0.6));
-            legend = self.free_corner(paper, (x0, x1), (y0, y1));
-        }
-        let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing `{}`: {e}", self.title);
+        let ((x0, x1), (y0, y1), corner) = self.room(paper);
+        let said = |e: Said| anyhow!("drawing `{}`: {e}", self.title);
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", u(20)))
             .margin(u(14))
@@ -197,12 +209,10 @@ impl Chart {
             .y_label_area_size(u(64))
             .build_cartesian_2d(x0..x1, y0..y1)
             .map_err(said)?;
-        // As many numbers as fit beside each other.
-        let numbers = |px: u32, each: f64| (f64::from(px) / (each * paper.letters) - 1.4).clamp(2.0, 11.0) as usize;
         chart
             .configure_mesh()
-            .x_labels(numbers(paper.px.0, 64.0))
-            .y_labels(numbers(paper.px.1, 40.0))
+            .x_labels(paper.numbers(paper.px.0, 64.0))
+            .y_labels(paper.numbers(paper.px.1, 40.0))
             .x_desc(&self.x)
             .y_desc(&self.y)
             .x_label_formatter(&tick)
@@ -256,19 +266,7 @@ impl Chart {
                 }
             }
         }
-        if self.series.len() > 1 {
-            chart
-                .configure_series_labels()
-                .position(legend.0)
-                .margin(u(8))
-                .legend_area_size(u(26))
-                .background_style(WHITE.mix(0.85))
-                .border_style(RGBColor(160, 160, 160).stroke_width(u(1)))
-                .label_font(("sans-serif", u(14)))
-                .draw()
-                .map_err(said)?;
-        }
-        Ok(())
+        if self.series.len() > 1 { legend(&mut chart, corner, paper).map_err(said) } else { Ok(()) }
     }
 
     /// The numbers as csv: series, x, y; the axis labels are in the header.
@@ -294,6 +292,25 @@ impl Chart {
             "y": s.points.iter().map(|p| p.1).collect::<Vec<_>>(),
         })).collect::<Vec<_>>()})
     }
+}
+
+type Said = DrawingAreaErrorKind<std::io::Error>;
+
+/// The box that says which colour is which series.
+fn legend<'a, 'b: 'a>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
+    corner: SeriesLabelPosition,
+    paper: &Paper,
+) -> Result<(), Said> {
+    chart
+        .configure_series_labels()
+        .position(corner)
+        .margin(paper.u(8))
+        .legend_area_size(paper.u(26))
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(160, 160, 160).stroke_width(paper.u(1)))
+        .label_font(("sans-serif", paper.u(14)))
+        .draw()
 }
 
 /// Histogram of values as (bin centre, share of all values), over `[low, high)` in `bins` equal bins.

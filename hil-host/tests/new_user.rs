@@ -1,0 +1,71 @@
+//! What a newcomer does with the README alone, in an empty folder: its blocks of commands, run as printed, each of five at most.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The fenced block of a kind that comes first behind these words.
+fn block(page: &str, behind: &str, kind: &str) -> String {
+    let rest = page.split_once(behind).unwrap_or_else(|| panic!("the README says {behind:?}")).1;
+    let fence = format!("```{kind}\n");
+    let block = rest.split_once(&fence).unwrap_or_else(|| panic!("a block of {kind} behind {behind:?}")).1;
+    block.split_once("```").expect("its end").0.to_owned()
+}
+
+fn commands(page: &str, behind: &str) -> Vec<String> {
+    let lines = block(page, behind, "sh");
+    let commands: Vec<String> = lines.lines().map(|l| l.split(" #").next().unwrap_or_default().trim().to_owned()).collect();
+    assert!((1..=5).contains(&commands.len()) && commands.iter().all(|c| c.starts_with("glider")), "{commands:#?}");
+    commands
+}
+
+fn run(line: &str, work: &Path) -> String {
+    let args: Vec<&str> = line.split_whitespace().skip(1).collect();
+    let out = Command::new(env!("CARGO_BIN_EXE_glider")).args(args).current_dir(work).stdin(Stdio::null()).output().expect("it starts");
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert_eq!(out.status.code(), Some(0), "{line}\n{text}{}", String::from_utf8_lossy(&out.stderr));
+    text
+}
+
+fn readme() -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).expect("the README")
+}
+
+fn empty(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("glider-new-user-{name}-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("an empty folder");
+    folder
+}
+
+/// The number between two words of a text.
+fn number(text: &str, before: &str, after: &str) -> f64 {
+    let inside = text.split_once(before).and_then(|t| t.1.split_once(after)).unwrap_or_else(|| panic!("{before}…{after} in\n{text}")).0;
+    inside.trim().parse().unwrap_or_else(|e| panic!("{inside}: {e}"))
+}
+
+#[test]
+fn the_story_of_the_readme_names_the_effect_and_gains_range() {
+    let (page, work) = (readme(), empty("story"));
+    std::fs::write(work.join("truth.toml"), block(&page, "The story in four", "toml truth.toml")).expect("written");
+    let texts: Vec<String> = commands(&page, "The story in four").iter().map(|c| run(c, &work)).collect();
+    assert!(texts[1].contains("Verdict: explained") && texts[1].contains("Missing: drag level error"), "{}", texts[1]);
+    let fall = number(&texts[2], "The error falls by ", " %");
+    assert!(fall >= 30.0, "{fall} %");
+    let gain = number(&texts[3], "with the other table: ", " % range");
+    assert!(gain > 0.0, "{gain} %");
+    std::fs::remove_dir_all(&work).expect("removed");
+}
+
+#[test]
+fn a_raw_log_comes_to_a_verdict_as_the_readme_says() {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
+        eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
+        return;
+    };
+    let (page, work) = (readme(), empty("log"));
+    let log = root.join("slocum_comet2016/raw").to_string_lossy().into_owned();
+    let texts: Vec<String> = commands(&page, "A log of your own glider").iter().map(|c| run(&c.replace("LOG", &log), &work)).collect();
+    let verdict = texts.last().expect("commands").lines().find(|l| l.starts_with("Verdict: ")).map(str::to_owned);
+    assert!(verdict.is_some(), "{texts:#?}");
+    std::fs::remove_dir_all(&work).expect("removed");
+}

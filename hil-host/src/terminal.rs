@@ -16,8 +16,9 @@ pub fn table<H: Into<String>>(head: impl IntoIterator<Item = H>) -> Table {
     t.load_style(presets::UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(COLUMNS as u16);
     t.set_header(head.into_iter().map(Into::<String>::into));
     // The separator is a blank already: one more is enough.
-    t.column_iter_mut().for_each(|c| {
-        c.set_padding((1, 0));
+    let last = t.column_count().saturating_sub(1);
+    t.column_iter_mut().enumerate().for_each(|(i, c)| {
+        c.set_padding((1, u16::from(i == last)));
     });
     t
 }

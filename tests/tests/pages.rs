@@ -401,6 +401,9 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
         let hover = "const p = document.querySelector('.plot').handle.plot; p.setCursor({left: p.over.clientWidth / 2, top: 20}); return document.querySelector('.u-legend .u-value').textContent;";
         let value = js(&c, hover, vec![]).await;
         assert!(value.as_str().is_some_and(|v| v.trim().parse::<f64>().is_ok()), "{value}");
+        // And the moment is ringed where angle of attack or speed are the axes.
+        let rings = "return [document.querySelectorAll('i.ring:not([hidden])').length, document.querySelectorAll('svg .ring[visibility=visible]').length];";
+        assert_eq!(js(&c, rings, vec![]).await, json!([1, 1]));
         assert_eq!(axe(&c).await, Vec::<String>::new());
         // Printed from a dark screen: white paper, dark ink.
         js(&c, "document.documentElement.dataset.theme = 'dark'; dispatchEvent(new Event('beforeprint'));", vec![]).await;

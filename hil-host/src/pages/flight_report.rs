@@ -106,6 +106,8 @@ struct Seen {
     /// Residuals of the first and of the last state.
     before: Vec<Residual>,
     after: Vec<Residual>,
+    /// Moment of each residual on the time axis, s.
+    moments_s: Vec<f64>,
     alpha_deg: Vec<f64>,
 }
 
@@ -118,6 +120,7 @@ impl Seen {
             modelled: vec![Vec::new(); states.len()],
             before: Vec::new(),
             after: Vec::new(),
+            moments_s: Vec::new(),
             alpha_deg: Vec::new(),
         };
         for (run, shift) in found.prepared.runs.iter().zip(under_way(&found.prepared)) {
@@ -130,6 +133,7 @@ impl Seen {
                     seen.gap_at(run.time_s[b.rows[0]] - shift);
                 }
                 seen.time_s.push(run.time_s[middle] - shift);
+                seen.moments_s.push(run.time_s[middle] - shift);
                 seen.depth_m.push(run.depth_m[middle]);
                 seen.observed.push(100.0 * b.observed_m_s);
                 for (column, t) in seen.modelled.iter_mut().zip(&tracks) {
@@ -214,8 +218,11 @@ fn where_it_fails(seen: &Seen) -> Section {
     let scatter =
         Chart::new("Residual against angle of attack", Mark::Point, Axis::new("angle of attack", "°"), Axis::new("residual", "cm/s"))
             .with(Series::new("as given", &bx, &by))
-            .with(Series::new("after", &ax, &ay));
-    let mut items: Vec<Item> = vec![scatter.into(), map(&seen.before).into()];
+            .with(Series::new("after", &ax, &ay))
+            .following(TIME, seen.moments_s.clone(), Vec::new());
+    let column = |k: usize, factor: f64| seen.before.iter().map(|r| factor * r.values[k]).collect();
+    let map = map(&seen.before).following(TIME, seen.moments_s.clone(), vec![column(0, 1f64.to_degrees()), column(1, 1.0)]);
+    let mut items: Vec<Item> = vec![scatter.into(), map.into()];
     for (k, (name, unit)) in VARIABLES.iter().enumerate().take(7) {
         let (factor, unit) = shown_in(unit);
         let (names, mean, low, high) = binned(&seen.before, k, factor);
@@ -274,8 +281,15 @@ fn why(found: &Diagnosis) -> Section {
         .candidates
         .iter()
         .map(|c| {
-            let numbers: Vec<String> =
-                c.parameters.iter().map(|p| format!("{} = {:.4} [{:.4}, {:.4}] {}", p.name, p.value, p.low, p.high, p.unit)).collect();
+            let numbers: Vec<String> = c
+                .parameters
+                .iter()
+                .map(|p| {
+                    format!("{} = {:.4} [{:.4}, {:.4}] {}", p.name, p.value, p.low, p.high, if p.unit == "1" { "" } else { p.unit })
+                        .trim_end()
+                        .to_owned()
+                })
+                .collect();
             let cm = |v: f64| if v.is_finite() { format!("{:.3}", 100.0 * v) } else { "–".into() };
             vec![
                 name_of(c),

@@ -201,13 +201,33 @@ pub struct Chart {
     /// Charts of one group share cursor and zoom.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
+    /// The group over time that a chart of something else follows: the moment pointed at there is ringed here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock: Option<String>,
+    /// Moments of the points of the first series, or of the places of a map.
+    #[serde(serialize_with = "short::long", skip_serializing_if = "Vec::is_empty")]
+    pub at: Vec<f64>,
+    /// Where on the axes of a map each moment is.
+    #[serde(rename = "where", serialize_with = "short::columns", skip_serializing_if = "Vec::is_empty")]
+    pub places: Vec<Vec<f64>>,
 }
 
 impl Chart {
     /// A chart without series.
     #[must_use]
     pub fn new(title: &str, mark: Mark, x: Axis, y: Axis) -> Self {
-        Self { title: title.into(), mark, x, y, series: Vec::new(), categories: Vec::new(), group: None }
+        Self {
+            title: title.into(),
+            mark,
+            x,
+            y,
+            series: Vec::new(),
+            categories: Vec::new(),
+            group: None,
+            clock: None,
+            at: Vec::new(),
+            places: Vec::new(),
+        }
     }
 
     /// With one more series.
@@ -224,12 +244,22 @@ impl Chart {
         self
     }
 
+    /// On the clock of a group: `at` are the moments of the points, `places` of a map where they are on its axes.
+    #[must_use]
+    pub fn following(mut self, group: &str, at: Vec<f64>, places: Vec<Vec<f64>>) -> Self {
+        // A series that was thinned has lost which point is which moment.
+        if self.mark == Mark::Map || self.series.first().is_some_and(|s| s.x.len() == at.len()) {
+            (self.clock, self.at, self.places) = (Some(group.into()), at, places);
+        }
+        self
+    }
+
     /// Bars over named categories, with intervals where `low` and `high` are given.
     #[must_use]
     pub fn bars(title: &str, y: Axis, categories: Vec<String>, name: &str, values: &[f64], low: &[f64], high: &[f64]) -> Self {
         let x = (0..values.len()).map(|i| i as f64).collect();
         let series = Series { name: name.into(), x, y: values.into(), low: low.into(), high: high.into(), z: Vec::new() };
-        Self { title: title.into(), mark: Mark::Bar, x: Axis::default(), y, series: vec![series], categories, group: None }
+        Self { categories, ..Self::new(title, Mark::Bar, Axis::default(), y) }.with(series)
     }
 }
 
@@ -321,6 +351,11 @@ mod short {
     /// Eight digits: a time axis must tell rows of a 30-day log apart.
     pub fn long<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
         rounded(values, 8, serializer)
+    }
+
+    pub fn columns<S: Serializer>(columns: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+        let short = |v: &f64| v.is_finite().then(|| (v * 1e4).round() / 1e4);
+        serializer.collect_seq(columns.iter().map(|c| c.iter().map(short).collect::<Vec<_>>()))
     }
 
     pub fn serialize<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {

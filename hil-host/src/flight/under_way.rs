@@ -223,10 +223,7 @@ mod tests {
         assert_eq!(follower.read().unwrap(), None);
         let last = follower.recent.moments.back().unwrap().clone();
         assert_eq!(follower.recent.moments[1].depth_m, 2.5);
-        assert_eq!(
-            (last.phase.as_str(), last.abort.as_deref(), last.degraded.as_slice()),
-            ("Safe", Some("OverDepth"), &["weight fired"][..])
-        );
+        assert_eq!((last.phase.as_str(), last.abort.as_deref(), last.degraded.as_slice()), ("Safe", Some("Leak"), &["weight fired"][..]));
         assert!(last.document()["alpha_deg"].is_null() && last.document()["battery_v"] == 15.0);
         std::fs::rename(&journal, folder.join(ROWS)).unwrap();
         std::fs::write(folder.join("vehicle.json"), r#"{"flight": {"end": "done"}}"#).unwrap();

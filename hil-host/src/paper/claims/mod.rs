@@ -104,7 +104,10 @@ mod tests {
             assert!(figures.iter().any(|f| f.0.starts_with(&format!("fig{n:02}"))), "figure {n}");
         }
         for (stem, chart) in &figures {
-            assert!(chart.svg().unwrap().len() > 3000, "{stem}");
+            assert!(
+                crate::pages::figure::Figure::from(chart.clone()).svg(&crate::pages::plots::Paper::SCREEN).unwrap().len() > 3000,
+                "{stem}"
+            );
             assert!(chart.series.iter().all(|s| s.points.iter().any(|p| p.1.is_finite())), "{stem}");
         }
     }

@@ -4,8 +4,7 @@
 //! named.
 
 use crate::likelihood::Problem;
-use crate::likelihood::block_error::block_errors;
-use crate::likelihood::block_error::{Block, rms};
+use crate::likelihood::block_error::{Block, block_errors, rms};
 use crate::model::parameters::State;
 use crate::preprocess::Prepared;
 

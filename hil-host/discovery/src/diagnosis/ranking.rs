@@ -11,6 +11,7 @@ use crate::preprocess::Prepared;
 
 /// Hypotheses that get full figures, for a reader to look at; the others are only ranked.
 const SHOWN: usize = 12;
+
 /// One hypothesis in the report.
 #[derive(Clone, Debug)]
 pub struct Ranked {

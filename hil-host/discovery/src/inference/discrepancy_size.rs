@@ -10,8 +10,9 @@
 
 use crate::ablation::is_on;
 use crate::inference::posterior::Fit;
-use crate::inference::projected_columns::{ProjectedColumns, ln_det};
+use crate::inference::projected_columns::ProjectedColumns;
 use crate::likelihood::discrepancy::{GROUPS, Sizes};
+use crate::likelihood::jacobian::ln_det;
 use crate::likelihood::{Column, Problem};
 use nalgebra::{DMatrix, DVector};
 

@@ -3,7 +3,7 @@
 use crate::inference::posterior::Fit;
 use crate::inference::unknowns::{Free, HELD, Unknowns};
 use crate::likelihood::finite_difference::LEAP;
-use crate::likelihood::jacobian::Jacobian;
+use crate::likelihood::jacobian::{Jacobian, ln_det};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{N_CALIBRATION, State, is_law};
 use nalgebra::{DMatrix, DVector};
@@ -31,6 +31,7 @@ const LEAST_DAMPING: f64 = 1e-9;
 /// Fall of chi² over what signatures promised, within which they are as good as new.
 const AS_PROMISED: std::ops::Range<f64> = 0.8..1.25;
 const TRIALS: usize = 5;
+
 /// Fits the calibration and the effects of `start`, with signatures taken there.
 #[must_use]
 pub fn fit_from(problem: &Problem, start: &State, effort: Effort) -> Fit {
@@ -214,7 +215,7 @@ impl<'a> Descent<'a> {
             curvature[(i, i)] += unknowns.precision[i] + unknowns.beyond_normal(&state, i).2;
             curvature[(i, i)] = curvature[(i, i)].max(1e-12) * (1.0 + 1e-9);
         }
-        let log_det = curvature.clone().cholesky().map_or(f64::INFINITY, |c| 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
+        let log_det = curvature.clone().cholesky().map_or(f64::INFINITY, |c| ln_det(&c));
         let mut gradient = unknowns.gradient(&state, &columns, &residual);
         let mut precision = unknowns.precision.clone();
         (0..nc).filter(|i| !is_law(*i)).for_each(|i| precision[i] += unknowns.beyond_normal(&state, i).2);

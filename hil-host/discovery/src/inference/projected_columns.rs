@@ -2,7 +2,7 @@
 
 use crate::inference::posterior::Linearisation;
 use crate::likelihood::Column;
-use crate::likelihood::jacobian::symmetric;
+use crate::likelihood::jacobian::{ln_det, symmetric};
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Borrow;
 
@@ -101,11 +101,6 @@ impl ProjectedColumns {
         let quadratic = self.match_.dot(&solved) + s2 * through.dot(&inner.solve(&through));
         Some(0.5 * s2 * quadratic - 0.5 * log_det)
     }
-}
-
-/// ln of the determinant.
-pub(crate) fn ln_det(c: &nalgebra::Cholesky<f64, nalgebra::Dyn>) -> f64 {
-    2.0 * c.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use crate::likelihood::finite_difference::LEAP;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{BATTERY_ZERO, N_CALIBRATION, State, step_of};
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix, Dyn};
 
 /// Signatures of the calibration numbers, and their inner products.
 #[derive(Clone, Debug)]
@@ -40,6 +40,11 @@ impl Jacobian {
         let gram = symmetric(N_CALIBRATION, |i, j| columns[i].dot(&columns[j]));
         Self { columns, gram }
     }
+}
+
+/// ln of the determinant.
+pub(crate) fn ln_det(c: &Cholesky<f64, Dyn>) -> f64 {
+    2.0 * c.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
 }
 
 /// A symmetric matrix from its lower half.

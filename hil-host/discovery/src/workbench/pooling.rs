@@ -13,6 +13,7 @@
 //! Spiegelhalter 2009 for its Bayesian form). With two or three flights a moment estimate of T is mostly zero by chance; so T has a
 //! prior and its posterior mean is taken, number by number, over a grid. With one flight that is the prior.
 
+use crate::likelihood::jacobian::ln_det;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// What data say of some numbers, without their prior.
@@ -79,7 +80,7 @@ impl Information {
         let vector = DVector::from_fn(n, |i, _| root(i) * self.vector[i]);
         let by = inner.solve(&vector);
         let matrix = &self.matrix - scaled.transpose() * inner.solve(&scaled);
-        let lost = 2.0 * inner.l().diagonal().iter().map(|d| d.ln()).sum::<f64>() - vector.dot(&by);
+        let lost = ln_det(&inner) - vector.dot(&by);
         Some((Self { matrix, vector: &self.vector - scaled.transpose() * by }, lost))
     }
 }
@@ -126,7 +127,7 @@ fn sum(flights: &[Information], precision: &[f64], variance: &[f64]) -> Option<(
     }
     let all = all.with_prior(precision.iter().copied());
     let factor = factor(&all.matrix)?;
-    cost += 2.0 * factor.l().diagonal().iter().map(|d| d.ln()).sum::<f64>() - all.vector.dot(&factor.solve(&all.vector));
+    cost += ln_det(&factor) - all.vector.dot(&factor.solve(&all.vector));
     Some((all, cost))
 }
 

@@ -28,7 +28,7 @@ use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Column, Problem};
 use crate::model::branch::Branch;
 use crate::model::parameters::{CALIBRATION, State, is_law};
-use crate::model::sensor_findings::{SensorFinding, sensor_findings, with_clock_shift};
+use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare, sanity};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
@@ -404,7 +404,7 @@ fn conclude(
         noise_floor_m_s: problem.noise_floor_m_s(),
         block_s: problem.block_s(),
         discrepancy_m_s: problem.discrepancy.size_m_s,
-        sensors: with_clock_shift(sensor_findings(vehicle, &best.state, sigma), prepared.clock_shift_s),
+        sensors: sensor_findings(vehicle, &best.state, sigma, prepared.clock_shift_s),
         remains: problem.discrepancy_by_group(&best.residual),
         remainder: unknowns.remainder,
         check: check.to_vec(),

@@ -26,9 +26,14 @@ const SIGNIFICANT: f64 = 3.0;
 const NINETY: f64 = 1.645;
 
 /// Nuisances that a fit finds to be off by more than they usually are: a state and the standard errors of its calibration numbers, in
-/// tolerances.
+/// tolerances. `clock_shift_s` is what was taken out before the fit ([`crate::preprocess::Prepared`]).
 #[must_use]
-pub fn sensor_findings(vehicle: &Vehicle, state: &State, sigma: impl Fn(usize) -> f64) -> Vec<SensorFinding> {
+pub fn sensor_findings(
+    vehicle: &Vehicle,
+    state: &State,
+    sigma: impl Fn(usize) -> f64,
+    clock_shift_s: Option<[f64; 2]>,
+) -> Vec<SensorFinding> {
     let found = |k: usize| {
         let (what, unit, factor) = PARAMETERS[k].of_sensor()?;
         let (z, s) = (state.calibration[k], sigma(k));
@@ -37,13 +42,11 @@ pub fn sensor_findings(vehicle: &Vehicle, state: &State, sigma: impl Fn(usize) -
         let finding = || SensorFinding { name: PARAMETERS[k].name, what, value, low, high, unit };
         (z.abs() > SIGNIFICANT && z.abs() > SIGNIFICANT * s).then(finding)
     };
-    (0..BATTERY_MASS).filter_map(found).collect()
+    with_clock_shift((0..BATTERY_MASS).filter_map(found).collect(), clock_shift_s)
 }
 
-/// The same, with the time between two clocks that two pressure sensors told and that was taken out before the fit, and its standard
-/// error, s: what the fit found is beyond it.
-#[must_use]
-pub fn with_clock_shift(mut findings: Vec<SensorFinding>, shift_s: Option<[f64; 2]>) -> Vec<SensorFinding> {
+/// The findings with the shift of a clock and its standard error, s, that was taken out before the fit: what the fit found is beyond it.
+fn with_clock_shift(mut findings: Vec<SensorFinding>, shift_s: Option<[f64; 2]>) -> Vec<SensorFinding> {
     let (Some([shift, sigma]), Some((what, unit, _))) = (shift_s, PARAMETERS[CLOCK_OFFSET].of_sensor()) else { return findings };
     let name = PARAMETERS[CLOCK_OFFSET].name;
     if let Some(fitted) = findings.iter_mut().find(|f| f.name == name) {

@@ -82,7 +82,7 @@ pub struct Prepared {
     pub notes: Vec<String>,
     /// Whether the log has temperatures.
     pub has_temperature: bool,
-    /// Time by which the clock of pitch and ballast was behind that of the CTD and its standard error, s, where two pressure sensors told
+    /// Time by which the clock of pitch and ballast was behind that of the CTD and its standard error, s, where two pressure sensors show
     /// it: it is taken out.
     pub clock_shift_s: Option<[f64; 2]>,
 }

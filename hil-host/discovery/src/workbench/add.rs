@@ -13,7 +13,7 @@ use crate::likelihood::block_error::block_errors;
 use crate::likelihood::block_error::blocks;
 use crate::model::branch::Branch;
 use crate::model::parameters::{CALIBRATION, State};
-use crate::model::sensor_findings::{SensorFinding, sensor_findings, with_clock_shift};
+use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
@@ -103,8 +103,7 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let (fitted_m_s, heldout_m_s) = (errors(&fitted, true), errors(&kept, false));
     let mut document = document(&problem, &fit.state, effects, &parameters, flight, parent);
     narrow(&mut document, &problem, &fit, [fitted_m_s[2], heldout_m_s[2]]);
-    let sensors = sensor_findings(vehicle, &fit.state, |i| fit.covariance[(i, i)].max(0.0).sqrt());
-    let sensors = with_clock_shift(sensors, prepared.clock_shift_s);
+    let sensors = sensor_findings(vehicle, &fit.state, |i| fit.covariance[(i, i)].max(0.0).sqrt(), prepared.clock_shift_s);
     notes.extend(sensors.iter().map(|s| format!("{}: {:.3} {} ({:.3} to {:.3})", s.what, s.value, s.unit, s.low, s.high)));
     Ok(Added {
         fitted_m_s,

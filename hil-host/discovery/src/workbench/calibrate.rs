@@ -24,7 +24,7 @@ use crate::model::parameters::{
     BATTERY_ZERO, CALIBRATION, CLOCK_OFFSET, HEADING_BIAS, N_CALIBRATION, PARAMETERS, PITCH_ZERO, PRESSURE_PORT, PRESSURE_ZERO,
     SPEED_SCALE, STATED, State, TRIM_VOLUME, bounds, set_tolerance, tolerance_of, wide_tail,
 };
-use crate::model::sensor_findings::{SensorFinding, sensor_findings, with_clock_shift};
+use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::{Tolerance, Vehicle};
@@ -409,7 +409,7 @@ impl Together<'_> {
             noise_floor_m_s: fitted.problem.noise_floor_m_s(),
             discrepancy_m_s: fitted.problem.discrepancy.size_m_s,
             own: [TRIM_VOLUME, PITCH_ZERO].map(own).map(|[value, sigma]| (value, sigma)),
-            sensors: with_clock_shift(sensor_findings(self.vehicle, state, sigma), prepared.clock_shift_s),
+            sensors: sensor_findings(self.vehicle, state, sigma, prepared.clock_shift_s),
         }
     }
 

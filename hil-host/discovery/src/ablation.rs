@@ -9,7 +9,7 @@ pub const SWITCHES: &[(&str, &str)] = &[
     ("clock_from_pressures", "the offset of two clocks that two pressure sensors show is taken out before anything is fitted"),
     ("discrepancy", "a model discrepancy is marginalised in every hypothesis"),
     ("unknown", "effects that nobody has named compete as hypotheses"),
-    ("inclusion", "a name stands where an unknown effect is likeliest beside it, not in its place"),
+    ("inclusion", "a name stands where an unknown effect is likelier given it than in its place"),
     ("practical", "where the model has a discrepancy, an effect has to lower the error by a share"),
     ("heave_mass", "added mass across the hull is a nuisance with a wide tail"),
     ("wave_train", "amplitudes of a wave that are alike in all runs are believed more"),

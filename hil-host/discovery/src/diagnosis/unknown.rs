@@ -41,20 +41,19 @@ pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&C
     fits.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES).ln());
     let asked = families(problem, &fits.iter().map(|(fit, odds)| (*fit, best + speak_up - odds)).collect::<Vec<_>>());
     let ahead = |(odds, family): (f64, &Family)| odds + family.log_bayes - best;
-    let competes = |f: &&Family| is_on("unknown") && !f.may_be_water();
-    let leader_of = |at: usize, wanted: &dyn Fn(&Family) -> bool| {
-        let list = asked.get(at).into_iter().flatten().filter(competes).filter(|f| wanted(f));
-        list.map(|f| (fits[at].1, f)).max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)))
+    let larger = |a: &(f64, &Family), b: &(f64, &Family)| ahead(*a).total_cmp(&ahead(*b));
+    let best_of = |at: usize, wanted: &dyn Fn(&Family) -> bool| {
+        let competes = |f: &&Family| is_on("unknown") && !f.may_be_water() && wanted(f);
+        asked[at].iter().filter(competes).map(|f| (fits[at].1, f)).max_by(larger)
     };
-    let likelier = |a: Option<(f64, &Family)>, than: f64| a.is_some_and(|a| ahead(a) > than);
     // A velocity of its own describes any effect, the named ones too: it can say what the best leaves. What acts through the
     // inputs is a cause, and may stand in the place of a name.
-    let added = leader_of(0, &|_| true);
-    let cause = (1..fits.len()).filter_map(|at| leader_of(at, &|f| f.scale_m_s.is_none())).max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)));
-    let in_place = likelier(cause, added.map_or(speak_up, &ahead).max(speak_up));
-    let leader = if in_place { cause } else { added.filter(|a| ahead(*a) > speak_up) };
-    let name_stands =
-        is_on("inclusion") && !in_place && named.is_some() && leader.is_some_and(|l| !likelier(leader_of(1, &|_| true), ahead(l)));
+    let added = best_of(0, &|_| true);
+    let cause = (1..fits.len()).filter_map(|at| best_of(at, &|f| f.scale_m_s.is_none())).max_by(larger);
+    let in_place = cause.filter(|c| added.is_none_or(|a| ahead(*c) > ahead(a)));
+    let leader = in_place.or(added).filter(|l| ahead(*l) > speak_up);
+    let beaten_in_place = |l: (f64, &Family)| best_of(1, &|_| true).is_some_and(|f| ahead(f) > ahead(l));
+    let name_stands = is_on("inclusion") && named.is_some() && in_place.is_none() && leader.is_some_and(|l| !beaten_in_place(l));
     let mut remainder: Vec<Family> = leader.map(|(_, f)| f.clone()).into_iter().collect();
     for f in &asked[0] {
         if !remainder.iter().any(|r| (r.variable, r.period_s) == (f.variable, f.period_s)) {

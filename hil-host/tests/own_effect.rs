@@ -8,7 +8,7 @@ use discovery::hypotheses::search::Depth;
 use discovery::model::dynamics::track;
 use discovery::preprocess::prepare;
 use discovery::vehicle::{self, catalogue};
-use discovery::workbench::add::add;
+use discovery::workbench::add::{Added, add};
 use discovery::workbench::next_flight::{Reach, plan};
 use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, Constants, Continuation, Effect, Flow, InFlow, Parameter};
@@ -83,7 +83,7 @@ fn flight(wing: Wing) -> (Flight, Vehicle) {
     (log, v)
 }
 
-fn diagnosed_added_and_planned_for(wing: Wing) {
+fn diagnosed_added_and_planned_for(wing: Wing, error_m_s: fn(&Added) -> [f64; 3]) {
     let first = catalogue::by_name(NAME).is_none();
     assert_eq!(catalogue::extend(vec![&TipSeparationDrag]).is_ok(), first, "once is enough");
     assert!(catalogue::extend(vec![&TipSeparationDrag]).is_err(), "once is enough");
@@ -92,8 +92,8 @@ fn diagnosed_added_and_planned_for(wing: Wing) {
     assert_eq!(d.answer, [NAME], "{:?}: {:?} {:?}", d.verdict, d.equivalent, d.notes);
 
     let added = add(&log, &v, &[&TipSeparationDrag], b"parent").expect("a fit");
-    // On standard wings few rows of the dives kept out fly beyond the onset.
-    assert!(added.fitted_m_s[2] < 0.7 * added.fitted_m_s[1], "{:?}", added.fitted_m_s);
+    let [_, recalibrated, with_effect] = error_m_s(&added);
+    assert!(with_effect < 0.7 * recalibrated, "{:?} {:?}", added.fitted_m_s, added.heldout_m_s);
     assert!(added.heldout_m_s[2] < added.heldout_m_s[1], "{:?}", added.heldout_m_s);
     let back = vehicle::parse(added.vehicle, Path::new("new.json")).expect("what is written reads back");
     let own = back.effects.iter().find(|a| a.effect.name() == NAME).expect("it is switched on");
@@ -105,11 +105,12 @@ fn diagnosed_added_and_planned_for(wing: Wing) {
 
 #[test]
 fn an_effect_of_ones_own_is_diagnosed_added_and_planned_for() {
-    diagnosed_added_and_planned_for(Wing::Standard);
+    // Few rows of the dives kept out fly beyond the onset: the fitted ones show it.
+    diagnosed_added_and_planned_for(Wing::Standard, |added| added.fitted_m_s);
 }
 
 #[test]
 #[ignore = "missed since the model discrepancy is marginalised: docs/discovery-score.md"]
 fn an_effect_of_ones_own_is_found_on_wings_that_fly_near_the_stall() {
-    diagnosed_added_and_planned_for(Wing::LowAspectRatio);
+    diagnosed_added_and_planned_for(Wing::LowAspectRatio, |added| added.heldout_m_s);
 }

@@ -111,28 +111,32 @@ impl Mutant {
 #[cfg(feature = "mutants")]
 mod active {
     use super::{Mutant, Watch};
-    use core::sync::atomic::{AtomicU16, Ordering};
+    use core::sync::atomic::{AtomicU64, Ordering};
 
-    const SLOW: u16 = 256;
-    static ACTIVE: AtomicU16 = AtomicU16::new(0);
+    /// A bit for each watch.
+    static BLIND: AtomicU64 = AtomicU64::new(0);
+    static SLOW: AtomicU64 = AtomicU64::new(0);
 
-    /// Breaks the law of this whole process, or mends it.
-    pub fn set(mutant: Option<Mutant>) {
-        let code = match mutant {
-            None => 0,
-            Some(Mutant::Blind(w)) => 1 + w as u16,
-            Some(Mutant::Slow(w)) => SLOW + w as u16,
-        };
-        ACTIVE.store(code, Ordering::Relaxed);
+    /// Breaks the law of this whole process in all these ways, or mends it where there are none.
+    pub fn set(mutants: &[Mutant]) {
+        let (mut blind, mut slow) = (0, 0);
+        for mutant in mutants {
+            match *mutant {
+                Mutant::Blind(w) => blind |= 1 << w as u8,
+                Mutant::Slow(w) => slow |= 1 << w as u8,
+            }
+        }
+        BLIND.store(blind, Ordering::Relaxed);
+        SLOW.store(slow, Ordering::Relaxed);
     }
 
     impl Watch {
         pub(crate) fn looks(self) -> bool {
-            ACTIVE.load(Ordering::Relaxed) != 1 + self as u16
+            BLIND.load(Ordering::Relaxed) >> self as u8 & 1 == 0
         }
 
         pub(crate) fn after(self, s: f32) -> f32 {
-            if ACTIVE.load(Ordering::Relaxed) == SLOW + self as u16 { 2.0 * s } else { s }
+            if SLOW.load(Ordering::Relaxed) >> self as u8 & 1 == 1 { 2.0 * s } else { s }
         }
     }
 }

@@ -55,6 +55,8 @@ pub(crate) struct Body {
     pub(crate) battery_mass: f64,
     pub(crate) ballast_arm: f64,
     pub(crate) curvature_full: f64,
+    /// Sine of the fin angle of the tightest turn.
+    fin_full_sin: f64,
     pub(crate) yaw_length: f64,
     pub(crate) roll_per_curvature: f64,
     pub(crate) fin_area: f64,
@@ -81,6 +83,7 @@ impl Body {
             battery_mass: v.battery_mass_kg,
             ballast_arm: v.ballast_arm_m,
             curvature_full: 1.0 / v.turn_radius_m,
+            fin_full_sin: FIN_FULL_RAD.sin(),
             yaw_length: v.yaw_length_m,
             roll_per_curvature: v.roll_per_curvature_rad_m,
             fin_area: v.fin_area_m2,
@@ -190,7 +193,7 @@ impl Body {
 
     /// Turn curvature commanded by a fin angle, 1/m.
     fn curvature(&self, fin: f64) -> f64 {
-        self.curvature_full * fin.sin() / FIN_FULL_RAD.sin()
+        self.curvature_full * fin.sin() / self.fin_full_sin
     }
 
     /// Roll in a turn, rad.

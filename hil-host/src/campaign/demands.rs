@@ -36,6 +36,12 @@ pub const STUCK_S: f64 = 60.0;
 pub const OVER_LEG: (f64, f64) = (10.0, 1.05);
 /// See [`OVER_LEG`].
 pub const OVER_WORKING_M: f64 = 5.0;
+/// Too deep with a depth that is measured: abort, s. Two looks and the depth filter.
+pub const TOO_DEEP_S: f64 = 16.0;
+/// So deep that the weight, heated for its whole time, goes no sooner than at crush depth: weight fired, s.
+pub const AT_RISK_S: f64 = 12.0;
+/// Noise of a depth reading, σ·3 of two sensors, a wave and the density they are scaled with, m.
+pub const DEPTH_NOISE_M: f64 = 0.5;
 /// Pump feedback missing: abort, s.
 pub const FEEDBACK_LOST_S: f64 = 9.0;
 /// Pump without way: one try, s; tries before the verdict, with the reverse.

@@ -38,6 +38,8 @@ pub enum Water {
     Edge,
     /// 5–190 m, eight dives, with one depth sensor.
     Alone,
+    /// Twenty-five dives of 5–30 m, three hours without the surface, and then one to 190 m, with one depth sensor.
+    Late,
     /// Mission, vehicle, fittings and water drawn from the case's seed.
     Drawn,
 }
@@ -84,17 +86,19 @@ impl Case {
             Water::Shallow => Leg { dives: 3, ..Leg::default() },
             Water::Alone => Leg { dives: 8, depth_min_m: 5.0, depth_max_m: 190.0, ..Leg::default() },
             Water::Edge => Leg { dives: 3, depth_min_m: 5.0, depth_max_m: 190.0, ..Leg::default() },
+            Water::Late => Leg { dives: 25, depth_min_m: 5.0, depth_max_m: 30.0, ..Leg::default() },
         };
+        let deep = Leg { dives: 1, depth_min_m: 5.0, depth_max_m: 190.0, ..Leg::default() };
         let hours = match self.water {
             Water::Shallow => 3,
-            Water::Alone => 24,
+            Water::Alone | Water::Late => 24,
             Water::Edge | Water::Drawn => 8,
         };
         Mission {
             wings: self.wings,
-            legs: [leg].into_iter().collect(),
+            legs: std::iter::once(leg).chain((self.water == Water::Late).then_some(deep)).collect(),
             max_duration_s: hours * 3600,
-            surface_every: if self.water == Water::Alone { 0 } else { 2 },
+            surface_every: if matches!(self.water, Water::Alone | Water::Late) { 0 } else { 2 },
         }
     }
 
@@ -113,7 +117,7 @@ impl Case {
         let [shallow, edge] = &DENSITY;
         let density = if self.water == Water::Shallow { shallow } else { edge };
         s.vehicle.ballasted_density_kg_m3 = *density.get_or_init(|| worlds::density_at(&s, 0.4 * s.vehicle.crush_depth_m));
-        s.sensors.depth2.absent = self.water == Water::Alone;
+        s.sensors.depth2.absent = matches!(self.water, Water::Alone | Water::Late);
         s.seed = self.seed;
         s.faults.clone_from(&self.faults);
         s
@@ -147,9 +151,20 @@ fn injected(target: Target, kind: Kind) -> Option<Fault> {
 /// What can be wrong with the only depth sensor; drifts from 5 to 60 m an hour either way.
 fn alone() -> Vec<Fault> {
     let depth = catalogue().filter(|e| e.0 == Target::Depth && e.1 != Kind::Drift).filter_map(|e| Fault::new(e.0, e.1));
+    depth.flat_map(|f| std::iter::once(f).chain(f.mirrored())).chain(drifts()).collect()
+}
+
+/// A depth that drifts, m/h, either way.
+fn drifts() -> Vec<Fault> {
     let drift = |size| Fault::new(Target::Depth, Kind::Drift).map(|f| Fault { size, ..f });
     let drifts = [5.0, 10.0, 20.0, 40.0, 60.0].into_iter().filter_map(drift);
-    depth.chain(drifts).flat_map(|f| std::iter::once(f).chain(f.mirrored())).collect()
+    drifts.flat_map(|f| std::iter::once(f).chain(f.mirrored())).collect()
+}
+
+/// Weights at the deepest point, g: more than the pump lifts, less than pump and weight do, and no more time than the release takes.
+fn heavy_at_depth() -> Vec<Fault> {
+    let weight = |size| Fault::new(Target::Vehicle, Kind::Trim).map(|f| Fault { size, ..f }.at(Phase::InflectLow, 0.0));
+    [300.0, 400.0, 500.0, 600.0].into_iter().filter_map(weight).collect()
 }
 
 /// Neither a depth nor a pump that lifts: nothing is left to wait for.
@@ -232,6 +247,14 @@ pub fn cases() -> Vec<Case> {
             n += 1;
         }
     }
+    for wings in [Wings::Standard, Wings::LowAspectRatio] {
+        for fault in heavy_at_depth() {
+            add(Water::Edge, wings, vec![fault], None);
+        }
+        for fault in drifts() {
+            add(Water::Late, wings, vec![fault.at(Phase::Dive, 20.0)], None);
+        }
+    }
     cases
 }
 
@@ -281,9 +304,10 @@ mod tests {
         let faults = catalogue().map(|e| 1 + usize::from(injected(e.0, e.1).is_some_and(|f| f.mirrored().is_some()))).sum::<usize>();
         assert!(faults > one_way + 40, "{faults}");
         assert!(cases.len() > 10_000, "{}", cases.len());
-        let singles = cases.iter().filter(|c| c.faults.len() == 1 && c.water != Water::Alone).count();
+        let singles = cases.iter().filter(|c| c.faults.len() == 1 && !matches!(c.water, Water::Alone | Water::Late)).count();
         assert_eq!(cases.iter().filter(|c| c.water == Water::Alone).count(), (14 + 10) * 2 * 2 + 2);
-        assert_eq!(singles, faults * PHASES.len() * 3 * 2 + hangs().len() * 2 * 2);
+        assert_eq!(singles, faults * PHASES.len() * 3 * 2 + hangs().len() * 2 * 2 + heavy_at_depth().len() * 2);
+        assert_eq!(cases.iter().filter(|c| c.water == Water::Late).count(), 10 * 2);
         let pairs: std::collections::HashSet<_> = cases
             .iter()
             .filter(|c| c.faults.len() == 2 && c.water == Water::Edge)

@@ -65,7 +65,7 @@ impl Means {
         let own = OnceLock::new();
         let kept = match case.water {
             Water::Shallow => shallow,
-            Water::Edge | Water::Alone => edge,
+            Water::Edge | Water::Alone | Water::Late => edge,
             Water::Drawn => &own,
         };
         let world = kept.get_or_init(at_rest).as_ref().ok_or_else(|| anyhow!("{}: no such world", case.name()))?;

@@ -4,7 +4,7 @@
 //! Rules for every mission (whatever breaks): the vehicle ends at the surface
 //! and stays there; it is never deeper than its crush depth; every command is
 //! finite and in range; the first cause of an abort is latched and SAFE is
-//! never left. Rules per fault: [`expect`]. A healthy twin with the same noise
+//! never left; too deep is an abort and at the depth at risk the weight goes ([`zones`]). Rules per fault: [`expect`]. A healthy twin with the same noise
 //! must fly its mission without an abort.
 //!
 //! Bounds are demanded figures ([`demands`]), not the law's own waits. Random
@@ -33,6 +33,7 @@ pub mod summary;
 pub mod tally;
 pub mod through_seat;
 pub mod twin;
+pub mod zones;
 
 use crate::flight::closed_loop::{End, Setup, fly};
 use crate::flight::cycle::Cycle;
@@ -51,6 +52,7 @@ use signals::{Abort, Answer, Phase};
 use signs::Witness;
 pub use summary::Summary;
 use twin::Twin;
+use zones::Zones;
 
 /// What came of one mission.
 #[derive(Clone, Debug)]
@@ -105,7 +107,7 @@ impl Verdict {
     /// Deeper than 100 m by its mission.
     #[must_use]
     pub fn at_depth(&self) -> bool {
-        matches!(self.case.water, Water::Edge | Water::Alone)
+        matches!(self.case.water, Water::Edge | Water::Alone | Water::Late)
             || self.case.water == Water::Drawn && worlds::deepest_m(&self.case.mission()) > 100.0
     }
 
@@ -145,6 +147,12 @@ fn milli(x: f64) -> f64 {
 /// Time before the end within which full buoyancy must have been commanded, s: a retry of a stuck pump takes it back for a cycle.
 const LATELY_S: f64 = 60.0;
 
+/// From the onset of a fault that begins so long after its phase is entered to the first frame after, s: a phase is entered when its
+/// frame has been read.
+fn unread_s(delay_s: f64) -> f64 {
+    (delay_s / CYCLE_S).ceil().max(1.0) * CYCLE_S - delay_s
+}
+
 /// A duty, who watches for its sign, and how long that stood in the cycle before, s.
 struct Watched {
     duty: Duty,
@@ -162,6 +170,8 @@ struct Judge<'a> {
     means: Means,
     /// When each fault began, s.
     onsets: Vec<Option<f64>>,
+    /// From its onset to the first frame that the first fault can show in, s.
+    unread_s: f64,
     abort: Option<(Abort, f64)>,
     /// When it was aborted, s.
     aborted_s: Option<f64>,
@@ -171,6 +181,7 @@ struct Judge<'a> {
     full_s: Option<f64>,
     /// Time after the onset until the vehicle last went down on purpose, s.
     dived_s: f64,
+    zones: Zones,
     broken: Vec<&'static str>,
     /// What a single fault is owed, and who watches for its signs.
     owed: Option<Expect>,
@@ -189,12 +200,14 @@ impl<'a> Judge<'a> {
             deepest_m: f64::from(worlds::deepest_m(&case.mission())),
             means,
             onsets: vec![None; case.faults.len()],
+            unread_s: case.faults.first().map_or(0.0, |f| unread_s(f.delay_s)),
             abort: None,
             aborted_s: None,
             last: None,
             fired: false,
             full_s: None,
             dived_s: 0.0,
+            zones: Zones::of(case),
             broken: Vec::new(),
             duties: owed
                 .iter()
@@ -280,6 +293,10 @@ impl<'a> Judge<'a> {
             }
         }
         self.fired |= c.drop_weight;
+        let gone = self.fired || cycle.truth.weight_dropped;
+        if let Some(rule) = self.zones.see(cycle, self.config, self.deepest_m, gone) {
+            self.breaks(rule);
+        }
         if let (Phase::Dive, Some(onset)) = (answer.trace.phase, self.onset_s()) {
             self.dived_s = self.dived_s.max(time_s - onset);
         }
@@ -303,7 +320,8 @@ impl<'a> Judge<'a> {
             _ => return None,
         };
         let Some(owed) = &self.owed else {
-            return (!matches!(self.case.water, Water::Drawn | Water::Alone)).then_some("nothing is laid down for this fault");
+            return (!matches!(self.case.water, Water::Drawn | Water::Alone | Water::Late))
+                .then_some("nothing is laid down for this fault");
         };
         if let Some((cause, after_s)) = self.abort {
             if *owed == Expect::Mission {
@@ -320,9 +338,9 @@ impl<'a> Judge<'a> {
                 return Some("abort without its sign");
             }
         }
-        // Onset and answer are a cycle apart at the closest.
+        // A bound is counted from the first frame that the fault can show in.
         match (owed, self.abort) {
-            (Expect::Abort(_, bound), Some((_, after_s))) => (after_s > bound + CYCLE_S).then_some("abort too late"),
+            (Expect::Abort(_, bound), Some((_, after_s))) => (after_s > bound + self.unread_s).then_some("abort too late"),
             // Unless the mission was over before the bound.
             (Expect::Abort(_, bound), None) => {
                 self.onset_s().is_none_or(|onset_s| duration_s - onset_s >= bound + CYCLE_S).then_some("no abort")
@@ -381,7 +399,7 @@ pub fn run_through(case: &Case, seat: &mut dyn Seat) -> anyhow::Result<Verdict> 
     let config = setup.config.clone();
     let twin = match case.water {
         Water::Shallow | Water::Edge => Twin::if_needed(case)?,
-        Water::Alone | Water::Drawn => Twin::for_budget(case)?,
+        Water::Alone | Water::Late | Water::Drawn => Twin::for_budget(case)?,
     };
     // Random missions owe the global rules only.
     let owed = match (case.faults.as_slice(), case.water) {

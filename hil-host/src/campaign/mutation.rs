@@ -15,7 +15,7 @@ fn missions(watch: Watch, wanted: usize) -> Vec<Case> {
     let text = meant_for(watch);
     let rank = |c: &Case| match (c.name().contains(text), c.faults.len(), c.water) {
         (true, 1, _) => 0,
-        (_, _, Water::Alone) => 1,
+        (_, _, Water::Alone | Water::Late) => 1,
         (true, ..) => 2,
         _ => 3,
     };
@@ -87,9 +87,9 @@ pub fn trial(mutant: Mutant, wanted: usize) -> anyhow::Result<Trial> {
     let (Mutant::Blind(watch) | Mutant::Slow(watch)) = mutant;
     let mut trial = Trial { mutant, flown: 0, caught_by: None };
     for batch in missions(watch, wanted).chunks(BATCH) {
-        set(Some(mutant));
+        set(&[mutant]);
         let verdicts = batch.par_iter().map(run).collect::<anyhow::Result<Vec<Verdict>>>();
-        set(None);
+        set(&[]);
         trial.flown += batch.len();
         for v in verdicts?.iter().filter(|v| v.wrong()) {
             if !run(&v.case)?.wrong() {

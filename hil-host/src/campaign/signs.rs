@@ -21,7 +21,7 @@ pub enum Sign {
     DepthWrong(Target),
     /// The vehicle rises and its compass has said nothing usable for a minute.
     HeadingLost,
-    /// The pitch reading stands still though the vehicle has turned over since.
+    /// The pitch reading stands still though the vehicle has pitched since.
     PitchFrozen,
     /// The pitch reading has the other sign than the pitch, and than what is asked for.
     PitchOpposed,
@@ -54,7 +54,7 @@ impl Sign {
         match self {
             Self::DepthWrong(_) => "depth reading wrong",
             Self::HeadingLost => "rising without heading",
-            Self::PitchFrozen => "pitch frozen through a turn",
+            Self::PitchFrozen => "pitch frozen though it changed",
             Self::PitchOpposed => "pitch of the wrong sign",
             Self::Leak => "leak alarm",
             Self::Volts => "voltage low in 3 of 5",
@@ -76,8 +76,6 @@ impl Sign {
     }
 }
 
-/// Noise of a depth reading, σ·3 of two sensors, a wave and the density they are scaled with, m.
-const DEPTH_NOISE_M: f64 = 0.5;
 /// Rate that no filter takes for rest, m/s: the law's own limit and as much again as its noise.
 const RATE_NOISE_M_S: f64 = 0.02;
 /// Steps of a fin that the law takes for way, rad, and its noise.
@@ -133,7 +131,7 @@ impl Witness {
                 let reading = if target == Target::Depth2 { f.depth2_m } else { f.depth_m };
                 let apart_m = demands::APART.0 + demands::APART.1 * t.depth_m.abs();
                 // Up to ZERO_MAX_M of it is taken for a zero at the surface.
-                let most_m = apart_m + demands::ZERO_M + DEPTH_NOISE_M;
+                let most_m = apart_m + demands::ZERO_M + demands::DEPTH_NOISE_M;
                 !fresh(reading, config).is_some_and(|z| (z - t.depth_m).abs() <= most_m)
             }
             Sign::HeadingLost => {
@@ -144,16 +142,16 @@ impl Witness {
                 self.lost_s > demands::HEADING_LOST_S && self.risen_s >= RISEN_S
             }
             Sign::PitchFrozen => {
-                // From one side of neutral to the other the pitch asked for swings by twice its own size.
                 if !gliding {
                     (self.mark, self.turned) = ((f64::NAN, f64::NAN), false);
                     return false;
                 }
                 let pitch = fresh(f.pitch_rad, config).unwrap_or(f64::NAN);
                 if self.mark.0 != pitch {
-                    (self.mark, self.turned) = ((pitch, t.ballast_m3), false);
+                    (self.mark, self.turned) = ((pitch, t.pitch_rad.tan()), false);
                 }
-                self.turned |= self.mark.1 * t.ballast_m3 < 0.0;
+                // Half as much again as must show: the trim law's slopes may be off by that.
+                self.turned |= (t.pitch_rad.tan() - self.mark.1).abs() > 1.5 * demands::MUST_SHOW_RAD;
                 self.turned
             }
             Sign::PitchOpposed => {
@@ -182,17 +180,13 @@ impl Witness {
                 }
                 steady && off > demands::FIN.0 + FIN_NOISE_RAD
             }
-            Sign::TooDeep => {
-                let z = t.depth_m - DEPTH_NOISE_M;
-                let leg = (deepest_m + demands::OVER_LEG.0).max(deepest_m * demands::OVER_LEG.1);
-                z > leg.min(f64::from(config.working_depth_m) + demands::OVER_WORKING_M)
-            }
+            Sign::TooDeep => super::zones::too_deep(t.depth_m, config, deepest_m),
             Sign::SinksOn => {
                 command.ballast_m3 > 0.5 * config.pump_m3 && t.sink_rate_m_s > demands::SINKS.0 + RATE_NOISE_M_S && !t.at_surface
             }
             Sign::NoWay | Sign::DivesInVain => {
                 let tries = if self.sign == Sign::NoWay { gliding } else { phase == Phase::Dive };
-                if !tries || !((t.depth_m - self.mark.0).abs() < demands::WAY_M - DEPTH_NOISE_M) {
+                if !tries || !((t.depth_m - self.mark.0).abs() < demands::WAY_M - demands::DEPTH_NOISE_M) {
                     self.mark.0 = t.depth_m;
                     return false;
                 }
@@ -314,8 +308,9 @@ mod tests {
         assert!(shows(Sign::SinksOn, &out(0.06)) && !shows(Sign::SinksOn, &out(0.03)));
         let still = |s: &mut Shown, _: usize| s.truth.depth_m = 20.0;
         assert!(shows(Sign::NoWay, &still) && shows(Sign::DivesInVain, &still));
-        let frozen = |turned: bool| move |s: &mut Shown, i: usize| s.truth.ballast_m3 = if turned && i > 30 { 200e-6 } else { -200e-6 };
-        assert!(shows(Sign::PitchFrozen, &frozen(true)) && !shows(Sign::PitchFrozen, &frozen(false)));
+        // tan 0.4 is 0.42: 0.225 of it have to be gone.
+        let frozen = |rad: f64| move |s: &mut Shown, i: usize| s.truth.pitch_rad = if i > 30 { rad } else { -0.4 };
+        assert!(shows(Sign::PitchFrozen, &frozen(-0.18)) && !shows(Sign::PitchFrozen, &frozen(-0.21)));
         let opposed = |s: &mut Shown, _: usize| s.frame.pitch_rad = Reading::now(0.4);
         assert!(shows(Sign::PitchOpposed, &opposed));
         let asked = |rad: f32| move |s: &mut Shown, _: usize| s.answer.trace.pitch_setpoint_rad = rad;

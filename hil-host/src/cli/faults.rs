@@ -20,7 +20,7 @@ const LEAST_SCORE: f64 = 0.95;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider faults\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
-glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
+glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n  glider faults --part 2/8 --out part2.json\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
 each ends on the board's own parts as on frames; --bus disturbs its buses: no hang, no reading of what is not there.\n\
 A mission that nobody could bring home (pump and weight less the load at rest, or the best moves five minutes after the fault) is set\n\
 apart under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
@@ -40,7 +40,10 @@ pub struct Args {
     /// Changes all noise of the campaign, and which missions are drawn.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Only cases whose name contains this.
+    /// Fly only this part of the missions, as 2/8: to share a campaign among machines or nights.
+    #[arg(long, value_name = "K/N", default_value = "1/1")]
+    part: Part,
+    /// Only cases whose name contains this; with --mutation only broken laws.
     #[arg(long, value_name = "TEXT")]
     pub(super) only: Option<String>,
     /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
@@ -48,7 +51,7 @@ pub struct Args {
     healthy: Option<u64>,
     /// Break the law instead, one watch at a time, and count how often the campaign notices; --sample: missions for each besides those
     /// with the faults that the watch is there for [default: 1000].
-    #[arg(long, conflicts_with_all = ["only", "healthy"])]
+    #[arg(long, conflicts_with_all = ["healthy"])]
     mutation: bool,
     /// Disturb the buses of a board on its own parts instead, so many times.
     #[arg(long, value_name = "N", conflicts_with_all = ["only", "healthy", "mutation", "sample"])]
@@ -65,6 +68,34 @@ pub struct Args {
     /// Image for the QEMU seat.
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
+}
+
+/// One of several equal parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    /// Which, from 0.
+    which: u64,
+    of: u64,
+}
+
+impl std::str::FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/').and_then(|(k, n)| Some((k.parse::<u64>().ok()?, n.parse::<u64>().ok()?)));
+        match parts {
+            Some((k, n)) if (1..=n).contains(&k) => Ok(Self { which: k - 1, of: n }),
+            _ => Err("a part is written as 2/8, the second of eight".to_owned()),
+        }
+    }
+}
+
+impl Part {
+    /// Numbers from `first` on, `count` of them in all parts together.
+    fn of(self, first: u64, count: u64) -> std::ops::Range<u64> {
+        let at = |k: u64| first + count * k / self.of;
+        at(self.which)..at(self.which + 1)
+    }
 }
 
 /// Runs the command.
@@ -106,9 +137,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     } else {
         spread(chosen, wanted.saturating_sub(if args.sample.is_some() { random as usize } else { 0 }))
     };
+    let part = args.part.of(0, chosen.len() as u64);
+    chosen = chosen.into_iter().skip(part.start as usize).take((part.end - part.start) as usize).collect();
     let started = Instant::now();
     let twins = twins(&chosen);
-    let drawn = drawn(args.seed.wrapping_mul(1 << 32), random.div_ceil(SETS));
+    let missions = args.part.of(args.seed.wrapping_mul(1 << 32), random.div_ceil(SETS));
+    let drawn = drawn(missions.start, missions.end - missions.start);
     let bar = bar((chosen.len() + twins.len() + drawn.len() * (1 + SETS as usize)) as u64, "missions");
     let fly_all = |cases: &[Case]| cases.par_iter().progress_with(bar.clone()).map(campaign::run).collect::<anyhow::Result<Vec<_>>>();
     let mut healthy = fly_all(&twins)?;
@@ -157,10 +191,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 /// Flies random missions with healthy vehicles.
 fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let started = Instant::now();
+    let missions = args.part.of(args.seed.wrapping_mul(1 << 32), n);
+    let n = missions.end - missions.start;
     let bar = bar(n, "healthy missions");
-    let first = args.seed.wrapping_mul(1 << 32);
-    let flights =
-        (first..first + n).into_par_iter().progress_with(bar.clone()).map(campaign::healthy::run).collect::<anyhow::Result<Vec<_>>>()?;
+    let flights = missions.into_par_iter().progress_with(bar.clone()).map(campaign::healthy::run).collect::<anyhow::Result<Vec<_>>>()?;
     bar.finish_and_clear();
     let failed: Vec<_> = flights.iter().filter(|f| !f.done()).collect();
     let mut ends: BTreeMap<String, u64> = BTreeMap::new();
@@ -196,7 +230,11 @@ fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 fn mutation(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let started = Instant::now();
     let wanted = args.sample.unwrap_or(1000);
-    let mutants: Vec<Mutant> = Mutant::all().collect();
+    let only = args.only.as_deref().unwrap_or_default();
+    let mutants: Vec<Mutant> = Mutant::all().filter(|m| format!("{m:?}").contains(only)).collect();
+    if mutants.is_empty() {
+        bail!("--only {only}: no broken law has this in its name; names are as Blind(OverDepth), Slow(PitchLost)");
+    }
     let bar = bar(mutants.len() as u64, "broken laws");
     let trials =
         mutants.iter().progress_with(bar.clone()).map(|m| campaign::mutation::trial(*m, wanted)).collect::<anyhow::Result<Vec<_>>>()?;

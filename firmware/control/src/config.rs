@@ -64,7 +64,7 @@ pub struct Settings {
     pub alpha_share: f32,
     /// C_D/C_L of the vehicle over that of the table for which the first pitch is chosen, 1; flight takes it from there. With 1.05
     /// (and `alpha_share` 0.92) a vehicle with 15 % more drag than its table still glides at the first pitch.
-    pub table_doubt: f32,
+    pub table_uncertainty: f32,
     /// Fin per heading error, rad/rad.
     pub heading_gain: f32,
     /// Turn when the bottom is nearer than this, m.
@@ -106,7 +106,7 @@ impl Settings {
             trim: TrimLaw { per_ballast_m3: 1785.0, per_battery_m: -24.0, offset: 0.0 },
             preset_pitch_rad: 0.4538,
             alpha_share: 0.92,
-            table_doubt: 1.05,
+            table_uncertainty: 1.05,
             heading_gain: 0.3,
             min_altitude_m: 3.0,
             release_time_s: 120.0,
@@ -181,7 +181,7 @@ impl Config {
             ("trim.offset", s.trim.offset, -0.5..=0.5),
             ("preset_pitch_rad", s.preset_pitch_rad, 0.1..=0.8),
             ("alpha_share", s.alpha_share, 0.5..=1.0),
-            ("table_doubt", s.table_doubt, 1.0..=2.0),
+            ("table_uncertainty", s.table_uncertainty, 1.0..=2.0),
             ("heading_gain", s.heading_gain, 0.0..=3.0),
             ("min_altitude_m", s.min_altitude_m, 0.0..=100.0),
             ("release_time_s", s.release_time_s, 0.1..=1200.0),

@@ -54,7 +54,7 @@ fn a_deep_leak_drops_the_weight_at_the_third_reading_a_shallow_one_not() {
 #[test]
 fn a_leak_whose_vehicle_sinks_on_takes_the_weight_near_the_surface_too() {
     let out = after(12.0, Switch::Alarm, 0.4);
-    // Pump out in 36 s, three looks, two cycles of the depth filter.
+    // Pump out in 36 s, three samples, two cycles of the depth filter.
     assert!(out.home && out.fired.is_some_and(|n| n <= 9 + 3 + 2 + 6), "{out:?}");
 }
 

@@ -13,7 +13,7 @@
 //!
 //! The polar is the table as the flight has corrected it ([`crate::belief`]).
 //! The first pitch is that of a vehicle whose C_D/C_L is worse than the table's
-//! by [`crate::Settings::table_doubt`]; once two pairs were measured it goes
+//! by [`crate::Settings::table_uncertainty`]; once two pairs were measured it goes
 //! flatter, slowly, and steeper at once. Each glide begins steeper for some
 //! seconds: from rest the flow has to come to the wings first, and at the best
 //! pitch a vehicle may fall flat as steadily as it glides. Where the band leaves
@@ -164,7 +164,7 @@ impl Choice {
             (_, Some(table)) => {
                 let alpha = table.best_alpha_rad();
                 self.flattest_rad = atan(1.0 / table.best_l_over_d()) - alpha - BEYOND_RAD;
-                self.pitch_rad = (atan(config.table_doubt / table.best_l_over_d()) - alpha * config.alpha_share)
+                self.pitch_rad = (atan(config.table_uncertainty / table.best_l_over_d()) - alpha * config.alpha_share)
                     .at_least(*PITCH_RANGE.start())
                     .at_most(config.preset_pitch_rad);
             }
@@ -242,7 +242,7 @@ impl Choice {
         self.preset
     }
 
-    /// The flight says that the vehicle's best glide is worse than the table's by more than the doubt.
+    /// The flight says that the vehicle's best glide is worse than the table's by more than its uncertainty.
     pub(crate) fn is_degraded(&self) -> bool {
         self.degraded
     }

@@ -448,6 +448,6 @@ mod flooding;
 #[cfg(test)]
 mod laws;
 #[cfg(test)]
-mod lies;
-#[cfg(test)]
 mod toy;
+#[cfg(test)]
+mod wrong_sensors;

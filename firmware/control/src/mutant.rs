@@ -21,7 +21,7 @@ macro_rules! watches {
 }
 
 watches! {
-    /// Leak detector, three looks of five: abort.
+    /// Leak detector, three samples of five: abort.
     Leak = false,
     /// Hull vacuum: abort.
     Vacuum = false,
@@ -36,15 +36,15 @@ watches! {
     /// Two depths apart: abort.
     DepthsApart = true,
     /// Afloat with a depth that says otherwise: abort.
-    AfloatLie = false,
+    AfloatOffset = false,
     /// Too deep: abort.
     OverDepth = false,
     /// A depth that does not move: abort.
     DepthStuck = true,
-    /// Depth doubted since the last surfacing: dive ends.
-    DoubtEndsDive = false,
+    /// Bound of depth drift since the last surfacing: dive ends.
+    DriftEndsDive = false,
     /// The same: surface.
-    DoubtSurfaces = false,
+    DriftSurfaces = false,
     /// A load in a dive: turn.
     LoadInDive = true,
     /// A load in a climb: pump, abort, weight.
@@ -131,7 +131,7 @@ mod active {
     }
 
     impl Watch {
-        pub(crate) fn looks(self) -> bool {
+        pub(crate) fn enabled(self) -> bool {
             BLIND.load(Ordering::Relaxed) >> self as u8 & 1 == 0
         }
 
@@ -148,7 +148,7 @@ pub use active::set;
 impl Watch {
     /// Whether it does its work.
     #[inline(always)]
-    pub(crate) const fn looks(self) -> bool {
+    pub(crate) const fn enabled(self) -> bool {
         true
     }
 

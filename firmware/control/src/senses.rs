@@ -56,7 +56,7 @@ impl Channel {
     /// Takes a reading; returns the depth if there is a believable new one. `rate_m_s` is within the gate.
     fn take(&mut self, reading: Reading, deepest_m: f32, max_age_ms: u32, rate_m_s: f32, dt_s: f32, afloat: bool) -> Option<f32> {
         let since_s = self.age_s + dt_s;
-        let taken = self.look(reading, deepest_m, max_age_ms, rate_m_s, dt_s, since_s, afloat);
+        let taken = self.judge(reading, deepest_m, max_age_ms, rate_m_s, dt_s, since_s, afloat);
         if taken.is_none() {
             self.age_s = since_s.at_most(1e4);
         }
@@ -64,7 +64,7 @@ impl Channel {
     }
 
     #[inline(always)]
-    fn look(
+    fn judge(
         &mut self,
         reading: Reading,
         deepest_m: f32,

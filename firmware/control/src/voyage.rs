@@ -174,7 +174,7 @@ impl Voyage {
                 let deep = seen.depth_m + carry + late >= leg.depth_max_m;
                 let bottom = self.bottom_is_near(config, seen, carry + late);
                 let way = (seen.depth_m - mark_m).abs() > WAY_M;
-                let no_way = !way && longer(clock, mark_since, Of::DiveNoWay.after(NO_WAY_S as f32) as u32) && Of::DiveNoWay.looks();
+                let no_way = !way && longer(clock, mark_since, Of::DiveNoWay.after(NO_WAY_S as f32) as u32) && Of::DiveNoWay.enabled();
                 if way {
                     self.stage = Stage::Dive { since, mark_m: seen.depth_m, mark_since: clock };
                 }

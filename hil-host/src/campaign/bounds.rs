@@ -10,8 +10,8 @@ use control::Config;
 
 /// A chance that no mission of the campaign should meet: one in a million.
 const ODDS: f64 = 1e-6;
-/// Three looks of five, one in each cycle, s: what is there when the first is taken is found two cycles later.
-pub const THREE_LOOKS_S: f64 = 2.0 * CYCLE_S;
+/// Three samples of five, one in each cycle, s: what is there when the first is taken is found two cycles later.
+pub const THREE_SAMPLES_S: f64 = 2.0 * CYCLE_S;
 /// Time a pump takes to be found that does not do what it is asked, s: retries, reverse and verdict, each after its wait.
 #[must_use]
 pub fn pump_tries_s() -> f64 {
@@ -51,8 +51,8 @@ pub fn aftermath_s(config: &Config) -> f64 {
 
 /// A pitch that stands still or has the wrong sign, s: a look to begin with, its wait, and the wait of a lost pitch.
 #[must_use]
-pub fn pitch_lie_s() -> f64 {
-    CYCLE_S + demands::PITCH_LIE_S + CYCLE_S + demands::PITCH_LOST_S + CYCLE_S
+pub fn pitch_inconsistent_s() -> f64 {
+    CYCLE_S + demands::PITCH_INCONSISTENT_S + CYCLE_S + demands::PITCH_LOST_S + CYCLE_S
 }
 
 /// A fin away from a steady command, s: a look to begin with, its wait, and the look that ends it.
@@ -143,7 +143,7 @@ mod tests {
     fn the_bounds_are_the_sums_one_gets_by_hand() {
         let c = Config::new(Settings::slocum_200()).expect("valid");
         assert_eq!((pump_tries_s(), no_answer_s()), (40.0, 88.0));
-        assert_eq!((pitch_lie_s(), fin_s()), (28.0 + 64.0, 68.0));
+        assert_eq!((pitch_inconsistent_s(), fin_s()), (28.0 + 64.0, 68.0));
         assert_eq!((unbacked_s(), depth_wrong_s()), (42.0, 62.0));
         assert!((stroke_s(&c) - 472.0 / 13.0).abs() < 1e-4 && (sinks_on_s(&c) - (68.0 + 708.0 / 13.0)).abs() < 1e-4);
         // 48 s stopped, 16 s tried, the same again, 32 s and the cycle that goes beyond; after the first 8 s.

@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 /// Without believable pitch: abort, s.
 pub const PITCH_LOST_S: f64 = 60.0;
 /// A pitch opposed to pump and battery, or standing still though it must move: no longer used, s.
-pub const PITCH_LIE_S: f64 = 20.0;
+pub const PITCH_INCONSISTENT_S: f64 = 20.0;
 /// Change of pitch that must show, rad (of tan(pitch) it is as much or more).
 pub const MUST_SHOW_RAD: f64 = 0.15;
 /// Difference of tan(pitch) between reading and truth that shows against pump and battery whatever the trim law's error, 1.
@@ -36,7 +36,7 @@ pub const STUCK_S: f64 = 60.0;
 pub const OVER_LEG: (f64, f64) = (10.0, 1.05);
 /// See [`OVER_LEG`].
 pub const OVER_WORKING_M: f64 = 5.0;
-/// Too deep with a depth that is measured: abort, s. Two looks and the depth filter.
+/// Too deep with a depth that is measured: abort, s. Two samples and the depth filter.
 pub const TOO_DEEP_S: f64 = 16.0;
 /// So deep that the weight, heated for its whole time, goes no sooner than at crush depth: weight fired, s.
 pub const AT_RISK_S: f64 = 12.0;
@@ -100,8 +100,8 @@ mod tests {
     fn the_law_waits_no_longer_than_is_demanded() {
         for (ours, demanded) in [
             (law::PITCH_LOST_S, PITCH_LOST_S),
-            (law::OPPOSED_S, PITCH_LIE_S),
-            (law::STILL_S, PITCH_LIE_S),
+            (law::OPPOSED_S, PITCH_INCONSISTENT_S),
+            (law::STILL_S, PITCH_INCONSISTENT_S),
             (law::MUST_SHOW, MUST_SHOW_RAD),
             (law::NO_DEPTH_S, NO_DEPTH_S),
             (law::STUCK_S, STUCK_S),

@@ -17,7 +17,7 @@
 //! it is next needed, the time until then is that of the mission's own healthy
 //! twin ([`super::twin`]).
 
-use super::bounds::{self, THREE_LOOKS_S};
+use super::bounds::{self, THREE_SAMPLES_S};
 use super::demands;
 use super::signs::Sign;
 use crate::seats::CYCLE_S;
@@ -176,7 +176,7 @@ fn depth(fault: &Fault) -> Option<Expect> {
     Some(match fault.kind {
         // Silent or absurd, or honestly stamped and too old.
         K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Home(&[], bounds::unbacked_s()),
-        // A lie must be found out.
+        // A wrong reading must be found out.
         K::Stuck if in_water => Expect::Abort(&[Abort::StuckDepth, Abort::SensorDepth], 60.0 + CYCLE_S + turning_s),
         // At the surface it is right; under way it parts from the other one.
         K::Stuck | K::Drift | K::Flip | K::Bias => wrong(&[Abort::SensorDepth]),
@@ -203,9 +203,9 @@ fn pitch(fault: &Fault) -> Option<Expect> {
         K::Garbage => Expect::Abort(CAUSE, bounds::by_chance_s(lost_s, 1.0, 1.0 - 3.2 / 40.0)),
         // Every other reading is enough to fly by; luck may run out.
         K::Intermittent => Expect::Tolerated(CAUSE, Vec::new()),
-        K::Stuck => Expect::Tolerated(CAUSE, vec![owes(Sign::PitchFrozen, bounds::pitch_lie_s())]),
-        K::Flip | K::Drift => Expect::Tolerated(CAUSE, vec![owes(Sign::PitchOpposed, bounds::pitch_lie_s())]),
-        // 0.15 rad flatter one way and steeper the other: it still sinks and rises. One reading in twenty is no lie of 20 s.
+        K::Stuck => Expect::Tolerated(CAUSE, vec![owes(Sign::PitchFrozen, bounds::pitch_inconsistent_s())]),
+        K::Flip | K::Drift => Expect::Tolerated(CAUSE, vec![owes(Sign::PitchOpposed, bounds::pitch_inconsistent_s())]),
+        // 0.15 rad flatter one way and steeper the other: it still sinks and rises. One reading in twenty is not wrong for 20 s.
         K::Bias | K::Spike => Expect::Mission,
         _ => return None,
     })
@@ -309,13 +309,13 @@ fn bystander(fault: &Fault) -> Option<Expect> {
     }
 }
 
-/// Gauges of battery and hull: another one is left, or none is needed; what they say counts if three looks of five say it.
+/// Gauges of battery and hull: another one is left, or none is needed; what they say counts if three samples of five say it.
 fn gauge(fault: &Fault, sign: Sign, causes: Causes) -> Option<Expect> {
     use Kind as K;
     Some(match fault.kind {
         K::Off | K::Nan | K::Inf | K::Sentinel | K::Stuck | K::Slow | K::Delayed | K::Intermittent | K::Flip => Expect::Mission,
         // 77.6 kPa and 20 kPa are more than 87.8 kPa; 2 V and a third of the charge are not missed.
-        K::Bias if fault.target == Target::VacuumGauge && fault.size > 0.0 => Expect::Abort(causes, THREE_LOOKS_S),
+        K::Bias if fault.target == Target::VacuumGauge && fault.size > 0.0 => Expect::Abort(causes, THREE_SAMPLES_S),
         K::Bias => Expect::Mission,
         K::Garbage | K::Drift | K::Spike => Expect::Tolerated(causes, vec![owes(sign, 0.0)]),
         _ => return None,
@@ -329,7 +329,7 @@ fn detector(fault: &Fault) -> Option<Expect> {
     Some(match (fault.target, fault.kind) {
         (T::LeakDetector, K::Alarm) => Expect::Abort(&[Abort::Leak], 0.0),
         (T::LeakDetector, K::Chatter) => Expect::Tolerated(&[Abort::Leak], vec![owes(Sign::Leak, 0.0)]),
-        (T::WeightMonitor, K::Alarm) => Expect::Abort(&[Abort::Degraded], THREE_LOOKS_S),
+        (T::WeightMonitor, K::Alarm) => Expect::Abort(&[Abort::Degraded], THREE_SAMPLES_S),
         (T::LeakDetector, K::Off | K::Stuck) | (T::WeightMonitor, K::Off) => Expect::Mission,
         (T::Gps | T::Comms, K::Off | K::Intermittent) => Expect::Mission,
         _ => return None,
@@ -363,7 +363,7 @@ fn actuator(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
             Expect::Tolerated(&[Abort::OverDepth, Abort::Stalled], vec![too_deep(), owes(Sign::SinksOn, bounds::sinks_on_s(config))])
         }
         (T::Pump, K::LeakBack | K::Intermittent) => Expect::Mission,
-        // Two looks, each 4 mm farther off: 8 mm at 2.5 mm/s and a look. In a turn the order moves as well, and so it does when the
+        // Two samples, each 4 mm farther off: 8 mm at 2.5 mm/s and a look. In a turn the order moves as well, and so it does when the
         // dive begins.
         (T::MassMotor, K::Runaway) if ahead.mass_way_m > 0.02 && !turning(fault) && !afloat(fault) && !begins_dive(fault, config) => {
             Expect::Abort(&[Abort::MassStuck], 2.0 * CYCLE_S + CYCLE_S)
@@ -374,12 +374,12 @@ fn actuator(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
         // Not needed as long as nothing else breaks.
         (T::Release, K::Stuck) => Expect::Mission,
         // The wire burns for 120 s.
-        (T::Release, K::Spurious) => Expect::Abort(&[Abort::Degraded], f64::from(config.release_time_s) + THREE_LOOKS_S),
+        (T::Release, K::Spurious) => Expect::Abort(&[Abort::Degraded], f64::from(config.release_time_s) + THREE_SAMPLES_S),
         _ => return None,
     })
 }
 
-/// Two looks, and one for the filter.
+/// Two samples, and one for the filter.
 fn too_deep() -> Duty {
     owes(Sign::TooDeep, 3.0 * CYCLE_S)
 }
@@ -399,9 +399,9 @@ fn outside(fault: &Fault, config: &Config) -> Option<Expect> {
         // A spoonful of 2 g at 20 g/min.
         (T::Hull, K::Leak) => Expect::Abort(&[Abort::Leak], 6.0),
         // 77.6 kPa towards an atmosphere with 600 s: 87.8 kPa is crossed after 337 s, at 22 Pa/s; 3 σ of the gauge are 300 Pa.
-        (T::Hull, K::VacuumLoss) => Expect::Abort(&[Abort::Vacuum], 337.0 + 300.0 / 22.0 + THREE_LOOKS_S),
-        (T::Power, K::Undervoltage) => Expect::Abort(&[Abort::Undervoltage], THREE_LOOKS_S),
-        (T::Power, K::LowCharge) => Expect::Abort(&[Abort::LowCharge], THREE_LOOKS_S),
+        (T::Hull, K::VacuumLoss) => Expect::Abort(&[Abort::Vacuum], 337.0 + 300.0 / 22.0 + THREE_SAMPLES_S),
+        (T::Power, K::Undervoltage) => Expect::Abort(&[Abort::Undervoltage], THREE_SAMPLES_S),
+        (T::Power, K::LowCharge) => Expect::Abort(&[Abort::LowCharge], THREE_SAMPLES_S),
         (T::Power, K::BrownOut) => Expect::Abort(&[Abort::Reset], CYCLE_S),
         // Slower, and never still.
         (T::Vehicle, K::Fouling) => Expect::Mission,

@@ -5,7 +5,7 @@
 //!
 //! Two missions: `shallow` (3–27 m, 100 m vehicle in 300 m of water, so that
 //! the crush depth is in reach) and `edge` (5–190 m, 200 m vehicle in 500 m).
-//! Both pass through every phase. Random missions with random faults are drawn beside them ([`super::draw`], [`super::breaks`]).
+//! Both pass through every phase. Random missions with random faults are drawn as well ([`super::draw`], [`super::breaks`]).
 
 use super::draw::{Class, Draw};
 use crate::flight::worlds;

@@ -59,7 +59,7 @@ const fn meant_for(watch: Watch) -> &'static str {
         W::NoDepth | W::Unbacked => "depth:off",
         W::BlindWeight => "depth:off@dive+900s + pump",
         W::DepthsApart => "depth:flip",
-        W::AfloatLie | W::DoubtEndsDive | W::DoubtSurfaces => "depth:drift",
+        W::AfloatOffset | W::DriftEndsDive | W::DriftSurfaces => "depth:drift",
         W::OverDepth => "pump:slow",
         W::AtRisk | W::SinksOn => "vehicle:",
         W::DepthStuck => "depth:stuck",

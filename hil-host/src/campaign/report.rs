@@ -228,7 +228,7 @@ fn owed(faulty: &[Verdict]) -> Section {
     ];
     Section {
         title: "What each fault is owed".into(),
-        lead: "abort: one of these first causes within the bound. home: turned for the surface within the bound. mission: no abort. tolerated: the mission may go on, an abort may have these causes only, and what a sign in truth or frames makes due is done in time. Bounds are the longest over phases, waters and wings (a pump is owed an abort from when it is next needed), latencies the longest, both from the fault's onset; reading and answer add a control cycle of 4 s. Tolerated beside another kind: over before its bound.".into(),
+        lead: "abort: one of these first causes within the bound. home: turned for the surface within the bound. mission: no abort. tolerated: the mission may go on, an abort may have these causes only, and what a sign in truth or frames makes due is done in time. Bounds are the longest over phases, waters and wings (a pump is owed an abort from when it is next needed), latencies the longest, both from the fault's onset; reading and answer add a control cycle of 4 s. Tolerated together with another kind: over before its bound.".into(),
         items: vec![Table { caption: "Owed and done, single faults".into(), head: head.map(str::to_owned).to_vec(), rows }.into()],
     }
 }
@@ -352,7 +352,7 @@ fn method() -> Section {
             "Every fault alone: an abort with the right cause within a bound, or none at all where it is harmless, or a way home without an abort where a second sensor is left, or, where its effect decides, an abort with the right cause at most, due in time after a sign of it. Bounds are sums of demanded times, whatever the law waits for; signs are reckoned from the truth and the frames.".into(),
             "A healthy twin with the same noise flies each mission without an abort.".into(),
             "Before it is flown every mission has a budget: the upward force at rest that the best of pump and weight still gives, less what the faults load on the vehicle for good, where it is least between surface and crush depth. Only where that is negative a mission is set apart; it still owes an abort, full buoyancy and the weight. What ends or grows (a pull, water coming in) is a race that has to be won.".into(),
-            "A pump that holds still, or its feedback, cannot be told from a sound one before it is needed: the bound counts from the moment at which the healthy twin asks it to be elsewhere.".into(),
+            "A pump that holds still, or its feedback, cannot be distinguished from a sound one before it is needed: the bound counts from the moment at which the healthy twin asks it to be elsewhere.".into(),
         ],
     }
 }

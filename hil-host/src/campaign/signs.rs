@@ -94,14 +94,14 @@ pub struct Witness {
     lost_s: f64,
     risen_s: f64,
     turned: bool,
-    looks: u8,
+    samples: u8,
 }
 
 impl Witness {
     /// For this sign.
     #[must_use]
     pub const fn of(sign: Sign) -> Self {
-        Self { sign, since_s: None, seen: false, mark: (f64::NAN, f64::NAN), lost_s: 0.0, risen_s: 0.0, turned: false, looks: 0 }
+        Self { sign, since_s: None, seen: false, mark: (f64::NAN, f64::NAN), lost_s: 0.0, risen_s: 0.0, turned: false, samples: 0 }
     }
 
     /// Whether the sign was ever there.
@@ -136,8 +136,8 @@ impl Witness {
             }
             Sign::HeadingLost => {
                 // Any winding is a heading: two turns either side and one more.
-                let told = fresh(f.heading_rad, config).is_some_and(|h| (-7.0..=13.0).contains(&h));
-                self.lost_s = if told { 0.0 } else { self.lost_s + CYCLE_S };
+                let known = fresh(f.heading_rad, config).is_some_and(|h| (-7.0..=13.0).contains(&h));
+                self.lost_s = if known { 0.0 } else { self.lost_s + CYCLE_S };
                 self.risen_s = if t.sink_rate_m_s < -demands::SINKS.0 { self.risen_s + CYCLE_S } else { 0.0 };
                 self.lost_s > demands::HEADING_LOST_S && self.risen_s >= RISEN_S
             }
@@ -198,8 +198,8 @@ impl Witness {
 
     fn three_of_five(&mut self, reading: Reading, range: std::ops::RangeInclusive<f32>, alarm: impl Fn(f32) -> bool) -> bool {
         let is = reading.accept(range, 60_000).is_some_and(alarm);
-        self.looks = (self.looks << 1 | u8::from(is)) & 0b1_1111;
-        self.looks.count_ones() >= 3
+        self.samples = (self.samples << 1 | u8::from(is)) & 0b1_1111;
+        self.samples.count_ones() >= 3
     }
 }
 

@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rule_is_broken_after_its_time_and_not_with_a_depth_that_lies() {
+    fn a_rule_is_broken_after_its_time_and_not_with_a_wrong_depth() {
         let c = Config::new(Settings::slocum_200()).expect("valid");
         let case = |fault: &str| Case {
             water: super::super::lattice::Water::Edge,
@@ -105,7 +105,7 @@ mod tests {
             faults: vec![fault.parse().expect("a fault")],
             line: None,
         };
-        let looks = |fault: &str, depth_m: f64, abort: Option<Abort>, fired: bool| {
+        let sees = |fault: &str, depth_m: f64, abort: Option<Abort>, fired: bool| {
             let (frame, truth, mut answer) = (SensorFrame::default(), Truth { depth_m, ..Truth::default() }, Answer::default());
             answer.trace.abort = abort;
             let mut zones = Zones::of(&case(fault));
@@ -114,10 +114,10 @@ mod tests {
                 zones.see(&cycle, &c, 190.0, fired).map(|rule| (n, rule))
             })
         };
-        assert_eq!(looks("pump:slow", 210.0, None, false), Some((5, TOO_DEEP)));
-        assert_eq!(looks("pump:slow", 248.0, Some(Abort::OverDepth), false), Some((4, AT_RISK)));
-        assert_eq!(looks("pump:slow", 248.0, Some(Abort::OverDepth), true), None);
-        assert_eq!(looks("pump:slow", 199.0, None, false), None);
-        assert_eq!(looks("depth2:drift", 248.0, None, false), None);
+        assert_eq!(sees("pump:slow", 210.0, None, false), Some((5, TOO_DEEP)));
+        assert_eq!(sees("pump:slow", 248.0, Some(Abort::OverDepth), false), Some((4, AT_RISK)));
+        assert_eq!(sees("pump:slow", 248.0, Some(Abort::OverDepth), true), None);
+        assert_eq!(sees("pump:slow", 199.0, None, false), None);
+        assert_eq!(sees("depth2:drift", 248.0, None, false), None);
     }
 }

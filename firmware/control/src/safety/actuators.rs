@@ -114,7 +114,7 @@ impl ActuatorWatch {
         let Some(at) = w.seen.ballast_m3 else {
             v.flag(Flags::PUMP_OPEN_LOOP);
             self.pump_lost_s = (self.pump_lost_s + dt).at_most(1e6);
-            if self.pump_lost_s >= Of::PumpFeedback.after(FEEDBACK_LOST_S) && Of::PumpFeedback.looks() {
+            if self.pump_lost_s >= Of::PumpFeedback.after(FEEDBACK_LOST_S) && Of::PumpFeedback.enabled() {
                 v.cause(Abort::BallastFeedback);
             }
             return;
@@ -131,11 +131,11 @@ impl ActuatorWatch {
         }
         self.pump_failed &= (wanted - at).abs() > PUMP_NEAR_M3;
         self.away = if away > PUMP_AWAY_M3 && self.pump_tries <= RETRIES { self.away.saturating_add(1) } else { 0 };
-        if self.away >= 2 && Of::PumpAway.looks() {
+        if self.away >= 2 && Of::PumpAway.enabled() {
             v.cause(Abort::PumpStuck);
             self.pump_failed = true;
         }
-        if still_s >= Of::PumpTries.after(PUMP_WAIT_S.at_least(2.0 * w.cycle_s())) && Of::PumpTries.looks() {
+        if still_s >= Of::PumpTries.after(PUMP_WAIT_S.at_least(2.0 * w.cycle_s())) && Of::PumpTries.enabled() {
             if self.pump_tries == 0 {
                 self.rate_at_first_try_m_s = w.seen.rate_m_s;
             }
@@ -167,11 +167,11 @@ impl ActuatorWatch {
                 let wanted = if self.mass_held { self.mass.target } else { w.commanded.battery_mass_m };
                 let (still_s, away) = self.mass.watch(wanted, at, MASS_NEAR_M, 0.3e-3, dt);
                 self.mass_away = if away > 4e-3 { self.mass_away.saturating_add(1) } else { 0 };
-                if self.mass_away >= 2 && Of::MassAway.looks() {
+                if self.mass_away >= 2 && Of::MassAway.enabled() {
                     v.cause(Abort::MassStuck);
                 }
                 // Stopped for a while, then tried again.
-                still_s >= MASS_WAIT_S && Of::MassStops.looks() && {
+                still_s >= MASS_WAIT_S && Of::MassStops.enabled() && {
                     let wait = Of::MassStops.after(MASS_WAIT_S.at_least(2.0 * w.cycle_s()));
                     let rounds = (still_s - wait) / (8.0 * wait);
                     still_s >= wait && rounds % 1.0 < 0.75
@@ -186,7 +186,7 @@ impl ActuatorWatch {
         } else {
             self.mass_stopped_s = (self.mass_stopped_s - 0.25 * dt).at_least(0.0);
         }
-        if self.mass_stopped_s > Of::MassLost.after(MASS_LOST_S) && Of::MassLost.looks() {
+        if self.mass_stopped_s > Of::MassLost.after(MASS_LOST_S) && Of::MassLost.enabled() {
             v.cause(Abort::MassStuck);
         }
     }
@@ -197,7 +197,7 @@ impl ActuatorWatch {
             None => false,
             Some(at) => self.fin.watch(w.commanded.fin_rad, at, FIN.0, 0.02, dt).0 > Of::Fin.after(FIN.1),
         };
-        if lost && Of::Fin.looks() {
+        if lost && Of::Fin.enabled() {
             v.cause(Abort::FinStuck);
         }
         let Some(heading) = w.seen.heading_rad else { return };

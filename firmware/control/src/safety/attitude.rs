@@ -59,13 +59,13 @@ impl AttitudeWatch {
             // Forgiven slowly, so that a reading that comes and goes is not believed for ever.
             self.lost_s = (self.lost_s - dt).at_least(0.0);
         }
-        if self.lost_s > Of::PitchLost.after(PITCH_LOST_S) && Of::PitchLost.looks() {
+        if self.lost_s > Of::PitchLost.after(PITCH_LOST_S) && Of::PitchLost.enabled() {
             v.cause(Abort::SensorPitch);
         }
         if w.seen.heading_rad.is_none() {
             v.flag(Flags::NO_HEADING);
             self.heading_lost_s = (self.heading_lost_s + dt).at_most(1e6);
-            if self.heading_lost_s > Of::HeadingLost.after(HEADING_LOST_S) && Of::HeadingLost.looks() {
+            if self.heading_lost_s > Of::HeadingLost.after(HEADING_LOST_S) && Of::HeadingLost.enabled() {
                 v.homeward = true;
                 if matches!(w.phase, Phase::Climb | Phase::InflectHigh | Phase::Surface | Phase::Comms) {
                     v.cause(Abort::NoHeading);
@@ -84,7 +84,7 @@ impl AttitudeWatch {
         let trim = &w.config.trim;
         let expected = trim.per_ballast_m3 * ballast + trim.per_battery_m * battery + trim.offset;
         let (stuck, opposed) = (self.stuck(w, pitch, expected), self.opposed(w, pitch, expected));
-        (stuck && Of::PitchStill.looks(), opposed && Of::PitchOpposed.looks())
+        (stuck && Of::PitchStill.enabled(), opposed && Of::PitchOpposed.enabled())
     }
 
     fn stuck(&mut self, w: &Watch<'_>, pitch_rad: f32, expected: f32) -> bool {
@@ -120,8 +120,8 @@ mod tests {
     use crate::senses::Seen;
     use signals::{ActuatorCommand, Micros, Phase, SensorFrame};
 
-    /// Whether a pitch of −35° is doubted after each cycle in which the battery stands there, m.
-    fn doubted(battery_m: impl Iterator<Item = f32>) -> Vec<bool> {
+    /// Whether a pitch of −35° is distrusted after each cycle in which the battery stands there, m.
+    fn distrusted(battery_m: impl Iterator<Item = f32>) -> Vec<bool> {
         let (config, frame, commanded, mut watch) =
             (Config::default(), SensorFrame::default(), ActuatorCommand::default(), AttitudeWatch::default());
         let mut look = |battery_m: f32| {
@@ -152,8 +152,8 @@ mod tests {
     #[test]
     fn a_pitch_is_stuck_only_if_it_does_not_follow_pump_and_battery() {
         let (held, moved) = ([0.018; 200], [0.011; 50]);
-        assert!(doubted(held.into_iter()).iter().all(|d| !d), "nothing moves");
-        let got = doubted(held[..2].iter().chain(&moved).copied());
+        assert!(distrusted(held.into_iter()).iter().all(|d| !d), "nothing moves");
+        let got = distrusted(held[..2].iter().chain(&moved).copied());
         let found = got.iter().position(|d| *d).expect("stuck");
         assert!(4.0 * found as f32 <= STILL_S + 8.0, "{found}");
     }

@@ -28,8 +28,8 @@ const MOVES_RAD: f32 = 0.087;
 
 /// Afloat (antenna out) with a depth farther than this from zero, m: twice the zero error that is taken out there.
 pub const AFLOAT_M: f32 = 3.0;
-/// For so many looks: the first readings after a rise are filtered and stirred by waves.
-pub const AFLOAT_LOOKS: u8 = 4;
+/// For so many samples: the first readings after a rise are filtered and stirred by waves.
+pub const AFLOAT_SAMPLES: u8 = 4;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct DepthWatch {
@@ -50,24 +50,24 @@ impl DepthWatch {
         let seen = w.seen;
         if seen.depth_age_s > 0.0 {
             v.flag(Flags::DEPTH_PROJECTED);
-            if seen.depth_age_s >= Of::NoDepth.after(NO_DEPTH_S) && Of::NoDepth.looks() {
+            if seen.depth_age_s >= Of::NoDepth.after(NO_DEPTH_S) && Of::NoDepth.enabled() {
                 // Where nothing at all answers it is not one sensor that is gone.
                 v.cause(if seen.silent { Abort::LinkLost } else { Abort::SensorDepth });
             }
         }
-        if seen.depth_unbacked && Of::Unbacked.looks() {
+        if seen.depth_unbacked && Of::Unbacked.enabled() {
             // The other one still measures: no abort, but nothing is left behind it.
             v.climb = true;
             v.homeward = true;
         }
         self.apart_s = if seen.depths_disagree { self.apart_s + seen.dt_s } else { 0.0 };
-        if self.apart_s >= Of::DepthsApart.after(APART_S) && Of::DepthsApart.looks() {
+        if self.apart_s >= Of::DepthsApart.after(APART_S) && Of::DepthsApart.enabled() {
             v.cause(Abort::SensorDepth);
         }
         // Where the antenna is out the depth is known.
-        let lies = seen.afloat && seen.measured_m.is_some_and(|z| z.abs() > AFLOAT_M);
-        self.afloat = if lies { self.afloat.saturating_add(1) } else { 0 };
-        if self.afloat >= AFLOAT_LOOKS && Of::AfloatLie.looks() {
+        let offset = seen.afloat && seen.measured_m.is_some_and(|z| z.abs() > AFLOAT_M);
+        self.afloat = if offset { self.afloat.saturating_add(1) } else { 0 };
+        if self.afloat >= AFLOAT_SAMPLES && Of::AfloatOffset.enabled() {
             v.cause(Abort::SensorDepth);
         }
         self.over_depth(w, v);
@@ -80,8 +80,8 @@ impl DepthWatch {
         let over = w.seen.depth_age_s <= 0.0 && !within;
         self.over = if over { self.over.saturating_add(1) } else { 0 };
         // Where the two sensors contradict each other, as long as those have to be found apart.
-        let looks = if w.seen.depths_disagree { OVER_APART } else { 2 };
-        if self.over >= looks && Of::OverDepth.looks() {
+        let samples = if w.seen.depths_disagree { OVER_APART } else { 2 };
+        if self.over >= samples && Of::OverDepth.enabled() {
             v.cause(Abort::OverDepth);
         }
     }
@@ -102,7 +102,7 @@ impl DepthWatch {
         self.high_m = z.at_least(self.high_m);
         self.still_s += seen.dt_s;
         self.expected_m += SLOWEST_M_S * ballast.abs() / full * seen.dt_s;
-        if self.still_s >= Of::DepthStuck.after(STUCK_S) && self.expected_m >= 0.5 && Of::DepthStuck.looks() {
+        if self.still_s >= Of::DepthStuck.after(STUCK_S) && self.expected_m >= 0.5 && Of::DepthStuck.enabled() {
             v.cause(Abort::StuckDepth);
         }
     }

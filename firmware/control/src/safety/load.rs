@@ -51,7 +51,7 @@ impl LoadWatch {
         let heavy = heavier > w.config.pump_m3 * if up { HEAVY_CLIMB } else { HEAVY_DIVE };
         self.heavy_s = if heavy && w.seen.depth_age_s <= 0.0 { (self.heavy_s + w.seen.dt_s).at_most(1e4) } else { 0.0 };
         let of = if up { Of::LoadInClimb } else { Of::LoadInDive };
-        if !(self.heavy_s >= of.after(HEAVY_S) && of.looks()) {
+        if !(self.heavy_s >= of.after(HEAVY_S) && of.enabled()) {
             return;
         }
         if !up {

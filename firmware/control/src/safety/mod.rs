@@ -94,7 +94,7 @@ pub(crate) struct Verdict {
     pub(crate) distrust_pitch: bool,
     /// Pump position to command instead of the wanted one, m³.
     pub(crate) pump_instead_m3: Option<f32>,
-    /// Three of the last five looks found water in the hull.
+    /// Three of the last five samples found water in the hull.
     pub(crate) leak_stands: bool,
     /// Fire the drop weight.
     pub(crate) drop_weight: bool,
@@ -185,14 +185,14 @@ impl Safety {
         if w.bottom_turns >= 5 {
             v.cause(Abort::Bottom);
         }
-        if w.no_way_turns >= 2 || (w.climb_stalled && Of::ClimbNoWay.looks()) {
+        if w.no_way_turns >= 2 || (w.climb_stalled && Of::ClimbNoWay.enabled()) {
             v.cause(Abort::Stalled);
         }
-        if self.release.lost(w.frame.weight) && Of::WeightLost.looks() {
+        if self.release.lost(w.frame.weight) && Of::WeightLost.enabled() {
             v.cause(Abort::Degraded);
         }
         let sinks = self.release.sinks(w, v.abort.is_some());
-        if sinks && Of::SinksOn.looks() || self.release.floats_below(w) && Of::FloatsBelow.looks() {
+        if sinks && Of::SinksOn.enabled() || self.release.floats_below(w) && Of::FloatsBelow.enabled() {
             v.cause(Abort::Stalled);
         }
         if let Some(cause) = v.abort {

@@ -7,7 +7,7 @@
 //! at risk = crush − sink rate × (release time + reaction)
 //! ```
 //! Two signs say that the pump alone will not do, and end the patience at any
-//! depth: water in the hull (three looks of five) where the way up takes
+//! depth: water in the hull (three samples of five) where the way up takes
 //! longer than the release, and *sinking on* with the pump commanded out for a
 //! minute (aborted: 12 s below the at-risk depth, with a leak or without a pump). A glider
 //! climbs at 0.2 m/s on its pump; no water sinks that fast for so long, but a
@@ -33,7 +33,7 @@ use signals::{Phase, Weight};
 
 /// Slowest sinking reckoned with in the at-risk rule, m/s.
 const SINK_FLOOR_M_S: f32 = 0.05;
-/// Reaction, s: two looks and the command's own cycle (12 s), and the time a sinking vehicle takes to stop (m U / 2 D, 8 s).
+/// Reaction, s: two samples and the command's own cycle (12 s), and the time a sinking vehicle takes to stop (m U / 2 D, 8 s).
 const REACTION_S: f32 = 20.0;
 /// Way towards the surface that counts as rising, m.
 const RISING_M: f32 = 1.0;
@@ -47,7 +47,7 @@ const AWASH_M: f32 = 0.7;
 pub const SINKS_M_S: f32 = 0.03;
 /// Sinking on though commanded up, s: three times what a turn takes to stop sinking.
 pub const SINKS_S: f32 = 60.0;
-/// The same below the at-risk depth, with a leak or without a pump, s: three looks.
+/// The same below the at-risk depth, with a leak or without a pump, s: three samples.
 const SINKS_SHORT_S: f32 = 12.0;
 /// Share of the pump's range commanded out that must make the vehicle rise.
 const RISES: f32 = 0.4;
@@ -186,8 +186,8 @@ impl Release {
             // Believed at the second look, whether or not anything else has noticed.
             self.at_risk = if zone == Zone::AtRisk { self.at_risk.saturating_add(1) } else { 0 };
             // What cannot be undone waits longer where the two sensors contradict each other.
-            let looks = if seen.depths_disagree { 6 } else { 2 };
-            if self.at_risk >= looks && Of::AtRisk.looks() {
+            let samples = if seen.depths_disagree { 6 } else { 2 };
+            if self.at_risk >= samples && Of::AtRisk.enabled() {
                 return true;
             }
         }
@@ -201,18 +201,18 @@ impl Release {
         // A depth above the surface, with the antenna under water, is none.
         let known = seen.depth_age_s < 10.0 && seen.depth_m > -RISING_M - SURFACE_M;
         let far = !known || seen.depth_m > ASCENT_M_S * w.config.release_time_s;
-        if (v.leak_stands && Of::LeakWeight.looks() || v.pump_loses) && far {
+        if (v.leak_stands && Of::LeakWeight.enabled() || v.pump_loses) && far {
             return true;
         }
         let out = seen.ballast_m3.is_none_or(|at| at > RISES * w.config.pump_m3);
         let pump_lost = v.pump_lost && !out;
-        if !known && !out && Of::BlindWeight.looks() && (v.pump_lost || self.aborted_s > pump_stroke_s(w.config)) {
+        if !known && !out && Of::BlindWeight.enabled() && (v.pump_lost || self.aborted_s > pump_stroke_s(w.config)) {
             return true;
         }
         let at_risk = seen.depth_m >= at_risk_m(w.config, seen.rate_m_s);
         let patience = if pump_lost || v.leak_stands || at_risk { SINKS_SHORT_S } else { SINKS_S };
         let patience = Of::SinksOn.after(patience + if pump_lost { 0.0 } else { pump_time_s(w) });
-        if self.sinking_s >= patience && Of::SinksOn.looks() {
+        if self.sinking_s >= patience && Of::SinksOn.enabled() {
             return true;
         }
         if !self.marked || (known && seen.depth_m < self.mark_m - RISING_M) {
@@ -223,10 +223,12 @@ impl Release {
         self.not_rising_s = (self.not_rising_s + dt).at_most(1e6);
         if !known {
             let patience = if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
-            return self.not_rising_s >= Of::NotRising.after(patience) && Of::NotRising.looks();
+            return self.not_rising_s >= Of::NotRising.after(patience) && Of::NotRising.enabled();
         }
         if seen.depth_m < KEEL_M && (buoyant || seen.depth_m <= SURFACE_M) {
-            return seen.depth_m > AWASH_M && self.not_rising_s >= Of::NotRising.after(2.0 * w.config.max_burn_s) && Of::NotRising.looks();
+            return seen.depth_m > AWASH_M
+                && self.not_rising_s >= Of::NotRising.after(2.0 * w.config.max_burn_s)
+                && Of::NotRising.enabled();
         }
         let patience = match zone(w.config, seen.depth_m, seen.rate_m_s) {
             // At risk was dealt with above, by counts.
@@ -234,7 +236,7 @@ impl Release {
             Zone::Working if !buoyant => w.config.min_burn_s,
             Zone::Working => w.config.max_burn_s,
         };
-        self.not_rising_s >= Of::NotRising.after(patience) && Of::NotRising.looks()
+        self.not_rising_s >= Of::NotRising.after(patience) && Of::NotRising.enabled()
     }
 }
 

@@ -20,7 +20,7 @@ pub const VOLTS: RangeInclusive<f32> = 0.0..=100.0;
 /// Answers of a charge gauge, 0..1.
 pub const CHARGE: RangeInclusive<f32> = -0.01..=1.01;
 
-/// The last five looks at a detector or gauge, the newest in bit 0.
+/// The last five samples at a detector or gauge, the newest in bit 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Vote(u8);
 
@@ -58,7 +58,7 @@ impl SupplyWatch {
             let leak = frame.leak == Switch::Alarm;
             // Where three votes would take longer than a leak may wait, one is enough.
             let stands = self.leak.take(leak);
-            if (stands || (leak && 2.0 * w.cycle_s() > LEAK_BOUND_S)) && Of::Leak.looks() {
+            if (stands || (leak && 2.0 * w.cycle_s() > LEAK_BOUND_S)) && Of::Leak.enabled() {
                 v.cause(Abort::Leak);
             }
             let gauge = |reading: Reading, range, alarm: &dyn Fn(f32) -> bool| reading.accept(range, GAUGE_MS).map(alarm);
@@ -70,7 +70,7 @@ impl SupplyWatch {
                 (&mut self.volts, volts, Abort::Undervoltage, Of::Volts),
                 (&mut self.charge, charge, Abort::LowCharge, Of::Charge),
             ] {
-                if vote.take(alarm == Some(true)) && of.looks() {
+                if vote.take(alarm == Some(true)) && of.enabled() {
                     v.cause(cause);
                 }
             }

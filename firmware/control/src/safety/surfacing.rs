@@ -2,11 +2,11 @@
 //!
 //! Depth comes from pressure sensors that may drift, and nothing under water
 //! shows it: a sensor that reads ever too little takes the vehicle ever deeper.
-//! Only at the surface is the depth known, by the antenna. So the doubt grows
-//! with the time since then, and a dive ends where depth and doubt reach half
+//! Only at the surface is the depth known, by the antenna. So its uncertainty grows
+//! with the time since then, and a dive ends where depth and uncertainty reach half
 //! way from working to crush depth:
 //! ```text
-//! doubt = drift reckoned with × time since the antenna was out
+//! uncertainty = drift reckoned with × time since the antenna was out
 //! ```
 //! A climb goes on to the surface where the next dive would come that far. The
 //! time without word from shore is bounded in the same way.
@@ -49,12 +49,12 @@ impl SurfacingWatch {
         self.diving = diving;
         let drift_m_s = if seen.depth_alone { DRIFT_ALONE_M_S } else { DRIFT_AGREED_M_S };
         let deepest_m = 0.5 * (w.config.working_depth_m + w.config.crush_depth_m);
-        if diving && seen.depth_m + self.since_s * drift_m_s > deepest_m && Of::DoubtEndsDive.looks() {
+        if diving && seen.depth_m + self.since_s * drift_m_s > deepest_m && Of::DriftEndsDive.enabled() {
             v.climb = true;
         }
         let next_s = self.since_s + 2.0 * self.dive_s;
         let silent_for = w.clock.since(self.shore).seconds();
-        let doubted = w.leg_max_m + next_s * drift_m_s > deepest_m && Of::DoubtSurfaces.looks();
-        v.surface = doubted || silent_for > 0.5 * w.config.no_comms_s as f32;
+        let uncertain = w.leg_max_m + next_s * drift_m_s > deepest_m && Of::DriftSurfaces.enabled();
+        v.surface = uncertain || silent_for > 0.5 * w.config.no_comms_s as f32;
     }
 }

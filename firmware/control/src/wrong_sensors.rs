@@ -1,4 +1,4 @@
-//! Depth that lies, and legs that change: flights of the toy.
+//! Depth sensors that drift, leap or stand still, and legs that change: flights of the toy.
 
 use crate::toy::Toy;
 use crate::{Config, State, step};

@@ -3,11 +3,14 @@
 //! Water in the hull and loads that pull are races: force at rest alone does not
 //! say whether the surface is reached in time. So before the mission the same
 //! faults are flown with the best moves: [`demands::RACE_S`] after the first that
-//! moves or blinds the vehicle everything goes up whatever the controller wants:
+//! loads the vehicle, or moves or blinds it and is owed an abort ([`expect`]), everything goes up whatever the controller wants:
 //! all the pump has, the weight, a climb's attitude (a glide's while it sinks), the
 //! fin straight. Where even that vehicle is lost nobody could have brought it home,
 //! and the mission is set apart. What the controller under trial does in its own
 //! mission does not enter.
+//!
+//! A fault with which the mission goes on, or turns for home (a pump that leaks back slowly, one of two
+//! depth sensors), begins no race: the weight is not dropped for it, and nobody knows of the water to come.
 //!
 //! Water that comes in behind a dead leak detector is seen by nothing but the
 //! motion: less than the pump lifts it hides in any climb, layered water makes up to
@@ -16,6 +19,7 @@
 //! less than `UNSEEN`; from then on the five minutes count.
 
 use super::demands;
+use super::expect::{self, Ahead, Expect};
 use super::lattice::Case;
 use super::means::Means;
 use crate::flight::closed_loop::SURFACED_M;
@@ -35,10 +39,25 @@ const WON_S: f64 = 60.0;
 /// Sinking for so long in spite of all is no turn any more, s.
 const SINKS_S: f64 = 60.0;
 
-/// Whether a fault changes what the vehicle weighs, what moves it, or what it knows of its depth.
-fn matters(fault: &Fault) -> bool {
+/// Whether a fault loads the vehicle in a way that grows, ends or moves with it.
+fn loads(fault: &Fault) -> bool {
+    matches!(
+        (fault.target, fault.kind),
+        (Target::Hull, Kind::Leak)
+            | (Target::Vehicle, Kind::Dragged | Kind::Net | Kind::Trim | Kind::WingLoss)
+            | (Target::Sea, Kind::Ice | Kind::Lens | Kind::Upwelling)
+    )
+}
+
+/// Whether a fault moves or blinds the vehicle so that an abort is owed to it alone, on a vehicle with one depth sensor or two.
+fn owed_abort(fault: &Fault, config: &Config, one_depth: bool) -> bool {
     use Target as T;
-    matches!(fault.target, T::Pump | T::Command | T::Hull | T::Vehicle | T::Sea | T::Depth | T::Depth2 | T::BallastFeedback | T::Power)
+    if !matches!(fault.target, T::Pump | T::Command | T::Hull | T::Depth | T::Depth2 | T::BallastFeedback | T::Power) {
+        return false;
+    }
+    let owed =
+        if one_depth && fault.target == Target::Depth { expect::alone(fault) } else { expect::expect(fault, config, &Ahead::NOTHING) };
+    matches!(owed, Some(Expect::Abort(..)))
 }
 
 /// Load over what the pump lifts that may be the water's, or is none that needs more than the pump, 1.
@@ -55,14 +74,6 @@ fn unseen_s(fault: &Fault, faults: &[Fault], config: &Config) -> f64 {
 /// not lift it while all its faults act.
 #[must_use]
 pub fn is_one(case: &Case, means: &Means) -> bool {
-    let loads = |f: &Fault| {
-        matches!(
-            (f.target, f.kind),
-            (Target::Hull, Kind::Leak)
-                | (Target::Vehicle, Kind::Dragged | Kind::Net | Kind::Trim | Kind::WingLoss)
-                | (Target::Sea, Kind::Ice | Kind::Lens | Kind::Upwelling)
-        )
-    };
     means.while_all_act_n < 0.0 || case.faults.iter().any(loads)
 }
 
@@ -94,10 +105,12 @@ pub fn can_be_won(case: &Case) -> anyhow::Result<bool> {
     let manifest = seat.hello()?;
     seat.configure(&manifest, &config)?;
     seat.begin(&mission)?;
-    let matter: Vec<&Fault> =
-        if case.faults.iter().any(matters) { case.faults.iter().filter(|f| matters(f)).collect() } else { case.faults.iter().collect() };
+    let one_depth = world.scenario().sensors.depth2.absent;
+    let begins = |f: &&Fault| loads(f) || owed_abort(f, &config, one_depth);
+    let begin: Vec<&Fault> =
+        if case.faults.iter().any(|f| begins(&f)) { case.faults.iter().filter(begins).collect() } else { case.faults.iter().collect() };
     let limit_s = f64::from(mission.max_duration_s) + 7200.0;
-    let mut onsets: Vec<Option<f64>> = vec![None; matter.len()];
+    let mut onsets: Vec<Option<f64>> = vec![None; begin.len()];
     let (mut up_s, mut sinking_s, mut before_m, mut idle) = (0.0, 0.0, 0.0, None);
     while world.time_s() < limit_s {
         let (frame, truth, time_s) = (world.sense(), world.truth(), world.time_s());
@@ -106,7 +119,7 @@ pub fn can_be_won(case: &Case) -> anyhow::Result<bool> {
             None => seat.exchange(&frame)?,
         };
         let phase = answer.trace.phase;
-        for (fault, onset) in matter.iter().zip(&mut onsets) {
+        for (fault, onset) in begin.iter().zip(&mut onsets) {
             if onset.is_none() && fault.phase.is_none_or(|p| p == phase) {
                 let begins_s = fault.delay_s + if fault.phase.is_some() { time_s } else { 0.0 };
                 *onset = Some(begins_s + unseen_s(fault, &case.faults, &config));
@@ -132,4 +145,31 @@ pub fn can_be_won(case: &Case) -> anyhow::Result<bool> {
         }
     }
     Ok(false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use control::Settings;
+
+    #[test]
+    fn a_race_begins_with_a_load_or_an_owed_abort_only() {
+        let config = Config::new(Settings::slocum_200()).expect("valid");
+        let begins = |fault: &str, one_depth| {
+            let fault = fault.parse().expect("a fault");
+            loads(&fault) || owed_abort(&fault, &config, one_depth)
+        };
+        for (fault, two, one) in [
+            ("hull:leak=5", true, true),
+            ("vehicle:trim=100", true, true),
+            ("pump:runaway=-1", true, true),
+            ("pump:leak_back", false, false),
+            ("depth:nan", false, true),
+            ("depth2:off", false, false),
+            ("pitch:off", false, false),
+            ("vacuum:off", false, false),
+        ] {
+            assert_eq!((begins(fault, false), begins(fault, true)), (two, one), "{fault}");
+        }
+    }
 }

@@ -23,8 +23,19 @@ pub fn draw(mission: u64, which: u64, count: usize, span_s: f64) -> Vec<Fault> {
     (0..count).filter_map(|_| one(&mut dice, span_s)).collect()
 }
 
+/// The `which`-th set with exactly these faults, drawn in size, sign, onset and duration.
+#[must_use]
+pub fn draw_of(kinds: &[(Target, Kind)], mission: u64, which: u64, span_s: f64) -> Vec<Fault> {
+    let mut dice = Dice::new(mission, 1000 + which);
+    kinds.iter().filter_map(|(target, kind)| sized(&mut dice, *target, *kind, span_s)).collect()
+}
+
 fn one(dice: &mut Dice, span_s: f64) -> Option<Fault> {
     let (target, kind, ..) = catalogue().nth(dice.below(catalogue().count()))?;
+    sized(dice, target, kind, span_s)
+}
+
+fn sized(dice: &mut Dice, target: Target, kind: Kind, span_s: f64) -> Option<Fault> {
     let fault = Fault::new(target, kind)?;
     let range = sizes(target, kind);
     let share = 0.3 * 20f64.powf(dice.unit());

@@ -149,8 +149,9 @@ impl Problem<'_> {
 
     /// Tracks of jobs on the branch in force.
     fn simulated(&self, jobs: &[Job]) -> Vec<Track> {
-        self.work.fetch_add(jobs.iter().map(|j| j.run.inputs.len() as u64).sum(), Ordering::Relaxed);
-        tracks(jobs, self.vehicle.water_depth_m, self.branch.continuation)
+        let tracks = tracks(jobs, self.vehicle.water_depth_m, self.branch.continuation);
+        self.work.fetch_add(tracks.iter().map(|t| t.half_steps).sum(), Ordering::Relaxed);
+        tracks
     }
 
     /// What simulates fitted run `k` under a law.

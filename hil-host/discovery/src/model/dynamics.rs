@@ -29,6 +29,8 @@ pub struct Track {
     pub alpha_rad: Vec<f64>,
     /// Way made through the water and with the current, (east, north), m.
     pub displacement_m: (f64, f64),
+    /// Half steps that it took.
+    pub half_steps: u64,
 }
 
 /// Cosine of the roll from which no glider turns: 60 degrees, beyond which a reading is of something else.

@@ -95,6 +95,7 @@ impl<'a> Lane<'a> {
                 speed_m_s: Vec::with_capacity(rows),
                 alpha_rad: Vec::with_capacity(rows),
                 displacement_m: (0.0, 0.0),
+                half_steps: (of.run.inputs.len() * split) as u64,
             },
             model,
         }

@@ -3,12 +3,14 @@
 use crate::inference::initial_guess::is_uncalibrated;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{PARTS, Wave};
-use crate::model::parameters::{N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, bounds, is_law, wide_tail};
+use crate::model::parameters::{
+    DRAG, LIFT_SLOPE, N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, TRIM_VOLUME, bounds, is_law, wide_tail,
+};
 use hydro::effects::{Active, SeenIn};
 use nalgebra::DVector;
 
 /// Most that a calibration number may deviate, in its tolerances: scatter beyond two is rare and beyond three a discovery; what
-/// goes further is no calibration, and the model has no glide there. A vehicle that nobody has calibrated has no such limit.
+/// goes further is no calibration, and the model has no glide there. [`is_free`] numbers have no such limit.
 const MOST_TOLERANCES: f64 = 10.0;
 /// Prior precision of a calibration number at that limit: none of it is left free.
 pub(crate) const HELD: f64 = 1e12;
@@ -34,6 +36,12 @@ pub(super) struct Free {
     prior: Option<(f64, f64)>,
 }
 
+/// Whether a calibration number is free to be anywhere: what a vehicle that nobody has calibrated floats and glides by. What its hull
+/// does under pressure and in warm water, and its sensors, scatter as in any other vehicle.
+pub(crate) fn is_free(uncalibrated: bool, index: usize) -> bool {
+    uncalibrated && matches!(index, TRIM_VOLUME | DRAG | LIFT_SLOPE)
+}
+
 /// What the prior asks of a calibration number beyond its scatter, on top of a normal prior: penalty, and half of the penalty's slope
 /// and curvature. Numbers without a stated tolerance are only guessed at; they have no such edge.
 fn beyond_scatter(index: usize, z: f64) -> Penalty {
@@ -46,13 +54,12 @@ fn tail_penalty(problem: &Problem, index: usize, z: f64) -> Penalty {
     wide_tail(problem.vehicle, index, z).map_or((0.0, 0.0, 0.0), |(cost, precision)| (cost - z * z, (precision - 1.0) * z, precision - 1.0))
 }
 
-/// What all calibration numbers of a state pay for being beyond their scatter, in chi²; an uncalibrated vehicle has no scatter.
+/// What all calibration numbers of a state pay for being beyond their scatter, in chi².
 #[must_use]
 pub(crate) fn scatter_cost(problem: &Problem, state: &State) -> f64 {
-    if is_uncalibrated(problem.vehicle) {
-        return 0.0;
-    }
-    state.calibration.iter().enumerate().map(|(i, z)| beyond_scatter(i, *z).0).sum()
+    let uncalibrated = is_uncalibrated(problem.vehicle);
+    let scatter = |(i, z): (usize, &f64)| if is_free(uncalibrated, i) { 0.0 } else { beyond_scatter(i, *z).0 };
+    state.calibration.iter().enumerate().map(scatter).sum()
 }
 
 fn free_numbers(problem: &Problem, effects: &[Active]) -> Vec<Free> {
@@ -103,9 +110,10 @@ impl<'a> Unknowns<'a> {
             .chain(std::iter::repeat_n(0.0, amplitudes))
             .collect();
         let uncalibrated = is_uncalibrated(problem.vehicle);
-        let most = if uncalibrated { f64::INFINITY } else { MOST_TOLERANCES };
-        let limit =
-            |i: usize| bounds(problem.vehicle, i).unwrap_or(if i < N_LAW { (-most, most) } else { (f64::NEG_INFINITY, f64::INFINITY) });
+        let most = |i: usize| if is_free(uncalibrated, i) { f64::INFINITY } else { MOST_TOLERANCES };
+        let limit = |i: usize| {
+            bounds(problem.vehicle, i).unwrap_or(if i < N_LAW { (-most(i), most(i)) } else { (f64::NEG_INFINITY, f64::INFINITY) })
+        };
         let limits = (0..N_CALIBRATION).map(limit).collect();
         let noise_in_damping = Box::new(problem.noise_in_damping());
         Self { problem, of_effects, limits, precision, centre, uncalibrated, noise_in_damping }
@@ -157,7 +165,7 @@ impl<'a> Unknowns<'a> {
         match (i < N_CALIBRATION).then(|| s.calibration[i]) {
             Some(z) if i == PITCH_DAMPING => sum(tail_penalty(self.problem, i, z), (self.noise_in_damping)(z)),
             Some(z) if !is_law(i) => tail_penalty(self.problem, i, z),
-            Some(z) if !self.uncalibrated => beyond_scatter(i, z),
+            Some(z) if !is_free(self.uncalibrated, i) => beyond_scatter(i, z),
             _ => (0.0, 0.0, 0.0),
         }
     }

@@ -227,8 +227,8 @@ pub const PARAMETERS: [Parameter; N_CALIBRATION] = [
             factor: 1.0,
             wide: 1.5,
             probability: 0.3,
-            // What a vehicle file may state.
-            bounds: (0.0, 5.0),
+            // From a sphere's (Lamb, Hydrodynamics, 1932, art. 92; a spheroid of 7 to 1 has 0.93) to what a vehicle file may state.
+            bounds: (0.5, 5.0),
         }),
         largest_step: Some(0.1),
         acts: Acts::Shifts(|c| &mut c.added_mass_heave),

@@ -95,13 +95,19 @@ impl Problem<'_> {
     /// Block error of a state over all blocks of the fitted runs, those left out too, m/s.
     #[must_use]
     pub fn fitted_error_m_s(&self, prepared: &Prepared, state: &State) -> f64 {
+        block_errors(self, prepared, &[state], &self.fitted_blocks(prepared), true)[0]
+    }
+
+    /// All blocks of the fitted runs.
+    fn fitted_blocks(&self, prepared: &Prepared) -> Vec<(usize, Vec<Block>)> {
         let fitted = prepared.runs.iter().enumerate().filter(|(_, run)| self.runs.iter().any(|r| std::ptr::eq(*r, *run)));
-        let all: Vec<_> = fitted.map(|(k, run)| (k, blocks(run))).collect();
-        block_errors(self, prepared, &[state], &all, true)[0]
+        fitted.map(|(k, run)| (k, blocks(run))).collect()
     }
 }
 
 /// Block errors of several fits (their states and residuals) with their most probable model discrepancy, m/s. A wave's phase is known only in fitted runs.
+/// The discrepancy is predicted by linearisation, the calibration following it; as in a trust region the prediction counts only where
+/// it lowers the error of the fitted runs, as it promises to.
 #[must_use]
 pub fn predicted_errors(
     problem: &Problem,
@@ -110,7 +116,17 @@ pub fn predicted_errors(
     blocks: &[(usize, Vec<Block>)],
     with_wave: bool,
 ) -> Vec<f64> {
-    let predicted: Vec<Predicted> = fits.iter().map(|(state, residual)| problem.predicted(state, residual)).collect();
+    let mut predicted: Vec<Predicted> = fits.iter().map(|(state, residual)| problem.predicted(state, residual)).collect();
+    if predicted.iter().any(|p| !p.amplitudes.is_empty()) {
+        let own = problem.fitted_blocks(prepared);
+        let plain: Vec<&State> = fits.iter().map(|(state, _)| *state).collect();
+        let moved: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
+        let without = block_errors(problem, prepared, &plain, &own, true);
+        let with = errors_with(problem, prepared, &moved, &own, true, &|run, i| problem.discrepancy_m(run, &predicted[i]));
+        for (k, (state, _)) in fits.iter().enumerate().filter(|(k, _)| with[*k] > without[*k]) {
+            predicted[k] = Predicted { state: (*state).clone(), amplitudes: Vec::new() };
+        }
+    }
     let states: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
     let shift = |run: &Run, i: usize| problem.discrepancy_m(run, &predicted[i]);
     errors_with(problem, prepared, &states, blocks, with_wave, &shift)

@@ -251,7 +251,7 @@ impl Shape {
 /// amplitudes of the basis.
 pub(crate) struct Predicted {
     pub(crate) state: State,
-    amplitudes: Vec<f64>,
+    pub(crate) amplitudes: Vec<f64>,
 }
 
 impl Problem<'_> {

@@ -6,6 +6,7 @@ use anyhow::{Context as _, bail};
 use console::style;
 use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::hypotheses::search::Depth;
+use discovery::model::parameters::is_nuisance;
 use discovery::preprocess::{prepare, sanity};
 use discovery::record::csv;
 use discovery::workbench::calibrate::free_names;
@@ -138,7 +139,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             println!("{}", wrapped(&format!("Note: {note}"), 6));
         }
         println!("\n{}", Ladder::of(&found).text());
-        let far: Vec<String> = deviations().filter(|d| d.1.abs() > FAR).map(|(name, z)| format!("{name} {z:+.1}")).collect();
+        let far = deviations().enumerate().filter(|(k, d)| !is_nuisance(*k) && d.1.abs() > FAR);
+        let far: Vec<String> = far.map(|(_, (name, z))| format!("{name} {z:+.1}")).collect();
         if !far.is_empty() {
             let what = format!("Recalibrated beyond {FAR} tolerances of the vehicle file: {}.", far.join(", "));
             println!("{}", wrapped(&what, 2));

@@ -21,14 +21,16 @@ use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
 use crate::hypotheses::search::{Depth, SearchResult};
 use crate::inference::evidence::{NEARLY, TIED};
 use crate::inference::gauss_newton::{Effort, fit_from};
+use crate::inference::initial_guess::is_uncalibrated;
 use crate::inference::posterior::Fit;
+use crate::inference::unknowns::is_free;
 use crate::likelihood::block_error::{Block, blocks, predicted_errors};
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Column, Problem};
 use crate::model::branch::Branch;
 use crate::model::parameters::{CALIBRATION, State, is_law};
-use crate::model::sensor_findings::{SensorFinding, sensor_findings};
+use crate::model::sensor_findings::{SensorFinding, not_determined, sensor_findings};
 use crate::preprocess::{Prepared, prepare, sanity};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
@@ -374,7 +376,10 @@ fn conclude(
         used_up: *used_up,
     };
     let (verdict, mut reasons) = judge(&evidence);
-    reasons.extend(too_small.map(|share| Reason::TooSmall { share }));
+    if let Some(share) = too_small {
+        reasons.retain(|r| *r != Reason::NothingLeads);
+        reasons.push(Reason::TooSmall { share });
+    }
     notes.extend(reasons.iter().map(|r| format!("{}: {}", verdict.name(), r.text())));
     if reasons.iter().any(|r| r.code() == "held_out_too_large") {
         notes.push(format!("the check segments one by one{}", worst_segment(problem, prepared, &best.state, &check_blocks)));
@@ -388,6 +393,7 @@ fn conclude(
     notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
     notes.extend(problem.moments_said(&best.state));
     notes.extend(far_from_file(vehicle, &best.state));
+    notes.extend(not_determined(vehicle, &best.state));
     let ranking = rank(problem, prepared, found, &after, [&fit_blocks, &check_blocks]);
     let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
     Diagnosis {
@@ -425,10 +431,9 @@ const REPORTED_TOLERANCES: f64 = 3.0;
 
 /// Calibration numbers that a state moves by several tolerances: a finding, named or not.
 fn far_from_file(vehicle: &Vehicle, state: &State) -> Option<String> {
-    if crate::inference::initial_guess::is_uncalibrated(vehicle) {
-        return None;
-    }
-    let far = state.calibration.iter().enumerate().filter(|(k, z)| is_law(*k) && z.abs() > REPORTED_TOLERANCES);
+    let uncalibrated = is_uncalibrated(vehicle);
+    let counts = |k: usize| is_law(k) && !is_free(uncalibrated, k);
+    let far = state.calibration.iter().enumerate().filter(|(k, z)| counts(*k) && z.abs() > REPORTED_TOLERANCES);
     let said: Vec<String> = far.map(|(k, z)| format!("{} {z:+.1}", CALIBRATION[k])).collect();
     (!said.is_empty()).then(|| format!("the calibration deviates by several tolerances of the vehicle file: {}", said.join(", ")))
 }

@@ -140,6 +140,7 @@ impl Reason {
     pub fn text(&self) -> String {
         match self {
             Self::NothingLeads => "no effect is likelier than nothing missing".into(),
+            Self::TooSmall { share } if *share < 0.0 => "the effect that leads does not lower the error of all dives".into(),
             Self::TooSmall { share } => format!("the effect that leads lowers the error by {:.0} % only", 100.0 * share),
             Self::Leads { log_odds } => format!("the answer is ahead of nothing missing by {log_odds:.1} log units"),
             Self::Equivalent { sets } => format!("{sets} sets of effects do equally well"),

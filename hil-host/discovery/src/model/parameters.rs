@@ -183,7 +183,13 @@ pub(crate) fn set_tolerance(vehicle: &mut Vehicle, index: usize, value: f64) {
 /// Whether a calibration number is an ordinary number of the law: it scatters within its tolerance, and a name is for what is beyond.
 #[must_use]
 pub(crate) fn is_law(index: usize) -> bool {
-    index < N_LAW && wide(index).is_none()
+    index < N_LAW && !is_nuisance(index)
+}
+
+/// Whether a calibration number is one that no vehicle file knows: its prior has a wide tail, and what it deviates by is no recalibration.
+#[must_use]
+pub fn is_nuisance(index: usize) -> bool {
+    wide(index).is_some()
 }
 
 /// Prior of a number that may have been guessed at, where a calibration number has a wide tail: cost against a value of zero (minus twice

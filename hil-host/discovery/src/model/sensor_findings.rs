@@ -1,6 +1,6 @@
 //! Sensors, and numbers of the log, that a fit finds to be off.
 
-use crate::model::parameters::{BATTERY_MASS, CLOCK_OFFSET, PARAMETERS, State, tolerance_of};
+use crate::model::parameters::{BATTERY_MASS, CLOCK_OFFSET, PARAMETERS, State, bounds, tolerance_of};
 use crate::vehicle::Vehicle;
 
 /// A sensor, or a number of the log, that is found to be off.
@@ -40,9 +40,23 @@ pub fn sensor_findings(
         let by = tolerance_of(vehicle, k) * factor;
         let [value, low, high] = [0.0, -NINETY, NINETY].map(|sigmas| (z + sigmas * s) * by);
         let finding = || SensorFinding { name: PARAMETERS[k].name, what, value, low, high, unit };
-        (z.abs() > SIGNIFICANT && z.abs() > SIGNIFICANT * s).then(finding)
+        (z.abs() > SIGNIFICANT && z.abs() > SIGNIFICANT * s && !is_at_bound(vehicle, state, k)).then(finding)
     };
     with_clock_shift((0..BATTERY_MASS).filter_map(found).collect(), clock_shift_s)
+}
+
+/// Whether a calibration number has come to the end of what is possible: it has no interval there.
+fn is_at_bound(vehicle: &Vehicle, state: &State, k: usize) -> bool {
+    let z = state.calibration[k];
+    z != 0.0 && bounds(vehicle, k).is_some_and(|(low, high)| z <= low || z >= high)
+}
+
+/// Nuisances that have come to the end of what is possible: the flight does not determine them, in words.
+#[must_use]
+pub fn not_determined(vehicle: &Vehicle, state: &State) -> Option<String> {
+    let what = |k: usize| PARAMETERS[k].of_sensor().filter(|_| is_at_bound(vehicle, state, k)).map(|(what, ..)| what);
+    let said: Vec<&str> = (0..BATTERY_MASS).filter_map(what).collect();
+    (!said.is_empty()).then(|| format!("at the end of what is possible, so not determined by this flight: {}", said.join("; ")))
 }
 
 /// The findings with the shift of a clock and its standard error, s, that was taken out before the fit: what the fit found is beyond it.
@@ -60,6 +74,25 @@ fn with_clock_shift(mut findings: Vec<SensorFinding>, shift_s: Option<[f64; 2]>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::parameters::HEAVE_MASS;
+
+    #[test]
+    fn a_nuisance_at_its_bound_is_a_note_and_no_finding() {
+        let text = include_str!("../../../../vehicles/modena.toml");
+        let vehicle = crate::vehicle::parse(toml::from_str(text).expect("TOML"), std::path::Path::new("modena.toml")).expect("a vehicle");
+        let mut state = State::nominal();
+        assert_eq!((sensor_findings(&vehicle, &state, |_| 0.01, None).len(), not_determined(&vehicle, &state)), (0, None));
+        let (low, _) = bounds(&vehicle, HEAVE_MASS).expect("bounded");
+        state.calibration[HEAVE_MASS] = 0.9 * low;
+        assert_eq!((sensor_findings(&vehicle, &state, |_| 0.01, None).len(), not_determined(&vehicle, &state)), (1, None));
+        state.calibration[HEAVE_MASS] = low;
+        assert!(sensor_findings(&vehicle, &state, |_| 0.01, None).is_empty());
+        assert!(
+            not_determined(&vehicle, &state)
+                .expect("said")
+                .ends_with("added mass across the hull beyond the vehicle file's, share of the mass")
+        );
+    }
 
     #[test]
     fn a_clock_shift_taken_out_before_the_fit_is_a_finding_with_the_rest() {

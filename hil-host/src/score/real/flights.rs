@@ -96,6 +96,8 @@ pub struct Shipped {
     pub high: f64,
     /// Or the compressibility that the interval must hold, 1/dbar.
     pub compressibility_per_dbar: Option<f64>,
+    /// What the vehicle's own file states, where import takes the class's instead, 1/dbar.
+    pub stated_per_dbar: Option<f64>,
 }
 
 /// The data file.

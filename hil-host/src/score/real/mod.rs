@@ -222,7 +222,11 @@ fn covered(ready: &Ready, injected: &InjectedError, d: &Value) -> Option<bool> {
 #[must_use]
 pub fn shipped(ready: &Ready, known: &Shipped, data: &Data, program: Program<'_>, folder: &Path) -> Value {
     let here = folder.join(format!("shipped-{}", ready.entry.name));
-    let asked = match write(&here, &ready.flight, &ready.shipped) {
+    let mut vehicle = ready.shipped.clone();
+    if let Some(c) = known.stated_per_dbar {
+        vehicle["hull_compressibility_per_pa"] = json!(c * 1e-4);
+    }
+    let asked = match write(&here, &ready.flight, &vehicle) {
         Ok(()) => ask::diagnose(program, &here, data.limit_s),
         Err(e) => Asked { said: Err(format!("{e:#}")), wall_s: 0.0, cpu_s: f64::NAN },
     };
@@ -234,7 +238,7 @@ pub fn shipped(ready: &Ready, known: &Shipped, data: &Data, program: Program<'_>
     let answered = d["candidates"].as_array().into_iter().flatten().find(|c| names(&c["effects"]) == answer).unwrap_or(&empty);
     let parameter = if known.parameter.is_empty() { "rel_error" } else { &known.parameter };
     let p = &answered["parameters"][format!("{}.{parameter}", known.effect)];
-    let stated = ready.shipped["hull_compressibility_per_pa"].as_f64().unwrap_or(f64::NAN);
+    let stated = vehicle["hull_compressibility_per_pa"].as_f64().unwrap_or(f64::NAN);
     let (low, high) = known.compressibility_per_dbar.map_or((known.low, known.high), |c| {
         let error = c * 1e-4 / stated - 1.0;
         (error, error)

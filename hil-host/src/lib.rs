@@ -2,6 +2,7 @@
 
 pub mod campaign;
 pub mod cli;
+pub mod fleet;
 pub mod flight;
 pub mod pages;
 pub mod paper;

@@ -5,6 +5,8 @@
 //! 0 done, 1 done and the result is negative (a check failed, a fault was not
 //! survived), 2 bad input.
 
+use std::cell::RefCell;
+
 use clap::{Parser, Subcommand};
 
 pub mod add;
@@ -16,6 +18,7 @@ pub mod export;
 pub mod faults;
 pub mod faults_own_parts;
 pub mod fetch_data;
+pub mod fleet;
 pub mod fly;
 pub mod fly_extctl;
 pub mod fly_parts;
@@ -64,12 +67,18 @@ pub struct Output {
 }
 
 impl Output {
-    /// Prints `document` if JSON is asked for, else what `human` writes.
+    /// Prints `document` if JSON is asked for, else what `human` writes; hands it over where [`document`] asked for it.
     pub fn emit(&self, document: &serde_json::Value, human: impl FnOnce()) {
-        if self.json {
-            println!("{document:#}");
-        } else {
-            human();
+        let is_taken = TAKEN.with_borrow_mut(|taken| {
+            if let Some(taken) = taken {
+                taken.clone_from(document);
+            }
+            taken.is_some()
+        });
+        match (is_taken, self.json) {
+            (true, _) => {}
+            (false, true) => println!("{document:#}"),
+            (false, false) => human(),
         }
     }
 }
@@ -93,6 +102,7 @@ A flight against its model:
   add                      add an effect, refit, see the error fall
   calibrate                several flights of one vehicle: what is known of it
   timeline                 drag, lift, trim over a mission; what changed, when
+  fleet                    an archive of flights: what all dives say together
   next-flight              the mission that would tell what this flight cannot
   report, plot, export     an offline page; figures; csv, Parquet, NetCDF
 
@@ -158,6 +168,8 @@ enum Command {
     Calibrate(calibrate::Args),
     /// Drag, lift and trim over a mission, its changes named and dated.
     Timeline(timeline::Args),
+    /// An archive of flights, dive by dive: what all of them say together.
+    Fleet(fleet::Args),
     /// The mission that best separates what this flight cannot.
     NextFlight(next_flight::Args),
     /// Compare, diagnose, add, new table, fly before and after.
@@ -204,8 +216,34 @@ pub fn main() -> std::process::ExitCode {
         Err(e) if e.use_stderr() && std::env::args().any(|a| a == "--json") => return wrong(&e.render().to_string(), true),
         Err(e) => e.exit(),
     };
+    match run(&cli) {
+        Ok(Verdict::Ok) => 0.into(),
+        Ok(Verdict::Negative) => 1.into(),
+        Err(e) => wrong(&format!("{e:#}"), cli.json),
+    }
+}
+
+thread_local! {
+    /// Where the document of a command goes that another program runs in itself.
+    static TAKEN: RefCell<Option<serde_json::Value>> = const { RefCell::new(None) };
+}
+
+/// Runs a command inside another program: the document that it prints with `--json`, and its verdict.
+///
+/// # Errors
+/// Bad input, in the words of the command.
+pub fn document(arguments: &[String]) -> Result<(serde_json::Value, Verdict), String> {
+    let line = ["glider", "--json"].into_iter().chain(arguments.iter().map(String::as_str));
+    let cli = Cli::try_parse_from(line).map_err(|e| e.render().to_string().trim().to_owned())?;
+    TAKEN.set(Some(serde_json::Value::Null));
+    let done = run(&cli);
+    let document = TAKEN.take().unwrap_or_default();
+    done.map(|verdict| (document, verdict)).map_err(|e| format!("{e:#}"))
+}
+
+fn run(cli: &Cli) -> anyhow::Result<Verdict> {
     let output = Output { json: cli.json, force: cli.force };
-    let result = match &cli.command {
+    match &cli.command {
         None => main_job::run(&output),
         Some(Command::Polar(a)) => polar::run(a, &output),
         Some(Command::Paper(a)) => paper::run(a, &output),
@@ -219,6 +257,7 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Add(a)) => add::run(a, &output),
         Some(Command::Calibrate(a)) => calibrate::run(a, &output),
         Some(Command::Timeline(a)) => timeline::run(a, &output),
+        Some(Command::Fleet(a)) => fleet::run(a, &output),
         Some(Command::NextFlight(a)) => next_flight::run(a, &output),
         Some(Command::Loop(a)) => story::run(a, &output),
         Some(Command::Report(a)) => report::run(a, &output),
@@ -233,11 +272,6 @@ pub fn main() -> std::process::ExitCode {
         Some(Command::Scorecard(a)) => scorecard::run(a, &output),
         Some(Command::Margins(a)) => margins::run(a, &output),
         Some(Command::Plot(a)) => plot::run(a, &output),
-    };
-    match result {
-        Ok(Verdict::Ok) => 0.into(),
-        Ok(Verdict::Negative) => 1.into(),
-        Err(e) => wrong(&format!("{e:#}"), output.json),
     }
 }
 
@@ -260,6 +294,17 @@ pub fn command() -> clap::Command {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_command_run_inside_a_program_hands_its_document_over() {
+        let line = |words: &str| words.split(' ').map(str::to_owned).collect::<Vec<_>>();
+        let (effects, verdict) = document(&line("list effects")).expect("a list");
+        assert!(effects["items"].as_array().is_some_and(|i| i.len() > 20) && verdict == Verdict::Ok);
+        let nothing = document(&line("compare --flight nowhere")).expect_err("refused");
+        assert!(nothing.contains("nowhere"), "{nothing}");
+        let unknown = document(&line("compare --flght a")).expect_err("refused");
+        assert!(unknown.contains("--flight"), "{unknown}");
+    }
 
     #[test]
     fn every_command_stands_in_the_grouped_help_and_fits_80_columns() {

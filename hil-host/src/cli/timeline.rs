@@ -2,18 +2,18 @@
 
 use super::diagnose::bar;
 use super::{Output, Verdict};
+use crate::fleet::archive::read;
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark, Paper};
 use crate::terminal::{meant_path, rounded, say, table, wrapped};
 use crate::whole_file;
 use anyhow::{Context as _, bail};
 use discovery::diagnosis::report::number;
-use discovery::export::parquet;
-use discovery::record::csv;
+use discovery::export::table::Table;
+use discovery::vehicle;
 use discovery::workbench::changes::{DIVES_PER_ALARM, KINDS};
 use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
 use discovery::workbench::tracking::TRACKED;
-use discovery::{Flight, import, vehicle};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -56,20 +56,6 @@ fn flights_behind(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(if inside.is_empty() { vec![path.to_path_buf()] } else { inside })
 }
 
-/// Reads a flight of any kind.
-fn read(path: &Path) -> anyhow::Result<Flight> {
-    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if is_csv || path.join("flight.csv").is_file() {
-        return Ok(csv::flight(path)?);
-    }
-    let import::Imported { mut flight, report, .. } = import::import(path, &[])?;
-    if let Some(why) = report.not_comparable() {
-        anyhow::bail!("{}: {why}", path.display());
-    }
-    flight.name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
-    Ok(flight)
-}
-
 /// Endings of `--out`.
 const ENDINGS: [&str; 6] = ["svg", "pdf", "png", "csv", "json", "parquet"];
 
@@ -96,7 +82,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let bar = bar();
     let mut mission = Mission::new(&vehicle);
     for (k, path) in paths.iter().enumerate() {
-        let flight = read(path).inspect_err(|_| bar.finish_and_clear())?;
+        let flight = read(std::slice::from_ref(path)).inspect_err(|_| bar.finish_and_clear())?;
         bar.set_message(flight.name.clone());
         let added = mission.add(&flight, &|done, of| {
             let share = (k as f64 + done as f64 / of.max(1) as f64) / paths.len() as f64;
@@ -122,8 +108,7 @@ fn write(out: &Path, done: &Timeline) -> anyhow::Result<()> {
         "csv" => rows_csv(done).into(),
         "parquet" => {
             let mut bytes = Vec::new();
-            let (whole, texts, numbers) = columns(done);
-            parquet::table("dives", &whole, &texts, &numbers, &mut bytes).with_context(|| out.display().to_string())?;
+            columns(done).write("dives", &mut bytes).with_context(|| out.display().to_string())?;
             bytes
         }
         _ => format!("{:#}\n", document(done, Path::new(""))).into(),
@@ -134,13 +119,11 @@ fn write(out: &Path, done: &Timeline) -> anyhow::Result<()> {
     whole_file::write(out, bytes).with_context(|| format!("cannot write {}", out.display()))
 }
 
-type Columns<T> = Vec<(String, Vec<T>)>;
-
-/// One row a dive, by column: whole numbers, texts, numbers.
-fn columns(done: &Timeline) -> (Columns<i32>, Columns<String>, Columns<f64>) {
+/// One row a dive.
+fn columns(done: &Timeline) -> Table {
     let rows = &done.rows;
     let whole = |n: usize| i32::try_from(n).unwrap_or(i32::MAX);
-    let integers = vec![
+    let whole_numbers = vec![
         ("dive".to_owned(), rows.iter().map(|r| whole(r.number)).collect()),
         ("segment".to_owned(), rows.iter().map(|r| whole(r.segment as usize)).collect()),
         ("rows".to_owned(), rows.iter().map(|r| whole(r.rows)).collect()),
@@ -159,11 +142,11 @@ fn columns(done: &Timeline) -> (Columns<i32>, Columns<String>, Columns<f64>) {
             numbers.push((format!("{}_{unit}{part}", t.name), rows.iter().map(|r| of(&r.levels[k])).collect()));
         }
     }
-    (integers, texts, numbers)
+    Table { whole: whole_numbers, texts, numbers, ..Table::default() }
 }
 
 fn rows_csv(done: &Timeline) -> String {
-    let (whole, texts, numbers) = columns(done);
+    let Table { whole, texts, numbers, .. } = columns(done);
     let heads = whole.iter().map(|c| &c.0).chain(texts.iter().map(|c| &c.0)).chain(numbers.iter().map(|c| &c.0));
     let mut out = heads.cloned().collect::<Vec<_>>().join(",") + "\n";
     for i in 0..done.rows.len() {

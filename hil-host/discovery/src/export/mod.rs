@@ -4,6 +4,7 @@
 //! * [`mcap`]: MCAP for viewers of robot logs.
 //! * [`netcdf`]: NetCDF-4 in the OceanGliders format OG1.0.
 //! * [`parquet`]: Parquet with the columns of the csv.
+//! * [`table`]: Parquet of any table, and back.
 
 use crate::record::flight::Flight;
 
@@ -11,6 +12,7 @@ pub mod csv;
 pub mod mcap;
 pub mod netcdf;
 pub mod parquet;
+pub mod table;
 
 /// One column as others see it.
 struct Column<'a> {
@@ -32,6 +34,17 @@ impl Column<'_> {
     fn converted(&self) -> impl Iterator<Item = f64> + '_ {
         self.values.iter().map(|v| v * self.factor)
     }
+}
+
+/// All columns of a flight with their names in the flight format and their units, time and segment first.
+#[must_use]
+pub fn named_columns(flight: &Flight) -> Vec<(String, String, Vec<f64>)> {
+    let first = [
+        ("time_s".to_owned(), "s".to_owned(), flight.time_s.clone()),
+        ("segment".to_owned(), "1".to_owned(), flight.segment.iter().map(|s| f64::from(*s)).collect()),
+    ];
+    let rest = columns(flight).into_iter().map(|c| (c.name.to_owned(), c.unit.to_owned(), c.converted().collect()));
+    first.into_iter().chain(rest).collect()
 }
 
 /// All columns but time and segment, named ones first.

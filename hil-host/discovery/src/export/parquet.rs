@@ -6,8 +6,8 @@
 use std::io::Write;
 use std::sync::Arc;
 
-use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type};
+use parquet::basic::{Repetition, Type as Physical};
+use parquet::data_type::{DoubleType, Int32Type};
 use parquet::errors::{ParquetError, Result};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
@@ -48,58 +48,6 @@ pub fn write(flight: &Flight, out: impl Write + Send) -> Result<()> {
                 values.push(v);
             }
         }
-        let mut column = rows.next_column()?.ok_or_else(missing)?;
-        column.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
-        column.close()?;
-    }
-    rows.close()?;
-    writer.close()?;
-    Ok(())
-}
-
-/// Writes a table by columns: whole numbers, texts, and numbers, null where they are not finite.
-///
-/// # Errors
-/// What the writer says.
-pub fn table(
-    name: &str,
-    whole: &[(String, Vec<i32>)],
-    texts: &[(String, Vec<String>)],
-    numbers: &[(String, Vec<f64>)],
-    out: impl Write + Send,
-) -> Result<()> {
-    let field = |name: &str, kind, repetition, logical| {
-        Type::primitive_type_builder(name, kind).with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
-    };
-    let mut fields = Vec::new();
-    for (name, _) in whole {
-        fields.push(field(name, Physical::INT32, Repetition::REQUIRED, None)?);
-    }
-    for (name, _) in texts {
-        fields.push(field(name, Physical::BYTE_ARRAY, Repetition::REQUIRED, Some(LogicalType::String))?);
-    }
-    for (name, _) in numbers {
-        fields.push(field(name, Physical::DOUBLE, Repetition::OPTIONAL, None)?);
-    }
-    let schema = Arc::new(Type::group_type_builder(name).with_fields(fields).build()?);
-    let properties = WriterProperties::builder().set_created_by(concat!("glider ", env!("CARGO_PKG_VERSION")).into()).build();
-    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
-    let mut rows = writer.next_row_group()?;
-    let missing = || ParquetError::General("the schema has fewer columns than the table".into());
-    for (_, values) in whole {
-        let mut column = rows.next_column()?.ok_or_else(missing)?;
-        column.typed::<Int32Type>().write_batch(values, None, None)?;
-        column.close()?;
-    }
-    for (_, values) in texts {
-        let values: Vec<ByteArray> = values.iter().map(|v| ByteArray::from(v.as_str())).collect();
-        let mut column = rows.next_column()?.ok_or_else(missing)?;
-        column.typed::<ByteArrayType>().write_batch(&values, None, None)?;
-        column.close()?;
-    }
-    for (_, values) in numbers {
-        let there: Vec<i16> = values.iter().map(|v| i16::from(v.is_finite())).collect();
-        let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
         let mut column = rows.next_column()?.ok_or_else(missing)?;
         column.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
         column.close()?;

@@ -4,6 +4,8 @@ pub mod add;
 pub mod calibrate;
 pub mod changes;
 pub mod compare;
+pub mod dive_estimates;
+pub mod meta_analysis;
 pub mod next_flight;
 pub mod pooling;
 pub mod refitted_file;

@@ -289,7 +289,7 @@ impl Mission {
 }
 
 /// The runs of the first dives, as one flight; rows are numbered through.
-fn first_dives(waiting: &[(String, f64, Prepared)]) -> Prepared {
+pub(crate) fn first_dives(waiting: &[(String, f64, Prepared)]) -> Prepared {
     let (mut runs, mut has_temperature, mut row): (Vec<Run>, bool, usize) = (Vec::new(), false, 0);
     for (number, run) in waiting.iter().flat_map(|w| &w.2.runs).take(REFERENCE_DIVES).enumerate() {
         let mut run = run.clone();

@@ -35,6 +35,13 @@ pub struct Tracked {
     factor: f64,
 }
 
+impl Tracked {
+    /// So much of the calibration number, in its own measure, in steps.
+    pub(crate) fn in_steps(&self, amount: f64) -> f64 {
+        amount * self.factor / self.step
+    }
+}
+
 /// Number of them.
 pub const N: usize = 6;
 /// Where each stands in [`TRACKED`].
@@ -169,6 +176,17 @@ impl Reference {
     /// What one run of a flight says, and the state that its fit ends at. None where too little of it can be compared.
     #[must_use]
     pub fn dive(&self, prepared: &Prepared, run: &Run, start: &State) -> Option<(Dive, State)> {
+        self.dive_and(prepared, run, start, |_| ()).map(|(dive, state, ())| (dive, state))
+    }
+
+    /// The same, and what `more` makes of the fit.
+    pub(crate) fn dive_and<T>(
+        &self,
+        prepared: &Prepared,
+        run: &Run,
+        start: &State,
+        more: impl FnOnce(&DiveFit) -> T,
+    ) -> Option<(Dive, State, T)> {
         let alone = Prepared {
             runs: vec![run.clone()],
             displacements: Vec::new(),
@@ -211,8 +229,17 @@ impl Reference {
             rows: problem.rows_compared(),
             misfit: residual.dot(&residual) / residual.values.len().max(1) as f64,
         };
-        Some((dive, state))
+        let more = more(&DiveFit { problem: &problem, state: &state, columns: &columns, residual: &residual });
+        Some((dive, state, more))
     }
+}
+
+/// The fit of one dive: its state, sensitivities to the tracked numbers, per step, and its residual.
+pub(crate) struct DiveFit<'p> {
+    pub problem: &'p Problem<'p>,
+    pub state: &'p State,
+    pub columns: &'p [Column],
+    pub residual: &'p Column,
 }
 
 /// Sensitivities to the tracked numbers, per step, and the residual.

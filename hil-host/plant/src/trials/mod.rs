@@ -42,7 +42,7 @@ pub use nature::Banking;
 use nature::Nature;
 use ocean::Colour;
 use outside::Outside;
-use sensors::Row;
+pub use sensors::Row;
 use vehicle::{Nominal, Scatter};
 
 /// Segments per trial (format, section 1).

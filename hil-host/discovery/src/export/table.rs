@@ -1,0 +1,175 @@
+//! A table by columns as Parquet, and back: whole numbers, texts, and numbers, null where they are not finite.
+//!
+//! Equal tables give equal bytes: uncompressed, one row group, no date in the file.
+
+use std::fs::File;
+use std::io::Write;
+use std::sync::Arc;
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::ColumnReader;
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type};
+use parquet::errors::{ParquetError, Result};
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+/// Columns of one kind, with their names.
+pub type Columns<T> = Vec<(String, Vec<T>)>;
+
+/// A table; its columns stand in this order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// What is said of the whole table, by key.
+    pub about: Vec<(String, String)>,
+    /// Whole numbers.
+    pub whole: Columns<i32>,
+    /// Texts.
+    pub texts: Columns<String>,
+    /// Numbers; NaN where there is none.
+    pub numbers: Columns<f64>,
+}
+
+impl Table {
+    /// Writes it.
+    ///
+    /// # Errors
+    /// What the writer says.
+    pub fn write(&self, name: &str, out: impl Write + Send) -> Result<()> {
+        let field = |name: &str, kind, repetition, logical| {
+            Type::primitive_type_builder(name, kind).with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
+        };
+        let mut fields = Vec::new();
+        for (name, _) in &self.whole {
+            fields.push(field(name, Physical::INT32, Repetition::REQUIRED, None)?);
+        }
+        for (name, _) in &self.texts {
+            fields.push(field(name, Physical::BYTE_ARRAY, Repetition::REQUIRED, Some(LogicalType::String))?);
+        }
+        for (name, _) in &self.numbers {
+            fields.push(field(name, Physical::DOUBLE, Repetition::OPTIONAL, None)?);
+        }
+        let schema = Arc::new(Type::group_type_builder(name).with_fields(fields).build()?);
+        let about: Vec<KeyValue> = self.about.iter().map(|(k, v)| KeyValue::new(k.clone(), v.clone())).collect();
+        let properties = WriterProperties::builder()
+            .set_created_by(concat!("glider ", env!("CARGO_PKG_VERSION")).into())
+            .set_key_value_metadata((!about.is_empty()).then_some(about))
+            .build();
+        let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+        let mut rows = writer.next_row_group()?;
+        let missing = || ParquetError::General("the schema has fewer columns than the table".into());
+        for (_, values) in &self.whole {
+            let mut column = rows.next_column()?.ok_or_else(missing)?;
+            column.typed::<Int32Type>().write_batch(values, None, None)?;
+            column.close()?;
+        }
+        for (_, values) in &self.texts {
+            let values: Vec<ByteArray> = values.iter().map(|v| ByteArray::from(v.as_str())).collect();
+            let mut column = rows.next_column()?.ok_or_else(missing)?;
+            column.typed::<ByteArrayType>().write_batch(&values, None, None)?;
+            column.close()?;
+        }
+        for (_, values) in &self.numbers {
+            let there: Vec<i16> = values.iter().map(|v| i16::from(v.is_finite())).collect();
+            let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+            let mut column = rows.next_column()?.ok_or_else(missing)?;
+            column.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
+            column.close()?;
+        }
+        rows.close()?;
+        writer.close()?;
+        Ok(())
+    }
+
+    /// Reads one that was written so.
+    ///
+    /// # Errors
+    /// Not Parquet, cut, or with a column of another kind.
+    pub fn read(file: File) -> Result<Self> {
+        Self::from_chunks(file)
+    }
+
+    fn from_chunks<R: ChunkReader + 'static>(file: R) -> Result<Self> {
+        let reader = SerializedFileReader::new(file)?;
+        let metadata = reader.metadata().file_metadata();
+        let about = metadata.key_value_metadata().into_iter().flatten();
+        let mut out = Self { about: about.map(|k| (k.key.clone(), k.value.clone().unwrap_or_default())).collect(), ..Self::default() };
+        let names: Vec<String> = metadata.schema_descr().columns().iter().map(|c| c.name().to_owned()).collect();
+        for group in 0..reader.num_row_groups() {
+            let rows = reader.get_row_group(group)?;
+            let n = usize::try_from(rows.metadata().num_rows()).unwrap_or(0);
+            for (k, name) in names.iter().enumerate() {
+                match rows.get_column_reader(k)? {
+                    ColumnReader::Int32ColumnReader(mut column) => {
+                        column.read_records(n, None, None, of(&mut out.whole, name))?;
+                    }
+                    ColumnReader::ByteArrayColumnReader(mut column) => {
+                        let mut values = Vec::with_capacity(n);
+                        column.read_records(n, None, None, &mut values)?;
+                        for value in &values {
+                            of(&mut out.texts, name).push(value.as_utf8()?.to_owned());
+                        }
+                    }
+                    ColumnReader::DoubleColumnReader(mut column) => {
+                        let (mut there, mut values) = (Vec::with_capacity(n), Vec::with_capacity(n));
+                        column.read_records(n, Some(&mut there), None, &mut values)?;
+                        let mut values = values.into_iter();
+                        let row = there.iter().map(|t| if *t > 0 { values.next().unwrap_or(f64::NAN) } else { f64::NAN });
+                        of(&mut out.numbers, name).extend(row);
+                    }
+                    _ => return Err(ParquetError::General(format!("column {name} is neither a number nor a text"))),
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// A column of texts; empty if there is none of this name.
+    #[must_use]
+    pub fn text(&self, name: &str) -> &[String] {
+        self.texts.iter().find(|c| c.0 == name).map_or(&[], |c| &c.1)
+    }
+
+    /// A column of numbers; empty if there is none of this name.
+    #[must_use]
+    pub fn number(&self, name: &str) -> &[f64] {
+        self.numbers.iter().find(|c| c.0 == name).map_or(&[], |c| &c.1)
+    }
+}
+
+/// The column of this name, made if it is not there.
+fn of<'a, T>(columns: &'a mut Columns<T>, name: &str) -> &'a mut Vec<T> {
+    let k = columns.iter().position(|c| c.0 == name).unwrap_or_else(|| {
+        columns.push((name.to_owned(), Vec::new()));
+        columns.len() - 1
+    });
+    &mut columns[k].1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_comes_back_as_it_was_and_a_cut_one_is_refused() {
+        let table = Table {
+            about: vec![("shard".into(), "1/3".into())],
+            whole: vec![("dive".into(), vec![1, 2])],
+            texts: vec![("flight".into(), vec!["a".into(), String::new()])],
+            numbers: vec![("drag".into(), vec![0.1 + 0.2, f64::NAN]), ("lift".into(), vec![f64::NAN, f64::NAN])],
+        };
+        let mut bytes = Vec::new();
+        table.write("dives", &mut bytes).expect("written");
+        let back = Table::from_chunks(bytes::Bytes::from(bytes.clone())).expect("read");
+        // NaN is not equal to itself: by what is printed.
+        assert_eq!(format!("{back:?}"), format!("{table:?}"));
+        assert_eq!((back.number("drag")[0], back.text("flight").len(), back.number("mass").len()), (0.1 + 0.2, 2, 0));
+        let mut again = Vec::new();
+        back.write("dives", &mut again).expect("written");
+        assert_eq!(again, bytes, "equal tables, equal bytes");
+        bytes.truncate(bytes.len() - 20);
+        assert!(Table::from_chunks(bytes::Bytes::from(bytes)).is_err());
+    }
+}

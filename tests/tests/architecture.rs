@@ -40,6 +40,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "discovery",
         ],
     ),
+    ("python", &["discovery", "hil-host"]),
     ("benches", &["signals", "polar", "control", "hydro", "plant", "discovery", "hil-host"]),
     ("tests", &["signals", "polar", "control", "helm", "store", "backseat", "devices", "parts", "hydro", "plant", "discovery", "hil-host"]),
 ];

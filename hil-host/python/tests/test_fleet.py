@@ -1,0 +1,63 @@
+"""Fleets from Python: one process, and a Dask cluster of three workers of which one is killed; Python reads what Rust wrote."""
+
+import hashlib
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import glider_workbench as gw
+
+
+@pytest.fixture(scope="module")
+def whole(archive: Path, tmp_path_factory: pytest.TempPathFactory) -> gw.Fleet:
+    return gw.fleet(archive, tmp_path_factory.mktemp("whole") / "fleet.parquet")
+
+
+def test_a_fleet_is_a_frame_of_dives_and_one_of_numbers(whole: gw.Fleet) -> None:
+    assert len(whole.dives) == 32 and set(whole.dives["deployment"]) == {"archive/may", "archive/june"}
+    assert whole.dives.attrs["units"]["drag"] == "%"
+    numbers = whole.numbers.set_index("name")
+    assert numbers.loc["drag", "dives"] == 32 and (numbers["q"] >= numbers["p"]).all()
+    assert (numbers["low"] <= numbers["high"]).all()
+    weight = whole.dives["drag_noise"] ** -2
+    mean = (whole.dives["drag"] * weight).sum() / weight.sum()
+    # With scatter between dives the weights are nearer each other: within the interval of the pooled value.
+    assert abs(mean - numbers.loc["drag", "value"]) < 3 * numbers.loc["drag", "sigma"]
+
+
+def test_the_digest_is_the_files(archive: Path, tmp_path: Path, whole: gw.Fleet) -> None:
+    out = tmp_path / "again.parquet"
+    again = gw.fleet(archive, out)
+    assert again.sha256 == whole.sha256 == hashlib.sha256(out.read_bytes()).hexdigest()
+    kept = gw.fleet(archive, out)
+    assert kept.sha256 == whole.sha256
+    with pytest.raises(gw.GliderError, match="Parquet"):
+        gw.merge([archive / "may/flight0/flight.csv"])
+
+
+def test_a_cluster_with_a_worker_killed_gives_the_same_digest(archive: Path, tmp_path: Path, whole: gw.Fleet) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        with distributed.Client(cluster) as client:
+            pids = list(client.run(os.getpid).values())
+            killed = []
+
+            def kill() -> None:
+                # As soon as the first flight is done.
+                cache = tmp_path / "fleet.parquet.cache"
+                until = time.monotonic() + 60
+                while time.monotonic() < until and not any(cache.glob("*.json")):
+                    time.sleep(0.005)
+                os.kill(pids[0], signal.SIGKILL)
+                killed.append(len(list(cache.glob("*.json"))))
+
+            killer = threading.Thread(target=kill)
+            killer.start()
+            found = gw.fleet(archive, tmp_path / "fleet.parquet", client=client, shards=4)
+            killer.join()
+    assert killed and killed[0] < 4, "the worker was killed after the work was done"
+    assert found.sha256 == whole.sha256

@@ -35,7 +35,8 @@ fn name_of(path: &Path) -> String {
 fn vehicle_above(files: &[PathBuf], root: &Path) -> Option<PathBuf> {
     let first = files.first()?;
     let folder = if first.is_dir() { first.as_path() } else { first.parent()? };
-    let inside = folder.ancestors().take_while(|a| a.starts_with(root) || root.parent() == Some(a));
+    let end = if root.is_dir() { root } else { root.parent()? };
+    let inside = folder.ancestors().take_while(|a| a.starts_with(end));
     inside.filter_map(|a| vehicle::file_next_to(&a.join("flight.csv"))).next()
 }
 
@@ -155,7 +156,7 @@ mod tests {
             put(&root.join(format!("c/p171{dive:04}.nc")));
         }
         let root = root.canonicalize().expect("there");
-        let all = items(&[root.clone()], None).expect("flights");
+        let all = items(std::slice::from_ref(&root), None).expect("flights");
         let line = |i: &Item| {
             format!("{}/{} {} {}", i.deployment, i.flight, i.files.len(), i.vehicle.strip_prefix(&root).expect("below").display())
         };
@@ -171,12 +172,13 @@ mod tests {
             ]
         );
         let given = root.join("a/vehicle.toml");
-        assert!(items(&[root.clone()], Some(&given)).expect("flights").iter().all(|i| i.vehicle == given));
+        assert!(items(std::slice::from_ref(&root), Some(&given)).expect("flights").iter().all(|i| i.vehicle == given));
         std::fs::remove_file(root.join("vehicle.json")).expect("removed");
         let refused = |paths: &[PathBuf]| format!("{:#}", items(paths, None).expect_err("refused"));
-        assert!(refused(&[root.clone()]).contains("--vehicle"));
+        assert!(refused(std::slice::from_ref(&root)).contains("--vehicle"));
         assert!(refused(&[root.join("d")]).contains("no such"));
-        assert!(refused(&[root.join("a/may"), root.join("a/may/one")]).contains("both"));
+        let twice = items(&[root.join("a/may"), root.join("a/may/one")], Some(&given)).expect_err("refused");
+        assert!(format!("{twice:#}").contains("both"));
         std::fs::remove_dir_all(root.parent().expect("above")).expect("removed");
     }
 }

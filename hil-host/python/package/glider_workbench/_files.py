@@ -12,8 +12,6 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from . import _core
-
 
 def _is_path(value: Any) -> bool:
     return isinstance(value, str) or hasattr(value, "__fspath__")
@@ -74,6 +72,3 @@ class Files:
             out.write_text(json.dumps(vehicle))
             return ["--vehicle", str(out)]
         return ["--vehicle", fspath(vehicle)]
-
-
-__all__ = ["Files", "_core"]

@@ -120,25 +120,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         return super::faults_own_parts::missions(args, output);
     }
     let in_seat = choice != Choice::InProcess;
-    let mut chosen = cases();
-    for case in &mut chosen {
-        case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(campaign::lattice::SEEDS));
-    }
-    if let Some(text) = &args.only {
-        chosen.retain(|c| c.name().contains(text.as_str()));
-        if chosen.is_empty() {
-            bail!("--only {text}: no case has this in its name; names are as in glider fly --fault");
-        }
-    }
-    let wanted = args.sample.or(in_seat.then_some(200)).unwrap_or(chosen.len());
-    let random = if in_seat || args.only.is_some() { 0 } else { args.random.unwrap_or(args.sample.map_or(45_000, |n| n as u64 / 3)) };
-    chosen = if in_seat {
-        through_seat::sample(chosen, &choice, wanted)
-    } else {
-        spread(chosen, wanted.saturating_sub(if args.sample.is_some() { random as usize } else { 0 }))
-    };
-    let part = args.part.of(0, chosen.len() as u64);
-    chosen = chosen.into_iter().skip(part.start as usize).take((part.end - part.start) as usize).collect();
+    let (mut chosen, random) = chosen(args, &choice)?;
     let started = Instant::now();
     let twins = twins(&chosen);
     let missions = args.part.of(args.seed.wrapping_mul(1 << 32), random.div_ceil(SETS));
@@ -186,6 +168,31 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     output.emit(&document, || print(&summary, &faulty, &bad, wall_s, seat.as_ref(), args));
     let seat_equal = seat.is_none_or(|s| s["different"].as_array().is_some_and(Vec::is_empty));
     Ok(if summary.passed() && seat_equal { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// The missions of the lattice that are flown, and how many random ones.
+fn chosen(args: &Args, choice: &Choice) -> anyhow::Result<(Vec<Case>, u64)> {
+    let in_seat = *choice != Choice::InProcess;
+    let mut chosen = cases();
+    for case in &mut chosen {
+        case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(campaign::lattice::SEEDS));
+    }
+    if let Some(text) = &args.only {
+        chosen.retain(|c| c.name().contains(text.as_str()));
+        if chosen.is_empty() {
+            bail!("--only {text}: no case has this in its name; names are as in glider fly --fault");
+        }
+    }
+    let wanted = args.sample.or(in_seat.then_some(200)).unwrap_or(chosen.len());
+    let random = if in_seat || args.only.is_some() { 0 } else { args.random.unwrap_or(args.sample.map_or(45_000, |n| n as u64 / 3)) };
+    chosen = if in_seat {
+        through_seat::sample(chosen, choice, wanted)
+    } else {
+        spread(chosen, wanted.saturating_sub(if args.sample.is_some() { random as usize } else { 0 }))
+    };
+    let part = args.part.of(0, chosen.len() as u64);
+    chosen = chosen.into_iter().skip(part.start as usize).take((part.end - part.start) as usize).collect();
+    Ok((chosen, random))
 }
 
 /// Flies random missions with healthy vehicles.

@@ -106,8 +106,10 @@ pub fn run(case: &Case) -> anyhow::Result<Both> {
     let own = own_parts::fly(&mut board, &setup, &mut |_| Ok(()), &mut |_| {})?;
     let hangs = board.wire().hangs;
     // Two faults of one sensor are what the last of them makes of it, here and there.
-    let twice = matches!(case.faults.as_slice(), [a, b] if a.target == b.target);
-    let faults: Vec<Fault> = if twice { case.faults.clone() } else { case.faults.iter().flat_map(on_frames).collect() };
+    let faults: Vec<Fault> = match case.faults.as_slice() {
+        [a, b] if a.target == b.target => std::iter::once(*a).chain(on_frames(b)).collect(),
+        all => all.iter().flat_map(on_frames).collect(),
+    };
     let mut both = Both { case: case.clone(), frames: Vec::new(), own: own.end, max_depth_m: own.max_depth_m, hangs };
     for more in 0..=OTHER_NOISE {
         let frames = fly(&mut world(&faults, more)?, &mut Link::new(InProcess::default()), &setup, &mut |_| Ok(()))?;

@@ -24,7 +24,7 @@ use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::initial_guess::is_uncalibrated;
 use crate::inference::posterior::Fit;
 use crate::inference::unknowns::is_free;
-use crate::likelihood::block_error::{Block, blocks, predicted_errors};
+use crate::likelihood::block_error::{Block, Predictor, blocks};
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Column, Problem};
@@ -249,29 +249,25 @@ type Blocks = Vec<(usize, Vec<Block>)>;
 /// whose recalibration is one that vehicles scatter by, of which each effect lowers the error of all blocks by a practical share, and
 /// which is no worse than nothing named on dives that were kept out. (A recalibration that no vehicle scatters by is no alternative to
 /// a name, however well it does.) Also what the best lowers the error by, where nothing is named.
-fn spoken_of<'a>(
-    problem: &Problem,
-    prepared: &Prepared,
-    found: &'a SearchResult,
-    blocks: [&Blocks; 2],
-) -> (Option<&'a Candidate>, Option<f64>) {
+fn spoken_of<'a>(predictor: &Predictor<'a, '_>, found: &'a SearchResult, blocks: [&Blocks; 2]) -> (Option<&'a Candidate>, Option<f64>) {
+    let problem = predictor.problem;
     let Some(best) = worth_naming(problem, &found.candidates) else { return (None, None) };
     if problem.discrepancy.size_m_s == 0.0 || !is_on("practical") {
         return (Some(best), None);
     }
-    let lowers = |with: &Fit, without: &Fit| {
-        let [with, without] = errors_of_all(problem, prepared, [with, without], blocks);
+    let lowers = |with: &'a Fit, without: &'a Fit| {
+        let [with, without] = errors_of_all(predictor, [with, without], blocks);
         1.0 - with / without
     };
     let ordinary = |fit: &Fit| far_from_file(problem.vehicle, &fit.state).is_none();
     let null_is_sound = ordinary(&found.null);
-    let worth: Vec<&Candidate> = found.candidates.iter().filter(|c| worth_naming(problem, std::slice::from_ref(*c)).is_some()).collect();
-    let pays = |c: &Candidate| {
+    let worth: Vec<&'a Candidate> = found.candidates.iter().filter(|c| worth_naming(problem, std::slice::from_ref(*c)).is_some()).collect();
+    let pays = |c: &'a Candidate| {
         let parts = worth.iter().filter(|p| p.effects.len() < c.effects.len() && c.has_all_of(p)).map(|p| &p.fit);
         parts.chain(null_is_sound.then_some(&found.null)).all(|without| lowers(&c.fit, without) > PRACTICAL)
     };
-    let holds = |c: &Candidate| {
-        let on_check = || predicted_errors(problem, prepared, &[&c.fit, &found.null].map(parts), blocks[1], false);
+    let holds = |c: &'a Candidate| {
+        let on_check = || predictor.errors(&[&c.fit, &found.null].map(parts), blocks[1], false);
         let no_worse = || matches!(*on_check(), [answer, nothing] if holds_elsewhere([answer, nothing], floor_m_s(problem)));
         c.fit.state.wave.is_some() || blocks[1].is_empty() || no_worse()
     };
@@ -283,10 +279,10 @@ fn spoken_of<'a>(
 }
 
 /// Rms over fitted and check blocks of two fits, m/s; a wave's phase is known in fitted ones only, which judge it alone.
-fn errors_of_all(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], [fitted, check]: [&Blocks; 2]) -> [f64; 2] {
+fn errors_of_all<'a>(predictor: &Predictor<'a, '_>, fits: [&'a Fit; 2], [fitted, check]: [&Blocks; 2]) -> [f64; 2] {
     let wave = fits.iter().any(|f| f.state.wave.is_some());
     let all: Blocks = if wave { fitted.clone() } else { fitted.iter().chain(check).cloned().collect() };
-    let errors = predicted_errors(problem, prepared, &fits.map(parts), &all, wave);
+    let errors = predictor.errors(&fits.map(parts), &all, wave);
     [errors[0], errors[1]]
 }
 
@@ -301,7 +297,8 @@ fn floor_m_s(problem: &Problem) -> f64 {
 }
 
 /// Errors of the best hypothesis and of nothing missing.
-fn errors(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], blocks: [&Blocks; 2]) -> Errors {
+fn errors<'a>(predictor: &Predictor<'a, '_>, fits: [&'a Fit; 2], blocks: [&Blocks; 2]) -> Errors {
+    let (problem, prepared) = (predictor.problem, predictor.prepared);
     let [fitted, check] = blocks;
     let wave = fits[0].state.wave.is_some();
     let states = fits.map(|f| &f.state);
@@ -314,8 +311,8 @@ fn errors(problem: &Problem, prepared: &Prepared, fits: [&Fit; 2], blocks: [&Blo
     let named = !fits[0].state.effects.is_empty() || wave;
     let worst = if tellable || !named { check.iter().map(of_one).fold(f64::NAN, f64::max) } else { f64::NAN };
     Errors {
-        check_m_s: pair(predicted_errors(problem, prepared, &fits.map(parts), check, false)),
-        fitted_m_s: pair(predicted_errors(problem, prepared, &fits.map(parts), fitted, true)),
+        check_m_s: pair(predictor.errors(&fits.map(parts), check, false)),
+        fitted_m_s: pair(predictor.errors(&fits.map(parts), fitted, true)),
         typical_m_s: typical,
         worst_segment_m_s: worst,
         floor_m_s: floor_m_s(problem),
@@ -358,11 +355,12 @@ fn conclude(
     let best = worth_naming(problem, candidates).map_or(null, |c| &c.fit);
     let judged = [&fit_blocks, &check_blocks].map(|of| judged_blocks(problem, prepared, null, best, of));
     let blocks = [&judged[0], &judged[1]];
-    let (named, too_small) = spoken_of(problem, prepared, found, blocks);
+    let predictor = Predictor::new(problem, prepared);
+    let (named, too_small) = spoken_of(&predictor, found, blocks);
     let best = named.map_or(null, |c| &c.fit);
     let unknowns = unknowns(problem, found, named, SPEAK_UP);
     let equivalent = named.map_or_else(Vec::new, |first| equivalent_to(first, candidates));
-    let errors = errors(problem, prepared, [best, null], blocks);
+    let errors = errors(&predictor, [best, null], blocks);
     let evidence = Evidence {
         named: named.map(|c| c.log_odds),
         at_bound: named.and_then(|c| pressed(&c.fit)),

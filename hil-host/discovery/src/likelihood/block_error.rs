@@ -6,6 +6,8 @@ use crate::likelihood::discrepancy::Predicted;
 use crate::model::parameters::State;
 use crate::preprocess::{Prepared, Run, SETTLE_S, SURFACE_M};
 use crate::record::plausible::quantile;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Shortest length of a block, s.
 pub const BLOCK_S: f64 = 20.0;
@@ -105,31 +107,53 @@ impl Problem<'_> {
     }
 }
 
-/// Block errors of several fits (their states and residuals) with their most probable model discrepancy, m/s. A wave's phase is known only in fitted runs.
+/// Predicts block errors of fits (their states and residuals) with their most probable model discrepancy.
+///
 /// The discrepancy is predicted by linearisation, the calibration following it; as in a trust region the prediction counts only where
-/// it lowers the error of the fitted runs, as it promises to.
-#[must_use]
-pub fn predicted_errors(
-    problem: &Problem,
-    prepared: &Prepared,
-    fits: &[(&State, &Column)],
-    blocks: &[(usize, Vec<Block>)],
-    with_wave: bool,
-) -> Vec<f64> {
-    let mut predicted: Vec<Predicted> = fits.iter().map(|(state, residual)| problem.predicted(state, residual)).collect();
-    if predicted.iter().any(|p| !p.amplitudes.is_empty()) {
-        let own = problem.fitted_blocks(prepared);
-        let plain: Vec<&State> = fits.iter().map(|(state, _)| *state).collect();
-        let moved: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
-        let without = block_errors(problem, prepared, &plain, &own, true);
-        let with = errors_with(problem, prepared, &moved, &own, true, &|run, i| problem.discrepancy_m(run, &predicted[i]));
-        for (k, (state, _)) in fits.iter().enumerate().filter(|(k, _)| with[*k] > without[*k]) {
-            predicted[k] = Predicted { state: (*state).clone(), amplitudes: Vec::new() };
-        }
+/// it lowers the error of the fitted runs, as it promises to. That is tried once for each fit.
+pub struct Predictor<'p, 'v> {
+    pub(crate) problem: &'p Problem<'v>,
+    pub(crate) prepared: &'p Prepared,
+    fitted: Vec<(usize, Vec<Block>)>,
+    tried: RefCell<Vec<(&'p State, Rc<Predicted>)>>,
+}
+
+impl<'p, 'v> Predictor<'p, 'v> {
+    /// For the fits of a problem.
+    #[must_use]
+    pub fn new(problem: &'p Problem<'v>, prepared: &'p Prepared) -> Self {
+        Self { problem, prepared, fitted: problem.fitted_blocks(prepared), tried: RefCell::default() }
     }
-    let states: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
-    let shift = |run: &Run, i: usize| problem.discrepancy_m(run, &predicted[i]);
-    errors_with(problem, prepared, &states, blocks, with_wave, &shift)
+
+    fn predicted(&self, state: &'p State, residual: &Column) -> Rc<Predicted> {
+        if let Some((_, known)) = self.tried.borrow().iter().find(|(of, _)| std::ptr::eq(*of, state)) {
+            return known.clone();
+        }
+        let mut predicted = self.problem.predicted(state, residual);
+        if !predicted.amplitudes.is_empty() {
+            let without = block_errors(self.problem, self.prepared, &[state], &self.fitted, true);
+            let with = self.errors_of(&[&predicted], &self.fitted, true);
+            if with[0] > without[0] {
+                predicted = Predicted { state: state.clone(), amplitudes: Vec::new() };
+            }
+        }
+        let predicted = Rc::new(predicted);
+        self.tried.borrow_mut().push((state, predicted.clone()));
+        predicted
+    }
+
+    fn errors_of(&self, predicted: &[&Predicted], blocks: &[(usize, Vec<Block>)], with_wave: bool) -> Vec<f64> {
+        let states: Vec<&State> = predicted.iter().map(|p| &p.state).collect();
+        let shift = |run: &Run, i: usize| self.problem.discrepancy_m(run, predicted[i]);
+        errors_with(self.problem, self.prepared, &states, blocks, with_wave, &shift)
+    }
+
+    /// Block errors of fits, m/s. A wave's phase is known only in fitted runs.
+    #[must_use]
+    pub fn errors(&self, fits: &[(&'p State, &Column)], blocks: &[(usize, Vec<Block>)], with_wave: bool) -> Vec<f64> {
+        let predicted: Vec<Rc<Predicted>> = fits.iter().map(|(state, residual)| self.predicted(state, residual)).collect();
+        self.errors_of(&predicted.iter().map(Rc::as_ref).collect::<Vec<_>>(), blocks, with_wave)
+    }
 }
 
 /// Block errors of several states, m/s. A wave's phase is known only in fitted runs.

@@ -4,15 +4,12 @@
 //! compiled in; any Parquet reader opens it.
 
 use std::io::Write;
-use std::sync::Arc;
 
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::{DoubleType, Int32Type};
-use parquet::errors::{ParquetError, Result};
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
+use parquet::errors::Result;
 
+use super::table::{column, field, nullable, writer};
 use crate::record::flight::Flight;
 
 /// Writes `flight`.
@@ -21,36 +18,20 @@ use crate::record::flight::Flight;
 /// What the writer says.
 pub fn write(flight: &Flight, out: impl Write + Send) -> Result<()> {
     let columns = super::columns(flight);
-    let field = |name: &str, kind, repetition| Type::primitive_type_builder(name, kind).with_repetition(repetition).build().map(Arc::new);
-    let mut fields =
-        vec![field("time_s", Physical::DOUBLE, Repetition::REQUIRED)?, field("segment", Physical::INT32, Repetition::REQUIRED)?];
+    let mut fields = vec![
+        field("time_s", Physical::DOUBLE, Repetition::REQUIRED, None)?,
+        field("segment", Physical::INT32, Repetition::REQUIRED, None)?,
+    ];
     for c in &columns {
-        fields.push(field(c.name, Physical::DOUBLE, Repetition::OPTIONAL)?);
+        fields.push(field(c.name, Physical::DOUBLE, Repetition::OPTIONAL, None)?);
     }
-    let schema = Arc::new(Type::group_type_builder("flight").with_fields(fields).build()?);
-    let properties = WriterProperties::builder().set_created_by(concat!("glider ", env!("CARGO_PKG_VERSION")).into()).build();
-    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+    let mut writer = writer(out, "flight", fields, Vec::new())?;
     let mut rows = writer.next_row_group()?;
-    let missing = || ParquetError::General("the schema has fewer columns than the flight".into());
-
-    let mut column = rows.next_column()?.ok_or_else(missing)?;
-    column.typed::<DoubleType>().write_batch(&flight.time_s, None, None)?;
-    column.close()?;
+    column::<DoubleType, _>(&mut rows, &flight.time_s, None)?;
     let segment: Vec<i32> = flight.segment.iter().map(|s| i32::try_from(*s).unwrap_or(i32::MAX)).collect();
-    let mut column = rows.next_column()?.ok_or_else(missing)?;
-    column.typed::<Int32Type>().write_batch(&segment, None, None)?;
-    column.close()?;
+    column::<Int32Type, _>(&mut rows, &segment, None)?;
     for c in &columns {
-        let (mut values, mut there) = (Vec::new(), Vec::new());
-        for v in c.converted() {
-            there.push(i16::from(v.is_finite()));
-            if v.is_finite() {
-                values.push(v);
-            }
-        }
-        let mut column = rows.next_column()?.ok_or_else(missing)?;
-        column.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
-        column.close()?;
+        nullable(&mut rows, c.converted())?;
     }
     rows.close()?;
     writer.close()?;

@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::ColumnReader;
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type};
 use parquet::errors::{ParquetError, Result};
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
-use parquet::file::writer::SerializedFileWriter;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
 /// Columns of one kind, with their names.
@@ -38,9 +38,6 @@ impl Table {
     /// # Errors
     /// What the writer says.
     pub fn write(&self, name: &str, out: impl Write + Send) -> Result<()> {
-        let field = |name: &str, kind, repetition, logical| {
-            Type::primitive_type_builder(name, kind).with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
-        };
         let mut fields = Vec::new();
         for (name, _) in &self.whole {
             fields.push(field(name, Physical::INT32, Repetition::REQUIRED, None)?);
@@ -51,32 +48,18 @@ impl Table {
         for (name, _) in &self.numbers {
             fields.push(field(name, Physical::DOUBLE, Repetition::OPTIONAL, None)?);
         }
-        let schema = Arc::new(Type::group_type_builder(name).with_fields(fields).build()?);
-        let about: Vec<KeyValue> = self.about.iter().map(|(k, v)| KeyValue::new(k.clone(), v.clone())).collect();
-        let properties = WriterProperties::builder()
-            .set_created_by(concat!("glider ", env!("CARGO_PKG_VERSION")).into())
-            .set_key_value_metadata((!about.is_empty()).then_some(about))
-            .build();
-        let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+        let about = self.about.iter().map(|(k, v)| KeyValue::new(k.clone(), v.clone())).collect();
+        let mut writer = writer(out, name, fields, about)?;
         let mut rows = writer.next_row_group()?;
-        let missing = || ParquetError::General("the schema has fewer columns than the table".into());
         for (_, values) in &self.whole {
-            let mut column = rows.next_column()?.ok_or_else(missing)?;
-            column.typed::<Int32Type>().write_batch(values, None, None)?;
-            column.close()?;
+            column::<Int32Type, _>(&mut rows, values, None)?;
         }
         for (_, values) in &self.texts {
             let values: Vec<ByteArray> = values.iter().map(|v| ByteArray::from(v.as_str())).collect();
-            let mut column = rows.next_column()?.ok_or_else(missing)?;
-            column.typed::<ByteArrayType>().write_batch(&values, None, None)?;
-            column.close()?;
+            column::<ByteArrayType, _>(&mut rows, &values, None)?;
         }
         for (_, values) in &self.numbers {
-            let there: Vec<i16> = values.iter().map(|v| i16::from(v.is_finite())).collect();
-            let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-            let mut column = rows.next_column()?.ok_or_else(missing)?;
-            column.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
-            column.close()?;
+            nullable(&mut rows, values.iter().copied())?;
         }
         rows.close()?;
         writer.close()?;
@@ -137,6 +120,45 @@ impl Table {
     pub fn number(&self, name: &str) -> &[f64] {
         self.numbers.iter().find(|c| c.0 == name).map_or(&[], |c| &c.1)
     }
+}
+
+/// A column of a schema.
+pub(super) fn field(name: &str, kind: Physical, repetition: Repetition, logical: Option<LogicalType>) -> Result<Arc<Type>> {
+    Type::primitive_type_builder(name, kind).with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
+}
+
+/// A writer of files with these columns.
+pub(super) fn writer<W: Write + Send>(out: W, name: &str, fields: Vec<Arc<Type>>, about: Vec<KeyValue>) -> Result<SerializedFileWriter<W>> {
+    let schema = Arc::new(Type::group_type_builder(name).with_fields(fields).build()?);
+    let properties = WriterProperties::builder()
+        .set_created_by(concat!("glider ", env!("CARGO_PKG_VERSION")).into())
+        .set_key_value_metadata((!about.is_empty()).then_some(about))
+        .build();
+    SerializedFileWriter::new(out, schema, Arc::new(properties))
+}
+
+/// Writes the next column; `there` says of which rows, none: of all.
+pub(super) fn column<D: DataType, W: Write + Send>(
+    rows: &mut SerializedRowGroupWriter<'_, W>,
+    values: &[D::T],
+    there: Option<&[i16]>,
+) -> Result<()> {
+    let missing = || ParquetError::General("the schema has fewer columns than the table".into());
+    let mut column = rows.next_column()?.ok_or_else(missing)?;
+    column.typed::<D>().write_batch(values, there, None)?;
+    column.close()
+}
+
+/// Writes the next column of numbers, null where they are not finite.
+pub(super) fn nullable<W: Write + Send>(rows: &mut SerializedRowGroupWriter<'_, W>, all: impl Iterator<Item = f64>) -> Result<()> {
+    let (mut values, mut there) = (Vec::new(), Vec::new());
+    for v in all {
+        there.push(i16::from(v.is_finite()));
+        if v.is_finite() {
+            values.push(v);
+        }
+    }
+    column::<DoubleType, _>(rows, &values, Some(&there))
 }
 
 /// The column of this name, made if it is not there.

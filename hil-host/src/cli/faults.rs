@@ -3,6 +3,7 @@
 use super::{Output, Verdict};
 use crate::campaign::lattice::{Case, SETS, broken, cases, drawn, spread, twins};
 use crate::campaign::{self, Summary, through_seat};
+use crate::fleet::part::Shard;
 use crate::seats::Choice;
 use crate::terminal::table;
 use anyhow::{Context, bail};
@@ -41,8 +42,8 @@ pub struct Args {
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Fly only this part of the missions, as 2/8: to share a campaign among machines or nights.
-    #[arg(long, value_name = "K/N", default_value = "1/1")]
-    part: Part,
+    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    part: Shard,
     /// Only cases whose name contains this; with --mutation only broken laws.
     #[arg(long, value_name = "TEXT")]
     pub(super) only: Option<String>,
@@ -70,34 +71,6 @@ pub struct Args {
     elf: Option<PathBuf>,
 }
 
-/// One of several equal parts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Part {
-    /// Which, from 0.
-    which: u64,
-    of: u64,
-}
-
-impl std::str::FromStr for Part {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(k, n)| Some((k.parse::<u64>().ok()?, n.parse::<u64>().ok()?)));
-        match parts {
-            Some((k, n)) if (1..=n).contains(&k) => Ok(Self { which: k - 1, of: n }),
-            _ => Err("a part is written as 2/8, the second of eight".to_owned()),
-        }
-    }
-}
-
-impl Part {
-    /// Numbers from `first` on, `count` of them in all parts together.
-    fn of(self, first: u64, count: u64) -> std::ops::Range<u64> {
-        let at = |k: u64| first + count * k / self.of;
-        at(self.which)..at(self.which + 1)
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -123,7 +96,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (mut chosen, random) = chosen(args, &choice)?;
     let started = Instant::now();
     let twins = twins(&chosen);
-    let missions = args.part.of(args.seed.wrapping_mul(1 << 32), random.div_ceil(SETS));
+    let missions = args.part.range(args.seed.wrapping_mul(1 << 32), random.div_ceil(SETS));
     let drawn = drawn(missions.start, missions.end - missions.start);
     let bar = bar((chosen.len() + twins.len() + drawn.len() * (1 + SETS as usize)) as u64, "missions");
     let fly_all = |cases: &[Case]| cases.par_iter().progress_with(bar.clone()).map(campaign::run).collect::<anyhow::Result<Vec<_>>>();
@@ -190,7 +163,7 @@ fn chosen(args: &Args, choice: &Choice) -> anyhow::Result<(Vec<Case>, u64)> {
     } else {
         spread(chosen, wanted.saturating_sub(if args.sample.is_some() { random as usize } else { 0 }))
     };
-    let part = args.part.of(0, chosen.len() as u64);
+    let part = args.part.range(0, chosen.len() as u64);
     chosen = chosen.into_iter().skip(part.start as usize).take((part.end - part.start) as usize).collect();
     Ok((chosen, random))
 }
@@ -198,7 +171,7 @@ fn chosen(args: &Args, choice: &Choice) -> anyhow::Result<(Vec<Case>, u64)> {
 /// Flies random missions with healthy vehicles.
 fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let started = Instant::now();
-    let missions = args.part.of(args.seed.wrapping_mul(1 << 32), n);
+    let missions = args.part.range(args.seed.wrapping_mul(1 << 32), n);
     let n = missions.end - missions.start;
     let bar = bar(n, "healthy missions");
     let flights = missions.into_par_iter().progress_with(bar.clone()).map(campaign::healthy::run).collect::<anyhow::Result<Vec<_>>>()?;

@@ -81,13 +81,22 @@ pub fn dive_row(number: usize, of: &Estimated) -> DiveRow {
     DiveRow { dive: whole(number), segment: whole(d.segment as usize), rows: whole(d.rows), numbers }
 }
 
-/// Which part of a fleet's flights.
+/// Which part of the work: of a fleet's flights, of a campaign's missions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     /// From 1.
     pub number: usize,
     /// Of so many.
     pub of: usize,
+}
+
+impl Shard {
+    /// Its numbers of those from `first` on, `count` of them in all parts together.
+    #[must_use]
+    pub fn range(self, first: u64, count: u64) -> std::ops::Range<u64> {
+        let at = |k: usize| first + count * k as u64 / self.of as u64;
+        at(self.number - 1)..at(self.number)
+    }
 }
 
 impl std::fmt::Display for Shard {
@@ -259,6 +268,8 @@ mod tests {
     #[test]
     fn a_shard_is_a_number_of_so_many() {
         assert_eq!("2/8".parse(), Ok(Shard { number: 2, of: 8 }));
+        let ranges: Vec<_> = (1..=3).map(|number| Shard { number, of: 3 }.range(100, 10)).collect();
+        assert_eq!(ranges, [100..103, 103..106, 106..110], "each number in one part");
         for wrong in ["0/8", "9/8", "2", "a/b", "1/0"] {
             assert!(wrong.parse::<Shard>().is_err_and(|e| e.contains("2/8")), "{wrong}");
         }

@@ -20,6 +20,7 @@ use discovery::diagnosis::report;
 use discovery::diagnosis::{Diagnosis, diagnose};
 use discovery::hypotheses::search::Depth;
 use discovery::record::csv;
+use discovery::workbench::refitted_file::{hex, sha256};
 use discovery::workbench::{add, compare, next_flight};
 use discovery::{Flight, Vehicle, vehicle};
 use hil_host::cli;
@@ -221,10 +222,6 @@ fn bits(d: &Diagnosis) -> String {
     hex(&sum.finalize())
 }
 
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
-
 /// All that is said of one flight; a refusal is an answer too.
 fn answers(entry: &Entry) -> Value {
     let (flight, vehicle) = match (entry.make)() {
@@ -305,7 +302,7 @@ fn run() -> anyhow::Result<bool> {
     if let Some(out) = &args.out {
         std::fs::write(out, &text).with_context(|| format!("{}: cannot be written", out.display()))?;
     }
-    println!("{}  {} flights", hex(&Sha256::digest(&text)), all.len());
+    println!("{}  {} flights", sha256(text.as_bytes()), all.len());
     args.against.as_deref().map_or(Ok(true), |file| same(&all, file))
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use anyhow::Context as _;
+use discovery::workbench::refitted_file::{hex, sha256};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
@@ -33,11 +34,7 @@ pub fn program_is(file: PathBuf) {
 /// The program's file cannot be read.
 pub fn program() -> anyhow::Result<String> {
     let file = PROGRAM.get().cloned().map_or_else(std::env::current_exe, Ok).context("the program does not know its own file")?;
-    Ok(hex(&Sha256::digest(std::fs::read(&file).with_context(|| file.display().to_string())?)))
-}
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
+    Ok(sha256(&std::fs::read(&file).with_context(|| file.display().to_string())?))
 }
 
 fn feed(hash: &mut Sha256, path: &Path) -> anyhow::Result<()> {

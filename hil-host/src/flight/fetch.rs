@@ -12,7 +12,7 @@ use std::process::Command;
 
 use anyhow::{Context, bail};
 use discovery::import::comet;
-use sha2::{Digest, Sha256};
+use discovery::workbench::refitted_file::sha256;
 
 /// Package and version.
 const PACKAGE: &str = "gliderflight==1.2.1";
@@ -52,7 +52,7 @@ pub fn comet_2016(cache: &Path) -> anyhow::Result<Fetched> {
         download(cache)?;
     }
     let array = take_out(&archive, &format!("{ARCHIVE}/data/gliderflight_data.npy"))?;
-    let sum = hex(&Sha256::digest(&array));
+    let sum = sha256(&array);
     if sum != ARRAY_SHA256 {
         bail!("{}: the flight inside has SHA-256 {sum}, expected {ARRAY_SHA256}: delete the file and fetch again", archive.display());
     }
@@ -119,8 +119,4 @@ fn write_flight(flight_dir: &Path, array: &[u8], licence: &[u8]) -> anyhow::Resu
         std::fs::remove_dir_all(flight_dir).with_context(|| format!("cannot replace {}", flight_dir.display()))?;
     }
     std::fs::rename(&unfinished, flight_dir).with_context(|| format!("cannot write {}", flight_dir.display()))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }

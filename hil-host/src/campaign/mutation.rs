@@ -27,7 +27,7 @@ fn random_missions() -> anyhow::Result<&'static [(Case, f64)]> {
     Ok(FLOWN.get().map_or(&[], Vec::as_slice))
 }
 
-/// Random missions with the faults that only a vehicle which does not come home tells from a sound law; none for a watch that is
+/// Random missions with the faults by which only a vehicle that does not come home differs from a sound law; none for a watch that is
 /// owed its abort by a row of its own.
 fn at_random(watch: Watch) -> anyhow::Result<Vec<Case>> {
     use Watch as W;

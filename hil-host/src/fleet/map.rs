@@ -61,7 +61,7 @@ fn asked(item: &Item, judge: &Judge) -> Entry {
     }
 }
 
-/// Asks all flights of a run; `tick` is told the name of each that is done.
+/// Asks all flights of a run; `tick` gets the name of each that is done.
 ///
 /// # Errors
 /// A vehicle file that cannot be read, a flight's file that cannot be hashed, or a cache that cannot be written. A flight that cannot be

@@ -1,14 +1,12 @@
 //! What a table of dives says of the fleet: every number pooled over dives, deployments and vehicles, and which of them are named.
 
 use discovery::diagnosis::report::number;
+use discovery::model::parameters::NINETY;
 use discovery::workbench::dive_estimates::{Asked, asked};
 use discovery::workbench::meta_analysis::{LEVEL_NAMES, Observation, Pooled, benjamini_hochberg, pool};
 use serde_json::{Map, Value, json};
 
 use crate::fleet::part::Part;
-
-/// Two-sided 90 % of a normal variable, sigma.
-const NINETY: f64 = 1.645;
 
 /// One number of the fleet.
 #[derive(Clone, Debug)]

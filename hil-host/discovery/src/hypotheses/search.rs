@@ -127,7 +127,7 @@ pub fn search(problem: &Problem, before: Option<&SearchResult>, depth: Depth, ti
     }
     let used_up = s.is_used_up();
     s.sort();
-    // A wave with an effect is reached from either: one hypothesis, and told once.
+    // A wave with an effect is reached from either: one hypothesis, listed once.
     let mut candidates: Vec<Candidate> = Vec::with_capacity(s.nodes.len());
     s.nodes.into_iter().for_each(|c| {
         if !candidates.iter().any(|o| o.is(&c.effects)) {

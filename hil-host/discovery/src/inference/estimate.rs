@@ -1,13 +1,11 @@
 //! Parameters of the effects of a fit, with their 90 % intervals.
 
 use crate::inference::posterior::Fit;
+use crate::model::parameters::NINETY;
 use hydro::effects::WAVE;
 
 /// By how much of itself a size is uncertain because nature's form is not ours; guess from simulated flights.
 const FORM: f64 = 0.05;
-/// Two-sided 90 % of a normal variable, sigma.
-const NINETY: f64 = 1.645;
-
 /// One parameter with its 90 % interval.
 #[derive(Clone, Debug)]
 pub struct Estimate {

@@ -21,6 +21,9 @@ const fn up_to(last: Group) -> usize {
     n
 }
 
+/// Two-sided 90 % of a normal variable, sigma: the interval in which numbers are stated.
+pub const NINETY: f64 = 1.645;
+
 /// Their names.
 pub const CALIBRATION: [&str; N_CALIBRATION] = {
     let mut names = [""; N_CALIBRATION];

@@ -1,6 +1,6 @@
 //! Sensors, and numbers of the log, that a fit finds to be off.
 
-use crate::model::parameters::{BATTERY_MASS, CLOCK_OFFSET, PARAMETERS, State, bounds, tolerance_of};
+use crate::model::parameters::{BATTERY_MASS, CLOCK_OFFSET, NINETY, PARAMETERS, State, bounds, tolerance_of};
 use crate::vehicle::Vehicle;
 
 /// A sensor, or a number of the log, that is found to be off.
@@ -22,9 +22,6 @@ pub struct SensorFinding {
 
 /// Tolerances beyond which a nuisance is reported, and standard errors that it must be from nothing.
 const SIGNIFICANT: f64 = 3.0;
-/// Two-sided 90 % of a normal variable, sigma.
-const NINETY: f64 = 1.645;
-
 /// Nuisances that a fit finds to be off by more than they usually are: a state and the standard errors of its calibration numbers, in
 /// tolerances. `clock_shift_s` is what was taken out before the fit ([`crate::preprocess::Prepared`]).
 #[must_use]

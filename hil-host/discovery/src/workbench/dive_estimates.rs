@@ -1,7 +1,7 @@
 //! What one dive says of every number that a fleet may have in common: the six that are followed ([`crate::workbench::tracking`]) and
 //! the size of every effect of the catalogue, one at a time.
 //!
-//! An estimate is the least-squares one of a number whose whitened sensitivity is x, beside the numbers A that are not well known: the other
+//! An estimate is the least-squares one of a number whose whitened sensitivity is x, given the numbers A that are not well known: the other
 //! tracked ones within the vehicle file's tolerances, and the model discrepancy within its size, with prior precisions P:
 //! ```text
 //! C = AᵀA + P      y = C⁻¹ Aᵀ x      h = xᵀx − xᵀA y      estimate = (x − A y)ᵀ r / h      1 / h = noise² + Σ P_k y_k² / h²
@@ -162,7 +162,7 @@ impl Estimate {
     }
 }
 
-/// The numbers that are not well known beside the one that is asked for.
+/// The nuisance numbers: those not well known, fitted together with the one that is asked for.
 struct Uncertain<'a> {
     columns: &'a [&'a Column],
     precision: &'a [f64],

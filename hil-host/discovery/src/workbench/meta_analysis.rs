@@ -7,7 +7,7 @@
 //! themselves: hierarchical random-effects meta-analysis (DerSimonian and Laird 1986; Higgins, Thompson and Spiegelhalter 2009), by its
 //! marginal likelihood over a grid of the three τ with half-normal priors (weakly informative: Gelman 2006; Röver and others 2021) whose scale
 //! is what dives scatter by below that level. Interval and p-value are averaged over that grid, so that few vehicles that agree by chance do not count as many. A level on which nothing can be
-//! told apart (one deployment to each vehicle, one vehicle in the fleet) has no τ: what is found of one vehicle is said of that vehicle.
+//! separated (one deployment to each vehicle, one vehicle in the fleet) has no τ: what is found of one vehicle is said of that vehicle.
 //!
 //! The calibration's error is one draw for each vehicle and is averaged over vehicles alone; the model discrepancy is one draw for the
 //! whole fleet, and no number of dives averages it out.

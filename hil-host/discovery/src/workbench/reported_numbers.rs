@@ -1,10 +1,7 @@
 //! The numbers of a vehicle before and after a calibration, in the units of its file.
 
-use crate::model::parameters::{HULL_DRAG, PARAMETERS, Parameter, STATED, State, TRIM_VOLUME, law, tolerance_of};
+use crate::model::parameters::{HULL_DRAG, NINETY, PARAMETERS, Parameter, STATED, State, TRIM_VOLUME, law, tolerance_of};
 use crate::vehicle::Vehicle;
-
-/// Two-sided 90 % of a normal variable, sigma.
-const NINETY: f64 = 1.645;
 
 /// One number of the vehicle.
 #[derive(Clone, Debug)]
@@ -32,7 +29,7 @@ pub(crate) fn reported_numbers(
     let (after, _) = law(vehicle, state);
     let number = |(i, p): (usize, &Parameter)| {
         let deviation = state.calibration[i] * tolerance_of(vehicle, i);
-        // Trim and zeros are told as what they deviate by.
+        // Trim and zeros are stated as what they deviate by.
         let value = if i == TRIM_VOLUME { None } else { p.constant(&before).zip(p.constant(&after)) };
         let value = value.map_or([0.0, deviation], |(before, after)| [before, after]);
         let unit = if p.is_relative() { value[0].abs() } else { 1.0 };

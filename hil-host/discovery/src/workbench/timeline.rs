@@ -10,7 +10,7 @@
 //! without the change. Trim costs none of it but pump stroke.
 
 use crate::diagnosis::NothingToFit;
-use crate::model::parameters::{State, tolerance_of};
+use crate::model::parameters::{NINETY, State, tolerance_of};
 use crate::preprocess::{Prepared, Run, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
@@ -21,8 +21,6 @@ use crate::workbench::tracking::{
 use hydro::effects::{ALPHA_VALID_RAD, DAY_S, Flow, ForceModel, REFERENCE_TEMPERATURE_DEGC};
 use nalgebra::{DMatrix, DVector};
 
-/// Two-sided 90 % of a normal variable, sigma.
-const NINETY: f64 = 1.645;
 /// Fewest dives of which changes are asked.
 pub const FEWEST_DIVES: usize = 5;
 /// How far a dive's drag and trim may be from what is expected, and the others at least, in steps.

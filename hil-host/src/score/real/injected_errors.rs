@@ -41,7 +41,7 @@ pub struct InjectedError {
     pub effect: Option<(&'static str, &'static str)>,
     /// Size of the effect in terms of the unchanged file, for the expected information.
     pub shift: f64,
-    /// Value that the parameter should be told with; none where it depends on the file ([`InjectedError::value`]).
+    /// Value that the parameter should be reported with; none where it depends on the file ([`InjectedError::value`]).
     value: Option<f64>,
     /// Name of the sensor finding that says so.
     pub finding: Option<&'static str>,

@@ -19,7 +19,7 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use discovery::hypotheses::identifiability::Identifiability;
-use discovery::model::parameters::{calibration_of, tolerance_of};
+use discovery::model::parameters::{NINETY, calibration_of, tolerance_of};
 use discovery::vehicle::catalogue;
 use discovery::{Flight, export, vehicle};
 use rayon::prelude::*;
@@ -29,9 +29,6 @@ use crate::score::diagnosis::LARGEST_CLASS;
 use ask::{Asked, Program};
 use flights::{Data, Entry, Floors, Shipped, Split};
 use injected_errors::{INJECTED_ERRORS, InjectedError};
-
-/// 90 % of a normal variable, standard deviations.
-const NINETY: f64 = 1.645;
 
 /// A flight made ready: its calibrated vehicle file and what it is expected to show.
 pub struct Ready {

@@ -11,7 +11,9 @@
 //! | silence | no finite depth from either sensor for 30 s |
 //! | time | mission time + 10 min passed |
 //!
-//! Then: full buoyancy, mass in the middle, fin straight, beacon; the weight
+//! Then: full buoyancy, mass in the middle, fin straight, beacon. Where the first way home already commands full
+//! buoyancy and beacon for a cause of its own, it keeps the attitude: it climbs steeper, and on its wings a vehicle
+//! that is too heavy sinks at half the rate. The weight goes
 //! when every raw depth there is lies within 60 s of sinking at 0.5 m/s of crush depth, or
 //! when nothing was heard from a depth sensor for half an hour.
 

@@ -52,6 +52,29 @@ fn a_deep_leak_drops_the_weight_at_the_third_reading_a_shallow_one_not() {
 }
 
 #[test]
+fn the_way_home_from_a_leak_is_the_steepest_climb_all_the_way() {
+    let config = Config::default();
+    let mut state = State::new(&config, Mission::default(), Micros(0));
+    let mut toy = Toy::new(&config);
+    let (mut under_way, mut home) = (0, false);
+    for _ in 0..600 {
+        let mut frame = toy.frame();
+        if toy.t > 100.0 {
+            frame.leak = Switch::Alarm;
+        }
+        let answer = step(&config, None, &mut state, frame.time, &frame);
+        if answer.trace.abort.is_some() && toy.z > 3.0 {
+            // From the sixth cycle on the second way home holds for the same cause: it must not take the attitude.
+            under_way += 1;
+            assert_eq!((answer.command.battery_mass_m, answer.command.ballast_m3), (-config.battery_m, config.pump_m3));
+        }
+        toy.fly(&signals::ActuatorCommand { drop_weight: false, ..answer.command }, CYCLE_S);
+        home = toy.z < 0.5;
+    }
+    assert!(home && under_way > 6, "{under_way}");
+}
+
+#[test]
 fn a_leak_whose_vehicle_sinks_on_takes_the_weight_near_the_surface_too() {
     let out = after(12.0, Switch::Alarm, 0.4);
     // Pump out in 36 s, three samples, two cycles of the depth filter.

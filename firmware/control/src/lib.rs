@@ -66,6 +66,9 @@ const LESSON_M: f32 = 13.0;
 const SETTLED_S: f32 = 40.0;
 /// Share of the preset pitch above which a vehicle glides and does not fall flat: 13°, flatter than any best glide of these wings.
 const GLIDES_SHARE: f32 = 0.5;
+/// Pitch wanted on the way home, rad (69°): more than the battery's range gives, since the rate of a climb grows with its
+/// pitch (as sin^1.5 at one drag coefficient) and distance counts no more.
+const STEEPEST_RAD: f32 = 1.2;
 /// The pitch wanted is held when it is met within this, rad (2°): then the glide tells of the polar.
 const HELD_RAD: f32 = 0.035;
 
@@ -231,7 +234,10 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
             state.abort(cause);
             abort = Some(cause);
         }
-        command = Backup::command(&limits, frame.seq, burn || verdict.drop_weight);
+        // A first way home that is under way keeps the attitude.
+        let drop_weight = burn || verdict.drop_weight;
+        let under_way = verdict.abort.is_some() && command.ballast_m3 >= limits.pump_m3 && command.beacon;
+        command = if under_way { ActuatorCommand { drop_weight, ..command } } else { Backup::command(&limits, frame.seq, drop_weight) };
     }
     state.last = command;
     let mut flags = verdict.flags;
@@ -346,7 +352,7 @@ fn command(
     let (steeper, way) = if verdict.sinks_on { (false, -1.0) } else { (lesson || entry, side) };
     state.pitch_wanted_rad = match phase {
         Phase::Surface | Phase::Comms | Phase::Done => 0.0,
-        Phase::Safe if !verdict.sinks_on => config.preset_pitch_rad,
+        Phase::Safe if !verdict.sinks_on => STEEPEST_RAD,
         Phase::Safe | Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config, steeper) * way,
     };
     let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };

@@ -120,6 +120,9 @@ fn regress_a_fleet_has_one_digest_however_it_is_worked_through() {
         let refused = here.fleet(&short);
         let said = String::from_utf8_lossy(&refused.stdout).into_owned();
         assert!(refused.status.code() == Some(2) && said.contains(&format!("--shard {n}/{n}")), "{said}");
+        // --json may stand before merge too.
+        let before = Command::new(env!("CARGO_BIN_EXE_glider")).current_dir(&here.0).args(["fleet", "--json"]).args(&short).output();
+        assert_eq!(before.expect("the program starts").stdout, refused.stdout);
     }
     // All of it is in the cache: no flight is asked again.
     let again = here.done(&["archive", "--out", "again.parquet", "--cache", "cache17"]);

@@ -19,8 +19,8 @@ use crate::whole_file;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
+    subcommand_precedence_over_arg = true,
     after_help = "Examples:
   glider fleet archive --vehicle known.json --out fleet.parquet
   glider fleet archive --out fleet.parquet --resume              (goes on after a break, or with new flights)
@@ -99,8 +99,10 @@ fn check_share(share: f64) -> anyhow::Result<()> {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    if let Some(Then::Merge(args)) = &args.then {
-        return merge(args, output);
+    if let Some(Then::Merge(merged)) = &args.then {
+        let alone = args.paths.is_empty() && args.vehicle.is_none() && args.out.is_none() && args.shard.is_none();
+        ensure!(alone, "what merge is to do stands after it: glider fleet merge PART… --out FILE");
+        return merge(merged, output);
     }
     let out = args.out.as_deref().context("--out FILE.parquet says where the table goes")?;
     check_share(args.false_names)?;

@@ -7,7 +7,12 @@
 //! c drag level, κ drag due to lift, λ lift (1: as in the table), V ballast, w
 //! depth rate, θ pitch. Three numbers, started at the table with the spread a
 //! table may be wrong by, are corrected by what steady glides measure (Kalman
-//! filter, one scalar: measured over expected w).
+//! filter, one scalar: measured over expected w). The covariance is carried as
+//! its square root S, P = S Sᵀ, which no rounding makes asymmetric or negative
+//! (Potter; Bierman, Factorization Methods for Discrete Sequential Estimation, 1977):
+//! ```text
+//! φ = Sᵀh      b = φᵀφ + R      x ← x + Sφ · surprise / b      S ← S − Sφ φᵀ / (b + √(R b))
+//! ```
 //!
 //! A measurement is a pair: a piece of a dive and the piece of the climb through
 //! the same water. Buoyancy that is not as planned, stratified water and a
@@ -36,11 +41,8 @@ use polar::Table;
 const SPREAD: [f32; 3] = [0.15, 0.3, 0.1];
 /// Farthest c, κ and λ are ever believed to be from the table.
 const BOUND: [f32; 3] = [0.35, 0.6, 0.3];
-/// The covariance that belongs to it.
-const UNKNOWN: [[f32; 3]; 3] = {
-    let [c, k, l] = SPREAD;
-    [[c * c, 0.0, 0.0], [0.0, k * k, 0.0], [0.0, 0.0, l * l]]
-};
+/// Square root of the covariance that belongs to it.
+const UNKNOWN: [[f32; 3]; 3] = [[SPREAD[0], 0.0, 0.0], [0.0, SPREAD[1], 0.0], [0.0, 0.0, SPREAD[2]]];
 /// Growth of the spread per measurement, 1: some hours of glide are remembered, so that fouling is followed.
 const FORGET: f32 = 1.005;
 /// Least answer of pitch to α that is divided by: nearer to the pitch below which no steady glide exists the line is no guide.
@@ -98,6 +100,13 @@ impl Steady {
     pub(crate) fn answer(&self) -> f32 {
         1.0 - self.sin_gamma * self.cos_gamma * (2.0 * self.induced - 1.0) / self.alpha_rad
     }
+
+    /// Change of ln w with c, κ, λ at the pitch flown.
+    fn slope(&self) -> [f32; 3] {
+        let g = self.sin_gamma * self.cos_gamma / self.answer().at_least(ANSWER_MIN);
+        let m = 1.0 / self.tan_gamma - 0.5 * self.tan_gamma - 0.5 / self.alpha_rad;
+        [m * g, m * g * self.induced, -m * g - 0.5]
+    }
 }
 
 /// A piece of steady glide: what it says, whatever is believed later.
@@ -107,6 +116,15 @@ struct Piece {
     h: [f32; 3],
     /// Measured over expected w less 1, for a table that is right.
     z: f32,
+}
+
+/// What the last pair said against what was expected of it, for those who judge the filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Innovation {
+    /// Mean of measured over expected depth rate less 1, by what was believed before.
+    pub surprise: f32,
+    /// The variance that the filter expected of it; 0 before the first pair.
+    pub variance: f32,
 }
 
 /// What a cycle brought.
@@ -125,8 +143,9 @@ pub(crate) enum News {
 pub(crate) struct Belief {
     /// c, κ, λ less 1.
     x: [f32; 3],
-    /// Covariance of `x`.
-    p: [[f32; 3]; 3],
+    /// Square root of the covariance P of `x`: P = S Sᵀ, symmetric and not negative whatever is rounded.
+    s: [[f32; 3]; 3],
+    innovation: Innovation,
     /// Pairs learned from.
     pairs: u8,
     /// Mean square of the difference between the halves of a piece.
@@ -146,7 +165,8 @@ impl Default for Belief {
     fn default() -> Self {
         Self {
             x: [0.0; 3],
-            p: UNKNOWN,
+            s: UNKNOWN,
+            innovation: Innovation::default(),
             pairs: 0,
             scatter: 0.0,
             drag0: 0.0,
@@ -180,8 +200,8 @@ impl Belief {
 
     /// Back to the table as it is. The stack stays as it was, with nothing of it in use: clearing it costs more than a cycle has.
     fn forget(&mut self) {
-        (self.x, self.p) = ([0.0; 3], UNKNOWN);
-        (self.pairs, self.scatter) = (0, 0.0);
+        (self.x, self.s) = ([0.0; 3], UNKNOWN);
+        (self.pairs, self.scatter, self.innovation) = (0, 0.0, Innovation::default());
         (self.top, self.height) = (0, 0);
         self.interrupt();
     }
@@ -189,6 +209,16 @@ impl Belief {
     /// c, κ, λ.
     pub(crate) fn factors(&self) -> [f32; 3] {
         self.x.map(|x| 1.0 + x)
+    }
+
+    /// S, square root of the covariance of the factors.
+    pub(crate) fn root(&self) -> [[f32; 3]; 3] {
+        self.s
+    }
+
+    /// What the last pair said.
+    pub(crate) fn innovation(&self) -> Innovation {
+        self.innovation
     }
 
     /// Pairs learned from so far.
@@ -245,6 +275,31 @@ impl Belief {
         if apart.abs() < APART_MAX { self.file(now, measured_m_s > 0.0, (mean - 1.0).at_least(-0.5).at_most(0.5)) } else { News::Piece }
     }
 
+    /// φ = Sᵀh: |φ|² is the variance of h·x.
+    fn across(&self, h: &[f32; 3]) -> [f32; 3] {
+        let mut phi = [0.0; 3];
+        for (row, h) in self.s.iter().zip(h) {
+            for (phi, s) in phi.iter_mut().zip(row) {
+                *phi += s * h;
+            }
+        }
+        phi
+    }
+
+    /// One measurement into S, with φ and the variance R of its noise; answers what the factors move by per surprise.
+    fn absorb(&mut self, phi: &[f32; 3], noise: f32) -> [f32; 3] {
+        let per = 1.0 / (dot(phi, phi) + noise);
+        let share = 1.0 / (1.0 + sqrt(noise * per));
+        let mut gains = [0.0; 3];
+        for (row, gain) in self.s.iter_mut().zip(&mut gains) {
+            *gain = dot(row, phi) * per;
+            for (s, phi) in row.iter_mut().zip(phi) {
+                *s -= *gain * share * phi;
+            }
+        }
+        gains
+    }
+
     /// The glide is not steady: the piece under way is dropped.
     pub(crate) fn interrupt(&mut self) {
         self.cycles = 0;
@@ -255,9 +310,7 @@ impl Belief {
     #[cold]
     #[inline(never)]
     fn file(&mut self, now: &Steady, downward: bool, surprise: f32) -> News {
-        let g = now.sin_gamma * now.cos_gamma / now.answer().at_least(ANSWER_MIN);
-        let m = 1.0 / now.tan_gamma - 0.5 * now.tan_gamma - 0.5 / now.alpha_rad;
-        let h = [m * g, m * g * now.induced, -m * g - 0.5];
+        let h = now.slope();
         let piece = Piece { h, z: surprise + dot(&h, &self.x) };
         if self.height == 0 || self.downward == downward {
             self.downward = downward;
@@ -281,22 +334,31 @@ impl Belief {
         let [d, e, f] = other.h;
         let h = [0.5 * (a + d), 0.5 * (b + e), 0.5 * (c + f)];
         let surprise = 0.5 * (one.z + other.z) - dot(&h, &self.x);
+        let phi = self.across(&h);
+        let noise = (NOISE + SCATTER_GAIN * self.scatter).at_least(NOISE);
+        let variance = dot(&phi, &phi) + noise;
+        if !all_finite([surprise, variance]) {
+            return News::Piece;
+        }
+        self.innovation = Innovation { surprise, variance };
         if surprise > LET_GO {
             self.height = 0;
             return News::LetGo;
         }
-        let [a, b, c] = &self.p;
-        let ph = [dot(a, &h), dot(b, &h), dot(c, &h)];
-        let per = 1.0 / (dot(&ph, &h) + NOISE + SCATTER_GAIN * self.scatter);
         // What no glide tells must not grow without end: forgotten is only what is known better than before any flight.
-        let [[a, ..], [_, b, _], [.., c]] = self.p;
-        let [d, e, f] = SPREAD;
-        let grow = [(a, d), (b, e), (c, f)].map(|(p, spread)| if p < spread * spread { FORGET } else { 1.0 });
-        for ((((x, row), along), bound), grow_row) in self.x.iter_mut().zip(&mut self.p).zip(&ph).zip(&BOUND).zip(&grow) {
-            let gain = along * per;
-            *x = (*x + gain * surprise).at_least(-bound).at_most(*bound);
-            for ((p, across), grow) in row.iter_mut().zip(&ph).zip(&grow) {
-                *p = (*p - gain * across) * (grow_row * grow);
+        let mut grow = [1.0; 3];
+        for ((grow, row), spread) in grow.iter_mut().zip(&self.s).zip(&SPREAD) {
+            if dot(row, row) < spread * spread {
+                *grow = FORGET;
+            }
+        }
+        let gain = self.absorb(&phi, noise);
+        for ((x, gain), bound) in self.x.iter_mut().zip(gain).zip(BOUND) {
+            *x = (*x + gain * surprise).at_least(-bound).at_most(bound);
+        }
+        for (row, grow) in self.s.iter_mut().zip(grow) {
+            for s in row {
+                *s *= grow;
             }
         }
         self.pairs = self.pairs.saturating_add(1);
@@ -307,11 +369,14 @@ impl Belief {
     #[cold]
     #[inline(never)]
     fn heal(&mut self) {
-        let [[a, ..], [_, b, _], [.., c]] = self.p;
-        let known = [a, b, c].iter().all(|p| (0.0..=0.1).contains(p));
+        let known = self.s.iter().map(|row| dot(row, row)).all(|variance| variance > 0.0 && variance <= 0.1);
         let [c, k, l] = self.x;
         if !(known && self.top < WAITING && self.height <= WAITING && all_finite([c, k, l, self.scatter, self.drag0])) {
             self.forget();
         }
     }
 }
+
+#[cfg(test)]
+#[path = "consistency.rs"]
+mod consistency;

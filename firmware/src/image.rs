@@ -16,7 +16,7 @@ use crate::board::servo::Servo;
 use crate::board::spi::Spi;
 use crate::board::uart::{self, Line, Received};
 use crate::board::watchdog::Watchdog;
-use crate::board::{canary, clock, log, power_up, safe_outputs};
+use crate::board::{black_box, canary, clock, log, power_up, safe_outputs};
 use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
 use bay::{Fitted, Outside, Parts, Run, Wiring};
@@ -52,7 +52,7 @@ fn main() -> ! {
     static mut HELM: Helm<Shelf> = Helm::new(Config::for_depth(0.0), Boot::NEW, unsafe { Shelf::new() });
 
     canary::lay();
-    let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::Unknown) };
+    let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::None) };
     safe_outputs(&chip.RCC, &chip.GPIOC);
     let flags = last_words::reset_flags(&chip.RCC);
     let source = clock::start_crystal(&chip.RCC);
@@ -64,10 +64,11 @@ fn main() -> ! {
 
     // Looking through the log's sectors takes a third of a second: before the watchdog.
     let mark = helm.storage().open(Spi::open(chip.SPI2));
+    let fault = black_box::open(flags, FIRMWARE);
     let watchdog = Watchdog::start(chip.IWDG);
     let noise = last_words::noise();
     let found = last_words::read();
-    let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, cause: Cause::Unknown, resets: 0, status: 0, air: 0 });
+    let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, resets: 0, air: 0 });
     words.mark = Mark::after_reset(words.mark, mark);
     defmt::info!(
         "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz, reset flags {=u8:#x}",
@@ -85,15 +86,11 @@ fn main() -> ! {
     }
     if found.is_some() {
         words.resets = words.resets.saturating_add(1);
-        defmt::warn!(
-            "reset number {=u32}, cause {}, fault status {=u32:#x}, mark {=u8}",
-            words.resets,
-            words.cause,
-            words.status,
-            words.mark.0
-        );
+        defmt::warn!("reset number {=u32}, mark {=u8}", words.resets, words.mark.0);
     }
-    (words.cause, words.status) = (Cause::Unknown, 0);
+    if let Some(note) = fault {
+        defmt::warn!("kept of a fault: {=str}, PC {=u32:#x}; glider autopsy tells", note.cause.name(), note.registers.pc);
+    }
     last_words::write(words);
     helm.booted(Boot { mark: words.mark, boots: words.resets, firmware: FIRMWARE, salt: noise.wrapping_add(words.resets << 8) });
 
@@ -155,6 +152,9 @@ impl Outside for Chip {
         }
     }
     fn said(&mut self, message: &ToHost) {
+        if let ToHost::Answer(answer) = message {
+            black_box::cycle(answer);
+        }
         tell(message, &mut self.told);
     }
     fn seated(&mut self, seat: Seat) {

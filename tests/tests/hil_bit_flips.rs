@@ -9,10 +9,9 @@ use hil_host::seats::{Link, Seat, SeatError};
 use object::{Object, ObjectSection};
 use plant::World;
 use signals::{Mission, Phase};
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::time::Duration;
+use tests::gdb_stub::Stub;
 
 /// Longest wait for an answer before the watchdog's stand-in: its longest time is 23 s of the board's own, QEMU answers in a few ms.
 const DEAF: Duration = Duration::from_secs(12);
@@ -20,73 +19,6 @@ const DEAF: Duration = Duration::from_secs(12);
 const STACK: u64 = 3 * 1024;
 /// Cycles flown after each flip before the next one.
 const CYCLES: u32 = 12;
-
-/// QEMU's gdb stub: remote serial protocol, as little as it takes.
-struct Stub(TcpStream);
-
-impl Stub {
-    fn attach(qemu: &mut Qemu) -> Self {
-        let port = TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).expect("a free port").port();
-        qemu.monitor(&format!("gdbserver tcp:127.0.0.1:{port}")).expect("QEMU's monitor");
-        for _ in 0..200 {
-            if let Ok(stream) = TcpStream::connect(("127.0.0.1", port)) {
-                stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
-                let mut stub = Self(stream);
-                // Attaching has stopped the chip.
-                stub.send("c");
-                return stub;
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        panic!("QEMU opens no gdb stub on port {port}");
-    }
-
-    fn send(&mut self, packet: &str) {
-        let sum = packet.bytes().fold(0u8, u8::wrapping_add);
-        write!(self.0, "${packet}#{sum:02x}").expect("the stub takes a packet");
-    }
-
-    /// The next packet's content, acknowledged.
-    fn hear(&mut self) -> String {
-        let mut byte = [0];
-        let mut text = Vec::new();
-        let mut inside = false;
-        loop {
-            self.0.read_exact(&mut byte).expect("the stub answers");
-            match byte[0] {
-                b'$' => inside = true,
-                b'#' if inside => break,
-                b if inside => text.push(b),
-                _ => {}
-            }
-        }
-        self.0.read_exact(&mut [0; 2]).expect("the stub's checksum");
-        self.0.write_all(b"+").expect("the stub takes an acknowledgement");
-        String::from_utf8_lossy(&text).into_owned()
-    }
-
-    /// The answer to a packet; stops told once more on the way are passed over.
-    fn answer(&mut self) -> String {
-        loop {
-            let text = self.hear();
-            if !text.starts_with(['T', 'S']) {
-                return text;
-            }
-        }
-    }
-
-    /// Stops the chip, flips one bit, lets it run on.
-    fn flip(&mut self, address: u64, bit: u32) {
-        self.0.write_all(&[3]).expect("the stub takes a break");
-        let stopped = self.hear();
-        assert!(stopped.starts_with('T') || stopped.starts_with('S'), "{stopped}");
-        self.send(&format!("m{address:x},1"));
-        let byte = u8::from_str_radix(&self.answer(), 16).expect("a byte");
-        self.send(&format!("M{address:x},1:{:02x}", byte ^ 1 << bit));
-        assert_eq!(self.answer(), "OK");
-        self.send("c");
-    }
-}
 
 /// RAM in use: statics by the sections of the image, and the top of the stack.
 fn ram(elf: &Path) -> Vec<(u64, u64)> {

@@ -35,6 +35,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod afloat;
+pub mod black_box;
 mod boot;
 pub mod deck;
 mod flight;

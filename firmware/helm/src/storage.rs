@@ -56,6 +56,10 @@ pub trait Storage {
     fn read_log(&mut self, _at: u32, _out: &mut [u8]) -> u32 {
         0
     }
+    /// The same of what is kept of a run that a fault ended ([`crate::black_box`]).
+    fn read_autopsy(&mut self, _at: u32, _out: &mut [u8]) -> u32 {
+        0
+    }
 }
 
 impl<S: Storage> Storage for &mut S {
@@ -80,6 +84,9 @@ impl<S: Storage> Storage for &mut S {
     fn read_log(&mut self, at: u32, out: &mut [u8]) -> u32 {
         (**self).read_log(at, out)
     }
+    fn read_autopsy(&mut self, at: u32, out: &mut [u8]) -> u32 {
+        (**self).read_autopsy(at, out)
+    }
 }
 
 /// Number of an object's place, below [`OBJECTS`]; that of the log has none.
@@ -90,7 +97,8 @@ pub const fn place(object: Object) -> usize {
         Object::Table(Wings::LowAspectRatio) => 1,
         Object::Config => 2,
         Object::Mission => 3,
-        Object::Log => OBJECTS, // nowhere: it has a ring of its own
+        // Nowhere: they have rings of their own.
+        Object::Log | Object::Autopsy => OBJECTS,
     }
 }
 

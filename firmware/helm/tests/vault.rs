@@ -378,7 +378,7 @@ fn versions(object: Object) -> [Vec<u8>; 2] {
             helm::objects::config_bytes(&Config::new(settings).unwrap(), &mut bytes);
             bytes.to_vec()
         }),
-        Object::Mission | Object::Log => [2u16, 3]
+        Object::Mission | Object::Log | Object::Autopsy => [2u16, 3]
             .map(|surface_every| postcard::to_slice(&Mission { surface_every, ..Mission::default() }, &mut [0; 400]).unwrap().to_vec()),
     }
 }

@@ -19,6 +19,7 @@
 //! printers.
 #![cfg_attr(not(test), no_std)]
 
+pub mod autopsy;
 pub mod frame;
 pub mod link;
 pub mod messages;

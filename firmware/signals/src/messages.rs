@@ -20,6 +20,8 @@ pub enum Object {
     Mission,
     /// Flight log, raw as it lies on flash: read back only.
     Log,
+    /// What is kept of the last run that a fault ended ([`crate::autopsy`]): read back only.
+    Autopsy,
 }
 
 /// Why a message had no effect.

@@ -1,7 +1,8 @@
 //! docs/wire.md says what the code does: its examples byte for byte, its numbers of messages.
 
+use signals::autopsy::{NOTE, RUN};
 use signals::link::MAX_WIRE;
-use signals::{Reading, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost, WIRE_VERSION, encode};
+use signals::{Object, Reading, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost, WIRE_VERSION, encode};
 
 const PAGE: &str = include_str!("../../../docs/wire.md");
 
@@ -28,6 +29,10 @@ fn the_examples_are_the_bytes_on_the_line() {
     assert_eq!(example("hello"), wire(&Request { session: 0, id: 1, message: ToBoard::Hello { nonce: 7 } }));
     assert_eq!(example("sensor"), wire(&Request { session: 0x1234_5678, id: 2, message: ToBoard::Sensor(frame) }));
     assert_eq!(example("refused"), wire(&Reply { to: 2, message: ToHost::Refused(Refusal::Session) }));
+    let autopsy = ToBoard::ReadBack { object: Object::Autopsy, offset: 0 };
+    assert_eq!(example("autopsy"), wire(&Request { session: 0, id: 3, message: autopsy }));
+    let (clean, whole) = (4 * NOTE, 4 * (NOTE + RUN));
+    assert!(PAGE.contains(&format!("{clean}: no fault; {},{:03}: a fault", whole / 1000, whole % 1000)));
     let reply = postcard::to_slice(&ToHost::Hello { nonce: 7, session: 9, manifest: Default::default() }, &mut [0; 99]).expect("fits")[..2]
         .to_vec();
     assert!(PAGE.contains(&format!("`{}`", hex(&[WIRE_VERSION, 1, reply[0], reply[1]]))));
@@ -36,7 +41,17 @@ fn the_examples_are_the_bytes_on_the_line() {
 #[test]
 fn the_table_numbers_messages_as_the_code_does() {
     let number = |message: &ToBoard| postcard::to_slice(message, &mut [0; 256]).expect("fits")[0];
-    let object = signals::Object::Config;
+    let object = Object::Config;
+    for (name, object) in [
+        ("0 Table", Object::Table(signals::Wings::Standard)),
+        ("1 Config", Object::Config),
+        ("2 Mission", Object::Mission),
+        ("3 Log", Object::Log),
+        ("4 Autopsy", Object::Autopsy),
+    ] {
+        let number = postcard::to_slice(&object, &mut [0; 8]).expect("fits")[0];
+        assert!(PAGE.contains(name) && name.starts_with(&number.to_string()), "{name}: {number}");
+    }
     for (name, message) in [
         ("Hello", ToBoard::Hello { nonce: 0 }),
         ("Begin", ToBoard::Begin(Default::default())),

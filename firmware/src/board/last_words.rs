@@ -1,49 +1,32 @@
 //! What the last run left behind, in RAM that a reset does not clear.
 //!
-//! A record with its CRC says whether a mission was under way and, after a
-//! panic or a fault, why the chip was reset. After a power cut the RAM holds
+//! A record with its CRC says whether a mission was under way; why the chip was
+//! reset is in the [`black_box`]. After a power cut the RAM holds
 //! noise, the CRC does not match, and the journal on flash has to know.
 
+use super::black_box;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use helm::Mark;
+pub use signals::autopsy::Cause;
+use signals::autopsy::Registers;
 use signals::link::CRC32;
 use stm32f4::stm32f405::RCC;
-
-/// Why the chip was reset by its own software.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-#[repr(u32)]
-pub enum Cause {
-    /// Not by software: power, reset pin or watchdog.
-    Unknown = 0,
-    /// A panic (integer overflow is one).
-    Panic = 1,
-    /// Hard fault.
-    Fault = 2,
-    /// The stack grew into its canary.
-    Stack = 3,
-    /// An interrupt nobody handles.
-    Interrupt = 4,
-}
 
 /// What is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LastWords {
     /// The mission under way, if there was one.
     pub mark: Mark,
-    /// Why the reset.
-    pub cause: Cause,
     /// Resets since power-up.
     pub resets: u32,
-    /// Configurable fault status (CFSR, Armv7-M ARM B3.2.15) where the cause is a fault, else 0.
-    pub status: u32,
     /// Air pressure that depth is reckoned from, Pa, bit by bit; 0: not measured yet.
     pub air: u32,
 }
 
-const WORDS: usize = 6;
+const WORDS: usize = 4;
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
@@ -52,18 +35,8 @@ static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
 pub fn read() -> Option<LastWords> {
     // SAFETY: any bits are valid u32s; one thread, no reference escapes.
     let words = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<[u32; WORDS]>()) };
-    let [mark, cause, resets, status, air, crc] = words;
-    if crc != checksum([mark, cause, resets, status, air]) {
-        return None;
-    }
-    let cause = match cause {
-        1 => Cause::Panic,
-        2 => Cause::Fault,
-        3 => Cause::Stack,
-        4 => Cause::Interrupt,
-        _ => Cause::Unknown,
-    };
-    Some(LastWords { mark: Mark(mark as u8), cause, resets, status, air })
+    let [mark, resets, air, crc] = words;
+    (crc == checksum([mark, resets, air])).then_some(LastWords { mark: Mark(mark as u8), resets, air })
 }
 
 /// What lies where the record should: after a power cut a number that nobody knows.
@@ -83,23 +56,23 @@ pub fn reset_flags(rcc: &RCC) -> u8 {
 
 /// Leaves a record for the next run.
 pub fn write(words: LastWords) {
-    let body = [u32::from(words.mark.0), words.cause as u32, words.resets, words.status, words.air];
-    let [a, b, c, d, e] = body;
+    let body = [u32::from(words.mark.0), words.resets, words.air];
+    let [a, b, c] = body;
     // SAFETY: one thread writes; handlers that write never return.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, d, e, checksum(body)]) };
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<[u32; WORDS]>(), [a, b, c, checksum(body)]) };
 }
 
-/// Notes why, keeps the rest, and resets the chip.
+/// Notes why, and resets the chip.
 pub fn reset(cause: Cause) -> ! {
-    // SAFETY: reading the fault status has no effect.
-    let status = unsafe { (*SCB::PTR).cfsr.read() };
-    if let Some(words) = read() {
-        write(LastWords { cause, status, ..words });
-    }
+    reset_at(cause, Registers::default())
+}
+
+fn reset_at(cause: Cause, frame: Registers) -> ! {
+    black_box::note(cause, frame);
     SCB::sys_reset()
 }
 
-fn checksum(words: [u32; 5]) -> u32 {
+fn checksum(words: [u32; 3]) -> u32 {
     let mut digest = CRC32.digest();
     for word in words {
         digest.update(&word.to_le_bytes());
@@ -114,11 +87,12 @@ fn panic(_: &PanicInfo<'_>) -> ! {
 
 /// Called by [`super::fault`].
 #[unsafe(no_mangle)]
-extern "C" fn after_fault() -> ! {
-    reset(Cause::Fault)
+extern "C" fn after_fault(sp: u32, lr: u32, pc: u32, xpsr: u32) -> ! {
+    reset_at(Cause::Fault, Registers { sp, lr, pc, xpsr, ..Registers::default() })
 }
 
 #[exception]
-unsafe fn DefaultHandler(_: i16) {
-    reset(Cause::Interrupt)
+unsafe fn DefaultHandler(interrupt: i16) {
+    // Interrupts are numbered from 0, exceptions from 16 before them.
+    reset_at(Cause::Interrupt, Registers { xpsr: u32::from(interrupt.wrapping_add(16) as u16), ..Registers::default() })
 }

@@ -10,6 +10,7 @@ use std::cell::RefCell;
 use clap::{Parser, Subcommand};
 
 pub mod add;
+pub mod autopsy;
 pub mod calibrate;
 pub mod compare;
 pub mod completions;
@@ -110,6 +111,7 @@ The vehicle and its controller:
   polar, table             lift and drag; the flight tables made from them
   fly                      one flight against the simulated vehicle and sea
   monitor, upload          a board: telemetry, log; tables, settings, missions
+  autopsy                  why a board was reset, by line of source
   launch, power            check a vehicle on deck, start its mission; the
                            power that a mission takes
   list                     effects, faults, vehicles, missions, changes by name
@@ -184,6 +186,8 @@ enum Command {
     Completions(completions::Args),
     /// Live telemetry of a board in the terminal.
     Monitor(monitor::Args),
+    /// Why a board was reset, with lines of source.
+    Autopsy(autopsy::Args),
     /// Send a table, configuration or mission to a board.
     Upload(upload::Args),
     /// What a mission takes from the battery, part by part.
@@ -265,6 +269,7 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
         Some(Command::List(a)) => list::run(a, &output),
         Some(Command::Completions(a)) => completions::run(a, &output),
         Some(Command::Monitor(a)) => monitor::run(a, &output),
+        Some(Command::Autopsy(a)) => autopsy::run(a, &output),
         Some(Command::Upload(a)) => upload::run(a, &output),
         Some(Command::Power(a)) => power::run(a, &output),
         Some(Command::Launch(a)) => launch::run(a, &output),

@@ -185,5 +185,6 @@ fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) 
             Ok(used.to_vec())
         }
         Object::Log => bail!("the flight log is read with glider monitor PORT --flight-log DIR"),
+        Object::Autopsy => bail!("what is kept of a fault is read with glider autopsy PORT"),
     }
 }

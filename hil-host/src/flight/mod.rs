@@ -1,10 +1,12 @@
 //! One simulated flight: the world, the mission, the closed loop, its log and its tables.
 
+pub mod autopsy;
 pub mod board_log;
 pub mod closed_loop;
 pub mod config_file;
 pub mod cycle;
 pub mod fetch;
+pub mod image_lines;
 pub mod log;
 pub mod mission_file;
 pub mod next_mission;

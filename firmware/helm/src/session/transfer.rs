@@ -42,14 +42,16 @@ impl<S: Storage> Helm<S> {
     #[inline(never)]
     pub(super) fn read_back(&mut self, object: Object, offset: u32) -> Result<ToHost, Refusal> {
         let mut piece = [0; CHUNK];
-        let length = if object == Object::Log {
-            self.storage.read_log(offset, &mut piece)
-        } else {
-            let mut bytes = Content::new();
-            objects::in_use(&mut self.storage, &self.built_in, object, &mut bytes);
-            let rest = bytes.get(offset as usize..).unwrap_or_default();
-            piece.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
-            bytes.len() as u32
+        let length = match object {
+            Object::Log => self.storage.read_log(offset, &mut piece),
+            Object::Autopsy => self.storage.read_autopsy(offset, &mut piece),
+            _ => {
+                let mut bytes = Content::new();
+                objects::in_use(&mut self.storage, &self.built_in, object, &mut bytes);
+                let rest = bytes.get(offset as usize..).unwrap_or_default();
+                piece.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+                bytes.len() as u32
+            }
         };
         let offset = offset.min(length);
         let there = length.saturating_sub(offset) as usize;

@@ -21,6 +21,7 @@ mod target {
     use core::cell::Cell;
     use cortex_m_rt::entry;
     use critical_section::Mutex;
+    use helm::black_box::{BlackBox, WORDS};
     use helm::{Boot, Helm, RamStorage, Storage};
     use semihosting::{println, process};
     use signals::link::MAX_WIRE;
@@ -29,6 +30,9 @@ mod target {
 
     /// Instructions that no whole cycle may exceed: decode, seal, table, law, encode. 1 % of 4 s at 16 MHz are 640,000.
     const CYCLE_WORST: u32 = 40_000;
+
+    /// Instructions that the record of a cycle may take.
+    const CYCLE_RECORD: u32 = 2_000;
 
     static FAILED: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
 
@@ -104,6 +108,7 @@ mod target {
 
     #[entry]
     fn main() -> ! {
+        static mut RECORDER: BlackBox<[u32; WORDS]> = BlackBox::new([0; WORDS]);
         static mut HELM: Helm<RamStorage> = Helm::new(Config::for_depth(0.0), Boot::NEW, RamStorage::new());
         let Some(chip) = Peripherals::take() else { process::exit(2) };
         chip.RCC.apb1enr().modify(|_, w| w.tim2en().enabled());
@@ -154,6 +159,13 @@ mod target {
         let mut receiver = Receiver::new();
         let (decoding, decoded) = counted(&chip.TIM2, || wire.iter().take(n).filter_map(|b| receiver.push::<Request>(*b)).last());
         println!("     frame             {n} bytes: encode {}, decode {}", encoding - empty, decoding - empty);
+
+        RECORDER.open(0, [0; 3], 0);
+        let (record, ()) = counted(&chip.TIM2, || RECORDER.cycle(&signals::Answer::default(), 4_000));
+        let (sum, _) = counted(&chip.TIM2, || signals::link::CRC32.checksum(polar::generated::STANDARD));
+        let per_byte = (sum - empty) / polar::generated::STANDARD.len() as u32;
+        println!("     autopsy's record  {} of a cycle; identity of the image {per_byte} a byte, once at start", record - empty);
+        claim("a cycle's record takes at most 2000 instructions", record - empty <= CYCLE_RECORD);
 
         let voyage =
             |f: &Flown| f.deepest_m > 20.0 && f.phases & (1 << Phase::Climb as u32) != 0 && f.phases & (1 << Phase::Safe as u32) == 0;

@@ -10,12 +10,14 @@ use control::{Config, Settings};
 use helm::{Boot, Content, Helm, RamStorage};
 use hil_host::campaign::lattice::cases;
 use hil_host::campaign::{run, through_seat};
+use hil_host::flight::autopsy::{Autopsy, reset};
 use hil_host::flight::closed_loop::{End, Setup, fly, recover};
+use hil_host::flight::image_lines::ImageLines;
 use hil_host::flight::{mission_file, onboard_log, worlds};
 use hil_host::seats::in_process::InProcess;
 use hil_host::seats::port::Port;
 use hil_host::seats::upload::{read_back, rollback, upload};
-use hil_host::seats::{Choice, Link, Seat};
+use hil_host::seats::{Choice, Link, Seat, qemu};
 use plant::World;
 use signals::link::{CRC32, MAX_WIRE};
 use signals::{Abort, Counters, Mission, Object, Phase, Refusal, Request, SensorFrame, Switch, ToBoard, ToHost, Wings, encode};
@@ -138,6 +140,19 @@ fn hil_board_keeps_and_gives_back_every_object() {
     assert!(refused.contains("Corrupt"), "{refused}");
     assert_eq!(read_back(&mut link, Object::Config, |_| {}).unwrap(), first);
     upload(&mut link, Object::Config, &second, |_, _| {}).unwrap();
+}
+
+#[test]
+#[ignore = "needs a board; set GLIDER_PORT"]
+fn hil_board_runs_this_image_and_tells_its_last_reset() {
+    let (name, _line) = port();
+    let bytes = read_back(&mut board(&name), Object::Autopsy, |_| {}).unwrap();
+    let found = Autopsy::read(&bytes).unwrap().expect("a board keeps a record over a reset");
+    let present = found.present.expect("a whole note");
+    let image = ImageLines::read(&qemu::find_image().unwrap()).unwrap();
+    assert_eq!(present.image, image.id, "the board runs another image than the one built here");
+    assert!(!found.is_damaged);
+    println!("run {}, last reset by {}; kept of a fault: {:?}", present.run + 1, reset(present.began), found.fault.map(|f| f.note));
 }
 
 #[test]

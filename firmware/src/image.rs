@@ -58,13 +58,13 @@ fn main() -> ! {
     let source = clock::start_crystal(&chip.RCC);
     power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
+    let fault = black_box::open(flags, FIRMWARE);
     log::open(&chip.USART2);
     let line = Line::open(chip.USART1, LINE);
     let helm = HELM;
 
     // Looking through the log's sectors takes a third of a second: before the watchdog.
     let mark = helm.storage().open(Spi::open(chip.SPI2));
-    let fault = black_box::open(flags, FIRMWARE);
     let watchdog = Watchdog::start(chip.IWDG);
     let noise = last_words::noise();
     let found = last_words::read();

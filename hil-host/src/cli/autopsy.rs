@@ -110,7 +110,7 @@ fn row(label: &str, text: &str) {
 
 /// Who answers.
 fn board(from: &str, present: Option<&Note>) {
-    row("board", from);
+    row("from", from);
     match present {
         Some(note) => {
             row("", &format!("firmware {}, image {:08x}, run {}", autopsy::version(note.firmware), note.image, note.run + 1));

@@ -97,7 +97,6 @@ pub fn decode(r: &Registers) -> String {
         found.push("hard fault, and its registers name no reason".to_owned());
     }
     let text = found.join("; ");
-    // One word below the top is the shallowest frame there can be.
     if r.cfsr & STACKING != 0 || r.sp != 0 && !STACK.contains(&r.sp) {
         return format!("stack overflow: the stack left its RAM (SP {:#010x}); {text}", r.sp);
     }

@@ -246,10 +246,8 @@ impl<'a> Screen<'a> {
 
     /// Best fit of `effect` added to a state.
     pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &Fit, effect: &'static dyn Effect, iterations: usize) -> Fit {
-        // Wide tolerances: the calibration must find its way anew with a first effect; a second one starts from there.
         let first = base.state.effects.is_empty();
         let far_off = self.is_far_off(base);
-        let anew = crate::inference::initial_guess::is_uncalibrated(self.problem.vehicle) && first;
         let mut bases = vec![base.state.clone()];
         if first && far_off {
             // What the calibration had to become without the effect may lie behind a hill.
@@ -258,7 +256,7 @@ impl<'a> Screen<'a> {
         let sizes = Self::starts(effect, far_off);
         let mut starts: Vec<State> = bases.iter().flat_map(|base| sizes.iter().map(|size| self.start(base, effect, *size))).collect();
         let mut left = iterations;
-        if !anew && starts.len() > KEPT_STARTS {
+        if starts.len() > KEPT_STARTS {
             // All go a little way; those that are lowest then go on.
             let scout = Effort { rough: true, ..Effort::of(SCOUT_STEPS) };
             let mut scouts: Vec<Fit> = starts.iter().map(|start| fit(self.problem, jacobian, start, scout)).collect();
@@ -266,10 +264,11 @@ impl<'a> Screen<'a> {
             starts = scouts.into_iter().take(KEPT_STARTS).map(|f| f.state).collect();
             left = iterations.saturating_sub(SCOUT_STEPS);
         }
-        let from = |start: &State| {
-            if anew { crate::inference::initial_guess::descend(self.problem, start) } else { self.fit(jacobian, start, left) }
-        };
-        starts.iter().map(from).min_by(|a, b| a.chi2.total_cmp(&b.chi2)).unwrap_or_else(|| self.null.clone())
+        starts
+            .iter()
+            .map(|start| self.fit(jacobian, start, left))
+            .min_by(|a, b| a.chi2.total_cmp(&b.chi2))
+            .unwrap_or_else(|| self.null.clone())
     }
 
     /// An effect beyond an onset angle where it promises nothing: the angle out of reach, no discovery.

@@ -13,8 +13,8 @@ use std::borrow::Cow;
 use std::sync::atomic::Ordering;
 
 /// Most model passes of one search, the half steps that they may take together, and the passes that it may take however long they are.
-const MOST_PASSES: u64 = 1000;
-const MOST_HALF_STEPS: u64 = 12_000_000;
+const MOST_PASSES: u64 = 2000;
+const MOST_HALF_STEPS: u64 = 24_000_000;
 const FEWEST_PASSES: u64 = 250;
 
 /// What a state means: the law of the vehicle, and the errors of its sensors.

@@ -32,8 +32,6 @@ impl Search<'_> {
         let mut gains: Vec<(f64, usize)> = linear_fits.iter().enumerate().map(|(i, f)| (self.screen.null.chi2 - f.chi2, i)).collect();
         gains.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best_gain = gains.first().map_or(0.0, |g| g.0);
-        // Where the calibration itself has to be found, a signature may be that of a dive that stalls: every effect gets its fit.
-        let all = crate::inference::initial_guess::is_uncalibrated(problem.vehicle);
         let mut fitted = 0;
         for (gain, i) in gains {
             let effect = signs[i].effect;
@@ -44,7 +42,7 @@ impl Search<'_> {
             // A stall's angle is nowhere near linear: of a flight that shows much, its signatures say little.
             let nonlinear = effect.onset().is_some() && best_gain > RENEW_GAIN;
             let promising = gain > WORTH_A_FIT && fitted < MOST_SINGLES && gain > 0.1 * best_gain;
-            let full = promising || nonlinear || all || fitted < 2 || self.known(&name).is_some();
+            let full = promising || nonlinear || fitted < 2 || self.known(&name).is_some();
             let fit = if full && !self.is_used_up() {
                 fitted += 1;
                 (self.tick)(effect.name(), 0.1 + 0.3 * fitted as f64 / catalogue::all().count() as f64);

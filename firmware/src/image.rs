@@ -9,12 +9,14 @@
 //! | PC6 | locator beacon |
 //! | PC7 | burn wire, high while it is whole |
 //! | PC8 | strap, pulled up: to ground on a bench (hardware in the loop), open in deployment |
+//! | PC9 | jumper, pulled down: to 3.3 V the board is a Slocum's backseat ([`crate::aboard`]) |
 
+use crate::aboard;
 use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::servo::Servo;
 use crate::board::spi::Spi;
-use crate::board::uart::{self, Line, Received};
+use crate::board::uart::{self, Bytes, Line, Received};
 use crate::board::watchdog::Watchdog;
 use crate::board::{black_box, canary, clock, log, power_up, safe_outputs};
 use crate::shelf::Shelf;
@@ -24,7 +26,6 @@ use control::Config;
 use cortex_m_rt::entry;
 use devices::soft_i2c::SoftI2c;
 use embedded_hal::digital::InputPin;
-use heapless::spsc::Queue;
 use helm::{Boot, Helm, Mark, Seat};
 use signals::{Abort, Phase, Strap, ToHost};
 use stm32f4::stm32f405::Peripherals;
@@ -45,9 +46,9 @@ impl Fitted for Soldered {
 
 #[entry]
 fn main() -> ! {
-    static mut LINE: Queue<u8, 1024> = uart::queue();
-    static mut COMPASS: Queue<u8, 1024> = uart::queue();
-    static mut GPS: Queue<u8, 1024> = uart::queue();
+    static mut LINE: Bytes = uart::queue();
+    static mut COMPASS: Bytes = uart::queue();
+    static mut GPS: Bytes = uart::queue();
     // SAFETY: the only handle, in the only thread.
     static mut HELM: Helm<Shelf> = Helm::new(Config::for_depth(0.0), Boot::NEW, unsafe { Shelf::new() });
 
@@ -94,6 +95,13 @@ fn main() -> ! {
     last_words::write(words);
     helm.booted(Boot { mark: words.mark, boots: words.resets, firmware: FIRMWARE, salt: noise.wrapping_add(words.resets << 8) });
 
+    let strap = Pin::new(Port::C, 8, Drive::Strap);
+    let air = f32::from_bits(words.air);
+    let mut hold = Chip { watchdog, words, strap, told: (Phase::default(), None) };
+    if aboard::is_role(words.mark) {
+        aboard::run(line, chip.USART3, COMPASS, helm, &mut hold);
+    }
+
     let out = |bit| Pin::new(Port::C, bit, Drive::PushPull);
     let open = |bit| Pin::new(Port::B, bit, Drive::OpenDrain);
     let wiring = Wiring::<Soldered> {
@@ -109,13 +117,11 @@ fn main() -> ! {
         gps: uart::gps(&chip.UART4, GPS),
     };
     let mut parts = Parts::new(wiring, helm.config());
-    parts.remember_air(f32::from_bits(words.air));
-    let strap = Pin::new(Port::C, 8, Drive::Strap);
-    let mut chip = Chip { watchdog, words, strap, told: (Phase::default(), None) };
-    let mut run = Run::new(line, parts, &mut chip);
+    parts.remember_air(air);
+    let mut run = Run::new(line, parts, &mut hold);
     loop {
         canary::check();
-        run.pass(helm, &mut chip);
+        run.pass(helm, &mut hold);
         if run.line.is_idle() {
             cortex_m::asm::wfi();
         }
@@ -123,7 +129,7 @@ fn main() -> ! {
 }
 
 /// What the chip keeps for the loop.
-struct Chip {
+pub struct Chip {
     watchdog: Watchdog,
     words: LastWords,
     strap: Pin,
@@ -162,6 +168,7 @@ impl Outside for Chip {
             Seat::Host => defmt::info!("seat: frames come from the host"),
             Seat::Sensors => defmt::info!("seat: own sensors"),
             Seat::Open => defmt::info!("seat: on deck"),
+            Seat::Backseat => defmt::info!("seat: frames come from the glider"),
         }
     }
 }

@@ -12,6 +12,8 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+mod aboard;
+#[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
 mod image;

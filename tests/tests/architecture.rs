@@ -13,14 +13,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("devices", &["signals"]),
     ("helm", &["signals", "polar", "control", "store"]),
     ("backseat", &["signals"]),
-    ("bay", &["signals", "control", "helm", "devices"]),
+    ("bay", &["signals", "control", "helm", "backseat", "devices"]),
     ("audit", &[]),
     ("firmware", &["signals", "polar", "control", "helm", "devices", "store", "backseat", "bay"]),
     ("hydro", &[]),
     ("plant", &["signals"]),
     // Written from the datasheets: what they are judged by must not see the drivers.
     ("parts", &[]),
-    ("frontseat", &["signals", "control", "helm", "backseat", "plant"]),
+    ("frontseat", &["signals", "control", "helm", "backseat", "bay", "plant"]),
     ("discovery", &["hydro"]),
     (
         "hil-host",

@@ -39,6 +39,11 @@ pub fn open(framed: &[u8]) -> Option<&[u8]> {
     (printable && said == checksum(body)).then_some(body)
 }
 
+/// Byte by byte: heapless' slice copy keeps an overflow check.
+pub(crate) fn put<const N: usize>(bytes: &[u8], out: &mut heapless::Vec<u8, N>) -> Result<(), Unfit> {
+    bytes.iter().try_for_each(|byte| out.push(*byte)).map_err(|_| Unfit)
+}
+
 /// Adds frame and line end to a body.
 ///
 /// # Errors
@@ -47,8 +52,8 @@ pub fn seal<const N: usize>(body: &[u8], out: &mut heapless::Vec<u8, N>) -> Resu
     let digit = |n: u8| if n < 10 { b'0'.wrapping_add(n) } else { b'A'.wrapping_add(n.wrapping_sub(10)) };
     let sum = checksum(body);
     out.push(b'$').map_err(|_| Unfit)?;
-    out.extend_from_slice(body).map_err(|_| Unfit)?;
-    out.extend_from_slice(&[b'*', digit(sum >> 4), digit(sum & 15), b'\r', b'\n']).map_err(|_| Unfit)
+    put(body, out)?;
+    put(&[b'*', digit(sum >> 4), digit(sum & 15), b'\r', b'\n'], out)
 }
 
 /// What was wrong with the line so far.

@@ -89,6 +89,12 @@ impl Readings {
         Self { list, slots: [Slot::EMPTY; MOST] }
     }
 
+    /// Of another list: nothing is known.
+    pub(crate) fn expect(&mut self, list: List) {
+        self.list = list;
+        self.clear();
+    }
+
     /// Forgets everything: an index may mean something else from now on.
     pub fn clear(&mut self) {
         self.slots = [Slot::EMPTY; MOST];

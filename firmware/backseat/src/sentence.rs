@@ -90,7 +90,7 @@ pub fn words(parts: &[&[u8]]) -> Result<Body, Unfit> {
         if i > 0 {
             body.push(b',').map_err(|_| Unfit)?;
         }
-        body.extend_from_slice(part).map_err(|_| Unfit)?;
+        line::put(part, &mut body)?;
     }
     Ok(body)
 }

@@ -176,6 +176,31 @@ impl Session {
         }
     }
 
+    /// Another setup, for a line on which nothing was heard yet.
+    pub fn set_up(&mut self, setup: Setup) {
+        if self.core.state != State::Wait {
+            return;
+        }
+        self.setup = setup;
+        let core = &mut self.core;
+        core.list = setup.list;
+        core.readings.expect(setup.list);
+        core.check = ListCheck::new(setup.list);
+        core.voice.expect(setup.list);
+    }
+
+    /// Whether the glider flies its mission, as far as it says.
+    #[must_use]
+    pub fn flies(&self) -> bool {
+        self.core.readings.last(Sensor::GliderDos) == Some(0.0)
+    }
+
+    /// Bytes are waiting to be sent.
+    #[must_use]
+    pub fn has_to_say(&self) -> bool {
+        self.core.voice.has_to_say()
+    }
+
     /// State of the session.
     #[must_use]
     pub const fn state(&self) -> State {
@@ -292,7 +317,7 @@ impl Session {
     }
 
     fn step(&mut self, now: Micros, law: &mut impl Law) {
-        let flies = self.core.readings.last(Sensor::GliderDos) == Some(0.0);
+        let flies = self.flies();
         let frame = self.frame(now);
         self.core.stepping(now);
         if !flies {

@@ -50,6 +50,15 @@ impl Voice {
         (self.sent, self.unechoed, self.mode, self.said) = ([None; ON_THE_WAY], 0, None, 0);
     }
 
+    /// For another list, before anything is said.
+    pub(crate) const fn expect(&mut self, list: List) {
+        self.list = list;
+    }
+
+    pub(crate) fn has_to_say(&self) -> bool {
+        !self.out.is_empty()
+    }
+
     pub(crate) fn next_byte(&mut self) -> Option<u8> {
         self.out.pop_front()
     }

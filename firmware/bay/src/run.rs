@@ -13,7 +13,7 @@ use signals::{Micros, Preflight, Reply, Strap, ToHost, encode};
 /// Most bytes taken from the line before the loop looks at the clock again.
 const BYTES_PER_PASS: usize = 256;
 /// Longest time without a finished step while a mission waits for its host, ms: its patience and two cycles.
-const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
+pub(crate) const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
 /// Longest time until the next pass, ms.
 const PASS_MS: u64 = 1_000;
 
@@ -33,6 +33,15 @@ pub trait Outside {
     fn said(&mut self, _message: &ToHost) {}
     /// Frames come from elsewhere now.
     fn seated(&mut self, _seat: Seat) {}
+}
+
+/// Sends a reply.
+pub(crate) fn say(line: &mut impl Write, reply: &Reply) {
+    let mut wire = [0; MAX_WIRE];
+    if let Ok(n) = encode(reply, &mut wire) {
+        // A transmitter that is stuck leaves the host without an answer: it asks again.
+        let _ = line.write(wire.get(..n).unwrap_or_default());
+    }
 }
 
 /// The loop's memory between two passes.
@@ -95,11 +104,7 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
         // First write down that a mission is on, then answer: a reset in between is SAFE.
         outside.remember(helm.mark(), self.parts.air_pa());
         helm.keep_mark();
-        let mut wire = [0; MAX_WIRE];
-        if let Ok(n) = encode(reply, &mut wire) {
-            // A transmitter that is stuck leaves the host without an answer: it asks again.
-            let _ = self.line.write(wire.get(..n).unwrap_or_default());
-        }
+        say(&mut self.line, reply);
         outside.said(&reply.message);
         if matches!(reply.message, ToHost::Answer(_)) {
             self.frame_ms = outside.now_ms();

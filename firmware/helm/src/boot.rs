@@ -12,6 +12,8 @@ pub enum Seat {
     Host,
     /// From the vehicle's own sensors; frames from the line are refused.
     Sensors,
+    /// From the glider whose backseat the board is; frames from our line are refused.
+    Backseat,
 }
 
 /// What the board knows when it starts.

@@ -28,6 +28,7 @@ impl Deck {
             Strap::None => true,
             Strap::Bench => seat != Seat::Sensors,
             Strap::Deployment => seat == Seat::Sensors,
+            Strap::Backseat => seat == Seat::Backseat,
         }
     }
 
@@ -56,7 +57,9 @@ mod tests {
 
     #[test]
     fn the_strap_decides_and_no_message_does() {
-        for (strap, begin, launch) in [(Strap::None, true, true), (Strap::Bench, true, false), (Strap::Deployment, false, true)] {
+        for (strap, begin, launch) in
+            [(Strap::None, true, true), (Strap::Bench, true, false), (Strap::Deployment, false, true), (Strap::Backseat, false, false)]
+        {
             for (message, allowed) in [(ToBoard::Begin(Mission::default()), begin), (ToBoard::Launch(Mission::default()), launch)] {
                 let mut helm = Helm::new(Config::default(), Boot::NEW, RamStorage::new());
                 helm.deck.strapped(strap);

@@ -168,7 +168,7 @@ impl Flight {
     pub(crate) fn mission(&self) -> Mark {
         match (&self.activity, self.waking) {
             (_, Some(mark)) => mark,
-            (Activity::Flying { state, .. }, None) => Mark::mission(self.seat == Seat::Sensors, state.first_cause(), self.weight_fired),
+            (Activity::Flying { state, .. }, None) => Mark::mission(self.seat, state.first_cause(), self.weight_fired),
             _ => Mark::NONE,
         }
     }

@@ -1,11 +1,12 @@
 //! Whether a mission is under way: what a reset must find again, in one byte.
 
+use crate::boot::Seat;
 use signals::Abort;
 
 /// Whether a mission is under way, where its frames come from, why it was aborted, and whether the weight was fired.
 ///
 /// ```text
-/// bits 0..2   0 no mission, 1 on frames from the host, else on the vehicle's own sensors
+/// bits 0..2   0 no mission, 1 on frames from the host, 3 as a backseat, else on the vehicle's own sensors
 /// bits 2..7   0 no abort, else the number of its first cause + 1
 /// bit 7       the drop weight was fired
 /// ```
@@ -18,12 +19,17 @@ impl Mark {
 
     /// A mission under way.
     #[must_use]
-    pub const fn mission(own_sensors: bool, first_cause: Option<Abort>, weight_fired: bool) -> Self {
+    pub const fn mission(seat: Seat, first_cause: Option<Abort>, weight_fired: bool) -> Self {
         let cause = match first_cause {
             Some(cause) => (cause as u8).wrapping_add(1) & 0x1f,
             None => 0,
         };
-        Self((weight_fired as u8) << 7 | cause << 2 | if own_sensors { 2 } else { 1 })
+        let number = match seat {
+            Seat::Open | Seat::Host => 1,
+            Seat::Sensors => 2,
+            Seat::Backseat => 3,
+        };
+        Self((weight_fired as u8) << 7 | cause << 2 | number)
     }
 
     /// What counts after a reset, of what RAM and flash remember. Either is enough: after a power cut the RAM knows nothing, a broken
@@ -42,10 +48,15 @@ impl Mark {
         self.0 != 0
     }
 
-    /// Flown on the vehicle's own sensors.
+    /// Where the frames of the mission come from; [`Seat::Open`] without one.
     #[must_use]
-    pub const fn own_sensors(self) -> bool {
-        self.0 & 3 != 1
+    pub const fn seat(self) -> Seat {
+        match (self.0, self.0 & 3) {
+            (0, _) => Seat::Open,
+            (_, 1) => Seat::Host,
+            (_, 3) => Seat::Backseat,
+            _ => Seat::Sensors,
+        }
     }
 
     /// The drop weight was fired: fire it on after a reset.

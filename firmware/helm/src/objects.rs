@@ -62,6 +62,15 @@ pub fn config_bytes(config: &Config, out: &mut Content) {
     }
 }
 
+/// The stored form of a mission.
+pub fn mission_bytes(mission: &Mission, out: &mut Content) {
+    let mut buffer = [0u8; MAX_OBJECT];
+    out.clear();
+    if let Ok(bytes) = postcard::to_slice(mission, &mut buffer) {
+        fill(out, bytes);
+    }
+}
+
 /// CRC-32 of a configuration's stored form.
 #[must_use]
 pub fn config_id(config: &Config) -> u32 {

@@ -1,5 +1,6 @@
 //! The state machine of the crate doc.
 
+mod aboard;
 mod transfer;
 
 use crate::afloat::Afloat;
@@ -123,7 +124,7 @@ impl<S: Storage> Helm<S> {
     #[inline(never)]
     fn broken(&mut self, mark: Mark) {
         let mark = match (mark.in_mission(), mark.first_cause()) {
-            (true, None) => Mark::mission(mark.own_sensors(), Some(Abort::Internal), mark.weight_fired()),
+            (true, None) => Mark::mission(mark.seat(), Some(Abort::Internal), mark.weight_fired()),
             _ => mark,
         };
         self.flight = flight_after(mark);
@@ -173,6 +174,9 @@ impl<S: Storage> Helm<S> {
         let of = &self.flight.session;
         let free = matches!(message, ToBoard::Hello { .. } | ToBoard::Report | ToBoard::ReadBack { .. });
         let frame = matches!(message, ToBoard::Sensor(_)) && of.flight == Some(session);
+        if self.flight.seat == Seat::Backseat && matches!(message, ToBoard::Sensor(_)) {
+            return Err(Refusal::OwnSensors);
+        }
         if free || frame || of.present == Some(session) { Ok(()) } else { Err(Refusal::Session) }
     }
 
@@ -229,7 +233,7 @@ impl<S: Storage> Helm<S> {
             // Fewer than before: somebody spoke since, and the silence began anew.
             let more = due > flight.silent_steps;
             flight.silent_steps = due;
-            if flight.seat != Seat::Host || !more {
+            if !matches!(flight.seat, Seat::Host | Seat::Backseat) || !more {
                 return None;
             }
             // Nobody spoke since a reset in flight: all readings are missing.
@@ -321,7 +325,7 @@ impl<S: Storage> Helm<S> {
             config: objects::identity(&mut self.storage, &self.built_in, Object::Config),
             cycle_ms: CYCLE_MS,
             boots: self.boots,
-            hil: self.flight.seat != Seat::Sensors,
+            hil: matches!(self.flight.seat, Seat::Open | Seat::Host),
             under_way,
             phase,
             last_seq,
@@ -440,9 +444,5 @@ impl<S: Storage> Helm<S> {
 
 /// What is flown after a boot that found this mark.
 const fn flight_after(mark: Mark) -> Flight {
-    match (mark.in_mission(), mark.own_sensors()) {
-        (false, _) => Flight::new(Seat::Open, None),
-        (true, false) => Flight::new(Seat::Host, Some(mark)),
-        (true, true) => Flight::new(Seat::Sensors, Some(mark)),
-    }
+    Flight::new(mark.seat(), if mark.in_mission() { Some(mark) } else { None })
 }

@@ -1,7 +1,7 @@
 //! The session's rules, from outside: messages in, messages out.
 
 use control::Config;
-use helm::{Boot, Helm, Mark, RamStorage};
+use helm::{Boot, Helm, Mark, RamStorage, Seat, Storage, objects};
 use signals::link::MAX_WIRE;
 use signals::{Abort, Micros, Mission, Object, Phase, Reading, Refusal, Reply, Request, SensorFrame, Switch, ToBoard, ToHost, encode};
 
@@ -43,7 +43,7 @@ fn hello(h: &mut Helm<RamStorage>, nonce: u32) -> u32 {
 
 /// A controller that was reset in a mission of the host's frames.
 fn interrupted() -> Helm<RamStorage> {
-    Helm::new(Config::default(), Boot { mark: Mark::mission(false, None, false), ..Boot::default() }, RamStorage::default())
+    Helm::new(Config::default(), Boot { mark: Mark::mission(Seat::Host, None, false), ..Boot::default() }, RamStorage::default())
 }
 
 /// Frames at the surface, seen by both sensors, from `seq` on.
@@ -197,7 +197,7 @@ fn a_leak_at_depth_is_not_forgotten_because_a_depth_is_missing() {
 
 #[test]
 fn the_weight_is_fired_on_after_a_reset() {
-    let boot = Boot { mark: Mark::mission(false, Some(Abort::Leak), true), ..Boot::default() };
+    let boot = Boot { mark: Mark::mission(Seat::Host, Some(Abort::Leak), true), ..Boot::default() };
     let mut h = Helm::new(Config::default(), boot, RamStorage::default());
     let at = Reading::now(60.0);
     let ToHost::Answer(answer) = h.handle(ToBoard::Sensor(SensorFrame { depth_m: at, depth2_m: at, ..frame(7) })) else { panic!() };
@@ -215,7 +215,7 @@ fn a_launched_mission_flies_on_own_sensors_and_takes_no_frame_of_the_line() {
     assert!(!h.manifest().hil);
     assert_eq!(h.handle(ToBoard::Sensor(frame(1))), ToHost::Refused(Refusal::OwnSensors));
     assert_eq!(h.cycle(&frame(1)).map(|a| a.command.seq), Some(1));
-    assert!(h.mark().own_sensors() && h.mark().in_mission());
+    assert!(h.mark().seat() == Seat::Sensors);
 }
 
 #[test]
@@ -309,4 +309,42 @@ fn bytes_and_messages_move_it_alike() {
         assert_eq!(answers, [by_message.handle(message)]);
         assert_eq!(seq_of(answers[0].clone()), Some(seq));
     }
+}
+
+/// A controller in the role of a backseat, with a mission in store.
+fn aboard(mark: Mark) -> Helm<RamStorage> {
+    let mut h = Helm::new(Config::default(), Boot { mark, ..Boot::default() }, RamStorage::default());
+    let mut bytes = helm::Content::new();
+    objects::mission_bytes(&Mission::default(), &mut bytes);
+    h.storage().save(Object::Mission, &bytes).unwrap();
+    h.deck.strapped(signals::Strap::Backseat);
+    h
+}
+
+#[test]
+fn as_a_backseat_only_the_glider_begins_and_only_its_frames_are_flown() {
+    let mut h = aboard(Mark::NONE);
+    let ToHost::Hello { session, .. } = h.handle(ToBoard::Hello { nonce: 1 }) else { panic!("no hello") };
+    let ask = |h: &mut Helm<RamStorage>, message| h.request(Request { session, id: 1, message }).message;
+    for begins in [ToBoard::Begin(Mission::default()), ToBoard::Launch(Mission::default())] {
+        assert_eq!(ask(&mut h, begins), ToHost::Refused(Refusal::Strap));
+    }
+    let deepest = h.begin_aboard(|s| control::Settings { pump_m3: 200e-6, ..*s }).unwrap();
+    assert_eq!((deepest, h.seat(), h.config().pump_m3), (Mission::default().legs[0].depth_max_m, Seat::Backseat, 200e-6));
+    assert_eq!(ask(&mut h, ToBoard::Sensor(frame(0))), ToHost::Refused(Refusal::OwnSensors));
+    assert!(matches!(h.handle(ToBoard::Sensor(frame(0))), ToHost::Answer(_)));
+    assert_eq!(h.mark().seat(), Seat::Backseat);
+    // A line that is lost is one here too.
+    let lost = h.silent(Micros::from_secs(70)).expect("a step");
+    assert_eq!(lost.trace.abort, Some(Abort::LinkLost));
+}
+
+#[test]
+fn as_a_backseat_a_reset_in_flight_goes_on_in_safe_and_nothing_flies_without_a_mission() {
+    let mut h = aboard(Mark::mission(Seat::Backseat, None, false));
+    assert_eq!(h.begin_aboard(|s| *s), Ok(Mission::default().legs[0].depth_max_m));
+    let ToHost::Answer(answer) = h.handle(ToBoard::Sensor(frame(0))) else { panic!("no answer") };
+    assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, Some(Abort::Reset)));
+    let mut h = Helm::new(Config::default(), Boot::NEW, RamStorage::default());
+    assert_eq!(h.begin_aboard(|s| *s), Err(Refusal::NoMission));
 }

@@ -5,7 +5,7 @@
 use control::Config;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use helm::vault::CYCLE;
-use helm::{Boot, Content, Helm, Kept, Mark, RamStorage, Storage, Vault};
+use helm::{Boot, Content, Helm, Kept, Mark, RamStorage, Seat, Storage, Vault};
 use signals::{Abort, Answer, Flags, Micros, Mission, Object, Phase, Reading, SensorFrame, ToBoard, ToHost};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -333,20 +333,20 @@ fn the_first_cause_survives_a_reset_and_every_mark_is_read_back() {
     assert_eq!(answer.trace.abort, Some(Abort::Leak));
     drop(helm);
     let (mut helm, mark) = boot(&part);
-    assert_eq!(mark, Mark::mission(false, Some(Abort::Leak), false));
+    assert_eq!(mark, Mark::mission(Seat::Host, Some(Abort::Leak), false));
     let ToHost::Answer(answer) = ask(&mut helm, ToBoard::Sensor(frame(3))) else { panic!("no answer") };
     assert_eq!((answer.trace.phase, answer.trace.abort), (signals::Phase::Safe, Some(Abort::Leak)));
 
-    for own in [false, true] {
-        assert_eq!(Mark::mission(own, None, false).first_cause(), None);
+    for seat in [Seat::Host, Seat::Sensors, Seat::Backseat] {
+        assert_eq!(Mark::mission(seat, None, false).first_cause(), None);
         for note in 0..=255u8 {
             let mark = Mark(note);
             assert_eq!(mark.in_mission(), note != 0);
             if let Some(cause) = mark.first_cause() {
-                let again = Mark::mission(own, Some(cause), mark.weight_fired());
+                let again = Mark::mission(seat, Some(cause), mark.weight_fired());
                 assert_eq!(
-                    (again.first_cause(), again.own_sensors(), again.in_mission(), again.weight_fired()),
-                    (Some(cause), own, true, mark.weight_fired())
+                    (again.first_cause(), again.seat(), again.in_mission(), again.weight_fired()),
+                    (Some(cause), seat, true, mark.weight_fired())
                 );
             }
         }

@@ -13,6 +13,8 @@ pub enum Strap {
     Bench,
     /// Taken out: deployment, own sensors.
     Deployment,
+    /// The board's role is a Slocum's backseat: the glider's line alone begins a mission.
+    Backseat,
 }
 
 /// A motor sent from one end of its check to the other and back.

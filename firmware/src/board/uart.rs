@@ -1,15 +1,16 @@
 //! Ports whose bytes arrive by interrupt into a bounded queue: the line on
 //! USART1 (115200 8N1, sent with a bounded wait), the compass on USART3
 //! (19200 8N1) and the GPS receiver on UART4 (9600 8N1), listened to only.
+//! As a backseat the glider is on USART1 (9600 8N1), our own protocol on USART3 (115200 8N1).
 
 use core::cell::Cell;
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
-use embedded_io::{ErrorType, Read, ReadReady, Write};
+use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4::stm32f405::{Interrupt, UART4, USART1, USART3, interrupt};
+use stm32f4::stm32f405::{Interrupt, UART4, USART1, USART3, interrupt, usart1};
 
 /// Rate of the line, bit/s.
 pub const BAUD: u32 = 115_200;
@@ -29,8 +30,11 @@ static COMPASS: Handover = Mutex::new(Cell::new(None));
 static GPS: Handover = Mutex::new(Cell::new(None));
 static LOST: AtomicU32 = AtomicU32::new(0);
 
+/// Room for the bytes of one port.
+pub type Bytes = Queue<u8, QUEUE>;
+
 /// An empty queue for one port.
-pub const fn queue() -> Queue<u8, QUEUE> {
+pub const fn queue() -> Bytes {
     Queue::new()
 }
 
@@ -38,7 +42,7 @@ pub const fn queue() -> Queue<u8, QUEUE> {
 pub struct Received(Consumer<'static, u8>);
 
 impl Received {
-    fn by(handover: &Handover, queue: &'static mut Queue<u8, QUEUE>) -> Self {
+    fn by(handover: &Handover, queue: &'static mut Bytes) -> Self {
         let (producer, received) = queue.split();
         critical_section::with(|cs| handover.borrow(cs).set(Some(producer)));
         Self(received)
@@ -69,19 +73,29 @@ impl ReadReady for Received {
 
 /// The line, open.
 pub struct Line {
-    port: USART1,
+    port: &'static usart1::RegisterBlock,
     received: Received,
 }
 
 impl Line {
     /// Opens the port; from here on bytes arrive by interrupt.
-    pub fn open(port: USART1, queue: &'static mut Queue<u8, QUEUE>) -> Self {
-        let received = Received::by(&LINE, queue);
-        port.brr().write(|w| w.div_mantissa().set((divisor(BAUD) >> 4) as u16).div_fraction().set((divisor(BAUD) & 0xf) as u8));
-        port.cr1().write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
+    pub fn open(_port: USART1, queue: &'static mut Bytes) -> Self {
+        // SAFETY: the port was handed over for good; the handler reads SR and DR, this writes the rest.
+        let port = unsafe { &*USART1::ptr() };
+        let line = Self { port, received: Received::by(&LINE, queue) }.at(BAUD);
         // SAFETY: the handler owns what it touches from the hand-over above on.
         unsafe { NVIC::unmask(Interrupt::USART1) };
-        Self { port, received }
+        line
+    }
+
+    /// The same line at another rate, bit/s.
+    pub fn at(self, baud: u32) -> Self {
+        let divisor = divisor(baud);
+        // The rate may be changed while the port is off.
+        self.port.cr1().write(|w| w.ue().disabled());
+        self.port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
+        self.port.cr1().write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
+        self
     }
 
     /// Whether nothing waits.
@@ -124,8 +138,24 @@ impl Write for Line {
     }
 }
 
+impl WriteReady for Line {
+    fn write_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(self.port.sr().read().txe().bit_is_set())
+    }
+}
+
+/// Opens the compass' port both ways, for our own protocol.
+pub fn service(_port: USART3, queue: &'static mut Bytes) -> Line {
+    // SAFETY: as in `Line::open`.
+    let port = unsafe { &*USART3::ptr() };
+    let line = Line { port, received: Received::by(&COMPASS, queue) }.at(BAUD);
+    // SAFETY: as in `Line::open`.
+    unsafe { NVIC::unmask(Interrupt::USART3) };
+    line
+}
+
 /// Opens the compass' port: its bytes.
-pub fn compass(port: &USART3, queue: &'static mut Queue<u8, QUEUE>) -> Received {
+pub fn compass(port: &USART3, queue: &'static mut Bytes) -> Received {
     let received = Received::by(&COMPASS, queue);
     let divisor = divisor(COMPASS_BAUD);
     port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
@@ -136,7 +166,7 @@ pub fn compass(port: &USART3, queue: &'static mut Queue<u8, QUEUE>) -> Received 
 }
 
 /// Opens the GPS receiver's port: its bytes.
-pub fn gps(port: &UART4, queue: &'static mut Queue<u8, QUEUE>) -> Received {
+pub fn gps(port: &UART4, queue: &'static mut Bytes) -> Received {
     let received = Received::by(&GPS, queue);
     let divisor = divisor(GPS_BAUD);
     port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
@@ -184,7 +214,7 @@ fn USART3() {
     if BYTES.is_none() {
         *BYTES = critical_section::with(|cs| COMPASS.borrow(cs).take());
     }
-    // SAFETY: this handler alone reads SR and DR of USART3; nobody writes to it.
+    // SAFETY: this handler alone reads SR and DR of USART3; a `Line` on it only writes DR and reads TXE.
     let port = unsafe { &*USART3::ptr() };
     let status = port.sr().read();
     if status.rxne().bit_is_set() || status.ore().bit_is_set() {
@@ -200,7 +230,7 @@ fn UART4() {
     if BYTES.is_none() {
         *BYTES = critical_section::with(|cs| GPS.borrow(cs).take());
     }
-    // SAFETY: as in the handler of USART3.
+    // SAFETY: as in the handler of USART3: nobody writes to it.
     let port = unsafe { &*UART4::ptr() };
     let status = port.sr().read();
     if status.rxne().bit_is_set() || status.ore().bit_is_set() {

@@ -4,14 +4,15 @@
 //! hours. A board has a clock of its own: it is flown in real time.
 
 use crate::flight::Backseat;
-use crate::mission::own_turn_m;
 use anyhow::{Context, anyhow, bail, ensure};
-use backseat::sensors::List;
 use backseat::{Law, Limits, Session, Targets};
-use control::{Config, Settings};
-use helm::{Boot, Helm, RamStorage};
+use bay::{Aboard, Outside, RunAboard};
+use control::Config;
+use helm::{Boot, Content, Helm, Mark, RamStorage, Storage, objects};
 use serialport::{SerialPort, TTYPort};
-use signals::{Answer, Micros, Mission, SensorFrame, ToBoard, ToHost};
+use signals::{Answer, Micros, Mission, Object, SensorFrame, Strap};
+use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::io::{ErrorKind, Read, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -23,93 +24,129 @@ const BAUD: u32 = 115_200;
 /// A side that does not take its turn within this is not there any more.
 const TURN: Duration = Duration::from_secs(10);
 
-/// The controller behind the session: it flies one mission within the vehicle's limits.
-pub struct Flown {
-    mission: Mission,
-    config: Config,
-    helm: Option<Helm<RamStorage>>,
+/// A controller with one mission in store.
+fn helm_with(mission: &Mission, config: Config) -> Helm<RamStorage> {
+    let mut helm = Helm::new(config, Boot::default(), RamStorage::default());
+    let mut bytes = Content::new();
+    objects::mission_bytes(mission, &mut bytes);
+    // It is there or, too long for a board, it is not: then none is begun.
+    let _ = helm.storage().save(Object::Mission, &bytes);
+    helm
 }
+
+/// The controller behind the session, without its line: it flies one mission within the vehicle's limits.
+pub struct Flown(Helm<RamStorage>);
 
 impl Flown {
     /// A mission to be flown when the line is open.
     #[must_use]
-    pub fn new(mission: Mission, config: Config) -> Self {
-        Self { mission, config, helm: None }
+    pub fn new(mission: &Mission, config: Config) -> Self {
+        Self(helm_with(mission, config))
     }
 }
 
 impl Law for Flown {
     fn begin(&mut self, limits: &Limits) -> Option<Targets> {
-        let s = *self.config.settings();
-        let within = Settings {
-            pump_m3: s.pump_m3.min(limits.ballast_m3),
-            battery_m: s.battery_m.min(limits.battery_m),
-            fin_rad: s.fin_rad.min(limits.fin_rad),
-            battery_deadband_m: s.battery_deadband_m.max(limits.battery_step_m).min(limits.battery_m),
-            ..s
-        };
-        let config = Config::new(within).ok()?;
-        let mut mission = self.mission.clone();
-        for leg in &mut mission.legs {
-            leg.ballast_m3 = leg.ballast_m3.min(within.pump_m3);
-        }
-        let targets = Targets { dive_m: own_turn_m(&mission), climb_m: 2.0 };
-        let mut helm = Helm::new(config, Boot::default(), RamStorage::default());
-        helm.handle(ToBoard::Hello { nonce: 1 });
-        let begun = matches!(helm.handle(ToBoard::Begin(mission)), ToHost::Ready { .. });
-        self.helm = begun.then_some(helm);
-        begun.then_some(targets)
+        Aboard::new(&mut self.0).begin(limits)
     }
 
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
-        match self.helm.as_mut()?.handle(ToBoard::Sensor(*frame)) {
-            ToHost::Answer(answer) => Some(answer),
-            _ => None,
-        }
+        Aboard::new(&mut self.0).step(frame)
     }
 
     fn silent(&mut self, silence: Micros) -> Option<Answer> {
-        self.helm.as_mut()?.silent(silence)
+        Aboard::new(&mut self.0).silent(silence)
     }
 }
 
-/// Step of the battery mass just beyond the glider's dead band of 0.068 in (public default), m. With its own step of 0.4 mm the law
-/// trims in steps that the glider ignores: 0.85 and 0.79 of (L/D)max in 0–200 m instead of 0.96 and 0.95.
-const BATTERY_STEP_M: f32 = 1.05 * 0.068 * 0.0254;
-
-/// What the board of a mission knows before the glider speaks.
-#[must_use]
-pub fn setup(list: List, config: &Config, rho_kg_m3: f32) -> backseat::Setup {
-    let limits =
-        Limits { ballast_m3: config.pump_m3, battery_m: config.battery_m, fin_rad: config.fin_rad, battery_step_m: BATTERY_STEP_M };
-    backseat::Setup { list, rho_kg_m3, limits }
+/// A port that is two queues.
+#[derive(Debug, Default)]
+struct Queues {
+    heard: VecDeque<u8>,
+    said: VecDeque<u8>,
 }
 
-/// The board's program on this computer.
+impl embedded_io::ErrorType for Queues {
+    type Error = Infallible;
+}
+
+impl embedded_io::Read for Queues {
+    fn read(&mut self, out: &mut [u8]) -> Result<usize, Infallible> {
+        let there = out.len().min(self.heard.len());
+        out.iter_mut().zip(self.heard.drain(..there)).for_each(|(to, byte)| *to = byte);
+        Ok(there)
+    }
+}
+
+impl embedded_io::ReadReady for Queues {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(!self.heard.is_empty())
+    }
+}
+
+impl embedded_io::Write for Queues {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.said.extend(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl embedded_io::WriteReady for Queues {
+    fn write_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(true)
+    }
+}
+
+/// The time of the flight; no pins, no watchdog.
+#[derive(Debug, Default)]
+struct Clock(Micros);
+
+impl Outside for Clock {
+    fn now_ms(&mut self) -> u64 {
+        self.0.0 / 1000
+    }
+    fn feed(&mut self) {}
+    fn remember(&mut self, _: Mark, _: f32) {}
+    fn lost_bytes(&mut self) -> u32 {
+        0
+    }
+    fn strap(&mut self) -> Strap {
+        Strap::Backseat
+    }
+}
+
+/// The board's loop on this computer, with a mission in store.
 pub struct Board {
-    /// The session.
-    pub session: Session,
-    /// What it flies.
-    pub law: Flown,
+    session: Session,
+    helm: Helm<RamStorage>,
+    run: RunAboard<Queues, Queues>,
+    clock: Clock,
 }
 
 impl Board {
     /// Just switched on.
     #[must_use]
-    pub fn new(setup: backseat::Setup, law: Flown) -> Self {
-        Self { session: Session::new(setup), law }
+    pub fn new(setup: backseat::Setup, mission: &Mission, config: Config) -> Self {
+        let mut clock = Clock::default();
+        let run = RunAboard::new(Queues::default(), Queues::default(), &mut clock);
+        Self { session: Session::new(setup), helm: helm_with(mission, config), run, clock }
     }
 }
 
 impl Backseat for Board {
     fn pass(&mut self, now: Micros, heard: &[u8], said: &mut Vec<u8>) -> anyhow::Result<()> {
-        for byte in heard {
-            self.session.byte(now, *byte);
+        self.clock.0 = now;
+        self.run.line.heard.extend(heard);
+        loop {
+            self.run.pass(&mut self.session, &mut self.helm, &mut self.clock);
+            if self.run.line.heard.is_empty() {
+                break;
+            }
         }
-        self.session.poll(now, &mut self.law);
-        while let Some(byte) = self.session.next_byte() {
-            said.push(byte);
-        }
+        said.extend(self.run.line.said.drain(..));
         Ok(())
     }
 }

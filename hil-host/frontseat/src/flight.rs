@@ -6,7 +6,7 @@
 //! By depth and not by phase: the same measure for a flight that the glider's own servo flies.
 
 use crate::behaviours::{Doing, FlightComputer, Motors};
-use crate::board::{self, Board, Flown};
+use crate::board::{Board, Flown};
 use crate::mission;
 use crate::mission::Pilot;
 use crate::science::{LAG_S, Science};
@@ -15,7 +15,7 @@ use crate::wire::{Damage, Wire};
 use crate::{CYCLE_S, Switches};
 use anyhow::{Context, anyhow};
 use backseat::sensors::List;
-use backseat::{Law, Limits, Pump};
+use backseat::{Law, Limits};
 use control::Config;
 use plant::{Scenario, Truth, World};
 use signals::{Micros, Mission, Phase, SensorFrame};
@@ -319,8 +319,7 @@ impl Trial {
     /// The list of sensors for its vehicle.
     #[must_use]
     pub fn list(&self) -> List {
-        let pump = if self.config.pump_rate_m3_s < 8e-6 { Pump::Deep } else { Pump::Shallow };
-        List { pump, echo: true, ..List::default() }
+        bay::aboard::list(&self.config)
     }
 
     /// The mission file for the glider with a board aboard.
@@ -345,11 +344,11 @@ impl Trial {
     /// The world cannot be.
     pub fn board(&self) -> anyhow::Result<Board> {
         let rho = self.world()?.depth_density_kg_m3() as f32;
-        Ok(Board::new(board::setup(self.list(), &self.config, rho), self.law()))
+        Ok(Board::new(bay::aboard::setup(self.list(), &self.config, rho), &self.mission, self.config.clone()))
     }
 
     fn law(&self) -> Flown {
-        Flown::new(self.mission.clone(), self.config.clone())
+        Flown::new(&self.mission, self.config.clone())
     }
 
     /// Flies it over the line.

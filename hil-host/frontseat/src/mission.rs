@@ -11,8 +11,6 @@ use signals::Mission;
 
 /// An argument from here on is a link to a parameter.
 pub const LINK: f64 = 1e6;
-/// The glider's own turn is this far below the deepest turn of ours, m.
-const BELOW_M: f32 = 3.0;
 /// Pitch of the glider's own glides, rad: the default of public missions.
 pub const OWN_PITCH_RAD: f64 = 0.4538;
 /// A volume that clips to all the pump has, cc.
@@ -30,7 +28,7 @@ pub enum Pilot {
 /// Depth of the glider's own turn, m.
 #[must_use]
 pub fn own_turn_m(mission: &Mission) -> f32 {
-    mission.legs.iter().map(|l| l.depth_max_m).fold(0.0, f32::max) + BELOW_M
+    bay::aboard::own_turn_m(mission.legs.iter().map(|l| l.depth_max_m).fold(0.0, f32::max))
 }
 
 /// Depth from which the glider aborts, m: that of its class (31, 102, 206, 360, 1050 m in public missions).

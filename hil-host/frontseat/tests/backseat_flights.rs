@@ -109,7 +109,7 @@ fn test_05_a_write_to_no_sensor_changes_nothing() {
 fn test_07_a_volume_in_the_wrong_unit_is_a_pump_that_does_not_follow() {
     let Trial { mission, config, .. } = shallow(Wings::Standard);
     let limits = Limits { ballast_m3: config.pump_m3, battery_m: config.battery_m, fin_rad: config.fin_rad, battery_step_m: 1.8e-3 };
-    let mut law = Flown::new(mission, config);
+    let mut law = Flown::new(&mission, config);
     law.begin(&limits).expect("a mission");
     let reported = (0..90u32).any(|seq| {
         let frame = SensorFrame {

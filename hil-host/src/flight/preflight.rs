@@ -81,6 +81,7 @@ pub fn judge(p: &Preflight, config: &Config, clock: Option<(f64, f64)>) -> Vec<I
             Strap::Deployment => item("strap", true, "taken out: own sensors".to_owned()),
             Strap::None => item("strap", true, "none on this board".to_owned()),
             Strap::Bench => item("strap", false, "fitted: this board is on a bench; take it out for a deployment".to_owned()),
+            Strap::Backseat => item("strap", false, "a Slocum's backseat: the glider begins its mission; see docs/backseat.md".to_owned()),
         },
         within("air pressure", p.pressure_pa, AIR_PA, |pa| format!("{:.1} hPa", pa / 100.0)),
         match age_ms {

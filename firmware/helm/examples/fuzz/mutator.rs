@@ -2,7 +2,7 @@
 
 use control::{Config, Settings};
 use helm::objects::{check, config_bytes, config_of, mission};
-use helm::{Boot, Content, Helm, Mark, RamStorage};
+use helm::{Boot, Content, Helm, Mark, RamStorage, Seat};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use signals::link::{CRC32, MAX_WIRE};
@@ -157,7 +157,7 @@ pub fn run(bytes: u64, seed: u64, mut progress: impl FnMut(u64)) -> Found {
         .collect();
     let mut found = Found::default();
     let fresh = |n: u64| {
-        let mark = if n % 16 == 1 { Mark::mission(false, None, false) } else { Mark::NONE };
+        let mark = if n % 16 == 1 { Mark::mission(Seat::Host, None, false) } else { Mark::NONE };
         Helm::new(Config::default(), Boot { mark, ..Boot::default() }, RamStorage::default())
     };
     let mut helm = fresh(0);

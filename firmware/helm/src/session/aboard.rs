@@ -1,0 +1,50 @@
+//! A mission aboard a glider whose backseat the board is: no message of our line begins it.
+
+use super::Helm;
+use crate::boot::Seat;
+use crate::objects;
+use crate::storage::{Content, Storage};
+use control::{Config, Settings};
+use signals::{Mission, Object, Phase, Refusal};
+
+impl<S: Storage> Helm<S> {
+    /// The configuration that the next mission is flown with.
+    #[inline(never)]
+    pub fn next_config(&mut self) -> Config {
+        objects::select_config(&mut self.storage, &self.built_in)
+    }
+
+    /// Takes the stored mission, flown `within` what the vehicle says of its actuators; it starts with the next frame. Returns its
+    /// deepest depth, m. One that a reset interrupted goes on in SAFE.
+    ///
+    /// # Errors
+    /// [`Refusal::NoMission`]: none is stored. [`Refusal::NotNow`]: one was flown since the board started. Else what cannot be flown.
+    pub fn begin_aboard(&mut self, within: impl FnOnce(&Settings) -> Settings) -> Result<f32, Refusal> {
+        self.sealed(|helm| helm.aboard(within))
+    }
+
+    #[inline(never)]
+    fn aboard(&mut self, within: impl FnOnce(&Settings) -> Settings) -> Result<f32, Refusal> {
+        let mut bytes = Content::new();
+        let stored = if self.storage.load(Object::Mission, &mut bytes) { objects::mission(&bytes) } else { None };
+        match self.flight.phase() {
+            Some(Phase::Done) => return Err(Refusal::NotNow),
+            Some(_) => return Ok(stored.as_ref().map_or(0.0, deepest_m)),
+            None => {}
+        }
+        let mut mission = stored.ok_or(Refusal::NoMission)?;
+        self.staging.abandon();
+        let config = Config::new(within(self.next_config().settings())).map_err(|_| Refusal::Corrupt)?;
+        for leg in &mut mission.legs {
+            leg.ballast_m3 = leg.ballast_m3.min(config.pump_m3);
+        }
+        mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)?;
+        let deepest = deepest_m(&mission);
+        self.flight.arm(mission, config, Seat::Backseat, &mut self.storage);
+        Ok(deepest)
+    }
+}
+
+fn deepest_m(mission: &Mission) -> f32 {
+    mission.legs.iter().fold(0.0, |deepest, leg| leg.depth_max_m.max(deepest))
+}

@@ -21,6 +21,8 @@ use stm32f4::stm32f405::USART3;
 const LOOKS: u32 = 5;
 
 /// Bytes of the line dealt with, and passes made: what an emulator's front seat waits for between two moments of its own time.
+/// Nothing here reads it: without `used` it would be left out.
+#[used]
 static PULSE: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
 
 /// Until the stored configuration is known.

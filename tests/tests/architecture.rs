@@ -42,7 +42,25 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("python", &["discovery", "hil-host"]),
     ("benches", &["signals", "polar", "control", "hydro", "plant", "discovery", "hil-host"]),
-    ("tests", &["signals", "polar", "control", "helm", "store", "backseat", "devices", "parts", "hydro", "plant", "discovery", "hil-host"]),
+    (
+        "tests",
+        &[
+            "signals",
+            "polar",
+            "control",
+            "helm",
+            "store",
+            "backseat",
+            "bay",
+            "devices",
+            "parts",
+            "hydro",
+            "plant",
+            "frontseat",
+            "discovery",
+            "hil-host",
+        ],
+    ),
 ];
 
 fn root() -> PathBuf {

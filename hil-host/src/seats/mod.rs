@@ -26,6 +26,7 @@ pub mod parts;
 pub mod port;
 pub mod pty;
 pub mod qemu;
+pub mod qemu_backseat;
 pub mod stock;
 pub mod upload;
 

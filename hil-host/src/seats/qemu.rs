@@ -37,7 +37,7 @@ pub fn is_installed() -> bool {
     find_program().is_some()
 }
 
-fn find_program() -> Option<PathBuf> {
+pub(super) fn find_program() -> Option<PathBuf> {
     std::env::split_paths(&std::env::var_os("PATH")?).map(|dir| dir.join(PROGRAM)).find(|p| p.is_file())
 }
 
@@ -73,7 +73,7 @@ pub fn newer_source(image: &Path, tree: &Path) -> Option<PathBuf> {
 }
 
 /// Says once, on stderr, that the image is older than its sources.
-fn warn_if_old(image: &Path) {
+pub(super) fn warn_if_old(image: &Path) {
     static SAID: Once = Once::new();
     let here = std::env::current_dir().unwrap_or_default();
     let Some(tree) = here.ancestors().find(|dir| dir.join("firmware/control").is_dir()) else { return };

@@ -14,7 +14,7 @@ use bay::aboard::{BAUD, stored_setup};
 use core::sync::atomic::{AtomicU32, Ordering};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
-use helm::{Helm, Mark, Seat};
+use helm::{Helm, Mark};
 use stm32f4::stm32f405::USART3;
 
 /// Looks at the jumper, a millisecond apart, that must all agree.
@@ -34,8 +34,7 @@ const UNSET: Setup = Setup {
 
 /// Whether this run is one of a backseat.
 pub fn is_role(mark: Mark) -> bool {
-    let jumper = jumper_is_fitted();
-    if mark.in_mission() { mark.seat() == Seat::Backseat } else { jumper }
+    bay::aboard::is_role(mark, jumper_is_fitted())
 }
 
 /// Whether PC9, pulled down, is held at 3.3 V. Open, broken, wet or doubtful: not fitted.

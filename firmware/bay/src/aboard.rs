@@ -9,7 +9,7 @@ use backseat::sensors::List;
 use backseat::{Law, Limits, Pump, Session, Setup, State, Targets};
 use control::Settings;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
-use helm::{Helm, Storage};
+use helm::{Helm, Mark, Seat, Storage};
 use signals::{Answer, Micros, Preflight, SensorFrame, Strap, ToBoard, ToHost};
 
 /// Bit/s of the glider's line.
@@ -45,6 +45,13 @@ pub const fn setup(list: List, config: &Settings, rho_kg_m3: f32) -> Setup {
 pub const fn list(config: &Settings) -> List {
     let pump = if config.pump_rate_m3_s < 8e-6 { Pump::Deep } else { Pump::Shallow };
     List { generation: backseat::Generation::Newer, pump, echo: true }
+}
+
+/// Whether the board is a backseat in this run: as its jumper says on deck. A mission that a reset interrupted goes on in the role that it
+/// was begun in, whatever the jumper says then.
+#[must_use]
+pub fn is_role(mark: Mark, jumper: bool) -> bool {
+    if mark.in_mission() { mark.seat() == Seat::Backseat } else { jumper }
 }
 
 /// The law behind the line: [`helm`] with its stored mission, within the limits that the glider tells.
@@ -175,4 +182,20 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunA
 pub fn stored_setup<S: Storage>(helm: &mut Helm<S>) -> Setup {
     let config = helm.next_config();
     setup(list(&config), &config, DENSITY_KG_M3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_role;
+    use helm::{Mark, Seat};
+
+    #[test]
+    fn in_flight_no_jumper_changes_the_role() {
+        for jumper in [false, true] {
+            assert_eq!(is_role(Mark::NONE, jumper), jumper);
+            assert!(is_role(Mark::mission(Seat::Backseat, None, false), jumper));
+            assert!(!is_role(Mark::mission(Seat::Sensors, None, true), jumper));
+            assert!(!is_role(Mark::mission(Seat::Host, None, false), jumper));
+        }
+    }
 }

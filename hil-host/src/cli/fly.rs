@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider fly --log out/first\n  glider fly --wings low-ar --seat qemu --log out/rail\n  \
-glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mission sea --seat extctl --log out/backseat\n  glider fly --mission sea --seat parts --log out/parts\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
+glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mission sea --seat extctl --log out/backseat\n  glider fly --seat qemu --extctl\n  glider fly --mission sea --seat parts --log out/parts\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
 glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n  \
 glider fly --mission sea --world learnt.json --table learnt.json --beside before.json\n\n\
 --world flies in the world that a vehicle file describes, or that a flight reveals once what it lacks is found and added; with\n\
@@ -75,7 +75,7 @@ pub struct Args {
     /// Take a board first out of the simulated mission that it is in: called home, shown afloat, recovered.
     #[arg(long)]
     pub recover: bool,
-    /// The board on the port speaks a Slocum's backseat line: the simulated front seat flies against it, in real time.
+    /// The board on the port, in real time, or the image in QEMU is a Slocum's backseat: the simulated front seat flies against it.
     #[arg(long)]
     pub extctl: bool,
     /// Speed of that line, baud.
@@ -203,8 +203,8 @@ fn choice(args: &Args) -> anyhow::Result<Choice> {
     }
     if args.extctl {
         ensure!(
-            matches!(choice, Choice::Port(_)),
-            "--extctl needs the port of a board: --seat PORT --extctl; without a board, --seat extctl"
+            matches!(choice, Choice::Port(_) | Choice::Qemu),
+            "--extctl needs a board: --seat PORT --extctl, or its image: --seat qemu --extctl; without either, --seat extctl"
         );
     }
     Ok(choice)

@@ -3,7 +3,8 @@
 use super::fly::{Args, summary_head};
 use super::{Output, Verdict};
 use crate::flight::worlds;
-use crate::seats::{Choice, port};
+use crate::seats::qemu_backseat::QemuBackseat;
+use crate::seats::{Choice, port, qemu};
 use crate::terminal::say;
 use anyhow::{Context, ensure};
 use frontseat::board::{OnPort, Terminal};
@@ -34,7 +35,7 @@ fn write_files(dir: &Path, trial: &Trial, out: &Outcome) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Runs the flight of `glider fly --seat extctl`, or of a board on a port with `--extctl`.
+/// Runs the flight of `glider fly --seat extctl`, or with `--extctl` of a board on a port or of its image in QEMU.
 ///
 /// # Errors
 /// Bad input, or the line is gone.
@@ -50,6 +51,11 @@ pub fn run(args: &Args, output: &Output, mission: &Mission, scenario: &Scenario,
             let mut board = OnPort::new(name, port::open(name, args.baud)?);
             let out = trial.over_the_line(&mut board, |setup| setup.baud = f64::from(args.baud))?;
             (out, format!("board on {name}, simulated front seat in real time"))
+        }
+        Choice::Qemu => {
+            let image = args.elf.clone().map_or_else(qemu::find_image, Ok)?;
+            let mut board = QemuBackseat::start(&image, mission, &trial.config)?;
+            (trial.over_the_line(&mut board, |_| ())?, "the flight image in QEMU, simulated front seat".to_owned())
         }
         _ => {
             let mut terminal = Terminal::start(trial.board()?)?;

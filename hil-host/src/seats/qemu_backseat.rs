@@ -124,6 +124,7 @@ pub struct QemuBackseat {
     child: Child,
     folder: PathBuf,
     line: UnixStream,
+    monitor: UnixStream,
     memory: Memory,
     places: Places,
     /// Bytes sent to it.
@@ -171,7 +172,8 @@ impl QemuBackseat {
         let places = with_jumper(image, &folder.join("image"))?;
         let socket = |name: &str| format!("unix:{},server=on,wait=off", folder.join(name).display());
         let mut child = Command::new(&program)
-            .args(["-M", "netduinoplus2", "-accel", "tcg", "-display", "none", "-monitor", "none", "-qtest-log", "none"])
+            .args(["-M", "netduinoplus2", "-accel", "tcg", "-display", "none", "-qtest-log", "none"])
+            .args(["-monitor", &socket("monitor")])
             .args(["-qtest", &socket("memory"), "-serial", &socket("line"), "-serial", "null", "-serial", &socket("service"), "-kernel"])
             .arg(folder.join("image"))
             .stdin(Stdio::null())
@@ -179,15 +181,28 @@ impl QemuBackseat {
             .spawn()
             .with_context(|| format!("cannot start {}", program.display()))?;
         let mut open = |name: &str| connect(&folder.join(name), &mut child);
-        let (memory, line, service) = (open("memory")?, open("line")?, open("service")?);
+        let (memory, monitor, line, service) = (open("memory")?, open("monitor")?, open("line")?, open("service")?);
         let memory = Memory { port: BufReader::new(memory), answer: String::new() };
-        let mut board = Self { child, folder, line, memory, places, sent: 0 };
+        let mut board = Self { child, folder, line, monitor, memory, places, sent: 0 };
         let until = Instant::now() + TURN;
         board.wait(until, "does not start", |_, passes| passes > 0)?;
         store(service, mission, config)?;
         board.memory.write_word(TICK_CONTROL, 0)?;
         board.line.set_nonblocking(true)?;
         Ok(board)
+    }
+
+    /// The reset pin, at a time of the flight: the RAM that a reset does not clear stays, what was stored without a flash is lost.
+    ///
+    /// # Errors
+    /// It does not come up.
+    pub fn reset(&mut self, now: Micros) -> anyhow::Result<()> {
+        self.memory.write_long(self.places.pulse, 0)?;
+        self.sent = 0;
+        self.monitor.write_all(b"system_reset\n").context("QEMU's monitor")?;
+        self.wait(Instant::now() + TURN, "does not come up", |_, passes| passes > 0)?;
+        self.memory.write_word(TICK_CONTROL, 0)?;
+        self.clock(now.0 / 1000)
     }
 
     /// Waits for what the board says of bytes dealt with and passes made.

@@ -340,7 +340,7 @@ fn as_a_backseat_only_the_glider_begins_and_only_its_frames_are_flown() {
 }
 
 #[test]
-fn as_a_backseat_a_reset_in_flight_goes_on_in_safe_and_nothing_flies_without_a_mission() {
+fn as_a_backseat_a_reset_goes_on_in_safe_and_none_stored_is_none_flown() {
     let mut h = aboard(Mark::mission(Seat::Backseat, None, false));
     assert_eq!(h.begin_aboard(|s| *s), Ok(Mission::default().legs[0].depth_max_m));
     let ToHost::Answer(answer) = h.handle(ToBoard::Sensor(frame(0))) else { panic!("no answer") };

@@ -29,7 +29,7 @@ const TURN: Duration = Duration::from_secs(10);
 /// Time that the emulator takes for a byte, measured.
 const BYTE: Duration = Duration::from_micros(20);
 /// Between two looks at what it says.
-const LOOK: Duration = Duration::from_micros(40);
+const BETWEEN_READS: Duration = Duration::from_micros(40);
 /// Control of the processor's tick, and its register of pending exceptions (Armv7-M ARM B3.3.3, B3.2.4).
 const TICK_CONTROL: u64 = 0xE000_E010;
 const PENDING: u64 = 0xE000_ED04;
@@ -213,7 +213,7 @@ impl QemuBackseat {
                 return Ok(passes);
             }
             // Every look holds the emulator up.
-            std::thread::sleep(LOOK);
+            std::thread::sleep(BETWEEN_READS);
             ensure!(Instant::now() < until, "the image in QEMU {what}: {heard} of {} bytes dealt with, {passes} passes", self.sent);
         }
     }

@@ -25,6 +25,7 @@ pub mod link;
 pub mod messages;
 pub mod mission;
 pub mod preflight;
+pub mod surfacing;
 pub mod time;
 
 pub use frame::{Abort, ActuatorCommand, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};
@@ -32,4 +33,5 @@ pub use link::{Receiver, WIRE_VERSION, WireError, decode, encode};
 pub use messages::{Counters, Limit, Manifest, Object, Refusal, Reply, Request, ToBoard, ToHost};
 pub use mission::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 pub use preflight::{Preflight, Strap, Stroke};
+pub use surfacing::{Evidence, Surfacing};
 pub use time::Micros;

@@ -1,0 +1,283 @@
+//! What a vehicle tells the shore at a surfacing, in one short message: state now, and evidence of the glides since the last one.
+//!
+//! Made for an Iridium SBD, which is paid for by the byte and carries 340 of them (9602 modem): 54 bytes, little endian.
+//!
+//! | byte | what | unit |
+//! |---|---|---|
+//! | 0 | version of this message, 1 | |
+//! | 1 | phase, numbered as in [`Phase`] | |
+//! | 2 | first cause of an abort, numbered as in [`Abort`], + 1; 0: none | |
+//! | 3 | bits 0–1 leak, 2–3 weight (0 unknown, 1 clear or held, 2 alarm or released), 4 fix, 5 comms | |
+//! | 4–7, 8–11 | number and time of the last frame | 1, s |
+//! | 12–13 | dives completed | 1 |
+//! | 14–17 | flags that were up in any cycle since the last message | |
+//! | 18–21 | table in use, its CRC-32 | |
+//! | 22–23, 24–25, 26–27, 28–29 | deepest; lowest voltage; lowest charge; highest hull pressure | 0.1 m, mV, 1e-4, 2 Pa |
+//! | 30–39, 40–49 | glides down; glides up: time, way in depth, mean pitch, mean estimated path angle, mean estimated speed | s, 0.1 m, 1e-4 rad, 1e-4 rad, mm/s |
+//! | 50–53 | CRC-32 of the bytes before | |
+//!
+//! A value that is not known is all ones. The evidence is the way in depth, which is measured, beside speed × sin(path angle) × time, which
+//! the law's table says: where they differ over a whole surfacing, the vehicle is not that of its table.
+
+use crate::frame::{Abort, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Weight};
+use crate::link::{CRC32, WireError};
+
+/// Bytes of the message.
+pub const SURFACING_BYTES: usize = 54;
+const VERSION: u8 = 1;
+/// Longest time between two cycles that counts as a glide, µs.
+const CYCLE_US: u64 = 10_000_000;
+
+/// Glides in one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Glide {
+    /// Time, s.
+    pub time_s: f32,
+    /// Way in depth as measured, m, down or up alike.
+    pub way_m: f32,
+    /// Mean pitch, rad.
+    pub pitch_rad: f32,
+    /// Mean of the estimated path angle, rad, up positive.
+    pub path_rad: f32,
+    /// Mean of the estimated speed through the water, m/s.
+    pub speed_m_s: f32,
+}
+
+/// What the message says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Surfacing {
+    /// Phase of the law.
+    pub phase: Phase,
+    /// First cause of an abort.
+    pub abort: Option<Abort>,
+    /// Water in the hull.
+    pub leak: Switch,
+    /// The drop weight.
+    pub weight: Weight,
+    /// A fix, and word from shore.
+    pub surface: Surface,
+    /// Number of the last frame.
+    pub seq: u32,
+    /// Its time, s.
+    pub time_s: u32,
+    /// Dives completed.
+    pub dives: u16,
+    /// Flags of any cycle since the last message.
+    pub flags: Flags,
+    /// Table in use.
+    pub table_id: u32,
+    /// Deepest since the last message, m.
+    pub deepest_m: f32,
+    /// Lowest voltage, V.
+    pub battery_v: Option<f32>,
+    /// Lowest charge, 0 to 1.
+    pub charge: Option<f32>,
+    /// Highest pressure in the hull, Pa.
+    pub vacuum_pa: Option<f32>,
+    /// Glides down and up.
+    pub glides: [Glide; 2],
+}
+
+/// Collects the evidence of one surfacing, cycle by cycle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Evidence {
+    so_far: Surfacing,
+    last: Option<(u64, f32)>,
+}
+
+fn lower(so_far: Option<f32>, reading: Reading) -> Option<f32> {
+    match (so_far, reading) {
+        (Some(least), Reading::Sampled { value, .. }) if value.is_finite() => Some(least.min(value)),
+        (None, Reading::Sampled { value, .. }) if value.is_finite() => Some(value),
+        _ => so_far,
+    }
+}
+
+impl Evidence {
+    /// Takes one cycle.
+    pub fn take(&mut self, frame: &SensorFrame, answer: &Answer) {
+        let (told, trace) = (&mut self.so_far, &answer.trace);
+        (told.phase, told.abort, told.dives, told.table_id) = (trace.phase, trace.abort, trace.dives, trace.table_id);
+        (told.leak, told.weight, told.surface) = (frame.leak, frame.weight, frame.surface);
+        (told.seq, told.time_s) = (frame.seq, u32::try_from(frame.time.0 / 1_000_000).unwrap_or(u32::MAX));
+        told.flags = told.flags.with(trace.flags);
+        told.battery_v = lower(told.battery_v, frame.battery_v);
+        told.charge = lower(told.charge, frame.charge);
+        if let Reading::Sampled { value, .. } = frame.vacuum_pa
+            && value.is_finite()
+        {
+            told.vacuum_pa = Some(told.vacuum_pa.map_or(value, |most| most.max(value)));
+        }
+        if !trace.depth_m.is_finite() {
+            self.last = None;
+            return;
+        }
+        let depth_m = trace.depth_m;
+        told.deepest_m = told.deepest_m.max(depth_m);
+        let [down, up] = &mut told.glides;
+        let glide = match trace.phase {
+            Phase::Dive => Some(down),
+            Phase::Climb => Some(up),
+            _ => None,
+        };
+        let now_us = frame.time.0;
+        if let (Some(glide), Some((last_us, last_m)), Reading::Sampled { value: pitch_rad, .. }) = (glide, self.last, frame.pitch_rad)
+            && let dt_us = now_us.saturating_sub(last_us)
+            && dt_us > 0
+            && dt_us <= CYCLE_US
+            && (pitch_rad + trace.glide_angle_rad + trace.speed_m_s).is_finite()
+        {
+            let dt_s = dt_us as f32 * 1e-6;
+            glide.time_s += dt_s;
+            glide.way_m += (depth_m - last_m).abs();
+            let share = dt_s / glide.time_s;
+            glide.pitch_rad += share * (pitch_rad - glide.pitch_rad);
+            glide.path_rad += share * (trace.glide_angle_rad - glide.path_rad);
+            glide.speed_m_s += share * (trace.speed_m_s - glide.speed_m_s);
+        }
+        self.last = Some((now_us, depth_m));
+    }
+
+    /// What is to be told now. Once it is on its way, begin with [`Evidence::default`] anew.
+    #[must_use]
+    pub const fn told(&self) -> &Surfacing {
+        &self.so_far
+    }
+}
+
+/// All ones: not known. Beyond the range: its end.
+fn unsigned(value: Option<f32>, unit: f32) -> [u8; 2] {
+    let steps = value.map_or(u16::MAX, |v| if v.is_finite() { ((v / unit + 0.5) as u16).min(u16::MAX - 1) } else { u16::MAX });
+    steps.to_le_bytes()
+}
+
+fn angle(value: f32) -> [u8; 2] {
+    let half = if value < 0.0 { -0.5 } else { 0.5 };
+    ((value * 1e4 + half) as i16).to_le_bytes()
+}
+
+const fn number_of(leak: Switch, weight: Weight) -> u8 {
+    let leak = match leak {
+        Switch::Unknown => 0,
+        Switch::Clear => 1,
+        Switch::Alarm => 2,
+    };
+    let weight = match weight {
+        Weight::Unknown => 0,
+        Weight::Held => 1,
+        Weight::Released => 2,
+    };
+    leak | weight << 2
+}
+
+impl Surfacing {
+    /// The bytes of the message.
+    #[must_use]
+    pub fn encode(&self) -> [u8; SURFACING_BYTES] {
+        let abort = self.abort.map_or(0, |abort| (abort as u8).saturating_add(1));
+        let surface = u8::from(self.surface.gps_fix) << 4 | u8::from(self.surface.comms) << 5;
+        let state = [VERSION, self.phase as u8, abort, number_of(self.leak, self.weight) | surface];
+        let [down, up] = self.glides.map(|g| {
+            [
+                unsigned(Some(g.time_s), 1.0),
+                unsigned(Some(g.way_m), 0.1),
+                angle(g.pitch_rad),
+                angle(g.path_rad),
+                unsigned(Some(g.speed_m_s), 1e-3),
+            ]
+        });
+        let least = [
+            unsigned(Some(self.deepest_m), 0.1),
+            unsigned(self.battery_v, 1e-3),
+            unsigned(self.charge, 1e-4),
+            unsigned(self.vacuum_pa, 2.0),
+        ];
+        let body = state
+            .into_iter()
+            .chain(self.seq.to_le_bytes())
+            .chain(self.time_s.to_le_bytes())
+            .chain(self.dives.to_le_bytes())
+            .chain(self.flags.0.to_le_bytes())
+            .chain(self.table_id.to_le_bytes())
+            .chain(least.into_iter().chain(down).chain(up).flatten());
+        let mut bytes = [0; SURFACING_BYTES];
+        bytes.iter_mut().zip(body).for_each(|(to, byte)| *to = byte);
+        if let Some((body, sum)) = bytes.split_last_chunk_mut::<4>() {
+            *sum = CRC32.checksum(body).to_le_bytes();
+        }
+        bytes
+    }
+
+    /// What a message says.
+    ///
+    /// # Errors
+    /// Another length, another version, damaged, or a number that means nothing.
+    pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
+        let (body, sum) = bytes.split_last_chunk::<4>().ok_or(WireError::Framing)?;
+        if bytes.len() != SURFACING_BYTES {
+            return Err(WireError::Framing);
+        }
+        if CRC32.checksum(body) != u32::from_le_bytes(*sum) {
+            return Err(WireError::Crc);
+        }
+        if body.first() != Some(&VERSION) {
+            return Err(WireError::Version(body.first().copied().unwrap_or_default()));
+        }
+        let mut rest = Rest(body);
+        let [_, phase, abort, switches] = rest.take::<4>()?;
+        let abort = match abort.checked_sub(1) {
+            Some(number) => Some(postcard::from_bytes(&[number]).map_err(|_| WireError::Content)?),
+            None => None,
+        };
+        let mut told = Self {
+            phase: postcard::from_bytes(&[phase]).map_err(|_| WireError::Content)?,
+            abort,
+            leak: [Switch::Unknown, Switch::Clear, Switch::Alarm].get(usize::from(switches & 3)).copied().ok_or(WireError::Content)?,
+            weight: [Weight::Unknown, Weight::Held, Weight::Released]
+                .get(usize::from(switches >> 2 & 3))
+                .copied()
+                .ok_or(WireError::Content)?,
+            seq: u32::from_le_bytes(rest.take()?),
+            time_s: u32::from_le_bytes(rest.take()?),
+            dives: u16::from_le_bytes(rest.take()?),
+            flags: Flags(u32::from_le_bytes(rest.take()?)),
+            table_id: u32::from_le_bytes(rest.take()?),
+            deepest_m: rest.unsigned(0.1)?.unwrap_or_default(),
+            battery_v: rest.unsigned(1e-3)?,
+            charge: rest.unsigned(1e-4)?,
+            vacuum_pa: rest.unsigned(2.0)?,
+            ..Self::default()
+        };
+        (told.surface.gps_fix, told.surface.comms) = (switches >> 4 & 1 == 1, switches >> 5 & 1 == 1);
+        for glide in &mut told.glides {
+            *glide = Glide {
+                time_s: rest.unsigned(1.0)?.unwrap_or_default(),
+                way_m: rest.unsigned(0.1)?.unwrap_or_default(),
+                pitch_rad: rest.angle()?,
+                path_rad: rest.angle()?,
+                speed_m_s: rest.unsigned(1e-3)?.unwrap_or_default(),
+            };
+        }
+        Ok(told)
+    }
+}
+
+/// What is left to read.
+struct Rest<'a>(&'a [u8]);
+
+impl Rest<'_> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], WireError> {
+        let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(WireError::Framing)?;
+        self.0 = rest;
+        Ok(*taken)
+    }
+
+    fn unsigned(&mut self, unit: f32) -> Result<Option<f32>, WireError> {
+        let steps = u16::from_le_bytes(self.take()?);
+        Ok((steps != u16::MAX).then_some(f32::from(steps) * unit))
+    }
+
+    fn angle(&mut self) -> Result<f32, WireError> {
+        Ok(f32::from(i16::from_le_bytes(self.take()?)) * 1e-4)
+    }
+}

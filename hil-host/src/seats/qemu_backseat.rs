@@ -119,10 +119,15 @@ impl Wire for Service {
     }
 }
 
+/// QEMU's folder and, once it runs, its process: both end with this.
+struct Emulator {
+    folder: PathBuf,
+    child: Option<Child>,
+}
+
 /// QEMU with the image as a backseat; ends when dropped.
 pub struct QemuBackseat {
-    child: Child,
-    folder: PathBuf,
+    _emulator: Emulator,
     line: UnixStream,
     monitor: UnixStream,
     memory: Memory,
@@ -131,10 +136,12 @@ pub struct QemuBackseat {
     sent: u32,
 }
 
-impl Drop for QemuBackseat {
+impl Drop for Emulator {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        if let Some(child) = &mut self.child {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
         let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
@@ -169,9 +176,10 @@ impl QemuBackseat {
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("glider-backseat-{}-{number}", std::process::id()));
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let mut emulator = Emulator { folder: folder.clone(), child: None };
         let places = with_jumper(image, &folder.join("image"))?;
         let socket = |name: &str| format!("unix:{},server=on,wait=off", folder.join(name).display());
-        let mut child = Command::new(&program)
+        let child = Command::new(&program)
             .args(["-M", "netduinoplus2", "-accel", "tcg", "-display", "none", "-qtest-log", "none"])
             .args(["-monitor", &socket("monitor")])
             .args(["-qtest", &socket("memory"), "-serial", &socket("line"), "-serial", "null", "-serial", &socket("service"), "-kernel"])
@@ -180,10 +188,11 @@ impl QemuBackseat {
             .stdout(Stdio::null())
             .spawn()
             .with_context(|| format!("cannot start {}", program.display()))?;
-        let mut open = |name: &str| connect(&folder.join(name), &mut child);
+        let child = emulator.child.insert(child);
+        let mut open = |name: &str| connect(&folder.join(name), child);
         let (memory, monitor, line, service) = (open("memory")?, open("monitor")?, open("line")?, open("service")?);
         let memory = Memory { port: BufReader::new(memory), answer: String::new() };
-        let mut board = Self { child, folder, line, monitor, memory, places, sent: 0 };
+        let mut board = Self { _emulator: emulator, line, monitor, memory, places, sent: 0 };
         let until = Instant::now() + TURN;
         board.wait(until, "does not start", |_, passes| passes > 0)?;
         store(service, mission, config)?;

@@ -134,6 +134,9 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunA
         self.poll(now, session, helm, outside);
         // In a mission a finished step feeds the watchdog, and nothing else; but a silent glider has its time.
         let steps = session.has_begun() && session.flies() && session.state() != State::Paused;
+        if !steps {
+            self.stepped_ms = now_ms; // the time it has begins when steps are due again
+        }
         let waits = !steps || now_ms.saturating_sub(self.stepped_ms) < HOST_MS;
         if waits || !helm.mark().in_mission() {
             outside.feed();

@@ -2,7 +2,7 @@
 //!
 //! Uses nothing of `senses`, `voyage`, `safety` or their arithmetic: raw
 //! readings, whole numbers (cm, µs, counts), four rules, one latch in three
-//! copies. If the first way home has a fault, this one must not share it.
+//! copies. If the first way home has a fault, this one must not share it, but for the attitude (below).
 //!
 //! | rule | fires when |
 //! |---|---|

@@ -70,6 +70,8 @@ const GLIDES_SHARE: f32 = 0.5;
 /// Pitch wanted on the way home, rad (69°): more than the battery's range gives, since the rate of a climb grows with its
 /// pitch (as sin^1.5 at one drag coefficient) and distance counts no more.
 const STEEPEST_RAD: f32 = 1.2;
+/// Shallower than this nothing is left to climb, m: afloat, the tail is not held deeper under water than a glide holds it.
+const FLOATS_M: f32 = 2.0;
 /// The pitch wanted is held when it is met within this, rad (2°): then the glide tells of the polar.
 const HELD_RAD: f32 = 0.035;
 
@@ -367,7 +369,8 @@ fn command(
     let (steeper, way) = if verdict.sinks_on { (false, -1.0) } else { (lesson || entry, side) };
     state.pitch_wanted_rad = match phase {
         Phase::Surface | Phase::Comms | Phase::Done => 0.0,
-        Phase::Safe if !verdict.sinks_on => STEEPEST_RAD,
+        Phase::Safe if !verdict.sinks_on && seen.depth_m > FLOATS_M => STEEPEST_RAD,
+        Phase::Safe if !verdict.sinks_on => config.preset_pitch_rad,
         Phase::Safe | Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config, steeper) * way,
     };
     let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };

@@ -173,9 +173,16 @@ impl Flight {
         }
     }
 
+    /// Whether a reset finds nothing to go on with. A backseat needs nobody to begin: its mission is not over until it is called
+    /// recovered, else a reset afloat would dive again.
+    pub(crate) fn is_over(&self) -> bool {
+        let awaits = self.phase() == Some(Phase::Done) && self.seat == Seat::Backseat;
+        !self.mission_in_progress() && !awaits
+    }
+
     /// What a reset must find again.
     pub(crate) fn mark(&self) -> Mark {
-        if self.mission_in_progress() { self.mission() } else { Mark::NONE }
+        if self.is_over() { Mark::NONE } else { self.mission() }
     }
 
     /// Comes home for a reason found outside the law.

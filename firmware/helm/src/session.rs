@@ -131,7 +131,7 @@ impl<S: Storage> Helm<S> {
     }
 
     fn seal(&mut self) {
-        self.marks.keep(self.flight.mission(), !self.flight.mission_in_progress());
+        self.marks.keep(self.flight.mission(), self.flight.is_over());
         self.seal = Sum::over(&self.flight);
     }
 

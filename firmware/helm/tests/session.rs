@@ -358,7 +358,7 @@ fn as_a_backseat_a_mission_that_is_done_is_not_begun_again_by_a_reset() {
         let afloat = depth_m < 0.5;
         let now = SensorFrame {
             depth_m: Reading::now(depth_m),
-            pitch_rad: Reading::now((1785.0 * ballast_m3 - 24.0 * battery_m).atan()),
+            pitch_rad: Reading::now(1785.0 * ballast_m3 - 24.0 * battery_m),
             ballast_m3: Reading::now(ballast_m3),
             battery_mass_m: Reading::now(battery_m),
             roll_rad: Reading::now(0.01),

@@ -84,16 +84,15 @@ pub fn run(args: &FlightArgs, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 fn scores_table(pairs: &[(&Score, &Score)]) -> comfy_table::Table {
-    let mut t = table(["band", "disturbance", "wings", "L/D", "of max", "share of max", "J/m", "over, m", "turn, s"]);
+    let mut t = table(["band", "disturbance", "wings", "L/D", "share", "J/m", "over, m", "turn, s"]);
     for (ours, stock) in pairs {
         debug_assert_eq!((ours.case.pilot, stock.case.pilot), (Pilot::Ours, Pilot::Stock));
-        let two = |a: f64, b: f64, digits: usize| format!("{a:.digits$} ({b:.digits$})");
+        let two = |a: f64, b: f64, digits: usize| format!("{a:.digits$}\n({b:.digits$})");
         t.add_row([
             format!("{:?}", ours.case.band).to_lowercase(),
-            ours.case.disturbance.name(),
+            ours.case.disturbance.name().replace('_', " "),
             crate::flight::mission_file::wings_name(ours.case.wings).to_owned(),
             two(ours.achieved_l_over_d, stock.achieved_l_over_d, 2),
-            format!("{:.2}", ours.max_l_over_d),
             two(ours.share_of_max, stock.share_of_max, 2),
             two(ours.transport_j_m, stock.transport_j_m, 1),
             two(ours.overshoot_m.max(0.0), stock.overshoot_m.max(0.0), 2),

@@ -25,15 +25,6 @@
 //! dα    = G (dc + ι dκ − dλ)           G = sc / (1 − sc (2ι − 1)/α)
 //! d ln w = M dα − ½ dλ                 M = cot γ − ½ tan γ − 1/(2α)
 //! ```
-//! The line is bent, most near the flattest glide. What it is wrong by is added to
-//! the variance of the measurement (second-order filter: Jazwinski, Stochastic
-//! Processes and Filtering Theory, 1970, 9.3; here without moving the mean): with
-//! dq = dc + ι dκ − dλ, ¾ (d² ln w/dq²)² σ_q⁴ as the spread was when the line was drawn.
-//!
-//! A vehicle changes. After each pair the filter forgets towards what was known
-//! before any flight (stabilised forgetting: Kulhavý and Zarrop, On a general
-//! concept of forgetting, Int. J. Control 58, 1993), so P stays between 0 and P₀.
-//!
 //! What it cannot do: near the best glide a wrong lift slope alone hardly shows
 //! in w (10 % of it are 0.1 mm/s); it shows once the pitch is too flat for it,
 //! as a vehicle that sinks faster than expected, and is then corrected towards
@@ -52,7 +43,7 @@ const SPREAD: [f32; 3] = [0.15, 0.3, 0.1];
 const BOUND: [f32; 3] = [0.35, 0.6, 0.3];
 /// Square root of the covariance that belongs to it.
 const UNKNOWN: [[f32; 3]; 3] = [[SPREAD[0], 0.0, 0.0], [0.0, SPREAD[1], 0.0], [0.0, 0.0, SPREAD[2]]];
-/// Growth of the spread per measurement where nothing else bounds it, 1: some hours of glide are remembered, so that fouling is followed.
+/// Growth of the spread per measurement, 1: some hours of glide are remembered, so that fouling is followed.
 const FORGET: f32 = 1.005;
 /// Least answer of pitch to α that is divided by: nearer to the pitch below which no steady glide exists the line is no guide.
 const ANSWER_MIN: f32 = 0.25;
@@ -110,18 +101,11 @@ impl Steady {
         1.0 - self.sin_gamma * self.cos_gamma * (2.0 * self.induced - 1.0) / self.alpha_rad
     }
 
-    /// At the pitch flown: change of ln w with c, κ, λ, and d² ln w/dq² with the sum q = c + ικ − λ that moves α.
-    fn slope(&self) -> ([f32; 3], f32) {
-        let (s, c, a, i) = (self.sin_gamma, self.cos_gamma, self.alpha_rad, self.induced);
-        let answer = self.answer().at_least(ANSWER_MIN);
-        let g = s * c / answer;
-        let m = 1.0 / self.tan_gamma - 0.5 * self.tan_gamma - 0.5 / a;
-        // By α, with ι/(1 − ι) in proportion to α².
-        let m_by_alpha = -1.0 / (s * s) - 0.5 / (c * c) + 0.5 / (a * a);
-        let (turn, excess) = (c * c - s * s, 2.0 * i - 1.0);
-        let answer_by_alpha = -(turn * excess + s * c * (4.0 * i * (1.0 - i) - excess) / a) / a;
-        let g_by_alpha = (turn - g * answer_by_alpha) / answer;
-        ([m * g, m * g * i, -m * g - 0.5], (m_by_alpha * g + m * g_by_alpha) * g)
+    /// Change of ln w with c, κ, λ at the pitch flown.
+    fn slope(&self) -> [f32; 3] {
+        let g = self.sin_gamma * self.cos_gamma / self.answer().at_least(ANSWER_MIN);
+        let m = 1.0 / self.tan_gamma - 0.5 * self.tan_gamma - 0.5 / self.alpha_rad;
+        [m * g, m * g * self.induced, -m * g - 0.5]
     }
 }
 
@@ -132,8 +116,6 @@ struct Piece {
     h: [f32; 3],
     /// Measured over expected w less 1, for a table that is right.
     z: f32,
-    /// Mean square of the error of the straight line in `z`.
-    bend: f32,
 }
 
 /// What the last pair said against what was expected of it, for those who judge the filter.
@@ -318,18 +300,6 @@ impl Belief {
         gains
     }
 
-    /// P⁻¹ ← P⁻¹/f² + (1 − 1/f²) P₀⁻¹, f = [`FORGET`]: S grows, and what was known before any flight is taken as three measurements
-    /// that agree with what is believed.
-    fn fade(&mut self) {
-        for s in self.s.as_flattened_mut() {
-            *s *= FORGET;
-        }
-        for (direction, spread) in [([1.0, 0.0, 0.0], SPREAD[0]), ([0.0, 1.0, 0.0], SPREAD[1]), ([0.0, 0.0, 1.0], SPREAD[2])] {
-            let phi = self.across(&direction);
-            self.absorb(&phi, spread * spread / (1.0 - 1.0 / (FORGET * FORGET)));
-        }
-    }
-
     /// The glide is not steady: the piece under way is dropped.
     pub(crate) fn interrupt(&mut self) {
         self.cycles = 0;
@@ -340,11 +310,8 @@ impl Belief {
     #[cold]
     #[inline(never)]
     fn file(&mut self, now: &Steady, downward: bool, surprise: f32) -> News {
-        let (h, curvature) = now.slope();
-        let q = self.across(&[1.0, now.induced, -1.0]);
-        let bend = curvature * dot(&q, &q);
-        // Fourth moment of a normal number: the mean of (½ k q²)² is ¾ k² σ⁴.
-        let piece = Piece { h, z: surprise + dot(&h, &self.x), bend: (0.75 * bend * bend).at_most(1.0) };
+        let h = now.slope();
+        let piece = Piece { h, z: surprise + dot(&h, &self.x) };
         if self.height == 0 || self.downward == downward {
             self.downward = downward;
             self.top = self.top.wrapping_add(1) % WAITING;
@@ -368,7 +335,7 @@ impl Belief {
         let h = [0.5 * (a + d), 0.5 * (b + e), 0.5 * (c + f)];
         let surprise = 0.5 * (one.z + other.z) - dot(&h, &self.x);
         let phi = self.across(&h);
-        let noise = (NOISE + SCATTER_GAIN * self.scatter + 0.5 * (one.bend + other.bend)).at_least(NOISE);
+        let noise = (NOISE + SCATTER_GAIN * self.scatter).at_least(NOISE);
         let variance = dot(&phi, &phi) + noise;
         if !all_finite([surprise, variance]) {
             return News::Piece;
@@ -378,11 +345,22 @@ impl Belief {
             self.height = 0;
             return News::LetGo;
         }
+        // What no glide tells must not grow without end: forgotten is only what is known better than before any flight.
+        let mut grow = [1.0; 3];
+        for ((grow, row), spread) in grow.iter_mut().zip(&self.s).zip(&SPREAD) {
+            if dot(row, row) < spread * spread {
+                *grow = FORGET;
+            }
+        }
         let gain = self.absorb(&phi, noise);
         for ((x, gain), bound) in self.x.iter_mut().zip(gain).zip(BOUND) {
             *x = (*x + gain * surprise).at_least(-bound).at_most(bound);
         }
-        self.fade();
+        for (row, grow) in self.s.iter_mut().zip(grow) {
+            for s in row {
+                *s *= grow;
+            }
+        }
         self.pairs = self.pairs.saturating_add(1);
         News::Piece
     }

@@ -111,3 +111,51 @@ impl Trim {
         sane(&self.dive) && sane(&self.climb) && self.battery_m.abs() <= config.battery_m
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{LEARN_S, SAME_PITCH, Trim, Wish};
+    use crate::angle::{atan, tan};
+    use crate::config::Config;
+
+    /// A vehicle in steady glides whose zero of the mass is off and whose hydrodynamic moment falls with the pitch; answers the error
+    /// of tan(pitch) at the start and at the end of each glide.
+    fn glides(pitches: &[f32]) -> Vec<(f32, f32)> {
+        let config = Config::default();
+        let t = &config.trim;
+        let mut trim = Trim::default();
+        let (mut battery, mut all) = (0.0, Vec::new());
+        for pitch in pitches {
+            for side in [-1.0f32, 1.0] {
+                let ballast_m3 = side * 200e-6;
+                let moment = -side * 0.08 * (0.6 - pitch.abs());
+                let at = |x: f32| t.per_ballast_m3 * ballast_m3 + t.per_battery_m * x + t.offset + 0.05 + moment;
+                let wish = Wish { pitch_rad: side * pitch, ballast_m3, side, steady: false };
+                battery = trim.advance(&config, 4.0, wish, None, Some(battery));
+                let first = (at(battery) - tan(side * pitch)).abs();
+                for _ in 0..(8.0 * LEARN_S / 4.0) as u32 {
+                    let measured = atan(at(battery));
+                    battery = trim.advance(&config, 4.0, Wish { steady: true, ..wish }, Some(measured), Some(battery));
+                }
+                all.push((first, (at(battery) - tan(side * pitch)).abs()));
+            }
+        }
+        all
+    }
+
+    /// The schedule: the moment is learned for each pitch, the zero of the mass once for all.
+    #[test]
+    fn accuracy_the_integral_meets_the_pitch_at_two_pitches_one_after_the_other() {
+        let (flat, steep) = (0.3f32, 0.52f32);
+        assert!(tan(steep) - tan(flat) > SAME_PITCH);
+        let dead_band = Config::default().battery_deadband_m * Config::default().trim.per_battery_m.abs();
+        let all = glides(&[flat, steep, flat]);
+        for (first, last) in &all {
+            assert!(*last < dead_band, "{last} after a glide, from {first}");
+        }
+        // At another pitch no more is wrong at first than its moment is: the zero (0.05) is known.
+        for (first, _) in &all[2..] {
+            assert!(*first < 0.03 + dead_band, "{first}");
+        }
+    }
+}

@@ -54,7 +54,7 @@ fn sound(belief: &Belief) -> bool {
 }
 
 #[test]
-fn prop_the_covariance_stays_symmetric_and_positive_over_a_hundred_thousand_pieces() {
+fn prop_the_covariance_stays_positive_over_a_hundred_thousand_pieces() {
     const BAD: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 1e-40, 0.0, 1e18];
     let table = polar::builtin(Wings::Standard).expect("a table");
     for extreme in [false, true] {

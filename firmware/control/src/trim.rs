@@ -145,7 +145,7 @@ mod tests {
 
     /// The schedule: the moment is learned for each pitch, the zero of the mass once for all.
     #[test]
-    fn accuracy_the_integral_meets_the_pitch_at_two_pitches_one_after_the_other() {
+    fn accuracy_the_integral_meets_two_pitches_one_after_the_other() {
         let (flat, steep) = (0.3f32, 0.52f32);
         assert!(tan(steep) - tan(flat) > SAME_PITCH);
         let dead_band = Config::default().battery_deadband_m * Config::default().trim.per_battery_m.abs();

@@ -118,15 +118,6 @@ struct Piece {
     z: f32,
 }
 
-/// What the last pair said against what was expected of it, for those who judge the filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Innovation {
-    /// Mean of measured over expected depth rate less 1, by what was believed before.
-    pub surprise: f32,
-    /// The variance that the filter expected of it; 0 before the first pair.
-    pub variance: f32,
-}
-
 /// What a cycle brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum News {
@@ -145,7 +136,6 @@ pub(crate) struct Belief {
     x: [f32; 3],
     /// Square root of the covariance P of `x`: P = S Sᵀ, symmetric and not negative whatever is rounded.
     s: [[f32; 3]; 3],
-    innovation: Innovation,
     /// Pairs learned from.
     pairs: u8,
     /// Mean square of the difference between the halves of a piece.
@@ -166,7 +156,6 @@ impl Default for Belief {
         Self {
             x: [0.0; 3],
             s: UNKNOWN,
-            innovation: Innovation::default(),
             pairs: 0,
             scatter: 0.0,
             drag0: 0.0,
@@ -201,7 +190,7 @@ impl Belief {
     /// Back to the table as it is. The stack stays as it was, with nothing of it in use: clearing it costs more than a cycle has.
     fn forget(&mut self) {
         (self.x, self.s) = ([0.0; 3], UNKNOWN);
-        (self.pairs, self.scatter, self.innovation) = (0, 0.0, Innovation::default());
+        (self.pairs, self.scatter) = (0, 0.0);
         (self.top, self.height) = (0, 0);
         self.interrupt();
     }
@@ -209,16 +198,6 @@ impl Belief {
     /// c, κ, λ.
     pub(crate) fn factors(&self) -> [f32; 3] {
         self.x.map(|x| 1.0 + x)
-    }
-
-    /// S, square root of the covariance of the factors.
-    pub(crate) fn root(&self) -> [[f32; 3]; 3] {
-        self.s
-    }
-
-    /// What the last pair said.
-    pub(crate) fn innovation(&self) -> Innovation {
-        self.innovation
     }
 
     /// Pairs learned from so far.
@@ -336,11 +315,9 @@ impl Belief {
         let surprise = 0.5 * (one.z + other.z) - dot(&h, &self.x);
         let phi = self.across(&h);
         let noise = (NOISE + SCATTER_GAIN * self.scatter).at_least(NOISE);
-        let variance = dot(&phi, &phi) + noise;
-        if !all_finite([surprise, variance]) {
+        if !all_finite([surprise, dot(&phi, &phi) + noise]) {
             return News::Piece;
         }
-        self.innovation = Innovation { surprise, variance };
         if surprise > LET_GO {
             self.height = 0;
             return News::LetGo;

@@ -1,6 +1,6 @@
 //! The covariance of the filter, whatever the glides say.
 
-use super::{BOUND, Belief, Innovation, Piece};
+use super::{BOUND, Belief, Piece, UNKNOWN};
 use signals::Wings;
 
 /// Standard normal numbers from a seed: splitmix64, Box and Muller.
@@ -78,12 +78,12 @@ fn prop_the_covariance_stays_positive_over_a_hundred_thousand_pieces() {
                     }
                 }
             }
-            let before = belief.innovation;
+            let before = belief.s;
             belief.file(&now, r.uniform() < 0.5, surprise);
-            learned += u32::from(belief.innovation != before);
+            learned += u32::from(belief.s != before);
             // As every cycle of a glide begins.
             belief.heal();
-            healed += u32::from(belief.innovation == Innovation::default() && before != Innovation::default());
+            healed += u32::from(belief.s == UNKNOWN && before != UNKNOWN);
             assert!(sound(&belief), "step {step}: {belief:?}");
         }
         println!("extreme {extreme}: {learned} learned, {healed} healed");

@@ -39,7 +39,6 @@ mod turn;
 mod voyage;
 pub mod waits;
 
-pub use belief::Innovation;
 pub use config::{Config, ConfigError, PitchSensor, Settings, TrimLaw};
 
 use backup::{Backup, Limits};
@@ -74,19 +73,6 @@ const STEEPEST_RAD: f32 = 1.2;
 const FLOATS_M: f32 = 2.0;
 /// The pitch wanted is held when it is met within this, rad (2°): then the glide tells of the polar.
 const HELD_RAD: f32 = 0.035;
-
-/// What the flight says of the table.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Learned {
-    /// Drag level, drag due to lift, lift: true over table's.
-    pub factors: [f32; 3],
-    /// Square root S of the covariance that `factors` are believed to have, P = S Sᵀ.
-    pub root: [[f32; 3]; 3],
-    /// Pairs of pieces of glide learned from, 255 at most.
-    pub pairs: u8,
-    /// What the last of them said.
-    pub innovation: Innovation,
-}
 
 /// Everything the law remembers.
 #[derive(Clone, Debug)]
@@ -159,11 +145,10 @@ impl State {
         state
     }
 
-    /// What the flight says of the table, and how sure it is.
+    /// What the flight says of the table: factors of the drag level, the drag due to lift and the lift.
     #[must_use]
-    pub fn learned(&self) -> Learned {
-        let belief = &self.choice.belief;
-        Learned { factors: belief.factors(), root: belief.root(), pairs: belief.pairs(), innovation: belief.innovation() }
+    pub fn learned(&self) -> [f32; 3] {
+        self.choice.belief.factors()
     }
 
     /// The operator orders the vehicle home.

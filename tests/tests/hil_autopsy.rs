@@ -143,8 +143,9 @@ fn hil_a_provoked_fault_is_named_by_function_and_line() {
     let cycles = fault["cycles"].as_array().unwrap();
     let numbers: Vec<u64> = cycles.iter().map(|c| c["seq"].as_u64().unwrap()).collect();
     assert_eq!(cycles.len(), 64);
-    // A frame that the host asks again, on a busy machine, is answered and kept again.
-    assert!(numbers.windows(2).all(|w| w[1] <= w[0] + 1 && w[1] >= w[0]) && *numbers.last().unwrap() > 64, "{numbers:?}");
+    // Frames 0 to 79 are flown before, 50 at most until it comes. One that the host asks again, on a busy machine, is kept again.
+    assert!(numbers.windows(2).all(|w| (w[0]..=w[0] + 1).contains(&w[1])), "{numbers:?}");
+    assert!((79..130).contains(numbers.last().unwrap()), "{numbers:?}");
     assert!(cycles.iter().all(|c| c["abort"].is_null()), "{said:#}");
 
     // The same from the file, for a person: 80 columns, the answer last.

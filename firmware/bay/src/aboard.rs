@@ -4,7 +4,7 @@
 //! protocol: uploads, counters, the log. Nothing that comes over the service line begins a mission or is flown.
 
 use crate::next_byte;
-use crate::run::{HOST_MS, Outside, say};
+use crate::run::{BYTES_PER_PASS, HOST_MS, Outside, say};
 use backseat::sensors::List;
 use backseat::{Law, Limits, Pump, Session, Setup, State, Targets};
 use control::Settings;
@@ -16,8 +16,6 @@ use signals::{Answer, Micros, Preflight, SensorFrame, Strap, ToBoard, ToHost};
 pub const BAUD: u32 = 9_600;
 /// Density that a glider's depth is reckoned with, kg/m³: a guess, standard sea water; 1 % of it is 1 % of the second depth.
 pub const DENSITY_KG_M3: f32 = 1025.0;
-/// Most bytes taken from a port before the loop looks at the clock again.
-const BYTES_PER_PASS: usize = 256;
 /// The glider's own turn is this far below the deepest turn of ours, m.
 const BELOW_M: f32 = 3.0;
 /// Depth of the glider's own turn from climb to dive, m.

@@ -11,7 +11,7 @@ use signals::link::MAX_WIRE;
 use signals::{Micros, Preflight, Reply, Strap, ToHost, encode};
 
 /// Most bytes taken from the line before the loop looks at the clock again.
-const BYTES_PER_PASS: usize = 256;
+pub(crate) const BYTES_PER_PASS: usize = 256;
 /// Longest time without a finished step while a mission waits for its host, ms: its patience and two cycles.
 pub(crate) const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
 /// Longest time until the next pass, ms.

@@ -4,14 +4,14 @@
 //! of the workspace flies the same through the simulated sea.
 #![allow(unsafe_code)]
 
+mod toy;
+
 use control::Config;
 use helm::{Boot, Helm, RamStorage, Storage};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use signals::{
-    Abort, ActuatorCommand, Answer, Leg, Micros, Mission, Object, Phase, Reading, Refusal, Request, SensorFrame, Surface, Switch, ToBoard,
-    ToHost, Wings,
-};
+use signals::{Abort, Answer, Leg, Micros, Mission, Object, Phase, Refusal, Request, ToBoard, ToHost, Wings};
+use toy::Toy;
 
 /// Memory of the controller, bits.
 const BITS: u64 = 8 * size_of::<Helm<RamStorage>>() as u64;
@@ -19,47 +19,6 @@ const BITS: u64 = 8 * size_of::<Helm<RamStorage>>() as u64;
 const CYCLES: u32 = 260;
 
 const CYCLE_S: u64 = 4;
-
-/// A glider that does what it is told: slew-limited actuators, pitch by the
-/// trim law, 0.2 m/s at full drive.
-struct Toy {
-    depth_m: f32,
-    pitch_rad: f32,
-    ballast_m3: f32,
-    battery_m: f32,
-}
-
-impl Toy {
-    fn frame(&self, seq: u32, time: Micros) -> SensorFrame {
-        let afloat = self.depth_m < 0.5;
-        SensorFrame {
-            seq,
-            time,
-            depth_m: Reading::now(self.depth_m),
-            pitch_rad: Reading::now(self.pitch_rad),
-            roll_rad: Reading::now(0.01),
-            heading_rad: Reading::now(0.02),
-            ballast_m3: Reading::now(self.ballast_m3),
-            battery_mass_m: Reading::now(self.battery_m),
-            fin_rad: Reading::now(0.0),
-            density_kg_m3: Reading::now(1025.0),
-            battery_v: Reading::now(14.5),
-            charge: Reading::now(0.9),
-            vacuum_pa: Reading::now(70_000.0),
-            leak: Switch::Clear,
-            surface: Surface { gps_fix: afloat, comms: afloat },
-            ..SensorFrame::default()
-        }
-    }
-
-    fn obey(&mut self, command: &ActuatorCommand) {
-        let go = |at: f32, to: f32, most: f32| at + (to - at).clamp(-most, most);
-        self.ballast_m3 = go(self.ballast_m3, command.ballast_m3, 52e-6);
-        self.battery_m = go(self.battery_m, command.battery_mass_m, 10e-3);
-        self.pitch_rad = 1785.0 * self.ballast_m3 - 24.0 * self.battery_m;
-        self.depth_m = (self.depth_m - 4.0 * 870.0 * self.ballast_m3).max(0.1);
-    }
-}
 
 fn flip(helm: &mut Helm<RamStorage>, bit: u64) {
     let byte = (&raw mut *helm).cast::<u8>().wrapping_add((bit / 8) as usize);
@@ -81,7 +40,7 @@ fn fly(at: u32, bit: u64) -> (Answer, f32) {
     let mut session = hello(&mut helm);
     let mission = Mission { legs: heapless::Vec::from_slice(&[Leg { dives: 1, ..Leg::default() }]).unwrap(), ..Mission::default() };
     assert!(matches!(helm.request(Request { session, id: 1, message: ToBoard::Begin(mission) }).message, ToHost::Ready { .. }));
-    let mut toy = Toy { depth_m: 0.1, pitch_rad: 0.0, ballast_m3: 230e-6, battery_m: 0.0 };
+    let mut toy = Toy::new(870.0); // 0.2 m/s at full drive
     let mut last = Answer::default();
     for seq in 0..CYCLES {
         if seq == at {

@@ -2,60 +2,22 @@
 //! commands as from zero, bit for bit. Other vehicles broke at 71.6 min (2^32
 //! µs) and 49.7 days (2^32 ms).
 
+mod toy;
+
 use control::Config;
 use helm::{Boot, Helm, RamStorage};
 use signals::link::CRC32;
-use signals::{ActuatorCommand, Leg, Micros, Mission, Phase, Reading, SensorFrame, Surface, Switch, ToBoard, ToHost};
+use signals::{Leg, Micros, Mission, Phase, ToBoard, ToHost};
+use toy::Toy;
 
 const CYCLE_S: u64 = 4;
-
-/// A glider that does what it is told: slew-limited actuators, pitch by the
-/// trim law, 0.12 m/s at full drive.
-struct Toy {
-    depth_m: f32,
-    pitch_rad: f32,
-    ballast_m3: f32,
-    battery_m: f32,
-}
-
-impl Toy {
-    fn frame(&self, seq: u32, time: Micros) -> SensorFrame {
-        let afloat = self.depth_m < 0.5;
-        SensorFrame {
-            seq,
-            time,
-            depth_m: Reading::now(self.depth_m),
-            pitch_rad: Reading::now(self.pitch_rad),
-            roll_rad: Reading::now(0.01),
-            heading_rad: Reading::now(0.02),
-            ballast_m3: Reading::now(self.ballast_m3),
-            battery_mass_m: Reading::now(self.battery_m),
-            fin_rad: Reading::now(0.0),
-            density_kg_m3: Reading::now(1025.0),
-            battery_v: Reading::now(14.5),
-            charge: Reading::now(0.9),
-            vacuum_pa: Reading::now(70_000.0),
-            leak: Switch::Clear,
-            surface: Surface { gps_fix: afloat, comms: afloat },
-            ..SensorFrame::default()
-        }
-    }
-
-    fn obey(&mut self, command: &ActuatorCommand) {
-        let go = |at: f32, to: f32, most: f32| at + (to - at).clamp(-most, most);
-        self.ballast_m3 = go(self.ballast_m3, command.ballast_m3, 52e-6);
-        self.battery_m = go(self.battery_m, command.battery_mass_m, 10e-3);
-        self.pitch_rad = 1785.0 * self.ballast_m3 - 24.0 * self.battery_m;
-        self.depth_m = (self.depth_m - 4.0 * 500.0 * self.ballast_m3).max(0.1);
-    }
-}
 
 /// What a flight of `cycles` came to, and the phases' hash and dives.
 fn fly(start: Micros, mission: &Mission, cycles: u32) -> (u32, u16, Phase, Option<signals::Abort>) {
     let mut helm = Helm::new(Config::default(), Boot::default(), RamStorage::default());
     helm.handle(ToBoard::Hello { nonce: 1 });
     assert!(matches!(helm.handle(ToBoard::Begin(mission.clone())), ToHost::Ready { .. }));
-    let mut toy = Toy { depth_m: 0.1, pitch_rad: 0.0, ballast_m3: 230e-6, battery_m: 0.0 };
+    let mut toy = Toy::new(500.0); // 0.12 m/s at full drive
     let mut digest = CRC32.digest();
     let mut end = (0, Phase::Surface, None);
     for seq in 0..cycles {

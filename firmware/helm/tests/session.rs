@@ -1,9 +1,12 @@
 //! The session's rules, from outside: messages in, messages out.
 
+mod toy;
+
 use control::Config;
 use helm::{Boot, Helm, Mark, RamStorage, Seat, Storage, objects};
 use signals::link::MAX_WIRE;
 use signals::{Abort, Micros, Mission, Object, Phase, Reading, Refusal, Reply, Request, SensorFrame, Switch, ToBoard, ToHost, encode};
+use toy::Toy;
 
 fn helm() -> Helm<RamStorage> {
     Helm::new(Config::default(), Boot::default(), RamStorage::default())
@@ -353,30 +356,11 @@ fn as_a_backseat_a_reset_goes_on_in_safe_and_none_stored_is_none_flown() {
 fn as_a_backseat_a_mission_that_is_done_is_not_begun_again_by_a_reset() {
     let mut h = aboard(Mark::NONE);
     h.begin_aboard(|s| *s).unwrap();
-    let (mut depth_m, mut ballast_m3, mut battery_m, mut phase) = (0.1f32, 0.0f32, 0.0f32, Phase::Surface);
+    let (mut toy, mut phase) = (Toy::new(870.0), Phase::Surface);
     for seq in 0..4000 {
-        let afloat = depth_m < 0.5;
-        let now = SensorFrame {
-            depth_m: Reading::now(depth_m),
-            pitch_rad: Reading::now(1785.0 * ballast_m3 - 24.0 * battery_m),
-            ballast_m3: Reading::now(ballast_m3),
-            battery_mass_m: Reading::now(battery_m),
-            roll_rad: Reading::now(0.01),
-            heading_rad: Reading::now(0.02),
-            fin_rad: Reading::now(0.0),
-            density_kg_m3: Reading::now(1025.0),
-            battery_v: Reading::now(14.5),
-            charge: Reading::now(0.9),
-            vacuum_pa: Reading::now(70_000.0),
-            leak: Switch::Clear,
-            surface: signals::Surface { gps_fix: afloat, comms: afloat },
-            ..frame(seq)
-        };
+        let now = toy.frame(seq, Micros::from_secs(4 * u64::from(seq)));
         let ToHost::Answer(answer) = h.handle(ToBoard::Sensor(now)) else { panic!("no answer") };
-        let c = answer.command;
-        ballast_m3 += (c.ballast_m3 - ballast_m3).clamp(-52e-6, 52e-6);
-        battery_m += (c.battery_mass_m - battery_m).clamp(-10e-3, 10e-3);
-        depth_m = (depth_m - 4.0 * 870.0 * ballast_m3).max(0.1);
+        toy.obey(&answer.command);
         phase = answer.trace.phase;
         if phase == Phase::Done {
             break;

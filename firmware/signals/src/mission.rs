@@ -127,6 +127,12 @@ impl Mission {
     /// Pitches that can be asked for, rad.
     pub const PITCHES_RAD: core::ops::RangeInclusive<f32> = 0.1..=0.8;
 
+    /// Deepest depth of its legs, m; 0 without one.
+    #[must_use]
+    pub fn deepest_m(&self) -> f32 {
+        self.legs.iter().fold(0.0, |deepest, leg| leg.depth_max_m.max(deepest))
+    }
+
     /// Time within which a healthy vehicle has flown the mission in any water it can glide in, s.
     #[must_use]
     pub fn least_duration_s(&self) -> f32 {

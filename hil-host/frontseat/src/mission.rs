@@ -28,7 +28,7 @@ pub enum Pilot {
 /// Depth of the glider's own turn, m.
 #[must_use]
 pub fn own_turn_m(mission: &Mission) -> f32 {
-    bay::aboard::own_turn_m(mission.legs.iter().map(|l| l.depth_max_m).fold(0.0, f32::max))
+    bay::aboard::own_turn_m(mission.deepest_m())
 }
 
 /// Depth from which the glider aborts, m: that of its class (31, 102, 206, 360, 1050 m in public missions).

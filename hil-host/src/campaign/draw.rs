@@ -176,7 +176,7 @@ impl Draw {
         let mut mission = Mission { wings, legs, max_duration_s: u32::MAX, surface_every };
         mission.max_duration_s = (f64::from(mission.least_duration_s()) * dice.between(1.0, 3.0)).ceil() as u32 + 1;
         let rough = dice.chance(0.5);
-        let deepest_m = f64::from(worlds::deepest_m(&mission));
+        let deepest_m = f64::from(mission.deepest_m());
         let bottom_m = if dice.chance(0.25) { deepest_m + dice.between(12.0, 60.0) } else { f64::from(vehicle.crush_depth_m) * 1.2 + 50.0 };
         let fitted =
             Fitted { depth2: dice.chance(0.5), altimeter: dice.chance(0.5), gps: dice.chance(0.5), weight_monitor: dice.chance(0.5) };

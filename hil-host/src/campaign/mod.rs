@@ -108,7 +108,7 @@ impl Verdict {
     #[must_use]
     pub fn at_depth(&self) -> bool {
         matches!(self.case.water, Water::Edge | Water::Alone | Water::Late)
-            || self.case.water == Water::Drawn && worlds::deepest_m(&self.case.mission()) > 100.0
+            || self.case.water == Water::Drawn && self.case.mission().deepest_m() > 100.0
     }
 
     /// Counts against the controller: a rule broken with means left, or an expectation not met.
@@ -197,7 +197,7 @@ impl<'a> Judge<'a> {
         Judge {
             case,
             config,
-            deepest_m: f64::from(worlds::deepest_m(&case.mission())),
+            deepest_m: f64::from(case.mission().deepest_m()),
             means,
             onsets: vec![None; case.faults.len()],
             unread_s: case.faults.first().map_or(0.0, |f| unread_s(f.delay_s)),

@@ -24,16 +24,10 @@ use std::path::Path;
 /// Noise of a GPS fix in each direction, m (as in the format's example flights).
 pub const GPS_NOISE_M: f64 = 3.0;
 
-/// Deepest depth of a mission, m.
-#[must_use]
-pub fn deepest_m(mission: &Mission) -> f32 {
-    mission.legs.iter().map(|l| l.depth_max_m).fold(0.0, f32::max)
-}
-
 /// Configuration of the vehicle that flies a mission: the Slocum with the 100 m, 200 m or deep pump, by its deepest depth.
 #[must_use]
 pub fn config(mission: &Mission) -> Config {
-    let depth_m = deepest_m(mission);
+    let depth_m = mission.deepest_m();
     // The built-in settings are valid (tested in `control`), so the default never steps in.
     if depth_m <= 100.0 { Config::new(Settings::slocum_100()).unwrap_or_default() } else { Config::for_depth(depth_m) }
 }
@@ -48,7 +42,7 @@ pub fn limits(mission: &Mission) -> Limits {
 /// The calm water and the healthy vehicle for a mission, by its deepest depth.
 #[must_use]
 pub fn for_mission(mission: &Mission) -> Scenario {
-    let depth_m = deepest_m(mission);
+    let depth_m = mission.deepest_m();
     let mut scenario = match depth_m {
         d if d <= 100.0 => Scenario::shallow(mission.wings),
         d if d <= 200.0 => Scenario::sea(mission.wings),

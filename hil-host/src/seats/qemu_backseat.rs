@@ -79,7 +79,9 @@ impl Memory {
         self.answer.clear();
         self.port.read_line(&mut self.answer).context("QEMU's test port")?;
         match self.answer.trim().split_once(' ') {
-            Some(("OK", hex)) => u32::from_str_radix(hex.trim_start_matches("0x").trim_start_matches('0'), 16).or(Ok(0)),
+            Some(("OK", hex)) => {
+                u32::from_str_radix(hex.trim_start_matches("0x"), 16).with_context(|| format!("QEMU's test port: {command}: {hex}"))
+            }
             None if self.answer.trim() == "OK" => Ok(0),
             _ => bail!("QEMU's test port: {command}: {}", self.answer.trim()),
         }

@@ -29,7 +29,7 @@ impl<S: Storage> Helm<S> {
         let stored = if self.storage.load(Object::Mission, &mut bytes) { objects::mission(&bytes) } else { None };
         match self.flight.phase() {
             Some(Phase::Done) => return Err(Refusal::NotNow),
-            Some(_) => return Ok(stored.as_ref().map_or(0.0, deepest_m)),
+            Some(_) => return Ok(stored.as_ref().map_or(0.0, Mission::deepest_m)),
             None => {}
         }
         let mut mission = stored.ok_or(Refusal::NoMission)?;
@@ -39,12 +39,8 @@ impl<S: Storage> Helm<S> {
             leg.ballast_m3 = leg.ballast_m3.min(config.pump_m3);
         }
         mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)?;
-        let deepest = deepest_m(&mission);
+        let deepest = mission.deepest_m();
         self.flight.arm(mission, config, Seat::Backseat, &mut self.storage);
         Ok(deepest)
     }
-}
-
-fn deepest_m(mission: &Mission) -> f32 {
-    mission.legs.iter().fold(0.0, |deepest, leg| leg.depth_max_m.max(deepest))
 }

@@ -2,18 +2,23 @@
 
 mod case;
 
-use discovery::Flight;
 use discovery::diagnosis::{Diagnosis, Verdict, diagnose};
 use discovery::hypotheses::search::Depth;
+use discovery::{Flight, Vehicle};
 use plant::trials::plan;
 use std::ops::Range;
 
 /// What is told of one of two clean flights of the plant after something was done to its log.
 fn diagnosed_after(index: usize, damage: &dyn Fn(&mut Flight)) -> Diagnosis {
+    diagnosed_with(index, &|flight, _| damage(flight))
+}
+
+/// The same where something was done to the vehicle file as well.
+fn diagnosed_with(index: usize, damage: &dyn Fn(&mut Flight, &mut Vehicle)) -> Diagnosis {
     let seed = 20_261_146;
-    let (mut flight, v) = case::read_back(&plan(index + 1, seed, None)[index], seed, index);
-    damage(&mut flight);
-    diagnose(&flight, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")
+    let (mut flight, mut vehicle) = case::read_back(&plan(index + 1, seed, None)[index], seed, index);
+    damage(&mut flight, &mut vehicle);
+    diagnose(&flight, &vehicle, Depth::Pairs, &|_, _| {}).expect("a diagnosis")
 }
 
 /// Rows from so much of the log on, percent, for so many seconds.
@@ -91,4 +96,28 @@ fn regress_a_gap_in_a_glide_is_filled_from_both_its_sides() {
 #[test]
 fn regress_zeros_that_a_log_has_for_the_ballast_are_spikes() {
     is_adequate("ballast", &|f| (40..f.len()).step_by(97).for_each(|i| f.ballast_m3[i] = 0.0), "spikes removed from ballast");
+}
+
+/// White noise of 0.1 dbar in the pressure, as waves make near the surface: real flights as imported, whose files state no noise, were
+/// unexplained for it.
+#[test]
+fn regress_noise_of_depth_that_no_file_states_is_estimated() {
+    let noisy = |flight: &mut Flight| {
+        let mut seed = 7_u64;
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for p in &mut flight.pressure_pa {
+            *p += 1000.0 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
+        }
+    };
+    let stated = diagnosed_with(21, &|flight, _| noisy(flight));
+    let assumed = diagnosed_with(21, &|flight, vehicle| {
+        noisy(flight);
+        vehicle.assumed.push("sensors.pressure_noise_dbar = 0.02".into());
+    });
+    assert!(stated.misfit > 4.0, "{}", stated.misfit);
+    assert!(assumed.verdict == Verdict::Adequate && (0.8..1.3).contains(&assumed.misfit), "{:?} {}", assumed.verdict, assumed.misfit);
+    assert!(assumed.noise_floor_m_s > 1.5 * stated.noise_floor_m_s, "{} {}", assumed.noise_floor_m_s, stated.noise_floor_m_s);
 }

@@ -47,7 +47,7 @@ const FLIGHTS: [Real; 8] = [
             (Limit::Calibrated, "a sample every 30 s and a navigation clock that differs by 12 s"),
         ],
     },
-    Real { name: "slocum_comet2016/raw", nominal_cm_s: 3.39, misses: &[(Limit::Calibrated, STEEP), (Limit::Parameters, STEEP)] },
+    Real { name: "slocum_comet2016/raw", nominal_cm_s: 3.39, misses: &[] },
     Real { name: "slocum_comet2019/raw", nominal_cm_s: 3.39, misses: &[(Limit::Calibrated, STEEP), (Limit::Parameters, STEEP)] },
     Real { name: "slocum_modena2015/modena-2015-175-0-1_tidy.csv", nominal_cm_s: 6.41, misses: &[] },
     Real { name: "slocum_modena2015/modena-2015-187-0-12_tidy.csv", nominal_cm_s: 6.51, misses: &[] },
@@ -70,7 +70,8 @@ fn glider(args: &[&str], allowed: &[i32]) -> Value {
 
 /// Limits that the flight misses.
 fn one(root: &Path, real: &Real) -> Vec<Limit> {
-    let folder = std::env::temp_dir().join(format!("glider-two-commands-{}", std::process::id()));
+    let flight = real.name.replace('/', "-");
+    let folder = std::env::temp_dir().join(format!("glider-two-commands-{}-{flight}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
     let (from, to) = (root.join(real.name).to_string_lossy().into_owned(), folder.to_string_lossy().into_owned());
     // Nothing of these files is left out.
@@ -103,15 +104,23 @@ fn one(root: &Path, real: &Real) -> Vec<Limit> {
 }
 
 #[test]
-#[ignore = "missed since the model discrepancy is marginalised: docs/discovery-score.md"]
 fn validate_every_real_flight_is_diagnosed_from_files_by_two_commands() {
     let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
         eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
         return;
     };
     let mut failed = Vec::new();
-    for real in &FLIGHTS {
-        match std::panic::catch_unwind(|| one(&root, real)) {
+    // Two at a time.
+    let half = |of: usize| {
+        FLIGHTS.iter().skip(of).step_by(2).map(|real| (real, std::panic::catch_unwind(|| one(&root, real)))).collect::<Vec<_>>()
+    };
+    let (mut done, other) = std::thread::scope(|s| {
+        let other = s.spawn(|| half(1));
+        (half(0), other.join())
+    });
+    done.extend(other.expect("a panic is caught in it"));
+    for (real, missed) in done {
+        match missed {
             Ok(missed) => {
                 for (limit, why) in real.misses.iter().filter(|m| missed.contains(&m.0)) {
                     eprintln!("    misses {limit:?}, as known: {why}");

@@ -7,6 +7,7 @@
 /// Name of a mechanism, and what happens with it.
 pub const SWITCHES: &[(&str, &str)] = &[
     ("clock_from_pressures", "the offset of two clocks that two pressure sensors show is taken out before anything is fitted"),
+    ("depth_noise", "noise of depth that the vehicle file does not state is estimated"),
     ("discrepancy", "a model discrepancy is marginalised in every hypothesis"),
     ("unknown", "effects that nobody has named compete as hypotheses"),
     ("inclusion", "a name stands where an unknown effect is likelier given it than in its place"),

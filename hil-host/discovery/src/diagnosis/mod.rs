@@ -389,6 +389,7 @@ fn conclude(
     let after = if answer.is_empty() { null.state.clone() } else { best.state.clone() };
     let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, &after, &check_blocks);
     notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
+    notes.extend(problem.depth_noise_said());
     notes.extend(problem.moments_said(&best.state));
     notes.extend(far_from_file(vehicle, &best.state));
     notes.extend(not_determined(vehicle, &best.state));

@@ -92,15 +92,12 @@ impl<'a> Problem<'a> {
             whole.then(|| Displacement { runs: here, ..displacement.clone() })
         });
         let displacements = displacements.collect();
-        let s = &vehicle.sensors;
-        let pascal_per_m = 1015.0 * vehicle.constants.gravity_m_s2;
-        let sensor_m = (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0).sqrt() / pascal_per_m;
         // Noise of the smoothed pitch (about a third of a sample's) moves the vehicle at about 0.35 m/s per rad over about 8 s.
         let colour = Colour {
             rms_m_s: vehicle.background.0,
             correlation_s: vehicle.background.1,
-            sensor_m,
-            walk_m2_s: (0.35 * s.pitch_sigma_rad() / 3.0).powi(2) * 8.0,
+            sensor_m: noise_level::sensor_m(vehicle),
+            walk_m2_s: (0.35 * vehicle.sensors.pitch_sigma_rad() / 3.0).powi(2) * 8.0,
         };
         let none: Vec<Vec<bool>> = runs.iter().map(|r| vec![false; r.time_s.len()]).collect();
         let path_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();

@@ -1,30 +1,49 @@
 //! The level of ordinary water motion: its rms and correlation time by what a state leaves, and the block error that it makes alone.
 
 use super::Problem;
+use crate::ablation::is_on;
 use crate::likelihood::block_error::{block_s, sampled_every_s};
 use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::parameters::State;
 use crate::preprocess::Run;
+use crate::vehicle::Vehicle;
+
+/// Standard deviation of the depth sensor by the vehicle file, m: noise and resolution.
+pub(super) fn sensor_m(vehicle: &Vehicle) -> f64 {
+    let s = &vehicle.sensors;
+    let pascal_per_m = 1015.0 * vehicle.constants.gravity_m_s2;
+    (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0).sqrt() / pascal_per_m
+}
 
 impl Problem<'_> {
     /// Scales the rms of the ordinary water motion to what a state leaves, near its nominal value (the format allows 20 %; a
     /// guess in the file may be far off). Its
-    /// correlation time likewise. Returns whether either moved by more than 7 % (20 %).
+    /// correlation time likewise, and the depth sensor's noise where the file does not state it: waves near the surface and stamps
+    /// that jitter are white noise of depth too. Returns whether one moved by more than 7 % (20 %, 10 %).
     pub fn tune_colour(&mut self, state: &State) -> bool {
         let missed = |((run, w), depth): ((&&Run, &Whitener), &Vec<f64>)| w.means(|row| run.depth_m[row] - depth[row]);
         let missed: Vec<Vec<f64>> = self.runs.iter().zip(&self.whiteners).zip(&self.depths_m(state)).map(missed).collect();
         let nominal = self.vehicle.background.0;
-        let spread = if self.vehicle.assumed.iter().any(|a| a.starts_with("background")) { 1.0 } else { 0.12 };
+        let guessed = |key: &str| self.vehicle.assumed.iter().any(|a| a.starts_with(key));
+        let spread = if guessed("background") { 1.0 } else { 0.12 };
         // The format allows 20 % either way; smaller than nominal is hardly believed, because other colours look smaller to a filter.
         let allowed = if spread > 0.5 { 0.2..=5.0 } else { 0.9..=1.2 };
+        let noises = if guessed("sensors.pressure_noise") && is_on("depth_noise") { 0..=11 } else { 0..=0 };
+        let stated_m = sensor_m(self.vehicle);
         let mut best = (f64::INFINITY, self.colour);
-        for (k, j) in (-10..=10_i32).flat_map(|k| (-3..=3_i32).map(move |j| (k, j))) {
+        for (n, k, j) in noises.flat_map(|n| (-10..=10_i32).flat_map(move |k| (-3..=3_i32).map(move |j| (n, k, j)))) {
             let (factor, stretch) = ((f64::from(k) * spread * 0.2).exp(), (f64::from(j) * 0.12).exp());
             if !allowed.contains(&factor) {
                 continue;
             }
-            let colour = Colour { rms_m_s: nominal * factor, correlation_s: self.vehicle.background.1 * stretch, ..self.colour };
-            let mut cost = (factor.ln() / spread).powi(2) + (stretch.ln() / 0.12).powi(2);
+            let noise = 0.2 * f64::from(n);
+            let colour = Colour {
+                rms_m_s: nominal * factor,
+                correlation_s: self.vehicle.background.1 * stretch,
+                sensor_m: stated_m * noise.exp(),
+                ..self.colour
+            };
+            let mut cost = (factor.ln() / spread).powi(2) + (stretch.ln() / 0.12).powi(2) + noise.powi(2);
             for (whitener, missed) in self.whiteners.iter().zip(&missed) {
                 let w = whitener.coloured(&colour);
                 let mut e = Vec::with_capacity(w.len());
@@ -36,12 +55,20 @@ impl Problem<'_> {
                 best = (cost, colour);
             }
         }
-        let moved =
-            (best.1.rms_m_s / self.colour.rms_m_s).ln().abs() > 0.07 || (best.1.correlation_s / self.colour.correlation_s).ln().abs() > 0.2;
+        let by = |of: fn(&Colour) -> f64| (of(&best.1) / of(&self.colour)).ln().abs();
+        let moved = by(|c| c.rms_m_s) > 0.07 || by(|c| c.correlation_s) > 0.2 || by(|c| c.sensor_m) > 0.1;
         if moved {
             self.set_colour(best.1);
         }
         moved
+    }
+
+    /// In words, that the depth is noisier than was assumed.
+    pub(crate) fn depth_noise_said(&self) -> Option<String> {
+        let (found, assumed) = (self.colour.sensor_m, sensor_m(self.vehicle));
+        (found > 1.1 * assumed).then(|| {
+            format!("depth scatters by {found:.2} m from sample to sample ({assumed:.2} assumed): surface waves or stamps that jitter")
+        })
     }
 
     /// Usual length of the blocks that errors are formed over, s.

@@ -26,7 +26,7 @@
 //! has to be won, unless nobody could ([`super::race`]).
 
 use super::lattice::{Case, Water};
-use super::twin::Twin;
+use super::twin::{self, Twin};
 use anyhow::anyhow;
 use plant::faults::{Kind, Target};
 use plant::{Fault, Scenario, World};
@@ -56,7 +56,7 @@ impl Means {
     /// # Errors
     /// The world cannot be.
     pub fn of(case: &Case, twin: Option<&Twin>) -> anyhow::Result<Self> {
-        let stuck = case.faults.iter().find(|f| (f.target, f.kind) == (Target::Pump, Kind::Stuck));
+        let stuck = case.faults.iter().find(|f| f.target == Target::Pump && twin::halts(f));
         let stuck_m3 = stuck.zip(twin).and_then(|(fault, twin)| twin.held_m3(fault));
         static AT_REST: [OnceLock<Option<World>>; 2] = [OnceLock::new(), OnceLock::new()];
         let [shallow, edge] = &AT_REST;
@@ -89,7 +89,7 @@ fn least(world: &World, faults: &[Fault], stuck_m3: Option<f64>) -> (f64, f64) {
     for fault in faults {
         match (fault.target, fault.kind) {
             (Target::Pump, Kind::Runaway) => pump_m3 = pump_m3.min(fault.size * actuators.pump.volume_m3),
-            (Target::Pump, Kind::Stuck) => pump_m3 = pump_m3.min(stuck_m3.unwrap_or(pump_m3)),
+            (Target::Pump, _) if twin::halts(fault) => pump_m3 = pump_m3.min(stuck_m3.unwrap_or(pump_m3)),
             (Target::Release, Kind::Stuck) | (Target::Command, Kind::Lost) => weight_kg = 0.0,
             (Target::Vehicle, Kind::Trim) => load_kg += fault.size * 1e-3,
             (Target::Vehicle, Kind::WingLoss) => load_kg -= WING_KG,
@@ -146,6 +146,8 @@ mod tests {
             // Stuck where its twin has it: in at the lower turn, out when the climb begins.
             (&["pump:stuck@inflect_low"], pump_n),
             (&["pump:stuck@comms"], 0.0),
+            (&["pump:intermittent=1@inflect_low"], pump_n),
+            (&["pump:intermittent=0.9@inflect_low"], 0.0),
             // No means taken for good.
             (&["pump:slow", "pump:leak_back"], 0.0),
             (&["hull:leak=20", "depth:off"], 0.0),

@@ -178,6 +178,28 @@ mod tests {
         assert!(verdict.means.race == Some(true) && verdict.safe() && verdict.duration_s < 2400.0, "{verdict:?}");
     }
 
+    /// Random missions of the campaign that were not as owed.
+    #[test]
+    fn regress_random_missions_that_once_failed_are_flown_as_owed() {
+        for (seed, faults) in [
+            // A band of 5 m at 45° just above the working depth: half a metre of overshoot fired the weight of a healthy vehicle.
+            (180_388_629_185, &[][..]),
+            // Sinking water: the vehicle glided down in it, although it is won in the ascent.
+            (184_683_594_167, &["sea:upwelling=-0.3262153+1929s", "heading:flip+2804s"]),
+            (180_388_626_591, &["gps:off+5070s", "sea:upwelling=-0.29982862+376s"]),
+            // Under light water: internal waves of a metre were taken for a rise, and the weight was kept for two hours.
+            (184_683_594_121, &["vehicle:trim=203.19610494+1802s"]),
+            // A pump that stands all the time, and no weight: nothing is left.
+            (184_683_594_722, &["release:stuck+1616s", "pump:intermittent=1+4854s"]),
+        ] {
+            let faults = faults.iter().map(|f| f.parse().expect("a fault")).collect();
+            let case = Case { water: Water::Drawn, wings: Draw::new(seed).mission.wings, seed, faults, line: None };
+            let verdict = run(&case).expect("flies");
+            assert!(verdict.safe() || verdict.means.none_left(), "{verdict:?}");
+            assert!(!case.faults.is_empty() || verdict.abort.is_none(), "{verdict:?}");
+        }
+    }
+
     #[test]
     fn a_race_begins_with_a_load_or_an_owed_abort_only() {
         let config = Config::new(Settings::slocum_200()).expect("valid");

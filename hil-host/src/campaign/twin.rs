@@ -40,6 +40,16 @@ pub struct Twin {
     travel_m: f64,
 }
 
+/// Whether a drive with this fault stands still: stuck, standing all the time, or moving at no rate.
+pub(super) fn halts(fault: &Fault) -> bool {
+    match fault.kind {
+        Kind::Stuck => true,
+        Kind::Intermittent => fault.size >= 1.0,
+        Kind::Slow => fault.size <= 0.0,
+        _ => false,
+    }
+}
+
 impl Twin {
     /// Flies the twin of a case.
     ///
@@ -83,7 +93,7 @@ impl Twin {
     /// # Errors
     /// As for [`Self::of`].
     pub fn for_budget(case: &Case) -> anyhow::Result<Option<Self>> {
-        let stuck = case.faults.iter().any(|f| (f.target, f.kind) == (Target::Pump, Kind::Stuck));
+        let stuck = case.faults.iter().any(|f| f.target == Target::Pump && halts(f));
         stuck.then(|| Self::of(case)).transpose()
     }
 
@@ -105,7 +115,7 @@ impl Twin {
             (Target::Pump, Kind::Runaway) => Some(fault.size * self.limit_m3),
             // Without commands it goes out by itself.
             (Target::Command, Kind::Lost) => Some(self.limit_m3),
-            (Target::Pump | Target::BallastFeedback, Kind::Stuck) => {
+            (Target::Pump, _) | (Target::BallastFeedback, Kind::Stuck) if fault.target != Target::Pump || halts(fault) => {
                 let (entered_s, onset_s) = (self.entered_s(fault)?, self.onset_s(fault)?);
                 // A motor stops at once; a sensor repeats its first reading after the phase is known.
                 let after_s = if fault.target == Target::Pump { f64::NEG_INFINITY } else { entered_s };

@@ -35,6 +35,8 @@ use signals::{Phase, Weight};
 const SINK_FLOOR_M_S: f32 = 0.05;
 /// Reaction, s: two samples and the command's own cycle (12 s), and the time a sinking vehicle takes to stop (m U / 2 D, 8 s).
 const REACTION_S: f32 = 20.0;
+/// How far a turn may go beyond the working depth where a narrow band at 0.3 m/s leaves no time to judge the rate, m: two cycles' way.
+const OVERSHOOT_M: f32 = 2.0;
 /// Way towards the surface that counts as rising, m.
 const RISING_M: f32 = 1.0;
 /// Shallower than this a buoyant vehicle is held by something above, m.
@@ -84,7 +86,7 @@ fn pump_time_s(w: &Watch<'_>) -> f32 {
 
 /// The zone at a depth and sink rate (down positive).
 pub(crate) fn zone(config: &Config, depth_m: f32, sink_m_s: f32) -> Zone {
-    if depth_m >= at_risk_m(config, sink_m_s).at_least(config.working_depth_m) {
+    if depth_m >= at_risk_m(config, sink_m_s).at_least(config.working_depth_m + OVERSHOOT_M) {
         Zone::AtRisk
     } else if depth_m > config.working_depth_m {
         Zone::Over
@@ -170,10 +172,17 @@ impl Release {
         if !self.fired {
             return false;
         }
-        // Ends when it rises; a glide so flat that it hardly sinks goes on.
-        self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
-        self.sunk |= self.sinking_s >= SINKS_S && self.sinking_s >= SINKS_S + pump_time_s(w);
+        // Without the weight the ascent is tried anew: water that sinks is not won in a glide.
+        let held = self.firing_s < w.config.release_time_s + REACTION_S;
         self.firing_s = (self.firing_s + dt).at_most(1e6);
+        if held && self.firing_s >= w.config.release_time_s + REACTION_S {
+            self.sunk = false;
+            self.sinking_s = 0.0;
+        }
+        // Ends when it rises; a glide so flat that it hardly sinks goes on. Begins after a minute of sinking in the ascent.
+        self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
+        let patience = SINKS_S + pump_time_s(w);
+        self.sunk |= self.sinking_s >= patience && self.aborted_s >= patience;
         // At first whatever the monitor says: it may be wrong, and a wire once hot burns through.
         self.firing_s <= 1.5 * w.config.release_time_s + 30.0 || w.frame.weight != Weight::Released
     }
@@ -215,7 +224,8 @@ impl Release {
         if self.sinking_s >= patience && Of::SinksOn.enabled() {
             return true;
         }
-        if !self.marked || (known && seen.depth_m < self.mark_m - RISING_M) {
+        // Waves under the surface are no rise.
+        if !self.marked || (known && seen.depth_m.at_least(KEEL_M) < self.mark_m - RISING_M) {
             self.marked = true;
             self.mark_m = seen.depth_m;
             self.not_rising_s = 0.0;
@@ -256,8 +266,9 @@ mod tests {
         // Rising: the floor of the sink rate still counts.
         assert_eq!(zone(&c, 242.9, -0.3), Zone::Over);
         assert_eq!(zone(&c, 243.1, -0.3), Zone::AtRisk);
-        // So fast that no depth below working is safe; above it the leg's own limit acts.
-        assert_eq!(zone(&c, 201.0, 2.0), Zone::AtRisk);
+        // So fast that no depth below working is safe; a turn's overshoot is allowed, and above it the leg's own limit acts.
+        assert_eq!(zone(&c, 202.1, 2.0), Zone::AtRisk);
+        assert_eq!(zone(&c, 201.9, 2.0), Zone::Over);
         assert_eq!(zone(&c, f32::NAN, 0.1), Zone::Working);
     }
 }

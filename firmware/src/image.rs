@@ -9,9 +9,9 @@
 //! | PC6 | locator beacon |
 //! | PC7 | burn wire, high while it is whole |
 //! | PC8 | strap, pulled up: to ground on a bench (hardware in the loop), open in deployment |
-//! | PC9 | jumper, pulled down: to 3.3 V the board is a Slocum's backseat ([`crate::aboard`]) |
+//! | PC9 | jumper, pulled down: to 3.3 V the board is a Slocum's backseat ([`crate::backseat_role`]) |
 
-use crate::aboard;
+use crate::backseat_role;
 use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::servo::Servo;
@@ -98,8 +98,8 @@ fn main() -> ! {
     let strap = Pin::new(Port::C, 8, Drive::Strap);
     let air = f32::from_bits(words.air);
     let mut hold = Chip { watchdog, words, strap, told: (Phase::default(), None) };
-    if aboard::is_role(words.mark) {
-        aboard::run(line, chip.USART3, COMPASS, helm, &mut hold);
+    if backseat_role::is_role(words.mark) {
+        backseat_role::run(line, chip.USART3, COMPASS, helm, &mut hold);
     }
 
     let out = |bit| Pin::new(Port::C, bit, Drive::PushPull);

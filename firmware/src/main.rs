@@ -12,7 +12,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod aboard;
+mod backseat_role;
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]

@@ -27,7 +27,7 @@ fn trial(wings: Wings, dives: u16) -> Trial {
     let mut scenario = Scenario::shallow(wings);
     scenario.vehicle.crush_depth_m = 125.0;
     // That of the image: the glider's depth is reckoned with it on both sides.
-    scenario.sensors.depth_density_kg_m3 = Some(f64::from(bay::aboard::DENSITY_KG_M3));
+    scenario.sensors.depth_density_kg_m3 = Some(f64::from(bay::backseat_role::DENSITY_KG_M3));
     let mut mission = Mission { wings, ..Mission::default() };
     mission.legs[0].dives = dives;
     Trial { scenario, mission, config: Config::new(Settings::slocum_100()).expect("valid") }

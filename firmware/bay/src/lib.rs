@@ -4,7 +4,7 @@
 //! | file | question |
 //! |---|---|
 //! | [`run`] | what is done when: one pass of the loop |
-//! | [`aboard`] | the same as a Slocum's backseat: the glider's line for parts |
+//! | [`backseat_role`] | the same as a Slocum's backseat: the glider's line for parts |
 //! | [`parts`] | what is measured, and what is moved |
 //! | [`antenna`] | whether there is a fix |
 //! | [`compass`] | which attitude holds |
@@ -17,7 +17,7 @@
 //! parts, registers and all, so that what flies there is this code.
 #![cfg_attr(not(test), no_std)]
 
-pub mod aboard;
+pub mod backseat_role;
 pub mod antenna;
 mod bytes;
 pub mod compass;
@@ -26,7 +26,7 @@ pub mod run;
 pub mod scale;
 pub mod strokes;
 
-pub use aboard::{Aboard, RunAboard};
+pub use backseat_role::{BackseatLaw, RunBackseat};
 use bytes::next_byte;
 pub use parts::{Fitted, Parts, Wiring};
 pub use run::{Outside, Run};

@@ -1,6 +1,6 @@
 //! The state machine of the crate doc.
 
-mod aboard;
+mod backseat;
 mod transfer;
 
 use crate::afloat::Afloat;

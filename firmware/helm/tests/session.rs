@@ -315,7 +315,7 @@ fn bytes_and_messages_move_it_alike() {
 }
 
 /// A controller in the role of a backseat, with a mission in store.
-fn aboard(mark: Mark) -> Helm<RamStorage> {
+fn as_backseat(mark: Mark) -> Helm<RamStorage> {
     let mut h = Helm::new(Config::default(), Boot { mark, ..Boot::default() }, RamStorage::default());
     let mut bytes = helm::Content::new();
     objects::mission_bytes(&Mission::default(), &mut bytes);
@@ -326,13 +326,13 @@ fn aboard(mark: Mark) -> Helm<RamStorage> {
 
 #[test]
 fn as_a_backseat_only_the_glider_begins_and_only_its_frames_are_flown() {
-    let mut h = aboard(Mark::NONE);
+    let mut h = as_backseat(Mark::NONE);
     let ToHost::Hello { session, .. } = h.handle(ToBoard::Hello { nonce: 1 }) else { panic!("no hello") };
     let ask = |h: &mut Helm<RamStorage>, message| h.request(Request { session, id: 1, message }).message;
     for begins in [ToBoard::Begin(Mission::default()), ToBoard::Launch(Mission::default())] {
         assert_eq!(ask(&mut h, begins), ToHost::Refused(Refusal::Strap));
     }
-    let deepest = h.begin_aboard(|s| control::Settings { pump_m3: 200e-6, ..*s }).unwrap();
+    let deepest = h.begin_backseat(|s| control::Settings { pump_m3: 200e-6, ..*s }).unwrap();
     assert_eq!((deepest, h.seat(), h.config().pump_m3), (Mission::default().legs[0].depth_max_m, Seat::Backseat, 200e-6));
     assert_eq!(ask(&mut h, ToBoard::Sensor(frame(0))), ToHost::Refused(Refusal::OwnSensors));
     assert!(matches!(h.handle(ToBoard::Sensor(frame(0))), ToHost::Answer(_)));
@@ -344,18 +344,18 @@ fn as_a_backseat_only_the_glider_begins_and_only_its_frames_are_flown() {
 
 #[test]
 fn as_a_backseat_a_reset_goes_on_in_safe_and_none_stored_is_none_flown() {
-    let mut h = aboard(Mark::mission(Seat::Backseat, None, false));
-    assert_eq!(h.begin_aboard(|s| *s), Ok(Mission::default().legs[0].depth_max_m));
+    let mut h = as_backseat(Mark::mission(Seat::Backseat, None, false));
+    assert_eq!(h.begin_backseat(|s| *s), Ok(Mission::default().legs[0].depth_max_m));
     let ToHost::Answer(answer) = h.handle(ToBoard::Sensor(frame(0))) else { panic!("no answer") };
     assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, Some(Abort::Reset)));
     let mut h = Helm::new(Config::default(), Boot::NEW, RamStorage::default());
-    assert_eq!(h.begin_aboard(|s| *s), Err(Refusal::NoMission));
+    assert_eq!(h.begin_backseat(|s| *s), Err(Refusal::NoMission));
 }
 
 #[test]
 fn as_a_backseat_a_mission_that_is_done_is_not_begun_again_by_a_reset() {
-    let mut h = aboard(Mark::NONE);
-    h.begin_aboard(|s| *s).unwrap();
+    let mut h = as_backseat(Mark::NONE);
+    h.begin_backseat(|s| *s).unwrap();
     let (mut toy, mut phase) = (Toy::new(870.0), Phase::Surface);
     for seq in 0..4000 {
         let now = toy.frame(seq, Micros::from_secs(4 * u64::from(seq)));
@@ -368,11 +368,11 @@ fn as_a_backseat_a_mission_that_is_done_is_not_begun_again_by_a_reset() {
     }
     assert_eq!(phase, Phase::Done);
     // Afloat, and the glider's program still runs: a reset comes up in SAFE, and only a recovery ends it.
-    let mut again = aboard(h.mark());
-    again.begin_aboard(|s| *s).unwrap();
+    let mut again = as_backseat(h.mark());
+    again.begin_backseat(|s| *s).unwrap();
     let ToHost::Answer(answer) = again.handle(ToBoard::Sensor(frame(0))) else { panic!("no answer") };
     assert_eq!((answer.trace.phase, answer.trace.abort), (Phase::Safe, Some(Abort::Reset)));
-    assert_eq!(h.begin_aboard(|s| *s), Err(Refusal::NotNow));
+    assert_eq!(h.begin_backseat(|s| *s), Err(Refusal::NotNow));
     let session = hello(&mut h, 2);
     assert_eq!(ask(&mut h, session, ToBoard::Recovered), ToHost::Done { crc: 0 });
     assert!(!h.mark().in_mission());

@@ -6,7 +6,7 @@
 use crate::flight::Backseat;
 use anyhow::{Context, anyhow, bail, ensure};
 use backseat::{Law, Limits, Session, Targets};
-use bay::{Aboard, Outside, RunAboard};
+use bay::{BackseatLaw, Outside, RunBackseat};
 use control::Config;
 use helm::{Boot, Content, Helm, Mark, RamStorage, Storage, objects};
 use serialport::{SerialPort, TTYPort};
@@ -47,15 +47,15 @@ impl Flown {
 
 impl Law for Flown {
     fn begin(&mut self, limits: &Limits) -> Option<Targets> {
-        Aboard::new(&mut self.0).begin(limits)
+        BackseatLaw::new(&mut self.0).begin(limits)
     }
 
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
-        Aboard::new(&mut self.0).step(frame)
+        BackseatLaw::new(&mut self.0).step(frame)
     }
 
     fn silent(&mut self, silence: Micros) -> Option<Answer> {
-        Aboard::new(&mut self.0).silent(silence)
+        BackseatLaw::new(&mut self.0).silent(silence)
     }
 }
 
@@ -122,7 +122,7 @@ impl Outside for Clock {
 pub struct Board {
     session: Session,
     helm: Helm<RamStorage>,
-    run: RunAboard<Queues, Queues>,
+    run: RunBackseat<Queues, Queues>,
     clock: Clock,
 }
 
@@ -131,7 +131,7 @@ impl Board {
     #[must_use]
     pub fn new(setup: backseat::Setup, mission: &Mission, config: Config) -> Self {
         let mut clock = Clock::default();
-        let run = RunAboard::new(Queues::default(), Queues::default(), &mut clock);
+        let run = RunBackseat::new(Queues::default(), Queues::default(), &mut clock);
         Self { session: Session::new(setup), helm: helm_with(mission, config), run, clock }
     }
 }

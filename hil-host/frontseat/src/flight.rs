@@ -40,7 +40,7 @@ pub trait Backseat {
     fn pass(&mut self, now: Micros, heard: &[u8], said: &mut Vec<u8>) -> anyhow::Result<()>;
 }
 
-/// No board aboard.
+/// No board.
 pub struct Nobody;
 
 impl Backseat for Nobody {
@@ -319,10 +319,10 @@ impl Trial {
     /// The list of sensors for its vehicle.
     #[must_use]
     pub fn list(&self) -> List {
-        bay::aboard::list(&self.config)
+        bay::backseat_role::list(&self.config)
     }
 
-    /// The mission file for the glider with a board aboard.
+    /// The mission file for the glider with a board.
     #[must_use]
     pub fn mission_text(&self, pilot: Pilot) -> String {
         let no_comms_s = match pilot {
@@ -344,7 +344,7 @@ impl Trial {
     /// The world cannot be.
     pub fn board(&self) -> anyhow::Result<Board> {
         let rho = self.world()?.depth_density_kg_m3() as f32;
-        Ok(Board::new(bay::aboard::setup(self.list(), &self.config, rho), &self.mission, self.config.clone()))
+        Ok(Board::new(bay::backseat_role::setup(self.list(), &self.config, rho), &self.mission, self.config.clone()))
     }
 
     fn law(&self) -> Flown {

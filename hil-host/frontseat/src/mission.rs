@@ -1,4 +1,4 @@
-//! The mission that the glider flies with a backseat aboard, as the text of its mission file.
+//! The mission that the glider flies with a backseat, as the text of its mission file.
 //!
 //! Only the dive's actuators are linked to parameters (an argument of 1 000 000 means parameter a, 1 000 001 b, …). The climb is the
 //! glider's own: full pump, its own pitch servo. So the file is safe by itself: whatever a dead board left standing, at the target depth
@@ -28,7 +28,7 @@ pub enum Pilot {
 /// Depth of the glider's own turn, m.
 #[must_use]
 pub fn own_turn_m(mission: &Mission) -> f32 {
-    bay::aboard::own_turn_m(mission.deepest_m())
+    bay::backseat_role::own_turn_m(mission.deepest_m())
 }
 
 /// Depth from which the glider aborts, m: that of its class (31, 102, 206, 360, 1050 m in public missions).

@@ -53,9 +53,9 @@ fn with_jumper(image: &Path, to: &Path) -> anyhow::Result<Places> {
         let found = file.symbols().find(|s| s.size() > 0 && s.name().is_ok_and(of));
         found.map(|s| s.address()).with_context(|| format!("{}: no {}: not our image, or an old one", image.display(), words.join("::")))
     };
-    let places = Places { millis: named(["clock", "MILLIS"])?, pulse: named(["aboard", "PULSE"])? };
+    let places = Places { millis: named(["clock", "MILLIS"])?, pulse: named(["backseat_role", "PULSE"])? };
     // Bit 0 says Thumb.
-    let jumper = named(["aboard", "jumper_is_fitted"])? & !1;
+    let jumper = named(["backseat_role", "jumper_is_fitted"])? & !1;
     let at = file
         .sections()
         .filter_map(|s| Some((s.address(), s.file_range()?)))

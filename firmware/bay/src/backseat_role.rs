@@ -53,20 +53,20 @@ pub fn is_role(mark: Mark, jumper: bool) -> bool {
 }
 
 /// The law behind the line: [`helm`] with its stored mission, within the limits that the glider tells.
-pub struct Aboard<'a, S> {
+pub struct BackseatLaw<'a, S> {
     helm: &'a mut Helm<S>,
     /// What the last step answered; none was made.
     pub answer: Option<Answer>,
 }
 
-impl<'a, S: Storage> Aboard<'a, S> {
+impl<'a, S: Storage> BackseatLaw<'a, S> {
     /// Before anything is asked.
     pub const fn new(helm: &'a mut Helm<S>) -> Self {
         Self { helm, answer: None }
     }
 }
 
-impl<S: Storage> Law for Aboard<'_, S> {
+impl<S: Storage> Law for BackseatLaw<'_, S> {
     fn begin(&mut self, limits: &Limits) -> Option<Targets> {
         let within = |s: &Settings| Settings {
             pump_m3: s.pump_m3.min(limits.ballast_m3),
@@ -75,7 +75,7 @@ impl<S: Storage> Law for Aboard<'_, S> {
             battery_deadband_m: s.battery_deadband_m.max(limits.battery_step_m).min(limits.battery_m),
             ..*s
         };
-        let deepest_m = self.helm.begin_aboard(within).ok()?;
+        let deepest_m = self.helm.begin_backseat(within).ok()?;
         Some(Targets { dive_m: own_turn_m(deepest_m), climb_m: CLIMB_TO_M })
     }
 
@@ -98,7 +98,7 @@ impl<S: Storage> Law for Aboard<'_, S> {
 
 /// The loop's memory between two passes.
 #[derive(Debug)]
-pub struct RunAboard<L, M> {
+pub struct RunBackseat<L, M> {
     /// The glider's line.
     pub line: L,
     /// Our own protocol.
@@ -109,7 +109,7 @@ pub struct RunAboard<L, M> {
     pub heard: u32,
 }
 
-impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunAboard<L, M> {
+impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunBackseat<L, M> {
     /// Before the first pass.
     pub fn new(line: L, service: M, outside: &mut impl Outside) -> Self {
         Self { line, service, stepped_ms: outside.now_ms(), heard: 0 }
@@ -149,7 +149,7 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunA
 
     /// What is due on the glider's line. First write down that a mission is on, then order: a reset in between is SAFE.
     fn poll<S: Storage, O: Outside>(&mut self, now: Micros, session: &mut Session, helm: &mut Helm<S>, outside: &mut O) {
-        let mut law = Aboard::new(helm);
+        let mut law = BackseatLaw::new(helm);
         session.poll(now, &mut law);
         if let Some(answer) = law.answer {
             self.stepped_ms = now.0 / 1000;

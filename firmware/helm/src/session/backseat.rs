@@ -1,4 +1,4 @@
-//! A mission aboard a glider whose backseat the board is: no message of our line begins it.
+//! A mission of the glider whose backseat the board is: no message of our line begins it.
 
 use super::Helm;
 use crate::boot::Seat;
@@ -19,12 +19,12 @@ impl<S: Storage> Helm<S> {
     ///
     /// # Errors
     /// [`Refusal::NoMission`]: none is stored. [`Refusal::NotNow`]: one was flown since the board started. Else what cannot be flown.
-    pub fn begin_aboard(&mut self, within: impl FnOnce(&Settings) -> Settings) -> Result<f32, Refusal> {
-        self.sealed(|helm| helm.aboard(within))
+    pub fn begin_backseat(&mut self, within: impl FnOnce(&Settings) -> Settings) -> Result<f32, Refusal> {
+        self.sealed(|helm| helm.arm_stored(within))
     }
 
     #[inline(never)]
-    fn aboard(&mut self, within: impl FnOnce(&Settings) -> Settings) -> Result<f32, Refusal> {
+    fn arm_stored(&mut self, within: impl FnOnce(&Settings) -> Settings) -> Result<f32, Refusal> {
         let mut bytes = Content::new();
         let stored = if self.storage.load(Object::Mission, &mut bytes) { objects::mission(&bytes) } else { None };
         match self.flight.phase() {

@@ -9,8 +9,8 @@ use crate::board::uart::{self, Bytes, Line};
 use crate::image::Chip;
 use crate::shelf::Shelf;
 use backseat::{Generation, Limits, Pump, Session, Setup, sensors::List};
-use bay::RunAboard;
-use bay::aboard::{BAUD, stored_setup};
+use bay::RunBackseat;
+use bay::backseat_role::{BAUD, stored_setup};
 use core::sync::atomic::{AtomicU32, Ordering};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
@@ -34,7 +34,7 @@ const UNSET: Setup = Setup {
 
 /// Whether this run is one of a backseat.
 pub fn is_role(mark: Mark) -> bool {
-    bay::aboard::is_role(mark, jumper_is_fitted())
+    bay::backseat_role::is_role(mark, jumper_is_fitted())
 }
 
 /// Whether PC9, pulled down, is held at 3.3 V. Open, broken, wet or doubtful: not fitted.
@@ -55,7 +55,7 @@ pub fn run(line: Line, service: USART3, bytes: &'static mut Bytes, helm: &mut He
     // SAFETY: called once, by the only thread; no other reference exists.
     let session = unsafe { &mut *(&raw mut SESSION) };
     session.set_up(stored_setup(helm));
-    let mut run = RunAboard::new(line.at(BAUD), uart::service(service, bytes), chip);
+    let mut run = RunBackseat::new(line.at(BAUD), uart::service(service, bytes), chip);
     defmt::info!("role: a Slocum's backseat");
     let (mut state, mut passes) = (session.state(), 0u32);
     loop {

@@ -146,3 +146,17 @@ fn hil_a_reset_in_a_dive_comes_up_in_the_same_role_and_in_safe() {
     let cause = format!("7:{}.000000", signals::Abort::Reset as u8);
     assert!(after("SW,5:").iter().all(|(_, body)| body.ends_with(&cause)), "{:?}", after("SW,5:").first());
 }
+
+#[test]
+fn hil_a_reset_on_a_dead_line_gives_the_emergency_bit_within_64_s() {
+    let Some((image, _one)) = image() else { return };
+    let trial = trial(Wings::Standard, 2);
+    let board = QemuBackseat::start(&image, &trial.mission, &trial.config).expect("the image in QEMU");
+    let reset_s = 200.0;
+    let mut board = WithReset { board, at: Some(Micros::from_secs(reset_s as u64)) };
+    let (out, said) = flown(&trial, &mut board, |setup| setup.events = vec![(reset_s - 1.0, Event::GliderSilent(true))]);
+    let emergency: Vec<f64> = out.taken.iter().filter(|(_, body)| body == "MD,67,2").map(|(t, _)| *t).collect();
+    assert!(emergency.first().is_some_and(|t| (reset_s + 60.0..reset_s + 66.0).contains(t)), "{:?}", emergency.first());
+    let written = said.iter().any(|(at, text)| at.0 as f64 * 1e-6 > reset_s + 5.0 && text.contains("$SW"));
+    assert!(!written && out.home && out.aborted.is_none(), "{written} {:?} {:?}", out.doing, out.aborted);
+}

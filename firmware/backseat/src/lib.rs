@@ -22,6 +22,7 @@
 //! | `list_check` | whether the glider's list is ours |
 //! | [`orders`] | a command as mission parameters |
 //! | `pace`, `voice` | when a step is due; what is said, and whether it arrives |
+//! | `surfacing_report` | what the shore is told of a surfacing, and by which way |
 //! | [`session`] | when to listen, when to speak, when the line is lost |
 //!
 //! Nothing here reads a clock, waits, allocates or panics; work per byte is bounded. Signs are those of [`signals`]; the glider's agree,
@@ -40,6 +41,7 @@ pub mod seawater;
 pub mod sensors;
 pub mod sentence;
 pub mod session;
+mod surfacing_report;
 mod voice;
 
 pub use orders::{Limits, Targets};

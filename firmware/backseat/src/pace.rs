@@ -63,6 +63,11 @@ impl Pace {
         }
     }
 
+    /// The glider's clock as it was last heard, s; before that ours.
+    pub(crate) fn glider_s(&self, now: Micros) -> f64 {
+        self.anchor.map_or(now.0 as f64 * 1e-6, |anchor| anchor.glider_s)
+    }
+
     /// `heard`: when the last sentence came.
     pub(crate) fn is_due(&self, now: Micros, heard: Micros) -> bool {
         let quiet = now.since(heard) >= QUIET;

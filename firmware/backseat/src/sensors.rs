@@ -114,9 +114,14 @@ const fn input(name: &'static str, unit: &'static str, low: f32, high: f32, rate
     entry(Section::Input, name, unit, low, high, rate_per_s, slack)
 }
 
-/// A state or a limit: any step within its range.
+/// A state: any step within its range.
 const fn state(name: &'static str, unit: &'static str, high: f32) -> Entry {
     input(name, unit, 0.0, high, 0.0, high)
+}
+
+/// A constant of the vehicle: another value is believed when three in a row agree.
+const fn constant(name: &'static str, unit: &'static str, high: f32) -> Entry {
+    input(name, unit, 0.0, high, 0.0, 1e-3)
 }
 
 const fn parameter(name: &'static str, unit: &'static str) -> Entry {
@@ -167,13 +172,13 @@ static LIST: [Entry; MOST] = [
     input("u_mission_param_c", "X", -1e6, 1e6, 0.0, 2e6),
     input("u_mission_param_d", "X", -1e6, 1e6, 0.0, 2e6),
     input("u_mission_param_e", "X", -1e6, 1e6, 0.0, 2e6),
-    state("x_ballast_pumped_max", "cc", 320.0),
-    state("x_battpos_max", "in", 1.7),
-    state("x_fin_max", "rad", 0.6),
+    constant("x_ballast_pumped_max", "cc", 320.0),
+    constant("x_battpos_max", "in", 1.7),
+    constant("x_fin_max", "rad", 0.6),
 ];
 
 static DEEP_BALLAST: Entry = input("m_de_oil_vol", "cc", -320.0, 320.0, 10.0, 10.0);
-static DEEP_BALLAST_MAX: Entry = state("x_de_oil_vol_max", "cc", 320.0);
+static DEEP_BALLAST_MAX: Entry = constant("x_de_oil_vol_max", "cc", 320.0);
 
 /// Which list is expected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,16 +2,21 @@
 //!
 //! ```text
 //!  WAIT ──HI or SD──► LINKED ──list is ours, parameters come back──► READY ◄─SD─ LATE
-//!                       │  ▲                                           │         ▲ │
-//!        another list   │  │ HI or SD                                  └─12 s────┘ │ 60 s
-//!                       ▼  │                                                       ▼
-//!                      MUTE PAUSED ◄──BY── any        LISTEN ◄─10 SD in 60 s──── LOST
-//!                            └──600 s and below 5 m──────────────────────────────► LOST
+//!   │                   │  ▲                                           │         ▲ │
+//!   │    another list   │  │ HI or SD                                  └─12 s────┘ │ 60 s
+//!   │                   ▼  │                                                       ▼
+//!   │                  MUTE PAUSED ◄──BY── any        LISTEN ◄─10 SD in 60 s──── LOST
+//!   │                        └──600 s and below 5 m──────────────────────────────► LOST
+//!   └──60 s from boot, and a mission is under way────────────────────────────────► LOST
 //! ```
-//! - Nothing is sent before the glider spoke; no sensor is written before its list was read and is ours.
-//! - MUTE: listens, says so once, never writes.
+//! - Nothing is sent before the glider spoke, but for a mission that a reset interrupted; no sensor is written before the glider's list
+//!   was read and is ours.
+//! - MUTE: listens, says so once, never writes a sensor.
 //! - LOST: the law is told once per cycle; what it answers (full buoyancy) is sent on, with the emergency bit: the wire may be half
 //!   dead. LISTEN is READY again for the line, not for the law: its abort stays.
+//! - A mission under way without a step for 60 s comes up in every state. Where the list is not known to be ours (after a reset, after
+//!   a stop of the glider's program, where it cannot be read) that is the emergency bit alone: the mode word is in no list. Where it is
+//!   known to be another one nothing is sent: that glider is not ours.
 //! - 12 s, 600 s, 5 m and 10 sentences are guesses; 60 s is the patience of the board.
 
 mod heard;
@@ -22,8 +27,9 @@ use crate::orders::{self, Limits, Targets};
 use crate::pace::Pace;
 use crate::readings::{CC_PER_M3, M_PER_INCH, Readings};
 use crate::sensors::{List, Sensor};
+use crate::surfacing_report::Report;
 use crate::voice::{Once, Voice};
-use signals::{ActuatorCommand, Answer, Micros, SensorFrame};
+use signals::{ActuatorCommand, Answer, Micros, Phase, SensorFrame};
 
 /// What is flown behind the line.
 pub trait Law {
@@ -31,7 +37,8 @@ pub trait Law {
     fn begin(&mut self, limits: &Limits) -> Option<Targets>;
     /// One control cycle. `None`: nothing is flown.
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer>;
-    /// The line has been silent for this long. Called often; answers once per control cycle.
+    /// The line has been silent for this long. Called often; answers once per control cycle, and only where a mission is under way: one
+    /// that was begun on this line, or that a reset interrupted.
     fn silent(&mut self, silence: Micros) -> Option<Answer>;
 }
 
@@ -104,8 +111,12 @@ const START: Targets = Targets { dive_m: 10.0, climb_m: 2.0 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
+    /// It is read, or could not be.
     List,
+    /// It is ours.
     Echo { sent: Micros, tries: u8 },
+    /// It is another one.
+    Other,
 }
 
 /// The board's half of the line.
@@ -130,11 +141,13 @@ struct Core {
     heard_line: Micros,
     heard_again: (Micros, u8),
     paused: Micros,
-    /// When it was linked again after a pause.
+    /// When it was linked again after a pause, and when it was opened.
     resumed: Micros,
+    opened: Micros,
     seq: u32,
     targets: Option<Targets>,
     last: Option<Answer>,
+    report: Report,
 }
 
 impl Session {
@@ -169,9 +182,11 @@ impl Session {
                 heard_again: (zero, 0),
                 paused: zero,
                 resumed: zero,
+                opened: zero,
                 seq: 0,
                 targets: None,
                 last: None,
+                report: Report::new(),
             },
         }
     }
@@ -226,10 +241,14 @@ impl Session {
         self.core.last.as_ref()
     }
 
-    /// Whether the law's mission was begun on this line.
+    /// Whether steps of the law are due: its mission was begun on this line and the glider flies its own, or the line is lost.
     #[must_use]
-    pub const fn has_begun(&self) -> bool {
-        self.core.targets.is_some()
+    pub fn is_stepping(&self) -> bool {
+        match self.core.state {
+            State::Lost => true,
+            State::Paused => false,
+            _ => self.core.targets.is_some() && self.flies(),
+        }
     }
 
     /// The frame that a step of now would be made with.
@@ -271,7 +290,8 @@ impl Session {
     pub fn poll(&mut self, now: Micros, law: &mut impl Law) {
         let silence = now.since(self.core.heard);
         match self.core.state {
-            State::Wait => {}
+            // From boot on: a line that never speaks is lost as well.
+            State::Wait => self.patience(now, silence, law),
             State::Linked => {
                 self.link(now);
                 self.patience(now, self.core.unstepped(now), law);
@@ -281,8 +301,12 @@ impl Session {
                 if self.core.pace.is_due(now, self.core.heard_line) {
                     self.step(now, law);
                 }
+                self.core.report.poll(now, &mut self.core.voice);
                 if silence >= LATE {
                     self.core.state = State::Late;
+                } else {
+                    // Heard, but nothing that a step could be made of.
+                    self.patience(now, now.since(self.core.pace.stepped).min(now.since(self.core.opened)), law);
                 }
             }
             State::Late => {
@@ -290,29 +314,28 @@ impl Session {
                     self.core.lose(now);
                 }
             }
-            State::Lost => {
-                // From a pause the line has been silent for long; the law is told so.
-                self.patience(now, silence, law);
-            }
+            // A sentence now and then does not end it: counted from the last step.
+            State::Lost => self.patience(now, silence.max(now.since(self.core.pace.stepped)), law),
             State::Paused => {
                 let deep = self.core.readings.last(Sensor::Depth).is_none_or(|depth| depth >= PAUSE_DEPTH_M);
-                if now.since(self.core.paused) >= PAUSE && deep && self.has_begun() {
-                    self.core.lose(now);
+                if now.since(self.core.paused) >= PAUSE && deep {
+                    self.patience(now, silence, law);
                 }
             }
         }
     }
 
-    /// Tells the law of a silence; what it answers is sent where writing is allowed.
+    /// Tells the law of a silence; it answers where a mission is under way, and what it answers is sent where it may be.
     fn patience(&mut self, now: Micros, silence: Micros, law: &mut impl Law) {
-        if !self.has_begun() || silence < LOST {
+        if silence < LOST {
             return;
         }
         if let Some(answer) = law.silent(silence) {
             self.core.last = Some(answer);
-            if self.core.state == State::Lost {
-                self.order(now);
+            if !matches!(self.core.state, State::Lost | State::Linked | State::Mute) {
+                self.core.lose(now);
             }
+            self.order(now);
         }
     }
 
@@ -320,41 +343,58 @@ impl Session {
         let flies = self.flies();
         let frame = self.frame(now);
         self.core.stepping(now);
-        if !flies {
-            return;
-        }
-        if self.core.targets.is_none() {
+        if flies && self.core.targets.is_none() {
             self.core.targets = law.begin(&self.limits());
             if self.core.targets.is_none() {
                 self.core.voice.say_once(Once::NoMission, b"backseat: no mission to fly");
                 return;
             }
-            self.core.seq = 0;
+            // One that a reset interrupted goes on with its frames.
+            if self.core.last.is_none() {
+                self.core.seq = 0;
+            }
+        }
+        // In the glider's shell SAFE goes on: the way out of it is to be seen afloat.
+        let safe = self.core.last.is_none_or(|answer| answer.trace.phase == Phase::Safe);
+        if !flies && !safe {
+            return;
         }
         let frame = SensorFrame { seq: self.core.seq, ..frame };
         if let Some(answer) = law.step(&frame) {
             self.core.seq = self.core.seq.wrapping_add(1);
             self.core.last = Some(answer);
-            self.order(now);
+            let core = &mut self.core;
+            core.report.take(&frame, &answer, core.pace.glider_s(now), &mut core.voice);
+            // After a reset the glider may not say again that it flies.
+            if flies || self.core.readings.last(Sensor::GliderDos).is_none() {
+                self.order(now);
+            }
         }
     }
 
-    /// Sends what the law wants: parameters, mode, and what is to be logged.
+    /// Sends what the law wants: parameters, mode, and what is to be logged. See the file's text for who is sent what.
     fn order(&mut self, now: Micros) {
         let limits = self.limits();
         let core = &mut self.core;
         let Some(answer) = core.last else { return };
+        let mode = orders::mode_of(answer.trace.phase);
+        match core.stage {
+            Stage::Other => return,
+            Stage::Echo { .. } if core.state != State::Mute => {}
+            _ => return core.voice.mode(mode, now),
+        }
         let values = orders::parameters(&answer.command, &core.targets.unwrap_or(START), &limits);
         core.voice.write(&values);
         if let Ok(body) = orders::logged(&answer) {
             core.voice.send(&body);
         }
-        core.voice.mode(orders::mode_of(answer.trace.phase), now);
+        core.voice.mode(mode, now);
     }
 
     /// Reads the glider's list, then sees that what is written arrives.
     fn link(&mut self, now: Micros) {
         match self.core.stage {
+            Stage::Other => {}
             Stage::List => {
                 let next = self.core.check.poll(now);
                 self.core.go_on(now, next);
@@ -401,6 +441,7 @@ impl Core {
 
     fn open(&mut self, now: Micros) {
         self.state = State::Ready;
+        self.opened = now;
         // The law's steps begin with a whole cycle.
         self.pace.forget();
         // A bit left over from a mission before makes the glider surface at once.

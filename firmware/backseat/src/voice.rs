@@ -105,12 +105,28 @@ impl Voice {
         self.mode = None;
     }
 
+    /// Which software listens.
+    pub(crate) const fn generation(&self) -> Generation {
+        self.list.generation
+    }
+
+    /// A sentence of text fields.
+    pub(crate) fn send_words(&mut self, fields: &[&[u8]]) {
+        match words(fields) {
+            Ok(body) => self.send(&body),
+            Err(Unfit) => self.dropped = self.dropped.saturating_add(1),
+        }
+    }
+
     /// A line on the glider's terminal.
     pub(crate) fn say(&mut self, text: &[u8]) {
-        if self.list.generation == Generation::Newer
-            && let Ok(body) = words(&[b"TXT", text])
-        {
-            self.send(&body);
+        self.say_fields(&[b"TXT", text]);
+    }
+
+    /// The same, of several fields: the first is `TXT`.
+    pub(crate) fn say_fields(&mut self, fields: &[&[u8]]) {
+        if self.generation() == Generation::Newer {
+            self.send_words(fields);
         }
     }
 

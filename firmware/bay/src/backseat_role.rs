@@ -57,12 +57,14 @@ pub struct BackseatLaw<'a, S> {
     helm: &'a mut Helm<S>,
     /// What the last step answered; none was made.
     pub answer: Option<Answer>,
+    /// It was one on a frame.
+    heard: bool,
 }
 
 impl<'a, S: Storage> BackseatLaw<'a, S> {
     /// Before anything is asked.
     pub const fn new(helm: &'a mut Helm<S>) -> Self {
-        Self { helm, answer: None }
+        Self { helm, answer: None, heard: false }
     }
 }
 
@@ -82,7 +84,7 @@ impl<S: Storage> Law for BackseatLaw<'_, S> {
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
         match self.helm.handle(ToBoard::Sensor(*frame)) {
             ToHost::Answer(answer) => {
-                self.answer = Some(answer);
+                (self.answer, self.heard) = (Some(answer), true);
                 Some(answer)
             }
             _ => None,
@@ -91,7 +93,7 @@ impl<S: Storage> Law for BackseatLaw<'_, S> {
 
     fn silent(&mut self, silence: Micros) -> Option<Answer> {
         let answer = self.helm.silent(silence)?;
-        self.answer = Some(answer);
+        (self.answer, self.heard) = (Some(answer), false);
         Some(answer)
     }
 }
@@ -103,8 +105,9 @@ pub struct RunBackseat<L, M> {
     pub line: L,
     /// Our own protocol.
     pub service: M,
-    /// When a step was finished, ms.
+    /// When a step was finished, and when one on what the glider said, ms.
     stepped_ms: u64,
+    heard_ms: u64,
     /// Bytes of the glider that were dealt with; wraps.
     pub heard: u32,
 }
@@ -112,7 +115,8 @@ pub struct RunBackseat<L, M> {
 impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunBackseat<L, M> {
     /// Before the first pass.
     pub fn new(line: L, service: M, outside: &mut impl Outside) -> Self {
-        Self { line, service, stepped_ms: outside.now_ms(), heard: 0 }
+        let now_ms = outside.now_ms();
+        Self { line, service, stepped_ms: now_ms, heard_ms: now_ms, heard: 0 }
     }
 
     /// One pass: call it when bytes have come, and at least ten times a second.
@@ -130,8 +134,9 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunB
             self.heard = self.heard.wrapping_add(1);
         }
         self.poll(now, session, helm, outside);
+        helm.unheard(Micros::from_millis(now_ms.saturating_sub(self.heard_ms)));
         // In a mission a finished step feeds the watchdog, and nothing else; but a silent glider has its time.
-        let steps = session.has_begun() && session.flies() && session.state() != State::Paused;
+        let steps = session.is_stepping();
         if !steps {
             self.stepped_ms = now_ms; // the time it has begins when steps are due again
         }
@@ -153,6 +158,9 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunB
         session.poll(now, &mut law);
         if let Some(answer) = law.answer {
             self.stepped_ms = now.0 / 1000;
+            if law.heard {
+                self.heard_ms = self.stepped_ms;
+            }
             outside.remember(helm.mark(), 0.0);
             helm.keep_mark();
             outside.said(&ToHost::Answer(answer));

@@ -22,6 +22,11 @@ impl Deck {
         self.strap = strap;
     }
 
+    /// The board is a backseat: no frame of a host is flown.
+    pub(crate) fn is_backseat(&self) -> bool {
+        self.strap == Strap::Backseat
+    }
+
     /// No hello and no order makes a deployed vehicle fly on a host's frames, or a bench board on its own sensors.
     pub(crate) fn allows(&self, seat: Seat) -> bool {
         match self.strap {

@@ -215,21 +215,25 @@ impl<S: Storage> Helm<S> {
         })
     }
 
+    /// Tells how long no frame has come, whatever the reason: a vehicle that was seen afloat has to be seen again.
+    pub fn unheard(&mut self, silence: Micros) {
+        if silence > Micros::from_millis(AFLOAT_HOLDS_MS) && !self.flight.afloat.is_new() {
+            self.sealed(|helm| helm.flight.afloat = Afloat::new());
+        }
+    }
+
     /// Tells how long the line has been silent by the board's own clock.
     /// Steps at most once per call, once per control cycle, after
     /// [`PATIENCE_MS`]. The answer holds for the actuators; nobody asked for
     /// it over the line.
     pub fn silent(&mut self, silence: Micros) -> Option<Answer> {
+        self.unheard(silence);
         let due = silence.since(Micros::from_millis(PATIENCE_MS)).0 / (u64::from(CYCLE_MS) * 1_000);
-        let stale = silence > Micros::from_millis(AFLOAT_HOLDS_MS) && !self.flight.afloat.is_new();
-        if due == self.flight.silent_steps && !stale {
+        if due == self.flight.silent_steps {
             return None;
         }
         self.sealed(|helm| {
             let flight = &mut helm.flight;
-            if stale {
-                flight.afloat = Afloat::new();
-            }
             // Fewer than before: somebody spoke since, and the silence began anew.
             let more = due > flight.silent_steps;
             flight.silent_steps = due;
@@ -325,7 +329,7 @@ impl<S: Storage> Helm<S> {
             config: objects::identity(&mut self.storage, &self.built_in, Object::Config),
             cycle_ms: CYCLE_MS,
             boots: self.boots,
-            hil: matches!(self.flight.seat, Seat::Open | Seat::Host),
+            hil: matches!(self.flight.seat, Seat::Open | Seat::Host) && !self.deck.is_backseat(),
             under_way,
             phase,
             last_seq,

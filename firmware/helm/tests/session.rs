@@ -353,6 +353,22 @@ fn as_a_backseat_a_reset_goes_on_in_safe_and_none_stored_is_none_flown() {
 }
 
 #[test]
+fn as_a_backseat_no_host_flies_it_and_an_unheard_vehicle_is_not_afloat() {
+    assert!(!as_backseat(Mark::NONE).manifest().hil, "on deck");
+    let mut h = as_backseat(Mark::mission(Seat::Backseat, None, false));
+    assert!(!h.manifest().hil);
+    for seq in 0..12 {
+        let shallow = Reading::now(0.3);
+        let now = SensorFrame { depth_m: shallow, depth2_m: shallow, time: Micros::from_secs(4 * u64::from(seq)), ..frame(seq) };
+        assert!(matches!(h.handle(ToBoard::Sensor(now)), ToHost::Answer(_)));
+    }
+    h.unheard(Micros::from_secs(12));
+    assert_eq!(h.clone().handle(ToBoard::Recovered), ToHost::Done { crc: 0 });
+    h.unheard(Micros::from_secs(13));
+    assert_eq!(h.handle(ToBoard::Recovered), ToHost::Refused(Refusal::NotAfloat));
+}
+
+#[test]
 fn as_a_backseat_a_mission_that_is_done_is_not_begun_again_by_a_reset() {
     let mut h = as_backseat(Mark::NONE);
     h.begin_backseat(|s| *s).unwrap();

@@ -108,7 +108,7 @@ pub struct Manifest {
     pub cycle_ms: u32,
     /// Boots since first flash; 0 when not counted.
     pub boots: u32,
-    /// False: the mission under way is flown on the vehicle's own sensors.
+    /// False: the mission under way is flown on the vehicle's own sensors, or the board is a backseat.
     pub hil: bool,
     /// A mission is armed or under way, or the vehicle is in SAFE.
     pub under_way: bool,

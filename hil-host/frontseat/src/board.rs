@@ -100,13 +100,16 @@ impl embedded_io::WriteReady for Queues {
     }
 }
 
-/// The time of the flight; no pins, no watchdog.
+/// The time since the board was switched on, in that of the flight; no pins, no watchdog.
 #[derive(Debug, Default)]
-struct Clock(Micros);
+struct Clock {
+    now: Micros,
+    booted: Micros,
+}
 
 impl Outside for Clock {
     fn now_ms(&mut self) -> u64 {
-        self.0.0 / 1000
+        self.now.since(self.booted).0 / 1000
     }
     fn feed(&mut self) {}
     fn remember(&mut self, _: Mark, _: f32) {}
@@ -124,6 +127,8 @@ pub struct Board {
     helm: Helm<RamStorage>,
     run: RunBackseat<Queues, Queues>,
     clock: Clock,
+    setup: backseat::Setup,
+    config: Config,
 }
 
 impl Board {
@@ -132,13 +137,33 @@ impl Board {
     pub fn new(setup: backseat::Setup, mission: &Mission, config: Config) -> Self {
         let mut clock = Clock::default();
         let run = RunBackseat::new(Queues::default(), Queues::default(), &mut clock);
-        Self { session: Session::new(setup), helm: helm_with(mission, config), run, clock }
+        Self { session: Session::new(setup), helm: helm_with(mission, config.clone()), run, clock, setup, config }
+    }
+
+    /// A reset: what is stored, and the mark of a mission under way, are all that is left.
+    pub fn reset(&mut self, now: Micros) {
+        let boot = Boot { mark: self.helm.mark(), ..Boot::default() };
+        self.helm = Helm::new(self.config.clone(), boot, self.helm.storage().clone());
+        self.clock = Clock { now, booted: now };
+        self.run = RunBackseat::new(Queues::default(), Queues::default(), &mut self.clock);
+        self.session = Session::new(self.setup);
+    }
+
+    /// What its own line would say: the controller behind it.
+    pub fn helm(&mut self) -> &mut Helm<RamStorage> {
+        &mut self.helm
+    }
+
+    /// State of the glider's line.
+    #[must_use]
+    pub fn state(&self) -> backseat::State {
+        self.session.state()
     }
 }
 
 impl Backseat for Board {
     fn pass(&mut self, now: Micros, heard: &[u8], said: &mut Vec<u8>) -> anyhow::Result<()> {
-        self.clock.0 = now;
+        self.clock.now = now;
         self.run.line.heard.extend(heard);
         loop {
             self.run.pass(&mut self.session, &mut self.helm, &mut self.clock);

@@ -19,6 +19,7 @@ use backseat::{Law, Limits};
 use control::Config;
 use plant::{Scenario, Truth, World};
 use signals::{Micros, Mission, Phase, SensorFrame};
+use std::collections::BTreeMap;
 
 /// How finely time passes between the flight cycles, s.
 const STEP_S: f64 = 0.25;
@@ -177,6 +178,10 @@ pub struct Outcome {
     pub log: Vec<String>,
     /// Sentences of the board with their time, s.
     pub taken: Vec<(f64, String)>,
+    /// Files that the board wrote, by name.
+    pub files: BTreeMap<String, Vec<u8>>,
+    /// Parameters of the front seat in the end.
+    pub parameters: [f32; 12],
 }
 
 impl Outcome {
@@ -277,6 +282,8 @@ pub fn fly(world: &mut World, board: &mut dyn Backseat, setup: &Setup) -> anyhow
                     energy_j: truth.energy.total_j(),
                     log: science.log,
                     taken: science.taken,
+                    files: science.files.into_iter().filter(|(name, _)| name != "extctl.ini").collect(),
+                    parameters: computer.parameters,
                 });
             }
             world.advance(&command, CYCLE_S);

@@ -1,8 +1,11 @@
 //! The backseat line whole: board, simulated front seat, plant. The board's half alone is tested in `firmware/backseat`; numbers of the
 //! tests are those of the protocol's list of acceptance tests (docs/backseat.md).
 
+mod flights;
+
 use backseat::{Law, Limits};
 use control::{Config, Settings};
+use flights::{BOTH, aborts, flown, mid_dive, shallow, unit, written};
 use frontseat::behaviours::{Abort, Doing, FlightComputer, Motors};
 use frontseat::board::{Flown, Terminal};
 use frontseat::flight::{Backseat, Event, Outcome, Setup, Trial};
@@ -14,53 +17,10 @@ use plant::Scenario;
 use rayon::prelude::*;
 use signals::{Flags, Leg, Micros, Mission, Reading, SensorFrame, Wings};
 
-const BOTH: [Wings; 2] = [Wings::Standard, Wings::LowAspectRatio];
-
-fn shallow(wings: Wings) -> Trial {
-    let mut scenario = Scenario::shallow(wings);
-    scenario.vehicle.crush_depth_m = 125.0;
-    Trial { scenario, mission: Mission { wings, ..Mission::default() }, config: Config::new(Settings::slocum_100()).expect("valid") }
-}
-
 fn sea(wings: Wings) -> Trial {
     let mut mission = Mission { wings, surface_every: 1, max_duration_s: 12 * 3600, ..Mission::default() };
     mission.legs[0] = Leg { dives: 2, depth_min_m: 0.0, depth_max_m: 200.0, ..Leg::default() };
     Trial { scenario: Scenario::sea(wings), mission, config: Config::new(Settings::slocum_200()).expect("valid") }
-}
-
-fn flown(change: impl FnOnce(&mut Setup)) -> Outcome {
-    let trial = shallow(Wings::Standard);
-    trial.over_the_line(&mut trial.board().expect("a board"), change).expect("a flight")
-}
-
-/// Values of a parameter that the board wrote from a time on.
-fn written(out: &Outcome, index: u16, from_s: f64) -> Vec<f64> {
-    let prefix = format!("{index}:");
-    let of = |body: &str| body.split(',').find_map(|pair| pair.strip_prefix(&prefix).and_then(|v| v.parse().ok()));
-    out.taken.iter().filter(|(t, body)| *t >= from_s && body.starts_with("SW,")).filter_map(|(_, body)| of(body)).collect()
-}
-
-/// Aborts that the board's law wrote into the glider's log; −1: none.
-fn aborts(out: &Outcome) -> Vec<f64> {
-    written(out, 7, 0.0)
-}
-
-/// The middle of the longest dive of an undisturbed flight, s.
-fn mid_dive() -> f64 {
-    let out = flown(|_| ());
-    let phase =
-        |body: &str| body.strip_prefix("SW,5:").and_then(|b| b.split("6:").nth(1)).and_then(|b| b.split(',').next()).map(str::to_owned);
-    let phases: Vec<(f64, String)> = out.taken.iter().filter_map(|(t, body)| Some((*t, phase(body)?))).collect();
-    let (mut best, mut from) = ((0.0, 0.0), None);
-    for (t, phase) in &phases {
-        match (phase.as_str(), from) {
-            ("1.000000", None) => from = Some(*t),
-            ("1.000000", Some(start)) if t - start > best.1 - best.0 => best = (start, *t),
-            ("1.000000", _) => {}
-            _ => from = None,
-        }
-    }
-    0.5 * (best.0 + best.1)
 }
 
 /// A board that says what it is told to say.
@@ -160,6 +120,9 @@ fn test_10_a_silent_board_leaves_its_orders_and_the_mission_surfaces() {
     let out = flown(silent);
     assert!(out.home && out.aborted.is_none() && out.duration_s > 5.0 * 3600.0, "{:?} {}", out.doing, out.duration_s);
     assert!(out.max_depth_m > 29.0 && out.max_depth_m < 33.0, "{}", out.max_depth_m);
+    for (index, kept) in (0u16..5).zip(out.parameters) {
+        assert_eq!(written(&out, index, 0.0).last().map(|v| *v as f32), Some(kept), "parameter {index} as it was ordered last");
+    }
     // A mission file whose own turn is too deep: over-depth acts.
     let out = flown(|setup| {
         silent(setup);
@@ -257,20 +220,12 @@ fn scorecard_over_the_line_the_law_keeps_nine_tenths_beats_the_servo() {
     }
 }
 
-/// A number from 0 to 1 from a seed: splitmix64.
-fn unit(seed: u64) -> f64 {
-    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// The board dies at any time of 500 missions, from before the link to after the last dive: the file alone brings the vehicle up.
 #[test]
 fn prop_with_a_silent_board_the_mission_file_brings_the_vehicle_up() {
-    let lost: Vec<String> = (0..500u64)
+    let flights: Vec<_> = (0..500u64)
         .into_par_iter()
-        .filter_map(|seed| {
+        .map(|seed| {
             let draw = |n: u64| unit(seed * 64 + n);
             let depth_max_m = (15.0 + 70.0 * draw(1)) as f32;
             let leg = Leg {
@@ -288,16 +243,25 @@ fn prop_with_a_silent_board_the_mission_file_brings_the_vehicle_up() {
             let at = draw(5) * 0.6 * f64::from(trial.mission.max_duration_s);
             let mut board = trial.board().expect("a board");
             let out = trial.over_the_line(&mut board, |setup| setup.events = vec![(at, Event::BoardSilent(true))]).expect("a flight");
-            let fine = out.home && out.max_depth_m < f64::from(depth_max_m) + 8.0;
-            (!fine).then(|| {
-                format!(
-                    "seed {seed}, silent at {at:.0} s: {:?} {:?}, deepest {:.1} of {depth_max_m}",
-                    out.doing, out.aborted, out.max_depth_m
-                )
-            })
+            let phase = written(&out, 6, 0.0).last().map_or(-1, |phase| *phase as i32);
+            let beyond_m = out.max_depth_m - f64::from(depth_max_m);
+            let fine = out.home && beyond_m < 8.0;
+            let said = format!("seed {seed}, silent at {at:.0} s: {:?} {:?}, deepest {:.1} of {depth_max_m}", out.doing, out.aborted, out.max_depth_m);
+            (phase, beyond_m, out.duration_s - at, (!fine).then_some(said))
         })
         .collect();
+    let mut phases = std::collections::BTreeMap::<i32, usize>::new();
+    flights.iter().for_each(|(phase, ..)| *phases.entry(*phase).or_default() += 1);
+    let most = |of: fn(&(i32, f64, f64, Option<String>)) -> f64| flights.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+    println!(
+        "{} missions, by the phase that the silence began in (-1: before the first order): {phases:?}; at most {:.1} m below the turn, {:.1} h to the surface",
+        flights.len(),
+        most(|f| f.1),
+        most(|f| f.2) / 3600.0
+    );
+    let lost: Vec<&String> = flights.iter().filter_map(|f| f.3.as_ref()).collect();
     assert!(lost.is_empty(), "{lost:#?}");
+    assert!([-1, 0, 1, 2, 3].iter().all(|phase| phases.contains_key(phase)), "a phase was missed: {phases:?}");
 }
 
 #[test]

@@ -22,13 +22,16 @@ pub const CANNOT: &str = "a backseat cannot drop the weight or switch the beacon
 fn write_files(dir: &Path, trial: &Trial, out: &Outcome) -> anyhow::Result<()> {
     std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot create this directory", dir.display()))?;
     let line: String = out.taken.iter().map(|(t, body)| format!("{t:10.2} {body}\n")).collect();
-    for (name, content) in [
+    let texts = [
         ("backseat.mi", trial.mission_text(Pilot::Backseat)),
         ("extctl.ini", ini(trial.list())),
         ("said.txt", line),
         ("frontseat.log", out.log.join("\n") + "\n"),
-    ] {
-        let path = dir.join(name);
+    ];
+    let texts = texts.iter().map(|(name, text)| (*name, text.as_bytes()));
+    for (name, content) in texts.chain(out.files.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))) {
+        // A name that comes over the line is no path.
+        let path = dir.join(Path::new(name).file_name().unwrap_or_default());
         ensure!(!path.exists(), "{}: exists already; name a new directory", path.display());
         std::fs::write(&path, content).with_context(|| path.display().to_string())?;
     }
@@ -95,7 +98,9 @@ pub fn run(args: &Args, output: &Output, mission: &Mission, scenario: &Scenario,
             own.map_or("-".into(), |s| format!("{s:.3}"))
         ));
         if let Some(dir) = &args.log {
+            let messages = out.files.len();
             say(&format!("files          {} (backseat.mi, extctl.ini, what the board said)", dir.display()));
+            say(&format!("               {messages} messages of surfacings (.srf): glider surfacing FILE"));
         }
     });
     Ok(if out.home && out.aborted.is_none() { Verdict::Ok } else { Verdict::Negative })

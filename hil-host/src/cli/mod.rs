@@ -45,6 +45,7 @@ pub mod scorecard_real;
 pub mod scorecard_timeline;
 pub mod serve;
 pub mod story;
+pub mod surfacing;
 pub mod table;
 pub mod timeline;
 pub mod upload;
@@ -112,6 +113,7 @@ The vehicle and its controller:
   fly                      one flight against the simulated vehicle and sea
   monitor, upload          a board: telemetry, log; tables, settings, missions
   autopsy                  why a board was reset, by line of source
+  surfacing                what a backseat told the shore at a surfacing
   launch, power            check a vehicle on deck, start its mission; the
                            power that a mission takes
   list                     effects, faults, vehicles, missions, changes by name
@@ -188,6 +190,8 @@ enum Command {
     Monitor(monitor::Args),
     /// Why a board was reset, with lines of source.
     Autopsy(autopsy::Args),
+    /// What a backseat told the shore at a surfacing.
+    Surfacing(surfacing::Args),
     /// Send a table, configuration or mission to a board.
     Upload(upload::Args),
     /// What a mission takes from the battery, part by part.
@@ -270,6 +274,7 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
         Some(Command::Completions(a)) => completions::run(a, &output),
         Some(Command::Monitor(a)) => monitor::run(a, &output),
         Some(Command::Autopsy(a)) => autopsy::run(a, &output),
+        Some(Command::Surfacing(a)) => surfacing::run(a, &output),
         Some(Command::Upload(a)) => upload::run(a, &output),
         Some(Command::Power(a)) => power::run(a, &output),
         Some(Command::Launch(a)) => launch::run(a, &output),

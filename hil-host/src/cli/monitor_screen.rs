@@ -25,7 +25,7 @@ pub fn board(name: &str, m: &Manifest, c: &Counters, rate: f64, up: Duration) ->
     let seat = match (m.under_way, m.hil) {
         (false, _) => "on deck".to_owned(),
         (true, true) => format!("{:?}, frames of a host", m.phase),
-        (true, false) => format!("{:?}, own sensors", m.phase),
+        (true, false) => format!("{:?}, own sensors or a glider's", m.phase),
     };
     let boots = if m.boots == 0 { "not counted".to_owned() } else { m.boots.to_string() };
     vec![

@@ -16,6 +16,7 @@ pub mod own_parts;
 pub mod power;
 pub mod preflight;
 pub mod recorder;
+pub mod surfacing;
 pub mod tables;
 pub mod under_way;
 pub mod vehicles;

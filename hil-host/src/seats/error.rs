@@ -104,7 +104,7 @@ impl std::fmt::Display for SeatError {
             Self::Lost { seat, cause } => write!(f, "{seat}: line lost ({cause}); plug the board in again and repeat"),
             Self::OwnSensors { seat } => write!(
                 f,
-                "{seat}: a mission on the vehicle's own sensors is under way; wait for its end, or recall it and recover the vehicle"
+                "{seat}: takes no frames of a host: a mission on the vehicle's own sensors is under way (wait for its end, or recall it and recover the vehicle), or it is a Slocum's backseat (docs/backseat.md)"
             ),
             Self::TooLong => f.write_str("message does not fit a frame"),
             Self::NoReset { seat } => write!(f, "{seat}: cannot interrupt its supply; fly power:brown_out with --seat in-process"),

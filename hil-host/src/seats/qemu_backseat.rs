@@ -136,6 +136,8 @@ pub struct QemuBackseat {
     places: Places,
     /// Bytes sent to it.
     sent: u32,
+    /// When it was switched on or reset: its clock begins there.
+    booted: Micros,
 }
 
 impl Drop for Emulator {
@@ -194,7 +196,7 @@ impl QemuBackseat {
         let mut open = |name: &str| connect(&folder.join(name), child);
         let (memory, monitor, line, service) = (open("memory")?, open("monitor")?, open("line")?, open("service")?);
         let memory = Memory { port: BufReader::new(memory), answer: String::new() };
-        let mut board = Self { _emulator: emulator, line, monitor, memory, places, sent: 0 };
+        let mut board = Self { _emulator: emulator, line, monitor, memory, places, sent: 0, booted: Micros(0) };
         let until = Instant::now() + TURN;
         board.wait(until, "does not start", |_, passes| passes > 0)?;
         store(service, mission, config)?;
@@ -213,7 +215,8 @@ impl QemuBackseat {
         self.monitor.write_all(b"system_reset\n").context("QEMU's monitor")?;
         self.wait(Instant::now() + TURN, "does not come up", |_, passes| passes > 0)?;
         self.memory.write_word(TICK_CONTROL, 0)?;
-        self.clock(now.0 / 1000)
+        self.booted = now;
+        self.clock(0)
     }
 
     /// Waits for what the board says of bytes dealt with and passes made.
@@ -247,7 +250,7 @@ fn store(service: UnixStream, mission: &Mission, config: &Config) -> anyhow::Res
 
 impl Backseat for QemuBackseat {
     fn pass(&mut self, now: Micros, heard: &[u8], said: &mut Vec<u8>) -> anyhow::Result<()> {
-        let (now_ms, until) = (now.0 / 1000, Instant::now() + TURN);
+        let (now_ms, until) = (now.since(self.booted).0 / 1000, Instant::now() + TURN);
         if !heard.is_empty() {
             self.clock(now_ms)?;
             self.line.set_nonblocking(false)?;

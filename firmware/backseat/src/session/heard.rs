@@ -19,6 +19,10 @@ impl Core {
                 if !matches!(self.state, State::Wait | State::Lost) {
                     self.state = State::Paused;
                     self.paused = now;
+                    // Whoever starts it again may have changed the list.
+                    if self.stage != Stage::Other {
+                        self.stage = Stage::List;
+                    }
                 }
             }
             FromGlider::Sensors(pairs) => self.sensors(now, pairs),
@@ -32,7 +36,8 @@ impl Core {
                     self.check.failed(now);
                 }
             }
-            FromGlider::File(_) | FromGlider::Next | FromGlider::Directory(_) => {}
+            FromGlider::Next => self.report.taken(&mut self.voice),
+            FromGlider::File(_) | FromGlider::Directory(_) => {}
             FromGlider::Unknown => self.counters.unknown_sentences = self.counters.unknown_sentences.saturating_add(1),
         }
     }
@@ -45,16 +50,9 @@ impl Core {
                 let aborted = self.last.is_some_and(|answer| answer.trace.abort.is_some());
                 self.state = if aborted { State::Listen } else { State::Ready };
             }
-            State::Lost => {
-                // The window begins with the first sentence heard.
-                let (first, count) = self.heard_again;
-                self.heard_again = if count == 0 || now.since(first) > HEARD_WITHIN { (now, 1) } else { (first, count.saturating_add(1)) };
-                if self.heard_again.1 >= HEARD_AGAIN {
-                    self.state = State::Listen;
-                }
-            }
-            State::Linked | State::Mute | State::Ready | State::Listen => {}
+            State::Lost | State::Linked | State::Mute | State::Ready | State::Listen => {}
         }
+        let mut believed = false;
         for pair in pairs.iter() {
             let fate = match pair {
                 Some((index, value)) => {
@@ -72,11 +70,11 @@ impl Core {
             let c = &mut self.counters;
             let counter = match fate {
                 Fate::Taken => {
-                    self.pace.fresh = true;
+                    believed = true;
                     continue;
                 }
                 Fate::NewLevel => {
-                    self.pace.fresh = true;
+                    believed = true;
                     &mut c.new_levels
                 }
                 Fate::OutOfRange => &mut c.out_of_range,
@@ -84,6 +82,25 @@ impl Core {
                 Fate::UnknownIndex | Fate::Ours => &mut c.unknown_pairs,
             };
             *counter = counter.saturating_add(1);
+        }
+        self.pace.fresh |= believed;
+        if believed && self.state == State::Lost {
+            self.hear_again(now);
+        }
+    }
+
+    /// A lost line speaks; the window begins with the first sentence heard.
+    fn hear_again(&mut self, now: Micros) {
+        let (first, count) = self.heard_again;
+        self.heard_again = if count == 0 || now.since(first) > HEARD_WITHIN { (now, 1) } else { (first, count.saturating_add(1)) };
+        if self.heard_again.1 < HEARD_AGAIN {
+            return;
+        }
+        if matches!(self.stage, Stage::Echo { .. }) {
+            self.state = State::Listen;
+            self.opened = now;
+        } else {
+            self.relink(now);
         }
     }
 
@@ -112,7 +129,10 @@ impl Core {
                 self.stage = Stage::Echo { sent: now, tries: 0 };
                 return;
             }
-            Next::Other => return self.mute(b"backseat: extctl.ini is another one, mute"),
+            Next::Other => {
+                self.stage = Stage::Other;
+                return self.mute(b"backseat: extctl.ini is another one, mute");
+            }
             Next::Unreadable => return self.mute(b"backseat: extctl.ini cannot be read, mute"),
         };
         if let Ok(body) = body {

@@ -1,0 +1,158 @@
+//! Short messages of surfacings ([`signals::surfacing`]) as they reach the shore: files of them, or lines of a glider's terminal.
+
+use super::log::DEGRADATIONS;
+use anyhow::{bail, ensure};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+use signals::Surfacing;
+use signals::surfacing::{Glide, SURFACING_BYTES};
+
+/// What stands before a message on the glider's terminal.
+const HEAD: &[u8] = b"surfacing,";
+/// Characters of a message there.
+const TEXT: usize = SURFACING_BYTES.div_ceil(3) * 4;
+
+/// What a file says.
+#[derive(Debug, Default)]
+pub struct Told {
+    /// Messages, and where each stands.
+    pub messages: Vec<(String, Surfacing)>,
+    /// Where one stands that cannot be read, and why.
+    pub damaged: Vec<(String, String)>,
+}
+
+/// Reads a file: messages of 54 bytes one after another, or a terminal's text with lines of them.
+///
+/// # Errors
+/// There is none in it, or all are damaged.
+pub fn read(bytes: &[u8]) -> anyhow::Result<Told> {
+    let mut told = Told::default();
+    let mut take = |place: String, message: Result<Vec<u8>, String>| {
+        let read = message.and_then(|bytes| Surfacing::decode(&bytes).map_err(|e| format!("{e:?}")));
+        match read {
+            Ok(message) => told.messages.push((place, message)),
+            Err(why) => told.damaged.push((place, why)),
+        }
+    };
+    let mut text = false;
+    for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
+        let Some(at) = line.windows(HEAD.len()).position(|w| w == HEAD) else { continue };
+        text = true;
+        let from = at + HEAD.len();
+        let place = format!("line {}, column {}", number + 1, from + 1);
+        let block = line.get(from..from + TEXT).ok_or_else(|| format!("cut short: {} of {TEXT} characters", line.len() - from));
+        take(place, block.and_then(|block| STANDARD.decode(block).map_err(|e| e.to_string())));
+    }
+    if !text {
+        ensure!(
+            !bytes.is_empty() && bytes.len().is_multiple_of(SURFACING_BYTES),
+            "no messages of a surfacing: neither {SURFACING_BYTES} bytes each (it has {}) nor lines of a glider's terminal with `surfacing,`",
+            bytes.len()
+        );
+        for (number, message) in bytes.chunks(SURFACING_BYTES).enumerate() {
+            take(format!("byte {}", number * SURFACING_BYTES), Ok(message.to_vec()));
+        }
+    }
+    if let (true, Some((place, why))) = (told.messages.is_empty(), told.damaged.first()) {
+        bail!("{place}: damaged ({why}); fetch the file again, or the next one");
+    }
+    Ok(told)
+}
+
+/// Way in depth that the law's table says of the glides, m.
+#[must_use]
+pub fn way_by_table_m(glide: &Glide) -> f64 {
+    f64::from(glide.speed_m_s) * f64::from(glide.path_rad).sin().abs() * f64::from(glide.time_s)
+}
+
+/// Names of the flags that were up.
+#[must_use]
+pub fn degraded(message: &Surfacing) -> Vec<&'static str> {
+    DEGRADATIONS.into_iter().filter(|(flag, _)| message.flags.contains(*flag)).map(|(_, name)| name).collect()
+}
+
+fn glide(g: &Glide) -> Value {
+    json!({ "time_s": g.time_s, "way_m": g.way_m, "way_by_table_m": way_by_table_m(g), "pitch_deg": g.pitch_rad.to_degrees(),
+        "path_deg": g.path_rad.to_degrees(), "speed_m_s": g.speed_m_s })
+}
+
+/// A message as JSON.
+#[must_use]
+pub fn document(place: &str, m: &Surfacing) -> Value {
+    let [down, up] = &m.glides;
+    json!({ "place": place, "phase": format!("{:?}", m.phase), "abort": m.abort.map(|a| format!("{a:?}")), "leak": format!("{:?}", m.leak),
+        "weight": format!("{:?}", m.weight), "fix": m.surface.gps_fix, "comms": m.surface.comms, "seq": m.seq, "time_s": m.time_s,
+        "dives": m.dives, "degraded": degraded(m), "table": format!("{:08x}", m.table_id), "deepest_m": m.deepest_m, "battery_v": m.battery_v,
+        "charge": m.charge, "hull_pa": m.vacuum_pa, "glides": { "down": glide(down), "up": glide(up) } })
+}
+
+/// A message for a person, at most 80 columns.
+#[must_use]
+pub fn rows(place: &str, m: &Surfacing) -> Vec<String> {
+    let abort = m.abort.map_or_else(|| "no abort".to_owned(), |a| format!("aborted: {a:?}"));
+    let known = |value: Option<f32>, scale: f32, unit: &str| value.map_or_else(|| "unknown".to_owned(), |v| format!("{:.1} {unit}", v * scale));
+    let yes = |is: bool| if is { "yes" } else { "no" };
+    let flags = degraded(m);
+    let mut rows = vec![
+        format!("{place}: frame {}, {} s after the start", m.seq, m.time_s),
+        format!("state          {:?}, {abort}, {} dives, table {:08x}", m.phase, m.dives, m.table_id),
+        format!("hull           leak {:?}, weight {:?}, pressure {} at most", m.leak, m.weight, known(m.vacuum_pa, 1e-3, "kPa")),
+        format!("battery        {} at least, charge {}", known(m.battery_v, 1.0, "V"), known(m.charge, 100.0, "%")),
+        format!("surface        fix {}, shore heard {}", yes(m.surface.gps_fix), yes(m.surface.comms)),
+        format!("degraded       {}", if flags.is_empty() { "never".to_owned() } else { flags.join(", ") }),
+        format!("glides         deepest {:.1} m", m.deepest_m),
+        "               time s   way m   by table   pitch°   path°   m/s".to_owned(),
+    ];
+    for (name, g) in ["down", "up"].into_iter().zip(&m.glides) {
+        rows.push(format!(
+            "{name:<14} {:>6.0}  {:>6.1}   {:>8.1}   {:>6.1}  {:>6.1}  {:>4.2}",
+            g.time_s,
+            g.way_m,
+            way_by_table_m(g),
+            g.pitch_rad.to_degrees(),
+            g.path_rad.to_degrees(),
+            g.speed_m_s
+        ));
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signals::{Abort, Flags, Phase};
+
+    fn message(seq: u32) -> Surfacing {
+        let dive = Glide { time_s: 296.0, way_m: 29.6, pitch_rad: -0.4, path_rad: -0.44, speed_m_s: 0.25 };
+        let glides = [dive, Glide { pitch_rad: 0.4, path_rad: 0.44, ..dive }];
+        Surfacing { seq, phase: Phase::Safe, abort: Some(Abort::Leak), flags: Flags::DEGRADED, deepest_m: 27.0, glides, ..Surfacing::default() }
+    }
+
+    #[test]
+    fn files_and_terminals_are_read_and_damage_is_named_by_its_place() {
+        let file = [message(7).encode(), message(8).encode()].concat();
+        let told = read(&file).expect("two");
+        assert_eq!(told.messages.iter().map(|(place, m)| (place.as_str(), m.seq)).collect::<Vec<_>>(), [("byte 0", 7), ("byte 54", 8)]);
+        let line = |m: &Surfacing| format!("surfacing,{}", STANDARD.encode(m.encode()));
+        let good = line(&message(9));
+        let call = format!("GliderDos I -3 >\r\nextctl: {good}\r\n{}\r\n{}\r\n", good.replace('A', "B"), &good[..40]);
+        let told = read(call.as_bytes()).expect("one");
+        assert_eq!((told.messages.len(), told.messages[0].1.seq, told.messages[0].0.as_str()), (1, 9, "line 2, column 19"));
+        assert_eq!(told.damaged.iter().map(|(p, _)| p.as_str()).collect::<Vec<_>>(), ["line 3, column 11", "line 4, column 11"]);
+        let refused = |bytes: &[u8]| read(bytes).expect_err("refused").to_string();
+        assert!(refused(&file[..53]).contains("it has 53") && refused(b"").contains("it has 0"));
+        assert!(refused(&[0; 54]).starts_with("byte 0: damaged"));
+    }
+
+    #[test]
+    fn what_is_shown_fits_the_terminal_and_says_the_evidence() {
+        let rows = rows("line 12345, column 123", &message(u32::MAX));
+        assert!(rows.iter().all(|row| row.chars().count() <= 80), "{rows:#?}");
+        let all = rows.join("\n");
+        for said in ["Safe, aborted: Leak", "flies worse than the table", "29.6       31.5    -22.9   -25.2  0.25"] {
+            assert!(all.contains(said), "{said}: {all}");
+        }
+        assert_eq!(document("byte 0", &message(1))["glides"]["up"]["time_s"], 296.0);
+    }
+}

@@ -17,8 +17,8 @@
 //! parts, registers and all, so that what flies there is this code.
 #![cfg_attr(not(test), no_std)]
 
-pub mod backseat_role;
 pub mod antenna;
+pub mod backseat_role;
 mod bytes;
 pub mod compass;
 pub mod parts;

@@ -240,28 +240,34 @@ fn prop_with_a_silent_board_the_mission_file_brings_the_vehicle_up() {
             trial.mission.max_duration_s = trial.mission.least_duration_s() as u32 + 60;
             trial.scenario.seed = seed;
             trial.scenario.ocean.water_depth_m = 120.0;
-            let at = draw(5) * 0.6 * f64::from(trial.mission.max_duration_s);
+            // Over the time that such a mission takes; one in twenty about the link.
+            let span_s = if seed % 20 == 0 { 40.0 } else { 0.3 * f64::from(trial.mission.max_duration_s) };
+            let at = draw(5) * span_s;
             let mut board = trial.board().expect("a board");
             let out = trial.over_the_line(&mut board, |setup| setup.events = vec![(at, Event::BoardSilent(true))]).expect("a flight");
             let phase = written(&out, 6, 0.0).last().map_or(-1, |phase| *phase as i32);
             let beyond_m = out.max_depth_m - f64::from(depth_max_m);
             let fine = out.home && beyond_m < 8.0;
-            let said = format!("seed {seed}, silent at {at:.0} s: {:?} {:?}, deepest {:.1} of {depth_max_m}", out.doing, out.aborted, out.max_depth_m);
+            let said = format!(
+                "seed {seed}, silent at {at:.0} s: {:?} {:?}, deepest {:.1} of {depth_max_m}",
+                out.doing, out.aborted, out.max_depth_m
+            );
             (phase, beyond_m, out.duration_s - at, (!fine).then_some(said))
         })
         .collect();
     let mut phases = std::collections::BTreeMap::<i32, usize>::new();
     flights.iter().for_each(|(phase, ..)| *phases.entry(*phase).or_default() += 1);
-    let most = |of: fn(&(i32, f64, f64, Option<String>)) -> f64| flights.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+    let beyond_m = flights.iter().fold(f64::NEG_INFINITY, |most, flight| most.max(flight.1));
+    let longest_s = flights.iter().fold(f64::NEG_INFINITY, |most, flight| most.max(flight.2));
     println!(
-        "{} missions, by the phase that the silence began in (-1: before the first order): {phases:?}; at most {:.1} m below the turn, {:.1} h to the surface",
+        "{} missions, by the phase that the silence began in (-1: before the first order): {phases:?}; at most {beyond_m:.1} m below the turn, {:.1} h to the surface",
         flights.len(),
-        most(|f| f.1),
-        most(|f| f.2) / 3600.0
+        longest_s / 3600.0
     );
     let lost: Vec<&String> = flights.iter().filter_map(|f| f.3.as_ref()).collect();
     assert!(lost.is_empty(), "{lost:#?}");
-    assert!([-1, 0, 1, 2, 3].iter().all(|phase| phases.contains_key(phase)), "a phase was missed: {phases:?}");
+    assert!([-1, 1, 2, 3, 4].iter().all(|phase| phases.contains_key(phase)), "a phase was missed: {phases:?}");
+    assert!(phases.get(&6).is_none_or(|done| *done < 100), "most after the mission: {phases:?}");
 }
 
 #[test]

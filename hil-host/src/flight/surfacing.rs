@@ -91,7 +91,8 @@ pub fn document(place: &str, m: &Surfacing) -> Value {
 #[must_use]
 pub fn rows(place: &str, m: &Surfacing) -> Vec<String> {
     let abort = m.abort.map_or_else(|| "no abort".to_owned(), |a| format!("aborted: {a:?}"));
-    let known = |value: Option<f32>, scale: f32, unit: &str| value.map_or_else(|| "unknown".to_owned(), |v| format!("{:.1} {unit}", v * scale));
+    let known =
+        |value: Option<f32>, scale: f32, unit: &str| value.map_or_else(|| "unknown".to_owned(), |v| format!("{:.1} {unit}", v * scale));
     let yes = |is: bool| if is { "yes" } else { "no" };
     let flags = degraded(m);
     let mut rows = vec![
@@ -126,7 +127,15 @@ mod tests {
     fn message(seq: u32) -> Surfacing {
         let dive = Glide { time_s: 296.0, way_m: 29.6, pitch_rad: -0.4, path_rad: -0.44, speed_m_s: 0.25 };
         let glides = [dive, Glide { pitch_rad: 0.4, path_rad: 0.44, ..dive }];
-        Surfacing { seq, phase: Phase::Safe, abort: Some(Abort::Leak), flags: Flags::DEGRADED, deepest_m: 27.0, glides, ..Surfacing::default() }
+        Surfacing {
+            seq,
+            phase: Phase::Safe,
+            abort: Some(Abort::Leak),
+            flags: Flags::DEGRADED,
+            deepest_m: 27.0,
+            glides,
+            ..Surfacing::default()
+        }
     }
 
     #[test]

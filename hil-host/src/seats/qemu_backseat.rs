@@ -26,6 +26,8 @@ use std::time::{Duration, Instant};
 
 /// A board that does not take its turn within this is stuck.
 const TURN: Duration = Duration::from_secs(10);
+/// Without an answer for so long its line is looked at.
+const DRAIN: Duration = Duration::from_millis(20);
 /// Time that the emulator takes for a byte, measured.
 const BYTE: Duration = Duration::from_micros(20);
 /// Between two looks at what it says.
@@ -71,13 +73,43 @@ fn with_jumper(image: &Path, to: &Path) -> anyhow::Result<Places> {
 struct Memory {
     port: BufReader<UnixStream>,
     answer: String,
+    line: Line,
+}
+
+/// What the board says. The emulator stands still while nobody takes its bytes: some 280 of them, then it answers no test port either.
+struct Line {
+    stream: UnixStream,
+    said: Vec<u8>,
+}
+
+impl Line {
+    /// Takes what is there.
+    fn drain(&mut self) -> anyhow::Result<()> {
+        let mut piece = [0; 1024];
+        loop {
+            match self.stream.read(&mut piece) {
+                Ok(0) => bail!("{} closed the line", qemu::PROGRAM),
+                Ok(n) => self.said.extend(piece.iter().take(n)),
+                Err(e) if e.kind() == ErrorKind::WouldBlock => return Ok(()),
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                Err(e) => return Err(e).context("QEMU's line"),
+            }
+        }
+    }
 }
 
 impl Memory {
     fn ask(&mut self, command: &str) -> anyhow::Result<u32> {
         self.port.get_mut().write_all(format!("{command}\n").as_bytes()).context("QEMU's test port")?;
         self.answer.clear();
-        self.port.read_line(&mut self.answer).context("QEMU's test port")?;
+        let until = Instant::now() + TURN;
+        while let Err(e) = self.port.read_line(&mut self.answer) {
+            let waits = matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) && Instant::now() < until;
+            if !waits {
+                return Err(e).context("QEMU's test port");
+            }
+            self.line.drain()?;
+        }
         match self.answer.trim().split_once(' ') {
             Some(("OK", hex)) => {
                 u32::from_str_radix(hex.trim_start_matches("0x"), 16).with_context(|| format!("QEMU's test port: {command}: {hex}"))
@@ -130,7 +162,6 @@ struct Emulator {
 /// QEMU with the image as a backseat; ends when dropped.
 pub struct QemuBackseat {
     _emulator: Emulator,
-    line: UnixStream,
     monitor: UnixStream,
     memory: Memory,
     places: Places,
@@ -195,13 +226,15 @@ impl QemuBackseat {
         let child = emulator.child.insert(child);
         let mut open = |name: &str| connect(&folder.join(name), child);
         let (memory, monitor, line, service) = (open("memory")?, open("monitor")?, open("line")?, open("service")?);
-        let memory = Memory { port: BufReader::new(memory), answer: String::new() };
-        let mut board = Self { _emulator: emulator, line, monitor, memory, places, sent: 0, booted: Micros(0) };
+        memory.set_read_timeout(Some(DRAIN))?;
+        line.set_nonblocking(true)?;
+        let line = Line { stream: line, said: Vec::new() };
+        let memory = Memory { port: BufReader::new(memory), answer: String::new(), line };
+        let mut board = Self { _emulator: emulator, monitor, memory, places, sent: 0, booted: Micros(0) };
         let until = Instant::now() + TURN;
         board.wait(until, "does not start", |_, passes| passes > 0)?;
         store(service, mission, config)?;
         board.memory.write_word(TICK_CONTROL, 0)?;
-        board.line.set_nonblocking(true)?;
         Ok(board)
     }
 
@@ -253,9 +286,10 @@ impl Backseat for QemuBackseat {
         let (now_ms, until) = (now.since(self.booted).0 / 1000, Instant::now() + TURN);
         if !heard.is_empty() {
             self.clock(now_ms)?;
-            self.line.set_nonblocking(false)?;
-            self.line.write_all(heard).context("QEMU's line")?;
-            self.line.set_nonblocking(true)?;
+            let stream = &mut self.memory.line.stream;
+            stream.set_nonblocking(false)?;
+            stream.write_all(heard).context("QEMU's line")?;
+            stream.set_nonblocking(true)?;
             self.sent = self.sent.wrapping_add(heard.len() as u32);
             let sent = self.sent;
             std::thread::sleep(BYTE * heard.len() as u32);
@@ -269,15 +303,8 @@ impl Backseat for QemuBackseat {
             self.wait(until, "does not wake", |_, now| now != passes)?;
         }
         // The emulator sends a byte before it goes on: all of them are here.
-        let mut piece = [0; 1024];
-        loop {
-            match self.line.read(&mut piece) {
-                Ok(0) => bail!("{} closed the line", qemu::PROGRAM),
-                Ok(n) => said.extend(piece.iter().take(n)),
-                Err(e) if e.kind() == ErrorKind::WouldBlock => return Ok(()),
-                Err(e) if e.kind() == ErrorKind::Interrupted => {}
-                Err(e) => return Err(e).context("QEMU's line"),
-            }
-        }
+        self.memory.line.drain()?;
+        said.append(&mut self.memory.line.said);
+        Ok(())
     }
 }

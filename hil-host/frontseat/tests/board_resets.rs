@@ -1,4 +1,4 @@
-//! A board that is reset in flight, its line dead or alive; a vehicle in SAFE that is afloat; what the shore is told.
+//! A board that is reset in flight, its line dead or alive; a vehicle in SAFE that is afloat; what the shore is received.
 
 mod flights;
 
@@ -105,17 +105,20 @@ fn messages(out: &Outcome) -> Vec<Surfacing> {
 }
 
 #[test]
-fn every_surfacing_is_told_with_the_evidence_of_its_glides() {
+fn every_surfacing_is_reported_with_the_evidence_of_its_glides() {
     for needs_close in [false, true] {
         let mut trial = shallow(Wings::Standard);
         trial.mission.surface_every = 2;
         let out = trial
             .over_the_line(&mut trial.board().expect("a board"), |setup| setup.switches = Switches { needs_close, ..Switches::default() })
             .expect("a flight");
-        let told = messages(&out);
-        assert_eq!((out.dives, told.len()), (4, 2), "{:?}", out.files.keys());
-        assert_eq!(told.iter().map(|m| (m.phase, m.dives, m.abort)).collect::<Vec<_>>(), [(Phase::Comms, 2, None), (Phase::Done, 4, None)]);
-        for message in &told {
+        let received = messages(&out);
+        assert_eq!((out.dives, received.len()), (4, 2), "{:?}", out.files.keys());
+        assert_eq!(
+            received.iter().map(|m| (m.phase, m.dives, m.abort)).collect::<Vec<_>>(),
+            [(Phase::Comms, 2, None), (Phase::Done, 4, None)]
+        );
+        for message in &received {
             let [down, up] = message.glides;
             assert!((25.0..30.0).contains(&message.deepest_m) && down.pitch_rad < -0.2 && up.pitch_rad > 0.2, "{message:?}");
             for glide in [down, up] {
@@ -132,8 +135,8 @@ fn every_surfacing_is_told_with_the_evidence_of_its_glides() {
 fn a_lost_mission_tells_why_it_came_up() {
     let at = mid_dive();
     let out = flown(|setup| setup.events = vec![(at, Event::GliderSilent(true)), (at + 120.0, Event::GliderSilent(false))]);
-    let told = messages(&out);
-    assert!(out.home && told.last().is_some_and(|m| m.phase == Phase::Safe && m.abort == Some(Abort::LinkLost)), "{told:?}");
+    let received = messages(&out);
+    assert!(out.home && received.last().is_some_and(|m| m.phase == Phase::Safe && m.abort == Some(Abort::LinkLost)), "{received:?}");
 }
 
 /// All sensors in every cycle and the list's file besides: at a quarter of the line's speed they fill it, and the mission is flown whole.

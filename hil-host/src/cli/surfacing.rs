@@ -33,16 +33,16 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let name = args.file.display().to_string();
     let bytes = std::fs::read(&args.file).with_context(|| format!("{name}: cannot read"))?;
-    let told = read(&bytes).with_context(|| name.clone())?;
-    let messages: Vec<_> = told.messages.iter().map(|(place, message)| document(place, message)).collect();
-    let damaged: Vec<_> = told.damaged.iter().map(|(place, why)| json!({ "place": place, "why": why })).collect();
+    let received = read(&bytes).with_context(|| name.clone())?;
+    let messages: Vec<_> = received.messages.iter().map(|(place, message)| document(place, message)).collect();
+    let damaged: Vec<_> = received.damaged.iter().map(|(place, why)| json!({ "place": place, "why": why })).collect();
     output.emit(&json!({ "file": name, "messages": messages, "damaged": damaged }), || {
-        for (place, message) in &told.messages {
+        for (place, message) in &received.messages {
             rows(place, message).iter().for_each(|row| say(row));
             println!();
         }
-        told.damaged.iter().for_each(|(place, why)| say(&format!("{place}: damaged ({why})")));
+        received.damaged.iter().for_each(|(place, why)| say(&format!("{place}: damaged ({why})")));
     });
-    let bad = told.messages.iter().any(|(_, m)| m.abort.is_some() || m.leak == Switch::Alarm || m.weight == Weight::Released);
-    Ok(if bad || !told.damaged.is_empty() { Verdict::Negative } else { Verdict::Ok })
+    let bad = received.messages.iter().any(|(_, m)| m.abort.is_some() || m.leak == Switch::Alarm || m.weight == Weight::Released);
+    Ok(if bad || !received.damaged.is_empty() { Verdict::Negative } else { Verdict::Ok })
 }

@@ -15,7 +15,7 @@ const TEXT: usize = SURFACING_BYTES.div_ceil(3) * 4;
 
 /// What a file says.
 #[derive(Debug, Default)]
-pub struct Told {
+pub struct Received {
     /// Messages, and where each stands.
     pub messages: Vec<(String, Surfacing)>,
     /// Where one stands that cannot be read, and why.
@@ -26,13 +26,13 @@ pub struct Told {
 ///
 /// # Errors
 /// There is none in it, or all are damaged.
-pub fn read(bytes: &[u8]) -> anyhow::Result<Told> {
-    let mut told = Told::default();
+pub fn read(bytes: &[u8]) -> anyhow::Result<Received> {
+    let mut received = Received::default();
     let mut take = |place: String, message: Result<Vec<u8>, String>| {
         let read = message.and_then(|bytes| Surfacing::decode(&bytes).map_err(|e| format!("{e:?}")));
         match read {
-            Ok(message) => told.messages.push((place, message)),
-            Err(why) => told.damaged.push((place, why)),
+            Ok(message) => received.messages.push((place, message)),
+            Err(why) => received.damaged.push((place, why)),
         }
     };
     let mut text = false;
@@ -54,10 +54,10 @@ pub fn read(bytes: &[u8]) -> anyhow::Result<Told> {
             take(format!("byte {}", number * SURFACING_BYTES), Ok(message.to_vec()));
         }
     }
-    if let (true, Some((place, why))) = (told.messages.is_empty(), told.damaged.first()) {
+    if let (true, Some((place, why))) = (received.messages.is_empty(), received.damaged.first()) {
         bail!("{place}: damaged ({why}); fetch the file again, or the next one");
     }
-    Ok(told)
+    Ok(received)
 }
 
 /// Way in depth that the law's table says of the glides, m.
@@ -117,51 +117,4 @@ pub fn rows(place: &str, m: &Surfacing) -> Vec<String> {
         ));
     }
     rows
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use signals::{Abort, Flags, Phase};
-
-    fn message(seq: u32) -> Surfacing {
-        let dive = Glide { time_s: 296.0, way_m: 29.6, pitch_rad: -0.4, path_rad: -0.44, speed_m_s: 0.25 };
-        let glides = [dive, Glide { pitch_rad: 0.4, path_rad: 0.44, ..dive }];
-        Surfacing {
-            seq,
-            phase: Phase::Safe,
-            abort: Some(Abort::Leak),
-            flags: Flags::DEGRADED,
-            deepest_m: 27.0,
-            glides,
-            ..Surfacing::default()
-        }
-    }
-
-    #[test]
-    fn files_and_terminals_are_read_and_damage_is_named_by_its_place() {
-        let file = [message(7).encode(), message(8).encode()].concat();
-        let told = read(&file).expect("two");
-        assert_eq!(told.messages.iter().map(|(place, m)| (place.as_str(), m.seq)).collect::<Vec<_>>(), [("byte 0", 7), ("byte 54", 8)]);
-        let line = |m: &Surfacing| format!("surfacing,{}", STANDARD.encode(m.encode()));
-        let good = line(&message(9));
-        let call = format!("GliderDos I -3 >\r\nextctl: {good}\r\n{}\r\n{}\r\n", good.replace('A', "B"), &good[..40]);
-        let told = read(call.as_bytes()).expect("one");
-        assert_eq!((told.messages.len(), told.messages[0].1.seq, told.messages[0].0.as_str()), (1, 9, "line 2, column 19"));
-        assert_eq!(told.damaged.iter().map(|(p, _)| p.as_str()).collect::<Vec<_>>(), ["line 3, column 11", "line 4, column 11"]);
-        let refused = |bytes: &[u8]| read(bytes).expect_err("refused").to_string();
-        assert!(refused(&file[..53]).contains("it has 53") && refused(b"").contains("it has 0"));
-        assert!(refused(&[0; 54]).starts_with("byte 0: damaged"));
-    }
-
-    #[test]
-    fn what_is_shown_fits_the_terminal_and_says_the_evidence() {
-        let rows = rows("line 12345, column 123", &message(u32::MAX));
-        assert!(rows.iter().all(|row| row.chars().count() <= 80), "{rows:#?}");
-        let all = rows.join("\n");
-        for said in ["Safe, aborted: Leak", "flies worse than the table", "29.6       31.5    -22.9   -25.2  0.25"] {
-            assert!(all.contains(said), "{said}: {all}");
-        }
-        assert_eq!(document("byte 0", &message(1))["glides"]["up"]["time_s"], 296.0);
-    }
 }

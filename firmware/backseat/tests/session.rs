@@ -104,10 +104,12 @@ fn test_08_a_command_is_exactly_two_sentences() {
     let narrow = Limits { battery_m: 0.382 * 0.0254, ..limits() };
     let far = ActuatorCommand { battery_mass_m: 0.0254, ..command };
     assert_eq!(text(&narrow, &far)[0], line_of("SW,0:236.000000,1:0.382000,2:0.100000"));
+    // What is no number, and what the glider takes for a link to a parameter, is not sent.
     let absurd = ActuatorCommand { fin_rad: f32::NAN, ..command };
-    assert!(
-        backseat::orders::sentences(&backseat::orders::parameters(&absurd, &Targets { dive_m: 1e6, climb_m: 2.0 }, &limits())).is_err()
-    );
+    for (command, dive_m) in [(absurd, 195.0), (command, 1e6)] {
+        let values = backseat::orders::parameters(&command, &Targets { dive_m, climb_m: 2.0 }, &limits());
+        assert!(backseat::orders::sentences(&values).is_err(), "{values:?}");
+    }
 }
 
 fn line_of(body: &str) -> String {

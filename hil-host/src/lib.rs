@@ -9,5 +9,6 @@ pub mod paper;
 pub mod score;
 pub mod seats;
 pub mod serve;
+pub mod shards;
 pub mod terminal;
 pub mod whole_file;

@@ -139,7 +139,7 @@ fn regress_a_killed_fleet_goes_on_to_the_same_digest() {
     let took = started.elapsed();
     let entries = || {
         std::fs::read_dir(here.0.join("killed.parquet.cache"))
-            .map_or(0, |d| d.flatten().filter(|e| e.path().extension().is_some_and(|x| x == "json")).count())
+            .map_or(0, |d| d.flatten().filter(|e| e.path().extension().is_some_and(|x| x == "kept")).count())
     };
     let mut between = 0;
     for kill in 0..10_u32 {
@@ -161,7 +161,7 @@ fn regress_a_killed_fleet_goes_on_to_the_same_digest() {
         .expect("a cache")
         .flatten()
         .map(|e| e.path())
-        .find(|p| p.extension().is_some_and(|x| x == "json"));
+        .find(|p| p.extension().is_some_and(|x| x == "kept"));
     let cut = cut.expect("an entry");
     let text = std::fs::read(&cut).expect("reads");
     std::fs::write(&cut, &text[..text.len() / 3]).expect("written");

@@ -85,7 +85,7 @@ const WRITERS: [(&[&str], &str, u32); 13] = [
     (&["plot", "flight", "--flight", "flown", "--out", "picture.png"], "picture.png", 5),
     (&["plot", "flight", "--flight", "flown", "--out", "picture.svg"], "picture.svg", 5),
     (&["diagnose", "--quick", "--flight", "flown", "--predict", "after.csv"], "after.csv", 4),
-    (&["faults", "--healthy", "8", "--out", "campaign.json"], "campaign.json", 6),
+    (&["faults", "--healthy", "8", "--resume", "--out", "campaign.json"], "campaign.json", 6),
 ];
 
 fn scratch() -> PathBuf {

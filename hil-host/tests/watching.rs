@@ -24,8 +24,8 @@ fn watched(index: usize, dives: usize, change: Change, onset: usize) -> Scored {
 fn scorecard_steps_of_drag_and_trim_are_named_dated_and_sized() {
     for (index, change) in [(0, Change::Drag(0.3)), (1, Change::Trim(-25.0))] {
         let done = watched(index, 24, change, 13);
-        assert!(done.near() && done.others == 0, "{change:?}: {:?}", done.timeline.events);
-        let event = &done.timeline.events[0];
+        assert!(done.near() && done.others == 0, "{change:?}: {:?}", done.named);
+        let event = &done.named[0];
         assert!(done.covered, "{change:?}: {event:?}");
     }
 }
@@ -33,7 +33,7 @@ fn scorecard_steps_of_drag_and_trim_are_named_dated_and_sized() {
 #[test]
 fn scorecard_an_unchanged_mission_raises_alarms_as_often_as_calculated() {
     let done = watched(2, 24, Change::Nothing, 24);
-    assert!(done.timeline.events.is_empty(), "{:?}", done.timeline.events);
+    assert!(done.named.is_empty(), "{:?}", done.named);
     // The whole count, 20,000 dives of ten missions, is the scorecard's.
     let Alarms { dives, alarms, .. } = false_alarms(&[&done], 20 * DIVES, SEED, 2, &|| ()).expect("counted");
     // 1.2 are calculated; five have a probability of 1 %.

@@ -10,7 +10,8 @@ use std::path::PathBuf;
 
 use discovery::export::{named_columns, table::Table};
 use hil_host::cli::{self, Verdict};
-use hil_host::fleet::{archive, cache};
+use hil_host::fleet::archive;
+use hil_host::shards::kept;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCFunction, PyDict, PyTuple};
@@ -70,7 +71,7 @@ fn table(arguments: &Bound<'_, PyTuple>) -> PyResult<Columns> {
 
 /// Says which file this module is: what another build kept of a fleet is asked anew.
 fn identify(arguments: &Bound<'_, PyTuple>) -> PyResult<()> {
-    cache::program_is(only(arguments)?);
+    kept::program_is(only(arguments)?);
     Ok(())
 }
 

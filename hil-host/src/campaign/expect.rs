@@ -33,7 +33,8 @@ const FRESH_S: f64 = CYCLE_S + demands::LATE_S;
 pub type Causes = &'static [Abort];
 
 /// Expected behaviour beyond the global rules.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(from = "super::blocks::Owed", into = "super::blocks::Owed")]
 pub enum Expect {
     /// Abort with one of these first causes within this many seconds.
     Abort(Causes, f64),
@@ -46,7 +47,7 @@ pub enum Expect {
 }
 
 /// What is owed once a sign has stood for so long.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Duty {
     /// What shows.
     pub sign: Sign,
@@ -57,7 +58,7 @@ pub struct Duty {
 }
 
 /// What a duty asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Act {
     /// An abort.
     Abort,

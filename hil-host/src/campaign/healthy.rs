@@ -9,9 +9,10 @@ use plant::World;
 use serde_json::{Value, json};
 
 /// What came of one of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Flight {
-    /// The mission and its world.
+    /// The mission and its world; made again from its number when it was kept.
+    #[serde(skip, default = "no_draw")]
     pub draw: Draw,
     /// Number it was drawn from.
     pub seed: u64,
@@ -25,7 +26,17 @@ pub struct Flight {
     pub duration_s: f64,
 }
 
+fn no_draw() -> Draw {
+    Draw::new(0)
+}
+
 impl Flight {
+    /// As it was before it was kept.
+    #[must_use]
+    pub fn drawn_again(self) -> Self {
+        Self { draw: Draw::new(self.seed), ..self }
+    }
+
     /// Flown to the end, without an abort.
     #[must_use]
     pub fn done(&self) -> bool {

@@ -38,7 +38,7 @@ const LENS_M: (f64, f64) = (8.0, 0.5);
 const WING_KG: f64 = 0.05;
 
 /// The budget of a case.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Means {
     /// Least upward force at rest that is left when all that ends has ended, N.
     pub for_good_n: f64,

@@ -15,6 +15,7 @@
 //! win, the mission is set apart: flown, but owing only an abort, full buoyancy and
 //! the weight. Every other loss counts against the controller, whatever led to it.
 
+pub mod blocks;
 pub mod bounds;
 pub mod breaks;
 pub mod demands;
@@ -55,9 +56,10 @@ use twin::Twin;
 use zones::Zones;
 
 /// What came of one mission.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Verdict {
     /// The mission.
+    #[serde(skip, default = "blocks::no_case")]
     pub case: Case,
     /// How it ended.
     pub end: End,
@@ -70,9 +72,11 @@ pub struct Verdict {
     /// Time flown, s.
     pub duration_s: f64,
     /// Rules broken, in words; empty: the mission was safe.
+    #[serde(deserialize_with = "crate::shards::interned::texts")]
     pub broken: Vec<&'static str>,
     /// Expectation of the fault not met, in words.
-    pub unmet: Option<&'static str>,
+    #[serde(deserialize_with = "crate::shards::interned::text_or_none")]
+    pub unmet: Option<crate::shards::interned::Words>,
     /// What the fault is owed, if it is the only one and became active.
     pub owed: Option<Expect>,
     /// Time from the sign that made it due to the abort, s; none: no abort, or none due by a sign.

@@ -76,9 +76,9 @@ impl<'a> Matrix<'a> {
     }
 }
 
-/// The page of a campaign; `through` says in one line what a seat made of a sample, if one did.
+/// The page of a campaign; `flown` says in one line in how long, where, and what a seat made of a sample, if one did.
 #[must_use]
-pub fn page(s: &Summary, faulty: &[Verdict], healthy: &[Verdict], wall_s: f64, through: Option<&str>) -> Page {
+pub fn page(s: &Summary, faulty: &[Verdict], healthy: &[Verdict], flown: &str) -> Page {
     let mut answer = vec![(
         "Verdict".to_owned(),
         format!(
@@ -108,7 +108,7 @@ pub fn page(s: &Summary, faulty: &[Verdict], healthy: &[Verdict], wall_s: f64, t
             ),
         },
     ));
-    answer.push(("Flown".into(), format!("{wall_s:.0} s, in this process{}", through.map_or(String::new(), |t| format!("; {t}")))));
+    answer.push(("Flown".into(), flown.to_owned()));
     Page {
         title: "Fault campaign".into(),
         answer,
@@ -368,13 +368,13 @@ mod tests {
         let some = spread(cases(), 60);
         let healthy: Vec<_> = twins(&some).iter().take(4).map(|c| run(c).expect("flies")).collect();
         let mut faulty: Vec<_> = some.iter().map(|c| run(c).expect("flies")).collect();
-        let good = page(&Summary::of(&faulty, &healthy), &faulty, &healthy, 1.0, None);
+        let good = page(&Summary::of(&faulty, &healthy), &faulty, &healthy, "1 s");
         assert!(good.answer[0].1.starts_with("60 of 60 fault missions"), "{:?}", good.answer);
         if let Some(v) = faulty.first_mut() {
             v.broken.push("below crush depth");
         }
         let name = faulty[0].case.name();
-        let bad = page(&Summary::of(&faulty, &healthy), &faulty, &healthy, 1.0, Some("QEMU: the same"));
+        let bad = page(&Summary::of(&faulty, &healthy), &faulty, &healthy, "QEMU: the same");
         assert!(bad.answer[0].1.starts_with("NOT PASSED: 59 of 60"), "{:?}", bad.answer);
         let html = bad.to_html();
         assert!(html.contains(&name) && html.contains("below crush depth") && html.contains("QEMU: the same"));

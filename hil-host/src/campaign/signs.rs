@@ -15,7 +15,7 @@ use plant::faults::Target;
 use signals::{Phase, Reading, Switch};
 
 /// What can be seen of a fault.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Sign {
     /// This depth sensor says nothing usable, or is off the true depth by more than two sensors may differ.
     DepthWrong(Target),

@@ -1,17 +1,22 @@
 //! `glider faults`.
 
+use super::faults_report::report;
+use super::shards::{MergeArgs, Session, ShardArgs, To, file_report, parts, said_of_shard};
 use super::{Output, Verdict};
-use crate::campaign::lattice::{Case, SETS, broken, cases, drawn, spread, twins};
-use crate::campaign::{self, Summary, through_seat};
-use crate::fleet::part::Shard;
+use crate::campaign::blocks::{Block, plan, ranges, verdicts};
+use crate::campaign::lattice::{Case, SEEDS, cases, spread};
+use crate::campaign::{self, healthy::Flight, through_seat};
 use crate::seats::Choice;
-use crate::terminal::table;
-use anyhow::{Context, bail};
+use crate::shards::kept::key;
+use crate::shards::part;
+use crate::shards::work::Done;
+use anyhow::{Context, bail, ensure};
 use control::mutant::Mutant;
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressIterator, ProgressStyle};
-use rayon::prelude::*;
+use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -20,15 +25,19 @@ const LEAST_SCORE: f64 = 0.95;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:\n  glider faults\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
-glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n  glider faults --part 2/8 --out part2.json\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
+#[command(
+    after_help = "Examples:\n  glider faults\n  glider faults --resume                                  (goes on after Ctrl-C or a break)\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
+glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n  glider faults --shard 2/8 --out part2.json              (the second of eight machines)\n  glider faults merge part*.json --out out/faults.json\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
 each ends on the board's own parts as on frames; --bus disturbs its buses: no hang, no reading of what is not there.\n\
 A mission that nobody could bring home (pump and weight less the load at rest, or the best moves five minutes after the fault) is set\n\
 apart under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
 Every fault alone is owed an abort within a bound, a way home, an undisturbed mission, or, where its effect decides, an abort for the right\n\
 cause at most, in time after a sign of it: the report and by_fault in the JSON list all of them, with the worst latency seen.\n\
-Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met.")]
+Exit code 1 if any mission was unsafe, any healthy twin aborted, or any fault's own expectation was not met; of a shard,\nif one of its own missions was not as it should be."
+)]
 pub struct Args {
+    #[command(subcommand)]
+    then: Option<Then>,
     /// in-process, or a seat (pty, qemu, parts, PORT) through which a sample is flown and compared.
     #[arg(long, default_value = "in-process")]
     pub(super) seat: String,
@@ -41,9 +50,11 @@ pub struct Args {
     /// Changes all noise of the campaign, and which missions are drawn.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Fly only this part of the missions, as 2/8: to share a campaign among machines or nights.
-    #[arg(long, value_name = "I/N", default_value = "1/1")]
-    part: Shard,
+    #[command(flatten)]
+    shards: ShardArgs,
+    /// Missions that are flown at a time; default: as many as there are cores.
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    jobs: usize,
     /// Only cases whose name contains this; with --mutation only broken laws.
     #[arg(long, value_name = "TEXT")]
     pub(super) only: Option<String>,
@@ -60,7 +71,7 @@ pub struct Args {
     /// Print every case that is not as it should be.
     #[arg(long)]
     pub(super) list: bool,
-    /// Write the whole list as JSON.
+    /// Write the whole list as JSON, without the times that it took, so that its SHA-256 is that of any other such run; of a shard its results.
     #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
     /// Write the report here.
@@ -71,16 +82,46 @@ pub struct Args {
     elf: Option<PathBuf>,
 }
 
+#[derive(clap::Subcommand, Debug)]
+enum Then {
+    /// Put the parts of shards together: one report, as if one machine had flown all missions.
+    #[command(
+        after_help = "Examples:\n  glider faults merge part*.json --out out/faults.json\nExit code as without shards; 2: bad input, as a shard that is missing."
+    )]
+    Merge(MergeArgs),
+}
+
+/// What a campaign's missions depend on.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Plan {
+    seed: u64,
+    sample: Option<usize>,
+    random: Option<u64>,
+    only: Option<String>,
+    healthy: Option<u64>,
+    seat: String,
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    if let Some(path) = &args.out {
-        crate::whole_file::may_write(path, &[], &["json"], output.force)?;
+    if let Some(Then::Merge(merge)) = &args.then {
+        let alone = args.out.is_none() && args.shards.shard.is_none() && args.sample.is_none() && args.only.is_none();
+        ensure!(alone, "what merge is to do stands after it: glider faults merge PART… --out FILE");
+        let merged = parts(merge, &["faults"], output)?;
+        let plan: Plan = serde_json::from_value(merged.plan.clone()).context("these parts are of another version of glider")?;
+        let html = merge.html.as_ref().unwrap_or(&args.html);
+        return fly(&plan, &Session::merging("faults", merged), &To { out: merge.out.as_deref(), html, list: merge.list }, args, output);
     }
-    if let Some(n) = args.healthy {
-        return healthy(n, args, output);
+    let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
+    let in_shards = args.shards.shard.is_some() || args.shards.resume || args.shards.cache.is_some();
+    let other = args.mutation || args.bus.is_some() || choice == Choice::Parts;
+    ensure!(!(in_shards && other), "--shard, --resume and --cache go with missions of the lattice, random ones and --healthy only");
+    ensure!(args.shards.shard.is_none() || choice == Choice::InProcess, "--shard goes with missions in this process, not through a seat");
+    if other && let Some(path) = &args.out {
+        crate::whole_file::may_write(path, &[], &["json"], output.force)?;
     }
     if args.mutation {
         return mutation(args, output);
@@ -88,110 +129,109 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(n) = args.bus {
         return super::faults_own_parts::bus(n, args, output);
     }
-    let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
     if choice == Choice::Parts {
         return super::faults_own_parts::missions(args, output);
     }
-    let in_seat = choice != Choice::InProcess;
-    let (mut chosen, random) = chosen(args, &choice)?;
-    let started = Instant::now();
-    let twins = twins(&chosen);
-    let missions = args.part.range(args.seed.wrapping_mul(1 << 32), random.div_ceil(SETS));
-    let drawn = drawn(missions.start, missions.end - missions.start);
-    let bar = bar((chosen.len() + twins.len() + drawn.len() * (1 + SETS as usize)) as u64, "missions");
-    let fly_all = |cases: &[Case]| cases.par_iter().progress_with(bar.clone()).map(campaign::run).collect::<anyhow::Result<Vec<_>>>();
-    let mut healthy = fly_all(&twins)?;
-    let mut faulty = fly_all(&chosen)?;
-    let calm = fly_all(&drawn)?;
-    chosen = calm.iter().flat_map(|v| broken(&v.case, v.duration_s).collect::<Vec<_>>()).collect();
-    faulty.extend(fly_all(&chosen)?);
-    healthy.extend(calm);
-    bar.finish_and_clear();
-    let seat = if in_seat { Some(compare(args, &choice, &faulty)?) } else { None };
-    let summary = Summary::of(&faulty, &healthy);
-    let wall_s = started.elapsed().as_secs_f64();
-    let bad: Vec<&campaign::Verdict> = faulty.iter().chain(&healthy).filter(|v| v.wrong()).collect();
-    let apart: Vec<Value> = faulty.iter().filter(|v| v.apart()).map(campaign::Verdict::document).collect();
-    let mut document = json!({
-        "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "false_aborts": summary.false_aborts,
-            "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "beyond_any_controller": summary.apart, "of_these_home": summary.apart_home,
-            "deeper_than_100_m": summary.at_depth, "pairs_at_depth": summary.pairs_at_depth, "bad_line_changed_commands": summary.line_changed, "seed": args.seed, "seat": choice.to_string() },
-        "not_as_expected": bad.iter().map(|v| v.document()).collect::<Vec<_>>(),
-        "no_means_left": apart,
-        "by_fault": campaign::tally::rows(&faulty).iter().map(campaign::tally::Row::document).collect::<Vec<_>>(),
-    });
-    if let (Some(map), Some(seat)) = (document.as_object_mut(), &seat) {
-        map.insert("through_seat".to_owned(), seat.clone());
-    }
-    if let Some(path) = &args.out {
-        let mut whole = document.clone();
-        whole["cases"] = faulty.iter().chain(&healthy).map(campaign::Verdict::document).collect();
-        crate::whole_file::write(path, format!("{whole:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
-    }
-    let through = seat.as_ref().map(|s| {
-        let different = s["different"].as_array().map_or(0, Vec::len);
-        format!(
-            "{} of them through {} too, {different} with another verdict or actuator stream",
-            s["missions"],
-            s["seat"].as_str().unwrap_or_default()
-        )
-    });
-    campaign::report::page(&summary, &faulty, &healthy, wall_s, through.as_deref()).write(&args.html)?;
-    document["report"] = json!(args.html);
-    output.emit(&document, || print(&summary, &faulty, &bad, wall_s, seat.as_ref(), args));
-    let seat_equal = seat.is_none_or(|s| s["different"].as_array().is_some_and(Vec::is_empty));
-    Ok(if summary.passed() && seat_equal { Verdict::Ok } else { Verdict::Negative })
+    let (sample, random, only) = (args.sample, args.random, args.only.clone());
+    let plan = Plan { seed: args.seed, sample, random, only, healthy: args.healthy, seat: choice.to_string() };
+    let files = (args.out.as_deref(), args.html.as_path());
+    let session = Session::open(&args.shards, ("faults", &json!(plan)), files, args.jobs, output)?;
+    fly(&plan, &session, &To { out: args.out.as_deref(), html: &args.html, list: args.list }, args, output)
 }
 
-/// The missions of the lattice that are flown, and how many random ones.
-fn chosen(args: &Args, choice: &Choice) -> anyhow::Result<(Vec<Case>, u64)> {
-    let in_seat = *choice != Choice::InProcess;
-    let mut chosen = cases();
-    for case in &mut chosen {
-        case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(campaign::lattice::SEEDS));
+/// Flies the missions of a plan, or takes them from parts, and reports.
+fn fly(plan: &Plan, session: &Session, to: &To, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if let Some(n) = plan.healthy {
+        return healthy(n, plan, session, to, output);
     }
-    if let Some(text) = &args.only {
-        chosen.retain(|c| c.name().contains(text.as_str()));
-        if chosen.is_empty() {
-            bail!("--only {text}: no case has this in its name; names are as in glider fly --fault");
+    let started = Instant::now();
+    let choice: Choice = plan.seat.parse().unwrap_or(Choice::InProcess);
+    let blocks = plan.blocks(&choice)?;
+    let own = || blocks.iter().enumerate().filter(|(place, _)| session.work.shard.has(*place)).map(|(_, b)| b);
+    let bar = bar(own().map(Block::missions).sum(), "missions");
+    session.announce(&bar);
+    let key = |b: &Block| key(&["faults", &format!("{b:?}")]);
+    let done = session.work.run(&blocks, &key, &Block::fly, &|b, _| bar.inc(b.missions())).map_err(|e| session.explained(e))?;
+    bar.finish_and_clear();
+    if let (false, Some(out)) = (session.is_whole(), to.out) {
+        let [healthy, faulty] = verdicts(done.iter().map(|d| (&blocks[d.place], d.value.clone())));
+        let all = || faulty.iter().chain(&healthy);
+        let wrong: Vec<Value> = all().filter(|v| v.wrong()).map(campaign::Verdict::document).collect();
+        let about = json!({ "missions": all().count(), "not_as_expected": wrong, "wall_s": started.elapsed().as_secs_f64().round() });
+        let about = session.leave_part(out, done.iter(), about)?;
+        let what = format!("{} missions, {} not as expected", about["missions"], wrong.len());
+        return Ok(said_of_shard(&about, &what, "glider faults merge", output, !wrong.is_empty()));
+    }
+    let flown = verdicts(done.into_iter().map(|d| (&blocks[d.place], d.value)));
+    let seat = if choice == Choice::InProcess { None } else { Some(compare(args, &choice, &flown[1])?) };
+    let verdict = report(&flown, (plan.seed, &choice), seat, (started, session.merges()), to, output)?;
+    session.close();
+    Ok(verdict)
+}
+
+impl Plan {
+    /// Its missions.
+    fn blocks(&self, choice: &Choice) -> anyhow::Result<Vec<Block>> {
+        let in_seat = *choice != Choice::InProcess;
+        let mut chosen: Vec<Case> = cases();
+        for case in &mut chosen {
+            case.seed = case.seed.wrapping_add(self.seed.wrapping_mul(SEEDS));
         }
+        if let Some(text) = &self.only {
+            chosen.retain(|c| c.name().contains(text.as_str()));
+            if chosen.is_empty() {
+                bail!("--only {text}: no case has this in its name; names are as in glider fly --fault");
+            }
+        }
+        let wanted = self.sample.or(in_seat.then_some(200)).unwrap_or(chosen.len());
+        let random = if in_seat || self.only.is_some() { 0 } else { self.random.unwrap_or(self.sample.map_or(45_000, |n| n as u64 / 3)) };
+        chosen = if in_seat {
+            through_seat::sample(chosen, choice, wanted)
+        } else {
+            spread(chosen, wanted.saturating_sub(if self.sample.is_some() { random as usize } else { 0 }))
+        };
+        Ok(plan(&chosen, self.numbers(random.div_ceil(campaign::lattice::SETS))))
     }
-    let wanted = args.sample.or(in_seat.then_some(200)).unwrap_or(chosen.len());
-    let random = if in_seat || args.only.is_some() { 0 } else { args.random.unwrap_or(args.sample.map_or(45_000, |n| n as u64 / 3)) };
-    chosen = if in_seat {
-        through_seat::sample(chosen, choice, wanted)
-    } else {
-        spread(chosen, wanted.saturating_sub(if args.sample.is_some() { random as usize } else { 0 }))
-    };
-    let part = args.part.range(0, chosen.len() as u64);
-    chosen = chosen.into_iter().skip(part.start as usize).take((part.end - part.start) as usize).collect();
-    Ok((chosen, random))
+
+    /// Numbers of so many random missions.
+    const fn numbers(&self, missions: u64) -> Range<u64> {
+        let first = self.seed.wrapping_mul(1 << 32);
+        first..first + missions
+    }
 }
 
 /// Flies random missions with healthy vehicles.
-fn healthy(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+fn healthy(n: u64, plan: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::Result<Verdict> {
     let started = Instant::now();
-    let missions = args.part.range(args.seed.wrapping_mul(1 << 32), n);
-    let n = missions.end - missions.start;
-    let bar = bar(n, "healthy missions");
-    let flights = missions.into_par_iter().progress_with(bar.clone()).map(campaign::healthy::run).collect::<anyhow::Result<Vec<_>>>()?;
+    let blocks = ranges(plan.numbers(n), 1);
+    let bar = bar(n.div_ceil(session.work.shard.of as u64), "healthy missions");
+    session.announce(&bar);
+    let make = |numbers: &Range<u64>| numbers.clone().map(campaign::healthy::run).collect::<anyhow::Result<Vec<Flight>>>();
+    let key = |numbers: &Range<u64>| key(&["faults --healthy", &format!("{numbers:?}")]);
+    let done = session.work.run(&blocks, &key, &make, &|b, _| bar.inc(b.end - b.start)).map_err(|e| session.explained(e))?;
     bar.finish_and_clear();
+    let flights: Vec<Flight> = done.iter().flat_map(|d: &Done<Vec<Flight>>| d.value.iter().cloned().map(Flight::drawn_again)).collect();
     let failed: Vec<_> = flights.iter().filter(|f| !f.done()).collect();
     let mut ends: BTreeMap<String, u64> = BTreeMap::new();
     flights.iter().for_each(|f| *ends.entry(if f.done() { "done".into() } else { format!("NOT FLOWN: {}", f.end) }).or_default() += 1);
-    let document = json!({ "missions": n, "not_flown_to_the_end": failed.len(), "ends": ends, "wall_s": started.elapsed().as_secs_f64().round(),
-        "failed": failed.iter().map(|f| f.document()).collect::<Vec<_>>() });
-    if let Some(path) = &args.out {
-        crate::whole_file::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
+    let mut document = json!({ "missions": flights.len(), "not_flown_to_the_end": failed.len(), "ends": ends,
+        "wall_s": started.elapsed().as_secs_f64().round(), "failed": failed.iter().map(|f| f.document()).collect::<Vec<_>>() });
+    if let (false, Some(out)) = (session.is_whole(), to.out) {
+        let about = session.leave_part(out, done.iter(), document)?;
+        let what = format!("{} missions, {} not flown to their end", about["missions"], failed.len());
+        return Ok(said_of_shard(&about, &what, "glider faults merge", output, !failed.is_empty()));
     }
+    document["sha256"] = file_report(to.out, part::report(&document).as_bytes())?.into();
+    session.close();
     output.emit(&document, || {
         println!(
-            "{n} random missions with healthy vehicles, {} not flown to their end; {:.0} s",
+            "{} random missions with healthy vehicles, {} not flown to their end; {:.0} s",
+            flights.len(),
             failed.len(),
             started.elapsed().as_secs_f64()
         );
         ends.iter().for_each(|(end, n)| println!("  {n:6} {end}"));
-        for f in failed.iter().take(if args.list { failed.len() } else { 10 }) {
+        for f in failed.iter().take(if to.list { failed.len() } else { 10 }) {
             println!(
                 "  mission {}: {}, {} of {} dives, {:?} {:?}",
                 f.seed,
@@ -256,73 +296,4 @@ fn compare(args: &Args, choice: &Choice, here: &[campaign::Verdict]) -> anyhow::
     let different: Vec<Value> =
         different.iter().map(|(here, there)| json!({ "here": here.document(), "there": there.document() })).collect();
     Ok(json!({ "seat": choice.to_string(), "missions": here.len(), "different": different, "wall_s": started.elapsed().as_secs_f64() }))
-}
-
-fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], wall_s: f64, seat: Option<&Value>, args: &Args) {
-    let mut targets: BTreeMap<&str, [u64; 4]> = BTreeMap::new();
-    let mut latencies: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for v in faulty.iter().filter(|v| !v.apart()) {
-        let name = match (v.case.faults.as_slice(), v.case.line) {
-            ([one], _) => one.target.name(),
-            (_, Some(_)) => "line",
-            _ => "pairs",
-        };
-        let row = targets.entry(name).or_default();
-        row[0] += 1;
-        row[1] += u64::from(v.safe());
-        row[2] += u64::from(v.abort.is_some());
-        row[3] += u64::from(v.unmet.is_some());
-        if let (Some((_, after)), true) = (v.abort, v.case.faults.len() == 1) {
-            latencies.entry(name).or_default().push(after);
-        }
-    }
-    let mut t = table(["fault in", "missions", "safe", "aborted", "not as expected", "median latency, s"]);
-    for (name, [missions, safe, aborted, unmet]) in targets {
-        let median = latencies.get_mut(name).map(|l| {
-            l.sort_by(f64::total_cmp);
-            l.get(l.len() / 2).copied().unwrap_or(f64::NAN)
-        });
-        t.add_row([
-            name.to_owned(),
-            missions.to_string(),
-            safe.to_string(),
-            aborted.to_string(),
-            unmet.to_string(),
-            median.map_or(String::new(), |m| format!("{m:.0}")),
-        ]);
-    }
-    println!("{t}");
-    println!("{} of them deeper than 100 m, {} with two faults at once there", s.at_depth, s.pairs_at_depth);
-    println!("{} fault missions: {} safe, {} below crush depth, {} not as expected", s.missions, s.safe, s.below_crush, s.unmet);
-    println!(
-        "{} healthy twins: {} false aborts; {} more missions that nobody could bring home by their budgets, {} of them home all the same",
-        s.twins, s.false_aborts, s.apart, s.apart_home
-    );
-    println!("bad line: {} missions with other commands than their twin; {wall_s:.0} s", s.line_changed);
-    if let Some(seat) = seat {
-        let different = seat["different"].as_array().map_or(0, Vec::len);
-        println!(
-            "{}: {} missions, {different} with another verdict or actuator stream",
-            seat["seat"].as_str().unwrap_or(""),
-            seat["missions"]
-        );
-    }
-    let shown = if args.list { bad.len() } else { 20 };
-    for v in bad.iter().take(shown) {
-        let why = v.broken.iter().copied().chain(v.unmet).collect::<Vec<_>>().join(", ");
-        let abort = v.abort.map_or_else(|| "no abort".to_owned(), |(cause, after)| format!("{cause:?} after {after:.0} s"));
-        println!(
-            "  {:?} {:?} seed {} {}: {why} ({abort}, {}, {:.0} m)",
-            v.case.water,
-            v.case.wings,
-            v.case.seed,
-            v.case.name(),
-            v.end,
-            v.max_depth_m
-        );
-    }
-    if bad.len() > shown {
-        println!("  … {} more: --list", bad.len() - shown);
-    }
-    println!("report: {}", args.html.display());
 }

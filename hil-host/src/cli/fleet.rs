@@ -10,9 +10,12 @@ use serde_json::{Value, json};
 use super::diagnose::bar;
 use super::{Output, Verdict};
 use crate::fleet::archive::items;
-use crate::fleet::map::{Run, map};
-use crate::fleet::part::{Part, Shard};
+use crate::fleet::map::map;
+use crate::fleet::part::Part;
 use crate::fleet::pooled::{FleetNumber, pooled};
+use crate::shards::kept::Kept;
+use crate::shards::shard::Shard;
+use crate::shards::work::Work;
 use crate::terminal::{meant_path, rounded, table, wrapped};
 use crate::whole_file;
 
@@ -110,17 +113,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     whole_file::may_write(out, &inputs, &["parquet"], output.force || args.resume)?;
     let found = items(&args.paths, args.vehicle.as_deref())?;
     let cache = cache_folder(args, out, output)?;
-    let mine = args.shard.map_or(found.len(), |s| found.len().saturating_sub(s.number - 1).div_ceil(s.of));
+    let mine = (0..found.len()).filter(|place| args.shard.is_none_or(|s| s.has(*place))).count();
     let bar = flights_bar(mine);
-    let run = Run { cache: &cache, shard: args.shard, jobs: usize::from(args.jobs) };
-    let done = map(&found, &run, &|flight| {
+    let work = Work { shard: args.shard.unwrap_or(Shard::WHOLE), jobs: usize::from(args.jobs), kept: Kept::Folder(cache.clone()) };
+    let done = map(&found, &work, &|flight| {
         bar.inc(1);
         bar.set_message(flight.to_owned());
     });
     bar.finish_and_clear();
     let done = done?;
     let left_out = done.part.rows.iter().find(|r| !r.left_out.is_empty());
-    if let Some(row) = left_out.filter(|_| args.shard.is_none() && done.part.rows.iter().all(|r| r.dive.dive == 0)) {
+    if let Some(row) = left_out.filter(|_| done.part.shard.is_none() && done.part.rows.iter().all(|r| r.dive.dive == 0)) {
         bail!("no dive of these flights can be asked; {}/{}: {}", row.deployment, row.flight, row.left_out);
     }
     let bytes = done.part.bytes()?;
@@ -129,7 +132,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "out": out.display().to_string(), "sha256": sha256(&bytes), "shard": args.shard.map(|s| s.to_string()),
         "cache": cache.display().to_string(), "flights": done.flights[0], "flights_from_cache": done.flights[1],
     });
-    if let Some(shard) = args.shard {
+    if let Some(shard) = args.shard.filter(|s| *s != Shard::WHOLE) {
         counted(&mut about, &done.part);
         output.emit(&about, || {
             said_of_flights(&about);

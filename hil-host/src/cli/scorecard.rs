@@ -1,20 +1,25 @@
 //! `glider scorecard`: how good is it, in numbers.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::trials::{Case, Kind, Spec, generate, generate_natural, plan};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use super::shards::{MergeArgs, Session, ShardArgs, To, file_report, parts, said_of_shard};
 use super::{Output, Verdict};
-use crate::score;
+use crate::score::{self, diagnosis::Scored};
+use crate::shards::kept::key;
+use crate::shards::part;
+use crate::shards::work::Done;
 use crate::terminal::{say, table};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --write cases --cases 20"
+    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --write cases --cases 20\n  glider scorecard discovery --cases 300 --shard 2/8 --out part2.json\n  glider scorecard merge part*.json --out discovery.json"
 )]
 pub struct Args {
     #[command(subcommand)]
@@ -33,15 +38,30 @@ enum What {
     Real(super::scorecard_real::RealArgs),
     /// Missions in which something changes at an unknown dive: found, dated, sized; false alarms.
     Timeline(super::scorecard_timeline::TimelineArgs),
+    /// Put the parts of shards of `discovery`, `real` or `timeline` together.
+    Merge(ScorecardMergeArgs),
     /// What each mechanism of the diagnosis is worth, by turning it off.
     #[cfg(feature = "ablation")]
     Ablation(super::scorecard_ablation::AblationArgs),
 }
 
+/// Arguments of `scorecard merge`.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Examples:\n  glider scorecard merge part*.json --out discovery.json\n  glider scorecard merge part*.json --flights data        (parts of scorecard real)\nExit code as without shards; 2: bad input, as a shard that is missing."
+)]
+struct ScorecardMergeArgs {
+    #[command(flatten)]
+    merge: MergeArgs,
+    /// Folder of real flights, for parts of `scorecard real`: the one that they were made with.
+    #[arg(long, value_name = "DIR")]
+    flights: Option<PathBuf>,
+}
+
 /// Arguments of `scorecard discovery`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --only clean --cases 50 --jobs 2 --json\n  glider scorecard discovery --nature --only clean --cases 50\n  glider scorecard discovery --write cases --cases 20    (truth apart, in cases/truth)"
+    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --only clean --cases 50 --jobs 2 --json\n  glider scorecard discovery --nature --only clean --cases 50\n  glider scorecard discovery --write cases --cases 20    (truth apart, in cases/truth)\n  glider scorecard discovery --cases 300 --resume          (goes on after Ctrl-C or a break)\n  glider scorecard discovery --cases 300 --shard 2/8 --out part2.json"
 )]
 pub struct DiscoveryArgs {
     /// Number of cases.
@@ -60,8 +80,13 @@ pub struct DiscoveryArgs {
     #[arg(long, value_name = "DIR")]
     write: Option<PathBuf>,
     /// Where the page goes.
-    #[arg(long, value_name = "FILE", default_value = "out/scorecard-discovery.html")]
+    #[arg(long, value_name = "FILE", default_value = DISCOVERY_PAGE)]
     html: PathBuf,
+    /// Write the scorecard as JSON, without the times that it took; of a shard its results.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    shards: ShardArgs,
     /// Cases with what every real flight has and no model does: 0.1 to 0.4 cm/s by depth, turn, leg and tide, clocks apart, a pressure
     /// zero, sparse samples.
     #[arg(long)]
@@ -70,6 +95,8 @@ pub struct DiscoveryArgs {
     #[arg(long)]
     list: bool,
 }
+
+const DISCOVERY_PAGE: &str = "out/scorecard-discovery.html";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
 enum Only {
@@ -105,45 +132,113 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         What::Loop(a) => super::scorecard_loop::run(a, output),
         What::Real(a) => super::scorecard_real::run(a, output),
         What::Timeline(a) => super::scorecard_timeline::run(a, output),
+        What::Merge(a) => merge(a, output),
         #[cfg(feature = "ablation")]
         What::Ablation(a) => super::scorecard_ablation::run(a, output),
     }
 }
 
-fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
-    let specs = plan(args.cases, args.seed, args.only.map(Only::kind));
-    let make =
-        |spec: &Spec, i: usize| -> Case { if args.nature { generate_natural(spec, args.seed, i) } else { generate(spec, args.seed, i) } };
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} cases, {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(specs.len() as u64).with_style(style);
-    if let Some(folder) = &args.write {
-        for (i, spec) in specs.iter().enumerate() {
-            score::diagnosis::write_case(folder, &make(spec, i))?;
-            bar.inc(1);
-        }
-        bar.finish_and_clear();
-        let document = json!({ "folder": folder, "cases": specs.len(), "seed": args.seed });
-        output.emit(&document, || say(&format!("{} cases in {}, truth apart in its subfolder truth", specs.len(), folder.display())));
-        return Ok(Verdict::Ok);
+fn merge(args: &ScorecardMergeArgs, output: &Output) -> anyhow::Result<Verdict> {
+    const COMMANDS: [&str; 3] = [DISCOVERY, super::scorecard_timeline::COMMAND, super::scorecard_real::COMMAND];
+    let merged = parts(&args.merge, &COMMANDS, output)?;
+    let (command, plan) = (merged.command.clone(), merged.plan.clone());
+    let default = if command == DISCOVERY { DISCOVERY_PAGE } else { super::scorecard_real::PAGE };
+    let html = args.merge.html.as_deref().unwrap_or(Path::new(default));
+    let to = To { out: args.merge.out.as_deref(), html, list: args.merge.list };
+    if command == DISCOVERY {
+        discover(&serde_json::from_value(plan)?, &Session::merging(DISCOVERY, merged), &to, output)
+    } else if command == super::scorecard_timeline::COMMAND {
+        super::scorecard_timeline::fly(&serde_json::from_value(plan)?, &Session::merging(COMMANDS[1], merged), &to, output)
+    } else {
+        super::scorecard_real::ask(
+            &serde_json::from_value(plan)?,
+            args.flights.as_deref(),
+            &Session::merging(COMMANDS[2], merged),
+            &to,
+            output,
+        )
     }
-    let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", args.seed, std::process::id()));
-    let binary = std::env::current_exe().context("cannot find this program's own file")?;
-    let diagnose = |flight: &std::path::Path| score::diagnosis::diagnose_with(&binary, flight);
-    let scored = score::diagnosis::run_made(&specs, &make, &folder, args.jobs, &diagnose, &|| bar.inc(1));
-    std::fs::remove_dir_all(&folder).ok();
-    let scored = scored?;
+}
+
+const DISCOVERY: &str = "scorecard discovery";
+
+/// What the cases of `scorecard discovery` depend on.
+#[derive(Debug, Serialize, Deserialize)]
+struct Plan {
+    cases: usize,
+    seed: u64,
+    only: Option<Kind>,
+    nature: bool,
+}
+
+impl Plan {
+    fn make(&self, spec: &Spec, i: usize) -> Case {
+        if self.nature { generate_natural(spec, self.seed, i) } else { generate(spec, self.seed, i) }
+    }
+}
+
+/// Progress on standard error.
+pub(super) fn cases_bar(count: usize, what: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left"));
+    ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
+    let plan = Plan { cases: args.cases, seed: args.seed, only: args.only.map(Only::kind), nature: args.nature };
+    let Some(folder) = &args.write else {
+        let files = (args.out.as_deref(), args.html.as_path());
+        let session = Session::open(&args.shards, (DISCOVERY, &json!(plan)), files, args.jobs, output)?;
+        return discover(&plan, &session, &To { out: args.out.as_deref(), html: &args.html, list: args.list }, output);
+    };
+    let specs = plant::trials::plan(plan.cases, plan.seed, plan.only);
+    let bar = cases_bar(specs.len(), "cases");
+    for (i, spec) in specs.iter().enumerate() {
+        score::diagnosis::write_case(folder, &plan.make(spec, i))?;
+        bar.inc(1);
+    }
     bar.finish_and_clear();
+    let document = json!({ "folder": folder, "cases": specs.len(), "seed": args.seed });
+    output.emit(&document, || say(&format!("{} cases in {}, truth apart in its subfolder truth", specs.len(), folder.display())));
+    Ok(Verdict::Ok)
+}
+
+/// Diagnoses the cases of a plan, or takes what was said from parts, and reports.
+fn discover(of: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::Result<Verdict> {
+    let specs: Vec<(usize, Spec)> = plan(of.cases, of.seed, of.only).into_iter().enumerate().collect();
+    let bar = cases_bar((0..specs.len()).filter(|place| session.work.shard.has(*place)).count(), "cases");
+    session.announce(&bar);
+    let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", of.seed, std::process::id()));
+    let binary = std::env::current_exe().context("cannot find this program's own file")?;
+    let diagnose = |flight: &Path| score::diagnosis::diagnose_with(&binary, flight);
+    let make = |(i, spec): &(usize, Spec)| {
+        let case = |spec: &Spec, _: usize| of.make(spec, *i);
+        let scored = score::diagnosis::run_made(std::slice::from_ref(spec), &case, &folder, 1, &diagnose, &|| ())?;
+        scored.into_iter().next().context("a case that was scored")
+    };
+    let key = |(i, spec): &(usize, Spec)| key(&[DISCOVERY, &format!("{} {} {i} {spec:?}", of.seed, of.nature)]);
+    let done: anyhow::Result<Vec<Done<Scored>>> = session.work.run(&specs, &key, &make, &|_, _| bar.inc(1));
+    std::fs::remove_dir_all(&folder).ok();
+    bar.finish_and_clear();
+    let done = done.map_err(|e| session.explained(e))?;
+    let failures = done.iter().filter(|d| d.value.failure.is_some()).count();
+    if let (false, Some(out)) = (session.is_whole(), to.out) {
+        let about = session.leave_part(out, done.iter(), json!({ "cases": done.len(), "failures": failures }))?;
+        let what = format!("{} cases, {failures} without an answer", done.len());
+        return Ok(said_of_shard(&about, &what, "glider scorecard merge", output, failures > 0));
+    }
+    let scored: Vec<Scored> = done.into_iter().map(|d| d.value).collect();
     let mut document = score::diagnosis::summary(&scored);
-    document["seed"] = json!(args.seed);
-    document["nature"] = json!(args.nature);
+    document["seed"] = json!(of.seed);
+    document["nature"] = json!(of.nature);
     document["list"] = scored.iter().map(score::diagnosis::case_document).collect();
-    crate::pages::diagnosis_scorecard::page(&document, args.seed).write(&args.html)?;
+    document["sha256"] = file_report(to.out, part::report(&document).as_bytes())?.into();
+    crate::pages::diagnosis_scorecard::page(&document, of.seed).write(to.html)?;
+    session.close();
     output.emit(&document, || {
-        print(&document, args.list);
-        say(&format!("Page: {}", args.html.display()));
+        print(&document, to.list);
+        say(&format!("Page: {}", to.html.display()));
     });
-    let failed = document["failures"].as_u64().unwrap_or(0) > 0;
-    Ok(if failed { Verdict::Negative } else { Verdict::Ok })
+    Ok(if failures > 0 { Verdict::Negative } else { Verdict::Ok })
 }
 
 fn figure(v: &Value) -> String {

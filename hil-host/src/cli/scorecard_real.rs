@@ -1,23 +1,31 @@
 //! `glider scorecard real`: known errors injected into real flights.
 
-use std::path::PathBuf;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
+use discovery::export;
+use discovery::workbench::refitted_file::sha256;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use super::scorecard::cases_bar;
+use super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
 use super::{Output, Verdict};
 use crate::pages::real_scorecard;
 use crate::score::real::ask::Program;
-use crate::score::real::flights::{Data, Entry, Floors};
+use crate::score::real::flights::{Data, Entry, Floors, Shipped};
 use crate::score::real::injected_errors::{INJECTED_ERRORS, InjectedError};
-use crate::score::real::{below, document, line, ready, run as ask_all, shipped};
+use crate::score::real::{Ready, Scored, below, document, line, ready, run as ask_all, shipped};
+use crate::shards::kept::key;
+use crate::shards::part;
+use crate::shards::work::Done;
 use crate::terminal::{say, table};
 
 /// Arguments of `scorecard real`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard real --flights data\n  glider scorecard real --flight modena-191 --error nothing --error 'cd0 /1.5' --list\n  glider scorecard real --quick --json\n\nEach flight gets a calibrated vehicle file, then one change at a time in that file or in the log; `diagnose` is to name it, and\nnothing where nothing was changed. Without --flights the folder is that of the environment variable GLIDER_FLIGHTS.\nExit code 1: below the floors of the list of flights; 2: no flights."
+    after_help = "Examples:\n  glider scorecard real --flights data\n  glider scorecard real --flight modena-191 --error nothing --error 'cd0 /1.5' --list\n  glider scorecard real --quick --json\n  glider scorecard real --flights data --resume           (goes on after Ctrl-C or a break)\n  glider scorecard real --flights data --shard 2/8 --out part2.json\n\nEach flight gets a calibrated vehicle file, then one change at a time in that file or in the log; `diagnose` is to name it, and\nnothing where nothing was changed. Without --flights the folder is that of the environment variable GLIDER_FLIGHTS.\nExit code 1: below the floors of the list of flights; 2: no flights."
 )]
 pub struct RealArgs {
     /// Folder of real flights.
@@ -39,15 +47,81 @@ pub struct RealArgs {
     #[arg(long, default_value_t = 2)]
     jobs: usize,
     /// Where the page goes.
-    #[arg(long, value_name = "FILE", default_value = "out/scorecard-real.html")]
+    #[arg(long, value_name = "FILE", default_value = PAGE)]
     html: PathBuf,
+    /// Write the scorecard as JSON, without the times that it took; of a shard its results.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    shards: ShardArgs,
     /// List every answer as JSON, one a line, not only the table.
     #[arg(long)]
     list: bool,
 }
 
+/// Its name in parts, and its page.
+pub(super) const COMMAND: &str = "scorecard real";
+pub(super) const PAGE: &str = "out/scorecard-real.html";
+
 /// Lies of the bounded subset.
 const QUICK: [&str; 5] = ["nothing", "compressibility x0.3", "cd0 /1.5", "pitch +3 deg", "clock +5 s"];
+
+/// What its questions depend on besides the flights.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Plan {
+    flight: Vec<String>,
+    injected: Vec<String>,
+    split: Option<String>,
+    quick: bool,
+}
+
+impl Plan {
+    fn wants(&self, e: &Entry) -> bool {
+        (self.flight.is_empty() || self.flight.contains(&e.name))
+            && self.split.as_deref().is_none_or(|s| s == e.split.id())
+            && (!self.quick || e.quick)
+    }
+
+    fn wants_error(&self, l: &InjectedError) -> bool {
+        let named = self.injected.is_empty() || self.injected.iter().any(|n| l.name.starts_with(n.as_str()));
+        named && (!self.quick || QUICK.contains(&l.name))
+    }
+
+    /// Everything that is asked, in order: errors of each flight of the list, and then what is known of vehicle files as shipped.
+    fn questions<'a>(&self, data: &'a Data) -> Vec<Question<'a>> {
+        let entries: Vec<&Entry> = data.flight.iter().filter(|e| self.wants(e)).collect();
+        let errors = || INJECTED_ERRORS.iter().filter(|l| self.wants_error(l));
+        let mut out: Vec<Question> =
+            entries.iter().flat_map(|e| errors().map(|error| Question { flight: &e.name, what: What::Error(error) })).collect();
+        if self.injected.is_empty() && !self.quick {
+            let known = data.shipped.iter().filter(|k| entries.iter().any(|e| e.name == k.flight));
+            out.extend(known.map(|k| Question { flight: &k.flight, what: What::AsShipped(k) }));
+        }
+        out
+    }
+}
+
+/// One question about a flight.
+#[derive(Clone, Copy, Debug)]
+struct Question<'a> {
+    flight: &'a str,
+    what: What<'a>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum What<'a> {
+    Error(&'a InjectedError),
+    AsShipped(&'a Shipped),
+}
+
+/// Its answer.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum Answer {
+    Scored(Scored),
+    /// A document, as text.
+    AsShipped(String),
+    NoFlight,
+}
 
 /// Runs the command.
 ///
@@ -55,57 +129,110 @@ const QUICK: [&str; 5] = ["nothing", "compressibility x0.3", "cd0 /1.5", "pitch 
 /// No flights, or a name that is not in the list.
 pub fn run(args: &RealArgs, output: &Output) -> anyhow::Result<Verdict> {
     let data = Data::built_in()?;
-    let root = args.flights.clone().or_else(|| std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from));
-    let root = root.as_deref().context("no flights: name their folder with --flights or the environment variable GLIDER_FLIGHTS")?;
-    ensure!(root.is_dir(), "{}: no such folder of flights", root.display());
     args.flight.iter().try_for_each(|name| data.entry(name).map(|_| ()))?;
-    let begins = |injected: &InjectedError, names: &[String]| names.iter().any(|n| injected.name.starts_with(n.as_str()));
     for name in &args.injected {
         let all: Vec<&str> = INJECTED_ERRORS.iter().map(|l| l.name).collect();
         ensure!(all.iter().any(|l| l.starts_with(name.as_str())), "no injected error `{name}`; there are {}", all.join(", "));
     }
-    let wanted = |e: &Entry| {
-        (args.flight.is_empty() || args.flight.contains(&e.name))
-            && args.split.as_deref().is_none_or(|s| s == e.split.id())
-            && (!args.quick || e.quick)
-    };
-    let wanted_error =
-        |l: &InjectedError| (args.injected.is_empty() || begins(l, &args.injected)) && (!args.quick || QUICK.contains(&l.name));
+    let plan = Plan { flight: args.flight.clone(), injected: args.injected.clone(), split: args.split.clone(), quick: args.quick };
+    let to = To { out: args.out.as_deref(), html: &args.html, list: args.list };
+    let session = Session::open(&args.shards, (COMMAND, &json!(plan)), (to.out, to.html), args.jobs, output)?;
+    ask(&plan, args.flights.as_deref(), &session, &to, output)
+}
+
+/// Asks the questions of a plan, or takes the answers from parts, and reports.
+pub(super) fn ask(plan: &Plan, flights: Option<&Path>, session: &Session, to: &To, output: &Output) -> anyhow::Result<Verdict> {
+    let data = Data::built_in()?;
+    let root = flights.map(Path::to_path_buf).or_else(|| std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from));
+    let root = root.as_deref().context("no flights: name their folder with --flights or the environment variable GLIDER_FLIGHTS")?;
+    ensure!(root.is_dir(), "{}: no such folder of flights", root.display());
+    let questions = plan.questions(&data);
+    let mine: Vec<&Question> = questions.iter().enumerate().filter(|(place, _)| session.work.shard.has(*place)).map(|(_, q)| q).collect();
     eprintln!("calibrating");
     let missing = |why: &str| eprintln!("left out: {why}");
-    let flights = ready(root, &data, &wanted, &missing)?;
-    ensure!(!flights.is_empty(), "{}: none of the flights of the list can be used", root.display());
-    let count = flights.len() * INJECTED_ERRORS.iter().filter(|l| wanted_error(l)).count();
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} diagnoses, {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(count as u64).with_style(style);
+    let flights = ready(root, &data, &|e| mine.iter().any(|q| q.flight == e.name), &missing)?;
+    ensure!(!flights.is_empty() || mine.is_empty(), "{}: none of the flights of the list can be used", root.display());
+    let bar = cases_bar(mine.len(), "diagnoses");
+    session.announce(&bar);
+    let done = answers(&questions, &flights, &data, session, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let done = done.map_err(|e| session.explained(e))?;
+    if let (false, Some(out)) = (session.is_whole(), to.out) {
+        let about = session.leave_part(out, done.iter(), json!({ "diagnoses": done.len() }))?;
+        return Ok(said_of_shard(&about, &format!("{} diagnoses", done.len()), "glider scorecard merge", output, false));
+    }
+    let (mut scored, mut as_shipped) = (Vec::new(), Vec::new());
+    for answer in done.into_iter().map(|d| d.value) {
+        match answer {
+            Answer::Scored(one) => scored.push(one),
+            Answer::AsShipped(text) => as_shipped.push(serde_json::from_str(&text)?),
+            Answer::NoFlight => {}
+        }
+    }
+    let mut card = document(&flights, &scored, &as_shipped, &data);
+    let low = below_floors(&card, plan.quick, &data);
+    card["below_floors"] = json!(low);
+    card["sha256"] = file_report(to.out, part::report(&card).as_bytes())?.into();
+    card["line"] = json!(line(&card));
+    real_scorecard::page(&card).write(to.html)?;
+    session.close();
+    output.emit(&card, || print(&card, to));
+    Ok(if low.is_empty() { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// The answers of a shard, or those that parts have.
+fn answers(
+    questions: &[Question],
+    flights: &[Ready],
+    data: &Data,
+    session: &Session,
+    tick: &(dyn Fn() + Sync),
+) -> anyhow::Result<Vec<Done<Answer>>> {
     let binary = std::env::current_exe().context("cannot find this program's own file")?;
     let program = Program { file: &binary, with: &[] };
     let folder = std::env::temp_dir().join(format!("glider-real-{}", std::process::id()));
-    let scored = ask_all(&flights, &wanted_error, &data, program, &folder, args.jobs, &|_| bar.inc(1));
-    let whole = args.injected.is_empty() && !args.quick;
-    let known = data.shipped.iter().filter(|_| whole).filter_map(|k| Some((flights.iter().find(|f| f.entry.name == k.flight)?, k)));
-    let as_shipped: Vec<Value> = known.map(|(f, k)| shipped(f, k, &data, program, &folder)).collect();
+    let mut hashes: HashMap<&str, (&Ready, String)> = HashMap::new();
+    for flight in flights {
+        let mut text = format!("{} {} ", flight.shipped, flight.quiet).into_bytes();
+        export::csv::write(&flight.flight, &mut text)?;
+        hashes.insert(&flight.entry.name, (flight, sha256(&text)));
+    }
+    let key = |q: &Question| {
+        let flight = hashes.get(q.flight).map_or("no flight", |f| &f.1);
+        key(&[COMMAND, flight, q.flight, &format!("{:?}", q.what), &format!("{} {}", data.shown_sigma, data.limit_s)])
+    };
+    let make = |q: &Question| {
+        let Some((flight, _)) = hashes.get(q.flight) else { return Ok(Answer::NoFlight) };
+        match q.what {
+            What::AsShipped(known) => Ok(Answer::AsShipped(shipped(flight, known, data, program, &folder).to_string())),
+            What::Error(error) => {
+                let here = folder.join(format!("{}-{}", q.flight, error.name.replace([' ', '/'], "-")));
+                let scored = ask_all(std::slice::from_ref(*flight), &|l| l.name == error.name, data, program, &here, 1, &|_| ())?;
+                scored.into_iter().next().map(Answer::Scored).context("an error that was asked")
+            }
+        }
+    };
+    let done = session.work.run(questions, &key, &make, &|_, _| tick());
     std::fs::remove_dir_all(&folder).ok();
-    bar.finish_and_clear();
-    let mut card = document(&flights, &scored?, &as_shipped, &data);
-    let floors: Vec<(&str, &Floors)> = if args.quick {
+    done
+}
+
+/// Which floors of the list of flights are not reached.
+fn below_floors(card: &Value, quick: bool, data: &Data) -> Vec<String> {
+    let floors: Vec<(&str, &Floors)> = if quick {
         vec![("quick", &data.floors["quick"])]
     } else {
         data.floors.iter().filter(|f| f.0 != "quick").map(|(n, f)| (n.as_str(), f)).collect()
     };
     let mut low = Vec::new();
     for (name, floor) in floors {
-        let of = if args.quick { &card["all"] } else { &card[name] };
+        let of = if quick { &card["all"] } else { &card[name] };
         low.extend(below(of, floor).into_iter().map(|why| format!("{name}: {why}")));
     }
-    card["below_floors"] = json!(low);
-    card["line"] = json!(line(&card));
-    real_scorecard::page(&card).write(&args.html)?;
-    output.emit(&card, || print(&card, args));
-    Ok(if low.is_empty() { Verdict::Ok } else { Verdict::Negative })
+    low
 }
 
-fn print(card: &Value, args: &RealArgs) {
+fn print(card: &Value, to: &To) {
     let text = |v: &Value| v.as_str().unwrap_or("").to_owned();
     let number = |v: &Value, digits: usize| v.as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
     let names = |v: &Value| v.as_array().into_iter().flatten().filter_map(Value::as_str).collect::<Vec<_>>().join("+");
@@ -127,7 +254,7 @@ fn print(card: &Value, args: &RealArgs) {
             format!("{} -> {} ({})", number(&e["recalibrated"], 2), number(&e["best"], 2), number(&e["noise_floor"], 2)),
             number(&s["cpu_s"], 1),
         ]);
-        if args.list {
+        if to.list {
             say(&format!("{s}"));
         }
     }
@@ -150,5 +277,5 @@ fn print(card: &Value, args: &RealArgs) {
     for why in card["below_floors"].as_array().into_iter().flatten() {
         say(&format!("below the floor: {}", text(why)));
     }
-    say(&format!("Page: {}", args.html.display()));
+    say(&format!("Page: {}", to.html.display()));
 }

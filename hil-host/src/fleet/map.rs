@@ -7,22 +7,13 @@ use anyhow::Context as _;
 use discovery::workbench::dive_estimates::dive_estimates;
 use discovery::workbench::refitted_file::sha256;
 use discovery::{Vehicle, vehicle};
-use rayon::prelude::*;
 
 use crate::fleet::archive::{Item, read};
 use crate::fleet::cache::{self, Entry};
-use crate::fleet::part::{DiveRow, Part, Row, Shard, dive_row, number_columns};
-
-/// How a run goes.
-#[derive(Clone, Debug)]
-pub struct Run<'a> {
-    /// Folder of the cache.
-    pub cache: &'a Path,
-    /// Which flights; none for all.
-    pub shard: Option<Shard>,
-    /// Flights that are asked at a time.
-    pub jobs: usize,
-}
+use crate::fleet::part::{DiveRow, Part, Row, dive_row, number_columns};
+use crate::shards::kept::program;
+use crate::shards::shard::Shard;
+use crate::shards::work::{Done, Work};
 
 /// What a run made.
 #[derive(Clone, Debug)]
@@ -61,49 +52,43 @@ fn asked(item: &Item, judge: &Judge) -> Entry {
     }
 }
 
-/// Asks all flights of a run; `tick` gets the name of each that is done.
+/// Rows of a flight, as the table has them.
+fn rows(item: &Item, judge: &Judge, entry: &Entry, columns: usize) -> Vec<Row> {
+    let row = |dive| Row {
+        vehicle: judge.label.clone(),
+        deployment: item.deployment.clone(),
+        flight: item.flight.clone(),
+        left_out: entry.left_out.clone(),
+        dive,
+    };
+    let nothing = DiveRow { dive: 0, segment: 0, rows: 0, numbers: vec![f64::NAN; columns] };
+    if entry.rows.is_empty() { vec![row(nothing)] } else { entry.rows.iter().cloned().map(row).collect() }
+}
+
+/// Asks the flights of a shard; `tick` gets the name of each that is done.
 ///
 /// # Errors
 /// A vehicle file that cannot be read, a flight's file that cannot be hashed, or a cache that cannot be written. A flight that cannot be
 /// asked is no error: its row says why.
-pub fn map(items: &[Item], run: &Run, tick: &(dyn Fn(&str) + Sync)) -> anyhow::Result<Mapped> {
-    let mine: Vec<&Item> =
-        items.iter().enumerate().filter(|(k, _)| run.shard.is_none_or(|s| k % s.of == s.number - 1)).map(|(_, i)| i).collect();
+pub fn map(items: &[Item], work: &Work, tick: &(dyn Fn(&str) + Sync)) -> anyhow::Result<Mapped> {
     let mut judges: HashMap<&PathBuf, Judge> = HashMap::new();
-    for item in &mine {
+    for (_, item) in items.iter().enumerate().filter(|(place, _)| work.shard.has(*place)) {
         if !judges.contains_key(&item.vehicle) {
             judges.insert(&item.vehicle, judge(&item.vehicle)?);
         }
     }
-    std::fs::create_dir_all(run.cache).with_context(|| run.cache.display().to_string())?;
-    let (program, columns) = (cache::program()?, number_columns());
-    let one = |item: &&Item| -> anyhow::Result<(Vec<Row>, bool)> {
-        let judge = judges.get(&item.vehicle).context("a vehicle that was read")?;
-        let key = cache::key(&program, &columns, &item.files, &item.vehicle)?;
-        let kept = cache::load(run.cache, &key, columns.len());
-        let had = kept.is_some();
-        let entry = match kept {
-            Some(entry) => entry,
-            None => {
-                let entry = asked(item, judge);
-                cache::store(run.cache, &key, &entry)?;
-                entry
-            }
-        };
-        tick(&item.flight);
-        let row = |dive| Row {
-            vehicle: judge.label.clone(),
-            deployment: item.deployment.clone(),
-            flight: item.flight.clone(),
-            left_out: entry.left_out.clone(),
-            dive,
-        };
-        let nothing = || DiveRow { dive: 0, segment: 0, rows: 0, numbers: vec![f64::NAN; columns.len()] };
-        let rows = if entry.rows.is_empty() { vec![row(nothing())] } else { entry.rows.iter().cloned().map(row).collect() };
-        Ok((rows, had))
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(run.jobs).build().context("cannot start the worker threads")?;
-    let all: Vec<(Vec<Row>, bool)> = pool.install(|| mine.par_iter().map(one).collect::<anyhow::Result<_>>())?;
-    let flights = [all.len(), all.iter().filter(|a| a.1).count()];
-    Ok(Mapped { part: Part::new(run.shard, all.into_iter().flat_map(|a| a.0).collect()), flights })
+    let (program, columns) = (program()?, number_columns());
+    let judge_of = |item: &Item| judges.get(&item.vehicle).context("a vehicle that was read");
+    let done: Vec<Done<Entry>> = work.run(
+        items,
+        &|item| cache::key(&program, &columns, &item.files, &item.vehicle),
+        &|item| Ok(asked(item, judge_of(item)?)),
+        &|item, _| tick(&item.flight),
+    )?;
+    let mut all = Vec::new();
+    for Done { place, value, .. } in &done {
+        all.extend(rows(&items[*place], judge_of(&items[*place])?, value, columns.len()));
+    }
+    let shard = Some(work.shard).filter(|s| *s != Shard::WHOLE);
+    Ok(Mapped { part: Part::new(shard, all), flights: [done.len(), done.iter().filter(|d| d.was_kept).count()] })
 }

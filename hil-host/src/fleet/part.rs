@@ -11,9 +11,12 @@ use anyhow::{Context as _, bail, ensure};
 use discovery::export::table::Table;
 use discovery::workbench::dive_estimates::{Asked, Estimated, asked};
 use discovery::workbench::tracking::{N, TRACKED};
+use serde::{Deserialize, Serialize};
+
+use crate::shards::shard::Shard;
 
 /// One dive as it is kept.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DiveRow {
     /// Number in its flight, from 1; 0 in the row of a flight that was left out.
     pub dive: i32,
@@ -79,41 +82,6 @@ pub fn dive_row(number: usize, of: &Estimated) -> DiveRow {
     numbers.extend(d.information.vector.iter());
     numbers.extend(of.estimates.iter().flat_map(|e| [e.value, e.noise, e.calibration, e.model]));
     DiveRow { dive: whole(number), segment: whole(d.segment as usize), rows: whole(d.rows), numbers }
-}
-
-/// Which part of the work: of a fleet's flights, of a campaign's missions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// From 1.
-    pub number: usize,
-    /// Of so many.
-    pub of: usize,
-}
-
-impl Shard {
-    /// Its numbers of those from `first` on, `count` of them in all parts together.
-    #[must_use]
-    pub fn range(self, first: u64, count: u64) -> std::ops::Range<u64> {
-        let at = |k: usize| first + count * k as u64 / self.of as u64;
-        at(self.number - 1)..at(self.number)
-    }
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.number, self.of)
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let pair = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        pair.filter(|(i, n)| (1..=*n).contains(i))
-            .map(|(number, of)| Self { number, of })
-            .ok_or_else(|| format!("`{text}`: expected I/N with I from 1 to N, as 2/8"))
-    }
 }
 
 /// The dives of a fleet, or of a shard of it.
@@ -263,15 +231,5 @@ mod tests {
         let mut old = one();
         old.columns.pop();
         assert!(said(vec![two(), old]).contains("part 1"));
-    }
-
-    #[test]
-    fn a_shard_is_a_number_of_so_many() {
-        assert_eq!("2/8".parse(), Ok(Shard { number: 2, of: 8 }));
-        let ranges: Vec<_> = (1..=3).map(|number| Shard { number, of: 3 }.range(100, 10)).collect();
-        assert_eq!(ranges, [100..103, 103..106, 106..110], "each number in one part");
-        for wrong in ["0/8", "9/8", "2", "a/b", "1/0"] {
-            assert!(wrong.parse::<Shard>().is_err_and(|e| e.contains("2/8")), "{wrong}");
-        }
     }
 }

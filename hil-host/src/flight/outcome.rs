@@ -17,7 +17,7 @@ pub const SURFACED_M: f64 = 1.0;
 const WATCH_S: f64 = 60.0;
 
 /// How a flight ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum End {
     /// Mission complete, at the surface.
     Done,

@@ -52,7 +52,7 @@ pub fn write_case(folder: &Path, case: &Case) -> anyhow::Result<PathBuf> {
 }
 
 /// What the tool said about one case.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Scored {
     /// Case name.
     pub case: String,
@@ -61,7 +61,7 @@ pub struct Scored {
     /// Size class.
     pub strength: Option<Strength>,
     /// Site, wing and background colour, for slicing.
-    pub setting: [&'static str; 3],
+    pub setting: [String; 3],
     /// Hidden names, sorted.
     pub hidden: Vec<String>,
     /// The verdict.
@@ -137,7 +137,7 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
         case: case.name.clone(),
         kind: case.truth.kind,
         strength: case.truth.strength,
-        setting: [case.vehicle.site.id(), case.vehicle.wing.id(), case.truth.colour.id()],
+        setting: [case.vehicle.site.id(), case.vehicle.wing.id(), case.truth.colour.id()].map(str::to_owned),
         hidden,
         verdict,
         answer,

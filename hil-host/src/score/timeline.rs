@@ -17,13 +17,15 @@ use discovery::vehicle;
 use discovery::workbench::calibrate::{Logged, Options, calibrate};
 use discovery::workbench::changes::{DIVES_PER_ALARM, Found, Observed, find, threshold};
 use discovery::workbench::pooling::Information;
-use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
+use discovery::workbench::timeline::{Event, Level, Mission};
 use discovery::workbench::tracking::{DRAG, LIFT, N, PITCH_ZERO, PRESSURE, TRIM};
+use nalgebra::{DMatrix, DVector};
 use plant::trials::mission::{Change, fly};
 use plant::trials::{Kind, Site, Spec, Wing, files, generate_natural};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 /// Dives of a mission.
@@ -80,15 +82,29 @@ pub fn plan(cases: usize, seed: u64, only: Option<&str>) -> Vec<Case> {
     (0..cases).map(one).collect()
 }
 
+/// A change as it was named.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Named {
+    /// Kind.
+    pub kind: String,
+    /// First dive that has it.
+    pub dive: usize,
+    /// Size: value, low, high.
+    pub size: [f64; 3],
+}
+
 /// What was said of one mission.
-#[derive(Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Scored {
-    /// The case.
+    /// The case; put back by [`Self::of`] when this was kept.
+    #[serde(skip, default = "no_case")]
     pub case: Case,
-    /// The timeline.
-    pub timeline: Timeline,
-    /// What each dive says, and what the vehicle file knows of the start.
-    pub observed: (Vec<Observed>, [f64; N]),
+    /// Changes, the first dive first.
+    pub named: Vec<Named>,
+    /// Scatter of the tracked numbers between dives, 1 sigma, in their steps.
+    pub scatter: [f64; N],
+    /// Of an unchanged mission: what its dives say about nothing but noise.
+    noise: Option<Noise>,
     /// Onset found less that flown, dives; none where the change is not named.
     pub late: Option<i64>,
     /// Whether the size is inside its interval.
@@ -144,11 +160,20 @@ pub fn score(case: Case, seed: u64, dives: usize, folder: &Path) -> anyhow::Resu
     let mut mission = Mission::new(&known);
     mission.add(&log, &|_, _| ())?;
     let timeline = mission.finish(DIVES_PER_ALARM)?;
-    Ok(scored(case, timeline, (mission.observed(), mission.start_precision()), clock.elapsed().as_secs_f64()))
+    let seconds = clock.elapsed().as_secs_f64();
+    let noise = if case.change == Change::Nothing { noise_of(&mission.observed(), mission.start_precision()) } else { None };
+    Ok(scored(case, (&timeline.events, timeline.scatter), noise, seconds))
 }
 
-fn scored(case: Case, timeline: Timeline, observed: (Vec<Observed>, [f64; N]), seconds: f64) -> Scored {
-    let mut out = Scored { case, others: timeline.events.len(), timeline, observed, late: None, covered: false, leads: false, seconds };
+fn no_case() -> Case {
+    Case { index: 0, wing: Wing::Standard, change: Change::Nothing, onset: 0 }
+}
+
+fn scored(case: Case, (events, scatter): (&[Event], [f64; N]), noise: Option<Noise>, seconds: f64) -> Scored {
+    let named =
+        events.iter().map(|e| Named { kind: e.change.kind.name.to_owned(), dive: e.dive, size: [e.size.value, e.size.low, e.size.high] });
+    let (named, others) = (named.collect(), events.len());
+    let mut out = Scored { case, named, scatter, noise, others, late: None, covered: false, leads: false, seconds };
     let Some((number, size)) = truth(case.change) else { return out };
     let inside = |l: &Level| (l.low..=l.high).contains(&size);
     let of = |e: &Event| -> Option<(usize, bool, bool)> {
@@ -157,7 +182,7 @@ fn scored(case: Case, timeline: Timeline, observed: (Vec<Observed>, [f64; N]), s
         }
         e.others.iter().find(|(c, _)| c.kind.number == number).map(|(c, l)| (c.onset, inside(l), false))
     };
-    let near = out.timeline.events.iter().filter_map(of).min_by_key(|(onset, _, leads)| (onset.abs_diff(case.onset), !leads));
+    let near = events.iter().filter_map(of).min_by_key(|(onset, _, leads)| (onset.abs_diff(case.onset), !leads));
     if let Some((onset, covered, leads)) = near {
         (out.late, out.covered, out.leads) = (Some(onset as i64 - case.onset as i64), covered, leads);
         out.others -= 1;
@@ -166,6 +191,12 @@ fn scored(case: Case, timeline: Timeline, observed: (Vec<Observed>, [f64; N]), s
 }
 
 impl Scored {
+    /// With its case again.
+    #[must_use]
+    pub fn of(self, case: Case) -> Self {
+        Self { case, ..self }
+    }
+
     /// Found near its onset with its size inside the interval.
     #[must_use]
     pub fn right(&self) -> bool {
@@ -179,30 +210,28 @@ impl Scored {
     }
 }
 
-/// Scores all cases; `tick` is called after each.
-///
-/// # Errors
-/// A case that could not be flown, or a pool that cannot start.
-pub fn run(cases: &[Case], seed: u64, folder: &Path, jobs: usize, tick: &(dyn Fn() + Sync)) -> anyhow::Result<Vec<Scored>> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().context("cannot start the worker threads")?;
-    pool.install(|| cases.par_iter().map(|c| score(*c, seed, DIVES, folder).inspect(|_| tick())).collect())
-}
-
 /// A mission's dives with what they say about nothing but noise: each dive's deviation from the level that the mission has beside it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Noise {
-    dives: Vec<Information>,
+    /// Matrix, by columns, and vector.
+    dives: Vec<[Vec<f64>; 2]>,
     precision: [f64; N],
 }
 
-fn noise_of((observed, precision): &(Vec<Observed>, [f64; N])) -> Option<Noise> {
+impl Noise {
+    fn dive(&self, k: usize) -> Information {
+        let [matrix, vector] = &self.dives[k];
+        Information { matrix: DMatrix::from_column_slice(N, N, matrix), vector: DVector::from_column_slice(vector) }
+    }
+}
+
+fn noise_of(observed: &[Observed], precision: [f64; N]) -> Option<Noise> {
     let mut all = Information::none(N);
     observed.iter().for_each(|o| all.add(&o.information));
-    let (mean, _) = all.with_prior(*precision).estimate()?;
-    let dives = observed
-        .iter()
-        .map(|o| Information { vector: &o.information.vector - &o.information.matrix * &mean, matrix: o.information.matrix.clone() })
-        .collect();
-    Some(Noise { dives, precision: *precision })
+    let (mean, _) = all.with_prior(precision).estimate()?;
+    let left = |o: &Observed| &o.information.vector - &o.information.matrix * &mean;
+    let dives = observed.iter().map(|o| [o.information.matrix.as_slice().to_vec(), left(o).as_slice().to_vec()]).collect();
+    Some(Noise { dives, precision })
 }
 
 /// What unchanged dives say: dives, missions, and the changes that were named in them.
@@ -221,7 +250,7 @@ pub struct Alarms {
 /// # Errors
 /// A pool that cannot start.
 pub fn false_alarms(unchanged: &[&Scored], dives: usize, seed: u64, jobs: usize, tick: &(dyn Fn() + Sync)) -> anyhow::Result<Alarms> {
-    let noise: Vec<Noise> = unchanged.iter().filter_map(|s| noise_of(&s.observed)).collect();
+    let noise: Vec<Noise> = unchanged.iter().filter_map(|s| s.noise.clone()).collect();
     if noise.is_empty() {
         return Ok(Alarms::default());
     }
@@ -234,10 +263,8 @@ pub fn false_alarms(unchanged: &[&Scored], dives: usize, seed: u64, jobs: usize,
             .map(|m| {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0xA1A2 ^ ((m as u64) << 20));
                 let of = &noise[m % noise.len()];
-                let draw = |d: usize, rng: &mut ChaCha8Rng| Observed {
-                    information: of.dives[below(rng, of.dives.len())].clone(),
-                    day: 0.06 * d as f64,
-                };
+                let draw =
+                    |d: usize, rng: &mut ChaCha8Rng| Observed { information: of.dive(below(rng, of.dives.len())), day: 0.06 * d as f64 };
                 let series: Vec<Observed> = (0..DIVES).map(|d| draw(d, &mut rng)).collect();
                 let found: Option<Found> = find(&series, &of.precision, limit);
                 tick();
@@ -284,16 +311,12 @@ pub fn document(scored: &[Scored], alarms: &Alarms) -> Value {
     let list: Vec<Value> = scored
         .iter()
         .map(|s| {
-            let named: Vec<Value> = s
-                .timeline
-                .events
-                .iter()
-                .map(|e| json!({"kind": e.change.kind.name, "dive": e.dive, "size": e.size.value, "low": e.size.low, "high": e.size.high}))
-                .collect();
+            let size = |n: &Named| json!({"kind": n.kind, "dive": n.dive, "size": n.size[0], "low": n.size[1], "high": n.size[2]});
+            let named: Vec<Value> = s.named.iter().map(size).collect();
             json!({
                 "vehicle": s.case.index, "wing": s.case.wing.id(), "change": name_of(s.case.change),
                 "size": truth(s.case.change).map(|t| t.1), "dive": s.case.onset + 1, "late": s.late, "covered": s.covered,
-                "leads": s.leads, "named": named, "scatter_1sigma": s.timeline.scatter.to_vec(), "wall_s": s.seconds,
+                "leads": s.leads, "named": named, "scatter_1sigma": s.scatter.to_vec(), "wall_s": s.seconds,
             })
         })
         .collect();
@@ -301,7 +324,7 @@ pub fn document(scored: &[Scored], alarms: &Alarms) -> Value {
     wall.sort_by(f64::total_cmp);
     json!({
         "changed": of(&changed), "by_kind": by_kind,
-        "unchanged": {"missions": unchanged.len(), "changes_named": unchanged.iter().map(|s| s.timeline.events.len()).sum::<usize>()},
+        "unchanged": {"missions": unchanged.len(), "changes_named": unchanged.iter().map(|s| s.named.len()).sum::<usize>()},
         "false_alarms": {
             "dives": alarms.dives, "missions": alarms.missions, "alarms": alarms.alarms,
             "per_1000_dives": 1000.0 * alarms.alarms as f64 / alarms.dives.max(1) as f64,

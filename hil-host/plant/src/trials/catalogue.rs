@@ -15,7 +15,7 @@
 use super::{Site, Wing};
 
 /// How large a hidden effect is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Strength {
     /// About 1.5 times the noise floor.
     Weak,

@@ -98,7 +98,7 @@ impl Wing {
 }
 
 /// What kind of truth a case hides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Kind {
     /// Nothing but calibration scatter.
     Clean,

@@ -19,7 +19,7 @@ const BUILT_IN: [(&str, &str); 2] =
     [("comet", include_str!("../../../../vehicles/comet.toml")), ("modena", include_str!("../../../../vehicles/modena.toml"))];
 
 /// Who may look at a flight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Split {
     /// While the tool is made.

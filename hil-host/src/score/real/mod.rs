@@ -45,14 +45,15 @@ pub struct Ready {
 }
 
 /// One question and its answer.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Scored {
     /// Flight.
     pub flight: String,
     /// Split of the flight.
     pub split: Split,
     /// The injected error.
-    pub injected: &'static str,
+    #[serde(deserialize_with = "crate::shards::interned::text")]
+    pub injected: crate::shards::interned::Words,
     /// Whether the effect of the injected error is asked for (else quiet is).
     pub names_an_effect: bool,
     /// Expected size, standard deviations; NaN for injected errors that no effect undoes.

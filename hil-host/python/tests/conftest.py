@@ -1,6 +1,9 @@
 """Flights for the tests: simulated by the program itself, so that nothing has to be fetched."""
 
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +15,18 @@ def fly(folder: Path, seed: int) -> Path:
     """A flight against the simulated vehicle and sea: eight dives, each with its own pitch and drive."""
     _core.command(["fly", "--mission", "sweep", "--seed", str(seed), "--log", str(folder)])
     return folder
+
+
+@pytest.fixture
+def client() -> Iterator[Any]:
+    """The client of a Dask cluster of three processes on this machine."""
+    distributed = pytest.importorskip("distributed")
+    made = distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None)
+    with distributed.Client(made) as connected:
+        yield connected
+    # Workers that a busy machine does not end within Dask's five seconds are killed; that is no concern of a test.
+    with suppress(TimeoutError):
+        made.close()
 
 
 @pytest.fixture(scope="session")

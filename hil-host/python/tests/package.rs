@@ -38,12 +38,68 @@ fn copied(from: &Path, to: &Path) {
     }
 }
 
+/// A folder with the package and the module in it.
+fn staged(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("glider-python-{name}-{}", std::process::id()));
+    copied(&here().join("package/glider_workbench"), &folder.join("glider_workbench"));
+    std::fs::copy(module(), folder.join("glider_workbench/_core.abi3.so")).expect("copied");
+    folder
+}
+
+/// What a program prints; it has to succeed.
+fn said(command: &mut Command) -> String {
+    let out = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(out.status.success(), "{command:?}: {text}\n{}", String::from_utf8_lossy(&out.stderr));
+    text
+}
+
+/// A wheel of the module that was built, named and described by maturin as `pip install ./hil-host/python` has it, goes into a new
+/// environment by plain `pip install` and works there. Not built anew by maturin, which would compile everything again; numpy, pandas and xarray
+/// are those of the tests' environment, so that nothing is fetched.
+#[test]
+fn a_wheel_installs_in_a_fresh_environment_and_works_there() {
+    let Some(python) = python() else { return };
+    let stage = staged("wheel");
+    let (out, fresh) = (stage.with_extension("out"), stage.with_extension("fresh"));
+    let maturin = python.with_file_name("maturin");
+    said(
+        Command::new(maturin)
+            .args(["pep517", "write-dist-info", "--metadata-directory"])
+            .arg(&stage)
+            .arg("--interpreter")
+            .arg(&python)
+            .current_dir(here()),
+    );
+    std::fs::create_dir_all(&out).expect("a folder");
+    said(Command::new(&python).args(["-m", "wheel", "pack", "--dest-dir"]).arg(&out).arg(&stage));
+    let wheels: Vec<PathBuf> = std::fs::read_dir(&out).expect("wheels").flatten().map(|e| e.path()).collect();
+    let [wheel] = wheels.as_slice() else { panic!("{wheels:?}") };
+    let name = wheel.file_name().expect("a name").to_string_lossy();
+    assert!(name.starts_with("glider_workbench-") && name.contains("-cp310-abi3-"), "one wheel for Python 3.10 and later: {name}");
+    said(Command::new(&python).args(["-m", "venv"]).arg(&fresh));
+    said(Command::new(fresh.join("bin/pip")).args(["install", "--no-index", "--no-deps", "--disable-pip-version-check"]).arg(wheel));
+    let shown = said(Command::new(fresh.join("bin/pip")).args(["show", "glider-workbench"]));
+    assert!(shown.contains("Requires: numpy, pandas, xarray"), "{shown}");
+    let packages = said(Command::new(&python).args(["-c", "import numpy, pathlib; print(pathlib.Path(numpy.__file__).parents[1])"]));
+    let program = "import glider_workbench as gw; print(gw.__file__); print(gw.polar('slocum-standard').attrs['vehicle'], gw.faults(only='roll:off@dive').passed)";
+    let work = Command::new(fresh.join("bin/python")).args(["-c", program]).current_dir(&out).env("PYTHONPATH", packages.trim()).output();
+    let work = work.expect("python starts");
+    let text = String::from_utf8_lossy(&work.stdout).into_owned();
+    assert!(
+        work.status.success() && text.contains("fresh") && text.trim_end().ends_with("True"),
+        "{text}{}",
+        String::from_utf8_lossy(&work.stderr)
+    );
+    for folder in [stage, out, fresh] {
+        std::fs::remove_dir_all(folder).expect("removed");
+    }
+}
+
 #[test]
 fn the_package_passes_its_tests_and_its_notebook_runs() {
     let Some(python) = python() else { return };
-    let folder = std::env::temp_dir().join(format!("glider-python-{}", std::process::id()));
-    copied(&here().join("package/glider_workbench"), &folder.join("glider_workbench"));
-    std::fs::copy(module(), folder.join("glider_workbench/_core.abi3.so")).expect("copied");
+    let folder = staged("tests");
     let out = Command::new(python)
         .args(["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--durations=5", "tests"])
         .current_dir(here())

@@ -6,6 +6,7 @@ import signal
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -39,25 +40,22 @@ def test_the_digest_is_the_files(archive: Path, tmp_path: Path, whole: gw.Fleet)
         gw.merge([archive / "may/flight0/flight.csv"])
 
 
-def test_a_cluster_with_a_worker_killed_gives_the_same_digest(archive: Path, tmp_path: Path, whole: gw.Fleet) -> None:
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-        with distributed.Client(cluster) as client:
-            pids = list(client.run(os.getpid).values())
-            killed = []
+def test_a_cluster_with_a_worker_killed_gives_the_same_digest(archive: Path, tmp_path: Path, whole: gw.Fleet, client: Any) -> None:
+    pids = list(client.run(os.getpid).values())
+    killed = []
 
-            def kill() -> None:
-                # As soon as the first flight is done.
-                cache = tmp_path / "fleet.parquet.cache"
-                until = time.monotonic() + 60
-                while time.monotonic() < until and not any(cache.glob("*.json")):
-                    time.sleep(0.005)
-                os.kill(pids[0], signal.SIGKILL)
-                killed.append(len(list(cache.glob("*.json"))))
+    def kill() -> None:
+        # As soon as the first flight is done.
+        cache = tmp_path / "fleet.parquet.cache"
+        until = time.monotonic() + 60
+        while time.monotonic() < until and not any(cache.glob("*.kept")):
+            time.sleep(0.005)
+        os.kill(pids[0], signal.SIGKILL)
+        killed.append(len(list(cache.glob("*.kept"))))
 
-            killer = threading.Thread(target=kill)
-            killer.start()
-            found = gw.fleet(archive, tmp_path / "fleet.parquet", client=client, shards=4)
-            killer.join()
+    killer = threading.Thread(target=kill)
+    killer.start()
+    found = gw.fleet(archive, tmp_path / "fleet.parquet", client=client, shards=4)
+    killer.join()
     assert killed and killed[0] < 4, "the worker was killed after the work was done"
     assert found.sha256 == whole.sha256

@@ -38,8 +38,8 @@ FlightLike = Union[StrPath, Sequence[StrPath], xr.Dataset, pd.DataFrame]
 VehicleLike = Union[StrPath, Mapping[str, Any]]
 
 __all__ = [
-    "Fleet", "FlightLike", "GliderError", "Timeline", "VehicleLike", "__version__", "add", "calibrate", "compare", "diagnose", "fleet",
-    "merge", "next_flight", "polar", "read", "table", "timeline",
+    "Faults", "Fleet", "FlightLike", "GliderError", "Timeline", "VehicleLike", "__version__", "add", "calibrate", "compare", "diagnose", "faults",
+    "fleet", "merge", "next_flight", "polar", "read", "table", "timeline",
 ]
 
 _core.identify(_core.__file__)  # type: ignore[attr-defined]
@@ -211,4 +211,5 @@ def polar(vehicle: VehicleLike, *, to: float = 25.0, step: float = 1.0, effects:
     return out
 
 
+from ._faults import Faults, faults  # noqa: E402
 from ._fleet import Fleet, fleet, merge, table  # noqa: E402

@@ -166,7 +166,7 @@ mod tests {
             let flown = block.fly().expect("flies");
             let bytes = kept.store("", &flown).expect("bytes");
             let merged = Kept::Merged(HashMap::from([(String::new(), bytes)]));
-            merged.load(&String::new()).expect("there").1
+            merged.load("").expect("there").1
         };
         let told = |all: &[Vec<Verdict>; 2]| all.iter().flatten().map(|v| format!("{v:?}")).collect::<Vec<_>>();
         let flown = verdicts(blocks.iter().map(|b| (b, b.fly().expect("flies"))));

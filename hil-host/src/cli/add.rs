@@ -1,6 +1,6 @@
 //! `glider add`.
 
-use super::diagnose::load;
+use super::diagnose::{far, load};
 use super::{Output, Verdict};
 use crate::terminal::{Ladder, meant, parameter, wrapped};
 use crate::whole_file;
@@ -42,7 +42,7 @@ fn effects_of(text: &str) -> anyhow::Result<Vec<&'static dyn Effect>> {
         let effect = by_name(name).with_context(|| {
             let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name()).collect();
             let meant = meant(name, all.iter().copied());
-            format!("no effect `{name}`{meant} All: glider list effects; or write an expression: `cd += k*roll^2`")
+            format!("no effect `{name}`{meant} (all: glider list effects; or write an expression: `cd += k*roll^2`)")
         })?;
         anyhow::ensure!(effects.iter().all(|e| e.name() != name), "`{name}` is named twice: name every effect once");
         effects.push(effect);
@@ -131,6 +131,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         println!();
         for ladder in &ladders {
             println!("{}", ladder.text());
+        }
+        // Why an effect may be true and yet take little off beyond recalibration.
+        if let Some(what) = far(&added.recalibrated) {
+            println!("{}", wrapped(&what, 2));
         }
         if let Some(out) = &args.out {
             println!("New vehicle file: {}", out.display());

@@ -1,12 +1,13 @@
 //! `glider diagnose`.
 
 use super::{Output, Verdict};
+use crate::flight::file_kinds::{Kind, expect};
 use crate::terminal::{Ladder, meant_path, parameter, table, wrapped};
 use anyhow::{Context as _, bail};
 use console::style;
 use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::hypotheses::search::Depth;
-use discovery::model::parameters::is_nuisance;
+use discovery::model::parameters::{State, is_nuisance};
 use discovery::preprocess::{prepare, sanity};
 use discovery::record::csv;
 use discovery::workbench::calibrate::free_names;
@@ -46,6 +47,8 @@ pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Fligh
     if let Some(file) = vehicle_file.filter(|f| !f.exists()) {
         bail!("{}: no such vehicle file{}", file.display(), meant_path(file));
     }
+    expect(flight, Kind::Flight)?;
+    vehicle_file.map_or(Ok(()), |f| expect(f, Kind::Vehicle))?;
     let file = vehicle_file
         .map(Path::to_path_buf)
         .or_else(|| vehicle::file_next_to(flight))
@@ -139,10 +142,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             println!("{}", wrapped(&format!("Note: {note}"), 6));
         }
         println!("\n{}", Ladder::of(&found).text());
-        let far = deviations().enumerate().filter(|(k, d)| !is_nuisance(*k) && d.1.abs() > FAR);
-        let far: Vec<String> = far.map(|(_, (name, z))| format!("{name} {z:+.1}")).collect();
-        if !far.is_empty() {
-            let what = format!("Recalibrated beyond {FAR} tolerances of the vehicle file: {}.", far.join(", "));
+        if let Some(what) = far(&found.recalibrated) {
             println!("{}", wrapped(&what, 2));
         }
         println!("Verdict: {}", style(found.verdict.name()).bold());
@@ -150,6 +150,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         println!("{}", wrapped(&format!("Next: {}", report::next_flight(&found)), 6));
     });
     Ok(Verdict::Ok)
+}
+
+/// Numbers that recalibration alone had to bend too far to be a calibration.
+#[must_use]
+pub fn far(recalibrated: &State) -> Option<String> {
+    let deviations = free_names().iter().zip(recalibrated.calibration).enumerate();
+    let far = deviations.filter(|(k, (_, z))| !is_nuisance(*k) && z.abs() > FAR).map(|(_, (name, z))| format!("{name} {z:+.1}"));
+    let far: Vec<String> = far.collect();
+    (!far.is_empty()).then(|| format!("Recalibrated beyond {FAR} tolerances of the vehicle file: {}.", far.join(", ")))
 }
 
 /// The best hypotheses, each with its numbers below it: a table of all that would be wider than a terminal.

@@ -1,6 +1,8 @@
 //! `glider export`: a flight in the formats others read.
 
 use super::{Output, Verdict};
+use crate::flight::file_kinds::{Kind, expect};
+use crate::terminal::meant_path;
 use anyhow::Context;
 use discovery::export::mcap::Stream;
 use discovery::export::netcdf::{About, Number, Series};
@@ -72,6 +74,8 @@ impl Format {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    anyhow::ensure!(args.flight.exists(), "{}: no such flight{}", args.flight.display(), meant_path(&args.flight));
+    expect(&args.flight, Kind::Flight)?;
     let flight = discovery::record::csv::log(&args.flight)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{}", flight.name, args.to.ending())));
     let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();

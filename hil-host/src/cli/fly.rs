@@ -4,6 +4,7 @@ use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use crate::flight::closed_loop::{End, FlightError, Outcome, Setup, fly, recover};
 use crate::flight::config_file;
+use crate::flight::file_kinds::{Kind, expect};
 use crate::flight::mission_file::{self, wings_name};
 use crate::flight::recorder::Recorder;
 use crate::flight::vehicles::Model;
@@ -11,7 +12,7 @@ use crate::flight::{tables, worlds};
 use crate::score::story;
 use crate::seats::CYCLE_S;
 use crate::seats::{self, Choice, Seat};
-use crate::terminal::{near, say};
+use crate::terminal::{meant_path, near, say};
 use anyhow::{Context, anyhow, bail, ensure};
 use discovery::hypotheses::search::Depth;
 use discovery::vehicle;
@@ -212,6 +213,7 @@ fn choice(args: &Args) -> anyhow::Result<Choice> {
 
 /// Opens it.
 fn seat(args: &Args, choice: &Choice) -> anyhow::Result<Box<dyn Seat>> {
+    args.elf.as_deref().filter(|e| e.exists()).map_or(Ok(()), |e| expect(e, Kind::Image))?;
     let board_log = args.log.as_ref().map(|d| d.join("board.defmt"));
     match args.controller.as_str() {
         "stock" if *choice != Choice::InProcess => bail!("--controller stock flies in-process only; leave out --seat {choice}"),
@@ -271,6 +273,8 @@ pub(super) fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
         );
         return Ok(tables::build(&model, wings, model.id, 0).with_context(|| path.display().to_string())?.bytes);
     }
+    ensure!(path.exists(), "{}: no such table{}", path.display(), meant_path(path));
+    expect(path, Kind::Table)?;
     let bytes = std::fs::read(path).with_context(|| format!("{}: cannot read this table", path.display()))?;
     tables::for_wings(&bytes, wings).with_context(|| path.display().to_string())?;
     Ok(bytes)

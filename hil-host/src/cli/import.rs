@@ -95,11 +95,11 @@ fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Optio
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make folder {}", folder.display()))?;
     }
     // The folder appears under its name when all of it is there.
-    crate::whole_file::at(out, |part| fill(part, flight, report, vehicle, draft))
+    crate::whole_file::at(out, |part| fill(part, flight, report, vehicle, draft)).with_context(|| format!("cannot write {}", out.display()))
 }
 
 fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, draft: Option<&str>) -> anyhow::Result<()> {
-    std::fs::create_dir_all(out).with_context(|| format!("cannot make folder {}", out.display()))?;
+    std::fs::create_dir_all(out)?;
     let csv = out.join("flight.csv");
     let file = std::fs::File::create(&csv).with_context(|| format!("cannot write {}", csv.display()))?;
     discovery::export::csv::write(flight, file).with_context(|| format!("cannot write {}", csv.display()))?;
@@ -115,6 +115,11 @@ fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option
     Ok(())
 }
 
+/// A factor in as many digits as tell it from another unit's.
+fn short(factor: f64) -> String {
+    if factor.abs() < 1e-3 { format!("{factor:e}") } else { format!("{}", (factor * 1e6).round() / 1e6) }
+}
+
 fn print(args: &Args, vehicle: Option<&Path>, flight: &discovery::Flight, report: &Report) {
     say(&format!("{}: {}", report.kind, named(args)));
     for file in &report.files {
@@ -123,9 +128,9 @@ fn print(args: &Args, vehicle: Option<&Path>, flight: &discovery::Flight, report
             say(&format!("    damaged: {problem}"));
         }
     }
-    say("names and units:");
+    say("names, units, and the factor to SI:");
     for m in &report.mapped {
-        say(&format!("  {:28} {:8} -> {:22} (x {} to SI)", m.from, m.unit, m.to, m.factor));
+        say(&format!("  {:22} {:15} -> {:20} x {}", m.from, m.unit, m.to, short(m.factor)));
     }
     say(&format!("density: {}", report.density));
     if !report.missing.is_empty() {

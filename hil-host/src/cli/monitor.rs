@@ -69,6 +69,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         );
         return watch_flight(Path::new(&args.port), &screen, output);
     }
+    ensure!(
+        !Path::new(&args.port).is_file(),
+        "{}: is a file; name the serial port of a board, or the folder that glider fly --log writes",
+        args.port
+    );
     let mut link = Link::new(Port::open(&args.port)?);
     let manifest = link.hello()?;
     if let Some(directory) = &args.flight_log {

@@ -1,8 +1,8 @@
 //! `glider serve`: the workbench as a page on this machine.
 
+use super::diagnose::load;
 use super::{Output, Verdict};
 use crate::serve::{Workbench, run as serve};
-use crate::terminal::meant_path;
 use std::path::PathBuf;
 
 /// Arguments of the command.
@@ -31,8 +31,8 @@ pub struct Args {
 /// A flight that is not there, or a port that is taken.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for path in &args.flights {
-        anyhow::ensure!(path.exists(), "{}: no such flight{}", path.display(), meant_path(path));
-        discovery::record::csv::csv_of(path)?;
+        // Read once here: what the page could not open is said before there is a page.
+        load(path, None)?;
     }
     let bench = Workbench { offered: args.flights.clone(), logs: args.logs.clone(), ..Workbench::default() };
     serve(args.port, bench, |address| {

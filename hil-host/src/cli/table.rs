@@ -40,7 +40,7 @@ type Tables = [(Built, Model, String)];
 
 /// Writes each table as source and as bytes, and the controller file of a vehicle whose pitch sensor is off.
 fn write(out: &Path, built: &Tables) -> anyhow::Result<()> {
-    std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    std::fs::create_dir_all(out).with_context(|| format!("{}: cannot make this folder", out.display()))?;
     for (table, model, from) in built {
         let stem = wings_name(model.wings).replace("low-ar", "low_aspect_ratio");
         for (name, bytes) in

@@ -1,6 +1,7 @@
 //! `glider upload`.
 
 use super::{Output, Verdict};
+use crate::flight::file_kinds::{Kind as ContentKind, expect};
 use crate::flight::{config_file, mission_file, tables};
 use crate::seats::port::Port;
 use crate::seats::upload::{Stored, read_back, rollback, upload};
@@ -167,6 +168,7 @@ fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) 
     let name = file.display();
     match kind.object() {
         Object::Table(wings) => {
+            expect(file, ContentKind::Table)?;
             let bytes = std::fs::read(file).with_context(|| format!("{name}: cannot read this file"))?;
             tables::for_wings(&bytes, wings).with_context(|| name.to_string())?;
             Ok(bytes)

@@ -11,6 +11,8 @@
 //!
 //! Keys are those of [`control::Settings`], in its units; `glider upload PORT config --read` prints all of them.
 
+use crate::flight::file_kinds::{Kind, expect};
+use crate::flight::toml_place;
 use anyhow::{Context, anyhow, bail};
 use control::{Config, PitchSensor, Settings, config::ConfigError};
 use helm::limits;
@@ -27,6 +29,7 @@ const VEHICLES: [(&str, Settings); 3] =
 /// # Errors
 /// One line: file, line, key, what is wrong, what would be right.
 pub fn load(path: &Path) -> anyhow::Result<Config> {
+    expect(path, Kind::Config)?;
     let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot read this configuration", path.display()))?;
     parse(&text, &path.display().to_string())
 }
@@ -36,11 +39,7 @@ pub fn load(path: &Path) -> anyhow::Result<Config> {
 /// # Errors
 /// One line: file, line, key, what is wrong, what would be right.
 pub fn parse(text: &str, name: &str) -> anyhow::Result<Config> {
-    let mut file: Table = toml::from_str(text).map_err(|e| {
-        let before = text.get(..e.span().map_or(0, |s| s.start)).unwrap_or_default();
-        let (line, column) = (before.matches('\n').count() + 1, before.chars().rev().take_while(|c| *c != '\n').count() + 1);
-        anyhow!("{name}:{line}:{column}: {}", e.message().lines().collect::<Vec<_>>().join(", "))
-    })?;
+    let mut file: Table = toml::from_str(text).map_err(|e| toml_place::refused(text, name, &e))?;
     let settings = match file.remove("vehicle") {
         None => Settings::default(),
         Some(Value::String(v)) => {

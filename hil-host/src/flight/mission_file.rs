@@ -14,8 +14,10 @@
 //! heading_deg = 90            # default 0
 //! ```
 
-use crate::terminal::meant;
-use anyhow::{Context, anyhow};
+use crate::flight::file_kinds::{Kind, expect};
+use crate::flight::toml_place;
+use crate::terminal::{meant, meant_path};
+use anyhow::{Context, anyhow, bail};
 use serde::Deserialize;
 use signals::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 use std::ops::Range;
@@ -88,9 +90,12 @@ pub fn load(name: &str, limits: impl Fn(&Mission) -> Limits) -> anyhow::Result<M
         return Ok(mission);
     }
     let path = Path::new(name);
-    let text = std::fs::read_to_string(path).with_context(|| {
-        format!("{name}: cannot read this mission file (built-in missions: {}){}", BUILT_IN.join(", "), meant(name, BUILT_IN))
-    })?;
+    if !path.exists() {
+        let meant = Some(meant(name, BUILT_IN)).filter(|m| !m.is_empty()).unwrap_or_else(|| meant_path(path));
+        bail!("{name}: no such mission file (built-in missions: {}){meant}", BUILT_IN.join(", "));
+    }
+    expect(path, Kind::Mission)?;
+    let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot read this mission file"))?;
     parse(&text, name, limits)
 }
 
@@ -134,10 +139,7 @@ struct Place<'a> {
 
 impl Place<'_> {
     fn wrong(&self, at: &Range<usize>, what: &str) -> anyhow::Error {
-        let before = self.text.get(..at.start).unwrap_or_default();
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-        anyhow!("{}:{line}:{column}: {what}", self.name)
+        toml_place::wrong(self.text, self.name, at.start, what)
     }
 
     /// A number in its range, or the default.
@@ -166,10 +168,7 @@ impl Place<'_> {
 /// One line: file, line, key, what is wrong, what would be right.
 pub fn parse(text: &str, name: &str, limits: impl Fn(&Mission) -> Limits) -> anyhow::Result<Mission> {
     let place = Place { text, name };
-    let file: MissionFile = toml::from_str(text).map_err(|e| {
-        let what = e.message().lines().collect::<Vec<_>>().join(", ").replace("i64", "a whole number").replace("f64", "a number");
-        place.wrong(&e.span().unwrap_or(0..0), &what)
-    })?;
+    let file: MissionFile = toml::from_str(text).map_err(|e| toml_place::refused(text, name, &e))?;
     let wings = match &file.wings {
         None => Wings::Standard,
         Some(w) => parse_wings(w.get_ref())

@@ -147,7 +147,15 @@ pub fn compare(table: &Table<'_>, model: &impl Polar, best: &glide::Best) -> Tab
 /// # Errors
 /// What is wrong with it, and the way out.
 pub fn for_wings(bytes: &[u8], wings: Wings) -> anyhow::Result<()> {
-    Table::parse(bytes, wings).map(drop).map_err(|e| anyhow::anyhow!("not a table for these wings: {e:?}; make one with glider table"))
+    let why = match Table::parse(bytes, wings) {
+        Ok(_) => return Ok(()),
+        Err(polar::TableError::Length) => "is shorter or longer than it says: cut off, or no flight table",
+        Err(polar::TableError::Format(_)) => "is no flight table, or one of another release",
+        Err(polar::TableError::Crc) => "is damaged (its checksum is wrong)",
+        Err(polar::TableError::Wings) => "is the table of the other wing set",
+        Err(_) => "has values that no glider has",
+    };
+    anyhow::bail!("{why}; make a table with glider table --out FOLDER")
 }
 
 /// The table as Rust source for `firmware/polar/src/generated/`.

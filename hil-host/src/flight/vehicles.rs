@@ -5,7 +5,9 @@
 
 use std::path::Path;
 
+use crate::flight::file_kinds::{Kind, expect};
 pub use crate::flight::mission_file::wings_name;
+use crate::terminal::{meant, meant_path};
 use anyhow::{Context as _, bail, ensure};
 use control::PitchSensor;
 use discovery::Vehicle;
@@ -92,12 +94,15 @@ impl Model {
     /// Unreadable or wrong file, with line and fix.
     pub fn load(path: &Path, lift_model: Option<&str>) -> anyhow::Result<Self> {
         let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default().trim_end_matches(".toml");
+        expect(path, Kind::Vehicle)?;
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => match BUILT_IN.iter().find(|b| b.0 == name) {
                 Some((_, text)) => (*text).to_string(),
                 None => {
-                    bail!("{}: no such file, and no built-in vehicle of that name ({})", path.display(), BUILT_IN.map(|b| b.0).join(", "))
+                    let names = BUILT_IN.map(|b| b.0);
+                    let meant = Some(meant(name, names)).filter(|m| !m.is_empty()).unwrap_or_else(|| meant_path(path));
+                    bail!("{}: no such file, and no built-in vehicle of that name ({}){meant}", path.display(), names.join(", "))
                 }
             },
             Err(e) => return Err(e).with_context(|| path.display().to_string()),

@@ -11,7 +11,10 @@
 //! overstates the drag due to lift, and a log that stated it would have that
 //! missing in every flight.
 
+use crate::flight::file_kinds::{Kind, expect};
 use crate::flight::mission_file::{Limits, wings_name};
+use crate::flight::toml_place;
+use crate::terminal::meant_path;
 use anyhow::{Context, anyhow};
 use control::{Config, Settings};
 use nalgebra::{DMatrix, DVector};
@@ -61,6 +64,8 @@ pub fn for_mission(mission: &Mission) -> Scenario {
 /// One line: file, line, column, what is wrong, what would be right.
 pub fn overlay(base: &Scenario, path: &Path) -> anyhow::Result<Scenario> {
     let name = path.display();
+    anyhow::ensure!(path.exists(), "{name}: no such truth file{}", meant_path(path));
+    expect(path, Kind::Truth)?;
     let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot read this truth file"))?;
     let one_line = |e: String| {
         let what = e.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ");
@@ -69,6 +74,7 @@ pub fn overlay(base: &Scenario, path: &Path) -> anyhow::Result<Scenario> {
         anyhow!("{name}:{space}{what}")
     };
     // Alone first: an error then has the line of this file.
+    toml::from_str::<Scenario>(&text).map_err(|e| toml_place::refused(&text, &name.to_string(), &e))?;
     Scenario::from_toml(&text).map_err(one_line)?;
     let mut merged: toml::Table = toml::from_str(&base.to_toml().map_err(one_line)?)?;
     merge(&mut merged, toml::from_str(&text)?);

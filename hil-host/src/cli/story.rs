@@ -7,6 +7,8 @@ use crate::pages::flight_report;
 use crate::pages::{Axis, Chart, Page, Section, Table};
 use crate::score;
 use crate::score::story::{self, Flown};
+use crate::terminal::say;
+use crate::whole_file;
 use anyhow::Context as _;
 use control::Settings;
 use discovery::hypotheses::search::Depth;
@@ -14,7 +16,7 @@ use discovery::vehicle;
 use discovery::workbench::add;
 use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -31,7 +33,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
     /// Where the new vehicle, the tables and the page go.
-    #[arg(long, default_value = "out/loop", value_name = "DIR")]
+    #[arg(long, default_value = DEFAULT_OUT, value_name = "DIR")]
     out: PathBuf,
     /// Seed of the simulated puzzle.
     #[arg(long, default_value_t = 1)]
@@ -52,11 +54,31 @@ fn puzzle(args: &Args) -> anyhow::Result<PathBuf> {
     score::diagnosis::write_case(&args.out.join("puzzle"), &generate(&spec, args.seed, 0))
 }
 
+/// Where results go if nothing else is asked for: this command's own.
+const DEFAULT_OUT: &str = "out/loop";
+
+/// Whether the folder may be written: no flight lies in it, and nothing there is replaced that nobody meant to replace.
+fn may_write(args: &Args, force: bool) -> anyhow::Result<()> {
+    let name = args.out.display();
+    anyhow::ensure!(!args.out.join("flight.csv").exists(), "{name}: holds a flight; name another folder with --out");
+    let own = args.out == Path::new(DEFAULT_OUT) || args.out.join(PAGE).exists();
+    let own_file = args.flight.as_deref().and_then(vehicle::file_next_to);
+    let inputs: Vec<&Path> = [args.flight.as_deref(), args.vehicle.as_deref(), own_file.as_deref()].into_iter().flatten().collect();
+    for file in ["vehicle.json", "table-before.bin", "table-after.bin", PAGE] {
+        whole_file::may_write(&args.out.join(file), &inputs, &[], force || own)?;
+    }
+    // Before the search, which takes a while.
+    std::fs::create_dir_all(&args.out).with_context(|| format!("{name}: cannot make this folder"))
+}
+
+const PAGE: &str = "story.html";
+
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    may_write(args, output.force)?;
     let path = match &args.flight {
         Some(path) => path.clone(),
         None => puzzle(args)?,
@@ -70,21 +92,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         bar.finish_and_clear();
         let document = json!({"flight": path, "verdict": found.verdict.name(), "answer": [], "explanation": discovery::diagnosis::report::explanation(&found)});
         output.emit(&document, || {
-            println!("Verdict: {}. Nothing to add.\n{}", found.verdict.name(), discovery::diagnosis::report::explanation(&found));
+            say(&format!("Verdict: {}. Nothing to add.", found.verdict.name()));
+            say(&discovery::diagnosis::report::explanation(&found));
         });
         return Ok(Verdict::Negative);
     }
     bar.set_message("adding it and refitting");
     let added = add::add(&flight, &model, &effects, &parent)?;
-    anyhow::ensure!(
-        model.path != args.out.join("vehicle.json"),
-        "{}: holds the vehicle that is read; name another folder with --out",
-        args.out.display()
-    );
-    std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
     let new_file = args.out.join("vehicle.json");
     let text = format!("{:#}\n", added.vehicle);
-    crate::whole_file::write(&new_file, &text).with_context(|| format!("cannot write {}", new_file.display()))?;
+    whole_file::write(&new_file, &text).with_context(|| format!("cannot write {}", new_file.display()))?;
     let refitted = vehicle::parse_text(&text, &new_file)?;
 
     bar.set_message("new flight table, and flying with the old and the new one");
@@ -93,7 +110,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mission = story::mission(new.spec.wings)?;
     let world = story::world_of(&Model::of_coefficients(&refitted, 0)?, &mission);
     for (name, table) in [("table-before.bin", &old), ("table-after.bin", &new)] {
-        crate::whole_file::write(args.out.join(name), &table.bytes).with_context(|| format!("cannot write {name}"))?;
+        whole_file::write(args.out.join(name), &table.bytes).with_context(|| format!("cannot write {name}"))?;
     }
     // The world has the vehicle's glide, not its sensors.
     let true_sensor = Settings::default().pitch_sensor;
@@ -104,7 +121,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let heldout = added.heldout_m_s[0].is_finite();
     let errors = if heldout { added.heldout_m_s } else { added.fitted_m_s };
     let gain = after.outcome.achieved_l_over_d() / before.outcome.achieved_l_over_d() - 1.0;
-    let page = args.out.join("story.html");
+    let page = args.out.join(PAGE);
     let mut whole = flight_report::page(&found, &model, &flight.name, report::provenance(&path)?);
     fly_section(&mut whole, &before, &after, gain);
     whole.write(&page)?;
@@ -128,12 +145,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             before.table.spec.best_l_over_d,
             before.table.spec.best_alpha_rad.to_degrees()
         );
-        println!(
-            "5  fly       L/D over ground {:.3} with the old table, {:.3} with the new one: {:+.2} % range",
+        say(&format!(
+            "5  fly       L/D {:.3} with the old table, {:.3} with the new: {:+.2} % range",
             before.outcome.achieved_l_over_d(),
             after.outcome.achieved_l_over_d(),
             100.0 * gain
-        );
+        ));
         println!("   page      {}", page.display());
     });
     Ok(Verdict::Ok)

@@ -63,6 +63,48 @@ pub fn fitted(text: &str) -> String {
     text.lines().map(fit).collect::<Vec<_>>().join("\n")
 }
 
+/// What stands behind the options of a help, in lines of the terminal: examples as they are (a long one goes on in the next line, as a
+/// shell reads it; its remark stands below), sentences filled.
+#[must_use]
+pub fn help_text(text: &str) -> String {
+    let mut out: Vec<String> = Vec::new();
+    // A line that is wider than the terminal was cut at the width of the source: the next goes on from it.
+    let mut cut = false;
+    for line in text.lines() {
+        if line.starts_with("  ") {
+            out.extend(example(line));
+            cut = false;
+        } else {
+            match out.last_mut().filter(|_| cut) {
+                Some(last) => *last += &format!(" {line}"),
+                None => out.push(line.to_owned()),
+            }
+            cut = line.chars().count() > COLUMNS && !line.ends_with('.');
+        }
+    }
+    out.iter().map(|l| if l.starts_with(' ') { l.clone() } else { wrapped(l, 0) }).collect::<Vec<_>>().join("\n")
+}
+
+/// An example in lines of the terminal.
+fn example(line: &str) -> Vec<String> {
+    if line.chars().count() <= COLUMNS {
+        return vec![line.to_owned()];
+    }
+    let (line, remark) = line.trim_start().split_once("   ").unwrap_or((line.trim_start(), ""));
+    let mut out = vec![String::from(" ")];
+    for word in line.split(' ').filter(|w| !w.is_empty()) {
+        let last = out.last().map_or(0, |l| l.chars().count());
+        if last + 1 + word.chars().count() + 2 > COLUMNS {
+            out.last_mut().into_iter().for_each(|l| l.push_str(" \\"));
+            out.push("     ".into());
+        }
+        out.last_mut().into_iter().for_each(|l| *l += &format!(" {word}"));
+    }
+    let remark = remark.trim();
+    out.extend((!remark.is_empty()).then(|| format!("      {}", wrapped_from(6, remark, 6))));
+    out
+}
+
 /// Prints lines that fit the terminal.
 pub fn say(text: &str) {
     println!("{}", fitted(text));
@@ -102,11 +144,31 @@ impl Ladder {
         steps.push(("floor".to_owned(), self.floor));
         let most = steps.iter().map(|s| s.1).filter(|e| e.is_finite()).fold(1e-9, f64::max);
         let wide = steps.iter().map(|s| s.0.chars().count()).max().unwrap_or(0).min(44);
-        let of = if self.held_out { "segments kept out of the fit" } else { "fitted segments" };
+        let of = match (self.held_out, self.recalibrated) {
+            (true, _) => "segments kept out of the fit",
+            (false, Some(_)) => "fitted segments",
+            (false, None) => "all segments",
+        };
         let mut out = format!("Depth-rate error in cm/s, {of}:\n");
         for (name, error) in steps {
             let bar = "█".repeat((24.0 * error / most).round().max(0.0) as usize);
             out += &format!("  {name:<wide$} {:>7.3}  {}\n", 100.0 * error, style(bar).cyan());
+        }
+        for remark in self.remarks() {
+            out += &format!("{}\n", wrapped(remark, 0));
+        }
+        out
+    }
+
+    /// What a reader would stumble over: steps that are not in the order of a ladder.
+    fn remarks(&self) -> Vec<&'static str> {
+        let least = self.with.as_ref().map(|w| w.1).or(self.recalibrated).unwrap_or(self.as_given);
+        let mut out = Vec::new();
+        if self.recalibrated.is_some_and(|r| r > self.as_given) {
+            out.push("Recalibrated is above as given: the fit is to all that was measured, not to this error alone.");
+        }
+        if least < self.floor {
+            out.push("Below the floor: water or sensors were quieter than the vehicle file states.");
         }
         out
     }
@@ -213,6 +275,36 @@ mod tests {
         let ladder =
             Ladder { as_given: 0.01, recalibrated: Some(0.004), with: Some(("x".repeat(40), 0.002)), floor: 0.001, held_out: true };
         assert!(ladder.text().lines().all(|l| console::measure_text_width(l) <= COLUMNS), "{}", ladder.text());
+    }
+
+    #[test]
+    fn a_help_keeps_its_examples_and_fills_its_sentences() {
+        let long = format!("  glider add {}--out v2.json", "--flight may.csv ".repeat(6));
+        let remarked = format!("  glider import raw/ --out flight          {}", "every file of a folder, ".repeat(3));
+        let text = help_text(&format!(
+            "Examples:\n  glider fly\n{long}\n{remarked}\n\nOne {}that a\nline cuts.\nExit code 1: none.",
+            "word ".repeat(18)
+        ));
+        assert!(text.lines().all(|l| l.chars().count() <= COLUMNS), "{text}");
+        assert!(text.starts_with("Examples:\n  glider fly\n  glider add --flight may.csv") && text.contains(" \\\n      "), "{text}");
+        assert!(text.contains("\n  glider import raw/ --out flight\n      every file"), "{text}");
+        assert!(text.ends_with("word that a line cuts.\nExit code 1: none."), "{text}");
+    }
+
+    #[test]
+    fn steps_out_of_order_are_explained_and_others_are_not() {
+        let ladder = |as_given, recalibrated, with, floor| Ladder {
+            as_given,
+            recalibrated: Some(recalibrated),
+            with: Some(("stall".into(), with)),
+            floor,
+            held_out: true,
+        };
+        assert!(ladder(0.9, 0.5, 0.3, 0.2).remarks().is_empty());
+        assert_eq!(ladder(0.9, 0.5, 0.1, 0.2).remarks().len(), 1);
+        assert!(ladder(0.9, 0.5, 0.1, 0.2).text().contains("Below the floor"));
+        assert!(ladder(0.4, 0.5, 0.3, 0.2).text().contains("above as given"));
+        assert!(Ladder { recalibrated: None, with: None, held_out: false, ..ladder(0.9, 0.5, 0.3, 0.2) }.text().contains("all segments"));
     }
 
     #[test]

@@ -15,6 +15,9 @@ impl Drop for Folder {
 const COMMANDS: &[(&str, &[&str])] = &[
     ("--help", &["Exit code"]),
     ("fly --mission sweep --truth truth.toml --seed 7 --log hidden", &["end            done"]),
+    ("add --help", &["file as given, or of recalibration alone."]),
+    ("fly --help", &["answered with the list of all."]),
+    ("loop --flight hidden --out story", &["   page"]),
     ("fly --wings low-ar --fault hull:leak", &["end            safe"]),
     ("fly --seat parts", &["end            done"]),
     ("fly --seat extctl", &["share of (L/D)max", "  "]),

@@ -91,7 +91,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
                 format!("{:.1} %", f.p_value * 100.0),
             ]);
         }
-        println!("{t}\nmean: residual there; share: of the squared error; chance: does as well in\n");
+        println!("{t}\nmean: residual there; share: of the squared error; chance: its p-value\n");
         let ladder = Ladder { as_given: c.block_error_m_s, recalibrated: None, with: None, floor: c.noise_floor_m_s, held_out: c.blocks.1 };
         print!("{}", ladder.text());
         println!("Of the model as given, nothing fitted, in {:.0} s blocks. Next: glider diagnose", c.block_s);

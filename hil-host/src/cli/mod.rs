@@ -7,7 +7,9 @@
 
 use std::cell::RefCell;
 
-use clap::{Parser, Subcommand};
+use crate::terminal::help_text;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{FromArgMatches, Parser, Subcommand, ValueEnum};
 
 pub mod add;
 pub mod autopsy;
@@ -136,7 +138,7 @@ Exit code: 0 done, 1 done and the result is negative, 2 bad input.";
 
 /// Glider workbench: fly it, compare it with the sea, learn what is missing.
 #[derive(Parser, Debug)]
-#[command(name = "glider", version, help_template = HELP)]
+#[command(name = "glider", version, help_template = HELP, max_term_width = 80)]
 struct Cli {
     /// Print one JSON document instead of text.
     #[arg(long, global = true)]
@@ -221,7 +223,8 @@ pub fn main() -> std::process::ExitCode {
         }
         report(info);
     }));
-    let cli = match Cli::try_parse() {
+    let parsed = command().try_get_matches().and_then(|m| Cli::from_arg_matches(&m));
+    let cli = match parsed.map_err(advised) {
         Ok(cli) => cli,
         Err(e) if e.use_stderr() && std::env::args().any(|a| a == "--json") => return wrong(&e.render().to_string(), true),
         Err(e) => e.exit(),
@@ -231,6 +234,36 @@ pub fn main() -> std::process::ExitCode {
         Ok(Verdict::Negative) => 1.into(),
         Err(e) => wrong(&format!("{e:#}"), cli.json),
     }
+}
+
+/// The error with the remedy for two slips of newcomers: a flight named without `--flight`, and a list asked for as a command.
+fn advised(mut e: clap::Error) -> clap::Error {
+    let of = |kind| match e.get(kind) {
+        Some(ContextValue::String(s)) => s.clone(),
+        _ => String::new(),
+    };
+    let asked = std::env::args().nth(1).unwrap_or_default();
+    match e.kind() {
+        ErrorKind::UnknownArgument => {
+            let word = of(ContextKind::InvalidArg);
+            let takes = command()
+                .find_subcommand(&asked)
+                .is_some_and(|c| c.get_arguments().any(|a| a.get_id() == "flight" && a.get_long().is_some()));
+            if takes && !word.starts_with('-') {
+                let tip = format!("a flight is named by --flight: glider {asked} --flight {word}");
+                e.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+            }
+        }
+        ErrorKind::InvalidSubcommand => {
+            let word = of(ContextKind::InvalidSubcommand);
+            let what = list::What::value_variants().iter().filter_map(ValueEnum::to_possible_value).map(|v| v.get_name().to_owned());
+            if let Some(what) = what.into_iter().find(|w| w.trim_end_matches('s') == word.trim_end_matches('s')) {
+                e.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![format!("list {what}")]));
+            }
+        }
+        _ => {}
+    }
+    e
 }
 
 thread_local! {
@@ -300,7 +333,15 @@ fn wrong(why: &str, json: bool) -> std::process::ExitCode {
 /// The program's command line.
 #[must_use]
 pub fn command() -> clap::Command {
-    <Cli as clap::CommandFactory>::command()
+    fitted(<Cli as clap::CommandFactory>::command())
+}
+
+/// The same command with what stands behind its options in lines of the terminal, and so its subcommands.
+fn fitted(command: clap::Command) -> clap::Command {
+    let text = command.get_after_help().map(ToString::to_string);
+    let inside: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    let command = text.map_or(command.clone(), |t| command.after_help(help_text(&t)));
+    inside.iter().fold(command, |c, name| c.mut_subcommand(name, fitted))
 }
 
 #[cfg(test)]
@@ -327,5 +368,23 @@ mod tests {
         }
         let wide: Vec<&str> = help.lines().filter(|l| l.chars().count() > 80).collect();
         assert!(wide.is_empty(), "{wide:#?}");
+    }
+
+    #[test]
+    fn the_help_of_every_command_has_two_examples_and_fits_80_columns() {
+        fn check(command: &mut clap::Command, bad: &mut String) {
+            let help = command.render_help().to_string();
+            let examples = help.lines().filter(|l| l.starts_with("  glider ") || l.trim() == "glider").count();
+            let wide = help.lines().filter(|l| l.chars().count() > 80).count();
+            if wide > 0 || examples < 2 {
+                *bad += &format!("glider {}: {examples} examples, {wide} lines too wide\n", command.get_name());
+            }
+            command.get_subcommands_mut().filter(|c| c.get_name() != "help").for_each(|c| check(c, bad));
+        }
+        let mut whole = command();
+        whole.build();
+        let mut bad = String::new();
+        whole.get_subcommands_mut().filter(|c| c.get_name() != "help").for_each(|c| check(c, &mut bad));
+        assert!(bad.is_empty(), "{bad}");
     }
 }

@@ -56,6 +56,17 @@ fn folder() -> Folder {
     assert_eq!(glider(&["export", "flight", "--to", "netcdf", "--out", "whole.nc"], work).0, 0);
     let whole = std::fs::read(work.join("whole.nc")).expect("written above");
     std::fs::write(work.join("cut.nc"), &whole[..whole.len() / 3]).expect("a cut file");
+    // A file of one kind named in place of another.
+    put("row/flight.csv", &csv.lines().take(2).collect::<Vec<_>>().join("\n"));
+    put("row/vehicle.json", &vehicle);
+    put("mission.json", "{\"leg\": [{\"depth_max_m\": 20}]}");
+    put("vehicle.toml", &vehicle);
+    put("hidden.toml", "[[effects]]\nkind = \"stall\"\nvalue = 0.2\n");
+    put("no_size.toml", "[[effects]]\nkind = \"stall\"\n");
+    put("negative.toml", "[[leg]]\ndepth_max_m = -20\n");
+    put("legs.toml", "[[legs]]\ndepth_max_m = 20\n");
+    put("no_legs.toml", "wings = \"standard\"\n");
+    put("huge.toml", "[[effects]]\nkind = \"stall\"\nvalue = 40\n");
     assert_eq!(glider(&["table", "--out", "table"], work).0, 0);
     let table = std::fs::read(work.join("table/standard.bin")).expect("written above");
     std::fs::write(work.join("cut.bin"), &table[..table.len() / 2]).expect("a cut file");
@@ -101,7 +112,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("compare --flight flight --vehicle flight/vehicel.json", &["did you mean `vehicle.json`"]),
     ("compare --flight alone", &["--vehicle"]),
     ("compare --flight notes.txt --vehicle flight/vehicle.json", &["notes.txt"]),
-    ("fly --mission mising.toml", &["cannot read this mission file"]),
+    ("fly --mission mising.toml", &["no such mission file", "shallow, sea, deep, sweep"]),
     ("fly --truth missing.toml", &["missing.toml"]),
     ("fly --table missing.bin", &["missing.bin"]),
     ("fly --config missing.toml", &["missing.toml"]),
@@ -184,7 +195,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("diagnose --quick --flight flight --predict notes.txt/p.csv", &["notes.txt"]),
     // with a wrong unit, or one too many
     ("fly --mission unit.toml", &["unit.toml:2:15", "20 m", "a number"]),
-    ("fly --truth percent.toml", &["percent.toml", "value"]),
+    ("fly --truth percent.toml", &["percent.toml:3:9", "a number"]),
     ("compare --flight kilograms", &["vehicle.json", "mass_kg"]),
     ("fly --realtime 10x", &["--realtime"]),
     ("fly --seed 1e3", &["seed"]),
@@ -197,6 +208,102 @@ const WRONG: &[(&str, &[&str])] = &[
     ("compare --flight header", &["flight.csv"]),
     ("import cut.nc --out x", &["cut.nc"]),
     ("fly --table cut.bin", &["cut.bin"]),
+    // a file of another kind
+    ("compare --flight flight/vehicle.json", &["is a vehicle file", "expected is a flight"]),
+    ("compare --flight flight/mission.toml", &["is a mission file", "expected is a flight"]),
+    ("compare --flight flight --vehicle flight/mission.toml", &["is a mission file", "glider list vehicles"]),
+    ("compare --flight flight --vehicle flight/flight.csv", &["is a csv", "expected is a vehicle file"]),
+    ("compare --flight flight --vehicle flight", &["is the folder of a flight", "did you mean `flight/vehicle.json`"]),
+    ("diagnose --flight flight --vehicle slocum-standard", &["no such vehicle file"]),
+    ("polar --vehicle flight", &["is the folder of a flight", "flight/vehicle.json"]),
+    ("polar --vehicle flight/mission.toml", &["is a mission file"]),
+    ("table --vehicle hidden.toml", &["is a truth file"]),
+    ("table --vehicle slocum-standrd", &["did you mean `slocum-standard`"]),
+    ("fly --mission mission.json", &["is a JSON file", "TOML with [[leg]]"]),
+    ("fly --mission flight", &["is the folder of a flight", "mission file"]),
+    ("fly --mission flight/vehicle.json", &["is a vehicle file", "mission file"]),
+    ("fly --mission flight/flight.csv", &["is a csv"]),
+    ("fly --mission hidden.toml", &["is a truth file"]),
+    ("fly --truth flight/mission.toml", &["is a mission file", "docs/truth-file.md"]),
+    ("fly --truth flight", &["is the folder of a flight"]),
+    ("fly --truth effet.toml", &["no such truth file", "did you mean `effect.toml`"]),
+    ("fly --table flight", &["is the folder of a flight", "glider table"]),
+    ("fly --table flight/flight.csv", &["is a csv", "glider table"]),
+    ("fly --table flight/mission.toml", &["is a mission file"]),
+    ("fly --table table/standrd.bin", &["did you mean `standard.bin`"]),
+    ("fly --wings low-ar --table table/standard.bin", &["other wing set"]),
+    ("fly --config flight/mission.toml", &["is a mission file", "controller configuration"]),
+    ("fly --world flight/mission.toml", &["is a mission file"]),
+    ("fly --seat qemu --elf flight/vehicle.json", &["is a vehicle file", "firmware image"]),
+    ("fly --seat qemu --elf notes.txt", &["no firmware image"]),
+    ("fly --seat flight", &["is a directory", "in-process"]),
+    ("fly --seat COM3", &["no such file", "in-process"]),
+    ("compare --flight whole.nc --vehicle flight/vehicle.json", &["is a NetCDF file", "glider import"]),
+    ("export flight/vehicle.json --to csv", &["is a vehicle file"]),
+    ("export fligth --to csv", &["no such flight", "did you mean `flight`"]),
+    ("import flight/vehicle.json --out x", &["of no known kind"]),
+    ("import flight/mission.toml --out x", &["of no known kind"]),
+    ("import empty/flight.csv --out x", &["is empty"]),
+    ("import row/flight.csv --out x", &["only 1 value"]),
+    ("import flight/flight.csv --out flight", &["nothing is overwritten"]),
+    ("serve --flight flight/vehicle.json --port 0", &["is a vehicle file"]),
+    ("serve --flight alone --port 0", &["no vehicle.json"]),
+    ("serve --flight cut --port 0", &["flight.csv, line"]),
+    ("monitor flight/flight.csv", &["is a file", "serial port"]),
+    ("monitor table.bin", &["is a file", "serial port"]),
+    ("upload /dev/no-such-port table-standard flight/vehicle.json", &["is a vehicle file", "glider table"]),
+    ("upload /dev/no-such-port table-standard table.bin", &["table.bin", "glider table"]),
+    ("upload /dev/no-such-port config flight/mission.toml", &["is a mission file"]),
+    ("upload /dev/no-such-port tabel table.bin", &["table-standard"]),
+    ("launch --mission shallow /dev/no-such-port", &["/dev/no-such-port"]),
+    ("launch /dev/no-such-port", &["--mission"]),
+    ("autopsy flight/vehicle.json", &["no record of a board"]),
+    ("autopsy nothing.bin", &["nothing.bin"]),
+    // an output that is an input, or somebody's
+    ("loop --out flight", &["holds a flight"]),
+    ("loop --flight flight --out flight", &["holds a flight"]),
+    ("add stall --flight flight --out flight/vehicle.json --force", &["belongs to the flight"]),
+    ("report --flight flight --out flight/flight.csv --force", &["belongs to the flight"]),
+    ("plot flight --flight flight --out flight/flight.csv --force", &["belongs to the flight"]),
+    ("export flight --to csv --out flight/flight.csv --force", &["belongs to the flight"]),
+    ("next-flight --flight flight --out flight/mission.toml", &["exists", "--force"]),
+    ("diagnose --flight flight --predict flight/flight.csv --force", &["belongs to the flight"]),
+    ("add stall --flight flight --out flight", &["is an input of this command"]),
+    // cannot be written at all
+    ("plot polar --out /proc/p.svg", &["cannot write /proc/p.svg"]),
+    ("fly --log /proc/x", &["/proc/x: cannot create"]),
+    ("import flight/flight.csv --out /proc/x", &["cannot write /proc/x"]),
+    ("table --out /proc/x", &["/proc/x: cannot make"]),
+    ("loop --out /proc/x", &["/proc/x: cannot make"]),
+    // empty, or of one row
+    ("compare --flight row", &["only 1 value"]),
+    ("diagnose --flight row", &["only 1 value"]),
+    ("calibrate --flight row --out v2.json", &["only 1 value"]),
+    // missions and truths that cannot be
+    ("fly --mission negative.toml", &["negative.toml:2:15", "outside"]),
+    ("fly --mission legs.toml", &["legs.toml:1:3", "did you mean `leg`"]),
+    ("fly --mission no_legs.toml", &["no [[leg]]"]),
+    ("fly --mission Sweep", &["did you mean `sweep`"]),
+    ("fly --truth no_size.toml", &["no_size.toml:1:1", "`value`"]),
+    ("fly --truth huge.toml", &["huge.toml:3:9", "within"]),
+    ("power --mission sweeep", &["did you mean `sweep`"]),
+    // as a newcomer guesses
+    ("compare flight", &["glider compare --flight flight"]),
+    ("diagnose flight", &["glider diagnose --flight flight"]),
+    ("report flight", &["glider report --flight flight"]),
+    ("effects", &["list effects"]),
+    ("mission", &["list missions"]),
+    ("list vehicles slocum", &["list effects NAME"]),
+    ("diagnose --flight", &["--flight"]),
+    ("diagnose", &["--flight"]),
+    ("plot polar", &["--out"]),
+    ("export flight --to nc", &["netcdf"]),
+    ("completions basch", &["bash"]),
+    ("serve --port abc", &["--port"]),
+    ("fly --fault hull:leek", &["leak"]),
+    ("fly --fault hull:leak@dive+abc", &["120s"]),
+    ("loop --flight fligth", &["no such flight", "did you mean `flight`"]),
+    ("scorecard real --flights nowhere", &["nowhere"]),
     // watched
     ("monitor alone/..", &["no flight is logged", "glider fly"]),
     ("monitor flight --log x", &["serial port"]),

@@ -2,7 +2,7 @@
 //! ticked effects on.
 
 use super::track_map::way;
-use super::{Sorry, Workbench, dropped};
+use super::{Sorry, Workbench, dropped, overlay};
 use crate::flight::tables::Built;
 use crate::flight::vehicles::Model;
 use crate::flight::{mission_file, next_mission};
@@ -23,7 +23,7 @@ use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -58,6 +58,15 @@ pub struct Evaluate {
     /// Effects that are on, with the values of their parameters in catalogue order.
     #[serde(default)]
     pub effects: BTreeMap<String, Vec<f64>>,
+}
+
+/// `POST /api/overlay`.
+#[derive(Debug, Deserialize)]
+pub struct Overlay {
+    /// Number of the open flight.
+    pub flight: usize,
+    /// Number of the one shown with it.
+    pub second: usize,
 }
 
 /// `POST /api/fit` and `/api/diagnose`.
@@ -119,7 +128,9 @@ impl Opened {
     fn summary(&self) -> Value {
         let hours = self.prepared.runs.iter().filter_map(|r| Some(r.time_s.last()? - r.time_s.first()?)).sum::<f64>() / 3600.0;
         let notes = [&self.notes[..], &self.prepared.notes].concat();
-        json!({"id": self.id, "name": self.flight.name, "rows": self.flight.len(), "segments": self.prepared.runs.len(), "hours": hours,
+        // Counted as `glider import` counts them; `hours` are those in which the model is run.
+        let segments = self.flight.segment.iter().collect::<BTreeSet<_>>().len();
+        json!({"id": self.id, "name": self.flight.name, "rows": self.flight.len(), "segments": segments, "hours": hours,
                "speed": self.flight.speed_m_s.is_some(), "vehicle": self.vehicle.name, "notes": notes})
     }
 
@@ -341,6 +352,21 @@ impl Workbench {
     pub fn evaluate(&self, request: &Evaluate) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
         Ok(opened.evaluation(&opened.state(&active(&request.effects)?)))
+    }
+
+    /// The measured traces of a second flight, and its depth rate minus this one's at this one's moments.
+    ///
+    /// # Errors
+    /// Unknown flight.
+    pub fn overlay(&self, request: &Overlay) -> anyhow::Result<Value> {
+        let [this, second] = [self.flight(request.flight)?, self.flight(request.second)?];
+        let [a, b] = [&this, &second].map(|f| f.evaluation(&State::nominal())["blocks"].take());
+        let column =
+            |blocks: &Value, key: &str| -> Vec<Option<f64>> { blocks[key].as_array().into_iter().flatten().map(Value::as_f64).collect() };
+        let [t, rate, second_t, second_rate] = [(&a, "t"), (&a, "observed"), (&b, "t"), (&b, "observed")].map(|(f, key)| column(f, key));
+        let difference = overlay::difference((&t, &rate), (&second_t, &second_rate));
+        Ok(json!({"name": second.flight.name, "t": second_t, "depth": b["depth"], "observed": second_rate,
+                  "difference": {"t": t, "observed": difference}}))
     }
 
     /// The same, with the ticked effects and the calibration fitted first.

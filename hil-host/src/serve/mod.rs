@@ -12,6 +12,7 @@
 //! | `GET /api/catalogue` | effects with parameters, units, ranges; flights on offer; faults |
 //! | `POST /api/open` | a dropped flight: its summary and number |
 //! | `POST /api/evaluate` | error, traces and L/D curve with the ticked effects |
+//! | `POST /api/overlay` | the traces of a second open flight, and their difference |
 //! | `POST /api/fit` | the same, with the ticked effects refitted |
 //! | `POST /api/diagnose` | lines of progress, then the verdict |
 //! | `POST /api/next`, `POST /api/report` | the next mission, the offline report, of the last diagnosis |
@@ -24,6 +25,7 @@ mod dropped;
 pub mod flights;
 pub mod guard;
 pub mod live;
+pub mod overlay;
 pub mod track_map;
 
 use anyhow::Context;
@@ -148,6 +150,10 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         .route(
             "/api/evaluate",
             post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.evaluate(&r)).await }),
+        )
+        .route(
+            "/api/overlay",
+            post(|State(b): Bench, Json(r): Json<flights::Overlay>| async move { blocking(move || b.overlay(&r)).await }),
         )
         .route("/api/fit", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.fit(&r)).await }))
         .route("/api/save", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.save(&r)).await }))

@@ -136,6 +136,17 @@ async fn axe(c: &Client) -> Vec<String> {
     found.as_array().cloned().unwrap_or_default().iter().map(|v| v.as_str().unwrap_or_default().to_owned()).collect()
 }
 
+/// The page on a dark screen: nothing that a person with weak eyes would miss there, and a picture to be looked at.
+async fn in_the_dark(c: &Client, name: &str) {
+    let theme = "document.documentElement.dataset.theme = arguments[0]; dispatchEvent(new Event('resize'));";
+    js(c, theme, vec![json!("dark")]).await;
+    let ground = js(c, "return getComputedStyle(document.body).backgroundColor;", vec![]).await;
+    assert_eq!(ground, json!("rgb(16, 23, 29)"), "the page is dark");
+    screenshot(c, &format!("{name}-dark"), 1280).await;
+    assert_eq!(axe(c).await, Vec::<String>::new(), "{name} on a dark screen");
+    js(c, theme, vec![json!("light")]).await;
+}
+
 async fn screenshot(c: &Client, name: &str, width: u32) {
     c.set_window_size(width, 1400).await.expect("the window can be sized");
     js(c, "scrollTo(0, 0);", vec![]).await;
@@ -257,6 +268,26 @@ async fn zoom_by_keyboard(c: &Client) {
     assert!(after < 0.6 * before, "{before} -> {after}");
 }
 
+/// The flight from the archive, opened first, laid over this one; then this one over itself: their difference is nothing.
+async fn two_flights_in_one_chart(c: &Client) {
+    for (second, name) in [("0", "archive"), ("1", "flight")] {
+        let choose = "const s = document.getElementById('second'); s.value = arguments[0]; s.dispatchEvent(new Event('change'));";
+        js(c, choose, vec![json!(second)]).await;
+        let drawn = "const all = document.querySelector('#work .plot').handle.chart.series, f = all.find((s) => s.name.startsWith('difference')); return f && all.some((s) => s.name === arguments[0]) ? f.y.filter((v) => v != null) : null;";
+        let until = Instant::now() + Duration::from_secs(20);
+        let difference = loop {
+            match js(c, drawn, vec![json!(format!("measured ({name})"))]).await.as_array() {
+                Some(list) => break list.iter().filter_map(Value::as_f64).collect::<Vec<_>>(),
+                None if Instant::now() > until => panic!("no difference to {name} is drawn"),
+                None => tokio::time::sleep(Duration::from_millis(100)).await,
+            }
+        };
+        let most = difference.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+        assert!(difference.len() > 50 && (name != "flight" || most < 1e-9), "{name}: {} values, at most {most} cm/s", difference.len());
+    }
+    js(c, "const s = document.getElementById('second'); s.value = ''; s.dispatchEvent(new Event('change'));", vec![]).await;
+}
+
 /// Flies in the pty seat and breaks the hull: the vehicle comes home.
 async fn break_the_hull(c: &Client) {
     js(c, "document.getElementById('seat').value = 'pty'; document.getElementById('pace').value = '200';", vec![]).await;
@@ -311,6 +342,8 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         js(&c, drop_files, vec![json!([["flight.csv", text("flight.csv")], ["vehicle.json", text("vehicle.json")]])]).await;
         wait_text(&c, "#error-nominal", |t| t == cm("nominal"), 30).await;
 
+        two_flights_in_one_chart(&c).await;
+
         // Find what is missing, tick it, see the error fall to the command line's value.
         click(&c, "#find").await;
         wait_text(&c, "#find-status", |t| t.starts_with("Verdict"), 120).await;
@@ -359,6 +392,7 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         break_the_hull(&c).await;
 
         assert_eq!(axe(&c).await, Vec::<String>::new());
+        in_the_dark(&c, "workbench").await;
         screenshot(&c, "workbench", 1280).await;
         screenshot(&c, "workbench", 390).await;
         no_sideways_scroll(&c, "workbench at 390 px").await;
@@ -405,6 +439,7 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
         let rings = "return [document.querySelectorAll('i.ring:not([hidden])').length, document.querySelectorAll('svg .ring[visibility=visible]').length];";
         assert_eq!(js(&c, rings, vec![]).await, json!([1, 1]));
         assert_eq!(axe(&c).await, Vec::<String>::new());
+        in_the_dark(&c, "report").await;
         // Printed from a dark screen: white paper, dark ink.
         js(&c, "document.documentElement.dataset.theme = 'dark'; dispatchEvent(new Event('beforeprint'));", vec![]).await;
         assert_eq!(js(&c, "return document.documentElement.dataset.theme;", vec![]).await, json!("light"));

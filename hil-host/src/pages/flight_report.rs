@@ -2,6 +2,7 @@
 //! everything a person would check before believing it.
 
 use crate::pages::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
+use crate::terminal::place;
 use discovery::Vehicle;
 use discovery::criticism::localise::{Residual, VARIABLES, residuals};
 use discovery::diagnosis::report;
@@ -53,22 +54,20 @@ fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
         how += &format!(", {after:.3} with {}", found.answer.join(" + "));
     }
     how += &format!(" ({data}; water and sensors alone leave {:.3})", found.noise_floor_m_s * 100.0);
-    let place = report::where_it_fails(found, vehicle, &found.recalibrated).first().map_or_else(
+    let worst = report::where_it_fails(found, vehicle, &found.recalibrated).first().map_or_else(
         || "Nowhere in particular.".to_owned(),
         |f| {
             let chance = if f.p_value > 0.05 { " – chance would do as well" } else { "" };
-            let (factor, unit) = shown_in(f.unit);
-            let (low, high) = (f.range.0 * factor, f.range.1 * factor);
-            let places = places(low, high);
+            let variable = f.variable.replace('_', " ");
             format!(
-                "{} {low:.places$} to {high:.places$} {unit}, {}: {:.0} % of the squared error{chance}",
-                f.variable.replace('_', " "),
+                "{variable}, {}, {}: {:.0} % of the squared error of the recalibrated model{chance}",
+                place(f),
                 f.phase,
                 100.0 * f.share_of_error
             )
         },
     );
-    [("How wrong", how), ("Where", place), ("Why", report::explanation(found)), ("What next", report::next_flight(found))]
+    [("How wrong", how), ("Where", worst), ("Why", report::explanation(found)), ("What next", report::next_flight(found))]
         .map(|(k, v)| (k.to_owned(), v))
         .to_vec()
 }

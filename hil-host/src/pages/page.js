@@ -21,6 +21,13 @@ const Glider = (() => {
   };
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const colour = (i) => css('--s' + (i % 7));
+  // The same step of the ladder has the same colour in every chart; other series take what is left.
+  const STEPS = { measured: 0, 'as given': 1, 'model as given': 1, recalibrated: 4, after: 2, 'with the ticked effects': 2 };
+  const hues = (series) => {
+    const fixed = series.map((s) => STEPS[s.name]), free = [0, 1, 2, 3, 4, 5, 6].filter((i) => !fixed.includes(i));
+    let next = 0;
+    return fixed.map((i) => i ?? free[next++ % free.length]);
+  };
   const fmt = (v) => {
     if (v == null || !Number.isFinite(v)) return '–';
     const a = Math.abs(v);
@@ -69,13 +76,22 @@ const Glider = (() => {
   }
   function lines(box, chart) {
     const mark = (s) => s.mark || chart.mark;
-    const options = () => ({
-      width: Math.max(280, box.clientWidth || 600),
-      height: box.closest('figure.wide') ? 300 : 270,
+    const size = () => [Math.max(280, box.clientWidth || 600), box.closest('figure.wide') ? 300 : 270];
+    // A chart of places: a metre is as long to the east as to the north; a zoom goes its own way.
+    const equal = (axis) => {
+      if (!chart.equal) return undefined;
+      const of = (k) => { const v = chart.series.flatMap((s) => s[k]).filter((p) => p != null); return v.length ? [Math.min(...v), Math.max(...v)] : [0, 1]; };
+      const ends = { x: of('x'), y: of('y') }, [width, height] = size(), px = { x: width - 80, y: height - 80 };
+      const metre = Math.max(...['x', 'y'].map((k) => (ends[k][1] - ends[k][0]) / px[k]), 10 / px.y) * 1.1; // of a pixel; at least 10 m in all
+      const middle = (ends[axis][0] + ends[axis][1]) / 2, half = (metre * px[axis]) / 2;
+      return (u, min, max) => (axis === 'x' && max - min < 0.999 * (ends.x[1] - ends.x[0]) ? [min, max] : [middle - half, middle + half]);
+    };
+    const options = () => { const hue = hues(chart.series), [width, height] = size(); return ({
+      width, height,
       cursor: { sync: chart.group ? { key: chart.group, scales: ['x', null] } : undefined, drag: { x: true, y: false } },
-      legend: { markers: { width: 0, fill: (u, i) => (i ? colour(i - 1) : 'transparent') } },
-      hooks: { draw: [(u) => (chart.marks || []).forEach((m) => mark_at(u, m))], setCursor: [pointed], setScale: [() => { ring.hidden = true; }] },
-      scales: { x: { time: false }, y: { dir: chart.y.inverted ? -1 : 1 } },
+      legend: { markers: { width: 0, fill: (u, i) => (i ? colour(hue[i - 1]) : 'transparent') } },
+      hooks: { draw: [(u) => { let named = -Infinity; (chart.marks || []).forEach((m) => { named = mark_at(u, m, named); }); }], setCursor: [pointed], setScale: [() => { ring.hidden = true; }] },
+      scales: { x: { time: false, range: equal('x') }, y: { dir: chart.y.inverted ? -1 : 1, range: equal('y') } },
       axes: [chart.x, chart.y].map((a, i) => ({
         label: axisText(a), stroke: css('--ink'), grid: { stroke: css('--line'), width: 1 }, ticks: { stroke: css('--line') },
         size: i ? 62 : 44, labelSize: 22, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif',
@@ -84,26 +100,28 @@ const Glider = (() => {
       series: [
         { label: axisText(chart.x), value: (u, v) => fmt(v) },
         ...chart.series.map((s, i) => ({
-          label: s.name, stroke: colour(i), value: (u, v) => fmt(v), spanGaps: false,
-          width: mark(s) === 'point' ? 0 : 1.6, dash: i % 7 === 6 ? [6, 4] : undefined,
+          label: s.name, stroke: colour(hue[i]), value: (u, v) => fmt(v), spanGaps: false,
+          width: mark(s) === 'point' ? 0 : 1.6, dash: hue[i] === 6 ? [6, 4] : undefined,
           paths: mark(s) === 'point' ? () => null : undefined,
-          points: mark(s) === 'point' ? { show: true, size: 4, fill: colour(i), width: 0 } : { show: false },
+          points: mark(s) === 'point' ? { show: true, size: 4, fill: colour(hue[i]), width: 0 } : { show: false },
         })),
       ],
-    });
-    // A moment that has a name: a fault, a change of phase.
-    const mark_at = (u, m) => {
+    }); };
+    // A moment that has a name: a fault, a change of phase. A phase is named only where the name before leaves room.
+    const mark_at = (u, m, named) => {
       const x = u.valToPos(m.x, 'x', true);
-      if (!(x >= u.bbox.left && x <= u.bbox.left + u.bbox.width)) return;
+      if (!(x >= u.bbox.left && x <= u.bbox.left + u.bbox.width)) return named;
       const c = u.ctx;
       c.save();
       c.strokeStyle = c.fillStyle = css('--soft');
       c.setLineDash([4, 4]);
       c.beginPath(); c.moveTo(x, u.bbox.top); c.lineTo(x, u.bbox.top + u.bbox.height); c.stroke();
       c.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+      const room = m.fault || x - named > 14 * devicePixelRatio;
       c.translate(x + 3, u.bbox.top + 4); c.rotate(Math.PI / 2);
-      c.fillText(m.label, 0, 0);
+      if (room) c.fillText(m.label, 0, 0);
       c.restore();
+      return room ? x : named;
     };
     // What the cursor points at: over time its own x, else the nearest point, if it is near.
     const ring = el('i', { class: 'ring', hidden: true, 'aria-hidden': 'true' });
@@ -319,8 +337,10 @@ const Glider = (() => {
     node.attach = () => figures.forEach((f) => f.attach());
     return node;
   }
+  // What stands between backticks is a command.
+  const prose = (text) => text.split('`').map((part, i) => (i % 2 ? el('code', {}, part) : part));
   function answer(lines) {
-    return el('dl', { class: 'answer' }, ...lines.flatMap(([k, v]) => [el('dt', {}, k), el('dd', {}, v)]));
+    return el('dl', { class: 'answer' }, ...lines.flatMap(([k, v]) => [el('dt', {}, k), el('dd', {}, ...prose(v))]));
   }
   function themeButton() {
     const set = (t) => { document.documentElement.dataset.theme = t; charts.forEach((c) => c.draw()); };
@@ -348,5 +368,5 @@ const Glider = (() => {
       ...sections, footer(data.provenance || {}));
     sections.forEach((s) => s.attach());
   }
-  return { page, el, figure, section, answer, table, fmt, charts, themeButton, footer };
+  return { page, prose, el, figure, section, answer, table, fmt, charts, themeButton, footer };
 })();

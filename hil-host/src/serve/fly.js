@@ -2,7 +2,7 @@
 (() => {
   'use strict';
   const { el, fmt } = Glider;
-  const { state, json, stream, say, chart, button, hil } = Bench;
+  const { state, json, stream, say, chart, placeChart, button, hil } = Bench;
   const options = (id, label, list) => el('select', { id, 'aria-label': label }, ...list.map(([v, t]) => el('option', { value: v }, t || v)));
   const wings = options('wings', 'Wings', [['standard', 'standard wings'], ['low-ar', 'low aspect ratio wings']]);
   const mission = options('mission', 'Mission', []);
@@ -20,7 +20,7 @@
   const fDepth = chart('Depth', 'line', ['time', 's'], ['depth', 'm'], 'live', true);
   const fPitch = chart('Pitch and ballast', 'line', ['time', 's'], ['pitch (°), ballast (10 cc)', ''], 'live');
   const fAlpha = chart('Angle of attack against the best one', 'line', ['time', 's'], ['angle of attack', '°'], 'live');
-  const fTrack = chart('Track over ground', 'point', ['east', 'm'], ['north', 'm']);
+  const fTrack = placeChart('Track over ground');
   const flown = el('div', { hidden: true }, both, numbers, el('div', { class: 'row' }, play, scrub), events, fDepth, fPitch, fAlpha, fTrack);
   hil.append(el('h2', {}, 'Fly it'),
     el('p', { class: 'lead' }, 'The real controller against the simulated glider. In the seat qemu it is the very image that is flashed to the board.'),
@@ -116,7 +116,7 @@
   stop.addEventListener('click', () => json('/api/stop', {}).then(() => event(`${fmt((rows[rows.length - 1] || { t: 0 }).t)} s: recalled`), (e) => say(status, e.message, 'bad')));
   const inject = (f) => json('/api/fault', { spec: f.spec }).then((r) => {
     const t = (rows[rows.length - 1] || { t: 0 }).t;
-    marks.push({ x: t, label: f.label });
+    marks.push({ x: t, label: f.label, fault: true });
     event(`${fmt(t)} s: ${r.text}`);
   }, (e) => say(status, e.message, 'bad'));
 

@@ -41,6 +41,7 @@ const Bench = (() => {
   const download = (name, text, type) => { const a = el('a', { href: URL.createObjectURL(new Blob([text], { type })), download: name }); a.click(); setTimeout(() => URL.revokeObjectURL(a.href), 1000); };
   const button = (id, text, disabled) => el('button', { type: 'button', id, disabled: !!disabled }, text);
   const chart = (title, mark, x, y, group, down) => Glider.figure({ title, mark, x: { label: x[0], unit: x[1] }, y: { label: y[0], unit: y[1], inverted: !!down }, series: [{ name: '', x: [0, 1], y: [null, null] }], group }, true);
+  const placeChart = (title) => Glider.figure({ title, mark: 'point', equal: true, x: { label: 'east', unit: 'm' }, y: { label: 'north', unit: 'm' }, series: [{ name: '', x: [0, 1], y: [null, null] }] }, true);
   const mapChart = (title) => Glider.figure({ title, mark: 'map', x: { label: 'angle of attack', unit: '°' }, y: { label: 'depth', unit: 'm', inverted: true }, series: [{ name: 'cm/s', x: [0, 1], y: [0, 1], z: [null, null, null, null] }] });
 
   // ---- skeleton ---------------------------------------------------------
@@ -76,7 +77,7 @@ const Bench = (() => {
   const fRate = chart('Depth rate in 20 s blocks', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'time');
   const fRes = chart('Residual (measured minus model) against angle of attack', 'point', ['angle of attack', '°'], ['residual', 'cm/s']);
   const fCurve = chart('L/D in a dive at 0.3 m/s, and where this flight was', 'line', ['angle of attack', '°'], ['L/D', '']);
-  const fTrack = chart('Track: dead reckoning by compass and model, and GPS fixes', 'point', ['east', 'm'], ['north', 'm']);
+  const fTrack = placeChart('Track: dead reckoning by compass and model, and GPS fixes');
   const fMaps = [mapChart('Where it fails: model as given'), mapChart('Where it fails: with the ticked effects')];
   const second = el('select', { id: 'second', 'aria-label': 'Second flight to show beside this one' }, el('option', { value: '' }, 'no second flight'));
   const work = el('div', { class: 'cols', hidden: true, id: 'work' },
@@ -100,12 +101,13 @@ const Bench = (() => {
 
   // ---- flights ----------------------------------------------------------
   const opened = async (f, before = {}) => {
-    Object.assign(state, { flight: f, ticked: new Map(before.ticked || []), gains: new Map(), history: before.history || [], found: null });
+    second.value = '';
+    Object.assign(state, { flight: f, second: null, ticked: new Map(before.ticked || []), gains: new Map(), history: before.history || [], found: null });
     verdict.replaceChildren();
     say(findSay, '');
-    summary.textContent = `${f.name}: ${f.rows} rows, ${f.segments} segments, ${fmt(f.hours)} h${f.speed ? ', with speed through the water' : ''}${f.vehicle ? `, vehicle ${f.vehicle}` : ''}.`;
+    summary.textContent = `${f.name}: ${f.rows} rows, ${f.segments} segments, ${f.hours.toFixed(2)} h under way${f.speed ? ', with speed through the water' : ''}${f.vehicle ? `, vehicle ${f.vehicle}` : ''}.`;
     notes.hidden = !(f.notes || []).length;
-    notes.replaceChildren(el('summary', {}, `How it was read: ${(f.notes || []).length} notes`), el('ul', {}, ...(f.notes || []).map((n) => el('li', {}, n))));
+    notes.replaceChildren(el('summary', {}, `How it was read: ${(f.notes || []).length} note${f.notes.length === 1 ? '' : 's'}`), el('ul', {}, ...(f.notes || []).map((n) => el('li', {}, n))));
     if (![...second.options].some((o) => o.value === String(f.id))) second.append(el('option', { value: f.id }, f.name));
     [find, fit, save].forEach((b) => (b.disabled = false));
     [ladder, work].forEach((n) => (n.hidden = false));
@@ -228,6 +230,8 @@ const Bench = (() => {
     worth.textContent = !state.ticked.size ? `Depth-rate error in cm/s, ${where}. Nothing is ticked.`
       : by == null ? '' : by >= 0.0005 ? `${which}: takes off ${by.toFixed(3)} cm/s beyond recalibration, ${where}.`
         : `${which}: worth nothing here; recalibration alone leaves ${(-by).toFixed(3)} cm/s less, ${where}.`;
+    const least = state.ticked.size ? error.now : error.recalibrated;
+    if (least != null && error.floor != null && least < error.floor) worth.textContent += ' Below the floor: water or sensors were quieter than the vehicle file states.';
     worth.className = state.ticked.size && by != null ? (by >= 0.0005 ? 'good' : 'bad') : '';
     undo.disabled = !state.history.length;
     past.textContent = state.history.length ? [...state.history.slice(-4).map((h) => cm(h.now)), cm(error.now)].join(' → ') : '';
@@ -248,24 +252,14 @@ const Bench = (() => {
     const centre = (lo, hi, count) => Array.from({ length: count }, (_, i) => lo + ((hi - lo) * (i + 0.5)) / count);
     return { x: centre(x0, x1, nx), y: centre(y0, y1, ny), z: [...sum].map((s, i) => (n[i] ? s / n[i] : null)) };
   };
-  // The second flight's depth rate minus this one's, at this one's times under way; nothing across a gap.
-  const differenceTo = (b, other) => {
-    let i = 0;
-    return b.t.map((t, k) => {
-      while (i + 1 < other.t.length && other.t[i + 1] <= t) i += 1;
-      const [t0, t1, v0, v1] = [other.t[i], other.t[i + 1], other.observed[i], other.observed[i + 1]];
-      if (b.observed[k] == null || v0 == null || v1 == null || t < t0 || t1 - t0 > 60) return null;
-      return v0 + ((v1 - v0) * (t - t0)) / Math.max(1e-9, t1 - t0) - b.observed[k];
-    });
-  };
   function draw(r) {
     drawLadder(r.error);
     const b = r.blocks, other = state.second, on = state.ticked.size > 0;
-    const beside = (key, name) => (other ? [{ name: `${name} (${other.name})`, x: other.blocks.t, y: other.blocks[key] }] : []);
+    const beside = (key, name) => (other ? [{ name: `${name} (${other.name})`, x: other.t, y: other[key] }] : []);
     const ticked = (series) => (on ? [series] : []);
     const minus = (key) => b.observed.map((v, i) => (v == null || b[key][i] == null ? null : v - b[key][i]));
     fDepth.handle.set([{ name: 'measured', x: b.t, y: b.depth }, ...beside('depth', 'measured')]);
-    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'as given', x: b.t, y: b.nominal }, ...ticked({ name: 'with the ticked effects', x: b.t, y: b.now }), ...beside('observed', 'measured'), ...(other ? [{ name: 'difference of the two measured', x: b.t, y: differenceTo(b, other.blocks) }] : [])]);
+    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'as given', x: b.t, y: b.nominal }, ...ticked({ name: 'with the ticked effects', x: b.t, y: b.now }), ...beside('observed', 'measured'), ...(other ? [{ name: 'difference of the two measured', x: other.difference.t, y: other.difference.observed }] : [])]);
     // One moment in all of them: the charts over time by their cursor, the others by a ring.
     Object.assign(fRes.handle.chart, { clock: 'time', at: b.t });
     fRes.handle.set([{ name: 'as given', x: b.alpha, y: minus('nominal') }, ...ticked({ name: 'with the ticked effects', x: b.alpha, y: minus('now') })]);
@@ -280,11 +274,10 @@ const Bench = (() => {
   }
   second.addEventListener('change', async () => {
     state.second = null;
-    if (second.value) {
-      const r = await json('/api/evaluate', { flight: Number(second.value), effects: {} });
-      state.second = { name: second.selectedOptions[0].textContent, blocks: r.blocks };
-    }
-    evaluate();
+    try {
+      if (second.value) state.second = await json('/api/overlay', { flight: state.flight.id, second: Number(second.value) });
+      await evaluate();
+    } catch (e) { say(status, e.message, 'bad'); }
   });
 
   // ---- find what is missing --------------------------------------------
@@ -297,7 +290,7 @@ const Bench = (() => {
       await stream('/api/diagnose', { flight: state.flight.id }, (m) => {
         if (m.error) throw new Error(m.error);
         // A second look starts over; the bar does not.
-        if (m.progress != null) { findBar.value = Math.max(findBar.value, m.progress); say(findSay, m.text); }
+        if (m.progress != null) { findBar.value = Math.max(findBar.value, m.progress); say(findSay, `Asking ${words(m.text)} …`); }
         if (m.result) showVerdict(m.result);
       });
       await evaluate();
@@ -316,11 +309,11 @@ const Bench = (() => {
     say(findSay, `Verdict: ${d.verdict}${d.answer.length ? ' – ' + d.answer.map(words).join(' + ') : ''}.`, sure);
     const rows = d.candidates.slice(0, 8).map((c) => [c.effects.map(words).join(' + '), Object.entries(c.parameters).map(([k, p]) => `${k.split('.').pop()} ${fmt(p.value)} [${fmt(p.low)}, ${fmt(p.high)}]${unit(p.unit)}`).join('; '), fmt(c.error_after_heldout ?? c.error_after), (100 * c.probability).toFixed(0) + ' %']);
     const same = (d.equivalent || []).filter((c) => c.join() !== d.answer.join());
-    const line = (k, v) => (v ? [el('dt', {}, k), el('dd', {}, v)] : []);
+    const line = (k, v) => (v ? [el('dt', {}, k), el('dd', {}, ...Glider.prose(v))] : []);
     const remains = (d.remains || []).map((r) => `${r.variable.replaceAll('_', ' ')}${r.phase ? ` (${r.phase})` : ''}: ${fmt(r.size_cm_s)} cm/s`).join('; ');
     const take = d.answer.length ? button('take', 'Tick it and fit') : null;
     verdict.replaceChildren(el('h2', {}, 'What is missing'),
-      el('dl', { class: 'answer' }, ...line('Verdict', d.verdict), ...line('Best answer', d.answer.map(words).join(' + ') || 'nothing to add'), ...line('Why', d.explanation), ...line('Cannot tell from', same.map((c) => c.map(words).join(' + ')).join('; ')), ...line('What remains', remains), ...line('What next', d.next_flight)),
+      el('dl', { class: 'answer' }, ...line('Verdict', d.verdict), ...line('Best answer', d.answer.map(words).join(' + ') || 'nothing to add'), ...line('What next', d.next_flight), ...line('Cannot tell from', same.map((c) => c.map(words).join(' + ')).join('; ')), ...line('Why', d.explanation), ...line('What remains', remains)),
       el('div', { class: 'row' }, take, next, report),
       el('details', {}, el('summary', {}, `All candidates, best first (${rows.length} shown)`),
         Glider.table({ caption: 'Candidates', head: ['effects', 'parameters and 90 % interval', `error after (${d.error.unit})`, 'probability'], rows })));
@@ -330,6 +323,8 @@ const Bench = (() => {
         remember();
         state.ticked.clear();
         d.answer.forEach((n) => { const e = state.catalogue.find((c) => c.name === n); if (e) state.ticked.set(n, e.parameters.map((p) => p.off)); });
+        const box = document.getElementById(`fx-${d.answer[0]}`);
+        if (box) effects.scrollTop = box.closest('li').offsetTop - effects.offsetTop - 40;
         fitTicked();
       });
     }
@@ -367,5 +362,5 @@ const Bench = (() => {
       return c;
     } catch (e) { say(status, e.message, 'bad'); return null; }
   })();
-  return { state, json, stream, say, chart, button, hil, start };
+  return { state, json, stream, say, chart, placeChart, button, hil, start };
 })();

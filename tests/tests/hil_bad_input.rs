@@ -51,7 +51,7 @@ fn a_missing_mission_file_and_a_wrong_key_are_named() {
     refused(&["fly", "--mission", text(&file)], &["m.toml:2:15", "depth_max_m"]);
     let truth = dir.join("t.toml");
     std::fs::write(&truth, "[vehicle]\nmass_kg = \"heavy\"\n").unwrap();
-    refused(&["fly", "--truth", text(&truth)], &["t.toml", "line 2"]);
+    refused(&["fly", "--truth", text(&truth)], &["t.toml:2:11", "a number"]);
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn an_unknown_port_fault_wing_or_pace_is_named() {
 fn a_machine_without_qemu_or_image_is_told_what_to_install() {
     let dir = scratch("qemu");
     let image = dir.join("image.elf");
-    std::fs::write(&image, "not an image").unwrap();
+    std::fs::write(&image, "\u{7f}ELF, as an image begins").unwrap();
     let out = Command::new(glider()).args(["fly", "--seat", "qemu", "--elf", text(&image)]).env("PATH", &dir).output().unwrap();
     let said = String::from_utf8_lossy(&out.stderr);
     assert_eq!(out.status.code(), Some(2), "{said}");

@@ -14,6 +14,7 @@
 use crate::backseat_role;
 use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::pins::{Drive, Pin, Port, Wait};
+use crate::board::registers::Registers;
 use crate::board::servo::Servo;
 use crate::board::spi::Spi;
 use crate::board::uart::{self, Bytes, Line, Received};
@@ -24,10 +25,11 @@ use crate::version::FIRMWARE;
 use bay::{Fitted, Outside, Parts, Run, Wiring};
 use control::Config;
 use cortex_m_rt::entry;
+use devices::rtc::Rtc;
 use devices::soft_i2c::SoftI2c;
 use embedded_hal::digital::InputPin;
-use helm::{Boot, Helm, Mark, Seat};
-use signals::{Abort, Phase, Strap, ToHost};
+use helm::{Boot, Helm, Mark, Seat, UtcClock};
+use signals::{Abort, Clock, Phase, Strap, Timebase, ToHost};
 use stm32f4::stm32f405::Peripherals;
 
 /// Which type of this chip is what.
@@ -56,7 +58,9 @@ fn main() -> ! {
     let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::None) };
     safe_outputs(&chip.RCC, &chip.GPIOC);
     let flags = last_words::reset_flags(&chip.RCC);
-    let source = clock::start_crystal(&chip.RCC);
+    // SAFETY: at work here alone, before anything else; then with the calendar clock, whose registers are nobody else's.
+    let mut registers = unsafe { Registers::new() };
+    let (base, crystal_hz) = clock::start_crystal(&chip.RCC, &mut registers);
     power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
     let fault = black_box::open(flags, FIRMWARE);
@@ -72,15 +76,20 @@ fn main() -> ! {
     let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, resets: 0, air: 0 });
     words.mark = Mark::after_reset(words.mark, mark);
     defmt::info!(
-        "firmware {=u8}.{=u8}.{=u8} wire {=u8} clock {} tick {=u32} Hz, reset flags {=u8:#x}",
+        "firmware {=u8}.{=u8}.{=u8} wire {=u8} crystal {=u32} Hz tick {=u32} Hz, reset flags {=u8:#x}",
         FIRMWARE[0],
         FIRMWARE[1],
         FIRMWARE[2],
         signals::WIRE_VERSION,
-        source,
+        crystal_hz,
         tick_hz,
         flags
     );
+    match base {
+        Timebase::WrongCrystal => defmt::error!("the crystal is not one of 16 MHz: on the internal oscillator"),
+        Timebase::NoCrystal => defmt::warn!("no crystal: on the internal oscillator"),
+        _ => {}
+    }
     match mark {
         Some(mark) => defmt::info!("log flash: mark {=u8}", mark.0),
         None => defmt::warn!("no log flash: uploads stay in RAM, no flight log"),
@@ -97,7 +106,9 @@ fn main() -> ! {
 
     let strap = Pin::new(Port::C, 8, Drive::Strap);
     let air = f32::from_bits(words.air);
-    let mut hold = Chip { watchdog, words, strap, told: (Phase::default(), None) };
+    helm.utc.runs_on(base);
+    let rtc = open_rtc(&mut helm.utc, registers);
+    let mut hold = Chip { watchdog, words, strap, rtc, told: (Phase::default(), None) };
     if backseat_role::is_role(words.mark) {
         backseat_role::run(line, chip.USART3, COMPASS, helm, &mut hold);
     }
@@ -128,11 +139,28 @@ fn main() -> ! {
     }
 }
 
+/// Takes UTC up again after a reset, by the chip's calendar clock.
+#[inline(never)]
+fn open_rtc(clock: &mut UtcClock, registers: Registers) -> Rtc<Registers> {
+    let now_ms = clock::now_ms();
+    clock.tick(now_ms);
+    let mut rtc = Rtc::open(registers, now_ms);
+    if let (Some(oscillator), Some(count_ms)) = (rtc.oscillator(), rtc.count_ms()) {
+        clock.wake(rtc.kept(), count_ms, oscillator.ppm());
+    }
+    match clock.utc() {
+        Some(utc) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
+        None => defmt::info!("UTC unknown"),
+    }
+    rtc
+}
+
 /// What the chip keeps for the loop.
 pub struct Chip {
     watchdog: Watchdog,
     words: LastWords,
     strap: Pin,
+    rtc: Rtc<Registers>,
     told: (Phase, Option<Abort>),
 }
 
@@ -147,6 +175,12 @@ impl Outside for Chip {
     fn remember(&mut self, mark: Mark, air_pa: f32) {
         (self.words.mark, self.words.air) = (mark, air_pa.to_bits());
         last_words::write(self.words);
+    }
+    fn keep_time(&mut self, clock: &UtcClock) {
+        self.rtc.poll(clock::now_ms());
+        if let Some(words) = self.rtc.count_ms().and_then(|count_ms| clock.keep(count_ms)) {
+            self.rtc.keep(words);
+        }
     }
     fn lost_bytes(&mut self) -> u32 {
         uart::take_lost()
@@ -198,6 +232,7 @@ fn tell(message: &ToHost, told: &mut (Phase, Option<Abort>)) {
         ToHost::Done { crc } => defmt::info!("done {=u32:08x}", *crc),
         ToHost::Volatile { crc } => defmt::warn!("done {=u32:08x}, in RAM only: lost at the next reset", *crc),
         ToHost::Refused(_) => defmt::warn!("refused"),
-        ToHost::Continue { .. } | ToHost::Content { .. } | ToHost::Counters(_) | ToHost::Checked(_) => {}
+        ToHost::Clock(Clock { utc: Some(utc), .. }) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
+        ToHost::Continue { .. } | ToHost::Content { .. } | ToHost::Counters(_) | ToHost::Checked(_) | ToHost::Clock(_) => {}
     }
 }

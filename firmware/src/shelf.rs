@@ -6,7 +6,7 @@ use crate::board::pins::Wait;
 use crate::board::spi::Spi;
 use devices::flash::Flash;
 use helm::{Content, Kept, Mark, Storage, Vault};
-use signals::{Answer, Object, Refusal, SensorFrame};
+use signals::{Answer, Object, Refusal, SensorFrame, Utc};
 
 static mut VAULT: Vault<Flash<Spi, Wait>> = Vault::new();
 
@@ -49,8 +49,11 @@ impl Storage for Shelf {
     fn mark(&mut self, mark: Mark) {
         self.vault().mark(mark);
     }
-    fn log(&mut self, frame: &SensorFrame, answer: &Answer) {
-        self.vault().log(frame, answer);
+    fn begin_log(&mut self) {
+        self.vault().begin_log();
+    }
+    fn log(&mut self, utc: Option<Utc>, frame: &SensorFrame, answer: &Answer) {
+        self.vault().log(utc, frame, answer);
     }
     fn log_lost(&mut self) -> bool {
         self.vault().log_lost()

@@ -176,8 +176,8 @@ fn hil_board_aborts_for_a_leak_and_leaves_safe_only_when_recovered() {
     link.hello().unwrap();
     assert!(matches!(link.begin(&Mission::default()), Err(hil_host::seats::SeatError::Refused { why: Refusal::Safe, .. })));
     // Its log has the flight, if it has a flash.
-    match onboard_log::read(&mut link, 4, |_| {}) {
-        Ok(cycles) => assert!(cycles.iter().rev().take(3).any(|c| c.1.trace.abort == Some(Abort::Leak)), "the log holds the abort"),
+    match onboard_log::read(&mut link, &onboard_log::Wanted::newest(4), |_| {}) {
+        Ok(found) => assert!(found.cycles.iter().rev().take(3).any(|c| c.2.trace.abort == Some(Abort::Leak)), "the log holds the abort"),
         Err(e) => println!("{e}"),
     }
     // On deck again: seen at the surface it is believed.

@@ -6,7 +6,9 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashEr
 use helm::{Boot, Helm, Vault};
 use hil_host::flight::board_log::Image;
 use hil_host::flight::closed_loop::{Setup, fly};
-use hil_host::flight::{mission_file, onboard_log, worlds};
+use hil_host::flight::onboard_log::{self, Wanted};
+use hil_host::flight::{mission_file, utc, worlds};
+use hil_host::seats::clock;
 use hil_host::seats::port::Port;
 use hil_host::seats::pty::Terminal;
 use hil_host::seats::qemu::{self, Qemu};
@@ -18,6 +20,7 @@ use signals::{Phase, encode};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 const SECTOR: usize = 4096;
 
@@ -70,7 +73,9 @@ fn board(sectors: usize) -> (Terminal, Part) {
     let mut vault = Vault::new();
     vault.attach(part.clone());
     let mut helm = Helm::new(Config::default(), Boot::default(), vault);
+    let started = Instant::now();
     let terminal = Terminal::serve(move |bytes, out| {
+        helm.utc.tick(started.elapsed().as_millis() as u64);
         for byte in bytes {
             let Some(answer) = helm.byte(*byte) else { continue };
             helm.keep_mark();
@@ -150,10 +155,15 @@ fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
         };
         fly(&mut world, &mut link, &Setup::new(mission), watch).unwrap();
     }
-    let logged = onboard_log::read(&mut link, usize::MAX, |_| {}).unwrap();
+    let read = |link: &mut Link<Port>, wanted| {
+        let found = onboard_log::read(link, &wanted, |_| {}).unwrap();
+        assert!(found.cycles.iter().all(|c| c.0.is_none()), "nobody set its clock");
+        found.cycles.into_iter().map(|(_, frame, answer)| (frame, answer)).collect::<Vec<_>>()
+    };
+    let logged = read(&mut link, Wanted::ALL);
     assert!(logged.len() > 500 && logged.len() < flown.len(), "{} of {}", logged.len(), flown.len());
     assert_eq!(logged, flown[flown.len() - logged.len()..], "the newest, in order, without a gap");
-    let newest = onboard_log::read(&mut link, 2, |_| {}).unwrap();
+    let newest = read(&mut link, Wanted::newest(2));
     assert!(newest.len() < 80 && newest[..] == flown[flown.len() - newest.len()..]);
     drop(link);
 
@@ -170,14 +180,75 @@ fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
 
     let (empty, _) = board(16);
     let mut link = Link::new(Port::open(&empty.name).unwrap());
-    assert!(onboard_log::read(&mut link, usize::MAX, |_| {}).unwrap().is_empty());
+    assert!(read(&mut link, Wanted::ALL).is_empty());
+}
+
+#[test]
+fn hil_the_log_is_dated_by_this_computer_and_read_by_ranges_of_time() {
+    let (terminal, _) = board(64);
+    let folder = scratch("dated");
+    let config = folder.join("a.toml");
+    std::fs::write(&config, "vehicle = \"slocum-100\"\n").unwrap();
+    let config = config.to_string_lossy().into_owned();
+    let said = glider(&["upload", &terminal.name, "config", &config]);
+    assert!(said["clock"]["was_off_s"].is_null() && said["clock"]["off_s"].as_f64().unwrap().abs() < 0.5, "{said}");
+    let said = glider(&["upload", &terminal.name, "config", &config]);
+    assert!(said["clock"]["was_off_s"].as_f64().unwrap().abs() < 0.5, "known now: {said}");
+
+    let mut link = Link::new(Port::open(&terminal.name).unwrap());
+    let mut clocks = Vec::new();
+    for hours in [0.0, 3.0] {
+        let manifest = link.hello().unwrap();
+        // The second flight of the day, by a computer whose clock says so.
+        let setting = clock::set(&mut link, &|| clock::system_ms() + 3.6e6 * hours).unwrap();
+        let clock::Setting::Set { before: Some(before), .. } = setting else { panic!("{setting:?}") };
+        assert!((before.off_s + 3600.0 * hours).abs() < 0.5, "{setting:?}");
+        let mission = mission_file::built_in("shallow").unwrap();
+        link.configure(&manifest, &worlds::config(&mission)).unwrap();
+        link.begin(&mission).unwrap();
+        // UTC dates records and is not moved under them.
+        assert!(clock::set(&mut link, &clock::system_ms).is_err());
+        let mut world = World::new(worlds::for_mission(&mission)).unwrap();
+        clocks.push(clock::system_ms() + 3.6e6 * hours);
+        for _ in 0..150 {
+            let answer = link.exchange(&world.sense()).unwrap();
+            world.advance(&answer.command, 4.0);
+        }
+        link.recall().unwrap();
+        for _ in 0..600 {
+            let answer = link.exchange(&world.sense()).unwrap();
+            world.advance(&answer.command, 4.0);
+        }
+        link.recover().unwrap();
+    }
+    let all = onboard_log::read(&mut link, &Wanted::ALL, |_| {}).unwrap();
+    assert_eq!(all.cycles.len(), 1_500);
+    let off = |c: &onboard_log::Logged, start: f64| c.0.map_or(f64::NAN, |utc| utc.ms as f64 - start);
+    assert!(off(&all.cycles[0], clocks[0]).abs() < 1e3 && off(&all.cycles[750], clocks[1]).abs() < 1e3);
+    let middle = clocks[1] as u64 - 3_600_000;
+    for (from_ms, to_ms, first) in [(None, Some(middle), 0), (Some(middle), None, 750), (Some(middle), Some(middle + 1), 0)] {
+        let part = onboard_log::read(&mut link, &Wanted { from_ms, to_ms, ..Wanted::ALL }, |_| {}).unwrap();
+        let due = if from_ms.is_some() && to_ms.is_some() { &[][..] } else { &all.cycles[first..first + 750] };
+        assert_eq!((&part.cycles[..], part.undated), (due, 0));
+        assert!(part.sectors <= all.sectors / 2 + 1, "only what is wanted is read: {} of {}", part.sectors, all.sectors);
+    }
+    drop(link);
+    let to = folder.join("log").to_string_lossy().into_owned();
+    let said =
+        glider(&["monitor", &terminal.name, "--flight-log", &to, "--from", &utc::iso(middle), "--to", &utc::iso(middle + 36_000_000)]);
+    assert_eq!((&said["cycles"], &said["undated"]), (&750.into(), &0.into()));
+    let flight = PathBuf::from(said["flights"][0].as_str().unwrap());
+    let csv = std::fs::read_to_string(flight.join("flight.csv")).unwrap();
+    let at = csv.lines().next().unwrap().split(',').position(|c| c == "utc_s").unwrap();
+    let utc_s: f64 = csv.lines().nth(1).unwrap().split(',').nth(at).unwrap().parse().unwrap();
+    assert!((utc_s - clocks[1] * 1e-3).abs() < 1.0, "{utc_s}");
 }
 
 #[test]
 fn a_board_without_a_log_flash_says_so() {
     let terminal = Terminal::with_controller().unwrap();
     let mut link = Link::new(Port::open(&terminal.name).unwrap());
-    let e = onboard_log::read(&mut link, usize::MAX, |_| {}).unwrap_err().to_string();
+    let e = onboard_log::read(&mut link, &Wanted::ALL, |_| {}).unwrap_err().to_string();
     assert!(e.contains("no flight log") && !e.contains('\n'), "{e}");
 }
 

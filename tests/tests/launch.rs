@@ -1,6 +1,6 @@
 //! A launch: what a board on deck says of itself, and that nothing is launched while something is bad.
 
-use hil_host::cli::launch::{Asked, Found, launch};
+use hil_host::cli::launch::{Asked, Found, Here, launch};
 use hil_host::flight::closed_loop::Setup;
 use hil_host::flight::{mission_file, own_parts, worlds};
 use hil_host::seats::parts::OwnParts;
@@ -16,7 +16,9 @@ fn board(change: impl Fn(&mut Scenario)) -> Link<OwnParts> {
 }
 
 fn asked(link: &mut Link<OwnParts>) -> Found {
-    launch(link, &Asked { config: None, mission: "sea", check: false }, &|| {}, None).unwrap()
+    let clock = link.wire().bench.clock.clone();
+    let utc_ms = || (1_000 * parts::gps::START_S) as f64 + clock.now_ns() as f64 * 1e-6;
+    launch(link, &Asked { config: None, mission: "sea", check: false }, &|| {}, &Here { utc_ms: &utc_ms, seconds: None }).unwrap()
 }
 
 fn bad(found: &Found) -> Vec<&'static str> {

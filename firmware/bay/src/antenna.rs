@@ -1,4 +1,4 @@
-//! What the antenna says: whether there was a fix of late, and what time it is.
+//! What the antenna says: whether there was a fix of late, and which.
 
 use crate::next_byte;
 use devices::gps::{Fix, Reader};
@@ -14,13 +14,15 @@ const MOST: usize = 1024;
 pub struct Antenna<U> {
     port: U,
     reader: Reader,
-    fix: Option<(Fix, u64)>,
+    /// When the last fix came, and that fix until it is taken.
+    fix_ms: Option<u64>,
+    new: Option<(Fix, u64)>,
 }
 
 impl<U: Read + ReadReady> Antenna<U> {
     /// A receiver that has not spoken yet.
     pub fn new(port: U) -> Self {
-        Self { port, reader: Reader::default(), fix: None }
+        Self { port, reader: Reader::default(), fix_ms: None, new: None }
     }
 
     /// Takes the bytes that have come.
@@ -28,18 +30,18 @@ impl<U: Read + ReadReady> Antenna<U> {
         for _ in 0..MOST {
             let Some(byte) = next_byte(&mut self.port) else { return };
             if let Some(Some(fix)) = self.reader.push(byte) {
-                self.fix = Some((fix, now_ms));
+                (self.fix_ms, self.new) = (Some(now_ms), Some((fix, now_ms)));
             }
         }
     }
 
     /// Whether there was a fix in this cycle.
     pub fn has_fix(&self, now_ms: u64) -> bool {
-        self.fix.is_some_and(|(_, at_ms)| now_ms.saturating_sub(at_ms) < FRESH_MS)
+        self.fix_ms.is_some_and(|at_ms| now_ms.saturating_sub(at_ms) < FRESH_MS)
     }
 
-    /// Seconds since 1970 now, UTC, reckoned on from the last fix by the board's clock.
-    pub fn utc_s(&self, now_ms: u64) -> Option<u64> {
-        self.fix.map(|(fix, at_ms)| u64::from(fix.utc_s).saturating_add(now_ms.saturating_sub(at_ms) / 1000))
+    /// The last fix and when it came, once.
+    pub const fn take_fix(&mut self) -> Option<(Fix, u64)> {
+        self.new.take()
     }
 }

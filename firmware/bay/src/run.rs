@@ -6,7 +6,7 @@ use crate::strokes::Strokes;
 use embedded_io::{Read, ReadReady, Write};
 use helm::session::CYCLE_MS;
 use helm::silence::PATIENCE_MS;
-use helm::{Helm, Mark, Seat, Storage};
+use helm::{Helm, Mark, Seat, Storage, UtcClock};
 use signals::link::MAX_WIRE;
 use signals::{Micros, Preflight, Reply, Strap, ToHost, encode};
 
@@ -14,7 +14,7 @@ use signals::{Micros, Preflight, Reply, Strap, ToHost, encode};
 pub(crate) const BYTES_PER_PASS: usize = 256;
 /// Longest time without a finished step while a mission waits for its host, ms: its patience and two cycles.
 pub(crate) const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
-/// Longest time until the next pass, ms.
+/// Longest time until the next pass, ms; so often UTC is kept.
 const PASS_MS: u64 = 1_000;
 
 /// What the loop asks of the chip beside its pins.
@@ -25,6 +25,8 @@ pub trait Outside {
     fn feed(&mut self);
     /// Keeps what a reset must find again, where a reset does not clear it.
     fn remember(&mut self, mark: Mark, air_pa: f32);
+    /// Keeps UTC over a reset, beside a clock that goes on.
+    fn keep_time(&mut self, _utc: &UtcClock) {}
     /// Bytes that the line's port lost since the last call.
     fn lost_bytes(&mut self) -> u32;
     /// What the strap says now.
@@ -55,22 +57,28 @@ pub struct Run<F: Fitted, L> {
     /// When a frame was answered, when a step was finished.
     frame_ms: u64,
     stepped_ms: u64,
+    /// When UTC was kept.
+    kept_ms: u64,
 }
 
 impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
     /// Before the first pass.
     pub fn new(line: L, parts: Parts<F>, outside: &mut impl Outside) -> Self {
         let now_ms = outside.now_ms();
-        Self { line, parts, seat: Seat::Open, strokes: Strokes::default(), frame_ms: now_ms, stepped_ms: now_ms }
+        Self { line, parts, seat: Seat::Open, strokes: Strokes::default(), frame_ms: now_ms, stepped_ms: now_ms, kept_ms: now_ms }
     }
 
     /// One pass; returns when the next one is due at the latest, ms.
     pub fn pass<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) -> u64 {
+        self.tell_time(helm, outside);
         helm.lost_bytes(outside.lost_bytes());
         helm.deck.strapped(outside.strap());
         self.take_bytes(helm, outside);
         let now_ms = outside.now_ms();
         self.parts.listen(now_ms);
+        if let Some((fix, came_ms)) = self.parts.antenna.take_fix() {
+            helm.utc.fix(fix.utc_s, came_ms);
+        }
         self.take_seat(helm, outside, now_ms);
         if self.seat == Seat::Sensors {
             self.fly(helm, outside, now_ms);
@@ -89,6 +97,15 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
             outside.feed();
         }
         self.due_ms(now_ms)
+    }
+
+    fn tell_time<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) {
+        let now_ms = outside.now_ms();
+        helm.utc.tick(now_ms);
+        if now_ms.saturating_sub(self.kept_ms) >= PASS_MS {
+            outside.keep_time(&helm.utc);
+            self.kept_ms = now_ms;
+        }
     }
 
     fn take_bytes<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) {

@@ -20,7 +20,8 @@ const WRITE_ENABLED: u8 = 2;
 const IDENTITY: [u8; 3] = [0xef, 0x40, 0x18];
 const PAGE: usize = 256;
 const SECTOR: usize = 4096;
-const CAPACITY: usize = 16 * 1024 * 1024;
+/// Bytes.
+pub const CAPACITY: usize = 16 * 1024 * 1024;
 const PROGRAM_MS: u32 = 4;
 const ERASE_MS: u32 = 420;
 

@@ -112,7 +112,7 @@ fn pairs(digits: [u8; 6]) -> Option<[u32; 3]> {
 }
 
 /// Days since 1970-01-01 of a date from 2000 to 2099: every fourth year is a leap year.
-const fn days(year: u32, month: u32, day: u32) -> u32 {
+pub(crate) const fn days(year: u32, month: u32, day: u32) -> u32 {
     // The year begins in March, so that a leap day is its last one.
     let (y, m) = if month > 2 { (year, month.wrapping_sub(3)) } else { (year.wrapping_sub(1), month.wrapping_add(9)) };
     let since = y.wrapping_sub(1999);

@@ -12,6 +12,8 @@
 //! | [`fin`] | hobby-type servo, 50 Hz pulses | Hitec D646WP |
 //! | [`release`] | drop weight: two pins that must be driven in sequence | – |
 //! | [`flash`] | Winbond W25Q128JV log flash, SPI | Winbond W25Q128JV rev F |
+//! | [`rtc`] | the chip's own calendar clock, register by register | ST RM0090 chapter 26 |
+//! | [`crystal`] | the chip's crystal, measured against its internal oscillator | ST RM0090, DS8626 |
 //! | [`soft_i2c`] | the I²C bus itself, on two open-drain pins | NXP UM10204 |
 //!
 //! Every wait has a bound, every number from a part is checked before it is
@@ -22,6 +24,7 @@
 
 pub mod adc;
 pub mod attitude;
+pub mod crystal;
 pub mod fin;
 pub mod flash;
 pub mod gauge;
@@ -29,6 +32,7 @@ pub mod gps;
 pub mod motor;
 pub mod pressure;
 pub mod release;
+pub mod rtc;
 pub mod soft_i2c;
 pub mod vacuum;
 

@@ -113,6 +113,7 @@ impl Flight {
     /// A mission is taken; it starts with the next frame. Returns the identity of its table.
     pub(crate) fn arm(&mut self, mission: Mission, config: Config, seat: Seat, storage: &mut impl Storage) -> u32 {
         let id = self.take_table(mission.wings, storage);
+        storage.begin_log();
         self.config = Some(config);
         self.seat = seat;
         self.activity = Activity::Armed { mission };

@@ -3,8 +3,9 @@
 //! [`Helm`] is the one piece of code between the line and the law. The board
 //! image and the host-built seats run it alike, so equal bytes in give equal
 //! bytes out wherever it runs. It touches no pin, no clock and no log: time
-//! comes with the frames, flash comes through [`Storage`], and whoever calls
-//! it writes down what it answered.
+//! comes with the frames, UTC for records is told and reckoned on ([`utc`]),
+//! flash comes through [`Storage`], and whoever calls it writes down what it
+//! answered.
 //!
 //! ```text
 //!            Begin, Launch             a frame
@@ -46,13 +47,16 @@ mod seal;
 pub mod session;
 pub mod silence;
 pub mod storage;
+pub mod thinning;
 mod upload;
+pub mod utc;
 pub mod vault;
 
 pub use boot::{Boot, Seat};
 pub use mark::Mark;
 pub use session::Helm;
 pub use storage::{Content, Kept, MAX_OBJECT, RamStorage, Storage};
+pub use utc::UtcClock;
 pub use vault::Vault;
 
 #[cfg(test)]

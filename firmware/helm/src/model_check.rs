@@ -108,7 +108,7 @@ impl Storage for Flash {
     fn mark(&mut self, mark: Mark) {
         self.mark = mark;
     }
-    fn log(&mut self, _: &SensorFrame, _: &Answer) {
+    fn log(&mut self, _: Option<signals::Utc>, _: &SensorFrame, _: &Answer) {
         self.steps += 1;
     }
 }

@@ -14,6 +14,7 @@ use crate::seal::Sum;
 use crate::silence::{PATIENCE_MS, aged};
 use crate::storage::{Content, Storage};
 use crate::upload::Staging;
+use crate::utc::UtcClock;
 use control::Config;
 use signals::link::CRC32;
 use signals::{
@@ -45,6 +46,8 @@ pub struct Helm<S> {
     marks: Copies,
     /// Checks on deck.
     pub deck: Deck,
+    /// What time it is; whoever runs this tells it the time since boot.
+    pub utc: UtcClock,
     /// Takes a mend back: the model check must find what it was for.
     #[cfg(test)]
     pub(crate) mutant: Option<crate::model_check::Mutant>,
@@ -64,6 +67,7 @@ impl<S: Clone> Clone for Helm<S> {
             seal: Sum::NONE,
             marks: self.marks,
             deck: self.deck,
+            utc: self.utc,
             #[cfg(test)]
             mutant: self.mutant,
         };
@@ -92,6 +96,7 @@ impl<S: Storage> Helm<S> {
             seal: Sum::NONE,
             marks: Copies::new(),
             deck: Deck::new(),
+            utc: UtcClock::new(),
             #[cfg(test)]
             mutant: None,
         }
@@ -172,7 +177,7 @@ impl<S: Storage> Helm<S> {
     /// What changes something must be of the present session, or, for frames, of the one that began the mission.
     fn admit(&self, session: u32, message: &ToBoard) -> Result<(), Refusal> {
         let of = &self.flight.session;
-        let free = matches!(message, ToBoard::Hello { .. } | ToBoard::Report | ToBoard::ReadBack { .. });
+        let free = matches!(message, ToBoard::Hello { .. } | ToBoard::Report | ToBoard::ReadBack { .. } | ToBoard::Clock { set: None });
         let frame = matches!(message, ToBoard::Sensor(_)) && of.flight == Some(session);
         if self.flight.seat == Seat::Backseat && matches!(message, ToBoard::Sensor(_)) {
             return Err(Refusal::OwnSensors);
@@ -199,6 +204,7 @@ impl<S: Storage> Helm<S> {
             ToBoard::ReadBack { object, offset } => self.read_back(object, offset),
             ToBoard::Report => Ok(ToHost::Counters(self.receiver.counters)),
             ToBoard::Check { stroke } => self.on_deck().map(|()| ToHost::Checked(self.deck.ask(stroke))),
+            ToBoard::Clock { set } => self.clock(set),
         };
         answer.unwrap_or_else(ToHost::Refused)
     }
@@ -275,10 +281,19 @@ impl<S: Storage> Helm<S> {
                 if core::mem::take(&mut helm.flight.unlogged)
                     && let Some((frame, answer)) = &helm.flight.last
                 {
-                    helm.storage.log(frame, answer);
+                    helm.storage.log(helm.utc.utc(), frame, answer);
                 }
             });
         }
+    }
+
+    /// UTC is set on deck only: in a mission the records go on as they began, or by the fixes at the surface.
+    fn clock(&mut self, set: Option<(u64, u32)>) -> Result<ToHost, Refusal> {
+        if let Some((ms, within_ms)) = set {
+            self.on_deck()?;
+            self.utc.set(ms, within_ms)?;
+        }
+        Ok(ToHost::Clock(self.utc.said()))
     }
 
     /// Counters of the line.

@@ -2,7 +2,7 @@
 
 use crate::mark::Mark;
 use heapless::Vec;
-use signals::{Answer, Object, Refusal, SensorFrame, Wings};
+use signals::{Answer, Object, Refusal, SensorFrame, Utc, Wings};
 
 /// Largest object, bytes: a table is the largest.
 pub const MAX_OBJECT: usize = polar::MAX_TABLE;
@@ -46,8 +46,10 @@ pub trait Storage {
     fn rollback(&mut self, object: Object) -> Result<Kept, Refusal>;
     /// Keeps the mark of a mission under way; cheap when it is kept already.
     fn mark(&mut self, _mark: Mark) {}
-    /// Writes one control cycle to the flight log.
-    fn log(&mut self, _frame: &SensorFrame, _answer: &Answer) {}
+    /// A mission is taken: its log begins.
+    fn begin_log(&mut self) {}
+    /// Offers one control cycle to the flight log, with its UTC where that is known.
+    fn log(&mut self, _utc: Option<Utc>, _frame: &SensorFrame, _answer: &Answer) {}
     /// A mark or log entry of this run could not be written.
     fn log_lost(&mut self) -> bool {
         false
@@ -75,8 +77,11 @@ impl<S: Storage> Storage for &mut S {
     fn mark(&mut self, mark: Mark) {
         (**self).mark(mark);
     }
-    fn log(&mut self, frame: &SensorFrame, answer: &Answer) {
-        (**self).log(frame, answer);
+    fn begin_log(&mut self) {
+        (**self).begin_log();
+    }
+    fn log(&mut self, utc: Option<Utc>, frame: &SensorFrame, answer: &Answer) {
+        (**self).log(utc, frame, answer);
     }
     fn log_lost(&mut self) -> bool {
         (**self).log_lost()

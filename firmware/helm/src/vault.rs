@@ -12,14 +12,18 @@
 
 use crate::mark::Mark;
 use crate::storage::{Content, Kept, OBJECTS, RamStorage, Storage, place};
+use crate::thinning::{BEFORE, Keep, Thinning};
 use embedded_storage::nor_flash::NorFlash;
-use signals::{Answer, Object, Refusal, SensorFrame};
-use store::ring::{MAX_ENTRY, NOTE};
+use heapless::Deque;
+use signals::{Answer, Object, Refusal, SensorFrame, Utc};
+use store::ring::{MAX_ENTRY, MAX_SPAN, NOTE};
 use store::{Ring, Slots};
 
-/// Kind of the log entries that hold one control cycle: frame and answer
-/// (postcard), so that every decision of a flight can be replayed.
-pub const CYCLE: u8 = 1;
+/// One control cycle in the log, so that each decision can be replayed: UTC where it was known, frame, answer.
+pub type Logged = (Option<Utc>, SensorFrame, Answer);
+
+/// Kind of the log entries that hold a [`Logged`] (postcard).
+pub const CYCLE: u8 = 2;
 
 /// The part and what stands in for it.
 #[derive(Debug)]
@@ -28,6 +32,9 @@ pub struct Vault<F> {
     ring: Option<Ring>,
     ram: RamStorage,
     mark: Mark,
+    thinning: Thinning,
+    /// Cycles of late that were not written, and whether they have to be.
+    aside: Deque<(Logged, bool), BEFORE>,
     lost: bool,
     /// Writes failed in a row.
     failed: u8,
@@ -41,7 +48,16 @@ impl<F: NorFlash> Vault<F> {
     /// Without a part: all in RAM.
     #[must_use]
     pub const fn new() -> Self {
-        Self { part: None, ring: None, ram: RamStorage::new(), mark: Mark::NONE, lost: false, failed: 0 }
+        Self {
+            part: None,
+            ring: None,
+            ram: RamStorage::new(),
+            mark: Mark::NONE,
+            thinning: Thinning::new(),
+            aside: Deque::new(),
+            lost: false,
+            failed: 0,
+        }
     }
 
     /// Takes the part into use; returns the mark found on it. A part without a
@@ -74,6 +90,28 @@ impl<F: NorFlash> Vault<F> {
             self.ring = None;
         }
         done
+    }
+
+    /// Writes the oldest of the cycles put aside, if it has to be or if all are wanted.
+    fn write_oldest(&mut self, all: bool) {
+        if let Some((cycle, owed)) = self.aside.pop_front()
+            && (all || owed)
+        {
+            self.write_cycle(&cycle);
+        }
+    }
+
+    #[inline(never)]
+    fn write_cycle(&mut self, cycle: &Logged) {
+        let mut buffer = [0u8; MAX_ENTRY];
+        match postcard::to_slice(cycle, &mut buffer) {
+            Ok(entry) => {
+                let bytes = entry.len().saturating_add(MAX_SPAN - MAX_ENTRY) as u32;
+                self.write(CYCLE, entry, 1);
+                self.thinning.pay(bytes);
+            }
+            Err(_) => self.lost = true,
+        }
     }
 }
 
@@ -128,18 +166,29 @@ impl<F: NorFlash> Storage for Vault<F> {
         }
     }
 
+    fn begin_log(&mut self) {
+        self.thinning = Thinning::full();
+        self.aside.clear();
+    }
+
     #[inline(never)]
-    fn log(&mut self, frame: &SensorFrame, answer: &Answer) {
+    fn log(&mut self, utc: Option<Utc>, frame: &SensorFrame, answer: &Answer) {
         if self.ring.is_none() {
             return;
         }
-        let mut buffer = [0u8; MAX_ENTRY];
-        match postcard::to_slice(&(frame, answer), &mut buffer) {
-            Ok(entry) => {
-                self.write(CYCLE, entry, 1);
+        let cycle = (utc, *frame, *answer);
+        let keep = self.thinning.look(frame, answer);
+        if matches!(keep, Keep::Aside | Keep::Owed) {
+            if self.aside.is_full() {
+                self.write_oldest(false);
             }
-            Err(_) => self.lost = true,
+            let _ = self.aside.push_back((cycle, keep == Keep::Owed));
+            return;
         }
+        for _ in 0..BEFORE {
+            self.write_oldest(keep == Keep::WithBefore);
+        }
+        self.write_cycle(&cycle);
     }
 
     fn log_lost(&mut self) -> bool {

@@ -5,7 +5,10 @@ mod toy;
 use control::Config;
 use helm::{Boot, Helm, Mark, RamStorage, Seat, Storage, objects};
 use signals::link::MAX_WIRE;
-use signals::{Abort, Micros, Mission, Object, Phase, Reading, Refusal, Reply, Request, SensorFrame, Switch, ToBoard, ToHost, encode};
+use signals::{
+    Abort, Clock, Micros, Mission, Object, Phase, Reading, Refusal, Reply, Request, SensorFrame, Switch, TimeSource, Timebase, ToBoard,
+    ToHost, Utc, encode,
+};
 use toy::Toy;
 
 fn helm() -> Helm<RamStorage> {
@@ -61,6 +64,32 @@ fn afloat(h: &mut Helm<RamStorage>, seq: u32) {
 fn frames_without_a_mission_are_refused() {
     assert_eq!(helm().handle(ToBoard::Sensor(frame(0))), ToHost::Refused(Refusal::NoMission));
     assert_eq!(helm().handle(ToBoard::Recall), ToHost::Refused(Refusal::NoMission));
+}
+
+#[test]
+fn utc_is_asked_for_by_anybody_and_set_on_deck_by_whoever_said_hello() {
+    let set = |ms| ToBoard::Clock { set: Some((ms, 20)) };
+    let noon = 1_795_780_800_000;
+    let mut h = helm();
+    let session = hello(&mut h, 1);
+    assert_eq!(ask(&mut h, session, set(noon)), ToHost::Refused(Refusal::Time), "whoever runs it has no clock");
+    assert_eq!(ask(&mut h, 0, ToBoard::Clock { set: None }), ToHost::Clock(Clock::default()));
+    h.utc.tick(5_000);
+    assert_eq!(ask(&mut h, 0, set(noon)), ToHost::Refused(Refusal::Session), "recorded bytes set nothing");
+    assert_eq!(ask(&mut h, session, set(1_000)), ToHost::Refused(Refusal::Time), "1970");
+    let known = |ms, within_ms| Some(Utc { ms, within_ms, source: TimeSource::Host });
+    assert_eq!(
+        ask(&mut h, session, set(noon)),
+        ToHost::Clock(Clock { base: Timebase::Elsewhere, board_ms: Some(5_000), utc: known(noon, 20) })
+    );
+    h.utc.tick(6_000);
+    let now = ToHost::Clock(Clock { base: Timebase::Elsewhere, board_ms: Some(6_000), utc: known(noon + 1_000, 60) });
+    assert_eq!(ask(&mut h, 0, ToBoard::Clock { set: None }), now);
+    // In a mission records go on as they began.
+    assert!(matches!(ask(&mut h, session, ToBoard::Begin(Mission::default())), ToHost::Ready { .. }));
+    assert!(matches!(ask(&mut h, session, ToBoard::Sensor(frame(0))), ToHost::Answer(_)));
+    assert_eq!(ask(&mut h, session, set(noon)), ToHost::Refused(Refusal::UnderWay));
+    assert_eq!(ask(&mut h, 0, ToBoard::Clock { set: None }), now);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use control::Config;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use helm::vault::CYCLE;
+use helm::vault::{CYCLE, Logged};
 use helm::{Boot, Content, Helm, Kept, Mark, RamStorage, Seat, Storage, Vault};
 use signals::{Abort, Answer, Flags, Micros, Mission, Object, Phase, Reading, SensorFrame, ToBoard, ToHost};
 use std::cell::RefCell;
@@ -259,7 +259,9 @@ fn log_of(part: &Part) -> Vec<(SensorFrame, Answer)> {
     let mut got = vec![];
     ring.read(&mut part, |kind, data| {
         if kind == CYCLE {
-            got.push(postcard::from_bytes(data).unwrap());
+            let (utc, frame, answer): Logged = postcard::from_bytes(data).unwrap();
+            assert_eq!(utc, None, "nobody set a clock");
+            got.push((frame, answer));
         }
     })
     .unwrap();

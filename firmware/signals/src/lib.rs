@@ -34,4 +34,4 @@ pub use messages::{Counters, Limit, Manifest, Object, Refusal, Reply, Request, T
 pub use mission::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 pub use preflight::{Preflight, Strap, Stroke};
 pub use surfacing::{Evidence, Surfacing};
-pub use time::Micros;
+pub use time::{Clock, Micros, TimeSource, Timebase, Utc};

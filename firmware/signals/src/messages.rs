@@ -3,6 +3,7 @@
 use crate::frame::{Answer, Phase, SensorFrame};
 use crate::mission::{Mission, MissionError, Wings};
 use crate::preflight::Preflight;
+use crate::time::Clock;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +64,8 @@ pub enum Refusal {
     Safe,
     /// The strap on the board says the other: frames from a host on the bench only, own sensors in deployment only.
     Strap,
+    /// No believable UTC, or the board has no clock to keep it.
+    Time,
 }
 
 /// Which limit of the vehicle's class a configuration crosses.
@@ -193,6 +196,11 @@ pub enum ToBoard {
         /// Begin a stroke of pump and battery mass.
         stroke: bool,
     },
+    /// Say what time it is; on deck UTC can be set first.
+    Clock {
+        /// UTC when this message ends, ms since 1970-01-01, and how far it may be off, ms.
+        set: Option<(u64, u32)>,
+    },
 }
 
 /// One message to the board.
@@ -269,4 +277,6 @@ pub enum ToHost {
     },
     /// What the last check on deck found.
     Checked(Preflight),
+    /// What time it is, after the setting that was asked for.
+    Clock(Clock),
 }

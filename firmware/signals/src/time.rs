@@ -43,6 +43,53 @@ impl Micros {
     }
 }
 
+/// Where the board has its UTC from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TimeSource {
+    /// The host set it.
+    Host,
+    /// Fixes of the GPS receiver.
+    Gps,
+    /// Reckoned over a reset by the chip's own calendar clock.
+    Kept,
+}
+
+/// UTC as a board knows it. Leap seconds are not counted, as in Unix time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Utc {
+    /// Since 1970-01-01, ms.
+    pub ms: u64,
+    /// True UTC is at most so far from it, ms.
+    pub within_ms: u32,
+    /// Where it is from.
+    pub source: TimeSource,
+}
+
+/// What a board's milliseconds come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Timebase {
+    /// Not a chip: whoever runs the controller tells the time.
+    #[default]
+    Elsewhere,
+    /// The crystal, measured and right.
+    Crystal,
+    /// The internal oscillator: the crystal does not start, or cannot be measured.
+    NoCrystal,
+    /// The internal oscillator: the crystal is not the one that the board is built for.
+    WrongCrystal,
+}
+
+/// What a board says of its time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Clock {
+    /// What it runs on.
+    pub base: Timebase,
+    /// Since it was started, ms; none: it has no clock of its own.
+    pub board_ms: Option<u64>,
+    /// UTC at that moment; none: unknown.
+    pub utc: Option<Utc>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::Micros;

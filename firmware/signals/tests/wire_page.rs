@@ -31,6 +31,8 @@ fn the_examples_are_the_bytes_on_the_line() {
     assert_eq!(example("refused"), wire(&Reply { to: 2, message: ToHost::Refused(Refusal::Session) }));
     let autopsy = ToBoard::ReadBack { object: Object::Autopsy, offset: 0 };
     assert_eq!(example("autopsy"), wire(&Request { session: 0, id: 3, message: autopsy }));
+    let clock = ToBoard::Clock { set: Some((1_795_776_005_000, 20)) };
+    assert_eq!(example("clock"), wire(&Request { session: 0x1234_5678, id: 4, message: clock }));
     let (clean, whole) = (4 * NOTE, 4 * (NOTE + RUN));
     assert!(PAGE.contains(&format!("{clean}: no fault; {},{:03}: a fault", whole / 1000, whole % 1000)));
     let reply = postcard::to_slice(&ToHost::Hello { nonce: 7, session: 9, manifest: Default::default() }, &mut [0; 99]).expect("fits")[..2]
@@ -66,6 +68,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("Report", ToBoard::Report),
         ("Recovered", ToBoard::Recovered),
         ("Check", ToBoard::Check { stroke: false }),
+        ("Clock", ToBoard::Clock { set: None }),
     ] {
         assert!(PAGE.contains(&format!("| {} | {name}", number(&message))), "{name} is {}", number(&message));
     }
@@ -81,6 +84,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("7 Counters", ToHost::Counters(Default::default())),
         ("8 Volatile {", ToHost::Volatile { crc: 0 }),
         ("9 Checked", ToHost::Checked(Default::default())),
+        ("10 Clock {", ToHost::Clock(Default::default())),
     ] {
         assert!(PAGE.contains(said) && said.starts_with(&number(&message).to_string()), "{said}: {}", number(&message));
     }

@@ -1,24 +1,27 @@
 //! What time it is: milliseconds since boot, u64, never wrapping.
 //!
 //! The chip runs at 16 MHz either way: from its crystal (16 MHz, ±50 ppm)
-//! where it starts, else from the internal oscillator (HSI, 16 MHz ±1 %,
-//! DS8626 table 41). Baud rates and ticks are the same numbers for both. That
-//! the crystal is one of 16 MHz is how the board is built; it is not measured.
+//! where it starts and measures as one of 16 MHz ([`devices::crystal`]), else
+//! from the internal oscillator (HSI, 16 MHz ±4 %, DS8626 table 41). Baud
+//! rates and ticks are the same numbers for both.
 //! If it stops in flight the clock security system switches to HSI and raises
 //! NMI: a reset, which comes up on HSI.
 //!
 //! QEMU models no clock tree and counts SysTick at the F405's highest clock;
 //! it is recognised by TIM2 once, so that a second is a second there too.
 
+use super::registers::Registers;
 use core::cell::Cell;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
 use critical_section::Mutex;
+use devices::crystal;
+use signals::Timebase;
 use stm32f4::stm32f405::{RCC, TIM2};
 
 /// Core and bus clock, Hz.
-pub const CORE_HZ: u32 = 16_000_000;
+pub const CORE_HZ: u32 = crystal::HZ;
 /// Longest wait for the crystal, loops of ≥ 4 cycles (≥ 5 ms; start-up is 2 ms, DS8626 table 39).
 const CRYSTAL_WAIT: u32 = 20_000;
 /// Rate at which QEMU's netduinoplus2 counts SysTick, Hz; it counts TIM2 once per virtual nanosecond.
@@ -26,25 +29,19 @@ const EMULATED_TICK_HZ: u32 = 168_000_000;
 
 static MILLIS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
-/// Which oscillator runs the chip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-pub enum Source {
-    /// 16 MHz crystal, guarded by the clock security system.
-    Crystal,
-    /// Internal oscillator.
-    Internal,
-}
-
-/// Starts the crystal, with a bounded wait.
-pub fn start_crystal(rcc: &RCC) -> Source {
+/// Starts the crystal, with bounded waits, and takes it into use if it is the right one. Its frequency as measured, Hz; 0: it was not.
+pub fn start_crystal(rcc: &RCC, registers: &mut Registers) -> (Timebase, u32) {
     rcc.cr().modify(|_, w| w.hseon().on());
-    if !(0..CRYSTAL_WAIT).any(|_| rcc.cr().read().hserdy().is_ready()) {
+    let ready = (0..CRYSTAL_WAIT).any(|_| rcc.cr().read().hserdy().is_ready());
+    let hz = if ready { crystal::measure(registers) } else { None };
+    if !hz.is_some_and(crystal::is_right) {
         rcc.cr().modify(|_, w| w.hseon().off());
-        return Source::Internal;
+        return (if hz.is_some() { Timebase::WrongCrystal } else { Timebase::NoCrystal }, hz.unwrap_or(0));
     }
     rcc.cr().modify(|_, w| w.csson().on());
     rcc.cfgr().modify(|_, w| w.sw().hse());
-    if (0..CRYSTAL_WAIT).any(|_| rcc.cfgr().read().sws().is_hse()) { Source::Crystal } else { Source::Internal }
+    let taken = (0..CRYSTAL_WAIT).any(|_| rcc.cfgr().read().sws().is_hse());
+    (if taken { Timebase::Crystal } else { Timebase::NoCrystal }, hz.unwrap_or(0))
 }
 
 /// Starts the millisecond tick at `start_ms`; returns the rate SysTick really has, Hz.

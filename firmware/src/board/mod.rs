@@ -7,6 +7,7 @@ mod fault;
 pub mod last_words;
 pub mod log;
 pub mod pins;
+pub mod registers;
 mod rtt;
 pub mod servo;
 pub mod spi;

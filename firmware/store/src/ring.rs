@@ -25,6 +25,8 @@ const SECTOR_HEADER: u32 = 16;
 const ENTRY_HEADER: usize = 8;
 /// Longest entry, bytes.
 pub const MAX_ENTRY: usize = 248;
+/// Longest entry as it lies on the part, bytes.
+pub const MAX_SPAN: usize = MAX_ENTRY + ENTRY_HEADER;
 /// Kind of the entries that carry a note.
 pub const NOTE: u8 = 0xff;
 
@@ -52,6 +54,12 @@ pub fn sequence(header: &[u8]) -> Option<u32> {
     let [_, _, _, _, a, b, c, d, note, ..] = *header.first_chunk::<HEADER>()?;
     let sequence = u32::from_le_bytes([a, b, c, d]);
     (header.first_chunk::<HEADER>()? == &sector_header(sequence, note)).then_some(sequence)
+}
+
+/// Bytes of entries, with their headers, that surely fit in so many sectors: an entry that does not fit the rest of one goes to the next.
+#[must_use]
+pub const fn room(sectors: u32, sector: u32) -> u64 {
+    sectors as u64 * sector.saturating_sub(SECTOR_HEADER + MAX_SPAN as u32 - 1) as u64
 }
 
 /// One whole entry.

@@ -7,6 +7,7 @@ use crate::ina226::Ina226;
 use crate::ms5837::{Model, Ms5837};
 use crate::os5000::Os5000;
 use crate::outputs::Outputs;
+use crate::rtc::Rtc;
 use crate::talker::Talker;
 use crate::w25q128::W25q128;
 use crate::wires::Wires;
@@ -33,6 +34,8 @@ pub struct Bench {
     pub gps: Rc<RefCell<Talker<Gps>>>,
     /// Log flash.
     pub flash: Rc<RefCell<W25q128>>,
+    /// The chip's calendar clock.
+    pub rtc: Rc<RefCell<Rtc>>,
 }
 
 impl Bench {
@@ -54,6 +57,7 @@ impl Bench {
             compass: Rc::new(RefCell::new(Talker::new(clock.clone(), around.clone(), PORT_ROOM))),
             gps: Rc::new(RefCell::new(Talker::new(clock.clone(), around.clone(), PORT_ROOM))),
             flash: Rc::new(RefCell::new(W25q128::new(clock.clone()))),
+            rtc: Rc::new(RefCell::new(Rtc::new(clock.clone()))),
             clock,
             around,
         }
@@ -64,7 +68,9 @@ impl Bench {
         self.outputs.borrow_mut().reset();
         self.compass.borrow_mut().forget();
         self.gps.borrow_mut().forget();
+        self.rtc.borrow_mut().reset();
         if parts {
+            self.rtc.borrow_mut().power_cycle();
             self.wires.borrow_mut().power_cycle(None);
             self.flash.borrow_mut().power_cycle();
         }

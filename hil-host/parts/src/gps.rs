@@ -7,12 +7,15 @@ use crate::talker::Says;
 /// The receiver.
 pub struct Gps;
 
+/// The bench is switched on on the first of May 2026 at noon: UTC then, s since 1970.
+pub const START_S: u64 = 1_777_636_800;
+
 impl Says for Gps {
     const BAUD: u64 = 9_600;
     const PERIOD_NS: u64 = 1_000_000_000;
 
     fn sentence(sample: &Sample, now_ns: u64) -> String {
-        // The bench is switched on on the first of May 2026 at noon.
+        // From START_S on.
         let s = 12 * 3600 + now_ns / 1_000_000_000;
         let time = format!("{:02}{:02}{:02}.00", s / 3600 % 24, s / 60 % 60, s % 60);
         let day = 1 + s / 86_400 % 31;

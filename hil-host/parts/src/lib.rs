@@ -9,6 +9,7 @@
 //! | [`ina226`] | TI INA226 battery monitor |
 //! | [`talker`] | a port with bytes that come in time: [`os5000`] compass, [`gps`] receiver |
 //! | [`w25q128`] | Winbond W25Q128JV flash with BUSY times and torn writes |
+//! | [`rtc`] | the chip's calendar clock, which goes on over a reset |
 //! | [`outputs`] | motor bridges, burn wire, beacon, servo |
 //! | [`mod@bench`] | all of them together |
 //! | [`faults`] | what goes wrong on the buses |
@@ -27,6 +28,7 @@ pub mod ina226;
 pub mod ms5837;
 pub mod os5000;
 pub mod outputs;
+pub mod rtc;
 pub mod talker;
 pub mod w25q128;
 pub mod wires;

@@ -5,6 +5,7 @@ use super::{Output, Verdict};
 use crate::flight::config_file;
 use crate::flight::mission_file::{self, Limits};
 use crate::flight::preflight::{Item, judge};
+use crate::seats::clock;
 use crate::seats::port::Port;
 use crate::seats::upload::{read_back, upload};
 use crate::seats::{Link, Seat, SeatError, Wire};
@@ -29,7 +30,7 @@ const CLOCK_S: f64 = 5.0;
 #[command(
     after_help = "Examples:\n  glider launch /dev/ttyACM0 --mission sea\n  glider launch /dev/ttyACM0 --mission mission.toml --config vehicle.toml\n  \
 glider launch /dev/ttyACM0 --mission sea --check\n\nOn deck or afloat, upright, strap taken out. Pump and battery mass are moved (the vehicle stays buoyant), every sensor is read,\n\
-and the zero of depth is taken at the launch. Nothing is launched while a line of the check is bad: exit code 1."
+the board's UTC is set by this computer's, and the zero of depth is taken at the launch. Nothing is launched while a line of the check is bad: exit code 1."
 )]
 pub struct Args {
     /// Serial port of the board.
@@ -55,7 +56,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let wait = || std::thread::sleep(POLL);
     let started = Instant::now();
     let asked = Asked { config, mission: &args.mission, check: args.check };
-    let found = launch(&mut link, &asked, &wait, Some(&|| started.elapsed().as_secs_f64()))?;
+    let here = Here { utc_ms: &clock::system_ms, seconds: Some(&|| started.elapsed().as_secs_f64()) };
+    let found = launch(&mut link, &asked, &wait, &here)?;
     let document = found.document();
     output.emit(&document, || found.print());
     Ok(if found.good() { Verdict::Ok } else { Verdict::Negative })
@@ -118,11 +120,19 @@ fn check<W: Wire>(link: &mut Link<W>, stroke: bool) -> Result<Preflight, SeatErr
     })?
 }
 
-/// Checks a board on deck, and launches its mission if nothing is bad. `here_s`: a clock to compare the board's with.
+/// This computer's time.
+pub struct Here<'a> {
+    /// UTC, ms since 1970.
+    pub utc_ms: &'a dyn Fn() -> f64,
+    /// A clock to compare the pace of the board's with, s; none: not compared.
+    pub seconds: Option<&'a dyn Fn() -> f64>,
+}
+
+/// Checks a board on deck, sets its UTC, and launches its mission if nothing is bad.
 ///
 /// # Errors
 /// Bad input, or the board does not answer or refuses.
-pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), here_s: Option<&dyn Fn() -> f64>) -> anyhow::Result<Found> {
+pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), here: &Here<'_>) -> anyhow::Result<Found> {
     let manifest = link.hello()?;
     ensure!(!manifest.under_way, "a mission is under way on this board: recall it and recover the vehicle first");
     match &asked.config {
@@ -138,24 +148,28 @@ pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), h
     let mut buffer = [0u8; helm::MAX_OBJECT];
     let bytes = postcard::to_slice(&mission, &mut buffer).map_err(|e| anyhow::anyhow!("--mission {}: does not fit: {e}", asked.mission))?;
     upload(link, Object::Mission, bytes, |_, _| {})?;
+    let utc = clock::set(link, here.utc_ms).context("the board's UTC cannot be set")?;
     let first = check(link, true)?;
     let mut pair = (None, None);
     let mut found = first;
     for _ in 0..MOST_POLLS {
         wait();
         found = check(link, false)?;
-        let now = (found.frame.time.0 as f64 * 1e-6, here_s.map(|clock| clock()));
+        let now = (found.frame.time.0 as f64 * 1e-6, here.seconds.map(|clock| clock()));
         if found.number > first.number && pair.0.is_none() {
             pair.0 = Some(now);
         }
         pair.1 = Some(now);
         let moving = [found.pump, found.mass].iter().any(|s| matches!(s, Stroke::UnderWay | Stroke::Never));
-        let compared = here_s.is_none() || elapsed(&pair).is_some_and(|(_, here)| here >= CLOCK_S);
+        let compared = here.seconds.is_none() || elapsed(&pair).is_some_and(|(_, here)| here >= CLOCK_S);
         if !moving && compared {
             break;
         }
     }
-    let items = judge(&found, &config, elapsed(&pair));
+    let mut items = judge(&found, &config, elapsed(&pair));
+    items.push(Item { what: "UTC", good: utc != clock::Setting::NoClock, found: utc.words() });
+    let (Ok(crystal) | Err(crystal)) = utc.crystal();
+    items.push(Item { what: "crystal", good: utc.crystal().is_ok(), found: crystal.to_owned() });
     let ready = items.iter().all(|i| i.good);
     let launched = if ready && !asked.check {
         let table = link.launch(&mission).context("the board refuses the launch")?;

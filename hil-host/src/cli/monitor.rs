@@ -3,8 +3,9 @@
 use super::monitor_screen::{self, LINES};
 use super::{Output, Verdict};
 use crate::flight::board_log::Image;
-use crate::flight::onboard_log;
+use crate::flight::onboard_log::{self, Wanted};
 use crate::flight::under_way::{Follower, Moment, Recent};
+use crate::flight::utc;
 use crate::seats::port::{BAUD, Port};
 use crate::seats::{Link, Seat, SeatError, Wire, qemu};
 use anyhow::{Context, ensure};
@@ -24,6 +25,7 @@ use std::time::{Duration, Instant};
   glider monitor /dev/ttyACM0 --log /dev/ttyUSB0 --elf firmware.elf
   glider monitor /dev/ttyACM0 --seconds 5 --json
   glider monitor /dev/ttyACM0 --flight-log out/recovered
+  glider monitor /dev/ttyACM0 --flight-log out/morning --from 2026-11-27T06:00 --to 2026-11-27T12:00
   glider monitor out/first
 
 Ctrl-C ends. The board's log (defmt) comes on its USART2: give that port, or the file QEMU writes.
@@ -47,9 +49,19 @@ pub struct Args {
     /// Of the flight log read only so many control cycles, the newest.
     #[arg(long, value_name = "N", requires = "flight_log")]
     last: Option<usize>,
+    /// Of the flight log read only what was written from then on, UTC: 2026-11-27T10:40:00Z, or a day for its beginning.
+    #[arg(long, value_name = "UTC", requires = "flight_log", value_parser = parse_utc)]
+    from: Option<u64>,
+    /// And up to then.
+    #[arg(long, value_name = "UTC", requires = "flight_log", value_parser = parse_utc)]
+    to: Option<u64>,
     /// Stop after this many seconds; default: never.
     #[arg(long)]
     seconds: Option<f64>,
+}
+
+fn parse_utc(text: &str) -> Result<u64, String> {
+    utc::parse(text).map_err(|e| format!("{e:#}"))
 }
 
 /// Runs the command.
@@ -77,7 +89,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut link = Link::new(Port::open(&args.port)?);
     let manifest = link.hello()?;
     if let Some(directory) = &args.flight_log {
-        return read_flight_log(&mut link, directory, args.last, output);
+        return read_flight_log(&mut link, directory, args, output);
     }
     watch_board(&mut link, &manifest, args, &screen, output)
 }
@@ -149,8 +161,8 @@ fn watch_board<W: Wire>(link: &mut Link<W>, manifest: &Manifest, args: &Args, sc
     loop {
         let counters = report(link)?;
         if let Some(known) = recent.as_mut().filter(|_| looked.is_none_or(|t| t.elapsed() >= LOG_EVERY)) {
-            match onboard_log::read(link, 2, |_| {}) {
-                Ok(cycles) => known.take(&cycles),
+            match onboard_log::read(link, &Wanted::newest(2), |_| {}) {
+                Ok(found) => known.take(&found.cycles),
                 Err(_) => recent = None,
             }
             looked = Some(Instant::now());
@@ -195,22 +207,33 @@ fn watch_board<W: Wire>(link: &mut Link<W>, manifest: &Manifest, args: &Args, sc
 /// Least control cycles in a sector of the log: 4 KiB of entries of at most 256 bytes.
 const CYCLES_PER_SECTOR: usize = 15;
 
-fn read_flight_log<W: Wire>(link: &mut Link<W>, directory: &Path, last: Option<usize>, output: &Output) -> anyhow::Result<Verdict> {
+fn read_flight_log<W: Wire>(link: &mut Link<W>, directory: &Path, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if let (Some(from), Some(to)) = (args.from, args.to) {
+        ensure!(from <= to, "--from {} is after --to {}", utc::iso(from), utc::iso(to));
+    }
     let bar = ProgressBar::new_spinner()
         .with_style(ProgressStyle::with_template("{spinner} {pos} sectors read, {elapsed}").unwrap_or(ProgressStyle::default_spinner()));
-    let sectors = last.map_or(usize::MAX, |n| n.div_ceil(CYCLES_PER_SECTOR) + 1);
-    let cycles = onboard_log::read(link, sectors, |n| bar.set_position(n as u64))?;
+    let last = args.last.unwrap_or(usize::MAX);
+    let sectors = args.last.map_or(usize::MAX, |n| n.div_ceil(CYCLES_PER_SECTOR) + 1);
+    let wanted = Wanted { sectors, from_ms: args.from, to_ms: args.to };
+    let found = onboard_log::read(link, &wanted, |n| bar.set_position(n as u64))?;
     bar.finish_and_clear();
-    let cycles = cycles.get(cycles.len().saturating_sub(last.unwrap_or(usize::MAX))..).unwrap_or_default();
+    let cycles = found.cycles.get(found.cycles.len().saturating_sub(last)..).unwrap_or_default();
     let flights = onboard_log::write(cycles, directory, &link.describe())?;
-    let document = json!({ "board": link.describe(), "cycles": cycles.len(), "flights": flights });
+    let ends = [cycles.iter().find_map(|c| c.0), cycles.iter().rev().find_map(|c| c.0)].map(|utc| utc.map(|utc| utc::iso(utc.ms)));
+    let document = json!({ "board": link.describe(), "cycles": cycles.len(), "flights": flights, "undated": found.undated,
+        "first_utc": ends[0], "last_utc": ends[1] });
     output.emit(&document, || {
-        println!(
-            "{} control cycles in {} flights{}",
-            cycles.len(),
-            flights.len(),
-            if flights.is_empty() { ": the log is empty" } else { "" }
-        );
+        let none = if flights.is_empty() { ": the log is empty, or of other times" } else { "" };
+        println!("{} control cycles in {} flights{none}", cycles.len(), flights.len());
+        match &ends {
+            [Some(first), Some(last)] => println!("from {first} to {last}"),
+            _ if cycles.is_empty() => {}
+            _ => println!("UTC unknown: nobody set this board's clock, and it had no fix"),
+        }
+        if found.undated > 0 {
+            println!("{} cycles of unknown UTC left out; without --from and --to they are read", found.undated);
+        }
         for f in &flights {
             println!("  {}", f.display());
         }

@@ -3,6 +3,7 @@
 use super::{Output, Verdict};
 use crate::flight::file_kinds::{Kind as ContentKind, expect};
 use crate::flight::{config_file, mission_file, tables};
+use crate::seats::clock;
 use crate::seats::port::Port;
 use crate::seats::upload::{Stored, read_back, rollback, upload};
 use crate::seats::{Link, Seat};
@@ -20,7 +21,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  glider upload /dev/ttyACM0 table-low-ar new_table.bin\n  glider upload /dev/ttyACM0 config vehicle.toml\n  \
 glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n\n\
-The board checks CRC and content, keeps the version before, and is read back and compared. A configuration file names a built-in vehicle and\n\
+The board checks CRC and content, keeps the version before, and is read back and compared; its UTC is set by this computer's. A configuration file names a built-in vehicle and\n\
 what differs (vehicle = \"slocum-200\", crush_depth_m = 240.0, ...); --read shows every setting."
 )]
 pub struct Args {
@@ -102,10 +103,13 @@ fn send(args: &Args, file: &Path, output: &Output) -> anyhow::Result<Verdict> {
         .with_message(format!("{name} → {}", args.port));
     let stored = upload(&mut link, args.object.object(), &bytes, |done, _| bar.set_position(done as u64))?;
     bar.finish_and_clear();
+    let clock = clock::set(&mut link, &clock::system_ms).context("stored; the board's clock was not set")?;
     let document = json!({ "object": name, "file": file, "bytes": bytes.len(), "crc": format!("{:08x}", CRC32.checksum(&bytes)),
-        "board": link.describe(), "in_use_crc": format!("{:08x}", stored.crc), "kept_on_flash": stored.for_good });
+        "board": link.describe(), "in_use_crc": format!("{:08x}", stored.crc), "kept_on_flash": stored.for_good,
+        "clock": clock.document() });
     output.emit(&document, || {
         println!("{name}: {} bytes, CRC {:08x}, stored, read back and equal; {}", bytes.len(), CRC32.checksum(&bytes), kept(stored));
+        println!("UTC: {}", clock.words());
     });
     Ok(Verdict::Ok)
 }

@@ -24,7 +24,7 @@
 use anyhow::Context;
 use discovery::record::csv::UNFINISHED;
 use serde_json::{Value, json};
-use signals::{Abort, Answer, Flags, Phase};
+use signals::{Abort, Answer, Flags, Phase, Utc};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ pub const FORMAT_COLUMNS: [&str; 13] = [
 ];
 
 /// Extra columns: name, unit, meaning.
-pub const EXTRA_COLUMNS: [(&str, &str, &str); 26] = [
+pub const EXTRA_COLUMNS: [(&str, &str, &str); 28] = [
     ("phase", "-", "0 surface, 1 dive, 2 inflect low, 3 climb, 4 inflect high, 5 comms, 6 done, 7 safe"),
     ("dives", "-", "dives completed"),
     ("abort", "-", "first cause of an abort (number in `aborts` of vehicle.json); empty: none"),
@@ -64,6 +64,8 @@ pub const EXTRA_COLUMNS: [(&str, &str, &str); 26] = [
     ("table_id", "-", "identity (CRC-32) of the polar table in use"),
     ("m_fin_rad", "rad", "measured fin angle"),
     ("m_battery_v", "V", "measured battery voltage"),
+    ("utc_s", "s", "UTC by the board's clock, since 1970-01-01; empty: unknown"),
+    ("utc_within_s", "s", "true UTC is at most so far from it"),
     ("truth_depth_m", "m", "true depth"),
     ("truth_east_m", "m", "true position over ground"),
     ("truth_north_m", "m", "true position over ground"),
@@ -107,6 +109,8 @@ pub struct Measured {
     pub speed_m_s: f64,
     /// Battery, V.
     pub battery_v: f64,
+    /// UTC; none: unknown.
+    pub utc: Option<Utc>,
 }
 
 /// What really happened in one cycle.
@@ -292,6 +296,8 @@ impl Writer {
         put(f64::from(t.table_id), 0);
         put(m.fin_rad, 5);
         put(m.battery_v, 2);
+        put(m.utc.map_or(f64::NAN, |utc| utc.ms as f64 * 1e-3), 3);
+        put(m.utc.map_or(f64::NAN, |utc| f64::from(utc.within_ms) * 1e-3), 3);
         put(truth.depth_m, 3);
         put(truth.east_m, 2);
         put(truth.north_m, 2);

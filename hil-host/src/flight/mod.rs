@@ -21,5 +21,6 @@ pub mod surfacing;
 pub mod tables;
 pub mod toml_place;
 pub mod under_way;
+pub mod utc;
 pub mod vehicles;
 pub mod worlds;

@@ -3,15 +3,18 @@
 //!
 //! The board only hands out bytes of the part. Which ones are worth having is
 //! found here: sectors carry rising sequence numbers, so a dozen headers tell
-//! where the log ends, and it is read backwards from there. At 115,200 baud a
-//! sector (about 20 control cycles) takes half a second.
+//! where the log ends, and it is read backwards from there. Each control cycle
+//! begins with its UTC, so that of a range of time only its own sectors are
+//! read, and a dozen beginnings of others. At 115,200 baud a sector (about 20
+//! control cycles) takes half a second.
 
+use super::utc::iso;
 use crate::flight::log::{Measured, Truth, Writer};
 use crate::seats::{Link, SeatError, Wire, link};
 use anyhow::{Context, bail};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use serde_json::json;
-use signals::{Answer, Object, Reading, Refusal, SensorFrame, ToBoard, ToHost};
+use signals::{Object, Reading, Refusal, ToBoard, ToHost, Utc};
 use std::path::{Path, PathBuf};
 use store::ring;
 
@@ -24,8 +27,50 @@ const BAD: usize = 3;
 /// Density and gravity of the board's conversion from pressure to depth (devices::pressure), kg/m³ and m/s².
 const DEPTH_TO_PA: f64 = 1027.0 * 9.80665;
 
-/// One control cycle as it was logged.
-pub type Logged = (SensorFrame, Answer);
+/// Sectors looked into for one whose time is known.
+const UNDATED: usize = 4;
+pub use helm::vault::Logged;
+
+/// What of a log is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// So many sectors at most, the newest.
+    pub sectors: usize,
+    /// From and to, UTC, ms since 1970.
+    pub from_ms: Option<u64>,
+    /// See above.
+    pub to_ms: Option<u64>,
+}
+
+impl Wanted {
+    /// The newest sectors.
+    #[must_use]
+    pub const fn newest(sectors: usize) -> Self {
+        Self { sectors, from_ms: None, to_ms: None }
+    }
+
+    /// All there is.
+    pub const ALL: Self = Self::newest(usize::MAX);
+
+    const fn is_dated(&self) -> bool {
+        self.from_ms.is_some() || self.to_ms.is_some()
+    }
+
+    fn holds(&self, utc: Utc) -> bool {
+        self.from_ms.is_none_or(|from| utc.ms >= from) && self.to_ms.is_none_or(|to| utc.ms <= to)
+    }
+}
+
+/// What was read of a log.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Control cycles, oldest first.
+    pub cycles: Vec<Logged>,
+    /// Cycles left out of a range of time because theirs is unknown.
+    pub undated: usize,
+    /// Sectors read whole.
+    pub sectors: usize,
+}
 
 /// Bytes of a part that were read, the rest as erased.
 struct Copy(Vec<u8>);
@@ -99,6 +144,34 @@ impl<W: Wire> Remote<'_, W> {
         Ok(self.copy.0.get(at..at + ring::HEADER).and_then(ring::sequence))
     }
 
+    /// UTC of the first control cycle of a sector, if its first bytes hold it.
+    fn utc(&mut self, sector: usize) -> Result<Option<u64>, SeatError> {
+        self.piece(sector * SECTOR)?;
+        let bytes = self.copy.0.get(sector * SECTOR..(sector + 1) * SECTOR).unwrap_or_default();
+        Ok(first_utc(bytes))
+    }
+
+    /// Of sectors from the newest to the oldest: how many of the first begin after this moment. Where times are unknown none is
+    /// passed over.
+    fn after(&mut self, order: &[usize], to_ms: u64) -> Result<usize, SeatError> {
+        let (mut newer, mut end) = (0, order.len());
+        while newer < end {
+            let middle = newer + (end - newer) / 2;
+            let mut utc = None;
+            for sector in order.get(middle..end.min(middle + UNDATED)).unwrap_or_default() {
+                utc = self.utc(*sector)?;
+                if utc.is_some() {
+                    break;
+                }
+            }
+            match utc {
+                Some(utc) if utc > to_ms => newer = middle + 1,
+                _ => end = middle,
+            }
+        }
+        Ok(newer)
+    }
+
     /// The first of this sector and the [`BAD`] after it that has a header.
     fn near(&mut self, sector: usize, sectors: usize) -> Result<Option<(usize, u32)>, SeatError> {
         for s in sector..sectors.min(sector + 1 + BAD) {
@@ -123,11 +196,25 @@ impl<W: Wire> Remote<'_, W> {
     }
 }
 
-/// Reads the newest `sectors` of the log, oldest cycle first. `progress` is told sectors read so far.
+/// UTC of the first control cycle at the beginning of a sector.
+fn first_utc(sector: &[u8]) -> Option<u64> {
+    let mut at = ring::HEADER;
+    loop {
+        let [lo, hi, kind, ..] = *sector.get(at..)?.first_chunk::<8>()?;
+        let data = sector.get(at + 8..)?;
+        match kind {
+            helm::vault::CYCLE => return postcard::take_from_bytes::<Option<Utc>>(data).ok()?.0.map(|utc| utc.ms),
+            ring::NOTE => at += 8 + usize::from(u16::from_le_bytes([lo, hi])),
+            _ => return None,
+        }
+    }
+}
+
+/// Reads what is wanted of the log. `progress` is told sectors read so far.
 ///
 /// # Errors
 /// Line lost, or a board without a log.
-pub fn read<W: Wire>(board: &mut Link<W>, sectors: usize, mut progress: impl FnMut(usize)) -> anyhow::Result<Vec<Logged>> {
+pub fn read<W: Wire>(board: &mut Link<W>, wanted: &Wanted, mut progress: impl FnMut(usize)) -> anyhow::Result<Found> {
     let name = link::Wire::describe(board.wire());
     let mut remote = Remote { link: board, copy: Copy(Vec::new()) };
     let (length, _) = remote.piece(0)?;
@@ -135,7 +222,7 @@ pub fn read<W: Wire>(board: &mut Link<W>, sectors: usize, mut progress: impl FnM
         bail!("{name}: this board keeps no flight log (no log flash answers)");
     }
     let all = length / SECTOR;
-    let Some((first, oldest)) = remote.near(0, all)? else { return Ok(Vec::new()) };
+    let Some((first, oldest)) = remote.near(0, all)? else { return Ok(Found::default()) };
     // Sequence numbers rise up to the newest sector; behind it lies what is erased, or the lap before.
     let (mut newest, mut beyond) = (first, all);
     while beyond - newest > 1 {
@@ -145,40 +232,52 @@ pub fn read<W: Wire>(board: &mut Link<W>, sectors: usize, mut progress: impl FnM
             _ => beyond = middle,
         }
     }
-    let (mut at, mut read, mut missed, mut last) = (newest, 0, 0, u32::MAX);
-    while read < sectors && read + missed < all && missed <= BAD {
+    let mut found = Found::default();
+    let backwards: Vec<usize> = (0..all).map(|i| (newest + all - i) % all).collect();
+    let skipped = wanted.to_ms.map_or(Ok(0), |to_ms| remote.after(&backwards, to_ms))?;
+    let (mut missed, mut last) = (0, u32::MAX);
+    for at in backwards.into_iter().skip(skipped) {
+        if found.sectors >= wanted.sectors || missed > BAD {
+            break;
+        }
         match remote.sequence(at)? {
             Some(sequence) if sequence < last => {
                 remote.sector(at)?;
                 (last, missed) = (sequence, 0);
-                read += 1;
-                progress(read);
+                found.sectors += 1;
+                progress(found.sectors);
+                // What lies before it is older.
+                if wanted.from_ms.is_some_and(|from| remote.utc(at).is_ok_and(|utc| utc.is_some_and(|utc| utc < from))) {
+                    break;
+                }
             }
             Some(_) => break,
             None => missed += 1,
         }
-        at = if at == 0 { all - 1 } else { at - 1 };
     }
     let mut copy = remote.copy;
-    let mut cycles = Vec::new();
     let decoded = ring::Ring::mount(&mut copy, 0).and_then(|ring| {
         ring.read(&mut copy, |kind, data| {
             if kind == helm::vault::CYCLE
                 && let Ok((cycle, [])) = postcard::take_from_bytes::<Logged>(data)
             {
-                cycles.push(cycle);
+                match cycle.0 {
+                    Some(utc) if wanted.is_dated() && !wanted.holds(utc) => {}
+                    None if wanted.is_dated() => found.undated += 1,
+                    _ => found.cycles.push(cycle),
+                }
             }
         })
     });
     decoded.map_err(|e| anyhow::anyhow!("{name}: the log cannot be decoded: {e:?}"))?;
-    Ok(cycles)
+    Ok(found)
 }
 
 /// Flights of a log: time that jumps back or far ahead starts a new one.
 #[must_use]
 pub fn flights(cycles: &[Logged]) -> Vec<&[Logged]> {
-    let seconds = |c: &Logged| c.0.time.0 as f64 * 1e-6;
-    cycles.chunk_by(|a, b| (0.0..GAP_S).contains(&(seconds(b) - seconds(a))) && b.0.time > a.0.time).collect()
+    let seconds = |c: &Logged| c.1.time.0 as f64 * 1e-6;
+    cycles.chunk_by(|a, b| (0.0..GAP_S).contains(&(seconds(b) - seconds(a))) && b.1.time > a.1.time).collect()
 }
 
 /// Writes the flights of a log below a directory, each in one of its own; returns where.
@@ -208,8 +307,8 @@ pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec
         let vehicle = json!({ "format": "glider-trial/1", "case": format!("flight_{}", i + 1), "simulated": false,
             "source": format!("flight log of the {board}; give the vehicle with --vehicle"), "tool": env!("CARGO_PKG_VERSION") });
         let mut log = Writer::create(&directory, vehicle, "# the board's log does not hold its mission\n")?;
-        let start = flight.first().map_or(0, |c| c.0.time.0);
-        for (f, answer) in flight {
+        let start = flight.first().map_or(0, |c| c.1.time.0);
+        for (utc, f, answer) in flight {
             let measured = Measured {
                 time_s: (f.time.0 - start) as f64 * 1e-6,
                 pressure_pa: value(f.depth_m) * DEPTH_TO_PA,
@@ -225,10 +324,17 @@ pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec
                 gps_north_m: f64::NAN,
                 speed_m_s: f64::NAN,
                 battery_v: value(f.battery_v),
+                utc: *utc,
             };
             log.push(&measured, answer, &nothing)?;
         }
-        written.push(log.finish(json!({ "cycles": flight.len() })).with_context(|| directory.display().to_string())?);
+        written.push(log.finish(summary(flight)).with_context(|| directory.display().to_string())?);
     }
     Ok(written)
+}
+
+fn summary(flight: &[Logged]) -> serde_json::Value {
+    let mut dates = flight.iter().filter_map(|c| c.0.map(|utc| iso(utc.ms)));
+    let first = dates.next();
+    json!({ "cycles": flight.len(), "first_utc": first, "last_utc": dates.next_back().or_else(|| first.clone()) })
 }

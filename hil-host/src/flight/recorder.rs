@@ -86,6 +86,7 @@ impl Recorder {
             gps_north_m: north,
             speed_m_s: f64::NAN,
             battery_v: value(f.battery_v),
+            utc: None,
         };
         let truth = Truth {
             depth_m: t.depth_m,

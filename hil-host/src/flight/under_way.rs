@@ -43,7 +43,7 @@ fn degraded(bits: u32) -> Vec<&'static str> {
 }
 
 impl From<&Logged> for Moment {
-    fn from((frame, answer): &Logged) -> Self {
+    fn from((_, frame, answer): &Logged) -> Self {
         let value = |r: Reading| match r {
             Reading::Sampled { value, .. } => f64::from(value),
             Reading::Missing => f64::NAN,

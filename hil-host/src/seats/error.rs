@@ -132,6 +132,7 @@ pub fn words(why: Refusal) -> String {
         Refusal::Safe => {
             "the vehicle is in SAFE and takes nothing before it is recovered (Safe): glider fly --recover, afloat".to_owned()
         }
+        Refusal::Time => "not a believable time (Time): set this computer's clock, or the board has none".to_owned(),
         Refusal::Strap => "the strap on the board says no (Strap): fitted, it flies on frames from a host; taken out, on its own sensors".to_owned(),
         Refusal::NotAfloat => format!(
             "it was not seen at the surface for long enough (NotAfloat): {} s by two depth sensors that agree, {} s by one alone",

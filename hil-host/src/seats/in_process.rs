@@ -6,19 +6,20 @@ use helm::{Boot, Helm, RamStorage};
 use signals::encode;
 use signals::link::MAX_WIRE;
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A controller built for this computer, behind encoded bytes. The image's
 /// loop does the same with its USART.
 pub struct Board {
     helm: Helm<RamStorage>,
     resets: u32,
+    started: Instant,
 }
 
 impl Default for Board {
     /// A controller that was just started, with the configuration the image has built in.
     fn default() -> Self {
-        Self { helm: Helm::new(Config::default(), Boot::default(), RamStorage::default()), resets: 0 }
+        Self { helm: Helm::new(Config::default(), Boot::default(), RamStorage::default()), resets: 0, started: Instant::now() }
     }
 }
 
@@ -39,6 +40,7 @@ impl Board {
 
     /// Takes bytes and hands every answer's bytes to `out`.
     pub fn take(&mut self, bytes: &[u8], mut out: impl FnMut(&[u8])) {
+        self.helm.utc.tick(self.started.elapsed().as_millis() as u64);
         for byte in bytes {
             if let Some(answer) = self.helm.byte(*byte) {
                 let mut wire = [0u8; MAX_WIRE];

@@ -19,6 +19,7 @@ use control::Config;
 use signals::{Answer, Manifest, Mission, SensorFrame, Wings};
 use std::path::{Path, PathBuf};
 
+pub mod clock;
 pub mod error;
 pub mod in_process;
 pub mod link;

@@ -11,15 +11,16 @@ use bay::run::Outside;
 use bay::{Fitted, Parts, Run, Wiring};
 use control::Config;
 use devices::flash::Flash;
+use devices::rtc::{Registers, Rtc};
 use devices::soft_i2c::SoftI2c;
-use helm::{Boot, Helm, Mark, Vault};
+use helm::{Boot, Helm, Mark, UtcClock, Vault};
 use parts::ms5837::Model;
 use parts::outputs::{Name, Pin, Servo, WireSense};
 use parts::talker::Port;
 use parts::wires::WirePin;
 use parts::{Bench, Clock, Drive, Sample, Surroundings, Work, gps, os5000, w25q128};
 use plant::{Truth, World};
-use signals::{Answer, Reading, SensorFrame, Strap, Switch, ToHost, Weight};
+use signals::{Answer, Reading, SensorFrame, Strap, Switch, Timebase, ToHost, Weight};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -181,6 +182,18 @@ impl embedded_io::Write for Line {
     }
 }
 
+/// The chip's registers.
+struct Block(Rc<RefCell<parts::rtc::Rtc>>);
+
+impl Registers for Block {
+    fn read(&mut self, address: u32) -> u32 {
+        self.0.borrow_mut().read(address)
+    }
+    fn write(&mut self, address: u32, value: u32) {
+        self.0.borrow_mut().write(address, value);
+    }
+}
+
 /// What the chip keeps for the loop.
 struct Chip {
     clock: Clock,
@@ -189,6 +202,7 @@ struct Chip {
     ram: Option<(Mark, f32)>,
     answer: Option<Answer>,
     strap: Strap,
+    rtc: Rtc<Block>,
 }
 
 impl Outside for Chip {
@@ -200,6 +214,12 @@ impl Outside for Chip {
     }
     fn remember(&mut self, mark: Mark, air_pa: f32) {
         self.ram = Some((mark, air_pa));
+    }
+    fn keep_time(&mut self, clock: &UtcClock) {
+        self.rtc.poll(self.clock.now_ns() / 1_000_000);
+        if let Some(words) = self.rtc.count_ms().and_then(|count_ms| clock.keep(count_ms)) {
+            self.rtc.keep(words);
+        }
     }
     fn lost_bytes(&mut self) -> u32 {
         0
@@ -266,7 +286,8 @@ impl OwnParts {
         };
         let around = Rc::new(RefCell::new(around));
         let bench = Bench::new(around.clone(), model);
-        let mut chip = Chip { clock: bench.clock.clone(), fed_ns: 0, ram: None, answer: None, strap: Strap::Deployment };
+        let rtc = Rtc::open(Block(bench.rtc.clone()), 0);
+        let mut chip = Chip { clock: bench.clock.clone(), fed_ns: 0, ram: None, answer: None, strap: Strap::Deployment, rtc };
         let line = Line::default();
         let (helm, run) = switched_on(&bench, &mut chip, &line, &built_in, 0);
         Self { bench, around, line, chip, built_in, helm, run, resets: 0, hangs: 0 }
@@ -362,6 +383,13 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
     let boot = Boot { mark: found, boots: resets, firmware: [0; 3], salt: resets << 8 };
     let mut helm = Helm::new(built_in.clone(), boot, vault);
     helm.booted(boot);
+    let now_ms = chip.now_ms();
+    helm.utc.runs_on(Timebase::Crystal);
+    helm.utc.tick(now_ms);
+    chip.rtc = Rtc::open(Block(bench.rtc.clone()), now_ms);
+    if let (Some(oscillator), Some(count_ms)) = (chip.rtc.oscillator(), chip.rtc.count_ms()) {
+        helm.utc.wake(chip.rtc.kept(), count_ms, oscillator.ppm());
+    }
     let (clock_pin, data_pin) = WirePin::pair(&bench.wires);
     let pin = |name| Pin::new(&bench.outputs, name);
     let wiring = Wiring {

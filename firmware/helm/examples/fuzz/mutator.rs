@@ -28,6 +28,8 @@ corpus!(
     "rollback.bin",
     "read_back.bin",
     "report.bin",
+    "clock.bin",
+    "clock_set.bin",
 );
 
 /// Which of them is a sensor frame.
@@ -74,6 +76,8 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ToBoard::Rollback(Object::Config),
         ToBoard::ReadBack { object: Object::Table(Wings::Standard), offset: 0 },
         ToBoard::Report,
+        ToBoard::Clock { set: None },
+        ToBoard::Clock { set: Some((1_800_000_000_000, 20)) },
     ];
     let wire = |message: ToBoard| {
         let mut out = [0; MAX_WIRE];

@@ -4,7 +4,7 @@
 //! protocol: uploads, counters, the log. Nothing that comes over the service line begins a mission or is flown.
 
 use crate::next_byte;
-use crate::run::{BYTES_PER_PASS, HOST_MS, Outside, say};
+use crate::run::{BYTES_PER_PASS, HOST_MS, Outside, say, tell_time};
 use backseat::sensors::List;
 use backseat::{Law, Limits, Pump, Session, Setup, State, Targets};
 use control::Settings;
@@ -108,6 +108,8 @@ pub struct RunBackseat<L, M> {
     /// When a step was finished, and when one on what the glider said, ms.
     stepped_ms: u64,
     heard_ms: u64,
+    /// When UTC was kept, ms.
+    kept_ms: u64,
     /// Bytes of the glider that were dealt with; wraps.
     pub heard: u32,
 }
@@ -116,11 +118,12 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunB
     /// Before the first pass.
     pub fn new(line: L, service: M, outside: &mut impl Outside) -> Self {
         let now_ms = outside.now_ms();
-        Self { line, service, stepped_ms: now_ms, heard_ms: now_ms, heard: 0 }
+        Self { line, service, stepped_ms: now_ms, heard_ms: now_ms, kept_ms: now_ms, heard: 0 }
     }
 
     /// One pass: call it when bytes have come, and at least ten times a second.
     pub fn pass<S: Storage, O: Outside>(&mut self, session: &mut Session, helm: &mut Helm<S>, outside: &mut O) {
+        tell_time(helm, outside, &mut self.kept_ms);
         helm.lost_bytes(outside.lost_bytes());
         helm.deck.strapped(Strap::Backseat);
         self.serve(session, helm, outside);

@@ -37,6 +37,16 @@ pub trait Outside {
     fn seated(&mut self, _seat: Seat) {}
 }
 
+/// UTC of now; once per [`PASS_MS`] it is kept where a reset leaves it alone.
+pub(crate) fn tell_time<S: Storage, O: Outside>(helm: &mut Helm<S>, outside: &mut O, kept_ms: &mut u64) {
+    let now_ms = outside.now_ms();
+    helm.utc.tick(now_ms);
+    if now_ms.saturating_sub(*kept_ms) >= PASS_MS {
+        outside.keep_time(&helm.utc);
+        *kept_ms = now_ms;
+    }
+}
+
 /// Sends a reply.
 pub(crate) fn say(line: &mut impl Write, reply: &Reply) {
     let mut wire = [0; MAX_WIRE];
@@ -70,7 +80,7 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
 
     /// One pass; returns when the next one is due at the latest, ms.
     pub fn pass<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) -> u64 {
-        self.tell_time(helm, outside);
+        tell_time(helm, outside, &mut self.kept_ms);
         helm.lost_bytes(outside.lost_bytes());
         helm.deck.strapped(outside.strap());
         self.take_bytes(helm, outside);
@@ -97,15 +107,6 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
             outside.feed();
         }
         self.due_ms(now_ms)
-    }
-
-    fn tell_time<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) {
-        let now_ms = outside.now_ms();
-        helm.utc.tick(now_ms);
-        if now_ms.saturating_sub(self.kept_ms) >= PASS_MS {
-            outside.keep_time(&helm.utc);
-            self.kept_ms = now_ms;
-        }
     }
 
     fn take_bytes<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) {

@@ -86,7 +86,7 @@ pub struct Args {
 enum Then {
     /// Put the parts of shards together: one report, as if one machine had flown all missions.
     #[command(
-        after_help = "Examples:\n  glider faults merge part*.json --out out/faults.json\nExit code as without shards; 2: bad input, as a shard that is missing."
+        after_help = "Examples:\n  glider faults merge part*.json --out out/faults.json\n  glider faults merge part1.json part2.json --json\nExit code as without shards; 2: bad input, as a shard that is missing."
     )]
     Merge(MergeArgs),
 }

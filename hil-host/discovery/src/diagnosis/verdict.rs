@@ -165,7 +165,7 @@ impl Reason {
                 100.0 * answer_m_s,
                 100.0 * recalibrated_m_s
             ),
-            Self::NotFinite => "the error of the best hypothesis is not a number".into(),
+            Self::NotFinite => "with the best hypothesis the model does not fly: its error is not a number".into(),
             Self::AtBound { effect } => format!("{effect} is at the end of what is possible and would have to be larger"),
             Self::FarFromNoise { mean_square } => format!("innovations are {mean_square:.1} times as large as noise, in mean square"),
             Self::WorkUsedUp => "the work that a search may take was used up: the answer is the best so far".into(),

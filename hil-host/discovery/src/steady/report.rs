@@ -161,16 +161,16 @@ fn sentence(identification: &[Identification]) -> String {
     let mut parts = Vec::new();
     for one in identification {
         let name = match one.parameter {
-            Parameter::LiftSlope => "lift slope",
-            Parameter::PitchScale => "pitch scale, and with it the speed through water,",
+            Parameter::LiftSlope => "the lift slope",
+            Parameter::PitchScale => "the pitch scale, and with it the speed through water",
             _ => continue,
         };
-        let is = if one.identified { "is told" } else { "is not identified" };
+        let tells = if one.identified { "tells" } else { "does not tell" };
         let tries = [0, 1].map(|i: usize| match (one.rms_cm_s[i], one.speed_m_s[i]) {
-            (Some(rms), Some(speed)) => format!("{:.2}: {rms:.2} cm/s, speed {speed:.3} m/s", one.tried[i]),
-            _ => format!("{:.2}: no steady glide", one.tried[i]),
+            (Some(rms), Some(speed)) => format!("with {:.2} the model is off by {rms:.2} cm/s at {speed:.3} m/s", one.tried[i]),
+            _ => format!("with {:.2} there is no steady glide", one.tried[i]),
         });
-        parts.push(format!("{name} {is} by vertical velocity alone ({}; {})", tries[0], tries[1]));
+        parts.push(format!("vertical velocity alone {tells} {name}: {}, {}", tries[0], tries[1]));
     }
     parts.join("; ")
 }

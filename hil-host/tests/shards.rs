@@ -141,7 +141,8 @@ fn regress_a_killed_or_stopped_fault_campaign_goes_on() {
             std::thread::sleep(Duration::from_millis(1));
         }
         std::thread::sleep(Duration::from_millis(20));
-        signal(&child, if stop == 3 { "-INT" } else { "-KILL" });
+        // Ctrl-C ends a program as TERM does; a job in the background of a shell has INT ignored.
+        signal(&child, if stop == 3 { "-TERM" } else { "-KILL" });
         assert!(child.wait().expect("ends").code().is_none(), "ended by itself before the signal");
         between.push(here.kept("out/faults.cache"));
         assert!(!here.0.join("report.json").exists());

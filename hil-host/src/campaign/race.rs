@@ -187,6 +187,10 @@ mod tests {
             // Sinking water: the vehicle glided down in it, although it is won in the ascent.
             (184_683_594_167, &["sea:upwelling=-0.3262153+1929s", "heading:flip+2804s"]),
             (180_388_626_591, &["gps:off+5070s", "sea:upwelling=-0.29982862+376s"]),
+            // A pull of 5 N: nose up it fell tail first for too long.
+            (223_338_299_504, &["vehicle:dragged=4.968313+3456s,694s", "depth:drift=4.54255527+6693s,422s"]),
+            // A slow pump that had only just begun to lift: a shallow turn of a healthy vehicle was taken for sinking on.
+            (223_338_301_655, &[]),
             // Under light water: internal waves of a metre were taken for a rise, and the weight was kept for two hours.
             (184_683_594_121, &["vehicle:trim=203.19610494+1802s"]),
             // A pump that stands all the time, and no weight: nothing is left.

@@ -51,6 +51,11 @@ pub const SINKS_M_S: f32 = 0.03;
 pub const SINKS_S: f32 = 60.0;
 /// The same below the at-risk depth, with a leak or without a pump, s: three samples.
 const SINKS_SHORT_S: f32 = 12.0;
+/// A steep climb is tried for so long before the vehicle is taken for one that sinks whatever it does, s: the battery's way and the turn
+/// of the nose. Tail first it falls three times as fast as in a glide; in water that sinks it rises by then.
+const TRIAL_S: f32 = 24.0;
+/// So long the pump has to be out before sinking on counts, s: a slow pump has only just begun to lift then.
+const OUT_S: f32 = 20.0;
 /// Share of the pump's range commanded out that must make the vehicle rise.
 const RISES: f32 = 0.4;
 /// Slow ascent on the pump alone, m/s: nearer to the surface than release time × this the weight would go when it is up.
@@ -103,6 +108,8 @@ pub(crate) struct Release {
     not_rising_s: f32,
     /// Time sinking though commanded up, s.
     sinking_s: f32,
+    /// Time that the pump has been out, s.
+    out_s: f32,
     /// Time since the abort, s.
     aborted_s: f32,
     /// The weight was fired, the vehicle sank on like that for long all the same and does not rise yet.
@@ -138,7 +145,9 @@ impl Release {
         let wanted_up = aborted || w.commanded.ballast_m3 > RISES * w.config.pump_m3;
         let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > SINKS_M_S && !seen.afloat;
         self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { 0.0 };
-        let found = self.sinking_s >= Of::SinksOn.after(SINKS_S + pump_time_s(w));
+        let out = pump_time_s(w) <= 0.0;
+        self.out_s = if out { (self.out_s + seen.dt_s).at_most(1e4) } else { 0.0 };
+        let found = self.sinking_s >= Of::SinksOn.after(SINKS_S + pump_time_s(w)) && (!out || self.out_s >= OUT_S);
         let all = w.ballast_m3 > 0.9 * w.config.pump_m3;
         if found && !aborted && !all {
             self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
@@ -164,7 +173,7 @@ impl Release {
 
     /// Whether the release is to be on in this cycle.
     pub(crate) fn fire(&mut self, w: &Watch<'_>, v: &Verdict) -> bool {
-        if !all_finite([self.firing_s, self.not_rising_s, self.sinking_s, self.aborted_s, self.unheard_s, self.mark_m]) {
+        if !all_finite([self.firing_s, self.not_rising_s, self.sinking_s, self.out_s, self.aborted_s, self.unheard_s, self.mark_m]) {
             *self = Self { fired: self.fired, ..Self::default() };
         }
         let dt = w.seen.dt_s;
@@ -177,12 +186,11 @@ impl Release {
         self.firing_s = (self.firing_s + dt).at_most(1e6);
         if held && self.firing_s >= w.config.release_time_s + REACTION_S {
             self.sunk = false;
-            self.sinking_s = 0.0;
+            self.sinking_s = self.sinking_s.at_most(SINKS_S - TRIAL_S);
         }
-        // Ends when it rises; a glide so flat that it hardly sinks goes on. Begins after a minute of sinking in the ascent.
+        // Ends when it rises; a glide so flat that it hardly sinks goes on. Begins after a minute of sinking, the end of it in the ascent.
         self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
-        let patience = SINKS_S + pump_time_s(w);
-        self.sunk |= self.sinking_s >= patience && self.aborted_s >= patience;
+        self.sunk |= self.sinking_s >= SINKS_S + pump_time_s(w) && self.aborted_s >= TRIAL_S;
         // At first whatever the monitor says: it may be wrong, and a wire once hot burns through.
         self.firing_s <= 1.5 * w.config.release_time_s + 30.0 || w.frame.weight != Weight::Released
     }

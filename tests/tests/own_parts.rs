@@ -64,7 +64,7 @@ fn hil_five_hundred_fault_missions_end_on_own_parts_as_on_frames() {
         let both = campaign::run(&case).unwrap();
         if !both.alike() {
             println!(
-                "{:?} {:?} {} {}: own {} ({:.0} m), frames {:?}",
+                "{:?} {:?} {} {}: own {:?} ({:.0} m), frames {:?}",
                 case.water,
                 case.wings,
                 case.seed,

@@ -1,23 +1,18 @@
 //! `glider faults --seat parts` and `--bus`: the board on its own parts.
 
 use super::faults::{Args, bar};
+use super::shards::file_report;
 use super::{Output, Verdict};
 use crate::campaign::lattice::{cases, spread};
 use crate::campaign::own_parts::{self, Both};
-use anyhow::Context;
+use crate::flight::closed_loop::End;
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::time::Instant;
 
 /// Missions of the lattice without `--sample`.
 const MISSIONS: usize = 500;
-
-fn write(args: &Args, document: &Value) -> anyhow::Result<()> {
-    let Some(path) = &args.out else { return Ok(()) };
-    crate::whole_file::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
-    Ok(())
-}
 
 /// Flies a sample of the lattice on own parts and on frames.
 ///
@@ -39,17 +34,18 @@ pub fn missions(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let flown = chosen.par_iter().progress_with(bar.clone()).map(own_parts::run).collect::<anyhow::Result<Vec<Both>>>()?;
     bar.finish_and_clear();
     let other: Vec<&Both> = flown.iter().filter(|b| !b.alike()).collect();
-    let lost = flown.iter().filter(|b| b.frames.iter().all(|e| e.home()) && !b.own.home()).count();
-    let cause = |b: &&Both| b.alike() && !b.frames.contains(&b.own);
+    let lost = flown.iter().filter(|b| b.frames.iter().all(|e| e.home()) && !b.own.iter().all(|e| e.home())).count();
+    let cause = |b: &&Both| b.alike() && !b.own.iter().any(|own| b.frames.contains(own));
     let causes = flown.iter().filter(cause).count();
+    let words = |ends: &[End]| ends.iter().map(ToString::to_string).collect::<Vec<_>>();
     let report = |b: &Both| {
         json!({ "case": b.case.name(), "water": format!("{:?}", b.case.water), "wings": format!("{:?}", b.case.wings), "seed": b.case.seed,
-            "on_frames": b.frames.iter().map(ToString::to_string).collect::<Vec<_>>(), "on_own_parts": b.own.to_string(), "max_depth_m": b.max_depth_m.round(), "hangs": b.hangs })
+            "on_frames": words(&b.frames), "on_own_parts": words(&b.own), "max_depth_m": b.max_depth_m.round(), "hangs": b.hangs })
     };
     let document = json!({ "missions": flown.len(), "ended_otherwise": other.iter().map(|b| report(b)).collect::<Vec<_>>(), "lost_on_own_parts_only": lost,
         "same_end_other_cause": causes, "wall_s": started.elapsed().as_secs_f64().round(),
         "other_causes": flown.iter().filter(cause).map(report).collect::<Vec<_>>() });
-    write(args, &document)?;
+    file_report(args.out.as_deref(), format!("{document:#}\n").as_bytes())?;
     output.emit(&document, || {
         println!(
             "{} fault missions on own parts and on frames: {} end otherwise, {lost} lost on own parts only, {causes} with another first cause; {:.0} s",
@@ -58,7 +54,8 @@ pub fn missions(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             started.elapsed().as_secs_f64()
         );
         for b in other.iter().take(if args.list { other.len() } else { 20 }) {
-            println!("  {:?} {:?} seed {} {}: {} on own parts, {:?} on frames", b.case.water, b.case.wings, b.case.seed, b.case.name(), b.own, b.frames);
+            let (own, frames) = (words(&b.own).join(", "), words(&b.frames).join(", "));
+            println!("  {:?} {:?} seed {} {}: on own parts {own}; on frames {frames}", b.case.water, b.case.wings, b.case.seed, b.case.name());
         }
     });
     Ok(if other.is_empty() { Verdict::Ok } else { Verdict::Negative })
@@ -77,7 +74,7 @@ pub fn bus(n: u64, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "missing": tally.missing, "false_readings": tally.false_readings.len(), "hangs": tally.hangs, "bridge_shorted": tally.shorted,
         "wall_s": started.elapsed().as_secs_f64().round(),
         "examples": tally.false_readings.iter().take(50).map(|(what, read, truth)| json!({ "what": what, "read": read, "true": truth })).collect::<Vec<_>>() });
-    write(args, &document)?;
+    file_report(args.out.as_deref(), format!("{document:#}\n").as_bytes())?;
     output.emit(&document, || {
         println!(
             "{} bus faults in {} cycles of {} missions, {} of them home: {} hangs, {} of {} readings missing, {} false; {:.0} s",

@@ -22,10 +22,9 @@ use crate::board::watchdog::Watchdog;
 use crate::board::{black_box, canary, clock, log, power_up, safe_outputs};
 use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
-use bay::{Fitted, Outside, Parts, Run, Wiring};
+use bay::{Fitted, KeptUtc, Outside, Parts, Run, Wiring};
 use control::Config;
 use cortex_m_rt::entry;
-use devices::rtc::Rtc;
 use devices::soft_i2c::SoftI2c;
 use embedded_hal::digital::InputPin;
 use helm::{Boot, Helm, Mark, Seat, UtcClock};
@@ -107,8 +106,12 @@ fn main() -> ! {
     let strap = Pin::new(Port::C, 8, Drive::Strap);
     let air = f32::from_bits(words.air);
     helm.utc.runs_on(base);
-    let rtc = open_rtc(&mut helm.utc, registers);
-    let mut hold = Chip { watchdog, words, strap, rtc, told: (Phase::default(), None) };
+    let kept_utc = KeptUtc::open(registers, &mut helm.utc, clock::now_ms());
+    match helm.utc.utc() {
+        Some(utc) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
+        None => defmt::info!("UTC unknown"),
+    }
+    let mut hold = Chip { watchdog, words, strap, kept_utc, told: (Phase::default(), None) };
     if backseat_role::is_role(words.mark) {
         backseat_role::run(line, chip.USART3, COMPASS, helm, &mut hold);
     }
@@ -139,28 +142,12 @@ fn main() -> ! {
     }
 }
 
-/// Takes UTC up again after a reset, by the chip's calendar clock.
-#[inline(never)]
-fn open_rtc(clock: &mut UtcClock, registers: Registers) -> Rtc<Registers> {
-    let now_ms = clock::now_ms();
-    clock.tick(now_ms);
-    let mut rtc = Rtc::open(registers, now_ms);
-    if let (Some(oscillator), Some(count_ms)) = (rtc.oscillator(), rtc.count_ms()) {
-        clock.wake(rtc.kept(), count_ms, oscillator.ppm());
-    }
-    match clock.utc() {
-        Some(utc) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
-        None => defmt::info!("UTC unknown"),
-    }
-    rtc
-}
-
 /// What the chip keeps for the loop.
 pub struct Chip {
     watchdog: Watchdog,
     words: LastWords,
     strap: Pin,
-    rtc: Rtc<Registers>,
+    kept_utc: KeptUtc<Registers>,
     told: (Phase, Option<Abort>),
 }
 
@@ -177,10 +164,7 @@ impl Outside for Chip {
         last_words::write(self.words);
     }
     fn keep_time(&mut self, clock: &UtcClock) {
-        self.rtc.poll(clock::now_ms());
-        if let Some(words) = self.rtc.count_ms().and_then(|count_ms| clock.keep(count_ms)) {
-            self.rtc.keep(words);
-        }
+        self.kept_utc.keep(clock, clock::now_ms());
     }
     fn lost_bytes(&mut self) -> u32 {
         uart::take_lost()

@@ -4,7 +4,7 @@
 //! protocol: uploads, counters, the log. Nothing that comes over the service line begins a mission or is flown.
 
 use crate::next_byte;
-use crate::run::{BYTES_PER_PASS, HOST_MS, Outside, say, tell_time};
+use crate::run::{BYTES_PER_PASS, HOST_MS, Outside, say, tick_utc};
 use backseat::sensors::List;
 use backseat::{Law, Limits, Pump, Session, Setup, State, Targets};
 use control::Settings;
@@ -123,7 +123,7 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunB
 
     /// One pass: call it when bytes have come, and at least ten times a second.
     pub fn pass<S: Storage, O: Outside>(&mut self, session: &mut Session, helm: &mut Helm<S>, outside: &mut O) {
-        tell_time(helm, outside, &mut self.kept_ms);
+        tick_utc(helm, outside, &mut self.kept_ms);
         helm.lost_bytes(outside.lost_bytes());
         helm.deck.strapped(Strap::Backseat);
         self.serve(session, helm, outside);

@@ -8,6 +8,7 @@
 //! | [`parts`] | what is measured, and what is moved |
 //! | [`antenna`] | whether there is a fix |
 //! | [`compass`] | which attitude holds |
+//! | [`kept_utc`] | what time it is after a reset |
 //! | [`strokes`] | whether pump and battery mass move, on deck |
 //! | [`scale`] | what the configuration means at pots and motors |
 //!
@@ -21,6 +22,7 @@ pub mod antenna;
 pub mod backseat_role;
 mod bytes;
 pub mod compass;
+pub mod kept_utc;
 pub mod parts;
 pub mod run;
 pub mod scale;
@@ -28,5 +30,6 @@ pub mod strokes;
 
 pub use backseat_role::{BackseatLaw, RunBackseat};
 use bytes::next_byte;
+pub use kept_utc::KeptUtc;
 pub use parts::{Fitted, Parts, Wiring};
 pub use run::{Outside, Run};

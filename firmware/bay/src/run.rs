@@ -38,7 +38,7 @@ pub trait Outside {
 }
 
 /// UTC of now; once per [`PASS_MS`] it is kept where a reset leaves it alone.
-pub(crate) fn tell_time<S: Storage, O: Outside>(helm: &mut Helm<S>, outside: &mut O, kept_ms: &mut u64) {
+pub(crate) fn tick_utc<S: Storage, O: Outside>(helm: &mut Helm<S>, outside: &mut O, kept_ms: &mut u64) {
     let now_ms = outside.now_ms();
     helm.utc.tick(now_ms);
     if now_ms.saturating_sub(*kept_ms) >= PASS_MS {
@@ -80,7 +80,7 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
 
     /// One pass; returns when the next one is due at the latest, ms.
     pub fn pass<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) -> u64 {
-        tell_time(helm, outside, &mut self.kept_ms);
+        tick_utc(helm, outside, &mut self.kept_ms);
         helm.lost_bytes(outside.lost_bytes());
         helm.deck.strapped(outside.strap());
         self.take_bytes(helm, outside);

@@ -8,10 +8,10 @@
 
 use super::link::Wire;
 use bay::run::Outside;
-use bay::{Fitted, Parts, Run, Wiring};
+use bay::{Fitted, KeptUtc, Parts, Run, Wiring};
 use control::Config;
 use devices::flash::Flash;
-use devices::rtc::{Registers, Rtc};
+use devices::rtc::Registers;
 use devices::soft_i2c::SoftI2c;
 use helm::{Boot, Helm, Mark, UtcClock, Vault};
 use parts::ms5837::Model;
@@ -202,7 +202,7 @@ struct Chip {
     ram: Option<(Mark, f32)>,
     answer: Option<Answer>,
     strap: Strap,
-    rtc: Rtc<Block>,
+    kept_utc: Option<KeptUtc<Block>>,
 }
 
 impl Outside for Chip {
@@ -216,10 +216,8 @@ impl Outside for Chip {
         self.ram = Some((mark, air_pa));
     }
     fn keep_time(&mut self, clock: &UtcClock) {
-        self.rtc.poll(self.clock.now_ns() / 1_000_000);
-        if let Some(words) = self.rtc.count_ms().and_then(|count_ms| clock.keep(count_ms)) {
-            self.rtc.keep(words);
-        }
+        let now_ms = self.now_ms();
+        self.kept_utc.iter_mut().for_each(|kept| kept.keep(clock, now_ms));
     }
     fn lost_bytes(&mut self) -> u32 {
         0
@@ -286,8 +284,7 @@ impl OwnParts {
         };
         let around = Rc::new(RefCell::new(around));
         let bench = Bench::new(around.clone(), model);
-        let rtc = Rtc::open(Block(bench.rtc.clone()), 0);
-        let mut chip = Chip { clock: bench.clock.clone(), fed_ns: 0, ram: None, answer: None, strap: Strap::Deployment, rtc };
+        let mut chip = Chip { clock: bench.clock.clone(), fed_ns: 0, ram: None, answer: None, strap: Strap::Deployment, kept_utc: None };
         let line = Line::default();
         let (helm, run) = switched_on(&bench, &mut chip, &line, &built_in, 0);
         Self { bench, around, line, chip, built_in, helm, run, resets: 0, hangs: 0 }
@@ -383,13 +380,8 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
     let boot = Boot { mark: found, boots: resets, firmware: [0; 3], salt: resets << 8 };
     let mut helm = Helm::new(built_in.clone(), boot, vault);
     helm.booted(boot);
-    let now_ms = chip.now_ms();
     helm.utc.runs_on(Timebase::Crystal);
-    helm.utc.tick(now_ms);
-    chip.rtc = Rtc::open(Block(bench.rtc.clone()), now_ms);
-    if let (Some(oscillator), Some(count_ms)) = (chip.rtc.oscillator(), chip.rtc.count_ms()) {
-        helm.utc.wake(chip.rtc.kept(), count_ms, oscillator.ppm());
-    }
+    chip.kept_utc = Some(KeptUtc::open(Block(bench.rtc.clone()), &mut helm.utc, chip.now_ms()));
     let (clock_pin, data_pin) = WirePin::pair(&bench.wires);
     let pin = |name| Pin::new(&bench.outputs, name);
     let wiring = Wiring {

@@ -147,8 +147,7 @@ fn fly(plan: &Plan, session: &Session, to: &To, args: &Args, output: &Output) ->
     let started = Instant::now();
     let choice: Choice = plan.seat.parse().unwrap_or(Choice::InProcess);
     let blocks = plan.blocks(&choice)?;
-    let own = || blocks.iter().enumerate().filter(|(place, _)| session.work.shard.has(*place)).map(|(_, b)| b);
-    let bar = bar(own().map(Block::missions).sum(), "missions");
+    let bar = bar(session.work.shard.items(&blocks).map(|(_, b)| b.missions()).sum(), "missions");
     session.announce(&bar);
     let key = |b: &Block| key(&["faults", &format!("{b:?}")]);
     let done = session.work.run(&blocks, &key, &Block::fly, &|b, _| bar.inc(b.missions())).map_err(|e| session.explained(e))?;
@@ -204,7 +203,7 @@ impl Plan {
 fn healthy(n: u64, plan: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::Result<Verdict> {
     let started = Instant::now();
     let blocks = ranges(plan.numbers(n), 1);
-    let bar = bar(n.div_ceil(session.work.shard.of as u64), "healthy missions");
+    let bar = bar(session.work.shard.items(&blocks).map(|(_, b)| b.end - b.start).sum(), "healthy missions");
     session.announce(&bar);
     let make = |numbers: &Range<u64>| numbers.clone().map(campaign::healthy::run).collect::<anyhow::Result<Vec<Flight>>>();
     let key = |numbers: &Range<u64>| key(&["faults --healthy", &format!("{numbers:?}")]);
@@ -263,9 +262,7 @@ fn mutation(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let score = caught as f64 / trials.len() as f64;
     let document = json!({ "broken_laws": trials.len(), "caught": caught, "score": (score * 1e3).round() / 1e3, "missions_of_the_rest": wanted,
         "wall_s": started.elapsed().as_secs_f64().round(), "trials": trials.iter().map(campaign::mutation::Trial::document).collect::<Vec<_>>() });
-    if let Some(path) = &args.out {
-        crate::whole_file::write(path, format!("{document:#}\n")).with_context(|| format!("{}: cannot write", path.display()))?;
-    }
+    file_report(args.out.as_deref(), format!("{document:#}\n").as_bytes())?;
     output.emit(&document, || {
         for t in &trials {
             match &t.caught_by {

@@ -113,9 +113,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     whole_file::may_write(out, &inputs, &["parquet"], output.force || args.resume)?;
     let found = items(&args.paths, args.vehicle.as_deref())?;
     let cache = cache_folder(args, out, output)?;
-    let mine = (0..found.len()).filter(|place| args.shard.is_none_or(|s| s.has(*place))).count();
-    let bar = flights_bar(mine);
-    let work = Work { shard: args.shard.unwrap_or(Shard::WHOLE), jobs: usize::from(args.jobs), kept: Kept::Folder(cache.clone()) };
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let bar = flights_bar(shard.items(&found).count());
+    let work = Work { shard, jobs: usize::from(args.jobs), kept: Kept::Folder(cache.clone()) };
     let done = map(&found, &work, &|flight| {
         bar.inc(1);
         bar.set_message(flight.to_owned());

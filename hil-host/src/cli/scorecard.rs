@@ -205,7 +205,7 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
 /// Diagnoses the cases of a plan, or takes what was said from parts, and reports.
 fn discover(of: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::Result<Verdict> {
     let specs: Vec<(usize, Spec)> = plan(of.cases, of.seed, of.only).into_iter().enumerate().collect();
-    let bar = cases_bar((0..specs.len()).filter(|place| session.work.shard.has(*place)).count(), "cases");
+    let bar = cases_bar(session.work.shard.items(&specs).count(), "cases");
     session.announce(&bar);
     let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", of.seed, std::process::id()));
     let binary = std::env::current_exe().context("cannot find this program's own file")?;

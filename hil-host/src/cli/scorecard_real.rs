@@ -147,7 +147,7 @@ pub(super) fn ask(plan: &Plan, flights: Option<&Path>, session: &Session, to: &T
     let root = root.as_deref().context("no flights: name their folder with --flights or the environment variable GLIDER_FLIGHTS")?;
     ensure!(root.is_dir(), "{}: no such folder of flights", root.display());
     let questions = plan.questions(&data);
-    let mine: Vec<&Question> = questions.iter().enumerate().filter(|(place, _)| session.work.shard.has(*place)).map(|(_, q)| q).collect();
+    let mine: Vec<&Question> = session.work.shard.items(&questions).map(|(_, q)| q).collect();
     eprintln!("calibrating");
     let missing = |why: &str| eprintln!("left out: {why}");
     let flights = ready(root, &data, &|e| mine.iter().any(|q| q.flight == e.name), &missing)?;

@@ -92,7 +92,7 @@ pub(super) fn fly(of: &Plan, session: &Session, to: &To, output: &Output) -> any
     let wing = |k: usize| if k.is_multiple_of(2) { Wing::Standard } else { Wing::LowAspectRatio };
     cases.extend((0..of.unchanged).map(|k| Case { index: 100_000 + k, wing: wing(k), change: Change::Nothing, onset: DIVES }));
     let folder = std::env::temp_dir().join(format!("glider-missions-{}-{}", of.seed, std::process::id()));
-    let bar = cases_bar((0..cases.len()).filter(|place| session.work.shard.has(*place)).count(), "missions");
+    let bar = cases_bar(session.work.shard.items(&cases).count(), "missions");
     session.announce(&bar);
     let key = |case: &Case| key(&[COMMAND, &format!("{} {DIVES} {case:?}", of.seed)]);
     let done: anyhow::Result<Vec<Done<Scored>>> =

@@ -72,7 +72,7 @@ fn rows(item: &Item, judge: &Judge, entry: &Entry, columns: usize) -> Vec<Row> {
 /// asked is no error: its row says why.
 pub fn map(items: &[Item], work: &Work, tick: &(dyn Fn(&str) + Sync)) -> anyhow::Result<Mapped> {
     let mut judges: HashMap<&PathBuf, Judge> = HashMap::new();
-    for (_, item) in items.iter().enumerate().filter(|(place, _)| work.shard.has(*place)) {
+    for (_, item) in work.shard.items(items) {
         if !judges.contains_key(&item.vehicle) {
             judges.insert(&item.vehicle, judge(&item.vehicle)?);
         }

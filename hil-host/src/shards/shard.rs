@@ -14,9 +14,13 @@ impl Shard {
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
     /// Whether the item at this place of the plan is its own.
-    #[must_use]
-    pub const fn has(self, place: usize) -> bool {
+    const fn has(self, place: usize) -> bool {
         place % self.of == self.number - 1
+    }
+
+    /// Its own items of a plan, each with its place.
+    pub fn items<I>(self, plan: &[I]) -> impl Iterator<Item = (usize, &I)> {
+        plan.iter().enumerate().filter(move |(place, _)| self.has(*place))
     }
 }
 
@@ -47,9 +51,10 @@ mod tests {
         for wrong in ["0/8", "9/8", "2", "a/b", "1/0"] {
             assert!(wrong.parse::<Shard>().is_err_and(|e| e.contains("2/8")), "{wrong}");
         }
-        for place in 0..10 {
-            assert_eq!((1..=3).filter(|number| Shard { number: *number, of: 3 }.has(place)).count(), 1);
-            assert!(Shard::WHOLE.has(place));
-        }
+        let plan = ["a", "b", "c", "d", "e"];
+        let mut all: Vec<_> = (1..=3).flat_map(|number| Shard { number, of: 3 }.items(&plan)).collect();
+        all.sort_unstable();
+        assert_eq!(all, Shard::WHOLE.items(&plan).collect::<Vec<_>>());
+        assert_eq!(all, plan.iter().enumerate().collect::<Vec<_>>());
     }
 }

@@ -35,7 +35,7 @@ pub struct Done<T> {
 }
 
 impl Work {
-    /// Does the items of its shard, in the order of the plan; `tick` is told of each that is done.
+    /// Does the items of its shard, in the order of the plan; `tick` is called after each.
     ///
     /// # Errors
     /// Those of `key` and `make`; a folder that cannot be written; in a merge, that a part is missing.
@@ -49,7 +49,7 @@ impl Work {
         if let Kept::Folder(folder) = &self.kept {
             std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
-        let mine: Vec<(usize, &I)> = items.iter().enumerate().filter(|(place, _)| self.shard.has(*place)).collect();
+        let mine: Vec<(usize, &I)> = self.shard.items(items).collect();
         let one = |(place, item): &(usize, &I)| -> anyhow::Result<Done<T>> {
             let key = key(item)?;
             let (bytes, value, was_kept) = match (self.kept.load(&key), &self.kept) {

@@ -22,7 +22,8 @@ use embedded_storage::nor_flash::NorFlash;
 
 const MAGIC: u32 = 0x474c_4f47; // "GLOG"
 const SECTOR_HEADER: u32 = 16;
-const ENTRY_HEADER: usize = 8;
+/// Bytes before the data of an entry: length (u16, little-endian), kind, and a sum.
+pub const ENTRY_HEADER: usize = 8;
 /// Longest entry, bytes.
 pub const MAX_ENTRY: usize = 248;
 /// Longest entry as it lies on the part, bytes.

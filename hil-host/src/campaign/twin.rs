@@ -115,14 +115,16 @@ impl Twin {
             (Target::Pump, Kind::Runaway) => Some(fault.size * self.limit_m3),
             // Without commands it goes out by itself.
             (Target::Command, Kind::Lost) => Some(self.limit_m3),
-            (Target::Pump, _) | (Target::BallastFeedback, Kind::Stuck) if fault.target != Target::Pump || halts(fault) => {
-                let (entered_s, onset_s) = (self.entered_s(fault)?, self.onset_s(fault)?);
-                // A motor stops at once; a sensor repeats its first reading after the phase is known.
-                let after_s = if fault.target == Target::Pump { f64::NEG_INFINITY } else { entered_s };
-                self.moments.iter().find(|m| m.time_s >= onset_s && m.time_s > after_s).map(|m| m.pump_m3)
-            }
+            // A motor stops at once; a sensor repeats its first reading after the phase is known.
+            (Target::Pump, _) if halts(fault) => self.pump_m3_at(self.onset_s(fault)?, f64::NEG_INFINITY),
+            (Target::BallastFeedback, Kind::Stuck) => self.pump_m3_at(self.onset_s(fault)?, self.entered_s(fault)?),
             _ => None,
         }
+    }
+
+    /// Where the pump is at the first moment from `from_s` on that is after `after_s`, m³.
+    fn pump_m3_at(&self, from_s: f64, after_s: f64) -> Option<f64> {
+        self.moments.iter().find(|m| m.time_s >= from_s && m.time_s > after_s).map(|m| m.pump_m3)
     }
 
     /// What the twin knows of a fault before it is flown.

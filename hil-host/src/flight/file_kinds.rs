@@ -1,6 +1,6 @@
 //! What a file is by its content, so that one named in place of another is answered with what it is and what belongs there.
 
-use anyhow::bail;
+use anyhow::ensure;
 use std::io::Read as _;
 use std::path::Path;
 
@@ -41,23 +41,46 @@ impl Kind {
     }
 }
 
-/// What a file looks like: its kind, and how a person calls it.
-type Seen = (Option<Kind>, &'static str);
+/// What a file looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Seen {
+    Is(Kind),
+    FlightFolder,
+    Folder,
+    NetCdf,
+    Json,
+}
+
+impl Seen {
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Is(Kind::Flight) => "a csv",
+            Self::Is(Kind::Vehicle) => "a vehicle file",
+            Self::Is(Kind::Mission) => "a mission file",
+            Self::Is(Kind::Truth) => "a truth file",
+            Self::Is(Kind::Table) => "a flight table",
+            Self::Is(Kind::Config) => "a controller configuration",
+            Self::Is(Kind::Image) => "a firmware image",
+            Self::FlightFolder => "the folder of a flight",
+            Self::Folder => "a folder",
+            Self::NetCdf => "a NetCDF file",
+            Self::Json => "a JSON file",
+        }
+    }
+}
 
 /// What a file looks like; none: not known, and its reader says what is wrong with it.
 fn seen(path: &Path) -> Option<Seen> {
     if path.is_dir() {
-        let flight = discovery::record::csv::csv_of(path).is_ok();
-        return Some(if flight { (Some(Kind::Flight), "the folder of a flight") } else { (None, "a folder") });
+        return Some(if discovery::record::csv::csv_of(path).is_ok() { Seen::FlightFolder } else { Seen::Folder });
     }
     let mut head = Vec::new();
     std::fs::File::open(path).ok()?.take(1 << 16).read_to_end(&mut head).ok()?;
     match head.as_slice() {
-        [0x7f, b'E', b'L', b'F', ..] => return Some((Some(Kind::Image), "a firmware image")),
-        [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', ..] => return Some((None, "a NetCDF file")),
-        _ => {}
+        [0x7f, b'E', b'L', b'F', ..] => Some(Seen::Is(Kind::Image)),
+        [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', ..] => Some(Seen::NetCdf),
+        _ => of_text(std::str::from_utf8(&head).ok()?),
     }
-    of_text(std::str::from_utf8(&head).ok()?)
 }
 
 fn of_text(text: &str) -> Option<Seen> {
@@ -65,45 +88,44 @@ fn of_text(text: &str) -> Option<Seen> {
     let first = lines().next()?;
     if first.starts_with('{') {
         let vehicle = ["\"hydro\"", "\"mass_kg\"", "\"glider-"].iter().any(|key| text.contains(key));
-        return Some(if vehicle { (Some(Kind::Vehicle), "a vehicle file") } else { (None, "a JSON file") });
+        return Some(if vehicle { Seen::Is(Kind::Vehicle) } else { Seen::Json });
     }
     let begins = |heads: &[&str]| lines().any(|l| heads.iter().any(|h| l.starts_with(h)));
     // A truth file has a mass too, in a table of its own.
     let top = |heads: &[&str]| lines().take_while(|l| !l.starts_with('[')).any(|l| heads.iter().any(|h| l.starts_with(h)));
-    if top(&["format = \"glider-", "mass_kg"]) || begins(&["[hydro]"]) {
-        return Some((Some(Kind::Vehicle), "a vehicle file"));
-    }
-    if begins(&["[[leg]]"]) {
-        return Some((Some(Kind::Mission), "a mission file"));
-    }
-    if begins(&["[[effects]]", "[ocean", "[actuators", "[[faults]]"]) {
-        return Some((Some(Kind::Truth), "a truth file"));
-    }
     let columns = first.split([',', ';', '\t']).count();
-    (columns > 2 && !first.contains('=')).then_some((Some(Kind::Flight), "a csv"))
+    let kind = if top(&["format = \"glider-", "mass_kg"]) || begins(&["[hydro]"]) {
+        Kind::Vehicle
+    } else if begins(&["[[leg]]"]) {
+        Kind::Mission
+    } else if begins(&["[[effects]]", "[ocean", "[actuators", "[[faults]]"]) {
+        Kind::Truth
+    } else if columns > 2 && !first.contains('=') {
+        Kind::Flight
+    } else {
+        return None;
+    };
+    Some(Seen::Is(kind))
 }
 
-/// Refuses a file that is plainly of another kind; one that cannot be told goes on to its reader.
+/// Refuses a file that is plainly of another kind; one whose kind is not known goes on to its reader.
 ///
 /// # Errors
 /// What it is, and what belongs there.
 pub fn expect(path: &Path, wanted: Kind) -> anyhow::Result<()> {
-    if wanted == Kind::Flight && path.is_dir() {
+    let found = seen(path);
+    let fits = match found {
+        Some(Seen::Is(kind)) => kind == wanted,
         // Its reader says what the folder lacks.
-        return Ok(());
-    }
-    let seen = seen(path).filter(|s| s.0 != Some(wanted));
-    // A vehicle may be JSON in words of its own; an image is nothing but an image.
-    let seen = seen.filter(|s| !(wanted == Kind::Vehicle && s.1 == "a JSON file"));
-    let seen = seen.or((wanted == Kind::Image && !is_image(path)).then_some((None, "no firmware image")));
-    match seen {
-        Some((_, what)) => bail!("{}: is {what}; {}", path.display(), wanted.way(path)),
-        None => Ok(()),
-    }
-}
-
-fn is_image(path: &Path) -> bool {
-    matches!(seen(path), Some((Some(Kind::Image), _)))
+        Some(Seen::FlightFolder | Seen::Folder) => wanted == Kind::Flight,
+        // A vehicle may be JSON with keys of its own.
+        Some(Seen::Json) => wanted == Kind::Vehicle,
+        Some(Seen::NetCdf) => false,
+        // An image is nothing but an image.
+        None => wanted != Kind::Image,
+    };
+    ensure!(fits, "{}: is {}; {}", path.display(), found.map_or("no firmware image", Seen::words), wanted.way(path));
+    Ok(())
 }
 
 #[cfg(test)]
@@ -111,24 +133,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_is_told_by_its_content() {
-        let of = |text: &str| of_text(text).and_then(|s| s.0);
+    fn every_kind_is_recognised_by_its_content() {
         for vehicle in ["comet", "modena", "slocum-standard", "slocum-low-ar-sea"] {
             let text =
                 std::fs::read_to_string(format!("{}/../vehicles/{vehicle}.toml", env!("CARGO_MANIFEST_DIR"))).expect("a vehicle file");
-            assert_eq!(of(&text), Some(Kind::Vehicle), "{vehicle}");
+            assert_eq!(of_text(&text), Some(Seen::Is(Kind::Vehicle)), "{vehicle}");
         }
-        assert_eq!(of("{\n  \"mass_kg\": 60.0\n}"), Some(Kind::Vehicle));
-        assert_eq!(of("# two\nwings = \"low-ar\"\n\n[[leg]]\ndives = 2\n"), Some(Kind::Mission));
+        assert_eq!(of_text("{\n  \"mass_kg\": 60.0\n}"), Some(Seen::Is(Kind::Vehicle)));
+        assert_eq!(of_text("# two\nwings = \"low-ar\"\n\n[[leg]]\ndives = 2\n"), Some(Seen::Is(Kind::Mission)));
         assert_eq!(
-            of("[ocean]\nbackground_rms_m_s = 0.003\n[vehicle]\nmass_kg = 61.0\n[[effects]]\nkind = \"stall\"\n"),
-            Some(Kind::Truth)
+            of_text("[ocean]\nbackground_rms_m_s = 0.003\n[vehicle]\nmass_kg = 61.0\n[[effects]]\nkind = \"stall\"\n"),
+            Some(Seen::Is(Kind::Truth))
         );
-        assert_eq!(of("[vehicle]\nmass_kg = 61.0\n"), None, "a truth file, or a cut vehicle file");
-        assert_eq!(of("time_s,pressure_dbar,m_pitch_rad\n1,2,3\n"), Some(Kind::Flight));
+        assert_eq!(of_text("[vehicle]\nmass_kg = 61.0\n"), None, "a truth file, or a cut vehicle file");
+        assert_eq!(of_text("time_s,pressure_dbar,m_pitch_rad\n1,2,3\n"), Some(Seen::Is(Kind::Flight)));
         // What a person has cut or misspelt stays with its reader, which names the line.
         for text in ["", "dives = 3\n", "nothing to fly\n", "crush_depth_m = 240.0\n", "effects = \"drag\"\n"] {
-            assert_eq!(of(text), None, "{text}");
+            assert_eq!(of_text(text), None, "{text}");
         }
     }
 }

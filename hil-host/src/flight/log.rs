@@ -386,6 +386,12 @@ pub const DEGRADATIONS: [(Flags, &str); 11] = [
     (Flags::WEIGHT_FIRED, "weight fired"),
 ];
 
+/// Names of the degradations whose flags are up.
+#[must_use]
+pub fn degraded(flags: Flags) -> Vec<&'static str> {
+    DEGRADATIONS.into_iter().filter(|(flag, _)| flags.contains(*flag)).map(|(_, name)| name).collect()
+}
+
 /// The causes of an abort.
 pub const ABORTS: [Abort; 24] = {
     use Abort::*;

@@ -16,7 +16,7 @@
 
 use crate::flight::file_kinds::{Kind, expect};
 use crate::flight::toml_place;
-use crate::terminal::{meant, meant_path};
+use crate::terminal::meant_name_or_path;
 use anyhow::{Context, anyhow, bail};
 use serde::Deserialize;
 use signals::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
@@ -91,7 +91,7 @@ pub fn load(name: &str, limits: impl Fn(&Mission) -> Limits) -> anyhow::Result<M
     }
     let path = Path::new(name);
     if !path.exists() {
-        let meant = Some(meant(name, BUILT_IN)).filter(|m| !m.is_empty()).unwrap_or_else(|| meant_path(path));
+        let meant = meant_name_or_path(name, BUILT_IN, path);
         bail!("{name}: no such mission file (built-in missions: {}){meant}", BUILT_IN.join(", "));
     }
     expect(path, Kind::Mission)?;

@@ -200,17 +200,17 @@ impl<W: Wire> Remote<'_, W> {
 fn first_utc(sector: &[u8]) -> Option<u64> {
     let mut at = ring::HEADER;
     loop {
-        let [lo, hi, kind, ..] = *sector.get(at..)?.first_chunk::<8>()?;
-        let data = sector.get(at + 8..)?;
+        let [lo, hi, kind, ..] = *sector.get(at..)?.first_chunk::<{ ring::ENTRY_HEADER }>()?;
+        let data = sector.get(at + ring::ENTRY_HEADER..)?;
         match kind {
             helm::vault::CYCLE => return postcard::take_from_bytes::<Option<Utc>>(data).ok()?.0.map(|utc| utc.ms),
-            ring::NOTE => at += 8 + usize::from(u16::from_le_bytes([lo, hi])),
+            ring::NOTE => at += ring::ENTRY_HEADER + usize::from(u16::from_le_bytes([lo, hi])),
             _ => return None,
         }
     }
 }
 
-/// Reads what is wanted of the log. `progress` is told sectors read so far.
+/// Reads what is wanted of the log. `progress` is called with the sectors read so far.
 ///
 /// # Errors
 /// Line lost, or a board without a log.

@@ -1,6 +1,6 @@
 //! Short messages of surfacings ([`signals::surfacing`]) as they reach the shore: files of them, or lines of a glider's terminal.
 
-use super::log::DEGRADATIONS;
+use super::log::degraded;
 use anyhow::{bail, ensure};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -66,12 +66,6 @@ pub fn way_by_table_m(glide: &Glide) -> f64 {
     f64::from(glide.speed_m_s) * f64::from(glide.path_rad).sin().abs() * f64::from(glide.time_s)
 }
 
-/// Names of the flags that were up.
-#[must_use]
-pub fn degraded(message: &Surfacing) -> Vec<&'static str> {
-    DEGRADATIONS.into_iter().filter(|(flag, _)| message.flags.contains(*flag)).map(|(_, name)| name).collect()
-}
-
 fn glide(g: &Glide) -> Value {
     json!({ "time_s": g.time_s, "way_m": g.way_m, "way_by_table_m": way_by_table_m(g), "pitch_deg": g.pitch_rad.to_degrees(),
         "path_deg": g.path_rad.to_degrees(), "speed_m_s": g.speed_m_s })
@@ -83,7 +77,7 @@ pub fn document(place: &str, m: &Surfacing) -> Value {
     let [down, up] = &m.glides;
     json!({ "place": place, "phase": format!("{:?}", m.phase), "abort": m.abort.map(|a| format!("{a:?}")), "leak": format!("{:?}", m.leak),
         "weight": format!("{:?}", m.weight), "fix": m.surface.gps_fix, "comms": m.surface.comms, "seq": m.seq, "time_s": m.time_s,
-        "dives": m.dives, "degraded": degraded(m), "table": format!("{:08x}", m.table_id), "deepest_m": m.deepest_m, "battery_v": m.battery_v,
+        "dives": m.dives, "degraded": degraded(m.flags), "table": format!("{:08x}", m.table_id), "deepest_m": m.deepest_m, "battery_v": m.battery_v,
         "charge": m.charge, "hull_pa": m.vacuum_pa, "glides": { "down": glide(down), "up": glide(up) } })
 }
 
@@ -94,7 +88,7 @@ pub fn rows(place: &str, m: &Surfacing) -> Vec<String> {
     let known =
         |value: Option<f32>, scale: f32, unit: &str| value.map_or_else(|| "unknown".to_owned(), |v| format!("{:.1} {unit}", v * scale));
     let yes = |is: bool| if is { "yes" } else { "no" };
-    let flags = degraded(m);
+    let flags = degraded(m.flags);
     let mut rows = vec![
         format!("{place}: frame {}, {} s after the start", m.seq, m.time_s),
         format!("state          {:?}, {abort}, {} dives, table {:08x}", m.phase, m.dives, m.table_id),

@@ -1,10 +1,10 @@
 //! What a flight is doing now: read from the log that `glider fly --log` writes while it flies, or from the log on a board's flash.
 
-use super::log::{ABORTS, DEGRADATIONS, EVENTS, PHASES, ROWS, unfinished};
+use super::log::{ABORTS, EVENTS, PHASES, ROWS, degraded, unfinished};
 use super::onboard_log::Logged;
 use anyhow::{Context, anyhow};
 use serde_json::{Value, json};
-use signals::Reading;
+use signals::{Flags, Reading};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Read;
@@ -38,10 +38,6 @@ pub struct Moment {
     pub battery_v: f64,
 }
 
-fn degraded(bits: u32) -> Vec<&'static str> {
-    DEGRADATIONS.iter().filter(|(flag, _)| bits & flag.0 != 0).map(|(_, name)| *name).collect()
-}
-
 impl From<&Logged> for Moment {
     fn from((_, frame, answer): &Logged) -> Self {
         let value = |r: Reading| match r {
@@ -54,7 +50,7 @@ impl From<&Logged> for Moment {
             phase: format!("{:?}", trace.phase),
             dives: trace.dives.into(),
             abort: trace.abort.map(|a| format!("{a:?}")),
-            degraded: degraded(trace.flags.0),
+            degraded: degraded(trace.flags),
             depth_m: trace.depth_m.into(),
             pitch_rad: [value(frame.pitch_rad), trace.pitch_setpoint_rad.into()],
             alpha_rad: trace.alpha_rad.into(),
@@ -79,7 +75,7 @@ impl Moment {
             dives: whole("dives").unwrap_or(0) as u32,
             abort: whole("abort")
                 .map(|n| ABORTS.iter().find(|a| **a as usize == n).map_or_else(|| format!("cause {n}"), |a| format!("{a:?}"))),
-            degraded: degraded(whole("flags").unwrap_or(0) as u32),
+            degraded: degraded(Flags(whole("flags").unwrap_or(0) as u32)),
             depth_m: number("est_depth_m"),
             pitch_rad: [number("m_pitch_rad"), number("c_pitch_rad")],
             alpha_rad: number("est_alpha_rad"),

@@ -1,7 +1,8 @@
 //! UTC for a person: ISO 8601, to and from milliseconds since 1970.
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use discovery::export::netcdf::compact_date;
+use discovery::import::calendar::iso_8601;
 
 /// 2026-11-27T10:40:00Z of milliseconds since 1970.
 #[must_use]
@@ -16,25 +17,11 @@ pub fn iso(ms: u64) -> String {
 /// # Errors
 /// Something else, with what it should be.
 pub fn parse(text: &str) -> anyhow::Result<u64> {
-    moment(text).with_context(|| format!("{text:?} is no UTC: write 2026-11-27T10:40:00Z, or 2026-11-27 for its beginning"))
-}
-
-fn moment(text: &str) -> anyhow::Result<u64> {
-    let (date, time) = text.trim().trim_end_matches(['Z', 'z']).split_once(['T', 't', ' ']).unwrap_or((text.trim(), "00:00"));
-    let numbers =
-        |text: &str, by: char| text.split(by).map(|n| n.parse::<u64>().map_err(anyhow::Error::from)).collect::<anyhow::Result<Vec<_>>>();
-    let (date, mut time) = (numbers(date, '-')?, numbers(time, ':')?);
-    if time.len() == 2 {
-        time.push(0);
-    }
-    let (&[year, month, day], &[h, m, s]) = (&date[..], &time[..]) else { anyhow::bail!("a date has three numbers, a time two or three") };
-    let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-    let days = [31, 28 + u64::from(leap), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    ensure!((1970..2100).contains(&year) && (1..=12).contains(&month) && h < 24 && m < 60 && s < 60, "no such date or time");
-    ensure!((1..=days[month as usize - 1]).contains(&day), "no such day");
-    let leaps = |year: u64| year / 4 - year / 100 + year / 400;
-    let before = 365 * (year - 1970) + leaps(year - 1) - leaps(1969) + days.iter().take(month as usize - 1).sum::<u64>();
-    Ok(1000 * (86_400 * (before + day - 1) + 3600 * h + 60 * m + s))
+    let plain = text.trim().trim_end_matches(['Z', 'z']).replace(['t', ' '], "T");
+    let ms = iso_8601(&plain).filter(|s| *s >= 0.0).map(|s| (s * 1e3) as u64);
+    // That reader takes days and hours that are not; a moment is written as it was read.
+    ms.filter(|ms| matches!(plain.len(), 10 | 16 | 19) && iso(*ms).starts_with(&plain))
+        .with_context(|| format!("{text:?} is no UTC: write 2026-11-27T10:40:00Z, or 2026-11-27 for its beginning"))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::flight::file_kinds::{Kind, expect};
 pub use crate::flight::mission_file::wings_name;
-use crate::terminal::{meant, meant_path};
+use crate::terminal::meant_name_or_path;
 use anyhow::{Context as _, bail, ensure};
 use control::PitchSensor;
 use discovery::Vehicle;
@@ -101,7 +101,7 @@ impl Model {
                 Some((_, text)) => (*text).to_string(),
                 None => {
                     let names = BUILT_IN.map(|b| b.0);
-                    let meant = Some(meant(name, names)).filter(|m| !m.is_empty()).unwrap_or_else(|| meant_path(path));
+                    let meant = meant_name_or_path(name, names, path);
                     bail!("{}: no such file, and no built-in vehicle of that name ({}){meant}", path.display(), names.join(", "))
                 }
             },

@@ -22,7 +22,7 @@
 //! | `list_check` | whether the glider's list is ours |
 //! | [`orders`] | a command as mission parameters |
 //! | `pace`, `voice` | when a step is due; what is said, and whether it arrives |
-//! | `surfacing_report` | what the shore is told of a surfacing, and by which way |
+//! | `surfacing_report` | the report of a surfacing to the shore, and by which way |
 //! | [`session`] | when to listen, when to speak, when the line is lost |
 //!
 //! Nothing here reads a clock, waits, allocates or panics; work per byte is bounded. Signs are those of [`signals`]; the glider's agree,

@@ -19,6 +19,14 @@ pub fn checksum(body: &[u8]) -> u8 {
     body.iter().fold(0, |sum, byte| sum ^ byte)
 }
 
+/// The hex digit of the low four bits, in capitals.
+pub(crate) const fn to_hex(bits: u8) -> u8 {
+    match bits & 15 {
+        n @ 0..=9 => b'0'.wrapping_add(n),
+        n => b'A'.wrapping_add(n.wrapping_sub(10)),
+    }
+}
+
 const fn hex_digit(byte: u8) -> Option<u8> {
     match byte {
         b'0'..=b'9' => Some(byte.wrapping_sub(b'0')),
@@ -49,11 +57,10 @@ pub(crate) fn put<const N: usize>(bytes: &[u8], out: &mut heapless::Vec<u8, N>) 
 /// # Errors
 /// No room.
 pub fn seal<const N: usize>(body: &[u8], out: &mut heapless::Vec<u8, N>) -> Result<(), Unfit> {
-    let digit = |n: u8| if n < 10 { b'0'.wrapping_add(n) } else { b'A'.wrapping_add(n.wrapping_sub(10)) };
     let sum = checksum(body);
     out.push(b'$').map_err(|_| Unfit)?;
     put(body, out)?;
-    put(&[b'*', digit(sum >> 4), digit(sum & 15), b'\r', b'\n'], out)
+    put(&[b'*', to_hex(sum >> 4), to_hex(sum), b'\r', b'\n'], out)
 }
 
 /// What was wrong with the line so far.

@@ -10,6 +10,7 @@
 //! `TTTTTTTT` is the glider's time, s, in hex. Without `NEXT` both sentences are said again, [`TRIES`] times at most.
 
 use crate::base64;
+use crate::line::to_hex;
 use crate::sensors::Generation;
 use crate::voice::Voice;
 use signals::surfacing::SURFACING_BYTES;
@@ -42,25 +43,25 @@ pub(crate) struct Report {
     evidence: Option<Evidence>,
     /// Steps at the surface since the last dive.
     surfaced: u8,
-    told: bool,
+    reported: bool,
     file: Option<File>,
 }
 
 impl Report {
     pub(crate) const fn new() -> Self {
-        Self { evidence: None, surfaced: 0, told: false, file: None }
+        Self { evidence: None, surfaced: 0, reported: false, file: None }
     }
 
-    /// Takes a step; begins to tell where a surfacing is to be told.
+    /// Takes a step; begins a report where one is due.
     pub(crate) fn take(&mut self, frame: &SensorFrame, answer: &Answer, glider_s: f64, voice: &mut Voice) {
         let evidence = self.evidence.get_or_insert_with(Evidence::default);
         evidence.take(frame, answer);
         let (phase, depth_m) = (answer.trace.phase, answer.trace.depth_m);
         if depth_m > DIVE_M {
-            (self.surfaced, self.told) = (0, false);
+            (self.surfaced, self.reported) = (0, false);
         }
         let up = matches!(phase, Phase::Comms | Phase::Done | Phase::Safe) && depth_m < SURFACE_M;
-        if self.told || !up {
+        if self.reported || !up {
             return;
         }
         self.surfaced = self.surfaced.saturating_add(1);
@@ -72,7 +73,7 @@ impl Report {
             voice.say_fields(&[b"TXT", b"surfacing", &block]);
             self.file = Some(File { name: name(glider_s), block, tries: 0, offered: None });
         }
-        (self.told, self.evidence) = (true, None);
+        (self.reported, self.evidence) = (true, None);
     }
 
     /// Offers the file where that is due.
@@ -106,8 +107,7 @@ fn name(glider_s: f64) -> [u8; 12] {
     let mut name = *b"00000000.srf";
     let mut left = glider_s as u32;
     for place in name.iter_mut().take(8).rev() {
-        let digit = (left & 15) as u8;
-        *place = if digit < 10 { b'0'.wrapping_add(digit) } else { b'a'.wrapping_add(digit.wrapping_sub(10)) };
+        *place = to_hex(left as u8).to_ascii_lowercase();
         left >>= 4;
     }
     name

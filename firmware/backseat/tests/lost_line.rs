@@ -189,10 +189,10 @@ fn after_a_reset_safe_is_ordered_though_the_glider_does_not_say_it_flies() {
 fn a_limit_that_swapped_digits_make_is_not_believed() {
     let mut bench = Bench::new(List { echo: true, ..List::default() });
     bench.hear(line("SD,37:226,38:0.382,39:0.45").as_bytes());
-    let told = bench.session.limits();
-    assert!((told.ballast_m3 - 226e-6).abs() < 1e-9, "{told:?}");
+    let limits = bench.session.limits();
+    assert!((limits.ballast_m3 - 226e-6).abs() < 1e-9, "{limits:?}");
     // The same checksum, and a tenth of the buoyancy.
     bench.hear(line("SD,37:22.6,38:0.328").as_bytes());
-    assert_eq!(bench.session.limits(), told);
+    assert_eq!(bench.session.limits(), limits);
     assert_eq!(bench.session.counters().too_fast, 2);
 }

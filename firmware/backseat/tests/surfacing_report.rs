@@ -1,4 +1,4 @@
-//! What the shore is told of a surfacing, and by which way.
+//! The report of a surfacing to the shore, and by which way.
 
 mod bench;
 
@@ -47,9 +47,9 @@ fn a_surfacing_is_told_once_as_a_file_and_on_the_terminal() {
     assert_eq!((said.matches("$FW,").count(), said.matches("$FO,").count(), said.matches("$FC").count()), (1, 1, 0), "{said}");
     let name = said.split("$FW,").nth(1).and_then(|s| s.split('*').next()).expect("a name");
     assert!(name.ends_with(".srf,logs") && name.len() == 17 && name.starts_with("69"), "the glider's time in hex: {name}");
-    let told = message(&said, "$FO,");
-    assert_eq!(told, message(&said, "$TXT,surfacing,"));
-    assert_eq!((told.phase, told.deepest_m, told.surface.comms), (Phase::Comms, 8.0, true));
+    let in_file = message(&said, "$FO,");
+    assert_eq!(in_file, message(&said, "$TXT,surfacing,"));
+    assert_eq!((in_file.phase, in_file.deepest_m, in_file.surface.comms), (Phase::Comms, 8.0, true));
     bench.hear(b"$NEXT*07\r\n");
     bench.wait(30_000);
     let said = bench.said();

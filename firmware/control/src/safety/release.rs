@@ -182,9 +182,10 @@ impl Release {
             return false;
         }
         // Without the weight the ascent is tried anew: water that sinks is not won in a glide.
-        let held = self.firing_s < w.config.release_time_s + REACTION_S;
+        let gone_after_s = w.config.release_time_s + REACTION_S;
+        let held = self.firing_s < gone_after_s;
         self.firing_s = (self.firing_s + dt).at_most(1e6);
-        if held && self.firing_s >= w.config.release_time_s + REACTION_S {
+        if held && self.firing_s >= gone_after_s {
             self.sunk = false;
             self.sinking_s = self.sinking_s.at_most(SINKS_S - TRIAL_S);
         }

@@ -7,14 +7,9 @@ use hil_host::flight::{mission_file, own_parts, worlds};
 use hil_host::seats::clock::{self, Setting};
 use hil_host::seats::parts::OwnParts;
 use hil_host::seats::{Link, Seat};
-use parts::Clock;
+use parts::gps::utc_ms;
 use plant::World;
 use signals::{TimeSource, Utc};
-
-/// UTC on the bench, ms since 1970.
-fn truth_ms(clock: &Clock) -> f64 {
-    (1_000 * parts::gps::START_S) as f64 + clock.now_ns() as f64 * 1e-6
-}
 
 /// A board on deck, under a roof: no fixes until it is launched.
 fn board() -> Link<OwnParts> {
@@ -24,7 +19,7 @@ fn board() -> Link<OwnParts> {
 
 fn set(link: &mut Link<OwnParts>) -> Setting {
     let clock = link.wire().bench.clock.clone();
-    clock::set(link, &|| truth_ms(&clock)).unwrap()
+    clock::set(link, &|| utc_ms(clock.now_ns()) as f64).unwrap()
 }
 
 fn known(link: &mut Link<OwnParts>) -> Option<Utc> {
@@ -35,7 +30,7 @@ fn known(link: &mut Link<OwnParts>) -> Option<Utc> {
 fn error_ms(link: &mut Link<OwnParts>) -> f64 {
     let utc = known(link).expect("known");
     let now_ms = link.wire().helm().utc.said().board_ms.unwrap();
-    utc.ms as f64 - (1_000 * parts::gps::START_S + now_ms) as f64
+    utc.ms as f64 - utc_ms(now_ms * 1_000_000) as f64
 }
 
 /// Lets the board run.
@@ -152,7 +147,7 @@ fn hil_fixes_set_an_unknown_clock_and_records_are_dated() {
     let dated = found.cycles.iter().skip_while(|c| c.0.is_none());
     for (utc, frame, _) in dated {
         let utc = utc.expect("from the first fixes on each record has its UTC, after the reset too");
-        let due = 1_000 * parts::gps::START_S + frame.time.0 / 1_000;
+        let due = utc_ms(frame.time.0 * 1_000);
         // A record is dated when it is written, a moment after its frame.
         assert!(utc.ms.abs_diff(due) <= u64::from(utc.within_ms) + 500, "{utc:?} {due}");
     }

@@ -17,7 +17,7 @@ fn board(change: impl Fn(&mut Scenario)) -> Link<OwnParts> {
 
 fn asked(link: &mut Link<OwnParts>) -> Found {
     let clock = link.wire().bench.clock.clone();
-    let utc_ms = || (1_000 * parts::gps::START_S) as f64 + clock.now_ns() as f64 * 1e-6;
+    let utc_ms = || parts::gps::utc_ms(clock.now_ns()) as f64;
     launch(link, &Asked { config: None, mission: "sea", check: false }, &|| {}, &Here { utc_ms: &utc_ms, seconds: None }).unwrap()
 }
 

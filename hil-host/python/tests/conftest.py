@@ -1,7 +1,11 @@
 """Flights for the tests: simulated by the program itself, so that nothing has to be fetched."""
 
-from collections.abc import Iterator
-from contextlib import suppress
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +31,30 @@ def client() -> Iterator[Any]:
     # Workers that a busy machine does not end within Dask's five seconds are killed; that is no concern of a test.
     with suppress(TimeoutError):
         made.close()
+
+
+@pytest.fixture
+def worker_killed(client: Any) -> Callable[[Path], AbstractContextManager[list[int]]]:
+    """One of the cluster's workers is killed as soon as a first result is kept in a folder: how many were kept by then."""
+    pids = list(client.run(os.getpid).values())
+
+    @contextmanager
+    def worker_killed_in(kept: Path) -> Iterator[list[int]]:
+        counts: list[int] = []
+
+        def kill() -> None:
+            until = time.monotonic() + 60
+            while time.monotonic() < until and not any(kept.glob("*.kept")):
+                time.sleep(0.005)
+            os.kill(pids[0], signal.SIGKILL)
+            counts.append(len(list(kept.glob("*.kept"))))
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        yield counts
+        killer.join()
+
+    return worker_killed_in
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,8 @@
 """The fault campaign from Python: one process, and a Dask cluster of three workers of which one is killed."""
 
 import hashlib
-import os
-import signal
-import threading
-import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -32,23 +30,11 @@ def test_a_campaign_is_a_frame_of_missions_and_one_of_faults(whole: gw.Faults, t
         gw.faults(only="nothing:like_this")
 
 
-def test_a_cluster_with_a_worker_killed_gives_the_same_report(tmp_path: Path, whole: gw.Faults, client: Any) -> None:
-    pids = list(client.run(os.getpid).values())
+def test_a_cluster_with_a_worker_killed_gives_the_same_report(
+    tmp_path: Path, whole: gw.Faults, client: Any, worker_killed: Callable[[Path], AbstractContextManager[list[int]]]
+) -> None:
     kept = tmp_path / "kept"
-    killed: list[int] = []
-
-    def kill() -> None:
-        # As soon as the first missions are flown.
-        until = time.monotonic() + 60
-        while time.monotonic() < until and not any(kept.glob("*.kept")):
-            time.sleep(0.005)
-        os.kill(pids[0], signal.SIGKILL)
-        killed.append(len(list(kept.glob("*.kept"))))
-
-    killer = threading.Thread(target=kill)
-    killer.start()
-    found = gw.faults(**CAMPAIGN, client=client, shards=6, cache=kept)
-    killer.join()
-    total = len(list(kept.glob("*.kept")))
-    assert killed and killed[0] < total, "the worker was killed after the work was done"
+    with worker_killed(kept) as counts:
+        found = gw.faults(**CAMPAIGN, client=client, shards=6, cache=kept)
+    assert counts and counts[0] < len(list(kept.glob("*.kept"))), "the worker was killed after the work was done"
     assert found.sha256 == whole.sha256

@@ -84,4 +84,3 @@ def faults(
         for part, data in zip(parts, client.gather(tasks)):
             part.write_bytes(data)
         return _report(["merge", *parts], to, page)
-

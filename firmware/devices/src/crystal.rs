@@ -1,7 +1,7 @@
 //! The crystal of the STM32F405 (HSE), measured against its internal oscillator (HSI) before the chip runs on it.
 //!
 //! Timer 11 can capture edges of the crystal divided for the calendar clock (RM0090 19.4.6, TI1_RMP = 10): one sixteenth of it, every
-//! eighth edge, timed in cycles of HSI. HSI is right to 4 % from -10 to 85 °C (DS8626 table 41), so 12 and 20 MHz are told from 16 MHz,
+//! eighth edge, timed in cycles of HSI. HSI is right to 4 % from -10 to 85 °C (DS8626 table 41), so 12 and 20 MHz are distinguished from 16 MHz,
 //! and 16.384 MHz is not.
 
 use crate::rtc::Registers;
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_right_crystal_is_told_from_others_at_any_temperature_of_the_sea() {
+    fn the_right_crystal_is_recognised_at_any_temperature_of_the_sea() {
         for hsi_hz in [15.4e6, 16.0e6, 16.6e6] {
             for (mhz, right) in [(16.0, true), (8.0, false), (12.0, false), (14.318, false), (18.432, false), (20.0, false), (25.0, false)]
             {

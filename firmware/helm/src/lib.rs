@@ -3,7 +3,7 @@
 //! [`Helm`] is the one piece of code between the line and the law. The board
 //! image and the host-built seats run it alike, so equal bytes in give equal
 //! bytes out wherever it runs. It touches no pin, no clock and no log: time
-//! comes with the frames, UTC for records is told and reckoned on ([`utc`]),
+//! comes with the frames, UTC for records is set and reckoned on ([`utc`]),
 //! flash comes through [`Storage`], and whoever calls it writes down what it
 //! answered.
 //!

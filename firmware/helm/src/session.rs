@@ -46,7 +46,7 @@ pub struct Helm<S> {
     marks: Copies,
     /// Checks on deck.
     pub deck: Deck,
-    /// What time it is; whoever runs this tells it the time since boot.
+    /// What time it is, from the time since boot that its caller sets.
     pub utc: UtcClock,
     /// Takes a mend back: the model check must find what it was for.
     #[cfg(test)]
@@ -221,7 +221,7 @@ impl<S: Storage> Helm<S> {
         })
     }
 
-    /// Tells how long no frame has come, whatever the reason: a vehicle that was seen afloat has to be seen again.
+    /// No frame has come for so long, whatever the reason: a vehicle that was seen afloat has to be seen again.
     pub fn unheard(&mut self, silence: Micros) {
         if silence > Micros::from_millis(AFLOAT_HOLDS_MS) && !self.flight.afloat.is_new() {
             self.sealed(|helm| helm.flight.afloat = Afloat::new());

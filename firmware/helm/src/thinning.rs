@@ -55,7 +55,7 @@ pub enum Keep {
 
 /// What an event is a change of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Told {
+struct Status {
     phase: Phase,
     abort: Option<Abort>,
     flags: Flags,
@@ -69,7 +69,7 @@ pub struct Thinning {
     /// Bytes times [`MISSION_MS`]: nothing is rounded off.
     credit: u64,
     last: Option<Micros>,
-    told: Option<Told>,
+    status: Option<Status>,
     /// Turns of this dive are kept with the cycles around them.
     whole: bool,
     /// Cycles still to be kept after an event, and cycles since one was kept.
@@ -91,7 +91,7 @@ impl Thinning {
     }
 
     const fn with(bytes: u64) -> Self {
-        Self { credit: bytes * MISSION_MS, last: None, told: None, whole: false, after: 0, since: SELDOM }
+        Self { credit: bytes * MISSION_MS, last: None, status: None, whole: false, after: 0, since: SELDOM }
     }
 
     fn holds(&self, bytes: u64) -> bool {
@@ -120,10 +120,10 @@ impl Thinning {
     fn decide(&mut self, frame: &SensorFrame, answer: &Answer) -> Keep {
         self.earn(frame.time);
         let trace = &answer.trace;
-        let now = Told { phase: trace.phase, abort: trace.abort, flags: trace.flags, leak: frame.leak, weight: frame.weight };
-        let before = self.told.replace(now);
+        let now = Status { phase: trace.phase, abort: trace.abort, flags: trace.flags, leak: frame.leak, weight: frame.weight };
+        let before = self.status.replace(now);
         let turn = before.is_none_or(|b| b.phase != now.phase);
-        let trouble = before.is_none_or(|b| Told { phase: now.phase, ..b } != now);
+        let trouble = before.is_none_or(|b| Status { phase: now.phase, ..b } != now);
         if turn && matches!(now.phase, Phase::Dive | Phase::InflectHigh) {
             self.whole = self.holds(BURST / 8);
         }

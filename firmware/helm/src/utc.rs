@@ -48,7 +48,7 @@ impl UtcClock {
         self.base = base;
     }
 
-    /// Tells the time since boot.
+    /// Sets the time since boot.
     pub const fn tick(&mut self, now_ms: u64) {
         self.now_ms = Some(now_ms);
     }

@@ -67,7 +67,7 @@ fn frames_without_a_mission_are_refused() {
 }
 
 #[test]
-fn utc_is_asked_for_by_anybody_and_set_on_deck_by_whoever_said_hello() {
+fn utc_is_read_without_a_session_and_set_on_deck_within_one() {
     let set = |ms| ToBoard::Clock { set: Some((ms, 20)) };
     let noon = 1_795_780_800_000;
     let mut h = helm();

@@ -68,7 +68,7 @@ pub struct Utc {
 /// What a board's milliseconds come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Timebase {
-    /// Not a chip: whoever runs the controller tells the time.
+    /// Not a chip: the time comes from the program that runs the controller.
     #[default]
     Elsewhere,
     /// The crystal, measured and right.

@@ -1,4 +1,4 @@
-//! A board that is reset in flight, its line dead or alive; a vehicle in SAFE that is afloat; what the shore is told.
+//! A board that is reset in flight, its line dead or alive; a vehicle in SAFE that is afloat; reports to the shore.
 
 mod flights;
 

@@ -168,10 +168,10 @@ mod tests {
             let merged = Kept::Merged(HashMap::from([(String::new(), bytes)]));
             merged.load("").expect("there").1
         };
-        let told = |all: &[Vec<Verdict>; 2]| all.iter().flatten().map(|v| format!("{v:?}")).collect::<Vec<_>>();
+        let texts = |all: &[Vec<Verdict>; 2]| all.iter().flatten().map(|v| format!("{v:?}")).collect::<Vec<_>>();
         let flown = verdicts(blocks.iter().map(|b| (b, b.fly().expect("flies"))));
         let again = verdicts(blocks.iter().map(|b| (b, back(b))));
-        assert_eq!(told(&flown), told(&again));
+        assert_eq!(texts(&flown), texts(&again));
         let missions: u64 = blocks.iter().map(Block::missions).sum();
         assert_eq!((flown[0].len() + flown[1].len()) as u64, missions);
         assert_eq!(flown[1].len(), 24 + 2 * SETS as usize);

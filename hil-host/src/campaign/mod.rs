@@ -76,7 +76,7 @@ pub struct Verdict {
     pub broken: Vec<&'static str>,
     /// Expectation of the fault not met, in words.
     #[serde(deserialize_with = "crate::shards::interned::text_or_none")]
-    pub unmet: Option<crate::shards::interned::Words>,
+    pub unmet: Option<crate::shards::interned::Text>,
     /// What the fault is owed, if it is the only one and became active.
     pub owed: Option<Expect>,
     /// Time from the sign that made it due to the abort, s; none: no abort, or none due by a sign.

@@ -115,7 +115,7 @@ fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option
     Ok(())
 }
 
-/// A factor in as many digits as tell it from another unit's.
+/// A factor in as many digits as distinguish it from another unit's.
 fn short(factor: f64) -> String {
     if factor.abs() < 1e-3 { format!("{factor:e}") } else { format!("{}", (factor * 1e6).round() / 1e6) }
 }

@@ -117,7 +117,7 @@ The vehicle and its controller:
   fly                      one flight against the simulated vehicle and sea
   monitor, upload          a board: telemetry, log; tables, settings, missions
   autopsy                  why a board was reset, by line of source
-  surfacing                what a backseat told the shore at a surfacing
+  surfacing                what a backseat reports at a surfacing
   launch, power            check a vehicle on deck, start its mission; the
                            power that a mission takes
   list                     effects, faults, vehicles, missions, changes by name
@@ -194,7 +194,7 @@ enum Command {
     Monitor(monitor::Args),
     /// Why a board was reset, with lines of source.
     Autopsy(autopsy::Args),
-    /// What a backseat told the shore at a surfacing.
+    /// What a backseat reports at a surfacing.
     Surfacing(surfacing::Args),
     /// Send a table, configuration or mission to a board.
     Upload(upload::Args),

@@ -137,7 +137,7 @@ impl Session {
         }
     }
 
-    /// Tells a missing result by the shard that makes it.
+    /// Names the shard that makes a missing result.
     #[must_use]
     pub fn explained(&self, error: anyhow::Error) -> anyhow::Error {
         match (error.downcast_ref::<Missing>(), self.merges) {

@@ -7,7 +7,7 @@ use std::sync::{LazyLock, Mutex};
 use serde::{Deserialize, Deserializer};
 
 /// A text of the program itself; under this name `serde` does not take it for one that is borrowed from what it reads.
-pub type Words = &'static str;
+pub type Text = &'static str;
 
 /// The values of one kind.
 pub type All<T> = LazyLock<Mutex<HashSet<&'static T>>>;

@@ -35,7 +35,7 @@ pub fn program() -> anyhow::Result<String> {
     Ok(HASH.get_or_init(|| hash).clone())
 }
 
-/// Key of an item: the hash of the program and of all that is named, each told from the next.
+/// Key of an item: the hash of the program and of all that is named, each separated from the next.
 ///
 /// # Errors
 /// The program's file cannot be read.
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_tells_its_texts_apart() {
+    fn a_key_separates_its_texts() {
         let key = |of: &[&str]| key(of).expect("a key");
         assert!(key(&["a", "bc"]) != key(&["ab", "c"]) && key(&["a"]) == key(&["a"]) && key(&["a"]).len() == 64);
     }

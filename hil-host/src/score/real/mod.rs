@@ -53,7 +53,7 @@ pub struct Scored {
     pub split: Split,
     /// The injected error.
     #[serde(deserialize_with = "crate::shards::interned::text")]
-    pub injected: crate::shards::interned::Words,
+    pub injected: crate::shards::interned::Text,
     /// Whether the effect of the injected error is asked for (else quiet is).
     pub names_an_effect: bool,
     /// Expected size, standard deviations; NaN for injected errors that no effect undoes.

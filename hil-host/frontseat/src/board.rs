@@ -283,19 +283,34 @@ impl Drop for Terminal {
     }
 }
 
+/// How it stands with a board on a port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// It has said nothing yet, and is given up after so long.
+    Silent {
+        /// What is left of [`OnPort::patience`].
+        left: Duration,
+    },
+    /// It has spoken; this long since the flight began.
+    Speaking(Duration),
+}
+
 /// A board on a serial port, in real time.
-pub struct OnPort {
+pub struct OnPort<'a> {
     name: String,
     port: Box<dyn SerialPort>,
     began: Option<Instant>,
     heard_anything: bool,
+    watch: Box<dyn FnMut(Standing) + 'a>,
+    /// A board that says nothing for so long is none.
+    pub patience: Duration,
 }
 
-impl OnPort {
-    /// The board on an open port.
+impl<'a> OnPort<'a> {
+    /// The board on an open port; `watch` is told at every pass how it stands.
     #[must_use]
-    pub fn new(name: &str, port: Box<dyn SerialPort>) -> Self {
-        Self { name: name.to_owned(), port, began: None, heard_anything: false }
+    pub fn new(name: &str, port: Box<dyn SerialPort>, watch: impl FnMut(Standing) + 'a) -> Self {
+        Self { name: name.to_owned(), port, began: None, heard_anything: false, watch: Box::new(watch), patience: SAYS_SOMETHING }
     }
 
     fn lost(&self, e: &std::io::Error) -> anyhow::Error {
@@ -304,11 +319,17 @@ impl OnPort {
 }
 
 /// A board that says nothing for so long is none.
-const SAYS_SOMETHING: Duration = Duration::from_secs(60);
+pub const SAYS_SOMETHING: Duration = Duration::from_secs(60);
 
-impl Backseat for OnPort {
+impl Backseat for OnPort<'_> {
     fn pass(&mut self, now: Micros, heard: &[u8], said: &mut Vec<u8>) -> anyhow::Result<()> {
         let began = *self.began.get_or_insert_with(Instant::now);
+        let since = began.elapsed();
+        (self.watch)(if self.heard_anything {
+            Standing::Speaking(since)
+        } else {
+            Standing::Silent { left: self.patience.saturating_sub(since) }
+        });
         self.port.write_all(heard).map_err(|e| self.lost(&e))?;
         let due = Duration::from_micros(now.0);
         let mut piece = [0; 512];
@@ -327,10 +348,46 @@ impl Backseat for OnPort {
             }
         }
         ensure!(
-            self.heard_anything || began.elapsed() < SAYS_SOMETHING,
-            "{}: the board says nothing: check the crossing of TX and RX, the baud rate and that its role is the backseat",
-            self.name
+            self.heard_anything || began.elapsed() < self.patience,
+            "{}: the board has said nothing for {:.0} s. Check its power, that TX and RX are crossed, that --baud is that of its line (9600 \
+             for a backseat), and the jumper at PC9 that makes it one; a board without it flies without --extctl",
+            self.name,
+            self.patience.as_secs_f64()
         );
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Backseat as _, OnPort, Standing, TTYPort};
+    use serialport::SerialPort as _;
+    use signals::Micros;
+    use std::io::Write as _;
+    use std::time::Duration;
+
+    /// A port at whose other end nobody is, or somebody who speaks once.
+    fn flown(speaks: bool, watch: &mut Vec<Standing>) -> anyhow::Result<()> {
+        let (mut other, port) = TTYPort::pair().expect("a pseudo-terminal");
+        other.set_timeout(Duration::from_millis(50)).expect("a time");
+        if speaks {
+            other.write_all(b"$SD*00\n").expect("a pseudo-terminal");
+        }
+        let mut board = OnPort::new("/dev/port", Box::new(port), |standing| watch.push(standing));
+        board.patience = Duration::from_millis(300);
+        (0..8).try_for_each(|k| board.pass(Micros(k * 100_000), b"", &mut Vec::new()))
+    }
+
+    #[test]
+    fn a_silent_port_counts_down_and_ends_with_the_remedy() {
+        let mut told = Vec::new();
+        let why = flown(false, &mut told).expect_err("nobody is there").to_string();
+        assert!(why.contains("/dev/port") && why.contains("--baud") && why.contains("PC9"), "{why}");
+        let left: Vec<Duration> = told.iter().filter_map(|s| if let Standing::Silent { left } = s { Some(*left) } else { None }).collect();
+        assert!(left.len() == told.len() && left.len() >= 3, "told at once and on: {told:?}");
+        assert!(left.first().is_some_and(|l| *l > Duration::from_millis(250)) && left.is_sorted_by(|a, b| a >= b), "{left:?}");
+        let mut told = Vec::new();
+        flown(true, &mut told).expect("it has spoken");
+        assert!(matches!(told.last(), Some(Standing::Speaking(_))), "{told:?}");
     }
 }

@@ -5,11 +5,12 @@ use super::{Output, Verdict};
 use crate::flight::worlds;
 use crate::seats::qemu_backseat::QemuBackseat;
 use crate::seats::{Choice, port, qemu};
-use crate::terminal::say;
+use crate::terminal::{fitted, say};
 use anyhow::{Context, ensure};
-use frontseat::board::{OnPort, Terminal};
+use frontseat::board::{OnPort, SAYS_SOMETHING, Standing, Terminal};
 use frontseat::flight::{Outcome, Trial, ini};
 use frontseat::mission::Pilot;
+use indicatif::ProgressBar;
 use plant::Scenario;
 use serde_json::json;
 use signals::Mission;
@@ -18,6 +19,37 @@ use std::path::Path;
 /// What no backseat can do, said before it flies.
 pub const CANNOT: &str = "a backseat cannot drop the weight or switch the beacon on: it asks for the emergency surfacing (mode bit 2), and the \
                           glider's own aborts do the rest; it starts no mission and overrides no abort";
+
+/// Flies a board on a port in real time: says at once what is waited for and for how long, then how far the flight is.
+fn on_port(args: &Args, name: &str, port: Box<dyn serialport::SerialPort>, trial: &Trial) -> anyhow::Result<Outcome> {
+    let wait_s = SAYS_SOMETHING.as_secs();
+    say_aside(&format!(
+        "Waiting up to {wait_s} s for the backseat on {name} to speak ({} baud; the simulated front seat calls it, Ctrl-C ends).",
+        args.baud
+    ));
+    let bar = ProgressBar::new_spinner();
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    let mut spoke = false;
+    let mut board = OnPort::new(name, port, |standing| match standing {
+        Standing::Silent { left } => bar.set_message(format!("{name}: silent, {} s left", left.as_secs_f64().ceil())),
+        Standing::Speaking(since) => {
+            if !std::mem::replace(&mut spoke, true) {
+                bar.suspend(|| say_aside(&format!("{name}: the board speaks. It is flown in real time.")));
+            }
+            let s = since.as_secs();
+            bar.set_message(format!("{name}: flown for {}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60));
+        }
+    });
+    let flown = trial.over_the_line(&mut board, |setup| setup.baud = f64::from(args.baud));
+    drop(board);
+    bar.finish_and_clear();
+    flown
+}
+
+/// Prints lines that fit the terminal beside the result.
+fn say_aside(text: &str) {
+    eprintln!("{}", fitted(text));
+}
 
 fn write_files(dir: &Path, trial: &Trial, out: &Outcome) -> anyhow::Result<()> {
     std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot create this directory", dir.display()))?;
@@ -47,13 +79,12 @@ pub fn run(args: &Args, output: &Output, mission: &Mission, scenario: &Scenario,
         args.controller == "ours" && args.table.is_none() && args.config.is_none(),
         "--seat extctl flies our law with its built-in table"
     );
-    eprintln!("{CANNOT}");
+    say_aside(CANNOT);
     let trial = Trial { scenario: scenario.clone(), mission: mission.clone(), config: worlds::config(mission) };
     let (out, detail) = match choice {
         Choice::Port(name) => {
-            let mut board = OnPort::new(name, port::open(name, args.baud)?);
-            let out = trial.over_the_line(&mut board, |setup| setup.baud = f64::from(args.baud))?;
-            (out, format!("board on {name}, simulated front seat in real time"))
+            let port = port::open(name, args.baud)?;
+            (on_port(args, name, port, &trial)?, format!("board on {name}, simulated front seat in real time"))
         }
         Choice::Qemu => {
             let image = args.elf.clone().map_or_else(qemu::find_image, Ok)?;

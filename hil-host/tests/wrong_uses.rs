@@ -214,7 +214,11 @@ const WRONG: &[(&str, &[&str])] = &[
     ("compare --flight flight --vehicle flight/mission.toml", &["is a mission file", "glider list vehicles"]),
     ("compare --flight flight --vehicle flight/flight.csv", &["is a csv", "expected is a vehicle file"]),
     ("compare --flight flight --vehicle flight", &["is the folder of a flight", "did you mean `flight/vehicle.json`"]),
-    ("diagnose --flight flight --vehicle slocum-standard", &["no such vehicle file"]),
+    ("diagnose --flight flight --vehicle slocum-standrd", &["no such vehicle file", "did you mean `slocum-standard`"]),
+    ("compare --flight flight --vehicle slocum_low_ar", &["did you mean `slocum-low-ar`", "glider calibrate"]),
+    ("compare --flight flight --vehicle elsewhere/slocum-standard.toml", &["no such vehicle file"]),
+    ("report --flight flight --vehicle seaglider", &["is a class", "glider import LOG --class seaglider"]),
+    ("fleet flight --vehicle paper-standrd --out f.parquet", &["did you mean `paper-standard`"]),
     ("polar --vehicle flight", &["is the folder of a flight", "flight/vehicle.json"]),
     ("polar --vehicle flight/mission.toml", &["is a mission file"]),
     ("table --vehicle hidden.toml", &["is a truth file"]),
@@ -304,6 +308,27 @@ const WRONG: &[(&str, &[&str])] = &[
     ("fly --fault hull:leak@dive+abc", &["120s"]),
     ("loop --flight fligth", &["no such flight", "did you mean `flight`"]),
     ("scorecard real --flights nowhere", &["nowhere"]),
+    // more that a newcomer tries
+    ("fly shallow", &["glider fly --mission shallow"]),
+    ("fly --effect stall=0.2", &["--truth", "docs/truth-file.md"]),
+    ("fly --misson sweep", &["--mission"]),
+    ("fly --mission shallow --log flight/flight.csv", &["cannot create this log directory"]),
+    ("fly --fault depth:stuck@dive+-5s", &["120s"]),
+    ("polar --effect stal=0.1", &["did you mean `stall`", "glider list effects"]),
+    ("polar --effect stall", &["NAME=SIZE", "stall=0.1"]),
+    ("polar --effect stall=abc", &["not a number"]),
+    ("compare --flight flight --test fligth", &["no such flight", "did you mean `flight`"]),
+    ("compare --flight flight --test flight/vehicle.json", &["is a vehicle file", "expected is a flight"]),
+    ("import flight/flight.csv --class slocum200 --out x", &["did you mean `slocum-200`"]),
+    ("import alone --out notes.txt/x --class seglider", &["did you mean `seaglider`"]),
+    ("add stall --flight flight --out v.csv", &[".json or .toml"]),
+    ("report --flight flight --out r.pdf", &[".html"]),
+    ("next-flight --flight flight --out next.json", &[".toml"]),
+    ("list vehicle slocum", &["vehicles"]),
+    ("table --vehicle flight/vehicle.json --vehicle flight/vehicle.json", &["one per wing set"]),
+    ("surfacing notes.txt", &["no messages of a surfacing"]),
+    ("faults --sample abc", &["--sample"]),
+    ("fly --table nowhere-sea --mission shallow", &["no such table"]),
     // watched
     ("monitor alone/..", &["no flight is logged", "glider fly"]),
     ("monitor flight --log x", &["serial port"]),
@@ -319,6 +344,30 @@ fn a_port_that_is_taken_is_named_with_the_way_out() {
     // A port that is not there is no reason to speak of seats where there are none.
     let (code, text) = glider(&["monitor", "/dev/no-such-port"], &std::env::temp_dir());
     assert!(code == 2 && !text.contains("--seat"), "{code}: {text}");
+}
+
+/// A line that is silent for a minute is waited for in words: what for, how long, and at which speed, at once.
+#[test]
+fn a_backseat_that_does_not_speak_is_waited_for_in_words() {
+    let (_other, port) = serialport::TTYPort::pair().expect("a pseudo-terminal");
+    let name = serialport::SerialPort::name(&port).expect("its name");
+    let line = ["fly", "--seat", &name, "--extctl", "--mission", "shallow"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_glider"))
+        .args(line)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut said = std::io::BufReader::new(child.stderr.take().expect("piped"));
+    let mut text = String::new();
+    while !text.contains("Ctrl-C") && std::io::BufRead::read_line(&mut said, &mut text).is_ok_and(|n| n > 0) {}
+    let waits = child.try_wait().expect("our own child").is_none();
+    child.kill().expect("it was waiting");
+    let _ = child.wait();
+    assert!(text.contains(&name) && text.contains("60 s") && text.contains("9600 baud"), "{text}");
+    assert!(waits, "said before it gives up");
+    assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::add::write_vehicle;
 use super::diagnose::{bar, load};
 use super::{Output, Verdict};
+use crate::flight::vehicles;
 use crate::terminal::{rounded, say, table, wrapped};
 use crate::whole_file;
 use anyhow::Context as _;
@@ -30,8 +31,8 @@ pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file; several of one vehicle may be named.
     #[arg(long, value_name = "DIR|CSV", required = true)]
     flight: Vec<PathBuf>,
-    /// Vehicle file to start from; default: the one beside the first flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file to start from, or a built-in one by name; default: the one beside the first flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Where to write the calibrated vehicle file (.json or .toml).
     #[arg(long, value_name = "FILE")]
@@ -85,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         given = given.or(Some(vehicle));
     }
     let vehicle = given.context("no flight is named: --flight DIR|CSV")?;
-    let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
+    let parent = vehicles::text(&vehicle.path)?.into_bytes();
     let options = Options { free: args.free.clone(), one_deployment: args.one_deployment };
     let bar = bar();
     let done = calibrate(&flights, &vehicle, &options, &parent, &|what, share| {

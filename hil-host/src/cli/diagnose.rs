@@ -2,8 +2,9 @@
 
 use super::{Output, Verdict};
 use crate::flight::file_kinds::{Kind, expect};
+use crate::flight::vehicles;
 use crate::terminal::{Ladder, meant_path, parameter, table, wrapped};
-use anyhow::{Context as _, bail};
+use anyhow::Context as _;
 use console::style;
 use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::hypotheses::search::Depth;
@@ -24,8 +25,8 @@ pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(long, value_name = "DIR|CSV")]
     flight: PathBuf,
-    /// Vehicle file; default: the one beside the flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Most effects that are sought at once.
     #[arg(long, default_value = "2", value_name = "2|3", value_parser = clap::value_parser!(u8).range(2..=3))]
@@ -44,16 +45,13 @@ pub struct Args {
 /// Bad input, with the file and the fix.
 pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Flight, Vehicle)> {
     anyhow::ensure!(flight.exists(), "{}: no such flight{}", flight.display(), meant_path(flight));
-    if let Some(file) = vehicle_file.filter(|f| !f.exists()) {
-        bail!("{}: no such vehicle file{}", file.display(), meant_path(file));
-    }
+    vehicle_file.map_or(Ok(()), vehicles::is_there)?;
     expect(flight, Kind::Flight)?;
-    vehicle_file.map_or(Ok(()), |f| expect(f, Kind::Vehicle))?;
     let file = vehicle_file
         .map(Path::to_path_buf)
         .or_else(|| vehicle::file_next_to(flight))
         .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside the flight; name one with --vehicle", flight.display()))?;
-    Ok((csv::flight(flight)?, vehicle::read(&file)?))
+    Ok((csv::flight(flight)?, vehicles::read(&file)?))
 }
 
 /// Reads a flight and its vehicle, and refuses what cannot be: columns that contradict a dive, a vehicle that floats on this water.

@@ -2,6 +2,7 @@
 
 use super::{Output, Verdict};
 use crate::flight::file_kinds::{Kind, expect};
+use crate::flight::vehicles;
 use crate::terminal::meant_path;
 use anyhow::Context;
 use discovery::export::mcap::Stream;
@@ -34,8 +35,8 @@ pub struct Args {
     /// File to write [default: the flight's name with the format's ending, in the current folder].
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Vehicle file whose model goes along; default: the one beside the flight.
-    #[arg(long)]
+    /// Vehicle file whose model goes along, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Date of the first row, ISO 8601, where the import left none.
     #[arg(long)]
@@ -113,7 +114,7 @@ fn modelled(args: &Args, flight: &Flight) -> anyhow::Result<Option<(Vehicle, Com
     if args.vehicle.is_none() && ![&flight.pitch_rad, &flight.ballast_m3, &flight.density_kg_m3].iter().all(|c| known(c)) {
         return Ok(None);
     }
-    let vehicle = vehicle::read(&path)?;
+    let vehicle = vehicles::read(&path)?;
     let compared = compare(flight, &vehicle);
     Ok(Some((vehicle, compared)))
 }

@@ -43,8 +43,8 @@ pub struct Args {
     /// Folders of flights, or flights.
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
-    /// Vehicle file for all flights; best one that glider calibrate wrote.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file for all flights, or a built-in one by name; best one that glider calibrate wrote.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Where the table of dives goes (.parquet).
     #[arg(long, value_name = "FILE", required = true)]

@@ -7,7 +7,7 @@ use crate::flight::config_file;
 use crate::flight::file_kinds::{Kind, expect};
 use crate::flight::mission_file::{self, wings_name};
 use crate::flight::recorder::Recorder;
-use crate::flight::vehicles::Model;
+use crate::flight::vehicles::{self, Model};
 use crate::flight::{tables, worlds};
 use crate::score::story;
 use crate::seats::CYCLE_S;
@@ -255,14 +255,14 @@ fn revealed_by(path: &Path) -> anyhow::Result<Model> {
         path.display(),
         found.verdict.name()
     );
-    let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
+    let parent = vehicles::text(&vehicle.path)?.into_bytes();
     let text = add::add(&flight, &vehicle, &effects, &parent)?.vehicle.to_string();
     Model::of_coefficients(&vehicle::parse_text(&text, &vehicle.path)?, polar::crc32(text.as_bytes()))
 }
 
 /// The bytes of a table file, or of the table of a vehicle file.
 pub(super) fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
-    if path.extension().is_some_and(|e| e == "json" || e == "toml") {
+    if path.extension().is_some_and(|e| e == "json" || e == "toml") || vehicles::is_built_in(path) {
         let model = Model::load(path, None)?;
         ensure!(
             model.wings == wings,

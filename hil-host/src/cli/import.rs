@@ -1,7 +1,8 @@
 //! `glider import`: somebody's log becomes a flight directory with its vehicle.
 
 use super::{Output, Verdict};
-use crate::terminal::say;
+use crate::flight::vehicles;
+use crate::terminal::{meant, say};
 use anyhow::{Context, bail};
 use discovery::import::classes::Class;
 use discovery::import::{Imported, Report};
@@ -32,7 +33,7 @@ pub struct Args {
     #[arg(long)]
     cache: Vec<PathBuf>,
     /// Vehicle file to put beside the flight [default: of a flight.csv its own, else one is made].
-    #[arg(long)]
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Class whose usual numbers make the vehicle [default: told by the files].
     #[arg(long, value_parser = class, conflicts_with = "vehicle")]
@@ -41,7 +42,8 @@ pub struct Args {
 
 fn class(name: &str) -> Result<Class, String> {
     let names = || Class::ALL.map(Class::name).join(", ");
-    Class::ALL.into_iter().find(|c| c.name() == name).ok_or_else(|| format!("expected one of {}", names()))
+    let meant = || meant(name, Class::ALL.map(Class::name));
+    Class::ALL.into_iter().find(|c| c.name() == name).ok_or_else(|| format!("expected one of {}{}", names(), meant()))
 }
 
 /// Runs the command.
@@ -54,7 +56,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     let vehicle_file = args.vehicle.clone().or_else(|| own_vehicle(args));
     if let Some(vehicle) = &vehicle_file {
-        discovery::vehicle::read(vehicle)?;
+        vehicles::read(vehicle)?;
     }
     let spinner = indicatif::ProgressBar::new_spinner().with_message(format!("reading {}", named(args)));
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
@@ -106,8 +108,10 @@ fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option
     let said = serde_json::json!({ "tool": concat!("glider ", env!("CARGO_PKG_VERSION")), "report": report });
     std::fs::write(out.join("import.json"), format!("{said:#}\n"))?;
     if let Some(vehicle) = vehicle {
-        let name = if vehicle.extension().is_some_and(|e| e == "toml") { "vehicle.toml" } else { "vehicle.json" };
-        std::fs::copy(vehicle, out.join(name)).with_context(|| format!("cannot copy {}", vehicle.display()))?;
+        let text = vehicles::text(vehicle)?;
+        // What is no TOML by its name may be so by its kind: the built-in ones are.
+        let toml = vehicle.extension().is_some_and(|e| e == "toml") || discovery::vehicle::file::is_geometry(&text);
+        std::fs::write(out.join(if toml { "vehicle.toml" } else { "vehicle.json" }), text)?;
     }
     if let Some(draft) = draft {
         std::fs::write(out.join("vehicle.toml"), draft)?;

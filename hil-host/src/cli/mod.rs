@@ -236,7 +236,8 @@ pub fn main() -> std::process::ExitCode {
     }
 }
 
-/// The error with the remedy for two slips of newcomers: a flight named without `--flight`, and a list asked for as a command.
+/// The error with the remedy for slips of newcomers: a flight or a mission named without its option, an effect that `fly` shall hide, and
+/// a list asked for as a command.
 fn advised(mut e: clap::Error) -> clap::Error {
     let of = |kind| match e.get(kind) {
         Some(ContextValue::String(s)) => s.clone(),
@@ -251,6 +252,18 @@ fn advised(mut e: clap::Error) -> clap::Error {
                 .is_some_and(|c| c.get_arguments().any(|a| a.get_id() == "flight" && a.get_long().is_some()));
             if takes && !word.starts_with('-') {
                 let tip = format!("a flight is named by --flight: glider {asked} --flight {word}");
+                e.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+            }
+            let tip = match (asked.as_str(), word.as_str()) {
+                ("fly", "--effect") => {
+                    Some("what the world hides stands in a truth file: glider fly --truth FILE (docs/truth-file.md)".to_owned())
+                }
+                ("fly", mission) if !mission.starts_with('-') => {
+                    Some(format!("a mission is named by --mission: glider fly --mission {mission}"))
+                }
+                _ => None,
+            };
+            if let Some(tip) = tip {
                 e.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
             }
         }

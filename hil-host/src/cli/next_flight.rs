@@ -20,8 +20,8 @@ pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(long, value_name = "DIR|CSV")]
     flight: PathBuf,
-    /// Vehicle file; default: the one beside the flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Where to write the mission file.
     #[arg(long, value_name = "FILE.toml")]

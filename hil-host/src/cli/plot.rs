@@ -58,11 +58,11 @@ pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(long, value_name = "DIR|CSV")]
     flight: Option<PathBuf>,
-    /// Vehicle file, or for a polar a built-in vehicle; default: the one beside the flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Vehicle file whose residual is drawn in the same figure, as before.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE|NAME")]
     before: Option<PathBuf>,
     /// Wing set of a polar: standard or low-ar; default: both.
     #[arg(long, value_parser = ["standard", "low-ar"])]

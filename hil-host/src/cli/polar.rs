@@ -14,7 +14,7 @@ use crate::flight::tables::TABLE_SPEED_M_S;
 use crate::flight::vehicles::{Model, sea_name, wings_name};
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark};
-use crate::terminal::{say, table};
+use crate::terminal::{meant, say, table};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -25,7 +25,7 @@ use crate::terminal::{say, table};
   glider polar --effect stall=0.15 --out out/polar         with an effect of the catalogue; writes svg, png, csv, json")]
 pub struct Args {
     /// Vehicle file or built-in vehicle; default: the sea-calibrated vehicles.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Wing set: standard or low-ar; default: both.
     #[arg(long, value_parser = ["standard", "low-ar"])]
@@ -59,9 +59,9 @@ struct Curve {
 fn effects(list: &[String]) -> anyhow::Result<Vec<Active>> {
     list.iter()
         .map(|text| {
-            let (name, size) = text.split_once('=').with_context(|| format!("--effect {text}: expected NAME=SIZE"))?;
+            let (name, size) = text.split_once('=').with_context(|| format!("--effect {text}: expected NAME=SIZE, such as stall=0.1"))?;
             let effect = by_name(name).with_context(|| {
-                format!("--effect {name}: no such effect; there are {}", CATALOGUE.iter().map(|e| e.name()).collect::<Vec<_>>().join(", "))
+                format!("--effect {name}: no such effect{} (all: glider list effects)", meant(name, CATALOGUE.iter().map(|e| e.name())))
             })?;
             let size: f64 =
                 size.parse().ok().filter(|s: &f64| s.is_finite()).with_context(|| format!("--effect {text}: `{size}` is not a number"))?;

@@ -23,8 +23,8 @@ pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(long, value_name = "DIR|CSV")]
     flight: PathBuf,
-    /// Vehicle file; default: the one beside the flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Where the page goes.
     #[arg(long, default_value = DEFAULT_PAGE, value_name = "FILE")]

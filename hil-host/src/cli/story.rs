@@ -2,7 +2,7 @@
 
 use super::diagnose::{ask, bar, load};
 use super::{Output, Verdict, report};
-use crate::flight::vehicles::Model;
+use crate::flight::vehicles::{self, Model};
 use crate::pages::flight_report;
 use crate::pages::{Axis, Chart, Page, Section, Table};
 use crate::score;
@@ -29,8 +29,8 @@ pub struct Args {
     /// Flight directory or csv file; default: the paper's puzzle, simulated.
     #[arg(long, value_name = "DIR|CSV")]
     flight: Option<PathBuf>,
-    /// Vehicle file; default: the one beside the flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Where the new vehicle, the tables and the page go.
     #[arg(long, default_value = DEFAULT_OUT, value_name = "DIR")]
@@ -86,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (flight, model) = load(&path, args.vehicle.as_deref())?;
     let bar = bar();
     let found = ask(&flight, &model, Depth::Pairs, &bar, 80.0)?;
-    let parent = std::fs::read(&model.path).with_context(|| format!("cannot read {}", model.path.display()))?;
+    let parent = vehicles::text(&model.path)?.into_bytes();
     let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
     if effects.is_empty() {
         bar.finish_and_clear();

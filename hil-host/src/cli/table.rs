@@ -19,8 +19,8 @@ use crate::terminal::{say, table};
   glider table --check                                do the committed tables still follow from their vehicle files?
   glider table --vehicle fitted.json --out flight/    a table from a fitted vehicle, as .bin (for `glider upload`) and .rs")]
 pub struct Args {
-    /// Vehicle file (geometry or coefficients); default: the two sea-calibrated vehicles.
-    #[arg(long)]
+    /// Vehicle file (geometry or coefficients), or a built-in one by name; default: the two sea-calibrated vehicles.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Vec<PathBuf>,
     /// Fail unless the tables built into the firmware are these, byte for byte.
     #[arg(long)]

@@ -3,6 +3,7 @@
 use super::diagnose::bar;
 use super::{Output, Verdict};
 use crate::fleet::archive::read;
+use crate::flight::vehicles;
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark, Paper};
 use crate::terminal::{meant_path, rounded, say, table, wrapped};
@@ -10,7 +11,6 @@ use crate::whole_file;
 use anyhow::{Context as _, bail};
 use discovery::diagnosis::report::number;
 use discovery::export::table::Table;
-use discovery::vehicle;
 use discovery::workbench::changes::{DIVES_PER_ALARM, KINDS};
 use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
 use discovery::workbench::tracking::TRACKED;
@@ -33,8 +33,8 @@ pub struct Args {
     /// Flights of one mission, in order.
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
-    /// Vehicle file that the mission is judged by.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file that the mission is judged by, or a built-in one by name.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: PathBuf,
     /// Where the figure or the numbers go.
     #[arg(long, value_name = "FILE")]
@@ -71,10 +71,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if !(10.0..=1e9).contains(&args.dives_per_alarm) {
         bail!("--dives-per-alarm {}: expected 10 to 1000000000; 1000 is usual", args.dives_per_alarm);
     }
-    if !args.vehicle.exists() {
-        bail!("{}: no such vehicle file{}; glider calibrate writes one", args.vehicle.display(), meant_path(&args.vehicle));
-    }
-    let vehicle = vehicle::read(&args.vehicle)?;
+    let vehicle = vehicles::read(&args.vehicle)?;
     let mut paths = Vec::new();
     for path in &args.paths {
         paths.extend(flights_behind(path)?);

@@ -12,6 +12,7 @@ use discovery::record::csv;
 use discovery::workbench::tracking::REFERENCE_DIVES;
 use discovery::{Flight, import, vehicle};
 
+use crate::flight::vehicles;
 use crate::terminal::meant_path;
 
 /// One flight of an archive.
@@ -89,9 +90,7 @@ impl Scan<'_> {
 /// # Errors
 /// No such path, no flight, a flight without a vehicle, or two flights of one name, with the fix.
 pub fn items(paths: &[PathBuf], vehicle: Option<&Path>) -> anyhow::Result<Vec<Item>> {
-    if let Some(file) = vehicle.filter(|f| !f.is_file()) {
-        bail!("{}: no such vehicle file{}; glider calibrate writes one", file.display(), meant_path(file));
-    }
+    vehicle.map_or(Ok(()), vehicles::is_there)?;
     let mut out = Vec::new();
     for path in paths {
         ensure!(path.exists(), "{}: no such file or folder{}", path.display(), meant_path(path));

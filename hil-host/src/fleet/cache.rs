@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::fleet::part::DiveRow;
+use crate::flight::vehicles;
 
 /// What the dives of a flight say, or why nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,7 +44,11 @@ pub fn key(program: &str, columns: &[String], files: &[PathBuf], vehicle: &Path)
     let mut hash = Sha256::new();
     hash.update(program);
     columns.iter().for_each(|c| hash.update(c));
-    feed(&mut hash, vehicle)?;
+    if vehicles::is_built_in(vehicle) {
+        hash.update(vehicles::text(vehicle)?);
+    } else {
+        feed(&mut hash, vehicle)?;
+    }
     files.iter().try_for_each(|f| feed(&mut hash, f))?;
     Ok(hex(&hash.finalize()))
 }

@@ -11,6 +11,7 @@ use discovery::{Vehicle, vehicle};
 use crate::fleet::archive::{Item, read};
 use crate::fleet::cache::{self, Entry};
 use crate::fleet::part::{DiveRow, Part, Row, dive_row, number_columns};
+use crate::flight::vehicles;
 use crate::shards::kept::program;
 use crate::shards::shard::Shard;
 use crate::shards::work::{Done, Work};
@@ -31,12 +32,12 @@ struct Judge {
 }
 
 fn judge(file: &Path) -> anyhow::Result<Judge> {
-    let vehicle = vehicle::read(file)?;
-    let bytes = std::fs::read(file).with_context(|| file.display().to_string())?;
+    let text = vehicles::text(file)?;
+    let vehicle = vehicle::parse_text(&text, file)?;
     let stem = file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let name = if vehicle.name.is_empty() { stem } else { vehicle.name.clone() };
     // Two files of one name are two vehicles; one file in two places is one.
-    let label = format!("{name} {}", &sha256(&bytes)[..8]);
+    let label = format!("{name} {}", &sha256(text.as_bytes())[..8]);
     Ok(Judge { vehicle, label })
 }
 

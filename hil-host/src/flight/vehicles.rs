@@ -7,10 +7,11 @@ use std::path::Path;
 
 use crate::flight::file_kinds::{Kind, expect};
 pub use crate::flight::mission_file::wings_name;
-use crate::terminal::meant_name_or_path;
+use crate::terminal::{meant, meant_path};
 use anyhow::{Context as _, bail, ensure};
 use control::PitchSensor;
 use discovery::Vehicle;
+use discovery::import::classes::Class;
 use discovery::vehicle;
 use hydro::effects::{Active, Constants, Sensed};
 use hydro::{Added, Flow, ForceModel, Geometry, GeometryPolar, LiftDrag, Polar};
@@ -87,26 +88,72 @@ pub fn built_in(name: &str) -> anyhow::Result<vehicle::file::VehicleFile> {
     Ok(vehicle::file::parse(text, Path::new(&format!("vehicles/{name}.toml")))?)
 }
 
+/// The built-in vehicle of a name, with `.toml` or without, alone or in the folder `vehicles`.
+fn built_in_text(path: &Path) -> Option<&'static str> {
+    let folder = path.parent().is_none_or(|p| p.as_os_str().is_empty() || p == Path::new("vehicles"));
+    let name = path.file_name()?.to_str()?;
+    let name = name.strip_suffix(".toml").unwrap_or(name);
+    BUILT_IN.iter().find(|b| folder && b.0 == name).map(|b| b.1)
+}
+
+/// Whether this is no file but the name of a built-in vehicle.
+#[must_use]
+pub fn is_built_in(path: &Path) -> bool {
+    !path.exists() && built_in_text(path).is_some()
+}
+
+/// Refuses what is neither a file nor a built-in vehicle.
+///
+/// # Errors
+/// What was probably meant, and where vehicles come from.
+pub fn is_there(path: &Path) -> anyhow::Result<()> {
+    let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+    ensure!(
+        !Class::ALL.iter().any(|c| c.name() == name) || path.exists(),
+        "{name} is a class, not a vehicle: glider import LOG --class {name} --out FOLDER makes a vehicle file of it"
+    );
+    if path.exists() || is_built_in(path) {
+        return Ok(());
+    }
+    let names = BUILT_IN.map(|b| b.0);
+    // A name that ends as a file does is first compared with files.
+    let [beside, known] = [meant_path(path), meant(name, names)];
+    let of_file = path.extension().is_some() || path.components().count() > 1;
+    let [likelier, other] = if of_file { [beside, known] } else { [known, beside] };
+    let tip = if likelier.is_empty() { other } else { likelier };
+    bail!("{}: no such vehicle file{tip} (built in: {}; glider calibrate writes one)", path.display(), names.join(", "))
+}
+
+/// The text of a vehicle file; of a built-in vehicle where there is no such file and the name is one of [`BUILT_IN`].
+///
+/// # Errors
+/// No such file or name, or a file of another kind, with the fix.
+pub fn text(path: &Path) -> anyhow::Result<String> {
+    is_there(path)?;
+    match built_in_text(path).filter(|_| is_built_in(path)) {
+        Some(text) => Ok(text.to_owned()),
+        None => {
+            expect(path, Kind::Vehicle)?;
+            std::fs::read_to_string(path).with_context(|| path.display().to_string())
+        }
+    }
+}
+
+/// Reads a vehicle as [`text`] finds it.
+///
+/// # Errors
+/// As of [`text`]; what is wrong in it, where, and what to do.
+pub fn read(path: &Path) -> anyhow::Result<Vehicle> {
+    Ok(vehicle::parse_text(&text(path)?, path)?)
+}
+
 impl Model {
-    /// From a file, or from a built-in vehicle if no such file exists and the name is one of [`BUILT_IN`].
+    /// From a file, or from a built-in vehicle as [`text`] finds it.
     ///
     /// # Errors
     /// Unreadable or wrong file, with line and fix.
     pub fn load(path: &Path, lift_model: Option<&str>) -> anyhow::Result<Self> {
-        let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default().trim_end_matches(".toml");
-        expect(path, Kind::Vehicle)?;
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => match BUILT_IN.iter().find(|b| b.0 == name) {
-                Some((_, text)) => (*text).to_string(),
-                None => {
-                    let names = BUILT_IN.map(|b| b.0);
-                    let meant = meant_name_or_path(name, names, path);
-                    bail!("{}: no such file, and no built-in vehicle of that name ({}){meant}", path.display(), names.join(", "))
-                }
-            },
-            Err(e) => return Err(e).with_context(|| path.display().to_string()),
-        };
+        let text = text(path)?;
         let id = polar::crc32(text.as_bytes());
         if vehicle::file::is_geometry(&text) {
             let file = vehicle::file::parse(&text, path)?;
@@ -115,7 +162,7 @@ impl Model {
             return Ok(Self::of_geometry(&file.name, wings, id, &geometry, &file.constants));
         }
         ensure!(lift_model.is_none(), "{}: a vehicle given by coefficients has no choice of lift model", path.display());
-        Self::of_coefficients(&vehicle::read(path)?, id)
+        Self::of_coefficients(&vehicle::parse_text(&text, path)?, id)
     }
 
     /// The built-in sea vehicle of a wing set.

@@ -119,8 +119,8 @@ pub struct Ladder {
     pub recalibrated: Option<f64>,
     /// With these effects, m/s.
     pub with: Option<(String, f64)>,
-    /// What ordinary water motion and sensor noise alone would leave, m/s.
-    pub floor: f64,
+    /// What ordinary water motion and sensor noise alone would leave, m/s, as a fit to the flight finds it; none: nothing was fitted.
+    pub floor: Option<f64>,
     /// Whether the figures are of segments kept out of the fit.
     pub held_out: bool,
 }
@@ -132,7 +132,7 @@ impl Ladder {
         let held_out = found.block_error_m_s[0].is_finite();
         let [as_given, recalibrated, after] = if held_out { found.block_error_m_s } else { found.fitted_error_m_s };
         let with = (!found.answer.is_empty()).then(|| (found.answer.join(" + "), after));
-        Self { as_given, recalibrated: Some(recalibrated), with, floor: found.noise_floor_m_s, held_out }
+        Self { as_given, recalibrated: Some(recalibrated), with, floor: Some(found.noise_floor_m_s), held_out }
     }
 
     /// As bars.
@@ -141,14 +141,10 @@ impl Ladder {
         let mut steps = vec![("as given".to_owned(), self.as_given)];
         steps.extend(self.recalibrated.map(|e| ("recalibrated".to_owned(), e)));
         steps.extend(self.with.iter().map(|(names, e)| (format!("with {names}"), *e)));
-        steps.push(("floor".to_owned(), self.floor));
+        steps.extend(self.floor.map(|e| ("floor".to_owned(), e)));
         let most = steps.iter().map(|s| s.1).filter(|e| e.is_finite()).fold(1e-9, f64::max);
         let wide = steps.iter().map(|s| s.0.chars().count()).max().unwrap_or(0).min(44);
-        let of = match (self.held_out, self.recalibrated) {
-            (true, _) => "segments kept out of the fit",
-            (false, Some(_)) => "fitted segments",
-            (false, None) => "all segments",
-        };
+        let of = if self.held_out { "segments kept out of the fit" } else { "fitted segments" };
         let mut out = format!("Depth-rate error in cm/s, {of}:\n");
         for (name, error) in steps {
             let bar = "█".repeat((24.0 * error / most).round().max(0.0) as usize);
@@ -167,7 +163,7 @@ impl Ladder {
         if self.recalibrated.is_some_and(|r| r > self.as_given) {
             out.push("Recalibrated is above as given: the fit is to all that was measured, not to this error alone.");
         }
-        if least < self.floor {
+        if self.floor.is_some_and(|floor| least < floor) {
             out.push("Below the floor: water or sensors were quieter than the vehicle file states.");
         }
         out
@@ -283,7 +279,7 @@ mod tests {
         assert!(text.lines().count() > 3 && text.lines().all(|l| l.chars().count() <= COLUMNS), "{text}");
         assert!(text.starts_with("short   as it is\n    word") && text.lines().nth(2).is_some_and(|l| l.starts_with("      ")), "{text}");
         let ladder =
-            Ladder { as_given: 0.01, recalibrated: Some(0.004), with: Some(("x".repeat(40), 0.002)), floor: 0.001, held_out: true };
+            Ladder { as_given: 0.01, recalibrated: Some(0.004), with: Some(("x".repeat(40), 0.002)), floor: Some(0.001), held_out: true };
         assert!(ladder.text().lines().all(|l| console::measure_text_width(l) <= COLUMNS), "{}", ladder.text());
     }
 
@@ -307,14 +303,15 @@ mod tests {
             as_given,
             recalibrated: Some(recalibrated),
             with: Some(("stall".into(), with)),
-            floor,
+            floor: Some(floor),
             held_out: true,
         };
         assert!(ladder(0.9, 0.5, 0.3, 0.2).remarks().is_empty());
         assert_eq!(ladder(0.9, 0.5, 0.1, 0.2).remarks().len(), 1);
         assert!(ladder(0.9, 0.5, 0.1, 0.2).text().contains("Below the floor"));
         assert!(ladder(0.4, 0.5, 0.3, 0.2).text().contains("above as given"));
-        assert!(Ladder { recalibrated: None, with: None, held_out: false, ..ladder(0.9, 0.5, 0.3, 0.2) }.text().contains("all segments"));
+        let alone = Ladder { recalibrated: None, with: None, floor: None, held_out: false, ..ladder(0.9, 0.5, 0.3, 0.2) };
+        assert!(alone.text().contains("fitted segments") && !alone.text().contains("floor"), "{}", alone.text());
     }
 
     #[test]

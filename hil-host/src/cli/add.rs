@@ -2,6 +2,7 @@
 
 use super::diagnose::{far, load};
 use super::{Output, Verdict};
+use crate::flight::vehicles;
 use crate::terminal::{Ladder, meant, parameter, wrapped};
 use crate::whole_file;
 use anyhow::Context as _;
@@ -25,8 +26,8 @@ pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(long, value_name = "DIR|CSV")]
     flight: PathBuf,
-    /// Vehicle file; default: the one beside the flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Where to write the new vehicle file (.json or .toml).
     #[arg(long, value_name = "FILE")]
@@ -96,7 +97,7 @@ pub fn document(added: &Added, effects: &[&'static dyn Effect], flight: &str) ->
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let effects = effects_of(&args.effects)?;
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
-    let parent = std::fs::read(&vehicle.path).with_context(|| vehicle.path.display().to_string())?;
+    let parent = vehicles::text(&vehicle.path)?.into_bytes();
     if let Some(out) = &args.out {
         let own_file = vehicle::file_next_to(&args.flight);
         let inputs: Vec<&Path> =
@@ -114,7 +115,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         as_given,
         recalibrated: Some(recalibrated),
         with: Some((args.effects.clone(), with)),
-        floor: added.noise_floor_m_s,
+        floor: Some(added.noise_floor_m_s),
         held_out,
     };
     let held_out = added.heldout_m_s[0].is_finite();

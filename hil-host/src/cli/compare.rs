@@ -2,7 +2,8 @@
 
 use super::diagnose::load_sound;
 use super::{Output, Verdict};
-use crate::terminal::{Ladder, place, say, table, wrapped};
+use crate::flight::file_kinds::{Kind, expect};
+use crate::terminal::{Ladder, meant_path, place, say, table, wrapped};
 use anyhow::Context as _;
 use discovery::diagnosis::report;
 use discovery::record::csv;
@@ -21,8 +22,8 @@ pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(long, value_name = "DIR|CSV")]
     flight: PathBuf,
-    /// Vehicle file; default: the one beside the flight.
-    #[arg(long, value_name = "FILE")]
+    /// Vehicle file, or a built-in one by name; default: the one beside the flight.
+    #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
     /// Another flight of the same vehicle: fit steady glides to --flight, believe this one.
     #[arg(long, value_name = "DIR|CSV", conflicts_with = "vehicle")]
@@ -43,7 +44,7 @@ pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
         "block_error_m_s": n(c.block_error_m_s),
         "blocks": c.blocks.0,
         "block_s": n(c.block_s),
-        "block_segments": if c.blocks.1 { "check" } else { "all" },
+        "block_segments": if c.blocks.1 { "check" } else { "fitted" },
         "noise_floor_cm_s": n(c.noise_floor_m_s * 100.0),
         "speed_bias_cm_s": c.speed_error_m_s.map(|s| n(s.0 * 100.0)),
         "speed_rms_cm_s": c.speed_error_m_s.map(|s| n(s.1 * 100.0)),
@@ -58,6 +59,10 @@ pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(test) = &args.test {
+        for path in [&args.flight, test] {
+            anyhow::ensure!(path.exists(), "{}: no such flight{}", path.display(), meant_path(path));
+            expect(path, Kind::Flight)?;
+        }
         let (fitted, judged) = (csv::flight(&args.flight)?, csv::flight(test)?);
         let found = held_out(&fitted, &judged).with_context(|| format!("{} judged on {}", args.flight.display(), test.display()))?;
         output.emit(&serde_json::to_value(&found)?, || show(&found));
@@ -92,8 +97,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             ]);
         }
         println!("{t}\nmean: residual there; share: of the squared error; chance: its p-value\n");
-        let ladder = Ladder { as_given: c.block_error_m_s, recalibrated: None, with: None, floor: c.noise_floor_m_s, held_out: c.blocks.1 };
+        let ladder = Ladder { as_given: c.block_error_m_s, recalibrated: None, with: None, floor: None, held_out: c.blocks.1 };
         print!("{}", ladder.text());
+        let stated = format!(
+            "The vehicle file has water and sensors alone leave {:.2} cm/s; what they do leave, the floor, takes a fit: glider diagnose.",
+            100.0 * c.noise_floor_m_s
+        );
+        println!("{}", wrapped(&stated, 0));
         println!("Of the model as given, nothing fitted, in {:.0} s blocks. Next: glider diagnose", c.block_s);
     });
     // Nothing was compared: neither a number nor calm.

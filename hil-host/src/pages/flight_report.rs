@@ -49,11 +49,11 @@ fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
     let heldout = found.block_error_m_s[0].is_finite();
     let [nominal, recalibrated, after] = if heldout { found.block_error_m_s } else { found.fitted_error_m_s }.map(|e| e * 100.0);
     let data = if heldout { "on segments kept out of the fit" } else { "on the fitted segments" };
-    let mut how = format!("{nominal:.3} cm/s as given, {recalibrated:.3} recalibrated within tolerance");
+    let mut how = format!("{nominal:.3} cm/s as given, {recalibrated:.3} recalibrated");
     if !found.answer.is_empty() {
         how += &format!(", {after:.3} with {}", found.answer.join(" + "));
     }
-    how += &format!(" ({data}; water and sensors alone leave {:.3})", found.noise_floor_m_s * 100.0);
+    how += &format!(" ({data}); floor {:.3}", found.noise_floor_m_s * 100.0);
     let worst = report::where_it_fails(found, vehicle, &found.recalibrated).first().map_or_else(
         || "Nowhere in particular.".to_owned(),
         |f| {
@@ -273,7 +273,7 @@ fn why(found: &Diagnosis) -> Section {
         steps.push(format!("with {}", name_of(c)));
         values.push(100.0 * if heldout { c.error_check_m_s } else { c.error_fitted_m_s });
     }
-    steps.push("water and sensors alone".into());
+    steps.push("floor: water and sensors alone".into());
     values.push(100.0 * found.noise_floor_m_s);
     let fall = Chart::bars("Error as effects are added", Axis::new("error", "cm/s"), steps, "error", &values, &[], &[]);
     let rows = found

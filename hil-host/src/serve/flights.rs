@@ -12,8 +12,9 @@ use anyhow::{Context, bail};
 use axum::Json;
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
+use discovery::diagnosis::judged::{Judged, as_given_m_s, error_m_s};
 use discovery::diagnosis::{Diagnosis, check_segments};
-use discovery::likelihood::block_error::{blocks, modelled_m_s, rms};
+use discovery::likelihood::block_error::{blocks, modelled_m_s};
 use discovery::model::branch::Branch;
 use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
@@ -92,8 +93,8 @@ pub struct Opened {
     notes: Vec<String>,
     /// Cleaned and cut.
     pub prepared: Prepared,
-    /// Segments the error is read from, as a diagnosis reads it; none: all.
-    check: Vec<u32>,
+    /// The blocks the error is read from, as a diagnosis reads it.
+    judged: Judged,
     /// What ordinary water motion and sensors alone would leave of the error, m/s, by the last fit.
     floor: Mutex<Option<f64>>,
     /// The last diagnosis.
@@ -113,10 +114,10 @@ impl Opened {
         if let Err(why) = sanity::check(&prepared, &vehicle) {
             bail!("{}: {why}", flight.name);
         }
-        let check = check_segments(&vehicle, &prepared, &mut Vec::new());
+        let judged = Judged::of(&prepared, &vehicle, &check_segments(&vehicle, &prepared, &mut Vec::new()));
         let (floor, found) = (Mutex::default(), Mutex::default());
         let (branch, fitted) = (Mutex::default(), Mutex::default());
-        let opened = Self { id, flight, vehicle, notes, prepared, check, floor, found, branch, fitted };
+        let opened = Self { id, flight, vehicle, notes, prepared, judged, floor, found, branch, fitted };
         // A flight too short to fit can still be looked at.
         if let Ok(calibrated) = add::add(&opened.flight, &opened.vehicle, &[], &[]) {
             opened.remember(&[], &calibrated.recalibrated, calibrated.branch);
@@ -132,10 +133,6 @@ impl Opened {
         let segments = self.flight.segment.iter().collect::<BTreeSet<_>>().len();
         json!({"id": self.id, "name": self.flight.name, "rows": self.flight.len(), "segments": segments, "hours": hours,
                "speed": self.flight.speed_m_s.is_some(), "vehicle": self.vehicle.name, "notes": notes})
-    }
-
-    fn judged(&self, segment: u32) -> bool {
-        self.check.is_empty() || self.check.contains(&segment)
     }
 
     fn floor_is(&self, floor_m_s: f64) {
@@ -183,18 +180,16 @@ impl Opened {
         self.prepared.runs.iter().map(|run| branch.track(run, &vehicle, state)).collect()
     }
 
-    /// Block residuals on the judged segments, and the error, m/s.
+    /// Error on the judged blocks of a model's tracks, one a run, m/s.
     fn error(&self, tracks: &[Track]) -> Option<f64> {
-        let residuals = self.prepared.runs.iter().zip(tracks).filter(|(run, _)| self.judged(run.segment));
-        let all = residuals
-            .flat_map(|(run, t)| blocks(run).into_iter().map(|b| b.observed_m_s - modelled_m_s(run, &b, &t.depth_m)).collect::<Vec<_>>());
-        Some(rms(all)).filter(|v| v.is_finite())
+        Some(error_m_s(&self.prepared, self.judged.printed().0, |k| tracks[k].depth_m.clone())).filter(|v| v.is_finite())
     }
 
     /// Error, traces by block, and L/D curve in a state.
     #[must_use]
     pub fn evaluation(&self, state: &State) -> Value {
         let (nominal, now) = (self.tracks(&State::nominal()), self.tracks(state));
+        let as_given = Some(as_given_m_s(&self.prepared, &self.vehicle, self.judged.printed().0)).filter(|v| v.is_finite());
         let recalibrated = self.fitted(&[]).and_then(|s| self.error(&self.tracks(&s)));
         let clock = flight_report::under_way(&self.prepared);
         let way = way(&self.flight, &self.prepared.runs, &now);
@@ -234,8 +229,8 @@ impl Opened {
         let values: Map<String, Value> =
             state.effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
         json!({
-            "error": {"nominal": self.error(&nominal), "recalibrated": recalibrated, "now": self.error(&now),
-                      "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": !self.check.is_empty()},
+            "error": {"nominal": as_given, "recalibrated": recalibrated, "now": self.error(&now),
+                      "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": self.judged.printed().1},
             "fixes": {"east": way.fixes.iter().map(|f| f.0).collect::<Vec<_>>(), "north": way.fixes.iter().map(|f| f.1).collect::<Vec<_>>()},
             "effects": values, "blocks": columns, "curve": curve([&self.vehicle, &self.refitted(state)], state, &flown),
         })

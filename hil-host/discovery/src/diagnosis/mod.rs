@@ -2,6 +2,7 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
+pub mod judged;
 pub(crate) mod ranking;
 pub mod report;
 pub(crate) mod settle;
@@ -11,6 +12,7 @@ pub mod verdict;
 use crate::ablation::is_on;
 use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
 use crate::criticism::residual_tests::Family;
+use crate::diagnosis::judged::{Blocks, Judged, is_fitted};
 pub use crate::diagnosis::ranking::Ranked;
 use crate::diagnosis::ranking::rank;
 use crate::diagnosis::settle::search_until_stable;
@@ -24,7 +26,7 @@ use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::initial_guess::is_uncalibrated;
 use crate::inference::posterior::Fit;
 use crate::inference::unknowns::is_free;
-use crate::likelihood::block_error::{Block, Predictor, blocks};
+use crate::likelihood::block_error::Predictor;
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Column, Problem};
@@ -156,7 +158,7 @@ pub fn prepared_problem<'a>(
     check: &[u32],
     notes: &mut Vec<String>,
 ) -> Result<(Problem<'a>, Fit), NothingToFit> {
-    let fitted = |s: u32| !check.contains(&s) && (vehicle.fit_segments.is_empty() || vehicle.fit_segments.contains(&s));
+    let fitted = |s: u32| is_fitted(vehicle, check, s);
     let mut problem = Problem::new(prepared, vehicle, fitted);
     let all = prepared.runs.iter().filter(|r| fitted(r.segment)).count();
     if problem.runs.len() < all {
@@ -241,9 +243,6 @@ pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -
     };
     candidates.first().filter(|best| best.log_odds > needs(best) + thin)
 }
-
-/// Blocks of the runs of some segments.
-type Blocks = Vec<(usize, Vec<Block>)>;
 
 /// The named set that is spoken of: the best where it is worth naming. Where the model has a discrepancy of its own, the likeliest set
 /// whose recalibration is one that vehicles scatter by, of which each effect lowers the error of all blocks by a practical share, and
@@ -350,10 +349,10 @@ fn conclude(
     mut notes: Vec<String>,
 ) -> Diagnosis {
     let SearchResult { null, candidates, likeness, used_up } = found;
-    let fit_blocks = gather(prepared, |s| problem.runs.iter().any(|r| r.segment == s));
-    let check_blocks = gather(prepared, |s| check.contains(&s));
+    let whole = Judged::of(prepared, vehicle, check);
+    let (fit_blocks, check_blocks) = (&whole.fitted, &whole.kept_out);
     let best = worth_naming(problem, candidates).map_or(null, |c| &c.fit);
-    let judged = [&fit_blocks, &check_blocks].map(|of| judged_blocks(problem, prepared, null, best, of));
+    let judged = [fit_blocks, check_blocks].map(|of| judged_blocks(problem, prepared, null, best, of));
     let blocks = [&judged[0], &judged[1]];
     let predictor = Predictor::new(problem, prepared);
     let (named, too_small) = spoken_of(&predictor, found, blocks);
@@ -380,20 +379,20 @@ fn conclude(
     }
     notes.extend(reasons.iter().map(|r| format!("{}: {}", verdict.name(), r.text())));
     if reasons.iter().any(|r| r.code() == "held_out_too_large") {
-        notes.push(format!("the check segments one by one{}", worst_segment(problem, prepared, &best.state, &check_blocks)));
+        notes.push(format!("the check segments one by one{}", worst_segment(problem, prepared, &best.state, check_blocks)));
     }
     let answer = match (verdict, named) {
         (Verdict::Explained | Verdict::Ambiguous, Some(c)) => c.effects.clone(),
         _ => Vec::new(),
     };
     let after = if answer.is_empty() { null.state.clone() } else { best.state.clone() };
-    let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, &after, &check_blocks);
+    let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, &after, check_blocks);
     notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
     notes.extend(problem.depth_noise_said());
     notes.extend(problem.moments_said(&best.state));
     notes.extend(far_from_file(vehicle, &best.state));
     notes.extend(not_determined(vehicle, &best.state));
-    let ranking = rank(problem, prepared, found, &after, [&fit_blocks, &check_blocks]);
+    let ranking = rank(problem, prepared, found, &after, &whole);
     let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
     Diagnosis {
         verdict,
@@ -453,8 +452,4 @@ impl Diagnosis {
         }
         self
     }
-}
-
-fn gather(prepared: &Prepared, wanted: impl Fn(u32) -> bool) -> Vec<(usize, Vec<Block>)> {
-    prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect()
 }

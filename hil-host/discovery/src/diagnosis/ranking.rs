@@ -1,6 +1,6 @@
 //! All hypotheses in the order of their probability, with the block errors that each leaves.
 
-use super::Blocks;
+use crate::diagnosis::judged::{Judged, as_given_m_s};
 use crate::hypotheses::candidate::Candidate;
 use crate::hypotheses::search::SearchResult;
 use crate::inference::estimate::{Estimate, estimates};
@@ -42,20 +42,20 @@ pub(super) struct Ranking {
 }
 
 /// Ranks everything that was asked; `after` is the state of the answer.
-pub(super) fn rank(problem: &Problem, prepared: &Prepared, found: &SearchResult, after: &State, [fitted, check]: [&Blocks; 2]) -> Ranking {
+pub(super) fn rank(problem: &Problem, prepared: &Prepared, found: &SearchResult, after: &State, judged: &Judged) -> Ranking {
     let candidates = &found.candidates;
     let top = candidates.iter().map(|c| c.log_odds).fold(0.0, f64::max);
     let total: f64 = (-top).exp() + candidates.iter().map(|c| (c.log_odds - top).exp()).sum::<f64>();
-    let nominal = State::nominal();
-    let mut states = vec![&nominal, &found.null.state, after];
+    let mut states = vec![&found.null.state, after];
     states.extend(candidates.iter().take(SHOWN).map(|c| &c.fit.state));
-    let on_fitted = block_errors(problem, prepared, &states, fitted, true);
-    let on_check = block_errors(problem, prepared, &states, check, false);
+    let on_fitted = block_errors(problem, prepared, &states, &judged.fitted, true);
+    let on_check = block_errors(problem, prepared, &states, &judged.kept_out, false);
+    let as_given = |of| as_given_m_s(prepared, problem.vehicle, of);
     let ranked = |(k, c): (usize, &Candidate)| Ranked {
         effects: c.effects.clone(),
         parameters: estimates(&c.fit),
-        error_fitted_m_s: on_fitted.get(3 + k).copied().unwrap_or(f64::NAN),
-        error_check_m_s: on_check.get(3 + k).copied().unwrap_or(f64::NAN),
+        error_fitted_m_s: on_fitted.get(2 + k).copied().unwrap_or(f64::NAN),
+        error_check_m_s: on_check.get(2 + k).copied().unwrap_or(f64::NAN),
         probability: (c.log_odds - top).exp() / total,
         log_odds: c.log_odds,
         gain: c.gain,
@@ -64,7 +64,7 @@ pub(super) fn rank(problem: &Problem, prepared: &Prepared, found: &SearchResult,
     Ranking {
         candidates: candidates.iter().enumerate().map(ranked).collect(),
         probability_nothing: (-top).exp() / total,
-        fitted_error_m_s: [on_fitted[0], on_fitted[1], on_fitted[2]],
-        block_error_m_s: [on_check[0], on_check[1], on_check[2]],
+        fitted_error_m_s: [as_given(&judged.fitted), on_fitted[0], on_fitted[1]],
+        block_error_m_s: [as_given(&judged.kept_out), on_check[0], on_check[1]],
     }
 }

@@ -1,6 +1,7 @@
 //! A diagnosis as JSON (the contract) and as words.
 
 use crate::criticism::localise::{Finding, rank, residuals};
+use crate::diagnosis::verdict::unknown_in_words;
 use crate::diagnosis::{Diagnosis, Ranked, Verdict};
 use crate::inference::estimate::Estimate;
 use crate::likelihood::block_error::blocks;
@@ -149,7 +150,7 @@ fn in_any_case(d: &Diagnosis) -> String {
     if d.discrepancy_m_s > 0.0 {
         let follows: Vec<String> =
             d.remains.iter().take(3).map(|r| format!("{:.2} cm/s by {} ({})", r.size_m_s * 100.0, r.variable, r.phase)).collect();
-        out += &format!(" Under every hypothesis the model is off by about {:.2} cm/s: {}.", d.discrepancy_m_s * 100.0, follows.join(", "));
+        out += &format!(" Whatever is named, the model stays off by about {:.2} cm/s: {}.", d.discrepancy_m_s * 100.0, follows.join(", "));
     }
     for s in &d.sensors {
         out += &format!(" Found: {} {}.", s.what, in_words(s.value, s.low, s.high, s.unit));
@@ -174,15 +175,14 @@ fn verdict_in_words(d: &Diagnosis) -> String {
                     let (value, unit) = if p < 300.0 { (p, "s") } else { (p / 60.0, "min") };
                     format!(" with a period of about {value:.0} {unit}")
                 });
-                format!(" It follows the {}{period}{}.", f.variable, f.scale_m_s.map_or_else(String::new, |s| format!(", about {}", cm(s))))
+                let size = f.scale_m_s.map_or_else(String::new, |s| format!(", about {}", cm(s)));
+                format!(" What is left follows the {}{period}{size}.", unknown_in_words(f.variable))
             });
-            let best = d.candidates.first().filter(|c| c.log_odds > 0.0).map_or_else(String::new, |c| {
-                let sizes: Vec<String> = c.parameters.iter().map(parameter_in_words).collect();
-                format!(" The best candidate is {} ({}).", c.effects.join(" with "), sizes.join(", "))
-            });
+            let best = d.candidates.first().filter(|c| c.log_odds > 0.0);
+            let best = best.map_or_else(String::new, |c| format!(" Nearest known: {}, which is not enough.", c.effects.join(" with ")));
             let why: Vec<String> = d.reasons.iter().map(crate::diagnosis::Reason::text).collect();
             format!(
-                "Something is missing that no effect of the catalogue explains: error {} after recalibration, while {floor}. Why: {}.{best}{what}",
+                "No known effect explains this flight: recalibrated, the model misses the depth rate by {}, and {floor}.{what}{best} Why no name: {}.",
                 cm(recalibrated),
                 why.join("; ")
             )
@@ -230,7 +230,15 @@ pub fn next_flight(d: &Diagnosis) -> String {
         Verdict::Adequate => {
             "None needed for this question; a flight at other pitches and drives would widen what the model is proven for.".into()
         }
-        Verdict::Unexplained => format!("{}; then diagnose again.", check_of(d.remainder.first().map_or("", |f| f.variable))),
+        Verdict::Unexplained => {
+            // Too few dives to keep one out of the fit: the cheapest that can be done about it.
+            let more = if d.check.is_empty() {
+                " Of this vehicle import four dives or more together, so that some can check the fit."
+            } else {
+                ""
+            };
+            format!("{}; then diagnose again.{more}", check_of(d.remainder.first().map_or("", |f| f.variable)))
+        }
         Verdict::Explained | Verdict::Ambiguous => {
             let advice = d.answer.first().and_then(|n| by_name(n)).map_or("", |e| e.separated_by());
             format!("To be surer: {advice}. `glider next-flight` writes the mission.")

@@ -148,12 +148,14 @@ impl Reason {
                 "without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into()
             }
             Self::UnknownLeads(u) if u.name_stands => format!(
-                "given what is named, an effect outside the catalogue that follows the {} is likelier than none, by {:.1} log units",
-                u.variable, u.ahead
+                "beside what is named, something unknown that follows the {} is likelier than nothing more, by {:.1} log units",
+                unknown_in_words(u.variable),
+                u.ahead
             ),
             Self::UnknownLeads(u) => format!(
-                "an effect outside the catalogue that follows the {} is likelier than any name, by {:.1} log units",
-                u.variable, u.ahead
+                "something unknown that follows the {} is likelier than any known effect, by {:.1} log units",
+                unknown_in_words(u.variable),
+                u.ahead
             ),
             Self::HeldOutTooLarge { floors } => {
                 format!(
@@ -165,12 +167,25 @@ impl Reason {
                 100.0 * answer_m_s,
                 100.0 * recalibrated_m_s
             ),
-            Self::NotFinite => "with the best hypothesis the model does not fly: its error is not a number".into(),
+            Self::NotFinite => "with the nearest known effects the model no longer flies".into(),
             Self::AtBound { effect } => format!("{effect} is at the end of what is possible and would have to be larger"),
-            Self::FarFromNoise { mean_square } => format!("innovations are {mean_square:.1} times as large as noise, in mean square"),
+            Self::FarFromNoise { mean_square } => format!("what is left is {mean_square:.1} times as large as noise, in mean square"),
             Self::WorkUsedUp => "the work that a search may take was used up: the answer is the best so far".into(),
         }
     }
+}
+
+/// What an effect outside the catalogue follows, `heading (pitch)`, in words.
+#[must_use]
+pub fn unknown_in_words(variable: &str) -> String {
+    let Some((follows, through)) = variable.split_once(" (") else { return variable.to_owned() };
+    let like = match through.trim_end_matches(')') {
+        "pitch" => "a wrong pitch",
+        "drag" => "a change of drag",
+        "trim" => "a change of weight",
+        other => other,
+    };
+    format!("{follows} and acts like {like}")
 }
 
 /// Errors of the best hypothesis and of nothing missing, m/s; NaN where there are no blocks.

@@ -2,6 +2,7 @@
 //!
 //! An effect that the file has switched on already is fitted anew: what is told is all of it, and the new file says that.
 
+use crate::diagnosis::judged::{Blocks, Judged, as_given_m_s};
 use crate::diagnosis::settle::{Changed, estimate_anew, settled};
 use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
@@ -10,7 +11,6 @@ use crate::inference::estimate::{Estimate, estimates};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::likelihood::block_error::block_errors;
-use crate::likelihood::block_error::blocks;
 use crate::model::branch::Branch;
 use crate::model::parameters::{CALIBRATION, State};
 use crate::model::sensor_findings::{SensorFinding, sensor_findings};
@@ -89,18 +89,14 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     if anew {
         null = settled(&as_given, &null.state);
     }
-    let gather = |wanted: &dyn Fn(u32) -> bool| {
-        prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect::<Vec<_>>()
-    };
-    let fitted = gather(&|s| problem.runs.iter().any(|r| r.segment == s));
-    let kept = gather(&|s| check.contains(&s));
-    let errors = |list: &[_], wave| {
-        let before = block_errors(&as_given, &prepared, &[&State::nominal(), &null.state], list, wave);
+    let judged = Judged::of(&prepared, vehicle, &check);
+    let errors = |list: &Blocks, wave| {
+        let recalibrated = block_errors(&as_given, &prepared, &[&null.state], list, wave);
         let after = block_errors(&problem, &prepared, &[&fit.state], list, wave);
-        [before[0], before[1], after[0]]
+        [as_given_m_s(&prepared, vehicle, list), recalibrated[0], after[0]]
     };
     let parameters = estimates(&fit);
-    let (fitted_m_s, heldout_m_s) = (errors(&fitted, true), errors(&kept, false));
+    let (fitted_m_s, heldout_m_s) = (errors(&judged.fitted, true), errors(&judged.kept_out, false));
     let mut document = document(&problem, &fit.state, effects, &parameters, flight, parent);
     narrow(&mut document, &problem, &fit, [fitted_m_s[2], heldout_m_s[2]]);
     let sensors = sensor_findings(vehicle, &fit.state, |i| fit.covariance[(i, i)].max(0.0).sqrt(), prepared.clock_shift_s);

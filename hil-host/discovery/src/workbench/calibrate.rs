@@ -12,12 +12,12 @@
 //! Not covered: correlation of the numbers (a vehicle file has a tolerance for each, no more); law numbers that no file states a
 //! tolerance of are refitted, and start from the same prior again.
 
+use crate::diagnosis::judged::{Blocks, Judged, as_given_m_s};
 use crate::diagnosis::settle::estimate_anew;
 use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
 use crate::hypotheses::identifiability::discrepancy_of;
 use crate::likelihood::block_error::block_errors;
-use crate::likelihood::block_error::{Block, blocks};
 use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{
@@ -150,7 +150,7 @@ struct Fitted<'a> {
     error_m_s: f64,
     /// By how much held-out dives are worse than fitted ones, at least 1.
     scatter: f64,
-    blocks: [Vec<(usize, Vec<Block>)>; 2],
+    blocks: [Blocks; 2],
 }
 
 impl<'a> Fitted<'a> {
@@ -163,10 +163,8 @@ impl<'a> Fitted<'a> {
         estimate_anew(&mut problem, &fit);
         fit = crate::diagnosis::settle::settled(&problem, &fit.state);
         notes.extend(own.into_iter().map(|n| format!("{}: {n}", flight.name)));
-        let gather = |wanted: &dyn Fn(u32) -> bool| {
-            prepared.runs.iter().enumerate().filter(|(_, r)| wanted(r.segment)).map(|(k, r)| (k, blocks(r))).collect::<Vec<_>>()
-        };
-        let blocks = [gather(&|s| problem.runs.iter().any(|r| r.segment == s)), gather(&|s| check.contains(&s))];
+        let Judged { fitted, kept_out } = Judged::of(prepared, vehicle, &check);
+        let blocks = [fitted, kept_out];
         let [fitted, held_out] = [0, 1].map(|i| block_errors(&problem, prepared, &[&fit.state], &blocks[i], i == 0)[0]);
         // NaN, where nothing was held out, is no scatter.
         let scatter = (held_out / fitted).max(1.0);
@@ -397,8 +395,8 @@ impl Together<'_> {
             (None, None) => f64::NAN,
         };
         let errors = |i: usize| {
-            let both = block_errors(&fitted.problem, prepared, &[&State::nominal(), state], &fitted.blocks[i], false);
-            [both[0], both[1]]
+            let of = &fitted.blocks[i];
+            [as_given_m_s(prepared, self.vehicle, of), block_errors(&fitted.problem, prepared, &[state], of, false)[0]]
         };
         let own = |i: usize| [state.calibration[i], sigma(i)].map(|z| z * tolerance_of(self.vehicle, i));
         FlightCalibration {

@@ -1,8 +1,11 @@
 //! Model against measurement, as the vehicle file stands: how far off, and where.
 
 use crate::criticism::localise::{Finding, rank, residuals};
+use crate::diagnosis::check_segments;
+use crate::diagnosis::judged::{Judged, as_given_m_s, is_fitted};
 use crate::likelihood::Problem;
 use crate::likelihood::block_error::{blocks, rms};
+use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::{Prepared, local_slope, prepare};
 use crate::record::flight::Flight;
@@ -39,11 +42,11 @@ pub struct Comparison {
     pub rms_m_s: f64,
     /// The same over steady rows.
     pub steady_rms_m_s: f64,
-    /// Block error of FORMAT section 6.1, m/s: on the check segments if the vehicle names some, else on all.
+    /// Block error of FORMAT section 6.1, m/s, on the segments by which a diagnosis prints it: those it keeps out of its fits, else the fitted.
     pub block_error_m_s: f64,
     /// Usual length of its blocks, s.
     pub block_s: f64,
-    /// Number of its blocks, and whether they are of check segments.
+    /// Number of its blocks, and whether they are of segments that are kept out of fits.
     pub blocks: (usize, bool),
     /// What ordinary water motion and sensors alone would leave of the block error, m/s.
     pub noise_floor_m_s: f64,
@@ -61,21 +64,18 @@ pub struct Comparison {
 #[must_use]
 pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
     let prepared: Prepared = prepare(flight, vehicle);
-    let problem = Problem::new(&prepared, vehicle, |_| true);
-    let state = State::nominal();
-    let named = prepared.runs.iter().any(|r| vehicle.check_segments.contains(&r.segment));
+    // Nothing is fitted here: which segments a fit would leave out is no news.
+    let check = check_segments(vehicle, &prepared, &mut Vec::new());
+    let problem = Problem::new(&prepared, vehicle, |s| is_fitted(vehicle, &check, s));
+    let judged = Judged::of(&prepared, vehicle, &check);
+    let (printed, held_out) = judged.printed();
+    let (branch, state) = (Branch::of_file(vehicle), State::nominal());
     let mut samples = Vec::new();
     let mut all = Vec::new();
-    let mut checked = Vec::new();
     let mut speed = Vec::new();
     for run in &prepared.runs {
-        let track = problem.track(run, &state);
-        let list = blocks(run);
-        let found = residuals(run, &list, &track);
-        if !named || vehicle.check_segments.contains(&run.segment) {
-            checked.extend(found.iter().map(|r| r.residual_m_s));
-        }
-        all.extend(found);
+        let track = branch.track(run, vehicle, &state);
+        all.extend(residuals(run, &blocks(run), &track));
         let (mut from_a, mut from_b) = (0, 0);
         for row in 0..run.time_s.len() {
             let t = run.time_s[row];
@@ -108,9 +108,9 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
     Comparison {
         rms_m_s: rms(samples.iter().map(residual)),
         steady_rms_m_s: rms(samples.iter().filter(|s| s.steady).map(residual)),
-        block_error_m_s: rms(checked.iter().copied()),
+        block_error_m_s: as_given_m_s(&prepared, vehicle, printed),
         block_s: problem.block_s(),
-        blocks: (checked.len(), named),
+        blocks: (printed.iter().map(|(_, list)| list.len()).sum(), held_out),
         noise_floor_m_s: problem.noise_floor_m_s(),
         findings: rank(&all),
         speed_error_m_s: (!speed.is_empty()).then(|| (speed.iter().sum::<f64>() / speed.len() as f64, rms(speed.iter().copied()))),

@@ -9,6 +9,7 @@
 //! | PC6 | locator beacon |
 //! | PC7 | burn wire, high while it is whole |
 //! | PC8 | strap, pulled up: to ground on a bench (hardware in the loop), open in deployment |
+//! | PA4 to PA7, PB0 | supplies: compass, GPS receiver, ADC and its inputs, motor bridges, servo; high is on |
 //! | PC9 | jumper, pulled down: to 3.3 V the board is a Slocum's backseat ([`crate::backseat_role`]) |
 
 use crate::backseat_role;
@@ -17,12 +18,13 @@ use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::registers::Registers;
 use crate::board::servo::Servo;
 use crate::board::spi::Spi;
+use crate::board::standstill::Standstill;
 use crate::board::uart::{self, Bytes, Line, Received};
 use crate::board::watchdog::Watchdog;
 use crate::board::{black_box, canary, clock, log, power_up, safe_outputs};
 use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
-use bay::{Fitted, KeptUtc, Outside, Parts, Run, Wiring};
+use bay::{Fitted, KeptUtc, Outside, Parts, Run, SupplyPins, Wiring, Woken};
 use control::Config;
 use cortex_m_rt::entry;
 use devices::soft_i2c::SoftI2c;
@@ -57,7 +59,8 @@ fn main() -> ! {
     let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::None) };
     safe_outputs(&chip.RCC, &chip.GPIOC);
     let flags = last_words::reset_flags(&chip.RCC);
-    // SAFETY: at work here alone, before anything else; then with the calendar clock, whose registers are nobody else's.
+    // SAFETY: at work here alone, before anything else; then with the calendar clock, whose registers are nobody else's, and in a stop
+    // with interrupts held off.
     let mut registers = unsafe { Registers::new() };
     let (base, crystal_hz) = clock::start_crystal(&chip.RCC, &mut registers);
     power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
@@ -111,13 +114,14 @@ fn main() -> ! {
         Some(utc) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
         None => defmt::info!("UTC unknown"),
     }
-    let mut hold = Chip { watchdog, words, strap, kept_utc, told: (Phase::default(), None) };
+    let mut hold = Chip { watchdog, words, strap, kept_utc, still: Standstill::new(core.SYST), told: (Phase::default(), None) };
     if backseat_role::is_role(words.mark) {
         backseat_role::run(line, chip.USART3, COMPASS, helm, &mut hold);
     }
 
     let out = |bit| Pin::new(Port::C, bit, Drive::PushPull);
     let open = |bit| Pin::new(Port::B, bit, Drive::OpenDrain);
+    let supply = |bit| Pin::new(Port::A, bit, Drive::PushPull);
     let wiring = Wiring::<Soldered> {
         bus: SoftI2c::new(open(6), open(7), Wait),
         delay: Wait,
@@ -129,16 +133,21 @@ fn main() -> ! {
         fin: Servo::start(chip.TIM4),
         compass: uart::compass(&chip.USART3, COMPASS),
         gps: uart::gps(&chip.UART4, GPS),
+        supplies: SupplyPins {
+            compass: supply(4),
+            gps: supply(5),
+            analog: supply(6),
+            bridges: supply(7),
+            servo: Pin::new(Port::B, 0, Drive::PushPull),
+        },
     };
     let mut parts = Parts::new(wiring, helm.config());
     parts.remember_air(air);
     let mut run = Run::new(line, parts, &mut hold);
     loop {
         canary::check();
-        run.pass(helm, &mut hold);
-        if run.line.is_idle() {
-            cortex_m::asm::wfi();
-        }
+        let due_ms = run.pass(helm, &mut hold);
+        run.rest(helm, &mut hold, due_ms);
     }
 }
 
@@ -148,6 +157,7 @@ pub struct Chip {
     words: LastWords,
     strap: Pin,
     kept_utc: KeptUtc<Registers>,
+    still: Standstill,
     told: (Phase, Option<Abort>),
 }
 
@@ -180,6 +190,12 @@ impl Outside for Chip {
             black_box::cycle(answer);
         }
         tell(message, &mut self.told);
+    }
+    fn sleep(&mut self, until_ms: u64) {
+        self.still.sleep(until_ms);
+    }
+    fn stop(&mut self, until_ms: u64) -> Option<Woken> {
+        self.still.stop(&mut self.kept_utc.rtc, until_ms)
     }
     fn seated(&mut self, seat: Seat) {
         match seat {

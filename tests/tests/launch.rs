@@ -71,20 +71,3 @@ fn hil_the_strap_decides_between_bench_and_deployment() {
     let refused = link.launch(&mission_file::built_in("sea").unwrap());
     assert!(matches!(refused, Err(SeatError::Refused { why: Refusal::Strap, .. })), "{refused:?}");
 }
-
-#[test]
-fn the_power_budget_is_that_of_the_states_that_the_loop_enters() {
-    let mission = mission_file::built_in("sea").unwrap();
-    let world = World::new(worlds::for_mission(&mission)).unwrap();
-    let found = hil_host::flight::power::budget(world, &Setup::new(mission)).unwrap();
-    println!("{:.1} mA, motors {:.1} mA, {:.0} days", found.electronics_ma, found.motors_ma, found.endurance_days());
-    let [(pressure_s, least_pressure_s), (adc_s, least_adc_s)] = found.per_cycle_s;
-    // The transducer converts four times a cycle, for 9.04 of the 9.3 ms that are waited.
-    assert!((pressure_s / least_pressure_s - 1.0).abs() < 0.1, "{pressure_s} s a cycle, {least_pressure_s} by the firmware's constant");
-    // The ADC at least four times, and twice for each look at the motors.
-    assert!(adc_s > least_adc_s && adc_s < 12.0 * least_adc_s, "{adc_s} {least_adc_s}");
-    let share = |what: &str| found.rows.iter().find(|r| r.what.contains(what)).unwrap().share;
-    assert!((share("running") + share("sleeping") - 1.0).abs() < 1e-9 && share("running") < 0.1, "{}", share("running"));
-    // The aim is 8 mA; a compass that is always on takes most of it. The bound is what was measured.
-    assert!(found.electronics_ma < 26.0 && found.electronics_ma > 8.0, "{}", found.electronics_ma);
-}

@@ -32,6 +32,11 @@ impl<U: Read + ReadReady> Compass<U> {
         Self { port, reader: Reader::default(), before: None, held: None, whole: 0, refused: 0 }
     }
 
+    /// It was switched on: what it said before is of another time.
+    pub fn begin(&mut self) {
+        (self.reader, self.before) = (Reader::default(), None);
+    }
+
     /// Takes the bytes that have come.
     pub fn listen(&mut self, now_ms: u64) {
         for _ in 0..MOST {
@@ -106,5 +111,9 @@ mod tests {
         compass.listen(610);
         assert!(compass.attitude().is_some_and(|(_, at)| *at == 610));
         assert_eq!((compass.whole, compass.refused), (5, 0));
+        compass.begin();
+        compass.port = sentences(&["C0.0P5.3R0.1"]);
+        compass.listen(4_610);
+        assert!(compass.attitude().is_some_and(|(_, at)| *at == 610), "switched on anew: one alone");
     }
 }

@@ -5,7 +5,10 @@ use helm::UtcClock;
 
 /// The calendar clock and what is kept beside its count.
 #[derive(Debug)]
-pub struct KeptUtc<R>(Rtc<R>);
+pub struct KeptUtc<R> {
+    /// The calendar clock.
+    pub rtc: Rtc<R>,
+}
 
 impl<R: Registers> KeptUtc<R> {
     /// Takes UTC up again, where it was kept. `now_ms`: since boot.
@@ -16,14 +19,14 @@ impl<R: Registers> KeptUtc<R> {
         if let (Some(oscillator), Some(count_ms)) = (rtc.oscillator(), rtc.count_ms()) {
             clock.wake(rtc.kept(), count_ms, oscillator.ppm());
         }
-        Self(rtc)
+        Self { rtc }
     }
 
     /// Keeps it as it is now; call it about once a second. `now_ms`: since boot.
     pub fn keep(&mut self, clock: &UtcClock, now_ms: u64) {
-        self.0.poll(now_ms);
-        if let Some(words) = self.0.count_ms().and_then(|count_ms| clock.keep(count_ms)) {
-            self.0.keep(words);
+        self.rtc.poll(now_ms);
+        if let Some(words) = self.rtc.count_ms().and_then(|count_ms| clock.keep(count_ms)) {
+            self.rtc.keep(words);
         }
     }
 }

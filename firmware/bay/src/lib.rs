@@ -10,6 +10,8 @@
 //! | [`compass`] | which attitude holds |
 //! | [`kept_utc`] | what time it is after a reset |
 //! | [`strokes`] | whether pump and battery mass move, on deck |
+//! | [`supplies`] | which part has its supply when |
+//! | [`rudder`] | the fin's servo |
 //! | [`scale`] | what the configuration means at pots and motors |
 //!
 //! Pins, buses and ports come as embedded-hal and embedded-io traits, time and
@@ -24,12 +26,15 @@ mod bytes;
 pub mod compass;
 pub mod kept_utc;
 pub mod parts;
+pub mod rudder;
 pub mod run;
 pub mod scale;
 pub mod strokes;
+pub mod supplies;
 
 pub use backseat_role::{BackseatLaw, RunBackseat};
 use bytes::next_byte;
 pub use kept_utc::KeptUtc;
 pub use parts::{Fitted, Parts, Wiring};
-pub use run::{Outside, Run};
+pub use run::{Outside, Run, Woken};
+pub use supplies::SupplyPins;

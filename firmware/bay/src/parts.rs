@@ -7,21 +7,23 @@
 
 use crate::antenna::Antenna;
 use crate::compass::Compass;
+use crate::rudder::Rudder;
 use crate::scale::{self, Scale};
+use crate::supplies::{self, COMPASS_FRESH_MS, HULL_START_MS, POTS_START_MS, Supplies, SupplyPins};
 use control::config::Settings;
 use devices::adc::{self, Channel};
 use devices::attitude::Attitude;
 use devices::gauge::Gauge;
-use devices::motor::Motor;
+use devices::motor::{Doing, Motor};
 use devices::pressure::{Measured, Pressure};
 use devices::release::Release;
-use devices::{fin, vacuum};
+use devices::vacuum;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::i2c::I2c;
 use embedded_hal::pwm::SetDutyCycle;
 use embedded_io::{Read, ReadReady};
-use signals::{ActuatorCommand, Micros, Reading, SensorFrame, Surface, Weight};
+use signals::{ActuatorCommand, Micros, Phase, Reading, SensorFrame, Surface, Weight};
 
 /// Capacity of the battery, A·s: 215 A·h of alkaline cells (guess).
 pub const CAPACITY_C: f32 = 215.0 * 3600.0;
@@ -76,6 +78,8 @@ pub struct Wiring<F: Fitted> {
     pub compass: F::Compass,
     /// Port of the GPS receiver.
     pub gps: F::Gps,
+    /// Switches of the supplies.
+    pub supplies: SupplyPins<F::Out>,
 }
 
 /// The parts, at work.
@@ -87,7 +91,8 @@ pub struct Parts<F: Fitted> {
     release: Release<F::Out, F::Out>,
     beacon: F::Out,
     wire: F::In,
-    fin: F::Servo,
+    rudder: Rudder<F::Servo, F::Out>,
+    supplies: Supplies<F::Out>,
     /// The compass.
     pub compass: Compass<F::Compass>,
     /// The GPS receiver.
@@ -106,7 +111,8 @@ impl<F: Fitted> Parts<F> {
     /// Takes the pins; nothing moves.
     pub fn new(wiring: Wiring<F>, settings: &Settings) -> Self {
         let scale = Scale::of(settings);
-        let Wiring { bus, delay, pump, mass, release, beacon, wire, fin, compass, gps } = wiring;
+        let Wiring { bus, delay, pump, mass, release, beacon, wire, fin, compass, gps, supplies } = wiring;
+        let (supplies, servo) = Supplies::new(supplies);
         let mut parts = Self {
             bus,
             delay,
@@ -115,7 +121,8 @@ impl<F: Fitted> Parts<F> {
             release: Release::new(release.0, release.1),
             beacon,
             wire,
-            fin,
+            rudder: Rudder::new(fin, servo),
+            supplies,
             compass: Compass::new(compass),
             antenna: Antenna::new(gps),
             pressure: None,
@@ -178,14 +185,60 @@ impl<F: Fitted> Parts<F> {
         adc::volts(&mut self.bus, &mut self.delay, channel).ok()
     }
 
-    /// What is measured now. About 75 ms with all parts there.
+    /// Switches compass and GPS receiver on: on deck, and at a bench.
+    pub fn wake(&mut self) {
+        self.wake_compass();
+        self.supplies.gps.put(true);
+    }
+
+    /// Switches the compass on: in time for the next reading.
+    pub fn wake_compass(&mut self) {
+        if self.supplies.compass.put(true) {
+            self.compass.begin();
+        }
+    }
+
+    /// Switches off what this reading no longer needs. A compass that gave nothing stays on, so that it is heard as soon as it speaks.
+    /// What it has said is heard now: afterwards nobody could tell how old that is.
+    pub fn doze(&mut self, now_ms: u64, phase: Phase, depth: Reading) {
+        self.compass.listen(now_ms);
+        let fresh = self.compass.attitude().is_some_and(|(_, at_ms)| now_ms.saturating_sub(*at_ms) <= COMPASS_FRESH_MS);
+        if fresh {
+            self.supplies.compass.put(false);
+        }
+        self.supplies.gps.put(supplies::gps_wanted(phase, depth));
+    }
+
+    /// Nothing moves, speaks or is about to fire: the chip's clocks may stand still.
+    pub fn are_still(&self) -> bool {
+        self.supplies.are_off() && self.rudder.due_ms().is_none() && !self.wanted.is_some_and(|wanted| wanted.drop_weight)
+    }
+
+    /// ADC and what hangs on its inputs: on, and standing.
+    fn wake_analog(&mut self, start_ms: u32) {
+        if self.supplies.analog.put(true) || start_ms > POTS_START_MS {
+            self.delay.delay_ms(start_ms);
+        }
+    }
+
+    /// Off again, but while a motor is driven: then its pot is looked at five times a second.
+    fn doze_analog(&mut self) {
+        if !self.supplies.bridges.is_on() {
+            self.supplies.analog.put(false);
+        }
+    }
+
+    /// What is measured now. About 100 ms with all parts there.
     pub fn measure(&mut self, now_ms: u64, dt_s: f32) -> SensorFrame {
         self.seq = self.seq.wrapping_add(1);
         self.listen(now_ms);
         let measured = self.measure_pressure();
         let supply = self.gauge.measure(&mut self.bus, dt_s).ok();
+        self.wake_analog(HULL_START_MS);
+        let (ballast_m3, battery_mass_m) = (self.pump_m3(), self.mass_m());
         let vacuum_pa = self.volts(Channel::Vacuum).and_then(|volts| vacuum::pascals(volts).ok());
         let leak = scale::leak(self.volts(Channel::Leak));
+        self.doze_analog();
         let held = self.compass.attitude();
         let attitude = |of: fn(&Attitude) -> f32| match held {
             Some((a, at_ms)) => Reading::Sampled { value: of(a), age_ms: u32::try_from(now_ms.saturating_sub(*at_ms)).unwrap_or(u32::MAX) },
@@ -199,8 +252,8 @@ impl<F: Fitted> Parts<F> {
             pitch_rad,
             roll_rad,
             heading_rad,
-            ballast_m3: reading(self.pump_m3()),
-            battery_mass_m: reading(self.mass_m()),
+            ballast_m3: reading(ballast_m3),
+            battery_mass_m: reading(battery_mass_m),
             battery_v: reading(supply.map(|s| s.volts)),
             charge: reading(supply.map(|_| self.gauge.charge())),
             vacuum_pa: reading(vacuum_pa),
@@ -236,6 +289,9 @@ impl<F: Fitted> Parts<F> {
         self.mass.stop();
         self.release.stop();
         let _ = self.beacon.set_low();
+        self.rudder.rest();
+        self.supplies.bridges.put(false);
+        self.supplies.analog.put(false);
     }
 
     /// Absolute pressure at the transducer, Pa.
@@ -258,16 +314,19 @@ impl<F: Fitted> Parts<F> {
         let Some(wanted) = self.wanted else { return (None, None) };
         let dt_s = (now_ms.saturating_sub(self.looked_ms).min(10_000) as f32) * 1e-3;
         self.looked_ms = now_ms;
+        self.wake_analog(POTS_START_MS);
         let (pump, mass) = (self.pump_m3(), self.mass_m());
-        self.pump.look(pump, wanted.ballast_m3, dt_s);
-        self.mass.look(mass, wanted.battery_mass_m, dt_s);
+        let doing = [self.pump.look(pump, wanted.ballast_m3, dt_s), self.mass.look(mass, wanted.battery_mass_m, dt_s)];
+        self.supplies.bridges.put(doing.iter().any(|doing| matches!(doing, Doing::Driving(_))));
+        self.doze_analog();
         self.release.look(wanted.drop_weight, dt_s);
-        let _ = fin::set(&mut self.fin, wanted.fin_rad);
+        self.rudder.look(wanted.fin_rad, now_ms);
         let _ = if wanted.beacon { self.beacon.set_high() } else { self.beacon.set_low() };
         let firing_s = wanted.drop_weight.then_some(LOOK_S);
         let due = [self.pump.next_look_s(LOOK_S), self.mass.next_look_s(LOOK_S), firing_s];
         let due_s = due.into_iter().flatten().fold(REST_S, |least: f32, s| if s < least { s } else { least });
-        self.look_due_ms = now_ms.saturating_add((due_s * 1e3) as u64);
+        let due_ms = now_ms.saturating_add((due_s * 1e3) as u64);
+        self.look_due_ms = self.rudder.due_ms().map_or(due_ms, |rudder_ms| rudder_ms.min(due_ms));
         (pump, mass)
     }
 }

@@ -3,12 +3,13 @@
 use crate::next_byte;
 use crate::parts::{Fitted, Parts};
 use crate::strokes::Strokes;
+use crate::supplies::COMPASS_LEAD_MS;
 use embedded_io::{Read, ReadReady, Write};
 use helm::session::CYCLE_MS;
 use helm::silence::PATIENCE_MS;
 use helm::{Helm, Mark, Seat, Storage, UtcClock};
 use signals::link::MAX_WIRE;
-use signals::{Micros, Preflight, Reply, Strap, ToHost, encode};
+use signals::{Micros, Preflight, Reply, Strap, Timebase, ToHost, encode};
 
 /// Most bytes taken from the line before the loop looks at the clock again.
 pub(crate) const BYTES_PER_PASS: usize = 256;
@@ -16,6 +17,22 @@ pub(crate) const BYTES_PER_PASS: usize = 256;
 pub(crate) const HOST_MS: u64 = PATIENCE_MS + 2 * CYCLE_MS as u64;
 /// Longest time until the next pass, ms; so often UTC is kept.
 const PASS_MS: u64 = 1_000;
+
+/// Time after the last byte of the line in which more may come, ms: the chip does not stop.
+pub const LINK_MS: u64 = 60_000;
+/// Shorter than this it only sleeps, ms: the clock takes 2 ms to come back.
+const LEAST_STOP_MS: u64 = 20;
+
+/// How a stop ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Woken {
+    /// The line ended it: its first byte is lost.
+    pub by_line: bool,
+    /// What the board runs on now, where that changed.
+    pub base: Option<Timebase>,
+    /// How far time since boot may be off over stops, parts of a million.
+    pub ppm: u32,
+}
 
 /// What the loop asks of the chip beside its pins.
 pub trait Outside {
@@ -35,6 +52,12 @@ pub trait Outside {
     fn said(&mut self, _message: &ToHost) {}
     /// Frames come from elsewhere now.
     fn seated(&mut self, _seat: Seat) {}
+    /// Sleeps until then at the latest, or until a byte of the line comes; bytes of compass and GPS receiver are kept.
+    fn sleep(&mut self, _until_ms: u64) {}
+    /// Stops the chip's clocks until then at the latest, or until the line speaks; time since boot goes on. None: it cannot.
+    fn stop(&mut self, _until_ms: u64) -> Option<Woken> {
+        None
+    }
 }
 
 /// UTC of now; once per [`PASS_MS`] it is kept where a reset leaves it alone.
@@ -69,20 +92,25 @@ pub struct Run<F: Fitted, L> {
     stepped_ms: u64,
     /// When UTC was kept.
     kept_ms: u64,
+    /// When the line last spoke.
+    heard_ms: u64,
+    strap: Strap,
 }
 
 impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
     /// Before the first pass.
     pub fn new(line: L, parts: Parts<F>, outside: &mut impl Outside) -> Self {
         let now_ms = outside.now_ms();
-        Self { line, parts, seat: Seat::Open, strokes: Strokes::default(), frame_ms: now_ms, stepped_ms: now_ms, kept_ms: now_ms }
+        let (seat, strokes) = (Seat::Open, Strokes::default());
+        Self { line, parts, seat, strokes, frame_ms: now_ms, stepped_ms: now_ms, kept_ms: now_ms, heard_ms: now_ms, strap: Strap::Bench }
     }
 
     /// One pass; returns when the next one is due at the latest, ms.
     pub fn pass<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) -> u64 {
         tick_utc(helm, outside, &mut self.kept_ms);
         helm.lost_bytes(outside.lost_bytes());
-        helm.deck.strapped(outside.strap());
+        self.strap = outside.strap();
+        helm.deck.strapped(self.strap);
         self.take_bytes(helm, outside);
         let now_ms = outside.now_ms();
         self.parts.listen(now_ms);
@@ -92,6 +120,8 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
         self.take_seat(helm, outside, now_ms);
         if self.seat == Seat::Sensors {
             self.fly(helm, outside, now_ms);
+        } else {
+            self.parts.wake();
         }
         if self.seat == Seat::Open {
             self.check(helm, now_ms);
@@ -109,9 +139,36 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
         self.due_ms(now_ms)
     }
 
+    /// Between two passes: the chip sleeps, or stops where nothing moves and nobody is expected to speak.
+    pub fn rest<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O, until_ms: u64) {
+        if self.line.read_ready().unwrap_or(false) {
+            return;
+        }
+        let now_ms = outside.now_ms();
+        let long = until_ms.saturating_sub(now_ms) >= LEAST_STOP_MS;
+        if !(long && self.may_stop(helm.mark(), now_ms)) {
+            return outside.sleep(until_ms);
+        }
+        let Some(woken) = outside.stop(until_ms) else { return outside.sleep(until_ms) };
+        helm.utc.stopped(woken.ppm);
+        if let Some(base) = woken.base {
+            helm.utc.runs_on(base);
+        }
+        if woken.by_line {
+            self.heard_ms = outside.now_ms();
+        }
+    }
+
+    /// On own sensors in a mission, the strap taken out, the line silent, nothing driven, nobody listened to.
+    fn may_stop(&self, mark: Mark, now_ms: u64) -> bool {
+        let alone = self.strap == Strap::Deployment && now_ms.saturating_sub(self.heard_ms) >= LINK_MS;
+        alone && self.seat == Seat::Sensors && mark.in_mission() && self.parts.are_still()
+    }
+
     fn take_bytes<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O) {
         for _ in 0..BYTES_PER_PASS {
             let Some(byte) = next_byte(&mut self.line) else { return };
+            self.heard_ms = outside.now_ms();
             if let Some(reply) = helm.byte(byte) {
                 self.answer(helm, outside, &reply);
             }
@@ -160,10 +217,13 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
                 outside.remember(helm.mark(), self.parts.air_pa());
                 helm.keep_mark();
                 self.parts.command(answer.command);
+                self.parts.doze(outside.now_ms(), answer.trace.phase, frame.depth_m);
                 outside.said(&ToHost::Answer(answer));
                 outside.feed();
                 helm.keep_log();
             }
+        } else if since_ms.saturating_add(COMPASS_LEAD_MS) >= u64::from(CYCLE_MS) {
+            self.parts.wake_compass();
         }
         let now_ms = outside.now_ms();
         if self.parts.look_due_ms().is_some_and(|due| due <= now_ms) {
@@ -210,6 +270,8 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
             return latest.min(self.parts.look_due_ms().unwrap_or(latest));
         }
         let cycle = self.stepped_ms.saturating_add(CYCLE_MS as u64);
-        latest.min(cycle).min(self.parts.look_due_ms().unwrap_or(latest))
+        let compass = cycle.saturating_sub(COMPASS_LEAD_MS);
+        let next = if now_ms < compass { compass } else { cycle };
+        latest.min(next).min(self.parts.look_due_ms().unwrap_or(latest))
     }
 }

@@ -16,6 +16,11 @@ pub fn set(servo: &mut impl SetDutyCycle, fin_rad: f32) -> bool {
     servo.set_duty_cycle(duty as u16).is_ok()
 }
 
+/// No pulses: a servo without supply must not be fed through its signal.
+pub fn off(servo: &mut impl SetDutyCycle) -> bool {
+    servo.set_duty_cycle(0).is_ok()
+}
+
 #[cfg(test)]
 mod tests {
     use embedded_hal_mock::eh1::pwm::{Mock, Transaction};

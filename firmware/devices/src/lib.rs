@@ -13,6 +13,7 @@
 //! | [`release`] | drop weight: two pins that must be driven in sequence | – |
 //! | [`flash`] | Winbond W25Q128JV log flash, SPI | Winbond W25Q128JV rev F |
 //! | [`rtc`] | the chip's own calendar clock, register by register | ST RM0090 chapter 26 |
+//! | [`stop`] | the chip's STOP mode, and time over it | ST RM0090 chapter 5 |
 //! | [`crystal`] | the chip's crystal, measured against its internal oscillator | ST RM0090, DS8626 |
 //! | [`soft_i2c`] | the I²C bus itself, on two open-drain pins | NXP UM10204 |
 //!
@@ -34,6 +35,7 @@ pub mod pressure;
 pub mod release;
 pub mod rtc;
 pub mod soft_i2c;
+pub mod stop;
 pub mod vacuum;
 
 /// Why a part gave nothing.

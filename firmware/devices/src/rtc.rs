@@ -30,18 +30,19 @@ const CSR: u32 = 0x4002_3874;
 const LSION: u32 = 1;
 const LSIRDY: u32 = 1 << 1;
 /// PWR: writing to the backup domain allowed.
-const PWR_CR: u32 = 0x4000_7000;
+pub(crate) const PWR_CR: u32 = 0x4000_7000;
 const DBP: u32 = 1 << 8;
 /// RTC.
 const TR: u32 = 0x4000_2800;
 const DR: u32 = TR + 0x04;
-const CR: u32 = TR + 0x08;
+pub(crate) const CR: u32 = TR + 0x08;
 const BYPSHAD: u32 = 1 << 5;
-const ISR: u32 = TR + 0x0c;
+pub(crate) const ISR: u32 = TR + 0x0c;
 const INIT: u32 = 1 << 7;
 const INITF: u32 = 1 << 6;
 const PRER: u32 = TR + 0x10;
-const WPR: u32 = TR + 0x24;
+pub(crate) const WUTR: u32 = TR + 0x14;
+pub(crate) const WPR: u32 = TR + 0x24;
 const SSR: u32 = TR + 0x28;
 const BACKUP: u32 = TR + 0x50;
 
@@ -98,7 +99,7 @@ enum State {
 /// The clock.
 #[derive(Debug)]
 pub struct Rtc<R> {
-    registers: R,
+    pub(crate) registers: R,
     state: State,
     /// Count and time since boot at the last look.
     looked: Option<(u64, u64)>,

@@ -30,6 +30,8 @@ pub struct UtcClock {
     /// Since boot; none: whoever runs this has no clock.
     now_ms: Option<u64>,
     base: Timebase,
+    /// Least error of the time since boot, where the chip's clock stood still meanwhile, parts of a million.
+    stops_ppm: u32,
     /// UTC, and the moment it was set.
     set: Option<(Utc, u64)>,
     /// The last fix: UTC and when it came.
@@ -40,12 +42,17 @@ impl UtcClock {
     /// Nothing known, not even that the board runs on its crystal.
     #[must_use]
     pub const fn new() -> Self {
-        Self { now_ms: None, base: Timebase::Elsewhere, set: None, fix: None }
+        Self { now_ms: None, base: Timebase::Elsewhere, stops_ppm: 0, set: None, fix: None }
     }
 
     /// What the board runs on.
     pub const fn runs_on(&mut self, base: Timebase) {
         self.base = base;
+    }
+
+    /// The chip's clock stood still for a while; time since boot was taken from one that is right to `ppm`.
+    pub const fn stopped(&mut self, ppm: u32) {
+        self.stops_ppm = ppm;
     }
 
     /// Sets the time since boot.
@@ -61,7 +68,7 @@ impl UtcClock {
 
     fn at(&self, now_ms: u64) -> Option<Utc> {
         let (utc, set_ms) = self.set?;
-        let ppm = if self.base == Timebase::Crystal { CRYSTAL_PPM } else { INTERNAL_PPM };
+        let ppm = if self.base == Timebase::Crystal { CRYSTAL_PPM } else { INTERNAL_PPM }.max(self.stops_ppm);
         on(utc, now_ms.saturating_sub(set_ms), ppm)
     }
 
@@ -185,6 +192,8 @@ mod tests {
         c.tick(10_000 + day);
         // 50 ppm of a day are 4.32 s.
         assert_eq!(c.utc(), Some(Utc { ms: NOON + day, within_ms: 4_340, source: TimeSource::Host }));
+        c.stopped(100);
+        assert_eq!(c.utc().map(|utc| utc.within_ms), Some(8_660), "and of a clock that stood still, 100 ppm");
         c.tick(10_000 + 1000 * day);
         assert_eq!(c.utc(), None, "off by 72 minutes at worst is unknown");
         c.tick(u64::MAX);

@@ -77,6 +77,24 @@ pub fn now_ms() -> u64 {
     critical_section::with(|cs| MILLIS.borrow(cs).get())
 }
 
+/// The tick stands still, and nothing of it is left to be served.
+pub fn hold_tick(syst: &mut SYST) {
+    syst.disable_counter();
+    syst.disable_interrupt();
+    cortex_m::peripheral::SCB::clear_pendst();
+}
+
+/// It goes on at `now_ms`; the time since boot never goes back.
+pub fn resume_tick(syst: &mut SYST, now_ms: u64) {
+    critical_section::with(|cs| {
+        let millis = MILLIS.borrow(cs);
+        millis.set(millis.get().max(now_ms));
+    });
+    syst.clear_current();
+    syst.enable_interrupt();
+    syst.enable_counter();
+}
+
 #[exception]
 fn SysTick() {
     critical_section::with(|cs| {

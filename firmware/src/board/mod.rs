@@ -11,6 +11,7 @@ pub mod registers;
 mod rtt;
 pub mod servo;
 pub mod spi;
+pub mod standstill;
 pub mod uart;
 pub mod watchdog;
 
@@ -41,6 +42,8 @@ pub fn power_up(rcc: &RCC, gpioa: &GPIOA, gpiob: &GPIOB) {
         w.tim2en().enabled().tim4en().enabled().usart2en().enabled().usart3en().enabled().uart4en().enabled().spi2en().enabled()
     });
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+    // A line that nobody is at speaks no noise, and wakes nobody.
+    gpioa.pupdr().modify(|_, w| w.pupdr10().pull_up());
     gpioa.afrl().modify(|_, w| w.afrl0().af8().afrl1().af8().afrl2().af7());
     gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
     gpioa

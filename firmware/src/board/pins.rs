@@ -3,7 +3,7 @@
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
-use stm32f4::stm32f405::{GPIOB, GPIOC, gpioa};
+use stm32f4::stm32f405::{GPIOA, GPIOB, GPIOC, gpioa};
 
 /// Port of a pin. Zero is left free for "no pin", so that a static without
 /// one is all zeros and takes no flash.
@@ -11,6 +11,7 @@ use stm32f4::stm32f405::{GPIOB, GPIOC, gpioa};
 pub enum Port {
     B = 1,
     C = 2,
+    A = 3,
 }
 
 /// How a pin drives.
@@ -62,6 +63,7 @@ impl Pin {
         // used here; set and reset go through BSRR, which is atomic.
         unsafe {
             match self.port {
+                Port::A => &*GPIOA::ptr(),
                 Port::B => &*GPIOB::ptr().cast(),
                 Port::C => &*GPIOC::ptr().cast(),
             }

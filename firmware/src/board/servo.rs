@@ -32,6 +32,10 @@ impl SetDutyCycle for Servo {
     }
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
         self.0.ccr3().write(|w| w.ccr().set(duty.into()));
+        if duty == 0 {
+            // At once, and not at the end of the period: the timer may be about to stand still.
+            self.0.egr().write(|w| w.ug().set_bit());
+        }
         Ok(())
     }
 }

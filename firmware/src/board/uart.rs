@@ -5,12 +5,12 @@
 
 use core::cell::Cell;
 use core::convert::Infallible;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4::stm32f405::{Interrupt, UART4, USART1, USART3, interrupt, usart1};
+use stm32f4::stm32f405::{Interrupt, UART4, USART1, USART2, USART3, interrupt, usart1};
 
 /// Rate of the line, bit/s.
 pub const BAUD: u32 = 115_200;
@@ -29,6 +29,8 @@ static LINE: Handover = Mutex::new(Cell::new(None));
 static COMPASS: Handover = Mutex::new(Cell::new(None));
 static GPS: Handover = Mutex::new(Cell::new(None));
 static LOST: AtomicU32 = AtomicU32::new(0);
+/// A byte of the line has come since it was last asked.
+static HEARD: AtomicBool = AtomicBool::new(false);
 
 /// Room for the bytes of one port.
 pub type Bytes = Queue<u8, QUEUE>;
@@ -185,6 +187,24 @@ pub fn take_lost() -> u32 {
     })
 }
 
+/// Whether the line has spoken since the last call.
+pub fn take_heard() -> bool {
+    critical_section::with(|_| {
+        let heard = HEARD.load(Ordering::Relaxed);
+        HEARD.store(false, Ordering::Relaxed);
+        heard
+    })
+}
+
+/// Waits, bounded, until the last byte has left line and log: a port that stands still sends half of it.
+pub fn let_out() {
+    for port in [USART1::ptr(), USART2::ptr()] {
+        // SAFETY: status is read only; reading it clears nothing as long as DR is not read after it.
+        let port = unsafe { &*port };
+        let _ = (0..SEND_WAIT).any(|_| port.sr().read().tc().bit_is_set());
+    }
+}
+
 /// Divider of the baud rate generator, sixteenths (RM0090 30.3.4), rounded.
 pub const fn divisor(baud: u32) -> u32 {
     (super::clock::CORE_HZ + baud / 2) / baud
@@ -201,6 +221,7 @@ fn USART1() {
     let status = port.sr().read();
     if status.rxne().bit_is_set() || status.ore().bit_is_set() {
         let byte = port.dr().read().dr().bits() as u8;
+        HEARD.store(true, Ordering::Relaxed);
         let kept = BYTES.as_mut().is_some_and(|queue| queue.enqueue(byte).is_ok());
         if !kept || status.ore().bit_is_set() {
             LOST.store(LOST.load(Ordering::Relaxed).saturating_add(1), Ordering::Relaxed);

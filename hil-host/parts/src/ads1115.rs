@@ -4,6 +4,12 @@ use crate::wires::Target;
 use crate::{Around, Clock, Sample, Work};
 
 const CONVERSION_NS: u64 = 7_812_500;
+/// From its supply to its first answer, ns (SBAS444: 50 µs).
+const START_NS: u64 = 50_000;
+/// Until pots and leak loop stand, ns: five times 1 ms of their filters (guess).
+const POTS_NS: u64 = 5_000_000;
+/// Warm-up of the hull's pressure sensor, ns (MPXA6115A table 1).
+const HULL_NS: u64 = 20_000_000;
 const CONFIG: usize = 1;
 /// After power-up (SBAS444 table 8).
 const DEFAULTS: [u16; 4] = [0, 0x8583, 0x8000, 0x7fff];
@@ -20,13 +26,15 @@ pub struct Ads1115 {
     at: usize,
     /// Result of the conversion under way, and when it is there.
     converting: Option<(u16, u64)>,
+    /// When its supply was switched on, ns.
+    since_ns: u64,
 }
 
 impl Ads1115 {
     /// A part in its surroundings.
     #[must_use]
     pub fn new(clock: Clock, around: Around) -> Self {
-        Self { clock, around, registers: DEFAULTS, pointer: 0, written: Vec::new(), at: 0, converting: None }
+        Self { clock, around, registers: DEFAULTS, pointer: 0, written: Vec::new(), at: 0, converting: None, since_ns: 0 }
     }
 
     fn settle(&mut self) {
@@ -45,7 +53,12 @@ impl Ads1115 {
             let now = self.clock.now_ns();
             let sample = self.around.borrow_mut().sample(now);
             let full_scale_v = FULL_SCALE_V[usize::from(value >> 9 & 7)];
-            let volts = inputs(&sample);
+            let mut volts = inputs(&sample);
+            // What has just been switched on gives nothing yet.
+            let on_ns = self.clock.on_ns(Work::Analog).unwrap_or(0);
+            for (volts, start_ns) in volts.iter_mut().zip([POTS_NS, POTS_NS, HULL_NS, POTS_NS]) {
+                *volts *= f64::from(u8::from(on_ns >= start_ns));
+            }
             let volts = match value >> 12 & 7 {
                 0 => volts[0] - volts[1],
                 1 => volts[0] - volts[3],
@@ -78,6 +91,20 @@ fn inputs(s: &Sample) -> [f64; 4] {
 impl Target for Ads1115 {
     fn address(&self) -> u8 {
         0x48
+    }
+
+    fn listens(&mut self) -> bool {
+        match self.clock.on_ns(Work::Analog) {
+            Some(on_ns) => {
+                // Switched off and on since it was last asked: as after power-up.
+                if self.clock.now_ns() - on_ns != self.since_ns {
+                    self.since_ns = self.clock.now_ns() - on_ns;
+                    self.power_cycle();
+                }
+                on_ns >= START_NS
+            }
+            None => false,
+        }
     }
 
     fn begin(&mut self, _read: bool) {

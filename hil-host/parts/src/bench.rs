@@ -6,7 +6,7 @@ use crate::gps::Gps;
 use crate::ina226::Ina226;
 use crate::ms5837::{Model, Ms5837};
 use crate::os5000::Os5000;
-use crate::outputs::Outputs;
+use crate::outputs::{Name, Outputs};
 use crate::rtc::Rtc;
 use crate::talker::Talker;
 use crate::w25q128::W25q128;
@@ -51,11 +51,17 @@ impl Bench {
                 Box::new(Ina226::new(clock.clone(), around.clone())),
             ],
         );
+        let compass = Rc::new(RefCell::new(Talker::new(clock.clone(), around.clone(), PORT_ROOM)));
+        let gps = Rc::new(RefCell::new(Talker::new(clock.clone(), around.clone(), PORT_ROOM)));
+        let mut outputs = Outputs::new(clock.clone(), around.clone());
+        let (on_compass, on_gps) = (compass.clone(), gps.clone());
+        outputs.hang(Name::Compass, Box::new(move |on| on_compass.borrow_mut().supply(on)));
+        outputs.hang(Name::Gps, Box::new(move |on| on_gps.borrow_mut().supply(on)));
         Self {
             wires: Rc::new(RefCell::new(wires)),
-            outputs: Rc::new(RefCell::new(Outputs::new(clock.clone(), around.clone()))),
-            compass: Rc::new(RefCell::new(Talker::new(clock.clone(), around.clone(), PORT_ROOM))),
-            gps: Rc::new(RefCell::new(Talker::new(clock.clone(), around.clone(), PORT_ROOM))),
+            outputs: Rc::new(RefCell::new(outputs)),
+            compass,
+            gps,
             flash: Rc::new(RefCell::new(W25q128::new(clock.clone()))),
             rtc: Rc::new(RefCell::new(Rtc::new(clock.clone()))),
             clock,

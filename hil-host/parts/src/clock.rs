@@ -19,10 +19,20 @@ pub enum Work {
     Processor = 4,
     /// GPS receiver with its supply on.
     Gps = 5,
+    /// Compass with its supply on.
+    Compass = 6,
+    /// ADC, pots, hull pressure sensor and leak loop with their supply on.
+    Analog = 7,
+    /// Motor bridges awake.
+    Bridges = 8,
+    /// Servo with its supply on.
+    Servo = 9,
+    /// Processor in STOP mode.
+    Stop = 10,
 }
 
 /// How many there are.
-const WORKS: usize = 6;
+const WORKS: usize = 11;
 
 /// Nanoseconds since the bench was switched on; clones share it.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +42,8 @@ pub struct Clock(Rc<State>);
 struct State {
     now_ns: Cell<u64>,
     worked_ns: [Cell<u64>; WORKS],
+    /// Supplies that are on, and since when.
+    on_ns: [Cell<Option<u64>>; WORKS],
 }
 
 impl Clock {
@@ -53,10 +65,30 @@ impl Clock {
         }
     }
 
+    /// A supply is switched; it works as long as it is on.
+    pub fn switch(&self, work: Work, on: bool) {
+        let Some(since) = self.0.on_ns.get(work as usize) else { return };
+        match (on, since.get()) {
+            (true, None) => since.set(Some(self.now_ns())),
+            (false, Some(at)) => {
+                self.work(work, self.now_ns() - at);
+                since.set(None);
+            }
+            _ => {}
+        }
+    }
+
+    /// Time that a supply has been on by now, ns; none: it is off.
+    #[must_use]
+    pub fn on_ns(&self, work: Work) -> Option<u64> {
+        self.0.on_ns.get(work as usize)?.get().map(|at| self.now_ns() - at)
+    }
+
     /// Time that a part has worked, s.
     #[must_use]
     pub fn worked_s(&self, work: Work) -> f64 {
-        self.0.worked_ns.get(work as usize).map_or(0.0, |ns| ns.get() as f64 * 1e-9)
+        let ended = self.0.worked_ns.get(work as usize).map_or(0, Cell::get);
+        (ended + self.on_ns(work).unwrap_or(0)) as f64 * 1e-9
     }
 
     /// Goes on to a later moment.

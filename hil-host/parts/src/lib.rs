@@ -10,6 +10,7 @@
 //! | [`talker`] | a port with bytes that come in time: [`os5000`] compass, [`gps`] receiver |
 //! | [`w25q128`] | Winbond W25Q128JV flash with BUSY times and torn writes |
 //! | [`rtc`] | the chip's calendar clock, which goes on over a reset |
+//! | [`stop`] | what else of the chip its STOP mode needs |
 //! | [`outputs`] | motor bridges, burn wire, beacon, servo |
 //! | [`mod@bench`] | all of them together |
 //! | [`faults`] | what goes wrong on the buses |
@@ -29,6 +30,7 @@ pub mod ms5837;
 pub mod os5000;
 pub mod outputs;
 pub mod rtc;
+pub mod stop;
 pub mod talker;
 pub mod w25q128;
 pub mod wires;
@@ -72,8 +74,8 @@ pub struct Drive {
     pub pump: Option<bool>,
     /// Battery runs forward or aft.
     pub mass: Option<bool>,
-    /// Angle that the fin's servo is told, rad.
-    pub fin_rad: f64,
+    /// Angle that the fin's servo is told, rad; none: it has no supply or no pulses, and its gear holds the fin.
+    pub fin_rad: Option<f64>,
     /// Both switches of the burn wire are closed.
     pub fire: bool,
     /// Beacon on.

@@ -1,6 +1,6 @@
-//! What the board's pins switch: motor bridges (TI DRV8873), burn wire, beacon, servo.
+//! What the board's pins switch: motor bridges (TI DRV8873), burn wire, beacon, servo, and the supplies of parts.
 
-use crate::{Around, Clock, Drive};
+use crate::{Around, Clock, Drive, Work};
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use std::cell::RefCell;
@@ -24,15 +24,31 @@ pub enum Name {
     Fire = 5,
     /// Beacon.
     Beacon = 6,
+    /// Supply of the compass.
+    Compass = 7,
+    /// Supply of the GPS receiver.
+    Gps = 8,
+    /// Supply of ADC, pots, hull pressure sensor and leak loop.
+    Analog = 9,
+    /// Both bridges awake (nSLEEP). They take 1.5 ms to wake: less than a pot can see, and not modelled.
+    Bridges = 10,
+    /// Supply of the servo.
+    Servo = 11,
 }
+
+/// What is told that its supply was switched.
+pub type Switched = Box<dyn FnMut(bool)>;
 
 /// All pins with what hangs on them.
 pub struct Outputs {
     clock: Clock,
     around: Around,
-    pins: [bool; 7],
-    fin_rad: f64,
+    pins: [bool; 12],
+    /// What the pulses say; none: there are none.
+    fin_rad: Option<f64>,
     last: Drive,
+    /// Parts that hang on the supplies of compass and GPS receiver.
+    hung: Vec<(Name, Switched)>,
     /// Both inputs of a bridge were high at once.
     pub shorted: bool,
 }
@@ -41,12 +57,17 @@ impl Outputs {
     /// All low: the state before any program runs.
     #[must_use]
     pub fn new(clock: Clock, around: Around) -> Self {
-        Self { clock, around, pins: [false; 7], fin_rad: 0.0, last: Drive::default(), shorted: false }
+        Self { clock, around, pins: [false; 12], fin_rad: None, last: Drive::default(), hung: Vec::new(), shorted: false }
     }
 
-    /// A reset: all pins are inputs, pulled low at the bridges.
+    /// A part hangs on a supply.
+    pub fn hang(&mut self, name: Name, part: Switched) {
+        self.hung.push((name, part));
+    }
+
+    /// A reset: all pins are inputs, pulled low at the bridges and at the switches; the timer of the servo stands still.
     pub fn reset(&mut self) {
-        self.pins = [false; 7];
+        (self.pins, self.fin_rad) = ([false; 12], None);
         self.tell();
     }
 
@@ -62,10 +83,17 @@ impl Outputs {
     }
 
     fn tell(&mut self) {
-        let [out, inward, forward, aft, arm, fire, beacon] = self.pins;
-        let bridge = |a: bool, b: bool| (a != b).then_some(a);
+        let [out, inward, forward, aft, arm, fire, beacon, compass, gps, analog, bridges, servo] = self.pins;
+        for (work, on) in [(Work::Analog, analog), (Work::Bridges, bridges), (Work::Servo, servo)] {
+            self.clock.switch(work, on);
+        }
+        for (name, part) in &mut self.hung {
+            part(if *name == Name::Compass { compass } else { gps });
+        }
+        let bridge = |a: bool, b: bool| (bridges && a != b).then_some(a);
         self.shorted |= out && inward || forward && aft;
-        let drive = Drive { pump: bridge(out, inward), mass: bridge(forward, aft), fin_rad: self.fin_rad, fire: arm && fire, beacon };
+        let fin_rad = self.fin_rad.filter(|_| servo);
+        let drive = Drive { pump: bridge(out, inward), mass: bridge(forward, aft), fin_rad, fire: arm && fire, beacon };
         if drive != self.last {
             self.last = drive;
             self.around.borrow_mut().drive(self.clock.now_ns(), drive);
@@ -131,7 +159,7 @@ impl SetDutyCycle for Servo {
     }
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
         let mut outputs = self.0.borrow_mut();
-        outputs.fin_rad = (f64::from(duty) - 1_500.0) / 800.0;
+        outputs.fin_rad = (duty > 0).then(|| (f64::from(duty) - 1_500.0) / 800.0);
         outputs.tell();
         Ok(())
     }

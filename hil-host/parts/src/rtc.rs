@@ -3,12 +3,17 @@
 //! What a reset clears and what it leaves alone, both write protections, the initialisation mode, the calendar in BCD, and two
 //! oscillators: a crystal that may not start, and the internal one with its pace. The shadow copies are not modelled: they read 0.
 
-use crate::Clock;
+use crate::stop::Stop;
+use crate::{Clock, Work};
 
 /// Time the crystal takes to start, ns.
 const CRYSTAL_START_NS: u64 = 2_000_000_000;
 /// Readings of ISR after which the initialisation mode is entered.
 const ENTRY: u32 = 200;
+/// From the end of a stop to the first instruction, ns (DS8626 table 36: 110 µs at most, flash and regulator in low power).
+const WAKE_NS: u64 = 110_000;
+/// A stop that nothing ends, ns: the watchdog does.
+const FOR_EVER_NS: u64 = 30_000_000_000;
 const DAYS: [u64; 12] = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
 
 /// The block.
@@ -21,6 +26,10 @@ pub struct Rtc {
     pub internal_ppm: f64,
     /// The block is not there: everything reads 0 (an emulator).
     pub absent: bool,
+    /// What else a stop needs.
+    pub stop: Stop,
+    /// When the line speaks next, ns: a stop ends.
+    pub line_ns: Option<u64>,
     // Cleared by a reset.
     apb1enr: u32,
     pwr_cr: u32,
@@ -33,6 +42,9 @@ pub struct Rtc {
     isr: u32,
     init_reads: u32,
     prer: u32,
+    wutr: u32,
+    /// The wake-up timer has run down.
+    woke: bool,
     /// Calendar as it was written, and ticks counted since.
     tr: u32,
     dr: u32,
@@ -50,6 +62,8 @@ impl Rtc {
             crystal_ppm: Some(20.0),
             internal_ppm: 150_000.0,
             absent: false,
+            stop: Stop::new(),
+            line_ns: None,
             apb1enr: 0,
             pwr_cr: 0,
             csr: 0,
@@ -60,6 +74,8 @@ impl Rtc {
             isr: 0,
             init_reads: 0,
             prer: 0x007f_00ff,
+            wutr: 0xffff,
+            woke: false,
             tr: 0,
             dr: 0x2101,
             ticks: 0.0,
@@ -72,12 +88,37 @@ impl Rtc {
     pub fn reset(&mut self) {
         self.count();
         (self.apb1enr, self.pwr_cr, self.csr, self.key) = (0, 0, 0, 0);
+        self.stop = self.stop.after_reset();
+    }
+
+    /// WFI: in deep sleep the chip stands still until the wake-up timer or the line ends it.
+    pub fn halt(&mut self) {
+        if !self.stop.is_deep() {
+            return;
+        }
+        let (now_ns, hz) = (self.clock.now_ns(), self.hz());
+        // A sixteenth, an eighth, a quarter or half of the oscillator; the timer's own interrupt enabled; not standby.
+        let armed = self.cr & 0x4404 == 0x4400 && self.stop.hears_timer() && hz > 0.0 && self.pwr_cr & 2 == 0;
+        let timer_ns = (f64::from(self.wutr + 1) * f64::from(16 >> (self.cr & 3)) / hz * 1e9) as u64;
+        let timer_ns = if armed { timer_ns } else { FOR_EVER_NS };
+        let line_ns = self.line_ns.filter(|at| self.stop.hears_line() && (now_ns..now_ns + timer_ns).contains(at));
+        let stopped_ns = line_ns.map_or(timer_ns, |at| at - now_ns);
+        self.line_ns = self.line_ns.filter(|_| line_ns.is_none());
+        // Regulator and flash in low power; otherwise it takes more.
+        if self.pwr_cr & 0x201 == 0x201 {
+            self.clock.work(Work::Stop, stopped_ns);
+        }
+        self.clock.pass_ns(stopped_ns + WAKE_NS);
+        self.count();
+        self.woke = line_ns.is_none();
+        self.stop.ended(line_ns.is_some());
     }
 
     /// The supply was gone, that of the backup domain too.
     pub fn power_cycle(&mut self) {
         let (crystal_ppm, internal_ppm, absent) = (self.crystal_ppm, self.internal_ppm, self.absent);
-        *self = Self { crystal_ppm, internal_ppm, absent, ..Self::new(self.clock.clone()) };
+        let stop = self.stop.after_reset();
+        *self = Self { crystal_ppm, internal_ppm, absent, stop, ..Self::new(self.clock.clone()) };
     }
 
     fn crystal_runs(&self) -> bool {
@@ -148,12 +189,14 @@ impl Rtc {
                     self.init_reads += 1;
                     self.isr |= if self.init_reads >= ENTRY && self.hz() > 0.0 { 0x40 } else { 0 };
                 }
-                self.isr
+                // The wake-up timer may be set while it is off.
+                self.isr | u32::from(self.cr & 0x400 == 0) << 2 | u32::from(self.woke) << 10
             }
             0x4000_2810 => self.prer,
+            0x4000_2814 => self.wutr,
             0x4000_2828 if direct => self.elapsed().1,
             0x4000_2850..=0x4000_289c => self.backup[(address as usize - 0x4000_2850) / 4],
-            _ => 0,
+            _ => self.stop.read(address),
         }
     }
 
@@ -166,6 +209,7 @@ impl Rtc {
             0x4002_3840 => self.apb1enr = value,
             0x4000_7000 if self.apb1enr & 1 << 28 != 0 => self.pwr_cr = value,
             0x4002_3874 => self.csr = value & 1,
+            ..=0x4000_27ff | 0x4000_2c00..=0x4002_386f | 0x4002_3878.. => self.stop.write(address, value),
             _ if !open => {}
             0x4002_3870 if value & 1 << 16 != 0 => {
                 let (apb1enr, pwr_cr, csr) = (self.apb1enr, self.pwr_cr, self.csr);
@@ -187,7 +231,9 @@ impl Rtc {
                     _ => 0,
                 }
             }
+            0x4000_2814 if unlocked && self.cr & 0x400 == 0 => self.wutr = value & 0xffff,
             0x4000_280c if unlocked => {
+                self.woke &= value & 1 << 10 != 0;
                 if value & 0x80 == 0 {
                     (self.isr, self.init_reads) = (0, 0);
                 } else if !init {

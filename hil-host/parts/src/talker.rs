@@ -1,11 +1,10 @@
 //! Parts that speak by themselves: sentences byte by byte at their baud rate, and the port's buffer behind them.
 
-use crate::{Around, Clock, Sample};
+use crate::{Around, Clock, Sample, Work};
 use embedded_io::{ErrorType, Read, ReadReady};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::marker::PhantomData;
 use std::rc::Rc;
 
 /// What a part says.
@@ -14,8 +13,14 @@ pub trait Says {
     const BAUD: u64;
     /// Time between two sentences, ns.
     const PERIOD_NS: u64;
+    /// Time from its supply to the first measurement, ns.
+    const START_NS: u64;
+    /// Its supply, for the budget.
+    const WORK: Work;
     /// One sentence, with its end.
-    fn sentence(sample: &Sample, now_ns: u64) -> String;
+    fn sentence(&mut self, sample: &Sample, now_ns: u64) -> String;
+    /// Its supply was switched off.
+    fn forget(&mut self) {}
 }
 
 /// The part and the line from it.
@@ -27,25 +32,45 @@ pub struct Talker<S> {
     kept: VecDeque<u8>,
     /// Bytes on their way, with the time at which each is there.
     coming: VecDeque<(u64, u8)>,
-    next_ns: u64,
+    /// When it speaks next; none: it has no supply.
+    next_ns: Option<u64>,
     /// Until when nothing is said, and until when bytes are disturbed, ns.
     pub silent_until_ns: u64,
     /// Bits turned in the bytes that come next, one byte each.
     pub noise: VecDeque<u8>,
-    /// Sentences said.
+    /// Sentences said to their end.
     pub said: u64,
     /// Bytes for which there was no room.
     pub lost: u64,
-    says: PhantomData<S>,
+    part: S,
+}
+
+impl<S: Says + Default> Talker<S> {
+    /// A part without supply, whose port keeps `room` bytes.
+    #[must_use]
+    pub fn new(clock: Clock, around: Around, room: usize) -> Self {
+        let (kept, coming, noise) = Default::default();
+        Self { clock, around, room, kept, coming, next_ns: None, silent_until_ns: 0, noise, said: 0, lost: 0, part: S::default() }
+    }
 }
 
 impl<S: Says> Talker<S> {
-    /// A part whose port keeps `room` bytes.
-    #[must_use]
-    pub fn new(clock: Clock, around: Around, room: usize) -> Self {
-        let next_ns = clock.now_ns() + S::PERIOD_NS;
-        let (kept, coming, noise) = Default::default();
-        Self { clock, around, room, kept, coming, next_ns, silent_until_ns: 0, noise, said: 0, lost: 0, says: PhantomData }
+    /// Its supply is switched.
+    pub fn supply(&mut self, on: bool) {
+        if on == self.next_ns.is_some() {
+            return;
+        }
+        self.clock.switch(S::WORK, on);
+        if on {
+            self.next_ns = Some(self.clock.now_ns() + S::START_NS + S::PERIOD_NS);
+            return;
+        }
+        self.listen();
+        // A sentence is torn: it was not said. Without its line end it is whole.
+        self.said -= u64::from(self.coming.len() > 2);
+        self.coming.clear();
+        self.next_ns = None;
+        self.part.forget();
     }
 
     /// The receiver was reset: what it kept is gone, what is on the line is not.
@@ -53,10 +78,10 @@ impl<S: Says> Talker<S> {
         self.kept.clear();
     }
 
-    fn speak(&mut self) {
-        let sample = self.around.borrow_mut().sample(self.next_ns);
-        let (start, byte_ns) = (self.next_ns, 10 * 1_000_000_000 / S::BAUD);
-        let sentence = S::sentence(&sample, start);
+    fn speak(&mut self, start: u64) {
+        let sample = self.around.borrow_mut().sample(start);
+        let byte_ns = 10 * 1_000_000_000 / S::BAUD;
+        let sentence = self.part.sentence(&sample, start);
         self.coming.extend(sentence.bytes().enumerate().map(|(i, b)| (start + byte_ns * (i as u64 + 1), b)));
         self.said += 1;
     }
@@ -64,11 +89,11 @@ impl<S: Says> Talker<S> {
     /// Everything that has come by now is with the port.
     pub fn listen(&mut self) {
         let now = self.clock.now_ns();
-        while self.next_ns <= now {
-            if self.next_ns >= self.silent_until_ns {
-                self.speak();
+        while let Some(next_ns) = self.next_ns.filter(|next_ns| *next_ns <= now) {
+            if next_ns >= self.silent_until_ns {
+                self.speak(next_ns);
             }
-            self.next_ns += S::PERIOD_NS;
+            self.next_ns = Some(next_ns + S::PERIOD_NS);
         }
         while let Some((_, byte)) = self.coming.front().copied().filter(|(at, _)| *at <= now) {
             self.coming.pop_front();

@@ -7,6 +7,7 @@
 use crate::flight::closed_loop::{FlightError, Setup};
 use crate::flight::outcome::Outcome;
 use crate::flight::own_parts;
+use bay::supplies::COMPASS_LEAD_MS;
 use parts::Work;
 use plant::World;
 use serde_json::{Value, json};
@@ -23,7 +24,7 @@ const CAPACITY_AH: f64 = bay::parts::CAPACITY_C as f64 / 3600.0;
 enum When {
     /// Always.
     Always,
-    /// While it works.
+    /// While it works, or has its supply.
     Works(Work),
     /// While the processor sleeps.
     Asleep,
@@ -32,20 +33,24 @@ enum When {
 /// Part, state, current in mA at its rail in V, when, source.
 type Load = (&'static str, &'static str, f64, f64, When, &'static str);
 
-const LOADS: [Load; 13] = [
+const LOADS: [Load; 17] = [
     ("STM32F405 at 16 MHz", "running", 7.0, 3.3, When::Works(Work::Processor), "DS8626 section 5.3.6, about"),
     ("STM32F405 at 16 MHz", "sleeping (WFI)", 4.0, 3.3, When::Asleep, "DS8626 section 5.3.6, about"),
+    ("STM32F405", "stopped (STOP)", 0.28, 3.3, When::Works(Work::Stop), "DS8626 section 5.3.6, low power"),
     ("MS5837-30BA", "converting", 1.25, 3.3, When::Works(Work::Pressure), "TE MS5837-30BA page 3"),
     ("ADS1115", "converting", 0.15, 3.3, When::Works(Work::Adc), "SBAS444 section 6.5"),
+    ("MPXA6115A", "on", 6.0, 5.0, When::Works(Work::Analog), "MPXA6115A table 1"),
+    ("pots, leak loop", "on", 0.8, 3.3, When::Works(Work::Analog), "guess"),
     ("INA226", "on", 0.33, 3.3, When::Always, "SBOS547 section 6.5"),
-    ("OS5000 compass", "on", 30.0, 3.3, When::Always, "OS5000 manual, specifications"),
-    ("GPS receiver", "on", 25.0, 3.3, When::Always, "guess"),
-    ("MPXA6115A", "on", 6.0, 5.0, When::Always, "MPXA6115A table 1"),
+    ("OS5000 compass", "on", 30.0, 3.3, When::Works(Work::Compass), "OS5000 manual, specifications"),
+    ("GPS receiver", "on", 25.0, 3.3, When::Works(Work::Gps), "guess"),
     ("W25Q128JV", "programming", 20.0, 3.3, When::Works(Work::Program), "W25Q128JV section 9.5"),
     ("W25Q128JV", "erasing", 20.0, 3.3, When::Works(Work::Erase), "W25Q128JV section 9.5"),
     ("W25Q128JV", "resting", 0.01, 3.3, When::Always, "W25Q128JV section 9.5"),
-    ("fin servo", "holding", 5.0, 5.0, When::Always, "guess"),
-    ("two DRV8873 bridges", "resting", 0.01, AT_V, When::Always, "SLVSET1, asleep"),
+    ("fin servo", "holding", 5.0, 5.0, When::Works(Work::Servo), "guess"),
+    ("two DRV8873 bridges", "awake", 10.0, AT_V, When::Works(Work::Bridges), "SLVSDY7 section 6.5"),
+    ("two DRV8873 bridges", "asleep", 0.03, AT_V, When::Always, "SLVSDY7 section 6.5"),
+    ("converters", "without load", 0.1, AT_V, When::Always, "guess"),
 ];
 
 /// One line of the budget.
@@ -76,8 +81,8 @@ pub struct Budget {
     pub motors_ma: f64,
     /// The flight it is of.
     pub flight: Outcome,
-    /// Pressure and ADC conversions, s a cycle, as flown and as the firmware's constants make them at least.
-    pub per_cycle_s: [(f64, f64); 2],
+    /// Pressure and ADC conversions, compass on, s a cycle, as flown and as the firmware's constants make them at least.
+    pub per_cycle_s: [(f64, f64); 3],
 }
 
 impl Budget {
@@ -110,7 +115,7 @@ pub fn budget(world: World, setup: &Setup) -> Result<Budget, FlightError> {
     let share = |when: When| match when {
         When::Always => 1.0,
         When::Works(work) => clock.worked_s(work) / seconds,
-        When::Asleep => 1.0 - clock.worked_s(Work::Processor) / seconds,
+        When::Asleep => 1.0 - (clock.worked_s(Work::Processor) + clock.worked_s(Work::Stop)) / seconds,
     };
     let rows: Vec<Row> = LOADS
         .iter()
@@ -128,7 +133,11 @@ pub fn budget(world: World, setup: &Setup) -> Result<Budget, FlightError> {
         electronics_ma: rows.iter().map(|r| r.mean_ma).sum(),
         rows,
         motors_ma,
-        per_cycle_s: [(conversion(Work::Pressure), least[0]), (conversion(Work::Adc), least[1])],
+        per_cycle_s: [
+            (conversion(Work::Pressure), least[0]),
+            (conversion(Work::Adc), least[1]),
+            (conversion(Work::Compass), COMPASS_LEAD_MS as f64 * 1e-3),
+        ],
         flight,
     })
 }

@@ -8,11 +8,12 @@
 
 use super::link::Wire;
 use bay::run::Outside;
-use bay::{Fitted, KeptUtc, Parts, Run, Wiring};
+use bay::{Fitted, KeptUtc, Parts, Run, SupplyPins, Wiring, Woken};
 use control::Config;
 use devices::flash::Flash;
 use devices::rtc::Registers;
 use devices::soft_i2c::SoftI2c;
+use devices::stop::Stops;
 use helm::{Boot, Helm, Mark, UtcClock, Vault};
 use parts::ms5837::Model;
 use parts::outputs::{Name, Pin, Servo, WireSense};
@@ -37,8 +38,8 @@ const PRESSURE_NS: u64 = 100_000_000;
 const NAP_NS: u64 = 20_000_000;
 /// The watchdog resets the board after this time without a feed, ns.
 const WATCHDOG_NS: u64 = 12_000_000_000;
-/// Samples kept for whoever judges the drivers.
-const SEEN: usize = 512;
+/// Samples kept for whoever judges the drivers: more than ten seconds of a motor that is looked at.
+const SEEN: usize = 4_096;
 /// Virtual time that the host waits for an answer, ns.
 const ANSWER_NS: u64 = 3_000_000_000;
 
@@ -133,7 +134,9 @@ impl Surroundings for InTheWorld {
         self.pass_to(now_ns);
         self.sampled = None;
         self.beacon = drive.beacon;
-        self.world.drive(&plant::actuators::Drive { pump: drive.pump, battery: drive.mass, fin_rad: drive.fin_rad, fire: drive.fire });
+        // Without supply or pulses the servo's gear holds the fin where it is.
+        let fin_rad = drive.fin_rad.unwrap_or_else(|| self.world.truth().fin_rad);
+        self.world.drive(&plant::actuators::Drive { pump: drive.pump, battery: drive.mass, fin_rad, fire: drive.fire });
     }
 }
 
@@ -197,6 +200,11 @@ impl Registers for Block {
 /// What the chip keeps for the loop.
 struct Chip {
     clock: Clock,
+    /// Milliseconds since the bench was switched on, as the chip counted them up to a moment, ns.
+    counted: (u64, u64),
+    stops: Stops,
+    /// The last rest was a stop.
+    stopped: bool,
     fed_ns: u64,
     /// RAM that a reset does not clear.
     ram: Option<(Mark, f32)>,
@@ -207,7 +215,8 @@ struct Chip {
 
 impl Outside for Chip {
     fn now_ms(&mut self) -> u64 {
-        self.clock.now_ns() / 1_000_000
+        let (ms, at_ns) = self.counted;
+        ms + (self.clock.now_ns() - at_ns) / 1_000_000
     }
     fn feed(&mut self) {
         self.fed_ns = self.clock.now_ns();
@@ -229,6 +238,20 @@ impl Outside for Chip {
         if let ToHost::Answer(answer) = message {
             self.answer = Some(*answer);
         }
+    }
+    fn sleep(&mut self, until_ms: u64) {
+        // A millisecond at least: the tick that wakes it.
+        let (now_ns, wait_ms) = (self.clock.now_ns(), until_ms.saturating_sub(self.now_ms()));
+        self.clock.until_ns((now_ns + wait_ms * 1_000_000).clamp(now_ns + 1_000_000, now_ns + NAP_NS));
+        self.stopped = false;
+    }
+    fn stop(&mut self, until_ms: u64) -> Option<Woken> {
+        let now_ms = self.now_ms();
+        let halt = |block: &mut Block| block.0.borrow_mut().halt();
+        let woken = self.stops.stop(&mut self.kept_utc.as_mut()?.rtc, now_ms, until_ms.saturating_sub(now_ms), halt)?;
+        self.counted = (woken.now_ms, self.clock.now_ns());
+        self.stopped = true;
+        Some(Woken { by_line: woken.by_line, base: woken.crystal_lost.then_some(Timebase::NoCrystal), ppm: Stops::ppm() })
     }
 }
 
@@ -259,6 +282,8 @@ pub struct OwnParts {
     pub resets: u32,
     /// Resets by the watchdog among them: the loop hung.
     pub hangs: u32,
+    /// When the last pass began, ns.
+    passed_ns: u64,
 }
 
 impl OwnParts {
@@ -284,10 +309,20 @@ impl OwnParts {
         };
         let around = Rc::new(RefCell::new(around));
         let bench = Bench::new(around.clone(), model);
-        let mut chip = Chip { clock: bench.clock.clone(), fed_ns: 0, ram: None, answer: None, strap: Strap::Deployment, kept_utc: None };
+        let mut chip = Chip {
+            clock: bench.clock.clone(),
+            counted: (0, 0),
+            stops: Stops::new(),
+            stopped: false,
+            fed_ns: 0,
+            ram: None,
+            answer: None,
+            strap: Strap::Deployment,
+            kept_utc: None,
+        };
         let line = Line::default();
         let (helm, run) = switched_on(&bench, &mut chip, &line, &built_in, 0);
-        Self { bench, around, line, chip, built_in, helm, run, resets: 0, hangs: 0 }
+        Self { bench, around, line, chip, built_in, helm, run, resets: 0, hangs: 0, passed_ns: 0 }
     }
 
     /// The controller.
@@ -300,6 +335,12 @@ impl OwnParts {
     pub fn sentences(&self) -> (u64, u32, u32) {
         let compass = &self.run.parts.compass;
         (self.bench.compass.borrow().said, compass.whole, compass.refused)
+    }
+
+    /// When the last pass began, ns since the bench was switched on.
+    #[must_use]
+    pub const fn passed_at_ns(&self) -> u64 {
+        self.passed_ns
     }
 
     /// Fits the strap, or takes it out.
@@ -338,6 +379,7 @@ impl OwnParts {
     /// One pass of the loop, and the sleep after it.
     pub fn pass(&mut self) {
         let woken = self.bench.clock.now_ns();
+        self.passed_ns = woken;
         let due_ms = self.run.pass(&mut self.helm, &mut self.chip);
         let now = self.bench.clock.now_ns();
         // Computing takes time as well: 36,000 instructions a cycle, 2 ms, are counted with the step (docs/performance.md).
@@ -347,9 +389,7 @@ impl OwnParts {
             self.chip.fed_ns = now;
             return self.restart(false);
         }
-        // A millisecond at least: the tick that wakes it.
-        let until = (due_ms * 1_000_000).clamp(now + 1_000_000, now + NAP_NS);
-        self.bench.clock.until_ns(until);
+        self.run.rest(&mut self.helm, &mut self.chip, due_ms);
     }
 
     /// Goes on until the board has made a step, or `limit_s` have passed.
@@ -382,6 +422,7 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
     helm.booted(boot);
     helm.utc.runs_on(Timebase::Crystal);
     chip.kept_utc = Some(KeptUtc::open(Block(bench.rtc.clone()), &mut helm.utc, chip.now_ms()));
+    (chip.stops, chip.stopped) = (Stops::new(), false);
     let (clock_pin, data_pin) = WirePin::pair(&bench.wires);
     let pin = |name| Pin::new(&bench.outputs, name);
     let wiring = Wiring {
@@ -395,6 +436,13 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
         fin: Servo(bench.outputs.clone()),
         compass: Port(bench.compass.clone()),
         gps: Port(bench.gps.clone()),
+        supplies: SupplyPins {
+            compass: pin(Name::Compass),
+            gps: pin(Name::Gps),
+            analog: pin(Name::Analog),
+            bridges: pin(Name::Bridges),
+            servo: pin(Name::Servo),
+        },
     };
     let mut parts = Parts::new(wiring, built_in);
     if let Some((_, air_pa)) = chip.ram {
@@ -407,7 +455,9 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
 
 impl Wire for OwnParts {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
-        self.line.0.borrow_mut().0.extend(bytes);
+        // The byte that ends a stop is lost.
+        let lost = usize::from(std::mem::take(&mut self.chip.stopped));
+        self.line.0.borrow_mut().0.extend(bytes.iter().skip(lost));
         Ok(())
     }
 

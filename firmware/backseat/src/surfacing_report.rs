@@ -13,8 +13,8 @@ use crate::base64;
 use crate::line::to_hex;
 use crate::sensors::Generation;
 use crate::voice::Voice;
-use signals::surfacing::SURFACING_BYTES;
-use signals::{Answer, Evidence, Micros, Phase, SensorFrame};
+use signals::surfacing::{SURFACING_BYTES, is_dive, is_up};
+use signals::{Answer, Evidence, Micros, SensorFrame};
 
 /// Steps at the surface after which the message is made without word from shore: a minute.
 const WAITS: u8 = 15;
@@ -22,9 +22,6 @@ const WAITS: u8 = 15;
 const TRIES: u8 = 4;
 /// The glider takes a block within this, else it is offered again.
 const NEXT_WITHIN: Micros = Micros::from_secs(8);
-/// At the surface above this; a dive is one from the other on, m.
-const SURFACE_M: f32 = 1.0;
-const DIVE_M: f32 = 5.0;
 
 type Block = heapless::Vec<u8, { SURFACING_BYTES.div_ceil(3) * 4 }>;
 
@@ -56,12 +53,10 @@ impl Report {
     pub(crate) fn take(&mut self, frame: &SensorFrame, answer: &Answer, glider_s: f64, voice: &mut Voice) {
         let evidence = self.evidence.get_or_insert_with(Evidence::default);
         evidence.take(frame, answer);
-        let (phase, depth_m) = (answer.trace.phase, answer.trace.depth_m);
-        if depth_m > DIVE_M {
+        if is_dive(&answer.trace) {
             (self.surfaced, self.reported) = (0, false);
         }
-        let up = matches!(phase, Phase::Comms | Phase::Done | Phase::Safe) && depth_m < SURFACE_M;
-        if self.reported || !up {
+        if self.reported || !is_up(&answer.trace) {
             return;
         }
         self.surfaced = self.surfaced.saturating_add(1);

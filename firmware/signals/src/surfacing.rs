@@ -19,7 +19,7 @@
 //! A value that is not known is all ones. The evidence is the way in depth, which is measured, beside speed × sin(path angle) × time, which
 //! the law's table says: where they differ over a whole surfacing, the vehicle is not that of its table.
 
-use crate::frame::{Abort, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Weight};
+use crate::frame::{Abort, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};
 use crate::link::{CRC32, WireError};
 
 /// Bytes of the message.
@@ -27,6 +27,21 @@ pub const SURFACING_BYTES: usize = 54;
 const VERSION: u8 = 1;
 /// Longest time between two cycles that counts as a glide, µs.
 const CYCLE_US: u64 = 10_000_000;
+/// At the surface above this; a dive is one from the other on, m.
+const SURFACE_M: f32 = 1.0;
+const DIVE_M: f32 = 5.0;
+
+/// Whether a step of the law finds the vehicle where it can tell: at the surface, waiting there for shore or its end.
+#[must_use]
+pub const fn is_up(trace: &Trace) -> bool {
+    matches!(trace.phase, Phase::Comms | Phase::Done | Phase::Safe) && trace.depth_m < SURFACE_M
+}
+
+/// Whether a step belongs to a dive, so that the next surfacing is another one.
+#[must_use]
+pub const fn is_dive(trace: &Trace) -> bool {
+    trace.depth_m > DIVE_M
+}
 
 /// Glides in one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

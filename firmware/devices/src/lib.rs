@@ -7,6 +7,7 @@
 //! | [`adc`] | TI ADS1115: position pots, vacuum sensor, I²C 0x48 | TI SBAS444 |
 //! | [`gauge`] | TI INA226 battery gauge, I²C 0x40 | TI SBOS547 |
 //! | [`gps`] | any GPS receiver with NMEA 0183, UART | NMEA 0183 |
+//! | [`sbd`] | Iridium 9602 or 9603 modem, UART | Iridium 9602 developer's guide, ISU AT command reference |
 //! | [`vacuum`] | NXP MPXA6115A internal pressure, through the ADC | NXP MPXA6115A rev 7 |
 //! | [`motor`] | pump and battery mass: TI DRV8873 H-bridge and pot | TI SLVSET1 |
 //! | [`fin`] | hobby-type servo, 50 Hz pulses | Hitec D646WP |
@@ -34,6 +35,7 @@ pub mod motor;
 pub mod pressure;
 pub mod release;
 pub mod rtc;
+pub mod sbd;
 pub mod soft_i2c;
 pub mod stop;
 pub mod vacuum;

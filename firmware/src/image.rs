@@ -8,6 +8,8 @@
 //! | PC4, PC5 | drop weight, arm and fire |
 //! | PC6 | locator beacon |
 //! | PC7 | burn wire, high while it is whole |
+//! | PC11 | modem: its supply |
+//! | PC12, PD2 | modem: its port, UART5 |
 //! | PC8 | strap, pulled up: to ground on a bench (hardware in the loop), open in deployment |
 //! | PA4 to PA7, PB0 | supplies: compass, GPS receiver, ADC and its inputs, motor bridges, servo; high is on |
 //! | PC9 | jumper, pulled down: to 3.3 V the board is a Slocum's backseat ([`crate::backseat_role`]) |
@@ -45,6 +47,8 @@ impl Fitted for Soldered {
     type Servo = Servo;
     type Compass = Received;
     type Gps = Received;
+    type Modem = uart::Modem;
+    type ModemPower = Pin;
 }
 
 #[entry]
@@ -52,6 +56,7 @@ fn main() -> ! {
     static mut LINE: Bytes = uart::queue();
     static mut COMPASS: Bytes = uart::queue();
     static mut GPS: Bytes = uart::queue();
+    static mut MODEM: Bytes = uart::queue();
     // SAFETY: the only handle, in the only thread.
     static mut HELM: Helm<Shelf> = Helm::new(Config::for_depth(0.0), Boot::NEW, unsafe { Shelf::new() });
 
@@ -63,7 +68,7 @@ fn main() -> ! {
     // with interrupts held off.
     let mut registers = unsafe { Registers::new() };
     let (base, crystal_hz) = clock::start_crystal(&chip.RCC, &mut registers);
-    power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB);
+    power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB, &chip.GPIOC, &chip.GPIOD);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
     let fault = black_box::open(flags, FIRMWARE);
     log::open(&chip.USART2);
@@ -140,6 +145,7 @@ fn main() -> ! {
             bridges: supply(7),
             servo: Pin::new(Port::B, 0, Drive::PushPull),
         },
+        modem: (uart::Modem::open(chip.UART5, MODEM), out(11)),
     };
     let mut parts = Parts::new(wiring, helm.config());
     parts.remember_air(air);

@@ -9,6 +9,7 @@
 //! | [`antenna`] | whether there is a fix |
 //! | [`compass`] | which attitude holds |
 //! | [`kept_utc`] | what time it is after a reset |
+//! | [`radio`] | what the shore is told at a surfacing |
 //! | [`strokes`] | whether pump and battery mass move, on deck |
 //! | [`supplies`] | which part has its supply when |
 //! | [`rudder`] | the fin's servo |
@@ -26,6 +27,7 @@ mod bytes;
 pub mod compass;
 pub mod kept_utc;
 pub mod parts;
+pub mod radio;
 pub mod rudder;
 pub mod run;
 pub mod scale;

@@ -3,10 +3,11 @@
 //! Little is kept from one cycle to the next: the air pressure at the surface,
 //! the charge drawn, the attitude that holds. A part that does not answer is a
 //! missing reading, and the law knows what to do. Not on this board: a second
-//! depth, a CTD, an altimeter, a radio; the fin's servo has no feedback.
+//! depth, a CTD, an altimeter; the fin's servo has no feedback.
 
 use crate::antenna::Antenna;
 use crate::compass::Compass;
+use crate::radio::Radio;
 use crate::rudder::Rudder;
 use crate::scale::{self, Scale};
 use crate::supplies::{self, COMPASS_FRESH_MS, HULL_START_MS, POTS_START_MS, Supplies, SupplyPins};
@@ -22,7 +23,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::i2c::I2c;
 use embedded_hal::pwm::SetDutyCycle;
-use embedded_io::{Read, ReadReady};
+use embedded_io::{Read, ReadReady, Write, WriteReady};
 use signals::{ActuatorCommand, Micros, Phase, Reading, SensorFrame, Surface, Weight};
 
 /// Capacity of the battery, A·s: 215 A·h of alkaline cells (guess).
@@ -54,6 +55,10 @@ pub trait Fitted {
     type Compass: Read + ReadReady;
     /// Port of the GPS receiver.
     type Gps: Read + ReadReady;
+    /// Port of the modem.
+    type Modem: Read + ReadReady + Write + WriteReady;
+    /// Switch of its supply.
+    type ModemPower: OutputPin;
 }
 
 /// Everything on the pins.
@@ -80,6 +85,8 @@ pub struct Wiring<F: Fitted> {
     pub gps: F::Gps,
     /// Switches of the supplies.
     pub supplies: SupplyPins<F::Out>,
+    /// Modem, fitted or not: its port, and its supply's switch.
+    pub modem: (F::Modem, F::ModemPower),
 }
 
 /// The parts, at work.
@@ -97,6 +104,8 @@ pub struct Parts<F: Fitted> {
     pub compass: Compass<F::Compass>,
     /// The GPS receiver.
     pub antenna: Antenna<F::Gps>,
+    /// The radio.
+    pub radio: Radio<F::Modem, F::ModemPower>,
     pressure: Option<Pressure>,
     air_pa: f32,
     gauge: Gauge,
@@ -111,7 +120,7 @@ impl<F: Fitted> Parts<F> {
     /// Takes the pins; nothing moves.
     pub fn new(wiring: Wiring<F>, settings: &Settings) -> Self {
         let scale = Scale::of(settings);
-        let Wiring { bus, delay, pump, mass, release, beacon, wire, fin, compass, gps, supplies } = wiring;
+        let Wiring { bus, delay, pump, mass, release, beacon, wire, fin, compass, gps, supplies, modem } = wiring;
         let (supplies, servo) = Supplies::new(supplies);
         let mut parts = Self {
             bus,
@@ -125,6 +134,7 @@ impl<F: Fitted> Parts<F> {
             supplies,
             compass: Compass::new(compass),
             antenna: Antenna::new(gps),
+            radio: Radio::new(modem.0, modem.1),
             pressure: None,
             air_pa: AIR_PA,
             gauge: Gauge::full(CAPACITY_C),
@@ -145,10 +155,11 @@ impl<F: Fitted> Parts<F> {
         self.mass.limit(self.scale.mass);
     }
 
-    /// Takes the bytes that compass and GPS receiver have sent: call often.
+    /// Takes the bytes that compass, GPS receiver and modem have sent: call often.
     pub fn listen(&mut self, now_ms: u64) {
         self.compass.listen(now_ms);
         self.antenna.listen(now_ms);
+        self.radio.poll(now_ms);
     }
 
     /// Air pressure that depth is reckoned from, Pa.
@@ -211,7 +222,8 @@ impl<F: Fitted> Parts<F> {
 
     /// Nothing moves, speaks or is about to fire: the chip's clocks may stand still.
     pub fn are_still(&self) -> bool {
-        self.supplies.are_off() && self.rudder.due_ms().is_none() && !self.wanted.is_some_and(|wanted| wanted.drop_weight)
+        let quiet = self.supplies.are_off() && self.radio.is_off();
+        quiet && self.rudder.due_ms().is_none() && !self.wanted.is_some_and(|wanted| wanted.drop_weight)
     }
 
     /// ADC and what hangs on its inputs: on, and standing.
@@ -263,7 +275,7 @@ impl<F: Fitted> Parts<F> {
                 Ok(false) => Weight::Released,
                 Err(_) => Weight::Unknown,
             },
-            surface: Surface { gps_fix: self.antenna.has_fix(now_ms), comms: false },
+            surface: Surface { gps_fix: self.antenna.has_fix(now_ms), comms: self.radio.take_heard(now_ms) },
             ..SensorFrame::default()
         }
     }

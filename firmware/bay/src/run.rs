@@ -196,6 +196,7 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
         self.seat = helm.seat();
         outside.seated(self.seat);
         self.parts.rest();
+        self.parts.radio.rest(now_ms);
         self.strokes = Strokes::default();
         if self.seat == Seat::Sensors {
             self.parts.fit(helm.config());
@@ -218,6 +219,7 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
                 helm.keep_mark();
                 self.parts.command(answer.command);
                 self.parts.doze(outside.now_ms(), answer.trace.phase, frame.depth_m);
+                self.parts.radio.take(&frame, &answer, now_ms);
                 outside.said(&ToHost::Answer(answer));
                 outside.feed();
                 helm.keep_log();

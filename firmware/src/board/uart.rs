@@ -1,6 +1,7 @@
 //! Ports whose bytes arrive by interrupt into a bounded queue: the line on
 //! USART1 (115200 8N1, sent with a bounded wait), the compass on USART3
-//! (19200 8N1) and the GPS receiver on UART4 (9600 8N1), listened to only.
+//! (19200 8N1) and the GPS receiver on UART4 (9600 8N1), listened to only,
+//! and the modem on UART5 (19200 8N1), sent without a wait.
 //! As a backseat the glider is on USART1 (9600 8N1), our own protocol on USART3 (115200 8N1).
 
 use core::cell::Cell;
@@ -10,7 +11,7 @@ use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4::stm32f405::{Interrupt, UART4, USART1, USART2, USART3, interrupt, usart1};
+use stm32f4::stm32f405::{Interrupt, UART4, UART5, USART1, USART2, USART3, interrupt, uart4, usart1};
 
 /// Rate of the line, bit/s.
 pub const BAUD: u32 = 115_200;
@@ -28,6 +29,7 @@ type Handover = Mutex<Cell<Option<Producer<'static, u8>>>>;
 static LINE: Handover = Mutex::new(Cell::new(None));
 static COMPASS: Handover = Mutex::new(Cell::new(None));
 static GPS: Handover = Mutex::new(Cell::new(None));
+static MODEM: Handover = Mutex::new(Cell::new(None));
 static LOST: AtomicU32 = AtomicU32::new(0);
 /// A byte of the line has come since it was last asked.
 static HEARD: AtomicBool = AtomicBool::new(false);
@@ -178,6 +180,61 @@ pub fn gps(port: &UART4, queue: &'static mut Bytes) -> Received {
     received
 }
 
+/// The modem's port, both ways.
+pub struct Modem {
+    port: &'static uart4::RegisterBlock,
+    received: Received,
+}
+
+impl Modem {
+    /// Opens the port.
+    pub fn open(_port: UART5, queue: &'static mut Bytes) -> Self {
+        // SAFETY: as in `Line::open`.
+        let port = unsafe { &*UART5::ptr() };
+        let received = Received::by(&MODEM, queue);
+        let divisor = divisor(devices::sbd::BAUD);
+        port.brr().write(|w| w.div_mantissa().set((divisor >> 4) as u16).div_fraction().set((divisor & 0xf) as u8));
+        port.cr1().write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
+        // SAFETY: as in `Line::open`.
+        unsafe { NVIC::unmask(Interrupt::UART5) };
+        Self { port, received }
+    }
+}
+
+impl ErrorType for Modem {
+    type Error = Infallible;
+}
+
+impl Read for Modem {
+    fn read(&mut self, out: &mut [u8]) -> Result<usize, Infallible> {
+        self.received.read(out)
+    }
+}
+
+impl ReadReady for Modem {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        self.received.read_ready()
+    }
+}
+
+impl Write for Modem {
+    /// Takes one byte, if there is room for it: nothing is waited for.
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        let Some(byte) = bytes.first().filter(|_| self.port.sr().read().txe().bit_is_set()) else { return Ok(0) };
+        self.port.dr().write(|w| w.dr().set(u16::from(*byte)));
+        Ok(1)
+    }
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl WriteReady for Modem {
+    fn write_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(self.port.sr().read().txe().bit_is_set())
+    }
+}
+
 /// Bytes of the line lost since the last call: queue full or receiver overrun.
 pub fn take_lost() -> u32 {
     critical_section::with(|_| {
@@ -253,6 +310,21 @@ fn UART4() {
     }
     // SAFETY: as in the handler of USART3: nobody writes to it.
     let port = unsafe { &*UART4::ptr() };
+    let status = port.sr().read();
+    if status.rxne().bit_is_set() || status.ore().bit_is_set() {
+        let byte = port.dr().read().dr().bits() as u8;
+        let _ = BYTES.as_mut().map(|queue| queue.enqueue(byte));
+    }
+}
+
+#[interrupt]
+fn UART5() {
+    static mut BYTES: Option<Producer<'static, u8>> = None;
+    if BYTES.is_none() {
+        *BYTES = critical_section::with(|cs| MODEM.borrow(cs).take());
+    }
+    // SAFETY: as in the handler of USART3: `Modem` only writes DR and reads TXE.
+    let port = unsafe { &*UART5::ptr() };
     let status = port.sr().read();
     if status.rxne().bit_is_set() || status.ore().bit_is_set() {
         let byte = port.dr().read().dr().bits() as u8;

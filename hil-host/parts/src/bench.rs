@@ -4,6 +4,7 @@ use crate::ads1115::Ads1115;
 use crate::faults::BusFault;
 use crate::gps::Gps;
 use crate::ina226::Ina226;
+use crate::iridium::Iridium;
 use crate::ms5837::{Model, Ms5837};
 use crate::os5000::Os5000;
 use crate::outputs::{Name, Outputs};
@@ -32,6 +33,8 @@ pub struct Bench {
     pub compass: Rc<RefCell<Talker<Os5000>>>,
     /// GPS receiver with its line.
     pub gps: Rc<RefCell<Talker<Gps>>>,
+    /// Modem with its line: not fitted until its fault is another one.
+    pub modem: Rc<RefCell<Iridium>>,
     /// Log flash.
     pub flash: Rc<RefCell<W25q128>>,
     /// The chip's calendar clock.
@@ -62,6 +65,7 @@ impl Bench {
             outputs: Rc::new(RefCell::new(outputs)),
             compass,
             gps,
+            modem: Rc::new(RefCell::new(Iridium::new(clock.clone(), around.clone(), PORT_ROOM))),
             flash: Rc::new(RefCell::new(W25q128::new(clock.clone()))),
             rtc: Rc::new(RefCell::new(Rtc::new(clock.clone()))),
             clock,
@@ -74,6 +78,7 @@ impl Bench {
         self.outputs.borrow_mut().reset();
         self.compass.borrow_mut().forget();
         self.gps.borrow_mut().forget();
+        self.modem.borrow_mut().reset();
         self.rtc.borrow_mut().reset();
         if parts {
             self.rtc.borrow_mut().power_cycle();

@@ -29,10 +29,14 @@ pub enum Work {
     Servo = 9,
     /// Processor in STOP mode.
     Stop = 10,
+    /// Modem with its supply on.
+    Modem = 11,
+    /// Modem in a session with a satellite.
+    ModemSession = 12,
 }
 
 /// How many there are.
-const WORKS: usize = 11;
+const WORKS: usize = 13;
 
 /// Nanoseconds since the bench was switched on; clones share it.
 #[derive(Clone, Debug, Default)]

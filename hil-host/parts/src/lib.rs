@@ -8,6 +8,7 @@
 //! | [`ads1115`] | TI ADS1115 ADC with pots, hull pressure and leak loop at its inputs |
 //! | [`ina226`] | TI INA226 battery monitor |
 //! | [`talker`] | a port with bytes that come in time: [`os5000`] compass, [`gps`] receiver |
+//! | [`iridium`] | Iridium 9602 modem, fitted or not |
 //! | [`w25q128`] | Winbond W25Q128JV flash with BUSY times and torn writes |
 //! | [`rtc`] | the chip's calendar clock, which goes on over a reset |
 //! | [`stop`] | what else of the chip its STOP mode needs |
@@ -26,6 +27,7 @@ pub mod clock;
 pub mod faults;
 pub mod gps;
 pub mod ina226;
+pub mod iridium;
 pub mod ms5837;
 pub mod os5000;
 pub mod outputs;
@@ -86,6 +88,10 @@ pub struct Drive {
 pub trait Surroundings {
     /// What there is to measure at `now_ns`, which never runs backwards.
     fn sample(&mut self, now_ns: u64) -> Sample;
+    /// Whether the antenna is out and there is a network over it, as the world stands: nothing is measured, no time passes.
+    fn sky(&self) -> bool {
+        false
+    }
     /// The outputs changed at `now_ns`.
     fn drive(&mut self, now_ns: u64, drive: Drive);
 }

@@ -18,6 +18,7 @@ use discovery::hypotheses::search::Depth;
 use discovery::vehicle;
 use discovery::workbench::add;
 use indicatif::{ProgressBar, ProgressStyle};
+use parts::iridium::Fault;
 use plant::{Scenario, World};
 use serde_json::{Value, json};
 use signals::{Mission, Wings};
@@ -26,7 +27,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:\n  glider fly --log out/first\n  glider fly --wings low-ar --seat qemu --log out/rail\n  \
-glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mission sea --seat extctl --log out/backseat\n  glider fly --seat qemu --extctl\n  glider fly --mission sea --seat parts --log out/parts\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
+glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mission sea --seat extctl --log out/backseat\n  glider fly --seat qemu --extctl\n  glider fly --mission sea --seat parts --log out/parts\n  glider fly --seat parts --modem no-network\n  glider fly --truth truth.toml --seed 7 --log out/hidden\n  \
 glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n  \
 glider fly --mission sea --world learnt.json --table learnt.json --beside before.json\n\n\
 --world flies in the world that a vehicle file describes, or that a flight reveals once what it lacks is found and added; with\n\
@@ -82,6 +83,9 @@ pub struct Args {
     /// Speed of that line, baud.
     #[arg(long, default_value_t = 9600, requires = "extctl")]
     pub baud: u32,
+    /// Modem on the board of --seat parts, and what is wrong with it: none, or dead as if there were no modem.
+    #[arg(long, value_name = "FAULT", default_value = "none", value_parser = Fault::ALL.map(|(name, _)| name))]
+    pub modem: String,
     /// Image for the QEMU seat; default: the one built by scripts/build-firmware.
     #[arg(long, value_name = "FILE")]
     pub elf: Option<PathBuf>,
@@ -101,6 +105,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         x => x,
     };
     let choice = choice(args)?;
+    ensure!(
+        args.modem == "none" || choice == Choice::Parts,
+        "--modem {}: only --seat parts has one; add it, or leave this out",
+        args.modem
+    );
     if args.extctl || choice == Choice::Extctl {
         return super::fly_extctl::run(args, output, &mission, &scenario, &choice);
     }

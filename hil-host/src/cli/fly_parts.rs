@@ -7,10 +7,16 @@ use crate::flight::recorder::Recorder;
 use crate::flight::{config_file, own_parts};
 use crate::seats::{CYCLE_S, Seat};
 use crate::terminal::say;
-use anyhow::{anyhow, ensure};
+use anyhow::{Context, anyhow, ensure};
+use parts::iridium::Fault;
 use plant::{Scenario, World};
 use serde_json::json;
 use signals::Mission;
+
+/// File with what the shore received, beside the log.
+const SHORE: &str = "shore.srf";
+/// Longest time after the flight that the last message is waited for, s.
+const TELL_S: f64 = 3_600.0;
 
 /// Flies the mission.
 ///
@@ -32,6 +38,8 @@ pub fn run(args: &Args, output: &Output, mission: Mission, scenario: Scenario) -
         None => None,
     };
     let mut board = own_parts::board(world, &setup);
+    let fault = Fault::ALL.into_iter().find(|(name, _)| *name == args.modem).map_or(Fault::Dead, |(_, fault)| fault);
+    board.wire().fit_modem(fault);
     if let Some(path) = &args.table {
         let bytes = table_of(path, mission.wings)?;
         board.hello()?;
@@ -61,11 +69,25 @@ pub fn run(args: &Args, output: &Output, mission: Mission, scenario: Scenario) -
     let (said, whole, refused) = board.sentences();
     document["compass"] = json!({ "sentences": said, "whole": whole, "refused": refused });
     (document["resets"], document["watchdog_resets"]) = (json!(board.resets), json!(board.hangs));
+    board.tell(TELL_S);
+    let shore = board.shore();
+    let tally = *board.radio();
+    let file = args.log.as_ref().filter(|_| !shore.is_empty()).map(|dir| dir.join(SHORE));
+    document["modem"] = json!({ "fault": args.modem, "at_shore": shore.len(), "sent": tally.sent, "failed": tally.failed,
+        "why": tally.why.map(|why| format!("{why:?}")), "file": file });
+    if let Some(path) = &file {
+        let bytes: Vec<u8> = shore.iter().flat_map(|(_, message)| message.iter().copied()).collect();
+        std::fs::write(path, bytes).with_context(|| format!("{}: cannot write", path.display()))?;
+    }
     if let Some(r) = recorder {
         r.finish(document.clone())?;
     }
     output.emit(&document, || {
         say(&format!("compass        {whole} of {said} sentences whole, {refused} refused; {} resets", board.resets));
+        say(&format!("modem          {} messages at the shore, {} tries failed", shore.len(), tally.failed));
+        if let Some(path) = &file {
+            say(&format!("               glider surfacing {}", path.display()));
+        }
         print(&document, args);
     });
     Ok(verdict(&out, args))

@@ -13,10 +13,12 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   glider surfacing 6956a0c4.srf
   glider surfacing call.log --json
+  glider surfacing out/parts/shore.srf
 
 A board in a Slocum's science bay says at every surfacing how it is and how it glided, in 54 bytes: a
 file .srf among the logs of the science computer, and a line `surfacing,...` on the glider's terminal.
-FILE is such a file, several of them in one, or the log of a terminal. Way in depth stands beside what
+FILE is such a file, several of them in one, or the log of a terminal. A board with a radio of its own
+sends the same: `glider fly --seat parts --log DIR` leaves them in DIR/shore.srf. Way in depth stands beside what
 the controller's table says of the same glides: where they differ, the vehicle is not that of its table.
 
 Exit code: 0 all is well, 1 an abort, a leak, a released weight or a damaged message, 2 bad input.")]

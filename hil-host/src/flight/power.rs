@@ -44,6 +44,8 @@ const LOADS: [Load; 17] = [
     ("INA226", "on", 0.33, 3.3, When::Always, "SBOS547 section 6.5"),
     ("OS5000 compass", "on", 30.0, 3.3, When::Works(Work::Compass), "OS5000 manual, specifications"),
     ("GPS receiver", "on", 25.0, 3.3, When::Works(Work::Gps), "guess"),
+    ("Iridium 9602", "on", 45.0, 5.0, When::Works(Work::Modem), "9602 developer's guide, power consumption"),
+    ("Iridium 9602", "in a session", 145.0, 5.0, When::Works(Work::ModemSession), "the same, less what it takes when on"),
     ("W25Q128JV", "programming", 20.0, 3.3, When::Works(Work::Program), "W25Q128JV section 9.5"),
     ("W25Q128JV", "erasing", 20.0, 3.3, When::Works(Work::Erase), "W25Q128JV section 9.5"),
     ("W25Q128JV", "resting", 0.01, 3.3, When::Always, "W25Q128JV section 9.5"),

@@ -7,6 +7,7 @@
 //! blocks (timer, USART, SPI) are not here. Time is that of the board: the world is as far as the last part that looked.
 
 use super::link::Wire;
+use bay::radio::Tally;
 use bay::run::Outside;
 use bay::{Fitted, KeptUtc, Parts, Run, SupplyPins, Wiring, Woken};
 use control::Config;
@@ -15,6 +16,7 @@ use devices::rtc::Registers;
 use devices::soft_i2c::SoftI2c;
 use devices::stop::Stops;
 use helm::{Boot, Helm, Mark, UtcClock, Vault};
+use parts::iridium::{Fault, ModemPort, ModemPower};
 use parts::ms5837::Model;
 use parts::outputs::{Name, Pin, Servo, WireSense};
 use parts::talker::Port;
@@ -130,6 +132,10 @@ impl Surroundings for InTheWorld {
         sample
     }
 
+    fn sky(&self) -> bool {
+        self.world.shore_in_reach()
+    }
+
     fn drive(&mut self, now_ns: u64, drive: Drive) {
         self.pass_to(now_ns);
         self.sampled = None;
@@ -152,6 +158,8 @@ impl Fitted for OnTheBench {
     type Servo = Servo;
     type Compass = Port<os5000::Os5000>;
     type Gps = Port<gps::Gps>;
+    type Modem = ModemPort;
+    type ModemPower = ModemPower;
 }
 
 /// The line, from both sides.
@@ -343,6 +351,31 @@ impl OwnParts {
         self.passed_ns
     }
 
+    /// Fits a modem with this wrong with it.
+    pub fn fit_modem(&self, fault: Fault) {
+        self.bench.modem.borrow_mut().fault = fault;
+    }
+
+    /// What came of the messages since the last reset.
+    #[must_use]
+    pub const fn radio(&self) -> &Tally {
+        &self.run.parts.radio.tally
+    }
+
+    /// What reached the shore: seconds since the bench was switched on, and bytes.
+    #[must_use]
+    pub fn shore(&self) -> Vec<(f64, Vec<u8>)> {
+        self.bench.modem.borrow().shore.iter().map(|(at, bytes)| (*at as f64 * 1e-9, bytes.clone())).collect()
+    }
+
+    /// Afloat after a flight: goes on until the last message is told or given up, or `limit_s` have passed.
+    pub fn tell(&mut self, limit_s: f64) {
+        let limit_ns = self.bench.clock.now_ns() + (limit_s * 1e9) as u64;
+        while self.bench.clock.now_ns() < limit_ns && self.run.parts.radio.has_to_tell() {
+            self.pass();
+        }
+    }
+
     /// Fits the strap, or takes it out.
     pub fn strap(&mut self, strap: Strap) {
         self.chip.strap = strap;
@@ -443,6 +476,7 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
             bridges: pin(Name::Bridges),
             servo: pin(Name::Servo),
         },
+        modem: (ModemPort(bench.modem.clone()), ModemPower(bench.modem.clone())),
     };
     let mut parts = Parts::new(wiring, built_in);
     if let Some((_, air_pa)) = chip.ram {

@@ -84,6 +84,13 @@ impl World {
         }
     }
 
+    /// Whether the antenna is out and the shore would be heard, without looking: no noise is drawn, no time passes.
+    #[must_use]
+    pub fn shore_in_reach(&self) -> bool {
+        let blind = self.schedule.find(self.t, Target::Comms, Kind::Off).is_some();
+        self.surfaced_s > 0.0 && self.scenario.sensors.first_comms_s.is_finite() && !blind
+    }
+
     fn leak(&mut self) -> Switch {
         let real = if self.water_in_kg > LEAK_SEEN_KG { Switch::Alarm } else { Switch::Clear };
         if self.schedule.is_empty() {

@@ -33,7 +33,7 @@ enum When {
 /// Part, state, current in mA at its rail in V, when, source.
 type Load = (&'static str, &'static str, f64, f64, When, &'static str);
 
-const LOADS: [Load; 17] = [
+const LOADS: [Load; 19] = [
     ("STM32F405 at 16 MHz", "running", 7.0, 3.3, When::Works(Work::Processor), "DS8626 section 5.3.6, about"),
     ("STM32F405 at 16 MHz", "sleeping (WFI)", 4.0, 3.3, When::Asleep, "DS8626 section 5.3.6, about"),
     ("STM32F405", "stopped (STOP)", 0.28, 3.3, When::Works(Work::Stop), "DS8626 section 5.3.6, low power"),

@@ -1,4 +1,4 @@
-//! What survives a power cut: A/B slots for uploaded objects, and the log ring.
+//! What survives a power cut: A/B slots for uploaded objects, the log ring, and the firmware's own [`image`]s.
 //!
 //! Both live on NOR flash behind [`embedded_storage::nor_flash::NorFlash`]:
 //! bytes are programmed from ones to zeros one by one, and whole sectors are
@@ -15,6 +15,7 @@
 //! The tests cut the power at every single byte.
 #![cfg_attr(not(test), no_std)]
 
+pub mod image;
 pub mod ring;
 pub mod slots;
 

@@ -119,6 +119,12 @@ impl Ring {
         }
     }
 
+    /// Nothing was ever written: no sector has a header.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.sequence == 0
+    }
+
     /// The last note written; 0 if there is none.
     #[must_use]
     pub const fn note(&self) -> u8 {

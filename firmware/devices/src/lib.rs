@@ -16,6 +16,7 @@
 //! | [`rtc`] | the chip's own calendar clock, register by register | ST RM0090 chapter 26 |
 //! | [`stop`] | the chip's STOP mode, and time over it | ST RM0090 chapter 5 |
 //! | [`crystal`] | the chip's crystal, measured against its internal oscillator | ST RM0090, DS8626 |
+//! | [`chip_flash`] | the chip's own flash, for images of the firmware | ST RM0090 chapter 3 |
 //! | [`soft_i2c`] | the I²C bus itself, on two open-drain pins | NXP UM10204 |
 //!
 //! Every wait has a bound, every number from a part is checked before it is
@@ -26,6 +27,7 @@
 
 pub mod adc;
 pub mod attitude;
+pub mod chip_flash;
 pub mod crystal;
 pub mod fin;
 pub mod flash;

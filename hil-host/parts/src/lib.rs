@@ -10,6 +10,7 @@
 //! | [`talker`] | a port with bytes that come in time: [`os5000`] compass, [`gps`] receiver |
 //! | [`iridium`] | Iridium 9602 modem, fitted or not |
 //! | [`w25q128`] | Winbond W25Q128JV flash with BUSY times and torn writes |
+//! | [`chip_flash`] | the chip's own flash with its controller, and what a power cut leaves of it |
 //! | [`rtc`] | the chip's calendar clock, which goes on over a reset |
 //! | [`stop`] | what else of the chip its STOP mode needs |
 //! | [`outputs`] | motor bridges, burn wire, beacon, servo |
@@ -23,6 +24,7 @@
 
 pub mod ads1115;
 pub mod bench;
+pub mod chip_flash;
 pub mod clock;
 pub mod faults;
 pub mod gps;

@@ -186,6 +186,9 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunB
             }
             say(&mut self.service, &reply);
             outside.said(&reply.message);
+            if helm.take_restart() {
+                outside.restart();
+            }
         }
     }
 }

@@ -50,6 +50,8 @@ pub trait Outside {
     fn strap(&mut self) -> Strap;
     /// What was answered or decided, for the log.
     fn said(&mut self, _message: &ToHost) {}
+    /// The host wants a restart; what was answered has been sent.
+    fn restart(&mut self) {}
     /// Frames come from elsewhere now.
     fn seated(&mut self, _seat: Seat) {}
     /// Sleeps until then at the latest, or until a byte of the line comes; bytes of compass and GPS receiver are kept.
@@ -181,6 +183,9 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
         helm.keep_mark();
         say(&mut self.line, reply);
         outside.said(&reply.message);
+        if helm.take_restart() {
+            outside.restart();
+        }
         if matches!(reply.message, ToHost::Answer(_)) {
             self.frame_ms = outside.now_ms();
             self.stepped_ms = self.frame_ms;

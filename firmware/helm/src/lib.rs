@@ -29,6 +29,7 @@
 //!   cannot send a vehicle down again.
 //! - SAFE is left only by [`signals::ToBoard::Recovered`] of a vehicle that is
 //!   seen [`afloat`].
+//! - An image of the firmware is uploaded on deck, past the RAM ([`images`]); one on trial launches nothing.
 //! - No upload crosses the [`limits`] of the vehicle's class.
 //! - Mission, state, configuration and table are sealed by a sum between two
 //!   steps; where it does not match, a mission goes on in SAFE.
@@ -40,6 +41,7 @@ pub mod black_box;
 mod boot;
 pub mod deck;
 mod flight;
+pub mod images;
 pub mod limits;
 mod mark;
 pub mod objects;
@@ -53,9 +55,10 @@ pub mod utc;
 pub mod vault;
 
 pub use boot::{Boot, Seat};
+pub use images::WithImages;
 pub use mark::Mark;
 pub use session::Helm;
-pub use storage::{Content, Kept, MAX_OBJECT, RamStorage, Storage};
+pub use storage::{Ask, Content, Kept, MAX_OBJECT, RamStorage, Storage};
 pub use utc::UtcClock;
 pub use vault::Vault;
 

@@ -31,7 +31,7 @@ pub fn check(object: Object, bytes: &[u8], config: &Config) -> Result<(), Refusa
             let config = config_of(bytes).ok_or(Refusal::Corrupt)?;
             limits::check(&config).map_err(|e| Refusal::Limit(e.limit))
         }
-        Object::Log | Object::Autopsy => Err(Refusal::Storage),
+        Object::Log | Object::Autopsy | Object::Image(_) => Err(Refusal::Storage),
     }
 }
 
@@ -131,7 +131,7 @@ pub fn in_use(storage: &mut impl Storage, built_in: &Config, object: Object, out
             select_table(storage, wings, out);
         }
         Object::Config => config_bytes(&select_config(storage, built_in), out),
-        Object::Mission | Object::Log | Object::Autopsy => {
+        Object::Mission | Object::Log | Object::Autopsy | Object::Image(_) => {
             if !storage.load(object, out) {
                 out.clear();
             }

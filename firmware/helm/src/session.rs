@@ -1,6 +1,7 @@
 //! The state machine of the crate doc.
 
 mod backseat;
+mod image;
 mod transfer;
 
 use crate::afloat::Afloat;
@@ -13,7 +14,7 @@ use crate::objects;
 use crate::seal::Sum;
 use crate::silence::{PATIENCE_MS, aged};
 use crate::storage::{Content, Storage};
-use crate::upload::Staging;
+use crate::upload::{Incoming, Staging};
 use crate::utc::UtcClock;
 use control::Config;
 use signals::link::CRC32;
@@ -41,6 +42,8 @@ pub struct Helm<S> {
     storage: S,
     receiver: Receiver,
     staging: Staging,
+    incoming: Incoming,
+    restart: bool,
     pub(crate) flight: Flight,
     seal: Sum,
     marks: Copies,
@@ -63,6 +66,8 @@ impl<S: Clone> Clone for Helm<S> {
             storage: self.storage.clone(),
             receiver: self.receiver.clone(),
             staging: self.staging.clone(),
+            incoming: self.incoming,
+            restart: self.restart,
             flight: self.flight.clone(),
             seal: Sum::NONE,
             marks: self.marks,
@@ -92,6 +97,8 @@ impl<S: Storage> Helm<S> {
             storage,
             receiver: Receiver::new(),
             staging: Staging::new(),
+            incoming: Incoming::None,
+            restart: false,
             flight: flight_after(boot.mark),
             seal: Sum::NONE,
             marks: Copies::new(),
@@ -193,18 +200,15 @@ impl<S: Storage> Helm<S> {
             ToBoard::Launch(mission) => self.begin(mission, Seat::Sensors),
             ToBoard::Recall => self.recall(),
             ToBoard::Recovered => self.recovered(),
-            ToBoard::UploadBegin { object, length, crc } => {
-                self.on_deck().and_then(|()| self.staging.begin(object, length, crc)).map(|offset| ToHost::Continue { offset })
-            }
-            ToBoard::UploadChunk { offset, data } => {
-                self.on_deck().and_then(|()| self.staging.chunk(offset, &data)).map(|offset| ToHost::Continue { offset })
-            }
+            ToBoard::UploadBegin { object, length, crc } => self.upload(object, length, crc).map(|offset| ToHost::Continue { offset }),
+            ToBoard::UploadChunk { offset, data } => self.piece(offset, &data).map(|offset| ToHost::Continue { offset }),
             ToBoard::UploadCommit => self.commit(),
             ToBoard::Rollback(object) => self.rollback(object),
             ToBoard::ReadBack { object, offset } => self.read_back(object, offset),
             ToBoard::Report => Ok(ToHost::Counters(self.receiver.counters)),
             ToBoard::Check { stroke } => self.on_deck().map(|()| ToHost::Checked(self.deck.ask(stroke))),
             ToBoard::Clock { set } => self.clock(set),
+            ToBoard::Restart => self.restart(),
         };
         answer.unwrap_or_else(ToHost::Refused)
     }
@@ -282,6 +286,8 @@ impl<S: Storage> Helm<S> {
                     && let Some((frame, answer)) = &helm.flight.last
                 {
                     helm.storage.log(helm.utc.utc(), frame, answer);
+                    let phase = answer.trace.phase;
+                    helm.confirm_image(phase);
                 }
             });
         }
@@ -348,6 +354,7 @@ impl<S: Storage> Helm<S> {
             under_way,
             phase,
             last_seq,
+            image: self.storage.image(),
         }
     }
 
@@ -383,9 +390,10 @@ impl<S: Storage> Helm<S> {
             Some(phase) if phase != Phase::Done => return Err(Refusal::UnderWay),
             _ if !self.flight.session.greeted => return Err(Refusal::NotNow),
             _ if !self.deck.allows(seat) => return Err(Refusal::Strap),
+            _ if seat == Seat::Sensors => self.tried()?,
             _ => {}
         }
-        self.staging.abandon();
+        self.abandon();
         let mut bytes = Content::new();
         if mission.legs.is_empty()
             && self.storage.load(Object::Mission, &mut bytes)
@@ -400,7 +408,7 @@ impl<S: Storage> Helm<S> {
         mission.validate(config.working_depth_m, config.pump_m3).map_err(Refusal::Mission)?;
         let (config_id, mission_id) = (objects::config_id(&config), objects::mission_id(&mission));
         let table_id = self.flight.arm(mission, config, seat, &mut self.storage);
-        Ok(ToHost::Ready { table_id, config: config_id, mission: mission_id })
+        Ok(ToHost::Ready { table_id, config: config_id, mission: mission_id, image: self.storage.image() })
     }
 
     fn recall(&mut self) -> Result<ToHost, Refusal> {

@@ -2,7 +2,7 @@
 
 use crate::mark::Mark;
 use heapless::Vec;
-use signals::{Answer, Object, Refusal, SensorFrame, Utc, Wings};
+use signals::{Answer, Image, Object, Older, Refusal, SensorFrame, Utc, Wings};
 
 /// Largest object, bytes: a table is the largest.
 pub const MAX_OBJECT: usize = polar::MAX_TABLE;
@@ -26,6 +26,32 @@ pub enum Kept {
     ForGood,
     /// In RAM only: lost at the next reset.
     UntilReset,
+}
+
+/// What is asked of the images of the firmware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ask<'a> {
+    /// An image of so many bytes will be staged.
+    Begin(u32),
+    /// Its bytes from here on; answered with how many are there.
+    Piece(u32, &'a [u8]),
+    /// It is complete: check it and have it installed at the next restart.
+    Commit {
+        /// Its length, bytes.
+        length: u32,
+        /// CRC-32 of these bytes.
+        crc: u32,
+        /// Whether it may be older than `running`.
+        older: Older,
+        /// Version that runs.
+        running: [u8; 3],
+    },
+    /// Forget what is not complete.
+    Abandon,
+    /// The image that runs has finished a control step.
+    Confirm,
+    /// Take back an installation that has not begun, or have the image before put back at the next restart.
+    GoBack,
 }
 
 /// What keeps objects. Two generations of each: the one in use and the one
@@ -62,6 +88,17 @@ pub trait Storage {
     fn read_autopsy(&mut self, _at: u32, _out: &mut [u8]) -> u32 {
         0
     }
+    /// The image that runs; none: a controller that is no image.
+    fn image(&self) -> Option<Image> {
+        None
+    }
+    /// Does something with the images of the firmware.
+    ///
+    /// # Errors
+    /// Why it is not done; the image that runs goes on.
+    fn ask_images(&mut self, _ask: Ask<'_>) -> Result<u32, Refusal> {
+        Err(Refusal::NoImages)
+    }
 }
 
 impl<S: Storage> Storage for &mut S {
@@ -92,6 +129,12 @@ impl<S: Storage> Storage for &mut S {
     fn read_autopsy(&mut self, at: u32, out: &mut [u8]) -> u32 {
         (**self).read_autopsy(at, out)
     }
+    fn image(&self) -> Option<Image> {
+        (**self).image()
+    }
+    fn ask_images(&mut self, ask: Ask<'_>) -> Result<u32, Refusal> {
+        (**self).ask_images(ask)
+    }
 }
 
 /// Number of an object's place, below [`OBJECTS`]; that of the log has none.
@@ -102,8 +145,8 @@ pub const fn place(object: Object) -> usize {
         Object::Table(Wings::LowAspectRatio) => 1,
         Object::Config => 2,
         Object::Mission => 3,
-        // Nowhere: they have rings of their own.
-        Object::Log | Object::Autopsy => OBJECTS,
+        // Nowhere: they have rings or slots of their own.
+        Object::Log | Object::Autopsy | Object::Image(_) => OBJECTS,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::storage::{Content, Kept, MAX_OBJECT};
 use signals::link::CRC32;
-use signals::{Object, Refusal};
+use signals::{Object, Older, Refusal};
 
 /// The upload under way, or the one that was just finished.
 #[derive(Clone, Debug)]
@@ -13,6 +13,17 @@ pub(crate) enum Upload {
     Open { object: Object, length: usize, crc: u32 },
     /// Taken: a repeated commit is answered again.
     Closed { crc: u32, kept: Kept },
+}
+
+/// An image on its way in; its bytes go past the RAM to where [`Storage`](crate::Storage) stages them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Incoming {
+    /// None.
+    None,
+    /// Pieces are coming.
+    Open { older: Older, length: u32, crc: u32, there: u32 },
+    /// Taken: a repeated commit is answered again.
+    Closed { crc: u32 },
 }
 
 /// Staging buffer with its state.

@@ -166,7 +166,7 @@ fn ready_names_table_configuration_and_mission() {
     let mut h = helm();
     hello(&mut h, 1);
     let manifest = h.manifest();
-    let ToHost::Ready { table_id, config, mission } = h.handle(ToBoard::Begin(Mission::default())) else { panic!() };
+    let ToHost::Ready { table_id, config, mission, .. } = h.handle(ToBoard::Begin(Mission::default())) else { panic!() };
     assert_eq!((table_id, config), (manifest.table_standard, manifest.config));
     let other = Mission { surface_every: 1, ..Mission::default() };
     assert_eq!(mission, helm::objects::mission_id(&Mission::default()));

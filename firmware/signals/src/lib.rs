@@ -21,6 +21,7 @@
 
 pub mod autopsy;
 pub mod frame;
+pub mod image;
 pub mod link;
 pub mod messages;
 pub mod mission;
@@ -29,6 +30,7 @@ pub mod surfacing;
 pub mod time;
 
 pub use frame::{Abort, ActuatorCommand, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};
+pub use image::{Image, Older, Standing};
 pub use link::{Receiver, WIRE_VERSION, WireError, decode, encode};
 pub use messages::{Counters, Limit, Manifest, Object, Refusal, Reply, Request, ToBoard, ToHost};
 pub use mission::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};

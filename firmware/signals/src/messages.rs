@@ -1,6 +1,7 @@
 //! What may cross the serial line: everything a host may ask of the board, and everything the board may answer.
 
 use crate::frame::{Answer, Phase, SensorFrame};
+use crate::image::{Image, Older};
 use crate::mission::{Mission, MissionError, Wings};
 use crate::preflight::Preflight;
 use crate::time::Clock;
@@ -23,6 +24,8 @@ pub enum Object {
     Log,
     /// What is kept of the last run that a fault ended ([`crate::autopsy`]): read back only.
     Autopsy,
+    /// An image of the firmware: uploaded and rolled back only, and what it changes begins with a restart.
+    Image(Older),
 }
 
 /// Why a message had no effect.
@@ -66,6 +69,16 @@ pub enum Refusal {
     Strap,
     /// No believable UTC, or the board has no clock to keep it.
     Time,
+    /// This controller keeps no images of its firmware.
+    NoImages,
+    /// The image that runs is on trial: a control step on the bench confirms it.
+    OnTrial,
+    /// No image, or one for another board.
+    OtherBoard,
+    /// An image of an older version than the one that runs.
+    Older,
+    /// There is no image before the one that runs.
+    NothingBefore,
 }
 
 /// Which limit of the vehicle's class a configuration crosses.
@@ -119,6 +132,8 @@ pub struct Manifest {
     pub phase: Phase,
     /// Number of the last frame stepped in it.
     pub last_seq: Option<u32>,
+    /// The image that runs; none: a controller that is no image.
+    pub image: Option<Image>,
 }
 
 /// What the receiving side has seen; all counters saturate.
@@ -201,6 +216,8 @@ pub enum ToBoard {
         /// UTC when this message ends, ms since 1970-01-01, and how far it may be off, ms.
         set: Option<(u64, u32)>,
     },
+    /// Start again, on deck: a staged image is installed, or the one before it put back. The answer comes first.
+    Restart,
 }
 
 /// One message to the board.
@@ -244,6 +261,8 @@ pub enum ToHost {
         config: u32,
         /// CRC-32 of the mission, as it would be stored.
         mission: u32,
+        /// The image that will fly it; none: a controller that is no image.
+        image: Option<Image>,
     },
     /// Answer to one sensor frame.
     Answer(Answer),

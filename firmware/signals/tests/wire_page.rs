@@ -33,6 +33,9 @@ fn the_examples_are_the_bytes_on_the_line() {
     assert_eq!(example("autopsy"), wire(&Request { session: 0, id: 3, message: autopsy }));
     let clock = ToBoard::Clock { set: Some((1_795_776_005_000, 20)) };
     assert_eq!(example("clock"), wire(&Request { session: 0x1234_5678, id: 4, message: clock }));
+    let image = Object::Image(signals::Older::Refused);
+    let begin = ToBoard::UploadBegin { object: image, length: 131_072, crc: 0x1234_5678 };
+    assert_eq!(example("image"), wire(&Request { session: 0x1234_5678, id: 5, message: begin }));
     let (clean, whole) = (4 * NOTE, 4 * (NOTE + RUN));
     assert!(PAGE.contains(&format!("{clean}: no fault; {},{:03}: a fault", whole / 1000, whole % 1000)));
     let reply = postcard::to_slice(&ToHost::Hello { nonce: 7, session: 9, manifest: Default::default() }, &mut [0; 99]).expect("fits")[..2]
@@ -50,6 +53,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("2 Mission", Object::Mission),
         ("3 Log", Object::Log),
         ("4 Autopsy", Object::Autopsy),
+        ("5 Image", Object::Image(signals::Older::Refused)),
     ] {
         let number = postcard::to_slice(&object, &mut [0; 8]).expect("fits")[0];
         assert!(PAGE.contains(name) && name.starts_with(&number.to_string()), "{name}: {number}");
@@ -69,13 +73,14 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("Recovered", ToBoard::Recovered),
         ("Check", ToBoard::Check { stroke: false }),
         ("Clock", ToBoard::Clock { set: None }),
+        ("Restart", ToBoard::Restart),
     ] {
         assert!(PAGE.contains(&format!("| {} | {name}", number(&message))), "{name} is {}", number(&message));
     }
     let number = |message: &ToHost| postcard::to_slice(message, &mut [0; 256]).expect("fits")[0];
     for (said, message) in [
         ("0 Hello {", ToHost::Hello { nonce: 0, session: 0, manifest: Default::default() }),
-        ("1 Ready {", ToHost::Ready { table_id: 0, config: 0, mission: 0 }),
+        ("1 Ready {", ToHost::Ready { table_id: 0, config: 0, mission: 0, image: None }),
         ("2 Answer {", ToHost::Answer(Default::default())),
         ("3 Done {", ToHost::Done { crc: 0 }),
         ("4 Continue {", ToHost::Continue { offset: 0 }),

@@ -5,10 +5,10 @@ use super::{Output, Verdict};
 use crate::flight::config_file;
 use crate::flight::mission_file::{self, Limits};
 use crate::flight::preflight::{Item, judge};
-use crate::seats::clock;
 use crate::seats::port::Port;
 use crate::seats::upload::{read_back, upload};
 use crate::seats::{Link, Seat, SeatError, Wire};
+use crate::seats::{clock, image};
 use crate::terminal::say;
 use anyhow::{Context, ensure};
 use control::Config;
@@ -170,6 +170,9 @@ pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), h
     items.push(Item { what: "UTC", good: utc != clock::Setting::NoClock, found: utc.words() });
     let (Ok(crystal) | Err(crystal)) = utc.crystal();
     items.push(Item { what: "crystal", good: utc.crystal().is_ok(), found: crystal.to_owned() });
+    if let Some(image) = &manifest.image {
+        items.push(Item { what: "image", good: !image.on_trial(), found: image::words(image) });
+    }
     let ready = items.iter().all(|i| i.good);
     let launched = if ready && !asked.check {
         let table = link.launch(&mission).context("the board refuses the launch")?;

@@ -2,27 +2,30 @@
 
 use super::{Output, Verdict};
 use crate::flight::file_kinds::{Kind as ContentKind, expect};
+use crate::flight::image_file::ImageFile;
 use crate::flight::{config_file, mission_file, tables};
-use crate::seats::clock;
 use crate::seats::port::Port;
 use crate::seats::upload::{Stored, read_back, rollback, upload};
 use crate::seats::{Link, Seat};
+use crate::seats::{clock, image};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use control::Config;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signals::link::CRC32;
-use signals::{Object, Wings};
+use signals::{Object, Older, Wings};
 use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  glider upload /dev/ttyACM0 table-low-ar new_table.bin\n  glider upload /dev/ttyACM0 config vehicle.toml\n  \
-glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n\n\
+glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n  glider upload /dev/ttyACM0 image firmware.elf\n\n\
 The board checks CRC and content, keeps the version before, and is read back and compared; its UTC is set by this computer's. A configuration file names a built-in vehicle and\n\
-what differs (vehicle = \"slocum-200\", crush_depth_m = 240.0, ...); --read shows every setting."
+what differs (vehicle = \"slocum-200\", crush_depth_m = 240.0, ...); --read shows every setting.\n\
+An image of the firmware is staged, the board restarted, and the image is on trial: its first finished cycle on the bench confirms it;\n\
+3 boots without one, or a watchdog, and the one before is back. An older version needs --force."
 )]
 pub struct Args {
     /// Serial port of the board.
@@ -30,7 +33,7 @@ pub struct Args {
     /// What it is.
     #[arg(value_enum)]
     object: Kind,
-    /// Table (.bin, as `glider table` writes it), configuration or mission (.toml).
+    /// Table (.bin, as `glider table` writes it), configuration or mission (.toml), image (ELF).
     #[arg(required_unless_present_any = ["read", "rollback"])]
     file: Option<PathBuf>,
     /// Read what is in use instead: to FILE, or configuration and mission to the screen.
@@ -52,6 +55,8 @@ enum Kind {
     Config,
     /// Mission.
     Mission,
+    /// Image of the firmware.
+    Image,
 }
 
 impl Kind {
@@ -61,6 +66,7 @@ impl Kind {
             Self::TableLowAr => Object::Table(Wings::LowAspectRatio),
             Self::Config => Object::Config,
             Self::Mission => Object::Mission,
+            Self::Image => Object::Image(Older::Refused),
         }
     }
 
@@ -70,6 +76,7 @@ impl Kind {
             Self::TableLowAr => "table-low-ar",
             Self::Config => "config",
             Self::Mission => "mission",
+            Self::Image => "image",
         }
     }
 }
@@ -80,11 +87,53 @@ impl Kind {
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     match &args.file {
+        _ if args.object == Kind::Image => run_image(args, output),
         _ if args.read => read(args, output),
         _ if args.rollback => go_back(args, output),
         Some(file) => send(args, file, output),
         None => bail!("name a FILE, or --read, or --rollback"),
     }
+}
+
+/// An image is staged or taken back, the board restarted; or the one that runs is named.
+fn run_image(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    let file = match &args.file {
+        Some(_) if args.read => bail!("an image cannot be read back to a file; without FILE --read says which one runs"),
+        Some(path) if !args.rollback => Some((path, ImageFile::read(path)?)),
+        _ => None,
+    };
+    if let Some((path, new)) = file.as_ref().filter(|_| !output.force) {
+        new.speaks_this_wire().with_context(|| path.display().to_string())?;
+    }
+    let mut link = Link::new(Port::open(&args.port)?);
+    let before = image::running(&mut link)?;
+    let after = if let Some((_, new)) = &file {
+        let bar = ProgressBar::new(new.bytes.len() as u64)
+            .with_style(ProgressStyle::with_template("{msg} {bar:40} {bytes}/{total_bytes}").unwrap_or(ProgressStyle::default_bar()))
+            .with_message(format!("image → {}", args.port));
+        let older = if output.force { Older::Taken } else { Older::Refused };
+        image::stage(&mut link, &new.bytes, older, |sent| bar.set_position(sent as u64))?;
+        bar.finish_with_message("staged; the board installs it");
+        image::restart(&mut link)?
+    } else if args.rollback {
+        image::go_back(&mut link)?;
+        image::restart(&mut link)?
+    } else {
+        before
+    };
+    let wanted = file.as_ref().map(|(_, new)| new.facts.id);
+    let taken = wanted.is_none_or(|id| id == after.id);
+    let clock = if args.read { None } else { Some(clock::set(&mut link, &clock::system_ms).context("the board's clock was not set")?) };
+    let document = json!({ "object": "image", "file": args.file, "bytes": file.as_ref().map(|(_, new)| new.bytes.len()), "board": link.describe(),
+        "uploaded": wanted.map(|id| format!("{id:08x}")), "before": format!("{:08x}", before.id), "runs": format!("{:08x}", after.id),
+        "standing": image::name(&after), "clock": clock.map(|clock| clock.document()) });
+    output.emit(&document, || {
+        println!("image: {} runs", image::words(&after));
+        if !taken {
+            println!("the uploaded one was not started: upload it again, and look at the board's log (glider monitor) if it happens again");
+        }
+    });
+    Ok(if taken { Verdict::Ok } else { Verdict::Negative })
 }
 
 fn send(args: &Args, file: &Path, output: &Output) -> anyhow::Result<Verdict> {
@@ -144,7 +193,7 @@ fn read(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             &helm::objects::mission(&bytes)
                 .with_context(|| format!("{}: holds a mission that this program cannot read", link.describe()))?,
         )),
-        Kind::TableStandard | Kind::TableLowAr => None,
+        Kind::TableStandard | Kind::TableLowAr | Kind::Image => None,
     };
     if let Some(file) = &args.file {
         crate::whole_file::may_write(file, &[], &[], output.force)?;
@@ -191,6 +240,7 @@ fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) 
             Ok(used.to_vec())
         }
         Object::Log => bail!("the flight log is read with glider monitor PORT --flight-log DIR"),
+        Object::Image(_) => bail!("an image is no object in RAM"),
         Object::Autopsy => bail!("what is kept of a fault is read with glider autopsy PORT"),
     }
 }

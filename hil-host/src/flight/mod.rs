@@ -7,6 +7,7 @@ pub mod config_file;
 pub mod cycle;
 pub mod fetch;
 pub mod file_kinds;
+pub mod image_file;
 pub mod image_lines;
 pub mod log;
 pub mod mission_file;

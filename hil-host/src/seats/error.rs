@@ -143,6 +143,13 @@ pub fn words(why: Refusal) -> String {
             "its pump is that of another vehicle than the board is built into, or of none (Limit Class)".to_owned()
         }
         Refusal::Limit(limit) => format!("{limit:?} lies beyond what this class of vehicle may be told (Limit)"),
+        Refusal::NoImages => "this controller keeps no images of its firmware (NoImages): a simulated one, or flash this release once with cargo flash".to_owned(),
+        Refusal::OnTrial => {
+            "the image on the board is on trial (OnTrial): fit the strap and fly it on the bench (glider fly --seat PORT), or glider upload PORT image --rollback".to_owned()
+        }
+        Refusal::OtherBoard => "no image for this board (OtherBoard): scripts/build-firmware makes one".to_owned(),
+        Refusal::Older => "the image is of an older version than the one that runs (Older): --force takes it all the same".to_owned(),
+        Refusal::NothingBefore => "there is no image before the one that runs (NothingBefore): upload the one you want".to_owned(),
         Refusal::Mission(why) => format!("{why:?}"),
         other => format!("{other:?}"),
     }

@@ -230,7 +230,7 @@ impl<W: Wire> Link<W> {
     /// Hands over a mission by `message`; compares what the board will fly with what it was given.
     fn start(&mut self, message: &ToBoard, mission: &Mission) -> Result<u32, SeatError> {
         let (table_id, config, taken) = self.request("the mission", message, |answer| match answer {
-            ToHost::Ready { table_id, config, mission } => Some(Ok((table_id, config, mission))),
+            ToHost::Ready { table_id, config, mission, .. } => Some(Ok((table_id, config, mission))),
             ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: "the mission", why })),
             _ => None,
         })??;

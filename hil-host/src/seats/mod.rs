@@ -21,8 +21,10 @@ use std::path::{Path, PathBuf};
 
 pub mod clock;
 pub mod error;
+pub mod image;
 pub mod in_process;
 pub mod link;
+pub mod own_flash;
 pub mod parts;
 pub mod port;
 pub mod pty;

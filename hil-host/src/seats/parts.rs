@@ -7,15 +7,18 @@
 //! blocks (timer, USART, SPI) are not here. Time is that of the board: the world is as far as the last part that looked.
 
 use super::link::Wire;
+pub use super::own_flash::OwnFlash;
 use bay::radio::Tally;
 use bay::run::Outside;
 use bay::{Fitted, KeptUtc, Parts, Run, SupplyPins, Wiring, Woken};
 use control::Config;
+use devices::chip_flash::{Journal, Memory, Slots};
 use devices::flash::Flash;
 use devices::rtc::Registers;
 use devices::soft_i2c::SoftI2c;
 use devices::stop::Stops;
-use helm::{Boot, Helm, Mark, UtcClock, Vault};
+use helm::{Boot, Helm, Mark, UtcClock, Vault, WithImages};
+use parts::chip_flash::ChipFlash;
 use parts::iridium::{Fault, ModemPort, ModemPower};
 use parts::ms5837::Model;
 use parts::outputs::{Name, Pin, Servo, WireSense};
@@ -29,6 +32,7 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
 use std::time::Duration;
+use store::image::{FACTS, Facts, RUNS_AT};
 
 /// Air pressure over the water, Pa.
 const AIR_PA: f64 = 101_325.0;
@@ -219,6 +223,8 @@ struct Chip {
     answer: Option<Answer>,
     strap: Strap,
     kept_utc: Option<KeptUtc<Block>>,
+    flash: OwnFlash,
+    wants_restart: bool,
 }
 
 impl Outside for Chip {
@@ -242,6 +248,9 @@ impl Outside for Chip {
     fn strap(&mut self) -> Strap {
         self.strap
     }
+    fn restart(&mut self) {
+        self.wants_restart = true;
+    }
     fn said(&mut self, message: &ToHost) {
         if let ToHost::Answer(answer) = message {
             self.answer = Some(*answer);
@@ -263,7 +272,7 @@ impl Outside for Chip {
     }
 }
 
-type Storage = Vault<Flash<w25q128::Bus, Clock>>;
+type Storage = WithImages<Vault<Flash<w25q128::Bus, Clock>>, Journal<OwnFlash>, Slots<OwnFlash>>;
 
 /// A cycle as the board made it.
 pub struct Made {
@@ -327,6 +336,8 @@ impl OwnParts {
             answer: None,
             strap: Strap::Deployment,
             kept_utc: None,
+            flash: OwnFlash(Rc::new(RefCell::new(ChipFlash::default()))),
+            wants_restart: false,
         };
         let line = Line::default();
         let (helm, run) = switched_on(&bench, &mut chip, &line, &built_in, 0);
@@ -376,6 +387,12 @@ impl OwnParts {
         }
     }
 
+    /// The chip's own flash.
+    #[must_use]
+    pub fn own_flash(&self) -> OwnFlash {
+        self.chip.flash.clone()
+    }
+
     /// Fits the strap, or takes it out.
     pub fn strap(&mut self, strap: Strap) {
         self.chip.strap = strap;
@@ -401,7 +418,16 @@ impl OwnParts {
 
     /// A reset in the middle of whatever is going on; with the supply of the whole board, or that of the processor alone.
     pub fn restart(&mut self, whole_board: bool) {
+        self.boot(whole_board, false);
+    }
+
+    /// The boot loader first; the loop after it is this program's, whichever image is in its place.
+    fn boot(&mut self, whole_board: bool, watchdog: bool) {
         self.resets += 1;
+        self.chip.flash.0.borrow_mut().power_up(None);
+        let mut images = self.chip.flash.images();
+        images.open();
+        images.boot(watchdog);
         if whole_board {
             self.chip.ram = None;
         }
@@ -420,6 +446,9 @@ impl OwnParts {
         if now.saturating_sub(self.chip.fed_ns) > WATCHDOG_NS {
             self.hangs += 1;
             self.chip.fed_ns = now;
+            return self.boot(false, true);
+        }
+        if std::mem::take(&mut self.chip.wants_restart) {
             return self.restart(false);
         }
         self.run.rest(&mut self.helm, &mut self.chip, due_ms);
@@ -447,11 +476,14 @@ impl OwnParts {
 
 /// What the image does from reset to its loop.
 fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, resets: u32) -> (Helm<Storage>, Run<OnTheBench, Line>) {
-    let mut vault = Vault::new();
-    let mark = Flash::start(w25q128::Bus(bench.flash.clone()), bench.clock.clone()).ok().map(|part| vault.attach(part));
+    let mut storage = WithImages::new(Vault::new(), chip.flash.images());
+    let mut facts = [0; FACTS];
+    chip.flash.copy(RUNS_AT, &mut facts);
+    storage.open(Facts::read(&facts).map_or(0, |facts| facts.id));
+    let mark = Flash::start(w25q128::Bus(bench.flash.clone()), bench.clock.clone()).ok().map(|part| storage.rest.attach(part));
     let found = Mark::after_reset(chip.ram.map_or(Mark::NONE, |(mark, _)| mark), mark);
     let boot = Boot { mark: found, boots: resets, firmware: [0; 3], salt: resets << 8 };
-    let mut helm = Helm::new(built_in.clone(), boot, vault);
+    let mut helm = Helm::new(built_in.clone(), boot, storage);
     helm.booted(boot);
     helm.utc.runs_on(Timebase::Crystal);
     chip.kept_utc = Some(KeptUtc::open(Block(bench.rtc.clone()), &mut helm.utc, chip.now_ms()));

@@ -1,4 +1,4 @@
-//! A table, configuration or mission on its way to a board, and back to be compared.
+//! An object on its way to a board, and back to be compared.
 
 use super::error::{SeatError, UploadError};
 use super::link::{Link, Wire};
@@ -31,6 +31,20 @@ pub fn upload<W: Wire>(
     mut progress: impl FnMut(usize, usize),
 ) -> Result<Stored, UploadError> {
     let total = 2 * bytes.len();
+    let stored = send(link, object, bytes, |sent| progress(sent, total))?;
+    let back = read_back(link, object, |n| progress(bytes.len() + n.min(bytes.len()), total))?;
+    match back.iter().zip(bytes).position(|(a, b)| a != b) {
+        Some(at) => Err(UploadError::ReadBack(at)),
+        None if back.len() != bytes.len() => Err(UploadError::ReadBack(back.len().min(bytes.len()))),
+        None => Ok(stored),
+    }
+}
+
+/// Sends an object in pieces and has it stored. `progress` is told bytes sent.
+///
+/// # Errors
+/// Line lost, or refused by the board.
+pub fn send<W: Wire>(link: &mut Link<W>, object: Object, bytes: &[u8], mut progress: impl FnMut(usize)) -> Result<Stored, SeatError> {
     let (length, crc) = (bytes.len() as u32, CRC32.checksum(bytes));
     const WHAT: &str = "the upload";
     let mut sent = link.request(WHAT, &ToBoard::UploadBegin { object, length, crc }, |answer| match answer {
@@ -48,20 +62,14 @@ pub fn upload<W: Wire>(
             _ => None,
         })??;
         sent = end;
-        progress(sent, total);
+        progress(sent);
     }
-    let stored = link.request(WHAT, &ToBoard::UploadCommit, |answer| match answer {
+    link.request(WHAT, &ToBoard::UploadCommit, |answer| match answer {
         ToHost::Done { crc } => Some(Ok(Stored { crc, for_good: true })),
         ToHost::Volatile { crc } => Some(Ok(Stored { crc, for_good: false })),
         ToHost::Refused(why) => Some(Err(refused(WHAT, why))),
         _ => None,
-    })??;
-    let back = read_back(link, object, |n| progress(bytes.len() + n.min(bytes.len()), total))?;
-    match back.iter().zip(bytes).position(|(a, b)| a != b) {
-        Some(at) => Err(UploadError::ReadBack(at)),
-        None if back.len() != bytes.len() => Err(UploadError::ReadBack(back.len().min(bytes.len()))),
-        None => Ok(stored),
-    }
+    })?
 }
 
 /// Goes back to the version of an object before the one in use; says which is in use now. Asked only once: the repeat of a

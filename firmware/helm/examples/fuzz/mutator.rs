@@ -6,7 +6,9 @@ use helm::{Boot, Content, Helm, Mark, RamStorage, Seat};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use signals::link::{CRC32, MAX_WIRE};
-use signals::{Goal, Leg, Micros, Mission, Object, Reading, Request, SensorFrame, Switch, ToBoard, ToHost, WIRE_VERSION, Wings, encode};
+use signals::{
+    Goal, Leg, Micros, Mission, Object, Older, Reading, Request, SensorFrame, Switch, ToBoard, ToHost, WIRE_VERSION, Wings, encode,
+};
 
 macro_rules! corpus {
     ($($name:literal),* $(,)?) => {
@@ -30,6 +32,8 @@ corpus!(
     "report.bin",
     "clock.bin",
     "clock_set.bin",
+    "upload_image.bin",
+    "restart.bin",
 );
 
 /// Which of them is a sensor frame.
@@ -78,6 +82,8 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ToBoard::Report,
         ToBoard::Clock { set: None },
         ToBoard::Clock { set: Some((1_800_000_000_000, 20)) },
+        ToBoard::UploadBegin { object: Object::Image(Older::Refused), length: 1_000, crc: 7 },
+        ToBoard::Restart,
     ];
     let wire = |message: ToBoard| {
         let mut out = [0; MAX_WIRE];

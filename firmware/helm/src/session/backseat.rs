@@ -18,7 +18,7 @@ impl<S: Storage> Helm<S> {
     /// deepest depth, m. One that a reset interrupted goes on in SAFE.
     ///
     /// # Errors
-    /// [`Refusal::NoMission`]: none is stored. [`Refusal::NotNow`]: one was flown since the board started. Else what cannot be flown.
+    /// [`Refusal::NoMission`]: none is stored. [`Refusal::NotNow`]: one was flown since the board started. [`Refusal::OnTrial`]: the image. Else what cannot be flown.
     pub fn begin_backseat(&mut self, within: impl FnOnce(&Settings) -> Settings) -> Result<f32, Refusal> {
         self.sealed(|helm| helm.arm_stored(within))
     }
@@ -33,7 +33,8 @@ impl<S: Storage> Helm<S> {
             None => {}
         }
         let mut mission = stored.ok_or(Refusal::NoMission)?;
-        self.staging.abandon();
+        self.tried()?;
+        self.abandon();
         let config = Config::new(within(self.next_config().settings())).map_err(|_| Refusal::Corrupt)?;
         for leg in &mut mission.legs {
             leg.ballast_m3 = leg.ballast_m3.min(config.pump_m3);

@@ -3,7 +3,8 @@
 use super::Helm;
 use crate::flight::Activity;
 use crate::objects;
-use crate::storage::{Content, Kept, Storage};
+use crate::storage::{Ask, Content, Kept, Storage};
+use crate::upload::Incoming;
 use signals::messages::CHUNK;
 use signals::{Object, Phase, Refusal, ToHost};
 
@@ -20,6 +21,9 @@ impl<S: Storage> Helm<S> {
     #[inline(never)]
     pub(super) fn commit(&mut self) -> Result<ToHost, Refusal> {
         self.on_deck()?;
+        if self.incoming != Incoming::None {
+            return self.commit_image();
+        }
         if let Some((crc, kept)) = self.staging.just_taken() {
             return Ok(said(kept, crc));
         }
@@ -34,7 +38,10 @@ impl<S: Storage> Helm<S> {
     #[inline(never)]
     pub(super) fn rollback(&mut self, object: Object) -> Result<ToHost, Refusal> {
         self.on_deck()?;
-        self.staging.abandon();
+        self.abandon();
+        if let Object::Image(_) = object {
+            return self.storage.ask_images(Ask::GoBack).map(|_| ToHost::Done { crc: 0 });
+        }
         let kept = self.storage.rollback(object)?;
         Ok(said(kept, objects::identity(&mut self.storage, &self.built_in, object)))
     }

@@ -181,8 +181,13 @@ impl<J: NorFlash, F: NorFlash> Images<J, F> {
             let part = piece.get_mut(..n).ok_or(Error::Flash)?;
             self.read(slot, at, part)?;
             if at < HEADER {
-                let in_seal = |place: u32| (FACTS as u32..(FACTS + SEAL) as u32).contains(&place);
-                part.iter_mut().zip(at..).filter(|(_, place)| in_seal(*place)).for_each(|(byte, _)| *byte = 0xff);
+                let mut place = at;
+                for byte in part.iter_mut() {
+                    if (FACTS as u32..(FACTS + SEAL) as u32).contains(&place) {
+                        *byte = 0xff;
+                    }
+                    place = place.saturating_add(1);
+                }
             }
             digest.update(part);
             at = at.saturating_add(n as u32);

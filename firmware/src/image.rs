@@ -28,10 +28,12 @@ use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
 use bay::{Fitted, KeptUtc, Outside, Parts, Run, SupplyPins, Wiring, Woken};
 use control::Config;
+use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
 use devices::soft_i2c::SoftI2c;
+use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
-use helm::{Boot, Helm, Mark, Seat, UtcClock};
+use helm::{Boot, Helm, Mark, Seat, Storage, UtcClock};
 use signals::{Abort, Clock, Phase, Strap, Timebase, ToHost};
 use stm32f4::stm32f405::Peripherals;
 
@@ -70,13 +72,14 @@ fn main() -> ! {
     let (base, crystal_hz) = clock::start_crystal(&chip.RCC, &mut registers);
     power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB, &chip.GPIOC, &chip.GPIOD);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
-    let fault = black_box::open(flags, FIRMWARE);
+    let id = black_box::image();
+    let fault = black_box::open(flags, FIRMWARE, id);
     log::open(&chip.USART2);
     let line = Line::open(chip.USART1, LINE);
     let helm = HELM;
 
     // Looking through the log's sectors takes a third of a second: before the watchdog.
-    let mark = helm.storage().open(Spi::open(chip.SPI2));
+    let mark = helm.storage().open(Spi::open(chip.SPI2), id);
     let watchdog = Watchdog::start(chip.IWDG);
     let noise = last_words::noise();
     let found = last_words::read();
@@ -100,6 +103,9 @@ fn main() -> ! {
     match mark {
         Some(mark) => defmt::info!("log flash: mark {=u8}", mark.0),
         None => defmt::warn!("no log flash: uploads stay in RAM, no flight log"),
+    }
+    if let Some(image) = helm.storage().image() {
+        defmt::info!("image {=u32:08x}, on trial {=bool}", id, image.on_trial());
     }
     if found.is_some() {
         words.resets = words.resets.saturating_add(1);
@@ -203,6 +209,12 @@ impl Outside for Chip {
     fn stop(&mut self, until_ms: u64) -> Option<Woken> {
         self.still.stop(&mut self.kept_utc.rtc, until_ms)
     }
+    /// The boot loader does the rest; the last characters of the answer leave the port first.
+    fn restart(&mut self) {
+        defmt::info!("restart, as the host wants");
+        Wait.delay_ms(2);
+        SCB::sys_reset();
+    }
     fn seated(&mut self, seat: Seat) {
         match seat {
             Seat::Host => defmt::info!("seat: frames come from the host"),
@@ -232,7 +244,7 @@ fn tell(message: &ToHost, told: &mut (Phase, Option<Abort>)) {
             }
         }
         ToHost::Hello { nonce, manifest, .. } => defmt::info!("hello {=u32:#x}, mission under way {=bool}", *nonce, manifest.under_way),
-        ToHost::Ready { table_id, config, mission } => {
+        ToHost::Ready { table_id, config, mission, .. } => {
             defmt::info!("mission taken, table {=u32:08x}, configuration {=u32:08x}, mission {=u32:08x}", *table_id, *config, *mission);
         }
         ToHost::Done { crc } => defmt::info!("done {=u32:08x}", *crc),

@@ -1,14 +1,22 @@
 //! Where the board keeps uploaded objects, the mark of a mission and the log:
-//! on the log flash where it answers, else in RAM.
+//! on the log flash where it answers, else in RAM. Images of the firmware lie
+//! on the chip's own flash.
 
 use crate::board::black_box;
+use crate::board::chip_flash::ChipFlash;
 use crate::board::pins::Wait;
 use crate::board::spi::Spi;
+use devices::chip_flash::{Journal, Slots};
 use devices::flash::Flash;
-use helm::{Content, Kept, Mark, Storage, Vault};
-use signals::{Answer, Object, Refusal, SensorFrame, Utc};
+use helm::{Ask, Content, Kept, Mark, Storage, Vault, WithImages};
+use signals::{Answer, Image, Object, Refusal, SensorFrame, Utc};
+use store::image::Images;
 
-static mut VAULT: Vault<Flash<Spi, Wait>> = Vault::new();
+type Kinds = WithImages<Vault<Flash<Spi, Wait>>, Journal<ChipFlash>, Slots<ChipFlash>>;
+
+// SAFETY: the only handles; both are used by the one storage, one after the other.
+static mut VAULT: Kinds =
+    WithImages::new(Vault::new(), unsafe { Images::new(Journal::new(ChipFlash::new()), Slots::new(ChipFlash::new())) });
 
 /// The one storage of the board: a handle without a size, so that the
 /// controller can be built at compile time.
@@ -23,14 +31,15 @@ impl Shelf {
         Self(())
     }
 
-    /// Looks for the log flash; the mark on it, `None` if there is no part.
+    /// Looks where the image of this identity stands, and for the log flash; the mark on it, `None` if there is no part.
     #[inline(never)]
-    pub fn open(&mut self, spi: Spi) -> Option<Mark> {
+    pub fn open(&mut self, spi: Spi, id: u32) -> Option<Mark> {
+        self.vault().open(id);
         let part = Flash::start(spi, Wait).ok()?;
-        Some(self.vault().attach(part))
+        Some(self.vault().rest.attach(part))
     }
 
-    fn vault(&mut self) -> &mut Vault<Flash<Spi, Wait>> {
+    fn vault(&mut self) -> &mut Kinds {
         // SAFETY: one handle exists (see `new`), borrowed mutably here.
         unsafe { &mut *(&raw mut VAULT) }
     }
@@ -63,5 +72,12 @@ impl Storage for Shelf {
     }
     fn read_autopsy(&mut self, at: u32, out: &mut [u8]) -> u32 {
         black_box::read(at, out)
+    }
+    fn image(&self) -> Option<Image> {
+        // SAFETY: as in `vault`, and only read.
+        unsafe { (*(&raw const VAULT)).image() }
+    }
+    fn ask_images(&mut self, ask: Ask<'_>) -> Result<u32, Refusal> {
+        self.vault().ask_images(ask)
     }
 }

@@ -15,6 +15,14 @@ fn main() {
 #[path = "../src/board/fault.rs"]
 mod fault;
 
+/// What the boot loader looks for, and the boot loader.
+#[cfg(target_os = "none")]
+#[path = "../src/facts.rs"]
+mod facts;
+#[cfg(target_os = "none")]
+#[path = "../src/version.rs"]
+mod version;
+
 #[cfg(target_os = "none")]
 mod target {
     use control::{Config, State};

@@ -152,7 +152,10 @@ fn the_image_answers_like_the_session_on_the_host() {
     assert!(manifest.hil);
     host.handle(ToBoard::Hello { nonce: 77 });
     let begin = ToBoard::Begin(Mission::default());
-    assert_eq!(board.ask(&begin), host.handle(begin));
+    let ToHost::Ready { table_id, config, mission, image } = board.ask(&begin) else { panic!("not taken") };
+    assert_eq!(ToHost::Ready { table_id, config, mission, image: None }, host.handle(begin), "the host's is no image");
+    assert_eq!(image, manifest.image);
+    assert_eq!(image.map(|image| image.standing), Some(signals::Standing::Flashed), "started by the boot loader, its journal empty");
     let start = Instant::now();
     for seq in 0..500 {
         let message = ToBoard::Sensor(frame(seq));

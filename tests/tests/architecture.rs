@@ -14,6 +14,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("helm", &["signals", "polar", "control", "store"]),
     ("backseat", &["signals"]),
     ("bay", &["signals", "control", "helm", "backseat", "devices"]),
+    ("boot", &["store", "devices"]),
     ("audit", &[]),
     ("firmware", &["signals", "polar", "control", "helm", "devices", "store", "backseat", "bay"]),
     ("hydro", &[]),

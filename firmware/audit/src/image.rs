@@ -21,6 +21,9 @@ pub struct Function {
     pub end: u32,
 }
 
+/// What lies in flash before the image: the boot loader, judged by itself, and its journal.
+const BEFORE: &[&str] = &[".boot", ".journal0", ".journal1"];
+
 /// The parts of an ELF this tool looks at.
 pub struct Image {
     /// By address.
@@ -45,7 +48,7 @@ impl Image {
         let (mut flash, mut statics) = (0, 0);
         for section in elf.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
-            if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
+            if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 || section.name().is_ok_and(|name| BEFORE.contains(&name)) {
                 continue;
             }
             let uninitialized = section.kind() == SectionKind::UninitializedData;
@@ -70,7 +73,7 @@ impl Image {
         let mut code: Vec<(u32, u16)> = vec![];
         for section in elf.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
-            if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
+            if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 || section.name().is_ok_and(|name| BEFORE.contains(&name)) {
                 continue;
             }
             let data = section.data()?;

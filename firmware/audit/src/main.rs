@@ -1,8 +1,8 @@
 //! What the image takes, and what it can never do.
 //!
-//! `audit ELF` reads the linked image itself, not the compiler's promises:
+//! `audit ELF [KIB]` reads the linked image itself, not the compiler's promises:
 //!
-//! - flash and RAM against the image's share of the chip's (256 KiB of 1 MiB, 64 KiB of 128 KiB);
+//! - flash against its place (256 KiB of 1 MiB, or KIB), RAM against its share (64 KiB of 128 KiB);
 //! - no panic: no function of `core::panicking` was linked;
 //! - no heap: no allocator symbol was linked;
 //! - the worst-case stack, from every stack adjustment and every call in the
@@ -19,8 +19,8 @@ use anyhow::{Context, Result};
 use image::Image;
 use std::process::ExitCode;
 
-/// Flash the image may take, bytes.
-const FLASH: u64 = 256 * 1024;
+/// Flash the image may take: its slot, KiB.
+const FLASH_KIB: u64 = 256;
 /// RAM the image may take with its stack, bytes.
 const RAM: u64 = 64 * 1024;
 /// Words of pattern at the end of the stack, bytes.
@@ -30,7 +30,7 @@ const PANICS: &[&str] = &["core::panicking::", "rust_begin_unwind"];
 /// Linked into every allocation.
 const HEAP: &[&str] = &["__rust_alloc", "__rg_alloc", "alloc::alloc::", "malloc"];
 
-fn audit(path: &str) -> Result<bool> {
+fn audit(path: &str, flash: u64) -> Result<bool> {
     let bytes = std::fs::read(path).with_context(|| format!("{path}: cannot read the image; scripts/build-firmware makes it"))?;
     let image = Image::read(&bytes).with_context(|| format!("{path}: not a Cortex-M image"))?;
     let mut kept = true;
@@ -38,7 +38,7 @@ fn audit(path: &str) -> Result<bool> {
         println!("{} {what}: {why}", if holds { "ok  " } else { "FAIL" });
         kept &= holds;
     };
-    promise("flash", image.flash <= FLASH, format!("{} of {FLASH} bytes", image.flash));
+    promise("flash", image.flash <= flash, format!("{} of {flash} bytes", image.flash));
     for (what, names) in [("no panic", PANICS), ("no heap", HEAP)] {
         let found: Vec<&str> = image.functions.iter().map(|f| f.name.as_str()).filter(|n| names.iter().any(|p| n.contains(p))).collect();
         let why = if found.is_empty() { format!("none of {} functions", image.functions.len()) } else { found.join(", ") };
@@ -61,11 +61,16 @@ fn audit(path: &str) -> Result<bool> {
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [path] = arguments.as_slice() else {
-        eprintln!("usage: audit ELF");
+    let (path, kib) = match arguments.as_slice() {
+        [path] => (path, Some(FLASH_KIB)),
+        [path, kib] => (path, kib.parse().ok()),
+        _ => (&String::new(), None),
+    };
+    let Some(kib) = kib else {
+        eprintln!("usage: audit ELF [KIB of flash]");
         return ExitCode::from(2);
     };
-    match audit(path) {
+    match audit(path, 1024 * kib) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(e) => {

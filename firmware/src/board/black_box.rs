@@ -45,9 +45,9 @@ fn recorder() -> &'static mut BlackBox<Kept> {
     unsafe { &mut *(&raw mut RECORDER) }
 }
 
-/// Begins a run; what is kept of a fault.
-pub fn open(began: u8, firmware: [u8; 3]) -> Option<Note> {
-    recorder().open(began, firmware, image())
+/// Begins a run of this image; what is kept of a fault.
+pub fn open(began: u8, firmware: [u8; 3], image: u32) -> Option<Note> {
+    recorder().open(began, firmware, image)
 }
 
 /// Keeps a finished cycle.
@@ -70,7 +70,7 @@ pub fn note(cause: Cause, frame: Registers) {
 }
 
 /// Identity of the image: CRC-32 of its code, its constants and its initial values, as they lie in flash.
-fn image() -> u32 {
+pub fn image() -> u32 {
     let data = (&raw const __edata).addr().saturating_sub((&raw const __sdata).addr());
     let parts = [
         (&raw const __stext, (&raw const __etext).addr().saturating_sub((&raw const __stext).addr())),

@@ -95,6 +95,14 @@ pub fn resume_tick(syst: &mut SYST, now_ms: u64) {
     syst.enable_counter();
 }
 
+/// No tick was counted for so long.
+pub fn stood_still(ms: u64) {
+    critical_section::with(|cs| {
+        let millis = MILLIS.borrow(cs);
+        millis.set(millis.get().saturating_add(ms));
+    });
+}
+
 #[exception]
 fn SysTick() {
     critical_section::with(|cs| {

@@ -2,6 +2,7 @@
 
 pub mod black_box;
 pub mod canary;
+pub mod chip_flash;
 pub mod clock;
 mod fault;
 pub mod last_words;

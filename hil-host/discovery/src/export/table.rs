@@ -75,6 +75,7 @@ impl Table {
     }
 
     fn from_chunks<R: ChunkReader + 'static>(file: R) -> Result<Self> {
+        let mut room = file.len().saturating_mul(UNPACKED).saturating_add(SMALLEST);
         let reader = SerializedFileReader::new(file)?;
         let metadata = reader.metadata().file_metadata();
         let about = metadata.key_value_metadata().into_iter().flatten();
@@ -82,7 +83,8 @@ impl Table {
         let names: Vec<String> = metadata.schema_descr().columns().iter().map(|c| c.name().to_owned()).collect();
         for group in 0..reader.num_row_groups() {
             let rows = reader.get_row_group(group)?;
-            let n = usize::try_from(rows.metadata().num_rows()).unwrap_or(0);
+            let n = usize::try_from(rows.metadata().num_rows()).unwrap_or(usize::MAX);
+            take(&mut room, (n as u64).saturating_mul(CELL * names.len() as u64))?;
             for (k, name) in names.iter().enumerate() {
                 match rows.get_column_reader(k)? {
                     ColumnReader::Int32ColumnReader(mut column) => {
@@ -92,6 +94,8 @@ impl Table {
                         let mut values = Vec::with_capacity(n);
                         column.read_records(n, None, None, &mut values)?;
                         for value in &values {
+                            // A text of a dictionary may stand in every row.
+                            take(&mut room, 2 * value.len() as u64)?;
                             of(&mut out.texts, name).push(value.as_utf8()?.to_owned());
                         }
                     }
@@ -120,6 +124,19 @@ impl Table {
     pub fn number(&self, name: &str) -> &[f64] {
         self.numbers.iter().find(|c| c.0 == name).map_or(&[], |c| &c.1)
     }
+}
+
+/// Values of a file take at most so many times its bytes, and this much more: what it declares is no size.
+const UNPACKED: u64 = 20;
+const SMALLEST: u64 = 8 << 20;
+/// What a value takes in memory with its copies, bytes; a text takes twice its length more.
+const CELL: u64 = 64;
+
+/// Takes so much of the room that is left.
+fn take(room: &mut u64, bytes: u64) -> Result<()> {
+    let too_much = || ParquetError::General("declares more values than a file of its size holds".into());
+    *room = room.checked_sub(bytes).ok_or_else(too_much)?;
+    Ok(())
 }
 
 /// A column of a schema.
@@ -193,5 +210,35 @@ mod tests {
         assert_eq!(again, bytes, "equal tables, equal bytes");
         bytes.truncate(bytes.len() - 20);
         assert!(Table::from_chunks(bytes::Bytes::from(bytes)).is_err());
+    }
+
+    /// A count of rows that no memory holds ended the program; one text in every row took its length for each.
+    #[test]
+    fn regress_declared_rows_take_no_more_than_the_file_allows() {
+        let rows = 12_345;
+        let table = Table { whole: vec![("dive".into(), vec![7; rows])], ..Table::default() };
+        let mut bytes = Vec::new();
+        table.write("dives", &mut bytes).expect("written");
+        assert_eq!(Table::from_chunks(bytes::Bytes::from(bytes.clone())).expect("read").whole[0].1.len(), rows);
+        // The count as Thrift writes it (zigzag, 7 bits a byte) becomes 2^60; the footer, its length below it, grows.
+        let footer = u32::from_le_bytes(bytes[bytes.len() - 8..bytes.len() - 4].try_into().expect("4 bytes")) as usize;
+        let mut end = bytes.split_off(bytes.len() - 8 - footer);
+        end.truncate(footer);
+        let large = [0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x20];
+        while let Some(at) = end.windows(3).position(|w| w == [0xf2, 0xc0, 0x01]) {
+            end.splice(at..at + 3, large);
+        }
+        bytes.extend(&end);
+        bytes.extend((end.len() as u32).to_le_bytes());
+        bytes.extend(b"PAR1");
+        let said = Table::from_chunks(bytes::Bytes::from(bytes)).expect_err("refused").to_string();
+        assert!(said.contains("more values than a file of its size holds"), "{said}");
+
+        let table = Table { texts: vec![("flight".into(), vec!["x".repeat(4000); 4000])], ..Table::default() };
+        let mut bytes = Vec::new();
+        table.write("dives", &mut bytes).expect("written");
+        assert!(bytes.len() < 20_000);
+        let said = Table::from_chunks(bytes::Bytes::from(bytes)).expect_err("refused").to_string();
+        assert!(said.contains("more values than a file of its size holds"), "{said}");
     }
 }

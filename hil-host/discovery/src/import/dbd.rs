@@ -141,6 +141,7 @@ pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl 
     let (order, rest) = known_cycle(rest).ok_or(DbdError::NoKnownCycle)?;
     let mut decoder = Decoder::new(&stored, state_bytes, order, wanted);
     decoder.room = 8 * (bytes.len() * UNPACKED / 4 + SMALLEST);
+    decoder.steps = bytes.len().saturating_mul(STEPS).saturating_add(SMALLEST);
     decoder.stretch(&first.place, rest, &mut problems);
     for stretch in others {
         decoder.hole();
@@ -206,6 +207,9 @@ fn stretches(bytes: &[u8], start: &[u8], problems: &mut Vec<String>) -> Option<V
 /// A packed log is at most so many times smaller than it is plain (usual: 3), and its values than its bytes; and this much more.
 const UNPACKED: usize = 20;
 const SMALLEST: usize = 1 << 20;
+
+/// States looked at for a cycle after a hole, for each byte of a file: noise of 500 sensors takes 8.
+const STEPS: usize = 200;
 
 /// Largest plain size of a block, bytes.
 const LZ4_BLOCK: usize = 32 * 1024;
@@ -290,6 +294,8 @@ struct Decoder<'a> {
     opening: bool,
     /// Bytes that values may still take: a cycle of a few bytes can repeat them all.
     room: usize,
+    /// States that may still be looked at for a cycle after a hole: with a long list of sensors each byte of damage may look like one.
+    steps: usize,
 }
 
 impl<'a> Decoder<'a> {
@@ -305,6 +311,7 @@ impl<'a> Decoder<'a> {
             ended: false,
             opening: true,
             room: usize::MAX,
+            steps: usize::MAX,
         }
     }
 
@@ -320,7 +327,7 @@ impl<'a> Decoder<'a> {
         let mut lost = self.cycles > 0 && self.previous.iter().all(|v| v.is_nan());
         while at < bytes.len() && !self.ended {
             if lost {
-                let Some(next) = (at..bytes.len()).find(|k| self.trusted(&bytes[*k..])) else {
+                let Some(next) = self.next_trusted(bytes, at) else {
                     problems.push(format!("{} bytes after {place} have no whole cycle", bytes.len() - at));
                     return;
                 };
@@ -383,6 +390,16 @@ impl<'a> Decoder<'a> {
             }
         }
         (length <= bytes.len()).then_some(length)
+    }
+
+    /// The first place from `at` on from which several cycles follow, as far as there are steps left to look for it.
+    fn next_trusted(&mut self, bytes: &[u8], at: usize) -> Option<usize> {
+        let each = CYCLES_TO_TRUST * self.sensors.len().max(1);
+        let mut looked_at = 0;
+        let places = (at..bytes.len()).filter(|k| bytes[*k] == b'd').take(self.steps / each);
+        let found = places.inspect(|_| looked_at += 1).find(|k| self.trusted(&bytes[*k..]));
+        self.steps -= looked_at * each;
+        found
     }
 
     /// Whether several cycles, or the end, follow from here.

@@ -246,3 +246,24 @@ fn a_small_file_that_unpacks_to_a_large_one_is_cut() {
     let cells: usize = read.columns.values().map(|c| c.1.len()).sum();
     assert!(8 * cells < 20 * packed.len() + (12 << 20), "{cells} cells of {} packed bytes, {old}", packed.len());
 }
+
+/// With a long list of sensors every byte of damage that looks like a cycle was decoded whole, four times: minutes for some megabytes.
+#[test]
+fn regress_looking_for_a_cycle_after_damage_ends() {
+    let sensor = Sensor { name: "x".into(), unit: String::new(), bytes: 8, stored: true };
+    let sensors = vec![sensor; 1000];
+    let damage = vec![b'd'; 5000];
+    let mut decoder = Decoder::new(&sensors, 250, Order::Little, |_| true);
+    (decoder.steps, decoder.cycles) = (100_000, 1);
+    let mut problems = Vec::new();
+    decoder.stretch("here", &damage, &mut problems);
+    assert_eq!(problems, ["5000 bytes after here have no whole cycle"]);
+    // 4 x 1000 states a place.
+    assert_eq!(decoder.steps, 0);
+    // What is sound after a small hole is found.
+    let mut bytes = vec![0xee, b'd', 0xff];
+    (0..6).for_each(|_| bytes.extend([&[b'd'][..], &[0; 250]].concat()));
+    let mut decoder = Decoder { steps: 100_000, cycles: 1, ..Decoder::new(&sensors, 250, Order::Little, |_| true) };
+    decoder.stretch("here", &bytes, &mut Vec::new());
+    assert!(decoder.cycles >= 5 && decoder.steps < 100_000, "{}", decoder.cycles);
+}

@@ -20,6 +20,8 @@ use store::ring;
 
 /// Erase sector of the log flash, bytes (W25Q128JV).
 const SECTOR: usize = 4096;
+/// No log flash is larger, bytes: four times the part of the board.
+const LARGEST: usize = 64 << 20;
 /// A gap between two cycles that ends a flight, s: the longest patience of the mission at the surface, doubled.
 const GAP_S: f64 = 1800.0;
 /// Sectors without a header that are looked past: bad ones, or the one being erased.
@@ -128,7 +130,7 @@ impl<W: Wire> Remote<'_, W> {
             ToHost::Refused(why) => Some(Err(SeatError::Refused { asked: WHAT, why })),
             _ => None,
         })??;
-        if self.copy.0.len() != length {
+        if self.copy.0.len() != length && length <= LARGEST {
             self.copy.0.resize(length, 0xff);
         }
         if let Some(to) = self.copy.0.get_mut(at..at + data.len()) {
@@ -220,6 +222,9 @@ pub fn read<W: Wire>(board: &mut Link<W>, wanted: &Wanted, mut progress: impl Fn
     let (length, _) = remote.piece(0)?;
     if length < 2 * SECTOR {
         bail!("{name}: this board keeps no flight log (no log flash answers)");
+    }
+    if length > LARGEST {
+        bail!("{name}: says that its flight log has {length} bytes, more than any flash; is it a board of this release?");
     }
     let all = length / SECTOR;
     let Some((first, oldest)) = remote.near(0, all)? else { return Ok(Found::default()) };
@@ -337,4 +342,47 @@ fn summary(flight: &[Logged]) -> serde_json::Value {
     let mut dates = flight.iter().filter_map(|c| c.0.map(|utc| iso(utc.ms)));
     let first = dates.next();
     json!({ "cycles": flight.len(), "first_utc": first, "last_utc": dates.next_back().or_else(|| first.clone()) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signals::link::MAX_WIRE;
+    use signals::{Receiver, Reply, Request, encode};
+    use std::time::Duration;
+
+    /// A board that says its log has so many bytes, and has none.
+    struct Claims(u32, Receiver, Vec<u8>);
+
+    impl Wire for Claims {
+        fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+            for byte in bytes {
+                if let Some(Ok(Request { id, .. })) = self.1.push::<Request>(*byte) {
+                    let message = ToHost::Content { offset: 0, length: self.0, data: heapless::Vec::new() };
+                    let mut wire = [0; MAX_WIRE];
+                    let n = encode(&Reply { to: id, message }, &mut wire).expect("fits");
+                    self.2.extend(&wire[..n]);
+                }
+            }
+            Ok(())
+        }
+        fn receive(&mut self, into: &mut [u8], _: Duration) -> std::io::Result<usize> {
+            let n = into.len().min(self.2.len());
+            into[..n].copy_from_slice(&self.2.drain(..n).collect::<Vec<u8>>());
+            Ok(n)
+        }
+        fn describe(&self) -> String {
+            "a board".into()
+        }
+    }
+
+    /// It took 4 GB of memory, all of it erased flash.
+    #[test]
+    fn regress_a_board_that_claims_a_log_of_4_gb_is_refused() {
+        for length in [u32::MAX, LARGEST as u32 + 1] {
+            let mut link = Link::new(Claims(length, Receiver::new(), Vec::new()));
+            let said = read(&mut link, &Wanted::ALL, |_| {}).expect_err("refused").to_string();
+            assert!(said.starts_with("a board: says that its flight log has") && said.contains(&length.to_string()), "{said}");
+        }
+    }
 }

@@ -340,7 +340,8 @@ impl<J: NorFlash, F: NorFlash> Images<J, F> {
         self.staged = None;
     }
 
-    /// Takes an installation back that has not begun, else has the image before put back at the next boot. Asked twice it does no more.
+    /// Takes an installation back that has not begun, else has the image before put back at the next boot: asked again after the first
+    /// it does the second.
     ///
     /// # Errors
     /// [`Error::NothingBefore`], [`Error::Flash`].

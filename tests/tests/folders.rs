@@ -23,7 +23,7 @@ const DISCOVERY: [&str; 14] = [
 
 /// From a wire to the command line; `whole_file` writes files for all of them.
 const HIL_HOST: [&str; 12] =
-    ["whole_file", "terminal", "shards", "fleet", "seats", "flight", "score", "pages", "campaign", "paper", "serve", "cli"];
+    ["whole_file", "terminal", "shards", "seats", "flight", "fleet", "score", "pages", "campaign", "paper", "serve", "cli"];
 
 /// Folders of the crate that a source names: `crate::folder::…`, alone or in braces, in code that is not a test module's.
 fn folders_used(text: &str) -> BTreeSet<String> {

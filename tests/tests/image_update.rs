@@ -78,7 +78,7 @@ fn hil_an_image_is_uploaded_tried_on_the_bench_and_confirmed() {
 
     // On trial it launches nothing, and says what to do.
     let clock = link.wire().bench.clock.clone();
-    let utc_ms = || (1_000 * parts::gps::START_S) as f64 + clock.now_ns() as f64 * 1e-6;
+    let utc_ms = || parts::gps::utc_ms(clock.now_ns()) as f64;
     let here = Here { utc_ms: &utc_ms, seconds: None };
     let found = launch(&mut link, &Asked { config: None, mission: "sea", check: false }, &|| {}, &here).expect("checks");
     let bad: Vec<_> = found.items.iter().filter(|i| !i.good).collect();

@@ -145,7 +145,8 @@ fn hil_no_fault_of_the_modem_changes_what_is_flown() {
         assert!(reached == 0 || unknown, "{name}: {reached}");
         let (tally, sessions) = (*with.board.wire().radio(), with.board.wire().bench.modem.borrow().sessions);
         assert!(tally.sent == 0 && tally.failed > 0 && tally.failed <= 2 * u32::from(TRIES), "{name}: {tally:?}");
-        assert!(sessions <= tally.failed, "{name}: {sessions} sessions");
+        // One may be under way when the flight ends.
+        assert!(sessions <= tally.failed + 1, "{name}: {sessions} sessions of {tally:?}");
         on_afloat_only(&mut with);
     }
 }
@@ -167,7 +168,7 @@ fn hil_without_word_from_shore_it_comes_home_with_it_it_flies_on() {
     let ends = |fault| fly_with(8, fault, soon, &mut |_| {}).out;
     let without = ends(Fault::Dead);
     assert_eq!(without.end, End::Safe(Some(Abort::NoComms)));
-    for fault in [Fault::NoNetwork, Fault::Lies, Fault::Garbage] {
+    for fault in [Fault::NoNetwork, Fault::FalseSuccess, Fault::Garbage] {
         let with = ends(fault);
         assert_eq!((with.end, with.actuator_hash), (without.end, without.actuator_hash), "{fault:?}");
     }

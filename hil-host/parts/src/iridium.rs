@@ -68,7 +68,7 @@ pub enum Fault {
     /// It does not take bytes.
     Stuck,
     /// A session is said to have gone well, and has not.
-    Lies,
+    FalseSuccess,
     /// It goes on echoing.
     EchoStays,
     /// A character of three in a thousand is another one, both ways.
@@ -93,7 +93,7 @@ impl Fault {
         ("wrong-sum", Self::WrongSum),
         ("errors", Self::Errors),
         ("stuck", Self::Stuck),
-        ("lies", Self::Lies),
+        ("false-success", Self::FalseSuccess),
         ("echo-stays", Self::EchoStays),
         ("noise", Self::Noise),
     ];
@@ -202,7 +202,7 @@ impl Iridium {
 
     fn switch(&mut self, on: bool) {
         let now = self.clock.now_ns();
-        self.look();
+        self.catch_up();
         match (on, self.on_ns) {
             (true, None) => {
                 self.on_ns = Some(now);
@@ -224,7 +224,7 @@ impl Iridium {
     }
 
     /// Everything up to now has happened.
-    pub fn look(&mut self) {
+    pub fn catch_up(&mut self) {
         let now = self.clock.now_ns();
         let (before, on) = (self.looked_ns, self.on_ns);
         self.looked_ns = now;
@@ -390,7 +390,7 @@ impl Iridium {
         let number = self.momsn;
         let answer = match failed {
             Some(status) => format!("{status}, {number}, 2, 0, 0, 0"),
-            None if self.fault == Fault::Lies => format!("0, {number}, 0, 0, 0, 0"),
+            None if self.fault == Fault::FalseSuccess => format!("0, {number}, 0, 0, 0, 0"),
             None => {
                 self.momsn = self.momsn.wrapping_add(1);
                 if !self.outgoing.is_empty() {
@@ -426,7 +426,7 @@ impl Read for ModemPort {
 impl ReadReady for ModemPort {
     fn read_ready(&mut self) -> Result<bool, Infallible> {
         let mut part = self.0.borrow_mut();
-        part.look();
+        part.catch_up();
         Ok(!part.kept.is_empty())
     }
 }

@@ -117,9 +117,9 @@ pub fn is_there(path: &Path) -> anyhow::Result<()> {
     }
     let names = BUILT_IN.map(|b| b.0);
     // A name that ends as a file does is first compared with files.
-    let [beside, known] = [meant_path(path), meant(name, names)];
+    let [near_path, known] = [meant_path(path), meant(name, names)];
     let of_file = path.extension().is_some() || path.components().count() > 1;
-    let [likelier, other] = if of_file { [beside, known] } else { [known, beside] };
+    let [likelier, other] = if of_file { [near_path, known] } else { [known, near_path] };
     let tip = if likelier.is_empty() { other } else { likelier };
     bail!("{}: no such vehicle file{tip} (built in: {}; glider calibrate writes one)", path.display(), names.join(", "))
 }

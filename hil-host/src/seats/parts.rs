@@ -6,18 +6,20 @@
 //! Everything from the wires inward is what the image flies ([`bay`], `devices`, `helm`, the flash's `store`); the chip's own
 //! blocks (timer, USART, SPI) are not here. Time is that of the board: the world is as far as the last part that looked.
 
+mod chip;
+
 use super::link::Wire;
 pub use super::own_flash::OwnFlash;
 use bay::radio::Tally;
-use bay::run::Outside;
-use bay::{Fitted, KeptUtc, Parts, Run, SupplyPins, Wiring, Woken};
+use bay::run::Outside as _;
+use bay::{Fitted, KeptUtc, Parts, Run, SupplyPins, Wiring};
+use chip::{Block, Chip};
 use control::Config;
 use devices::chip_flash::{Journal, Memory, Slots};
 use devices::flash::Flash;
-use devices::rtc::Registers;
 use devices::soft_i2c::SoftI2c;
 use devices::stop::Stops;
-use helm::{Boot, Helm, Mark, UtcClock, Vault, WithImages};
+use helm::{Boot, Helm, Mark, Vault, WithImages};
 use parts::chip_flash::ChipFlash;
 use parts::iridium::{Fault, ModemPort, ModemPower};
 use parts::ms5837::Model;
@@ -26,7 +28,7 @@ use parts::talker::Port;
 use parts::wires::WirePin;
 use parts::{Bench, Clock, Drive, Sample, Surroundings, Work, gps, os5000, w25q128};
 use plant::{Truth, World};
-use signals::{Answer, Reading, SensorFrame, Strap, Switch, Timebase, ToHost, Weight};
+use signals::{Answer, Reading, SensorFrame, Strap, Switch, Timebase, Weight};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -40,8 +42,6 @@ const AIR_PA: f64 = 101_325.0;
 const SAMPLE_NS: u64 = 2_000_000;
 /// Nor does the pressure in this time: waves are slower.
 const PRESSURE_NS: u64 = 100_000_000;
-/// Longest time the loop sleeps while bytes may come, ns: as on the chip, whose interrupts wake it.
-const NAP_NS: u64 = 20_000_000;
 /// The watchdog resets the board after this time without a feed, ns.
 const WATCHDOG_NS: u64 = 12_000_000_000;
 /// Samples kept for whoever judges the drivers: more than ten seconds of a motor that is looked at.
@@ -194,81 +194,6 @@ impl embedded_io::Write for Line {
     }
     fn flush(&mut self) -> Result<(), Infallible> {
         Ok(())
-    }
-}
-
-/// The chip's registers.
-struct Block(Rc<RefCell<parts::rtc::Rtc>>);
-
-impl Registers for Block {
-    fn read(&mut self, address: u32) -> u32 {
-        self.0.borrow_mut().read(address)
-    }
-    fn write(&mut self, address: u32, value: u32) {
-        self.0.borrow_mut().write(address, value);
-    }
-}
-
-/// What the chip keeps for the loop.
-struct Chip {
-    clock: Clock,
-    /// Milliseconds since the bench was switched on, as the chip counted them up to a moment, ns.
-    counted: (u64, u64),
-    stops: Stops,
-    /// The last rest was a stop.
-    stopped: bool,
-    fed_ns: u64,
-    /// RAM that a reset does not clear.
-    ram: Option<(Mark, f32)>,
-    answer: Option<Answer>,
-    strap: Strap,
-    kept_utc: Option<KeptUtc<Block>>,
-    flash: OwnFlash,
-    wants_restart: bool,
-}
-
-impl Outside for Chip {
-    fn now_ms(&mut self) -> u64 {
-        let (ms, at_ns) = self.counted;
-        ms + (self.clock.now_ns() - at_ns) / 1_000_000
-    }
-    fn feed(&mut self) {
-        self.fed_ns = self.clock.now_ns();
-    }
-    fn remember(&mut self, mark: Mark, air_pa: f32) {
-        self.ram = Some((mark, air_pa));
-    }
-    fn keep_time(&mut self, clock: &UtcClock) {
-        let now_ms = self.now_ms();
-        self.kept_utc.iter_mut().for_each(|kept| kept.keep(clock, now_ms));
-    }
-    fn lost_bytes(&mut self) -> u32 {
-        0
-    }
-    fn strap(&mut self) -> Strap {
-        self.strap
-    }
-    fn restart(&mut self) {
-        self.wants_restart = true;
-    }
-    fn said(&mut self, message: &ToHost) {
-        if let ToHost::Answer(answer) = message {
-            self.answer = Some(*answer);
-        }
-    }
-    fn sleep(&mut self, until_ms: u64) {
-        // A millisecond at least: the tick that wakes it.
-        let (now_ns, wait_ms) = (self.clock.now_ns(), until_ms.saturating_sub(self.now_ms()));
-        self.clock.until_ns((now_ns + wait_ms * 1_000_000).clamp(now_ns + 1_000_000, now_ns + NAP_NS));
-        self.stopped = false;
-    }
-    fn stop(&mut self, until_ms: u64) -> Option<Woken> {
-        let now_ms = self.now_ms();
-        let halt = |block: &mut Block| block.0.borrow_mut().halt();
-        let woken = self.stops.stop(&mut self.kept_utc.as_mut()?.rtc, now_ms, until_ms.saturating_sub(now_ms), halt)?;
-        self.counted = (woken.now_ms, self.clock.now_ns());
-        self.stopped = true;
-        Some(Woken { by_line: woken.by_line, base: woken.crystal_lost.then_some(Timebase::NoCrystal), ppm: Stops::ppm() })
     }
 }
 

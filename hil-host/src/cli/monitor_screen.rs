@@ -135,6 +135,7 @@ mod tests {
             under_way: true,
             phase: signals::Phase::InflectHigh,
             last_seq: Some(most),
+            image: Some(signals::Image { id: most, standing: signals::Standing::RolledBack }),
         };
         let mut rows = board(&"b".repeat(200), &m, &worst, 1e9, Duration::from_secs(1_000_000));
         rows.extend(flight(&moments(1350)));

@@ -189,8 +189,7 @@ fn hil_without_a_calendar_clock_that_can_be_trusted_it_only_sleeps() {
     let absent = |board: &OwnParts| board.bench.rtc.borrow_mut().absent = true;
     let internal = |board: &OwnParts| board.bench.rtc.borrow_mut().crystal_ppm = None;
     let fast = |board: &OwnParts| board.bench.rtc.borrow_mut().crystal_ppm = Some(100_000.0);
-    let changes: [(&str, fn(&OwnParts)); 3] = [("absent", absent), ("internal", internal), ("another crystal", fast)];
-    for (what, change) in changes {
+    for (what, change) in [("absent", absent as fn(&OwnParts)), ("internal", internal), ("another crystal", fast)] {
         let mut link = under_way(100, change);
         assert_eq!(stopped_s(&mut link), 0.0, "{what}");
         assert_eq!((link.wire().hangs, link.wire().resets), (0, 0), "{what}");

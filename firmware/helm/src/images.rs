@@ -89,9 +89,7 @@ impl<S: Storage, J: NorFlash, F: NorFlash> Storage for WithImages<S, J, F> {
         match ask {
             Ask::Begin(length) => images.begin(length).map(|()| 0),
             Ask::Piece(at, bytes) => images.piece(at, bytes),
-            Ask::Commit { length, crc, older, running } => {
-                images.commit(length, crc, older == Older::Taken, running).map(u32::from)
-            }
+            Ask::Commit { length, crc, older, running } => images.commit(length, crc, older == Older::Taken, running).map(u32::from),
             Ask::Abandon => {
                 images.abandon();
                 Ok(0)

@@ -30,3 +30,43 @@ fn every_effect_type_is_registered_and_the_guide_names_real_places() {
         assert!(root.join("scripts").join(script).is_file(), "scripts/{script}");
     }
 }
+
+/// `scripts/test` in a folder of its own, where cargo and the other scripts do nothing but fail when they are asked to.
+fn test_command(failing: &str) -> std::process::Output {
+    use std::os::unix::fs::PermissionsExt;
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ lies in the workspace").join("scripts");
+    let scratch = std::env::temp_dir().join(format!("glider-test-command-{}", std::process::id()));
+    std::fs::create_dir_all(scratch.join("scripts")).expect("a scratch folder");
+    let put = |place: &Path, text: &[u8]| {
+        std::fs::write(place, text).expect("a script");
+        std::fs::set_permissions(place, std::fs::Permissions::from_mode(0o755)).expect("its mode");
+    };
+    let stub = "#!/bin/sh\ncase \"$(basename \"$0\") $*\" in \"$FAILING\"*) exit 3 ;; esac\n";
+    for entry in std::fs::read_dir(&scripts).expect("the scripts") {
+        let name = entry.expect("an entry").file_name();
+        let real = name == "test";
+        let text = if real { std::fs::read(scripts.join(&name)).expect("scripts/test") } else { stub.into() };
+        put(&scratch.join("scripts").join(&name), &text);
+    }
+    for tool in ["cargo", "cargo-deny"] {
+        put(&scratch.join(tool), stub.as_bytes());
+    }
+    let path = format!("{}:{}", scratch.display(), std::env::var("PATH").expect("PATH"));
+    let mut command = std::process::Command::new(scratch.join("scripts/test"));
+    let output = command.env("PATH", path).env("FAILING", failing).output().expect("scripts/test starts");
+    std::fs::remove_dir_all(&scratch).expect("the scratch folder goes");
+    output
+}
+
+#[test]
+fn regress_the_test_command_fails_exactly_when_a_step_does() {
+    let sound = test_command("none");
+    assert!(sound.status.success(), "{sound:?}");
+    assert!(String::from_utf8_lossy(&sound.stdout).contains("all checks passed"), "{sound:?}");
+    let steps = ["setup-target", "fetch-samples", "setup-python", "check-firmware", "cargo fmt", "cargo clippy", "cargo deny --offline"];
+    for step in [&steps[..], &["cargo doc", "cargo test --release --workspace --no-fail-fast", "cargo test"]].concat() {
+        let failed = test_command(step);
+        assert!(!failed.status.success(), "{step} failed and scripts/test did not: {failed:?}");
+        assert!(!String::from_utf8_lossy(&failed.stdout).contains("all checks passed"), "{step}: {failed:?}");
+    }
+}

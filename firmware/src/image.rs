@@ -15,6 +15,7 @@
 //! | PC9 | jumper, pulled down: to 3.3 V the board is a Slocum's backseat ([`crate::backseat_role`]) |
 
 use crate::backseat_role;
+use crate::board::chip_flash::ChipFlash;
 use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::registers::Registers;
@@ -30,7 +31,9 @@ use bay::{Fitted, KeptUtc, Outside, Parts, Run, SupplyPins, Wiring, Woken};
 use control::Config;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
+use devices::options;
 use devices::soft_i2c::SoftI2c;
+use devices::stop::Stops;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
 use helm::{Boot, Helm, Mark, Seat, Storage, UtcClock};
@@ -66,6 +69,8 @@ fn main() -> ! {
     let (Some(chip), Some(mut core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { last_words::reset(Cause::None) };
     safe_outputs(&chip.RCC, &chip.GPIOC);
     let flags = last_words::reset_flags(&chip.RCC);
+    // It runs already where the option bytes or an image on trial want it; what follows takes less than a second.
+    let watchdog = Watchdog::start(chip.IWDG);
     // SAFETY: at work here alone, before anything else; then with the calendar clock, whose registers are nobody else's, and in a stop
     // with interrupts held off.
     let mut registers = unsafe { Registers::new() };
@@ -78,9 +83,8 @@ fn main() -> ! {
     let line = Line::open(chip.USART1, LINE);
     let helm = HELM;
 
-    // Looking through the log's sectors takes a third of a second: before the watchdog.
+    // Looking through the log's sectors takes a third of a second.
     let mark = helm.storage().open(Spi::open(chip.SPI2), id);
-    let watchdog = Watchdog::start(chip.IWDG);
     let noise = last_words::noise();
     let found = last_words::read();
     let mut words = found.unwrap_or(LastWords { mark: Mark::NONE, resets: 0, air: 0 });
@@ -120,12 +124,15 @@ fn main() -> ! {
     let strap = Pin::new(Port::C, 8, Drive::Strap);
     let air = f32::from_bits(words.air);
     helm.utc.runs_on(base);
+    let option_bytes = options::read(&mut registers);
+    helm.deck.options_are(option_bytes);
     let kept_utc = KeptUtc::open(registers, &mut helm.utc, clock::now_ms());
     match helm.utc.utc() {
         Some(utc) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
         None => defmt::info!("UTC unknown"),
     }
-    let mut hold = Chip { watchdog, words, strap, kept_utc, still: Standstill::new(core.SYST), told: (Phase::default(), None) };
+    let still = Standstill::new(core.SYST, Stops::of(option_bytes));
+    let mut hold = Chip { watchdog, words, strap, kept_utc, still, told: (Phase::default(), None) };
     if backseat_role::is_role(words.mark) {
         backseat_role::run(line, chip.USART3, COMPASS, helm, &mut hold);
     }
@@ -203,6 +210,11 @@ impl Outside for Chip {
         }
         tell(message, &mut self.told);
     }
+    fn set_options(&mut self) -> Option<u32> {
+        defmt::warn!("option bytes are being set");
+        // SAFETY: the images' slots are written from this thread alone, and not now.
+        options::set(&mut unsafe { ChipFlash::new() })
+    }
     fn sleep(&mut self, until_ms: u64) {
         self.still.sleep(until_ms);
     }
@@ -251,6 +263,11 @@ fn tell(message: &ToHost, told: &mut (Phase, Option<Abort>)) {
         ToHost::Volatile { crc } => defmt::warn!("done {=u32:08x}, in RAM only: lost at the next reset", *crc),
         ToHost::Refused(_) => defmt::warn!("refused"),
         ToHost::Clock(Clock { utc: Some(utc), .. }) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
-        ToHost::Continue { .. } | ToHost::Content { .. } | ToHost::Counters(_) | ToHost::Checked(_) | ToHost::Clock(_) => {}
+        ToHost::Continue { .. }
+        | ToHost::Content { .. }
+        | ToHost::Counters(_)
+        | ToHost::Checked(_)
+        | ToHost::Clock(_)
+        | ToHost::OptionBytes(_) => {}
     }
 }

@@ -4,7 +4,7 @@ use hil_host::cli::launch::{Asked, Found, Here, launch};
 use hil_host::flight::closed_loop::Setup;
 use hil_host::flight::{mission_file, own_parts, worlds};
 use hil_host::seats::parts::OwnParts;
-use hil_host::seats::{Link, Seat, SeatError};
+use hil_host::seats::{Link, Seat, SeatError, options};
 use plant::{Scenario, World};
 use signals::{Refusal, Strap};
 
@@ -18,7 +18,8 @@ fn board(change: impl Fn(&mut Scenario)) -> Link<OwnParts> {
 fn asked(link: &mut Link<OwnParts>) -> Found {
     let clock = link.wire().bench.clock.clone();
     let utc_ms = || parts::gps::utc_ms(clock.now_ns()) as f64;
-    launch(link, &Asked { config: None, mission: "sea", check: false }, &|| {}, &Here { utc_ms: &utc_ms, seconds: None }).unwrap()
+    let asked = Asked { config: None, mission: "sea", check: false, set_options: false };
+    launch(link, &asked, &|| {}, &Here { utc_ms: &utc_ms, seconds: None }).unwrap()
 }
 
 fn bad(found: &Found) -> Vec<&'static str> {
@@ -70,4 +71,51 @@ fn hil_the_strap_decides_between_bench_and_deployment() {
     assert_eq!(bad(&asked(&mut link)), ["strap"]);
     let refused = link.launch(&mission_file::built_in("sea").unwrap());
     assert!(matches!(refused, Err(SeatError::Refused { why: Refusal::Strap, .. })), "{refused:?}");
+}
+
+#[test]
+fn hil_option_bytes_are_named_and_set_on_deck_only() {
+    for (optcr, named) in [
+        (parts::options::FACTORY, "brown-out"),
+        (0x0fff_aae1, "watchdog"),
+        (0x0fff_aa81, "STOP"),
+        (0x0fff_bbc1, "protection 1"),
+        (0x0fff_ccc1, "protection 2"),
+    ] {
+        let mut link = board(|_| {});
+        link.wire().bench.options.borrow_mut().optcr = optcr;
+        link.wire().restart(false);
+        let found = asked(&mut link);
+        let line = found.items.iter().find(|i| i.what == "option bytes").unwrap();
+        assert!(!line.good && line.found.contains(named) && found.launched.is_none(), "{line:?}");
+        assert!(link.wire().bench.options.borrow().programmed.is_empty(), "a check sets nothing");
+        // Set: what can be is mended, the protection is what it was.
+        let now = options::set(&mut link, &|| {}).unwrap();
+        assert_eq!(now.unwrap() >> 8 & 0xff, optcr >> 8 & 0xff, "{optcr:08x}");
+        assert_eq!(options::words(now).is_ok(), optcr >> 8 & 0xff == 0xaa, "{optcr:08x}");
+        assert!(link.wire().bench.options.borrow().programmed.iter().all(|p| p >> 8 & 0xff == optcr >> 8 & 0xff));
+    }
+    // In a mission: told, not set.
+    let mut link = board(|_| {});
+    assert!(asked(&mut link).good());
+    assert!(matches!(options::set(&mut link, &|| {}), Err(SeatError::Refused { why: Refusal::UnderWay, .. })));
+    assert_eq!(options::read(&mut link).unwrap(), Some(parts::options::SET_UP));
+}
+
+#[test]
+fn hil_a_cut_while_option_bytes_are_set_leaves_a_board_that_boots() {
+    let mut link = board(|_| {});
+    *link.wire().bench.options.borrow_mut() = parts::options::Options::new(parts::options::FACTORY);
+    link.wire().bench.options.borrow_mut().cut = true;
+    link.wire().restart(false);
+    link.hello().unwrap();
+    options::set(&mut link, &|| {}).unwrap();
+    link.wire().restart(true);
+    let found = asked(&mut link);
+    let line = found.items.iter().find(|i| i.what == "option bytes").unwrap();
+    assert_eq!(bad(&found), ["option bytes"], "{line:?}");
+    assert!(["brown-out", "watchdog", "protection 1"].iter().all(|name| line.found.contains(name)), "{line:?}");
+    // Set again: all but the protection, which a debugger alone takes away.
+    let now = options::set(&mut link, &|| {}).unwrap();
+    assert_eq!(now, Some(parts::options::ERASED & 0x0fff_ffff & !0x2c), "{now:08x?}");
 }

@@ -4,7 +4,7 @@
 //! protocol: uploads, counters, the log. Nothing that comes over the service line begins a mission or is flown.
 
 use crate::next_byte;
-use crate::run::{BYTES_PER_PASS, HOST_MS, Outside, say, tick_utc};
+use crate::run::{BYTES_PER_PASS, HOST_MS, Outside, say, set_options, tick_utc};
 use backseat::sensors::List;
 use backseat::{Law, Limits, Pump, Session, Setup, State, Targets};
 use control::Settings;
@@ -178,6 +178,7 @@ impl<L: Read + ReadReady + Write + WriteReady, M: Read + ReadReady + Write> RunB
             let Some(reply) = helm.byte(byte) else { continue };
             outside.remember(helm.mark(), 0.0);
             helm.keep_mark();
+            set_options(helm, outside);
             if helm.deck.take().is_some() {
                 helm.deck.found(Preflight::default());
             }

@@ -56,6 +56,10 @@ pub trait Outside {
     fn seated(&mut self, _seat: Seat) {}
     /// Sleeps until then at the latest, or until a byte of the line comes; bytes of compass and GPS receiver are kept.
     fn sleep(&mut self, _until_ms: u64) {}
+    /// Sets the chip's option bytes; what they are then.
+    fn set_options(&mut self) -> Option<u32> {
+        None
+    }
     /// Stops the chip's clocks until then at the latest, or until the line speaks; time since boot goes on. None: it cannot.
     fn stop(&mut self, _until_ms: u64) -> Option<Woken> {
         None
@@ -69,6 +73,14 @@ pub(crate) fn tick_utc<S: Storage, O: Outside>(helm: &mut Helm<S>, outside: &mut
     if now_ms.saturating_sub(*kept_ms) >= PASS_MS {
         outside.keep_time(&helm.utc);
         *kept_ms = now_ms;
+    }
+}
+
+/// Sets the chip's option bytes, if that was asked for on deck.
+pub(crate) fn set_options<S: Storage, O: Outside>(helm: &mut Helm<S>, outside: &mut O) {
+    if helm.deck.take_options() {
+        outside.feed();
+        helm.deck.options_are(outside.set_options());
     }
 }
 
@@ -126,7 +138,7 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
             self.parts.wake();
         }
         if self.seat == Seat::Open {
-            self.check(helm, now_ms);
+            self.check(helm, outside, now_ms);
         }
         if let Some(answer) = helm.silent(Micros::from_millis(now_ms.saturating_sub(self.frame_ms))) {
             self.stepped_ms = now_ms;
@@ -239,7 +251,8 @@ impl<F: Fitted, L: Read + ReadReady + Write> Run<F, L> {
     }
 
     /// On deck: the check that is asked for, and the strokes under way.
-    fn check<S: Storage>(&mut self, helm: &mut Helm<S>, now_ms: u64) {
+    fn check<S: Storage, O: Outside>(&mut self, helm: &mut Helm<S>, outside: &mut O, now_ms: u64) {
+        set_options(helm, outside);
         let asked = helm.deck.take();
         if asked == Some(true) && !self.strokes.under_way() {
             self.parts.fit(helm.config());

@@ -31,6 +31,9 @@ mod target {
     /// Reset flags; bit 29: the independent watchdog.
     const RCC_CSR: u32 = 0x4002_3874;
     const IWDGRSTF: u32 = 1 << 29;
+    /// Control register of the flash; bit 16: a sector is erased.
+    const FLASH_CR: u32 = 0x4002_3c10;
+    const STRT: u32 = 1 << 16;
     /// Loops before the next try when there is nothing to start: a second or so.
     const PAUSE: u32 = 16_000_000;
 
@@ -43,6 +46,11 @@ mod target {
             unsafe { core::ptr::read_volatile(address as *const u32) }
         }
         fn write(&mut self, address: u32, value: u32) {
+            if address == FLASH_CR && value & STRT != 0 {
+                // An installation is no hang: its erases are counted, and a sector takes 6 s at most, with its words.
+                // SAFETY: the key register of the watchdog; without a watchdog it does nothing.
+                unsafe { core::ptr::write_volatile(IWDG_KR as *mut u32, 0xaaaa) }
+            }
             // SAFETY: a register of this chip, or a word of flash outside of this program.
             unsafe { core::ptr::write_volatile(address as *mut u32, value) }
         }

@@ -15,6 +15,7 @@
 //! | [`flash`] | Winbond W25Q128JV log flash, SPI | Winbond W25Q128JV rev F |
 //! | [`rtc`] | the chip's own calendar clock, register by register | ST RM0090 chapter 26 |
 //! | [`stop`] | the chip's STOP mode, and time over it | ST RM0090 chapter 5 |
+//! | [`options`] | the chip's option bytes | ST RM0090 chapter 3 |
 //! | [`crystal`] | the chip's crystal, measured against its internal oscillator | ST RM0090, DS8626 |
 //! | [`chip_flash`] | the chip's own flash, for images of the firmware | ST RM0090 chapter 3 |
 //! | [`soft_i2c`] | the I²C bus itself, on two open-drain pins | NXP UM10204 |
@@ -34,6 +35,7 @@ pub mod flash;
 pub mod gauge;
 pub mod gps;
 pub mod motor;
+pub mod options;
 pub mod pressure;
 pub mod release;
 pub mod rtc;

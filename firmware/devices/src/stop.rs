@@ -4,6 +4,7 @@
 //! count since the first stop and never a sum of small ones, so that its step of 4 ms is counted once. Where that clock does not run on
 //! its crystal, or at a pace that the chip's own clock contradicts, there is no stop.
 
+use crate::options::{Deviation, deviations};
 use crate::rtc::{CR as RTC_CR, ISR, Oscillator, PWR_CR, Registers, Rtc, WPR, WUTR};
 
 /// Longest stop, ms: the independent watchdog, which counts on, is 8.1 s at its fastest.
@@ -85,6 +86,13 @@ impl Stops {
     #[must_use]
     pub const fn new() -> Self {
         Self { first: None, last: (0, 0), proved: false, refused: false }
+    }
+
+    /// None yet, on a chip with these option bytes: with some a stop would be a reset.
+    #[must_use]
+    pub fn of(optcr: Option<u32>) -> Self {
+        let resets = optcr.is_some_and(|optcr| deviations(optcr).any(|d| d == Deviation::LowPowerReset));
+        Self { refused: resets, ..Self::new() }
     }
 
     /// How far the milliseconds since boot may be off, parts of a million of the time passed; beside [`STEP_MS`].
@@ -231,6 +239,12 @@ mod tests {
         assert!(!stops.is_believed(50_500, 1_500));
         assert!(stops.is_believed(51_004, 2_000));
         stops
+    }
+
+    #[test]
+    fn where_a_stop_would_be_a_reset_there_is_none() {
+        assert!(Stops::of(Some(0x0fff_aa81)).refused && Stops::of(Some(0x0fff_aa41)).refused);
+        assert!(!Stops::of(Some(0x0fff_aaed)).refused && !Stops::of(None).refused);
     }
 
     #[test]

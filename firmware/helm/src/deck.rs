@@ -10,11 +10,14 @@ pub struct Deck {
     wanted: Option<bool>,
     /// Of the last check; none was made.
     found: Option<Preflight>,
+    /// The chip's option bytes, and whether they are to be set.
+    options: Option<u32>,
+    set_options: bool,
 }
 
 impl Deck {
     pub(crate) const fn new() -> Self {
-        Self { strap: Strap::None, wanted: None, found: None }
+        Self { strap: Strap::None, wanted: None, found: None, options: None, set_options: false }
     }
 
     /// The strap as it is now.
@@ -40,6 +43,21 @@ impl Deck {
     pub(crate) fn ask(&mut self, stroke: bool) -> Preflight {
         self.wanted = Some(stroke || self.wanted == Some(true));
         self.found.unwrap_or_default()
+    }
+
+    /// The chip's option bytes are these.
+    pub const fn options_are(&mut self, options: Option<u32>) {
+        self.options = options;
+    }
+
+    /// Whether they are to be set now, once.
+    pub const fn take_options(&mut self) -> bool {
+        core::mem::replace(&mut self.set_options, false)
+    }
+
+    pub(crate) fn ask_options(&mut self, set: bool) -> Option<u32> {
+        self.set_options |= set;
+        self.options
     }
 
     /// The check that is asked for, once: with a stroke or without.
@@ -74,6 +92,23 @@ mod tests {
                 assert!(allowed || said == ToHost::Refused(Refusal::Strap));
             }
         }
+    }
+
+    #[test]
+    fn option_bytes_are_told_always_and_set_once_on_deck_only() {
+        let mut helm = Helm::new(Config::default(), Boot::NEW, RamStorage::new());
+        helm.handle(ToBoard::Hello { nonce: 1 });
+        assert_eq!(helm.handle(ToBoard::OptionBytes { set: false }), ToHost::OptionBytes(None));
+        helm.deck.options_are(Some(7));
+        assert!(!helm.deck.take_options());
+        assert_eq!(helm.handle(ToBoard::OptionBytes { set: true }), ToHost::OptionBytes(Some(7)));
+        helm.handle(ToBoard::OptionBytes { set: false });
+        assert_eq!((helm.deck.take_options(), helm.deck.take_options()), (true, false));
+        helm.handle(ToBoard::OptionBytes { set: true });
+        helm.handle(ToBoard::Launch(Mission::default()));
+        assert!(!helm.deck.take_options(), "what was not done before the mission is not done in it");
+        assert_eq!(helm.handle(ToBoard::OptionBytes { set: true }), ToHost::Refused(Refusal::UnderWay));
+        assert_eq!(helm.handle(ToBoard::OptionBytes { set: false }), ToHost::OptionBytes(Some(7)));
     }
 
     #[test]

@@ -184,7 +184,14 @@ impl<S: Storage> Helm<S> {
     /// What changes something must be of the present session, or, for frames, of the one that began the mission.
     fn admit(&self, session: u32, message: &ToBoard) -> Result<(), Refusal> {
         let of = &self.flight.session;
-        let free = matches!(message, ToBoard::Hello { .. } | ToBoard::Report | ToBoard::ReadBack { .. } | ToBoard::Clock { set: None });
+        let free = matches!(
+            message,
+            ToBoard::Hello { .. }
+                | ToBoard::Report
+                | ToBoard::ReadBack { .. }
+                | ToBoard::Clock { set: None }
+                | ToBoard::OptionBytes { set: false }
+        );
         let frame = matches!(message, ToBoard::Sensor(_)) && of.flight == Some(session);
         if self.flight.seat == Seat::Backseat && matches!(message, ToBoard::Sensor(_)) {
             return Err(Refusal::OwnSensors);
@@ -209,6 +216,7 @@ impl<S: Storage> Helm<S> {
             ToBoard::Check { stroke } => self.on_deck().map(|()| ToHost::Checked(self.deck.ask(stroke))),
             ToBoard::Clock { set } => self.clock(set),
             ToBoard::Restart => self.restart(),
+            ToBoard::OptionBytes { set } => self.option_bytes(set),
         };
         answer.unwrap_or_else(ToHost::Refused)
     }
@@ -300,6 +308,14 @@ impl<S: Storage> Helm<S> {
             self.utc.set(ms, within_ms)?;
         }
         Ok(ToHost::Clock(self.utc.said()))
+    }
+
+    /// They are set on deck only: flash that is written stops the program for half a second.
+    fn option_bytes(&mut self, set: bool) -> Result<ToHost, Refusal> {
+        if set {
+            self.on_deck()?;
+        }
+        Ok(ToHost::OptionBytes(self.deck.ask_options(set)))
     }
 
     /// Counters of the line.
@@ -394,6 +410,8 @@ impl<S: Storage> Helm<S> {
             _ => {}
         }
         self.abandon();
+        // What was asked for on deck and not done is not done in flight.
+        self.deck.take_options();
         let mut bytes = Content::new();
         if mission.legs.is_empty()
             && self.storage.load(Object::Mission, &mut bytes)

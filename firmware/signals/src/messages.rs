@@ -218,6 +218,11 @@ pub enum ToBoard {
     },
     /// Start again, on deck: a staged image is installed, or the one before it put back. The answer comes first.
     Restart,
+    /// Say what the chip's option bytes are; on deck they can be set. Ask again for what came of it.
+    OptionBytes {
+        /// Set them as this board needs them.
+        set: bool,
+    },
 }
 
 /// One message to the board.
@@ -298,4 +303,6 @@ pub enum ToHost {
     Checked(Preflight),
     /// What time it is, after the setting that was asked for.
     Clock(Clock),
+    /// Option bytes as FLASH_OPTCR has them; none where there is no chip.
+    OptionBytes(Option<u32>),
 }

@@ -74,6 +74,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("Check", ToBoard::Check { stroke: false }),
         ("Clock", ToBoard::Clock { set: None }),
         ("Restart", ToBoard::Restart),
+        ("OptionBytes", ToBoard::OptionBytes { set: false }),
     ] {
         assert!(PAGE.contains(&format!("| {} | {name}", number(&message))), "{name} is {}", number(&message));
     }
@@ -90,6 +91,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("8 Volatile {", ToHost::Volatile { crc: 0 }),
         ("9 Checked", ToHost::Checked(Default::default())),
         ("10 Clock {", ToHost::Clock(Default::default())),
+        ("11 OptionBytes(", ToHost::OptionBytes(None)),
     ] {
         assert!(PAGE.contains(said) && said.starts_with(&number(&message).to_string()), "{said}: {}", number(&message));
     }

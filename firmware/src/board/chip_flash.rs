@@ -5,10 +5,8 @@ use devices::chip_flash::Memory;
 use devices::rtc::Registers;
 use stm32f4::stm32f405::TIM2;
 
-/// Bit of the control register that starts an erase.
-const STRT: u32 = 1 << 16;
-/// The control register.
-const CR: u32 = 0x4002_3c10;
+/// Control register and its bit that starts an erase; that of the option bytes and its bit that erases and programs them.
+const STARTS: [(u32, u32); 2] = [(0x4002_3c10, 1 << 16), (0x4002_3c14, 1 << 1)];
 
 /// The way to the controller and to the slots of images.
 #[derive(Debug)]
@@ -31,7 +29,7 @@ impl Registers for ChipFlash {
     }
 
     fn write(&mut self, address: u32, value: u32) {
-        if address != CR || value & STRT == 0 {
+        if !STARTS.iter().any(|(control, start)| address == *control && value & start != 0) {
             // SAFETY: a register of the controller, or a word of a slot or the journal.
             return unsafe { core::ptr::write_volatile(address as *mut u32, value) };
         }

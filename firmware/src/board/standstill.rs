@@ -20,8 +20,8 @@ pub struct Standstill {
 
 impl Standstill {
     /// None yet.
-    pub const fn new(syst: SYST) -> Self {
-        Self { syst, stops: Stops::new() }
+    pub const fn new(syst: SYST, stops: Stops) -> Self {
+        Self { syst, stops }
     }
 
     /// Until then at the latest, or a byte of the line; the tick wakes it in between.

@@ -6,6 +6,7 @@ use crate::gps::Gps;
 use crate::ina226::Ina226;
 use crate::iridium::Iridium;
 use crate::ms5837::{Model, Ms5837};
+use crate::options::{Options, SET_UP};
 use crate::os5000::Os5000;
 use crate::outputs::{Name, Outputs};
 use crate::rtc::Rtc;
@@ -37,6 +38,8 @@ pub struct Bench {
     pub modem: Rc<RefCell<Iridium>>,
     /// Log flash.
     pub flash: Rc<RefCell<W25q128>>,
+    /// The chip's option bytes.
+    pub options: Rc<RefCell<Options>>,
     /// The chip's calendar clock.
     pub rtc: Rc<RefCell<Rtc>>,
 }
@@ -67,6 +70,7 @@ impl Bench {
             gps,
             modem: Rc::new(RefCell::new(Iridium::new(clock.clone(), around.clone(), PORT_ROOM))),
             flash: Rc::new(RefCell::new(W25q128::new(clock.clone()))),
+            options: Rc::new(RefCell::new(Options::new(SET_UP))),
             rtc: Rc::new(RefCell::new(Rtc::new(clock.clone()))),
             clock,
             around,
@@ -80,6 +84,7 @@ impl Bench {
         self.gps.borrow_mut().forget();
         self.modem.borrow_mut().reset();
         self.rtc.borrow_mut().reset();
+        self.options.borrow_mut().reset();
         if parts {
             self.rtc.borrow_mut().power_cycle();
             self.wires.borrow_mut().power_cycle(None);

@@ -13,6 +13,7 @@
 //! | [`chip_flash`] | the chip's own flash with its controller, and what a power cut leaves of it |
 //! | [`rtc`] | the chip's calendar clock, which goes on over a reset |
 //! | [`stop`] | what else of the chip its STOP mode needs |
+//! | [`options`] | the chip's option bytes |
 //! | [`outputs`] | motor bridges, burn wire, beacon, servo |
 //! | [`mod@bench`] | all of them together |
 //! | [`faults`] | what goes wrong on the buses |
@@ -31,6 +32,7 @@ pub mod gps;
 pub mod ina226;
 pub mod iridium;
 pub mod ms5837;
+pub mod options;
 pub mod os5000;
 pub mod outputs;
 pub mod rtc;

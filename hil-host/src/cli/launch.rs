@@ -5,6 +5,7 @@ use super::{Output, Verdict};
 use crate::flight::config_file;
 use crate::flight::mission_file::{self, Limits};
 use crate::flight::preflight::{Item, judge};
+use crate::seats::options;
 use crate::seats::port::Port;
 use crate::seats::upload::{read_back, upload};
 use crate::seats::{Link, Seat, SeatError, Wire};
@@ -44,6 +45,9 @@ pub struct Args {
     /// Check only; launch nothing.
     #[arg(long)]
     check: bool,
+    /// Set the chip's option bytes first (brown-out level 3, watchdog by hardware); the protection stays as it is.
+    #[arg(long)]
+    set_option_bytes: bool,
 }
 
 /// Runs the command.
@@ -55,7 +59,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let config = args.config.as_deref().map(config_file::load).transpose()?;
     let wait = || std::thread::sleep(POLL);
     let started = Instant::now();
-    let asked = Asked { config, mission: &args.mission, check: args.check };
+    let asked = Asked { config, mission: &args.mission, check: args.check, set_options: args.set_option_bytes };
     let here = Here { utc_ms: &clock::system_ms, seconds: Some(&|| started.elapsed().as_secs_f64()) };
     let found = launch(&mut link, &asked, &wait, &here)?;
     let document = found.document();
@@ -71,6 +75,8 @@ pub struct Asked<'a> {
     pub mission: &'a str,
     /// Check only.
     pub check: bool,
+    /// Set the option bytes first.
+    pub set_options: bool,
 }
 
 /// What came of it.
@@ -148,6 +154,9 @@ pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), h
     let mut buffer = [0u8; helm::MAX_OBJECT];
     let bytes = postcard::to_slice(&mission, &mut buffer).map_err(|e| anyhow::anyhow!("--mission {}: does not fit: {e}", asked.mission))?;
     upload(link, Object::Mission, bytes, |_, _| {})?;
+    if asked.set_options {
+        options::set(link, wait)?;
+    }
     let utc = clock::set(link, here.utc_ms).context("the board's UTC cannot be set")?;
     let first = check(link, true)?;
     let mut pair = (None, None);
@@ -173,6 +182,10 @@ pub fn launch<W: Wire>(link: &mut Link<W>, asked: &Asked<'_>, wait: &dyn Fn(), h
     if let Some(image) = &manifest.image {
         items.push(Item { what: "image", good: !image.on_trial(), found: image::words(image) });
     }
+    let option_bytes = options::words(options::read(link)?);
+    let good = option_bytes.is_ok();
+    let (Ok(found) | Err(found)) = option_bytes;
+    items.push(Item { what: "option bytes", good, found });
     let ready = items.iter().all(|i| i.good);
     let launched = if ready && !asked.check {
         let table = link.launch(&mission).context("the board refuses the launch")?;

@@ -24,6 +24,7 @@ pub mod error;
 pub mod image;
 pub mod in_process;
 pub mod link;
+pub mod options;
 pub mod own_flash;
 pub mod parts;
 pub mod port;

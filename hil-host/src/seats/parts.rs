@@ -13,10 +13,11 @@ pub use super::own_flash::OwnFlash;
 use bay::radio::Tally;
 use bay::run::Outside as _;
 use bay::{Fitted, KeptUtc, Parts, Run, SupplyPins, Wiring};
-use chip::{Block, Chip};
+use chip::{Block, Chip, FlashBlock};
 use control::Config;
 use devices::chip_flash::{Journal, Memory, Slots};
 use devices::flash::Flash;
+use devices::options;
 use devices::soft_i2c::SoftI2c;
 use devices::stop::Stops;
 use helm::{Boot, Helm, Mark, Vault, WithImages};
@@ -263,6 +264,7 @@ impl OwnParts {
             kept_utc: None,
             flash: OwnFlash(Rc::new(RefCell::new(ChipFlash::default()))),
             wants_restart: false,
+            options: FlashBlock(bench.options.clone()),
         };
         let line = Line::default();
         let (helm, run) = switched_on(&bench, &mut chip, &line, &built_in, 0);
@@ -411,8 +413,10 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
     let mut helm = Helm::new(built_in.clone(), boot, storage);
     helm.booted(boot);
     helm.utc.runs_on(Timebase::Crystal);
+    let option_bytes = options::read(&mut chip.options);
+    helm.deck.options_are(option_bytes);
     chip.kept_utc = Some(KeptUtc::open(Block(bench.rtc.clone()), &mut helm.utc, chip.now_ms()));
-    (chip.stops, chip.stopped) = (Stops::new(), false);
+    (chip.stops, chip.stopped) = (Stops::of(option_bytes), false);
     let (clock_pin, data_pin) = WirePin::pair(&bench.wires);
     let pin = |name| Pin::new(&bench.outputs, name);
     let wiring = Wiring {

@@ -34,6 +34,8 @@ corpus!(
     "clock_set.bin",
     "upload_image.bin",
     "restart.bin",
+    "option_bytes.bin",
+    "option_bytes_set.bin",
 );
 
 /// Which of them is a sensor frame.
@@ -84,6 +86,8 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ToBoard::Clock { set: Some((1_800_000_000_000, 20)) },
         ToBoard::UploadBegin { object: Object::Image(Older::Refused), length: 1_000, crc: 7 },
         ToBoard::Restart,
+        ToBoard::OptionBytes { set: false },
+        ToBoard::OptionBytes { set: true },
     ];
     let wire = |message: ToBoard| {
         let mut out = [0; MAX_WIRE];

@@ -3,6 +3,7 @@
 use super::OwnFlash;
 use bay::run::Outside;
 use bay::{KeptUtc, Woken};
+use devices::options;
 use devices::rtc::Registers;
 use devices::stop::Stops;
 use helm::{Mark, UtcClock};
@@ -18,6 +19,18 @@ const NAP_NS: u64 = 20_000_000;
 pub(super) struct Block(pub(super) Rc<RefCell<parts::rtc::Rtc>>);
 
 impl Registers for Block {
+    fn read(&mut self, address: u32) -> u32 {
+        self.0.borrow_mut().read(address)
+    }
+    fn write(&mut self, address: u32, value: u32) {
+        self.0.borrow_mut().write(address, value);
+    }
+}
+
+/// The flash interface's.
+pub(super) struct FlashBlock(pub(super) Rc<RefCell<parts::options::Options>>);
+
+impl Registers for FlashBlock {
     fn read(&mut self, address: u32) -> u32 {
         self.0.borrow_mut().read(address)
     }
@@ -42,6 +55,7 @@ pub(super) struct Chip {
     pub(super) kept_utc: Option<KeptUtc<Block>>,
     pub(super) flash: OwnFlash,
     pub(super) wants_restart: bool,
+    pub(super) options: FlashBlock,
 }
 
 impl Outside for Chip {
@@ -72,6 +86,9 @@ impl Outside for Chip {
         if let ToHost::Answer(answer) = message {
             self.answer = Some(*answer);
         }
+    }
+    fn set_options(&mut self) -> Option<u32> {
+        options::set(&mut self.options)
     }
     fn sleep(&mut self, until_ms: u64) {
         // A millisecond at least: the tick that wakes it.

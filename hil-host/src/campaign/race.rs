@@ -193,6 +193,11 @@ mod tests {
             (223_338_301_655, &[]),
             // Under light water: internal waves of a metre were taken for a rise, and the weight was kept for two hours.
             (184_683_594_121, &["vehicle:trim=203.19610494+1802s"]),
+            // Loads near the working depth of a vehicle for 100 m: nose up at 57° it fell tail first at 0.2 to 0.5 m/s beyond crush depth. Where
+            // no time was left for the weight, its ascent was not timed, and went on to the end.
+            (261_993_005_649, &["vehicle:trim=286.21613201+548s"]),
+            (261_993_005_134, &["charge:nan+17714s", "vehicle:dragged=5.70802458+10718s,677s"]),
+            (261_993_006_483, &["vehicle:dragged=5.57722348+259s,24s", "vehicle:dragged=5.68243195+570s,815s"]),
             // A pump that stands all the time, and no weight: nothing is left.
             (184_683_594_722, &["release:stuck+1616s", "pump:intermittent=1+4854s"]),
         ] {

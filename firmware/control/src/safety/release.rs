@@ -54,6 +54,9 @@ const SINKS_SHORT_S: f32 = 12.0;
 /// A steep climb is tried for so long before the vehicle is taken for one that sinks whatever it does, s: the battery's way and the turn
 /// of the nose. Tail first it falls three times as fast as in a glide; in water that sinks it rises by then.
 const TRIAL_S: f32 = 24.0;
+/// Sinking so much faster in the steep climb than before it is a load that pulls the vehicle down tail first, m/s: in water that sinks it
+/// sinks slower there.
+const FASTER_M_S: f32 = 0.05;
 /// So long the pump has to be out before sinking on counts, s: a slow pump has only just begun to lift then.
 const OUT_S: f32 = 20.0;
 /// Share of the pump's range commanded out that must make the vehicle rise.
@@ -112,7 +115,9 @@ pub(crate) struct Release {
     out_s: f32,
     /// Time since the abort, s.
     aborted_s: f32,
-    /// The weight was fired, the vehicle sank on like that for long all the same and does not rise yet.
+    /// Depth rate when the ascent began, m/s.
+    ascent_from_m_s: f32,
+    /// The vehicle sinks in the ascent for long with its weight fired, or faster than before, and does not rise yet.
     sunk: bool,
     /// Time spent where the surface should be with the antenna under water, since it was last out, s.
     unheard_s: f32,
@@ -173,11 +178,30 @@ impl Release {
 
     /// Whether the release is to be on in this cycle.
     pub(crate) fn fire(&mut self, w: &Watch<'_>, v: &Verdict) -> bool {
-        if !all_finite([self.firing_s, self.not_rising_s, self.sinking_s, self.out_s, self.aborted_s, self.unheard_s, self.mark_m]) {
+        if !all_finite([
+            self.firing_s,
+            self.not_rising_s,
+            self.sinking_s,
+            self.out_s,
+            self.aborted_s,
+            self.ascent_from_m_s,
+            self.unheard_s,
+            self.mark_m,
+        ]) {
             *self = Self { fired: self.fired, ..Self::default() };
         }
         let dt = w.seen.dt_s;
+        let before_s = self.aborted_s;
+        self.aborted_s = if v.abort.is_none() || w.seen.afloat { 0.0 } else { (self.aborted_s + dt).at_most(1e6) };
+        if before_s <= 0.0 {
+            self.ascent_from_m_s = w.seen.rate_m_s;
+        }
         self.fired |= self.wanted(w, v, dt);
+        let faster = w.seen.rate_m_s > self.ascent_from_m_s.at_least(0.0) + FASTER_M_S;
+        let falls = faster && self.sinking_s >= SINKS_SHORT_S && self.aborted_s >= SINKS_SHORT_S && self.out_s >= OUT_S;
+        // Ends when it rises; a glide so flat that it hardly sinks goes on. A minute of sinking, the end of it in the ascent, tells it too.
+        self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
+        self.sunk |= falls || self.fired && self.sinking_s >= SINKS_S + pump_time_s(w) && self.aborted_s >= TRIAL_S;
         if !self.fired {
             return false;
         }
@@ -188,10 +212,8 @@ impl Release {
         if held && self.firing_s >= gone_after_s {
             self.sunk = false;
             self.sinking_s = self.sinking_s.at_most(SINKS_S - TRIAL_S);
+            self.ascent_from_m_s = w.seen.rate_m_s;
         }
-        // Ends when it rises; a glide so flat that it hardly sinks goes on. Begins after a minute of sinking, the end of it in the ascent.
-        self.sunk &= w.seen.depth_age_s <= 0.0 && w.seen.rate_m_s >= 0.0;
-        self.sunk |= self.sinking_s >= SINKS_S + pump_time_s(w) && self.aborted_s >= TRIAL_S;
         // At first whatever the monitor says: it may be wrong, and a wire once hot burns through.
         self.firing_s <= 1.5 * w.config.release_time_s + 30.0 || w.frame.weight != Weight::Released
     }
@@ -211,11 +233,9 @@ impl Release {
         }
         if v.abort.is_none() || seen.afloat {
             self.not_rising_s = 0.0;
-            self.aborted_s = 0.0;
             self.marked = false;
             return false;
         }
-        self.aborted_s = (self.aborted_s + dt).at_most(1e6);
         // A depth above the surface, with the antenna under water, is none.
         let known = seen.depth_age_s < 10.0 && seen.depth_m > -RISING_M - SURFACE_M;
         let far = !known || seen.depth_m > ASCENT_M_S * w.config.release_time_s;

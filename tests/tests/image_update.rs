@@ -80,7 +80,8 @@ fn hil_an_image_is_uploaded_tried_on_the_bench_and_confirmed() {
     let clock = link.wire().bench.clock.clone();
     let utc_ms = || parts::gps::utc_ms(clock.now_ns()) as f64;
     let here = Here { utc_ms: &utc_ms, seconds: None };
-    let found = launch(&mut link, &Asked { config: None, mission: "sea", check: false }, &|| {}, &here).expect("checks");
+    let found =
+        launch(&mut link, &Asked { config: None, mission: "sea", check: false, set_options: false }, &|| {}, &here).expect("checks");
     let bad: Vec<_> = found.items.iter().filter(|i| !i.good).collect();
     assert!(bad.len() == 1 && bad[0].what == "image" && bad[0].found.contains("0000bbbb, ON TRIAL, 2 more boots"), "{bad:?}");
     assert_eq!(refused(link.launch(&mission_file::built_in("sea").expect("built in"))), Refusal::OnTrial);

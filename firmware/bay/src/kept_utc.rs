@@ -1,6 +1,7 @@
 //! UTC over a reset: kept beside the count of the chip's calendar clock, and reckoned on from that after it.
 
-use devices::rtc::{Registers, Rtc};
+use devices::registers::Registers;
+use devices::rtc::Rtc;
 use helm::UtcClock;
 
 /// The calendar clock and what is kept beside its count.

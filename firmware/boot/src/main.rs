@@ -18,7 +18,7 @@ mod target {
     use core::panic::PanicInfo;
     use cortex_m::peripheral::SCB;
     use devices::chip_flash::{Journal, Memory, Slots};
-    use devices::rtc::Registers;
+    use devices::registers::Registers;
     use store::image::{HEADER, Images, RUNS_AT};
 
     /// Independent watchdog.

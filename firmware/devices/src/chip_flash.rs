@@ -4,7 +4,7 @@
 //! While a sector is erased the processor stands still at its next fetch: 2 s at most for 128 KiB, 0.5 s for 16 KiB (DS8626 table 48,
 //! 32 bits at once, 2.7 to 3.6 V). The caches of the interface are off, as after a reset: nothing stale is read.
 
-use crate::rtc::Registers;
+use crate::registers::Registers;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 /// Key register, status, control.

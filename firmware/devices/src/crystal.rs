@@ -4,7 +4,7 @@
 //! eighth edge, timed in cycles of HSI. HSI is right to 4 % from -10 to 85 °C (DS8626 table 41), so 12 and 20 MHz are distinguished from 16 MHz,
 //! and 16.384 MHz is not.
 
-use crate::rtc::Registers;
+use crate::registers::Registers;
 
 /// What the board is built for, Hz: crystal and internal oscillator alike.
 pub const HZ: u32 = 16_000_000;

@@ -13,6 +13,7 @@
 //! | [`fin`] | hobby-type servo, 50 Hz pulses | Hitec D646WP |
 //! | [`release`] | drop weight: two pins that must be driven in sequence | – |
 //! | [`flash`] | Winbond W25Q128JV log flash, SPI | Winbond W25Q128JV rev F |
+//! | [`registers`] | the chip's registers, or a model's | |
 //! | [`rtc`] | the chip's own calendar clock, register by register | ST RM0090 chapter 26 |
 //! | [`stop`] | the chip's STOP mode, and time over it | ST RM0090 chapter 5 |
 //! | [`options`] | the chip's option bytes | ST RM0090 chapter 3 |
@@ -37,6 +38,7 @@ pub mod gps;
 pub mod motor;
 pub mod options;
 pub mod pressure;
+pub mod registers;
 pub mod release;
 pub mod rtc;
 pub mod sbd;

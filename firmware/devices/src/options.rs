@@ -4,7 +4,7 @@
 //! The read-out protection is never written as anything but what it is: level 2 could never be taken back, and going back from 1 to 0
 //! erases the chip.
 
-use crate::rtc::Registers;
+use crate::registers::Registers;
 
 const OPTKEYR: u32 = 0x4002_3c08;
 const KEYS: [u32; 2] = [0x0819_2a3b, 0x4c5d_6e7f];

@@ -6,14 +6,7 @@
 //! stopped) there is no count, and after the next reset UTC is unknown.
 
 use crate::gps::days;
-
-/// Registers of the chip, by address.
-pub trait Registers {
-    /// Reads one.
-    fn read(&mut self, address: u32) -> u32;
-    /// Writes one.
-    fn write(&mut self, address: u32, value: u32);
-}
+use crate::registers::Registers;
 
 /// RCC: clock of the power block; backup domain; LSI.
 const APB1ENR: u32 = 0x4002_3840;

@@ -5,7 +5,8 @@
 //! its crystal, or at a pace that the chip's own clock contradicts, there is no stop.
 
 use crate::options::{Deviation, deviations};
-use crate::rtc::{CR as RTC_CR, ISR, Oscillator, PWR_CR, Registers, Rtc, WPR, WUTR};
+use crate::registers::Registers;
+use crate::rtc::{CR as RTC_CR, ISR, Oscillator, PWR_CR, Rtc, WPR, WUTR};
 
 /// Longest stop, ms: the independent watchdog, which counts on, is 8.1 s at its fastest.
 pub const MOST_MS: u64 = 4_000;

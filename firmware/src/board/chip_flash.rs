@@ -2,7 +2,7 @@
 
 use super::clock;
 use devices::chip_flash::Memory;
-use devices::rtc::Registers;
+use devices::registers::Registers;
 use stm32f4::stm32f405::TIM2;
 
 /// Control register and its bit that starts an erase; that of the option bytes and its bit that erases and programs them.

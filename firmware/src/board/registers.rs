@@ -13,7 +13,7 @@ impl Registers {
     }
 }
 
-impl devices::rtc::Registers for Registers {
+impl devices::registers::Registers for Registers {
     fn read(&mut self, address: u32) -> u32 {
         // SAFETY: a register of this chip, by the driver's table.
         unsafe { core::ptr::read_volatile(address as *const u32) }

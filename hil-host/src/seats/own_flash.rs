@@ -1,7 +1,7 @@
 //! The chip's own flash of the board on its parts: the driver's way to the model of its controller.
 
 use devices::chip_flash::{Journal, Memory, Slots};
-use devices::rtc::Registers;
+use devices::registers::Registers;
 use parts::chip_flash::ChipFlash;
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -4,7 +4,7 @@ use super::OwnFlash;
 use bay::run::Outside;
 use bay::{KeptUtc, Woken};
 use devices::options;
-use devices::rtc::Registers;
+use devices::registers::Registers;
 use devices::stop::Stops;
 use helm::{Mark, UtcClock};
 use parts::Clock;

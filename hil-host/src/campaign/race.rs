@@ -198,6 +198,8 @@ mod tests {
             (261_993_005_649, &["vehicle:trim=286.21613201+548s"]),
             (261_993_005_134, &["charge:nan+17714s", "vehicle:dragged=5.70802458+10718s,677s"]),
             (261_993_006_483, &["vehicle:dragged=5.57722348+259s,24s", "vehicle:dragged=5.68243195+570s,815s"]),
+            // 4.3 N too many: the weight was fired two cycles before the pump was.
+            (270_582_939_858, &["vehicle:trim=435.07989008+15981s", "vehicle:net+5810s,460s"]),
             // A pump that stands all the time, and no weight: nothing is left.
             (184_683_594_722, &["release:stuck+1616s", "pump:intermittent=1+4854s"]),
         ] {

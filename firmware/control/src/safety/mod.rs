@@ -199,6 +199,11 @@ impl Safety {
             self.latch(cause);
         }
         v.drop_weight = self.release.fire(w, &v);
+        if v.drop_weight && v.abort.is_none() {
+            // No time is left: everything goes up with the weight.
+            v.cause(Abort::OverDepth);
+            self.latch(Abort::OverDepth);
+        }
         v.sinks_on = self.release.sunk();
         if self.release.has_fired() {
             v.flag(Flags::WEIGHT_FIRED);

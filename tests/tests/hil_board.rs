@@ -10,18 +10,23 @@ use control::{Config, Settings};
 use helm::{Boot, Content, Helm, RamStorage};
 use hil_host::campaign::lattice::cases;
 use hil_host::campaign::{run, through_seat};
+use hil_host::cli::launch::{Asked, Here, launch};
 use hil_host::flight::autopsy::{Autopsy, reset};
 use hil_host::flight::closed_loop::{End, Setup, fly, recover};
+use hil_host::flight::image_file::ImageFile;
 use hil_host::flight::image_lines::ImageLines;
 use hil_host::flight::{mission_file, onboard_log, worlds};
 use hil_host::seats::in_process::InProcess;
 use hil_host::seats::port::Port;
 use hil_host::seats::upload::{read_back, rollback, upload};
-use hil_host::seats::{Choice, Link, Seat, qemu};
+use hil_host::seats::{Choice, Link, Seat, SeatError, image, qemu};
 use plant::World;
 use signals::link::{CRC32, MAX_WIRE};
-use signals::{Abort, Counters, Mission, Object, Phase, Refusal, Request, SensorFrame, Switch, ToBoard, ToHost, Wings, encode};
+use signals::{
+    Abort, Counters, Mission, Object, Older, Phase, Refusal, Request, SensorFrame, Standing, Switch, ToBoard, ToHost, Wings, encode,
+};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
 
 /// There is one line.
 static LINE: Mutex<()> = Mutex::new(());
@@ -157,6 +162,46 @@ fn hil_board_runs_this_image_and_tells_its_last_reset() {
 
 #[test]
 #[ignore = "needs a board; set GLIDER_PORT"]
+fn hil_board_says_what_its_sensors_say_and_launches_nothing_on_a_bench() {
+    let (name, _line) = port();
+    let mut link = board(&name);
+    let started = Instant::now();
+    let utc_ms = || SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap().as_secs_f64() * 1e3;
+    let here = Here { utc_ms: &utc_ms, seconds: Some(&|| started.elapsed().as_secs_f64()) };
+    let asked = Asked { config: None, mission: "sea", check: true, set_options: false };
+    let found = launch(&mut link, &asked, &|| std::thread::sleep(Duration::from_millis(500)), &here).unwrap();
+    // Its strap is fitted, its motors are unplugged: not all can be good. Each part has to be named, with what it says.
+    for what in ["strap", "air pressure", "pitch", "battery", "leak loop", "pump", "clock", "option bytes"] {
+        let line = found.items.iter().find(|i| i.what == what).unwrap_or_else(|| panic!("no line for {what}"));
+        println!("{} {what:14} {}", if line.good { "ok  " } else { "BAD " }, line.found);
+        assert!(!line.found.is_empty());
+    }
+    assert!(found.launched.is_none());
+    let said = link.launch(&mission_file::built_in("sea").unwrap());
+    assert!(matches!(said, Err(SeatError::Refused { why: Refusal::Strap, .. })), "the strap of a bench is not fitted: {said:?}");
+}
+
+#[test]
+#[ignore = "needs a board; set GLIDER_PORT"]
+fn hil_board_takes_an_image_tries_it_and_puts_the_one_before_back() {
+    let (name, _line) = port();
+    let mut link = board(&name);
+    let file = ImageFile::read(&qemu::find_image().unwrap()).unwrap();
+    image::stage(&mut link, &file.bytes, Older::Taken, |_| {}).unwrap();
+    let runs = image::restart(&mut link).unwrap();
+    assert!(runs.id == file.facts.id && matches!(runs.standing, Standing::Trial { .. }), "{runs:?}");
+    // A finished cycle confirms it.
+    let mut world = World::new(worlds::for_mission(&Mission::default())).unwrap();
+    link.begin(&Mission::default()).unwrap();
+    link.exchange(&world.sense()).unwrap();
+    recover(&mut link).unwrap();
+    assert_eq!(image::running(&mut link).unwrap().standing, Standing::Confirmed);
+    image::go_back(&mut link).unwrap();
+    assert_eq!(image::restart(&mut link).unwrap().standing, Standing::RolledBack);
+}
+
+#[test]
+#[ignore = "needs a board; set GLIDER_PORT"]
 fn hil_board_aborts_for_a_leak_and_leaves_safe_only_when_recovered() {
     let (name, _line) = port();
     let mut link = board(&name);
@@ -174,7 +219,7 @@ fn hil_board_aborts_for_a_leak_and_leaves_safe_only_when_recovered() {
     assert_eq!((last.trace.phase, last.trace.abort), (Phase::Safe, Some(Abort::Leak)));
     assert!(last.command.ballast_m3 > 0.0 && last.command.beacon);
     link.hello().unwrap();
-    assert!(matches!(link.begin(&Mission::default()), Err(hil_host::seats::SeatError::Refused { why: Refusal::Safe, .. })));
+    assert!(matches!(link.begin(&Mission::default()), Err(SeatError::Refused { why: Refusal::Safe, .. })));
     // Its log has the flight, if it has a flash.
     match onboard_log::read(&mut link, &onboard_log::Wanted::newest(4), |_| {}) {
         Ok(found) => assert!(found.cycles.iter().rev().take(3).any(|c| c.2.trace.abort == Some(Abort::Leak)), "the log holds the abort"),

@@ -95,7 +95,7 @@ fn hil_option_bytes_are_named_and_set_on_deck_only() {
         assert_eq!(options::words(now).is_ok(), optcr >> 8 & 0xff == 0xaa, "{optcr:08x}");
         assert!(link.wire().bench.options.borrow().programmed.iter().all(|p| p >> 8 & 0xff == optcr >> 8 & 0xff));
     }
-    // In a mission: told, not set.
+    // In a mission: reported, not set.
     let mut link = board(|_| {});
     assert!(asked(&mut link).good());
     assert!(matches!(options::set(&mut link, &|| {}), Err(SeatError::Refused { why: Refusal::UnderWay, .. })));

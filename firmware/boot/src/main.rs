@@ -17,7 +17,8 @@ fn main() {
 mod target {
     use core::panic::PanicInfo;
     use cortex_m::peripheral::SCB;
-    use devices::chip_flash::{Journal, Memory, Slots};
+    use devices::chip_flash::{Journal, Memory, Slots, starts_erase};
+    use devices::options::{OPTCR, WDG_SW};
     use devices::registers::Registers;
     use store::image::{HEADER, Images, RUNS_AT};
 
@@ -25,15 +26,9 @@ mod target {
     const IWDG_KR: u32 = 0x4000_3000;
     const IWDG_PR: u32 = 0x4000_3004;
     const IWDG_RLR: u32 = 0x4000_3008;
-    /// Option bytes as loaded; bit 5 clear: the watchdog was started by the reset.
-    const FLASH_OPTCR: u32 = 0x4002_3c14;
-    const WDG_SW: u32 = 1 << 5;
     /// Reset flags; bit 29: the independent watchdog.
     const RCC_CSR: u32 = 0x4002_3874;
     const IWDGRSTF: u32 = 1 << 29;
-    /// Control register of the flash; bit 16: a sector is erased.
-    const FLASH_CR: u32 = 0x4002_3c10;
-    const STRT: u32 = 1 << 16;
     /// Loops before the next try when there is nothing to start: a second or so.
     const PAUSE: u32 = 16_000_000;
 
@@ -46,7 +41,7 @@ mod target {
             unsafe { core::ptr::read_volatile(address as *const u32) }
         }
         fn write(&mut self, address: u32, value: u32) {
-            if address == FLASH_CR && value & STRT != 0 {
+            if starts_erase(address, value) {
                 // An installation is no hang: its erases are counted, and a sector takes 6 s at most, with its words.
                 // SAFETY: the key register of the watchdog; without a watchdog it does nothing.
                 unsafe { core::ptr::write_volatile(IWDG_KR as *mut u32, 0xaaaa) }
@@ -106,7 +101,8 @@ mod target {
 
     #[unsafe(no_mangle)]
     extern "C" fn boot_main() -> ! {
-        if Chip.read(FLASH_OPTCR) & WDG_SW == 0 {
+        // The watchdog was started by the reset.
+        if Chip.read(OPTCR) & WDG_SW == 0 {
             widen_watchdog();
         }
         let mut images = Images::new(Journal::<Chip>::new(Chip), Slots::<Chip>::new(Chip));

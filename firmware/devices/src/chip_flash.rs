@@ -9,10 +9,10 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashEr
 
 /// Key register, status, control.
 const KEYR: u32 = 0x4002_3c04;
-const SR: u32 = 0x4002_3c0c;
+pub(crate) const SR: u32 = 0x4002_3c0c;
 const CR: u32 = 0x4002_3c10;
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
-const BSY: u32 = 1 << 16;
+pub(crate) const BSY: u32 = 1 << 16;
 /// OPERR, WRPERR, PGAERR, PGPERR, PGSERR; with EOP they are cleared by writing ones.
 const ERRORS: u32 = 0xf2;
 const EOP: u32 = 1;
@@ -25,6 +25,12 @@ const STRT: u32 = 1 << 16;
 const LOCK: u32 = 1 << 31;
 /// Longest wait, looks of ≥ 5 cycles at 16 MHz: 6 s and more, an erase takes 2 s.
 const LOOKS: u32 = 20_000_000;
+
+/// Whether this write to a register erases a sector.
+#[must_use]
+pub const fn starts_erase(address: u32, value: u32) -> bool {
+    address == CR && value & STRT != 0
+}
 
 /// Registers, and the memory that flash is programmed through: a word is written as a register is.
 pub trait Memory: Registers {

@@ -4,19 +4,19 @@
 //! The read-out protection is never written as anything but what it is: level 2 could never be taken back, and going back from 1 to 0
 //! erases the chip.
 
+use crate::chip_flash::{BSY, SR};
 use crate::registers::Registers;
 
 const OPTKEYR: u32 = 0x4002_3c08;
 const KEYS: [u32; 2] = [0x0819_2a3b, 0x4c5d_6e7f];
-const SR: u32 = 0x4002_3c0c;
-const BSY: u32 = 1 << 16;
-const OPTCR: u32 = 0x4002_3c14;
+/// Option control register: the option bytes as loaded.
+pub const OPTCR: u32 = 0x4002_3c14;
 const OPTLOCK: u32 = 1;
 const OPTSTRT: u32 = 1 << 1;
 /// Brown-out level: 0 is level 3 (2.70 V and more, DS8626 section 5.3.5), 3 is off.
 const BOR_LEV: u32 = 3 << 2;
 /// 0: the independent watchdog runs from reset on.
-const WDG_SW: u32 = 1 << 5;
+pub const WDG_SW: u32 = 1 << 5;
 /// 0: a reset instead of STOP, and of standby.
 const NRST_STOP: u32 = 1 << 6;
 const NRST_STDBY: u32 = 1 << 7;
@@ -28,6 +28,12 @@ const OURS: u32 = BOR_LEV | WDG_SW | NRST_STOP | NRST_STDBY;
 const WANTED: u32 = NRST_STOP | NRST_STDBY;
 /// Longest wait for the flash, readings: programming erases a sector of 16 KiB, 0.5 s (DS8626 table 39); a reading takes 4 cycles at least.
 const WAIT: u32 = 4_000_000;
+
+/// Whether this write to a register erases and programs the option bytes.
+#[must_use]
+pub const fn starts_programming(address: u32, value: u32) -> bool {
+    address == OPTCR && value & OPTSTRT != 0
+}
 
 /// What is not as this board needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

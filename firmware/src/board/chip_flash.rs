@@ -1,12 +1,10 @@
 //! The chip's own flash, where the images lie: registers and memory for [`devices::chip_flash`].
 
 use super::clock;
-use devices::chip_flash::Memory;
+use devices::chip_flash::{Memory, starts_erase};
+use devices::options::starts_programming;
 use devices::registers::Registers;
 use stm32f4::stm32f405::TIM2;
-
-/// Control register and its bit that starts an erase; that of the option bytes and its bit that erases and programs them.
-const STARTS: [(u32, u32); 2] = [(0x4002_3c10, 1 << 16), (0x4002_3c14, 1 << 1)];
 
 /// The way to the controller and to the slots of images.
 #[derive(Debug)]
@@ -29,7 +27,7 @@ impl Registers for ChipFlash {
     }
 
     fn write(&mut self, address: u32, value: u32) {
-        if !STARTS.iter().any(|(control, start)| address == *control && value & start != 0) {
+        if !starts_erase(address, value) && !starts_programming(address, value) {
             // SAFETY: a register of the controller, or a word of a slot or the journal.
             return unsafe { core::ptr::write_volatile(address as *mut u32, value) };
         }

@@ -1,12 +1,12 @@
 """A dive's question to this program and to gliderflight, on the same simulated dives in one run.
 
-Missions of up to eight dives are flown by `glider fly`, each with a drag and a trim of its own that no tool is told. Then each is asked of
+Missions of up to eight dives are flown by `glider fly`, each with a drag and a trim of its own that no tool is given. Then each is asked of
 
   glider timeline     six numbers a dive (drag, lift, trim, pitch zero, compressibility, pressure zero), with 90 % intervals
   glider fleet        the same six and every effect of the catalogue that the vertical motion shows, with errors of noise, file and model
   gliderflight        mass and Cd0 by Nelder-Mead on the depth rate: steady-state model, and on request the dynamic one; no intervals
 
-gliderflight (Merckelbach; MIT) is told all else that the vehicle file says: lift, drag due to lift, hull volume, compressibility, thermal
+gliderflight (Merckelbach; MIT) is given all else that the vehicle file says: lift, drag due to lift, hull volume, compressibility, thermal
 expansion (added to the ballast reading), added mass. Rows above 10 dbar are masked, for the steady model also those within 60 s of a moving
 pump. Everything runs on one core. Seconds are CPU time: of `glider` with its start and reading of the log, divided by the dives; of
 gliderflight from data in memory to the answer, dive by dive. Memory is the most that a process had, Python and its modules with it.
@@ -178,14 +178,14 @@ def measure(glider: str, dives: int, dynamic: int, folder: Path) -> list[dict[st
     for number in range(math.ceil(dives / len(LEGS))):
         some = min(len(LEGS), dives - number * len(LEGS))
         flight = fly(glider, folder, number, some)
-        told = {"timeline": timeline(glider, flight), "fleet": fleet(glider, flight), "steady": peer("steady", flight, some)}
-        asked["fleet"] = f"{told['fleet']['numbers']}"
+        results = {"timeline": timeline(glider, flight), "fleet": fleet(glider, flight), "steady": peer("steady", flight, some)}
+        asked["fleet"] = f"{results['fleet']['numbers']}"
         if (more := min(some, dynamic - len(seen.get("dynamic", {"seconds": []})["seconds"]))) > 0:
-            told["dynamic"] = peer("dynamic", flight, more)
+            results["dynamic"] = peer("dynamic", flight, more)
         truth = dict(zip(("drag", "trim"), HIDDEN[number % len(HIDDEN)], strict=True))
         truth["drag"] *= 100
-        base = statistics.median(told["timeline"]["seconds"])
-        for tool, result in told.items():
+        base = statistics.median(results["timeline"]["seconds"])
+        for tool, result in results.items():
             line = seen[tool]
             line["seconds"] += result["seconds"]
             line["memory"].append(result["memory"])

@@ -195,14 +195,13 @@ impl Safety {
         if sinks && Of::SinksOn.enabled() || self.release.floats_below(w) && Of::FloatsBelow.enabled() {
             v.cause(Abort::Stalled);
         }
+        v.drop_weight = self.release.fire(w, &v);
+        if v.drop_weight {
+            // Without another cause no time is left: everything goes up with the weight.
+            v.cause(Abort::OverDepth);
+        }
         if let Some(cause) = v.abort {
             self.latch(cause);
-        }
-        v.drop_weight = self.release.fire(w, &v);
-        if v.drop_weight && v.abort.is_none() {
-            // No time is left: everything goes up with the weight.
-            v.cause(Abort::OverDepth);
-            self.latch(Abort::OverDepth);
         }
         v.sinks_on = self.release.sunk();
         if self.release.has_fired() {

@@ -1,9 +1,13 @@
 //! A mission of the plant is watched: what changed is named, dated and sized, and an unchanged one is quiet. The whole campaign is
 //! `glider scorecard timeline`.
 
+use discovery::record::csv;
+use discovery::vehicle;
+use discovery::workbench::timeline::Mission;
+use discovery::workbench::tracking::DRAG;
 use hil_host::score::timeline::{Alarms, Case, DIVES, Scored, false_alarms, score};
-use plant::trials::Wing;
-use plant::trials::mission::Change;
+use plant::trials::mission::{Change, fly};
+use plant::trials::{Kind, Site, Spec, Wing, files};
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -70,4 +74,38 @@ fn a_mission_becomes_a_table_a_document_a_figure_and_a_parquet_file() {
     // Nothing is overwritten.
     assert_eq!(glider(&line).0, Some(2));
     std::fs::remove_dir_all(work).ok();
+}
+
+/// A log of every 60 s was compared with nothing, and a mission of it, whatever happened, was quiet.
+#[test]
+fn regress_a_log_of_every_minute_shows_a_change_of_drag() {
+    let spec = Spec {
+        site: Site::Sea,
+        wing: Wing::Standard,
+        kind: Kind::Clean,
+        effects: Vec::new(),
+        outside: None,
+        strength: None,
+        lifelike: None,
+    };
+    let mut flown = fly(&spec, SEED, 3, 16, Change::Drag(0.5), 8);
+    let mut last = (0, f64::NEG_INFINITY);
+    flown.rows.retain(|row| {
+        let keep = row.segment != last.0 || row.time_s >= last.1 + 60.0;
+        last = if keep { (row.segment, row.time_s) } else { last };
+        keep
+    });
+    let folder = folder("minute");
+    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    std::fs::write(folder.join("flight.csv"), files::csv(&flown.rows, false)).expect("written");
+    std::fs::write(folder.join("vehicle.json"), flown.vehicle.document("minute").to_string()).expect("written");
+    let known = vehicle::read(&folder.join("vehicle.json")).expect("a vehicle");
+    let mut mission = Mission::new(&known);
+    mission.add(&csv::flight(&folder).expect("a flight"), &|_, _| ()).expect("compared");
+    let timeline = mission.finish(1000.0).expect("dives");
+    std::fs::remove_dir_all(folder).ok();
+    let drag = &timeline.rows[0].levels[DRAG];
+    assert!(drag.high - drag.low < 40.0 && timeline.rows.len() >= 12, "{drag:?}, {} dives", timeline.rows.len());
+    let snag = timeline.events.iter().find(|e| e.change.kind.number == DRAG);
+    assert!(snag.is_some_and(|e| e.dive.abs_diff(9) <= 2 && e.size.low < 60.0 && e.size.high > 40.0), "{:?}", timeline.events);
 }

@@ -46,6 +46,8 @@ struct Stage {
 #[derive(Clone, Debug)]
 pub struct Whitener {
     groups: Arc<Vec<Group>>,
+    /// Longest gap between groups that is bridged, s.
+    gap_s: f64,
     stages: Vec<Stage>,
     /// Sum of ln of the innovation standard deviations: the likelihood's normaliser.
     pub log_scale: f64,
@@ -53,8 +55,9 @@ pub struct Whitener {
 
 /// Rows within this time are averaged, s.
 const GROUP_S: f64 = 3.4;
-/// Longest gap in the rows that the filter bridges, s.
+/// Longest gap in the rows that the filter bridges, s; in a sparse log so many times the usual time between rows.
 const GAP_S: f64 = 45.0;
+const GAP_INTERVALS: f64 = 3.0;
 /// Variance of the unknown offset at the start of a run, m².
 const DIFFUSE_M2: f64 = 1e4;
 
@@ -68,8 +71,8 @@ impl Group {
 }
 
 impl Whitener {
-    /// Gains for the used rows of a run. What the model does in `unknown` rows is anybody's guess: how deep it has come by the next row
-    /// says nothing.
+    /// Gains for the used rows of a run. What the model does in `unknown` rows, and where its inputs were made up, is anybody's guess: how
+    /// deep it has come by the next row says nothing.
     #[must_use]
     pub fn new(run: &Run, used: &[bool], unknown: impl Fn(usize) -> bool, colour: &Colour) -> Self {
         // Rows closer than a sample of motion are averaged: they carry one news between them.
@@ -77,7 +80,7 @@ impl Whitener {
         let mut hidden = false;
         for (row, &t) in run.time_s.iter().enumerate() {
             if !used[row] {
-                hidden |= unknown(row);
+                hidden |= unknown(row) || run.unseen[row];
                 continue;
             }
             match groups.last_mut() {
@@ -88,16 +91,20 @@ impl Whitener {
         }
         let mean_s = |rows: &[usize]| rows.iter().map(|&r| run.time_s[r]).sum::<f64>() / rows.len() as f64;
         let group = |(rows, hidden): (Vec<usize>, bool)| Group { time_s: mean_s(&rows), rows, hidden };
-        Self::of(Arc::new(groups.into_iter().map(group).collect()), colour)
+        let groups: Vec<Group> = groups.into_iter().map(group).collect();
+        let mut apart: Vec<f64> = groups.windows(2).map(|w| w[1].time_s - w[0].time_s).collect();
+        apart.sort_by(f64::total_cmp);
+        let gap_s = GAP_S.max(GAP_INTERVALS * apart.get(apart.len() / 2).copied().unwrap_or(0.0));
+        Self::of(Arc::new(groups), gap_s, colour)
     }
 
     /// The same rows under another colour.
     #[must_use]
     pub fn coloured(&self, colour: &Colour) -> Self {
-        Self::of(self.groups.clone(), colour)
+        Self::of(self.groups.clone(), self.gap_s, colour)
     }
 
-    fn of(groups: Arc<Vec<Group>>, colour: &Colour) -> Self {
+    fn of(groups: Arc<Vec<Group>>, gap_s: f64, colour: &Colour) -> Self {
         let (var, tau) = (colour.rms_m_s * colour.rms_m_s, colour.correlation_s);
         let noise = colour.sensor_m * colour.sensor_m;
         let mut p = [DIFFUSE_M2, 0.0, var];
@@ -110,7 +117,7 @@ impl Whitener {
             let dt = if before.is_nan() { 0.0 } else { t - before };
             before = t;
             // After a gap or hidden rows the model's depth error is anybody's guess: start anew.
-            let anew = stages.is_empty() || dt > GAP_S || group.hidden;
+            let anew = stages.is_empty() || dt > gap_s || group.hidden;
             let decay = (-dt / tau).exp();
             let reach = tau * (1.0 - decay);
             // P ← F P Fᵀ + Q
@@ -133,7 +140,7 @@ impl Whitener {
                 log_scale += 0.5 * s.ln();
             }
         }
-        Self { groups, stages, log_scale }
+        Self { groups, gap_s, stages, log_scale }
     }
 
     /// Number of innovations.

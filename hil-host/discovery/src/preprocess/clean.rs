@@ -6,7 +6,7 @@ use crate::preprocess::gps::fixes;
 use crate::preprocess::grid::{FAST_M_S, inputs, step_s};
 use crate::preprocess::interpolate::{fill, quiet_ballast};
 use crate::preprocess::run::{Input, Run};
-use crate::preprocess::spikes::{FASTEST, TURN_STROKE_M3, despike, despike_by, turn_allowance};
+use crate::preprocess::spikes::{FASTEST, TURN_STROKE_M3, depth_allowance, despike, despike_by, turn_allowance};
 use crate::preprocess::stuck_sensors::{Removed, TURNED_RAD};
 use crate::preprocess::{SETTLE_S, SURFACE_M};
 use crate::record::flight::Flight;
@@ -46,6 +46,8 @@ fn surface_readings(time: &[f64], pressure: &[f64], ballast: &[f64]) -> [Option<
     })
 }
 
+/// Pressure of a metre of water, Pa, to a hundredth or two.
+const PA_PER_M: f64 = 1e4;
 /// Most that a pump or a valve moves in a second, m³: several times what gliders have.
 const FASTEST_BALLAST_M3_S: f64 = 1e-3;
 
@@ -87,11 +89,13 @@ impl<'a> Channels<'a> {
         let mut speed = flight.speed_m_s.as_ref().map_or_else(|| vec![f64::NAN; time.len()], |s| s[rows.clone()].to_vec());
         let mut density = flight.density_kg_m3[rows.clone()].to_vec();
         let heading = &flight.heading_rad[rows.clone()];
-        spikes[0] += despike(time, &mut pressure, 1500.0 + 6.0 * sensors.pressure_noise_pa, FASTEST.pressure_pa_s);
+        let turned_pa: Vec<f64> = depth_allowance(time, &pressure).iter().map(|m| m * PA_PER_M).collect();
+        let noise_pa = 1500.0 + 6.0 * sensors.pressure_noise_pa;
+        spikes[0] += despike_by(time, &mut pressure, &|i| noise_pa + turned_pa[i], FASTEST.pressure_pa_s);
         let mut seen_ballast = flight.ballast_m3[rows.clone()].to_vec();
         spikes[4] += despike(time, &mut seen_ballast, TURN_STROKE_M3, FASTEST_BALLAST_M3_S);
         let raw_ballast = fill(time, &seen_ballast, 0.0);
-        let turning = turn_allowance(time, &raw_ballast);
+        let turning = turn_allowance(time, &pitch, &raw_ballast);
         spikes[1] += despike_by(time, &mut pitch, &|i| 0.035 + 6.0 * sensors.pitch_noise_rad + turning[i], FASTEST.angle_rad_s);
         removed.air += without_air(time, &pressure, &mut density);
         spikes[2] += despike(time, &mut density, 0.25, FASTEST.density_kg_m3_s);
@@ -219,6 +223,7 @@ pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, 
         time_s: time.to_vec(),
         depth_m: depth,
         used,
+        unseen: silent,
         battery_m: flight.battery_mass_m[rows].to_vec(),
         pressure_pa: channels.whole_pressure,
         speed_m_s: channels.speed,

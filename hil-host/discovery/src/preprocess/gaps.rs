@@ -5,9 +5,9 @@
 
 /// An input that has had no value for this long is unknown, s: twice the CTD outages of FORMAT section 1.
 pub const SILENT_S: f64 = 120.0;
-/// A change within so long, s, or within so many times the usual interval, has been seen: half of a turn.
-const SEEN_S: f64 = 20.0;
-const SEEN_INTERVALS: f64 = 3.0;
+/// A change within so long has been seen, s: half a period of a Slocum's pitch mode (16 s; Nyquist's interval) and what samples jitter. In a
+/// sparser log nobody knows when between two samples a vehicle turned, and at 0.5 m/s of new depth rate a few seconds make metres.
+const SEEN_S: f64 = 9.0;
 /// How long a vehicle still feels an input that was wrong, s: three time constants of surge.
 const FELT_S: f64 = 30.0;
 /// Repetitions of a value in a row that are ordinary, and the probability beyond which more of them are.
@@ -29,11 +29,7 @@ pub(crate) fn far_from_known(time: &[f64], value: &[f64]) -> Vec<bool> {
 /// From which row to which an input was not seen for long: the rows of the values before and after.
 pub(crate) fn long_gaps(time: &[f64], value: &[f64]) -> Vec<(usize, usize)> {
     let known: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite()).collect();
-    let pairs = || known.windows(2).map(|w| (w[0], w[1]));
-    let mut intervals: Vec<f64> = pairs().map(|(a, b)| time[b] - time[a]).collect();
-    intervals.sort_by(f64::total_cmp);
-    let seen_s = SEEN_S.max(SEEN_INTERVALS * intervals.get(intervals.len() / 2).copied().unwrap_or(0.0));
-    pairs().filter(|&(a, b)| time[b] - time[a] > seen_s).collect()
+    known.windows(2).map(|w| (w[0], w[1])).filter(|&(a, b)| time[b] - time[a] > SEEN_S).collect()
 }
 
 /// Rows over which an input changed by more than `much` while it was not seen for long, and those that still feel it.
@@ -112,9 +108,11 @@ mod tests {
         let mut glide = vec![-0.4; 60];
         glide[25..35].fill(f64::NAN);
         assert!(!changed_unseen(&time, &glide, 0.1).contains(&true), "nothing happened");
-        // Logged every 32 s, a turn takes one interval as any other.
+        // Logged every 32 s, a turn may have been at any time between two samples; glides are known.
         let rare: Vec<f64> = (0..60).map(|i| if i % 8 == 0 { if i < 30 { -0.4 } else { 0.4 } } else { f64::NAN }).collect();
-        assert!(!changed_unseen(&time, &rare, 0.1).contains(&true), "logged rarely");
+        let unseen = changed_unseen(&time, &rare, 0.1);
+        // From after the last value before the turn, 96 s, to 30 s after the next, 128 s.
+        assert!((0..60).all(|i| unseen[i] == (25..=39).contains(&i)), "{unseen:?}");
     }
 
     #[test]

@@ -43,6 +43,8 @@ pub struct Run {
     pub pressure_pa: Vec<f64>,
     /// Whether the row takes part in fits: submerged, settled, with a depth.
     pub used: Vec<bool>,
+    /// Whether inputs up to the row were made up, so that the model's depth there says nothing: long silences, changes that nobody saw.
+    pub unseen: Vec<bool>,
     /// Speed through the water of each row, m/s; NaN where there is none.
     pub speed_m_s: Vec<f64>,
     /// Position of the battery at each row, m; NaN where there is none.

@@ -64,6 +64,7 @@ pub(crate) fn run(half_s: f64, pitch: f64, afloat: bool) -> Run {
         depth_m: time_s.iter().map(|t| input((t / step_s * 2.0) as usize).depth_m).collect(),
         pressure_pa: vec![1e5; n],
         used: vec![true; n],
+        unseen: vec![false; n],
         speed_m_s: vec![f64::NAN; n],
         battery_m: vec![f64::NAN; n],
         ballast_m3: vec![0.0; n],

@@ -7,7 +7,7 @@ use crate::pages::effect_list;
 use crate::terminal::{meant, parameter_range, say, table, wrapped, wrapped_from};
 use anyhow::bail;
 use discovery::import::classes::Class;
-use discovery::workbench::changes::KINDS;
+use discovery::workbench::change_kinds::KINDS;
 use discovery::workbench::tracking::TRACKED;
 use hydro::effects::{CATALOGUE, Effect};
 use serde_json::{Value, json};

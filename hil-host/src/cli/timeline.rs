@@ -11,7 +11,7 @@ use crate::whole_file;
 use anyhow::{Context as _, bail};
 use discovery::diagnosis::report::number;
 use discovery::export::table::Table;
-use discovery::workbench::changes::{DIVES_PER_ALARM, KINDS};
+use discovery::workbench::change_kinds::{DIVES_PER_ALARM, KINDS};
 use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
 use discovery::workbench::tracking::TRACKED;
 use serde_json::{Value, json};

@@ -2,6 +2,7 @@
 
 pub mod add;
 pub mod calibrate;
+pub mod change_kinds;
 pub mod changes;
 pub mod compare;
 pub mod dive_estimates;

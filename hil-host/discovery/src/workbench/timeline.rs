@@ -14,7 +14,8 @@ use crate::model::parameters::{NINETY, State, tolerance_of};
 use crate::preprocess::{Prepared, Run, prepare};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
-use crate::workbench::changes::{Change, Found, Observed, alarm_rate, find, threshold};
+use crate::workbench::change_kinds::{Shape, alarm_rate, threshold};
+use crate::workbench::changes::{Change, Found, Observed, find};
 use crate::workbench::tracking::{
     COMPRESSIBILITY, DRAG, Dive, LIFT, N, REFERENCE_DIVES, Reference, TRACKED, TRIM, for_missions, start_precision,
 };
@@ -235,7 +236,7 @@ impl Mission {
         let onset_day = days.get(change.onset).copied().unwrap_or(0.0);
         let size = self.sized(change.kind.number, change.size, change.sigma, start);
         let number = |onset: usize| if onset == 0 { 0 } else { onset + 1 };
-        let growth = change.kind.shape == crate::workbench::changes::Shape::Growth;
+        let growth = change.kind.shape == Shape::Growth;
         let others = change.others.iter().map(|(kind, onset, size, sigma)| {
             let other = Change { kind: *kind, onset: *onset, size: *size, sigma: *sigma, others: Vec::new(), ..change.clone() };
             (other, self.sized(kind.number, *size, *sigma, start))

@@ -71,8 +71,8 @@ impl Group {
 }
 
 impl Whitener {
-    /// Gains for the used rows of a run. What the model does in `unknown` rows, and where its inputs were made up, is anybody's guess: how
-    /// deep it has come by the next row says nothing.
+    /// Gains for the used rows of a run. In `unknown` rows, and where its inputs were made up, the model's depth is undetermined: by the next
+    /// row it says nothing.
     #[must_use]
     pub fn new(run: &Run, used: &[bool], unknown: impl Fn(usize) -> bool, colour: &Colour) -> Self {
         // Rows closer than a sample of motion are averaged: they carry one news between them.

@@ -8,10 +8,10 @@
 //! mission, as between flights in [`crate::workbench::pooling`]) and change m of a kind of [`KINDS`]: along one number e_m, a step or a
 //! growth s_m from its onset on, with a size a_m. The ratio of the likelihoods with and without a change, at its best onset and size, is
 //! what it is judged by (Lorden 1971; Willsky and Jones 1976); changes are added one at a time while the largest ratio exceeds a
-//! threshold ([`crate::workbench::change_kinds`]), Q learned anew beside what was found, onsets moved to their best places.
+//! threshold ([`crate::workbench::change_kinds`]), Q learned anew given what was found, onsets moved to their best places.
 //!
 //! **What the law is wrong by** grows with the change: the numbers are those of a law that is not nature's, so a change of size a along
-//! one number seems to move the others a little too, and its own by a little more or less. Beside each change found stands such a
+//! one number seems to move the others a little too, and its own by a little more or less. Each change found is fitted with such a
 //! discrepancy (a term of model error as in Kennedy and O'Hagan 2001): the same course in every number, of standard deviation
 //! `LAW_ERROR` |a|. It widens the interval of the size, and takes the place of small second changes that are none.
 
@@ -210,7 +210,7 @@ fn best_of_each(series: &Series, dives: &[Observed]) -> Option<Vec<Best>> {
     Some(out)
 }
 
-/// The changes with their sizes beside each other, and 1 sigma of these.
+/// The changes with their sizes fitted together, and 1 sigma of these.
 fn sized(dives: &[Observed], precision: &[f64; N], scatter: &[f64; N], changes: &mut [Placed]) -> Option<Vec<f64>> {
     let mut sigmas = Vec::new();
     // Errors of the law follow from the sizes, and the sizes a little from these.
@@ -332,7 +332,7 @@ fn described(
         .collect();
     let weight: Vec<f64> = asked.iter().map(|a| a.1.exp() * a.3).collect();
     let total: f64 = weight.iter().sum();
-    // At its onset the size is known beside the law's error; other onsets would shift it, and add to its variance.
+    // At its onset the size is fitted together with the law's error; other onsets would shift it, and add to its variance.
     let mean = asked.iter().zip(&weight).map(|(a, w)| w * a.2).sum::<f64>() / total;
     let apart = asked.iter().zip(&weight).map(|(a, w)| w * (a.3 * a.3 + (a.2 - mean).powi(2))).sum::<f64>() / total;
     let size = changes[k].size + mean - first.size;

@@ -137,7 +137,7 @@ fn own_formats(vehicles: &[String], random: &mut Random) {
     // Its errors show the place, below the text.
     let _ = discovery::vehicle::expression::parse(&text);
     let mut array = b"\x93NUMPY\x01\x00\x40\x00{'descr': '<f8', 'fortran_order': False, 'shape': (6, 4), }     \n".to_vec();
-    array.extend([0_u8; 192]);
+    array.extend([0.0, 4.0, 8.0, 12.0].into_iter().chain([0.0; 20]).flat_map(f64::to_le_bytes));
     said.extend(discovery::import::comet::flight(&changed(&array)).err().map(|e| e.to_string()));
     for one in said {
         assert!(!one.trim_end().contains('\n'), "{one}");

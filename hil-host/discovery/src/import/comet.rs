@@ -31,6 +31,11 @@ pub enum CometError {
         /// Its number of rows.
         rows: usize,
     },
+    /// A time that is no number, or not after the one before it.
+    Time {
+        /// Its place among the times, from 1.
+        place: usize,
+    },
 }
 
 impl std::fmt::Display for CometError {
@@ -38,6 +43,7 @@ impl std::fmt::Display for CometError {
         match self {
             Self::Npy(e) => write!(f, "the array {e}"),
             Self::Shape { rows } => write!(f, "the array has {rows} rows, the flight has six"),
+            Self::Time { place } => write!(f, "time {place} of the array is no number, or not after the one before it"),
         }
     }
 }
@@ -53,6 +59,10 @@ pub fn flight(bytes: &[u8]) -> Result<Flight, CometError> {
     let [time, pressure_bar, pitch, ballast_cc, density, speed] = rows.as_slice() else {
         return Err(CometError::Shape { rows: rows.len() });
     };
+    let follows = |i: &usize| time[*i].is_finite() && (*i == 0 || time[*i] > time[*i - 1]);
+    if let Some(i) = (0..time.len()).find(|i| !follows(i)) {
+        return Err(CometError::Time { place: i + 1 });
+    }
     let none = vec![f64::NAN; time.len()];
     let mut segment = vec![0_u32; time.len()];
     for i in 1..time.len() {
@@ -82,4 +92,28 @@ pub fn flight(bytes: &[u8]) -> Result<Flight, CometError> {
     flight.extra.insert("w_obs_m_s".into(), vertical);
     flight.extra.insert("steady".into(), steady);
     Ok(flight)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An array of six rows with these times, all else 0.
+    fn array(times: &[f64]) -> Vec<u8> {
+        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': (6, {}), }}", times.len());
+        let values = times.iter().copied().chain(std::iter::repeat_n(0.0, 5 * times.len()));
+        let sized = [b"\x93NUMPY\x01\x00".as_slice(), &(header.len() as u16).to_le_bytes(), header.as_bytes()].concat();
+        sized.into_iter().chain(values.flat_map(f64::to_le_bytes)).collect()
+    }
+
+    /// The length of an infinite time on a 1 s grid overflowed.
+    #[test]
+    fn regress_a_time_that_is_no_number_or_runs_backward_is_named() {
+        assert_eq!(flight(&array(&[0.0, 4.0, 8.0])).map(|f| f.time_s), Ok(vec![0.0, 4.0, 8.0]));
+        for (times, place) in
+            [([f64::NEG_INFINITY, 4.0, 8.0], 1), ([0.0, f64::INFINITY, 8.0], 2), ([0.0, 4.0, f64::NAN], 3), ([0.0, 4.0, 4.0], 3)]
+        {
+            assert_eq!(flight(&array(&times)).map(|f| f.len()), Err(CometError::Time { place }), "{times:?}");
+        }
+    }
 }

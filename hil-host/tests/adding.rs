@@ -11,12 +11,12 @@ use discovery::workbench::compare;
 use discovery::{Flight, Vehicle};
 use hydro::effects::{Effect, by_name};
 use plant::trials::catalogue::{Effect as Hidden, Strength};
-use plant::trials::{Banking, Kind, Site, Spec, Wing, plan};
+use plant::trials::{Banking, Site, Spec, Wing, plan};
 use std::path::Path;
 
 /// A flight that hides one strong effect, and its vehicle.
 fn hiding(effect: Hidden, site: Site, wing: Wing, lifelike: Option<Banking>, seed: u64) -> (Flight, Vehicle) {
-    let spec = Spec { site, wing, kind: Kind::Single, effects: vec![effect], outside: None, strength: Some(Strength::Strong), lifelike };
+    let spec = Spec { lifelike, ..Spec::single(site, wing, effect, Strength::Strong) };
     read_back(&spec, seed, 0)
 }
 

@@ -8,13 +8,13 @@ use discovery::hypotheses::search::Depth;
 use discovery::vehicle;
 use discovery::workbench::calibrate::{Calibrated, Logged, Options, calibrate};
 use discovery::{Flight, Vehicle};
-use plant::trials::{Kind, Site, Spec, Wing, generate_flown, generate_natural};
+use plant::trials::{Site, Spec, Wing, generate_flown, generate_natural};
 use std::path::Path;
 
 const SEED: u64 = 20_261_126;
 
 fn clean() -> Spec {
-    Spec { site: Site::Sea, wing: Wing::Standard, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None }
+    Spec::clean(Site::Sea, Wing::Standard)
 }
 
 fn from(flights: Vec<Flight>, vehicle: &Vehicle) -> (Calibrated, Vehicle) {

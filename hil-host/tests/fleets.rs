@@ -8,14 +8,14 @@ use discovery::record::csv;
 use discovery::vehicle;
 use discovery::workbench::calibrate::{Logged, Options, calibrate};
 use plant::trials::mission::{Change, fly};
-use plant::trials::{Kind, Row, Site, Spec, Wing, files, generate_natural};
+use plant::trials::{Row, Site, Spec, Wing, files, generate_natural};
 use rayon::prelude::*;
 use serde_json::Value;
 
 const SEED: u64 = 20_261_127;
 
 fn spec(wing: Wing) -> Spec {
-    Spec { site: Site::Sea, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None }
+    Spec::clean(Site::Sea, wing)
 }
 
 fn put(folder: &Path, rows: &[Row], speed: bool, vehicle: Option<&Value>) {

@@ -12,7 +12,7 @@ use discovery::workbench::add::{Added, add};
 use discovery::workbench::next_flight::{Reach, plan};
 use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, Constants, Continuation, Effect, Flow, InFlow, Parameter};
-use plant::trials::{Kind, Site, Spec, Wing};
+use plant::trials::{Site, Spec, Wing};
 use std::path::Path;
 
 /// Drag where the flow at the wing tips separates, CD += k (|α| − α0)² beyond an onset angle. It only ever costs.
@@ -60,7 +60,7 @@ const HIDDEN: [f64; 2] = [8.0, 0.08];
 /// A flight of the plant whose depth shows the effect as well. The shift is the model's own: that the catalogue is open is tested here,
 /// not how well a form is found that nature has otherwise.
 fn flight(wing: Wing) -> (Flight, Vehicle) {
-    let spec = Spec { site: Site::Lake, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None };
+    let spec = Spec::clean(Site::Lake, wing);
     let (mut log, v) = read_back(&spec, 11, 0);
     let mut hidden = Active::sized(&TipSeparationDrag, HIDDEN[0]);
     hidden.values[1] = HIDDEN[1];

@@ -5,7 +5,7 @@ mod case;
 use discovery::Flight;
 use discovery::diagnosis::{Diagnosis, diagnose};
 use discovery::hypotheses::search::Depth;
-use plant::trials::{Kind, Site, Spec, Wing};
+use plant::trials::{Site, Spec, Wing};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -43,7 +43,7 @@ impl Ringing {
 
 /// What is told of a flight without anything hidden, in water that rings.
 fn diagnosed(site: Site, wing: Wing, seed: u64, ringing: Ringing) -> Diagnosis {
-    let spec = Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None };
+    let spec = Spec::clean(site, wing);
     let (mut log, v) = case::read_back(&spec, seed, 0);
     ringing.carry(&mut log, &mut ChaCha8Rng::seed_from_u64(seed));
     diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis")

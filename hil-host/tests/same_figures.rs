@@ -9,7 +9,7 @@ use discovery::workbench::compare::compare;
 use hil_host::score::diagnosis::write_case;
 use hil_host::serve::Workbench;
 use hil_host::serve::flights::{Evaluate, Open};
-use plant::trials::{Kind, Site, Spec, Wing, generate};
+use plant::trials::{Site, Spec, Wing, generate};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -56,15 +56,7 @@ fn are_one(path: &Path) {
 #[test]
 fn regress_the_error_as_given_is_one_figure_in_every_command_and_page() {
     let folder = empty("figures");
-    let clean = Spec {
-        site: Site::Lake,
-        wing: Wing::Standard,
-        kind: Kind::Clean,
-        effects: Vec::new(),
-        outside: None,
-        strength: None,
-        lifelike: None,
-    };
+    let clean = Spec::clean(Site::Lake, Wing::Standard);
     let path = write_case(&folder.0, &generate(&clean, 11, 0)).expect("written");
     let file = path.join("vehicle.json");
     let mut stated: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&file).expect("written")).expect("JSON");

@@ -205,16 +205,12 @@ fn spec(site: Site, kind: Kind, effects: Vec<Effect>, outside: Option<Outside>) 
     Spec { site, wing: Wing::Standard, kind, effects, outside, strength: Some(Strength::Strong), lifelike: None }
 }
 
-fn clean(site: Site, wing: Wing) -> Spec {
-    Spec { wing, strength: None, ..spec(site, Kind::Clean, Vec::new(), None) }
-}
-
 /// Launches and turns of the low-aspect-ratio wings are flown beyond the given law, the glides after them are not: nature's share is
 /// held below 15 % elsewhere in this file. Once half of a flight and more was left out, because a model may stall after any launch.
 #[test]
 fn validate_a_clean_flight_loses_launches_and_turns_to_the_stall_mask() {
     for (site, seed) in [(Site::Lake, 99), (Site::Lake, 100), (Site::Sea, 99)] {
-        let d = one_of(&clean(site, Wing::LowAspectRatio), seed, Depth::Pairs);
+        let d = one_of(&Spec::clean(site, Wing::LowAspectRatio), seed, Depth::Pairs);
         assert_eq!(d.verdict, Verdict::Adequate, "{site:?} {seed}: {:?}", d.answer);
         // 110 s of each launch in a yo of ten minutes, and turns as above: a third. Once it was more than one.
         assert!(d.rows_near_stall * 3 < d.rows, "{site:?} {seed}: {} rows left out, {} observations fitted", d.rows_near_stall, d.rows);
@@ -293,7 +289,7 @@ fn regress_no_hypothesis_is_listed_twice() {
 /// were called adequate with four times the ordinary error in the dive they were checked on.
 #[test]
 fn regress_a_fault_in_a_check_segment_alone_is_not_called_adequate() {
-    let (mut f, v) = case::read_back(&clean(Site::Sea, Wing::Standard), 4, 0);
+    let (mut f, v) = case::read_back(&Spec::clean(Site::Sea, Wing::Standard), 4, 0);
     let diagnosed = |f: &discovery::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     assert_eq!(diagnosed(&f).verdict, Verdict::Adequate);
     let checked = v.check_segments[0];
@@ -334,7 +330,7 @@ fn scorecard_triples_are_tried_on_request_and_a_single_stays_first() {
 fn prop_clean_trials_leave_the_given_law_at_launches_and_turns_only() {
     for (i, site) in [Site::Lake, Site::Sea].into_iter().enumerate() {
         for index in 0..2 {
-            let case = generate(&clean(site, Wing::LowAspectRatio), 70 + i as u64, index);
+            let case = generate(&Spec::clean(site, Wing::LowAspectRatio), 70 + i as u64, index);
             for share in case.truth.stalled_share {
                 // A launch and two turns of half a minute each in a lake yo of ten minutes.
                 assert!((0.0..0.15).contains(&share), "{:?}: {:?}", case.name, case.truth.stalled_share);
@@ -345,7 +341,7 @@ fn prop_clean_trials_leave_the_given_law_at_launches_and_turns_only() {
 
 /// A clean flight, and the same whose pitch sensor is on another computer's clock: a second late in every turn.
 fn on_time_and_late() -> [diagnosis::Diagnosis; 2] {
-    let (mut f, v) = case::read_back(&clean(Site::Lake, Wing::Standard), 4, 0);
+    let (mut f, v) = case::read_back(&Spec::clean(Site::Lake, Wing::Standard), 4, 0);
     let diagnosed = |f: &discovery::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     let on_time = diagnosed(&f);
     let known: Vec<(f64, f64)> = f.time_s.iter().copied().zip(f.pitch_rad.iter().copied()).filter(|(_, p)| p.is_finite()).collect();

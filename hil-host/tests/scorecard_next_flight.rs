@@ -8,7 +8,7 @@ use discovery::record::csv;
 use discovery::workbench::next_flight::{Reach, plan};
 use discovery::{Vehicle, diagnosis, vehicle};
 use plant::trials::catalogue::{Effect, Strength};
-use plant::trials::{Kind, Site, Spec, Wing, files, generate_flown};
+use plant::trials::{Site, Spec, Wing, files, generate_flown};
 use std::path::Path;
 
 /// The sawtooth everybody flies: pitch, rad, and stroke, m³.
@@ -44,15 +44,7 @@ fn scorecard_planned_dives_name_what_is_hidden_sooner_than_a_sawtooth() {
     let mut asked = 0;
     for seed in 1..=8_u64 {
         for effect in hidden {
-            let spec = Spec {
-                site: Site::Lake,
-                wing: Wing::Standard,
-                kind: Kind::Single,
-                effects: vec![effect],
-                outside: None,
-                strength: Some(Strength::Medium),
-                lifelike: None,
-            };
+            let spec = Spec::single(Site::Lake, Wing::Standard, effect, Strength::Medium);
             let Some(first) = fly(&spec, seed, &[SAWTOOTH; FIRST]) else { continue };
             let Some(p) = plan(&first.diagnosis, &first.vehicle, |_| Reach::UNKNOWN) else { continue };
             asked += 1;

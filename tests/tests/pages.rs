@@ -7,7 +7,7 @@ use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
 use fantoccini::{Client, ClientBuilder, Locator};
 use hil_host::pages::{Provenance, flight_report};
 use hil_host::serve::{Workbench, run};
-use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
+use plant::trials::{Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -173,15 +173,7 @@ async fn no_sideways_scroll(c: &Client, name: &str) {
 
 /// A flight whose truth has a strong effect that its model lacks.
 fn puzzle(folder: &Path) -> PathBuf {
-    let spec = Spec {
-        site: Site::Lake,
-        wing: Wing::Standard,
-        kind: Kind::Single,
-        effects: vec![catalogue::Effect::ClimbDrag],
-        outside: None,
-        strength: Some(catalogue::Strength::Strong),
-        lifelike: None,
-    };
+    let spec = Spec::single(Site::Lake, Wing::Standard, catalogue::Effect::ClimbDrag, catalogue::Strength::Strong);
     hil_host::score::diagnosis::write_case(folder, &generate(&spec, 5, 0)).expect("a case can be written")
 }
 

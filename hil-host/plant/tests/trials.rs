@@ -8,10 +8,6 @@ use plant::trials::sensors::Row;
 use plant::trials::vehicle::{Nominal, Scatter};
 use plant::trials::{Case, Kind, SEGMENTS, Site, Spec, Wing, files, generate, plan};
 
-fn clean(site: Site, wing: Wing) -> Spec {
-    Spec { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None }
-}
-
 fn errors(case: &Case) -> (f64, f64, f64) {
     let log = Log::new(&case.rows, case.vehicle.gravity);
     let check = |s: usize| case.vehicle.check.contains(&s);
@@ -32,7 +28,7 @@ fn same(a: &serde_json::Value, b: &serde_json::Value) -> bool {
 
 #[test]
 fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
-    let spec = clean(Site::Lake, Wing::Standard);
+    let spec = Spec::clean(Site::Lake, Wing::Standard);
     let text = |seed, i| files::csv(&generate(&spec, seed, i).rows, false);
     assert_eq!(text(7, 3), text(7, 3));
     assert_ne!(text(7, 3), text(7, 4));
@@ -51,7 +47,7 @@ fn example(name: &str) -> Option<(Nominal, Vec<Row>)> {
         serde_json::from_str(&std::fs::read_to_string(folder.join("vehicle.json")).expect("vehicle.json")).expect("JSON");
     let site = if v["site"] == "lake" { Site::Lake } else { Site::Sea };
     let wing = if v["wing"]["name"] == "standard" { Wing::Standard } else { Wing::LowAspectRatio };
-    let mut nominal = generate(&clean(site, wing), 1, 0).vehicle;
+    let mut nominal = generate(&Spec::clean(site, wing), 1, 0).vehicle;
     let f = |x: &serde_json::Value| x.as_f64().expect("number");
     nominal.mass_kg = f(&v["mass_kg"]);
     nominal.hull_volume_m3 = f(&v["hull_volume_m3"]);
@@ -123,7 +119,7 @@ fn clean_cases_fall_to_their_noise_floor() {
     for site in [Site::Lake, Site::Sea] {
         for (k, wing) in [Wing::Standard, Wing::LowAspectRatio].into_iter().enumerate() {
             for i in 0..2 {
-                let case = generate(&clean(site, wing), 11, 2 * k + i);
+                let case = generate(&Spec::clean(site, wing), 11, 2 * k + i);
                 let log = Log::new(&case.rows, case.vehicle.gravity);
                 let all = log.blocks(&Nature::new(&case.vehicle, &case.truth.scatter), case.vehicle.gravity, |_| true);
                 let ratio = block_error(&all) / floor(&all);

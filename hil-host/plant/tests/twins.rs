@@ -2,12 +2,11 @@
 
 use plant::trials::catalogue::{Effect, Strength};
 use plant::trials::reference::Log;
-use plant::trials::{Kind, Site, Spec, Wing, generate, twin};
+use plant::trials::{Site, Spec, Wing, generate, twin};
 
 /// Log odds of the truth over its twin in one strong single case.
 fn log_odds(site: Site, wing: Wing, effect: Effect) -> Option<f64> {
-    let spec =
-        Spec { site, wing, kind: Kind::Single, effects: vec![effect], outside: None, strength: Some(Strength::Strong), lifelike: None };
+    let spec = Spec::single(site, wing, effect, Strength::Strong);
     let case = generate(&spec, 41, 0);
     twin::log_odds(&Log::new(&case.rows, case.vehicle.gravity), &case.vehicle, &case.truth)
 }

@@ -14,7 +14,7 @@ use control::Settings;
 use discovery::hypotheses::search::Depth;
 use discovery::vehicle;
 use discovery::workbench::add;
-use plant::trials::{Kind, Site, Spec, Wing, catalogue, generate};
+use plant::trials::{Site, Spec, Wing, catalogue, generate};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -42,15 +42,7 @@ pub struct Args {
 
 /// The paper's puzzle as a sealed case below `out`.
 fn puzzle(args: &Args) -> anyhow::Result<PathBuf> {
-    let spec = Spec {
-        site: Site::Lake,
-        wing: Wing::LowAspectRatio,
-        kind: Kind::Single,
-        effects: vec![catalogue::Effect::VortexLiftBodywing],
-        outside: None,
-        strength: Some(catalogue::Strength::Strong),
-        lifelike: None,
-    };
+    let spec = Spec::single(Site::Lake, Wing::LowAspectRatio, catalogue::Effect::VortexLiftBodywing, catalogue::Strength::Strong);
     score::diagnosis::write_case(&args.out.join("puzzle"), &generate(&spec, args.seed, 0))
 }
 

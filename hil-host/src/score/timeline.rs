@@ -22,7 +22,7 @@ use discovery::workbench::timeline::{Event, Level, Mission};
 use discovery::workbench::tracking::{DRAG, LIFT, N, PITCH_ZERO, PRESSURE, TRIM};
 use nalgebra::{DMatrix, DVector};
 use plant::trials::mission::{Change, fly};
-use plant::trials::{Kind, Site, Spec, Wing, files, generate_natural};
+use plant::trials::{Site, Spec, Wing, files, generate_natural};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
@@ -142,8 +142,7 @@ fn put(folder: &Path, csv: &str, vehicle: &Value) -> anyhow::Result<()> {
 /// # Errors
 /// A folder that cannot be written, or a log that is refused.
 pub fn score(case: Case, seed: u64, dives: usize, folder: &Path) -> anyhow::Result<Scored> {
-    let spec =
-        Spec { site: Site::Sea, wing: case.wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None };
+    let spec = Spec::clean(Site::Sea, case.wing);
     let here = folder.join(case.index.to_string());
     let trial = generate_natural(&spec, seed, case.index);
     let speed = trial.vehicle.sensors.speed_m_s.is_some();

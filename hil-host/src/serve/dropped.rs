@@ -107,7 +107,7 @@ mod tests {
     use super::*;
     use crate::score::diagnosis::write_case;
     use plant::trials::catalogue::{Effect, Strength};
-    use plant::trials::{Kind, Site, Spec, Wing, generate};
+    use plant::trials::{Site, Spec, Wing, generate};
 
     fn text(name: &str, text: &str) -> File {
         File { name: name.into(), text: text.into(), base64: None }
@@ -120,15 +120,7 @@ mod tests {
     /// A short flight in our format, with its vehicle.
     fn case(name: &str) -> (PathBuf, Vec<u8>, Vec<u8>) {
         let folder = std::env::temp_dir().join(format!("glider-dropped-test-{name}-{}", std::process::id()));
-        let spec = Spec {
-            site: Site::Lake,
-            wing: Wing::Standard,
-            kind: Kind::Single,
-            effects: vec![Effect::ClimbDrag],
-            outside: None,
-            strength: Some(Strength::Strong),
-            lifelike: None,
-        };
+        let spec = Spec::single(Site::Lake, Wing::Standard, Effect::ClimbDrag, Strength::Strong);
         let case = write_case(&folder, &generate(&spec, 5, 0)).expect("a case can be written");
         let read = |name: &str| std::fs::read(case.join(name)).expect("just written");
         let (flight, vehicle) = (read("flight.csv"), read("vehicle.json"));

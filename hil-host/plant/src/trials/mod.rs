@@ -143,6 +143,20 @@ pub struct Spec {
     pub lifelike: Option<Banking>,
 }
 
+impl Spec {
+    /// Nothing hidden but calibration scatter.
+    #[must_use]
+    pub fn clean(site: Site, wing: Wing) -> Self {
+        Self { site, wing, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None }
+    }
+
+    /// One effect of the vocabulary hidden.
+    #[must_use]
+    pub fn single(site: Site, wing: Wing, effect: Effect, strength: Strength) -> Self {
+        Self { kind: Kind::Single, effects: vec![effect], strength: Some(strength), ..Self::clean(site, wing) }
+    }
+}
+
 /// The truth of a case.
 #[derive(Clone, Debug)]
 pub struct Truth {
@@ -208,7 +222,7 @@ pub fn plan(cases: usize, seed: u64, only: Option<Kind>) -> Vec<Spec> {
         let kind = only.unwrap_or(PATTERN[i % PATTERN.len()]);
         let wing = if (i / 2 + i / 20) % 2 == 0 { Wing::Standard } else { Wing::LowAspectRatio };
         let site = if (i + i / 20) % 2 == 0 { Site::Lake } else { Site::Sea };
-        let mut spec = Spec { site, wing, kind, effects: Vec::new(), outside: None, strength: None, lifelike: None };
+        let mut spec = Spec { kind, ..Spec::clean(site, wing) };
         match kind {
             Kind::Clean => {}
             Kind::Single => {

@@ -2,26 +2,44 @@
 
 mod case;
 
+use case::{log_every, written};
 use discovery::diagnosis::diagnose;
 use discovery::hypotheses::search::Depth;
-use discovery::record::csv;
-use discovery::workbench::compare::compare;
-use discovery::{Flight, Vehicle, vehicle};
-use hil_host::score::diagnosis::write_case;
-use plant::trials::{Kind, Site, Spec, Wing, generate_natural};
+use discovery::workbench::compare::{Comparison, compare};
+use discovery::{Flight, Vehicle};
+use plant::trials::catalogue::{Effect, Strength};
+use plant::trials::{Site, Spec, Wing, generate, generate_natural};
 
 fn clean(site: Site) -> Spec {
-    Spec { site, wing: Wing::Standard, kind: Kind::Clean, effects: Vec::new(), outside: None, strength: None, lifelike: None }
+    Spec::clean(site, Wing::Standard)
 }
 
 /// The first natural case at sea that is sampled this sparsely, s.
 fn sparse(least_s: f64) -> (Flight, Vehicle) {
-    let folder = std::env::temp_dir().join(format!("glider-sparse-{}", std::process::id()));
     let case = (0..40).map(|i| generate_natural(&clean(Site::Sea), 11, i)).find(|c| c.vehicle.sensors.period_s >= least_s).expect("sparse");
-    let path = write_case(&folder, &case).expect("written");
-    let read = (csv::flight(&path).expect("reads"), vehicle::read(&path.join("vehicle.json")).expect("reads"));
-    std::fs::remove_dir_all(folder).ok();
-    read
+    written(&case)
+}
+
+/// A log of every minute missed nothing at all by its own figures: no four samples in any window, and no rate is no residual.
+#[test]
+fn regress_a_log_of_every_minute_misses_what_the_same_flight_misses_in_a_dense_log() {
+    let spec = Spec::single(Site::Sea, Wing::Standard, Effect::DragLevelError, Strength::Strong);
+    let mut case = generate(&spec, 11, 0);
+    let (dense, vehicle) = written(&case);
+    log_every(60.0, &mut case.rows);
+    let (sparse, _) = written(&case);
+    let [dense, sparse] = [dense, sparse].map(|flight| compare(&flight, &vehicle));
+    let ratio = |of: fn(&Comparison) -> f64| of(&sparse) / of(&dense);
+    // Of both the same drag is missing; the window of the sparse log is twelve times as long.
+    assert!((0.7..1.1).contains(&ratio(|c| c.steady_rms_m_s)), "{} {}", sparse.steady_rms_m_s, dense.steady_rms_m_s);
+    assert!((0.7..1.1).contains(&ratio(|c| c.block_error_m_s)), "{} {}", sparse.block_error_m_s, dense.block_error_m_s);
+    assert!(dense.rate_window_s == 21.0 && sparse.rate_window_s > 240.0, "{} s", sparse.rate_window_s);
+    let spikes = |c: &Comparison| {
+        let of = |note: &String| note.split_once(" spikes removed").and_then(|(count, _)| count.parse::<usize>().ok());
+        c.notes.iter().filter_map(of).sum::<usize>()
+    };
+    // One row of fifteen is left; the ends of dives are no spikes.
+    assert!(spikes(&sparse) <= 1 + spikes(&dense) / 30, "{:?} {:?}", sparse.notes, dense.notes);
 }
 
 #[test]

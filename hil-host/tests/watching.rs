@@ -1,13 +1,16 @@
 //! A mission of the plant is watched: what changed is named, dated and sized, and an unchanged one is quiet. The whole campaign is
 //! `glider scorecard timeline`.
 
+mod case;
+
+use case::log_every;
 use discovery::record::csv;
 use discovery::vehicle;
 use discovery::workbench::timeline::Mission;
 use discovery::workbench::tracking::DRAG;
 use hil_host::score::timeline::{Alarms, Case, DIVES, Scored, false_alarms, score};
 use plant::trials::mission::{Change, fly};
-use plant::trials::{Kind, Site, Spec, Wing, files};
+use plant::trials::{Site, Spec, Wing, files};
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -79,22 +82,9 @@ fn a_mission_becomes_a_table_a_document_a_figure_and_a_parquet_file() {
 /// A log of every 60 s was compared with nothing, and a mission of it, whatever happened, was quiet.
 #[test]
 fn regress_a_log_of_every_minute_shows_a_change_of_drag() {
-    let spec = Spec {
-        site: Site::Sea,
-        wing: Wing::Standard,
-        kind: Kind::Clean,
-        effects: Vec::new(),
-        outside: None,
-        strength: None,
-        lifelike: None,
-    };
+    let spec = Spec::clean(Site::Sea, Wing::Standard);
     let mut flown = fly(&spec, SEED, 3, 16, Change::Drag(0.5), 8);
-    let mut last = (0, f64::NEG_INFINITY);
-    flown.rows.retain(|row| {
-        let keep = row.segment != last.0 || row.time_s >= last.1 + 60.0;
-        last = if keep { (row.segment, row.time_s) } else { last };
-        keep
-    });
+    log_every(60.0, &mut flown.rows);
     let folder = folder("minute");
     std::fs::create_dir_all(&folder).expect("a temporary folder");
     std::fs::write(folder.join("flight.csv"), files::csv(&flown.rows, false)).expect("written");

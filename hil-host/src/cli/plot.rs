@@ -284,7 +284,10 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
                 .with("model", Mark::Line, with_gaps(&c.samples, |s| 100.0 * s.modelled_m_s));
             Figure {
                 panels: vec![upper, lower],
-                caption: format!("{about}: {error}; both through the same 21 s filter; pauses longer than 2 min are cut to that."),
+                caption: format!(
+                    "{about}: {error}; both through the same {:.0} s filter; pauses longer than 2 min are cut to that.",
+                    c.rate_window_s
+                ),
             }
         }
     })

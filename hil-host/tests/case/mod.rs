@@ -3,7 +3,7 @@
 use discovery::record::csv;
 use discovery::{Flight, Vehicle, vehicle};
 use hil_host::score;
-use plant::trials::{Case, Spec, generate};
+use plant::trials::{Case, Row, Spec, generate};
 
 /// The log and the vehicle of one case.
 #[allow(dead_code, reason = "not every test asks for a case of a plan")]
@@ -12,6 +12,7 @@ pub fn read_back(spec: &Spec, seed: u64, index: usize) -> (Flight, Vehicle) {
 }
 
 /// The same of a case at hand.
+#[allow(dead_code, reason = "not every test reads a case back")]
 pub fn written(case: &Case) -> (Flight, Vehicle) {
     // Tests run beside each other in threads of their own.
     let folder = std::env::temp_dir().join(format!("glider-case-{}-{:?}", std::process::id(), std::thread::current().id()));
@@ -21,4 +22,15 @@ pub fn written(case: &Case) -> (Flight, Vehicle) {
     let v = vehicle::read(&case.join("vehicle.json")).expect("our own vehicle file reads");
     std::fs::remove_dir_all(folder).ok();
     (log, v)
+}
+
+/// Leaves the rows that a logger writes every so many seconds, and the first of each segment.
+#[allow(dead_code, reason = "few tests are of sparse logs")]
+pub fn log_every(seconds: f64, rows: &mut Vec<Row>) {
+    let mut last = (0, f64::NEG_INFINITY);
+    rows.retain(|row| {
+        let keep = row.segment != last.0 || row.time_s >= last.1 + seconds;
+        last = if keep { (row.segment, row.time_s) } else { last };
+        keep
+    });
 }

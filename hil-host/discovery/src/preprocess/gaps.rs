@@ -7,7 +7,7 @@
 pub const SILENT_S: f64 = 120.0;
 /// A change within so long has been seen, s: half a period of a Slocum's pitch mode (16 s; Nyquist's interval) and what samples jitter. In a
 /// sparser log nobody knows when between two samples a vehicle turned, and at 0.5 m/s of new depth rate a few seconds make metres.
-const SEEN_S: f64 = 9.0;
+pub(crate) const SEEN_S: f64 = 9.0;
 /// How long a vehicle still feels an input that was wrong, s: three time constants of surge.
 const FELT_S: f64 = 30.0;
 /// Repetitions of a value in a row that are ordinary, and the probability beyond which more of them are.

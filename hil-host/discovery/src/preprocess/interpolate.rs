@@ -31,10 +31,31 @@ pub(crate) fn quiet_ballast(value: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Value and slope at `t` of a weighted local quadratic fit to the finite samples within ±`half` (widened until four are found).
+/// How often a window is widened, and by how much: from 9 s to two and a half minutes, which of samples a minute apart holds four.
+const WIDENED: usize = 6;
+const WIDER: f64 = 1.6;
+
+/// Half width, s, to which a window is widened to hold four samples this far apart, s; not a number where it would be too wide.
+#[must_use]
+pub fn widened_s(half_s: f64, apart_s: f64) -> f64 {
+    let mut widths = std::iter::successors(Some(half_s), |width| Some(width * WIDER)).take(WIDENED + 1);
+    widths.find(|width| *width > 2.0 * apart_s).unwrap_or(f64::NAN)
+}
+
+/// Value and slope at `t` of a weighted local quadratic fit to the finite samples within ±`half` (widened until four are found); the
+/// nearest value and no slope where there are none.
 pub(crate) fn local_quadratic(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut usize) -> (f64, f64) {
+    quadratic(time, value, t, half, from).unwrap_or_else(|| {
+        let known = (0..time.len()).filter(|&i| value[i].is_finite());
+        let nearest = known.min_by(|&a, &b| (time[a] - t).abs().total_cmp(&(time[b] - t).abs()));
+        (nearest.map_or(0.0, |i| value[i]), 0.0)
+    })
+}
+
+/// The same; none without four samples.
+fn quadratic(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut usize) -> Option<(f64, f64)> {
     let mut width = half;
-    for _ in 0..6 {
+    for _ in 0..=WIDENED {
         while *from > 0 && time[*from] > t - width {
             *from -= 1;
         }
@@ -68,14 +89,12 @@ pub(crate) fn local_quadratic(time: &[f64], value: &[f64], t: f64, half: f64, fr
             if let Some(c) = m.lu().solve(&nalgebra::Vector3::new(b[0], b[1], b[2]))
                 && c.iter().all(|v| v.is_finite())
             {
-                return (c[0], c[1] / width);
+                return Some((c[0], c[1] / width));
             }
         }
-        width *= 1.6;
+        width *= WIDER;
     }
-    // Nothing to fit on: the nearest value, no rate.
-    let nearest = (0..time.len()).filter(|&i| value[i].is_finite()).min_by(|&a, &b| (time[a] - t).abs().total_cmp(&(time[b] - t).abs()));
-    (nearest.map_or(0.0, |i| value[i]), 0.0)
+    None
 }
 
 /// Value and slope at `t`, between samples `at` and `at` + 1, of the cubic with the slopes of its neighbours there: what swings within
@@ -93,10 +112,10 @@ pub(crate) fn hermite(time: &[f64], value: &[f64], at: usize, t: f64) -> (f64, f
     (value[at] + x * (m0 + x * (c2 + x * c3)), (m0 + x * (2.0 * c2 + 3.0 * x * c3)) / h)
 }
 
-/// Slope at `t` of the local quadratic fit within ±`half`.
+/// Slope at `t` of the local quadratic fit within ±`half`, widened; not a number where four samples are too far apart.
 #[must_use]
 pub fn local_slope(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut usize) -> f64 {
-    local_quadratic(time, value, t, half, from).1
+    quadratic(time, value, t, half, from).map_or(f64::NAN, |c| c.1)
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@
 //! a vehicle may do between two samples of a sparse log. Two samples together far off a line that goes on behind them as it came are two
 //! spikes, even where they support each other.
 
+use crate::preprocess::gaps::SEEN_S;
+
 /// Neighbours on each side that a leap is judged by.
 const NEIGHBOURS: usize = 3;
 
@@ -218,7 +220,8 @@ fn unsupported(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64
         if k >= 2 && k + 2 < n {
             guesses.push(on_cubic(time, value, [index[k - 2], index[k - 1], index[k + 1], index[k + 2]], t));
         }
-        // At the ends there is nothing to interpolate: let the neighbours be held, and what begins or ends in a change be believed.
+        // At the ends there is nothing to interpolate: let the neighbours be held, and what begins or ends in a change be believed, which
+        // in a sparse log may be between the end and its neighbour.
         let beyond = if k == 0 {
             Some([1, 2])
         } else if k + 1 == n && n > 2 {
@@ -226,7 +229,10 @@ fn unsupported(time: &[f64], value: &mut [f64], threshold: &dyn Fn(usize) -> f64
         } else {
             None
         };
-        let steady = |[a, b]: [usize; 2]| b < n && (value[index[a]] - value[index[b]]).abs() <= threshold(i);
+        let steady = |[a, b]: [usize; 2]| {
+            let near = |at: usize| (time[index[at]] - t).abs() <= SEEN_S;
+            b < n && near(if k == 0 { a } else { b }) && (value[index[a]] - value[index[b]]).abs() <= threshold(i)
+        };
         if beyond.is_some_and(|pair| !steady(pair)) {
             continue;
         }
@@ -384,5 +390,16 @@ mod tests {
             assert!(depth[12].is_nan() && pitch[12].is_nan());
         }
         assert!(wrong == 0 && found == 10, "{wrong} {found}");
+    }
+
+    /// Logged once a minute, the vehicle is afloat in the first sample and under way in the next: that was a spike of pitch and ballast.
+    #[test]
+    fn regress_the_ends_of_a_sparse_log_are_no_spikes() {
+        let ballast: Vec<f64> = [201.0, -200.0, -201.0, -201.0, -200.0, 57.0, 200.0, 201.0, 200.0, -30.0].map(|cc| cc * 1e-6).to_vec();
+        for (apart_s, ends) in [(60.0, 0), (4.0, 2)] {
+            let time: Vec<f64> = (0..ballast.len()).map(|i| apart_s * i as f64).collect();
+            let mut seen = ballast.clone();
+            assert_eq!(despike(&time, &mut seen, TURN_STROKE_M3, 1e-3), ends, "{seen:?}");
+        }
     }
 }

@@ -4,15 +4,16 @@ use crate::criticism::localise::{Finding, rank, residuals};
 use crate::diagnosis::check_segments;
 use crate::diagnosis::judged::{Judged, as_given_m_s, is_fitted};
 use crate::likelihood::Problem;
-use crate::likelihood::block_error::{blocks, rms};
+use crate::likelihood::block_error::{blocks, rms, sampled_every_s};
 use crate::model::branch::Branch;
 use crate::model::parameters::State;
-use crate::preprocess::{Prepared, local_slope, prepare};
+use crate::preprocess::{Prepared, local_slope, prepare, widened_s};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
 
-/// Half width of the window in which depth rates of single rows are formed, s (21 s in all, order 2, as Savitzky and Golay).
-pub const RATE_WINDOW_S: f64 = 10.5;
+/// Half width of the window in which depth rates of single rows are formed, s (21 s in all, order 2, as Savitzky and Golay); of sparse
+/// logs it is widened.
+const RATE_WINDOW_S: f64 = 10.5;
 
 /// One row of the comparison, for plots.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +43,8 @@ pub struct Comparison {
     pub rms_m_s: f64,
     /// The same over steady rows.
     pub steady_rms_m_s: f64,
+    /// Width of the window in which those depth rates are formed, s; not a number where samples are too far apart.
+    pub rate_window_s: f64,
     /// Block error of FORMAT section 6.1, m/s, on the segments by which a diagnosis prints it: those it keeps out of its fits, else the fitted.
     pub block_error_m_s: f64,
     /// Usual length of its blocks, s.
@@ -105,9 +108,13 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
         }
     }
     let residual = |s: &Sample| s.observed_m_s - s.modelled_m_s;
+    // A row without four samples near it has no rate.
+    let rms_of = |of: &dyn Fn(&Sample) -> bool| rms(samples.iter().filter(|s| of(s)).map(residual).filter(|r| r.is_finite()));
+    let rate_window_s = 2.0 * widened_s(RATE_WINDOW_S, sampled_every_s(&prepared.runs));
     Comparison {
-        rms_m_s: rms(samples.iter().map(residual)),
-        steady_rms_m_s: rms(samples.iter().filter(|s| s.steady).map(residual)),
+        rate_window_s,
+        rms_m_s: rms_of(&|_| true),
+        steady_rms_m_s: rms_of(&|s| s.steady),
         block_error_m_s: as_given_m_s(&prepared, vehicle, printed),
         block_s: problem.block_s(),
         blocks: (printed.iter().map(|(_, list)| list.len()).sum(), held_out),

@@ -10,14 +10,10 @@ pub const SWITCHES: &[(&str, &str)] = &[
     ("depth_noise", "noise of depth that the vehicle file does not state is estimated"),
     ("discrepancy", "a model discrepancy is marginalised in every hypothesis"),
     ("unknown", "effects that nobody has named compete as hypotheses"),
-    ("inclusion", "a name stands where an unknown effect is likelier given it than in its place"),
+    ("guessed_form", "an effect whose form is a guess is named from larger odds"),
     ("practical", "where the model has a discrepancy, an effect has to lower the error by a share"),
     ("heave_mass", "added mass across the hull is a nuisance with a wide tail"),
     ("wave_train", "amplitudes of a wave that are alike in all runs are believed more"),
-    ("guessed_form", "an effect whose form is a guess is named from larger odds"),
-    ("one_more_first", "what remains unexplained is given to one effect more where that is not told apart"),
-    ("thin", "larger odds are asked for where more rows are left out than compared"),
-    ("fresh_water", "fresh water lighter than pure water is a biased sensor"),
 ];
 
 /// The environment variable that names what is off.

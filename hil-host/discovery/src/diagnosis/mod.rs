@@ -28,7 +28,6 @@ use crate::inference::posterior::Fit;
 use crate::inference::unknowns::is_free;
 use crate::likelihood::block_error::Predictor;
 use crate::likelihood::discrepancy::Remains;
-use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::{Column, Problem};
 use crate::model::branch::Branch;
 use crate::model::parameters::{CALIBRATION, State, is_law};
@@ -43,8 +42,6 @@ const SPEAK_UP: f64 = std::f64::consts::LN_10;
 /// The same where its form is guessed, 55 to one: a law of nature that is not quite ours looks like it. Between the two one such name in
 /// three was right on flights that others simulated, and two of three false alarms were there.
 const SPEAK_UP_GUESSED: f64 = 4.0;
-/// How much more where more rows are left out than compared: the model is wrong about most of the flight.
-const SPEAK_UP_THIN: f64 = 6.0;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
 
@@ -178,7 +175,6 @@ pub fn prepared_problem<'a>(
     let null_fit = |problem: &Problem| fit_from(problem, &problem.start, Effort::of(3));
     let first = null_fit(&problem);
     let second = if problem.settle_continuation(&first.state) > 0 { null_fit(&problem) } else { first };
-    let second = if problem.restore_rows_near_stall(&second.state, TRUSTED) > 0 { null_fit(&problem) } else { second };
     let outliers = problem.drop_outliers(&problem.innovations(&second.residual), OUTLIER);
     if outliers > 0 {
         notes.push(format!("{outliers} lone samples beyond {OUTLIER} sigma left out of the fit"));
@@ -217,17 +213,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if rows_near_stall > compared {
         notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
     }
-    let concluded = |found: &SearchResult| conclude(vehicle, &prepared, &problem, found, &check, notes.clone());
-    let mut said = concluded(&found);
-    // A remainder that one effect more explains, when that effect is not told apart, is none.
-    if is_on("one_more_first") && said.verdict == Verdict::Unexplained && found.put_one_more_first() {
-        let with_it = concluded(&found);
-        if !with_it.answer.is_empty() {
-            said = with_it;
-            said.notes
-                .push("one effect more is named, and listed first, than odds alone would: without it something unexplained remains".into());
-        }
-    }
+    let mut said = conclude(vehicle, &prepared, &problem, &found, &check, notes);
     for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {
         said.notes
             .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));
@@ -235,13 +221,14 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     Ok(said)
 }
 
-/// The best of these hypotheses, best first, where it is worth naming; more is asked for where more rows are left out than compared.
-pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
-    let thin = if is_on("thin") && problem.rows_near_stall() > problem.rows_compared() { SPEAK_UP_THIN } else { 0.0 };
-    let needs = |best: &Candidate| {
-        if is_on("guessed_form") && best.effects.iter().any(|e| has_guessed_form(e)) { SPEAK_UP_GUESSED } else { SPEAK_UP }
-    };
-    candidates.first().filter(|best| best.log_odds > needs(best) + thin)
+/// The best of these hypotheses, best first, where it is worth naming.
+pub(crate) fn worth_naming(candidates: &[Candidate]) -> Option<&Candidate> {
+    candidates.first().filter(|best| is_worth_naming(best))
+}
+
+fn is_worth_naming(c: &Candidate) -> bool {
+    let guessed = is_on("guessed_form") && c.effects.iter().any(|e| has_guessed_form(e));
+    c.log_odds > if guessed { SPEAK_UP_GUESSED } else { SPEAK_UP }
 }
 
 /// The named set that is spoken of: the best where it is worth naming. Where the model has a discrepancy of its own, the likeliest set
@@ -250,7 +237,7 @@ pub(crate) fn worth_naming<'a>(problem: &Problem, candidates: &'a [Candidate]) -
 /// a name, however well it does.) Also what the best lowers the error by, where nothing is named.
 fn spoken_of<'a>(predictor: &Predictor<'a, '_>, found: &'a SearchResult, blocks: [&Blocks; 2]) -> (Option<&'a Candidate>, Option<f64>) {
     let problem = predictor.problem;
-    let Some(best) = worth_naming(problem, &found.candidates) else { return (None, None) };
+    let Some(best) = worth_naming(&found.candidates) else { return (None, None) };
     if problem.discrepancy.size_m_s == 0.0 || !is_on("practical") {
         return (Some(best), None);
     }
@@ -260,7 +247,7 @@ fn spoken_of<'a>(predictor: &Predictor<'a, '_>, found: &'a SearchResult, blocks:
     };
     let ordinary = |fit: &Fit| far_from_file(problem.vehicle, &fit.state).is_none();
     let null_is_sound = ordinary(&found.null);
-    let worth: Vec<&'a Candidate> = found.candidates.iter().filter(|c| worth_naming(problem, std::slice::from_ref(*c)).is_some()).collect();
+    let worth: Vec<&'a Candidate> = found.candidates.iter().filter(|c| is_worth_naming(c)).collect();
     let pays = |c: &'a Candidate| {
         let parts = worth.iter().filter(|p| p.effects.len() < c.effects.len() && c.has_all_of(p)).map(|p| &p.fit);
         parts.chain(null_is_sound.then_some(&found.null)).all(|without| lowers(&c.fit, without) > PRACTICAL)
@@ -351,7 +338,7 @@ fn conclude(
     let SearchResult { null, candidates, likeness, used_up } = found;
     let whole = Judged::of(prepared, vehicle, check);
     let (fit_blocks, check_blocks) = (&whole.fitted, &whole.kept_out);
-    let best = worth_naming(problem, candidates).map_or(null, |c| &c.fit);
+    let best = worth_naming(candidates).map_or(null, |c| &c.fit);
     let judged = [fit_blocks, check_blocks].map(|of| judged_blocks(problem, prepared, null, best, of));
     let blocks = [&judged[0], &judged[1]];
     let predictor = Predictor::new(problem, prepared);

@@ -10,7 +10,6 @@ use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::likelihood::discrepancy::Sizes;
-use crate::likelihood::stall_mask::WORTH_TRYING;
 use crate::model::parameters::State;
 
 /// One observation in so many, coming or going, is worth a new search.
@@ -36,7 +35,7 @@ pub(crate) fn search_until_stable(problem: &mut Problem, depth: Depth, tick: &dy
     let mut found = search(problem, None, depth, &within(from, to));
     problem.prepare_discrepancy(&found.null.state);
     for _ in 0..MOST_SEARCHES {
-        let best = best_of(problem, &found).clone();
+        let best = best_of(&found).clone();
         let changed = estimate_anew(problem, &best);
         if changed == Changed::Nothing {
             break;
@@ -56,8 +55,8 @@ pub(crate) fn search_until_stable(problem: &mut Problem, depth: Depth, tick: &dy
 }
 
 /// The best hypothesis that is worth naming, else nothing missing.
-pub(crate) fn best_of<'a>(problem: &Problem, found: &'a SearchResult) -> &'a Fit {
-    worth_naming(problem, &found.candidates).map_or(&found.null, |c| &c.fit)
+pub(crate) fn best_of(found: &SearchResult) -> &Fit {
+    worth_naming(&found.candidates).map_or(&found.null, |c| &c.fit)
 }
 
 /// Estimates mask, noise and discrepancy given a fit.
@@ -84,12 +83,6 @@ pub(crate) fn estimate_anew(problem: &mut Problem, best: &Fit) -> Changed {
 /// Masks outliers and rows near the stall given a fit; whether that is worth a new search (otherwise all stays as it was).
 fn mask_anew(problem: &mut Problem, best: &Fit) -> bool {
     let kept = problem.left_out();
-    if problem.much_near_stall() && problem.restore_rows_near_stall(&best.state, WORTH_TRYING) > 0 {
-        if holds_elsewhere(problem, best, &kept) {
-            return true;
-        }
-        problem.leave_out(kept.clone());
-    }
     let outliers = problem.drop_outliers(&problem.innovations(&best.residual), OUTLIER);
     let moved = outliers + problem.settle_continuation(&best.state);
     if moved <= problem.data.len() / WORTH_A_SEARCH || problem.rows_compared() < FEWEST_COMPARED {
@@ -97,17 +90,6 @@ fn mask_anew(problem: &mut Problem, best: &Fit) -> bool {
         return false;
     }
     true
-}
-
-/// Whether the rows near the stall are explained as well as the others: the mean square of all is that of the others.
-fn holds_elsewhere(problem: &Problem, best: &Fit, kept: &crate::likelihood::selection::LeftOut) -> bool {
-    /// By how much the rows near the stall may raise the mean square of innovations.
-    const WORSE_OVERALL: f64 = 1.06;
-    let all = fit_from(problem, &best.state, Effort::of(STEPS));
-    let mut others = problem.clone();
-    others.leave_out(kept.clone());
-    let elsewhere = fit_from(&others, &all.state, Effort::of(0));
-    elsewhere.mean_square() < best.mean_square().max(1.0) * WORSE_OVERALL
 }
 
 /// A fit that starts from a state, signatures taken anew on the way.

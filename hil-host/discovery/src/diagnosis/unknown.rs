@@ -2,8 +2,6 @@
 //!
 //! Given nothing missing, given the best hypothesis and given the best single effect, an unknown effect for each variable: its log odds
 //! are those of what it is added to, the log Bayes factor of [`crate::criticism::residual_tests::families`], and what one effect more costs.
-//! Where the unknown effect does better given the name than in its place, the name is part of the likeliest hypothesis and stands
-//! (posterior inclusion: Barbieri and Berger 2004).
 
 use crate::ablation::is_on;
 use crate::criticism::residual_tests::{Family, families};
@@ -50,15 +48,12 @@ pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&C
     // inputs is a cause, and may stand in the place of a name.
     let added = best_of(0, &|_| true);
     let cause = (1..fits.len()).filter_map(|at| best_of(at, &|f| f.scale_m_s.is_none())).max_by(larger);
-    let in_place = cause.filter(|c| added.is_none_or(|a| ahead(*c) > ahead(a)));
-    let leader = in_place.or(added).filter(|l| ahead(*l) > speak_up);
-    let beaten_in_place = |l: (f64, &Family)| best_of(1, &|_| true).is_some_and(|f| ahead(f) > ahead(l));
-    let name_stands = is_on("inclusion") && named.is_some() && in_place.is_none() && leader.is_some_and(|l| !beaten_in_place(l));
+    let leader = added.into_iter().chain(cause).max_by(larger).filter(|l| ahead(*l) > speak_up);
     let mut remainder: Vec<Family> = leader.map(|(_, f)| f.clone()).into_iter().collect();
     for f in &asked[0] {
         if !remainder.iter().any(|r| (r.variable, r.period_s) == (f.variable, f.period_s)) {
             remainder.push(f.clone());
         }
     }
-    Unknowns { leads: leader.map(|l| Unknown { variable: l.1.variable, ahead: ahead(l), name_stands }), remainder }
+    Unknowns { leads: leader.map(|l| Unknown { variable: l.1.variable, ahead: ahead(l) }), remainder }
 }

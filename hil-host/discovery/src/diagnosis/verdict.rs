@@ -4,7 +4,7 @@
 //! |---|---|
 //! | adequate | nothing missing leads, or a name that does not lower the error by [`PRACTICAL`] where the model has a discrepancy |
 //! | explained, ambiguous | a named set leads (ambiguous where an unknown effect leads given it); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
-//! | unexplained | an unknown effect leads in the place of a name (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
+//! | unexplained | an unknown effect leads (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
 //!
 //! What remains with the answer is said with its size; it is no veto by itself.
 
@@ -59,8 +59,6 @@ pub struct Unknown {
     pub variable: &'static str,
     /// Log odds by which it is ahead.
     pub ahead: f64,
-    /// It is likeliest given the named effects, not in their place.
-    pub name_stands: bool,
 }
 
 /// One reason for a verdict.
@@ -147,11 +145,6 @@ impl Reason {
             Self::NoTemperature => {
                 "without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into()
             }
-            Self::UnknownLeads(u) if u.name_stands => format!(
-                "beside what is named, something unknown that follows the {} is likelier than nothing more, by {:.1} log units",
-                unknown_in_words(u.variable),
-                u.ahead
-            ),
             Self::UnknownLeads(u) => format!(
                 "something unknown that follows the {} is likelier than any known effect, by {:.1} log units",
                 unknown_in_words(u.variable),
@@ -243,12 +236,9 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     // A misfit counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
-    // An unknown effect that leads given the name is a remark: the name stands in the likeliest hypothesis. In its place it is a veto;
-    // where the model has a discrepancy, only if the error has room for it.
-    let name_stands = e.unknown_leads.as_ref().is_some_and(|u| u.name_stands);
-    let veto = !name_stands && (practical || e.discrepancy_m_s == 0.0);
+    // An unknown effect that leads is a veto; where the model has a discrepancy, only if the error has room for it, else a remark.
     let unknown = || e.unknown_leads.clone().map(Reason::UnknownLeads);
-    if veto {
+    if practical || e.discrepancy_m_s == 0.0 {
         reasons.extend(unknown());
     }
     if practical && !(e.mean_square < FAR_FROM_NOISE) {
@@ -344,7 +334,7 @@ mod tests {
 
     #[test]
     fn prop_a_leading_unknown_effect_is_never_explained() {
-        let unknown = Some(Unknown { variable: "depth", ahead: 300.0, name_stands: false });
+        let unknown = Some(Unknown { variable: "depth", ahead: 300.0 });
         let e = Evidence { unknown_leads: unknown, ..plain() };
         assert_eq!(verdict(&e), Verdict::Unexplained);
         assert_eq!(verdict(&Evidence { named: None, ..e.clone() }), Verdict::Unexplained);
@@ -356,10 +346,6 @@ mod tests {
         let large = Errors { fitted_m_s: [0.007, 0.009], ..plain().errors };
         assert_eq!(verdict(&Evidence { errors: large, ..small.clone() }), Verdict::Unexplained);
         assert_eq!(verdict(&Evidence { errors: large, named: None, ..small }), Verdict::Unexplained);
-        // Beside the name it is a remark everywhere.
-        let remark = Some(Unknown { variable: "depth", ahead: 300.0, name_stands: true });
-        assert_eq!(verdict(&Evidence { unknown_leads: remark.clone(), ..plain() }), Verdict::Ambiguous);
-        assert_eq!(verdict(&Evidence { unknown_leads: remark, errors: large, ..plain() }), Verdict::Ambiguous);
         let mut e = Evidence { mean_square: 3.0, ..plain() };
         assert_eq!(verdict(&e), Verdict::Explained);
         // A snag in the fitted dives only.

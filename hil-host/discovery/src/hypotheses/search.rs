@@ -4,11 +4,11 @@
 //! singles, with what is fitted projected out. Then the lattice of hypotheses is relaxed: every leader offers its state to what it is
 //! a part of, to its parts, and to what exchanges one of its effects for a look-alike, until no chi² falls by more than
 //! `BETTER`. So chi² of a larger set is never above that of a part of it, and no hypothesis owes its place to a better start. The
-//! work is bounded: `Budget`. How one hypothesis is fitted and believed is [`crate::hypotheses::candidate`]'s.
+//! work is bounded ([`Problem::most_work`]). How one hypothesis is fitted and believed is [`crate::hypotheses::candidate`]'s.
 
 use crate::hypotheses::candidate::{Candidate, Screen, Waves, named, wave_library};
 use crate::hypotheses::sensitivity::{Signature, pair_score, project, signatures};
-use crate::inference::evidence::{PRIOR, TIED};
+use crate::inference::evidence::PRIOR;
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::likelihood::jacobian::Jacobian;
@@ -42,14 +42,6 @@ impl SearchResult {
         let mut names = self.candidates.first().filter(|c| c.log_odds > 0.0).map_or_else(Vec::new, |best| best.effects.clone());
         names.sort_unstable();
         names
-    }
-
-    /// Puts the best of the hypotheses that add one effect to the best one before it, where there is one that is not told apart; whether.
-    pub(crate) fn put_one_more_first(&mut self) -> bool {
-        let more = |best: &Candidate| self.candidates.iter().position(|c| c.adds_one_to(best) && best.log_odds - c.log_odds < TIED);
-        let Some(more) = self.candidates.first().and_then(more) else { return false };
-        self.candidates[..=more].rotate_right(1);
-        true
     }
 
     /// Names the effects of every hypothesis in the order of what each explains alone, a wave last.

@@ -117,39 +117,7 @@ pub fn log_evidence(problem: &Problem, f: &Fit) -> f64 {
         let a = &f.state.effects[effect];
         if parameter == 0 {
             z += log_size_prior(problem, a.effect, a.values[0], sigma) + log_truncated(f.pressed_by(effect) * sigma);
-            if a.effect.is_density_error() && is_on("fresh_water") {
-                z += log_fresh_water(problem.fresh_excess_kg_m3, a.values[0], sigma);
-            }
         }
     }
     z + if is_on("wave_train") { log_alike(f).unwrap_or(0.0) } else { 0.0 }
-}
-
-/// Range of what salt and sediment add to the density of a lake's water, kg/m³ (0 to 0.4 g/kg), and how sharp its ends are.
-const FRESH_KG_M3: (f64, f64, f64) = (0.0, 0.3, 0.02);
-/// Probability that a lake is none of that kind.
-const NOT_FRESH: f64 = 0.02;
-
-/// Fresh water weighs what TEOS-10 says of its temperature and pressure and hardly more: what a density bias would make of
-/// the measured `excess` over pure water, against what no bias leaves; log ratio. No say (0) where the water is salt.
-fn log_fresh_water(excess_kg_m3: Option<f64>, bias_kg_m3: f64, sigma: f64) -> f64 {
-    let Some(excess) = excess_kg_m3 else { return 0.0 };
-    let (low, high, edge) = FRESH_KG_M3;
-    let believed = |x: f64, sigma: f64| NOT_FRESH + (1.0 - NOT_FRESH) * normal_between(low, high, x, edge.hypot(sigma));
-    (believed(excess - bias_kg_m3, sigma) / believed(excess, 0.0)).ln()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::log_fresh_water;
-
-    #[test]
-    fn fresh_water_lighter_than_pure_water_is_a_biased_sensor() {
-        // 0.3 kg/m³ lighter than pure water can be: only a bias explains it.
-        assert!(log_fresh_water(Some(-0.3), -0.35, 0.03) > 3.0);
-        // As heavy as fresh water is: a bias of that size would leave it lighter than pure.
-        assert!(log_fresh_water(Some(0.05), 0.3, 0.03) < -3.0);
-        // Salt water says nothing.
-        assert_eq!(log_fresh_water(None, 0.3, 0.03), 0.0);
-    }
 }

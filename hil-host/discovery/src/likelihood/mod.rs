@@ -29,8 +29,7 @@ use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::dives::{MOST_FITTED, evenly};
 use crate::preprocess::gps::Displacement;
-use crate::preprocess::{Prepared, Run, SURFACE_M};
-use crate::record::seawater::density;
+use crate::preprocess::{Prepared, Run};
 use crate::vehicle::Vehicle;
 use hydro::effects::{Active, DAY_S, Effect};
 use std::ops::Range;
@@ -64,8 +63,6 @@ pub struct Problem<'a> {
     pub(crate) path_m: Vec<f64>,
     /// Ways over several fitted runs.
     pub(crate) displacements: Vec<Displacement>,
-    /// Median of what the measured density exceeds that of pure water by, kg/m³; none where the water is salt.
-    pub fresh_excess_kg_m3: Option<f64>,
     pub(crate) near_stall_s: Vec<f64>,
     /// From when to when the flow of each run is known to attach, s.
     pub(crate) attached: Vec<Vec<(f64, f64)>>,
@@ -102,7 +99,6 @@ impl<'a> Problem<'a> {
         let none: Vec<Vec<bool>> = runs.iter().map(|r| vec![false; r.time_s.len()]).collect();
         let path_m = runs.iter().map(|r| 0.3 * (r.time_s[r.time_s.len() - 1] - r.time_s[0])).collect();
         let mut problem = Self {
-            fresh_excess_kg_m3: fresh_excess(&runs),
             vehicle,
             branch: Branch::of_file(vehicle),
             near_stall_s: vec![0.0; runs.len()],
@@ -255,26 +251,4 @@ impl<'a> Problem<'a> {
     pub fn rows_compared(&self) -> usize {
         self.used.iter().flatten().filter(|u| **u).count()
     }
-}
-
-/// Excess over pure water up to which water is taken for fresh, kg/m³: a sensor's bias and a little salt.
-const FRESHEST_KG_M3: f64 = 1.5;
-/// Samples of each run that are asked.
-const ASKED: usize = 60;
-
-/// Median excess of the measured density over pure water's, if it is small enough for fresh water with a biased sensor.
-fn fresh_excess(runs: &[&Run]) -> Option<f64> {
-    let mut excess: Vec<f64> = runs
-        .iter()
-        .flat_map(|r| {
-            let under = r.inputs.iter().filter(|i| i.depth_m > SURFACE_M);
-            under.step_by((r.inputs.len() / ASKED).max(1)).map(|i| {
-                let s = &i.sensed;
-                s.density_kg_m3 - density(0.0, s.temperature_degc, s.pressure_pa * 1e-4)
-            })
-        })
-        .filter(|e| e.is_finite())
-        .collect();
-    excess.sort_by(f64::total_cmp);
-    excess.get(excess.len() / 2).copied().filter(|e| e.abs() < FRESHEST_KG_M3)
 }

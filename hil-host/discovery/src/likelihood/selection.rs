@@ -20,20 +20,6 @@ pub struct LeftOut {
     branch: Branch,
 }
 
-impl LeftOut {
-    /// Rows near the stall, by run.
-    #[must_use]
-    pub fn near_stall(&self) -> &[Vec<bool>] {
-        &self.near_stall
-    }
-
-    /// Which branch the model was taken to be on.
-    #[must_use]
-    pub fn branch(&self) -> Branch {
-        self.branch
-    }
-}
-
 impl Problem<'_> {
     /// Takes out rows whose innovation is beyond `limit` sigma while their neighbours' are small (what is missing in the model is
     /// wrong over a stretch, a sensor's error is alone), and all such rows in runs that are partly beyond the law: there the model

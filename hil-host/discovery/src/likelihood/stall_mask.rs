@@ -1,8 +1,7 @@
 //! What no model knows: flight beyond the valid angle of attack, where the law of lift is anybody's continuation.
 //!
 //! A glider that stalls deeply (after a launch, a turn, or at a shallow pitch) may stay there for minutes, and whether a model does
-//! depends on the continuation. Rows that depend on it are left out of the fit, until a hypothesis turns up under which one of the
-//! continuations explains them as well as rows elsewhere: then it is nature's.
+//! depends on the continuation. Rows that depend on it are left out of the fit.
 //!
 //! Where the vehicle is plainly seen to glide after a launch, that is settled for good: the model is held attached through the launch
 //! under every hypothesis. Without that, whether a leg stalls flips with small changes of the calibration: rows that one state
@@ -10,8 +9,6 @@
 
 use crate::likelihood::Problem;
 use crate::likelihood::block_error::{Block, modelled_m_s};
-use crate::likelihood::selection::LeftOut;
-use crate::likelihood::whitening::Whitener;
 use crate::model::branch::{BOTH, Branch, HELD_S, Stretch};
 use crate::model::dynamics::{Track, tracks_of};
 use crate::model::parameters::State;
@@ -25,20 +22,13 @@ const AFTER_S: f64 = 20.0;
 const PASSING_S: f64 = 120.0;
 /// Share of the noise floor within which both continuations give a block the same rate.
 const SAME_BRANCH: f64 = 0.2;
-/// One row near the stall in so many that are compared is more than launches and turns.
-const MUCH: usize = 5;
 /// A stall is told from a glide where their rates differ by so many times the rms of the water motion, and one is seen where it
 /// leaves less than this share of the other's mean square: what is missing in a model moves a glide by much less than a stall does.
 const DISTINCT: f64 = 3.0;
 const MUCH_NEARER: f64 = 0.25;
 /// One row in so many may be beyond the valid angle of attack in a glide.
 const HARDLY: usize = 20;
-/// Mean square of innovations near the stall up to which a continuation is believed to be nature's at once.
-pub const TRUSTED: f64 = 1.15;
-/// The same up to which it is worth a search on all rows, whose outcome decides.
-pub const WORTH_TRYING: f64 = 4.0;
-/// An innovation counts no more than this square: one bad sample must not condemn a continuation.
-const MOST: f64 = 25.0;
+
 /// Whether a time lies in a stretch, after the launch that it begins with.
 fn after_launch((from, to): Stretch, time_s: f64) -> bool {
     (from + HELD_S + AFTER_S..=to).contains(&time_s)
@@ -180,62 +170,6 @@ impl Problem<'_> {
             stalled * HARDLY <= rows.len() && of_stall > distinct && misfit_of_rates(run, &rows, &glide) < MUCH_NEARER * of_stall
         };
         long.iter().filter(|s| seen(s)).copied().collect()
-    }
-
-    /// Puts the rows near the stall back if, with this state, one of the continuations leaves innovations of at most this mean
-    /// square: then it may be nature's. Returns how many came back.
-    pub fn restore_rows_near_stall(&mut self, state: &State, trusted: f64) -> usize {
-        let misfit = self.misfit_near_stall(state, &self.near_stall);
-        let chosen = usize::from(misfit[1] < misfit[0]);
-        // Not a number where there are no such rows.
-        if !(misfit[chosen] <= trusted) {
-            return 0;
-        }
-        self.branch = Branch { continuation: BOTH[chosen], glides: false };
-        let back = self.rows_near_stall();
-        self.near_stall.iter_mut().for_each(|b| b.fill(false));
-        self.near_stall_s.fill(0.0);
-        self.attached.iter_mut().for_each(Vec::clear);
-        self.refresh();
-        back
-    }
-
-    /// Mean square of the innovations of these rows under each continuation; not a number where there are none.
-    fn misfit_near_stall(&self, state: &State, near: &[Vec<bool>]) -> [f64; 2] {
-        let (mut sums, mut count) = ([0.0; 2], 0.0);
-        let concerned: Vec<usize> = (0..self.runs.len()).filter(|&k| near[k].contains(&true)).collect();
-        let runs: Vec<&Run> = concerned.iter().map(|&k| self.runs[k]).collect();
-        for (k, tracks) in concerned.into_iter().zip(self.both_tracks(&runs, state)) {
-            let run = self.runs[k];
-            let whole: Vec<bool> = (0..run.time_s.len()).map(|i| self.used[k][i] || near[k][i]).collect();
-            let whitener = Whitener::new(run, &whole, |i| self.near_stall[k][i], &self.colour);
-            let shift = state.wave.as_ref().map(|w| w.depth_m(run, k, self.vehicle));
-            for (sum, t) in sums.iter_mut().zip(tracks) {
-                let mut e = Vec::new();
-                whitener.whiten(|row| run.depth_m[row] - t.depth_m[row] - shift.as_ref().map_or(0.0, |s| s[row]), &mut e);
-                let counted = whitener.rows().zip(&e).filter(|(rows, _)| rows.iter().any(|r| near[k][*r]));
-                for (_, x) in counted {
-                    *sum += (x * x).min(MOST);
-                    count += 0.5;
-                }
-            }
-        }
-        sums.map(|s| s / count)
-    }
-
-    /// Whether a state explains the rows near the stall that took part `before`, under the continuation in force then.
-    #[must_use]
-    pub fn explains_near_stall(&self, state: &State, before: &LeftOut) -> bool {
-        let newly = |(now, then): (&Vec<bool>, &Vec<bool>)| now.iter().zip(then).map(|(n, t)| *n && !t).collect();
-        let newly: Vec<Vec<bool>> = self.near_stall.iter().zip(before.near_stall()).map(newly).collect();
-        let [in_force, _] = before.branch().in_force(self.misfit_near_stall(state, &newly));
-        in_force <= TRUSTED
-    }
-
-    /// Whether the rows near the stall are more than launches and turns: worth finding out which law they follow.
-    #[must_use]
-    pub fn much_near_stall(&self) -> bool {
-        self.rows_near_stall() * MUCH > self.rows_compared()
     }
 
     /// Rows that [`Self::settle_continuation`] took out.

@@ -8,7 +8,6 @@ use crate::diagnosis::settle::estimate_anew;
 use crate::diagnosis::{NothingToFit, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
 use crate::likelihood::finite_difference::LEAP;
-use crate::likelihood::stall_mask::TRUSTED;
 use crate::likelihood::whitening::Colour;
 use crate::likelihood::{Column, Problem};
 use crate::model::branch::Branch;
@@ -203,7 +202,6 @@ impl Reference {
         let near = &self.held;
         let mut state = fitted(&problem, start, near)?;
         problem.settle_continuation(&state);
-        problem.restore_rows_near_stall(&state, TRUSTED);
         problem.drop_outliers(&problem.residual(&problem.model(&state)).values, OUTLIER);
         if problem.rows_compared() < FEWEST_ROWS {
             return None;

@@ -139,10 +139,6 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn seen_in(&self) -> SeenIn {
         SeenIn::VerticalMotion
     }
-    /// Whether its size is what the CTD's density is off by, kg/m³: fresh water says what that can be.
-    fn is_density_error(&self) -> bool {
-        false
-    }
     /// Which hooks that depend on the flow it has. Only saves time: hooks that it says it has not are not asked in the inner loop.
     fn in_flow(&self) -> InFlow {
         InFlow::ALL

@@ -93,9 +93,6 @@ impl Effect for DensityBias {
     fn separated_by(&self) -> &'static str {
         "a calibrated CTD cast beside the glider; the vertical velocity alone cannot tell it from a trim error"
     }
-    fn is_density_error(&self) -> bool {
-        true
-    }
     fn in_flow(&self) -> InFlow {
         InFlow::NOTHING
     }

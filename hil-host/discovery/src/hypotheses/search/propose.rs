@@ -6,7 +6,6 @@ use crate::hypotheses::sensitivity::Signature;
 use crate::inference::evidence::PRIOR;
 use crate::inference::linear::linear;
 use crate::inference::posterior::Fit;
-use crate::model::parameters::State;
 use crate::vehicle::catalogue;
 use hydro::effects::Effect;
 
@@ -50,7 +49,7 @@ impl Search<'_> {
                 self.fitted(&screen.jacobian, &name, || screen.best_with(&screen.jacobian, &screen.null, effect, 6))
             } else if let Some(onset) = effect.onset() {
                 // Its signature has no size: the linear estimate would be of an amplitude.
-                self.screen.fit_unfelt(effect, onset, gain)
+                self.screen.fit_unfelt(effect, onset)
             } else {
                 linear_fits[i].clone()
             };
@@ -87,13 +86,7 @@ impl Search<'_> {
             let own = single.own.as_deref();
             let mut seconds = self.screen.seconds(&single.fit, own);
             seconds.truncate(PARTNERS);
-            // Whatever its signatures promise: a stall's angle is nowhere near linear.
-            let others: Vec<&'static dyn Effect> = catalogue::all().filter(|e| e.onset().is_some()).chain(self.current()).collect();
-            for effect in others {
-                if !single.effects.contains(&effect.name()) && !seconds.iter().any(|s| s.1.name() == effect.name()) {
-                    seconds.push((0.0, effect));
-                }
-            }
+            seconds.extend(self.current().filter(|c| single.effects != [c.name()]).map(|current| (0.0, current)));
             for (score, effect) in seconds {
                 proposed.push((single.log_odds + score + per_effect, vec![single.effects[0], effect.name()], k, effect));
             }
@@ -138,12 +131,8 @@ impl Search<'_> {
             let jacobian = self.screen.jacobian_at(Some(&base));
             let screen = &self.screen;
             if base.fit.state.wave.is_some() {
-                let (f, own) = screen.renewed(screen.best_with(jacobian, &base.fit, second, 4), 4);
-                // The kind of wave was found with a calibration that made up for the effect: scan again with the effect in it.
-                let far = base.fit.chi2 - f.chi2 > RENEW_GAIN;
-                let again = far.then(|| screen.with_wave(&own, &screen.fit(&own, &State { wave: None, ..f.state.clone() }, 2), 3));
-                let (f, extra) = again.filter(|a| a.0.chi2 < f.chi2).unwrap_or((f, base.correction));
-                self.take(f, None, extra);
+                let (f, _) = screen.renewed(screen.best_with(jacobian, &base.fit, second, 4), 4);
+                self.take(f, None, base.correction);
             } else {
                 let f = self.fitted(jacobian, &names, || screen.best_with(jacobian, &base.fit, second, 6));
                 self.take(f, None, 0.0);

@@ -13,7 +13,7 @@ use crate::inference::projected_columns::ProjectedColumns;
 use crate::likelihood::jacobian::Jacobian;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
-use crate::model::parameters::{State, calibration_of, tolerance_of};
+use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
 use crate::vehicle::catalogue;
 use hydro::effects::{Active, Effect, InFlow, Onset, Parameter, SeenIn, WAVE};
 use std::sync::Arc;
@@ -35,6 +35,11 @@ pub struct Candidate {
     pub(crate) own: Option<Arc<Jacobian>>,
 }
 
+/// Whether a calibration number deviates further than any vehicle scatters.
+pub(crate) fn is_far_from_file(state: &State) -> bool {
+    state.calibration.iter().enumerate().any(|(i, z)| is_law(i) && z.abs() > FAR_TOLERANCES)
+}
+
 /// Names of the effects of a state.
 pub(crate) fn named(state: &State) -> Vec<&'static str> {
     state.effects.iter().map(|a| a.effect.name()).chain(state.wave.is_some().then_some(WAVE)).collect()
@@ -44,8 +49,13 @@ pub(crate) fn named(state: &State) -> Vec<&'static str> {
 const WAVE_SCALES: [f64; 5] = [0.002, 0.004, 0.008, 0.016, 0.032];
 /// Odds by which any hypothesis with a wave is marked down: it has amplitudes in every run to follow noise of another colour with.
 const WAVE_HANDICAP: f64 = 4.5;
-/// Steps that every start of a fit takes; the best goes on from there.
+/// Chi² per innovation of the calibrated nominal model from which fits start from several values.
+const FAR_OFF: f64 = 2.5;
+/// Or a calibration number that deviates by this many tolerances: what is missing pulls at it.
+const FAR_TOLERANCES: f64 = 4.0;
+/// Steps that every start of a fit takes, and how many starts go on from there.
 const SCOUT_STEPS: usize = 1;
+const KEPT_STARTS: usize = 1;
 /// Gain of chi² from which signatures are renewed at the fit.
 pub(crate) const RENEW_GAIN: f64 = 40.0;
 /// Gain of chi² below which the calibration rests, and most rounds of signatures until then.
@@ -174,9 +184,23 @@ impl<'a> Screen<'a> {
         fit(self.problem, jacobian, start, Effort::of(iterations))
     }
 
-    /// Sizes that the fit of an effect starts from.
-    fn starts(effect: &'static dyn Effect) -> Vec<f64> {
-        effect.onset().map_or_else(|| vec![effect.start()], |onset| onset.starts_rad.to_vec())
+    /// Whether a fit leaves the flight far from its model, or moves the calibration far to come near.
+    fn is_far_off(&self, f: &Fit) -> bool {
+        f.chi2 > FAR_OFF * self.problem.data.len() as f64 || is_far_from_file(&f.state)
+    }
+
+    /// Starts to try for one effect.
+    fn starts(effect: &'static dyn Effect, far_off: bool) -> Vec<f64> {
+        let p = &effect.parameters()[0];
+        match effect.onset() {
+            Some(onset) => onset.starts_rad.to_vec(),
+            // A flight far from its model may sit in a local minimum: start from further away too.
+            None if far_off => {
+                let aside = [(p.off + 1.5 * p.typical).min(p.high), (p.off - 1.5 * p.typical).max(p.low)];
+                std::iter::once(p.off).chain(aside.into_iter().filter(|s| *s != p.off)).collect()
+            }
+            None => vec![effect.start()],
+        }
     }
 
     /// Effects added one after the other to nothing missing.
@@ -187,7 +211,7 @@ impl<'a> Screen<'a> {
     /// Effects fitted together from the vehicle as given.
     fn together(&self, effects: &[&'static dyn Effect]) -> Fit {
         let starting = |effect: &&'static dyn Effect| {
-            let starts = Self::starts(*effect);
+            let starts = Self::starts(*effect, false);
             self.problem.active(*effect, starts[starts.len() / 2])
         };
         let start = State { effects: effects.iter().map(starting).collect(), ..self.problem.start.clone() };
@@ -220,15 +244,29 @@ impl<'a> Screen<'a> {
 
     /// Best fit of `effect` added to a state.
     pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &Fit, effect: &'static dyn Effect, iterations: usize) -> Fit {
-        let starts: Vec<State> = Self::starts(effect).into_iter().map(|size| self.start(&base.state, effect, size)).collect();
-        if let [start] = starts.as_slice() {
-            return self.fit(jacobian, start, iterations);
+        let first = base.state.effects.is_empty();
+        let far_off = self.is_far_off(base);
+        let mut bases = vec![base.state.clone()];
+        if first && far_off {
+            // What the calibration had to become without the effect may lie behind a hill.
+            bases.push(State::nominal());
         }
-        // All go a little way; the lowest then goes on.
-        let scout = Effort { rough: true, ..Effort::of(SCOUT_STEPS) };
-        let scouts = starts.iter().map(|start| fit(self.problem, jacobian, start, scout));
-        let lowest = scouts.min_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        lowest.map_or_else(|| base.clone(), |f| self.fit(jacobian, &f.state, iterations.saturating_sub(SCOUT_STEPS)))
+        let sizes = Self::starts(effect, far_off);
+        let mut starts: Vec<State> = bases.iter().flat_map(|base| sizes.iter().map(|size| self.start(base, effect, *size))).collect();
+        let mut left = iterations;
+        if starts.len() > KEPT_STARTS {
+            // All go a little way; those that are lowest then go on.
+            let scout = Effort { rough: true, ..Effort::of(SCOUT_STEPS) };
+            let mut scouts: Vec<Fit> = starts.iter().map(|start| fit(self.problem, jacobian, start, scout)).collect();
+            scouts.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+            starts = scouts.into_iter().take(KEPT_STARTS).map(|f| f.state).collect();
+            left = iterations.saturating_sub(SCOUT_STEPS);
+        }
+        starts
+            .iter()
+            .map(|start| self.fit(jacobian, start, left))
+            .min_by(|a, b| a.chi2.total_cmp(&b.chi2))
+            .unwrap_or_else(|| self.null.clone())
     }
 
     /// An effect beyond an onset angle where it promises nothing: the angle out of reach, no discovery.

@@ -22,7 +22,7 @@ fn sparse(least_s: f64) -> (Flight, Vehicle) {
 
 /// A log of every minute missed nothing at all by its own figures: no four samples in any window, and no rate is no residual.
 #[test]
-fn regress_a_log_of_every_minute_misses_what_the_same_flight_misses_in_a_dense_log() {
+fn regress_a_log_of_every_minute_misses_what_a_dense_one_misses() {
     let spec = Spec::single(Site::Sea, Wing::Standard, Effect::DragLevelError, Strength::Strong);
     let mut case = generate(&spec, 11, 0);
     let (dense, vehicle) = written(&case);

@@ -40,7 +40,7 @@ pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
         "tool": env!("CARGO_PKG_VERSION"),
         "rms_cm_s": n(c.rms_m_s * 100.0),
         "steady_rms_cm_s": n(c.steady_rms_m_s * 100.0),
-        "filter": format!("depth rate: local quadratic over {} s, measurement and model alike", c.rate_window_s),
+        "filter": c.filter("depth rate: local quadratic over {}, measurement and model alike"),
         "block_error_m_s": n(c.block_error_m_s),
         "blocks": c.blocks.0,
         "block_s": n(c.block_s),
@@ -74,11 +74,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let document = document(&c, &args.flight.display().to_string(), &vehicle.path.display().to_string());
     output.emit(&document, || {
         println!(
-            "Depth rate, measured against modelled: rms {:.2} cm/s, steady {:.2} cm/s\n({} rows, filter {:.0} s).",
+            "Depth rate, measured against modelled: rms {:.2} cm/s, steady {:.2} cm/s\n({} rows, {}).",
             c.rms_m_s * 100.0,
             c.steady_rms_m_s * 100.0,
             c.samples.len(),
-            c.rate_window_s
+            c.filter("filter {}")
         );
         if let Some((bias, rms)) = c.speed_error_m_s {
             println!("Speed through the water: bias {:+.2} cm/s, rms {:.2} cm/s.", bias * 100.0, rms * 100.0);

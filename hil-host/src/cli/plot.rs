@@ -285,8 +285,8 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
             Figure {
                 panels: vec![upper, lower],
                 caption: format!(
-                    "{about}: {error}; both through the same {:.0} s filter; pauses longer than 2 min are cut to that.",
-                    c.rate_window_s
+                    "{about}: {error}; {}; pauses longer than 2 min are cut to that.",
+                    c.filter("both through the same {} filter")
                 ),
             }
         }

@@ -35,11 +35,15 @@ pub(crate) fn quiet_ballast(value: &[f64]) -> Vec<f64> {
 const WIDENED: usize = 6;
 const WIDER: f64 = 1.6;
 
+/// Half widths of a window, s, narrowest first.
+fn half_widths_s(half_s: f64) -> impl Iterator<Item = f64> {
+    std::iter::successors(Some(half_s), |width| Some(width * WIDER)).take(WIDENED + 1)
+}
+
 /// Half width, s, to which a window is widened to hold four samples this far apart, s; not a number where it would be too wide.
 #[must_use]
 pub fn widened_s(half_s: f64, apart_s: f64) -> f64 {
-    let mut widths = std::iter::successors(Some(half_s), |width| Some(width * WIDER)).take(WIDENED + 1);
-    widths.find(|width| *width > 2.0 * apart_s).unwrap_or(f64::NAN)
+    half_widths_s(half_s).find(|width| *width > 2.0 * apart_s).unwrap_or(f64::NAN)
 }
 
 /// Value and slope at `t` of a weighted local quadratic fit to the finite samples within ±`half` (widened until four are found); the
@@ -54,8 +58,7 @@ pub(crate) fn local_quadratic(time: &[f64], value: &[f64], t: f64, half: f64, fr
 
 /// The same; none without four samples.
 fn quadratic(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut usize) -> Option<(f64, f64)> {
-    let mut width = half;
-    for _ in 0..=WIDENED {
+    for width in half_widths_s(half) {
         while *from > 0 && time[*from] > t - width {
             *from -= 1;
         }
@@ -92,7 +95,6 @@ fn quadratic(time: &[f64], value: &[f64], t: f64, half: f64, from: &mut usize) -
                 return Some((c[0], c[1] / width));
             }
         }
-        width *= WIDER;
     }
     None
 }

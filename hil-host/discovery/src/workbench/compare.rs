@@ -63,6 +63,18 @@ pub struct Comparison {
     pub notes: Vec<String>,
 }
 
+impl Comparison {
+    /// The width of the depth rates' window in words, put into `named` in place of `{}`; where there is none, why.
+    #[must_use]
+    pub fn filter(&self, named: &str) -> String {
+        if self.rate_window_s.is_finite() {
+            named.replace("{}", &format!("{:.0} s", self.rate_window_s))
+        } else {
+            "samples are too far apart for depth rates".into()
+        }
+    }
+}
+
 /// Compares a flight with its vehicle's model.
 #[must_use]
 pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {

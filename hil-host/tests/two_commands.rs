@@ -2,7 +2,7 @@
 //!
 //! GLIDER_FLIGHTS names the folder of flights (data/README there); without it the test says "skipped". Limits are of sources; a flight
 //! that misses one is named in [`FLIGHTS`] with the reason; any other miss fails, and so does a limit that is met and listed as missed.
-//! The table is printed.
+//! docs/import.md holds the table: a row that differs fails, and GLIDER_FILL_DOCS=1 puts today's rows there.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,6 +12,8 @@ use serde_json::Value;
 /// A flight as its glider or its operator wrote it, and which limits it is known to miss.
 struct Real {
     name: &'static str,
+    /// In the table of docs/import.md.
+    shown: &'static str,
     /// Rms of the steady vertical velocity that a model with constants from elsewhere has on it, cm/s: nominal coefficients of a Slocum
     /// with nothing fitted (data/README), constants of the base station (the same).
     nominal_cm_s: f64,
@@ -33,20 +35,27 @@ const STEEP: &str = "its pitch sensor reads 16 % steep (the owner's correction),
 const FLIGHTS: [Real; 8] = [
     Real {
         name: "seaglider_sg171",
+        shown: "Seaglider SG171, 1 dive",
         nominal_cm_s: 4.7,
         misses: &[(Limit::Calibrated, "one dive through internal waves: nothing to hold out, and 3 s between clocks")],
     },
-    Real { name: "seaglider_sg561", nominal_cm_s: 4.7, misses: &[] },
+    Real { name: "seaglider_sg561", shown: "Seaglider SG561, dives 2 to 9", nominal_cm_s: 4.7, misses: &[] },
     Real {
         name: "seaexplorer_sea035",
+        shown: "SeaExplorer SEA035, 14 cycles",
         nominal_cm_s: WORST_NOMINAL_CM_S,
         misses: &[(Limit::Calibrated, "a sample every 30 s and a navigation clock that differs by 12 s")],
     },
-    Real { name: "slocum_comet2016/raw", nominal_cm_s: 3.39, misses: &[] },
-    Real { name: "slocum_comet2019/raw", nominal_cm_s: 3.39, misses: &[(Limit::Calibrated, STEEP), (Limit::Parameters, STEEP)] },
-    Real { name: "slocum_modena2015/modena-2015-175-0-1_tidy.csv", nominal_cm_s: 6.41, misses: &[] },
-    Real { name: "slocum_modena2015/modena-2015-187-0-12_tidy.csv", nominal_cm_s: 6.51, misses: &[] },
-    Real { name: "slocum_modena2015/modena-2015-191-0-34_tidy.csv", nominal_cm_s: 6.41, misses: &[] },
+    Real { name: "slocum_comet2016/raw", shown: "Slocum Comet 2016, DBD and EBD", nominal_cm_s: 3.39, misses: &[] },
+    Real {
+        name: "slocum_comet2019/raw",
+        shown: "Slocum Comet 2019, DBD and EBD",
+        nominal_cm_s: 3.39,
+        misses: &[(Limit::Calibrated, STEEP), (Limit::Parameters, STEEP)],
+    },
+    Real { name: "slocum_modena2015/modena-2015-175-0-1_tidy.csv", shown: "Slocum Modena 175, table", nominal_cm_s: 6.41, misses: &[] },
+    Real { name: "slocum_modena2015/modena-2015-187-0-12_tidy.csv", shown: "Slocum Modena 187, table", nominal_cm_s: 6.51, misses: &[] },
+    Real { name: "slocum_modena2015/modena-2015-191-0-34_tidy.csv", shown: "Slocum Modena 191, table", nominal_cm_s: 6.41, misses: &[] },
 ];
 
 /// Vertical velocity of a tuned flight model is good to 0.5 cm/s (Frajka-Williams et al. 2011, J. Atmos. Oceanic Technol. 28, 1641), and
@@ -63,8 +72,8 @@ fn glider(args: &[&str], allowed: &[i32]) -> Value {
     serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{args:?}: {e}"))
 }
 
-/// Limits that the flight misses.
-fn one(root: &Path, real: &Real) -> Vec<Limit> {
+/// Limits that the flight misses, and its row of the table.
+fn one(root: &Path, real: &Real) -> (Vec<Limit>, String) {
     let flight = real.name.replace('/', "-");
     let folder = std::env::temp_dir().join(format!("glider-two-commands-{}-{flight}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
@@ -81,21 +90,58 @@ fn one(root: &Path, real: &Real) -> Vec<Limit> {
     // The added mass across the hull is a nuisance: no file knows it, and its prior has a wide tail.
     let far = numbers.iter().filter(|(name, z)| *name != "added_mass_heave" && !(number(z).abs() <= SIGMAS));
     let far: Vec<String> = far.map(|(name, z)| format!("{name} {:+.1}", number(z))).collect();
-    eprintln!(
-        "{}: first {first:.2} (limit {:.2}), recalibrated {calibrated:.2} (limit {CALIBRATED_CM_S}), floor {:.2} cm/s, {}, beyond {SIGMAS} \
-         tolerances: {}",
-        real.name,
-        real.nominal_cm_s,
-        number(&found["error"]["noise_floor"]),
-        found["verdict"],
-        if far.is_empty() { "none".to_owned() } else { far.join(", ") }
-    );
     let met = [
         (Limit::First, first <= real.nominal_cm_s),
         (Limit::Calibrated, calibrated <= CALIBRATED_CM_S),
         (Limit::Parameters, far.is_empty()),
     ];
-    met.into_iter().filter(|(_, met)| !met).map(|(limit, _)| limit).collect()
+    let bold = |limit: Limit, text: String| {
+        let missed = met.iter().any(|(l, met)| *l == limit && !met);
+        if missed { format!("**{text}**") } else { text }
+    };
+    let row = format!(
+        "| {} | {} | {} | {:.2} | {} | {} |",
+        real.shown,
+        bold(Limit::First, format!("{first:.2}")),
+        bold(Limit::Calibrated, format!("{calibrated:.2}")),
+        number(&found["error"]["noise_floor"]),
+        found["verdict"].as_str().expect("a verdict"),
+        bold(Limit::Parameters, if far.is_empty() { "none".to_owned() } else { far.join(", ") })
+    );
+    eprintln!("{row}");
+    (met.into_iter().filter(|(_, met)| !met).map(|(limit, _)| limit).collect(), row)
+}
+
+/// Whether two rows say the same: words equal, numbers to what another machine's rounding may change.
+fn same(a: &str, b: &str) -> bool {
+    let close = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 0.02 + 0.02 * b.abs(),
+        _ => a == b,
+    };
+    let words = |row: &str| row.split_whitespace().map(|w| w.trim_matches(['*', ',']).to_owned()).collect::<Vec<_>>();
+    let (a, b) = (words(a), words(b));
+    a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| close((a, b)))
+}
+
+/// Holds the page's rows against today's, or puts these there; what differs.
+fn rows_of_the_page(rows: &[String]) -> Vec<String> {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/import.md");
+    let before = std::fs::read_to_string(&page).expect("a page");
+    let mut differ = Vec::new();
+    let mut lines: Vec<&str> = before.lines().collect();
+    for row in rows {
+        let start = row.split_inclusive('|').take(2).collect::<String>();
+        match lines.iter_mut().find(|line| line.starts_with(&start)) {
+            Some(line) if std::env::var_os("GLIDER_FILL_DOCS").is_some() => *line = row,
+            Some(line) if same(row, line) => {}
+            line => differ.push(format!("docs/import.md has {line:?}, measured {row}; GLIDER_FILL_DOCS=1 puts it there")),
+        }
+    }
+    let after = lines.join("\n") + "\n";
+    if after != before {
+        std::fs::write(&page, after).expect("written");
+    }
+    differ
 }
 
 #[test]
@@ -104,7 +150,7 @@ fn validate_every_real_flight_is_diagnosed_from_files_by_two_commands() {
         eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
         return;
     };
-    let mut failed = Vec::new();
+    let (mut failed, mut rows) = (Vec::new(), Vec::new());
     // Two at a time.
     let half = |of: usize| {
         FLIGHTS.iter().skip(of).step_by(2).map(|real| (real, std::panic::catch_unwind(|| one(&root, real)))).collect::<Vec<_>>()
@@ -116,7 +162,8 @@ fn validate_every_real_flight_is_diagnosed_from_files_by_two_commands() {
     done.extend(other.expect("a panic is caught in it"));
     for (real, missed) in done {
         match missed {
-            Ok(missed) => {
+            Ok((missed, row)) => {
+                rows.push(row);
                 for (limit, why) in real.misses.iter().filter(|m| missed.contains(&m.0)) {
                     eprintln!("    misses {limit:?}, as known: {why}");
                 }
@@ -132,5 +179,6 @@ fn validate_every_real_flight_is_diagnosed_from_files_by_two_commands() {
             Err(e) => failed.push(e.downcast_ref::<String>().cloned().unwrap_or_default()),
         }
     }
-    assert!(failed.is_empty(), "{} of {}: {failed:#?}", failed.len(), FLIGHTS.len());
+    failed.extend(rows_of_the_page(&rows));
+    assert!(failed.is_empty(), "{}: {failed:#?}", failed.len());
 }

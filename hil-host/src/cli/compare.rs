@@ -53,6 +53,17 @@ pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
     })
 }
 
+/// The error of the depth rate in words; where there are no rates or no steady glides, that instead of a number.
+fn depth_rate(c: &Comparison) -> String {
+    let rows = c.samples.len();
+    if !c.rms_m_s.is_finite() {
+        return format!("Depth rate: not compared, {} ({rows} rows).", c.filter("no row has one"));
+    }
+    let steady =
+        if c.steady_rms_m_s.is_finite() { format!("steady {:.2} cm/s", c.steady_rms_m_s * 100.0) } else { "no steady rows".into() };
+    format!("Depth rate, measured against modelled: rms {:.2} cm/s, {steady}\n({rows} rows, {}).", c.rms_m_s * 100.0, c.filter("filter {}"))
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -73,13 +84,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     anyhow::ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to compare", args.flight.display());
     let document = document(&c, &args.flight.display().to_string(), &vehicle.path.display().to_string());
     output.emit(&document, || {
-        println!(
-            "Depth rate, measured against modelled: rms {:.2} cm/s, steady {:.2} cm/s\n({} rows, {}).",
-            c.rms_m_s * 100.0,
-            c.steady_rms_m_s * 100.0,
-            c.samples.len(),
-            c.filter("filter {}")
-        );
+        println!("{}", depth_rate(&c));
         if let Some((bias, rms)) = c.speed_error_m_s {
             println!("Speed through the water: bias {:+.2} cm/s, rms {:.2} cm/s.", bias * 100.0, rms * 100.0);
         }

@@ -210,11 +210,7 @@ fn discover(of: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::R
     let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", of.seed, std::process::id()));
     let binary = std::env::current_exe().context("cannot find this program's own file")?;
     let diagnose = |flight: &Path| score::diagnosis::diagnose_with(&binary, flight);
-    let make = |(i, spec): &(usize, Spec)| {
-        let case = |spec: &Spec, _: usize| of.make(spec, *i);
-        let scored = score::diagnosis::run_made(std::slice::from_ref(spec), &case, &folder, 1, &diagnose, &|| ())?;
-        scored.into_iter().next().context("a case that was scored")
-    };
+    let make = |(i, spec): &(usize, Spec)| score::diagnosis::diagnose_case(&of.make(spec, *i), &folder, &diagnose);
     let key = |(i, spec): &(usize, Spec)| key(&[DISCOVERY, &format!("{} {} {i} {spec:?}", of.seed, of.nature)]);
     let done: anyhow::Result<Vec<Done<Scored>>> = session.work.run(&specs, &key, &make, &|_, _| bar.inc(1));
     std::fs::remove_dir_all(&folder).ok();

@@ -16,7 +16,7 @@ use crate::pages::real_scorecard;
 use crate::score::real::ask::Program;
 use crate::score::real::flights::{Data, Entry, Floors, Shipped};
 use crate::score::real::injected_errors::{INJECTED_ERRORS, InjectedError};
-use crate::score::real::{Ready, Scored, below, document, line, ready, run as ask_all, shipped};
+use crate::score::real::{Ready, Scored, ask_one, below, document, line, ready, shipped};
 use crate::shards::kept::key;
 use crate::shards::part;
 use crate::shards::work::Done;
@@ -207,8 +207,7 @@ fn answers(
             What::AsShipped(known) => Ok(Answer::AsShipped(shipped(flight, known, data, program, &folder).to_string())),
             What::Error(error) => {
                 let here = folder.join(format!("{}-{}", q.flight, error.name.replace([' ', '/'], "-")));
-                let scored = ask_all(std::slice::from_ref(*flight), &|l| l.name == error.name, data, program, &here, 1, &|_| ())?;
-                scored.into_iter().next().map(Answer::Scored).context("an error that was asked")
+                ask_one(flight, error, data, program, &here).map(Answer::Scored)
             }
         }
     };

@@ -23,8 +23,7 @@ use discovery::vehicle::catalogue;
 use plant::trials::catalogue::{OF_ANOTHER_FORM, Strength};
 use plant::trials::reference::{Log, block_error, floor, known_truth_error};
 use plant::trials::vehicle::Scatter;
-use plant::trials::{Case, Kind, Spec, files, generate, nature::Nature, twin};
-use rayon::prelude::*;
+use plant::trials::{Case, Kind, files, nature::Nature, twin};
 use serde_json::{Value, json};
 
 /// Largest number of equivalent classes that still counts as an answer.
@@ -153,50 +152,16 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
     }
 }
 
-/// Generates, writes, diagnoses and scores the cases of a plan. `diagnose` gets the flight's folder; `tick` is called per case.
+/// Writes, diagnoses and scores a case. `diagnose` gets the flight's folder.
 ///
 /// # Errors
-/// A case that cannot be written, or a pool that cannot start.
-pub fn run(
-    specs: &[Spec],
-    seed: u64,
-    folder: &Path,
-    jobs: usize,
-    diagnose: &(dyn Fn(&Path) -> Result<Value, String> + Sync),
-    tick: &(dyn Fn() + Sync),
-) -> anyhow::Result<Vec<Scored>> {
-    run_made(specs, &|spec, i| generate(spec, seed, i), folder, jobs, diagnose, tick)
-}
-
-/// The same with cases that `make` makes of a specification and its place in the plan.
-///
-/// # Errors
-/// A case that cannot be written, or a pool that cannot start.
-pub fn run_made(
-    specs: &[Spec],
-    make: &(dyn Fn(&Spec, usize) -> Case + Sync),
-    folder: &Path,
-    jobs: usize,
-    diagnose: &(dyn Fn(&Path) -> Result<Value, String> + Sync),
-    tick: &(dyn Fn() + Sync),
-) -> anyhow::Result<Vec<Scored>> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().context("cannot start the worker threads")?;
-    pool.install(|| {
-        specs
-            .par_iter()
-            .enumerate()
-            .map(|(i, spec)| {
-                let case = make(spec, i);
-                let flight = write_case(folder, &case)?;
-                let clock = Instant::now();
-                let diagnosis = diagnose(&flight);
-                let scored = score(&case, &diagnosis, clock.elapsed().as_secs_f64());
-                std::fs::remove_dir_all(&flight).ok();
-                tick();
-                Ok(scored)
-            })
-            .collect()
-    })
+/// A case that cannot be written.
+pub fn diagnose_case(case: &Case, folder: &Path, diagnose: &dyn Fn(&Path) -> Result<Value, String>) -> anyhow::Result<Scored> {
+    let flight = write_case(folder, case)?;
+    let clock = Instant::now();
+    let scored = score(case, &diagnose(&flight), clock.elapsed().as_secs_f64());
+    std::fs::remove_dir_all(&flight).ok();
+    Ok(scored)
 }
 
 /// Runs a `glider` binary's `diagnose --flight DIR --json` and reads its document.
@@ -331,7 +296,7 @@ pub fn case_document(s: &Scored) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plant::trials::plan;
+    use plant::trials::{generate, plan};
 
     /// Cases of every kind under a diagnosis that is given the truth.
     fn under(diagnose: impl Fn(&Case) -> Value) -> Value {

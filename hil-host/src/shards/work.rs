@@ -1,9 +1,10 @@
 //! Does the items of a plan, or a shard of them, several at a time.
 
 use anyhow::{Context as _, bail};
-use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::shards::kept::Kept;
 use crate::shards::shard::Shard;
@@ -63,9 +64,30 @@ impl Work {
             tick(item, was_kept);
             Ok(Done { place: *place, key, value, bytes, was_kept })
         };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build().context("cannot start the worker threads")?;
-        pool.install(|| mine.par_iter().map(one).collect())
+        on_threads(self.jobs, &mine, &one)
     }
+}
+
+/// Does all items in order, `jobs` at a time (0: as many as there are cores); after an error none is begun. Threads of their own: a worker
+/// of a pool begins another item whenever the one it does waits for a pool within.
+fn on_threads<I: Sync, T: Send>(jobs: usize, items: &[I], one: &(dyn Fn(&I) -> anyhow::Result<T> + Sync)) -> anyhow::Result<Vec<T>> {
+    let jobs = if jobs == 0 { std::thread::available_parallelism().map_or(1, NonZero::get) } else { jobs };
+    let next = AtomicUsize::new(0);
+    let worker = || -> anyhow::Result<Vec<(usize, T)>> {
+        let mut done = Vec::new();
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(at) else { return Ok(done) };
+            done.push((at, one(item).inspect_err(|_| next.store(items.len(), Ordering::Relaxed))?));
+        }
+    };
+    let mut done = std::thread::scope(|scope| -> anyhow::Result<Vec<(usize, T)>> {
+        let workers: Vec<_> = (0..jobs.min(items.len())).map(|_| scope.spawn(worker)).collect();
+        let parts = workers.into_iter().map(|w| w.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        Ok(parts.collect::<anyhow::Result<Vec<_>>>()?.into_iter().flatten().collect())
+    })?;
+    done.sort_by_key(|(at, _)| *at);
+    Ok(done.into_iter().map(|(_, value)| value).collect())
 }
 
 /// A result that no part has.
@@ -88,6 +110,33 @@ mod tests {
     use super::*;
     use std::collections::HashMap;
     use std::sync::atomic::{AtomicUsize, Ordering};
+
+    #[test]
+    fn regress_no_more_items_than_jobs_are_under_way_though_each_waits_for_a_pool() {
+        let (under_way, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let inner = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+        let one = |i: &usize| {
+            most.fetch_max(under_way.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
+            inner.install(|| std::thread::sleep(std::time::Duration::from_millis(5)));
+            under_way.fetch_sub(1, Ordering::SeqCst);
+            Ok(2 * i)
+        };
+        let items: Vec<usize> = (0..20).collect();
+        assert_eq!(on_threads(2, &items, &one).expect("done"), items.iter().map(|i| 2 * i).collect::<Vec<_>>());
+        assert_eq!(most.into_inner(), 2);
+    }
+
+    #[test]
+    fn after_an_error_no_item_is_begun() {
+        let begun = AtomicUsize::new(0);
+        let one = |i: &usize| {
+            begun.fetch_add(1, Ordering::SeqCst);
+            if *i == 3 { bail!("item 3") } else { Ok(()) }
+        };
+        let items: Vec<usize> = (0..100).collect();
+        assert_eq!(on_threads(1, &items, &one).expect_err("item 3 fails").to_string(), "item 3");
+        assert_eq!(begun.into_inner(), 4);
+    }
 
     /// Squares of numbers.
     fn squares(work: &Work, made: &AtomicUsize) -> anyhow::Result<Vec<Done<u64>>> {

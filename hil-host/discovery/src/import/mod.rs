@@ -38,6 +38,7 @@ pub mod trim;
 pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 
 use crate::record::csv;
+use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, quantile, usual_step};
 use classes::Class;
 use kind::Kind;
 
@@ -205,7 +206,7 @@ const KNOWN: &str = "Slocum binary (.dbd, .ebd ...), Seaglider dives (pNNNNNNN.n
 /// The vehicle: what the files say, else the class's usual numbers, and the hull volume checked against the flight.
 fn state_vehicle(imported: &mut Imported, kind: Kind, class: Option<Class>) {
     let flight = &imported.flight;
-    let deepest_dbar = crate::record::plausible::quantile(&flight.pressure_pa, 1.0) * 1e-4;
+    let deepest_dbar = quantile(&flight.pressure_pa, 1.0) * 1e-4;
     let mut draft = match (class, imported.vehicle.take()) {
         (None, Some(draft)) => draft,
         (Some(class), _) => class.draft(),
@@ -257,7 +258,7 @@ fn state_vehicle(imported: &mut Imported, kind: Kind, class: Option<Class>) {
             }
         }
         (None, stated) => {
-            let water = crate::record::plausible::quantile(&flight.density_kg_m3, 0.5);
+            let water = quantile(&flight.density_kg_m3, 0.5);
             let water = if water.is_finite() { water } else { 1025.0 };
             if stated.is_none() {
                 draft.set("hull_volume_m3", hull.mass_kg / water, "guess: neutral at ballast 0 in the middle of the water");
@@ -278,7 +279,7 @@ const TRIM_CC: f64 = 50.0;
 /// of a glider can be: above the surface, or a metre and more below. An absolute pressure reads about 10 dbar there.
 fn pressure_zero(imported: &mut Imported) {
     let flight = &imported.flight;
-    let level = crate::record::plausible::quantile(&flight.pressure_pa, 0.01);
+    let level = quantile(&flight.pressure_pa, 0.01);
     let (mut stay_s, mut longest_s) = (0.0, 0.0_f64);
     for i in 1..flight.len() {
         let near = |k: usize| (flight.pressure_pa[k] - level).abs() < SURFACE_PA;
@@ -306,21 +307,23 @@ fn check(imported: &mut Imported) -> Result<(), String> {
     if !flight.time_s.windows(2).all(|w| w[1] > w[0]) {
         return Err("its times do not increase from row to row (a clock of damage?)".into());
     }
-    if let Some((column, why)) = crate::record::plausible::implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
+    if let Some((column, why)) = implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
         return Err(format!("{column} {why}"));
     }
-    let deep = crate::record::plausible::quantile(&flight.pressure_pa, 0.99);
+    let deep = quantile(&flight.pressure_pa, 0.99);
     if deep < SHALLOW_PA {
         return Err(format!("pressure never exceeds {:.4} dbar: no dive to compare with, or kbar or MPa instead of dbar?", deep * 1e-4));
     }
     let mut steps: Vec<f64> = flight.time_s.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     match steps.get(steps.len() / 2) {
-        Some(step) if *step < SHORTEST_STEP_S => {
-            return Err(format!("the usual step of time is {step} s (a clock that counts in another unit than it states?)"));
+        Some(step) if usual_step(*step) == Step::TooShort => {
+            return Err(format!(
+                "the usual step of time is {step} s; {SAMPLED_EVERY} (a clock that counts in another unit than it states?)"
+            ));
         }
-        Some(step) if *step > LONGEST_STEP_S => {
-            imported.report.note(format!("samples are {step:.0} s apart: too sparse for a comparison, which needs one every 0.1 to 60 s"));
+        Some(step) if usual_step(*step) == Step::TooLong => {
+            imported.report.note(format!("samples are {step:.0} s apart: too sparse for a comparison: {SAMPLED_EVERY}"));
         }
         Some(step) if *step > BLOCK_STEP_S => {
             imported
@@ -343,8 +346,5 @@ fn check(imported: &mut Imported) -> Result<(), String> {
 
 /// The comparison leaves out what is shallower than 2 m.
 const SHALLOW_PA: f64 = 2e4;
-/// A flight is sampled every 0.1 to 60 s (the bounds of reading a csv).
-const SHORTEST_STEP_S: f64 = 0.01;
-const LONGEST_STEP_S: f64 = 120.0;
 /// Three samples in a block of 20 s.
 const BLOCK_STEP_S: f64 = 9.0;

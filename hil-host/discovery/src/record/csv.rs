@@ -5,7 +5,7 @@
 //! [`Flight::extra`] where they are numbers. What is refused, is refused with file, line, column and a fix.
 
 use crate::record::flight::Flight;
-use crate::record::plausible::implausible;
+use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, usual_step};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -328,10 +328,8 @@ impl<'a> Table<'a> {
             let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
             steps.sort_by(f64::total_cmp);
             let median = steps[steps.len() / 2];
-            if !(0.01..=120.0).contains(&median) {
-                let why = format!(
-                    "the usual step is {median} s; a flight is sampled every 0.1 to 60 s (milliseconds or days instead of seconds?)"
-                );
+            if usual_step(median) != Step::Usable {
+                let why = format!("the usual step is {median} s; {SAMPLED_EVERY} (milliseconds or days instead of seconds?)");
                 return Err(self.bad(0, &column, why));
             }
         }

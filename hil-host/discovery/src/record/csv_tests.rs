@@ -24,6 +24,22 @@ fn a_flight_is_read_by_column_name_into_si_and_extra_numbers_are_kept() {
 }
 
 #[test]
+fn a_flight_is_sampled_as_often_as_every_message_says() {
+    let every = |step_s: f64| {
+        let head = "time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n".to_owned();
+        let row = |i: u32| format!("{},0,{:.4},-0.45,-200,1025.1\n", f64::from(i) * step_s, f64::from(i) * step_s * 0.2);
+        head + &(0..20).map(row).collect::<String>()
+    };
+    for step_s in [0.1, 1.0, 60.0] {
+        assert_eq!(parse(&every(step_s), Path::new("f.csv"), "f").expect("reads").len(), 20, "{step_s}");
+    }
+    for step_s in [0.05, 90.0] {
+        let e = error_of(&every(step_s));
+        assert!(e.contains(&format!("the usual step is {step_s} s")) && e.contains(SAMPLED_EVERY), "{e}");
+    }
+}
+
+#[test]
 fn errors_name_file_line_column_and_a_fix() {
     let swapped = rows(20).replace("\n8,", "\n2,");
     let e = error_of(&swapped);

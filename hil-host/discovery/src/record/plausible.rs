@@ -13,6 +13,32 @@ pub fn quantile(values: &[f64], q: f64) -> f64 {
     v[((v.len() - 1) as f64 * q).round() as usize]
 }
 
+/// What a message says of how a flight is sampled.
+pub const SAMPLED_EVERY: &str = "a flight is sampled every 0.1 to 60 s";
+
+/// How a usual step of time relates to what a comparison can use; a clock's jitter of a tenth is granted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Of another unit, or of a log that no glider writes.
+    TooShort,
+    /// A comparison can use it.
+    Usable,
+    /// Dives cannot be followed.
+    TooLong,
+}
+
+/// See [`Step`]; a step that is not a number is too long.
+#[must_use]
+pub fn usual_step(step_s: f64) -> Step {
+    if step_s < 0.09 {
+        Step::TooShort
+    } else if step_s <= 66.0 {
+        Step::Usable
+    } else {
+        Step::TooLong
+    }
+}
+
 /// Vertical speeds of buoyancy gliders are 0.05 to 0.5 m/s, Pa/s.
 const FASTEST_PA_S: f64 = 1e4;
 

@@ -125,6 +125,19 @@ fn write(folder: &Path, flight: &Flight, vehicle: &Value) -> anyhow::Result<()> 
     crate::whole_file::write(&path, format!("{vehicle:#}\n")).with_context(|| format!("{}: cannot write", path.display()))
 }
 
+/// Injects an error into a flight, which is written to the folder `here`, and scores what is said.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn ask_one(ready: &Ready, injected: &InjectedError, data: &Data, program: Program<'_>, here: &Path) -> anyhow::Result<Scored> {
+    let (mut flight, mut vehicle) = (ready.flight.clone(), ready.quiet.clone());
+    injected.tell(&mut flight, &mut vehicle);
+    write(here, &flight, &vehicle)?;
+    let asked = ask::diagnose(program, here, data.limit_s);
+    std::fs::remove_dir_all(here).ok();
+    Ok(score(ready, injected, &asked, data.shown_sigma))
+}
+
 /// Injects every wanted error into every flight and scores what is said. `tick` is called after each.
 ///
 /// # Errors
@@ -146,13 +159,7 @@ pub fn run(
             .par_iter()
             .enumerate()
             .map(|(i, (ready, injected))| {
-                let (mut flight, mut vehicle) = (ready.flight.clone(), ready.quiet.clone());
-                injected.tell(&mut flight, &mut vehicle);
-                let here = folder.join(i.to_string());
-                write(&here, &flight, &vehicle)?;
-                let asked = ask::diagnose(program, &here, data.limit_s);
-                std::fs::remove_dir_all(&here).ok();
-                let scored = score(ready, injected, &asked, data.shown_sigma);
+                let scored = ask_one(ready, injected, data, program, &folder.join(i.to_string()))?;
                 tick(&scored);
                 Ok(scored)
             })

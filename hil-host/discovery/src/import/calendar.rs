@@ -1,9 +1,16 @@
 //! Dates as logs write them, in Unix time.
 
-/// Days from 1970-01-01 of the Gregorian calendar (Fliegel and Van Flandern 1968, Comm. ACM 11, 657).
+/// Days from 1970-01-01 of the Gregorian calendar (Fliegel and Van Flandern 1968, Comm. ACM 11, 657); none of a day that no month has.
 #[must_use]
 pub fn days_from_1970(year: i64, month: i64, day: i64) -> Option<i64> {
-    if !((1..=12).contains(&month) && (1..=31).contains(&day) && (1..4000).contains(&year)) {
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let last = match month {
+        1 | 3 | 5 | 7 | 8 | 10 | 12 => 31,
+        4 | 6 | 9 | 11 => 30,
+        2 => 28 + i64::from(leap),
+        _ => return None,
+    };
+    if !((1..=last).contains(&day) && (1..4000).contains(&year)) {
         return None;
     }
     let m = (month - 14) / 12;
@@ -11,42 +18,147 @@ pub fn days_from_1970(year: i64, month: i64, day: i64) -> Option<i64> {
     Some(julian - 2_440_588)
 }
 
-/// Unix time of "2020-09-13T12:26:40.5Z", also with a blank for the T, a zone for the Z, or neither (UTC).
+/// Unix time of "2020-09-13T12:26:40.5Z", also with a blank for the T, a zone, UTC or GMT for the Z, or neither (UTC).
 #[must_use]
 pub fn iso_8601(text: &str) -> Option<f64> {
-    let text = text.trim();
-    let (date, rest) = text.split_at_checked(10)?;
+    let (date, rest) = text.trim().split_at_checked(10)?;
     let mut parts = date.split('-').map(str::parse::<i64>);
     let days = days_from_1970(parts.next()?.ok()?, parts.next()?.ok()?, parts.next()?.ok()?)?;
     if parts.next().is_some() {
         return None;
     }
-    let rest = rest.strip_prefix(['T', 't', ' ']).unwrap_or(rest);
-    let rest = rest.strip_suffix(['Z', 'z']).or_else(|| rest.strip_suffix(" UTC")).unwrap_or(rest);
-    let (clock, zone_s) = match rest.rfind(['+', '-']) {
-        Some(at) => (&rest[..at], zone_s(&rest[at..])?),
-        None => (rest, 0.0),
-    };
-    let mut seconds = 0.0;
-    if !clock.is_empty() {
-        let mut size = 3600.0;
-        for part in clock.split(':') {
-            let value: f64 = part.parse().ok().filter(|v| (0.0..=60.0).contains(v))?;
-            seconds += size * value;
-            size /= 60.0;
-        }
-    }
-    Some(days as f64 * 86400.0 + seconds - zone_s)
+    Some(days as f64 * 86400.0 + clock_s(rest.strip_prefix(['T', 't', ' ']).unwrap_or(rest))?)
 }
 
-/// Seconds east of UTC of "+02:00", "-0330".
+/// `text` without `end`, whatever its case.
+fn without_end<'a>(text: &'a str, end: &str) -> Option<&'a str> {
+    let at = text.len().checked_sub(end.len())?;
+    text.get(at..)?.eq_ignore_ascii_case(end).then(|| text[..at].trim_end())
+}
+
+/// Seconds from midnight UTC of "12:26:40.5", "12:26", "10:26:40 PM", with or without a zone; 0 of an empty text.
+fn clock_s(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let utc = |t| ["Z", "UTC", "GMT"].iter().find_map(|end| without_end(t, end));
+    let (clock, zone) = match (utc(text), text.rfind(['+', '-'])) {
+        (Some(clock), _) => (clock, 0.0),
+        (None, Some(at)) => (text[..at].trim_end(), zone_s(&text[at..])?),
+        (None, None) => (text, 0.0),
+    };
+    let clock = utc(clock).unwrap_or(clock);
+    let half = [("AM", 0.0), ("PM", 43_200.0)].iter().find_map(|(end, after_s)| Some((without_end(clock, end)?, *after_s)));
+    let (clock, noon_s) = half.map_or((clock, None), |(clock, after_s)| (clock, Some(after_s)));
+    if clock.is_empty() {
+        return noon_s.is_none().then_some(-zone);
+    }
+    let mut seconds = 0.0;
+    // Hours, minutes and seconds, a leap second among them.
+    let sizes: [(f64, std::ops::RangeInclusive<f64>); 3] = [(3600.0, 0.0..=24.0), (60.0, 0.0..=59.99), (1.0, 0.0..=60.99)];
+    let mut parts = clock.split(':');
+    for ((size, possible), part) in sizes.iter().zip(parts.by_ref()) {
+        let digits = !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'.' | b','));
+        let value: f64 = digits.then(|| part.replace(',', ".").parse().ok()).flatten().filter(|v| possible.contains(v))?;
+        seconds += size * value;
+    }
+    if parts.next().is_some() {
+        return None;
+    }
+    if let Some(after_s) = noon_s {
+        let hour = (seconds / 3600.0_f64).floor();
+        if !(1.0..=12.0).contains(&hour) {
+            return None;
+        }
+        seconds = seconds % 43_200.0 + after_s;
+    }
+    Some(seconds - zone)
+}
+
+/// Seconds east of UTC of "+02:00", "-0330", "+530", "-6:00", "-6"; none of what no place on Earth has.
 #[must_use]
 pub fn zone_s(zone: &str) -> Option<f64> {
-    let digits: String = zone.get(1..)?.chars().filter(char::is_ascii_digit).collect();
-    let (hours, minutes) = digits.split_at_checked(2)?;
-    let minutes = if minutes.is_empty() { 0.0 } else { minutes.parse::<f64>().ok()? };
-    let east = hours.parse::<f64>().ok()? * 3600.0 + minutes * 60.0;
-    Some(if zone.starts_with('-') { -east } else { east })
+    let zone = zone.trim();
+    let rest = zone.strip_prefix(['+', '-'])?;
+    let (hours, minutes) = match rest.split_once(':') {
+        Some(parts) => parts,
+        None if rest.len() <= 2 => (rest, "0"),
+        None => rest.split_at_checked(rest.len() - 2)?,
+    };
+    let whole = |t: &str| (matches!(t.len(), 1 | 2) && t.bytes().all(|b| b.is_ascii_digit())).then(|| t.parse::<u16>().ok()).flatten();
+    let (hours, minutes) = (whole(hours)?, whole(minutes)?);
+    let east = f64::from(60 * hours + minutes) * 60.0;
+    (minutes < 60 && east <= FURTHEST_ZONE_S).then_some(if zone.starts_with('-') { -east } else { east })
+}
+
+/// UTC+14 is the easternmost, s.
+const FURTHEST_ZONE_S: f64 = 14.0 * 3600.0;
+
+/// Which number of "02/05/2026" is the day.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DayMonth {
+    /// dd/mm/yyyy.
+    DayFirst,
+    /// mm/dd/yyyy.
+    MonthFirst,
+}
+
+/// A date and what stands behind it.
+fn parts(text: &str) -> (&str, &str) {
+    let digit_before = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_digit());
+    let at = text.find(' ').or_else(|| text.match_indices(['T', 't']).map(|m| m.0).find(|at| digit_before(*at)));
+    at.map_or((text, ""), |at| (&text[..at], &text[at + 1..]))
+}
+
+/// The first two numbers of "02/05/2026 …" or "02-05-2026 …", either of which may be the day.
+#[must_use]
+pub fn day_and_month(text: &str) -> Option<(i64, i64)> {
+    let (date, _) = parts(text.trim());
+    let fields: Vec<&str> = date.split(['/', '-']).collect();
+    let [first, second, year] = fields[..] else { return None };
+    let number = |t: &str| t.parse::<i64>().ok().filter(|v| (1..=31).contains(v));
+    (year.len() == 4 && number(first).is_some() && year.parse::<u16>().is_ok()).then_some((number(first)?, number(second)?))
+}
+
+/// Unix time of a date as programs write it: ISO 8601, with or without its dashes and colons, yyyy/mm/dd, dd.mm.yyyy, 02-May-2026; and
+/// with slashes in `order`.
+#[must_use]
+pub fn date_time(text: &str, order: Option<DayMonth>) -> Option<f64> {
+    let text = text.trim();
+    if let Some(unix_s) = iso_8601(text) {
+        return Some(unix_s);
+    }
+    let (date, clock) = parts(text);
+    let fields: Vec<&str> = date.split(['/', '.', '-']).collect();
+    let number = |t: &str| t.bytes().all(|b| b.is_ascii_digit()).then(|| t.parse::<i64>().ok()).flatten();
+    let (year, month, day) = match fields[..] {
+        [all] if all.len() == 8 => (number(all.get(..4)?)?, number(all.get(4..6)?)?, number(all.get(6..)?)?),
+        [year, month, day] if year.len() == 4 => (number(year)?, number(month)?, number(day)?),
+        [day, month, year] if year.len() == 4 && month_named(month).is_some() => (number(year)?, month_named(month)?, number(day)?),
+        [day, month, year] if year.len() == 4 && date.contains('.') => (number(year)?, number(month)?, number(day)?),
+        [first, second, year] if year.len() == 4 => match order? {
+            DayMonth::DayFirst => (number(year)?, number(second)?, number(first)?),
+            DayMonth::MonthFirst => (number(year)?, number(first)?, number(second)?),
+        },
+        _ => return None,
+    };
+    let dense = clock.len() >= 6 && !clock.contains(':') && clock.bytes().take(6).all(|b| b.is_ascii_digit());
+    let spelt = dense.then(|| format!("{}:{}:{}", &clock[..2], &clock[2..4], &clock[4..]));
+    Some(days_from_1970(year, month, day)? as f64 * 86400.0 + clock_s(spelt.as_deref().unwrap_or(clock))?)
+}
+
+/// 1 to 12 of an English name of a month or its first three letters.
+fn month_named(name: &str) -> Option<i64> {
+    const MONTHS: [&str; 12] = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
+    let three = name.get(..3).filter(|_| name.bytes().all(|b| b.is_ascii_alphabetic()))?;
+    (1..).zip(MONTHS).find(|(_, m)| m.eq_ignore_ascii_case(three)).map(|(k, _)| k)
+}
+
+/// Unix time of the digits YYYYMMDDhhmmss, of 1980 to 2099.
+#[must_use]
+pub fn digits(text: &str) -> Option<f64> {
+    if text.len() != 14 || !text.bytes().all(|b| b.is_ascii_digit()) || !(1980..2100).contains(&text[..4].parse::<u16>().ok()?) {
+        return None;
+    }
+    date_time(&format!("{}T{}", &text[..8], &text[8..]), None)
 }
 
 #[cfg(test)]
@@ -62,5 +174,62 @@ mod tests {
         for wrong in ["", "12", "2020-13-01", "2020-09-13T99:00", "x020-09-13", "UTC", "2020-09-1é"] {
             assert_eq!(iso_8601(wrong), None, "{wrong}");
         }
+    }
+
+    #[test]
+    fn regress_zones_of_one_digit_and_days_that_do_not_exist() {
+        for (zone, hours) in [("-6:00", -6.0), ("+2:00", 2.0), ("-6", -6.0), ("+0530", 5.5), ("-0330", -3.5), ("+02", 2.0), ("+530", 5.5)] {
+            assert_eq!(zone_s(zone), Some(hours * 3600.0), "{zone}");
+        }
+        for wrong in ["", "+", "02", "+15:00", "+02:60", "+14:01", "+1234567", "-a", "+2:", "+\u{e9}1"] {
+            assert_eq!(zone_s(wrong), None, "{wrong}");
+        }
+        assert_eq!(iso_8601("2020-09-13T06:26:40-6:00"), Some(1.6e9));
+        for wrong in
+            ["2026-02-31T00:00Z", "2026-02-29", "2026-04-31", "2100-02-29", "2026-05-02T25:00", "2026-05-02T10:60", "2026-05-02T1:2:3:4"]
+        {
+            assert_eq!(iso_8601(wrong), None, "{wrong}");
+        }
+        assert!(iso_8601("2024-02-29").is_some() && iso_8601("2000-02-29").is_some());
+    }
+
+    #[test]
+    fn regress_dates_as_programs_write_them() {
+        for text in [
+            "2020-09-13T12:26:40 GMT",
+            "2020-09-13 12:26:40,0 UTC",
+            "20200913T122640Z",
+            "2020/09/13 12:26:40",
+            "2020/9/13 12:26:40",
+            "13.09.2020 12:26:40",
+            "13-Sep-2020 12:26:40",
+            "13-SEPT-2020 12:26:40",
+            "13-sep-2020T12:26:40",
+            "13/09/2020 12:26:40 PM",
+            "13-09-2020 14:26:40+2:00",
+            "13/09/2020 12:26:40 UTC",
+        ] {
+            assert_eq!(date_time(text, Some(DayMonth::DayFirst)), Some(1.6e9), "{text}");
+        }
+        assert_eq!(date_time("09/13/2020 12:26:40", Some(DayMonth::MonthFirst)), Some(1.6e9));
+        assert_eq!(date_time("09/13/2020 12:26:40 AM", Some(DayMonth::MonthFirst)), Some(1.6e9 - 43_200.0));
+        assert_eq!(digits("20200913122640"), Some(1.6e9));
+        for wrong in [
+            "12:26:40",
+            "13/09/20 12:26",
+            "13/13/2020",
+            "1e9",
+            "",
+            "a/b/2020",
+            "\u{e9}\u{e9}/\u{e9}/2020",
+            "13 PM",
+            "May",
+            "9/13/2020 13:00 PM",
+        ] {
+            assert_eq!(date_time(wrong, Some(DayMonth::DayFirst)), None, "{wrong}");
+        }
+        assert_eq!(date_time("02/05/2026", None), None);
+        assert_eq!((day_and_month("02/05/2026 09:15"), day_and_month("2026/05/02")), (Some((2, 5)), None));
+        assert_eq!((digits("20261313000000"), digits("17777133312500"), digits("202009131226")), (None, None, None));
     }
 }

@@ -26,6 +26,7 @@ pub mod kind;
 pub mod netcdf;
 pub mod npy;
 pub mod position;
+mod pressure_zero;
 mod report;
 pub mod seaexplorer;
 pub mod seaglider;
@@ -86,7 +87,7 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
         position::rebase(&mut imported.flight, &mut imported.report);
     }
     imported.report.find_missing(&imported.flight);
-    pressure_zero(&mut imported);
+    pressure_zero::take_out_of_flight(&mut imported);
     check(&mut imported).map_err(|what| ImportError::new(first, what))?;
     state_vehicle(&mut imported, kind, class);
     for path in &witnesses {
@@ -100,20 +101,19 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
 fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
     let folder = files[0].parent().unwrap_or(Path::new("."));
     let (mut parts, mut refused) = (Vec::new(), Vec::new());
-    let mut trajectories = std::collections::BTreeSet::new();
+    let mut identity = netcdf::Identity::default();
     for path in files {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match netcdf::import(path) {
             Ok(part) => {
-                trajectories.extend(netcdf::trajectory(path));
+                identity.join(netcdf::Identity::of_path(path));
                 parts.push((name, part));
             }
             Err(e) => refused.push(format!("{name}: {}", e.what)),
         }
     }
-    if trajectories.len() > 1 {
-        let list: Vec<String> = trajectories.into_iter().collect();
-        return Err(ImportError::new(folder, format!("files of {} deployments ({}): import one at a time", list.len(), list.join(", "))));
+    if let Some(mixed) = identity.mixed() {
+        return Err(ImportError::new(folder, format!("files {mixed}")));
     }
     let Some(mut imported) = join::join("NetCDF, a file a profile", parts) else {
         return Err(ImportError::new(folder, format!("no file can be used: {}", refused.join("; "))));
@@ -274,32 +274,6 @@ fn state_vehicle(imported: &mut Imported, kind: Kind, class: Option<Class>) {
 
 /// Least tolerance of a hull volume found from a flight, cm³: what currents and the drag's unlike sides leave open.
 const TRIM_CC: f64 = 50.0;
-
-/// Takes out the zero of a pressure sensor that floats beside it: what it reads in a stay of a minute at its least, where no part
-/// of a glider can be: above the surface, or a metre and more below. An absolute pressure reads about 10 dbar there.
-fn pressure_zero(imported: &mut Imported) {
-    let flight = &imported.flight;
-    let level = quantile(&flight.pressure_pa, 0.01);
-    let (mut stay_s, mut longest_s) = (0.0, 0.0_f64);
-    for i in 1..flight.len() {
-        let near = |k: usize| (flight.pressure_pa[k] - level).abs() < SURFACE_PA;
-        let step_s = flight.time_s[i] - flight.time_s[i - 1];
-        let joined = near(i - 1) && near(i) && step_s < STAY_S && flight.segment[i] == flight.segment[i - 1];
-        stay_s = if joined { stay_s + step_s } else { 0.0 };
-        longest_s = longest_s.max(stay_s);
-    }
-    let impossible = (-1.2e5..-2e3).contains(&level) || (1e4..1.2e5).contains(&level);
-    if longest_s < STAY_S || !impossible {
-        return;
-    }
-    let what = if level > 5e4 { ": absolute pressure?" } else { "" };
-    imported.report.note(format!("pressure reads {:.2} dbar afloat{what}: zero taken out", level * 1e-4));
-    imported.flight.pressure_pa.iter_mut().for_each(|p| *p -= level);
-}
-
-/// Waves and noise of a sensor afloat, Pa; and how long a glider floats at least, s.
-const SURFACE_PA: f64 = 2e3;
-const STAY_S: f64 = 60.0;
 
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 fn check(imported: &mut Imported) -> Result<(), String> {

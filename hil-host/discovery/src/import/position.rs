@@ -48,6 +48,35 @@ pub fn fixes(lat: &Series, lon: &Series) -> Vec<Fix> {
     out
 }
 
+/// No glider drifts faster at the surface, m/s; and how far two fixes of one place lie apart at most, m (a bad fix of GPS).
+const DRIFT_M_S: f64 = 5.0;
+const FIX_ERROR_M: f64 = 500.0;
+
+/// Without fixes at 0° 0°, where a receiver that has none says to be, and those that lie where no glider comes from its other fixes.
+#[must_use]
+pub fn sound(fixes: Vec<Fix>, report: &mut Report) -> Vec<Fix> {
+    let known: Vec<Fix> = fixes.iter().copied().filter(|f| f.lat_deg != 0.0 || f.lon_deg != 0.0).collect();
+    let near = |a: usize, b: usize| {
+        let (east, north) = local(known[a], known[b]);
+        east.hypot(north) <= FIX_ERROR_M + DRIFT_M_S * (known[a].time_s - known[b].time_s).abs()
+    };
+    // One is wrong where its neighbours, two on one side at an end, agree with one another and not with it.
+    let strays = |k: usize| {
+        let (a, b) = match k {
+            0 => (1, 2),
+            _ if k + 1 == known.len() => (k - 1, k - 2),
+            _ => (k - 1, k + 1),
+        };
+        near(a, b) && !near(k, a) && !near(k, b)
+    };
+    let kept: Vec<Fix> = (0..known.len()).filter(|k| known.len() < 3 || !strays(*k)).map(|k| known[k]).collect();
+    if kept.len() < fixes.len() {
+        let out = fixes.len() - kept.len();
+        report.note(format!("{out} of {} GPS fixes are at 0 deg 0 deg or where no glider comes from the others: left out", fixes.len()));
+    }
+    kept
+}
+
 /// East and north of `fix` from `origin`, m.
 #[must_use]
 pub fn local(origin: Fix, fix: Fix) -> (f64, f64) {
@@ -68,26 +97,51 @@ fn segments(flight: &Flight) -> Vec<std::ops::Range<usize>> {
     out
 }
 
-/// Origin of a segment: its first fix, from shortly before its first row on.
-fn origin(fixes: &[Fix], first_s: f64, last_s: f64) -> Option<Fix> {
-    let inside = fixes.iter().find(|f| f.time_s >= first_s - FIX_REACH_S && f.time_s <= last_s);
-    inside.or_else(|| fixes.iter().rev().find(|f| f.time_s < first_s)).copied()
+/// Fixes that may be of the segment `rows`: those of its time, and of the time at the surface around it that is no other segment's.
+fn of_segment<'a>(fixes: &'a [Fix], spans: &'a [(f64, f64)], own: usize) -> impl Iterator<Item = (usize, Fix)> + 'a {
+    let (first, last) = spans[own];
+    let (from, to) = (fixes.partition_point(|f| f.time_s < first - FIX_REACH_S), fixes.partition_point(|f| f.time_s <= last + FIX_REACH_S));
+    let elsewhere = move |t: f64| {
+        let others = [own.checked_sub(1), Some(own + 1)].into_iter().flatten().filter_map(|k| spans.get(k));
+        !(first..=last).contains(&t) && others.into_iter().any(|span| (span.0..=span.1).contains(&t))
+    };
+    (from..to.max(from)).map(|k| (k, fixes[k])).filter(move |(_, f)| !elsewhere(f.time_s))
 }
 
-/// Writes the fixes into the rows nearest in time.
+/// Origin of a segment: the fix of its own nearest to its first row, else the last one before.
+fn origin(fixes: &[Fix], spans: &[(f64, f64)], own: usize) -> Option<Fix> {
+    let (first, last) = spans[own];
+    let off = |f: &Fix| (f.time_s - first).abs();
+    let inside = of_segment(fixes, spans, own).map(|(_, f)| f).filter(|f| f.time_s <= last).min_by(|a, b| off(a).total_cmp(&off(b)));
+    inside.or_else(|| fixes.iter().rev().find(|f| f.time_s < first).copied())
+}
+
+/// First and last time of each segment's rows.
+fn spans(unix: &[f64], rows: &[std::ops::Range<usize>]) -> Vec<(f64, f64)> {
+    rows.iter().map(|r| (unix[r.start], unix[r.end - 1])).collect()
+}
+
+/// Writes the fixes into the rows nearest in time; of several at one row the nearest stays.
 pub fn place(flight: &mut Flight, unix: &[f64], fixes: &[Fix], report: &mut Report) {
     let mut placed = std::collections::BTreeSet::new();
-    for rows in segments(flight) {
-        let (first, last) = (unix[rows.start], unix[rows.end - 1]);
-        let Some(origin) = origin(fixes, first, last) else { continue };
+    let segments = segments(flight);
+    let spans = spans(unix, &segments);
+    for (own, rows) in segments.into_iter().enumerate() {
+        let Some(origin) = origin(fixes, &spans, own) else { continue };
         let segment = flight.segment[rows.start];
         report.origins.push(Origin { segment, unix_s: origin.time_s, lat_deg: origin.lat_deg, lon_deg: origin.lon_deg });
-        for (k, fix) in fixes.iter().enumerate().filter(|(_, f)| f.time_s >= first - FIX_REACH_S && f.time_s <= last + FIX_REACH_S) {
+        let mut nearest: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
+        for (k, fix) in of_segment(fixes, &spans, own) {
             let next = (rows.start + unix[rows.clone()].partition_point(|t| *t < fix.time_s)).min(rows.end - 1);
             let row = if next > rows.start && fix.time_s - unix[next - 1] < unix[next] - fix.time_s { next - 1 } else { next };
-            if (unix[row] - fix.time_s).abs() <= FIX_REACH_S {
-                (flight.gps_east_m[row], flight.gps_north_m[row]) = local(origin, *fix);
+            let off = (unix[row] - fix.time_s).abs();
+            if off <= FIX_REACH_S {
                 placed.insert(k);
+                let held = nearest.entry(row).or_insert(f64::INFINITY);
+                if off < *held {
+                    *held = off;
+                    (flight.gps_east_m[row], flight.gps_north_m[row]) = local(origin, fix);
+                }
             }
         }
     }
@@ -136,8 +190,10 @@ pub fn dead_reckoning(flight: &mut Flight, unix: &[f64], lat: &Series, lon: &Ser
     }
     let (lat, lon) = (lat.on(unix), lon.on(unix));
     let (mut east, mut north) = (vec![f64::NAN; unix.len()], vec![f64::NAN; unix.len()]);
-    for rows in segments(flight) {
-        let Some(origin) = origin(fixes, unix[rows.start], unix[rows.end - 1]) else { continue };
+    let segments = segments(flight);
+    let spans = spans(unix, &segments);
+    for (own, rows) in segments.into_iter().enumerate() {
+        let Some(origin) = origin(fixes, &spans, own) else { continue };
         for i in rows {
             (east[i], north[i]) = local(origin, Fix { time_s: unix[i], lat_deg: lat[i], lon_deg: lon[i] });
         }
@@ -154,6 +210,45 @@ mod tests {
     fn a_western_longitude_keeps_its_minutes() {
         assert!((degrees_of_minutes(-12644.5) + 126.741_666_666_7).abs() < 1e-9);
         assert!((degrees_of_minutes(4830.0) - 48.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn regress_a_fix_at_zero_or_a_degree_off_is_left_out() {
+        let fix = |k: u32| Fix { time_s: 600.0 * f64::from(k), lat_deg: 54.0 + 1e-4 * f64::from(k), lon_deg: 15.0 };
+        let good: Vec<Fix> = (0..17).map(fix).collect();
+        let mut report = Report::new("made");
+        assert_eq!(sound(good.clone(), &mut report), good);
+        assert!(report.notes.is_empty());
+        for k in [0, 8, 16] {
+            for (lat_deg, lon_deg) in [(0.0, 0.0), (55.0, 15.0)] {
+                let mut with = good.clone();
+                with[k] = Fix { lat_deg, lon_deg, ..with[k] };
+                let mut report = Report::new("made");
+                let mut want = good.clone();
+                want.remove(k);
+                assert_eq!(sound(with, &mut report), want);
+                assert_eq!(report.notes.len(), 1);
+            }
+        }
+    }
+
+    #[test]
+    fn regress_fixes_of_the_next_segment_are_not_this_one_s() {
+        // Two segments of 200 s with 100 s between them, drifting north; fixes every 20 s all the while.
+        let mut f = Flight::blank(100);
+        let times: Vec<f64> = (0..100).map(|i| if i < 50 { 4.0 * f64::from(i) } else { 100.0 + 4.0 * f64::from(i) }).collect();
+        (50..100).for_each(|i| f.segment[i] = 1);
+        let degree = |t: f64| 54.0 + t * 0.5 / METRE_PER_DEGREE;
+        let fixes: Vec<Fix> = (0..25).map(|k| 20.0 * f64::from(k)).map(|t| Fix { time_s: t, lat_deg: degree(t), lon_deg: 15.0 }).collect();
+        let mut report = Report::new("made");
+        place(&mut f, &times, &fixes, &mut report);
+        for rows in [0..50, 50..100] {
+            let start = report.origins[usize::from(rows.start > 0)].unix_s;
+            for i in rows.filter(|i| f.gps_north_m[*i].is_finite()) {
+                assert!((f.gps_north_m[i] - 0.5 * (times[i] - start)).abs() < 6.0, "row {i}: {}", f.gps_north_m[i]);
+            }
+        }
+        assert!((report.origins[1].unix_s - 300.0).abs() < 1.0, "{:?}", report.origins);
     }
 
     #[test]

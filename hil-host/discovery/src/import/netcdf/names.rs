@@ -14,6 +14,34 @@ pub(in crate::import) struct Wanted {
     pub without_unit: &'static [(&'static str, f64)],
 }
 
+impl Wanted {
+    /// What it can be in SI, in the sea or a lake; values outside are no measurements.
+    #[must_use]
+    pub fn possible(&self) -> std::ops::RangeInclusive<f64> {
+        match self.names {
+            n if n == TEMPERATURE.names => -3.0..=45.0,
+            n if n == SALINITY.names => 1e-3..=45.0,
+            n if n == CONDUCTIVITY.names => 1e-3..=8.0,
+            n if n == DENSITY.names => 980.0..=1090.0,
+            n if n == PITCH.names => -std::f64::consts::FRAC_PI_2..=std::f64::consts::FRAC_PI_2,
+            _ => f64::NEG_INFINITY..=f64::INFINITY,
+        }
+    }
+
+    /// What is taken off a number in `unit`, and by what it is multiplied then, to be in SI; none of a unit that is not known.
+    #[must_use]
+    pub fn in_si(&self, unit: &str) -> Option<(f64, f64)> {
+        let factor = self.units.iter().find(|(u, _)| u.eq_ignore_ascii_case(unit)).map(|(_, f)| *f)?;
+        let zero = |list: &[&str], zero: f64| if list.iter().any(|u| u.eq_ignore_ascii_case(unit)) { zero } else { 0.0 };
+        let offset = if self.units == CELSIUS { zero(&KELVIN, 273.15) + zero(&FAHRENHEIT, 32.0) } else { 0.0 };
+        Some((offset, factor))
+    }
+}
+
+/// Units of temperature whose zero is not that of °C.
+const KELVIN: [&str; 5] = ["k", "kelvin", "kelvins", "degree_kelvin", "degrees_kelvin"];
+const FAHRENHEIT: [&str; 4] = ["degf", "f", "degree_fahrenheit", "fahrenheit"];
+
 pub(in crate::import) const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const ANGLES: &[(&str, f64)] = &[
     ("degrees", DEGREE),
@@ -50,6 +78,17 @@ const CELSIUS: &[(&str, f64)] = &[
     ("degc", 1.0),
     ("°c", 1.0),
     ("c", 1.0),
+    ("degrees celsius", 1.0),
+    ("degree celsius", 1.0),
+    ("k", 1.0),
+    ("kelvin", 1.0),
+    ("kelvins", 1.0),
+    ("degree_kelvin", 1.0),
+    ("degrees_kelvin", 1.0),
+    ("degf", 5.0 / 9.0),
+    ("f", 5.0 / 9.0),
+    ("degree_fahrenheit", 5.0 / 9.0),
+    ("fahrenheit", 5.0 / 9.0),
 ];
 const DEGREES: &[(&str, f64)] = &[
     ("degrees_north", 1.0),
@@ -63,9 +102,31 @@ const DEGREES: &[(&str, f64)] = &[
 
 pub(in crate::import) const PRESSURE: Wanted = Wanted {
     column: "pressure_dbar",
-    names: &["ctd_pressure", "PRES", "sci_water_pressure", "pressure", "sea_water_pressure", "m_pressure", "m_water_pressure"],
+    names: &[
+        "PRES_ADJUSTED",
+        "ctd_pressure",
+        "PRES",
+        "sci_water_pressure",
+        "pressure",
+        "sea_water_pressure",
+        "m_pressure",
+        "m_water_pressure",
+    ],
     standard: &["sea_water_pressure", "sea_water_pressure_due_to_sea_water"],
-    units: &[("dbar", 1e4), ("decibar", 1e4), ("decibars", 1e4), ("bar", 1e5), ("pa", 1.0), ("kpa", 1e3)],
+    units: &[
+        ("dbar", 1e4),
+        ("decibar", 1e4),
+        ("decibars", 1e4),
+        ("db", 1e4),
+        ("bar", 1e5),
+        ("pa", 1.0),
+        ("kpa", 1e3),
+        ("hpa", 100.0),
+        ("mbar", 100.0),
+        ("millibar", 100.0),
+        ("mpa", 1e6),
+        ("psi", 6_894.757),
+    ],
     without_unit: &[],
 };
 /// In the place of a pressure that is not there.
@@ -73,20 +134,20 @@ pub(in crate::import) const DEPTH: Wanted = Wanted {
     column: "pressure_dbar",
     names: &["ctd_depth", "DEPTH", "depth", "m_depth"],
     standard: &["depth"],
-    units: &[("m", 1.0), ("meters", 1.0), ("meter", 1.0), ("metres", 1.0), ("metre", 1.0), ("cm", 0.01)],
+    units: &[("m", 1.0), ("meters", 1.0), ("meter", 1.0), ("metres", 1.0), ("metre", 1.0), ("cm", 0.01), ("ft", 0.3048), ("feet", 0.3048)],
     without_unit: &[],
 };
 pub(in crate::import) const TEMPERATURE: Wanted = Wanted {
     column: "sci_water_temp_degC",
-    names: &["temperature", "TEMP", "sci_water_temp", "sea_water_temperature"],
+    names: &["TEMP_ADJUSTED", "temperature", "TEMP", "sci_water_temp", "sea_water_temperature"],
     standard: &["sea_water_temperature"],
     units: CELSIUS,
     without_unit: &[],
 };
 pub(in crate::import) const SALINITY: Wanted = Wanted {
     column: "sci_density_kg_m3",
-    names: &["salinity", "PSAL", "practical_salinity"],
-    standard: &["sea_water_practical_salinity", "sea_water_salinity"],
+    names: &["PSAL_ADJUSTED", "salinity", "PSAL", "practical_salinity"],
+    standard: &["sea_water_practical_salinity", "sea_water_salinity", "sea_water_absolute_salinity"],
     units: PLAIN,
     without_unit: &[("salinity", 1.0), ("PSAL", 1.0), ("practical_salinity", 1.0)],
 };
@@ -94,14 +155,23 @@ pub(in crate::import) const CONDUCTIVITY: Wanted = Wanted {
     column: "sci_density_kg_m3",
     names: &["conductivity", "CNDC", "sci_water_cond"],
     standard: &["sea_water_electrical_conductivity"],
-    units: &[("s/m", 1.0), ("s m-1", 1.0), ("ms/cm", 0.1), ("ms cm-1", 0.1), ("mhos/m", 1.0)],
+    units: &[
+        ("s/m", 1.0),
+        ("s m-1", 1.0),
+        ("ms/cm", 0.1),
+        ("ms cm-1", 0.1),
+        ("mhos/m", 1.0),
+        ("ms/m", 1e-3),
+        ("us/cm", 1e-4),
+        ("µs/cm", 1e-4),
+    ],
     without_unit: &[],
 };
 pub(in crate::import) const DENSITY: Wanted = Wanted {
     column: "sci_density_kg_m3",
     names: &["DENSITY", "density"],
-    standard: &[],
-    units: &[("kg/m3", 1.0), ("kg m-3", 1.0), ("kg/m^3", 1.0)],
+    standard: &["sea_water_density"],
+    units: &[("kg/m3", 1.0), ("kg m-3", 1.0), ("kg/m^3", 1.0), ("kg/m**3", 1.0), ("g/cm3", 1e3), ("g cm-3", 1e3), ("g/cm^3", 1e3)],
     without_unit: &[],
 };
 pub(in crate::import) const PITCH: Wanted = Wanted {
@@ -144,7 +214,24 @@ pub(in crate::import) const BALLAST: Wanted = Wanted {
         "de_oil_vol",
     ],
     standard: &[],
-    units: &[("cc", 1e-6), ("cm3", 1e-6), ("cm^3", 1e-6), ("m3", 1.0), ("ml", 1e-6), ("cm-3", 1e-6)],
+    units: &[
+        ("cc", 1e-6),
+        ("cm3", 1e-6),
+        ("cm^3", 1e-6),
+        ("cm**3", 1e-6),
+        ("cm-3", 1e-6),
+        ("ml", 1e-6),
+        ("m3", 1.0),
+        ("m^3", 1.0),
+        ("m**3", 1.0),
+        ("l", 1e-3),
+        ("liter", 1e-3),
+        ("liters", 1e-3),
+        ("litre", 1e-3),
+        ("litres", 1e-3),
+        ("in3", 1.638_706_4e-5),
+        ("in^3", 1.638_706_4e-5),
+    ],
     without_unit: &[("eng_vbdCC", 1e-6), ("vbdCC", 1e-6), ("VBD_CC", 1e-6)],
 };
 pub(in crate::import) const BATTERY: Wanted = Wanted {

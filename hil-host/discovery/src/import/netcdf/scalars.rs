@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use netcdf_reader::NcFile;
+use netcdf_reader::{NcFile, NcType, NcVariable};
 
 use super::super::Imported;
 use crate::record::resample::Series;
@@ -58,13 +58,73 @@ pub fn scalars(path: &Path) -> Scalars {
     out
 }
 
-/// Name of the deployment that the file says it is of.
-#[must_use]
-pub fn trajectory(path: &Path) -> Option<String> {
-    let file = super::open(path).ok()?;
-    let named = ["trajectory", "TRAJECTORY"].iter().find(|n| file.variable(n).is_ok_and(|v| v.num_elements().is_ok_and(|k| k < 1000)));
-    let text = named.and_then(|n| file.read_variable_as_strings(n).ok()).map(|t| t.concat());
-    text.map(|t| t.trim_matches(['\0', ' ']).to_owned()).filter(|t| !t.is_empty())
+/// Global attributes that name the vehicle, not the dive or the file.
+const VEHICLE: [&str; 7] =
+    ["glider_serial", "glider_name", "platform_code", "wmo_id", "wmo_platform_code", "wmo_identifier", "platform_serial_number"];
+/// Where names of deployments stand.
+pub(super) const TRAJECTORY: &str = "trajectory";
+
+/// Which deployments and vehicles files say they are of: names by where they stand.
+#[derive(Clone, Debug, Default)]
+pub struct Identity(BTreeMap<&'static str, BTreeSet<String>>);
+
+impl Identity {
+    /// What one file says.
+    #[must_use]
+    pub fn of(file: &NcFile) -> Self {
+        let mut out = Self::default();
+        let mut add = |key: &'static str, text: &str| {
+            let text = text.trim_matches(['\0', ' ']);
+            if !text.is_empty() {
+                out.0.entry(key).or_default().insert(text.to_owned());
+            }
+        };
+        for v in file.variables().unwrap_or_default() {
+            let role = v.attribute("cf_role").and_then(|a| a.value.as_string()).unwrap_or_default();
+            let named = role.trim() == "trajectory_id" || v.name().eq_ignore_ascii_case(TRAJECTORY);
+            if !named || v.num_elements().is_ok_and(|n| n > 1_000_000) {
+                continue;
+            }
+            let texts = file.read_variable_as_strings(v.name());
+            let numbers = || file.read_variable_as_f64(v.name()).map(|n| n.iter().map(f64::to_string).collect());
+            texts.or_else(|_| numbers()).unwrap_or_default().iter().for_each(|t| add(TRAJECTORY, t));
+        }
+        for name in VEHICLE {
+            let text = file.global_attribute(name).ok().map(|a| a.value.as_string().or_else(|| a.value.as_f64().map(|v| v.to_string())));
+            add(name, &text.flatten().unwrap_or_default());
+        }
+        out
+    }
+
+    /// The same of a file by its path; nothing of one that cannot be read.
+    #[must_use]
+    pub fn of_path(path: &Path) -> Self {
+        super::open(path).map_or_else(|_| Self::default(), |file| Self::of(&file))
+    }
+
+    /// Adds what another file says.
+    pub fn join(&mut self, other: Self) {
+        other.0.into_iter().for_each(|(key, names)| self.0.entry(key).or_default().extend(names));
+    }
+
+    /// How many trajectories a file holds in a dimension of that name, where some variable has it beside another.
+    #[must_use]
+    pub fn trajectories(file: &NcFile) -> u64 {
+        let long = |v: &NcVariable| v.dimensions().iter().filter(|d| d.size > 1).count() > 1;
+        let of = |v: &NcVariable| v.dimensions().iter().find(|d| d.name.eq_ignore_ascii_case(TRAJECTORY)).map_or(1, |d| d.size);
+        // Names of one trajectory are a table of characters.
+        let numbers = |v: &&NcVariable| !matches!(v.dtype(), NcType::Char | NcType::String);
+        file.variables().unwrap_or_default().iter().filter(numbers).filter(|v| long(v)).map(of).max().unwrap_or(1)
+    }
+
+    /// Why these are not of one flight of one vehicle.
+    #[must_use]
+    pub fn mixed(&self) -> Option<String> {
+        let (key, names) = self.0.iter().find(|(_, names)| names.len() > 1)?;
+        let list = names.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
+        let what = if *key == TRAJECTORY { "deployments" } else { "gliders" };
+        Some(format!("of {} {what} ({key}: {list}): import one at a time", names.len()))
+    }
 }
 
 /// Speeds agree with the rate of depth to this, m/s, or the leg's are not used: an inverse solution errs by leg.

@@ -1,15 +1,16 @@
 //! Small files written here, each with a quirk that files of real gliders have.
 
+use super::names::DEGREE;
 use super::*;
 use netcdf3::{DataSet, FileWriter, Version};
 
-const ROWS: usize = 400;
+pub(super) const ROWS: usize = 400;
 
 /// A variable: name, unit, values.
-type Column = (&'static str, &'static str, Vec<f64>);
+pub(super) type Column = (&'static str, &'static str, Vec<f64>);
 
 /// Saw-teeth between 2 and 52 dbar, 4 s apart.
-fn sawtooth() -> Vec<Column> {
+pub(super) fn sawtooth() -> Vec<Column> {
     let column = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
         (0..ROWS)
             .map(|i| {
@@ -29,20 +30,31 @@ fn sawtooth() -> Vec<Column> {
     ]
 }
 
-fn change(columns: &mut [Column], name: &str, unit: &'static str, f: impl Fn(usize, f64) -> f64) {
+pub(super) fn change(columns: &mut [Column], name: &str, unit: &'static str, f: impl Fn(usize, f64) -> f64) {
     for (_, u, values) in columns.iter_mut().filter(|c| c.0 == name) {
         *u = unit;
         *values = values.iter().enumerate().map(|(i, v)| f(i, *v)).collect();
     }
 }
 
+/// A text attribute: variable, name, text.
+pub(super) type Attribute = (&'static str, &'static str, &'static str);
+
 /// Writes and imports; `flags` are characters beside the temperature.
-fn imported(columns: &[Column], flags: Option<&str>) -> Result<Imported, String> {
+pub(super) fn imported(columns: &[Column], flags: Option<&str>) -> Result<Imported, String> {
+    written(columns, flags, &[])
+}
+
+/// The same with further attributes.
+pub(super) fn written(columns: &[Column], flags: Option<&str>, attributes: &[Attribute]) -> Result<Imported, String> {
     let mut set = DataSet::new();
     set.add_fixed_dim("N_MEASUREMENTS", ROWS).expect("a dimension");
     for (name, unit, _) in columns {
         set.add_var_f64(name, &["N_MEASUREMENTS"]).expect("a variable");
         set.add_var_attr_string(name, "units", unit).expect("a unit");
+    }
+    for (variable, name, text) in attributes {
+        set.add_var_attr_string(variable, name, text).expect("an attribute");
     }
     if flags.is_some() {
         set.add_var_u8("TEMP_QC", &["N_MEASUREMENTS"]).expect("a variable");
@@ -63,7 +75,7 @@ fn imported(columns: &[Column], flags: Option<&str>) -> Result<Imported, String>
     imported
 }
 
-fn has_note(imported: &Imported, what: &str) -> bool {
+pub(super) fn has_note(imported: &Imported, what: &str) -> bool {
     imported.report.notes.iter().chain(&imported.report.left_out).any(|n| n.contains(what))
 }
 

@@ -2,20 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use netcdf_reader::{NcFile, NcType};
+use netcdf_reader::NcFile;
 
-use super::super::calendar::{days_from_1970, zone_s};
-use super::super::channels::{LONGEST_MISSION_S, stray_times};
 use super::super::{MappedName, Report};
-use super::names::{BALLAST, Wanted};
-use crate::record::resample::{Series, longest_in_order};
+use super::clocks::{Backwards, backwards};
+pub(crate) use super::fills::undeclared_fill;
+use super::names::{BALLAST, DENSITY, PRESSURE, SALINITY, Wanted};
+use crate::record::resample::Series;
 
 /// Nothing that a glider measures is larger: such numbers are fills that the file does not declare (NetCDF's own are about 1e37).
-const LARGEST: f64 = 1e30;
-/// Unix times outside 1970 to 2100 are no times, s: the least 64-bit integer stands for "no time" in files made from pandas.
-const TIMES: std::ops::Range<f64> = 0.0..4.103e9;
-/// Flags that say "bad" and "missing", in OG1, Argo, Seaglider and QARTOD alike.
-const BAD: [u8; 2] = [4, 9];
+pub(super) const LARGEST: f64 = 1e30;
+/// Practical salinity of one gram of absolute salinity a kilogram, where the sea has its usual salts (TEOS-10).
+const PRACTICAL: f64 = 35.0 / 35.165_04;
 
 pub(super) struct Reader<'a> {
     pub file: &'a NcFile,
@@ -34,27 +32,63 @@ pub(super) struct Channel {
     pub series: Series,
     /// Samples whose time goes back.
     pub backwards: Option<Backwards>,
+    /// Share of the clock's run in which it has values.
+    pub coverage: f64,
+    unit: String,
+    factor: f64,
 }
 
-/// Samples out of the order of time.
-pub(super) struct Backwards {
-    /// Fewest samples without which time only increases, of how many.
-    pub samples: (usize, usize),
-    /// The first step back, as "from .. to .. at ..".
-    pub first: String,
-    /// The series without them.
-    pub without: Series,
+impl Channel {
+    /// Whether it measured nothing: it is zero throughout.
+    fn is_zero(&self) -> bool {
+        self.series.pairs().all(|(_, v)| v == 0.0)
+    }
 }
+
+/// Why a variable is not a channel: with a text where its values would be lost by it.
+struct Unread(Option<String>);
 
 impl Reader<'_> {
-    /// The first of the wanted names that is there with a clock and a unit, in SI on Unix time.
+    /// The first of the wanted names that is there with a clock and a unit, in SI on Unix time; one that has values in a small part of
+    /// the run only, or is zero throughout, gives way to a fuller one.
     pub fn channel(&mut self, wanted: &Wanted) -> Option<Channel> {
-        let found = self.called(wanted).into_iter().find_map(|name| self.one(&name, wanted));
-        if let Some((channel, unit, factor)) = found {
-            self.report.map(MappedName { from: channel.name.clone(), unit, to: wanted.column.into(), factor });
-            return Some(channel);
+        let (mut found, mut unread) = (Vec::new(), Vec::new());
+        for name in self.called(wanted) {
+            match self.one(&name, wanted) {
+                Ok(channel) => {
+                    let full = channel.coverage >= 0.5 && !channel.is_zero();
+                    found.push(channel);
+                    if full {
+                        break;
+                    }
+                }
+                Err(Unread(why)) => unread.extend(why),
+            }
         }
-        None
+        let most = found.iter().filter(|c| !c.is_zero()).map(|c| c.coverage).fold(0.0, f64::max);
+        let best = found.iter().position(|c| !c.is_zero() && 2.0 * c.coverage >= most).unwrap_or(0);
+        for why in unread {
+            if found.is_empty() { self.report.leave_out(why) } else { self.report.note(why) }
+        }
+        for passed in found.iter().take(best) {
+            let why = if passed.is_zero() { "is 0 throughout".into() } else { format!("has {} values", passed.series.len()) };
+            self.report.note(format!("{} {why}: {} is taken, which has {}", passed.name, found[best].name, found[best].series.len()));
+        }
+        let channel = (best < found.len()).then(|| found.swap_remove(best))?;
+        let (unit, factor) = (channel.unit.clone(), channel.factor);
+        self.report.map(MappedName { from: channel.name.clone(), unit, to: wanted.column.into(), factor });
+        Some(channel)
+    }
+
+    /// A channel that is only asked for a check or in the place of another: what cannot be read of it is no loss.
+    pub fn aside(&mut self, wanted: &Wanted) -> Option<Channel> {
+        let (mapped, lost) = (self.report.mapped.len(), self.report.left_out.len());
+        let channel = self.channel(wanted);
+        self.report.mapped.truncate(mapped);
+        for why in self.report.left_out.split_off(lost) {
+            self.report.note(why);
+        }
+        channel
     }
 
     /// Variables that may be what is wanted: by name whatever its case, then by what the file says it is.
@@ -86,22 +120,10 @@ impl Reader<'_> {
         Some(variable.dimensions().iter().filter(|d| d.size != 1).map(|d| d.name.clone()).collect())
     }
 
-    fn one(&mut self, name: &str, wanted: &Wanted) -> Option<(Channel, String, f64)> {
-        let dimensions = self.dimensions(name).filter(|d| !d.is_empty())?;
+    fn one(&mut self, name: &str, wanted: &Wanted) -> Result<Channel, Unread> {
+        let dimensions = self.dimensions(name).filter(|d| !d.is_empty()).ok_or(Unread(None))?;
         let unit = self.text(name, "units").unwrap_or_default().trim().to_owned();
-        let known = wanted.units.iter().find(|(u, _)| u.eq_ignore_ascii_case(&unit)).map(|(_, f)| *f);
-        let stated = wanted.without_unit.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, f)| *f);
-        let factor = match (known, stated) {
-            (Some(factor), _) => factor,
-            (None, Some(factor)) if unit.is_empty() => {
-                self.report.note(format!("{name} states no unit: factor {factor} to SI by its name"));
-                factor
-            }
-            _ => {
-                self.report.note(format!("{name} is in \"{unit}\", which is not known for it: left out"));
-                return None;
-            }
-        };
+        let (offset, factor) = self.to_si(name, &unit, wanted)?;
         let Some(time) = self.clock(name, &dimensions) else {
             let what = if dimensions.len() > 1 {
                 format!("{name} is a table of {}, not a series in time (a gridded product?): left out", dimensions.join(" x "))
@@ -109,30 +131,66 @@ impl Reader<'_> {
                 format!("{name} has no time on its dimension {}: left out", dimensions[0])
             };
             self.report.note(what);
-            return None;
+            return Err(Unread(None));
         };
         let mut values = match self.values(name) {
             Ok(values) => {
                 let values = self.without_fills(name, values);
-                values.iter().map(|v| if v.abs() < LARGEST { v * factor } else { f64::NAN }).collect::<Vec<_>>()
+                values.iter().map(|v| if v.abs() < LARGEST { (v - offset) * factor } else { f64::NAN }).collect::<Vec<_>>()
             }
             Err(why) => {
                 self.report.leave_out(format!("{name} cannot be read ({why})"));
-                return None;
+                return Err(Unread(None));
             }
         };
         self.leave_out_bad(name, &mut values);
+        self.without_impossible(name, wanted, &mut values);
+        if wanted.column == PRESSURE.column {
+            self.report_undated(name, &time, &values);
+        }
         let backwards = (dimensions.len() == 1).then(|| backwards(&time, &values)).flatten();
         let series = Series::new(&time, &values);
         if series.is_empty() {
             self.report.note(format!("{name} has no value: left out"));
-            return None;
+            return Err(Unread(None));
         }
-        Some((Channel { name: name.to_owned(), series, backwards }, unit, factor))
+        Ok(Channel { name: name.to_owned(), coverage: coverage(&time, &values), series, backwards, unit, factor })
+    }
+
+    /// What is taken off the numbers of a variable, and by what they are multiplied then, to be in SI.
+    fn to_si(&mut self, name: &str, unit: &str, wanted: &Wanted) -> Result<(f64, f64), Unread> {
+        let standard = self.text(name, "standard_name").unwrap_or_default();
+        if wanted.column == DENSITY.column && (standard.contains("potential_density") || standard.contains("sigma")) {
+            let what = format!("{name} is {standard} by its standard_name, not the density where it was measured: left out");
+            return Err(Unread(Some(what)));
+        }
+        let stated = wanted.without_unit.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, f)| *f);
+        let (offset, factor) = match (wanted.in_si(unit), stated) {
+            (Some(known), _) => known,
+            (None, Some(factor)) if unit.is_empty() => {
+                self.report.note(format!("{name} states no unit: factor {factor} to SI by its name"));
+                (0.0, factor)
+            }
+            _ => return Err(Unread(Some(format!("{name} is in \"{unit}\", which is not known for it: left out")))),
+        };
+        if wanted.names == SALINITY.names && standard.trim() == "sea_water_absolute_salinity" {
+            self.report.note(format!("{name} is absolute salinity by its standard_name: turned into the practical one"));
+            return Ok((offset, factor * PRACTICAL));
+        }
+        Ok((offset, factor))
+    }
+
+    /// Values without a time are lost.
+    fn report_undated(&mut self, name: &str, time: &[f64], values: &[f64]) {
+        let lost = time.iter().zip(values).filter(|(t, v)| t.is_nan() && v.is_finite()).count();
+        // Those of a clock that was not set are counted where it is read.
+        if lost > 0 && !self.report.left_out.iter().any(|l| l.contains("a clock that was not set")) {
+            self.report.leave_out(format!("{lost} of {} values of {name} have no time", values.len()));
+        }
     }
 
     /// Whether the values of `name` have room: what a file declares may be a thousand times what it holds.
-    fn fits(&mut self, name: &str) -> Result<(), String> {
+    pub(super) fn fits(&mut self, name: &str) -> Result<(), String> {
         let rows = self.file.variable(name).and_then(|v| Ok(v.num_elements()?)).map_err(|e| e.to_string())?;
         let bytes = rows.saturating_mul(8);
         if bytes > self.budget {
@@ -143,150 +201,13 @@ impl Reader<'_> {
     }
 
     /// All values of a variable, unpacked, fills as NaN.
-    fn values(&mut self, name: &str) -> Result<Vec<f64>, String> {
+    pub(super) fn values(&mut self, name: &str) -> Result<Vec<f64>, String> {
         self.fits(name)?;
         let values = self.file.read_variable_unpacked_masked(name).map_err(|e| reason(&e))?;
-        Ok(values.iter().copied().collect())
-    }
-
-    /// Without what the file does not declare to be a fill: one value, over and over, far outside of all others; and what lies
-    /// beyond a `valid_min` or `valid_max` that is written as a text.
-    fn without_fills(&mut self, name: &str, mut values: Vec<f64>) -> Vec<f64> {
-        let bound = |attribute: &str| self.text(name, attribute).and_then(|t| t.trim().parse::<f64>().ok());
-        let (low, high) = (bound("valid_min"), bound("valid_max"));
-        let mut beyond = 0;
-        for v in &mut values {
-            if low.is_some_and(|l| *v < l) || high.is_some_and(|h| *v > h) {
-                *v = f64::NAN;
-                beyond += 1;
-            }
-        }
-        if beyond > 0 {
-            self.report.note(format!("{beyond} values of {name} beyond its valid_min or valid_max left out"));
-        }
-        for _ in 0..2 {
-            let Some((fill, count)) = undeclared_fill(&values) else { break };
-            values.iter_mut().filter(|v| **v == fill).for_each(|v| *v = f64::NAN);
-            self.report
-                .note(format!("{count} of {} values of {name} are {fill}: a fill that the file does not declare, left out", values.len()));
-        }
-        values
-    }
-
-    /// Values whose flag is "bad" or "missing" become none.
-    fn leave_out_bad(&mut self, name: &str, values: &mut [f64]) {
-        let declared = self.text(name, "ancillary_variables").unwrap_or_default();
-        let declared = declared.split_whitespace().filter(|n| {
-            let n = n.to_ascii_lowercase();
-            n.ends_with("_qc") || n.contains("primary_flag") || n.contains("aggregate")
-        });
-        let usual = [format!("{name}_qc"), format!("{name}_QC")];
-        let names = declared.chain(usual.iter().map(String::as_str));
-        let Some((flag, flags)) = names.into_iter().find_map(|n| Some((n.to_owned(), self.flags(n, values.len())?))) else { return };
-        let mut left_out = 0;
-        for (value, flag) in values.iter_mut().zip(&flags) {
-            if value.is_finite() && flag.is_some_and(|f| BAD.contains(&f)) {
-                *value = f64::NAN;
-                left_out += 1;
-            }
-        }
-        if left_out > 0 {
-            self.report.note(format!("{left_out} of {} values of {name} left out: {flag} says bad (4) or missing (9)", values.len()));
-        }
-    }
-
-    /// Flags as numbers; they come as integers, as floats and as characters.
-    fn flags(&mut self, name: &str, rows: usize) -> Option<Vec<Option<u8>>> {
-        self.fits(name).ok()?;
-        let variable = self.file.variable(name).ok()?;
-        let digit = |c: char| c.to_digit(10).and_then(|d| u8::try_from(d).ok());
-        let flags: Vec<Option<u8>> = match variable.dtype() {
-            NcType::Char | NcType::String => {
-                let texts = self.file.read_variable_as_strings(name).ok()?;
-                if texts.len() == rows {
-                    texts.iter().map(|t| t.chars().next().and_then(digit)).collect()
-                } else {
-                    // One text of one character a row; what is cut off at its end says nothing.
-                    let mut flags: Vec<_> = texts.concat().chars().map(digit).collect();
-                    if flags.len() < rows && texts.len() == 1 {
-                        flags.resize(rows, None);
-                    }
-                    flags
-                }
-            }
-            _ => {
-                let numbers = self.file.read_variable_as_f64(name).ok()?;
-                numbers.iter().map(|v| (v.fract() == 0.0 && (0.0..10.0).contains(v)).then_some(*v as u8)).collect()
-            }
-        };
-        (flags.len() == rows).then_some(flags)
-    }
-
-    /// Unix times of a variable: what its `coordinates` name, else "time", else whatever counts "… since …" on the same dimensions.
-    fn clock(&mut self, name: &str, dimensions: &[String]) -> Option<Vec<f64>> {
-        let named = self.text(name, "coordinates").unwrap_or_default();
-        let variables = self.file.variables().ok()?;
-        let mut candidates: Vec<&str> = variables
-            .iter()
-            .filter(|v| v.dimensions().iter().filter(|d| d.size != 1).map(|d| &d.name).eq(dimensions))
-            .filter(|v| {
-                let said = |attribute: &str| v.attribute(attribute).and_then(|a| a.value.as_string()).unwrap_or_default();
-                v.name().to_ascii_lowercase().contains("time") || said("standard_name").trim() == "time" || said("axis").trim() == "T"
-            })
-            .map(|v| v.name())
-            .collect();
-        let rank = |n: &str| match n {
-            _ if named.split_whitespace().any(|c| c == n) => 0,
-            _ if n.eq_ignore_ascii_case("time") => 1,
-            _ => 2,
-        };
-        candidates.sort_by_key(|n| (rank(n), n.len()));
-        let candidates: Vec<String> = candidates.into_iter().map(str::to_owned).collect();
-        candidates.into_iter().find_map(|clock| {
-            if let Some(known) = self.clocks.get(&clock) {
-                return known.clone();
-            }
-            let times = self.times(&clock);
-            self.clocks.insert(clock, times.clone());
-            times
-        })
-    }
-
-    /// Unix times of one clock.
-    fn times(&mut self, clock: &str) -> Option<Vec<f64>> {
-        let unit = self.text(clock, "units").unwrap_or_default();
-        let Some((scale, epoch)) = since(&unit) else {
-            // A clock that is meant but not understood must not give way to another one in silence.
-            if unit.contains(" since ") {
-                self.report.note(format!("{clock} counts \"{unit}\", which is not known: another clock is used if there is one"));
-            }
-            return None;
-        };
-        let values = match self.values(clock) {
-            Ok(values) => values,
-            Err(why) => {
-                self.report.leave_out(format!("{clock} cannot be read ({why})"));
-                return None;
-            }
-        };
-        let times: Vec<f64> = values.iter().map(|v| v * scale + epoch).map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
-        let mut times = times;
-        let stray = stray_times(&mut times, LONGEST_MISSION_S);
-        if stray > 0 {
-            self.report
-                .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
-        }
-        let repeated = spread(&mut times);
-        if repeated > 0 {
-            self.report.note(format!(
-                "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
-                times.len()
-            ));
-        }
-        if !times.iter().any(|t| t.is_finite()) {
-            self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
-        }
-        Some(times)
+        // Written as texts they are not applied by the reader.
+        let number = |attribute: &str| self.text(name, attribute).and_then(|t| t.trim().parse::<f64>().ok());
+        let (scale, offset) = (number("scale_factor").unwrap_or(1.0), number("add_offset").unwrap_or(0.0));
+        Ok(values.iter().map(|v| v * scale + offset).collect())
     }
 
     /// A whole number of each row, on the clock of its dimension, e.g. of the dive.
@@ -311,53 +232,17 @@ impl Reader<'_> {
     }
 }
 
-/// Equal times that follow one another are set evenly apart up to the next; how many there are.
-fn spread(times: &mut [f64]) -> usize {
-    let mut repeated = 0;
-    let mut start = 0;
-    while start < times.len() {
-        let t = times[start];
-        let end = (start..times.len()).find(|k| times[*k] != t).unwrap_or(times.len());
-        let k = end - start;
-        if k > 1 && t.is_finite() {
-            // Without a next one, as far apart as before.
-            let ahead = times.get(end).map(|next| next - t).filter(|step| *step > 0.0);
-            let behind = start.checked_sub(1).map(|before| t - times[before]).filter(|step| *step > 0.0);
-            if let Some(step) = ahead.or(behind) {
-                (0..k).for_each(|m| times[start + m] = t + step * m as f64 / k as f64);
-                repeated += k - 1;
-            }
-        }
-        start = end.max(start + 1);
+/// Share of a clock's run in which a variable has values: of as many as 50 equal parts of the run that have times.
+fn coverage(time: &[f64], values: &[f64]) -> f64 {
+    let (first, last) = time.iter().filter(|t| t.is_finite()).fold((f64::MAX, f64::MIN), |(a, b), t| (a.min(*t), b.max(*t)));
+    let (mut timed, mut filled) = ([false; 50], [false; 50]);
+    for (t, v) in time.iter().zip(values).filter(|(t, _)| t.is_finite()) {
+        let part = if last > first { ((t - first) / (last - first) * 50.0).min(49.0) as usize } else { 0 };
+        timed[part] = true;
+        filled[part] |= v.is_finite();
     }
-    repeated
-}
-
-/// A value that comes three times and more, lies further from all others than they span ten times over, and is ten times larger or
-/// smaller (a pump that is out as often as it is in has two values too); for numbers of nines, such as -9999, beyond them by a tenth of
-/// their span. With its count.
-pub(crate) fn undeclared_fill(values: &[f64]) -> Option<(f64, usize)> {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite() && v.abs() < LARGEST).collect();
-    sorted.sort_by(f64::total_cmp);
-    let (low, high) = (*sorted.first()?, *sorted.last()?);
-    for (fill, others) in
-        [(high, &sorted[..sorted.partition_point(|v| *v < high)]), (low, &sorted[sorted.partition_point(|v| *v <= low)..])]
-    {
-        let count = sorted.len() - others.len();
-        let (Some(first), Some(last)) = (others.first(), others.last()) else { continue };
-        let (span, away) = (last - first, (fill - last).max(first - fill));
-        let nines = {
-            let digits = format!("{}", fill.abs());
-            let nines = digits.chars().filter(|c| *c == '9').count();
-            nines >= 3 && digits.chars().all(|c| c == '9' || c == '.')
-        };
-        let (least, most) = (first.abs().min(last.abs()), first.abs().max(last.abs()));
-        let another_size = fill.abs() > 10.0 * most || 10.0 * fill.abs() < least;
-        if count >= 3 && span > 0.0 && ((away > 10.0 * span && another_size) || (nines && away > 0.1 * span)) {
-            return Some((fill, count));
-        }
-    }
-    None
+    let count = |parts: [bool; 50]| parts.iter().filter(|p| **p).count() as f64;
+    count(filled) / count(timed).max(1.0)
 }
 
 /// What the reader says, with the way out where there is one.
@@ -365,97 +250,4 @@ fn reason(error: &netcdf_reader::Error) -> String {
     let said = error.to_string();
     let way_out = if said.contains("unsupported filter") { "; repack the file with `h5repack -f NONE IN OUT`" } else { "" };
     format!("{said}{way_out}")
-}
-
-fn backwards(time: &[f64], values: &[f64]) -> Option<Backwards> {
-    let finite: Vec<(usize, f64, f64)> =
-        time.iter().zip(values).enumerate().filter(|(_, (t, v))| t.is_finite() && v.is_finite()).map(|(i, (t, v))| (i, *t, *v)).collect();
-    let first = finite.windows(2).find(|w| w[1].1 < w[0].1)?;
-    let first = format!("from {:.3} to {:.3} s at sample {}", first[0].1, first[1].1, first[1].0 + 1);
-    let times: Vec<f64> = finite.iter().map(|f| f.1).collect();
-    let kept = longest_in_order(&times);
-    let samples = (finite.len() - kept.len(), finite.len());
-    let (time, value): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|k| (finite[k].1, finite[k].2)).unzip();
-    Some(Backwards { samples, first, without: Series::new(&time, &value) })
-}
-
-/// Seconds per unit and Unix time of the origin of "seconds since 1970-01-01 00:00:00".
-fn since(units: &str) -> Option<(f64, f64)> {
-    let (unit, date) = units.split_once(" since ")?;
-    let scale = match unit.trim().to_ascii_lowercase().as_str() {
-        "nanoseconds" | "nanosecond" | "ns" => 1e-9,
-        "microseconds" | "microsecond" | "us" => 1e-6,
-        "milliseconds" | "millisecond" | "msec" | "ms" => 1e-3,
-        "seconds" | "second" | "s" | "sec" | "secs" => 1.0,
-        "minutes" | "minute" | "min" | "mins" => 60.0,
-        "hours" | "hour" | "hr" | "h" => 3600.0,
-        "days" | "day" | "d" => 86400.0,
-        _ => return None,
-    };
-    // A zone other than UTC: "+02:00" after the time of day.
-    let (date, zone) = match date.trim().rfind(['+', '-']).filter(|at| date.trim()[..*at].contains(':')) {
-        Some(at) => (&date.trim()[..at], Some(&date.trim()[at..])),
-        None => (date.trim(), None),
-    };
-    let mut numbers = date.split(|c: char| !c.is_ascii_digit() && c != '.').filter(|s| !s.is_empty()).map(str::parse::<f64>);
-    let mut next = || numbers.next().and_then(Result::ok);
-    let (year, month, day) = (next()?, next()?, next()?);
-    let clock = next().unwrap_or(0.0) * 3600.0 + next().unwrap_or(0.0) * 60.0 + next().unwrap_or(0.0);
-    let zone_s = zone.map_or(Some(0.0), zone_s)?;
-    Some((scale, days_from_1970(year as i64, month as i64, day as i64)? as f64 * 86400.0 + clock - zone_s))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_fewest_samples_are_called_out_of_order() {
-        assert!(backwards(&[0.0, 1.0, f64::NAN, 2.0], &[0.0; 4]).is_none());
-        let found = backwards(&[0.0, 1.0, 9.0, 2.0, 3.0], &[0.0; 5]).expect("one step back");
-        assert_eq!((found.samples, found.first.as_str()), ((1, 5), "from 9.000 to 2.000 s at sample 4"));
-    }
-
-    #[test]
-    fn times_of_whole_seconds_are_spread() {
-        let mut times = [0.0, 0.0, 1.0, 1.0, 2.0, f64::NAN, 5.0, 5.0];
-        assert_eq!(spread(&mut times), 2);
-        assert_eq!(times[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
-        let mut stuck = [7.0; 4];
-        assert_eq!(spread(&mut stuck), 0);
-    }
-
-    #[test]
-    fn fills_that_nothing_declares_are_found_and_measurements_are_not() {
-        let wave: Vec<f64> = (0..300).map(|i| 10.0 + 5.0 * (0.1 * f64::from(i)).sin()).collect();
-        assert_eq!(undeclared_fill(&wave), None);
-        // Held at a rail three times, near the others: no fill.
-        let held: Vec<f64> = wave.iter().map(|v| v.min(14.0)).collect();
-        assert_eq!(undeclared_fill(&held), None);
-        for fill in [-9999.9, 9999.0, -999.0, -32768.0, 1e20] {
-            let mut with = wave.clone();
-            (0..100).for_each(|k| with[3 * k] = fill);
-            assert_eq!(undeclared_fill(&with), Some((fill, 100)), "{fill}");
-        }
-        // A deep pressure and its -999.
-        let mut deep: Vec<f64> = (0..1000).map(f64::from).collect();
-        deep.extend([-999.0; 5]);
-        assert_eq!(undeclared_fill(&deep), Some((-999.0, 5)));
-        // One large number is a spike.
-        let mut spike = wave;
-        spike[7] = 9999.0;
-        assert_eq!(undeclared_fill(&spike), None);
-    }
-
-    #[test]
-    fn origins_of_time_are_read() {
-        assert_eq!(since("seconds since 1970-1-1 00:00:00"), Some((1.0, 0.0)));
-        assert_eq!(since("days since 1950-01-01T00:00:00Z"), Some((86400.0, -7305.0 * 86400.0)));
-        assert_eq!(since("seconds since 2000-03-01 12:00"), Some((1.0, 951_912_000.0)));
-        assert_eq!(since("seconds since 1970-01-01T00:00:00+00:00"), Some((1.0, 0.0)));
-        assert_eq!(since("hours since 1970-01-01 02:00:00 +02:00"), Some((3600.0, 0.0)));
-        assert_eq!(since("nanoseconds since 1970-01-01 00:00:01"), Some((1e-9, 1.0)));
-        assert_eq!(since("metres"), None);
-        assert_eq!(since("fortnights since 1970-01-01"), None);
-    }
 }

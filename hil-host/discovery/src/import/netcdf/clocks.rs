@@ -1,0 +1,225 @@
+//! Clocks of a NetCDF file: which one a variable stands on, and what its numbers are in Unix time.
+
+use netcdf_reader::NcType;
+
+use super::super::calendar::{days_from_1970, zone_s};
+use super::super::channels::{LONGEST_MISSION_S, stray_times};
+use super::variables::Reader;
+use crate::record::plausible::quantile;
+use crate::record::resample::{Series, longest_in_order};
+
+/// Unix times outside 1970 to 2100 are no times, s: the least 64-bit integer stands for "no time" in files made from pandas.
+const TIMES: std::ops::Range<f64> = 0.0..4.103e9;
+/// Unix times of gliders without an origin in their unit, s: 1995 to 2100.
+const UNIX: std::ops::Range<f64> = 7.9e8..4.103e9;
+
+/// Samples out of the order of time.
+pub(super) struct Backwards {
+    /// Fewest samples without which time only increases, of how many.
+    pub samples: (usize, usize),
+    /// The first step back, as "from .. to .. at ..".
+    pub first: String,
+    /// The series without them.
+    pub without: Series,
+}
+
+impl Reader<'_> {
+    /// Unix times of a variable: what its `coordinates` name, else "time", else whatever counts "… since …" on the same dimensions.
+    pub(super) fn clock(&mut self, name: &str, dimensions: &[String]) -> Option<Vec<f64>> {
+        let named = self.text(name, "coordinates").unwrap_or_default();
+        let variables = self.file.variables().ok()?;
+        let mut candidates: Vec<&str> = variables
+            .iter()
+            .filter(|v| v.dimensions().iter().filter(|d| d.size != 1).map(|d| &d.name).eq(dimensions))
+            .filter(|v| {
+                let said = |attribute: &str| v.attribute(attribute).and_then(|a| a.value.as_string()).unwrap_or_default();
+                v.name().to_ascii_lowercase().contains("time") || said("standard_name").trim() == "time" || said("axis").trim() == "T"
+            })
+            .map(|v| v.name())
+            .collect();
+        let rank = |n: &str| match n {
+            _ if named.split_whitespace().any(|c| c == n) => 0,
+            _ if n.eq_ignore_ascii_case("time") => 1,
+            _ => 2,
+        };
+        candidates.sort_by_key(|n| (rank(n), n.len()));
+        let candidates: Vec<String> = candidates.into_iter().map(str::to_owned).collect();
+        candidates.into_iter().find_map(|clock| {
+            if let Some(known) = self.clocks.get(&clock) {
+                return known.clone();
+            }
+            let times = self.times(&clock);
+            self.clocks.insert(clock, times.clone());
+            times
+        })
+    }
+
+    /// Unix times of one clock.
+    fn times(&mut self, clock: &str) -> Option<Vec<f64>> {
+        let unit = self.text(clock, "units").unwrap_or_default();
+        let known = since(&unit);
+        // A clock that is meant but not understood must not give way to another one in silence.
+        if known.is_none() && unit.contains(" since ") {
+            self.report.note(format!("{clock} counts \"{unit}\", which is not known: another clock is used if there is one"));
+            return None;
+        }
+        if let Some(calendar) = self.text(clock, "calendar").filter(|c| !is_gregorian(c)) {
+            self.report.note(format!("{clock} is in the calendar \"{calendar}\", which no clock of a glider runs by: not used"));
+            return None;
+        }
+        let values = match self.values(clock) {
+            Ok(values) => values,
+            Err(why) => {
+                self.report.leave_out(format!("{clock} cannot be read ({why})"));
+                return None;
+            }
+        };
+        let Some((scale, epoch)) = known.or_else(|| self.without_origin(clock, &unit, &values)) else { return None };
+        if let Some(step_s) = self.coarse_s(clock, &values, scale) {
+            self.report.note(format!("{clock} is stored in 32-bit floats, {step_s:.0} s apart at such numbers: store it in 64 bits"));
+            return None;
+        }
+        let times: Vec<f64> = values.iter().map(|v| v * scale + epoch).map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
+        let mut times = times;
+        let stray = stray_times(&mut times, LONGEST_MISSION_S);
+        if stray > 0 {
+            self.report
+                .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
+        }
+        let repeated = spread(&mut times);
+        if repeated > 0 {
+            self.report.note(format!(
+                "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
+                times.len()
+            ));
+        }
+        if !times.iter().any(|t| t.is_finite()) {
+            self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
+        }
+        Some(times)
+    }
+
+    /// Seconds since 1970 where a clock states no origin and its numbers can be nothing else; else what its unit lacks is noted.
+    fn without_origin(&mut self, clock: &str, unit: &str, values: &[f64]) -> Option<(f64, f64)> {
+        let counts = ["", "1", "s", "sec", "second", "seconds", "utc", "timestamp"].contains(&unit.trim().to_ascii_lowercase().as_str());
+        if !counts {
+            return None;
+        }
+        if UNIX.contains(&quantile(values, 0.5)) {
+            self.report.note(format!("{clock} states no origin (its unit is \"{unit}\"): taken as seconds since 1970"));
+            return Some((1.0, 0.0));
+        }
+        let name = clock.to_ascii_lowercase();
+        if name == "time" || name.ends_with("_time") {
+            self.report.note(format!("{clock} has the unit \"{unit}\", which states no origin: `seconds since DATE` is needed"));
+        }
+        None
+    }
+
+    /// How far apart the times of a clock are by the way they are stored, s, where that is more than a second.
+    fn coarse_s(&self, clock: &str, values: &[f64], scale: f64) -> Option<f64> {
+        let single = self.file.variable(clock).is_ok_and(|v| *v.dtype() == NcType::Float);
+        let step_s = quantile(values, 0.5).abs() * f64::from(f32::EPSILON) * scale;
+        (single && step_s > 1.0).then_some(step_s)
+    }
+}
+
+/// Whether the days of a calendar of the CF conventions are those of the Gregorian one after 1582; "julian" is what files say that count
+/// Julian days, which are these too.
+fn is_gregorian(calendar: &str) -> bool {
+    ["", "standard", "gregorian", "proleptic_gregorian", "julian"].contains(&calendar.trim().to_ascii_lowercase().as_str())
+}
+
+/// Equal times that follow one another are set evenly apart up to the next; how many there are.
+fn spread(times: &mut [f64]) -> usize {
+    let mut repeated = 0;
+    let mut start = 0;
+    while start < times.len() {
+        let t = times[start];
+        let end = (start..times.len()).find(|k| times[*k] != t).unwrap_or(times.len());
+        let k = end - start;
+        if k > 1 && t.is_finite() {
+            // Without a next one, as far apart as before.
+            let ahead = times.get(end).map(|next| next - t).filter(|step| *step > 0.0);
+            let behind = start.checked_sub(1).map(|before| t - times[before]).filter(|step| *step > 0.0);
+            if let Some(step) = ahead.or(behind) {
+                (0..k).for_each(|m| times[start + m] = t + step * m as f64 / k as f64);
+                repeated += k - 1;
+            }
+        }
+        start = end.max(start + 1);
+    }
+    repeated
+}
+
+pub(super) fn backwards(time: &[f64], values: &[f64]) -> Option<Backwards> {
+    let finite: Vec<(usize, f64, f64)> =
+        time.iter().zip(values).enumerate().filter(|(_, (t, v))| t.is_finite() && v.is_finite()).map(|(i, (t, v))| (i, *t, *v)).collect();
+    let first = finite.windows(2).find(|w| w[1].1 < w[0].1)?;
+    let first = format!("from {:.3} to {:.3} s at sample {}", first[0].1, first[1].1, first[1].0 + 1);
+    let times: Vec<f64> = finite.iter().map(|f| f.1).collect();
+    let kept = longest_in_order(&times);
+    let samples = (finite.len() - kept.len(), finite.len());
+    let (time, value): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|k| (finite[k].1, finite[k].2)).unzip();
+    Some(Backwards { samples, first, without: Series::new(&time, &value) })
+}
+
+/// Seconds per unit and Unix time of the origin of "seconds since 1970-01-01 00:00:00".
+fn since(units: &str) -> Option<(f64, f64)> {
+    let (unit, date) = units.split_once(" since ")?;
+    let scale = match unit.trim().to_ascii_lowercase().as_str() {
+        "nanoseconds" | "nanosecond" | "ns" => 1e-9,
+        "microseconds" | "microsecond" | "us" => 1e-6,
+        "milliseconds" | "millisecond" | "msec" | "ms" => 1e-3,
+        "seconds" | "second" | "s" | "sec" | "secs" => 1.0,
+        "minutes" | "minute" | "min" | "mins" => 60.0,
+        "hours" | "hour" | "hr" | "h" => 3600.0,
+        "days" | "day" | "d" => 86400.0,
+        _ => return None,
+    };
+    // A zone other than UTC: "+02:00" after the time of day.
+    let (date, zone) = match date.trim().rfind(['+', '-']).filter(|at| date.trim()[..*at].contains(':')) {
+        Some(at) => (&date.trim()[..at], Some(&date.trim()[at..])),
+        None => (date.trim(), None),
+    };
+    let mut numbers = date.split(|c: char| !c.is_ascii_digit() && c != '.').filter(|s| !s.is_empty()).map(str::parse::<f64>);
+    let mut next = || numbers.next().and_then(Result::ok);
+    let (year, month, day) = if date.eq_ignore_ascii_case("epoch") { (1970.0, 1.0, 1.0) } else { (next()?, next()?, next()?) };
+    let clock = next().unwrap_or(0.0) * 3600.0 + next().unwrap_or(0.0) * 60.0 + next().unwrap_or(0.0);
+    let zone_s = zone.map_or(Some(0.0), zone_s)?;
+    Some((scale, days_from_1970(year as i64, month as i64, day as i64)? as f64 * 86400.0 + clock - zone_s))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fewest_samples_are_called_out_of_order() {
+        assert!(backwards(&[0.0, 1.0, f64::NAN, 2.0], &[0.0; 4]).is_none());
+        let found = backwards(&[0.0, 1.0, 9.0, 2.0, 3.0], &[0.0; 5]).expect("one step back");
+        assert_eq!((found.samples, found.first.as_str()), ((1, 5), "from 9.000 to 2.000 s at sample 4"));
+    }
+
+    #[test]
+    fn times_of_whole_seconds_are_spread() {
+        let mut times = [0.0, 0.0, 1.0, 1.0, 2.0, f64::NAN, 5.0, 5.0];
+        assert_eq!(spread(&mut times), 2);
+        assert_eq!(times[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
+        let mut stuck = [7.0; 4];
+        assert_eq!(spread(&mut stuck), 0);
+    }
+
+    #[test]
+    fn origins_of_time_are_read() {
+        assert_eq!(since("seconds since 1970-1-1 00:00:00"), Some((1.0, 0.0)));
+        assert_eq!(since("days since 1950-01-01T00:00:00Z"), Some((86400.0, -7305.0 * 86400.0)));
+        assert_eq!(since("seconds since 2000-03-01 12:00"), Some((1.0, 951_912_000.0)));
+        assert_eq!(since("seconds since 1970-01-01T00:00:00+00:00"), Some((1.0, 0.0)));
+        assert_eq!(since("hours since 1970-01-01 02:00:00 +02:00"), Some((3600.0, 0.0)));
+        assert_eq!(since("nanoseconds since 1970-01-01 00:00:01"), Some((1e-9, 1.0)));
+        assert_eq!(since("seconds since epoch"), Some((1.0, 0.0)));
+        assert_eq!(since("metres"), None);
+        assert_eq!(since("fortnights since 1970-01-01"), None);
+    }
+}

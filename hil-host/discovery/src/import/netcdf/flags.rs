@@ -1,0 +1,158 @@
+//! Quality flags of a NetCDF file: which values they say are bad or missing.
+
+use netcdf_reader::{NcType, NcVariable};
+
+use super::variables::Reader;
+
+/// Flags that say "bad" and "missing" where the file does not say what its flags mean: OG1, Argo, Seaglider and QARTOD alike.
+const BAD: [f64; 2] = [4.0, 9.0];
+
+/// Which flags are bad.
+enum Scheme {
+    Values(Vec<f64>),
+    Bits(u64),
+}
+
+impl Scheme {
+    fn is_bad(&self, flag: f64) -> bool {
+        match self {
+            Self::Values(bad) => bad.contains(&flag),
+            Self::Bits(bad) => flag >= 0.0 && flag.fract() == 0.0 && (flag as u64) & bad != 0,
+        }
+    }
+
+    fn says(&self) -> String {
+        match self {
+            Self::Values(bad) => bad.iter().map(f64::to_string).collect::<Vec<_>>().join(" or "),
+            Self::Bits(bad) => format!("a bit of {bad}"),
+        }
+    }
+}
+
+/// Whether a meaning is that of a value which is not to be used; what may be corrected or is only suspected stays.
+fn means_bad(meaning: &str) -> bool {
+    let m = meaning.to_ascii_lowercase();
+    let of = |words: &[&str]| words.iter().any(|w| m.contains(w));
+    of(&["bad", "fail", "missing", "invalid"]) && !of(&["correctable", "probably", "not_bad", "not_fail"])
+}
+
+impl Reader<'_> {
+    /// Values whose flag says "bad" or "missing" become none.
+    pub(super) fn leave_out_bad(&mut self, name: &str, values: &mut [f64]) {
+        let rows = values.len();
+        let candidates = self.flag_variables(name);
+        let Some((flag, flags)) = candidates.into_iter().find_map(|n| Some((n.clone(), self.flags(&n, rows)?))) else { return };
+        let scheme = self.scheme(&flag);
+        let mut left_out = 0;
+        for (value, flag) in values.iter_mut().zip(&flags) {
+            if value.is_finite() && flag.is_some_and(|f| scheme.is_bad(f)) {
+                *value = f64::NAN;
+                left_out += 1;
+            }
+        }
+        if left_out > 0 {
+            let says = scheme.says();
+            self.report.note(format!("{left_out} of {rows} values of {name} left out: {flag} says bad or missing ({says})"));
+        }
+    }
+
+    /// Variables that may hold the flags of `name`, the summary of several tests first.
+    fn flag_variables(&self, name: &str) -> Vec<String> {
+        let Ok(variables) = self.file.variables() else { return Vec::new() };
+        let declared = self.text(name, "ancillary_variables").unwrap_or_default();
+        let named = |n: &str| {
+            let n = n.to_ascii_lowercase();
+            n.ends_with("qc") || ["flag", "primary", "summary", "aggregate", "qartod"].iter().any(|w| n.contains(w))
+        };
+        let own = |n: &str| {
+            let (n, name) = (n.to_ascii_lowercase(), name.to_ascii_lowercase());
+            let rest = n.strip_prefix("qartod_").unwrap_or(&n).strip_prefix(name.as_str()).map(str::to_owned);
+            let usual = ["_qc", "_flag", "_quality_flag", "_primary_flag", "_summary_flag", "_qartod_summary_flag", "_qartod_primary_flag"];
+            rest.is_some_and(|r| usual.contains(&r.as_str()))
+        };
+        let is_declared = |n: &str| declared.split_whitespace().any(|d| d == n);
+        let of_flags = |v: &NcVariable| v.attribute("flag_meanings").is_some() || named(v.name());
+        let is_flag = |v: &&NcVariable| (is_declared(v.name()) && of_flags(v)) || own(v.name());
+        let mut found: Vec<&str> = variables.iter().filter(is_flag).map(|v| v.name()).collect();
+        let is_summary = |n: &str| ["_qc", "primary", "summary", "aggregate"].iter().any(|w| n.to_ascii_lowercase().contains(w));
+        found.sort_by_key(|n| !is_summary(n));
+        found.into_iter().map(str::to_owned).collect()
+    }
+
+    /// What the flags of a variable mean, by its own attributes.
+    fn scheme(&self, flag: &str) -> Scheme {
+        let usual = || Scheme::Values(BAD.to_vec());
+        let Some(meanings) = self.text(flag, "flag_meanings") else { return usual() };
+        let bad: Vec<bool> = meanings.split([' ', ',', '\n', '\t']).filter(|m| !m.is_empty()).map(means_bad).collect();
+        let pick = |numbers: Vec<f64>| -> Option<Vec<f64>> {
+            (numbers.len() == bad.len()).then(|| numbers.iter().zip(&bad).filter(|(_, bad)| **bad).map(|(n, _)| *n).collect())
+        };
+        if let Some(masks) = self.numbers_of(flag, "flag_masks").and_then(pick) {
+            return Scheme::Bits(masks.iter().filter(|m| **m >= 0.0).fold(0, |all, m| all | (*m as u64)));
+        }
+        match self.numbers_of(flag, "flag_values").map(|n| n.into_iter().map(digit_of_code).collect()).and_then(pick) {
+            Some(values) => Scheme::Values(values),
+            None => usual(),
+        }
+    }
+
+    /// Numbers of an attribute, also of one that is written as text ("0, 1, 2" or "012").
+    fn numbers_of(&self, variable: &str, attribute: &str) -> Option<Vec<f64>> {
+        let variable = self.file.variable(variable).ok()?;
+        let value = &variable.attribute(attribute)?.value;
+        let of_text = |text: String| {
+            let words: Vec<f64> = text.split([' ', ',']).filter_map(|w| w.trim_end_matches(['b', 'B']).parse().ok()).collect();
+            if words.len() > 1 { words } else { text.chars().filter_map(|c| c.to_digit(10)).map(f64::from).collect() }
+        };
+        value.as_f64_vec().or_else(|| value.as_string().map(of_text))
+    }
+
+    /// Flags as numbers; they come as integers, as floats and as characters.
+    fn flags(&mut self, name: &str, rows: usize) -> Option<Vec<Option<f64>>> {
+        self.fits(name).ok()?;
+        let variable = self.file.variable(name).ok()?;
+        let digit = |c: char| c.to_digit(10).map(f64::from);
+        let flags: Vec<Option<f64>> = match variable.dtype() {
+            NcType::Char | NcType::String => {
+                let texts = self.file.read_variable_as_strings(name).ok()?;
+                if texts.len() == rows {
+                    texts.iter().map(|t| t.chars().next().and_then(digit)).collect()
+                } else {
+                    // One text of one character a row; what is cut off at its end says nothing.
+                    let mut flags: Vec<_> = texts.concat().chars().map(digit).collect();
+                    if flags.len() < rows && texts.len() == 1 {
+                        flags.resize(rows, None);
+                    }
+                    flags
+                }
+            }
+            _ => {
+                let numbers = self.file.read_variable_as_f64(name).ok()?;
+                numbers.iter().map(|v| v.is_finite().then_some(digit_of_code(*v))).collect()
+            }
+        };
+        (flags.len() == rows).then_some(flags)
+    }
+}
+
+/// 4 of 52: SeaDataNet stores its flags as the codes of the characters 0 to 9.
+fn digit_of_code(number: f64) -> f64 {
+    if (48.0..58.0).contains(&number) { number - 48.0 } else { number }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_meaning_says_which_values_are_not_to_be_used() {
+        for bad in ["BAD", "fail", "missing_value", "bad_data", "FAILED", "invalid"] {
+            assert!(means_bad(bad), "{bad}");
+        }
+        for stays in ["good", "SUSPECT", "probably_bad", "bad_data_that_are_potentially_correctable", "not_evaluated", "value_changed"] {
+            assert!(!means_bad(stays), "{stays}");
+        }
+        let bits = Scheme::Bits(0b110);
+        assert!(bits.is_bad(2.0) && bits.is_bad(5.0) && !bits.is_bad(1.0) && !bits.is_bad(f64::NAN) && !bits.is_bad(-1.0));
+    }
+}

@@ -1,0 +1,172 @@
+//! What labs write into their files besides, each once: flags of many schemes, units, clocks, vehicles, fills of their own.
+
+use super::tests::{Attribute, Column, ROWS, change, has_note, imported, sawtooth, written};
+use crate::import::Imported;
+
+/// Rows with a pressure 30 dbar too high and a salinity of 20, flagged.
+const BAD: std::ops::Range<usize> = 120..135;
+
+/// Saw-teeth with bad rows whose pressure's flag, called `name`, is `bad` there and `good` elsewhere, with the attributes of the flag.
+fn flagged(name: &'static str, good: f64, bad: f64, attributes: &[Attribute]) -> Imported {
+    let mut columns = sawtooth();
+    change(&mut columns, "PRES", "dbar", |i, v| if BAD.contains(&i) { v + 30.0 } else { v });
+    columns.push((name, "1", (0..ROWS).map(|i| if BAD.contains(&i) { bad } else { good }).collect()));
+    written(&columns, None, attributes).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+#[test]
+fn regress_flags_of_every_usual_scheme_leave_out_what_they_call_bad() {
+    const QARTOD: &str = "PASS NOT_EVALUATED SUSPECT FAIL MISSING";
+    let named = |name: &'static str, meanings: &'static str, values: &'static str| {
+        vec![(name, "flag_meanings", meanings), (name, "flag_values", values)]
+    };
+    let cases: [(&'static str, f64, f64, Vec<Attribute>); 7] = [
+        ("PRES_qartod_summary_flag", 1.0, 4.0, named("PRES_qartod_summary_flag", QARTOD, "1, 2, 3, 4, 9")),
+        ("qartod_PRES_primary_flag", 1.0, 4.0, named("qartod_PRES_primary_flag", QARTOD, "1, 2, 3, 4, 9")),
+        ("PRES_flag", 0.0, 1.0, named("PRES_flag", "good bad", "0, 1")),
+        ("PRES_qc", 1.0, 0.0, named("PRES_qc", "bad good", "0, 1")),
+        (
+            "PRES_QC",
+            49.0,
+            52.0,
+            named("PRES_QC", "no_quality_control good_value probably_good probably_bad bad_value", "48, 49, 50, 51, 52"),
+        ),
+        ("PRES_QC", 1.0, 4.0, Vec::new()),
+        ("quality_flag", 1.0, 4.0, vec![("PRES", "ancillary_variables", "quality_flag")]),
+    ];
+    for (name, good, bad, attributes) in cases {
+        let read = flagged(name, good, bad, &attributes);
+        assert_eq!(read.flight.len(), ROWS - BAD.len(), "{name} {attributes:?}: {:?}", read.report.notes);
+        assert!(has_note(&read, &format!("15 of 400 values of PRES left out: {name}")), "{:?}", read.report.notes);
+    }
+    // Four is good where the file says so.
+    let read = flagged("PRES_QC", 4.0, 4.0, &named("PRES_QC", "missing bad suspect good", "1, 2, 3, 4"));
+    assert_eq!(read.flight.len(), ROWS);
+}
+
+#[test]
+fn regress_two_vehicles_or_deployments_in_a_file_are_refused() {
+    let mut columns = sawtooth();
+    columns.push(("trajectory", "1", (0..ROWS).map(|i| if i < 200 { 1.0 } else { 2.0 }).collect()));
+    let error = imported(&columns, None).expect_err("two");
+    assert!(error.contains("2 deployments (trajectory: 1, 2): import one at a time"), "{error}");
+    columns.last_mut().expect("a column").2.fill(1.0);
+    assert_eq!(imported(&columns, None).expect("one").flight.len(), ROWS);
+}
+
+#[test]
+fn regress_units_of_other_files_are_read() {
+    let want = imported(&sawtooth(), None).expect("plain");
+    let close = |a: &[f64], b: &[f64], share: f64| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= share * b.abs());
+    let cases: [(&str, &'static str, f64, f64); 9] = [
+        ("PRES", "psi", 1.450_377, 0.0),
+        ("PRES", "MPa", 0.01, 0.0),
+        ("PRES", "mbar", 100.0, 0.0),
+        ("PRES", "hPa", 100.0, 0.0),
+        ("TEMP", "K", 1.0, 273.15),
+        ("TEMP", "kelvin", 1.0, 273.15),
+        ("TEMP", "degF", 1.8, 32.0),
+        ("TEMP", "degrees Celsius", 1.0, 0.0),
+        ("PITCH", "radians", 1f64.to_radians(), 0.0),
+    ];
+    for (name, unit, factor, offset) in cases {
+        let mut columns = sawtooth();
+        change(&mut columns, name, unit, |_, v| v * factor + offset);
+        let read = imported(&columns, None).unwrap_or_else(|e| panic!("{name} in {unit}: {e}"));
+        assert!(close(&read.flight.pressure_pa, &want.flight.pressure_pa, 1e-6), "{name} in {unit}");
+        assert!(close(&read.flight.temperature_degc, &want.flight.temperature_degc, 1e-9), "{name} in {unit}");
+        assert!(close(&read.flight.density_kg_m3, &want.flight.density_kg_m3, 1e-9), "{name} in {unit}");
+        assert!(close(&read.flight.pitch_rad, &want.flight.pitch_rad, 1e-9), "{name} in {unit}");
+    }
+    // A unit that is not known loses the channel.
+    let mut columns = sawtooth();
+    change(&mut columns, "TEMP", "furlongs", |_, v| v);
+    let read = imported(&columns, None).expect("reads");
+    assert!(read.report.left_out.iter().any(|l| l.contains("TEMP is in \"furlongs\"")), "{:?}", read.report);
+}
+
+#[test]
+fn regress_values_that_cannot_be_are_left_out_and_counted() {
+    let cases: [(&str, f64); 5] = [("TEMP", -99.0), ("TEMP", 99.0), ("PSAL", -99.0), ("PSAL", 99.0), ("PSAL", 0.0)];
+    for (name, fill) in cases {
+        let mut columns = sawtooth();
+        let unit = columns.iter().find(|c| c.0 == name).map_or("1", |c| c.1);
+        change(&mut columns, name, unit, |i, v| if i % 27 == 3 { fill } else { v });
+        let read = imported(&columns, None).expect("reads");
+        assert!(read.flight.density_kg_m3.iter().all(|d| d.is_nan() || (1020.0..1030.0).contains(d)), "{name} {fill}");
+        assert!(has_note(&read, &format!("values of {name}")), "{name} {fill}: {:?}", read.report.notes);
+    }
+    let declared = [("TEMP", "missing_value", "9.5")];
+    let mut columns = sawtooth();
+    change(&mut columns, "TEMP", "degree_C", |i, v| if i == 7 { 9.5 } else { v });
+    assert!(written(&columns, None, &declared).expect("reads").flight.temperature_degc[7].is_nan());
+}
+
+#[test]
+fn regress_a_fuller_channel_serves_for_one_with_few_values() {
+    let mut columns = sawtooth();
+    let full = columns[1].2.clone();
+    columns.push(("DEPTH", "m", full.iter().map(|p| 0.99 * p).collect()));
+    change(&mut columns, "PRES", "dbar", |i, v| if i < 60 { v } else { f64::NAN });
+    let read = imported(&columns, None).expect("reads");
+    assert_eq!(read.flight.len(), ROWS);
+    assert!(has_note(&read, "PRES has 60 values: DEPTH is taken, which has 400"), "{:?}", read.report.notes);
+    let mut columns: Vec<Column> = sawtooth();
+    columns.push(("m_ballast_pumped", "cc", vec![0.0; ROWS]));
+    columns.push(("m_de_oil_vol", "cc", (0..ROWS).map(|i| if i % 100 < 50 { -250.0 } else { 250.0 }).collect()));
+    let read = imported(&columns, None).expect("reads");
+    assert!((read.flight.ballast_m3[10] + 250e-6).abs() < 1e-12, "{:?}", read.report.notes);
+}
+
+#[test]
+fn regress_clocks_that_cannot_be_right_say_why() {
+    let start = 1_577_836_800.0;
+    let mut columns = sawtooth();
+    change(&mut columns, "TIME", "seconds since 1970-01-01 00:00:00 -6:00", |_, v| v);
+    let read = imported(&columns, None).expect("reads");
+    assert_eq!(read.report.start_unix_s, Some(6.0 * 3600.0));
+    change(&mut columns, "TIME", "s", |_, v| v + start);
+    let read = imported(&columns, None).expect("Unix time");
+    assert!(read.report.start_unix_s == Some(start) && has_note(&read, "taken as seconds since 1970"));
+    change(&mut columns, "TIME", "s", |_, v| v - start);
+    let error = imported(&columns, None).expect_err("no origin");
+    assert!(error.contains("`seconds since DATE` is needed"), "{error}");
+    let mut columns = sawtooth();
+    let error = written(&columns, None, &[("TIME", "calendar", "noleap")]).expect_err("no calendar of a clock");
+    assert!(error.contains("calendar \"noleap\""), "{error}");
+    // The attitude an hour after the pressure.
+    columns.push(("TIME_NAV", "seconds since 2020-01-01T00:00:00Z", (0..ROWS).map(|i| 36_000.0 + 4.0 * i as f64).collect()));
+    let read = written(&columns, None, &[("PITCH", "coordinates", "TIME_NAV")]).expect("reads");
+    assert!(read.report.left_out.iter().any(|l| l.contains("pitch has no value while PRES has")), "{:?}", read.report.left_out);
+}
+
+#[test]
+fn regress_angles_are_judged_one_by_one() {
+    let mut columns = sawtooth();
+    change(&mut columns, "PITCH", "degrees", |_, v| v.to_radians());
+    columns.push(("ROLL", "degrees", (0..ROWS).map(|i| 1.0 + 0.4 * (0.3 * i as f64).sin()).collect()));
+    let read = imported(&columns, None).expect("reads");
+    assert!((read.flight.pitch_rad[10].abs() - 25f64.to_radians()).abs() < 1e-9);
+    assert!(read.flight.roll_rad.iter().all(|r| r.abs() < 2f64.to_radians()), "{:?}", read.report.notes);
+    let mut level = sawtooth();
+    change(&mut level, "PITCH", "degrees", |_, _| 0.0);
+    level.push(("ROLL", "degrees", vec![0.8; ROWS]));
+    assert!((imported(&level, None).expect("reads").flight.roll_rad[3] - 0.8f64.to_radians()).abs() < 1e-9);
+}
+
+#[test]
+fn regress_an_absolute_pressure_gives_the_same_flight() {
+    let mut columns = sawtooth();
+    // Two minutes afloat before each dive.
+    let depth = |i: usize| if i % 100 < 30 { 0.05 } else { 35.0 - ((i % 100) as f64 - 65.0).abs() };
+    change(&mut columns, "PRES", "dbar", |i, _| depth(i));
+    let want = imported(&columns, None).expect("gauge");
+    change(&mut columns, "PRES", "dbar", |i, _| depth(i) + 10.13);
+    let got = imported(&columns, None).expect("absolute");
+    assert!(has_note(&got, "absolute pressure?") && got.flight.segment == want.flight.segment);
+    let off = got.flight.density_kg_m3.iter().zip(&want.flight.density_kg_m3).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-3, "{off}");
+    // Depth is right, pressure has a zero: no unit is wrong.
+    columns.push(("DEPTH", "m", (0..ROWS).map(|i| 0.992 * depth(i)).collect()));
+    assert!(!has_note(&imported(&columns, None).expect("both"), "do not agree"));
+}

@@ -1,0 +1,164 @@
+//! Pressure of a NetCDF file, or what its depth says about it.
+
+use super::super::MappedName;
+use super::names::{DEPTH, PRESSURE};
+use super::variables::{Channel, Reader};
+use super::water::scaled;
+use crate::record::plausible::quantile;
+use crate::record::resample::Series;
+use crate::record::seawater;
+
+/// Depth and pressure of one file grow alike within this share (1 dbar is 0.97 to 1.02 m), 10 dbar and more below the top.
+const DEPTH_SHARE: f64 = 0.1;
+/// Under water, Pa.
+const UNDER_WATER_PA: f64 = 2e4;
+/// No glider rises or sinks faster, Pa/s (1 m/s).
+const FASTEST_PA_S: f64 = 1e4;
+
+impl Reader<'_> {
+    /// Pressure, or what depth says about it.
+    pub(super) fn pressure(&mut self) -> Option<Channel> {
+        let pressure = self.channel(&PRESSURE).map(|p| self.upright(p));
+        let mapped = self.report.mapped.len();
+        let depth = if pressure.is_some() { self.aside(&DEPTH) } else { self.channel(&DEPTH) };
+        self.report.mapped.truncate(mapped);
+        match (pressure, depth) {
+            (Some(pressure), Some(depth)) if depth.coverage > 2.0 * pressure.coverage => {
+                self.report.note(format!(
+                    "{} has {} values: {} is taken, which has {}",
+                    pressure.name,
+                    pressure.series.len(),
+                    depth.name,
+                    depth.series.len()
+                ));
+                self.report.mapped.retain(|m| m.from != pressure.name);
+                Some(self.of_depth(depth))
+            }
+            (Some(pressure), Some(depth)) => {
+                self.compare_depth(&pressure, &depth);
+                Some(pressure)
+            }
+            (Some(pressure), None) => Some(pressure),
+            (None, Some(depth)) => Some(self.of_depth(depth)),
+            (None, None) => None,
+        }
+    }
+
+    /// The pressure that a depth says.
+    fn of_depth(&mut self, mut depth: Channel) -> Channel {
+        let place = self.about();
+        let lat_deg = place.map_or(45.0, |p| p.lat_deg);
+        let (time, z): (Vec<f64>, Vec<f64>) = depth.series.pairs().unzip();
+        // Positive where the middle of the samples is, whatever the attribute says: nobody measures in the air.
+        let sign = if quantile(&z, 0.5) < 0.0 { -1.0 } else { 1.0 };
+        let pa: Vec<f64> = z.iter().map(|z| seawater::pressure_pa(sign * z, lat_deg)).collect();
+        depth.series = Series::new(&time, &pa);
+        depth.backwards = None;
+        let about = if place.is_some() { "" } else { " (latitude unknown, 45 deg taken)" };
+        self.report.note(format!("no pressure: computed from {} by TEOS-10 at {lat_deg:.1} deg{about}", depth.name));
+        self.report.map(MappedName {
+            from: depth.name.clone(),
+            unit: self.text(&depth.name, "units").unwrap_or_default(),
+            to: DEPTH.column.into(),
+            factor: 1e4,
+        });
+        depth
+    }
+
+    /// A pressure the right way round, and without zeros of a sensor that was off for an instant.
+    fn upright(&mut self, mut pressure: Channel) -> Channel {
+        let middle = quantile(&pressure.series.pairs().map(|(_, p)| p).collect::<Vec<_>>(), 0.5);
+        if middle < -UNDER_WATER_PA {
+            self.report.note(format!("{} grows upward: turned round", pressure.name));
+            pressure.series = scaled(&pressure.series, |p| -p);
+            pressure.backwards = None;
+        }
+        let pairs: Vec<(f64, f64)> = pressure.series.pairs().collect();
+        let off = zeros_under_way(&pairs);
+        if !off.is_empty() {
+            self.report.note(format!(
+                "{} of {} values of {} are 0 in the middle of a dive: left out",
+                off.len(),
+                pairs.len(),
+                pressure.name
+            ));
+            let kept = pairs.iter().enumerate().filter(|(i, _)| !off.contains(i)).map(|(_, pair)| *pair);
+            let (time, value): (Vec<f64>, Vec<f64>) = kept.unzip();
+            pressure.series = Series::new(&time, &value);
+        }
+        pressure
+    }
+
+    /// Says where depth and pressure do not grow alike; a zero of one of them is none of its unit.
+    fn compare_depth(&mut self, pressure: &Channel, depth: &Channel) {
+        let top = pressure.series.pairs().filter(|(t, _)| depth.series.at(*t).is_finite()).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((top_s, top_pa)) = top else { return };
+        let top_m = depth.series.at(top_s);
+        let shares: Vec<f64> = pressure
+            .series
+            .pairs()
+            .filter(|(_, p)| p - top_pa > 1e5)
+            .map(|(t, p)| ((depth.series.at(t) - top_m) / ((p - top_pa) * 1e-4)).abs())
+            .filter(|s| s.is_finite())
+            .collect();
+        let share = quantile(&shares, 0.5);
+        if (share - 1.0).abs() > DEPTH_SHARE {
+            self.report.note(format!(
+                "{} and {} do not agree: 1 dbar is {share:.4} m there; one of them states a wrong unit",
+                pressure.name, depth.name
+            ));
+        }
+    }
+
+    /// Why there is no pressure.
+    pub(super) fn without_pressure(&self) -> String {
+        let names = PRESSURE.names.iter().chain(DEPTH.names).copied().collect::<Vec<_>>().join(", ");
+        let said: Vec<&str> = self.report.left_out.iter().chain(&self.report.notes).map(String::as_str).collect();
+        let why = if said.is_empty() { String::new() } else { format!(" ({})", said.join("; ")) };
+        let variables = self.file.variables().unwrap_or_default();
+        let is_wanted = |n: &str| PRESSURE.names.iter().chain(DEPTH.names).any(|w| w.eq_ignore_ascii_case(n));
+        if let Some(short) = variables.iter().find(|v| is_wanted(v.name()) && v.num_elements().is_ok_and(|n| n < 2)) {
+            return format!("{} has {} values: no dive", short.name(), short.num_elements().unwrap_or(0));
+        }
+        let groups = self.file.root_group().map(|g| g.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>()).unwrap_or_default();
+        if !groups.is_empty() && variables.is_empty() {
+            return format!("has its variables in groups ({}), which are not read: copy them to the root of the file", groups.join(", "));
+        }
+        format!("has no pressure or depth with a time: looked for {names}{why}")
+    }
+}
+
+/// Zeros to which, and from which, no glider could come so fast.
+fn zeros_under_way(pairs: &[(f64, f64)]) -> std::collections::BTreeSet<usize> {
+    let mut out = std::collections::BTreeSet::new();
+    let mut start = 0;
+    while start < pairs.len() {
+        let end = (start..pairs.len()).find(|k| pairs[*k].1 != 0.0).unwrap_or(pairs.len());
+        if end > start && start > 0 && end < pairs.len() {
+            let (before, first, last, after) = (pairs[start - 1], pairs[start], pairs[end - 1], pairs[end]);
+            let fast = |p: f64, step_s: f64| p > FASTEST_PA_S * step_s && p > UNDER_WATER_PA;
+            if fast(before.1, first.0 - before.0) && fast(after.1, after.0 - last.0) {
+                out.extend(start..end);
+            }
+        }
+        start = end.max(start + 1);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_zeros_of_a_sensor_that_is_off_in_a_dive_are_found() {
+        let at = |i: u32, p: f64| (4.0 * f64::from(i), p);
+        let mut pairs: Vec<(f64, f64)> = (0..100).map(|i| at(i, 1e4 * (34.0 + 0.1 * f64::from(i)))).collect();
+        assert!(zeros_under_way(&pairs).is_empty());
+        (40..55).for_each(|k| pairs[k].1 = 0.0);
+        assert_eq!(zeros_under_way(&pairs).into_iter().collect::<Vec<_>>(), (40..55).collect::<Vec<_>>());
+        // Afloat, and from there down as fast as a glider sinks.
+        let surfacing: Vec<(f64, f64)> = (0..100_u32).map(|i| at(i, 1e4 * f64::from(i.abs_diff(50).saturating_sub(5)))).collect();
+        assert!(zeros_under_way(&surfacing).is_empty());
+    }
+}

@@ -4,6 +4,7 @@ use super::position::{self, Fix};
 use super::report::Report;
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
+use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
 
@@ -47,6 +48,7 @@ impl Log {
             report.leave_out(format!("{stray} rows further than 400 days from the others: a clock that was not set, or damage"));
         }
         self.rows.iter_mut().zip(times).for_each(|(r, t)| r.unix_s = t);
+        self.fixes = position::sound(std::mem::take(&mut self.fixes), report);
         self.rows.retain(|r| r.unix_s.is_finite() && r.pressure_pa.is_finite());
         self.rows.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
         let all = self.rows.len();
@@ -76,6 +78,11 @@ impl Log {
         flight.extra.insert(SALINITY.into(), column(&|r| r.salinity));
         if !self.steering_pressure.is_empty() {
             let values = self.steering_pressure.on(&unix);
+            agree(&flight.pressure_pa, &values, report);
+            if let Some((first, _)) = self.steering_pressure.pairs().next().filter(|_| values.iter().all(|v| v.is_nan())) {
+                let apart_s = first - start;
+                report.leave_out(format!("the vehicle's computer has no value while the CTD has: their clocks are {apart_s:+.0} s apart"));
+            }
             flight.extra.insert(ENGINEERING_PRESSURE.into(), values.iter().map(|p| p * 1e-4).collect());
         }
         report.start_unix_s = Some(start);
@@ -84,13 +91,32 @@ impl Log {
     }
 }
 
+/// Says so where the CTD's pressure and the vehicle's own are of different dives.
+pub(super) fn agree(ctd: &[f64], own: &[f64], report: &mut Report) {
+    let off: Vec<f64> = ctd.iter().zip(own).map(|(a, b)| (a - b).abs()).collect();
+    let (off, deep) = (quantile(&off, 0.5), quantile(own, 0.9));
+    // Two sensors of one dive differ by less than a few dbar and 3 %.
+    if off > 3e4 + 0.03 * deep {
+        report.leave_out(format!(
+            "CTD and vehicle do not agree: their pressures differ by {:.1} dbar in the middle, the vehicle went to {:.1} dbar; one of them is wrong, or their clocks are apart",
+            off * 1e-4,
+            deep * 1e-4
+        ));
+    }
+}
+
 /// Practical salinity of the source, kept beside the density that is computed from it.
 pub const SALINITY: &str = "practical_salinity";
 
 /// Times further than `reach_s` from the middle one are those of a clock that was not set, or damage: they become none. How many.
-/// Without any date, all stay.
+/// The middle is that of the dates where half of the times are dates, else that of the times that count from anywhere; without any
+/// date, all stay.
 pub(super) fn stray_times(times: &mut [f64], reach_s: f64) -> usize {
-    let middle = crate::record::plausible::quantile(&times.iter().copied().filter(|t| *t > SET_CLOCK_S).collect::<Vec<_>>(), 0.5);
+    let (dated, others): (Vec<f64>, Vec<f64>) = times.iter().copied().filter(|t| t.is_finite()).partition(|t| *t > SET_CLOCK_S);
+    if dated.is_empty() {
+        return 0;
+    }
+    let middle = quantile(if dated.len() >= others.len() { &dated } else { &others }, 0.5);
     let mut stray = 0;
     for t in times.iter_mut().filter(|t| (**t - middle).abs() > reach_s) {
         *t = f64::NAN;
@@ -104,3 +130,21 @@ pub(super) const LONGEST_MISSION_S: f64 = 400.0 * 86400.0;
 
 /// A clock before this Unix time was not set, s: 1973, before any glider.
 pub(super) const SET_CLOCK_S: f64 = 1e8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_the_majority_of_times_decides_which_are_stray() {
+        let mut relative: Vec<f64> = (0..300).map(|i| 6.0 * f64::from(i)).collect();
+        relative[70] = 4_070_908_800.0;
+        assert_eq!(stray_times(&mut relative, LONGEST_MISSION_S), 1);
+        assert!(relative[70].is_nan() && relative[71] == 426.0);
+        let mut dated: Vec<f64> = (0..300).map(|i| 1.6e9 + f64::from(i)).collect();
+        dated[..9].iter_mut().for_each(|t| *t -= 1.6e9);
+        assert_eq!(stray_times(&mut dated, LONGEST_MISSION_S), 9);
+        let mut years = vec![0.0, 1.0, 9e7];
+        assert_eq!(stray_times(&mut years, LONGEST_MISSION_S), 0, "no date, nothing to hold it against");
+    }
+}

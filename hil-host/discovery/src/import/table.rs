@@ -1,30 +1,41 @@
-//! A csv of any origin: columns by name and unit, density recomputed where salinity is there.
+//! A csv of any origin: columns by name and unit, density recomputed where salinity or conductivity is there.
 //!
-//! Read besides the flight format's own csv: units in a second line (ERDDAP tabledap) or in brackets behind the name (csvp), ISO
-//! times, Latin-1 and UTF-16 text, a header behind a #, semicolons or tabs, a comma at the end of every row; and what `tidy` undoes.
+//! Read besides the flight format's own csv: units in a second line (ERDDAP tabledap) or in brackets behind the name (csvp), times and
+//! dates of other programs (`times`), Latin-1 and UTF-16 text, a header behind a # or %, semicolons or tabs, a comma at the end of every
+//! row; what stands for no value or is flagged as bad (`values`); and what `tidy` undoes.
 
-use std::borrow::Cow;
 use std::path::Path;
 
+mod channel;
 mod tidy;
+mod times;
+mod values;
 
-use super::channels::{Log, Row};
+use super::channels::{SALINITY, SET_CLOCK_S};
 use super::classes::Class;
-use super::netcdf::names::{
-    ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, CONDUCTIVITY, DEPTH, HEADING, LATITUDE, LONGITUDE, PITCH, PRESSURE, ROLL, SALINITY,
-    TEMPERATURE, Wanted,
-};
-use super::netcdf::variables::undeclared_fill;
-use super::{FileNote, ImportError, Imported, MappedName, Report, calendar};
+use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::record::csv as read;
 use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
-use crate::record::resample::Series;
-use crate::record::seawater::{self, Place};
+use crate::record::seawater;
 
-/// Salinity columns, best first: practical (PSS-78) or absolute (g/kg).
-const PRACTICAL: [&str; 4] = ["SP_psu", "salinity", "PSAL", "practical_salinity"];
-const ABSOLUTE: [&str; 2] = ["SA_g_kg", "absolute_salinity"];
+/// Salinity columns, best first, of practical salinity (PSS-78); case does not matter.
+const SALINITIES: [(&str, f64); 9] = [
+    ("SP_psu", 1.0),
+    ("salinity", 1.0),
+    ("PSAL", 1.0),
+    ("practical_salinity", 1.0),
+    ("sci_water_salinity", 1.0),
+    ("sci_salinity", 1.0),
+    ("salinity_psu", 1.0),
+    ("practical_salinity_psu", 1.0),
+    ("sea_water_practical_salinity", 1.0),
+];
+/// The same of absolute salinity (g/kg).
+const ABSOLUTE: [(&str, f64); 2] = [("SA_g_kg", 1.0), ("absolute_salinity", 1.0)];
+/// Conductivity columns whose unit their name tells, with the factor to S/m.
+const CONDUCTIVITIES: [(&str, f64); 4] =
+    [("sci_water_cond", 1.0), ("conductivity_S_m", 1.0), ("sci_water_cond_S_m", 1.0), ("conductivity_mS_cm", 0.1)];
 
 /// Imports one file.
 ///
@@ -33,22 +44,25 @@ const ABSOLUTE: [&str; 2] = ["SA_g_kg", "absolute_salinity"];
 pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let bytes = std::fs::read(path).map_err(|e| ImportError::new(path, e.to_string()))?;
     let mut report = Report::new("csv");
-    let text = text_of(&bytes, path, &mut report)?;
+    let mut text = text_of(&bytes, path, &mut report)?;
+    if !text.contains('\n') && text.contains('\r') {
+        text = text.replace('\r', "\n");
+    }
     let text = tidy::decimal_points(&text, &mut report).into_owned();
-    let table = Table::of(&text, &mut report);
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let mut flight = if let Some(table) = table.filter(|t| t.units.is_some() && !t.has_own_names()) {
-        report.kind = "csv with units (ERDDAP)".into();
-        table.flight(&name, &mut report).map_err(|what| ImportError::new(path, what))?
-    } else {
-        let plain = Table::of(&text, &mut report).map_or(Cow::Borrowed(text.as_str()), |t| Cow::Owned(t.plain(&mut report)));
-        own_format(&plain, path, &name, &mut report)?
+    let mut slocum = None;
+    let mut flight = match Table::of(&text, &mut report) {
+        Some(table) => {
+            slocum = table.slocum_column();
+            from_table(table, path, &name, &mut report)?
+        }
+        None => own_format(&text, path, &name, None, &mut report)?,
     };
     if flight.segment.iter().all(|s| *s == 0) {
         super::surface::cut(&mut flight);
     }
     report.files.push(FileNote { file: path.display().to_string(), rows: flight.len(), problems: Vec::new() });
-    let vehicle = slocum_column(&text).map(|column| {
+    let vehicle = slocum.map(|column| {
         let class = Class::slocum(quantile(&flight.pressure_pa, 1.0) * 1e-4);
         report.note(format!("vehicle: {column} is a Slocum's; usual numbers of the class {} with wide tolerances", class.name()));
         class.draft()
@@ -56,13 +70,37 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     Ok(Imported { flight, report, vehicle })
 }
 
-/// A column that no other glider has: its pump's or its battery's, by the names and in the units of a Slocum.
-fn slocum_column(text: &str) -> Option<&str> {
-    const OWN: [&str; 5] = ["m_ballast_pumped", "m_de_oil_vol", "m_battpos", "battpos_in", "sci_m_present_time"];
-    let header = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with("##"))?;
-    let names = header.trim_start_matches('#').split([',', ';', '\t']).map(|n| n.trim().trim_matches('"'));
-    let name = |n: &'_ str| bracketed(n).map_or(n, |(name, _)| name).to_ascii_lowercase();
-    names.into_iter().find(|n| OWN.contains(&name(n).as_str()))
+/// The flight of a table, by units or by the names of the flight format.
+fn from_table(mut table: Table, path: &Path, name: &str, report: &mut Report) -> Result<Flight, ImportError> {
+    let error = |what: String| ImportError::new(path, what);
+    table.one_vehicle().map_err(error)?;
+    table.empty_no_values(report);
+    table.leave_out_bad(report);
+    let own = table.units.is_none() || table.has_own_names();
+    let mut clock = table.clock(own, report).map_err(error)?;
+    if let Some(clock) = &mut clock {
+        let rows = table.rows.len();
+        table.arrange(clock, own, report);
+        if rows > 0 && table.rows.is_empty() {
+            return Err(error(format!("column {} has no time in any row; write {}", table.names[clock.column], read::TIME_AS)));
+        }
+    }
+    if !own {
+        report.kind = "csv with units (ERDDAP)".into();
+        let clock = clock.ok_or_else(|| error(format!("has no column time (it has: {})", table.names.join(", "))))?;
+        let flight = table.flight(&clock, name, report).map_err(error)?;
+        report.start_unix_s = report.start_unix_s.filter(|start| *start > SET_CLOCK_S);
+        return Ok(flight);
+    }
+    table.empty_fills(report);
+    let drop = table.passed_over(report);
+    let plain = table.plain(clock.as_ref(), &drop);
+    let time = clock.as_ref().map(|c| table.names[c.column].as_str());
+    let flight = own_format(&plain, path, name, time, report)?;
+    let of_time = |k: usize| clock.as_ref().is_some_and(|c| c.column == k || c.date == Some(k));
+    table.note_unread(|k| of_time(k) || (!drop.contains(&k) && table.is_read_by_name(k)), report);
+    report.start_unix_s = clock.and_then(|c| c.seconds.first().copied()).filter(|start| *start > SET_CLOCK_S);
+    Ok(flight)
 }
 
 /// The text, from whatever encoding.
@@ -97,29 +135,43 @@ struct Table<'a> {
     rows: Vec<Vec<&'a str>>,
 }
 
+/// Whether a line is one of comments.
+fn is_comment(line: &str) -> bool {
+    line.starts_with(['#', '%'])
+}
+
+/// The fields of a line, without blanks and quotes around them; a separator in quotes is none.
+fn cut(line: &str, separator: char) -> Vec<&str> {
+    let pairs = line.matches('"').count() % 2 == 0;
+    let mut quoted = false;
+    line.split(|c: char| {
+        quoted ^= c == '"' && pairs;
+        c == separator && !quoted
+    })
+    .map(|field| field.trim().trim_matches('"').trim())
+    .collect()
+}
+
 impl<'a> Table<'a> {
-    /// The columns and rows of a text; none of one that needs no mending or has quotes around commas, which the reader knows.
+    /// The columns and rows of a text; none of an empty one.
     fn of(text: &'a str, report: &mut Report) -> Option<Self> {
         let mut lines = text.lines().filter(|l| !l.trim().is_empty()).peekable();
-        // A header behind a # is one if it has as many fields as the line after it, which is none.
+        // A header behind a # or % is one if it has as many fields as the line after it, which is none.
         let mut header = lines.next()?;
-        while header.starts_with('#') {
+        while is_comment(header) {
             let next = *lines.peek()?;
             let fields = |l: &str| l.matches([',', ';', '\t']).count();
-            if !next.starts_with('#') && fields(header) == fields(next) && fields(next) > 1 && next.split([',', ';', '\t']).any(is_number) {
-                report.note("the header stands behind a #".into());
-                header = header.trim_start_matches(['#', ' ']);
+            if !is_comment(next) && fields(header) == fields(next) && fields(next) > 1 && next.split([',', ';', '\t']).any(is_number) {
+                report.note(format!("the header stands behind a {}", &header[..1]));
+                header = header.trim_start_matches(['#', '%', ' ']);
                 break;
             }
             header = lines.next()?;
         }
         let separator = [',', ';', '\t'].into_iter().max_by_key(|s| header.matches(*s).count())?;
-        let cut = |line: &'a str| line.split(separator).map(|f| f.trim().trim_matches('"').trim()).collect::<Vec<&str>>();
-        if text.contains("\",") && text.lines().take(3).any(|l| l.split('"').skip(1).step_by(2).any(|quoted| quoted.contains(separator))) {
-            return None;
-        }
-        let mut names: Vec<String> = cut(header).into_iter().map(str::to_owned).collect();
-        let mut rows: Vec<Vec<&str>> = lines.filter(|l| !l.starts_with('#')).map(cut).collect();
+        let written = cut(header, separator);
+        let mut names: Vec<String> = written.iter().map(|n| (*n).to_owned()).collect();
+        let mut rows: Vec<Vec<&str>> = lines.filter(|l| !is_comment(l)).map(|l| cut(l, separator)).collect();
         // A separator at the end of every row is no field.
         let most = rows.iter().map(Vec::len).max().unwrap_or(0);
         let open = |row: &Vec<&str>| row.len() == most && row.last().is_some_and(|f| f.is_empty());
@@ -133,14 +185,37 @@ impl<'a> Table<'a> {
             report.note("every row ends with a separator: an empty last field left out".into());
         }
         let mut units = None;
+        let mut said = None;
         if names.iter().filter(|n| bracketed(n).is_some()).count() * 2 > names.len() {
             units = Some(names.iter().map(|n| bracketed(n).map_or(String::new(), |(_, u)| u.to_owned())).collect());
             names = names.iter().map(|n| bracketed(n).map_or_else(|| n.clone(), |(n, _)| n.to_owned())).collect();
         } else if rows.first().is_some_and(|first| is_units(&names, first)) {
-            units = Some(rows.remove(0).into_iter().map(str::to_owned).collect());
+            let line = rows.remove(0);
+            units = Some(line.iter().map(|u| (*u).to_owned()).collect());
+            said = Some(line);
             report.note("the second line holds units".into());
         }
+        // Of files put one behind the other.
+        let all = rows.len();
+        let first = written.first().copied().unwrap_or_default();
+        let again = |r: &Vec<&str>| r.first().is_some_and(|f| f.trim_start_matches('\u{feff}') == first) && r.get(1..) == written.get(1..);
+        rows.retain(|r| !again(r) && said.as_ref() != Some(r));
+        if rows.len() < all {
+            report.note(format!("{} lines repeat the header: left out", all - rows.len()));
+        }
         Some(Self { names, units, rows })
+    }
+
+    /// A column that no other glider has: its pump's or its battery's, by the names and in the units of a Slocum.
+    fn slocum_column(&self) -> Option<String> {
+        const OWN: [&str; 5] = ["m_ballast_pumped", "m_de_oil_vol", "m_battpos", "battpos_in", "sci_m_present_time"];
+        let is_own = |n: &&String| OWN.iter().any(|own| bracketed(n).map_or(n.as_str(), |(name, _)| name).eq_ignore_ascii_case(own));
+        self.names.iter().find(is_own).cloned()
+    }
+
+    /// The unit of a column, as the file states it.
+    fn unit(&self, column: usize) -> &str {
+        self.units.as_ref().and_then(|u| u.get(column)).map_or("", String::as_str)
     }
 
     /// Whether names of the flight format, which state their units, carry all that a flight needs.
@@ -151,97 +226,25 @@ impl<'a> Table<'a> {
         [read::Channel::Pressure, read::Channel::Pitch, read::Channel::Ballast, read::Channel::Density].into_iter().all(named)
     }
 
-    fn time_column(&self) -> Option<usize> {
-        ["time", "time_s", "m_present_time", "precise_time", "TIME"]
-            .iter()
-            .find_map(|n| self.names.iter().position(|h| h.eq_ignore_ascii_case(n)))
-    }
-
     /// Values of a column, as they stand.
     fn numbers(&self, column: usize) -> Vec<f64> {
         let number = |row: &Vec<&str>| row.get(column).and_then(|f| f.parse::<f64>().ok()).filter(|v| v.is_finite()).unwrap_or(f64::NAN);
         self.rows.iter().map(number).collect()
     }
 
-    /// The first wanted column with a unit that is known, in SI.
-    fn channel(&self, wanted: &Wanted, time: &[f64], report: &mut Report) -> Series {
-        for name in wanted.names {
-            let Some(column) = self.names.iter().position(|h| h.eq_ignore_ascii_case(name)) else { continue };
-            let unit = self.units.as_ref().and_then(|u| u.get(column)).map_or("", String::as_str);
-            let stated = wanted.units.iter().find(|(u, _)| u.eq_ignore_ascii_case(unit));
-            let factor = stated.or_else(|| wanted.without_unit.iter().find(|(n, _)| unit.is_empty() && n == name)).map(|f| f.1);
-            let Some(factor) = factor else {
-                report.note(format!("{name} is in \"{unit}\", which is not known for it: left out"));
-                continue;
-            };
-            let mut values = self.numbers(column);
-            while let Some((fill, count)) = undeclared_fill(&values) {
-                values.iter_mut().filter(|v| **v == fill).for_each(|v| *v = f64::NAN);
-                report.note(format!("{count} of {} values of {name} are {fill}: a fill, left out", values.len()));
-            }
-            values.iter_mut().for_each(|v| *v *= factor);
-            let series = Series::new(time, &values);
-            if !series.is_empty() {
-                report.map(MappedName { from: self.names[column].clone(), unit: unit.into(), to: wanted.column.into(), factor });
-                return series;
-            }
-        }
-        Series::default()
-    }
-
-    /// The flight by the units of the columns.
-    fn flight(&self, name: &str, report: &mut Report) -> Result<Flight, String> {
-        let column = self.time_column().ok_or_else(|| format!("has no column time (it has: {})", self.names.join(", ")))?;
-        let number = |text: &str| text.parse::<f64>().ok().or_else(|| calendar::iso_8601(text)).unwrap_or(f64::NAN);
-        let mut time: Vec<f64> = self.rows.iter().map(|r| r.get(column).map_or(f64::NAN, |t| number(t))).collect();
-        let undated = time.iter().filter(|t| !t.is_finite()).count();
-        let stray = super::channels::stray_times(&mut time, super::channels::LONGEST_MISSION_S);
-        if undated + stray > 0 {
-            report.leave_out(format!("{} of {} rows have no time, or one years off the others", undated + stray, time.len()));
-        }
-        let mut get = |wanted: &Wanted| self.channel(wanted, &time, report);
-        let (lat, lon) = (get(&ABOUT_LATITUDE), get(&ABOUT_LONGITUDE));
-        let about = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
-        let mut pressure = get(&PRESSURE);
-        if pressure.is_empty() {
-            let lat_deg = about.map_or(45.0, |p| p.lat_deg);
-            let (t, p): (Vec<f64>, Vec<f64>) = get(&DEPTH).pairs().map(|(t, z)| (t, seawater::pressure_pa(z, lat_deg))).unzip();
-            pressure = Series::new(&t, &p);
-        }
-        let (temperature, salinity, conductivity) = (get(&TEMPERATURE), get(&SALINITY), get(&CONDUCTIVITY));
-        let fixes = super::position::fixes(&get(&LATITUDE), &get(&LONGITUDE));
-        let mut log = Log { fixes, about, ..Log::default() };
-        (log.pitch, log.roll, log.heading) = (get(&PITCH), get(&ROLL), get(&HEADING));
-        (log.ballast, log.battery) = (get(&BALLAST), get(&BATTERY));
-        let bad = |wanted: &Wanted| format!("has no pressure or depth with a known unit: looked for {}", wanted.names.join(", "));
-        if pressure.is_empty() {
-            return Err(bad(&PRESSURE));
-        }
-        let with = time.iter().filter(|t| t.is_finite()).count();
-        if pressure.len() < with {
-            report.note(format!("{} of {with} rows have no pressure or repeat a time: left out", with - pressure.len()));
-        }
-        let exact = |s: &Series, t: f64| s.at_within(t, 0.0);
-        log.rows = pressure
-            .pairs()
-            .map(|(unix_s, pressure_pa)| {
-                let temperature_degc = exact(&temperature, unix_s);
-                let salinity = if salinity.is_empty() {
-                    seawater::practical_salinity(exact(&conductivity, unix_s), temperature_degc, pressure_pa * 1e-4)
-                } else {
-                    exact(&salinity, unix_s)
-                };
-                Row { unix_s, segment: 0, pressure_pa, temperature_degc, salinity }
-            })
-            .collect();
-        report.density_from("salinity, temperature, pressure", about, log.rows.iter().any(|r| r.salinity.is_finite()));
-        log.flight(name, report).ok_or_else(|| "has no row with a time and a pressure".into())
+    /// Whether the reader of the flight format takes a column: a channel of its, or any numbers.
+    fn is_read_by_name(&self, column: usize) -> bool {
+        let channel = read::NAMES.iter().any(|n| n.0.eq_ignore_ascii_case(&self.names[column]));
+        channel || self.rows.iter().filter_map(|r| r.get(column)).all(|f| read::no_value(f) || is_number(f))
     }
 }
 
-/// "name (unit)".
+/// "name (unit)", "name [unit]".
 fn bracketed(name: &str) -> Option<(&str, &str)> {
-    name.strip_suffix(')')?.rsplit_once(" (")
+    match name.strip_suffix(']') {
+        Some(name) => name.rsplit_once('[').map(|(name, unit)| (name.trim_end(), unit)).filter(|(name, _)| !name.is_empty()),
+        None => name.strip_suffix(')')?.rsplit_once(" ("),
+    }
 }
 
 fn is_number(field: &str) -> bool {
@@ -256,8 +259,8 @@ fn is_units(names: &[String], fields: &[&str]) -> bool {
     utc || words
 }
 
-/// A csv of the flight format, or of Slocum names.
-fn own_format(text: &str, path: &Path, name: &str, report: &mut Report) -> Result<Flight, ImportError> {
+/// A csv of the flight format, or of Slocum names, whose time the source calls `time`.
+fn own_format(text: &str, path: &Path, name: &str, time: Option<&str>, report: &mut Report) -> Result<Flight, ImportError> {
     let mut flight = read::parse_log(text, path, name).map_err(|e| match e {
         read::ReadError::File { path, why } => ImportError { file: path.display().to_string(), what: why },
         read::ReadError::Content { path, line: 0, column, why } => {
@@ -272,108 +275,60 @@ fn own_format(text: &str, path: &Path, name: &str, report: &mut Report) -> Resul
     for (name, channel, factor) in read::NAMES {
         if !filled.contains(channel) && header.iter().any(|h| h.eq_ignore_ascii_case(name)) {
             filled.push(*channel);
-            report.map(MappedName { from: (*name).into(), unit: "by its name".into(), to: format!("{channel:?}"), factor: *factor });
+            let from = time.filter(|_| *channel == read::Channel::Time).unwrap_or(name);
+            report.map(MappedName { from: from.into(), unit: "by its name".into(), to: format!("{channel:?}"), factor: *factor });
         }
     }
     recompute_density(&mut flight, report);
     Ok(flight)
 }
+
+/// The first of the named columns that a flight keeps, whatever their case, by its name there.
+fn kept(flight: &Flight, names: &[(&str, f64)]) -> Option<(String, Vec<f64>)> {
+    let find = |(name, factor): &(&str, f64)| {
+        let (spelt, values) = flight.extra.iter().find(|(h, v)| h.eq_ignore_ascii_case(name) && v.iter().any(|x| x.is_finite()))?;
+        Some((spelt.clone(), values.iter().map(|x| x * factor).collect()))
+    };
+    names.iter().find_map(find)
+}
+
+/// Density anew from what the CTD measured, where there is salinity or conductivity for half as many rows as the file has densities.
 fn recompute_density(flight: &mut Flight, report: &mut Report) {
-    let of = |names: &[&str]| names.iter().find_map(|n| flight.extra.get(*n).map(|v| ((*n).to_owned(), v.clone())));
-    let (name, absolute) = match (of(&ABSOLUTE), of(&PRACTICAL)) {
-        (Some(found), _) => found,
-        (None, Some((name, practical))) => (name, practical.iter().map(|sp| seawater::absolute_salinity(*sp, None)).collect()),
-        (None, None) => {
+    let dbar = |i: usize| flight.pressure_pa[i] * 1e-4;
+    let mut practical = None;
+    let (name, absolute): (String, Vec<f64>) = if let Some(found) = kept(flight, &ABSOLUTE) {
+        found
+    } else {
+        let salinity = kept(flight, &SALINITIES).or_else(|| {
+            let (name, s_m) = kept(flight, &CONDUCTIVITIES)?;
+            let of = |(i, c): (usize, &f64)| seawater::practical_salinity(*c, flight.temperature_degc[i], dbar(i));
+            Some((name, s_m.iter().enumerate().map(of).collect()))
+        });
+        let Some((name, salinity)) = salinity else {
             report.density = "as the file states it: there is no salinity column to recompute it from".into();
             return;
-        }
+        };
+        let absolute = salinity.iter().map(|sp| seawater::absolute_salinity(*sp, None)).collect();
+        practical = Some(salinity);
+        (name, absolute)
     };
-    report.density_from(&format!("{name}, temperature, pressure"), None, true);
-    let mut largest = 0.0_f64;
-    for (i, sa) in absolute.iter().enumerate() {
-        let ours = seawater::density(*sa, flight.temperature_degc[i], flight.pressure_pa[i] * 1e-4);
-        let change = (ours - flight.density_kg_m3[i]).abs();
-        if change > largest {
-            largest = change;
-        }
-        flight.density_kg_m3[i] = ours;
+    let ours: Vec<f64> = absolute.iter().enumerate().map(|(i, sa)| seawater::density(*sa, flight.temperature_degc[i], dbar(i))).collect();
+    let count = |values: &[f64]| values.iter().filter(|v| v.is_finite()).count();
+    let (new, stated) = (count(&ours), count(&flight.density_kg_m3));
+    if 2 * new < stated {
+        report.density = format!("as the file states it: {name} and temperature give {new} values of it, the file {stated}");
+        return;
     }
-    report.note(format!("density changed by at most {largest:.4} kg/m3 against the file's own"));
+    report.density_from(&format!("{name}, temperature, pressure"), None, new > 0);
+    let largest = ours.iter().zip(&flight.density_kg_m3).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    if stated > 0 {
+        report.note(format!("density changed by at most {largest:.4} kg/m3 against the file's own"));
+    }
+    flight.density_kg_m3 = ours;
+    if let Some(practical) = practical.filter(|_| kept(flight, &[(SALINITY, 1.0)]).is_none()) {
+        flight.extra.insert(SALINITY.into(), practical);
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 60 rows of a dive, 4 s apart: time, dbar, pitch, ballast, density.
-    fn rows(time: impl Fn(f64) -> String) -> String {
-        (0..60)
-            .map(|i| {
-                let i = f64::from(i);
-                format!("{},{:.2},-0.45,-200,1025.1\n", time(4.0 * i), 40.0 - (i - 30.0).abs())
-            })
-            .collect()
-    }
-
-    fn read(name: &str, bytes: &[u8]) -> Result<Imported, String> {
-        let path = std::env::temp_dir().join(format!("glider-table-{}-{name}.csv", std::process::id()));
-        std::fs::write(&path, bytes).expect("written");
-        let got = import(&path).map_err(|e| e.to_string());
-        std::fs::remove_file(&path).expect("removed");
-        got
-    }
-
-    const HEADER: &str = "time_s,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n";
-
-    #[test]
-    fn regress_tables_that_spreadsheets_write_are_read() {
-        let plain = HEADER.to_owned() + &rows(|t| t.to_string());
-        let want = read("plain", plain.as_bytes()).expect("plain").flight;
-        let same = |name: &str, bytes: &[u8]| {
-            let got = read(name, bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
-            assert_eq!(got.flight.pressure_pa, want.pressure_pa, "{name}");
-            assert!(got.flight.time_s.iter().zip(&want.time_s).all(|(a, b)| (a - b).abs() < 1e-3), "{name}");
-            got.report
-        };
-        let iso = HEADER.to_owned() + &rows(|t| format!("2020-09-13T12:{:02}:{:02}Z", 26 + (t / 60.0) as u32, t as u32 % 60));
-        same("iso", iso.as_bytes());
-        let commas: String = plain.lines().enumerate().map(|(k, l)| format!("{l}{}\n", if k > 0 { "," } else { "" })).collect();
-        same("commas at row ends", commas.as_bytes());
-        same("semicolons", plain.replace(',', ";").as_bytes());
-        same("a header behind #", format!("# made by hand\n# {plain}").as_bytes());
-        let latin: Vec<u8> = plain
-            .replace("sci_density_kg_m3", "sci_density_kg_m3,temp (\u{b0}C)")
-            .lines()
-            .enumerate()
-            .flat_map(|(k, l)| {
-                let line = if k > 0 { format!("{l},12.0\n") } else { format!("{l}\n") };
-                line.chars().map(|c| c as u8).collect::<Vec<u8>>()
-            })
-            .collect();
-        let report = same("Latin-1", &latin);
-        assert!(report.notes.iter().any(|n| n.contains("0xB0 in line 1")), "{:?}", report.notes);
-        let wide: Vec<u8> = [0xFF, 0xFE].into_iter().chain(plain.encode_utf16().flat_map(u16::to_le_bytes)).collect();
-        same("UTF-16", &wide);
-        let e = read("binary", &[&plain.as_bytes()[..50], &[0, 1, 2]].concat()).expect_err("refused");
-        assert!(e.contains("zero bytes"), "{e}");
-    }
-
-    #[test]
-    fn a_line_of_units_under_the_formats_own_names_is_left_out() {
-        let table = HEADER.to_owned() + "s,dbar,rad,cm3,kg m-3\n" + &rows(|t| t.to_string());
-        let got = read("own-units", table.as_bytes()).expect("reads");
-        assert_eq!((got.flight.len(), got.flight.pressure_pa[30]), (60, 40e4));
-    }
-
-    #[test]
-    fn a_line_of_units_makes_the_columns() {
-        let table = "time,depth,pressure,temperature,salinity,m_pitch\nUTC,m,dbar,Celsius,1,degrees\n".to_owned()
-            + &(0..60)
-                .map(|i| format!("2026-05-02T09:15:{i:02}Z,{i},{i}.1,12.5,35.0,{}\n", if i == 7 { "NaN" } else { "-20" }))
-                .collect::<String>();
-        let got = read("units", table.as_bytes()).expect("reads");
-        assert_eq!(got.flight.len(), 60);
-        assert!((got.flight.pitch_rad[3] + 20f64.to_radians()).abs() < 1e-12 && (got.flight.density_kg_m3[0] - 1026.5).abs() < 0.1);
-        assert_eq!(got.report.start_unix_s, calendar::iso_8601("2026-05-02T09:15:00Z"));
-    }
-}
+mod tests;

@@ -1,7 +1,7 @@
 //! Reads a flight from csv: by column name, in the units the name states, into SI.
 //!
-//! Accepts the columns of `glider-trial/1` (FORMAT section 1) and the usual names of Slocum csv exports. Empty fields and `nan`
-//! become NaN. Text in the `segment` column becomes numbers in order of appearance. Columns it does not know are kept in
+//! Accepts the columns of `glider-trial/1` (FORMAT section 1) and the usual names of Slocum csv exports. Empty fields, `nan`, `NA` and
+//! the like become NaN. Text in the `segment` column becomes numbers in order of appearance. Columns it does not know are kept in
 //! [`Flight::extra`] where they are numbers. What is refused, is refused with file, line, column and a fix.
 
 use crate::record::flight::Flight;
@@ -96,9 +96,11 @@ pub const NAMES: &[(&str, Channel, f64)] = &[
     ("m_roll_rad", Channel::Roll, 1.0),
     ("roll_rad", Channel::Roll, 1.0),
     ("m_roll", Channel::Roll, 1.0),
+    ("roll_deg", Channel::Roll, std::f64::consts::PI / 180.0),
     ("m_heading_rad", Channel::Heading, 1.0),
     ("heading_rad", Channel::Heading, 1.0),
     ("m_heading", Channel::Heading, 1.0),
+    ("heading_deg", Channel::Heading, std::f64::consts::PI / 180.0),
     ("m_ballast_pumped_cc", Channel::Ballast, 1e-6),
     ("ballast_cc", Channel::Ballast, 1e-6),
     ("m_ballast_pumped", Channel::Ballast, 1e-6),
@@ -257,7 +259,7 @@ impl<'a> Table<'a> {
         let mut lines = Vec::new();
         let mut labels: BTreeMap<String, usize> = BTreeMap::new();
         let known: Vec<usize> = channels.values().map(|v| v.0).collect();
-        let segment_column = channels.get(&Channel::Segment).map(|v| v.0);
+        let [segment_column, time_column] = [Channel::Segment, Channel::Time].map(|c| channels.get(&c).map(|v| v.0));
         for record in reader.records() {
             let record = record.map_err(|e| bad(e.position().map_or(0, csv::Position::line), "row", e.to_string()))?;
             let line = record.position().map_or(0, csv::Position::line);
@@ -270,17 +272,18 @@ impl<'a> Table<'a> {
                 let value = if Some(i) == segment_column && field.parse::<u32>().is_err() {
                     let next = labels.len();
                     *labels.entry(field.to_owned()).or_insert(next) as f64
-                } else if field.is_empty() || field.eq_ignore_ascii_case("nan") {
-                    f64::NAN
                 } else {
                     match field.parse::<f64>() {
-                        // No unit brings it out of the range of numbers.
-                        Ok(v) if v.abs() < LARGEST => v,
-                        _ if known.contains(&i) => {
+                        Ok(v) => Some(v).filter(|v| v.abs() < LARGEST).unwrap_or(f64::NAN),
+                        Err(_) if no_value(field) => f64::NAN,
+                        Err(_) if Some(i) == time_column => {
+                            return Err(bad(line, &header[i], format!("`{field}` is no time; write {TIME_AS}")));
+                        }
+                        Err(_) if known.contains(&i) => {
                             let why = format!("`{field}` is not a number; leave the field empty where there is no value");
                             return Err(bad(line, &header[i], why));
                         }
-                        _ => {
+                        Err(_) => {
                             numeric[i] = false;
                             f64::NAN
                         }
@@ -368,8 +371,20 @@ pub fn in_one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
-/// Numbers from here on are damage.
+/// Nothing that a glider measures is larger: such numbers are fills (1e35, NetCDF's 9.96921e36) or damage. Below, no unit brings a
+/// number out of range.
 const LARGEST: f64 = 1e30;
+
+/// How a time is written, for messages.
+pub(crate) const TIME_AS: &str = "time as ISO 8601 (2026-05-02T09:15:31Z) or as seconds";
+
+/// Whether a field says that there is no value: nothing, a word for it, or a number that nothing measures.
+#[must_use]
+pub fn no_value(field: &str) -> bool {
+    const WORDS: [&str; 7] = ["NA", "N/A", "#N/A", "NULL", "None", "-", "--"];
+    let number = || field.parse::<f64>().is_ok_and(|v| v.is_nan() || v.abs() >= LARGEST);
+    field.is_empty() || WORDS.iter().any(|w| w.eq_ignore_ascii_case(field)) || number()
+}
 
 /// Reads a flight from csv text, with all that a comparison needs; `file` is only for messages.
 ///

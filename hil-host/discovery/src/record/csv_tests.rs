@@ -50,8 +50,6 @@ fn errors_name_file_line_column_and_a_fix() {
     assert!(e.contains("m_pitch_rad") && e.contains("missing") && e.contains("pitch_rad"), "{e}");
     assert!(error_of("").contains("empty"));
     assert!(error_of("time_s,pressure_dbar\n").contains("missing"));
-    let e = error_of(&rows(20).replacen("1.60", "1e308", 1));
-    assert!(e.contains("column pressure_dbar") && e.contains("not a number"), "{e}");
     let e = error_of(&(rows(20) + "80,0,1\n"));
     assert!(e.contains("line 22") && e.contains("cut off"), "{e}");
 }
@@ -127,4 +125,23 @@ fn units_off_by_a_thousand_are_refused_with_the_likely_cause() {
     assert!(error_of(&rows(20).replace("-0.45", "-26")).contains("degrees"));
     let e = error_of(&rows(20).replace("1025.1", ""));
     assert!(e.contains("only 0 values"), "{e}");
+}
+
+#[test]
+fn regress_words_and_numbers_that_stand_for_no_value() {
+    for word in ["NA", "N/A", "#N/A", "NULL", "null", "none", "NaN", "inf", "-inf", "-", "--", "1e35", "-9.96921e+36", "1e308", ""] {
+        let f = parse(&rows(20).replacen("1.60", word, 1), Path::new("f.csv"), "f").unwrap_or_else(|e| panic!("{word}: {e}"));
+        assert!(f.pressure_pa[2].is_nan() && f.pressure_pa[3].is_finite(), "{word}");
+        assert!(no_value(word), "{word}");
+    }
+    assert!(!no_value("-0.5") && !no_value("nine"));
+    let e = error_of(&rows(20).replace("\n8,", "\n09:15:31,"));
+    assert!(e.contains("column time_s") && e.contains(TIME_AS) && !e.contains("leave the field empty"), "{e}");
+}
+
+#[test]
+fn regress_roll_and_heading_in_degrees_are_read_as_pitch_is() {
+    let text = rows(20).replace("note,oxygen", "ROLL_DEG,heading_deg").replace(",x,", ",90,");
+    let f = parse(&text, Path::new("f.csv"), "f").expect("reads");
+    assert!((f.roll_rad[1] - 90f64.to_radians()).abs() < 1e-12 && (f.heading_rad[10] - 10f64.to_radians()).abs() < 1e-12);
 }

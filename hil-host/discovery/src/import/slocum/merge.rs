@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Collected, CtdRow};
 use crate::import::Report;
-use crate::import::channels::SALINITY;
+use crate::import::channels::{SALINITY, agree};
 use crate::import::position;
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
@@ -77,7 +77,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let practical = |r: &CtdRow| seawater::practical_salinity(r.conductivity_s_m, r.temperature_degc, r.pressure_pa * 1e-4);
     flight.extra.insert(SALINITY.into(), all.ctd.iter().map(practical).collect());
     number_segments(&mut flight, report);
-    let fixes = position::fixes(&lat, &lon);
+    let fixes = position::sound(position::fixes(&lat, &lon), report);
     position::place(&mut flight, &unix, &fixes, report);
     position::dead_reckoning(&mut flight, &unix, &degrees(get("m_lat")), &degrees(get("m_lon")), &fixes);
     if !get("m_fin").is_empty() {
@@ -136,20 +136,6 @@ fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
 
 /// Deeper than this the CTD runs, Pa.
 const UNDER_WATER_PA: f64 = 2e4;
-
-/// Says so where the CTD's pressure and the vehicle's own are of different dives.
-fn agree(ctd: &[f64], own: &[f64], report: &mut Report) {
-    let off: Vec<f64> = ctd.iter().zip(own).map(|(a, b)| (a - b).abs()).collect();
-    let (off, deep) = (crate::record::plausible::quantile(&off, 0.5), crate::record::plausible::quantile(own, 0.9));
-    // Two sensors of one dive differ by less than a few dbar and 3 %.
-    if off > 3e4 + 0.03 * deep {
-        report.leave_out(format!(
-            "CTD and vehicle do not agree: their pressures differ by {:.1} dbar in the middle, the vehicle went to {:.1} dbar; one of them is wrong",
-            off * 1e-4,
-            deep * 1e-4
-        ));
-    }
-}
 
 /// Segment numbers without holes, in the order of time.
 fn number_segments(flight: &mut Flight, report: &mut Report) {

@@ -1,17 +1,20 @@
-//! What programs that write csv do to a log, undone before it is read: decimal commas, rows that run backwards or come twice, times of
-//! a clock that was not set, values that stand for none.
+//! What programs that write csv do to a log, undone before it is read: decimal commas, rows that run backwards, in blocks out of order or
+//! twice, times of a clock that was not set or counts whole seconds.
 
 use std::borrow::Cow;
+use std::collections::{BTreeMap, HashSet};
 
+use super::super::Report;
 use super::super::channels::{LONGEST_MISSION_S, stray_times};
 use super::super::netcdf::variables::undeclared_fill;
-use super::super::{Report, calendar};
-use super::{ABSOLUTE, PRACTICAL, Table, is_number};
-use crate::record::csv::{Channel, NAMES};
+use super::times::Clock;
+use super::{Table, is_number};
+use crate::record::csv::{Channel, NAMES, no_value};
+use crate::record::plausible::quantile;
 
 /// The text with decimal points where its numbers have commas: fields are cut by semicolons or tabs then.
 pub(super) fn decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, str> {
-    let mut lines = text.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#'));
+    let mut lines = text.lines().filter(|l| !l.trim().is_empty() && !l.starts_with(['#', '%']));
     let header = lines.next().unwrap_or_default();
     let cuts = |line: &str| line.matches([';', '\t']).count();
     if cuts(header) == 0 || header.contains(',') {
@@ -20,7 +23,8 @@ pub(super) fn decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, 
     let (mut commas, mut points) = (0, 0);
     for field in lines.take(20).flat_map(|l| l.split([';', '\t'])) {
         commas += usize::from(field.matches(',').count() == 1 && is_number(&field.replace(',', ".")));
-        points += usize::from(field.contains('.'));
+        // The points of a date are none of a number.
+        points += usize::from(field.contains('.') && is_number(field));
     }
     if commas < 20 || points > 0 {
         return Cow::Borrowed(text);
@@ -29,77 +33,208 @@ pub(super) fn decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, 
     Cow::Owned(text.replace(',', "."))
 }
 
+/// Rows that go back in time so often at most are blocks put together in another order; any more are of two logs.
+const MOST_BLOCKS: usize = 10;
+/// A block of rows has so many at least.
+const LEAST_ROWS: usize = 10;
+/// A clock of whole minutes is the coarsest that is spread, s.
+const COARSEST_CLOCK_S: f64 = 60.0;
+
 impl Table<'_> {
-    /// The same as csv of one header line: numbers for ISO times, rows in the order of time, no value where one stands for none.
-    pub(super) fn plain(&self, report: &mut Report) -> String {
-        let time = self.time_column();
-        let fills: Vec<Vec<f64>> = (0..self.names.len()).map(|k| self.fills(k, report)).collect();
-        let mut out = self.names.join(",");
-        for row in self.order(report) {
-            out.push('\n');
-            for (k, field) in self.rows[row].iter().enumerate() {
-                if k > 0 {
-                    out.push(',');
-                }
-                match calendar::iso_8601(field).filter(|_| Some(k) == time && !is_number(field)) {
-                    Some(unix) => out.push_str(&format!("{unix:.4}")),
-                    None if fills.get(k).is_some_and(|f| field.parse().is_ok_and(|v: f64| f.contains(&v))) => {}
-                    None => out.push_str(field),
-                }
-            }
-        }
-        out.push('\n');
-        out
-    }
-
-    /// Values of a channel that stand for none, though nothing says so.
-    fn fills(&self, column: usize, report: &mut Report) -> Vec<f64> {
-        let channel = NAMES.iter().find(|n| n.0.eq_ignore_ascii_case(&self.names[column])).map(|n| n.1);
-        let salinity = PRACTICAL.iter().chain(&ABSOLUTE).any(|n| n.eq_ignore_ascii_case(&self.names[column]));
-        let mut fills = Vec::new();
-        // A fix at the origin, a first segment, are values.
-        if !salinity && channel.is_none_or(|c| matches!(c, Channel::Time | Channel::Segment | Channel::GpsEast | Channel::GpsNorth)) {
-            return fills;
-        }
-        let mut values = self.numbers(column);
-        while let Some((fill, count)) = undeclared_fill(&values) {
-            report.note(format!("{count} of {} values of {} are {fill}: a fill, left out", values.len(), self.names[column]));
-            values.iter_mut().filter(|v| **v == fill).for_each(|v| *v = f64::NAN);
-            fills.push(fill);
-        }
-        fills
-    }
-
-    /// Rows in the order of time, without those of a clock that was not set and without repeats: of a table that runs forward or
-    /// backward but for these. Any other stays as it is, and is refused where its times fall.
-    fn order(&self, report: &mut Report) -> Vec<usize> {
-        let all: Vec<usize> = (0..self.rows.len()).collect();
-        let Some(column) = self.time_column() else { return all };
-        let number = |text: &str| text.parse::<f64>().ok().or_else(|| calendar::iso_8601(text)).unwrap_or(f64::NAN);
-        let mut times: Vec<f64> = self.rows.iter().map(|r| r.get(column).map_or(f64::NAN, |t| number(t))).collect();
-        if let Some((fill, _)) = undeclared_fill(&times) {
+    /// Rows in the order of time, without those that have none, of a clock that was not set, and without repeats. Of the flight format
+    /// (`own`) a row has all channels, and no two of them one time; rows of two logs stay as they are, and are refused where times fall.
+    pub(super) fn arrange(&mut self, clock: &mut Clock, own: bool, report: &mut Report) {
+        let times = &mut clock.seconds;
+        if let Some((fill, _)) = undeclared_fill(times) {
             times.iter_mut().filter(|t| **t == fill).for_each(|t| *t = f64::NAN);
         }
-        stray_times(&mut times, LONGEST_MISSION_S);
-        let mut rows: Vec<usize> = all.iter().copied().filter(|i| times[*i].is_finite()).collect();
-        let undated = all.len() - rows.len();
-        let back = rows.windows(2).filter(|w| times[w[1]] < times[w[0]]).count();
-        let on = rows.windows(2).filter(|w| times[w[1]] > times[w[0]]).count();
-        if rows.is_empty() || (back > 0 && on > 0) {
-            return all;
+        stray_times(times, LONGEST_MISSION_S);
+        let all = self.rows.len();
+        let mut rows: Vec<usize> = (0..all).filter(|i| times[*i].is_finite()).collect();
+        if rows.len() < all {
+            report.leave_out(format!("{} of {all} rows have no time, or one years off the others", all - rows.len()));
         }
-        if back > 0 {
+        let (back, on) = steps(&rows, times);
+        if back > 0 && on == 0 {
             rows.reverse();
             report.note("rows run backward in time: turned round".into());
         }
-        let dated = rows.len();
-        rows.dedup_by(|b, a| times[*a] == times[*b]);
-        if rows.len() < dated {
-            report.leave_out(format!("{} of {dated} rows repeat a time: the first of each stays", dated - rows.len()));
+        self.drop_repeated_blocks(&mut rows, times, report);
+        self.spread(&rows, clock.column, times, report);
+        if steps(&rows, times).0 > 0 {
+            sort_blocks(&mut rows, times, own, report);
         }
-        if undated > 0 {
-            report.leave_out(format!("{undated} of {} rows have no time, or one years off the others", all.len()));
+        if own {
+            let dated = rows.len();
+            rows.dedup_by(|b, a| times[*a] == times[*b]);
+            if rows.len() < dated {
+                report.leave_out(format!("{} of {dated} rows repeat a time: the first of each stays", dated - rows.len()));
+            }
         }
-        rows
+        self.rows = rows.iter().map(|i| std::mem::take(&mut self.rows[*i])).collect();
+        clock.seconds = rows.iter().map(|i| times[*i]).collect();
+    }
+
+    /// Times of a clock of whole seconds or minutes, set evenly apart up to the next one.
+    fn spread(&self, rows: &[usize], column: usize, times: &mut [f64], report: &mut Report) {
+        let of: Vec<f64> = rows.iter().map(|i| times[*i]).collect();
+        let differ =
+            |a: &[&str], b: &[&str]| a.iter().zip(b).enumerate().any(|(k, (a, b))| k != column && a != b && !no_value(a) && !no_value(b));
+        let pairs: Vec<bool> =
+            rows.windows(2).filter(|w| times[w[0]] == times[w[1]]).map(|w| differ(&self.rows[w[0]], &self.rows[w[1]])).collect();
+        if 2 * pairs.iter().filter(|d| **d).count() <= pairs.len() {
+            return;
+        }
+        let Some(even) = spread_evenly(&of) else { return };
+        rows.iter().zip(even).for_each(|(i, t)| times[*i] = t);
+        report.note(format!(
+            "{} of {} times repeat the one before (a clock of whole seconds or minutes?): spread evenly up to the next",
+            pairs.len(),
+            rows.len()
+        ));
+    }
+
+    /// Leaves out rows that stand a second time further on, as those of a block that was added twice.
+    fn drop_repeated_blocks(&self, rows: &mut Vec<usize>, times: &[f64], report: &mut Report) {
+        let all = rows.len();
+        let mut seen: HashSet<&[&str]> = HashSet::new();
+        let mut before = f64::NAN;
+        rows.retain(|i| {
+            let first = seen.insert(&self.rows[*i]) || times[*i] == before;
+            before = if first { times[*i] } else { before };
+            first
+        });
+        if rows.len() < all {
+            report.note(format!("{} of {all} rows stand there a second time, with the same values: taken once", all - rows.len()));
+        }
+    }
+
+    /// The same as csv of one header line: seconds for times of any kind, without the columns of `drop`.
+    pub(super) fn plain(&self, clock: Option<&Clock>, drop: &[usize]) -> String {
+        let time = clock.map(|c| c.column);
+        let is_time = |name: &str| NAMES.iter().any(|n| n.1 == Channel::Time && n.0.eq_ignore_ascii_case(name));
+        let others_time = |k: usize| time.is_some_and(|t| t != k) && is_time(&self.names[k]);
+        let left: Vec<bool> =
+            (0..self.names.len()).map(|k| drop.contains(&k) || others_time(k) || clock.is_some_and(|c| c.date == Some(k))).collect();
+        let mut out = String::new();
+        let mut line = |fields: &mut dyn Iterator<Item = (usize, Cow<'_, str>)>| {
+            let mut first = true;
+            for (_, field) in fields.filter(|(k, _)| !left.get(*k).is_some_and(|l| *l)) {
+                if !std::mem::take(&mut first) {
+                    out.push(',');
+                }
+                if field.contains([',', '"']) {
+                    out.push_str(&format!("\"{}\"", field.replace('"', "\"\"")));
+                } else {
+                    out.push_str(&field);
+                }
+            }
+            out.push('\n');
+        };
+        line(&mut self.names.iter().enumerate().map(|(k, name)| {
+            let named_otherwise = Some(k) == time && !is_time(name);
+            (k, Cow::Borrowed(if named_otherwise { "time_s" } else { name.as_str() }))
+        }));
+        for (i, row) in self.rows.iter().enumerate() {
+            let seconds = clock.and_then(|c| c.seconds.get(i));
+            line(&mut row.iter().enumerate().map(|(k, field)| match seconds {
+                Some(seconds) if Some(k) == time => (k, Cow::Owned(seconds.to_string())),
+                _ => (k, Cow::Borrowed(*field)),
+            }));
+        }
+        out
+    }
+}
+
+/// How often time goes back, and on, from row to row.
+fn steps(rows: &[usize], times: &[f64]) -> (usize, usize) {
+    let count = |falls: bool| rows.windows(2).filter(|w| times[w[0]] != times[w[1]] && (times[w[1]] < times[w[0]]) == falls).count();
+    (count(true), count(false))
+}
+
+/// Puts blocks of rows in the order of time: a few that do not mix, or, where channels may stand in rows of their own, any.
+fn sort_blocks(rows: &mut [usize], times: &[f64], own: bool, report: &mut Report) {
+    let time = |k: usize| times[rows[k]];
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|a, b| time(*a).total_cmp(&time(*b)));
+    let blocks: Vec<usize> = order.chunk_by(|a, b| *b == a + 1).map(<[usize]>::len).collect();
+    let twice = order.windows(2).any(|w| time(w[0]) == time(w[1]));
+    // Single rows out of order are of two logs, or of damage.
+    if own && (twice || blocks.len() > MOST_BLOCKS || blocks.iter().any(|rows| *rows < LEAST_ROWS)) {
+        return;
+    }
+    let sorted: Vec<usize> = order.iter().map(|k| rows[*k]).collect();
+    rows.copy_from_slice(&sorted);
+    report.note(format!("rows stand in {} blocks out of the order of time: sorted", blocks.len()));
+}
+
+/// Whole times that most rows share with a neighbour, evenly apart up to the next; none of any other.
+fn spread_evenly(times: &[f64]) -> Option<Vec<f64>> {
+    if times.iter().any(|t| t.fract() != 0.0) {
+        return None;
+    }
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for (i, t) in times.iter().enumerate() {
+        match runs.last_mut() {
+            Some((first, count)) if times[*first] == *t => *count += 1,
+            _ => runs.push((i, 1)),
+        }
+    }
+    let shared: usize = runs.iter().filter(|r| r.1 > 1).map(|r| r.1).sum();
+    let gap = |k: usize| {
+        let next = runs.get(k + 1)?;
+        Some(times[next.0] - times[runs[k].0]).filter(|gap| *gap > 0.0 && *gap <= COARSEST_CLOCK_S)
+    };
+    // The first run may have begun before the log, and the last one goes on after it.
+    let steps: Vec<f64> = (1..runs.len()).filter_map(|k| Some(gap(k)? / runs[k].1 as f64)).collect();
+    let usual_s = quantile(&steps, 0.5);
+    if 2 * shared < times.len() || 2 * steps.len() < runs.len().saturating_sub(2) || !usual_s.is_finite() {
+        return None;
+    }
+    let mut out = Vec::with_capacity(times.len());
+    for (k, (first, count)) in runs.iter().enumerate() {
+        let (start_s, step_s) = match gap(k) {
+            Some(gap) if k == 0 && usual_s * *count as f64 <= gap => (gap - usual_s * *count as f64, usual_s),
+            Some(gap) => (0.0, gap / *count as f64),
+            None => (0.0, usual_s.min(COARSEST_CLOCK_S / *count as f64)),
+        };
+        out.extend((0..*count).map(|m| times[*first] + start_s + step_s * m as f64));
+    }
+    Some(out)
+}
+
+/// Names of the channels' columns, those of one channel together, best first.
+pub(super) fn by_channel(names: &[String]) -> BTreeMap<Channel, Vec<(usize, f64)>> {
+    let mut out: BTreeMap<Channel, Vec<(usize, f64)>> = BTreeMap::new();
+    for (name, channel, factor) in NAMES {
+        if let Some(column) = names.iter().position(|h| h.eq_ignore_ascii_case(name)) {
+            let columns = out.entry(*channel).or_default();
+            if !columns.iter().any(|c| c.0 == column) {
+                columns.push((column, *factor));
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_whole_seconds_and_minutes_are_spread() {
+        // 2 Hz, cut in the middle of the first second.
+        let whole: Vec<f64> = (1..41).map(|i| f64::from(i / 2)).collect();
+        let even = spread_evenly(&whole).expect("spread");
+        assert!((0..40).all(|i| (even[i] - 0.5 * (i + 1) as f64).abs() < 1e-9), "{even:?}");
+        // Every 6 s in whole minutes, from 31 s on, with a silence of ten minutes.
+        let truth: Vec<f64> = (0..60).map(|i| 31.0 + 6.0 * f64::from(i) + if i < 35 { 0.0 } else { 600.0 }).collect();
+        let even = spread_evenly(&truth.iter().map(|t| (t / 60.0).floor() * 60.0).collect::<Vec<_>>()).expect("spread");
+        assert!(even.windows(2).all(|w| w[1] > w[0]), "{even:?}");
+        assert!(even.iter().zip(&truth).all(|(a, b)| (a - b).abs() < 6.0), "{even:?}");
+        // Single repeats, and times of fractions, are none of a coarse clock.
+        assert_eq!(spread_evenly(&[0.0, 1.0, 1.0, 2.0, 3.0, 4.0]), None);
+        assert_eq!(spread_evenly(&[0.5, 0.5, 1.5, 1.5, 2.5, 2.5]), None);
+        assert_eq!((spread_evenly(&[]), spread_evenly(&[7.0; 4])), (None, None));
     }
 }

@@ -17,6 +17,12 @@ fn vehicle() -> Vehicle {
     vehicle::parse_text(VEHICLE, Path::new("v.json")).expect("a vehicle")
 }
 
+#[test]
+fn regress_a_byte_order_mark_is_no_part_of_a_vehicle_file() {
+    let with = vehicle::parse_text(&format!("\u{feff}{VEHICLE}"), Path::new("v.json")).expect("a vehicle");
+    assert_eq!(with.constants, vehicle().constants);
+}
+
 /// Rate of depth of this vehicle with 200 cm³ at 0.4 rad, m/s.
 fn rate_m_s() -> f64 {
     let trim = Trim { pitch_rad: -0.4, net_buoyancy_n: -9.81 * 1025.0 * 2e-4, rho_kg_m3: 1025.0 };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use discovery::import::{Imported, import};
 
 mod made_logs;
-use made_logs::{CYCLES, START, USUAL, Variable, at, engineering, netcdf, pair, variables};
+use made_logs::{CYCLES, START, USUAL, Variable, at, engineering, netcdf, pair, slocum, variables};
 
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("glider-situation-{}-{name}", std::process::id()));
@@ -304,4 +304,64 @@ fn regress_values_of_a_table_that_stand_for_none_are_found() {
         let known = [&f.time_s, &f.pressure_pa, &f.pitch_rad, &f.ballast_m3, &f.density_kg_m3, &f.temperature_degc][column];
         assert_eq!(known.iter().filter(|v| v.is_finite()).count(), 208, "{name} {fill}");
     }
+}
+
+#[test]
+fn regress_a_copy_of_a_file_under_another_name_is_read_once() {
+    let folder = folder("copy");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let want = import(&folder, &[]).expect("an import").flight;
+    for (name, copies) in [("one", &["a.dbd"][..]), ("other", &["a.ebd"]), ("both", &["a.dbd", "a.ebd"])] {
+        for file in copies {
+            std::fs::copy(folder.join(file), folder.join(format!("copy of {file}"))).expect("copied");
+        }
+        let got = import(&folder, &[]).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!((&got.flight.time_s, &got.flight.segment), (&want.time_s, &want.segment), "{name}");
+        assert!(said(&got).contains("holds the same bytes as") && got.report.is_whole(), "{name}: {}", said(&got));
+    }
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_two_gliders_that_do_not_overlap_are_refused_too() {
+    let folder = folder("apart");
+    pair(&folder, "a", "alpha", START, |t| t);
+    pair(&folder, "b", "alpha", START + 7200.0, |t| t);
+    assert_eq!(import(&folder, &[]).expect("one glider").report.segments.len(), 2);
+    pair(&folder, "c", "beta", START + 90_000.0, |t| t);
+    let e = import(&folder, &[]).expect_err("refused").to_string();
+    assert!(e.contains("files of 2 gliders by their headers (alpha, beta)"), "{e}");
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_science_units_of_a_file_are_used_or_its_channel_is_not() {
+    let read = |name: &str, unit: &str, of: fn(f64) -> f64| {
+        let folder = folder(name);
+        engineering(&folder.join("a.dbd"), "alpha", START);
+        let sensors =
+            [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", unit), ("sci_water_cond", "s/m")];
+        slocum(&folder.join("a.ebd"), "alpha", &sensors, |k| vec![START + 4.0 * k as f64, at(k).0 / 10.0, of(12.0), 4.0]);
+        let got = import(&folder, &[]).expect("an import");
+        std::fs::remove_dir_all(folder).ok();
+        got
+    };
+    for (name, unit, of) in [("c", "degc", (|t| t) as fn(f64) -> f64), ("k", "K", |t| t + 273.15), ("f", "degF", |t| 1.8 * t + 32.0)] {
+        let got = read(name, unit, of);
+        assert_eq!(got.flight.len(), CYCLES, "{unit}");
+        assert!(got.flight.temperature_degc.iter().all(|t| (t - 12.0).abs() < 1e-4), "{unit}: {:?}", got.flight.temperature_degc[3]);
+    }
+    let got = read("unknown", "furlongs", |t| t);
+    assert!(got.flight.temperature_degc.iter().all(|t| t.is_nan()) && !got.report.is_whole(), "{}", said(&got));
+}
+
+#[test]
+fn regress_a_segment_without_one_of_its_files_is_named() {
+    let folder = folder("half");
+    pair(&folder, "a", "alpha", START, |t| t);
+    pair(&folder, "b", "alpha", START + 7200.0, |t| t);
+    std::fs::remove_file(folder.join("b.ebd")).expect("removed");
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("b has no science file"), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
 }

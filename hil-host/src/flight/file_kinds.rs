@@ -84,6 +84,7 @@ fn seen(path: &Path) -> Option<Seen> {
 }
 
 fn of_text(text: &str) -> Option<Seen> {
+    let text = text.trim_start_matches('\u{feff}');
     let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#'));
     let first = lines().next()?;
     if first.starts_with('{') {

@@ -112,7 +112,7 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[test]
-    fn regress_no_more_items_than_jobs_are_under_way_though_each_waits_for_a_pool() {
+    fn regress_no_more_items_than_jobs_are_under_way() {
         let (under_way, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let inner = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
         let one = |i: &usize| {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::channels::{LONGEST_MISSION_S, stray_times};
 use super::{Imported, Report};
 use crate::record::flight::Flight;
 
@@ -12,8 +13,10 @@ use crate::record::flight::Flight;
 pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imported> {
     parts.retain(|(_, p)| !p.flight.is_empty());
     parts.sort_by(|a, b| start(&a.1).total_cmp(&start(&b.1)));
+    let unset = of_other_years(&mut parts);
     let first = start(&parts.first()?.1);
     let mut report = Report { start_unix_s: Some(first), ..Report::new(kind) };
+    unset.into_iter().for_each(|what| report.leave_out(what));
     let mut flight = Flight::blank(0);
     let mut notes: BTreeMap<String, (String, String, usize)> = BTreeMap::new();
     let mut vehicle = None;
@@ -21,7 +24,13 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
         let shift = start(&part) - first;
         report.files.extend(part.report.files);
         if let Some(end) = flight.time_s.last().filter(|end| shift + part.flight.time_s[0] <= **end) {
-            report.leave_out(format!("{name}: begins {:.0} s before the one before it ends: left out", end - shift));
+            let length = part.flight.time_s.last().copied().unwrap_or(0.0);
+            let same = (shift + length - end).abs() < 1e-6 && flight.pressure_pa.ends_with(&part.flight.pressure_pa);
+            if same {
+                report.note(format!("{name}: holds the same rows as the one before it: read once"));
+            } else {
+                report.leave_out(format!("{name}: begins {:.0} s before the one before it ends: left out", end - shift));
+            }
             continue;
         }
         let offset = flight.segment.last().map_or(0, |s| s + 1);
@@ -47,6 +56,23 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     }
     flight.name = report.segments.first().cloned().unwrap_or_default();
     Some(Imported { flight, report, vehicle })
+}
+
+/// Takes out parts whose clock was not set, or stands more than a mission off the others; what they are.
+fn of_other_years(parts: &mut Vec<(String, Imported)>) -> Vec<String> {
+    let mut starts: Vec<f64> = parts.iter().map(|(_, p)| start(p)).collect();
+    stray_times(&mut starts, LONGEST_MISSION_S);
+    let mut kept = starts.into_iter();
+    let mut out = Vec::new();
+    parts.retain(|(name, part)| {
+        let stays = kept.next().is_some_and(f64::is_finite);
+        if !stays {
+            let year = 1970.0 + start(part) / (365.25 * 86400.0);
+            out.push(format!("{name}: its clock stands in {year:.0}: {} rows left out", part.flight.len()));
+        }
+        stays
+    });
+    out
 }
 
 fn start(part: &Imported) -> f64 {

@@ -104,6 +104,13 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         }
         report.files.push(note);
     }
+    for cycle in &cycles {
+        match [false, true].map(|payload| chosen.contains_key(&(*cycle, payload))) {
+            [true, false] => report.leave_out(format!("cycle {cycle}: no payload file (pld1): its navigation has no rows to stand on")),
+            [false, true] => report.note(format!("cycle {cycle} has no navigation file (gli): without pitch and ballast")),
+            _ => {}
+        }
+    }
     columns.finish(&mut log, &mut report);
     counts.say(&mut report);
     log.fixes = std::mem::take(&mut counts.fixes);

@@ -121,7 +121,9 @@ pub(super) fn from_constants(draft: &mut Draft, s: &Scalars, report: &mut Report
     let cal = |name: &str| s.get(&format!("sg_cal_{name}"));
     let log = |name: &str| s.get(&format!("log_{name}"));
     let deep = log("DEEPGLIDER") == Some(1.0);
-    if let Some(mass) = cal("mass").or_else(|| log("MASS").map(|g| g * 1e-3)) {
+    // No glider weighs a ton: such a number is in g, as the log's is.
+    let in_kg = |mass: f64| if mass > 1000.0 { mass * 1e-3 } else { mass };
+    if let Some(mass) = cal("mass").map(in_kg).or_else(|| log("MASS").map(|g| g * 1e-3)) {
         draft.set("mass_kg", mass, if cal("mass").is_some() { "sg_cal_mass" } else { "log_MASS" });
     }
     volume(draft, s);
@@ -174,8 +176,13 @@ fn volume(draft: &mut Draft, s: &Scalars) {
     let log = |name: &str| s.get(&format!("log_{name}"));
     let (Some(c), Some(least), Some(cc)) = (log("C_VBD"), log("VBD_MIN"), log("VBD_CNV")) else { return };
     let middle_cc = (c - least) * cc;
-    // Told by size: cm3 whatever the unit says.
-    let volmax = cal("volmax").map(|v| if v > 1000.0 { v } else { v * 1e6 });
+    // By its size it is in cm3, litres or m3.
+    let in_cc = |v: f64| match v {
+        v if v > 1000.0 => v,
+        v if v > 5.0 => v * 1e3,
+        v => v * 1e6,
+    };
+    let volmax = cal("volmax").map(in_cc);
     // RHO in g/cm3, MASS in g.
     let volmax = volmax.or_else(|| Some(log("MASS")? / log("RHO")? - middle_cc));
     if let Some(volmax) = volmax {
@@ -203,6 +210,8 @@ impl Hydro {
         let (rho0, length_m, exponent) = (rho0.unwrap_or(1027.5), length_m.unwrap_or(1.8), exponent.unwrap_or(-0.25));
         // rho0 comes in kg/m3, or in g/m3 as the log writes it.
         let rho0 = if rho0 > 1e5 { rho0 * 1e-3 } else { rho0 };
+        // Or in g/cm3, as the log's RHO is.
+        let rho0 = if (0.9..1.1).contains(&rho0) { rho0 * 1e3 } else { rho0 };
         let areas = length_m * length_m / REFERENCE_AREA_M2;
         draft.set("hydro.hull_lift_slope_per_rad", self.a * degrees * areas, &format!("{name}_a = {}", self.a));
         let dynamic_pa = 0.5 * rho0 * 0.3 * 0.3;
@@ -211,5 +220,45 @@ impl Hydro {
         draft.set("effects.reynolds_drag.exponent", -2.0 * exponent, "-2 hd_s");
         draft.set("tolerance_1sigma.cd0_relative", 0.25, "guess; the two sets of a glider differ by more");
         draft.set("tolerance_1sigma.lift_slope_relative", 0.2, "fits of one vehicle within two weeks scatter by 17 %");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_constants_in_other_units_give_the_same_vehicle() {
+        let draft = |changes: &[(&str, f64)]| {
+            let mut values: BTreeMap<String, f64> = [
+                ("sg_cal_mass", 54.12),
+                ("sg_cal_volmax", 53_285.5),
+                ("sg_cal_rho0", 1027.5),
+                ("sg_cal_hd_a", 0.0038),
+                ("sg_cal_hd_b", 0.0105),
+                ("sg_cal_hd_c", 9.8e-6),
+                ("log_C_VBD", 2900.0),
+                ("log_VBD_MIN", 500.0),
+                ("log_VBD_CNV", -0.245),
+            ]
+            .map(|(name, value)| (name.to_owned(), value))
+            .into();
+            values.extend(changes.iter().map(|(name, value)| ((*name).to_owned(), *value)));
+            let mut draft = Class::Seaglider.draft();
+            from_constants(&mut draft, &Scalars::from_values(values), &mut Report::new("made"));
+            ["mass_kg", "hull_volume_m3", "hydro.cd0", "hydro.hull_lift_slope_per_rad"].map(|key| draft.get(key).unwrap_or(f64::NAN))
+        };
+        let want = draft(&[]);
+        assert!(want.iter().all(|v| v.is_finite()), "{want:?}");
+        for change in [
+            ("sg_cal_mass", 54_120.0),
+            ("sg_cal_volmax", 53.2855),
+            ("sg_cal_volmax", 0.053_285_5),
+            ("sg_cal_rho0", 1.0275),
+            ("sg_cal_rho0", 1_027_500.0),
+        ] {
+            let got = draft(&[change]);
+            assert!(got.iter().zip(&want).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{change:?}: {got:?}, not {want:?}");
+        }
     }
 }

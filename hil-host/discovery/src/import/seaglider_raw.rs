@@ -256,8 +256,8 @@ fn between(corners: &[(f64, f64)], t: f64) -> f64 {
 #[must_use]
 pub fn assignments(text: &str) -> BTreeMap<String, f64> {
     let mut out: BTreeMap<String, f64> = BTreeMap::new();
-    for line in text.lines().take(MOST_LINES) {
-        for statement in without_comment(line).split(';') {
+    for line in statements(text) {
+        for statement in line.split(';') {
             let Some((name, value)) = statement.split_once('=') else { continue };
             let (name, value) = (name.trim().replace('.', "_"), value.trim());
             let skipped = name.starts_with("override_") || value.contains(['[', '\'', '"', '{']);
@@ -271,6 +271,30 @@ pub fn assignments(text: &str) -> BTreeMap<String, f64> {
         }
     }
     out
+}
+
+/// Lines without comments, those of a block (`%{` to `%}`) too; one that ends in `...` goes on in the next.
+fn statements(text: &str) -> Vec<String> {
+    let (mut lines, mut blocks, mut open) = (Vec::<String>::new(), 0_u32, false);
+    for line in text.lines().take(MOST_LINES) {
+        match line.trim() {
+            "%{" => blocks += 1,
+            "%}" => blocks = blocks.saturating_sub(1),
+            _ if blocks > 0 => {}
+            _ => {
+                let line = without_comment(line).trim_end();
+                // What stands behind the dots is a comment.
+                let dots = line.find("...").filter(|at| line[..*at].matches(['\'', '"']).count() % 2 == 0);
+                let (line, goes_on) = dots.map_or((line, false), |at| (&line[..at], true));
+                match lines.last_mut().filter(|_| open) {
+                    Some(before) => before.push_str(line),
+                    None => lines.push(line.to_owned()),
+                }
+                open = goes_on;
+            }
+        }
+    }
+    lines
 }
 
 /// A sum of numbers and names, read from left to right.
@@ -381,9 +405,9 @@ mod tests {
     fn constants_are_numbers_and_sums_of_earlier_ones_only() {
         let text = "id_str = '099';\nmass = 54.12 ; % (kg)\n%mass = 99.9;\nrho0=1027.5; hd_a = 3.8e-3;\nhalf = 0.5;\nabs_compress = 8.2e-6*half;\n\
             override.RHO = 1.03;\nm = [1 2; 3 4];\nlate = never + 1;\na.b = (1+2)^2\nx = system('rm');\n\
-            deep = ((((1e-3 - -2E+0))))/4; open = (1; two = 1 2;";
+            deep = ((((1e-3 - -2E+0))))/4; open = (1; two = 1 2;\n%{\nmass = 2;\n%}\nvolmax = ... in cm3\n 53285.5;";
         let got = assignments(text);
-        assert_eq!(got.get("mass"), Some(&54.12));
+        assert_eq!((got.get("mass"), got.get("volmax")), (Some(&54.12), Some(&53285.5)));
         assert_eq!(got.get("a_b"), Some(&9.0));
         assert!((got["abs_compress"] - 4.1e-6).abs() < 1e-18 && got["hd_a"] == 3.8e-3 && got["rho0"] == 1027.5);
         assert_eq!(got.get("deep"), Some(&(2.001 / 4.0)));

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use super::channels::{SET_CLOCK_S, stray_times};
 use super::dba;
 use super::dbd::{self, DbdError};
+use super::netcdf::names;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 
 mod merge;
@@ -94,6 +95,7 @@ struct Loaded {
 /// [`ImportError`] when nothing usable remains, or files of two gliders are given; what is merely damaged is in the report.
 pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportError> {
     let mut report = Report::new(if files.iter().any(|f| is_slocum(f)) { "Slocum binary" } else { "Slocum text (dba)" });
+    let files = &without_copies(files, &mut report);
     let mut loaded: Vec<Loaded> = Vec::new();
     let mut refused: Vec<String> = Vec::new();
     for (segment, (stem, sides)) in (0_u32..).zip(pairs(files)) {
@@ -125,6 +127,7 @@ pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportE
     let all = collected(&loaded, &mut report);
     one_glider(&loaded, &all, &report)?;
     apart(&loaded, &mut report);
+    one_sided(&loaded, &mut report);
     match merge::merge(all, &mut report) {
         Some(flight) => Ok(Imported { flight, report, vehicle: None }),
         None if refused.is_empty() => Err(ImportError {
@@ -177,26 +180,24 @@ const OVERLAP_S: f64 = 60.0;
 
 /// Files that overlap in time are of two gliders.
 fn one_glider(loaded: &[Loaded], all: &Collected, report: &Report) -> Result<(), ImportError> {
+    let error = |what: String| Err(ImportError { file: "files do not belong together".into(), what });
+    let names: std::collections::BTreeSet<String> = loaded.iter().filter_map(|l| glider_of(&l.file)).collect();
+    if names.len() > 1 {
+        let list: Vec<String> = names.into_iter().collect();
+        return error(format!(
+            "files of {} gliders by their headers ({}): import one glider's files at a time",
+            list.len(),
+            list.join(", ")
+        ));
+    }
     let spans: Vec<(u32, (f64, f64))> = all.spans.iter().map(|(k, s)| (*k, *s)).collect();
     let named = |segment: u32| report.segments.get(segment as usize).cloned().unwrap_or_default();
     for (k, (a, span_a)) in spans.iter().enumerate() {
         for (b, span_b) in &spans[k + 1..] {
             let overlap = span_a.1.min(span_b.1) - span_a.0.max(span_b.0);
-            let same =
-                |x: &Loaded, y: &Loaded| x.science == y.science && x.file.cycles == y.file.cycles && middle_s(&x.file) == middle_s(&y.file);
-            let copies = loaded.iter().filter(|l| l.segment == *a).all(|x| {
-                loaded
-                    .iter()
-                    .filter(|l| l.segment == *b)
-                    .any(|y| same(x, y) && format!("{:?}", x.file.columns) == format!("{:?}", y.file.columns))
-            });
-            if overlap > OVERLAP_S && !copies {
-                let what = format!(
-                    "{} and {} overlap by {overlap:.0} s: files of two gliders? import one glider's files at a time",
-                    named(*a),
-                    named(*b)
-                );
-                return Err(ImportError { file: "files do not belong together".into(), what });
+            if overlap > OVERLAP_S {
+                let (a, b) = (named(*a), named(*b));
+                return error(format!("{a} and {b} overlap by {overlap:.0} s: files of two gliders? import one glider's files at a time"));
             }
         }
     }
@@ -222,6 +223,53 @@ fn apart(loaded: &[Loaded], report: &mut Report) {
             ));
         }
     }
+}
+
+/// Names segments without one of the two computers' files where others have both.
+fn one_sided(loaded: &[Loaded], report: &mut Report) {
+    let has = |segment: u32, science: bool| loaded.iter().any(|l| l.segment == segment && l.science == science);
+    let segments: std::collections::BTreeSet<u32> = loaded.iter().map(|l| l.segment).collect();
+    if !segments.iter().any(|s| has(*s, true) && has(*s, false)) {
+        return;
+    }
+    for segment in segments {
+        let what = match (has(segment, false), has(segment, true)) {
+            (true, false) => "no science file (.ebd, .tbd): without density",
+            (false, true) => "no engineering file (.dbd, .sbd): without pitch and ballast",
+            _ => continue,
+        };
+        let name = report.segments.get(segment as usize).cloned().unwrap_or_default();
+        report.note(format!("{name} has {what}"));
+    }
+}
+
+/// The files without those that hold the same bytes as one before them.
+fn without_copies(files: &[PathBuf], report: &mut Report) -> Vec<PathBuf> {
+    let length = |p: &PathBuf| std::fs::metadata(p).map_or(0, |m| m.len());
+    let mut kept: BTreeMap<u64, Vec<&PathBuf>> = BTreeMap::new();
+    let mut out = Vec::new();
+    for path in files {
+        let alike = kept.entry(length(path)).or_default();
+        let bytes = |p: &PathBuf| std::fs::read(p).ok().filter(|b| !b.is_empty());
+        let own = if alike.is_empty() { None } else { bytes(path) };
+        match alike.iter().find(|other| own.is_some() && bytes(other) == own) {
+            Some(other) => report.note(format!("{} holds the same bytes as {}: read once", name_of(path), name_of(other))),
+            None => {
+                alike.push(path);
+                out.push(path.clone());
+            }
+        }
+    }
+    out
+}
+
+/// The glider's name in the header of a file: what stands before the date in "unit_777-2026-122-1-0".
+fn glider_of(file: &dbd::DbdFile) -> Option<String> {
+    let full = file.header.get("full_filename").or_else(|| file.header.get("segment_filename_0"))?;
+    let parts: Vec<&str> = full.split('-').collect();
+    let number = |p: &&str| p.bytes().all(|b| b.is_ascii_digit()) && !p.is_empty();
+    let date = (1..parts.len().checked_sub(3)?).find(|k| parts[*k].len() == 4 && parts[*k..].iter().all(|p| number(&p)))?;
+    Some(parts[..date].join("-").to_ascii_lowercase())
 }
 
 /// What a file is by its ending, or by its header if it is text: stem, side (engineering, science) and rank.
@@ -302,19 +350,19 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
     let own = in_order(plausible_times(clock(&["m_present_time", "sci_m_present_time"])), one, "the file's clock", report);
     for (name, channel, units, factor) in SENSORS {
         let Some((unit, values)) = file.columns.get(*name) else { continue };
-        if !units.iter().any(|u| u.eq_ignore_ascii_case(unit)) {
+        let Some((offset, factor)) = in_si(name, unit, units, *factor) else {
             report.leave_out(format!("{name} is in {unit}, not in {}", units.join(" or ")));
             continue;
-        }
-        report.map(MappedName { from: (*name).into(), unit: unit.clone(), to: (*channel).into(), factor: *factor });
+        };
+        report.map(MappedName { from: (*name).into(), unit: unit.clone(), to: (*channel).into(), factor });
         if name.starts_with("sci_") {
             continue;
         }
         let held = all.channels.entry(name).or_default();
         held.time_s.extend(&own);
-        held.value.extend(values.iter().map(|v| v * factor));
+        held.value.extend(values.iter().map(|v| (v - offset) * factor));
     }
-    let finite = own.iter().copied().filter(|t| t.is_finite());
+    let finite = own.iter().copied().filter(|t| t.is_finite() && (!one.science || !all.spans.contains_key(&segment)));
     if let (Some(first), Some(last)) = (finite.clone().reduce(f64::min), finite.reduce(f64::max)) {
         let span = all.spans.entry(segment).or_insert((first, last));
         *span = (span.0.min(first), span.1.max(last));
@@ -324,20 +372,43 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
     }
 }
 
+/// What is taken off a sensor's numbers, and by what they are multiplied then: by its usual units, else by those that other files have.
+fn in_si(name: &str, unit: &str, usual: &[&str], factor: f64) -> Option<(f64, f64)> {
+    if usual.iter().any(|u| u.eq_ignore_ascii_case(unit)) {
+        return Some((0.0, factor));
+    }
+    let wanted = match name {
+        "m_pressure" | "sci_water_pressure" => &names::PRESSURE,
+        "sci_water_temp" => &names::TEMPERATURE,
+        "sci_water_cond" => &names::CONDUCTIVITY,
+        "m_pitch" => &names::PITCH,
+        "m_roll" => &names::ROLL,
+        "m_heading" => &names::HEADING,
+        "m_ballast_pumped" | "m_de_oil_vol" => &names::BALLAST,
+        _ => return None,
+    };
+    wanted.in_si(unit)
+}
+
 /// The CTD's samples of one file, on the CTD's own clock where it was set.
 fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, own: Vec<f64>) {
     let file = &one.file;
-    let science = |name: &str, factor: f64| -> Vec<f64> {
-        file.columns.get(name).map_or_else(|| vec![f64::NAN; file.cycles], |(_, v)| v.iter().map(|v| v * factor).collect())
+    let none = || vec![f64::NAN; file.cycles];
+    let science = |name: &str| -> Vec<f64> {
+        let known = SENSORS.iter().find(|s| s.0 == name);
+        let read = file.columns.get(name).zip(known).and_then(|((unit, v), s)| Some((in_si(name, unit, s.2, s.3)?, v)));
+        read.map_or_else(none, |((offset, factor), v)| v.iter().map(|v| (v - offset) * factor).collect())
     };
-    let (pressure, temperature, conductivity) =
-        (science("sci_water_pressure", 1e5), science("sci_water_temp", 1.0), science("sci_water_cond", 1.0));
+    let (pressure, temperature, conductivity) = (science("sci_water_pressure"), science("sci_water_temp"), science("sci_water_cond"));
     if !pressure.iter().any(|p| p.is_finite()) {
         return;
     }
     let set = |name: &str| file.columns.get(name).is_some_and(|c| c.1.iter().filter(|t| **t > SET_CLOCK_S).count() >= LEAST_STAMPS);
     let stamp = match STAMPS.iter().find(|n| set(n)) {
-        Some(name) => in_order(plausible_times(science(name, 1.0)), one, "the CTD's clock", report),
+        Some(name) => {
+            let stamps = file.columns.get(*name).map_or_else(none, |(_, v)| v.clone());
+            in_order(plausible_times(stamps), one, "the CTD's clock", report)
+        }
         None => {
             report.note(format!("{}: the CTD's own clock was not set: its samples stand on the computer's", one.name));
             // Without it every cycle carries a sample; one like the one before is a copy.

@@ -171,6 +171,8 @@ pub fn read(path: &Path) -> Result<Vehicle, ReadError> {
 /// # Errors
 /// What is wrong, where, and what to do.
 pub fn parse_text(text: &str, path: &Path) -> Result<Vehicle, ReadError> {
+    // What editors of Windows put before a text.
+    let text = text.trim_start_matches('\u{feff}');
     let bad = |line: usize, why: String| ReadError::Content { path: path.to_path_buf(), line: line as u64, column: "syntax".into(), why };
     let document: Value = if crate::vehicle::file::is_geometry(text) {
         crate::vehicle::file::parse(text, path)?.as_trial()

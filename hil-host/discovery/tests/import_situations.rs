@@ -313,7 +313,7 @@ fn regress_a_copy_of_a_file_under_another_name_is_read_once() {
     let want = import(&folder, &[]).expect("an import").flight;
     for (name, copies) in [("one", &["a.dbd"][..]), ("other", &["a.ebd"]), ("both", &["a.dbd", "a.ebd"])] {
         for file in copies {
-            std::fs::copy(folder.join(file), folder.join(format!("copy of {file}"))).expect("copied");
+            std::fs::copy(folder.join(file), folder.join(format!("Copy of {file}"))).expect("copied");
         }
         let got = import(&folder, &[]).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!((&got.flight.time_s, &got.flight.segment), (&want.time_s, &want.segment), "{name}");

@@ -284,7 +284,7 @@ fn statements(text: &str) -> Vec<String> {
             _ => {
                 let line = without_comment(line).trim_end();
                 // What stands behind the dots is a comment.
-                let dots = line.find("...").filter(|at| line[..*at].matches(['\'', '"']).count() % 2 == 0);
+                let dots = line.find("...").filter(|at| line[..*at].matches(['\'', '"']).count().is_multiple_of(2));
                 let (line, goes_on) = dots.map_or((line, false), |at| (&line[..at], true));
                 match lines.last_mut().filter(|_| open) {
                     Some(before) => before.push_str(line),

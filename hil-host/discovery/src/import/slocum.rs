@@ -248,6 +248,11 @@ fn without_copies(files: &[PathBuf], report: &mut Report) -> Vec<PathBuf> {
     let length = |p: &PathBuf| std::fs::metadata(p).map_or(0, |m| m.len());
     let mut kept: BTreeMap<u64, Vec<&PathBuf>> = BTreeMap::new();
     let mut out = Vec::new();
+    // Of two alike the one stays whose other half has the same name.
+    let mut stems: BTreeMap<Option<&std::ffi::OsStr>, usize> = BTreeMap::new();
+    files.iter().for_each(|p| *stems.entry(p.file_stem()).or_default() += 1);
+    let mut files: Vec<&PathBuf> = files.iter().collect();
+    files.sort_by_key(|p| stems.get(&p.file_stem()).is_none_or(|n| *n < 2));
     for path in files {
         let alike = kept.entry(length(path)).or_default();
         let bytes = |p: &PathBuf| std::fs::read(p).ok().filter(|b| !b.is_empty());
@@ -268,7 +273,7 @@ fn glider_of(file: &dbd::DbdFile) -> Option<String> {
     let full = file.header.get("full_filename").or_else(|| file.header.get("segment_filename_0"))?;
     let parts: Vec<&str> = full.split('-').collect();
     let number = |p: &&str| p.bytes().all(|b| b.is_ascii_digit()) && !p.is_empty();
-    let date = (1..parts.len().checked_sub(3)?).find(|k| parts[*k].len() == 4 && parts[*k..].iter().all(|p| number(&p)))?;
+    let date = (1..parts.len().checked_sub(3)?).find(|k| parts[*k].len() == 4 && parts[*k..].iter().all(number))?;
     Some(parts[..date].join("-").to_ascii_lowercase())
 }
 

@@ -142,7 +142,7 @@ fn is_comment(line: &str) -> bool {
 
 /// The fields of a line, without blanks and quotes around them; a separator in quotes is none.
 fn cut(line: &str, separator: char) -> Vec<&str> {
-    let pairs = line.matches('"').count() % 2 == 0;
+    let pairs = line.matches('"').count().is_multiple_of(2);
     let mut quoted = false;
     line.split(|c: char| {
         quoted ^= c == '"' && pairs;

@@ -74,7 +74,7 @@ impl Reader<'_> {
                 return None;
             }
         };
-        let Some((scale, epoch)) = known.or_else(|| self.without_origin(clock, &unit, &values)) else { return None };
+        let (scale, epoch) = known.or_else(|| self.without_origin(clock, &unit, &values))?;
         if let Some(step_s) = self.coarse_s(clock, &values, scale) {
             self.report.note(format!("{clock} is stored in 32-bit floats, {step_s:.0} s apart at such numbers: store it in 64 bits"));
             return None;

@@ -123,7 +123,7 @@ impl Reader<'_> {
     fn one(&mut self, name: &str, wanted: &Wanted) -> Result<Channel, Unread> {
         let dimensions = self.dimensions(name).filter(|d| !d.is_empty()).ok_or(Unread(None))?;
         let unit = self.text(name, "units").unwrap_or_default().trim().to_owned();
-        let (offset, factor) = self.to_si(name, &unit, wanted)?;
+        let (offset, factor) = self.offset_and_factor(name, &unit, wanted)?;
         let Some(time) = self.clock(name, &dimensions) else {
             let what = if dimensions.len() > 1 {
                 format!("{name} is a table of {}, not a series in time (a gridded product?): left out", dimensions.join(" x "))
@@ -158,7 +158,7 @@ impl Reader<'_> {
     }
 
     /// What is taken off the numbers of a variable, and by what they are multiplied then, to be in SI.
-    fn to_si(&mut self, name: &str, unit: &str, wanted: &Wanted) -> Result<(f64, f64), Unread> {
+    fn offset_and_factor(&mut self, name: &str, unit: &str, wanted: &Wanted) -> Result<(f64, f64), Unread> {
         let standard = self.text(name, "standard_name").unwrap_or_default();
         if wanted.column == DENSITY.column && (standard.contains("potential_density") || standard.contains("sigma")) {
             let what = format!("{name} is {standard} by its standard_name, not the density where it was measured: left out");

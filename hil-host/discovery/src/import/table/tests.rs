@@ -242,7 +242,7 @@ fn regress_blocks_out_of_order_or_repeated_are_put_right() {
         assert_eq!((&got.flight.time_s, &got.flight.pressure_pa), (&want.time_s, &want.pressure_pa), "{name}");
         assert!(says(&got, said) && got.report.is_whole(), "{name}: {:?}", got.report);
     }
-    // Other values at the same times are of another log: the first stays, and exit 1 says so.
+    // Other values at the same times are of another log: refused.
     let other = plain.clone() + &lines[21..31].join("\n").replace("-0.45", "-0.40") + "\n";
     let e = read("other", other.as_bytes()).map(|_| ()).expect_err("two logs");
     assert!(e.contains("must increase"), "{e}");

@@ -365,3 +365,24 @@ fn regress_a_segment_without_one_of_its_files_is_named() {
     assert!(said(&got).contains("b has no science file"), "{}", said(&got));
     std::fs::remove_dir_all(folder).ok();
 }
+
+#[test]
+fn regress_cycles_without_a_time_and_a_ctd_that_is_off_are_counted() {
+    let folder = folder("holes");
+    let own = [("m_present_time", "timestamp"), ("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
+    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+    let write = |untimed: std::ops::Range<usize>, off: std::ops::Range<usize>| {
+        let time = |k: usize| START + 4.0 * k as f64;
+        let own_time = |k: usize| if untimed.contains(&k) { f64::NAN } else { time(k) };
+        slocum(&folder.join("a.dbd"), "alpha", &own, |k| vec![own_time(k), at(k).1, at(k).2, at(k).0 / 10.0]);
+        let on = |k: usize, v: f64| if off.contains(&k) { f64::NAN } else { v };
+        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), on(k, at(k).0 / 10.0), on(k, 12.0), on(k, 3.9)]);
+        import(&folder, &[]).expect("an import")
+    };
+    assert!(write(0..0, 0..0).report.is_whole());
+    let got = write(50..90, 0..0).report.left_out.join("\n");
+    assert!(got.contains("a.dbd: 40 of ") && got.contains("have no time"), "{got}");
+    let got = write(0..0, 75..170).report.left_out.join("\n");
+    assert!(got.contains("the CTD was off in") && got.contains("minutes under water"), "{got}");
+    std::fs::remove_dir_all(folder).ok();
+}

@@ -82,6 +82,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     }
     let cycles: Vec<u32> = chosen.keys().map(|k| k.0).collect::<BTreeSet<_>>().into_iter().collect();
     let (mut log, mut columns, mut counts) = (Log::default(), Columns::default(), Counts::default());
+    let mut starts: BTreeMap<(u32, bool), f64> = BTreeMap::new();
     for ((cycle, payload), (_, path)) in &chosen {
         let segment = cycles.binary_search(cycle).unwrap_or(0) as u32;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -89,11 +90,15 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         match Table::open(path) {
             Err(why) => note.problems.push(why),
             Ok(mut table) => {
+                let (rows, times) = (log.rows.len(), columns.time.len());
                 let got = if *payload {
                     columns.payload(&mut table, segment, &mut log, &mut report)
                 } else {
                     columns.navigation(&mut table, &mut counts)
                 };
+                let read: Vec<f64> =
+                    if *payload { log.rows[rows..].iter().map(|r| r.unix_s).collect() } else { columns.time[times..].to_vec() };
+                starts.insert((*cycle, *payload), read.iter().copied().fold(f64::INFINITY, f64::min));
                 note.rows = table.rows;
                 note.problems.extend(table.problem.take());
                 note.problems.extend(got.err());
@@ -104,13 +109,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         }
         report.files.push(note);
     }
-    for cycle in &cycles {
-        match [false, true].map(|payload| chosen.contains_key(&(*cycle, payload))) {
-            [true, false] => report.leave_out(format!("cycle {cycle}: no payload file (pld1): its navigation has no rows to stand on")),
-            [false, true] => report.note(format!("cycle {cycle} has no navigation file (gli): without pitch and ballast")),
-            _ => {}
-        }
-    }
+    compare_halves(&cycles, &starts, &mut report);
     columns.finish(&mut log, &mut report);
     counts.say(&mut report);
     log.fixes = std::mem::take(&mut counts.fixes);
@@ -135,6 +134,26 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     vehicle.say("case", &format!("sea{glider:03}"), "");
     Ok(Imported { flight, report, vehicle: Some(vehicle) })
 }
+
+/// Names cycles without one of their two files, and those whose two clocks differ; `starts` are of each cycle and stream (payload: true).
+fn compare_halves(cycles: &[u32], starts: &BTreeMap<(u32, bool), f64>, report: &mut Report) {
+    for cycle in cycles {
+        let apart_s = starts.get(&(*cycle, true)).zip(starts.get(&(*cycle, false))).map_or(0.0, |(a, b)| a - b);
+        if apart_s.is_finite() && apart_s.abs() > CLOCKS_APART_S {
+            report.leave_out(format!("cycle {cycle}: the clocks of payload and navigation stand {apart_s:+.0} s apart"));
+        }
+        match [false, true].map(|payload| starts.contains_key(&(*cycle, payload))) {
+            [true, false] => {
+                report.leave_out(format!("cycle {cycle}: no payload file (pld1) that can be read: its navigation has no rows to stand on"))
+            }
+            [false, true] => report.note(format!("cycle {cycle} has no navigation file (gli): without pitch and ballast")),
+            _ => {}
+        }
+    }
+}
+
+/// Payload and navigation of a cycle begin within minutes of one another, s (guess).
+const CLOCKS_APART_S: f64 = 1500.0;
 
 /// Channels of the navigation computer as they are read.
 #[derive(Default)]
@@ -392,6 +411,17 @@ impl Fields<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regress_cycles_without_a_half_or_with_clocks_apart_are_named() {
+        let starts: BTreeMap<(u32, bool), f64> =
+            [((1, false), 0.0), ((1, true), 40.0), ((2, false), 1e4), ((2, true), 13.6e3), ((3, false), 2e4), ((4, true), 3e4)].into();
+        let mut report = Report::new("made");
+        compare_halves(&[1, 2, 3, 4], &starts, &mut report);
+        assert_eq!(report.left_out.len(), 2, "{:?}", report.left_out);
+        assert!(report.left_out[0].contains("cycle 2: the clocks") && report.left_out[0].contains("+3600 s apart"));
+        assert!(report.left_out[1].contains("cycle 3: no payload file") && report.notes[0].contains("cycle 4 has no navigation file"));
+    }
 
     #[test]
     fn names_are_read_in_either_case_and_with_the_copies_of_browsers() {

@@ -352,7 +352,9 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
     let clock = |names: &[&str]| {
         names.iter().find_map(|n| file.columns.get(*n)).map_or_else(|| vec![f64::NAN; file.cycles], |(_, values)| values.clone())
     };
-    let own = in_order(plausible_times(clock(&["m_present_time", "sci_m_present_time"])), one, "the file's clock", report);
+    let stated = clock(&["m_present_time", "sci_m_present_time"]);
+    report_untimed(one, &stated, report);
+    let own = in_order(plausible_times(stated), one, "the file's clock", report);
     for (name, channel, units, factor) in SENSORS {
         let Some((unit, values)) = file.columns.get(*name) else { continue };
         let Some((offset, factor)) = in_si(name, unit, units, *factor) else {
@@ -420,6 +422,11 @@ fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, own: Vec<f64
             own
         }
     };
+    let zero = |k: &usize| pressure[*k] == 0.0 && temperature[*k] == 0.0 && conductivity[*k] == 0.0;
+    let known = (0..file.cycles).filter(|k| pressure[*k].is_finite()).count();
+    if known > 1 && (0..file.cycles).filter(zero).count() == known {
+        report.note(format!("{}: its {known} CTD samples are all zero: the CTD was off", one.name));
+    }
     for k in 0..file.cycles {
         let time_s = stamp[k];
         // A CTD that has just been switched on reports zeros.
@@ -435,6 +442,18 @@ fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, own: Vec<f64
         }
     }
 }
+
+/// Cycles without a time, or with one a month and more off the others, are lost.
+fn report_untimed(one: &Loaded, stated: &[f64], report: &mut Report) {
+    let timed = plausible_times(stated.to_vec()).iter().filter(|t| t.is_finite()).count();
+    let lost = stated.len() - timed;
+    if timed > 0 && lost as f64 > UNTIMED * stated.len() as f64 {
+        report.leave_out(format!("{}: {lost} of {} cycles have no time, or one a month and more off the others", one.name, stated.len()));
+    }
+}
+
+/// A file's first cycles, and a damaged one now and then, have no time: a share of the cycles (guess).
+const UNTIMED: f64 = 0.005;
 
 /// Damaged stretches can yield any number: times further than 30 days from the middle one are none.
 fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {

@@ -16,7 +16,8 @@ pub fn quantile(values: &[f64], q: f64) -> f64 {
 /// What a message says of how a flight is sampled.
 pub const SAMPLED_EVERY: &str = "a flight is sampled every 0.1 to 60 s";
 
-/// How a usual step of time relates to what a comparison can use; a clock's jitter of a tenth is granted.
+/// How a usual step of time relates to what a comparison can use; a clock's jitter of a tenth is granted, and that a log thinned to a
+/// row a minute has the next one there was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// Of another unit, or of a log that no glider writes.
@@ -32,7 +33,7 @@ pub enum Step {
 pub fn usual_step(step_s: f64) -> Step {
     if step_s < 0.09 {
         Step::TooShort
-    } else if step_s <= 66.0 {
+    } else if step_s < 90.0 {
         Step::Usable
     } else {
         Step::TooLong

@@ -76,6 +76,9 @@ impl Reader<'_> {
         let mut found: Vec<&str> = variables.iter().filter(is_flag).map(|v| v.name()).collect();
         let is_summary = |n: &str| ["_qc", "primary", "summary", "aggregate"].iter().any(|w| n.to_ascii_lowercase().contains(w));
         found.sort_by_key(|n| !is_summary(n));
+        if let (true, Some(raw)) = (found.is_empty(), name.strip_suffix("_ADJUSTED")) {
+            return self.flag_variables(raw);
+        }
         found.into_iter().map(str::to_owned).collect()
     }
 

@@ -156,6 +156,8 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
 
 /// Single samples out of order happen where a clock is set; more is a damaged file. Share of the samples, guess.
 const BACKWARDS: f64 = 0.01;
+/// A clock that was not set, or is in another zone, is further off than channels are switched on and off apart, s (guess).
+const CLOCKS_APART_S: f64 = 1500.0;
 /// A fix needs the aerial in air; deeper than this it is interpolated, Pa (3 dbar: pressure zero and the vehicle's length).
 const FIX_DEPTH_PA: f64 = 3e4;
 
@@ -173,15 +175,17 @@ impl Reader<'_> {
         fixes
     }
 
-    /// A channel that has no value in the run of the pressure: all of it is lost, for the two clocks differ.
+    /// A channel whose run is not that of the pressure: begun and ended earlier, or later, by the same time, on another clock.
     fn report_other_clock(&mut self, series: &Series, what: &str, pressure: &Channel) {
         let span = |s: &Series| Some((s.pairs().next()?.0, s.pairs().last()?.0));
         let (Some(own), Some(rows)) = (span(series), span(&pressure.series)) else { return };
-        if own.1 < rows.0 || own.0 > rows.1 {
-            let ahead_s = own.0 - rows.0;
+        let (begins_s, ends_s) = (own.0 - rows.0, own.1 - rows.1);
+        let apart = own.1 < rows.0 || own.0 > rows.1;
+        let shifted = begins_s.abs() > CLOCKS_APART_S && (begins_s - ends_s).abs() < 0.2 * begins_s.abs();
+        if apart || shifted {
             self.report.leave_out(format!(
-                "{what} has no value while {} has: its clock begins {ahead_s:+.0} s from that of {}; set one of the two clocks",
-                pressure.name, pressure.name
+                "{what} runs on another clock than {}: {begins_s:+.0} s at its begin, {ends_s:+.0} s at its end; set one of the two",
+                pressure.name
             ));
         }
     }

@@ -107,12 +107,18 @@ fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, repo
 
 /// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
 fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
-    let minutes = |times: &mut dyn Iterator<Item = f64>| times.map(|t| (t / 60.0) as i64).collect::<std::collections::BTreeSet<_>>().len();
+    let minutes = |times: &mut dyn Iterator<Item = f64>| times.map(|t| (t / 60.0) as i64).collect::<std::collections::BTreeSet<_>>();
     let spans: Vec<(u32, (f64, f64))> = all.spans.iter().map(|(k, s)| (*k, *s)).collect();
     for (segment, span) in spans {
         let inside = |t: f64| (span.0..=span.1).contains(&t);
         let own = minutes(&mut steering.pairs().filter(|(t, p)| inside(*t) && *p > UNDER_WATER_PA).map(|(t, _)| t));
         let ctd = minutes(&mut all.ctd.iter().filter(|r| r.segment == segment && r.pressure_pa > UNDER_WATER_PA).map(|r| r.time_s));
+        let off = own.difference(&ctd).count();
+        let (own, ctd) = (own.len(), ctd.len());
+        if own >= 3 && 2 * ctd >= own && off > OFF_MIN && 10 * off > own {
+            let name = report.segments.get(segment as usize).cloned().unwrap_or_default();
+            report.leave_out(format!("{name}: the CTD was off in {off} of {own} minutes under water, which have no rows"));
+        }
         if own < 3 || 2 * ctd >= own {
             continue;
         }
@@ -134,6 +140,8 @@ fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
     }
 }
 
+/// A CTD that starts late, and minutes in which just one of the two has a sample, are no hole, min.
+const OFF_MIN: usize = 2;
 /// Deeper than this the CTD runs, Pa.
 const UNDER_WATER_PA: f64 = 2e4;
 

@@ -18,6 +18,21 @@ pub fn days_from_1970(year: i64, month: i64, day: i64) -> Option<i64> {
     Some(julian - 2_440_588)
 }
 
+/// Seconds in a unit of time; case does not matter.
+#[must_use]
+pub fn seconds_in(unit: &str) -> Option<f64> {
+    Some(match unit.trim().to_ascii_lowercase().as_str() {
+        "ns" | "nanoseconds" | "nanosecond" => 1e-9,
+        "us" | "microseconds" | "microsecond" => 1e-6,
+        "ms" | "msec" | "milliseconds" | "millisecond" => 1e-3,
+        "s" | "sec" | "secs" | "seconds" | "second" => 1.0,
+        "min" | "mins" | "minutes" | "minute" => 60.0,
+        "h" | "hr" | "hours" | "hour" => 3600.0,
+        "d" | "days" | "day" => 86400.0,
+        _ => return None,
+    })
+}
+
 /// Unix time of "2020-09-13T12:26:40.5Z", also with a blank for the T, a zone, UTC or GMT for the Z, or neither (UTC).
 #[must_use]
 pub fn iso_8601(text: &str) -> Option<f64> {

@@ -33,7 +33,7 @@ const SALINITIES: [(&str, f64); 9] = [
 ];
 /// The same of absolute salinity (g/kg).
 const ABSOLUTE: [(&str, f64); 2] = [("SA_g_kg", 1.0), ("absolute_salinity", 1.0)];
-/// Conductivity columns whose unit their name tells, with the factor to S/m.
+/// Conductivity columns whose unit is in their name, with the factor to S/m.
 const CONDUCTIVITIES: [(&str, f64); 4] =
     [("sci_water_cond", 1.0), ("conductivity_S_m", 1.0), ("sci_water_cond_S_m", 1.0), ("conductivity_mS_cm", 0.1)];
 

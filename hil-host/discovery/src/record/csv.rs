@@ -274,16 +274,17 @@ impl<'a> Table<'a> {
                     *labels.entry(field.to_owned()).or_insert(next) as f64
                 } else {
                     match field.parse::<f64>() {
-                        Ok(v) => Some(v).filter(|v| v.abs() < LARGEST).unwrap_or(f64::NAN),
+                        // No unit brings it out of the range of numbers.
+                        Ok(v) if v.is_nan() || v.abs() < LARGEST => v,
                         Err(_) if no_value(field) => f64::NAN,
                         Err(_) if Some(i) == time_column => {
                             return Err(bad(line, &header[i], format!("`{field}` is no time; write {TIME_AS}")));
                         }
-                        Err(_) if known.contains(&i) => {
+                        _ if known.contains(&i) => {
                             let why = format!("`{field}` is not a number; leave the field empty where there is no value");
                             return Err(bad(line, &header[i], why));
                         }
-                        Err(_) => {
+                        _ => {
                             numeric[i] = false;
                             f64::NAN
                         }

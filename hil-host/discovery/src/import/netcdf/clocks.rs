@@ -2,7 +2,7 @@
 
 use netcdf_reader::NcType;
 
-use super::super::calendar::{days_from_1970, zone_s};
+use super::super::calendar::{days_from_1970, seconds_in, zone_s};
 use super::super::channels::{LONGEST_MISSION_S, stray_times};
 use super::variables::Reader;
 use crate::record::plausible::quantile;
@@ -167,16 +167,7 @@ pub(super) fn backwards(time: &[f64], values: &[f64]) -> Option<Backwards> {
 /// Seconds per unit and Unix time of the origin of "seconds since 1970-01-01 00:00:00".
 fn since(units: &str) -> Option<(f64, f64)> {
     let (unit, date) = units.split_once(" since ")?;
-    let scale = match unit.trim().to_ascii_lowercase().as_str() {
-        "nanoseconds" | "nanosecond" | "ns" => 1e-9,
-        "microseconds" | "microsecond" | "us" => 1e-6,
-        "milliseconds" | "millisecond" | "msec" | "ms" => 1e-3,
-        "seconds" | "second" | "s" | "sec" | "secs" => 1.0,
-        "minutes" | "minute" | "min" | "mins" => 60.0,
-        "hours" | "hour" | "hr" | "h" => 3600.0,
-        "days" | "day" | "d" => 86400.0,
-        _ => return None,
-    };
+    let scale = seconds_in(unit)?;
     // A zone other than UTC: "+02:00" after the time of day.
     let (date, zone) = match date.trim().rfind(['+', '-']).filter(|at| date.trim()[..*at].contains(':')) {
         Some(at) => (&date.trim()[..at], Some(&date.trim()[at..])),

@@ -5,7 +5,7 @@ use netcdf_reader::{NcType, NcVariable};
 use super::variables::Reader;
 
 /// Flags that say "bad" and "missing" where the file does not say what its flags mean: OG1, Argo, Seaglider and QARTOD alike.
-const BAD: [f64; 2] = [4.0, 9.0];
+pub(in crate::import) const BAD: [f64; 2] = [4.0, 9.0];
 
 /// Which flags are bad.
 enum Scheme {

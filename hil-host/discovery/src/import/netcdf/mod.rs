@@ -29,7 +29,7 @@ use crate::record::seawater::Place;
 mod attitude;
 mod clocks;
 mod fills;
-mod flags;
+pub(super) mod flags;
 pub(super) mod names;
 mod pressure;
 mod scalars;

@@ -107,7 +107,7 @@ impl Identity {
         other.0.into_iter().for_each(|(key, names)| self.0.entry(key).or_default().extend(names));
     }
 
-    /// How many trajectories a file holds in a dimension of that name, where some variable has it beside another.
+    /// How many trajectories a file holds in a dimension of that name, where some variable has it and another one.
     #[must_use]
     pub fn trajectories(file: &NcFile) -> u64 {
         let long = |v: &NcVariable| v.dimensions().iter().filter(|d| d.size > 1).count() > 1;

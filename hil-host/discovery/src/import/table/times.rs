@@ -1,9 +1,9 @@
-//! The time of each row of a table: numbers of any unit, dates as programs write them, a date beside a time of day.
+//! The time of each row of a table: numbers of any unit, dates as programs write them, a date and a time of day in two columns.
 
 use std::borrow::Cow;
 
 use super::super::Report;
-use super::super::calendar::{DayMonth, date_time, day_and_month, digits};
+use super::super::calendar::{DayMonth, date_time, day_and_month, digits, seconds_in, zone_s};
 use super::Table;
 use crate::record::csv::{TIME_AS, no_value};
 use crate::record::plausible::quantile;
@@ -16,7 +16,7 @@ const DATES: [&str; 2] = ["date", "date_utc"];
 pub(super) struct Clock {
     /// Column of the time.
     pub column: usize,
-    /// Column of a date beside it.
+    /// Column of the date, where it has one of its own.
     pub date: Option<usize>,
     /// Unix time, or seconds from anywhere; NaN where there is none.
     pub seconds: Vec<f64>,
@@ -36,15 +36,15 @@ impl Count {
         let seconds = Self { scale: 1.0, zero_s: 0.0, east_s: 0.0 };
         let unit = unit.trim();
         if let Some((unit, zero)) = unit.split_once(" since ") {
-            let known = scale(unit).zip(date_time(zero, None));
+            let known = seconds_in(unit).zip(date_time(zero, None));
             return known.map_or(seconds, |(scale, zero_s)| Self { scale, zero_s, east_s: 0.0 });
         }
         let zone = unit.strip_prefix("UTC").or_else(|| unit.strip_prefix("GMT")).unwrap_or(unit);
-        if let Some(east_s) = super::super::calendar::zone_s(zone) {
+        if let Some(east_s) = zone_s(zone) {
             return Self { east_s, ..seconds };
         }
         let unit = if unit.is_empty() && name.to_ascii_lowercase().ends_with("_ms") { "ms" } else { unit };
-        Self { scale: scale(unit).unwrap_or(1.0), ..seconds }
+        Self { scale: seconds_in(unit).unwrap_or(1.0), ..seconds }
     }
 
     /// Seconds of a field; none where it is neither a number nor a date.
@@ -55,20 +55,6 @@ impl Count {
         let zoned = field.ends_with(['Z', 'z']) || field.get(10..).is_some_and(|rest| rest.contains(['+', '-']));
         Some(date_time(field, order)? - if zoned { 0.0 } else { self.east_s })
     }
-}
-
-/// Seconds in a unit of time.
-fn scale(unit: &str) -> Option<f64> {
-    Some(match unit.trim().to_ascii_lowercase().as_str() {
-        "ns" | "nanoseconds" | "nanosecond" => 1e-9,
-        "us" | "microseconds" | "microsecond" => 1e-6,
-        "ms" | "msec" | "milliseconds" | "millisecond" => 1e-3,
-        "s" | "sec" | "secs" | "seconds" | "second" => 1.0,
-        "min" | "mins" | "minutes" | "minute" => 60.0,
-        "h" | "hr" | "hours" | "hour" => 3600.0,
-        "d" | "days" | "day" => 86400.0,
-        _ => return None,
-    })
 }
 
 /// "09:15", "9:15:31.25": a time of day without its date.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use super::super::Report;
-use super::super::netcdf::variables::undeclared_fill;
+use super::super::netcdf::{flags::BAD, variables::undeclared_fill};
 use super::tidy::by_channel;
 use super::{CONDUCTIVITIES, SALINITIES, Table, is_number};
 use crate::record::csv::{Channel, no_value};
@@ -13,8 +13,6 @@ use crate::record::csv::{Channel, no_value};
 const VEHICLES: [&str; 7] = ["trajectory", "platform", "platform_code", "wmo_id", "glider", "vehicle", "deployment"];
 /// Endings of the columns of flags.
 const FLAGS: [&str; 4] = ["_qartod_summary_flag", "_qartod_primary_flag", "_qc", "_flag"];
-/// Flags that say "bad" and "missing".
-const BAD: [f64; 2] = [4.0, 9.0];
 /// A column has no more fills than this.
 const MOST_FILLS: usize = 8;
 
@@ -176,7 +174,7 @@ impl<'a> Table<'a> {
         out
     }
 
-    /// Says which columns hold text or what nothing is made of, as `read` tells.
+    /// Names the columns that are not read: text, or numbers that no channel takes.
     pub(super) fn note_unread(&self, read: impl Fn(usize) -> bool, report: &mut Report) {
         let unread = |k: &usize| !read(*k) && !self.names[*k].is_empty() && !is_vehicle(&self.names[*k]) && self.flagged(*k).is_none();
         let names: Vec<&str> = (0..self.names.len()).filter(unread).map(|k| self.names[k].as_str()).collect();

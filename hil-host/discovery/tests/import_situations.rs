@@ -386,3 +386,50 @@ fn regress_cycles_without_a_time_and_a_ctd_that_is_off_are_counted() {
     assert!(got.contains("the CTD was off in") && got.contains("minutes under water"), "{got}");
     std::fs::remove_dir_all(folder).ok();
 }
+
+#[test]
+fn regress_a_clock_set_forward_in_a_segment_is_named_for_what_it_is() {
+    let folder = folder("jump");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let jumping = |ending: &str, clock: &'static str, until: usize, sensors: &[(&str, &str)], rest: fn(usize) -> Vec<f64>| {
+        let sensors = [&[(clock, "timestamp")][..], sensors].concat();
+        slocum(&folder.join(format!("a.{ending}")), "alpha", &sensors, |k| {
+            let time = START + 4.0 * k as f64 + if (140..until).contains(&k) { 3600.0 } else { 0.0 };
+            [vec![time], rest(k)].concat()
+        });
+        import(&folder, &[]).expect("an import").report.left_out.join("\n")
+    };
+    let own = [("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
+    let said = jumping("dbd", "m_present_time", CYCLES, &own, |k| vec![at(k).1, at(k).2, at(k).0 / 10.0]);
+    assert!(said.contains("a.dbd: its clock jumps by +3604 s, 556 s after its begin"), "{said}");
+    // For ten cycles only: these are left out, the rest fits.
+    let said = jumping("dbd", "m_present_time", 150, &own, |k| vec![at(k).1, at(k).2, at(k).0 / 10.0]);
+    assert!(said.contains("10 of 260 cycles are out of order") && !said.contains("jumps"), "{said}");
+    engineering(&folder.join("a.dbd"), "alpha", START);
+    let ctd = [("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+    let said = jumping("ebd", "sci_m_present_time", CYCLES, &ctd, |k| vec![at(k).0 / 10.0, 12.0, 3.9]);
+    assert!(said.contains("a.ebd: its clock jumps by +3604 s"), "{said}");
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_the_own_names_of_an_rbr_ctd_are_read() {
+    let folder = folder("rbr");
+    engineering(&folder.join("a.dbd"), "alpha", START);
+    let ctd = |sensors: [(&str, &str); 3], offset: f64, factor: f64| {
+        let sensors = [&[("sci_m_present_time", "timestamp"), ("sci_rbrctd_timestamp", "timestamp")][..], &sensors].concat();
+        slocum(&folder.join("a.ebd"), "alpha", &sensors, |k| {
+            let time = START + 4.0 * k as f64;
+            vec![time, time, (at(k).0 + offset) * factor, 12.0, 39.0 * if factor == 1.0 { 1.0 } else { 0.1 }]
+        });
+        import(&folder, &[]).expect("an import")
+    };
+    let usual = ctd([("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")], 0.0, 0.1);
+    let rest = [("sci_rbrctd_temperature_00", "degc"), ("sci_rbrctd_conductivity_00", "mS/cm")];
+    let got = ctd([("sci_rbrctd_seapressure_00", "dbar"), rest[0], rest[1]], 0.0, 1.0);
+    let off = got.flight.density_kg_m3.iter().zip(&usual.flight.density_kg_m3).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(got.flight.len() == CYCLES && off < 1e-6, "{off}: {}", said(&got));
+    assert!(said(&got).contains("sci_rbrctd_seapressure_00, sci_rbrctd_temperature_00, sci_rbrctd_conductivity_00 are taken"));
+    assert_eq!(ctd([("sci_rbrctd_pressure_00", "dbar"), rest[0], rest[1]], 0.0, 1.0).flight.len(), CYCLES);
+    std::fs::remove_dir_all(folder).ok();
+}

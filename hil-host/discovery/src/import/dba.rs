@@ -28,24 +28,17 @@ const LABELS: &[u8] = b"num_label_lines:";
 /// A header is shorter than this, bytes.
 pub const HEAD: usize = 2048;
 
-/// The header's lines, and where the rest begins.
-///
-/// # Errors
-/// What is wrong, in one line.
-pub fn header(text: &str) -> Result<(BTreeMap<String, String>, usize), String> {
+/// The header's lines, and where the rest begins: at the first line without a colon, whatever number of lines it states.
+#[must_use]
+pub fn header(text: &str) -> (BTreeMap<String, String>, usize) {
     let mut header = BTreeMap::new();
-    let (mut lines, mut at) = (14, 0);
-    while header.len() < lines {
-        let line = text.get(at..).and_then(|t| t.split_inclusive('\n').next()).ok_or("has a header that is cut")?;
-        let (key, value) = line.split_once(':').ok_or_else(|| format!("has a damaged header line \"{}\"", line.trim_end()))?;
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        let Some((key, value)) = line.split_once(':') else { break };
         header.insert(key.trim().to_owned(), value.trim().to_owned());
         at += line.len();
-        if let Some(n) = header.get("num_ascii_tags") {
-            // More lines than any tool writes are damage.
-            lines = n.parse::<usize>().ok().filter(|n| (3..100).contains(n)).ok_or_else(|| format!("has num_ascii_tags: {n}"))?;
-        }
     }
-    Ok((header, at))
+    (header, at)
 }
 
 /// Reads a file; `wanted` says which sensors to keep.
@@ -54,17 +47,9 @@ pub fn header(text: &str) -> Result<(BTreeMap<String, String>, usize), String> {
 /// What is wrong, in one line.
 pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<DbdFile, String> {
     let text = String::from_utf8_lossy(bytes);
-    let (header, at) = header(&text)?;
-    // Segments of merged files name themselves in further lines.
-    let more = header.get("num_segments").and_then(|n| n.parse::<usize>().ok()).unwrap_or(1);
+    let (header, at) = header(&text);
     let mut lines = text.get(at..).unwrap_or_default().split_inclusive('\n');
-    let mut names = lines.next().ok_or("ends after its header")?;
-    for _ in 0..more {
-        if !names.starts_with("segment_filename_") {
-            break;
-        }
-        names = lines.next().ok_or("ends after its header")?;
-    }
+    let names = lines.next().ok_or("ends after its header")?;
     let (units, sizes) = (lines.next().ok_or("has no line of units")?, lines.next().ok_or("has no line of sizes")?);
     let (names, units): (Vec<&str>, Vec<&str>) = (names.split_whitespace().collect(), units.split_whitespace().collect());
     if names.len() != units.len() || sizes.split_whitespace().count() != names.len() {
@@ -72,6 +57,7 @@ pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<DbdFile, Stri
     }
     let kept: Vec<usize> = (0..names.len()).filter(|k| wanted(names[*k])).collect();
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); kept.len()];
+    let mut damaged: Vec<Option<(usize, String)>> = vec![None; kept.len()];
     let (mut cycles, mut problems) = (0, Vec::new());
     for (row, line) in lines.enumerate().filter(|(_, l)| !l.trim().is_empty()) {
         let fields: Vec<&str> = line.split_whitespace().collect();
@@ -82,18 +68,27 @@ pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<DbdFile, Stri
         if row == 0 {
             continue;
         }
-        for (column, k) in columns.iter_mut().zip(&kept) {
-            column.push(fields[*k].parse::<f64>().ok().filter(|v| v.is_finite()).unwrap_or(f64::NAN));
+        for ((column, damaged), k) in columns.iter_mut().zip(&mut damaged).zip(&kept) {
+            let value = fields[*k].parse::<f64>();
+            if value.is_err() {
+                let first = format!("first in row {}: \"{}\"", row + 1, fields[*k].chars().take(LONGEST).collect::<String>());
+                damaged.get_or_insert((0, first)).0 += 1;
+            }
+            column.push(value.ok().filter(|v| v.is_finite()).unwrap_or(f64::NAN));
         }
         cycles += 1;
     }
     problems.truncate(MOST_PROBLEMS);
+    let damaged = kept.iter().zip(damaged).filter_map(|(k, d)| Some((names[*k], d?)));
+    problems.extend(damaged.map(|(name, (n, first))| format!("{n} values of {name} are no numbers ({first}): left out")));
     let columns = kept.iter().zip(columns).map(|(k, c)| (names[*k].to_owned(), (units[*k].to_owned(), c))).collect();
     Ok(DbdFile { header, columns, cycles, problems })
 }
 
 /// More problems of one file say nothing more.
 const MOST_PROBLEMS: usize = 20;
+/// Characters of a damaged value that are shown.
+const LONGEST: usize = 40;
 
 #[cfg(test)]
 mod tests {
@@ -110,6 +105,21 @@ mod tests {
         assert_eq!(file.columns["m_present_time"], ("timestamp".into(), vec![2.0, 3.0]));
         assert!(file.columns["m_pitch"].1[0].is_nan() && file.columns["m_pitch"].1[1] == 0.5);
         assert_eq!(file.problems.len(), 1, "{:?}", file.problems);
+    }
+
+    #[test]
+    fn regress_the_number_of_header_lines_is_counted_not_believed() {
+        for tags in ["5", "7", "9", "x"] {
+            let file = read(FILE.replace("tags: 6", &format!("tags: {tags}")).as_bytes(), |_| true).expect("reads");
+            assert_eq!((file.cycles, file.columns.len(), file.header["segment_filename_0"].as_str()), (2, 3, "a"), "{tags}");
+        }
+    }
+
+    #[test]
+    fn regress_values_that_are_no_numbers_are_named() {
+        let file = read(FILE.replace("3.0 0.5 inf", "3.0 0.5.1 inf").as_bytes(), |_| true).expect("reads");
+        assert_eq!(file.problems[1], "1 values of m_pitch are no numbers (first in row 3: \"0.5.1\"): left out");
+        assert_eq!(file.problems.len(), 2, "NaN and infinite are none: {:?}", file.problems);
     }
 
     #[test]

@@ -240,7 +240,9 @@ fn sensor_list(bytes: &[u8], total: usize) -> Result<(SensorList, &[u8]), DbdErr
         let end = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
         let line = String::from_utf8_lossy(&rest[..end]);
         let fields: Vec<&str> = line.split_whitespace().collect();
-        let bad = || DbdError::SensorList(format!("{line} (line {} of {total})", out.len() + 1));
+        // What stands behind a list that is cut is binary.
+        let shown = || line.chars().take(40).map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect::<String>();
+        let bad = || DbdError::SensorList(format!("{} (line {} of {total})", shown(), out.len() + 1));
         let [tag, in_use, _, index, bytes, name, unit @ ..] = fields.as_slice() else { return Err(bad()) };
         let size: usize = bytes.parse().map_err(|_| bad())?;
         if *tag != "s:" || ![1, 2, 4, 8].contains(&size) {

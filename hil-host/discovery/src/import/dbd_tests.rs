@@ -267,3 +267,13 @@ fn regress_looking_for_a_cycle_after_damage_ends() {
     decoder.stretch("here", &bytes, &mut Vec::new());
     assert!(decoder.cycles >= 5 && decoder.steps < 100_000, "{}", decoder.cycles);
 }
+
+#[test]
+fn regress_what_stands_behind_a_list_that_is_cut_is_shown_in_few_letters() {
+    let text = file(Order::Little, false, 60);
+    let last = b"s: T    3    2 1 x_state enum\n";
+    let at = text.windows(last.len()).position(|w| w == last).expect("the last line");
+    let cut = [&text[..at], &text[at + last.len()..]].concat();
+    let e = read(&cut, |_| None, |_| true).expect_err("refused").to_string();
+    assert!(e.contains("sensor list") && e.len() < 120 && e.bytes().all(|b| (b' '..=b'~').contains(&b)), "{e:?}");
+}

@@ -8,13 +8,16 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::channels::{SET_CLOCK_S, stray_times};
 use super::dba;
 use super::dbd::{self, DbdError};
 use super::netcdf::names;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 
+mod clocks;
+mod ctd;
 mod merge;
+
+use clocks::{apart, in_order, plausible_times, report_untimed, set_clocks};
 
 /// Endings of engineering files, the fullest first.
 const ENGINEERING: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
@@ -34,6 +37,10 @@ const SENSORS: &[(&str, &str, &[&str], f64)] = &[
     ("sci_water_pressure", "pressure_dbar", &["bar"], 1e5),
     ("sci_water_temp", "sci_water_temp_degC", &["degc"], 1.0),
     ("sci_water_cond", "sci_density_kg_m3", &["s/m"], 1.0),
+    ("sci_rbrctd_seapressure_00", "pressure_dbar", &["dbar"], 1e4),
+    ("sci_rbrctd_pressure_00", "pressure_dbar", &["dbar"], 1e4),
+    ("sci_rbrctd_temperature_00", "sci_water_temp_degC", &["degc"], 1.0),
+    ("sci_rbrctd_conductivity_00", "sci_density_kg_m3", &["ms/cm"], 0.1),
     ("m_gps_lat", "gps_north_m", &["lat"], 1.0),
     ("m_gps_lon", "gps_east_m", &["lon"], 1.0),
     ("m_lat", "dr_north_m", &["lat"], 1.0),
@@ -143,38 +150,12 @@ fn collected(loaded: &[Loaded], report: &mut Report) -> Collected {
     let mut all = Collected::default();
     for one in loaded {
         // The vehicle's own files may repeat a few of the CTD's values, late and on another clock.
-        let has_ctd = |l: &Loaded| l.file.columns.get("sci_water_pressure").is_some_and(|c| c.1.iter().any(|v| v.is_finite()));
-        let science = loaded.iter().any(|l| l.segment == one.segment && l.science && has_ctd(l));
+        let science = loaded.iter().any(|l| l.segment == one.segment && l.science && ctd::sensors_of(&l.file).is_some());
         collect(&mut all, report, one, one.science || !science);
     }
     all
 }
 
-/// Middle of the times of a file, s.
-fn middle_s(file: &dbd::DbdFile) -> f64 {
-    let clock = ["m_present_time", "sci_m_present_time"].iter().find_map(|n| file.columns.get(*n));
-    clock.map_or(f64::NAN, |c| crate::record::plausible::quantile(&c.1, 0.5))
-}
-
-/// Files whose clock was not set, or stands a year off the others, are left out whole.
-fn set_clocks(loaded: &mut Vec<Loaded>, report: &mut Report, refused: &mut Vec<String>) {
-    let set: Vec<f64> = loaded.iter().map(|l| middle_s(&l.file)).filter(|t| *t > SET_CLOCK_S).collect();
-    let middle = crate::record::plausible::quantile(&set, 0.5);
-    loaded.retain(|l| {
-        let own = middle_s(&l.file);
-        if !own.is_finite() || (own - middle).abs() < A_YEAR_S {
-            return true;
-        }
-        let year = 1970.0 + (own / A_YEAR_S).floor();
-        let what = format!("{}: its clock stands in {year:.0}: {} cycles left out", l.name, l.file.cycles);
-        refused.push(what.clone());
-        report.leave_out(what);
-        false
-    });
-}
-
-/// A year, s: no flight is longer.
-const A_YEAR_S: f64 = 365.25 * 86400.0;
 /// Files of one glider follow one another; so much of an overlap is a clock that was set, s.
 const OVERLAP_S: f64 = 60.0;
 
@@ -202,27 +183,6 @@ fn one_glider(loaded: &[Loaded], all: &Collected, report: &Report) -> Result<(),
         }
     }
     Ok(())
-}
-
-/// The two computers' clocks of a segment, where they stand far apart.
-fn apart(loaded: &[Loaded], report: &mut Report) {
-    let ends = |l: &Loaded| {
-        let clock = ["m_present_time", "sci_m_present_time"].iter().find_map(|n| l.file.columns.get(*n));
-        let times = plausible_times(clock.map_or_else(Vec::new, |c| c.1.clone()));
-        let finite = times.iter().copied().filter(|t| t.is_finite());
-        finite.clone().reduce(f64::min).zip(finite.reduce(f64::max))
-    };
-    for science in loaded.iter().filter(|l| l.science) {
-        let Some(own) = loaded.iter().find(|l| !l.science && l.segment == science.segment) else { continue };
-        let (Some(a), Some(b)) = (ends(own), ends(science)) else { continue };
-        let (first, last) = (b.0 - a.0, b.1 - a.1);
-        if first.abs() > 1500.0 && (first - last).abs() < 600.0 {
-            report.leave_out(format!(
-                "clocks of {} and {} stand {first:.0} s apart: a zone, or a clock that was not set",
-                own.name, science.name
-            ));
-        }
-    }
 }
 
 /// Names segments without one of the two computers' files where others have both.
@@ -284,7 +244,7 @@ fn source(path: &Path) -> Option<(String, usize, usize)> {
         None => {
             let mut head = Vec::new();
             std::io::Read::read_to_end(&mut std::io::Read::take(std::fs::File::open(path).ok()?, 4096), &mut head).ok()?;
-            let (header, _) = dba::header(&String::from_utf8_lossy(&head)).ok()?;
+            let (header, _) = dba::header(&String::from_utf8_lossy(&head));
             let stem = header.get("segment_filename_0").or_else(|| header.get("the8x3_filename")).or_else(|| header.get("filename"))?;
             (stem.clone(), header.get("filename_extension")?.to_ascii_lowercase())
         }
@@ -357,6 +317,9 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
     let own = in_order(plausible_times(stated), one, "the file's clock", report);
     for (name, channel, units, factor) in SENSORS {
         let Some((unit, values)) = file.columns.get(*name) else { continue };
+        if name.starts_with("sci_rbrctd") && !ctd::sensors_of(file).is_some_and(|of| of.contains(name)) {
+            continue;
+        }
         let Some((offset, factor)) = in_si(name, unit, units, *factor) else {
             report.leave_out(format!("{name} is in {unit}, not in {}", units.join(" or ")));
             continue;
@@ -375,7 +338,7 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
         *span = (span.0.min(first), span.1.max(last));
     }
     if with_ctd {
-        ctd_rows(all, report, one, own);
+        ctd::ctd_rows(all, report, one, own);
     }
 }
 
@@ -385,9 +348,9 @@ fn in_si(name: &str, unit: &str, usual: &[&str], factor: f64) -> Option<(f64, f6
         return Some((0.0, factor));
     }
     let wanted = match name {
-        "m_pressure" | "sci_water_pressure" => &names::PRESSURE,
-        "sci_water_temp" => &names::TEMPERATURE,
-        "sci_water_cond" => &names::CONDUCTIVITY,
+        "m_pressure" | "sci_water_pressure" | "sci_rbrctd_seapressure_00" | "sci_rbrctd_pressure_00" => &names::PRESSURE,
+        "sci_water_temp" | "sci_rbrctd_temperature_00" => &names::TEMPERATURE,
+        "sci_water_cond" | "sci_rbrctd_conductivity_00" => &names::CONDUCTIVITY,
         "m_pitch" => &names::PITCH,
         "m_roll" => &names::ROLL,
         "m_heading" => &names::HEADING,
@@ -395,86 +358,6 @@ fn in_si(name: &str, unit: &str, usual: &[&str], factor: f64) -> Option<(f64, f6
         _ => return None,
     };
     wanted.in_si(unit)
-}
-
-/// The CTD's samples of one file, on the CTD's own clock where it was set.
-fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, own: Vec<f64>) {
-    let file = &one.file;
-    let none = || vec![f64::NAN; file.cycles];
-    let science = |name: &str| -> Vec<f64> {
-        let known = SENSORS.iter().find(|s| s.0 == name);
-        let read = file.columns.get(name).zip(known).and_then(|((unit, v), s)| Some((in_si(name, unit, s.2, s.3)?, v)));
-        read.map_or_else(none, |((offset, factor), v)| v.iter().map(|v| (v - offset) * factor).collect())
-    };
-    let (pressure, temperature, conductivity) = (science("sci_water_pressure"), science("sci_water_temp"), science("sci_water_cond"));
-    if !pressure.iter().any(|p| p.is_finite()) {
-        return;
-    }
-    let set = |name: &str| file.columns.get(name).is_some_and(|c| c.1.iter().filter(|t| **t > SET_CLOCK_S).count() >= LEAST_STAMPS);
-    let stamp = match STAMPS.iter().find(|n| set(n)) {
-        Some(name) => {
-            let stamps = file.columns.get(*name).map_or_else(none, |(_, v)| v.clone());
-            in_order(plausible_times(stamps), one, "the CTD's clock", report)
-        }
-        None => {
-            report.note(format!("{}: the CTD's own clock was not set: its samples stand on the computer's", one.name));
-            // Without it every cycle carries a sample; one like the one before is a copy.
-            own
-        }
-    };
-    let zero = |k: &usize| pressure[*k] == 0.0 && temperature[*k] == 0.0 && conductivity[*k] == 0.0;
-    let known = (0..file.cycles).filter(|k| pressure[*k].is_finite()).count();
-    if known > 1 && (0..file.cycles).filter(zero).count() == known {
-        report.note(format!("{}: its {known} CTD samples are all zero: the CTD was off", one.name));
-    }
-    for k in 0..file.cycles {
-        let time_s = stamp[k];
-        // A CTD that has just been switched on reports zeros.
-        let switched_on = pressure[k] != 0.0 || temperature[k] != 0.0 || conductivity[k] != 0.0;
-        if time_s.is_finite() && pressure[k].is_finite() && switched_on {
-            all.ctd.push(CtdRow {
-                time_s,
-                segment: one.segment,
-                pressure_pa: pressure[k],
-                temperature_degc: temperature[k],
-                conductivity_s_m: conductivity[k],
-            });
-        }
-    }
-}
-
-/// Cycles without a time, or with one a month and more off the others, are lost.
-fn report_untimed(one: &Loaded, stated: &[f64], report: &mut Report) {
-    let timed = plausible_times(stated.to_vec()).iter().filter(|t| t.is_finite()).count();
-    let lost = stated.len() - timed;
-    if timed > 0 && lost as f64 > UNTIMED * stated.len() as f64 {
-        report.leave_out(format!("{}: {lost} of {} cycles have no time, or one a month and more off the others", one.name, stated.len()));
-    }
-}
-
-/// A file's first cycles, and a damaged one now and then, have no time: a share of the cycles (guess).
-const UNTIMED: f64 = 0.005;
-
-/// Damaged stretches can yield any number: times further than 30 days from the middle one are none.
-fn plausible_times(mut times: Vec<f64>) -> Vec<f64> {
-    stray_times(&mut times, 30.0 * 86400.0);
-    times
-}
-
-/// Cycles whose time goes back become none: sorted in, they would lie between those of another time.
-fn in_order(mut times: Vec<f64>, one: &Loaded, clock: &str, report: &mut Report) -> Vec<f64> {
-    let (place, known): (Vec<usize>, Vec<f64>) = times.iter().copied().enumerate().filter(|(_, t)| t.is_finite()).unzip();
-    let kept = crate::record::resample::longest_in_order(&known);
-    if kept.len() < known.len() {
-        let out = known.len() - kept.len();
-        report.leave_out(format!("{}: {clock} goes backwards, {out} of {} cycles are out of order", one.name, known.len()));
-        let mut in_order = vec![false; known.len()];
-        kept.into_iter().for_each(|k| in_order[k] = true);
-        for (row, _) in place.into_iter().zip(in_order).filter(|(_, good)| !good) {
-            times[row] = f64::NAN;
-        }
-    }
-    times
 }
 
 fn name_of(path: &Path) -> String {

@@ -27,6 +27,8 @@ pub mod netcdf;
 pub mod npy;
 pub mod position;
 mod pressure_zero;
+#[cfg(test)]
+mod raw_tests;
 mod report;
 pub mod seaexplorer;
 pub mod seaglider;

@@ -5,7 +5,6 @@
 //! Conductivity is mS/cm for LEGATO and S/m for GPCTD and SBD. A value of 9999 is none.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::channels::{self, LONGEST_MISSION_S, Log, Row};
@@ -14,6 +13,10 @@ use super::position::{Fix, degrees_of_minutes};
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::record::resample::Series;
 use crate::record::seawater;
+
+mod text;
+
+use text::{Dates, Table};
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -63,6 +66,18 @@ pub fn name_of(path: &Path) -> Option<Name> {
 /// # Errors
 /// Files of two gliders or missions; no CTD pressure.
 pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
+    match import_dated(files, false)? {
+        Some(imported) => Ok(imported),
+        None => {
+            let mut imported = import_dated(files, true)?.ok_or_else(|| ImportError::new(&files[0], "has dates of both orders"))?;
+            imported.report.note("dates have the month first, unlike a glider's own: saved again by a program?".into());
+            Ok(imported)
+        }
+    }
+}
+
+/// The same with dates read in one order; none if it is the wrong one.
+fn import_dated(files: &[PathBuf], month_first: bool) -> Result<Option<Imported>, ImportError> {
     let folder = files.first().and_then(|f| f.parent()).unwrap_or(Path::new("."));
     let named: Vec<(Name, &PathBuf)> = files.iter().filter_map(|f| Some((name_of(f)?, f))).collect();
     let missions: BTreeSet<(u32, u32)> = named.iter().map(|(n, _)| (n.glider, n.mission)).collect();
@@ -81,36 +96,13 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         }
     }
     let cycles: Vec<u32> = chosen.keys().map(|k| k.0).collect::<BTreeSet<_>>().into_iter().collect();
-    let (mut log, mut columns, mut counts) = (Log::default(), Columns::default(), Counts::default());
-    let mut starts: BTreeMap<(u32, bool), f64> = BTreeMap::new();
-    for ((cycle, payload), (_, path)) in &chosen {
-        let segment = cycles.binary_search(cycle).unwrap_or(0) as u32;
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let mut note = FileNote { file: name.clone(), rows: 0, problems: Vec::new() };
-        match Table::open(path) {
-            Err(why) => note.problems.push(why),
-            Ok(mut table) => {
-                let (rows, times) = (log.rows.len(), columns.time.len());
-                let got = if *payload {
-                    columns.payload(&mut table, segment, &mut log, &mut report)
-                } else {
-                    columns.navigation(&mut table, &mut counts)
-                };
-                let read: Vec<f64> =
-                    if *payload { log.rows[rows..].iter().map(|r| r.unix_s).collect() } else { columns.time[times..].to_vec() };
-                starts.insert((*cycle, *payload), read.iter().copied().fold(f64::INFINITY, f64::min));
-                note.rows = table.rows;
-                note.problems.extend(table.problem.take());
-                note.problems.extend(got.err());
-                if table.undated > 0 {
-                    report.leave_out(format!("{name}: {} rows without a time or before the clock was set", table.undated));
-                }
-            }
-        }
-        report.files.push(note);
+    let Reading { mut log, mut columns, mut counts, starts, dates } = read(&chosen, &cycles, month_first, &mut report);
+    if dates.turned() {
+        return Ok(None);
     }
     compare_halves(&cycles, &starts, &mut report);
     columns.finish(&mut log, &mut report);
+    columns.without_ctd(&mut log, &cycles, &mut report);
     counts.say(&mut report);
     log.fixes = std::mem::take(&mut counts.fixes);
     let step =
@@ -127,12 +119,69 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     report.segments = cycles.iter().map(|c| format!("cycle {c}")).collect();
     let problems: Vec<String> = report.files.iter().flat_map(|f| f.problems.iter().map(move |p| format!("{} {p}", f.file))).collect();
     let flight = log.flight(&format!("sea{glider:03}-{mission}"), &mut report).ok_or_else(|| {
-        let why = if problems.is_empty() { "no payload file with a CTD pressure beside it".to_owned() } else { problems.join("; ") };
+        let problems: Vec<String> = problems.into_iter().chain(report.left_out.iter().cloned()).collect();
+        let why = if problems.is_empty() {
+            "no payload file with a CTD pressure beside it, and no depth".to_owned()
+        } else {
+            problems.join("; ")
+        };
         ImportError::new(folder, why)
     })?;
     let mut vehicle = Class::SeaExplorer.draft();
     vehicle.say("case", &format!("sea{glider:03}"), "");
-    Ok(Imported { flight, report, vehicle: Some(vehicle) })
+    Ok(Some(Imported { flight, report, vehicle: Some(vehicle) }))
+}
+
+/// What the files of a mission hold.
+#[derive(Default)]
+struct Reading {
+    log: Log,
+    columns: Columns,
+    counts: Counts,
+    /// First time of each cycle and stream (payload: true), Unix s.
+    starts: BTreeMap<(u32, bool), f64>,
+    dates: Dates,
+}
+
+/// Reads the files `chosen` of each cycle and stream.
+fn read(chosen: &BTreeMap<(u32, bool), (bool, &PathBuf)>, cycles: &[u32], month_first: bool, report: &mut Report) -> Reading {
+    let mut all = Reading { dates: Dates { month_first, ..Dates::default() }, ..Reading::default() };
+    let Reading { log, columns, counts, starts, dates } = &mut all;
+    for ((cycle, payload), (_, path)) in chosen {
+        let segment = cycles.binary_search(cycle).unwrap_or(0) as u32;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut note = FileNote { file: name.clone(), rows: 0, problems: Vec::new() };
+        match Table::open(path, month_first) {
+            Err(why) => note.problems.push(why),
+            Ok(mut table) => {
+                let (rows, times) = (log.rows.len(), columns.time.len());
+                let got = if *payload {
+                    columns.payload(&mut table, segment, log, report)
+                } else {
+                    columns.navigation(&mut table, segment, counts)
+                };
+                let read: Vec<f64> =
+                    if *payload { log.rows[rows..].iter().map(|r| r.unix_s).collect() } else { columns.time[times..].to_vec() };
+                starts.insert((*cycle, *payload), read.iter().copied().fold(f64::INFINITY, f64::min));
+                note.rows = table.rows;
+                note.problems.extend(table.problem.take());
+                note.problems.extend(got.err());
+                if let Some(first) = table.no_time.take() {
+                    let count = table.undated;
+                    let expected = "dd/mm/yyyy HH:MM:SS is expected";
+                    report.leave_out(format!(
+                        "{name}: {count} rows without a time or before the clock was set ({expected}, first: \"{first}\")"
+                    ));
+                }
+                if table.commas {
+                    report.note("decimal commas in these files: a program saved them again?".into());
+                }
+                dates.join(table.dates);
+            }
+        }
+        report.files.push(note);
+    }
+    all
 }
 
 /// Names cycles without one of their two files, and those whose two clocks differ; `starts` are of each cycle and stream (payload: true).
@@ -159,12 +208,17 @@ const CLOCKS_APART_S: f64 = 1500.0;
 #[derive(Default)]
 struct Columns {
     time: Vec<f64>,
+    segment: Vec<u32>,
     /// Pitch, roll, heading, ballast, battery, depth.
     values: [Vec<f64>; 6],
     step_s: f64,
     lat_deg: f64,
     ctd: Option<&'static str>,
 }
+
+/// A cycle goes deeper than this, Pa; a CTD that shows less than a share of what the depth says was off.
+const DIVE_PA: f64 = 1e5;
+const CTD_OFF: f64 = 0.2;
 
 /// Fixes used, and what was no fix.
 #[derive(Default)]
@@ -206,18 +260,16 @@ const CTDS: [(&str, f64); 3] = [("LEGATO", 0.1), ("GPCTD", 1.0), ("SBD", 1.0)];
 const AT_SURFACE: [f64; 2] = [116.0, 119.0];
 
 impl Columns {
-    fn navigation(&mut self, table: &mut Table, counts: &mut Counts) -> Result<(), String> {
+    fn navigation(&mut self, table: &mut Table, segment: u32, counts: &mut Counts) -> Result<(), String> {
         let time = table.column("Timestamp").ok_or("has no column Timestamp")?;
         let places = NAVIGATION.map(|(name, ..)| table.column(name));
         let [state, lat, lon, computed] = ["NavState", "Lat", "Lon", "DeadReckoning"].map(|n| table.column(n));
         let mut under_water: Option<(f64, f64)> = None;
         let mut raw = String::new();
         while let Some(fields) = table.next(&mut raw) {
-            let Some(unix) = fields.time(time) else {
-                table.undated += 1;
-                continue;
-            };
+            let Some(unix) = table.time(&fields, time) else { continue };
             self.time.push(unix);
+            self.segment.push(segment);
             for (column, place) in self.values.iter_mut().zip(places) {
                 column.push(place.map_or(f64::NAN, |p| fields.number(p)));
             }
@@ -260,10 +312,7 @@ impl Columns {
         while let Some(fields) = table.next(&mut raw) {
             let number = |place: Option<usize>| place.map_or(f64::NAN, |p| fields.number(p));
             let dbar = fields.number(pressure);
-            let Some(unix_s) = fields.time(time) else {
-                table.undated += 1;
-                continue;
-            };
+            let Some(unix_s) = table.time(&fields, time) else { continue };
             if !dbar.is_finite() {
                 continue;
             }
@@ -272,6 +321,34 @@ impl Columns {
             log.rows.push(Row { unix_s, segment, pressure_pa: dbar * 1e4, temperature_degc, salinity });
         }
         Ok(())
+    }
+
+    /// Cycles whose CTD was off lose its samples; without any of the CTD the depth of the navigation makes the rows.
+    fn without_ctd(&self, log: &mut Log, cycles: &[u32], report: &mut Report) {
+        let deepest = |of: &mut dyn Iterator<Item = f64>| of.filter(|p| p.is_finite()).fold(0.0, f64::max);
+        let own: Vec<(f64, u32, f64)> = {
+            let segment_at: BTreeMap<u64, u32> = self.time.iter().map(|t| t.to_bits()).zip(self.segment.iter().copied()).collect();
+            let rows = log.steering_pressure.pairs();
+            rows.filter_map(|(t, p)| Some((t, *segment_at.get(&t.to_bits())?, p))).collect()
+        };
+        for (segment, cycle) in (0_u32..).zip(cycles) {
+            let depth = deepest(&mut own.iter().filter(|r| r.1 == segment).map(|r| r.2));
+            let ctd = deepest(&mut log.rows.iter().filter(|r| r.segment == segment).map(|r| r.pressure_pa));
+            let had = log.rows.iter().filter(|r| r.segment == segment).count();
+            if had > 0 && depth > DIVE_PA && ctd < CTD_OFF * depth {
+                let (ctd, depth) = (ctd * 1e-4, depth * 1e-4);
+                report.leave_out(format!(
+                    "cycle {cycle}: the CTD was off: its {had} samples reach {ctd:.1} dbar, the vehicle {depth:.1} dbar"
+                ));
+                log.rows.retain(|r| r.segment != segment);
+            }
+        }
+        if log.rows.is_empty() && deepest(&mut own.iter().map(|r| r.2)) > DIVE_PA {
+            report.leave_out("no CTD: rows are the vehicle's own depth, and density is missing".into());
+            let row = |(unix_s, segment, pressure_pa)| Row { unix_s, segment, pressure_pa, temperature_degc: f64::NAN, salinity: f64::NAN };
+            log.rows = own.into_iter().map(row).collect();
+            log.steering_pressure = Series::default();
+        }
     }
 
     /// Channels from what was read of all navigation files.
@@ -305,106 +382,6 @@ impl Columns {
         if !log.heading.is_empty() {
             report.note("heading as logged: whether it holds the declination of the file is not documented".into());
         }
-    }
-}
-
-/// A gzipped text is at most so many times its file, and this much more; beyond it is no log.
-const UNPACKED: u64 = 100;
-const SMALLEST: u64 = 1 << 20;
-
-/// A text file of one header line, fields between semicolons.
-struct Table {
-    lines: Box<dyn BufRead>,
-    header: Vec<String>,
-    rows: usize,
-    undated: usize,
-    problem: Option<String>,
-}
-
-/// Fields of one line.
-struct Fields<'a>(Vec<&'a str>);
-
-impl Table {
-    fn open(path: &Path) -> Result<Self, String> {
-        let file = std::fs::File::open(path).map_err(|e| format!("cannot be read: {e}"))?;
-        let length = file.metadata().map_err(|e| e.to_string())?.len();
-        let packed = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-        let bytes: Box<dyn Read> = if packed {
-            Box::new(flate2::read::MultiGzDecoder::new(file).take(length.saturating_mul(UNPACKED).saturating_add(SMALLEST)))
-        } else {
-            Box::new(file)
-        };
-        let mut table = Self { lines: Box::new(BufReader::new(bytes)), header: Vec::new(), rows: 0, undated: 0, problem: None };
-        let mut line = String::new();
-        table.line(&mut line);
-        if let Some(why) = table.problem.take() {
-            return Err(why);
-        }
-        table.header = line.trim_start_matches('\u{feff}').trim_end().split(';').map(|f| f.trim().to_owned()).collect();
-        if table.header.len() < 3 {
-            return Err("has no header line of columns between semicolons".into());
-        }
-        Ok(table)
-    }
-
-    /// One line without its end; longer than any row is damage.
-    fn line(&mut self, into: &mut String) -> bool {
-        const LONGEST: u64 = 1 << 16;
-        let mut bytes = Vec::new();
-        match (&mut self.lines).take(LONGEST).read_until(b'\n', &mut bytes) {
-            Ok(0) => return false,
-            Ok(n) if n as u64 == LONGEST => {
-                self.problem = Some(format!("a line after row {} is longer than {LONGEST} bytes: the rest is left out", self.rows));
-                return false;
-            }
-            Ok(_) => {}
-            Err(e) => {
-                self.problem = Some(format!("is damaged after row {} ({e}): the rest is left out", self.rows));
-                return false;
-            }
-        }
-        into.clear();
-        into.push_str(&String::from_utf8_lossy(&bytes));
-        true
-    }
-
-    fn column(&self, name: &str) -> Option<usize> {
-        self.header.iter().position(|h| h.eq_ignore_ascii_case(name))
-    }
-
-    /// The next row that is not empty.
-    fn next<'a>(&mut self, line: &'a mut String) -> Option<Fields<'a>> {
-        loop {
-            if !self.line(line) {
-                return None;
-            }
-            if !line.trim().is_empty() {
-                break;
-            }
-        }
-        self.rows += 1;
-        let fields: Vec<&str> = line.split(';').map(str::trim).collect();
-        Some(Fields(fields))
-    }
-}
-
-impl Fields<'_> {
-    /// Number in a field; NaN for none and for the fill 9999.
-    fn number(&self, place: usize) -> f64 {
-        let value = self.0.get(place).and_then(|f| f.parse::<f64>().ok()).filter(|v| v.is_finite());
-        value.filter(|v| v.abs() != 9999.0).unwrap_or(f64::NAN)
-    }
-
-    /// Unix time of dd/mm/yyyy HH:MM:SS.mmm, of a clock that was set.
-    fn time(&self, place: usize) -> Option<f64> {
-        let (date, clock) = self.0.get(place)?.split_once(' ')?;
-        let mut date = date.split('/').map(str::parse::<i64>);
-        let (day, month, year) = (date.next()?.ok()?, date.next()?.ok()?, date.next()?.ok()?);
-        let mut clock = clock.trim().split(':').map(str::parse::<f64>);
-        let (hour, minute, second) = (clock.next()?.ok()?, clock.next()?.ok()?, clock.next()?.ok()?);
-        let days = super::calendar::days_from_1970(year, month, day)?;
-        let unix = days as f64 * 86400.0 + hour * 3600.0 + minute * 60.0 + second;
-        (unix > channels::SET_CLOCK_S && unix.is_finite()).then_some(unix)
     }
 }
 

@@ -123,10 +123,11 @@ pub(super) fn from_constants(draft: &mut Draft, s: &Scalars, report: &mut Report
     let deep = log("DEEPGLIDER") == Some(1.0);
     // No glider weighs a ton: such a number is in g, as the log's is.
     let in_kg = |mass: f64| if mass > 1000.0 { mass * 1e-3 } else { mass };
-    if let Some(mass) = cal("mass").map(in_kg).or_else(|| log("MASS").map(|g| g * 1e-3)) {
-        draft.set("mass_kg", mass, if cal("mass").is_some() { "sg_cal_mass" } else { "log_MASS" });
+    let weighed = |mass: Option<f64>| mass.filter(|m| *m > 0.0);
+    if let Some(mass) = weighed(cal("mass")).map(in_kg).or_else(|| weighed(log("MASS")).map(|g| g * 1e-3)) {
+        draft.set("mass_kg", mass, if weighed(cal("mass")).is_some() { "sg_cal_mass" } else { "log_MASS" });
     }
-    volume(draft, s);
+    volume(draft, s, report);
     if let Some(temperature) = cal("temp_ref") {
         draft.set("reference_temperature_degc", temperature, "sg_cal_temp_ref");
     }
@@ -151,9 +152,9 @@ pub(super) fn from_constants(draft: &mut Draft, s: &Scalars, report: &mut Report
     let fitted = Hydro::of(|n| cal(n));
     let on_board = Hydro::of(|n| log(&n.to_ascii_uppercase()));
     // The set that was fitted together with such a compressibility has the same error in it.
-    let (chosen, other, name) = if believable { (fitted, on_board, "sg_cal_hd") } else { (on_board.or(fitted), fitted, "log_HD") };
-    if let Some(hydro) = chosen.or(other) {
-        let name = if chosen.is_none() || (name == "log_HD" && on_board.is_none()) { "sg_cal_hd" } else { name };
+    let named = |set: Option<Hydro>, name: &'static str| set.map(|h| (h, name));
+    let (ashore, aboard) = (named(fitted, "sg_cal_hd"), named(on_board, "log_HD"));
+    if let Some((hydro, name)) = if believable { ashore.or(aboard) } else { aboard.or(ashore) } {
         hydro.state(draft, name, cal("rho0"), cal("glider_length"), cal("hd_s"));
         let text = |h: Hydro| format!("a {}, b {}, c {}", h.a, h.b, h.c);
         if let (Some(fitted), Some(on_board)) = (fitted, on_board) {
@@ -171,7 +172,7 @@ pub(super) fn from_constants(draft: &mut Draft, s: &Scalars, report: &mut Report
 }
 
 /// Hull volume at reading 0.
-fn volume(draft: &mut Draft, s: &Scalars) {
+fn volume(draft: &mut Draft, s: &Scalars, report: &mut Report) {
     let cal = |name: &str| s.get(&format!("sg_cal_{name}"));
     let log = |name: &str| s.get(&format!("log_{name}"));
     let (Some(c), Some(least), Some(cc)) = (log("C_VBD"), log("VBD_MIN"), log("VBD_CNV")) else { return };
@@ -182,13 +183,17 @@ fn volume(draft: &mut Draft, s: &Scalars) {
         v if v > 5.0 => v * 1e3,
         v => v * 1e6,
     };
-    let volmax = cal("volmax").map(in_cc);
+    let stated = cal("volmax").map(|v| (in_cc(v), "volmax + (C_VBD - VBD_MIN) VBD_CNV"));
     // RHO in g/cm3, MASS in g.
-    let volmax = volmax.or_else(|| Some(log("MASS")? / log("RHO")? - middle_cc));
-    if let Some(volmax) = volmax {
-        let hull_cc = volmax + middle_cc - cal("vbdbias").unwrap_or(0.0);
-        let why = "volmax + (C_VBD - VBD_MIN) VBD_CNV - vbdbias";
-        draft.set("hull_volume_m3", hull_cc * 1e-6, why);
+    let from_log = || Some((log("MASS")? / log("RHO")? - middle_cc, "MASS / RHO"));
+    let Some((volmax, name)) = stated.or_else(from_log) else { return };
+    let hull_cc = volmax + middle_cc - cal("vbdbias").unwrap_or(0.0);
+    let floats = draft.get("mass_kg").map_or(f64::NAN, |kg| kg / hull_cc * 1e6);
+    if (900.0..1200.0).contains(&floats) {
+        draft.set("hull_volume_m3", hull_cc * 1e-6, &format!("{name} - vbdbias"));
+    } else {
+        let what = format!("{name} - vbdbias = {hull_cc:.0} cm3");
+        report.leave_out(format!("{what} is no volume of this glider: it would float at {floats:.0} kg/m3"));
     }
 }
 

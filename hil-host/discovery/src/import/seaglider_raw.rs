@@ -3,6 +3,7 @@
 //! `.log`: `start: m d yyy H M S` (year less 1900), then `$NAME,value,…` lines. `.eng`: `%columns:` and rows of numbers, depth in
 //! cm, angles in degrees, heading magnetic. The volume of the buoyancy device stands in the eng file of older firmware (`vbdCC`);
 //! newer firmware states it in the log's moves only: `(vbd_ad − C_VBD)·VBD_CNV` after each, linear in a move.
+//! Such a log ends with `$GPS`, the fix after the dive.
 //! Conductivity and temperature are frequencies there: no density without the CTD's own calibration.
 
 use std::collections::BTreeMap;
@@ -15,6 +16,10 @@ use super::position::Fix;
 use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, seaglider};
 use crate::record::resample::Series;
 use crate::record::seawater;
+
+mod constants;
+
+pub use constants::Constants;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Name of the constants' file.
@@ -85,8 +90,14 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     let mut draft = Class::Seaglider.draft();
     draft.say("case", &format!("sg{glider:03}"), "");
     let mut values = logs.last().map_or_else(BTreeMap::new, |l| l.scalars.clone());
-    match constants.map(|c| read(c).map(|text| assignments(&text))) {
-        Some(Ok(stated)) => values.extend(stated.into_iter().map(|(k, v)| (format!("sg_cal_{k}"), v))),
+    match constants.map(|c| read(c).map(|text| Constants::parse(&text))) {
+        Some(Ok(Constants { glider: Some(other), .. })) if other != glider => {
+            imported.report.leave_out(format!("{CONSTANTS} is of SG{other:03}, the dives of SG{glider:03}: its numbers are not taken"));
+        }
+        Some(Ok(stated)) => {
+            values.extend(stated.numbers.into_iter().map(|(k, v)| (format!("sg_cal_{k}"), v)));
+            stated.problems.into_iter().for_each(|what| imported.report.leave_out(format!("{CONSTANTS}: {what}")));
+        }
         Some(Err(why)) => imported.report.leave_out(format!("{CONSTANTS} {why}")),
         None => imported.report.note(format!("no {CONSTANTS} beside them: the vehicle is of the log's numbers")),
     }
@@ -103,8 +114,10 @@ struct DiveLog {
     /// Single numbers, as `log_NAME`.
     scalars: BTreeMap<String, f64>,
     fixes: Vec<Fix>,
-    /// Magnetic variation, deg.
-    variation: f64,
+    /// Magnetic variation, deg; none without a fix that states it.
+    variation: Option<f64>,
+    /// Whether the fix after the dive is there, with which such a file ends.
+    ended: bool,
     /// Start and end of the pump's moves, s from the start, and the counts after.
     pump: Vec<(f64, f64, f64)>,
 }
@@ -130,7 +143,8 @@ impl DiveLog {
                 }
                 "GPS1" | "GPS2" | "GPS" => {
                     log.fixes.extend(fix(&fields));
-                    log.variation = fields.get(8).and_then(|f| f.parse().ok()).unwrap_or(log.variation);
+                    log.variation = fields.get(8).and_then(|f| f.parse().ok()).or(log.variation);
+                    log.ended |= fields[0] == "GPS";
                 }
                 name => {
                     if let [_, value] = fields[..]
@@ -214,10 +228,21 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
     let ballast = if values.contains_key("vbdCC") {
         Series::new(&time, &column("vbdCC").iter().map(|v| v * 1e-6).collect::<Vec<_>>())
     } else {
-        report.note("ballast from the pump's moves in the log: the .eng has none".into());
+        match pump {
+            [] => report.leave_out("no ballast: the .eng has no vbdCC, and the .log no move of the pump ($GC)".into()),
+            _ => report.note("ballast from the pump's moves in the log: the .eng has none".into()),
+        }
         Series::new(&time, &time.iter().map(|t| between(pump, t - start) * 1e-6).collect::<Vec<_>>())
     };
-    report.note(format!("heading is magnetic: variation of {} deg added", log.variation));
+    match log.variation {
+        Some(degrees) => report.note(format!("heading is magnetic: variation of {degrees} deg added")),
+        None => report.note("heading is magnetic and stays so: the .log states no variation".into()),
+    }
+    if !log.ended {
+        report.leave_out(
+            "its .log has no $GPS line, the fix after the dive: it is cut, and what the pump did at the end is missing too".into(),
+        );
+    }
     for (from, unit, to, factor) in [
         ("depth", "cm", "pressure_dbar", 0.01),
         ("pitchAng", "deg", "m_pitch_rad", DEGREE),
@@ -232,7 +257,7 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
         rows,
         pitch: angle("pitchAng", 0.0),
         roll: angle("rollAng", 0.0),
-        heading: angle("head", log.variation),
+        heading: angle("head", log.variation.unwrap_or(0.0)),
         ballast,
         // The first is the end of the dive before.
         fixes: log.fixes.get(1..).unwrap_or_default().to_vec(),
@@ -252,168 +277,9 @@ fn between(corners: &[(f64, f64)], t: f64) -> f64 {
     a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0)
 }
 
-/// Numbers that a `sg_calib_constants.m` assigns: literals and + − * / ^ ( ) of earlier names, nothing else.
-#[must_use]
-pub fn assignments(text: &str) -> BTreeMap<String, f64> {
-    let mut out: BTreeMap<String, f64> = BTreeMap::new();
-    for line in statements(text) {
-        for statement in line.split(';') {
-            let Some((name, value)) = statement.split_once('=') else { continue };
-            let (name, value) = (name.trim().replace('.', "_"), value.trim());
-            let skipped = name.starts_with("override_") || value.contains(['[', '\'', '"', '{']);
-            if skipped || value.len() > 200 || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
-                continue;
-            }
-            let number = Sum { text: value, at: 0, known: &out, depth: 0 }.whole();
-            if let Some(number) = number.filter(|v| v.is_finite()) {
-                out.insert(name, number);
-            }
-        }
-    }
-    out
-}
-
-/// Lines without comments, those of a block (`%{` to `%}`) too; one that ends in `...` goes on in the next.
-fn statements(text: &str) -> Vec<String> {
-    let (mut lines, mut blocks, mut open) = (Vec::<String>::new(), 0_u32, false);
-    for line in text.lines().take(MOST_LINES) {
-        match line.trim() {
-            "%{" => blocks += 1,
-            "%}" => blocks = blocks.saturating_sub(1),
-            _ if blocks > 0 => {}
-            _ => {
-                let line = without_comment(line).trim_end();
-                // What stands behind the dots is a comment.
-                let dots = line.find("...").filter(|at| line[..*at].matches(['\'', '"']).count().is_multiple_of(2));
-                let (line, goes_on) = dots.map_or((line, false), |at| (&line[..at], true));
-                match lines.last_mut().filter(|_| open) {
-                    Some(before) => before.push_str(line),
-                    None => lines.push(line.to_owned()),
-                }
-                open = goes_on;
-            }
-        }
-    }
-    lines
-}
-
-/// A sum of numbers and names, read from left to right.
-struct Sum<'a> {
-    text: &'a str,
-    at: usize,
-    known: &'a BTreeMap<String, f64>,
-    depth: usize,
-}
-
-/// Brackets and signs within one another; more is damage.
-const DEEPEST: usize = 40;
-
-impl Sum<'_> {
-    /// All of the text, none if something is left over.
-    fn whole(mut self) -> Option<f64> {
-        let value = self.sum()?;
-        self.rest().trim().is_empty().then_some(value)
-    }
-
-    fn rest(&self) -> &str {
-        self.text.get(self.at..).unwrap_or_default()
-    }
-
-    /// The next sign if it is one of `signs`.
-    fn sign(&mut self, signs: &[char]) -> Option<char> {
-        let blanks = self.rest().len() - self.rest().trim_start().len();
-        let next = self.rest().trim_start().chars().next().filter(|c| signs.contains(c))?;
-        self.at += blanks + next.len_utf8();
-        Some(next)
-    }
-
-    fn sum(&mut self) -> Option<f64> {
-        let mut value = self.product()?;
-        while let Some(sign) = self.sign(&['+', '-']) {
-            let next = self.product()?;
-            value = if sign == '+' { value + next } else { value - next };
-        }
-        Some(value)
-    }
-
-    fn product(&mut self) -> Option<f64> {
-        let mut value = self.power()?;
-        while let Some(sign) = self.sign(&['*', '/']) {
-            let next = self.power()?;
-            value = if sign == '*' { value * next } else { value / next };
-        }
-        Some(value)
-    }
-
-    fn power(&mut self) -> Option<f64> {
-        self.depth += 1;
-        if self.depth > DEEPEST {
-            return None;
-        }
-        if let Some(sign) = self.sign(&['+', '-']) {
-            let value = self.power()?;
-            return Some(if sign == '-' { -value } else { value });
-        }
-        let base = self.atom()?;
-        let value = if self.sign(&['^']).is_some() { base.powf(self.power()?) } else { base };
-        self.depth -= 1;
-        Some(value)
-    }
-
-    fn atom(&mut self) -> Option<f64> {
-        if self.sign(&['(']).is_some() {
-            let value = self.sum()?;
-            return self.sign(&[')']).map(|_| value);
-        }
-        self.at += self.rest().len() - self.rest().trim_start().len();
-        let word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
-        let rest = self.rest();
-        let mut end = rest.find(|c: char| !word(c)).unwrap_or(rest.len());
-        let number = rest.starts_with(|c: char| c.is_ascii_digit() || c == '.');
-        // The sign of an exponent belongs to the number.
-        if number && rest[..end].ends_with(['e', 'E']) && rest[end..].starts_with(['+', '-']) {
-            end += 1 + rest[end + 1..].find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len() - end - 1);
-        }
-        let token = rest[..end].to_owned();
-        self.at += end;
-        if number { token.parse().ok() } else { self.known.get(&token.replace('.', "_")).copied() }
-    }
-}
-
-/// A file of constants has some hundred lines.
-const MOST_LINES: usize = 5000;
-
-/// The line up to its `%` outside of quotes.
-fn without_comment(line: &str) -> &str {
-    let mut quote = None;
-    for (k, c) in line.char_indices() {
-        match (quote, c) {
-            (None, '%') => return &line[..k],
-            (None, '\'' | '"') => quote = Some(c),
-            (Some(q), c) if q == c => quote = None,
-            _ => {}
-        }
-    }
-    line
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn constants_are_numbers_and_sums_of_earlier_ones_only() {
-        let text = "id_str = '099';\nmass = 54.12 ; % (kg)\n%mass = 99.9;\nrho0=1027.5; hd_a = 3.8e-3;\nhalf = 0.5;\nabs_compress = 8.2e-6*half;\n\
-            override.RHO = 1.03;\nm = [1 2; 3 4];\nlate = never + 1;\na.b = (1+2)^2\nx = system('rm');\n\
-            deep = ((((1e-3 - -2E+0))))/4; open = (1; two = 1 2;\n%{\nmass = 2;\n%}\nvolmax = ... in cm3\n 53285.5;";
-        let got = assignments(text);
-        assert_eq!((got.get("mass"), got.get("volmax")), (Some(&54.12), Some(&53285.5)));
-        assert_eq!(got.get("a_b"), Some(&9.0));
-        assert!((got["abs_compress"] - 4.1e-6).abs() < 1e-18 && got["hd_a"] == 3.8e-3 && got["rho0"] == 1027.5);
-        assert_eq!(got.get("deep"), Some(&(2.001 / 4.0)));
-        assert!(!got.contains_key("open") && !got.contains_key("two"));
-        assert!(!got.contains_key("late") && !got.contains_key("override_RHO") && !got.contains_key("m") && !got.contains_key("x"));
-    }
 
     #[test]
     fn the_pump_moves_linearly() {

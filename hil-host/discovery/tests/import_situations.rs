@@ -433,3 +433,45 @@ fn regress_the_own_names_of_an_rbr_ctd_are_read() {
     assert_eq!(ctd([("sci_rbrctd_pressure_00", "dbar"), rest[0], rest[1]], 0.0, 1.0).flight.len(), CYCLES);
     std::fs::remove_dir_all(folder).ok();
 }
+
+/// Files of `CYCLES` rows of one dive after another, each begun at its row of the whole; `of` changes a pressure of (file, row).
+fn parts(name: &str, begin: &[usize], of: impl Fn(usize, usize, f64) -> f64) -> Imported {
+    let folder = folder(name);
+    for (file, first) in begin.iter().enumerate() {
+        let mut columns = variables(USUAL);
+        let row = |k: usize| first + k;
+        columns[0].3 = (0..CYCLES).map(|k| START + 4.0 * row(k) as f64).collect();
+        columns[1].3 = (0..CYCLES).map(|k| of(file, row(k), at(row(k)).0)).collect();
+        columns[2].3 = (0..CYCLES).map(|k| 12.0 - 0.05 * at(row(k)).0).collect();
+        netcdf(&folder.join(format!("part{file}.nc")), &["time"], &columns);
+    }
+    let got = import(&folder, &[]).expect("an import");
+    std::fs::remove_dir_all(folder).ok();
+    got
+}
+
+#[test]
+fn regress_only_the_rows_that_two_files_share_are_left_out() {
+    let truth = |rows: usize| (0..rows).map(|k| at(k).0 * 1e4).collect::<Vec<f64>>();
+    let close = |got: &Imported, rows: usize| {
+        assert_eq!(got.flight.len(), rows, "{}", said(got));
+        let off = got.flight.pressure_pa.iter().zip(truth(rows)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1.0 && got.flight.time_s.iter().enumerate().all(|(k, t)| (t - 4.0 * k as f64).abs() < 1e-3), "{off}");
+    };
+    let sound = |_: usize, _: usize, dbar: f64| dbar;
+    let got = parts("shared", &[0, CYCLES - 20, 2 * CYCLES - 21], sound);
+    close(&got, 3 * CYCLES - 21);
+    assert!(got.report.is_whole() && said(&got).contains("20 of 260 rows are held already"), "{}", said(&got));
+    // A file that grows, sent twice.
+    let got = parts("grown", &[0, 60], sound);
+    close(&got, CYCLES + 60);
+    assert!(got.report.is_whole(), "{}", said(&got));
+    // Other values in the time of both: the first file's stay, and it is said.
+    let got = parts("other", &[0, CYCLES - 20], |file, row, dbar| if file == 1 && row < CYCLES { dbar + 4.0 } else { dbar });
+    close(&got, 2 * CYCLES - 20);
+    assert!(got.report.left_out.iter().any(|l| l.contains("20 of 260 rows") && l.contains("4.0 dbar")), "{}", said(&got));
+    // Mostly in the time of another file, with other values: of another glider.
+    let got = parts("within", &[0, 60], |file, _, dbar| dbar + 4.0 * file as f64);
+    assert_eq!(got.flight.len(), CYCLES);
+    assert!(got.report.left_out.iter().any(|l| l.contains("part1.nc") && l.contains("left out")), "{}", said(&got));
+}

@@ -6,8 +6,8 @@ use super::channels::{LONGEST_MISSION_S, stray_times};
 use super::{Imported, Report};
 use crate::record::flight::Flight;
 
-/// Joins `parts`, each a flight with its name; they are put in the order of time. A part that begins before the one before it has
-/// ended is left out.
+/// Joins `parts`, each a flight with its name; they are put in the order of time. Rows of a part in the time of those before it are left
+/// out, the part as a whole where these are many and hold other values.
 ///
 /// Segments are counted on; none without parts.
 pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imported> {
@@ -20,17 +20,10 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     let mut flight = Flight::blank(0);
     let mut notes: BTreeMap<String, (String, String, usize)> = BTreeMap::new();
     let mut vehicle = None;
-    for (name, part) in parts {
+    for (name, mut part) in parts {
         let shift = start(&part) - first;
-        report.files.extend(part.report.files);
-        if let Some(end) = flight.time_s.last().filter(|end| shift + part.flight.time_s[0] <= **end) {
-            let length = part.flight.time_s.last().copied().unwrap_or(0.0);
-            let same = (shift + length - end).abs() < 1e-6 && flight.pressure_pa.ends_with(&part.flight.pressure_pa);
-            if same {
-                report.note(format!("{name}: holds the same rows as the one before it: read once"));
-            } else {
-                report.leave_out(format!("{name}: begins {:.0} s before the one before it ends: left out", end - shift));
-            }
+        report.files.extend(std::mem::take(&mut part.report.files));
+        if !leave_out_held(&flight, &name, &mut part, shift, &mut report) {
             continue;
         }
         let offset = flight.segment.last().map_or(0, |s| s + 1);
@@ -56,6 +49,61 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     }
     flight.name = report.segments.first().cloned().unwrap_or_default();
     Some(Imported { flight, report, vehicle })
+}
+
+/// Rows of two files at one time, s, and with one pressure, Pa.
+const SAME_TIME_S: f64 = 1e-3;
+const SAME_PRESSURE_PA: f64 = 100.0;
+/// A larger share of a part in the time of another, with other values, is of another glider or clock.
+const OVERLAP: f64 = 0.25;
+
+/// Takes the rows out of `part`, `shift` seconds after the first row of `flight`, that lie in the time of the flight; whether any are to
+/// be joined.
+fn leave_out_held(flight: &Flight, name: &str, part: &mut Imported, shift: f64, report: &mut Report) -> bool {
+    let Some(end) = flight.time_s.last().copied() else { return true };
+    let of = &part.flight;
+    let (all, shared) = (of.len(), of.time_s.partition_point(|t| shift + t <= end + SAME_TIME_S));
+    let before = |time: f64| flight.time_s.partition_point(|t| *t < time);
+    let held = |k: usize| {
+        let at = before(shift + of.time_s[k] - SAME_TIME_S);
+        let near = flight.time_s.get(at).is_some_and(|t| t - shift - of.time_s[k] < SAME_TIME_S);
+        near && (flight.pressure_pa[at] - of.pressure_pa[k]).abs() < SAME_PRESSURE_PA
+    };
+    let same = (0..shared).all(held);
+    if shared == all && same {
+        report.note(format!("{name}: holds the same rows as the one before it: read once"));
+        return false;
+    }
+    if !same && shared as f64 > OVERLAP * all as f64 {
+        report.leave_out(format!("{name}: begins {:.0} s before the one before it ends: left out", end - shift - of.time_s[0]));
+        return false;
+    }
+    if same && shared > 0 {
+        report.note(format!("{name}: the first {shared} of {all} rows are held already, with the same pressure: read once"));
+    } else if shared > 0 {
+        let off =
+            |k: usize| (flight.pressure_pa[before(shift + of.time_s[k] - SAME_TIME_S).min(flight.len() - 1)] - of.pressure_pa[k]).abs();
+        let most = (0..shared).map(off).fold(0.0, f64::max) * 1e-4;
+        report.leave_out(format!(
+            "{name}: its first {shared} of {all} rows lie in the time of the one before it, their pressure up to {most:.1} dbar off: left out"
+        ));
+    }
+    drop_first(part, shared);
+    true
+}
+
+/// The part without its first rows, its segments counted from 0 again; its times stay.
+fn drop_first(part: &mut Imported, rows: usize) {
+    let Some(first) = part.flight.segment.get(rows).copied().filter(|_| rows > 0) else { return };
+    let flight = &mut part.flight;
+    flight.time_s.drain(..rows);
+    flight.segment.drain(..rows);
+    flight.segment.iter_mut().for_each(|s| *s -= first);
+    flight.columns_mut().into_iter().for_each(|column| drop(column.drain(..rows)));
+    flight.speed_m_s.iter_mut().chain(flight.extra.values_mut()).for_each(|column| drop(column.drain(..rows)));
+    part.report.segments.drain(..(first as usize).min(part.report.segments.len()));
+    part.report.origins.retain(|o| o.segment >= first);
+    part.report.origins.iter_mut().for_each(|o| o.segment -= first);
 }
 
 /// Takes out parts whose clock was not set, or stands more than a mission off the others; what they are.

@@ -475,3 +475,24 @@ fn regress_only_the_rows_that_two_files_share_are_left_out() {
     assert_eq!(got.flight.len(), CYCLES);
     assert!(got.report.left_out.iter().any(|l| l.contains("part1.nc") && l.contains("left out")), "{}", said(&got));
 }
+
+#[test]
+fn regress_fixes_of_a_second_file_count_from_its_own() {
+    let folder = folder("origins");
+    for file in 0..2 {
+        let mut columns = variables(USUAL);
+        columns[0].3.iter_mut().for_each(|t| *t += 3600.0 * f64::from(file));
+        let fix = |k: usize, deg: f64| if k < 3 || k + 3 > CYCLES { deg + 0.001 * k as f64 } else { f64::NAN };
+        for (name, unit, deg) in [("LATITUDE_GPS", "degrees_north", 54.0), ("LONGITUDE_GPS", "degrees_east", 15.0)] {
+            columns.push((name, unit, "", (0..CYCLES).map(|k| fix(k, deg + 0.004 * f64::from(file))).collect()));
+        }
+        netcdf(&folder.join(format!("part{file}.nc")), &["time"], &columns);
+    }
+    let got = import(&folder, &[]).expect("an import");
+    std::fs::remove_dir_all(folder).ok();
+    let origins = &got.report.origins;
+    assert_eq!(origins.len(), 2, "{origins:?}");
+    assert!((origins[0].lat_deg - 54.0).abs() < 1e-9 && (origins[1].lat_deg - 54.004).abs() < 1e-9, "{origins:?}");
+    let north = got.flight.gps_north_m[CYCLES + 2];
+    assert!((north - 0.002 * 111_195.0).abs() < 1.0, "{north} m");
+}

@@ -163,22 +163,21 @@ pub fn on_the_globe(flight: &Flight, origins: &[Origin], row: usize) -> Option<F
     })
 }
 
-/// Origins anew after segments were cut: fixes of each count from its first one.
-pub fn rebase(flight: &mut Flight, report: &mut Report) {
-    let Some(old) = report.origins.first().copied() else { return };
-    report.origins.clear();
+/// Origins anew after segments were cut, which were `before`: fixes of each count from its first one.
+pub fn rebase(flight: &mut Flight, report: &mut Report, before: &[u32]) {
+    let old = std::mem::take(&mut report.origins);
+    let now = std::mem::replace(&mut flight.segment, before.to_vec());
+    let mut fixes: Vec<Option<Fix>> = (0..flight.len()).map(|row| on_the_globe(flight, &old, row)).collect();
+    flight.segment = now;
+    if old.is_empty() {
+        return;
+    }
     for rows in segments(flight) {
-        let Some(first) = rows.clone().find(|i| flight.gps_east_m[*i].is_finite() && flight.gps_north_m[*i].is_finite()) else { continue };
-        let (east, north) = (flight.gps_east_m[first], flight.gps_north_m[first]);
-        report.origins.push(Origin {
-            segment: flight.segment[first],
-            unix_s: report.start_unix_s.unwrap_or(0.0) + flight.time_s[first],
-            lat_deg: old.lat_deg + north / METRE_PER_DEGREE,
-            lon_deg: old.lon_deg + east / (METRE_PER_DEGREE * old.lat_deg.to_radians().cos()),
-        });
+        let Some(first) = rows.clone().find_map(|i| fixes[i]) else { continue };
+        let unix_s = report.start_unix_s.unwrap_or(0.0) + first.time_s;
+        report.origins.push(Origin { segment: flight.segment[rows.start], unix_s, lat_deg: first.lat_deg, lon_deg: first.lon_deg });
         for i in rows {
-            flight.gps_east_m[i] -= east;
-            flight.gps_north_m[i] -= north;
+            (flight.gps_east_m[i], flight.gps_north_m[i]) = fixes[i].take().map_or((f64::NAN, f64::NAN), |fix| local(first, fix));
         }
     }
 }

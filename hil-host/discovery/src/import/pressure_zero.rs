@@ -46,10 +46,11 @@ pub(super) fn take_out_of_flight(imported: &mut Imported) {
     if imported.report.density.contains("TEOS-10") {
         flight.density_kg_m3.iter_mut().for_each(|d| *d -= level / (SOUND_M_S * SOUND_M_S));
     }
-    if flight.segment.iter().all(|s| *s == 0) && super::surface::cut(flight) > 1 {
+    let before = flight.segment.clone();
+    if before.iter().all(|s| *s == 0) && super::surface::cut(flight) > 1 {
         let count = flight.segment.last().map_or(1, |s| s + 1);
         imported.report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
-        super::position::rebase(flight, &mut imported.report);
+        super::position::rebase(flight, &mut imported.report, &before);
     }
 }
 

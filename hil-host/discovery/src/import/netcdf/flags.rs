@@ -7,33 +7,72 @@ use super::variables::Reader;
 /// Flags that say "bad" and "missing" where the file does not say what its flags mean: OG1, Argo, Seaglider and QARTOD alike.
 pub(in crate::import) const BAD: [f64; 2] = [4.0, 9.0];
 
-/// Which flags are bad.
+/// Which flags are bad: a number, or bits under a mask that are a number.
 enum Scheme {
     Values(Vec<f64>),
-    Bits(u64),
+    Bits(Vec<(u64, u64)>),
 }
 
 impl Scheme {
     fn is_bad(&self, flag: f64) -> bool {
         match self {
-            Self::Values(bad) => bad.contains(&flag),
-            Self::Bits(bad) => flag >= 0.0 && flag.fract() == 0.0 && (flag as u64) & bad != 0,
+            Self::Values(bad) => bad.contains(&digit_of_code(flag)),
+            Self::Bits(bad) => flag >= 0.0 && flag.fract() == 0.0 && bad.iter().any(|(mask, value)| (flag as u64) & mask == *value),
         }
     }
 
     fn says(&self) -> String {
         match self {
             Self::Values(bad) => bad.iter().map(f64::to_string).collect::<Vec<_>>().join(" or "),
-            Self::Bits(bad) => format!("a bit of {bad}"),
+            Self::Bits(bad) => format!("bits {}", bad.iter().map(|(_, value)| value.to_string()).collect::<Vec<_>>().join(" or ")),
         }
     }
 }
 
-/// Whether a meaning is that of a value which is not to be used; what may be corrected or is only suspected stays.
+/// Tests of QARTOD, Argo and OOI whose failure is that of a value; those of the sea it is in (climatology, a neighbour) only make it suspect.
+const TESTS: [&str; 12] = [
+    "spike",
+    "range",
+    "gradient",
+    "stuck",
+    "flat_line",
+    "flatline",
+    "frozen",
+    "rate_of_change",
+    "inversion",
+    "outlier",
+    "impossible",
+    "syntax",
+];
+/// Words of meanings by which a value may be used, whatever test they name besides.
+const STAYS: [&str; 17] = [
+    "correct",
+    "probably",
+    "possibly",
+    "not_",
+    "no_",
+    "pass",
+    "good",
+    "valid_range",
+    "in_range",
+    "within",
+    "interpolated",
+    "adjusted",
+    "changed",
+    "suspect",
+    "estimated",
+    "questionable",
+    "replaced",
+];
+
+/// Whether a meaning is that of a value which is not to be used, in words or by the test that it did not pass; what may be corrected or is
+/// only suspected stays.
 fn means_bad(meaning: &str) -> bool {
     let m = meaning.to_ascii_lowercase();
     let of = |words: &[&str]| words.iter().any(|w| m.contains(w));
-    of(&["bad", "fail", "missing", "invalid"]) && !of(&["correctable", "probably", "not_bad", "not_fail"])
+    let named =
+        of(&["bad", "fail", "missing", "invalid", "not_pass"]) && !of(&["correctable", "probably", "not_bad", "not_fail", "no_bad"]);
+    named || (of(&TESTS) && !of(&STAYS))
 }
 
 impl Reader<'_> {
@@ -72,7 +111,10 @@ impl Reader<'_> {
         };
         let is_declared = |n: &str| declared.split_whitespace().any(|d| d == n);
         let of_flags = |v: &NcVariable| v.attribute("flag_meanings").is_some() || named(v.name());
-        let is_flag = |v: &&NcVariable| (is_declared(v.name()) && of_flags(v)) || own(v.name());
+        // Which tests were made says nothing of a value, and in OOI's results of bits 1 is "passed".
+        let of_runs = |v: &NcVariable| ["executed", "performed", "passed"].iter().any(|w| v.name().to_ascii_lowercase().contains(w));
+        let passed = |v: &NcVariable| of_runs(v) || (v.name().ends_with("_qc_results") && v.attribute("flag_masks").is_some());
+        let is_flag = |v: &&NcVariable| ((is_declared(v.name()) && of_flags(v)) || own(v.name())) && !passed(v);
         let mut found: Vec<&str> = variables.iter().filter(is_flag).map(|v| v.name()).collect();
         let is_summary = |n: &str| ["_qc", "primary", "summary", "aggregate"].iter().any(|w| n.to_ascii_lowercase().contains(w));
         found.sort_by_key(|n| !is_summary(n));
@@ -87,16 +129,17 @@ impl Reader<'_> {
         let usual = || Scheme::Values(BAD.to_vec());
         let Some(meanings) = self.text(flag, "flag_meanings") else { return usual() };
         let bad: Vec<bool> = meanings.split([' ', ',', '\n', '\t']).filter(|m| !m.is_empty()).map(means_bad).collect();
-        let pick = |numbers: Vec<f64>| -> Option<Vec<f64>> {
-            (numbers.len() == bad.len()).then(|| numbers.iter().zip(&bad).filter(|(_, bad)| **bad).map(|(n, _)| *n).collect())
-        };
-        if let Some(masks) = self.numbers_of(flag, "flag_masks").and_then(pick) {
-            return Scheme::Bits(masks.iter().filter(|m| **m >= 0.0).fold(0, |all, m| all | (*m as u64)));
+        let numbers = |attribute: &str| self.numbers_of(flag, attribute).filter(|n| n.len() == bad.len());
+        let values = numbers("flag_values");
+        if let Some(masks) = numbers("flag_masks") {
+            // Without values a bit that is set says it (CF conventions 3.5).
+            let whole = |n: &f64| if *n > 0.0 { *n as u64 } else { 0 };
+            let values = values.as_ref().unwrap_or(&masks);
+            let all = masks.iter().zip(values).zip(&bad).filter(|((mask, _), bad)| **bad && whole(mask) > 0);
+            return Scheme::Bits(all.map(|((mask, value), _)| (whole(mask), whole(value))).collect());
         }
-        match self.numbers_of(flag, "flag_values").map(|n| n.into_iter().map(digit_of_code).collect()).and_then(pick) {
-            Some(values) => Scheme::Values(values),
-            None => usual(),
-        }
+        let pick = |numbers: Vec<f64>| numbers.into_iter().map(digit_of_code).zip(&bad).filter(|(_, bad)| **bad).map(|(n, _)| n).collect();
+        values.map_or_else(usual, |numbers| Scheme::Values(pick(numbers)))
     }
 
     /// Numbers of an attribute, also of one that is written as text ("0, 1, 2" or "012").
@@ -131,7 +174,7 @@ impl Reader<'_> {
             }
             _ => {
                 let numbers = self.file.read_variable_as_f64(name).ok()?;
-                numbers.iter().map(|v| v.is_finite().then_some(digit_of_code(*v))).collect()
+                numbers.iter().map(|v| v.is_finite().then_some(*v)).collect()
             }
         };
         (flags.len() == rows).then_some(flags)
@@ -152,10 +195,17 @@ mod tests {
         for bad in ["BAD", "fail", "missing_value", "bad_data", "FAILED", "invalid"] {
             assert!(means_bad(bad), "{bad}");
         }
+        for test in ["spike", "gradient", "range_test", "GROSS_RANGE", "stuck_value", "density_inversion", "spike_test_not_passed"] {
+            assert!(means_bad(test), "{test}");
+        }
+        for stays in ["no_bad_data", "interpolated", "spike_corrected", "suspect_gradient", "spike_test_passed", "no_spike", "climatology"]
+        {
+            assert!(!means_bad(stays), "{stays}");
+        }
         for stays in ["good", "SUSPECT", "probably_bad", "bad_data_that_are_potentially_correctable", "not_evaluated", "value_changed"] {
             assert!(!means_bad(stays), "{stays}");
         }
-        let bits = Scheme::Bits(0b110);
+        let bits = Scheme::Bits(vec![(2, 2), (4, 4)]);
         assert!(bits.is_bad(2.0) && bits.is_bad(5.0) && !bits.is_bad(1.0) && !bits.is_bad(f64::NAN) && !bits.is_bad(-1.0));
     }
 }

@@ -180,3 +180,41 @@ fn regress_an_absolute_pressure_gives_the_same_flight() {
     columns.push(("DEPTH", "m", (0..ROWS).map(|i| 0.992 * depth(i)).collect()));
     assert!(!has_note(&imported(&columns, None).expect("both"), "do not agree"));
 }
+
+#[test]
+fn regress_flags_that_name_tests_are_bad_where_set_unless_1_is_passed() {
+    const TESTS: &str = "gross_range_test local_range_test spike_test stuck_value_test gradient_test propagate_flags";
+    const MASKS: &str = "1, 2, 4, 8, 16, 32";
+    let bits = |name: &'static str| vec![(name, "flag_meanings", TESTS), (name, "flag_masks", MASKS)];
+    let values =
+        |name: &'static str, meanings: &'static str, of: &'static str| vec![(name, "flag_meanings", meanings), (name, "flag_values", of)];
+    let both = |meanings: &'static str| {
+        let mut all = values("PRES_qc", meanings, "0, 1, 2, 3");
+        all.push(("PRES_qc", "flag_masks", "3, 3, 3, 3"));
+        all
+    };
+    let declared = |name: &'static str| [bits(name), vec![("PRES", "ancillary_variables", name)]].concat();
+    const MIXED: &str = "no_bad_data interpolated spike suspect_gradient";
+    let cases: [(&'static str, f64, f64, Vec<Attribute>, bool); 12] = [
+        ("PRES_qc", 0.0, 4.0, bits("PRES_qc"), true),
+        ("PRES_qc", 0.0, 17.0, bits("PRES_qc"), true),
+        ("PRES_qc", 0.0, 49.0, bits("PRES_qc"), true),
+        // What another variable's flag says is not what this one's test does.
+        ("PRES_qc", 0.0, 32.0, bits("PRES_qc"), false),
+        ("PRES_flag", 0.0, 2.0, values("PRES_flag", MIXED, "0, 1, 2, 3"), true),
+        ("PRES_flag", 0.0, 1.0, values("PRES_flag", MIXED, "0, 1, 2, 3"), false),
+        ("PRES_flag", 0.0, 3.0, values("PRES_flag", MIXED, "0, 1, 2, 3"), false),
+        ("PRES_flag", 1.0, 1.0, values("PRES_flag", "no_bad_data spike_corrected range_test_passed", "1, 2, 3"), false),
+        // Values under a mask (CF conventions 3.5): two bits hold one number.
+        ("PRES_qc", 1.0, 2.0, both("unknown good bad missing"), true),
+        ("PRES_qc", 0.0, 1.0, both("unknown good bad missing"), false),
+        // Which tests were made; and results in which 1 says that it was passed (OOI).
+        ("PRES_qc_executed", 29.0, 29.0, declared("PRES_qc_executed"), false),
+        ("PRES_qc_results", 29.0, 25.0, declared("PRES_qc_results"), false),
+    ];
+    for (name, good, set, attributes, bad) in cases {
+        let read = flagged(name, good, set, &attributes);
+        let left = if bad { BAD.len() } else { 0 };
+        assert_eq!(read.flight.len(), ROWS - left, "{name} {set} {attributes:?}: {:?}", read.report.notes);
+    }
+}

@@ -218,3 +218,40 @@ fn regress_flags_that_name_tests_are_bad_where_set_unless_1_is_passed() {
         assert_eq!(read.flight.len(), ROWS - left, "{name} {set} {attributes:?}: {:?}", read.report.notes);
     }
 }
+
+/// A folder of files with an `id` each, one after another.
+fn with_ids(name: &str, ids: &[&str]) -> Result<Imported, String> {
+    let folder = std::env::temp_dir().join(format!("glider-ids-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    for (file, id) in ids.iter().enumerate() {
+        let mut set = netcdf3::DataSet::new();
+        set.add_fixed_dim("time", ROWS).expect("a dimension");
+        set.add_global_attr_string("id", id).expect("an attribute");
+        let mut columns = sawtooth();
+        change(&mut columns, "TIME", "seconds since 2020-01-01", |_, v| v + 3600.0 * file as f64);
+        for (name, unit, _) in &columns {
+            set.add_var_f64(name, &["time"]).expect("a variable");
+            set.add_var_attr_string(name, "units", unit).expect("a unit");
+        }
+        let mut writer = netcdf3::FileWriter::open(folder.join(format!("{file}.nc"))).expect("a file");
+        writer.set_def(&set, netcdf3::Version::Classic, 0).expect("a definition");
+        columns.iter().for_each(|(name, _, values)| writer.write_var_f64(name, values).expect("values"));
+        writer.close().expect("closed");
+    }
+    let got = crate::import::import(&folder, &[]).map_err(|e| e.to_string());
+    std::fs::remove_dir_all(&folder).expect("removed");
+    got
+}
+
+#[test]
+fn regress_files_whose_ids_name_two_gliders_are_refused() {
+    let error = with_ids("two", &["unit_777-20200101T0000", "unit_888-20200101T0100"]).expect_err("two gliders");
+    assert!(error.contains("of 2 gliders (id: unit_777, unit_888)"), "{error}");
+    for (name, ids) in [
+        ("profiles", ["unit_777-20200101T0000", "unit_777-20200101T0100"]),
+        ("counted", ["ru29_0001-20200101T0000", "ru29_0002-20200101T0100"]),
+        ("of files", ["a1b2c3", "d4e5f6"]),
+    ] {
+        assert_eq!(with_ids(name, &ids).unwrap_or_else(|e| panic!("{name}: {e}")).flight.len(), 2 * ROWS);
+    }
+}

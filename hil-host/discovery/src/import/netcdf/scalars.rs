@@ -6,6 +6,7 @@ use std::path::Path;
 use netcdf_reader::{NcFile, NcType, NcVariable};
 
 use super::super::Imported;
+use super::super::calendar::digits;
 use crate::record::resample::Series;
 
 /// Numbers without dimension, by name.
@@ -64,6 +65,26 @@ const VEHICLE: [&str; 7] =
 /// Where names of deployments stand.
 pub(super) const TRAJECTORY: &str = "trajectory";
 
+/// The name of a dataset, in which the glider's stands before a date; else it may be of the file alone.
+const ID: &str = "id";
+
+/// "unit_777" of "unit_777-20260501T0000": what stands before the date, without a number that counts files ("ru29_0012-2026…"). None where
+/// no glider's name can be told from it.
+fn glider_of(id: &str) -> Option<&str> {
+    let is_date = |text: &str| text.get(..8).is_some_and(|day| digits(&format!("{day}000000")).is_some());
+    let at = id.match_indices(SEPARATORS).map(|m| m.0).find(|at| is_date(&id[at + 1..]))?;
+    let name = &id[..at];
+    let lower = name.to_ascii_lowercase();
+    let of_file = ["profile", "dive", "segment", "cast", "part", "file", "yo"].iter().any(|w| lower.contains(w));
+    let base = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = &name[base.len()..];
+    let counts = base.ends_with(SEPARATORS) && (number.starts_with('0') || base.bytes().any(|b| b.is_ascii_digit()));
+    let name = if counts { base.trim_end_matches(SEPARATORS) } else { name };
+    (!of_file && number.len() < 5 && name.bytes().any(|b| b.is_ascii_alphabetic())).then_some(name)
+}
+
+const SEPARATORS: [char; 3] = ['-', '_', '.'];
+
 /// Which deployments and vehicles files say they are of: names by where they stand.
 #[derive(Clone, Debug, Default)]
 pub struct Identity(BTreeMap<&'static str, BTreeSet<String>>);
@@ -93,6 +114,8 @@ impl Identity {
             let text = file.global_attribute(name).ok().map(|a| a.value.as_string().or_else(|| a.value.as_f64().map(|v| v.to_string())));
             add(name, &text.flatten().unwrap_or_default());
         }
+        let id = file.global_attribute(ID).ok().and_then(|a| a.value.as_string()).unwrap_or_default();
+        add(ID, glider_of(&id).unwrap_or_default());
         out
     }
 
@@ -176,4 +199,31 @@ fn velocities(file: &NcFile) -> Option<Vec<(f64, f64, f64, f64)>> {
     let (time, east, north, up) = (time?, east?, north?, up?);
     let rows = time.iter().zip(&east).zip(north.iter().zip(&up)).map(|((t, e), (n, u))| (*t, *e, *n, *u));
     Some(rows.filter(|r| [r.0, r.1, r.2, r.3].iter().all(|v| v.is_finite() && v.abs() < 1e12)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_an_id_names_its_glider_before_the_date_only() {
+        for (id, name) in [
+            ("unit_777-20260501T0000", Some("unit_777")),
+            ("unit_777_20260502T092614Z_rt", Some("unit_777")),
+            ("ru29-20150623T1046", Some("ru29")),
+            ("dfo-eva035-20190718", Some("dfo-eva035")),
+            ("ru29_0012-20150623", Some("ru29")),
+            ("ru29_12-20150623", Some("ru29")),
+            ("unit_012-20150623", Some("unit")),
+            ("p1710003_20130101", None),
+            ("profile_7-20150623", None),
+            ("20150623T1046_ru29", None),
+            ("0012-20150623", None),
+            ("unit_777", None),
+            ("unit_777-99999999", None),
+            ("", None),
+        ] {
+            assert_eq!(glider_of(id), name, "{id}");
+        }
+    }
 }

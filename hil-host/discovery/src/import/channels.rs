@@ -125,6 +125,22 @@ pub(super) fn stray_times(times: &mut [f64], reach_s: f64) -> usize {
     stray
 }
 
+/// Times, in any order, that stand alone more than a day from all others become none. How many. A flight of several parts has many rows
+/// in each.
+pub(super) fn lonely_times(times: &mut [f64]) -> usize {
+    let mut sorted: Vec<f64> = times.iter().copied().filter(|t| t.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let parts: Vec<&[f64]> = sorted.chunk_by(|a, b| b - a <= LONGEST_STAY_S).collect();
+    let most = parts.iter().map(|p| p.len()).max().unwrap_or(0);
+    let alone: Vec<f64> = parts.into_iter().filter(|p| p.len() < FEW_ROWS && p.len() * 10 < most).flatten().copied().collect();
+    times.iter_mut().filter(|t| alone.contains(t)).for_each(|t| *t = f64::NAN);
+    alone.len()
+}
+
+/// No stay at the surface of a mission is longer, s; and fewer rows than a dive has.
+const LONGEST_STAY_S: f64 = 86_400.0;
+const FEW_ROWS: usize = 5;
+
 /// No mission is longer, s.
 pub(super) const LONGEST_MISSION_S: f64 = 400.0 * 86400.0;
 

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 mod channel;
-mod tidy;
+pub(super) mod tidy;
 mod times;
 mod values;
 

@@ -4,6 +4,7 @@ use netcdf_reader::NcType;
 
 use super::super::calendar::{days_from_1970, seconds_in, zone_s};
 use super::super::channels::{LONGEST_MISSION_S, stray_times};
+use super::super::table::tidy::spread_evenly;
 use super::variables::Reader;
 use crate::record::plausible::quantile;
 use crate::record::resample::{Series, longest_in_order};
@@ -86,7 +87,7 @@ impl Reader<'_> {
             self.report
                 .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
         }
-        let repeated = spread(&mut times);
+        let repeated = spread_clock(&mut times);
         if repeated > 0 {
             self.report.note(format!(
                 "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
@@ -128,6 +129,15 @@ impl Reader<'_> {
 /// Julian days, which are these too.
 fn is_gregorian(calendar: &str) -> bool {
     ["", "standard", "gregorian", "proleptic_gregorian", "julian"].contains(&calendar.trim().to_ascii_lowercase().as_str())
+}
+
+/// Times of a clock of whole seconds or minutes, set evenly apart as those of a table; else single repeats. How many repeat one.
+fn spread_clock(times: &mut [f64]) -> usize {
+    let of: Vec<usize> = (0..times.len()).filter(|k| times[*k].is_finite()).collect();
+    let finite: Vec<f64> = of.iter().map(|k| times[*k]).collect();
+    let Some(even) = spread_evenly(&finite) else { return spread(times) };
+    of.into_iter().zip(even).for_each(|(k, t)| times[k] = t);
+    finite.windows(2).filter(|w| w[0] == w[1]).count()
 }
 
 /// Equal times that follow one another are set evenly apart up to the next; how many there are.

@@ -255,3 +255,17 @@ fn regress_files_whose_ids_name_two_gliders_are_refused() {
         assert_eq!(with_ids(name, &ids).unwrap_or_else(|e| panic!("{name}: {e}")).flight.len(), 2 * ROWS);
     }
 }
+
+#[test]
+fn regress_a_last_time_days_off_and_whole_minutes_of_a_clock() {
+    let mut columns = sawtooth();
+    change(&mut columns, "TIME", "seconds since 2020-01-01", |i, v| if i + 1 == ROWS { v + 1e6 } else { v });
+    let read = imported(&columns, None).expect("reads");
+    assert_eq!((read.flight.len(), read.flight.time_s[ROWS - 2]), (ROWS - 1, 4.0 * (ROWS - 2) as f64));
+    assert!(has_note(&read, "1 of 400 values of PRES stand alone days off the others"), "{:?}", read.report.left_out);
+    // Begun 40 s after a minute: the first minute has five rows.
+    change(&mut columns, "TIME", "minutes since 2020-01-01", |i, _| ((4 * i + 40) / 60) as f64);
+    let read = imported(&columns, None).expect("reads");
+    let off = |i: usize| (read.flight.time_s[i] - 4.0 * i as f64).abs();
+    assert!((0..ROWS).all(|i| off(i) < 4.0), "{:?}", &read.flight.time_s[..30]);
+}

@@ -20,7 +20,7 @@ use std::path::Path;
 
 use netcdf_reader::{NcFile, NcOpenOptions};
 
-use super::channels::SALINITY as SALINITY_COLUMN;
+use super::channels::{SALINITY as SALINITY_COLUMN, lonely_times};
 use super::{FileNote, ImportError, Imported, Report, position, pressure_zero};
 use crate::record::flight::Flight;
 use crate::record::resample::Series;
@@ -97,6 +97,12 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         }
         reader.report.leave_out(said);
         pressure.series = back.without;
+    }
+    let (mut times, values): (Vec<f64>, Vec<f64>) = pressure.series.pairs().unzip();
+    let alone = lonely_times(&mut times);
+    if alone > 0 {
+        reader.report.leave_out(format!("{alone} of {} values of {} stand alone days off the others", values.len(), pressure.name));
+        pressure.series = Series::new(&times, &values);
     }
     let mut rows: Vec<(f64, f64)> = pressure.series.pairs().collect();
     if rows.len() < 2 {

@@ -277,3 +277,26 @@ fn regress_headers_behind_percent_in_brackets_and_again() {
     assert_eq!((got.flight.len(), got.flight.segment[59], got.report.start_unix_s), (60, 1, None));
     assert!((got.flight.pitch_rad[3] + 20f64.to_radians()).abs() < 1e-12 && got.flight.density_kg_m3[3] > 1000.0);
 }
+
+#[test]
+fn regress_a_single_time_days_off_all_others_is_left_out() {
+    let plain = HEADER.to_owned() + &rows(|t| t.to_string());
+    let want = read("near", plain.as_bytes()).expect("plain").flight;
+    let dated = |t: f64| (1.6e9 + t).to_string();
+    for (name, text) in [
+        ("last", plain.clone() + "1000000,0.3,-0.45,-200,1025.1\n"),
+        ("middle", plain.replace("\n120,", "\n1000000,0.3,-0.45,-200,1025.1\n120,")),
+        ("first", plain.replace("\n0,", "\n-1000000,0.3,-0.45,-200,1025.1\n0,")),
+        ("dated", HEADER.to_owned() + &rows(dated) + "1601000000,0.3,-0.45,-200,1025.1\n"),
+    ] {
+        let got = read(name, text.as_bytes()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!((&got.flight.time_s, &got.flight.pressure_pa), (&want.time_s, &want.pressure_pa), "{name}");
+        assert!(says(&got, "1 of 61 rows have no time, or one days or years off the others"), "{name}: {:?}", got.report.left_out);
+    }
+    // Two parts of a flight ten days apart, and a log that is sparse throughout, are flights.
+    let later = rows(|t| (1e6 + t).to_string());
+    let got = read("parts", (plain.clone() + &later).as_bytes()).expect("reads");
+    assert!(got.flight.len() == 120 && got.report.is_whole(), "{:?}", got.report.left_out);
+    let mut times = vec![0.0, 2e5, 4e5, 4e5 + 4.0];
+    assert_eq!(crate::import::channels::lonely_times(&mut times), 0);
+}

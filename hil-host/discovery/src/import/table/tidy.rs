@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 
 use super::super::Report;
-use super::super::channels::{LONGEST_MISSION_S, stray_times};
+use super::super::channels::{LONGEST_MISSION_S, lonely_times, stray_times};
 use super::super::netcdf::variables::undeclared_fill;
 use super::times::Clock;
 use super::{Table, is_number};
@@ -49,10 +49,11 @@ impl Table<'_> {
             times.iter_mut().filter(|t| **t == fill).for_each(|t| *t = f64::NAN);
         }
         stray_times(times, LONGEST_MISSION_S);
+        lonely_times(times);
         let all = self.rows.len();
         let mut rows: Vec<usize> = (0..all).filter(|i| times[*i].is_finite()).collect();
         if rows.len() < all {
-            report.leave_out(format!("{} of {all} rows have no time, or one years off the others", all - rows.len()));
+            report.leave_out(format!("{} of {all} rows have no time, or one days or years off the others", all - rows.len()));
         }
         let (back, on) = steps(&rows, times);
         if back > 0 && on == 0 {
@@ -169,7 +170,7 @@ fn sort_blocks(rows: &mut [usize], times: &[f64], own: bool, report: &mut Report
 }
 
 /// Whole times that most rows share with a neighbour, evenly apart up to the next; none of any other.
-fn spread_evenly(times: &[f64]) -> Option<Vec<f64>> {
+pub(in crate::import) fn spread_evenly(times: &[f64]) -> Option<Vec<f64>> {
     if times.iter().any(|t| t.fract() != 0.0) {
         return None;
     }

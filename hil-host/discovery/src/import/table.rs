@@ -80,7 +80,7 @@ fn from_table(mut table: Table, path: &Path, name: &str, report: &mut Report) ->
     let mut clock = table.clock(own, report).map_err(error)?;
     if let Some(clock) = &mut clock {
         let rows = table.rows.len();
-        table.arrange(clock, own, report);
+        table.arrange(clock, own, report).map_err(error)?;
         if rows > 0 && table.rows.is_empty() {
             return Err(error(format!("column {} has no time in any row; write {}", table.names[clock.column], read::TIME_AS)));
         }

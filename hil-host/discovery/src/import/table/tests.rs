@@ -300,3 +300,28 @@ fn regress_a_single_time_days_off_all_others_is_left_out() {
     let mut times = vec![0.0, 2e5, 4e5, 4e5 + 4.0];
     assert_eq!(crate::import::channels::lonely_times(&mut times), 0);
 }
+
+#[test]
+fn regress_a_clock_that_was_set_back_is_no_blocks_out_of_order() {
+    let units = "time,pressure,temperature,salinity\nUTC,dbar,Celsius,1\n";
+    let table = |back_s: f64| -> String {
+        let row = |i: u32| {
+            let t = 1.6e9 + 4.0 * f64::from(i) - if i < 100 { 0.0 } else { back_s };
+            format!("{t},{:.2},12,35\n", 40.0 - (f64::from(i % 60) - 30.0).abs())
+        };
+        units.to_owned() + &(0..200).map(row).collect::<String>()
+    };
+    // Into the log's own time, and by an hour.
+    for (name, back_s) in [("among", 201.5), ("before", 3600.0)] {
+        let e = read(name, table(back_s).as_bytes()).map(|_| ()).expect_err("set back");
+        assert!(e.contains(&format!("{name}.csv: time goes back by")) && e.contains("after row 100") && e.contains("write UTC"), "{e}");
+    }
+    let plain = HEADER.to_owned() + &rows(|t| (t - if t < 120.0 { 0.0 } else { 3600.0 }).to_string());
+    let e = read("own-hour", plain.as_bytes()).map(|_| ()).expect_err("set back");
+    assert!(e.contains("after row 30") && e.contains("summer time"), "{e}");
+    // Channels in blocks of rows of their own are one log.
+    let channel = |f: &dyn Fn(u32) -> String| (0..60).map(f).collect::<String>();
+    let text = units.to_owned() + &channel(&|i| format!("{},{i},,\n", 4 * i)) + &channel(&|i| format!("{},,12,35\n", 4 * i));
+    let got = read("channels", text.as_bytes()).expect("reads");
+    assert!(got.flight.len() == 60 && got.flight.density_kg_m3.iter().all(|d| d.is_finite()), "{:?}", got.report);
+}

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::super::Report;
 use super::super::channels::{LONGEST_MISSION_S, lonely_times, stray_times};
+use super::super::netcdf::names::{DEPTH, PRESSURE};
 use super::super::netcdf::variables::undeclared_fill;
 use super::times::Clock;
 use super::{Table, is_number};
@@ -39,11 +40,16 @@ const MOST_BLOCKS: usize = 10;
 const LEAST_ROWS: usize = 10;
 /// A clock of whole minutes is the coarsest that is spread, s.
 const COARSEST_CLOCK_S: f64 = 60.0;
+/// A clock of local time is set back by so much in autumn, s.
+const SUMMER_TIME_S: f64 = 3600.0;
 
 impl Table<'_> {
     /// Rows in the order of time, without those that have none, of a clock that was not set, and without repeats. Of the flight format
     /// (`own`) a row has all channels, and no two of them one time; rows of two logs stay as they are, and are refused where times fall.
-    pub(super) fn arrange(&mut self, clock: &mut Clock, own: bool, report: &mut Report) {
+    ///
+    /// # Errors
+    /// Rows of two logs, or of a clock that was set back.
+    pub(super) fn arrange(&mut self, clock: &mut Clock, own: bool, report: &mut Report) -> Result<(), String> {
         let times = &mut clock.seconds;
         if let Some((fill, _)) = undeclared_fill(times) {
             times.iter_mut().filter(|t| **t == fill).for_each(|t| *t = f64::NAN);
@@ -63,17 +69,46 @@ impl Table<'_> {
         self.drop_repeated_blocks(&mut rows, times, report);
         self.spread(&rows, clock.column, times, report);
         if steps(&rows, times).0 > 0 {
+            self.of_one_log(&rows, times, own)?;
             sort_blocks(&mut rows, times, own, report);
         }
         if own {
             let dated = rows.len();
+            let first = rows.windows(2).find(|w| times[w[0]] == times[w[1]]).map_or(0, |w| w[1] + 1);
             rows.dedup_by(|b, a| times[*a] == times[*b]);
             if rows.len() < dated {
-                report.leave_out(format!("{} of {dated} rows repeat a time: the first of each stays", dated - rows.len()));
+                let out = dated - rows.len();
+                report
+                    .leave_out(format!("{out} of {dated} rows repeat a time: the first of each stays (from row {first} of the table on)"));
             }
         }
         self.rows = rows.iter().map(|i| std::mem::take(&mut self.rows[*i])).collect();
         clock.seconds = rows.iter().map(|i| times[*i]).collect();
+        Ok(())
+    }
+
+    /// Refuses rows with a pressure that go back in time a few times and lie among those before them then, or that go back by an hour.
+    fn of_one_log(&self, rows: &[usize], times: &[f64], own: bool) -> Result<(), String> {
+        let named = |k: &usize| {
+            let name = &self.names[*k];
+            let own_name = NAMES.iter().any(|n| n.1 == Channel::Pressure && n.0.eq_ignore_ascii_case(name));
+            own_name || PRESSURE.names.iter().chain(DEPTH.names).any(|n| n.eq_ignore_ascii_case(name))
+        };
+        let columns: Vec<usize> = (0..self.names.len()).filter(named).collect();
+        let has = |i: &&usize| columns.iter().any(|k| self.rows[**i].get(*k).is_some_and(|f| !no_value(f)));
+        let rows: Vec<usize> = rows.iter().filter(has).copied().collect();
+        let falls: Vec<[usize; 2]> = rows.windows(2).filter(|w| times[w[1]] < times[w[0]]).map(|w| [w[0], w[1]]).collect();
+        let usual_s = quantile(&rows.windows(2).map(|w| times[w[1]] - times[w[0]]).collect::<Vec<_>>(), 0.5);
+        // Set back by an hour, its first row stands a step after what the last one read an hour before.
+        let an_hour = |f: &&[usize; 2]| (times[f[0]] - times[f[1]] - SUMMER_TIME_S + usual_s).abs() <= 2.0 * usual_s;
+        let mixed = !own && falls.len() <= MOST_BLOCKS && blocks(&rows, times).1.len() > falls.len() + 1 + MOST_BLOCKS;
+        let Some([last, next]) = falls.iter().find(an_hour).or(if mixed { falls.first() } else { None }) else { return Ok(()) };
+        Err(format!(
+            "time goes back by {:.0} s after row {} of the table{}: a clock that was set back (summer time?), or two logs; write UTC, or import one log at a time",
+            times[*last] - times[*next],
+            last + 1,
+            if mixed { ", and the rows after it lie among those before" } else { "" }
+        ))
     }
 
     /// Times of a clock of whole seconds or minutes, set evenly apart up to the next one.
@@ -153,12 +188,18 @@ fn steps(rows: &[usize], times: &[f64]) -> (usize, usize) {
     (count(true), count(false))
 }
 
+/// The rows' places in the order of time, and the lengths of the runs of rows that stay together in it.
+fn blocks(rows: &[usize], times: &[f64]) -> (Vec<usize>, Vec<usize>) {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|a, b| times[rows[*a]].total_cmp(&times[rows[*b]]));
+    let lengths = order.chunk_by(|a, b| *b == a + 1).map(<[usize]>::len).collect();
+    (order, lengths)
+}
+
 /// Puts blocks of rows in the order of time: a few that do not mix, or, where channels may stand in rows of their own, any.
 fn sort_blocks(rows: &mut [usize], times: &[f64], own: bool, report: &mut Report) {
     let time = |k: usize| times[rows[k]];
-    let mut order: Vec<usize> = (0..rows.len()).collect();
-    order.sort_by(|a, b| time(*a).total_cmp(&time(*b)));
-    let blocks: Vec<usize> = order.chunk_by(|a, b| *b == a + 1).map(<[usize]>::len).collect();
+    let (order, blocks) = blocks(rows, times);
     let twice = order.windows(2).any(|w| time(w[0]) == time(w[1]));
     // Single rows out of order are of two logs, or of damage.
     if own && (twice || blocks.len() > MOST_BLOCKS || blocks.iter().any(|rows| *rows < LEAST_ROWS)) {

@@ -119,6 +119,7 @@ pub(in crate::import) const PRESSURE: Wanted = Wanted {
         ("decibars", 1e4),
         ("db", 1e4),
         ("bar", 1e5),
+        ("bars", 1e5),
         ("pa", 1.0),
         ("kpa", 1e3),
         ("hpa", 100.0),

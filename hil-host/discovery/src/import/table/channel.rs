@@ -1,7 +1,5 @@
 //! Columns by their names and the units that the file states, in SI; and the flight that they make.
 
-use std::ops::RangeInclusive;
-
 use super::super::channels::{Log, Row};
 use super::super::netcdf::names::{
     ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, CONDUCTIVITY, DENSITY, DEPTH, HEADING, LATITUDE, LONGITUDE, PITCH, PRESSURE, ROLL,
@@ -9,7 +7,7 @@ use super::super::netcdf::names::{
 };
 use super::super::{MappedName, Report, position};
 use super::times::Clock;
-use super::values::{Filled, POSSIBLE_DEGC, POSSIBLE_KG_M3, POSSIBLE_PITCH_RAD, POSSIBLE_SALINITY, without_fills};
+use super::values::{Filled, without_fills};
 use super::{CONDUCTIVITIES, SALINITIES, Table};
 use crate::record::csv::{Channel, NAMES};
 use crate::record::flight::Flight;
@@ -35,7 +33,7 @@ struct Columns<'t> {
 
 impl Columns<'_> {
     /// The best filled of the wanted columns whose unit is known; `named` are further names, with the factor where no unit is stated.
-    fn find(&mut self, wanted: &Wanted, named: &[(&str, f64)], possible: Option<RangeInclusive<f64>>) -> Option<Found> {
+    fn find(&mut self, wanted: &Wanted, named: &[(&str, f64)]) -> Option<Found> {
         let mut found: Vec<Found> = Vec::new();
         let further = named.iter().map(|n| n.0).filter(|n| !wanted.names.iter().any(|w| w.eq_ignore_ascii_case(n)));
         for name in wanted.names.iter().copied().chain(further) {
@@ -50,8 +48,9 @@ impl Columns<'_> {
                 continue;
             };
             let mut values = self.table.numbers(column);
-            let possible = possible.as_ref().map(|p| p.start() / factor + offset..=p.end() / factor + offset);
-            without_fills(name, &mut values, possible.as_ref(), self.report);
+            let possible = wanted.possible();
+            let possible = possible.start() / factor + offset..=possible.end() / factor + offset;
+            without_fills(name, &mut values, Some(&possible), self.report);
             let filled = Filled::of(&self.table.names[column], &values);
             values.iter_mut().for_each(|v| *v = (*v - offset) * factor);
             let series = Series::new(self.time, &values);
@@ -77,20 +76,20 @@ impl Columns<'_> {
     }
 
     fn get(&mut self, wanted: &Wanted) -> Series {
-        let found = self.find(wanted, &[], None);
+        let found = self.find(wanted, &[]);
         self.take(found)
     }
 
     /// The same, also by the names of the flight format.
-    fn channel(&mut self, wanted: &Wanted, channel: Channel, possible: Option<RangeInclusive<f64>>) -> Series {
-        let found = self.find(wanted, &by_name(channel), possible);
+    fn channel(&mut self, wanted: &Wanted, channel: Channel) -> Series {
+        let found = self.find(wanted, &by_name(channel));
         self.take(found)
     }
 
     /// Pressure, else that of the depth; how many rows have one.
     fn pressure(&mut self, about: Option<Place>) -> (Series, usize) {
-        let pressure = self.find(&PRESSURE, &by_name(Channel::Pressure), None);
-        let depth = self.find(&DEPTH, &[], None);
+        let pressure = self.find(&PRESSURE, &by_name(Channel::Pressure));
+        let depth = self.find(&DEPTH, &[]);
         let pair = pressure.as_ref().zip(depth.as_ref()).map(|(p, d)| [p.filled.clone(), d.filled.clone()]);
         let instead = pair.filter(|pair| Filled::best(pair) == 1);
         if let Some([passed, taken]) = &instead {
@@ -142,18 +141,18 @@ impl Table<'_> {
         if pressure.is_empty() {
             return Err(format!("has no pressure or depth with a known unit: looked for {}", PRESSURE.names.join(", ")));
         }
-        let temperature = columns.channel(&TEMPERATURE, Channel::Temperature, Some(POSSIBLE_DEGC));
-        let salinity = columns.find(&SALINITY, &SALINITIES, Some(POSSIBLE_SALINITY));
+        let temperature = columns.channel(&TEMPERATURE, Channel::Temperature);
+        let salinity = columns.find(&SALINITY, &SALINITIES);
         let salinity = columns.take(salinity);
-        let conductivity = if salinity.is_empty() { columns.find(&CONDUCTIVITY, &CONDUCTIVITIES, None) } else { None };
+        let conductivity = if salinity.is_empty() { columns.find(&CONDUCTIVITY, &CONDUCTIVITIES) } else { None };
         let conductivity = columns.take(conductivity);
         let fixes = position::fixes(&columns.get(&LATITUDE), &columns.get(&LONGITUDE));
         let mut log = Log { fixes, about, ..Log::default() };
-        log.pitch = columns.channel(&PITCH, Channel::Pitch, Some(POSSIBLE_PITCH_RAD));
-        log.roll = columns.channel(&ROLL, Channel::Roll, None);
-        log.heading = columns.channel(&HEADING, Channel::Heading, None);
-        log.ballast = columns.channel(&BALLAST, Channel::Ballast, None);
-        log.battery = columns.channel(&BATTERY, Channel::Battery, None);
+        log.pitch = columns.channel(&PITCH, Channel::Pitch);
+        log.roll = columns.channel(&ROLL, Channel::Roll);
+        log.heading = columns.channel(&HEADING, Channel::Heading);
+        log.ballast = columns.channel(&BALLAST, Channel::Ballast);
+        log.battery = columns.channel(&BATTERY, Channel::Battery);
         let segments = columns.segments();
         if with < self.rows.len() {
             columns.report.note(format!("{} of {} rows have no pressure: left out", self.rows.len() - with, self.rows.len()));
@@ -176,7 +175,7 @@ impl Table<'_> {
             })
             .collect();
         let computed = log.rows.iter().any(|r| r.salinity.is_finite() && r.temperature_degc.is_finite());
-        let stated = if computed { None } else { columns.find(&DENSITY, &by_name(Channel::Density), Some(POSSIBLE_KG_M3)) };
+        let stated = if computed { None } else { columns.find(&DENSITY, &by_name(Channel::Density)) };
         let stated = columns.take(stated);
         let read = std::mem::take(&mut columns.read);
         self.note_unread(|k| read[k], report);

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use super::super::Report;
+use super::super::netcdf::names::{DENSITY, PITCH, SALINITY, TEMPERATURE};
 use super::super::netcdf::{flags::BAD, variables::undeclared_fill};
 use super::tidy::by_channel;
 use super::{CONDUCTIVITIES, SALINITIES, Table, is_number};
@@ -16,15 +17,9 @@ const FLAGS: [&str; 4] = ["_qartod_summary_flag", "_qartod_primary_flag", "_qc",
 /// A column has no more fills than this.
 const MOST_FILLS: usize = 8;
 
-/// What water and a glider in it can have, in SI with °C and practical salinity.
-pub(super) const POSSIBLE_DEGC: RangeInclusive<f64> = -3.0..=45.0;
-pub(super) const POSSIBLE_SALINITY: RangeInclusive<f64> = 0.0..=45.0;
-pub(super) const POSSIBLE_KG_M3: RangeInclusive<f64> = 980.0..=1090.0;
-pub(super) const POSSIBLE_PITCH_RAD: RangeInclusive<f64> = -1.571..=1.571;
-
 /// A value that comes three times and more and that its channel cannot have, of a channel whose other values it can have mostly (of
 /// another unit all are impossible); and it is no more than half of them, but for numbers of nines. With its count.
-pub(in crate::import) fn impossible_fill(values: &[f64], possible: RangeInclusive<f64>) -> Option<(f64, usize)> {
+fn impossible_fill(values: &[f64], possible: RangeInclusive<f64>) -> Option<(f64, usize)> {
     let (inside, mut outside): (Vec<f64>, Vec<f64>) = values.iter().filter(|v| v.is_finite()).partition(|v| possible.contains(v));
     outside.sort_by(f64::total_cmp);
     let (fill, count) = outside.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).max_by_key(|run| run.1)?;
@@ -47,9 +42,9 @@ pub(super) fn without_fills(name: &str, values: &mut [f64], possible: Option<&Ra
 /// What a channel of the flight format can have, in SI.
 fn possible(channel: Channel) -> Option<RangeInclusive<f64>> {
     match channel {
-        Channel::Temperature => Some(POSSIBLE_DEGC),
-        Channel::Density => Some(POSSIBLE_KG_M3),
-        Channel::Pitch => Some(POSSIBLE_PITCH_RAD),
+        Channel::Temperature => Some(TEMPERATURE.possible()),
+        Channel::Density => Some(DENSITY.possible()),
+        Channel::Pitch => Some(PITCH.possible()),
         _ => None,
     }
 }
@@ -141,7 +136,7 @@ impl<'a> Table<'a> {
         let named = |names: &[(&str, f64)], name: &str| names.iter().any(|n| n.0.eq_ignore_ascii_case(name));
         for (column, name) in self.names.iter().enumerate() {
             if named(&SALINITIES, name) {
-                columns.insert(column, Some(POSSIBLE_SALINITY));
+                columns.insert(column, Some(SALINITY.possible()));
             } else if named(&CONDUCTIVITIES, name) {
                 columns.insert(column, None);
             }
@@ -234,21 +229,21 @@ mod tests {
     #[test]
     fn regress_repeated_values_that_a_channel_cannot_have_are_fills() {
         let wave: Vec<f64> = (0..300).map(|i| 10.0 + 5.0 * (0.1 * f64::from(i)).sin()).collect();
-        assert_eq!(impossible_fill(&wave, POSSIBLE_DEGC), None);
+        assert_eq!(impossible_fill(&wave, TEMPERATURE.possible()), None);
         for fill in [-99.0, 99.0, -99.9, -10.0] {
             let mut with = wave.clone();
             (60..75).for_each(|k| with[k] = fill);
-            assert_eq!(impossible_fill(&with, POSSIBLE_DEGC), Some((fill, 15)), "{fill}");
+            assert_eq!(impossible_fill(&with, TEMPERATURE.possible()), Some((fill, 15)), "{fill}");
         }
         let mut mostly = vec![-99.0; 200];
         mostly.extend(&wave[..50]);
-        assert_eq!(impossible_fill(&mostly, POSSIBLE_DEGC), Some((-99.0, 200)));
+        assert_eq!(impossible_fill(&mostly, TEMPERATURE.possible()), Some((-99.0, 200)));
         // Two values are spikes; kelvin, and degrees named radians, are another unit.
         let mut spikes = wave.clone();
         spikes[..2].fill(99.0);
-        assert_eq!(impossible_fill(&spikes, POSSIBLE_DEGC), None);
+        assert_eq!(impossible_fill(&spikes, TEMPERATURE.possible()), None);
         let kelvin: Vec<f64> = wave.iter().map(|t| (t + 273.15).round()).collect();
-        assert_eq!(impossible_fill(&kelvin, POSSIBLE_DEGC), None);
+        assert_eq!(impossible_fill(&kelvin, TEMPERATURE.possible()), None);
         let degrees: Vec<f64> = (0..300)
             .map(|i| {
                 if i % 10 < 4 {
@@ -260,8 +255,8 @@ mod tests {
                 }
             })
             .collect();
-        assert_eq!(impossible_fill(&degrees, POSSIBLE_PITCH_RAD), None);
-        assert_eq!(impossible_fill(&[f64::NAN], POSSIBLE_DEGC), None);
+        assert_eq!(impossible_fill(&degrees, PITCH.possible()), None);
+        assert_eq!(impossible_fill(&[f64::NAN], TEMPERATURE.possible()), None);
     }
 
     #[test]

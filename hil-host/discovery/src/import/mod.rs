@@ -292,6 +292,12 @@ fn check(imported: &mut Imported) -> Result<(), String> {
     if deep < SHALLOW_PA {
         return Err(format!("pressure never exceeds {:.4} dbar: no dive to compare with, or kbar or MPa instead of dbar?", deep * 1e-4));
     }
+    if let Some(share) = nose_up_in_descent(flight) {
+        imported.report.note(format!(
+            "pitch: the nose is up in {:.0} % of the rows that sink, or down where they rise: is nose down positive there? Turn its sign",
+            100.0 * share
+        ));
+    }
     let mut steps: Vec<f64> = flight.time_s.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     match steps.get(steps.len() / 2) {
@@ -322,6 +328,19 @@ fn check(imported: &mut Imported) -> Result<(), String> {
     Ok(())
 }
 
+/// Share of the rows under way whose nose points up where they sink or down where they rise, where these are nearly all.
+fn nose_up_in_descent(flight: &crate::record::flight::Flight) -> Option<f64> {
+    let rate = |i: usize| (flight.pressure_pa[i + 1] - flight.pressure_pa[i]) / (flight.time_s[i + 1] - flight.time_s[i]);
+    let under_way = |i: &usize| rate(*i).abs() > UNDER_WAY_PA_S && flight.pitch_rad[*i].abs() > UNDER_WAY_RAD;
+    let rows: Vec<usize> = (0..flight.len().saturating_sub(1)).filter(under_way).collect();
+    let against = rows.iter().filter(|i| (rate(**i) > 0.0) == (flight.pitch_rad[**i] > 0.0)).count();
+    let share = against as f64 / rows.len() as f64;
+    (rows.len() >= 50 && share > 0.9).then_some(share)
+}
+
+/// A glider under way sinks or rises faster than 3 cm/s, Pa/s, with its nose more than 5 deg off the horizontal, rad.
+const UNDER_WAY_PA_S: f64 = 300.0;
+const UNDER_WAY_RAD: f64 = 0.087;
 /// The comparison leaves out what is shallower than 2 m.
 const SHALLOW_PA: f64 = 2e4;
 /// Three samples in a block of 20 s.

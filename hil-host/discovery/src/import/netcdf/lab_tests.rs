@@ -269,3 +269,13 @@ fn regress_a_last_time_days_off_and_whole_minutes_of_a_clock() {
     let off = |i: usize| (read.flight.time_s[i] - 4.0 * i as f64).abs();
     assert!((0..ROWS).all(|i| off(i) < 4.0), "{:?}", &read.flight.time_s[..30]);
 }
+
+#[test]
+fn regress_a_pitch_with_the_nose_down_positive_is_questioned() {
+    let turned = |sign: f64| {
+        let mut columns = sawtooth();
+        change(&mut columns, "PITCH", "degrees", |_, v| sign * v);
+        has_note(&imported(&columns, None).expect("reads"), "the nose is up in 100 % of the rows that sink")
+    };
+    assert!(turned(-1.0) && !turned(1.0));
+}

@@ -133,7 +133,7 @@ pub(super) fn lonely_times(times: &mut [f64]) -> usize {
     let parts: Vec<&[f64]> = sorted.chunk_by(|a, b| b - a <= LONGEST_STAY_S).collect();
     let most = parts.iter().map(|p| p.len()).max().unwrap_or(0);
     let alone: Vec<f64> = parts.into_iter().filter(|p| p.len() < FEW_ROWS && p.len() * 10 < most).flatten().copied().collect();
-    times.iter_mut().filter(|t| alone.contains(t)).for_each(|t| *t = f64::NAN);
+    times.iter_mut().filter(|t| alone.binary_search_by(|a| a.total_cmp(t)).is_ok()).for_each(|t| *t = f64::NAN);
     alone.len()
 }
 

@@ -134,7 +134,7 @@ pub fn text(path: &Path) -> anyhow::Result<String> {
         Some(text) => Ok(text.to_owned()),
         None => {
             expect(path, Kind::Vehicle)?;
-            std::fs::read_to_string(path).with_context(|| path.display().to_string())
+            Ok(vehicle::text::of_file(path)?)
         }
     }
 }

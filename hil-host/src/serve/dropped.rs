@@ -27,7 +27,7 @@ impl File {
     }
 
     fn text(&self) -> anyhow::Result<String> {
-        String::from_utf8(self.bytes()?).ok().with_context(|| format!("{}: not a text file", self.name))
+        discovery::vehicle::text::of_bytes(self.bytes()?).map_err(|why| anyhow::anyhow!("{}: {why}", self.name))
     }
 }
 

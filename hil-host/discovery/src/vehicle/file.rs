@@ -65,8 +65,7 @@ pub fn is_geometry(text: &str) -> bool {
 /// # Errors
 /// What is wrong, where, and what was expected.
 pub fn read(path: &Path) -> Result<VehicleFile, ReadError> {
-    let text = std::fs::read_to_string(path).map_err(|e| ReadError::File { path: path.to_path_buf(), why: e.to_string() })?;
-    parse(&text, path)
+    parse(&crate::vehicle::text::of_file(path)?, path)
 }
 
 /// Reads a vehicle file from its text; `path` is only for messages.

@@ -11,6 +11,7 @@ pub mod file;
 mod keys;
 pub mod pitch_moments;
 mod quantities;
+pub mod text;
 
 use crate::record::csv::ReadError;
 use crate::vehicle::keys::{Keys, Stated};
@@ -162,8 +163,7 @@ pub fn file_next_to(flight: &Path) -> Option<PathBuf> {
 /// # Errors
 /// What is wrong, where, and what to do.
 pub fn read(path: &Path) -> Result<Vehicle, ReadError> {
-    let text = std::fs::read_to_string(path).map_err(|e| ReadError::File { path: path.to_path_buf(), why: e.to_string() })?;
-    parse_text(&text, path)
+    parse_text(&text::of_file(path)?, path)
 }
 
 /// Reads a vehicle from the text of a vehicle file; `path` tells TOML from JSON and is named in messages.
@@ -173,52 +173,12 @@ pub fn read(path: &Path) -> Result<Vehicle, ReadError> {
 pub fn parse_text(text: &str, path: &Path) -> Result<Vehicle, ReadError> {
     // What editors of Windows put before a text.
     let text = text.trim_start_matches('\u{feff}');
-    let bad = |line: usize, why: String| ReadError::Content { path: path.to_path_buf(), line: line as u64, column: "syntax".into(), why };
     let document: Value = if crate::vehicle::file::is_geometry(text) {
         crate::vehicle::file::parse(text, path)?.as_trial()
-    } else if path.extension().is_some_and(|e| e == "toml") {
-        toml::from_str::<Value>(text).map_err(|e| {
-            let line = e.span().map_or(0, |s| text[..s.start].lines().count());
-            bad(line, e.message().to_string())
-        })?
     } else {
-        serde_json::from_str(text).map_err(|e| bad(e.line(), e.to_string()))?
+        text::document(text, path)?
     };
-    parse(document, path).map_err(|e| located(e, text))
-}
-
-/// The error with the line of its key, or of the table that lacks it.
-fn located(error: ReadError, text: &str) -> ReadError {
-    let ReadError::Content { path, line: 0, column, why } = error else { return error };
-    ReadError::Content { line: line_of(text, &column), path, column, why }
-}
-
-/// Line of a dotted key in TOML or JSON: each part is looked for below the one before; 0 if not even the first is there.
-fn line_of(text: &str, key: &str) -> u64 {
-    let lines: Vec<&str> = text.lines().map(|l| l.split('#').next().unwrap_or_default()).collect();
-    // A key stands alone, quoted, or as the last part of a table's head.
-    let names = |line: &str, part: &str| {
-        let mut from = 0;
-        while let Some(k) = line[from..].find(part) {
-            let (start, end) = (from + k, from + k + part.len());
-            let edge = |c: Option<char>| c.is_none_or(|c| !(c.is_alphanumeric() || c == '_'));
-            let after = line[end..].trim_start_matches(['"', '\'', ' ', '\t']);
-            if edge(line[..start].chars().next_back()) && edge(line[end..].chars().next()) && after.starts_with(['=', ':', ']', '.']) {
-                return true;
-            }
-            from = end;
-        }
-        false
-    };
-    let mut found = 0;
-    for part in key.split('.') {
-        let from = if found > 0 { found - 1 } else { 0 };
-        match (from..lines.len()).find(|&i| names(lines[i], part)) {
-            Some(i) => found = i + 1,
-            None => break,
-        }
-    }
-    found as u64
+    parse(document, path).map_err(|e| text::located(e, text))
 }
 
 /// Reads a vehicle from a parsed document; `path` is only for messages.

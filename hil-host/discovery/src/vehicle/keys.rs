@@ -45,12 +45,26 @@ impl Keys<'_> {
         }
     }
 
-    pub(super) fn segments(&self, key: &str) -> Result<Vec<u32>, ReadError> {
+    fn segments(&self, key: &str) -> Result<Vec<u32>, ReadError> {
         let Some(v) = self.at(key) else { return Ok(Vec::new()) };
         let list = v.as_array().ok_or_else(|| self.bad(key, "is not a list of segment numbers".into()))?;
         list.iter()
             .map(|x| x.as_u64().and_then(|x| u32::try_from(x).ok()).ok_or_else(|| self.bad(key, format!("`{x}` is not a segment number"))))
             .collect()
+    }
+
+    /// Segments for fitting and those for checking, of which none is both.
+    pub(super) fn fit_and_check(&self) -> Result<(Vec<u32>, Vec<u32>), ReadError> {
+        let (fit, check) = (self.segments("segments.fit")?, self.segments("segments.check")?);
+        match check.iter().find(|s| fit.contains(s)) {
+            None => Ok((fit, check)),
+            Some(both) => {
+                let why = format!(
+                    "is {check:?} and segments.fit {fit:?}: a segment that is fitted checks nothing; take {both} out of one of them"
+                );
+                Err(self.bad("segments.check", why))
+            }
+        }
     }
 }
 

@@ -203,6 +203,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     let assumed = stated.assumed;
     let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| effects_table::read(table, |key, why| keys.bad(key, why)))?;
     let text = |key: &str| keys.at(key).and_then(Value::as_str).unwrap_or_default().to_string();
+    let (fit_segments, check_segments) = keys.fit_and_check()?;
     Ok(Vehicle {
         path: path.to_path_buf(),
         name: Some(text("case")).filter(|s| !s.is_empty()).unwrap_or_else(|| text("name")),
@@ -215,8 +216,8 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         background,
         current_unknown: keys.at(CURRENT_KEY).and_then(Value::as_str) != Some("none"),
         water_depth_m: keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN),
-        fit_segments: keys.segments("segments.fit")?,
-        check_segments: keys.segments("segments.check")?,
+        fit_segments,
+        check_segments,
         assumed,
         document,
     })

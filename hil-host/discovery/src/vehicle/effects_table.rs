@@ -30,9 +30,10 @@ fn one(name: &str, entry: &Value, bad: &impl Fn(&str, String) -> ReadError) -> R
         }
     };
     let mut active = Active::off(effect);
-    for (of, stated) in entry.iter().filter(|(_, stated)| !stated.is_string()) {
+    let parameters = effect.parameters();
+    // A text is a remark, but not under the name of a parameter.
+    for (of, stated) in entry.iter().filter(|(of, stated)| !stated.is_string() || parameters.iter().any(|p| p.name == *of)) {
         let key = format!("{key}.{of}");
-        let parameters = effect.parameters();
         let Some(k) = parameters.iter().position(|p| p.name == of) else {
             let all: Vec<&str> = parameters.iter().map(|p| p.name).collect();
             return Err(bad(&key, format!("no such parameter; there are {}", all.join(", "))));
@@ -106,6 +107,7 @@ mod tests {
         refused(json!({"side_edge_lift": {"k": -2.0}}), ["effects.side_edge_lift.k", "is -2 "]);
         refused(json!({"side_edge_lift": {"k": {"value": 2e3}}}), ["effects.side_edge_lift.k", "physical is 0 to"]);
         refused(json!({"side_edge_lift": {"k": null}}), ["effects.side_edge_lift.k", "is not a number"]);
+        refused(json!({"side_edge_lift": {"k": "2.0"}}), ["effects.side_edge_lift.k", "is not a number"]);
         refused(json!({"own_cd": {"expression": "cd += k*", "k": 1.0}}), ["effects.own_cd.expression", "character"]);
         refused(json!({"own_cd": {"expression": "cd += k*U", "k": {"value": null}}}), ["effects.own_cd.k", "is not a number"]);
     }

@@ -1,9 +1,11 @@
 //! Numbers of a vehicle document by their dotted keys: in range or refused with the key, assumed and listed where not stated.
 
 use crate::record::csv::ReadError;
-use crate::vehicle::{Sensors, Tolerance};
+use crate::vehicle::{Sensors, Tolerance, slips};
 use hydro::effects::{Beyond, CD_BROADSIDE, Constants};
 use serde_json::Value;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Rms of the vertical motion of the calmest water that is believed, m/s (guess): below it every difference of form is a discovery.
@@ -12,6 +14,8 @@ const CALMEST_M_S: f64 = 0.001;
 pub(super) struct Keys<'a> {
     pub(super) path: &'a Path,
     pub(super) document: &'a Value,
+    /// Every key that was asked for.
+    pub(super) asked: RefCell<BTreeSet<String>>,
 }
 
 impl Keys<'_> {
@@ -19,7 +23,28 @@ impl Keys<'_> {
         ReadError::Content { path: self.path.to_path_buf(), line: 0, column: key.into(), why }
     }
 
+    /// The key that is a slip in one of those that were asked for so far, and that one.
+    pub(super) fn slip(&self) -> Option<(String, String)> {
+        slips::find(self.document, &self.asked.borrow())
+    }
+
+    /// What is wrong with a key that nothing reads.
+    pub(super) fn unknown(&self, key: &str, meant: &str) -> ReadError {
+        let meant = meant.rsplit('.').next().unwrap_or_default();
+        self.bad(key, format!("unknown key; did you mean `{meant}`?"))
+    }
+
+    /// A slip in its name is the likelier cause of a missing key: that first.
+    pub(super) fn slip_before(&self, error: ReadError) -> ReadError {
+        let ReadError::Content { column, .. } = &error else { return error };
+        match self.slip().filter(|(_, meant)| meant == column) {
+            Some((key, meant)) => self.unknown(&key, &meant),
+            None => error,
+        }
+    }
+
     pub(super) fn at(&self, key: &str) -> Option<&Value> {
+        self.asked.borrow_mut().insert(key.to_owned());
         key.split('.').try_fold(self.document, |v, k| v.get(k)).filter(|v| !v.is_null())
     }
 
@@ -85,6 +110,10 @@ impl Wide {
     pub(super) fn of(keys: &Keys) -> Result<Option<Self>, ReadError> {
         if keys.at("hydro.wide").is_none() {
             return Ok(None);
+        }
+        // All of them first: while one is missing, the next is no slip in it.
+        for (key, ..) in Self::KEYS {
+            let _ = keys.at(key);
         }
         let mut numbers = [0.0; 6];
         for (number, (key, low, high, unit)) in numbers.iter_mut().zip(Self::KEYS) {

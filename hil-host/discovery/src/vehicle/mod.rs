@@ -1,7 +1,8 @@
 //! Reads a vehicle file (JSON or TOML): the nominal model, its tolerances, its sensors, and the effects that are on.
 //!
 //! Keys are those of `glider-trial/1` (FORMAT section 2). What a file does not state is taken from [`Tolerance::default`] and
-//! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back.
+//! [`Sensors::default`] and listed in [`Vehicle::assumed`]. Unknown keys are kept in [`Vehicle::document`] and written back;
+//! one that is a slip in a key that is read is refused.
 
 mod as_trial;
 pub mod catalogue;
@@ -11,6 +12,7 @@ pub mod file;
 mod keys;
 pub mod pitch_moments;
 mod quantities;
+mod slips;
 pub mod text;
 
 use crate::record::csv::ReadError;
@@ -18,6 +20,7 @@ use crate::vehicle::keys::{Keys, Stated};
 use crate::vehicle::pitch_moments::PitchMoments;
 use hydro::effects::{Active, Constants};
 use serde_json::Value;
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 /// Key of a vehicle file that says whether a horizontal current may be there: `unknown` or `none`.
@@ -186,7 +189,7 @@ pub fn parse_text(text: &str, path: &Path) -> Result<Vehicle, ReadError> {
 /// # Errors
 /// What is wrong, where, and what to do.
 pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
-    let keys = Keys { path, document: &document };
+    let keys = Keys { path, document: &document, asked: RefCell::default() };
     if !document.is_object() {
         return Err(keys.bad("file", "is not a vehicle: expected an object with keys such as mass_kg and hydro".into()));
     }
@@ -194,7 +197,16 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         None | Some(FORMAT) => {}
         Some(other) => return Err(keys.bad("format", format!("is `{other}`; expected `{FORMAT}` or no such key"))),
     }
-    let mut stated = Stated { keys: &keys, assumed: Vec::new() };
+    let read = of_keys(&keys).map_err(|e| keys.slip_before(e))?;
+    match keys.slip() {
+        Some((key, meant)) => Err(keys.unknown(&key, &meant)),
+        None => Ok(Vehicle { path: path.to_path_buf(), document, ..read }),
+    }
+}
+
+/// The vehicle of a document's keys, still without its path and document.
+fn of_keys(keys: &Keys) -> Result<Vehicle, ReadError> {
+    let mut stated = Stated { keys, assumed: Vec::new() };
     let constants = stated.constants()?;
     let tolerance = stated.tolerance()?;
     let sensors = stated.sensors()?;
@@ -202,10 +214,10 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     let background = stated.background()?;
     let assumed = stated.assumed;
     let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| effects_table::read(table, |key, why| keys.bad(key, why)))?;
-    let text = |key: &str| keys.at(key).and_then(Value::as_str).unwrap_or_default().to_string();
+    let text = |key: &str| keys.document.get(key).and_then(Value::as_str).unwrap_or_default().to_string();
     let (fit_segments, check_segments) = keys.fit_and_check()?;
     Ok(Vehicle {
-        path: path.to_path_buf(),
+        path: PathBuf::new(),
         name: Some(text("case")).filter(|s| !s.is_empty()).unwrap_or_else(|| text("name")),
         site: text("site"),
         constants,
@@ -219,7 +231,7 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         fit_segments,
         check_segments,
         assumed,
-        document,
+        document: Value::Null,
     })
 }
 

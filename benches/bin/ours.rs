@@ -25,7 +25,7 @@ use std::path::Path;
 const REPEATS: usize = 5;
 
 fn load(path: &Path) -> anyhow::Result<(Flight, Vehicle)> {
-    let vehicle = discovery::vehicle::file_next_to(path).with_context(|| format!("{}: no vehicle file beside it", path.display()))?;
+    let vehicle = discovery::vehicle::file_next_to(path)?.with_context(|| format!("{}: no vehicle file beside it", path.display()))?;
     Ok((discovery::record::csv::flight(path)?, discovery::vehicle::read(&vehicle)?))
 }
 

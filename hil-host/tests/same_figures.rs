@@ -31,7 +31,7 @@ fn empty(name: &str) -> Folder {
 /// The error as given by each of four ways, m/s.
 fn as_given(path: &Path) -> [f64; 4] {
     let flight = csv::flight(path).expect("reads");
-    let vehicle = vehicle::read(&vehicle::file_next_to(path).expect("beside it")).expect("reads");
+    let vehicle = vehicle::read(&vehicle::file_next_to(path).expect("one").expect("beside it")).expect("reads");
     let compared = compare(&flight, &vehicle).block_error_m_s;
     let printed = |[held_out, fitted]: [f64; 2]| if held_out.is_finite() { held_out } else { fitted };
     let found = diagnose(&flight, &vehicle, Depth::Singles, &|_, _| ()).expect("a diagnosis");

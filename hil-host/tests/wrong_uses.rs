@@ -59,6 +59,11 @@ fn folder() -> Folder {
     // A file of one kind named in place of another.
     put("row/flight.csv", &csv.lines().take(2).collect::<Vec<_>>().join("\n"));
     put("row/vehicle.json", &vehicle);
+    put("both/flight.csv", &csv);
+    put("both/vehicle.json", &vehicle);
+    put("both/vehicle.toml", include_str!("../../vehicles/comet.toml"));
+    put("slip.json", &vehicle.replace("\"sensors\":", "\"sensor\":"));
+    std::fs::write(work.join("wide.json"), vehicle.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).expect("a file");
     put("mission.json", "{\"leg\": [{\"depth_max_m\": 20}]}");
     put("vehicle.toml", &vehicle);
     put("hidden.toml", "[[effects]]\nkind = \"stall\"\nvalue = 0.2\n");
@@ -250,6 +255,11 @@ const WRONG: &[(&str, &[&str])] = &[
     ("import empty/flight.csv --out x", &["is empty"]),
     ("import row/flight.csv --out x", &["only 1 value"]),
     ("import flight/flight.csv --out flight", &["nothing is overwritten"]),
+    ("compare --flight both", &["both/vehicle.json: lies beside both/vehicle.toml", "--vehicle"]),
+    ("import both --out x", &["both/vehicle.json: lies beside both/vehicle.toml", "--vehicle"]),
+    ("fleet both --out f.parquet", &["both/vehicle.json: lies beside", "--vehicle"]),
+    ("compare --flight flight --vehicle wide.json", &["wide.json: is UTF-16", "save it as UTF-8"]),
+    ("compare --flight flight --vehicle slip.json", &["slip.json, line", "did you mean `sensors`?"]),
     ("serve --flight flight/vehicle.json --port 0", &["is a vehicle file"]),
     ("serve --flight alone --port 0", &["no vehicle.json"]),
     ("serve --flight cut --port 0", &["flight.csv, line"]),

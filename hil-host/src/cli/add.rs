@@ -99,9 +99,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
     let parent = vehicles::text(&vehicle.path)?.into_bytes();
     if let Some(out) = &args.out {
-        let own_file = vehicle::file_next_to(&args.flight);
-        let inputs: Vec<&Path> =
-            [Some(args.flight.as_path()), Some(vehicle.path.as_path()), own_file.as_deref()].into_iter().flatten().collect();
+        let own_files = vehicle::files_next_to(&args.flight);
+        let inputs: Vec<&Path> = [&args.flight, &vehicle.path].into_iter().chain(&own_files).map(PathBuf::as_path).collect();
         whole_file::may_write(out, &inputs, &["json", "toml"], output.force)?;
     }
     let added = add::add(&flight, &vehicle, &effects, &parent)?;

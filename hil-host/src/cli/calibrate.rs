@@ -66,7 +66,7 @@ pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(L
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let own_files: Vec<PathBuf> = args.flight.iter().filter_map(|f| vehicle::file_next_to(f)).collect();
+    let own_files: Vec<PathBuf> = args.flight.iter().flat_map(|f| vehicle::files_next_to(f)).collect();
     let inputs: Vec<&Path> = args.flight.iter().chain(&own_files).chain(&args.vehicle).map(PathBuf::as_path).collect();
     whole_file::may_write(&args.out, &inputs, &["json", "toml"], output.force)?;
     for name in &args.free {
@@ -74,7 +74,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         let meant = || crate::terminal::meant(name, all.iter().copied());
         anyhow::ensure!(all.contains(&name.as_str()), "--free {name}: no such number{} All: {}", meant(), all.join(", "));
     }
-    let start = args.vehicle.clone().or_else(|| args.flight.first().and_then(|f| vehicle::file_next_to(f)));
+    let own_file = || args.flight.first().map_or(Ok(None), |f| vehicle::file_next_to(f));
+    let start = args.vehicle.clone().map_or_else(own_file, |named| Ok(Some(named)))?;
     let mut flights: Vec<Logged> = Vec::new();
     let mut given = None;
     for path in &args.flight {

@@ -47,9 +47,9 @@ pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Fligh
     anyhow::ensure!(flight.exists(), "{}: no such flight{}", flight.display(), meant_path(flight));
     vehicle_file.map_or(Ok(()), vehicles::is_there)?;
     expect(flight, Kind::Flight)?;
+    let own_file = || vehicle::file_next_to(flight);
     let file = vehicle_file
-        .map(Path::to_path_buf)
-        .or_else(|| vehicle::file_next_to(flight))
+        .map_or_else(own_file, |named| Ok(Some(named.to_path_buf())))?
         .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside the flight; name one with --vehicle", flight.display()))?;
     Ok((csv::flight(flight)?, vehicles::read(&file)?))
 }

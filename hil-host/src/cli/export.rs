@@ -108,7 +108,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 
 /// The vehicle named or beside the flight, and its model against the flight.
 fn modelled(args: &Args, flight: &Flight) -> anyhow::Result<Option<(Vehicle, Comparison)>> {
-    let Some(path) = args.vehicle.clone().or_else(|| vehicle::file_next_to(&args.flight)) else { return Ok(None) };
+    let own_file = || vehicle::file_next_to(&args.flight);
+    let Some(path) = args.vehicle.clone().map_or_else(own_file, |named| Ok(Some(named)))? else { return Ok(None) };
     // Without pitch, ballast or density there is no model of it.
     let known = |column: &[f64]| column.iter().any(|v| v.is_finite());
     if args.vehicle.is_none() && ![&flight.pitch_rad, &flight.ballast_m3, &flight.density_kg_m3].iter().all(|c| known(c)) {

@@ -54,7 +54,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if args.out.exists() {
         bail!("{} exists: name a new folder with --out, nothing is overwritten", args.out.display());
     }
-    let vehicle_file = args.vehicle.clone().or_else(|| own_vehicle(args));
+    let vehicle_file = args.vehicle.clone().map_or_else(|| own_vehicle(args), |named| Ok(Some(named)))?;
     if let Some(vehicle) = &vehicle_file {
         vehicles::read(vehicle)?;
     }
@@ -81,10 +81,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 /// The vehicle of a flight in the project's own format, which lies beside it.
-fn own_vehicle(args: &Args) -> Option<PathBuf> {
-    let [one] = args.input.as_slice() else { return None };
+fn own_vehicle(args: &Args) -> anyhow::Result<Option<PathBuf>> {
+    let [one] = args.input.as_slice() else { return Ok(None) };
     let own = if one.is_dir() { one.join("flight.csv").is_file() } else { one.file_name().is_some_and(|n| n == "flight.csv") };
-    discovery::vehicle::file_next_to(one).filter(|_| own && args.class.is_none())
+    if own && args.class.is_none() { Ok(discovery::vehicle::file_next_to(one)?) } else { Ok(None) }
 }
 
 fn named(args: &Args) -> String {

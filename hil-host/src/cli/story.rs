@@ -54,8 +54,8 @@ fn may_write(args: &Args, force: bool) -> anyhow::Result<()> {
     let name = args.out.display();
     anyhow::ensure!(!args.out.join("flight.csv").exists(), "{name}: holds a flight; name another folder with --out");
     let own = args.out == Path::new(DEFAULT_OUT) || args.out.join(PAGE).exists();
-    let own_file = args.flight.as_deref().and_then(vehicle::file_next_to);
-    let inputs: Vec<&Path> = [args.flight.as_deref(), args.vehicle.as_deref(), own_file.as_deref()].into_iter().flatten().collect();
+    let own_files = args.flight.as_deref().map(vehicle::files_next_to).unwrap_or_default();
+    let inputs: Vec<&Path> = args.flight.iter().chain(&args.vehicle).chain(&own_files).map(PathBuf::as_path).collect();
     for file in ["vehicle.json", "table-before.bin", "table-after.bin", PAGE] {
         whole_file::may_write(&args.out.join(file), &inputs, &[], force || own)?;
     }

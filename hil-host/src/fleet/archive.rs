@@ -33,12 +33,12 @@ fn name_of(path: &Path) -> String {
 }
 
 /// The nearest vehicle file in the folder of a flight or above it, up to the archive's own.
-fn vehicle_above(files: &[PathBuf], root: &Path) -> Option<PathBuf> {
-    let first = files.first()?;
-    let folder = if first.is_dir() { first.as_path() } else { first.parent()? };
-    let end = if root.is_dir() { root } else { root.parent()? };
-    let inside = folder.ancestors().take_while(|a| a.starts_with(end));
-    inside.filter_map(|a| vehicle::file_next_to(&a.join("flight.csv"))).next()
+fn vehicle_above(files: &[PathBuf], root: &Path) -> anyhow::Result<Option<PathBuf>> {
+    let of = |path: &Path| if path.is_dir() { Some(path.to_path_buf()) } else { path.parent().map(Path::to_path_buf) };
+    let (Some(folder), Some(end)) = (files.first().and_then(|f| of(f)), of(root)) else { return Ok(None) };
+    let inside = folder.ancestors().take_while(|a| a.starts_with(&end));
+    let nearest = inside.map(|a| vehicle::file_next_to(&a.join("flight.csv"))).find(|found| !matches!(found, Ok(None)));
+    Ok(nearest.transpose()?.flatten())
 }
 
 struct Scan<'a> {
@@ -50,7 +50,8 @@ struct Scan<'a> {
 impl Scan<'_> {
     fn add(&mut self, deployment: &str, files: Vec<PathBuf>) -> anyhow::Result<()> {
         let Some(first) = files.first() else { return Ok(()) };
-        let vehicle = self.vehicle.map(Path::to_path_buf).or_else(|| vehicle_above(&files, self.root)).with_context(|| {
+        let above = || vehicle_above(&files, self.root);
+        let vehicle = self.vehicle.map_or_else(above, |named| Ok(Some(named.to_path_buf())))?.with_context(|| {
             format!("{}: no vehicle.json or vehicle.toml in its folder or above; name one for all flights with --vehicle", first.display())
         })?;
         self.out.push(Item { deployment: deployment.to_owned(), flight: name_of(first), files, vehicle });

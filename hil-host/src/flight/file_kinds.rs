@@ -28,7 +28,7 @@ impl Kind {
     fn way(self, path: &Path) -> String {
         match self {
             Self::Flight => "expected is a flight: its folder, or its csv; other files become one by glider import".into(),
-            Self::Vehicle => match discovery::vehicle::file_next_to(path).filter(|_| path.is_dir()) {
+            Self::Vehicle => match discovery::vehicle::files_next_to(path).first().filter(|_| path.is_dir()) {
                 Some(inside) => format!("did you mean `{}`?", inside.display()),
                 None => "expected is a vehicle file (.json or .toml); built in: glider list vehicles".into(),
             },

@@ -328,7 +328,7 @@ impl Workbench {
         let (flight, vehicle, notes) = match request.listed {
             Some(i) => {
                 let path = self.offered.get(i).context("no such flight in the list")?;
-                let own_file = discovery::vehicle::file_next_to(path)
+                let own_file = discovery::vehicle::file_next_to(path)?
                     .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
                 (discovery::record::csv::flight(path)?, discovery::vehicle::read(&own_file)?, Vec::new())
             }

@@ -154,11 +154,27 @@ pub struct Vehicle {
     pub document: Value,
 }
 
-/// The vehicle file beside a flight: `vehicle.json` or `vehicle.toml` of its directory.
+/// The vehicle files beside a flight: `vehicle.json` and `vehicle.toml` of its directory, as far as they are there.
 #[must_use]
-pub fn file_next_to(flight: &Path) -> Option<PathBuf> {
-    let folder = if flight.is_dir() { flight } else { flight.parent()? };
-    ["vehicle.json", "vehicle.toml"].iter().map(|n| folder.join(n)).find(|p| p.is_file())
+pub fn files_next_to(flight: &Path) -> Vec<PathBuf> {
+    let folder = if flight.is_dir() { Some(flight) } else { flight.parent() };
+    let named = folder.into_iter().flat_map(|f| ["vehicle.json", "vehicle.toml"].map(|n| f.join(n)));
+    named.filter(|p| p.is_file()).collect()
+}
+
+/// The vehicle file beside a flight, if there is one.
+///
+/// # Errors
+/// There are two.
+pub fn file_next_to(flight: &Path) -> Result<Option<PathBuf>, ReadError> {
+    match files_next_to(flight).as_slice() {
+        [] => Ok(None),
+        [one] => Ok(Some(one.clone())),
+        [one, other, ..] => {
+            let why = format!("lies beside {}: which one is meant? Name it with --vehicle, or move the other away", other.display());
+            Err(ReadError::File { path: one.clone(), why })
+        }
+    }
 }
 
 /// Reads a vehicle file.

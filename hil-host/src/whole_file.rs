@@ -5,7 +5,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::ensure;
+use anyhow::{Context as _, bail, ensure};
 
 /// The name beside `path` under which it is written first.
 fn part_of(path: &Path) -> PathBuf {
@@ -45,6 +45,68 @@ pub fn at<E: From<io::Error>>(path: &Path, f: impl FnOnce(&Path) -> Result<(), E
         let _ = if part.is_dir() { std::fs::remove_dir_all(&part) } else { std::fs::remove_file(&part) };
     }
     made
+}
+
+/// Makes the folder `path` of what `f` makes under the name that it is given, in place of a folder that holds files of these names.
+///
+/// Whenever the program is killed, the old folder or the new one is whole: for the moment between two renames both lie beside `path`, under
+/// names that begin with a dot.
+///
+/// # Errors
+/// Those of `f`, and as [`write()`]; then the old folder stays.
+pub fn in_place_of<E: From<io::Error>>(path: &Path, names: &[&str], f: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), E> {
+    let old = part_of(path).with_extension("old");
+    let mut moved = false;
+    let made = at(path, |part| {
+        f(part)?;
+        for file in std::fs::read_dir(part)? {
+            std::fs::File::open(file?.path())?.sync_all()?;
+        }
+        if path.exists() {
+            std::fs::rename(path, &old)?;
+            moved = true;
+        }
+        Ok(())
+    });
+    if moved && made.is_err() {
+        std::fs::rename(&old, path)?;
+    } else if moved {
+        // By name: what came in meanwhile stays where it can be found.
+        names.iter().for_each(|n| drop(std::fs::remove_file(old.join(n))));
+        let _ = std::fs::remove_dir(&old);
+    }
+    made
+}
+
+/// Whether the folder `out` may be written: it is not there yet, or with `force` holds nothing but files of these names (with the first of
+/// them, unless it is empty) and none of the inputs.
+///
+/// # Errors
+/// Why not, with the way out.
+pub fn may_write_folder(out: &Path, inputs: &[&Path], names: &[&str], force: bool) -> anyhow::Result<()> {
+    let name = out.display();
+    if !out.exists() {
+        return Ok(());
+    }
+    let way = if out.is_dir() { "; its files are replaced with --force" } else { "" };
+    ensure!(force, "{name} exists: name a new folder with --out, nothing is overwritten{way}");
+    ensure!(out.is_dir(), "{name}: is a file, which is not replaced by a folder; name another with --out");
+    let whole = out.canonicalize().with_context(|| format!("{name}: cannot be read"))?;
+    let holds = |path: &Path| path.canonicalize().is_ok_and(|p| p.starts_with(&whole));
+    if let Some(input) = inputs.iter().find(|i| holds(i)) {
+        bail!("{name}: is or holds {}, which this command reads; name another folder with --out", input.display());
+    }
+    ensure!(!holds(Path::new(".")), "{name}: is or holds the folder you are in, which cannot be replaced; name another with --out");
+    let inside = std::fs::read_dir(out).with_context(|| format!("{name}: cannot be read"))?.flatten();
+    let is_own = |e: &std::fs::DirEntry| names.iter().any(|n| e.file_name() == *n) && !e.path().is_dir();
+    let (own, mut others): (Vec<_>, Vec<_>) = inside.partition(is_own);
+    others.sort_by_key(std::fs::DirEntry::file_name);
+    let listed: Vec<String> = others.iter().take(6).map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    let more = if others.len() > 6 { format!(" and {} more", others.len() - 6) } else { String::new() };
+    ensure!(others.is_empty(), "{name}: holds {}{more} too, which would be lost; name another folder with --out", listed.join(", "));
+    let mark = names.first().copied().unwrap_or_default();
+    ensure!(own.is_empty() || out.join(mark).exists(), "{name}: has no {mark}: not made by this command; name another folder with --out");
+    Ok(())
 }
 
 /// Whether `out` may be written: it is none of the inputs, ends as its content does, and is not there yet unless `force`.
@@ -92,6 +154,44 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(std::fs::read_to_string(&path).expect("there"), "old");
         assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 1);
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn a_folder_is_replaced_whole_and_only_where_nothing_else_is_lost() {
+        const NAMES: [&str; 2] = ["import.json", "flight.csv"];
+        let folder = folder("folder");
+        let out = folder.join("out");
+        let said =
+            |inputs: &[&Path], force| may_write_folder(&out, inputs, &NAMES, force).map_err(|e| e.to_string()).err().unwrap_or_default();
+        let put = |name: &str, text: &str| write(out.join(name), text).expect("written");
+        assert_eq!(said(&[&folder], false), "", "a new one, inside of what is read");
+        std::fs::create_dir(&out).expect("made");
+        assert_eq!(said(&[], true), "", "an empty one");
+        put("flight.csv", "old");
+        assert!(said(&[], true).contains("has no import.json"));
+        put("import.json", "old");
+        assert!(said(&[], false).contains("nothing is overwritten; its files are replaced with --force"));
+        assert_eq!(said(&[&folder], true), "");
+        assert!(said(&[&out], true).contains("which this command reads") && said(&[&out.join("flight.csv")], true).contains("reads"));
+        put("notes.txt", "mine");
+        assert!(said(&[], true).contains("holds notes.txt too"), "{}", said(&[], true));
+        std::fs::remove_file(out.join("notes.txt")).expect("removed");
+        // A failure leaves the old one, a success nothing but the new one.
+        let failed: io::Result<()> = in_place_of(&out, &NAMES, |part| {
+            std::fs::create_dir(part)?;
+            Err(io::Error::other("disk full"))
+        });
+        assert!(failed.is_err() && std::fs::read(out.join("flight.csv")).expect("there") == b"old");
+        let made: io::Result<()> = in_place_of(&out, &NAMES, |part| {
+            std::fs::create_dir(part)?;
+            std::fs::write(part.join("import.json"), "new")
+        });
+        made.expect("made");
+        assert_eq!(std::fs::read(out.join("import.json")).expect("there"), b"new");
+        assert_eq!((std::fs::read_dir(&out).expect("it").count(), std::fs::read_dir(&folder).expect("it").count()), (1, 1));
+        write(folder.join("file"), "x").expect("written");
+        assert!(may_write_folder(&folder.join("file"), &[], &NAMES, true).is_err_and(|e| e.to_string().contains("is a file")));
         std::fs::remove_dir_all(&folder).expect("removed");
     }
 

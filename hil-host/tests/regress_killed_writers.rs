@@ -125,35 +125,44 @@ fn regress_a_killed_writer_leaves_whole_files_or_none() {
         let took = run(&folder, args);
         let out = folder.join(out);
         let whole = files(&out);
+        let bytes: Vec<Vec<u8>> = whole.iter().map(|f| std::fs::read(f).expect("reads")).collect();
         assert!(!whole.is_empty() && whole.iter().all(|f| is_whole(f)), "{args:?} as it is: {whole:?}");
         let turns = (kills * percent / 100).max(2);
         for turn in 0..turns {
             let _ = if out.is_dir() { std::fs::remove_dir_all(&out) } else { std::fs::remove_file(&out) };
             // Every second time something stands there already, where a file may be replaced.
-            let old = turn % 2 == 1 && out.extension().is_some();
+            let import = args[0] == "import";
+            let old = turn % 2 == 1 && (import || out.extension().is_some());
             let mut all: Vec<&str> = args.to_vec();
-            if old {
+            if old && import {
+                std::fs::create_dir(&out).expect("a folder");
+                whole.iter().zip(&bytes).for_each(|(f, b)| std::fs::write(f, b).expect("written"));
+            } else if old {
                 std::fs::write(&out, "old").expect("written");
-                all.push("--force");
             }
+            all.extend(old.then_some("--force"));
             // From the start to a little beyond the usual end, or within three thousandths of a second of writing.
             let share = f64::from(turn) / f64::from(turns);
             let at_writing = turn % 4 < 2;
             let after = if at_writing { Duration::from_secs_f64(3e-3 * share) } else { took.mul_f64(1.1 * share) };
-            kill(glider(&folder, &all).spawn().expect("runs"), &folder, &out, after, at_writing);
+            let child = glider(&folder, &all).spawn().expect("runs");
+            let id = child.id();
+            kill(child, &folder, &out, after, at_writing);
             killed += 1;
-            let there = files(&out);
+            // Between two renames the old folder lies beside.
+            let aside = folder.join(format!(".imported.{id}.old"));
+            let there = files(if import && !out.exists() && aside.exists() { &aside } else { &out });
             let as_it_was = old && std::fs::read(&out).is_ok_and(|b| b == b"old");
             if !(as_it_was || there.iter().all(|f| is_whole(f)) && (!old || !there.is_empty())) {
                 torn.push(format!("{args:?}, kill {turn}: {there:?}"));
             }
             // A folder of an import is there with all its files or not at all.
-            if args[0] == "import" && !there.is_empty() && there.len() != whole.len() {
+            if import && !there.is_empty() && there.len() != whole.len() {
                 torn.push(format!("{args:?}, kill {turn}: {} files of {}", there.len(), whole.len()));
             }
             cut += u32::from(as_it_was || there.len() < whole.len());
             for part in std::fs::read_dir(&folder).expect("a folder").flatten().map(|e| e.path()) {
-                if part.to_string_lossy().ends_with(".part") {
+                if [".part", ".old"].iter().any(|end| part.to_string_lossy().ends_with(end)) {
                     let _ = if part.is_dir() { std::fs::remove_dir_all(&part) } else { std::fs::remove_file(&part) };
                 }
             }

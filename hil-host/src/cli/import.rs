@@ -3,7 +3,8 @@
 use super::{Output, Verdict};
 use crate::flight::vehicles;
 use crate::terminal::{meant, say};
-use anyhow::{Context, bail};
+use crate::whole_file;
+use anyhow::Context;
 use discovery::import::classes::Class;
 use discovery::import::{Imported, Report};
 use std::path::{Path, PathBuf};
@@ -26,7 +27,7 @@ pub struct Args {
     /// Files or folders of one flight.
     #[arg(required = true)]
     input: Vec<PathBuf>,
-    /// Flight directory to write; must not exist yet.
+    /// Flight directory to write; one that an import made is replaced with --force.
     #[arg(long)]
     out: PathBuf,
     /// Further folders of Slocum sensor lists (.cac, .ccc).
@@ -40,6 +41,9 @@ pub struct Args {
     class: Option<Class>,
 }
 
+/// What is written, and so may be replaced; first what no other command writes.
+const WRITTEN: [&str; 4] = ["import.json", "flight.csv", "vehicle.toml", "vehicle.json"];
+
 fn class(name: &str) -> Result<Class, String> {
     let names = || Class::ALL.map(Class::name).join(", ");
     let meant = || meant(name, Class::ALL.map(Class::name));
@@ -51,10 +55,9 @@ fn class(name: &str) -> Result<Class, String> {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    if args.out.exists() {
-        bail!("{} exists: name a new folder with --out, nothing is overwritten", args.out.display());
-    }
     let vehicle_file = args.vehicle.clone().map_or_else(|| own_vehicle(args), |named| Ok(Some(named)))?;
+    let inputs: Vec<&Path> = args.input.iter().chain(&args.cache).chain(&vehicle_file).map(PathBuf::as_path).collect();
+    whole_file::may_write_folder(&args.out, &inputs, &WRITTEN, output.force)?;
     if let Some(vehicle) = &vehicle_file {
         vehicles::read(vehicle)?;
     }
@@ -96,8 +99,10 @@ fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Optio
     if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make folder {}", folder.display()))?;
     }
-    // The folder appears under its name when all of it is there.
-    crate::whole_file::at(out, |part| fill(part, flight, report, vehicle, draft)).with_context(|| format!("cannot write {}", out.display()))
+    // The folder appears under its name when all of it is there. One that stands there is replaced where it really lies.
+    let place = out.canonicalize().unwrap_or_else(|_| out.to_path_buf());
+    whole_file::in_place_of(&place, &WRITTEN, |part| fill(part, flight, report, vehicle, draft))
+        .with_context(|| format!("cannot write {}", out.display()))
 }
 
 fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, draft: Option<&str>) -> anyhow::Result<()> {

@@ -64,6 +64,7 @@ fn folder() -> Folder {
     put("both/vehicle.toml", include_str!("../../vehicles/comet.toml"));
     put("slip.json", &vehicle.replace("\"sensors\":", "\"sensor\":"));
     std::fs::write(work.join("wide.json"), vehicle.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).expect("a file");
+    put("packed.csv.gz", "");
     put("mission.json", "{\"leg\": [{\"depth_max_m\": 20}]}");
     put("vehicle.toml", &vehicle);
     put("hidden.toml", "[[effects]]\nkind = \"stall\"\nvalue = 0.2\n");
@@ -261,6 +262,9 @@ const WRONG: &[(&str, &[&str])] = &[
     ("import alone/flight.csv --out kilograms --force", &["has no import.json"]),
     ("import alone/flight.csv --out notes.txt --force", &["is a file"]),
     ("import alone/flight.csv --out broken", &["nothing is overwritten", "--force"]),
+    ("import alone/flight.csv cut/flight.csv --out x", &["one csv is one flight"]),
+    ("import packed.csv.gz --out x", &["gunzip it first"]),
+    ("import /dev/zero --out x", &["is no regular file"]),
     ("compare --flight both", &["both/vehicle.json: lies beside both/vehicle.toml", "--vehicle"]),
     ("import both --out x", &["both/vehicle.json: lies beside both/vehicle.toml", "--vehicle"]),
     ("fleet both --out f.parquet", &["both/vehicle.json: lies beside", "--vehicle"]),

@@ -143,7 +143,12 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
         } else if path.is_file() {
             named.push(path.clone());
         } else {
-            return Err(ImportError::new(path, "there is no such file or folder"));
+            let what = if path.exists() {
+                "is no regular file but a pipe, a socket or a device: copy what comes out of it to a file first"
+            } else {
+                "there is no such file or folder"
+            };
+            return Err(ImportError::new(path, what));
         }
     }
     let mut witnesses = Vec::new();
@@ -157,13 +162,19 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
         return Err(ImportError::new(profiler, what));
     }
     if let Some(unknown) = named.iter().find(|p| Kind::of(p).is_none()) {
-        return Err(ImportError::new(unknown, format!("is of no known kind: {KNOWN}")));
+        return Err(ImportError::new(
+            unknown,
+            kind::way_to_readable(unknown).map_or(format!("is of no known kind: {KNOWN}"), str::to_owned),
+        ));
     }
     let of: Vec<(Kind, PathBuf)> = named.iter().chain(&in_folders).filter_map(|p| Some((Kind::of(p)?, p.clone()))).collect();
     let mut kinds: Vec<Kind> = of.iter().map(|f| f.0).collect();
     kinds.sort();
     kinds.dedup();
     let Some(&kind) = kinds.first() else {
+        if let Some((file, way)) = in_folders.iter().find_map(|f| Some((f, kind::way_to_readable(f)?))) {
+            return Err(ImportError::new(file, way));
+        }
         return Err(ImportError::new(&paths[0], format!("has no file of a known kind{}: {KNOWN}", inside(&paths[0]))));
     };
     let named_kinds: std::collections::BTreeSet<Kind> = named.iter().filter_map(|p| Kind::of(p)).collect();
@@ -183,7 +194,13 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
     }
     if files.len() > 1 && !kind.joins() {
         let names: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
-        let what = format!("{} files of {} here: name one of them ({})", files.len(), kind.name(), names.join(", "));
+        let what = format!(
+            "{} files of {} here, and one {} is one flight: import one at a time ({}), or concatenate them under one header line",
+            files.len(),
+            kind.name(),
+            kind.name(),
+            names.join(", ")
+        );
         return Err(ImportError::new(&paths[0], what));
     }
     let others = named.len() + in_folders.len() - files.iter().filter(|f| named.contains(f) || in_folders.contains(f)).count();

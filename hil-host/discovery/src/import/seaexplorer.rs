@@ -108,11 +108,11 @@ fn import_dated(files: &[PathBuf], month_first: bool) -> Result<Option<Imported>
     let step =
         |rows: &[Row]| crate::record::plausible::quantile(&rows.windows(2).map(|w| w[1].unix_s - w[0].unix_s).collect::<Vec<_>>(), 0.5);
     report.note(format!(
-        "SEA{glider:03}, mission {mission}, cycles {} to {}: payload every {:.1} s, navigation every {:.1} s",
+        "SEA{glider:03}, mission {mission}, cycles {} to {}: payload every {:.1} s, {}",
         cycles.first().unwrap_or(&0),
         cycles.last().unwrap_or(&0),
         step(&log.rows),
-        columns.step_s
+        if columns.step_s.is_finite() { format!("navigation every {:.1} s", columns.step_s) } else { "no navigation".into() }
     ));
     let place = log.fixes.first().map(|f| seawater::Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg });
     report.density_from("conductivity, temperature, pressure", place, log.rows.iter().any(|r| r.salinity.is_finite()));

@@ -77,10 +77,15 @@ pub fn sound(fixes: Vec<Fix>, report: &mut Report) -> Vec<Fix> {
     kept
 }
 
+/// A longitude, or the difference of two, between -180 and 180 deg: across the date line it jumps by 360.
+fn nearest_turn(lon_deg: f64) -> f64 {
+    if lon_deg.abs() > 180.0 { lon_deg - 360.0 * (lon_deg / 360.0).round() } else { lon_deg }
+}
+
 /// East and north of `fix` from `origin`, m.
 #[must_use]
 pub fn local(origin: Fix, fix: Fix) -> (f64, f64) {
-    let east = (fix.lon_deg - origin.lon_deg) * METRE_PER_DEGREE * origin.lat_deg.to_radians().cos();
+    let east = nearest_turn(fix.lon_deg - origin.lon_deg) * METRE_PER_DEGREE * origin.lat_deg.to_radians().cos();
     (east, (fix.lat_deg - origin.lat_deg) * METRE_PER_DEGREE)
 }
 
@@ -159,7 +164,7 @@ pub fn on_the_globe(flight: &Flight, origins: &[Origin], row: usize) -> Option<F
     Some(Fix {
         time_s: flight.time_s[row],
         lat_deg: origin.lat_deg + north / METRE_PER_DEGREE,
-        lon_deg: origin.lon_deg + east / (METRE_PER_DEGREE * origin.lat_deg.to_radians().cos()),
+        lon_deg: nearest_turn(origin.lon_deg + east / (METRE_PER_DEGREE * origin.lat_deg.to_radians().cos())),
     })
 }
 
@@ -187,7 +192,10 @@ pub fn dead_reckoning(flight: &mut Flight, unix: &[f64], lat: &Series, lon: &Ser
     if lat.is_empty() || lon.is_empty() {
         return;
     }
-    let (lat, lon) = (lat.on(unix), lon.on(unix));
+    // Interpolated across the date line it would go once round the globe.
+    let middle = fixes.first().map_or(0.0, |f| f.lon_deg);
+    let (time, near): (Vec<f64>, Vec<f64>) = lon.pairs().map(|(t, v)| (t, middle + nearest_turn(v - middle))).unzip();
+    let (lat, lon) = (lat.on(unix), Series::new(&time, &near).on(unix));
     let (mut east, mut north) = (vec![f64::NAN; unix.len()], vec![f64::NAN; unix.len()]);
     let segments = segments(flight);
     let spans = spans(unix, &segments);
@@ -248,6 +256,24 @@ mod tests {
             }
         }
         assert!((report.origins[1].unix_s - 300.0).abs() < 1.0, "{:?}", report.origins);
+    }
+
+    #[test]
+    fn regress_the_date_line_is_no_way_round_the_globe() {
+        let fix = |lon_deg| Fix { time_s: 0.0, lat_deg: -17.0, lon_deg };
+        for (from, to) in [(179.999, -179.999), (179.999, 180.001), (-180.0, 180.002), (359.999, 0.001)] {
+            let (east, _) = local(fix(from), fix(to));
+            assert!((east - 0.002 * METRE_PER_DEGREE * 17.0_f64.to_radians().cos()).abs() < 1e-3, "{from} {to}: {east}");
+        }
+        let mut flight = Flight::blank(3);
+        let times = [0.0, 10.0, 20.0];
+        let (lat, lon) = (Series::new(&[0.0, 20.0], &[-17.0; 2]), Series::new(&[0.0, 20.0], &[179.999, -179.999]));
+        dead_reckoning(&mut flight, &times, &lat, &lon, &[fix(179.999)]);
+        assert!((flight.extra["dr_east_m"][1] - 106.3).abs() < 0.1, "{:?}", flight.extra);
+        let origin = Origin { segment: 0, unix_s: 0.0, lat_deg: 0.0, lon_deg: 179.999 };
+        (flight.gps_east_m[0], flight.gps_north_m[0]) = (0.002 * METRE_PER_DEGREE, 0.0);
+        let on = on_the_globe(&flight, &[origin], 0).expect("a fix");
+        assert!((on.lon_deg + 179.999).abs() < 1e-9, "{on:?}");
     }
 
     #[test]

@@ -279,3 +279,16 @@ fn regress_a_pitch_with_the_nose_down_positive_is_questioned() {
     };
     assert!(turned(-1.0) && !turned(1.0));
 }
+
+#[test]
+fn regress_a_sparse_speed_or_density_on_the_rows_own_clock_stays_sparse() {
+    let sparse = |v: f64| (0..ROWS).map(|i| if i % 10 == 0 { v } else { f64::NAN }).collect::<Vec<f64>>();
+    let mut columns = sawtooth();
+    columns.push(("SPEED_WATER", "m s-1", sparse(0.3)));
+    let read = imported(&columns, None).expect("reads");
+    let known = |values: &[f64]| values.iter().filter(|v| v.is_finite()).count();
+    assert_eq!(read.flight.speed_m_s.as_deref().map(known), Some(ROWS / 10));
+    columns.retain(|c| c.0 != "PSAL" && c.0 != "CNDC");
+    columns.push(("DENSITY", "kg m-3", sparse(1025.0)));
+    assert_eq!(known(&imported(&columns, None).expect("reads").flight.density_kg_m3), ROWS / 10);
+}

@@ -137,7 +137,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         density_kg_m3: density,
         gps_east_m: vec![f64::NAN; unix.len()],
         gps_north_m: vec![f64::NAN; unix.len()],
-        speed_m_s: reader.channel(&SPEED).map(|c| c.series.on(&unix)),
+        speed_m_s: reader.channel(&SPEED).map(|c| on_rows(&c.series, &unix)),
         ..Flight::default()
     };
     reader.segments(&mut flight, &unix);

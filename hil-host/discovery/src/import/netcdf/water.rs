@@ -44,7 +44,7 @@ impl Reader<'_> {
         match self.channel(&DENSITY) {
             Some(c) => {
                 self.report.density = format!("as the file states it ({}): there is no salinity to recompute it from", c.name);
-                c.series.on(unix)
+                on_rows(&c.series, unix)
             }
             None => {
                 self.report.density_from("salinity or conductivity, temperature, pressure", place, false);

@@ -434,6 +434,25 @@ fn regress_the_own_names_of_an_rbr_ctd_are_read() {
     std::fs::remove_dir_all(folder).ok();
 }
 
+#[test]
+fn regress_what_was_lost_before_is_named_with_the_refusal_and_the_density() {
+    let folder = folder("lost");
+    let sensors = [("m_present_time", "timestamp"), ("m_pressure", "bar")];
+    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+    let write = |cond: fn(usize) -> f64, time: fn(usize) -> usize| {
+        let time = |k: usize| START + 4.0 * time(k) as f64;
+        slocum(&folder.join("a.dbd"), "alpha", &sensors, |k| vec![time(k), at(k).0 / 10.0]);
+        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), at(k).0 / 10.0, 12.0, cond(k)]);
+        import(&folder, &[])
+    };
+    let got = write(|k| if k > 100 { 0.0 } else { 3.9 }, |k| k).expect("an import");
+    assert!(said(&got).contains("rows under water have no density: salinity, conductivity or temperature"), "{}", said(&got));
+    assert!(!said(&write(|_| 3.9, |k| k).expect("an import")).contains("have no density"));
+    let e = write(|_| 3.9, |k| 2 * CYCLES - k).expect_err("one cycle in order").to_string();
+    assert!(e.contains("left out before: ") && e.contains("goes backwards"), "{e}");
+    std::fs::remove_dir_all(folder).ok();
+}
+
 /// Files of `CYCLES` rows of one dive after another, each begun at its row of the whole; `of` changes a pressure of (file, row).
 fn parts(name: &str, begin: &[usize], of: impl Fn(usize, usize, f64) -> f64) -> Imported {
     let folder = folder(name);

@@ -51,6 +51,7 @@ pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<DbdFile, Stri
     let mut lines = text.get(at..).unwrap_or_default().split_inclusive('\n');
     let names = lines.next().ok_or("ends after its header")?;
     let (units, sizes) = (lines.next().ok_or("has no line of units")?, lines.next().ok_or("has no line of sizes")?);
+    let names = names.to_ascii_lowercase();
     let (names, units): (Vec<&str>, Vec<&str>) = (names.split_whitespace().collect(), units.split_whitespace().collect());
     if names.len() != units.len() || sizes.split_whitespace().count() != names.len() {
         return Err(format!("has {} names and {} units of columns", names.len(), units.len()));
@@ -110,8 +111,10 @@ mod tests {
     #[test]
     fn regress_the_number_of_header_lines_is_counted_not_believed() {
         for tags in ["5", "7", "9", "x"] {
-            let file = read(FILE.replace("tags: 6", &format!("tags: {tags}")).as_bytes(), |_| true).expect("reads");
+            let file =
+                read(FILE.replace("tags: 6", &format!("tags: {tags}")).replace("m_pitch", "M_Pitch").as_bytes(), |_| true).expect("reads");
             assert_eq!((file.cycles, file.columns.len(), file.header["segment_filename_0"].as_str()), (2, 3, "a"), "{tags}");
+            assert!(file.columns.contains_key("m_pitch"), "whatever its case");
         }
     }
 

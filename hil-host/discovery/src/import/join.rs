@@ -51,6 +51,29 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     Some(Imported { flight, report, vehicle })
 }
 
+/// What is odd about parts in the order of their numbers (dives, cycles): numbers that are missing in between, as a note, and ones whose
+/// clock does not follow that of the one before.
+pub(super) fn numbered(what: &str, parts: &[(u32, f64)], report: &mut Report) {
+    let mut missing: Vec<String> = Vec::new();
+    for pair in parts.windows(2) {
+        let ((before, begins), (number, then)) = (pair[0], pair[1]);
+        match number - before {
+            0 | 1 => {}
+            2 => missing.push(format!("{}", before + 1)),
+            _ => missing.push(format!("{} to {}", before + 1, number - 1)),
+        }
+        if then < begins {
+            let back_s = begins - then;
+            report.leave_out(format!(
+                "{what} {number} begins {back_s:.0} s before {what} {before}: one of their clocks is wrong, and where they lie with it"
+            ));
+        }
+    }
+    if !missing.is_empty() {
+        report.note(format!("no file of {what} {}", missing.join(", ")));
+    }
+}
+
 /// Rows of two files at one time, s, and with one pressure, Pa.
 const SAME_TIME_S: f64 = 1e-3;
 const SAME_PRESSURE_PA: f64 = 100.0;

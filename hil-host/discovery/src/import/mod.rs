@@ -41,6 +41,7 @@ pub mod trim;
 pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 
 use crate::record::csv;
+use crate::record::flight::Flight;
 use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, quantile, usual_step};
 use classes::Class;
 use kind::Kind;
@@ -91,7 +92,11 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
     }
     imported.report.find_missing(&imported.flight);
     pressure_zero::take_out_of_flight(&mut imported);
-    check(&mut imported).map_err(|what| ImportError::new(first, what))?;
+    check(&mut imported).map_err(|what| match imported.report.left_out.as_slice() {
+        [] => ImportError::new(first, what),
+        // What was lost before may be the cause.
+        lost => ImportError::new(first, format!("{what} (left out before: {})", lost.join("; "))),
+    })?;
     state_vehicle(&mut imported, kind, class);
     for path in &witnesses {
         current_profiler::witness(path, &mut imported)?;
@@ -309,10 +314,24 @@ fn check(imported: &mut Imported) -> Result<(), String> {
     if deep < SHALLOW_PA {
         return Err(format!("pressure never exceeds {:.4} dbar: no dive to compare with, or kbar or MPa instead of dbar?", deep * 1e-4));
     }
+    let under_water = || (0..flight.len()).filter(|i| flight.pressure_pa[*i] > SHALLOW_PA);
+    let without = under_water().filter(|i| flight.density_kg_m3[*i].is_nan()).count();
+    if without * 100 > under_water().count() && flight.density_kg_m3.iter().any(|d| d.is_finite()) {
+        imported.report.note(format!(
+            "{without} of {} rows under water have no density: salinity, conductivity or temperature is missing there, or cannot be",
+            under_water().count()
+        ));
+    }
     if let Some(share) = nose_up_in_descent(flight) {
         imported.report.note(format!(
             "pitch: the nose is up in {:.0} % of the rows that sink, or down where they rise: is nose down positive there? Turn its sign",
             100.0 * share
+        ));
+    }
+    if let Some(off) = heavy_in_ascent(flight) {
+        imported.report.note(format!(
+            "ballast: it reads {:.0} cc more where the vehicle sinks than where it rises: does it count what weighs? Turn its sign",
+            off * 1e6
         ));
     }
     let mut steps: Vec<f64> = flight.time_s.windows(2).map(|w| w[1] - w[0]).collect();
@@ -346,15 +365,29 @@ fn check(imported: &mut Imported) -> Result<(), String> {
 }
 
 /// Share of the rows under way whose nose points up where they sink or down where they rise, where these are nearly all.
-fn nose_up_in_descent(flight: &crate::record::flight::Flight) -> Option<f64> {
-    let rate = |i: usize| (flight.pressure_pa[i + 1] - flight.pressure_pa[i]) / (flight.time_s[i + 1] - flight.time_s[i]);
-    let under_way = |i: &usize| rate(*i).abs() > UNDER_WAY_PA_S && flight.pitch_rad[*i].abs() > UNDER_WAY_RAD;
-    let rows: Vec<usize> = (0..flight.len().saturating_sub(1)).filter(under_way).collect();
-    let against = rows.iter().filter(|i| (rate(**i) > 0.0) == (flight.pitch_rad[**i] > 0.0)).count();
+fn nose_up_in_descent(flight: &Flight) -> Option<f64> {
+    let rows: Vec<(usize, f64)> = under_way(flight).filter(|(i, _)| flight.pitch_rad[*i].abs() > UNDER_WAY_RAD).collect();
+    let against = rows.iter().filter(|(i, rate)| (*rate > 0.0) == (flight.pitch_rad[*i] > 0.0)).count();
     let share = against as f64 / rows.len() as f64;
     (rows.len() >= 50 && share > 0.9).then_some(share)
 }
 
+/// By how much the ballast reads more where the vehicle sinks than where it rises, m³, where that is more than hulls and water make.
+fn heavy_in_ascent(flight: &Flight) -> Option<f64> {
+    let known = |sinks: bool| under_way(flight).filter(move |(i, rate)| (*rate > 0.0) == sinks && flight.ballast_m3[*i].is_finite());
+    let mean = |sinks: bool| known(sinks).map(|(i, _)| flight.ballast_m3[i]).sum::<f64>() / known(sinks).count() as f64;
+    let off = mean(true) - mean(false);
+    (known(true).count().min(known(false).count()) >= 25 && off > BALLAST_M3).then_some(off)
+}
+
+/// Rows that sink or rise, and how fast, Pa/s.
+fn under_way(flight: &Flight) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let rate = |i: usize| (flight.pressure_pa[i + 1] - flight.pressure_pa[i]) / (flight.time_s[i + 1] - flight.time_s[i]);
+    (0..flight.len().saturating_sub(1)).map(move |i| (i, rate(i))).filter(|(_, rate)| rate.abs() > UNDER_WAY_PA_S)
+}
+
+/// Half of what a pump moves at the least, m³ (guess).
+const BALLAST_M3: f64 = 20e-6;
 /// A glider under way sinks or rises faster than 3 cm/s, Pa/s, with its nose more than 5 deg off the horizontal, rad.
 const UNDER_WAY_PA_S: f64 = 300.0;
 const UNDER_WAY_RAD: f64 = 0.087;

@@ -135,3 +135,68 @@ fn regress_a_seaexplorer_whose_ctd_was_off_keeps_its_depth() {
         assert_eq!(got.report.segments.len(), 3);
     }
 }
+
+#[test]
+fn regress_parts_of_a_seaglider_that_do_not_fit_together_are_named() {
+    let with = |name: &str, file: &'static str, edit: fn(String) -> String| {
+        read(edited("seaglider_raw", name, |n, text| if n == file { Some(edit(text)).filter(|t| !t.is_empty()) } else { Some(text) }))
+            .expect("reads")
+    };
+    let whole = with("sound", "none", |t| t);
+    // Fixes without a date, as the oldest firmware writes them, are of the dive's day.
+    let undated = |t: String| {
+        let line = |l: &str| match l.split(',').collect::<Vec<_>>()[..] {
+            [name, _, ref rest @ ..] if name.starts_with("$GPS") => format!("{name},{}", rest.join(",")),
+            _ => l.to_owned(),
+        };
+        t.lines().map(line).collect::<Vec<_>>().join("\n")
+    };
+    let got = with("undated", "p0990011.log", undated);
+    assert!(got.report.is_whole(), "{}", left_out(&got));
+    let east = |got: &Imported| got.flight.gps_east_m.iter().copied().filter(|e| e.is_finite()).collect::<Vec<_>>();
+    assert_eq!((east(&got), &got.flight.heading_rad), (east(&whole), &whole.flight.heading_rad));
+    for (name, file, edit, said) in [
+        (
+            "no fix",
+            "p0990012.log",
+            (|t| t.replacen("$GPS2,", "$GPS2,x", 1)) as fn(String) -> String,
+            "1 lines of fixes that cannot be read",
+        ),
+        ("cut eng", "p0990012.eng", |t| t.lines().take(30).collect::<Vec<_>>().join("\n"), "dive 12: its .eng ends"),
+        ("no data", "p0990011.eng", |t| t.replace("%data:", "data"), "dive 11: its .eng has no line %data:"),
+        ("month", "p0990011.log", |t| t.replace("start: 7 8 126", "start: 8 7 126"), "dive 12 begins 2"),
+    ] {
+        let got = with(name, file, edit);
+        assert!(left_out(&got).contains(said), "{name}: {}", left_out(&got));
+    }
+    let got = read(edited("seaglider_raw", "gap", |n, text| (!n.starts_with("p0990012")).then_some(text))).expect("reads");
+    assert!(got.report.is_whole() && got.report.notes.iter().any(|n| n == "no file of dive 12"), "{:?}", got.report.notes);
+}
+
+#[test]
+fn regress_a_seaexplorer_file_without_rows_is_no_file() {
+    let none = |n: &str, text: String| Some(if n.contains("pld1.sub.9") { text.lines().take(1).collect() } else { text });
+    let got = read(edited("seaexplorer_sub", "no rows", none)).expect("reads");
+    assert!(left_out(&got).contains("cycle 9: no payload file"), "{}", left_out(&got));
+    let got = read(edited("seaexplorer_sub", "gap", |n, text| (!n.ends_with(".10")).then_some(text))).expect("reads");
+    assert!(got.report.notes.iter().any(|n| n == "no file of cycle 10"), "{:?}", got.report.notes);
+    assert!(got.report.notes.iter().any(|n| n.contains("rows of the payload have no pressure")), "{:?}", got.report.notes);
+}
+
+#[test]
+fn regress_a_ballast_that_counts_what_weighs_is_questioned() {
+    let questioned = |got: &Imported| got.report.notes.iter().any(|n| n.contains("cc more where the vehicle sinks"));
+    let turned = |n: &str, text: String| {
+        let place = text.lines().next().unwrap_or_default().split(';').position(|h| h == "BallastPos");
+        let turn = |line: &str| {
+            let field = |(k, f): (usize, &str)| match f.parse::<f64>() {
+                Ok(v) if Some(k) == place => format!("{}", -v),
+                _ => f.to_owned(),
+            };
+            line.split(';').enumerate().map(field).collect::<Vec<_>>().join(";")
+        };
+        Some(if n.contains("gli") { text.lines().map(turn).collect::<Vec<_>>().join("\n") } else { text })
+    };
+    assert!(!questioned(&read(edited("seaexplorer_sub", "buoyant", |_, text| Some(text))).expect("reads")));
+    assert!(questioned(&read(edited("seaexplorer_sub", "weighs", turned)).expect("reads")));
+}

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::channels::{self, LONGEST_MISSION_S, Log, Row};
 use super::classes::Class;
 use super::position::{Fix, degrees_of_minutes};
-use super::{FileNote, ImportError, Imported, MappedName, Report};
+use super::{FileNote, ImportError, Imported, MappedName, Report, join};
 use crate::record::resample::Series;
 use crate::record::seawater;
 
@@ -101,6 +101,12 @@ fn import_dated(files: &[PathBuf], month_first: bool) -> Result<Option<Imported>
         return Ok(None);
     }
     compare_halves(&cycles, &starts, &mut report);
+    let begins: Vec<(u32, f64)> =
+        cycles.iter().filter_map(|c| Some((*c, *starts.get(&(*c, true)).or(starts.get(&(*c, false)))?))).collect();
+    join::numbered("cycle", &begins, &mut report);
+    if columns.without_pressure > 0 {
+        report.note(format!("{} rows of the payload have no pressure of the CTD: no rows of the flight", columns.without_pressure));
+    }
     columns.finish(&mut log, &mut report);
     columns.without_ctd(&mut log, &cycles, &mut report);
     counts.say(&mut report);
@@ -162,7 +168,9 @@ fn read(chosen: &BTreeMap<(u32, bool), (bool, &PathBuf)>, cycles: &[u32], month_
                 };
                 let read: Vec<f64> =
                     if *payload { log.rows[rows..].iter().map(|r| r.unix_s).collect() } else { columns.time[times..].to_vec() };
-                starts.insert((*cycle, *payload), read.iter().copied().fold(f64::INFINITY, f64::min));
+                if !read.is_empty() {
+                    starts.insert((*cycle, *payload), read.iter().copied().fold(f64::INFINITY, f64::min));
+                }
                 note.rows = table.rows;
                 note.problems.extend(table.problem.take());
                 note.problems.extend(got.err());
@@ -213,6 +221,8 @@ struct Columns {
     values: [Vec<f64>; 6],
     step_s: f64,
     lat_deg: f64,
+    /// Rows of the payload in which the CTD has no pressure.
+    without_pressure: usize,
     ctd: Option<&'static str>,
 }
 
@@ -308,18 +318,20 @@ impl Columns {
         ] {
             report.map(MappedName { from: format!("{ctd}_{name}"), unit: unit.into(), to: to.into(), factor });
         }
-        let mut raw = String::new();
+        let (mut raw, mut without) = (String::new(), 0);
         while let Some(fields) = table.next(&mut raw) {
             let number = |place: Option<usize>| place.map_or(f64::NAN, |p| fields.number(p));
             let dbar = fields.number(pressure);
             let Some(unix_s) = table.time(&fields, time) else { continue };
             if !dbar.is_finite() {
+                without += 1;
                 continue;
             }
             let temperature_degc = number(temperature);
             let salinity = seawater::practical_salinity(number(conductivity) * factor, temperature_degc, dbar);
             log.rows.push(Row { unix_s, segment, pressure_pa: dbar * 1e4, temperature_degc, salinity });
         }
+        self.without_pressure += without;
         Ok(())
     }
 

@@ -60,6 +60,8 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         }
     }
     same_middle(&mut parts, &constants);
+    let begins: Vec<(u32, f64)> =
+        parts.iter().zip(&constants).map(|((_, p), c)| (c.0, p.report.start_unix_s.unwrap_or(f64::NAN))).collect();
     let Some(mut imported) = join::join("Seaglider base station, one NetCDF a dive", parts) else {
         let why: Vec<String> = refused.iter().map(|(f, w)| format!("{f} {w}")).collect();
         return Err(ImportError::new(folder, format!("no dive can be used: {}", why.join("; "))));
@@ -68,6 +70,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         imported.report.leave_out(format!("{file}: {what}"));
         imported.report.files.push(FileNote { file, rows: 0, problems: vec![what] });
     }
+    join::numbered("dive", &begins, &mut imported.report);
     let glider = gliders.first().copied().unwrap_or_default();
     let (first, last) = (constants.first().map_or(0, |c| c.0), constants.last().map_or(0, |c| c.0));
     imported.flight.name = format!("sg{glider:03}-dives-{first}-{last}");

@@ -56,7 +56,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     };
     let mut report = Report::new("Seaglider log and eng files");
-    let (mut parts, mut logs, mut last_cc) = (Vec::new(), Vec::new(), f64::NAN);
+    let (mut parts, mut numbers, mut logs, mut last_cc) = (Vec::new(), Vec::new(), Vec::new(), f64::NAN);
     for (glider, dive) in &dives {
         let of = |ending: &str| {
             files.iter().find(|f| dive_of(f) == Some((*glider, *dive)) && f.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)))
@@ -74,15 +74,21 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
             Ok(part)
         });
         match part {
-            Ok(part) => parts.push((format!("dive {dive}"), part)),
+            Ok(part) => {
+                numbers.push(*dive);
+                parts.push((format!("dive {dive}"), part));
+            }
             Err(why) => report.leave_out(format!("dive {dive}: {why}")),
         }
     }
-    let left_out = report.left_out;
-    let Some(mut imported) = join::join(&report.kind, parts) else {
+    let begins: Vec<(u32, f64)> = parts.iter().zip(&numbers).map(|((_, p), n)| (*n, p.report.start_unix_s.unwrap_or(f64::NAN))).collect();
+    join::numbered("dive", &begins, &mut report);
+    let Report { kind, left_out, notes, .. } = report;
+    let Some(mut imported) = join::join(&kind, parts) else {
         return Err(ImportError::new(folder, format!("no dive can be used: {}", left_out.join("; "))));
     };
     imported.report.left_out.extend(left_out);
+    imported.report.notes.extend(notes);
     imported.report.density = "missing: these files hold the CTD as frequencies".into();
     imported.report.note("a comparison needs the density: import the base station's NetCDF of these dives, or calibrate the CTD".into());
     let glider = gliders.first().copied().unwrap_or_default();
@@ -113,7 +119,11 @@ struct DiveLog {
     start: f64,
     /// Single numbers, as `log_NAME`.
     scalars: BTreeMap<String, f64>,
+    /// The end of the dive before, by `$GPS1`.
+    before: Option<Fix>,
     fixes: Vec<Fix>,
+    /// Lines of fixes that cannot be read.
+    bad_fixes: Vec<String>,
     /// Magnetic variation, deg; none without a fix that states it.
     variation: Option<f64>,
     /// Whether the fix after the dive is there, with which such a file ends.
@@ -142,8 +152,17 @@ impl DiveLog {
                     }
                 }
                 "GPS1" | "GPS2" | "GPS" => {
-                    log.fixes.extend(fix(&fields));
-                    log.variation = fields.get(8).and_then(|f| f.parse().ok()).or(log.variation);
+                    match fix(&fields, log.start) {
+                        Some((fix, variation)) => {
+                            if fields[0] == "GPS1" {
+                                log.before = Some(fix)
+                            } else {
+                                log.fixes.push(fix)
+                            }
+                            log.variation = variation.or(log.variation);
+                        }
+                        None => log.bad_fixes.push(line.chars().take(LONGEST_SHOWN).collect()),
+                    }
                     log.ended |= fields[0] == "GPS";
                 }
                 name => {
@@ -156,6 +175,27 @@ impl DiveLog {
             }
         }
         log
+    }
+
+    /// Names what is not as it should be of a dive whose samples end `eng_end` seconds after its start.
+    fn say(&self, eng_end: Option<f64>, report: &mut Report) {
+        match self.variation {
+            Some(degrees) => report.note(format!("heading is magnetic: variation of {degrees} deg added")),
+            None => report.note("heading is magnetic and stays so: the .log states no variation".into()),
+        }
+        if !self.ended {
+            report.leave_out(
+                "its .log has no $GPS line, the fix after the dive: it is cut, and what the pump did at the end is missing too".into(),
+            );
+        }
+        if let Some(first) = self.bad_fixes.first() {
+            report.leave_out(format!("{} lines of fixes that cannot be read, first \"${first}\"", self.bad_fixes.len()));
+        }
+        // The last move of the pump is at the surface.
+        let surfaced = self.pump.last().map_or(f64::NAN, |p| p.0);
+        if let Some(end) = eng_end.filter(|end| *end < SAMPLED * surfaced) {
+            report.leave_out(format!("its .eng ends {end:.0} s after the start, the dive at {surfaced:.0} s by the .log: it is cut"));
+        }
     }
 
     /// Time from the start, s, and volume, cm³, at the corners of the pump's moves; `before` is the volume before the first.
@@ -180,18 +220,35 @@ fn start_line(text: &str) -> Option<f64> {
     Some((days * 86400 + hour * 3600 + minute * 60 + second) as f64)
 }
 
-/// A `$GPS` line: date ddmmyy, time hhmmss, latitude ddmm.mmm, longitude dddmm.mmm.
-fn fix(fields: &[&str]) -> Option<Fix> {
-    let [_, date, clock, lat, lon, ..] = fields else { return None };
+/// The samples of a dive last to the surface, for a share of its time at the least (guess).
+const SAMPLED: f64 = 0.8;
+/// Characters of a damaged line that are shown.
+const LONGEST_SHOWN: usize = 40;
+
+/// A `$GPS` line: date ddmmyy, time hhmmss, latitude ddmm.mmm, longitude dddmm.mmm, and behind four more the magnetic variation, deg.
+/// The oldest firmware states no date: it is the day on which the time of day is nearest to `start`.
+fn fix(fields: &[&str], start: f64) -> Option<(Fix, Option<f64>)> {
     let pair = |text: &str, at: usize| text.get(at..at + 2)?.parse::<i64>().ok();
-    let days = calendar::days_from_1970(2000 + pair(date, 4)?, pair(date, 2)?, pair(date, 0)?)?;
-    let time_s = (days * 86400 + pair(clock, 0)? * 3600 + pair(clock, 2)? * 60 + pair(clock, 4)?) as f64;
+    let undated = fields.get(2)?.contains('.');
+    let rest = fields.get(if undated { 1 } else { 2 }..)?;
+    let [clock, lat, lon, ..] = rest else { return None };
+    let of_day = (pair(clock, 0)? * 3600 + pair(clock, 2)? * 60 + pair(clock, 4)?) as f64;
+    let days = if undated {
+        ((start - of_day) / 86_400.0).round()
+    } else {
+        let date = fields[1];
+        calendar::days_from_1970(2000 + pair(date, 4)?, pair(date, 2)?, pair(date, 0)?)? as f64
+    };
     let degrees = |text: &str| text.parse::<f64>().ok().map(super::position::degrees_of_minutes);
-    Some(Fix { time_s, lat_deg: degrees(lat)?, lon_deg: degrees(lon)? })
+    let fix = Fix { time_s: days * 86_400.0 + of_day, lat_deg: degrees(lat)?, lon_deg: degrees(lon)? };
+    Some((fix, rest.get(6).and_then(|f| f.parse().ok()))).filter(|(f, _)| f.time_s.is_finite())
 }
 
 fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<Imported, String> {
     let columns = eng.lines().find_map(|l| l.strip_prefix("%columns:")).ok_or("its .eng has no line %columns:")?;
+    if !eng.lines().any(|l| l.starts_with("%data")) {
+        return Err("its .eng has no line %data:".into());
+    }
     let names: Vec<&str> = columns.split(',').map(str::trim).collect();
     let mut values: BTreeMap<&str, Vec<f64>> = names.iter().map(|n| (*n, Vec::new())).collect();
     let mut cut = 0;
@@ -215,7 +272,7 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
     let start = if log.start.is_finite() { log.start } else { header_start.ok_or("has no start line")? };
     let column = |name: &str| values.get(name).cloned().unwrap_or_default();
     let time: Vec<f64> = column("elaps_t").iter().map(|t| t + start).collect();
-    let lat_deg = log.fixes.first().map_or(45.0, |f| f.lat_deg);
+    let lat_deg = log.before.iter().chain(&log.fixes).next().map_or(45.0, |f| f.lat_deg);
     let rows = time.iter().zip(column("depth"));
     let rows = rows.map(|(unix_s, cm)| Row {
         unix_s: *unix_s,
@@ -234,15 +291,7 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
         }
         Series::new(&time, &time.iter().map(|t| between(pump, t - start) * 1e-6).collect::<Vec<_>>())
     };
-    match log.variation {
-        Some(degrees) => report.note(format!("heading is magnetic: variation of {degrees} deg added")),
-        None => report.note("heading is magnetic and stays so: the .log states no variation".into()),
-    }
-    if !log.ended {
-        report.leave_out(
-            "its .log has no $GPS line, the fix after the dive: it is cut, and what the pump did at the end is missing too".into(),
-        );
-    }
+    log.say(column("elaps_t").last().copied(), &mut report);
     for (from, unit, to, factor) in [
         ("depth", "cm", "pressure_dbar", 0.01),
         ("pitchAng", "deg", "m_pitch_rad", DEGREE),
@@ -259,8 +308,7 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
         roll: angle("rollAng", 0.0),
         heading: angle("head", log.variation.unwrap_or(0.0)),
         ballast,
-        // The first is the end of the dive before.
-        fixes: log.fixes.get(1..).unwrap_or_default().to_vec(),
+        fixes: log.fixes.clone(),
         ..Log::default()
     };
     let flight = out.flight(&format!("dive {dive}"), &mut report).ok_or("its .eng has no row")?;

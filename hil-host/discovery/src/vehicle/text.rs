@@ -156,17 +156,12 @@ fn line_of(text: &str, key: &str) -> u64 {
     let lines: Vec<&str> = text.lines().map(|l| l.split('#').next().unwrap_or_default()).collect();
     // A key stands alone, quoted, or as the last part of a table's head.
     let names = |line: &str, part: &str| {
-        let mut from = 0;
-        while let Some(k) = line[from..].find(part) {
-            let (start, end) = (from + k, from + k + part.len());
+        line.match_indices(part).any(|(start, _)| {
+            let end = start + part.len();
             let edge = |c: Option<char>| c.is_none_or(|c| !(c.is_alphanumeric() || c == '_'));
             let after = line[end..].trim_start_matches(['"', '\'', ' ', '\t']);
-            if edge(line[..start].chars().next_back()) && edge(line[end..].chars().next()) && after.starts_with(['=', ':', ']', '.']) {
-                return true;
-            }
-            from = end;
-        }
-        false
+            edge(line[..start].chars().next_back()) && edge(line[end..].chars().next()) && after.starts_with(['=', ':', ']', '.'])
+        })
     };
     let mut found = 0;
     for part in key.split('.') {
@@ -177,4 +172,18 @@ fn line_of(text: &str, key: &str) -> u64 {
         }
     }
     found as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_an_empty_key_has_a_line_too() {
+        let text = "{\n \"effects\": {\n  \"\": {\"k\": 1}\n }\n}";
+        // It looked for the empty name without end.
+        assert!((2..=3).contains(&line_of(text, "effects.")) && line_of(text, "") > 0);
+        assert_eq!(line_of(text, "effects"), 2);
+        assert_eq!(line_of("a = 1\nhydro.cd0 = 2\n[x]\ncd0 = 3", "hydro.cd0"), 2);
+    }
 }

@@ -1,0 +1,153 @@
+//! Files of Slocums: copies, two gliders, units, halves that are missing, clocks, a CTD that is off or of another maker.
+
+use discovery::import::import;
+
+use super::made_logs::{CYCLES, START, at, engineering, pair, slocum};
+use super::{folder, said};
+
+#[test]
+fn regress_a_copy_of_a_file_under_another_name_is_read_once() {
+    let folder = folder("copy");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let want = import(&folder, &[]).expect("an import").flight;
+    for (name, copies) in [("one", &["a.dbd"][..]), ("other", &["a.ebd"]), ("both", &["a.dbd", "a.ebd"])] {
+        for file in copies {
+            std::fs::copy(folder.join(file), folder.join(format!("Copy of {file}"))).expect("copied");
+        }
+        let got = import(&folder, &[]).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!((&got.flight.time_s, &got.flight.segment), (&want.time_s, &want.segment), "{name}");
+        assert!(said(&got).contains("holds the same bytes as") && got.report.is_whole(), "{name}: {}", said(&got));
+    }
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_two_gliders_that_do_not_overlap_are_refused_too() {
+    let folder = folder("apart");
+    pair(&folder, "a", "alpha", START, |t| t);
+    pair(&folder, "b", "alpha", START + 7200.0, |t| t);
+    assert_eq!(import(&folder, &[]).expect("one glider").report.segments.len(), 2);
+    pair(&folder, "c", "beta", START + 90_000.0, |t| t);
+    let e = import(&folder, &[]).expect_err("refused").to_string();
+    assert!(e.contains("files of 2 gliders by their headers (alpha, beta)"), "{e}");
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_science_units_of_a_file_are_used_or_its_channel_is_not() {
+    let read = |name: &str, unit: &str, of: fn(f64) -> f64| {
+        let folder = folder(name);
+        engineering(&folder.join("a.dbd"), "alpha", START);
+        let sensors =
+            [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", unit), ("sci_water_cond", "s/m")];
+        slocum(&folder.join("a.ebd"), "alpha", &sensors, |k| vec![START + 4.0 * k as f64, at(k).0 / 10.0, of(12.0), 4.0]);
+        let got = import(&folder, &[]).expect("an import");
+        std::fs::remove_dir_all(folder).ok();
+        got
+    };
+    for (name, unit, of) in [("c", "degc", (|t| t) as fn(f64) -> f64), ("k", "K", |t| t + 273.15), ("f", "degF", |t| 1.8 * t + 32.0)] {
+        let got = read(name, unit, of);
+        assert_eq!(got.flight.len(), CYCLES, "{unit}");
+        assert!(got.flight.temperature_degc.iter().all(|t| (t - 12.0).abs() < 1e-4), "{unit}: {:?}", got.flight.temperature_degc[3]);
+    }
+    let got = read("unknown", "furlongs", |t| t);
+    assert!(got.flight.temperature_degc.iter().all(|t| t.is_nan()) && !got.report.is_whole(), "{}", said(&got));
+}
+
+#[test]
+fn regress_a_segment_without_one_of_its_files_is_named() {
+    let folder = folder("half");
+    pair(&folder, "a", "alpha", START, |t| t);
+    pair(&folder, "b", "alpha", START + 7200.0, |t| t);
+    std::fs::remove_file(folder.join("b.ebd")).expect("removed");
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("b has no science file"), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_cycles_without_a_time_and_a_ctd_that_is_off_are_counted() {
+    let folder = folder("holes");
+    let own = [("m_present_time", "timestamp"), ("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
+    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+    let write = |untimed: std::ops::Range<usize>, off: std::ops::Range<usize>| {
+        let time = |k: usize| START + 4.0 * k as f64;
+        let own_time = |k: usize| if untimed.contains(&k) { f64::NAN } else { time(k) };
+        slocum(&folder.join("a.dbd"), "alpha", &own, |k| vec![own_time(k), at(k).1, at(k).2, at(k).0 / 10.0]);
+        let on = |k: usize, v: f64| if off.contains(&k) { f64::NAN } else { v };
+        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), on(k, at(k).0 / 10.0), on(k, 12.0), on(k, 3.9)]);
+        import(&folder, &[]).expect("an import")
+    };
+    assert!(write(0..0, 0..0).report.is_whole());
+    let got = write(50..90, 0..0).report.left_out.join("\n");
+    assert!(got.contains("a.dbd: 40 of ") && got.contains("have no time"), "{got}");
+    let got = write(0..0, 75..170).report.left_out.join("\n");
+    assert!(got.contains("the CTD was off in") && got.contains("minutes under water"), "{got}");
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_a_clock_set_forward_in_a_segment_is_named_for_what_it_is() {
+    let folder = folder("jump");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let jumping = |ending: &str, clock: &'static str, until: usize, sensors: &[(&str, &str)], rest: fn(usize) -> Vec<f64>| {
+        let sensors = [&[(clock, "timestamp")][..], sensors].concat();
+        slocum(&folder.join(format!("a.{ending}")), "alpha", &sensors, |k| {
+            let time = START + 4.0 * k as f64 + if (140..until).contains(&k) { 3600.0 } else { 0.0 };
+            [vec![time], rest(k)].concat()
+        });
+        import(&folder, &[]).expect("an import").report.left_out.join("\n")
+    };
+    let own = [("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
+    let said = jumping("dbd", "m_present_time", CYCLES, &own, |k| vec![at(k).1, at(k).2, at(k).0 / 10.0]);
+    assert!(said.contains("a.dbd: its clock jumps by +3604 s, 556 s after its begin"), "{said}");
+    // For ten cycles only: these are left out, the rest fits.
+    let said = jumping("dbd", "m_present_time", 150, &own, |k| vec![at(k).1, at(k).2, at(k).0 / 10.0]);
+    assert!(said.contains("10 of 260 cycles are out of order") && !said.contains("jumps"), "{said}");
+    engineering(&folder.join("a.dbd"), "alpha", START);
+    let ctd = [("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+    let said = jumping("ebd", "sci_m_present_time", CYCLES, &ctd, |k| vec![at(k).0 / 10.0, 12.0, 3.9]);
+    assert!(said.contains("a.ebd: its clock jumps by +3604 s"), "{said}");
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_the_own_names_of_an_rbr_ctd_are_read() {
+    let folder = folder("rbr");
+    engineering(&folder.join("a.dbd"), "alpha", START);
+    let ctd = |sensors: [(&str, &str); 3], offset: f64, factor: f64| {
+        let sensors = [&[("sci_m_present_time", "timestamp"), ("sci_rbrctd_timestamp", "timestamp")][..], &sensors].concat();
+        slocum(&folder.join("a.ebd"), "alpha", &sensors, |k| {
+            let time = START + 4.0 * k as f64;
+            vec![time, time, (at(k).0 + offset) * factor, 12.0, 39.0 * if factor == 1.0 { 1.0 } else { 0.1 }]
+        });
+        import(&folder, &[]).expect("an import")
+    };
+    let usual = ctd([("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")], 0.0, 0.1);
+    let rest = [("sci_rbrctd_temperature_00", "degc"), ("sci_rbrctd_conductivity_00", "mS/cm")];
+    let got = ctd([("sci_rbrctd_seapressure_00", "dbar"), rest[0], rest[1]], 0.0, 1.0);
+    let off = got.flight.density_kg_m3.iter().zip(&usual.flight.density_kg_m3).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(got.flight.len() == CYCLES && off < 1e-6, "{off}: {}", said(&got));
+    assert!(said(&got).contains("sci_rbrctd_seapressure_00, sci_rbrctd_temperature_00, sci_rbrctd_conductivity_00 are taken"));
+    assert_eq!(ctd([("sci_rbrctd_pressure_00", "dbar"), rest[0], rest[1]], 0.0, 1.0).flight.len(), CYCLES);
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_what_was_lost_before_is_named_with_the_refusal_and_the_density() {
+    let folder = folder("lost");
+    let sensors = [("m_present_time", "timestamp"), ("m_pressure", "bar")];
+    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+    let write = |cond: fn(usize) -> f64, time: fn(usize) -> usize| {
+        let time = |k: usize| START + 4.0 * time(k) as f64;
+        slocum(&folder.join("a.dbd"), "alpha", &sensors, |k| vec![time(k), at(k).0 / 10.0]);
+        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), at(k).0 / 10.0, 12.0, cond(k)]);
+        import(&folder, &[])
+    };
+    let got = write(|k| if k > 100 { 0.0 } else { 3.9 }, |k| k).expect("an import");
+    assert!(said(&got).contains("rows under water have no density: salinity, conductivity or temperature"), "{}", said(&got));
+    assert!(!said(&write(|_| 3.9, |k| k).expect("an import")).contains("have no density"));
+    let e = write(|_| 3.9, |k| 2 * CYCLES - k).expect_err("one cycle in order").to_string();
+    assert!(e.contains("left out before: ") && e.contains("goes backwards"), "{e}");
+    std::fs::remove_dir_all(folder).ok();
+}

@@ -1,6 +1,7 @@
 //! What a glider's computers logged, each channel on its own clock, brought to the rows of the CTD.
 
 use super::position::{self, Fix};
+use super::pressure_zero;
 use super::report::Report;
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
@@ -51,6 +52,10 @@ impl Log {
         self.fixes = position::sound(std::mem::take(&mut self.fixes), report);
         self.rows.retain(|r| r.unix_s.is_finite() && r.pressure_pa.is_finite());
         self.rows.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
+        let pairs: Vec<(f64, f64)> = self.rows.iter().map(|r| (r.unix_s, r.pressure_pa)).collect();
+        let off = pressure_zero::zeros_under_way(&pairs, "the pressure", report);
+        let mut row = 0..;
+        self.rows.retain(|_| row.next().is_none_or(|i| !off.contains(&i)));
         let all = self.rows.len();
         self.rows.dedup_by(|b, a| a.unix_s == b.unix_s);
         if self.rows.len() < all {

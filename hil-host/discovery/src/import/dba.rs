@@ -20,8 +20,13 @@ pub const START: &[u8] = b"dbd_label:";
 /// Whether the first bytes, a kilobyte or two, are those of such a file: the binary kinds have no lines of labels.
 #[must_use]
 pub fn is_dba(head: &[u8]) -> bool {
-    let head = &head[..head.len().min(HEAD)];
+    let head = without_mark(&head[..head.len().min(HEAD)]);
     head.starts_with(START) && head.windows(LABELS.len()).any(|w| w == LABELS)
+}
+
+/// The bytes without the mark of UTF-8 that an editor may put in front.
+fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes)
 }
 
 const LABELS: &[u8] = b"num_label_lines:";
@@ -46,7 +51,7 @@ pub fn header(text: &str) -> (BTreeMap<String, String>, usize) {
 /// # Errors
 /// What is wrong, in one line.
 pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<DbdFile, String> {
-    let text = String::from_utf8_lossy(bytes);
+    let text = String::from_utf8_lossy(without_mark(bytes));
     let (header, at) = header(&text);
     let mut lines = text.get(at..).unwrap_or_default().split_inclusive('\n');
     let names = lines.next().ok_or("ends after its header")?;
@@ -110,6 +115,8 @@ mod tests {
 
     #[test]
     fn regress_the_number_of_header_lines_is_counted_not_believed() {
+        let marked = format!("\u{feff}{FILE}");
+        assert!(is_dba(marked.as_bytes()) && read(marked.as_bytes(), |_| true).is_ok());
         for tags in ["5", "7", "9", "x"] {
             let file =
                 read(FILE.replace("tags: 6", &format!("tags: {tags}")).replace("m_pitch", "M_Pitch").as_bytes(), |_| true).expect("reads");

@@ -84,6 +84,7 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
     for what in passed {
         imported.report.note(what);
     }
+    impossible_water(&mut imported);
     let before = imported.flight.segment.clone();
     if kind == Kind::SlocumText && imported.report.segments.len() == 1 && surface::cut(&mut imported.flight) > 1 {
         let count = imported.flight.segment.last().map_or(1, |s| s + 1);
@@ -310,8 +311,11 @@ fn check(imported: &mut Imported) -> Result<(), String> {
     if let Some((column, why)) = implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
         return Err(format!("{column} {why}"));
     }
-    let deep = quantile(&flight.pressure_pa, 0.99);
-    if deep < SHALLOW_PA {
+    let mut falling: Vec<f64> = flight.pressure_pa.iter().copied().filter(|p| p.is_finite()).collect();
+    falling.sort_by(|a, b| b.total_cmp(a));
+    // A few wrong rows make no dive, days at the surface do not hide one.
+    let deep = falling.get(STRAY_ROWS.min(falling.len() / 100)).copied().unwrap_or(f64::NAN);
+    if !(deep >= SHALLOW_PA) {
         return Err(format!("pressure never exceeds {:.4} dbar: no dive to compare with, or kbar or MPa instead of dbar?", deep * 1e-4));
     }
     let under_water = || (0..flight.len()).filter(|i| flight.pressure_pa[*i] > SHALLOW_PA);
@@ -364,6 +368,39 @@ fn check(imported: &mut Imported) -> Result<(), String> {
     Ok(())
 }
 
+/// Temperatures and salinities that no water has become none, with the density that was computed from them.
+fn impossible_water(imported: &mut Imported) {
+    let flight = &mut imported.flight;
+    let (degc, practical) = (netcdf::names::TEMPERATURE.possible(), netcdf::names::SALINITY.possible());
+    let is_wrong = |t: f64| t.is_finite() && !degc.contains(&t);
+    // Where most are it is the unit, which is refused with its name.
+    let most = 2 * flight.temperature_degc.iter().filter(|t| is_wrong(**t)).count() > flight.len();
+    let (mut hot, mut salty) = (0, 0);
+    let mut salinity = flight.extra.get_mut(channels::SALINITY);
+    for i in 0..flight.temperature_degc.len() {
+        let wrong = !most && is_wrong(flight.temperature_degc[i]);
+        let salinity = salinity.as_mut().and_then(|s| s.get_mut(i));
+        let too_salty = !wrong && salinity.as_ref().is_some_and(|s| **s > *practical.end());
+        if wrong {
+            flight.temperature_degc[i] = f64::NAN;
+        }
+        if let Some(salinity) = salinity.filter(|_| wrong || too_salty) {
+            *salinity = f64::NAN;
+            flight.density_kg_m3[i] = f64::NAN;
+        }
+        hot += usize::from(wrong);
+        salty += usize::from(too_salty);
+    }
+    let rows = flight.len();
+    if hot > 0 {
+        imported.report.note(format!("{hot} of {rows} temperatures are none of water (-3 to 45 degC): left out"));
+    }
+    if salty > 0 {
+        let what = "salinities are above 45, from this conductivity: another unit than it states? They and their density are";
+        imported.report.leave_out(format!("{salty} of {rows} {what} left out"));
+    }
+}
+
 /// Share of the rows under way whose nose points up where they sink or down where they rise, where these are nearly all.
 fn nose_up_in_descent(flight: &Flight) -> Option<f64> {
     let rows: Vec<(usize, f64)> = under_way(flight).filter(|(i, _)| flight.pitch_rad[*i].abs() > UNDER_WAY_RAD).collect();
@@ -386,6 +423,8 @@ fn under_way(flight: &Flight) -> impl Iterator<Item = (usize, f64)> + '_ {
     (0..flight.len().saturating_sub(1)).map(move |i| (i, rate(i))).filter(|(_, rate)| rate.abs() > UNDER_WAY_PA_S)
 }
 
+/// So many rows too deep may be wrong ones (guess).
+const STRAY_ROWS: usize = 20;
 /// Half of what a pump moves at the least, m³ (guess).
 const BALLAST_M3: f64 = 20e-6;
 /// A glider under way sinks or rises faster than 3 cm/s, Pa/s, with its nose more than 5 deg off the horizontal, rad.

@@ -60,22 +60,48 @@ pub fn sound(fixes: Vec<Fix>, report: &mut Report) -> Vec<Fix> {
         let (east, north) = local(known[a], known[b]);
         east.hypot(north) <= FIX_ERROR_M + DRIFT_M_S * (known[a].time_s - known[b].time_s).abs()
     };
-    // One is wrong where its neighbours, two on one side at an end, agree with one another and not with it.
-    let strays = |k: usize| {
-        let (a, b) = match k {
-            0 => (1, 2),
-            _ if k + 1 == known.len() => (k - 1, k - 2),
-            _ => (k - 1, k + 1),
-        };
-        near(a, b) && !near(k, a) && !near(k, b)
-    };
-    let kept: Vec<Fix> = (0..known.len()).filter(|k| known.len() < 3 || !strays(*k)).map(|k| known[k]).collect();
+    let kept: Vec<Fix> = reachable(known.len(), near).into_iter().map(|k| known[k]).collect();
     if kept.len() < fixes.len() {
         let out = fixes.len() - kept.len();
         report.note(format!("{out} of {} GPS fixes are at 0 deg 0 deg or where no glider comes from the others: left out", fixes.len()));
     }
     kept
 }
+
+/// Places of the most fixes of `count` that follow one another, where `near` says of two whether a glider comes from one to the other:
+/// runs of neighbours, and the heaviest chain of runs. Of two alike, such as two fixes alone, all stay: which one is wrong cannot be told.
+fn reachable(count: usize, near: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+    for k in 0..count {
+        match runs.last_mut().filter(|r| near(r.end - 1, k)) {
+            Some(run) => run.end = k + 1,
+            None => runs.push(k..k + 1),
+        }
+    }
+    if runs.len() < 2 || runs.len() > MOST_RUNS {
+        return (0..count).collect();
+    }
+    // Weight of the heaviest chain that ends in each run, and the run before it.
+    let mut best: Vec<(usize, Option<usize>)> = Vec::with_capacity(runs.len());
+    for (k, run) in runs.iter().enumerate() {
+        let before = (0..k).filter(|b| near(runs[*b].end - 1, run.start)).max_by_key(|b| best[*b].0);
+        best.push((run.len() + before.map_or(0, |b| best[b].0), before));
+    }
+    let heaviest = best.iter().map(|b| b.0).max().unwrap_or(0);
+    if 2 * heaviest <= count {
+        return (0..count).collect();
+    }
+    let mut chain = Vec::new();
+    let mut at = best.iter().position(|b| b.0 == heaviest);
+    while let Some(k) = at {
+        chain.push(runs[k].clone());
+        at = best[k].1;
+    }
+    chain.into_iter().rev().flatten().collect()
+}
+
+/// More runs than this are noise, not a few wrong fixes.
+const MOST_RUNS: usize = 1000;
 
 /// A longitude, or the difference of two, between -180 and 180 deg: across the date line it jumps by 360.
 fn nearest_turn(lon_deg: f64) -> f64 {
@@ -102,13 +128,18 @@ fn segments(flight: &Flight) -> Vec<std::ops::Range<usize>> {
     out
 }
 
-/// Fixes that may be of the segment `rows`: those of its time, and of the time at the surface around it that is no other segment's.
+/// Fixes of a segment: those of its time, and of the time at the surface around it that are nearer to it than to another one.
 fn of_segment<'a>(fixes: &'a [Fix], spans: &'a [(f64, f64)], own: usize) -> impl Iterator<Item = (usize, Fix)> + 'a {
     let (first, last) = spans[own];
     let (from, to) = (fixes.partition_point(|f| f.time_s < first - FIX_REACH_S), fixes.partition_point(|f| f.time_s <= last + FIX_REACH_S));
+    let off = |span: (f64, f64), t: f64| (span.0 - t).max(t - span.1).max(0.0);
     let elsewhere = move |t: f64| {
-        let others = [own.checked_sub(1), Some(own + 1)].into_iter().flatten().filter_map(|k| spans.get(k));
-        !(first..=last).contains(&t) && others.into_iter().any(|span| (span.0..=span.1).contains(&t))
+        let nearer = |k: usize, or_alike: bool| {
+            let other = spans.get(k).map_or(f64::INFINITY, |span| off(*span, t));
+            other < off((first, last), t) || (or_alike && other == off((first, last), t))
+        };
+        // A fix between two belongs to the nearer one, in the middle to the earlier one.
+        own.checked_sub(1).is_some_and(|k| nearer(k, true)) || nearer(own + 1, false)
     };
     (from..to.max(from)).map(|k| (k, fixes[k])).filter(move |(_, f)| !elsewhere(f.time_s))
 }
@@ -240,6 +271,22 @@ mod tests {
     }
 
     #[test]
+    fn regress_several_far_fixes_are_left_out_and_half_of_them_are_not() {
+        let fix = |k: u32, north: f64| Fix { time_s: 60.0 * f64::from(k), lat_deg: 54.0 + north, lon_deg: 15.0 };
+        let far = |range: std::ops::Range<u32>| (0..17).map(|k| fix(k, if range.contains(&k) { 1.0 } else { 0.0 })).collect::<Vec<_>>();
+        for range in [13..17, 0..4, 7..11] {
+            let kept = sound(far(range.clone()), &mut Report::new("made"));
+            assert!(kept.len() == 13 && kept.iter().all(|f| f.lat_deg == 54.0), "{range:?}: {}", kept.len());
+        }
+        // Two days later and 100 km on is a ship or a current.
+        let mut later = far(17..17);
+        later.extend((0..9).map(|k| Fix { time_s: 172_800.0 + f64::from(k), ..fix(0, 0.9) }));
+        assert_eq!(sound(later.clone(), &mut Report::new("made")), later);
+        let two = vec![fix(0, 0.0), fix(1, 1.0)];
+        assert_eq!(sound(two.clone(), &mut Report::new("made")), two);
+    }
+
+    #[test]
     fn regress_fixes_of_the_next_segment_are_not_this_one_s() {
         // Two segments of 200 s with 100 s between them, drifting north; fixes every 20 s all the while.
         let mut f = Flight::blank(100);
@@ -249,6 +296,9 @@ mod tests {
         let fixes: Vec<Fix> = (0..25).map(|k| 20.0 * f64::from(k)).map(|t| Fix { time_s: t, lat_deg: degree(t), lon_deg: 15.0 }).collect();
         let mut report = Report::new("made");
         place(&mut f, &times, &fixes, &mut report);
+        // 10 fixes in each span, those between once only.
+        let placed = f.gps_north_m.iter().filter(|v| v.is_finite()).count();
+        assert!(placed <= 25, "{placed} of 25 fixes");
         for rows in [0..50, 50..100] {
             let start = report.origins[usize::from(rows.start > 0)].unix_s;
             for i in rows.filter(|i| f.gps_north_m[*i].is_finite()) {

@@ -3,13 +3,16 @@
 use super::{Imported, Report};
 use crate::record::plausible::quantile;
 
-/// Waves and noise of a sensor afloat, Pa; and how long a glider floats at least, s.
+/// Waves and noise of a sensor afloat, Pa; and how long a glider floats at least, s: twice as long as a turn at depth takes within twice
+/// that pressure (20 s at 17 cm/s lost in 20 s).
 const SURFACE_PA: f64 = 2e3;
-const STAY_S: f64 = 60.0;
+const STAY_S: f64 = 40.0;
+/// Rows further apart are no one stay, s.
+const JOINED_S: f64 = 60.0;
 /// Speed of sound in sea water, m/s: density grows by dp/c² with pressure (1500 within 4 %).
 const SOUND_M_S: f64 = 1500.0;
 
-/// What a sensor reads in a stay of a minute at its least, where no part of a glider can be: above the surface, or a metre and more
+/// What a sensor reads in a stay at its least, where no part of a glider can be: above the surface, or a metre and more
 /// below, Pa. An absolute pressure reads about 10 dbar there. None where it reads what a glider's does.
 fn afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     let level = quantile(&rows.clone().map(|r| r.1).collect::<Vec<_>>(), 0.01);
@@ -17,7 +20,7 @@ fn afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;
     for (t, p) in rows {
         let near = |p: f64| (p - level).abs() < SURFACE_PA;
-        let joined = before.filter(|(earlier, was)| near(*was) && near(p) && t - earlier < STAY_S);
+        let joined = before.filter(|(earlier, was)| near(*was) && near(p) && t - earlier < JOINED_S);
         stay_s = joined.map_or(0.0, |(earlier, _)| stay_s + t - earlier);
         longest_s = longest_s.max(stay_s);
         before = Some((t, p));
@@ -54,6 +57,32 @@ pub(super) fn take_out_of_flight(imported: &mut Imported) {
     }
 }
 
+/// Under water, Pa.
+const UNDER_WATER_PA: f64 = 2e4;
+/// No glider rises or sinks faster, Pa/s (1 m/s).
+const FASTEST_PA_S: f64 = 1e4;
+
+/// Places of zeros of a sensor that was off, to which, and from which, no glider could come so fast; `name` is the sensor's.
+pub(super) fn zeros_under_way(pairs: &[(f64, f64)], name: &str, report: &mut Report) -> std::collections::BTreeSet<usize> {
+    let mut out = std::collections::BTreeSet::new();
+    let mut start = 0;
+    while start < pairs.len() {
+        let end = (start..pairs.len()).find(|k| pairs[*k].1 != 0.0).unwrap_or(pairs.len());
+        if end > start && start > 0 && end < pairs.len() {
+            let (before, first, last, after) = (pairs[start - 1], pairs[start], pairs[end - 1], pairs[end]);
+            let fast = |p: f64, step_s: f64| p > FASTEST_PA_S * step_s && p > UNDER_WATER_PA;
+            if fast(before.1, first.0 - before.0) && fast(after.1, after.0 - last.0) {
+                out.extend(start..end);
+            }
+        }
+        start = end.max(start + 1);
+    }
+    if !out.is_empty() {
+        report.note(format!("{} of {} values of {name} are 0 in the middle of a dive: left out", out.len(), pairs.len()));
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,7 +102,24 @@ mod tests {
             assert!(got.iter().zip(rows(0.0)).all(|(a, b)| (a.1 - b.1).abs() < 1e3), "{zero}");
             assert_eq!(report.notes.len(), 1);
         }
+        // A stay of a minute, as between two dives without a call.
+        let mut short: Vec<(f64, f64)> =
+            rows(10.13).into_iter().enumerate().filter(|(i, _)| i % 110 < 12 || i % 110 >= 30).map(|r| r.1).collect();
+        assert!(take_out(&mut short, &mut Report::new("made")).is_some());
         let mut report = Report::new("made");
         assert!(take_out(&mut rows(0.3), &mut report).is_none() && report.notes.is_empty());
+    }
+
+    #[test]
+    fn regress_zeros_of_a_sensor_that_is_off_in_a_dive_are_found() {
+        let zeros = |pairs: &[(f64, f64)]| zeros_under_way(pairs, "made", &mut Report::new("made"));
+        let at = |i: u32, p: f64| (4.0 * f64::from(i), p);
+        let mut pairs: Vec<(f64, f64)> = (0..100).map(|i| at(i, 1e4 * (34.0 + 0.1 * f64::from(i)))).collect();
+        assert!(zeros(&pairs).is_empty());
+        (40..55).for_each(|k| pairs[k].1 = 0.0);
+        assert_eq!(zeros(&pairs).into_iter().collect::<Vec<_>>(), (40..55).collect::<Vec<_>>());
+        // Afloat, and from there down as fast as a glider sinks.
+        let surfacing: Vec<(f64, f64)> = (0..100_u32).map(|i| at(i, 1e4 * f64::from(i.abs_diff(50).saturating_sub(5)))).collect();
+        assert!(zeros(&surfacing).is_empty());
     }
 }

@@ -200,3 +200,95 @@ fn regress_a_ballast_that_counts_what_weighs_is_questioned() {
     assert!(!questioned(&read(edited("seaexplorer_sub", "buoyant", |_, text| Some(text))).expect("reads")));
     assert!(questioned(&read(edited("seaexplorer_sub", "weighs", turned)).expect("reads")));
 }
+
+#[test]
+fn regress_the_ballast_of_a_seaglider_follows_its_log() {
+    let with = |name: &str, file: &'static str, edit: fn(String) -> String| {
+        read(edited("seaglider_raw", name, |n, text| Some(if n == file { edit(text) } else { text }))).expect("reads")
+    };
+    let of_dive = |got: &Imported, dive: u32| -> Vec<f64> {
+        let f = &got.flight;
+        (0..f.len()).filter(|i| f.segment[*i] == dive).map(|i| f.ballast_m3[i] * 1e6).collect()
+    };
+    let whole = with("start", "none", |t| t);
+    // From vbd_ad_start 1370.34 to -150 cm3 in 297.6 s, of which 2 are over.
+    let start = (1370.34 - 2700.0) * -0.245_296;
+    let want = start - (start + 150.0) * 2.0 / 297.6;
+    assert!((of_dive(&whole, 2)[0] - want).abs() < 0.1, "{} instead of {want}", of_dive(&whole, 2)[0]);
+    let middle = with("middle", "p0990012.log", |t| t.replace("$C_VBD,2700", "$C_VBD,2800"));
+    let off = of_dive(&middle, 1).iter().zip(of_dive(&whole, 1)).map(|(a, b)| a - b + 24.5296).fold(0.0, |m: f64, d| m.max(d.abs()));
+    assert!(off < 1e-6 && of_dive(&middle, 2) == of_dive(&whole, 2), "{off}");
+    assert!(middle.report.notes.iter().any(|n| n.contains("C_VBD is another")), "{:?}", middle.report.notes);
+    let lost = |t: String| t.lines().filter(|l| !l.starts_with("$GC,667") && !l.starts_with("$GC,1196")).collect::<Vec<_>>().join("\n");
+    assert!(left_out(&with("lost", "p0990013.log", lost)).contains("dive 13: the .log's last move of the pump is at 20 s"));
+    let zeros = |t: String| {
+        let place = t.lines().find_map(|l| l.strip_prefix("%columns:")?.split(',').position(|c| c.trim() == "vbdCC")).expect("a column");
+        let zero =
+            |l: &str| l.split_whitespace().enumerate().map(|(k, f)| if k == place { "0.0" } else { f }).collect::<Vec<_>>().join(" ");
+        t.lines().map(|l| if l.starts_with('%') { l.to_owned() } else { zero(l) }).collect::<Vec<_>>().join("\n")
+    };
+    let got = with("zeros", "p0990011.eng", zeros);
+    let off = of_dive(&got, 0).iter().zip(of_dive(&whole, 0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(
+        got.report.notes.iter().any(|n| n.contains("dive 11: ballast from the pump's moves") || n.contains("likewise")) && off < 60.0,
+        "{off}"
+    );
+}
+
+#[test]
+fn regress_fixes_and_depths_of_a_seaglider_that_cannot_be_are_left_out() {
+    let with = |name: &str, file: &'static str, edit: fn(String) -> String| {
+        read(edited("seaglider_raw", name, |n, text| Some(if n == file { edit(text) } else { text }))).expect("reads")
+    };
+    let known = |got: &Imported| got.flight.gps_north_m.iter().copied().filter(|v| v.is_finite()).collect::<Vec<_>>();
+    let whole = with("all", "none", |t| t);
+    let weeks = with("weeks", "p0990012.log", |t| t.replace("$GPS2,080726", "$GPS2,221106").replace("$GPS,080726", "$GPS,221106"));
+    assert!(known(&weeks) == known(&whole) && weeks.report.notes.iter().any(|n| n.contains("dates of 2 fixes are days off")));
+    let far = with("far", "p0990012.log", |t| {
+        let line = |l: &str| if l.starts_with("$GPS,") { l.replacen(",47", ",48", 1) } else { l.to_owned() };
+        t.lines().map(line).collect::<Vec<_>>().join("\n")
+    });
+    assert_eq!(known(&far).len() + 1, known(&whole).len(), "{:?}", far.report.notes);
+    let no_depth = with("no depth", "p0990012.eng", |t| {
+        let row = |(k, l): (usize, &str)| match l.split_whitespace().collect::<Vec<_>>()[..] {
+            [a, b, _, ref rest @ ..] if !l.starts_with('%') && (60..80).contains(&k) => format!("{a} {b} NaN {}", rest.join(" ")),
+            _ => l.to_owned(),
+        };
+        t.lines().enumerate().map(row).collect::<Vec<_>>().join("\n")
+    });
+    assert!(left_out(&no_depth).contains("20 rows of the .eng have no depth"), "{}", left_out(&no_depth));
+    assert_eq!(no_depth.flight.len() + 20, whole.flight.len());
+}
+
+#[test]
+fn regress_rows_of_a_seaexplorer_that_cannot_be_are_left_out() {
+    let whole = read(edited("seaexplorer_sub", "sound rows", |_, text| Some(text))).expect("reads");
+    let field = |name: &'static str, value: &'static str| {
+        move |n: &str, text: String| {
+            let place = text.lines().next().unwrap_or_default().split(';').position(|h| h == name);
+            let changed =
+                |l: &str| l.split(';').enumerate().map(|(k, f)| if Some(k) == place { value } else { f }).collect::<Vec<_>>().join(";");
+            let row = |(k, l): (usize, &str)| if (60..63).contains(&k) { changed(l) } else { l.to_owned() };
+            Some(if n.contains("pld1.sub.10") { text.lines().enumerate().map(row).collect::<Vec<_>>().join("\n") } else { text })
+        }
+    };
+    let hot = read(edited("seaexplorer_sub", "hot", field("LEGATO_TEMPERATURE", "99.9"))).expect("reads");
+    assert!(hot.report.notes.iter().any(|n| n.starts_with("3 of 372 temperatures are none of water")), "{:?}", hot.report.notes);
+    assert!(hot.flight.density_kg_m3.iter().all(|d| d.is_nan() || *d > 1000.0));
+    let zero = read(edited("seaexplorer_sub", "zero", field("LEGATO_PRESSURE", "0.0"))).expect("reads");
+    assert!(zero.flight.len() + 3 == whole.flight.len() && zero.report.notes.iter().any(|n| n.contains("are 0 in the middle of a dive")));
+    let salty = read(edited("seaexplorer_sub", "salty", field("LEGATO_CONDUCTIVITY", "96.0"))).expect("reads");
+    assert!(left_out(&salty).contains("3 of 372 salinities are above 45"), "{}", left_out(&salty));
+    let cut = |n: &str, text: String| {
+        if !n.contains("pld1.sub.10") {
+            return Some(text);
+        }
+        let mut lines: Vec<&str> = text.lines().collect();
+        let joined = format!("{}{}", &lines[40][..60], lines[41]);
+        lines[40] = &joined;
+        lines.remove(41);
+        Some(lines.join("\n"))
+    };
+    let got = read(edited("seaexplorer_sub", "cut rows", cut)).expect("reads");
+    assert!(left_out(&got).contains("1 rows have another number of values"), "{}", left_out(&got));
+}

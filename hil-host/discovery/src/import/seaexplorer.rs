@@ -181,6 +181,10 @@ fn read(chosen: &BTreeMap<(u32, bool), (bool, &PathBuf)>, cycles: &[u32], month_
                         "{name}: {count} rows without a time or before the clock was set ({expected}, first: \"{first}\")"
                     ));
                 }
+                if table.other_length > 0 {
+                    let count = table.other_length;
+                    report.leave_out(format!("{name}: {count} rows have another number of values than there are columns: cut?"));
+                }
                 if table.commas {
                     report.note("decimal commas in these files: a program saved them again?".into());
                 }

@@ -56,7 +56,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     };
     let mut report = Report::new("Seaglider log and eng files");
-    let (mut parts, mut numbers, mut logs, mut last_cc) = (Vec::new(), Vec::new(), Vec::new(), f64::NAN);
+    let (mut parts, mut numbers, mut logs, mut last_cc) = (Vec::new(), Vec::new(), Vec::<DiveLog>::new(), f64::NAN);
     for (glider, dive) in &dives {
         let of = |ending: &str| {
             files.iter().find(|f| dive_of(f) == Some((*glider, *dive)) && f.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)))
@@ -67,9 +67,16 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         };
         let log = read(log).map(|text| DiveLog::parse(&text));
         let part = log.and_then(|log| {
-            let cc = log.moves(last_cc);
-            last_cc = cc.last().map_or(last_cc, |c| c.1);
-            let part = one_dive(&read(eng)?, &log, &cc, *dive)?;
+            // The middle of the buoyancy device may be set anew: readings of all dives are brought to the first one's.
+            let middle_cc = log.middle_off(logs.first().unwrap_or(&log));
+            let cc = log.moves(last_cc - middle_cc);
+            last_cc = cc.last().map_or(last_cc, |c| c.1 + middle_cc);
+            let mut part = one_dive(&read(eng)?, &log, &cc, *dive)?;
+            if middle_cc != 0.0 {
+                part.flight.ballast_m3.iter_mut().for_each(|v| *v += middle_cc * 1e-6);
+                let what = "C_VBD is another than in the first dive: readings brought to the first one's middle";
+                part.report.note(format!("{what} ({middle_cc:+.1} cc)"));
+            }
             logs.push(log);
             Ok(part)
         });
@@ -96,6 +103,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     let mut draft = Class::Seaglider.draft();
     draft.say("case", &format!("sg{glider:03}"), "");
     let mut values = logs.last().map_or_else(BTreeMap::new, |l| l.scalars.clone());
+    values.extend(logs.first().and_then(|l| l.scalars.get_key_value("log_C_VBD")).map(|(k, v)| (k.clone(), *v)));
     match constants.map(|c| read(c).map(|text| Constants::parse(&text))) {
         Some(Ok(Constants { glider: Some(other), .. })) if other != glider => {
             imported.report.leave_out(format!("{CONSTANTS} is of SG{other:03}, the dives of SG{glider:03}: its numbers are not taken"));
@@ -128,8 +136,19 @@ struct DiveLog {
     variation: Option<f64>,
     /// Whether the fix after the dive is there, with which such a file ends.
     ended: bool,
-    /// Start and end of the pump's moves, s from the start, and the counts after.
-    pump: Vec<(f64, f64, f64)>,
+    pump: Vec<Move>,
+    /// Lines of moves that cannot be read.
+    bad_moves: usize,
+    /// Fixes whose date is days off the dive's.
+    other_days: usize,
+}
+
+/// One move of the pump: start and end, s from the start of the dive, counts before (newer firmware) and after.
+struct Move {
+    from: f64,
+    to: f64,
+    before: Option<f64>,
+    after: f64,
 }
 
 impl DiveLog {
@@ -146,14 +165,22 @@ impl DiveLog {
                 "GCHEAD" => heads = fields[1..].iter().map(|f| (*f).to_owned()).collect(),
                 "GC" => {
                     let of = |name: &str| heads.iter().position(|h| h == name).and_then(|k| fields.get(k + 1)?.parse::<f64>().ok());
-                    if let (Some(from), Some(counts)) = (of("st_secs"), of("vbd_ad")) {
-                        let to = of("vbd_secs").map(|s| from + s).or_else(|| of("end_secs")).unwrap_or(from);
-                        log.pump.push((from, to, counts));
+                    match (of("st_secs"), of("vbd_ad")) {
+                        (Some(from), Some(after)) => {
+                            let to = of("vbd_secs").map(|s| from + s).or_else(|| of("end_secs")).unwrap_or(from);
+                            log.pump.push(Move { from, to, before: of("vbd_ad_start"), after });
+                        }
+                        _ => log.bad_moves += 1,
                     }
                 }
                 "GPS1" | "GPS2" | "GPS" => {
                     match fix(&fields, log.start) {
-                        Some((fix, variation)) => {
+                        Some((mut fix, variation)) => {
+                            let days = ((fix.time_s - log.start) / DAY_S).round();
+                            if days.abs() >= OTHER_DAYS {
+                                fix.time_s -= days * DAY_S;
+                                log.other_days += 1;
+                            }
                             if fields[0] == "GPS1" {
                                 log.before = Some(fix)
                             } else {
@@ -192,10 +219,36 @@ impl DiveLog {
             report.leave_out(format!("{} lines of fixes that cannot be read, first \"${first}\"", self.bad_fixes.len()));
         }
         // The last move of the pump is at the surface.
-        let surfaced = self.pump.last().map_or(f64::NAN, |p| p.0);
+        let surfaced = self.pump.last().map_or(f64::NAN, |p| p.from);
+        if self.bad_moves > 0 {
+            report.leave_out(format!("{} lines of the pump's moves ($GC) that cannot be read", self.bad_moves));
+        }
+        if let Some(end) = eng_end.filter(|end| SAMPLED * *end > surfaced) {
+            report.leave_out(format!(
+                "the .log's last move of the pump is at {surfaced:.0} s, the dive ends at {end:.0} s: moves are missing"
+            ));
+        }
+        if self.other_days > 0 {
+            let count = self.other_days;
+            report.note(format!("dates of {count} fixes are days off the dive's (weeks of GPS counted anew?): the dive's day is taken"));
+        }
         if let Some(end) = eng_end.filter(|end| *end < SAMPLED * surfaced) {
             report.leave_out(format!("its .eng ends {end:.0} s after the start, the dive at {surfaced:.0} s by the .log: it is cut"));
         }
+    }
+
+    /// Fixes before and after the dive, judged with the one of the dive before.
+    fn sound_fixes(&self, report: &mut Report) -> Vec<Fix> {
+        let mut fixes = super::position::sound(self.before.iter().chain(&self.fixes).copied().collect(), report);
+        fixes.retain(|f| Some(*f) != self.before);
+        fixes
+    }
+
+    /// By how much readings are to be raised to count from the middle of the buoyancy device in another dive, cm³.
+    fn middle_off(&self, first: &Self) -> f64 {
+        let of = |log: &Self, name: &str| log.scalars.get(name).copied();
+        let off = || Some((of(self, "log_C_VBD")? - of(first, "log_C_VBD")?) * of(self, "log_VBD_CNV")?);
+        off().unwrap_or(0.0)
     }
 
     /// Time from the start, s, and volume, cm³, at the corners of the pump's moves; `before` is the volume before the first.
@@ -203,10 +256,10 @@ impl DiveLog {
         let (Some(c), Some(cc)) = (self.scalars.get("log_C_VBD"), self.scalars.get("log_VBD_CNV")) else { return Vec::new() };
         let mut corners = Vec::new();
         let mut volume = before;
-        for (from, to, counts) in &self.pump {
-            corners.push((*from, volume));
-            volume = (counts - c) * cc;
-            corners.push((*to, volume));
+        for one in &self.pump {
+            corners.push((one.from, one.before.map_or(volume, |counts| (counts - c) * cc)));
+            volume = (one.after - c) * cc;
+            corners.push((one.to, volume));
         }
         corners
     }
@@ -220,6 +273,9 @@ fn start_line(text: &str) -> Option<f64> {
     Some((days * 86400 + hour * 3600 + minute * 60 + second) as f64)
 }
 
+/// A day, s; and how many a dive and its fixes never take.
+const DAY_S: f64 = 86_400.0;
+const OTHER_DAYS: f64 = 3.0;
 /// The samples of a dive last to the surface, for a share of its time at the least (guess).
 const SAMPLED: f64 = 0.8;
 /// Characters of a damaged line that are shown.
@@ -234,13 +290,13 @@ fn fix(fields: &[&str], start: f64) -> Option<(Fix, Option<f64>)> {
     let [clock, lat, lon, ..] = rest else { return None };
     let of_day = (pair(clock, 0)? * 3600 + pair(clock, 2)? * 60 + pair(clock, 4)?) as f64;
     let days = if undated {
-        ((start - of_day) / 86_400.0).round()
+        ((start - of_day) / DAY_S).round()
     } else {
         let date = fields[1];
         calendar::days_from_1970(2000 + pair(date, 4)?, pair(date, 2)?, pair(date, 0)?)? as f64
     };
     let degrees = |text: &str| text.parse::<f64>().ok().map(super::position::degrees_of_minutes);
-    let fix = Fix { time_s: days * 86_400.0 + of_day, lat_deg: degrees(lat)?, lon_deg: degrees(lon)? };
+    let fix = Fix { time_s: days * DAY_S + of_day, lat_deg: degrees(lat)?, lon_deg: degrees(lon)? };
     Some((fix, rest.get(6).and_then(|f| f.parse().ok()))).filter(|(f, _)| f.time_s.is_finite())
 }
 
@@ -277,12 +333,17 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
     let rows = rows.map(|(unix_s, cm)| Row {
         unix_s: *unix_s,
         segment: 0,
-        pressure_pa: seawater::pressure_pa((cm * 0.01).max(0.0), lat_deg),
+        pressure_pa: if cm.is_nan() { f64::NAN } else { seawater::pressure_pa((cm * 0.01).max(0.0), lat_deg) },
         temperature_degc: f64::NAN,
         salinity: f64::NAN,
     });
     let angle = |name: &str, add: f64| Series::new(&time, &column(name).iter().map(|v| (v + add) * DEGREE).collect::<Vec<_>>());
-    let ballast = if values.contains_key("vbdCC") {
+    let unread = column("depth").iter().filter(|cm| cm.is_nan()).count();
+    if unread > 0 {
+        report.leave_out(format!("{unread} rows of the .eng have no depth"));
+    }
+    // A column of nothing but zeros or no values says nothing.
+    let ballast = if column("vbdCC").iter().any(|v| v.is_finite() && *v != 0.0) {
         Series::new(&time, &column("vbdCC").iter().map(|v| v * 1e-6).collect::<Vec<_>>())
     } else {
         match pump {
@@ -308,7 +369,7 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
         roll: angle("rollAng", 0.0),
         heading: angle("head", log.variation.unwrap_or(0.0)),
         ballast,
-        fixes: log.fixes.clone(),
+        fixes: log.sound_fixes(&mut report),
         ..Log::default()
     };
     let flight = out.flight(&format!("dive {dive}"), &mut report).ok_or("its .eng has no row")?;

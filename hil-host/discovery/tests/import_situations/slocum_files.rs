@@ -151,3 +151,42 @@ fn regress_what_was_lost_before_is_named_with_the_refusal_and_the_density() {
     assert!(e.contains("left out before: ") && e.contains("goes backwards"), "{e}");
     std::fs::remove_dir_all(folder).ok();
 }
+
+#[test]
+fn regress_values_of_a_slocum_that_cannot_be_are_left_out_by_name() {
+    let folder = folder("cannot");
+    let own = [("m_present_time", "timestamp"), ("m_pressure", "bar"), ("m_heading", "rad"), ("m_gps_lat", "lat"), ("m_gps_lon", "lon")];
+    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+    let write = |heading: f64, place: (f64, f64), degc: fn(usize) -> f64, zero: std::ops::Range<usize>| {
+        let time = |k: usize| START + 4.0 * k as f64;
+        let surfaced = |k: usize, v: f64| if k < 4 { v } else { f64::NAN };
+        slocum(&folder.join("a.dbd"), "alpha", &own, |k| {
+            vec![time(k), at(k).0 / 10.0, heading, surfaced(k, place.0), surfaced(k, place.1)]
+        });
+        let dbar = |k: usize| if zero.contains(&k) { 0.0 } else { at(k).0 / 10.0 };
+        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), dbar(k), degc(k), 3.9]);
+        import(&folder, &[]).expect("an import")
+    };
+    let sound = write(1.0, (5412.0, 724.0), |_| 12.0, 0..0);
+    assert!(sound.report.is_whole(), "{}", said(&sound));
+    let fills = write(1.0, (5412.0, 724.0), |k| if k % 5 == 0 { -999.0 } else { 12.0 }, 0..0);
+    assert!(said(&fills).contains("52 of 260 temperatures are none of water"), "{}", said(&fills));
+    assert!(fills.flight.temperature_degc.iter().all(|t| t.is_nan() || *t == 12.0));
+    assert!(said(&write(60.0, (5412.0, 724.0), |_| 12.0, 0..0)).contains("m_heading is in rad and goes beyond a full turn"));
+    let degrees = write(1.0, (54.2, 7.4), |_| 12.0, 0..0);
+    assert!(said(&degrees).contains("look like degrees") && degrees.flight.gps_east_m.iter().all(|v| v.is_nan()), "{}", said(&degrees));
+    let off = write(1.0, (5412.0, 724.0), |_| 12.0, 60..64);
+    assert!(said(&off).contains("4 of 260 values of the CTD's pressure are 0 in the middle of a dive"), "{}", said(&off));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_two_files_that_overlap_a_little_do_not_come_by_turns() {
+    let folder = folder("turns");
+    pair(&folder, "a", "alpha", START, |t| t);
+    pair(&folder, "b", "alpha", START + 4.0 * CYCLES as f64 - 30.0, |t| t);
+    let got = import(&folder, &[]).expect("an import");
+    assert!(got.flight.segment.windows(2).all(|w| w[1] >= w[0]), "by turns");
+    assert!(said(&got).contains("rows of one segment lie in the time of the next"), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}

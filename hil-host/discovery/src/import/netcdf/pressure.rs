@@ -1,6 +1,6 @@
 //! Pressure of a NetCDF file, or what its depth says about it.
 
-use super::super::MappedName;
+use super::super::{MappedName, pressure_zero};
 use super::names::{DEPTH, PRESSURE};
 use super::variables::{Channel, Reader};
 use super::water::scaled;
@@ -12,8 +12,6 @@ use crate::record::seawater;
 const DEPTH_SHARE: f64 = 0.1;
 /// Under water, Pa.
 const UNDER_WATER_PA: f64 = 2e4;
-/// No glider rises or sinks faster, Pa/s (1 m/s).
-const FASTEST_PA_S: f64 = 1e4;
 
 impl Reader<'_> {
     /// Pressure, or what depth says about it.
@@ -74,14 +72,8 @@ impl Reader<'_> {
             pressure.backwards = None;
         }
         let pairs: Vec<(f64, f64)> = pressure.series.pairs().collect();
-        let off = zeros_under_way(&pairs);
+        let off = pressure_zero::zeros_under_way(&pairs, &pressure.name, &mut self.report);
         if !off.is_empty() {
-            self.report.note(format!(
-                "{} of {} values of {} are 0 in the middle of a dive: left out",
-                off.len(),
-                pairs.len(),
-                pressure.name
-            ));
             let kept = pairs.iter().enumerate().filter(|(i, _)| !off.contains(i)).map(|(_, pair)| *pair);
             let (time, value): (Vec<f64>, Vec<f64>) = kept.unzip();
             pressure.series = Series::new(&time, &value);
@@ -125,40 +117,5 @@ impl Reader<'_> {
             return format!("has its variables in groups ({}), which are not read: copy them to the root of the file", groups.join(", "));
         }
         format!("has no pressure or depth with a time: looked for {names}{why}")
-    }
-}
-
-/// Zeros to which, and from which, no glider could come so fast.
-fn zeros_under_way(pairs: &[(f64, f64)]) -> std::collections::BTreeSet<usize> {
-    let mut out = std::collections::BTreeSet::new();
-    let mut start = 0;
-    while start < pairs.len() {
-        let end = (start..pairs.len()).find(|k| pairs[*k].1 != 0.0).unwrap_or(pairs.len());
-        if end > start && start > 0 && end < pairs.len() {
-            let (before, first, last, after) = (pairs[start - 1], pairs[start], pairs[end - 1], pairs[end]);
-            let fast = |p: f64, step_s: f64| p > FASTEST_PA_S * step_s && p > UNDER_WATER_PA;
-            if fast(before.1, first.0 - before.0) && fast(after.1, after.0 - last.0) {
-                out.extend(start..end);
-            }
-        }
-        start = end.max(start + 1);
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regress_zeros_of_a_sensor_that_is_off_in_a_dive_are_found() {
-        let at = |i: u32, p: f64| (4.0 * f64::from(i), p);
-        let mut pairs: Vec<(f64, f64)> = (0..100).map(|i| at(i, 1e4 * (34.0 + 0.1 * f64::from(i)))).collect();
-        assert!(zeros_under_way(&pairs).is_empty());
-        (40..55).for_each(|k| pairs[k].1 = 0.0);
-        assert_eq!(zeros_under_way(&pairs).into_iter().collect::<Vec<_>>(), (40..55).collect::<Vec<_>>());
-        // Afloat, and from there down as fast as a glider sinks.
-        let surfacing: Vec<(f64, f64)> = (0..100_u32).map(|i| at(i, 1e4 * f64::from(i.abs_diff(50).saturating_sub(5)))).collect();
-        assert!(zeros_under_way(&surfacing).is_empty());
     }
 }

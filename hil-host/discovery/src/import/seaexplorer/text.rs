@@ -13,8 +13,11 @@ const SMALLEST: u64 = 1 << 20;
 pub(super) struct Table {
     lines: Box<dyn BufRead>,
     header: Vec<String>,
+    columns: usize,
     pub rows: usize,
     pub undated: usize,
+    /// Rows of another number of values than the header has.
+    pub other_length: usize,
     /// What stands where a time should, first.
     pub no_time: Option<String>,
     pub dates: Dates,
@@ -49,8 +52,10 @@ impl Table {
         let mut table = Self {
             lines: Box::new(BufReader::new(bytes)),
             header: Vec::new(),
+            columns: 0,
             rows: 0,
             undated: 0,
+            other_length: 0,
             no_time: None,
             dates: Dates { month_first, ..Dates::default() },
             commas: false,
@@ -62,6 +67,7 @@ impl Table {
             return Err(why);
         }
         table.header = line.trim_start_matches('\u{feff}').trim_end().split(';').map(|f| f.trim().to_owned()).collect();
+        table.columns = columns(&line);
         if table.header.len() < 3 {
             return Err("has no header line of columns between semicolons".into());
         }
@@ -99,9 +105,14 @@ impl Table {
             if !self.line(line) {
                 return None;
             }
-            if !line.trim().is_empty() {
+            if line.trim().is_empty() {
+                continue;
+            }
+            if columns(line) == self.columns {
                 break;
             }
+            // Cut, or run together with the next: its values stand under other columns.
+            self.other_length += 1;
         }
         self.rows += 1;
         self.commas |= line.contains(',');
@@ -150,6 +161,12 @@ impl Dates {
     pub fn turned(self) -> bool {
         !self.month_first && self.of_months > 0 && self.of_days == 0
     }
+}
+
+/// Fields of a line; what stands behind the last semicolon may be nothing.
+fn columns(line: &str) -> usize {
+    let line = line.trim_end();
+    line.strip_suffix(';').unwrap_or(line).split(';').count()
 }
 
 /// A number with a decimal point or comma.

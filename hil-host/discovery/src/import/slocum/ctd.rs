@@ -41,7 +41,8 @@ pub(super) fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, o
             in_order(plausible_times(stamps), one, "the CTD's clock", report)
         }
         None => {
-            report.note(format!("{}: the CTD's own clock was not set: its samples stand on the computer's", one.name));
+            let why = if STAMPS.iter().any(|n| file.columns.contains_key(*n)) { "was not set" } else { "is not in it" };
+            report.note(format!("{}: the CTD's own clock {why}: its samples stand on the computer's", one.name));
             // Without it every cycle carries a sample; one like the one before is a copy.
             own
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{Collected, CtdRow};
 use crate::import::Report;
 use crate::import::channels::{SALINITY, agree};
-use crate::import::position;
+use crate::import::{position, pressure_zero};
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
 use crate::record::resample::Series;
@@ -18,10 +18,10 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
     let empty = Series::default();
     let get = |name: &str| series.get(name).unwrap_or(&empty);
-    let lat: Series = degrees(get("m_gps_lat"));
-    let lon: Series = degrees(get("m_gps_lon"));
+    let (lat, lon) = gps(get("m_gps_lat"), get("m_gps_lon"), report);
     let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
     let steering = steering_pressure(&series, place, report);
+    let heading = if in_rad(get("m_heading"), report) { get("m_heading") } else { &empty };
     let from_ctd = !all.ctd.is_empty();
     if !from_ctd {
         report.note("no CTD in these files: rows are the vehicle's own pressure, and density is missing".into());
@@ -29,6 +29,11 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     without_ctd(&mut all, &steering, report);
     all.ctd.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     all.ctd.dedup_by(|b, a| a.time_s == b.time_s);
+    without_overlap(&mut all.ctd, report);
+    let pairs: Vec<(f64, f64)> = all.ctd.iter().map(|r| (r.time_s, r.pressure_pa)).collect();
+    let off = pressure_zero::zeros_under_way(&pairs, "the CTD's pressure", report);
+    let mut row = 0..;
+    all.ctd.retain(|_| row.next().is_none_or(|i| !off.contains(&i)));
     let first = all.ctd.first()?;
     let start_s = first.time_s;
     let unix: Vec<f64> = all.ctd.iter().map(|r| r.time_s).collect();
@@ -65,7 +70,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
         pressure_pa: all.ctd.iter().map(|r| r.pressure_pa).collect(),
         pitch_rad: get("m_pitch").on(&unix),
         roll_rad: get("m_roll").on(&unix),
-        heading_rad: get("m_heading").angle_on(&unix),
+        heading_rad: heading.angle_on(&unix),
         ballast_m3: get(oil).on(&unix),
         battery_mass_m: get("m_battpos").on(&unix),
         temperature_degc: all.ctd.iter().map(|r| r.temperature_degc).collect(),
@@ -77,7 +82,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let practical = |r: &CtdRow| seawater::practical_salinity(r.conductivity_s_m, r.temperature_degc, r.pressure_pa * 1e-4);
     flight.extra.insert(SALINITY.into(), all.ctd.iter().map(practical).collect());
     number_segments(&mut flight, report);
-    let fixes = position::sound(position::fixes(&lat, &lon), report);
+    let fixes = afloat(position::sound(position::fixes(&lat, &lon), report), &steering, report);
     position::place(&mut flight, &unix, &fixes, report);
     position::dead_reckoning(&mut flight, &unix, &degrees(get("m_lat")), &degrees(get("m_lon")), &fixes);
     if !get("m_fin").is_empty() {
@@ -101,7 +106,8 @@ fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, repo
     let Some(depth) = series.get("m_depth").filter(|s| !s.is_empty()) else { return Series::default() };
     let lat_deg = place.map_or(45.0, |p| p.lat_deg);
     report.note(format!("no m_pressure: the vehicle's pressure is computed from m_depth by TEOS-10 at {lat_deg:.1} deg"));
-    let (time, pressure): (Vec<f64>, Vec<f64>) = depth.pairs().map(|(t, z)| (t, seawater::pressure_pa(z.max(0.0), lat_deg))).unzip();
+    let (time, pressure): (Vec<f64>, Vec<f64>) =
+        depth.pairs().map(|(t, z)| (t, if z < 0.0 { 1e4 * z } else { seawater::pressure_pa(z, lat_deg) })).unzip();
     Series::new(&time, &pressure)
 }
 
@@ -144,6 +150,67 @@ fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
 const OFF_MIN: usize = 2;
 /// Deeper than this the CTD runs, Pa.
 const UNDER_WATER_PA: f64 = 2e4;
+
+/// Rows of a segment after the first one of the next: two files overlap, and their rows would come by turns.
+fn without_overlap(rows: &mut Vec<CtdRow>, report: &mut Report) {
+    let mut seen: Vec<u32> = Vec::new();
+    let all = rows.len();
+    rows.retain(|row| {
+        if !seen.contains(&row.segment) {
+            seen.push(row.segment);
+        }
+        seen.last() == Some(&row.segment)
+    });
+    if rows.len() < all {
+        report.leave_out(format!("{} of {all} rows of one segment lie in the time of the next: two files overlap", all - rows.len()));
+    }
+}
+
+/// Latitude and longitude of the GPS, deg.
+fn gps(lat: &Series, lon: &Series, report: &mut Report) -> (Series, Series) {
+    let fixes = (degrees(lat), degrees(lon));
+    if !fixes.0.is_empty() && in_degrees(lat, lon) {
+        report.leave_out("m_gps_lat and m_gps_lon are to be ddmm.mmm and look like degrees: all fixes are left out".into());
+        return (Series::default(), Series::default());
+    }
+    fixes
+}
+
+/// Whether a heading that states rad can be in rad.
+fn in_rad(heading: &Series, report: &mut Report) -> bool {
+    let beyond = heading.pairs().filter(|(_, v)| v.abs() > FULL_TURN_RAD).count();
+    let sound = 20 * beyond <= heading.len();
+    if !sound {
+        report.leave_out("m_heading is in rad and goes beyond a full turn: degrees? It is left out".into());
+    }
+    sound
+}
+
+/// The fixes at the surface, by the vehicle's own pressure above its least.
+fn afloat(mut fixes: Vec<position::Fix>, steering: &Series, report: &mut Report) -> Vec<position::Fix> {
+    let all = fixes.len();
+    let least = crate::record::plausible::quantile(&steering.pairs().map(|(_, p)| p).collect::<Vec<_>>(), 0.02);
+    fixes.retain(|f| !(steering.at(f.time_s) - least > FIX_DEPTH_PA));
+    if fixes.len() < all {
+        let count = all - fixes.len();
+        report.note(format!("{count} of {all} GPS fixes lie below 3 dbar: repeated from the surface, no fixes"));
+    }
+    fixes
+}
+
+/// An angle that is no more than a full turn, rad; and deeper than this a fix is none, Pa (3 dbar).
+const FULL_TURN_RAD: f64 = 6.6;
+const FIX_DEPTH_PA: f64 = 3e4;
+
+/// Whether positions that should be ddmm.mmm are degrees: minutes of 60 and more, or all within a degree or two of 0 deg 0 deg.
+fn in_degrees(lat: &Series, lon: &Series) -> bool {
+    let known =
+        |series: &Series, most: f64| series.pairs().map(|(_, v)| v).filter(|v| v.abs() <= most * 100.0 && *v != 0.0).collect::<Vec<f64>>();
+    let (lat, lon) = (known(lat, 90.0), known(lon, 180.0));
+    let minutes = lat.iter().chain(&lon).filter(|v| v.abs() % 100.0 >= 60.0).count();
+    let small = lat.iter().all(|v| v.abs() <= 90.0) && lon.iter().all(|v| v.abs() <= 180.0);
+    2 * minutes > lat.len() || small
+}
 
 /// Segment numbers without holes, in the order of time.
 fn number_segments(flight: &mut Flight, report: &mut Report) {

@@ -16,13 +16,16 @@ const SOUND_M_S: f64 = 1500.0;
 /// below, Pa. An absolute pressure reads about 10 dbar there. None where it reads what a glider's does.
 fn afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     let level = quantile(&rows.clone().map(|r| r.1).collect::<Vec<_>>(), 0.01);
-    let (mut stay_s, mut longest_s) = (0.0, 0.0_f64);
+    let (mut stay_s, mut rows_of_stay, mut longest_s) = (0.0, 1, 0.0_f64);
     let mut before: Option<(f64, f64)> = None;
     for (t, p) in rows {
         let near = |p: f64| (p - level).abs() < SURFACE_PA;
         let joined = before.filter(|(earlier, was)| near(*was) && near(p) && t - earlier < JOINED_S);
-        stay_s = joined.map_or(0.0, |(earlier, _)| stay_s + t - earlier);
-        longest_s = longest_s.max(stay_s);
+        (stay_s, rows_of_stay) = joined.map_or((0.0, 1), |(earlier, _)| (stay_s + t - earlier, rows_of_stay + 1));
+        // Two rows alike lie on both sides of a turn.
+        if rows_of_stay > 2 {
+            longest_s = longest_s.max(stay_s);
+        }
         before = Some((t, p));
     }
     let impossible = (-1.2e5..-2e3).contains(&level) || (1e4..1.2e5).contains(&level);
@@ -106,6 +109,10 @@ mod tests {
         let mut short: Vec<(f64, f64)> =
             rows(10.13).into_iter().enumerate().filter(|(i, _)| i % 110 < 12 || i % 110 >= 30).map(|r| r.1).collect();
         assert!(take_out(&mut short, &mut Report::new("made")).is_some());
+        // Turns at 10 dbar, sampled every 45 s, are no stay.
+        let depth = [10.0, 10.0, 17.0, 24.0, 31.0, 31.0, 24.0, 17.0];
+        let mut turns: Vec<(f64, f64)> = (0..40_u32).map(|i| (45.0 * f64::from(i), 1e4 * depth[i as usize % 8])).collect();
+        assert!(take_out(&mut turns, &mut Report::new("made")).is_none());
         let mut report = Report::new("made");
         assert!(take_out(&mut rows(0.3), &mut report).is_none() && report.notes.is_empty());
     }

@@ -52,10 +52,7 @@ impl Log {
         self.fixes = position::sound(std::mem::take(&mut self.fixes), report);
         self.rows.retain(|r| r.unix_s.is_finite() && r.pressure_pa.is_finite());
         self.rows.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
-        let pairs: Vec<(f64, f64)> = self.rows.iter().map(|r| (r.unix_s, r.pressure_pa)).collect();
-        let off = pressure_zero::zeros_under_way(&pairs, "the pressure", report);
-        let mut row = 0..;
-        self.rows.retain(|_| row.next().is_none_or(|i| !off.contains(&i)));
+        pressure_zero::drop_zeros(&mut self.rows, |r| (r.unix_s, r.pressure_pa), "the pressure", report);
         let all = self.rows.len();
         self.rows.dedup_by(|b, a| a.unix_s == b.unix_s);
         if self.rows.len() < all {
@@ -142,9 +139,13 @@ pub(super) fn lonely_times(times: &mut [f64]) -> usize {
     alone.len()
 }
 
-/// No stay at the surface of a mission is longer, s; and fewer rows than a dive has.
+/// No stay at the surface of a mission is longer, s; and fewer rows than a dive has (guesses).
 const LONGEST_STAY_S: f64 = 86_400.0;
 const FEW_ROWS: usize = 5;
+
+/// Clocks of two computers that are right begin and end within this time of one another, s (guess): further apart is a zone, or a clock
+/// that was not set.
+pub(super) const CLOCKS_APART_S: f64 = 1500.0;
 
 /// No mission is longer, s.
 pub(super) const LONGEST_MISSION_S: f64 = 400.0 * 86400.0;

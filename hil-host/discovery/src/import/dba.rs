@@ -13,6 +13,7 @@
 use std::collections::BTreeMap;
 
 use super::dbd::DbdFile;
+use super::report::shown;
 
 /// How such a file begins.
 pub const START: &[u8] = b"dbd_label:";
@@ -77,7 +78,7 @@ pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<DbdFile, Stri
         for ((column, damaged), k) in columns.iter_mut().zip(&mut damaged).zip(&kept) {
             let value = fields[*k].parse::<f64>();
             if value.is_err() {
-                let first = format!("first in row {}: \"{}\"", row + 1, fields[*k].chars().take(LONGEST).collect::<String>());
+                let first = format!("first in row {}: \"{}\"", row + 1, shown(fields[*k]));
                 damaged.get_or_insert((0, first)).0 += 1;
             }
             column.push(value.ok().filter(|v| v.is_finite()).unwrap_or(f64::NAN));
@@ -93,8 +94,6 @@ pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<DbdFile, Stri
 
 /// More problems of one file say nothing more.
 const MOST_PROBLEMS: usize = 20;
-/// Characters of a damaged value that are shown.
-const LONGEST: usize = 40;
 
 #[cfg(test)]
 mod tests {

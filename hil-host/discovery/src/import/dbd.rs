@@ -20,6 +20,8 @@
 
 use std::collections::BTreeMap;
 
+use super::report::shown;
+
 /// One sensor of the list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sensor {
@@ -241,8 +243,8 @@ fn sensor_list(bytes: &[u8], total: usize) -> Result<(SensorList, &[u8]), DbdErr
         let line = String::from_utf8_lossy(&rest[..end]);
         let fields: Vec<&str> = line.split_whitespace().collect();
         // What stands behind a list that is cut is binary.
-        let shown = || line.chars().take(40).map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect::<String>();
-        let bad = || DbdError::SensorList(format!("{} (line {} of {total})", shown(), out.len() + 1));
+        let plain = || shown(&line).replace(|c: char| !c.is_ascii_graphic() && c != ' ', "?");
+        let bad = || DbdError::SensorList(format!("{} (line {} of {total})", plain(), out.len() + 1));
         let [tag, in_use, _, index, bytes, name, unit @ ..] = fields.as_slice() else { return Err(bad()) };
         let size: usize = bytes.parse().map_err(|_| bad())?;
         if *tag != "s:" || ![1, 2, 4, 8].contains(&size) {

@@ -77,7 +77,7 @@ pub(super) fn numbered(what: &str, parts: &[(u32, f64)], report: &mut Report) {
 /// Rows of two files at one time, s, and with one pressure, Pa.
 const SAME_TIME_S: f64 = 1e-3;
 const SAME_PRESSURE_PA: f64 = 100.0;
-/// A larger share of a part in the time of another, with other values, is of another glider or clock.
+/// A larger share of a part in the time of another, with other values, is of another glider or clock (guess).
 const OVERLAP: f64 = 0.25;
 
 /// Takes the rows out of `part`, `shift` seconds after the first row of `flight`, that lie in the time of the flight; whether any are to

@@ -85,11 +85,8 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
         imported.report.note(what);
     }
     impossible_water(&mut imported);
-    let before = imported.flight.segment.clone();
-    if kind == Kind::SlocumText && imported.report.segments.len() == 1 && surface::cut(&mut imported.flight) > 1 {
-        let count = imported.flight.segment.last().map_or(1, |s| s + 1);
-        imported.report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
-        position::rebase(&mut imported.flight, &mut imported.report, &before);
+    if kind == Kind::SlocumText && imported.report.segments.len() == 1 {
+        surface::cut_anew(&mut imported, 2);
     }
     imported.report.find_missing(&imported.flight);
     pressure_zero::take_out_of_flight(&mut imported);
@@ -129,10 +126,7 @@ fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
     };
     refused.into_iter().for_each(|what| imported.report.leave_out(what));
     imported.flight.name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let before = imported.flight.segment.clone();
-    let count = surface::cut(&mut imported.flight);
-    imported.report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
-    position::rebase(&mut imported.flight, &mut imported.report, &before);
+    surface::cut_anew(&mut imported, 1);
     Ok(imported)
 }
 

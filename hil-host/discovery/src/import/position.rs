@@ -10,6 +10,8 @@ use crate::record::resample::Series;
 
 /// Metres per degree of latitude (mean Earth radius 6 371 008.8 m, IUGG).
 const METRE_PER_DEGREE: f64 = 6_371_008.8 * std::f64::consts::PI / 180.0;
+/// A fix needs the aerial in air; deeper than this it is interpolated or repeated, Pa (3 dbar: pressure zero and the vehicle's length).
+pub(super) const FIX_DEPTH_PA: f64 = 3e4;
 /// A fix belongs to the nearest row if it is no further in time, s: at the surface the CTD is often off.
 const FIX_REACH_S: f64 = 600.0;
 
@@ -69,7 +71,7 @@ pub fn sound(fixes: Vec<Fix>, report: &mut Report) -> Vec<Fix> {
 }
 
 /// Places of the most fixes of `count` that follow one another, where `near` says of two whether a glider comes from one to the other:
-/// runs of neighbours, and the heaviest chain of runs. Of two alike, such as two fixes alone, all stay: which one is wrong cannot be told.
+/// runs of neighbours, and the heaviest chain of runs. Of two alike, such as two fixes alone, all stay: which one is wrong is not known.
 fn reachable(count: usize, near: impl Fn(usize, usize) -> bool) -> Vec<usize> {
     let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
     for k in 0..count {
@@ -100,7 +102,7 @@ fn reachable(count: usize, near: impl Fn(usize, usize) -> bool) -> Vec<usize> {
     chain.into_iter().rev().flatten().collect()
 }
 
-/// More runs than this are noise, not a few wrong fixes.
+/// More runs than this are noise, not a few wrong fixes (guess).
 const MOST_RUNS: usize = 1000;
 
 /// A longitude, or the difference of two, between -180 and 180 deg: across the date line it jumps by 360.

@@ -52,21 +52,30 @@ pub(super) fn take_out_of_flight(imported: &mut Imported) {
     if imported.report.density.contains("TEOS-10") {
         flight.density_kg_m3.iter_mut().for_each(|d| *d -= level / (SOUND_M_S * SOUND_M_S));
     }
-    let before = flight.segment.clone();
-    if before.iter().all(|s| *s == 0) && super::surface::cut(flight) > 1 {
-        let count = flight.segment.last().map_or(1, |s| s + 1);
-        imported.report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
-        super::position::rebase(flight, &mut imported.report, &before);
+    if flight.segment.iter().all(|s| *s == 0) {
+        super::surface::cut_anew(imported, 2);
     }
 }
 
 /// Under water, Pa.
-const UNDER_WATER_PA: f64 = 2e4;
+pub(super) const UNDER_WATER_PA: f64 = 2e4;
 /// No glider rises or sinks faster, Pa/s (1 m/s).
 const FASTEST_PA_S: f64 = 1e4;
 
-/// Places of zeros of a sensor that was off, to which, and from which, no glider could come so fast; `name` is the sensor's.
-pub(super) fn zeros_under_way(pairs: &[(f64, f64)], name: &str, report: &mut Report) -> std::collections::BTreeSet<usize> {
+/// Takes out rows whose pressure is the zero of a sensor that was off: to which, and from which, no glider could come so fast. `at` is
+/// the time, s, and pressure, Pa, of a row, `name` the sensor's.
+pub(super) fn drop_zeros<T>(rows: &mut Vec<T>, at: impl Fn(&T) -> (f64, f64), name: &str, report: &mut Report) {
+    let pairs: Vec<(f64, f64)> = rows.iter().map(at).collect();
+    let zeros = zeros_under_way(&pairs);
+    if !zeros.is_empty() {
+        report.note(format!("{} of {} values of {name} are 0 in the middle of a dive: left out", zeros.len(), pairs.len()));
+        let mut place = 0..;
+        rows.retain(|_| place.next().is_none_or(|k| !zeros.contains(&k)));
+    }
+}
+
+/// Places of such zeros.
+fn zeros_under_way(pairs: &[(f64, f64)]) -> std::collections::BTreeSet<usize> {
     let mut out = std::collections::BTreeSet::new();
     let mut start = 0;
     while start < pairs.len() {
@@ -79,9 +88,6 @@ pub(super) fn zeros_under_way(pairs: &[(f64, f64)], name: &str, report: &mut Rep
             }
         }
         start = end.max(start + 1);
-    }
-    if !out.is_empty() {
-        report.note(format!("{} of {} values of {name} are 0 in the middle of a dive: left out", out.len(), pairs.len()));
     }
     out
 }
@@ -119,14 +125,13 @@ mod tests {
 
     #[test]
     fn regress_zeros_of_a_sensor_that_is_off_in_a_dive_are_found() {
-        let zeros = |pairs: &[(f64, f64)]| zeros_under_way(pairs, "made", &mut Report::new("made"));
         let at = |i: u32, p: f64| (4.0 * f64::from(i), p);
         let mut pairs: Vec<(f64, f64)> = (0..100).map(|i| at(i, 1e4 * (34.0 + 0.1 * f64::from(i)))).collect();
-        assert!(zeros(&pairs).is_empty());
+        assert!(zeros_under_way(&pairs).is_empty());
         (40..55).for_each(|k| pairs[k].1 = 0.0);
-        assert_eq!(zeros(&pairs).into_iter().collect::<Vec<_>>(), (40..55).collect::<Vec<_>>());
+        assert_eq!(zeros_under_way(&pairs).into_iter().collect::<Vec<_>>(), (40..55).collect::<Vec<_>>());
         // Afloat, and from there down as fast as a glider sinks.
         let surfacing: Vec<(f64, f64)> = (0..100_u32).map(|i| at(i, 1e4 * f64::from(i.abs_diff(50).saturating_sub(5)))).collect();
-        assert!(zeros(&surfacing).is_empty());
+        assert!(zeros_under_way(&surfacing).is_empty());
     }
 }

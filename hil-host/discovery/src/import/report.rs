@@ -153,6 +153,11 @@ impl Report {
     }
 }
 
+/// What is shown of a damaged text in a message: its first 40 characters.
+pub(super) fn shown(text: &str) -> String {
+    text.chars().take(40).collect()
+}
+
 /// Why there is no flight.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportError {

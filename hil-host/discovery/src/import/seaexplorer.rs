@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::channels::{self, LONGEST_MISSION_S, Log, Row};
+use super::channels::{self, CLOCKS_APART_S, LONGEST_MISSION_S, Log, Row};
 use super::classes::Class;
 use super::position::{Fix, degrees_of_minutes};
 use super::{FileNote, ImportError, Imported, MappedName, Report, join};
@@ -213,9 +213,6 @@ fn compare_halves(cycles: &[u32], starts: &BTreeMap<(u32, bool), f64>, report: &
     }
 }
 
-/// Payload and navigation of a cycle begin within minutes of one another, s (guess).
-const CLOCKS_APART_S: f64 = 1500.0;
-
 /// Channels of the navigation computer as they are read.
 #[derive(Default)]
 struct Columns {
@@ -230,7 +227,7 @@ struct Columns {
     ctd: Option<&'static str>,
 }
 
-/// A cycle goes deeper than this, Pa; a CTD that shows less than a share of what the depth says was off.
+/// A cycle goes deeper than this, Pa; a CTD that shows less than a share of what the depth says was off (guess).
 const DIVE_PA: f64 = 1e5;
 const CTD_OFF: f64 = 0.2;
 

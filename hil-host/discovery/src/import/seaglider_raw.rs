@@ -13,6 +13,7 @@ use super::channels::{Log, Row};
 use super::classes::Class;
 use super::netcdf::Scalars;
 use super::position::Fix;
+use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, seaglider};
 use crate::record::resample::Series;
 use crate::record::seawater;
@@ -188,7 +189,7 @@ impl DiveLog {
                             }
                             log.variation = variation.or(log.variation);
                         }
-                        None => log.bad_fixes.push(line.chars().take(LONGEST_SHOWN).collect()),
+                        None => log.bad_fixes.push(shown(line)),
                     }
                     log.ended |= fields[0] == "GPS";
                 }
@@ -273,13 +274,11 @@ fn start_line(text: &str) -> Option<f64> {
     Some((days * 86400 + hour * 3600 + minute * 60 + second) as f64)
 }
 
-/// A day, s; and how many a dive and its fixes never take.
+/// A day, s; and how many a dive and its fixes never take (guess).
 const DAY_S: f64 = 86_400.0;
 const OTHER_DAYS: f64 = 3.0;
 /// The samples of a dive last to the surface, for a share of its time at the least (guess).
 const SAMPLED: f64 = 0.8;
-/// Characters of a damaged line that are shown.
-const LONGEST_SHOWN: usize = 40;
 
 /// A `$GPS` line: date ddmmyy, time hhmmss, latitude ddmm.mmm, longitude dddmm.mmm, and behind four more the magnetic variation, deg.
 /// The oldest firmware states no date: it is the day on which the time of day is nearest to `start`.

@@ -1,5 +1,6 @@
 //! Segments by stays at the surface, for logs that do not number their dives.
 
+use super::{Imported, position};
 use crate::record::flight::Flight;
 
 /// Deeper than this a glider is under way, Pa (2 dbar: pressure zero, its own length, waves).
@@ -34,6 +35,16 @@ pub(super) fn cut(flight: &mut Flight) -> u32 {
         flight.segment[i] = segment;
     }
     segment + 1
+}
+
+/// Cuts a flight anew; where that gives `least` segments or more they have their names and the origins of their fixes.
+pub(super) fn cut_anew(imported: &mut Imported, least: u32) {
+    let before = imported.flight.segment.clone();
+    let count = cut(&mut imported.flight);
+    if count >= least {
+        imported.report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
+        position::rebase(&mut imported.flight, &mut imported.report, &before);
+    }
 }
 
 /// Silence longer than this ends a segment, s, wherever it is.

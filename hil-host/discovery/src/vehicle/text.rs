@@ -36,7 +36,7 @@ pub fn of_bytes(bytes: Vec<u8>) -> Result<String, String> {
     })
 }
 
-/// The document of a text; `path` tells TOML from JSON and is named in messages.
+/// The document of a text: TOML where `path`, which messages name, ends in `.toml`, else JSON.
 pub(super) fn document(text: &str, path: &Path) -> Result<Value, ReadError> {
     let bad = |line: usize, column: &str, why: String| ReadError::Content {
         path: path.to_path_buf(),

@@ -5,6 +5,10 @@ use discovery::import::import;
 use super::made_logs::{CYCLES, START, at, engineering, pair, slocum};
 use super::{folder, said};
 
+/// Sensors of a science file (name, unit).
+const CTD: [(&str, &str); 4] =
+    [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
+
 #[test]
 fn regress_a_copy_of_a_file_under_another_name_is_read_once() {
     let folder = folder("copy");
@@ -69,13 +73,12 @@ fn regress_a_segment_without_one_of_its_files_is_named() {
 fn regress_cycles_without_a_time_and_a_ctd_that_is_off_are_counted() {
     let folder = folder("holes");
     let own = [("m_present_time", "timestamp"), ("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
-    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
     let write = |untimed: std::ops::Range<usize>, off: std::ops::Range<usize>| {
         let time = |k: usize| START + 4.0 * k as f64;
         let own_time = |k: usize| if untimed.contains(&k) { f64::NAN } else { time(k) };
         slocum(&folder.join("a.dbd"), "alpha", &own, |k| vec![own_time(k), at(k).1, at(k).2, at(k).0 / 10.0]);
         let on = |k: usize, v: f64| if off.contains(&k) { f64::NAN } else { v };
-        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), on(k, at(k).0 / 10.0), on(k, 12.0), on(k, 3.9)]);
+        slocum(&folder.join("a.ebd"), "alpha", &CTD, |k| vec![time(k), on(k, at(k).0 / 10.0), on(k, 12.0), on(k, 3.9)]);
         import(&folder, &[]).expect("an import")
     };
     assert!(write(0..0, 0..0).report.is_whole());
@@ -105,8 +108,7 @@ fn regress_a_clock_set_forward_in_a_segment_is_named_for_what_it_is() {
     let said = jumping("dbd", "m_present_time", 150, &own, |k| vec![at(k).1, at(k).2, at(k).0 / 10.0]);
     assert!(said.contains("10 of 260 cycles are out of order") && !said.contains("jumps"), "{said}");
     engineering(&folder.join("a.dbd"), "alpha", START);
-    let ctd = [("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
-    let said = jumping("ebd", "sci_m_present_time", CYCLES, &ctd, |k| vec![at(k).0 / 10.0, 12.0, 3.9]);
+    let said = jumping("ebd", "sci_m_present_time", CYCLES, &CTD[1..], |k| vec![at(k).0 / 10.0, 12.0, 3.9]);
     assert!(said.contains("a.ebd: its clock jumps by +3604 s"), "{said}");
     std::fs::remove_dir_all(folder).ok();
 }
@@ -137,11 +139,10 @@ fn regress_the_own_names_of_an_rbr_ctd_are_read() {
 fn regress_what_was_lost_before_is_named_with_the_refusal_and_the_density() {
     let folder = folder("lost");
     let sensors = [("m_present_time", "timestamp"), ("m_pressure", "bar")];
-    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
     let write = |cond: fn(usize) -> f64, time: fn(usize) -> usize| {
         let time = |k: usize| START + 4.0 * time(k) as f64;
         slocum(&folder.join("a.dbd"), "alpha", &sensors, |k| vec![time(k), at(k).0 / 10.0]);
-        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), at(k).0 / 10.0, 12.0, cond(k)]);
+        slocum(&folder.join("a.ebd"), "alpha", &CTD, |k| vec![time(k), at(k).0 / 10.0, 12.0, cond(k)]);
         import(&folder, &[])
     };
     let got = write(|k| if k > 100 { 0.0 } else { 3.9 }, |k| k).expect("an import");
@@ -156,7 +157,6 @@ fn regress_what_was_lost_before_is_named_with_the_refusal_and_the_density() {
 fn regress_values_of_a_slocum_that_cannot_be_are_left_out_by_name() {
     let folder = folder("cannot");
     let own = [("m_present_time", "timestamp"), ("m_pressure", "bar"), ("m_heading", "rad"), ("m_gps_lat", "lat"), ("m_gps_lon", "lon")];
-    let ctd = [("sci_m_present_time", "timestamp"), ("sci_water_pressure", "bar"), ("sci_water_temp", "degc"), ("sci_water_cond", "s/m")];
     let write = |heading: f64, place: (f64, f64), degc: fn(usize) -> f64, zero: std::ops::Range<usize>| {
         let time = |k: usize| START + 4.0 * k as f64;
         let surfaced = |k: usize, v: f64| if k < 4 { v } else { f64::NAN };
@@ -164,7 +164,7 @@ fn regress_values_of_a_slocum_that_cannot_be_are_left_out_by_name() {
             vec![time(k), at(k).0 / 10.0, heading, surfaced(k, place.0), surfaced(k, place.1)]
         });
         let dbar = |k: usize| if zero.contains(&k) { 0.0 } else { at(k).0 / 10.0 };
-        slocum(&folder.join("a.ebd"), "alpha", &ctd, |k| vec![time(k), dbar(k), degc(k), 3.9]);
+        slocum(&folder.join("a.ebd"), "alpha", &CTD, |k| vec![time(k), dbar(k), degc(k), 3.9]);
         import(&folder, &[]).expect("an import")
     };
     let sound = write(1.0, (5412.0, 724.0), |_| 12.0, 0..0);

@@ -20,7 +20,8 @@ use std::path::Path;
 
 use netcdf_reader::{NcFile, NcOpenOptions};
 
-use super::channels::{SALINITY as SALINITY_COLUMN, lonely_times};
+use super::channels::{CLOCKS_APART_S, SALINITY as SALINITY_COLUMN, lonely_times};
+use super::position::FIX_DEPTH_PA;
 use super::{FileNote, ImportError, Imported, Report, position, pressure_zero};
 use crate::record::flight::Flight;
 use crate::record::resample::Series;
@@ -162,10 +163,6 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
 
 /// Single samples out of order happen where a clock is set; more is a damaged file. Share of the samples, guess.
 const BACKWARDS: f64 = 0.01;
-/// A clock that was not set, or is in another zone, is further off than channels are switched on and off apart, s (guess).
-const CLOCKS_APART_S: f64 = 1500.0;
-/// A fix needs the aerial in air; deeper than this it is interpolated, Pa (3 dbar: pressure zero and the vehicle's length).
-const FIX_DEPTH_PA: f64 = 3e4;
 
 impl Reader<'_> {
     /// Fixes at the surface.

@@ -1,5 +1,6 @@
 //! Pressure of a NetCDF file, or what its depth says about it.
 
+use super::super::pressure_zero::UNDER_WATER_PA;
 use super::super::{MappedName, pressure_zero};
 use super::names::{DEPTH, PRESSURE};
 use super::variables::{Channel, Reader};
@@ -10,8 +11,6 @@ use crate::record::seawater;
 
 /// Depth and pressure of one file grow alike within this share (1 dbar is 0.97 to 1.02 m), 10 dbar and more below the top.
 const DEPTH_SHARE: f64 = 0.1;
-/// Under water, Pa.
-const UNDER_WATER_PA: f64 = 2e4;
 
 impl Reader<'_> {
     /// Pressure, or what depth says about it.
@@ -71,11 +70,10 @@ impl Reader<'_> {
             pressure.series = scaled(&pressure.series, |p| -p);
             pressure.backwards = None;
         }
-        let pairs: Vec<(f64, f64)> = pressure.series.pairs().collect();
-        let off = pressure_zero::zeros_under_way(&pairs, &pressure.name, &mut self.report);
-        if !off.is_empty() {
-            let kept = pairs.iter().enumerate().filter(|(i, _)| !off.contains(i)).map(|(_, pair)| *pair);
-            let (time, value): (Vec<f64>, Vec<f64>) = kept.unzip();
+        let mut pairs: Vec<(f64, f64)> = pressure.series.pairs().collect();
+        pressure_zero::drop_zeros(&mut pairs, |pair| *pair, &pressure.name, &mut self.report);
+        if pairs.len() < pressure.series.len() {
+            let (time, value): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
             pressure.series = Series::new(&time, &value);
         }
         pressure

@@ -69,7 +69,7 @@ pub(super) const TRAJECTORY: &str = "trajectory";
 const ID: &str = "id";
 
 /// "unit_777" of "unit_777-20260501T0000": what stands before the date, without a number that counts files ("ru29_0012-2026…"). None where
-/// no glider's name can be told from it.
+/// no glider's name can be read from it.
 fn glider_of(id: &str) -> Option<&str> {
     let is_date = |text: &str| text.get(..8).is_some_and(|day| digits(&format!("{day}000000")).is_some());
     let at = id.match_indices(SEPARATORS).map(|m| m.0).find(|at| is_date(&id[at + 1..]))?;

@@ -4,6 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use crate::import::channels;
+use crate::import::report::shown;
 
 /// A gzipped text is at most so many times its file, and this much more; beyond it is no log.
 const UNPACKED: u64 = 100;
@@ -128,14 +129,11 @@ impl Table {
         let time = self.dates.read(field).filter(|unix| *unix > channels::SET_CLOCK_S && unix.is_finite());
         if time.is_none() {
             self.undated += 1;
-            self.no_time.get_or_insert_with(|| field.chars().take(LONGEST_SHOWN).collect());
+            self.no_time.get_or_insert_with(|| shown(field));
         }
         time
     }
 }
-
-/// Characters of a damaged field that are shown.
-const LONGEST_SHOWN: usize = 40;
 
 impl Dates {
     fn read(&mut self, field: &str) -> Option<f64> {

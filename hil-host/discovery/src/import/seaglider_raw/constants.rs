@@ -4,6 +4,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::import::report::shown;
+
 /// What such a file states.
 #[derive(Debug, Default)]
 pub struct Constants {
@@ -76,7 +78,7 @@ impl Constants {
             None if asked => {
                 self.numbers.remove(&name);
                 if !value.eq_ignore_ascii_case("nan") {
-                    self.problems.push(format!("{name} = {} is no number that can be read", value.chars().take(40).collect::<String>()));
+                    self.problems.push(format!("{name} = {} is no number that can be read", shown(value)));
                 }
             }
             None => {}

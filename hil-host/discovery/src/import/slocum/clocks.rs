@@ -2,7 +2,7 @@
 
 use super::Loaded;
 use crate::import::Report;
-use crate::import::channels::{SET_CLOCK_S, stray_times};
+use crate::import::channels::{CLOCKS_APART_S, SET_CLOCK_S, stray_times};
 use crate::import::dbd;
 use crate::record::resample::longest_in_order;
 
@@ -70,8 +70,6 @@ pub(super) fn apart(loaded: &[Loaded], report: &mut Report) {
     }
 }
 
-/// Two computers of one segment begin and end within minutes of one another, s (guess).
-const CLOCKS_APART_S: f64 = 1500.0;
 /// So well two such differences agree, s (guess).
 const ALIKE_S: f64 = 600.0;
 

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use super::{Collected, CtdRow};
 use crate::import::Report;
 use crate::import::channels::{SALINITY, agree};
-use crate::import::{position, pressure_zero};
+use crate::import::position::{self, FIX_DEPTH_PA};
+use crate::import::pressure_zero::{self, UNDER_WATER_PA};
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
 use crate::record::resample::Series;
@@ -30,10 +31,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     all.ctd.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     all.ctd.dedup_by(|b, a| a.time_s == b.time_s);
     without_overlap(&mut all.ctd, report);
-    let pairs: Vec<(f64, f64)> = all.ctd.iter().map(|r| (r.time_s, r.pressure_pa)).collect();
-    let off = pressure_zero::zeros_under_way(&pairs, "the CTD's pressure", report);
-    let mut row = 0..;
-    all.ctd.retain(|_| row.next().is_none_or(|i| !off.contains(&i)));
+    pressure_zero::drop_zeros(&mut all.ctd, |r| (r.time_s, r.pressure_pa), "the CTD's pressure", report);
     let first = all.ctd.first()?;
     let start_s = first.time_s;
     let unix: Vec<f64> = all.ctd.iter().map(|r| r.time_s).collect();
@@ -148,8 +146,6 @@ fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
 
 /// A CTD that starts late, and minutes in which just one of the two has a sample, are no hole, min.
 const OFF_MIN: usize = 2;
-/// Deeper than this the CTD runs, Pa.
-const UNDER_WATER_PA: f64 = 2e4;
 
 /// Rows of a segment after the first one of the next: two files overlap, and their rows would come by turns.
 fn without_overlap(rows: &mut Vec<CtdRow>, report: &mut Report) {
@@ -198,9 +194,8 @@ fn afloat(mut fixes: Vec<position::Fix>, steering: &Series, report: &mut Report)
     fixes
 }
 
-/// An angle that is no more than a full turn, rad; and deeper than this a fix is none, Pa (3 dbar).
+/// A full turn, and a little more, rad.
 const FULL_TURN_RAD: f64 = 6.6;
-const FIX_DEPTH_PA: f64 = 3e4;
 
 /// Whether positions that should be ddmm.mmm are degrees: minutes of 60 and more, or all within a degree or two of 0 deg 0 deg.
 fn in_degrees(lat: &Series, lon: &Series) -> bool {

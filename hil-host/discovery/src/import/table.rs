@@ -67,7 +67,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         report.note(format!("vehicle: {column} is a Slocum's; usual numbers of the class {} with wide tolerances", class.name()));
         class.draft()
     });
-    Ok(Imported { flight, report, vehicle })
+    Ok(Imported { vehicle, ..Imported::new(flight, report) })
 }
 
 /// The flight of a table, by units or by the names of the flight format.
@@ -270,6 +270,7 @@ fn own_format(text: &str, path: &Path, name: &str, time: Option<&str>, report: &
             ImportError { file: format!("{}, line {line}", path.display()), what: format!("column {column}: {why}") }
         }
     })?;
+    std::mem::take(&mut flight.unread).into_iter().for_each(|what| report.note(what));
     let header: Vec<&str> = text.lines().find(|l| !l.starts_with('#')).unwrap_or("").split(',').map(str::trim).collect();
     let mut filled = Vec::new();
     for (name, channel, factor) in read::NAMES {

@@ -2,7 +2,8 @@
 //!
 //! Accepts the columns of `glider-trial/1` (FORMAT section 1) and the usual names of Slocum csv exports. Empty fields, `nan`, `NA` and
 //! the like become NaN. Text in the `segment` column becomes numbers in order of appearance. Columns it does not know are kept in
-//! [`Flight::extra`] where they are numbers. What is refused, is refused with file, line, column and a fix.
+//! [`Flight::extra`] where they hold numbers; a text in one of them is no value and is named in [`Flight::unread`]. What is refused, is
+//! refused with file, line, column and a fix.
 
 use crate::record::flight::Flight;
 use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, usual_step};
@@ -210,17 +211,30 @@ struct Table<'a> {
     header: csv::StringRecord,
     channels: Channels,
     columns: Vec<Vec<f64>>,
-    /// Whether everything in a column was a number.
-    numeric: Vec<bool>,
+    /// Of each column that is no channel: how many of its fields are no numbers, and the first of them with its line.
+    texts: Vec<Option<(usize, String, u64)>>,
+    /// What stands in the column of segments.
+    segments: Vec<String>,
     lines: Vec<u64>,
 }
 
 /// The channels of a header; those that no flight can be without must be there, and those that a comparison needs if it is `compared`.
 fn channels_of(header: &csv::StringRecord, compared: bool, bad: &dyn Fn(u64, &str, String) -> ReadError) -> Result<Channels, ReadError> {
+    let plain = |h: &str| h.trim_start_matches('\u{feff}').to_ascii_lowercase();
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    for (i, name) in header.iter().enumerate().filter(|(_, h)| !h.is_empty()) {
+        let first = *seen.entry(plain(name)).or_insert(i);
+        // Channels are known whatever their case, other columns are not.
+        if first != i && (&header[first] == name || NAMES.iter().any(|n| n.0.eq_ignore_ascii_case(name))) {
+            let why =
+                format!("stands twice in the header, as columns {} and {}: which one is meant? Rename or remove one", first + 1, i + 1);
+            return Err(bad(1, name, why));
+        }
+    }
     let mut channels = Channels::new();
     for (alias, channel, factor) in NAMES {
-        if let Some(i) = header.iter().position(|h| h.trim_start_matches('\u{feff}').eq_ignore_ascii_case(alias)) {
-            channels.entry(*channel).or_insert((i, *factor));
+        if let Some(i) = seen.get(&alias.to_ascii_lowercase()) {
+            channels.entry(*channel).or_insert((*i, *factor));
         }
     }
     let compared = COMPARED.iter().map(|c| (c.0, c.1)).filter(|_| compared);
@@ -255,9 +269,8 @@ impl<'a> Table<'a> {
         let header = reader.headers().map_err(|e| bad(1, "header", e.to_string()))?.clone();
         let channels = channels_of(&header, compared, &bad)?;
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
-        let mut numeric = vec![true; header.len()];
-        let mut lines = Vec::new();
-        let mut labels: BTreeMap<String, usize> = BTreeMap::new();
+        let mut texts = vec![None; header.len()];
+        let (mut lines, mut segments) = (Vec::new(), Vec::new());
         let known: Vec<usize> = channels.values().map(|v| v.0).collect();
         let [segment_column, time_column] = [Channel::Segment, Channel::Time].map(|c| channels.get(&c).map(|v| v.0));
         for record in reader.records() {
@@ -269,31 +282,30 @@ impl<'a> Table<'a> {
             }
             lines.push(line);
             for (i, field) in record.iter().enumerate() {
-                let value = if Some(i) == segment_column && field.parse::<u32>().is_err() {
-                    let next = labels.len();
-                    *labels.entry(field.to_owned()).or_insert(next) as f64
-                } else {
-                    match field.parse::<f64>() {
-                        // No unit brings it out of the range of numbers.
-                        Ok(v) if v.is_nan() || v.abs() < LARGEST => v,
-                        Err(_) if no_value(field) => f64::NAN,
-                        Err(_) if Some(i) == time_column => {
-                            return Err(bad(line, &header[i], format!("`{field}` is no time; write {TIME_AS}")));
-                        }
-                        _ if known.contains(&i) => {
-                            let why = format!("`{field}` is not a number; leave the field empty where there is no value");
-                            return Err(bad(line, &header[i], why));
-                        }
-                        _ => {
-                            numeric[i] = false;
-                            f64::NAN
-                        }
+                let value = match field.parse::<f64>() {
+                    _ if Some(i) == segment_column => {
+                        segments.push(field.to_owned());
+                        continue;
+                    }
+                    // No unit brings it out of the range of numbers.
+                    Ok(v) if v.is_nan() || v.abs() < LARGEST => v,
+                    Err(_) if no_value(field) => f64::NAN,
+                    Err(_) if Some(i) == time_column => {
+                        return Err(bad(line, &header[i], format!("`{field}` is no time; write {TIME_AS}")));
+                    }
+                    _ if known.contains(&i) => {
+                        let why = format!("`{field}` is not a number; leave the field empty where there is no value");
+                        return Err(bad(line, &header[i], why));
+                    }
+                    _ => {
+                        texts[i].get_or_insert_with(|| (0, in_one_line(field), line)).0 += 1;
+                        f64::NAN
                     }
                 };
                 columns[i].push(value);
             }
         }
-        Ok(Self { file, header, channels, columns, numeric, lines })
+        Ok(Self { file, header, channels, columns, texts, segments, lines })
     }
 
     fn bad(&self, line: u64, column: &str, why: String) -> ReadError {
@@ -345,24 +357,50 @@ impl<'a> Table<'a> {
         Ok(time_s)
     }
 
-    /// Segment number of each row; all zero without a column of them.
+    /// Segment number of each row: as stated, or labels in the order of appearance; all zero without a column of them.
     fn segment(&self) -> Result<Vec<u32>, ReadError> {
-        let Some(numbers) = self.take(Channel::Segment) else { return Ok(vec![0; self.lines.len()]) };
-        let mut out = Vec::with_capacity(numbers.len());
-        for (i, v) in numbers.iter().enumerate() {
-            if !v.is_finite() || *v < 0.0 || v.fract() != 0.0 {
-                return Err(self.bad(self.lines[i], "segment", format!("`{v}` is not a segment number (0, 1, 2 …)")));
-            }
-            out.push(*v as u32);
+        if self.segments.is_empty() {
+            return Ok(vec![0; self.lines.len()]);
         }
-        Ok(out)
+        let column = self.column_of(Channel::Segment);
+        if let Some(row) = self.segments.iter().position(|s| no_value(s)) {
+            return Err(self.bad(self.lines[row], &column, "has no segment here; state one in each row, or remove the column".into()));
+        }
+        // One word among them makes labels of all: numbers of words would fall together with numbers that are stated.
+        if self.segments.iter().any(|s| s.parse::<f64>().is_err()) {
+            let mut labels: BTreeMap<&str, u32> = BTreeMap::new();
+            let mut number = |label| {
+                let next = labels.len() as u32;
+                *labels.entry(label).or_insert(next)
+            };
+            return Ok(self.segments.iter().map(|s| number(s.as_str())).collect());
+        }
+        let whole = |s: &String| s.parse::<f64>().ok().filter(|v| v.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(v));
+        let number = |(row, s): (usize, &String)| {
+            let why = || format!("`{s}` is not a segment number (0, 1, 2 …)");
+            whole(s).map(|v| v as u32).ok_or_else(|| self.bad(self.lines[row], &column, why()))
+        };
+        self.segments.iter().enumerate().map(number).collect()
     }
 
-    /// Columns of numbers that are no channel.
-    fn extra(&self) -> BTreeMap<String, Vec<f64>> {
+    /// Columns that are no channel and hold numbers, and what of such columns is no number, in words.
+    fn extra(&self) -> (BTreeMap<String, Vec<f64>>, Vec<String>) {
+        let (mut extra, mut unread) = (BTreeMap::new(), Vec::new());
         let known: Vec<usize> = self.channels.values().map(|v| v.0).collect();
-        let others = self.header.iter().enumerate().filter(|(i, _)| !known.contains(i) && self.numeric[*i]);
-        others.map(|(i, h)| (h.to_string(), self.columns[i].clone())).collect()
+        for (i, name) in self.header.iter().enumerate().filter(|(i, h)| !known.contains(i) && !h.is_empty()) {
+            let numbers = self.columns[i].iter().filter(|v| v.is_finite()).count();
+            if let Some((texts, first, line)) = &self.texts[i] {
+                let of = self.lines.len();
+                unread.push(in_one_line(&format!(
+                    "column {name}: {texts} of {of} fields are no numbers, the first is `{first}` in line {line}"
+                )));
+                if numbers == 0 {
+                    continue;
+                }
+            }
+            extra.insert(name.to_owned(), self.columns[i].clone());
+        }
+        (extra, unread)
     }
 }
 
@@ -412,6 +450,7 @@ fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, R
     if table.lines.is_empty() {
         return Err(empty("has a header and no rows"));
     }
+    let (extra, unread) = table.extra();
     let flight = Flight {
         name: name.to_string(),
         time_s: table.time_s()?,
@@ -427,7 +466,8 @@ fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, R
         gps_east_m: table.or_nan(Channel::GpsEast),
         gps_north_m: table.or_nan(Channel::GpsNorth),
         speed_m_s: table.take(Channel::Speed).filter(|s| s.iter().any(|v| v.is_finite())),
-        extra: table.extra(),
+        extra,
+        unread,
     };
     let [pressure, pitch, ballast, density] =
         [Channel::Pressure, Channel::Pitch, Channel::Ballast, Channel::Density].map(|c| table.column_of(c));

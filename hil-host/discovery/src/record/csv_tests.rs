@@ -151,3 +151,52 @@ fn regress_roll_and_heading_in_degrees_are_read_as_pitch_is() {
     let f = parse(&text, Path::new("f.csv"), "f").expect("reads");
     assert!((f.roll_rad[1] - 90f64.to_radians()).abs() < 1e-12 && (f.heading_rad[10] - 10f64.to_radians()).abs() < 1e-12);
 }
+
+#[test]
+fn regress_a_column_that_stands_twice_is_refused_with_both_places() {
+    let twice = [("oxygen", "oxygen", "7 and 8"), ("note", "m_pitch_rad", "4 and 8"), ("note", "M_Pitch_rad", "4 and 8")];
+    for (name, other, places) in twice {
+        let text = rows(20).replacen("note,oxygen", &format!("{name},{other}"), 1).replace(",x,", ",0.1,");
+        let e = error_of(&text);
+        assert!(e.contains("f.csv, line 1") && e.contains("stands twice in the header") && e.contains(places), "{e}");
+    }
+    // Other columns are told apart by their case, and a comma at the end of a row names nothing.
+    let f = parse(&rows(20).replacen("note,oxygen", "Oxygen,oxygen", 1).replace(",x,", ",1,"), Path::new("f.csv"), "f").expect("reads");
+    assert_eq!(f.extra.keys().collect::<Vec<_>>(), ["Oxygen", "oxygen"]);
+    let f = parse(&rows(20).replace('\n', ",,\n"), Path::new("f.csv"), "f").expect("reads");
+    assert_eq!(f.extra.keys().collect::<Vec<_>>(), ["oxygen"]);
+}
+
+#[test]
+fn regress_a_bad_field_of_an_extra_column_costs_that_field_and_is_named() {
+    let f = parse(&rows(20).replace("x,7\n", "x,7 ml\n"), Path::new("f.csv"), "f").expect("reads");
+    assert!(f.extra["oxygen"][7].is_nan() && f.extra["oxygen"][8] == 8.0);
+    assert_eq!(
+        f.unread,
+        [
+            "column note: 20 of 20 fields are no numbers, the first is `x` in line 2",
+            "column oxygen: 1 of 20 fields are no numbers, the first is `7 ml` in line 9",
+        ]
+    );
+    assert!(parse(&rows(20).replace(",x,", ",,"), Path::new("f.csv"), "f").expect("reads").unread.is_empty());
+}
+
+#[test]
+fn regress_a_segment_is_a_number_or_a_label_and_never_both() {
+    let with = |labels: [&str; 3]| {
+        let mut at = 0;
+        rows(18).replace(",0,", ",SEGMENT,").split("SEGMENT").fold(String::new(), |text, part| {
+            at += 1;
+            if at == 1 { part.into() } else { text + labels[(at - 2) / 6] + part }
+        })
+    };
+    let segments = |labels| parse(&with(labels), Path::new("f.csv"), "f").expect("reads").segment;
+    assert_eq!(segments(["0", "3", "4"])[5..7], [0, 3]);
+    assert_eq!(segments(["1.0", "2.0", "3.0"])[5..7], [1, 2]);
+    // Labels were numbered from 0 among numbers that were stated: two segments became one.
+    assert_eq!(segments(["1", "0", "transit"])[5..13], [0, 1, 1, 1, 1, 1, 1, 2]);
+    for bad in ["", "nan", "0.5", "-1", "1e20"] {
+        let e = error_of(&with(["0", bad, "1"]));
+        assert!(e.contains("f.csv, line 8, column segment") && e.contains("segment"), "{bad}: {e}");
+    }
+}

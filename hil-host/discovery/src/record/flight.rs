@@ -35,6 +35,8 @@ pub struct Flight {
     pub speed_m_s: Option<Vec<f64>>,
     /// Columns that the format does not name, as they are.
     pub extra: BTreeMap<String, Vec<f64>>,
+    /// What of its csv is neither a channel nor a number, in words.
+    pub unread: Vec<String>,
 }
 
 impl Flight {
@@ -73,6 +75,13 @@ impl Flight {
             &mut self.gps_east_m,
             &mut self.gps_north_m,
         ]
+    }
+
+    /// Whether it holds the same rows as another one, by time and pressure as far as a csv writes them.
+    #[must_use]
+    pub fn is_same_log(&self, other: &Self) -> bool {
+        let near = |a: &[f64], b: &[f64], by: f64| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= by || (a.is_nan() && b.is_nan()));
+        self.len() == other.len() && near(&self.time_s, &other.time_s, 1e-3) && near(&self.pressure_pa, &other.pressure_pa, 10.0)
     }
 
     /// Number of rows.

@@ -31,6 +31,13 @@ fn one(name: &str, entry: &Value, bad: &impl Fn(&str, String) -> ReadError) -> R
     };
     let mut active = Active::off(effect);
     let parameters = effect.parameters();
+    // Of a law of the user's own nothing is usual: a name without a number is a slip in another one.
+    if let Some(p) = parameters.iter().find(|p| effect.expression().is_some() && !entry.contains_key(p.name)) {
+        return Err(bad(
+            &format!("{key}.{}", p.name),
+            "is missing: the expression names it; state its number, or is it a slip in a variable?".into(),
+        ));
+    }
     // A text is a remark, but not under the name of a parameter.
     for (of, stated) in entry.iter().filter(|(of, stated)| !stated.is_string() || parameters.iter().any(|p| p.name == *of)) {
         let key = format!("{key}.{of}");
@@ -109,6 +116,7 @@ mod tests {
         refused(json!({"side_edge_lift": {"k": null}}), ["effects.side_edge_lift.k", "is not a number"]);
         refused(json!({"side_edge_lift": {"k": "2.0"}}), ["effects.side_edge_lift.k", "is not a number"]);
         refused(json!({"own_cd": {"expression": "cd += k*", "k": 1.0}}), ["effects.own_cd.expression", "character"]);
+        refused(json!({"own_cd": {"expression": "cd += k*alfa", "k": 1.0}}), ["effects.own_cd.alfa", "is missing"]);
         refused(json!({"own_cd": {"expression": "cd += k*U", "k": {"value": null}}}), ["effects.own_cd.k", "is not a number"]);
     }
 

@@ -15,6 +15,12 @@
 use exmex::{Express as _, FlatEx};
 use hydro::effects::{Constants, Effect, Flow, MAX_PARAMETERS, Parameter, Place, Sensed};
 
+/// Functions that the evaluator knows, of one value; beside these `ln`, `log`, `log2`, `log10` and, of two, `min`, `max`, `atan2`.
+const FUNCTIONS: [&str; 26] = [
+    "sin", "cos", "tan", "exp", "ln", "log", "log2", "log10", "sqrt", "cbrt", "abs", "signum", "min", "max", "asin", "acos", "atan",
+    "atan2", "sinh", "cosh", "tanh", "floor", "ceil", "round", "trunc", "fract",
+];
+
 /// What an expression is added to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
@@ -217,11 +223,21 @@ fn find_word(text: &str, word: &str) -> Option<usize> {
 fn locate(text: &str) -> Option<(usize, String)> {
     let mut open: Vec<usize> = Vec::new();
     let mut operand_next = true;
+    // The last word, if nothing came after it.
+    let mut word = (0, "");
     let mut chars = text.char_indices().peekable();
     while let Some((i, c)) = chars.next() {
         match c {
             ' ' | '\t' => {}
             '(' => {
+                match word {
+                    (start, name) if !operand_next && !FUNCTIONS.contains(&name) => {
+                        let no_function = || format!("`{name}` is no function; there are {}", FUNCTIONS.join(", "));
+                        let named = name.starts_with(char::is_alphabetic);
+                        return Some(if named { (start, no_function()) } else { (i, "an operator is missing before this".into()) });
+                    }
+                    _ => {}
+                }
                 open.push(i);
                 operand_next = true;
             }
@@ -232,6 +248,7 @@ fn locate(text: &str) -> Option<(usize, String)> {
                 if operand_next {
                     return Some((i, "a value is missing before this bracket".into()));
                 }
+                word = (i, "");
             }
             '+' | '-' => operand_next = true,
             '*' | '/' | '^' => {
@@ -244,16 +261,17 @@ fn locate(text: &str) -> Option<(usize, String)> {
                 if !operand_next {
                     return Some((i, "an operator is missing before this".into()));
                 }
-                let mut last = c;
-                while let Some(&(_, n)) = chars.peek() {
+                let (mut last, mut end) = (c, i + c.len_utf8());
+                while let Some(&(at, n)) = chars.peek() {
                     let exponent = (n == '+' || n == '-') && (last == 'e' || last == 'E') && c.is_ascii_digit();
                     if n.is_alphanumeric() || n == '_' || n == '.' || exponent {
-                        last = n;
+                        (last, end) = (n, at + n.len_utf8());
                         chars.next();
                     } else {
                         break;
                     }
                 }
+                word = (i, &text[i..end]);
                 operand_next = false;
             }
             _ => return Some((i, format!("`{c}` means nothing here"))),
@@ -418,5 +436,10 @@ mod tests {
         assert!(place("mass += k").contains("cannot be added to"));
         assert!(place("cd += roll").contains("no parameter"));
         assert!(place("cd += k ? roll").contains("character 9"), "{}", place("cd += k ? roll"));
+        let e = place("cd += k*foo(roll)");
+        assert!(e.contains("character 9: `foo` is no function; there are sin, cos"), "{e}");
+        // Of a sound call the next fault is named, and a bracket after another one is a missing operator.
+        assert!(place("cd += k*sin(roll").contains("never closed"), "{}", place("cd += k*sin(roll"));
+        assert!(place("cd += (k)(roll)").contains("character 10: an operator is missing"), "{}", place("cd += (k)(roll)"));
     }
 }

@@ -1,7 +1,7 @@
 //! Numbers of a vehicle document by their dotted keys: in range or refused with the key, assumed and listed where not stated.
 
 use crate::record::csv::ReadError;
-use crate::vehicle::{Sensors, Tolerance, slips};
+use crate::vehicle::{CURRENT_KEY, Sensors, Tolerance, slips};
 use hydro::effects::{Beyond, CD_BROADSIDE, Constants};
 use serde_json::Value;
 use std::cell::RefCell;
@@ -67,6 +67,16 @@ impl Keys<'_> {
         match self.number(key)? {
             Some(v) if !(low..=high).contains(&v) => Err(self.bad(key, format!("is {v} {unit}; expected {low} to {high}"))),
             stated => Ok(stated),
+        }
+    }
+
+    /// Whether a horizontal current may be there; it may where the file does not say.
+    pub(super) fn current_unknown(&self) -> Result<bool, ReadError> {
+        match self.at(CURRENT_KEY) {
+            None => Ok(true),
+            Some(said) if said == "unknown" => Ok(true),
+            Some(said) if said == "none" => Ok(false),
+            Some(other) => Err(self.bad(CURRENT_KEY, format!("is `{other}`; expected \"none\" or \"unknown\""))),
         }
     }
 

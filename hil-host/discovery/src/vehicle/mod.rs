@@ -154,6 +154,15 @@ pub struct Vehicle {
     pub document: Value,
 }
 
+impl Vehicle {
+    /// What the file does not state of the model itself, beside its tolerances and sensors, in words.
+    pub(crate) fn assumed_of_the_model(&self) -> Option<String> {
+        let of_others = ["tolerance_1sigma.", "sensors.", "background_"];
+        let of_model: Vec<&str> = self.assumed.iter().map(String::as_str).filter(|a| !of_others.iter().any(|b| a.starts_with(b))).collect();
+        (!of_model.is_empty()).then(|| format!("the vehicle file does not state, and these were assumed: {}", of_model.join(", ")))
+    }
+}
+
 /// The vehicle files beside a flight: `vehicle.json` and `vehicle.toml` of its directory, as far as they are there.
 #[must_use]
 pub fn files_next_to(flight: &Path) -> Vec<PathBuf> {
@@ -242,7 +251,7 @@ fn of_keys(keys: &Keys) -> Result<Vehicle, ReadError> {
         sensors,
         moments,
         background,
-        current_unknown: keys.at(CURRENT_KEY).and_then(Value::as_str) != Some("none"),
+        current_unknown: keys.current_unknown()?,
         water_depth_m: keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN),
         fit_segments,
         check_segments,
@@ -265,6 +274,8 @@ mod tests {
         let v = parse(serde_json::from_str(MINIMAL).expect("json"), Path::new("v.json")).expect("reads");
         assert!((v.constants.lift_slope_per_rad - (3.45 + 1.2 * 0.0356 / 0.11)).abs() < 1e-12);
         assert!(v.assumed.iter().any(|a| a.starts_with("tolerance_1sigma.cd0_relative")));
+        let said = v.assumed_of_the_model().expect("a reference temperature that is not stated");
+        assert!(said.contains("reference_temperature_degc = 10") && !said.contains("tolerance"), "{said}");
         assert_eq!(v.effects.len(), 1);
         assert!((v.effects[0].values[0] - 2.0).abs() < 1e-12);
         assert_eq!(v.document["colour"], "yellow");
@@ -338,6 +349,8 @@ mod tests {
             ("sensors.pressure_noise_dbar", json!(-1.0)),
             ("background_vertical_water_motion.correlation_time_s", json!(0.0)),
             ("format", json!("something/9")),
+            ("horizontal_current", json!("maybe")),
+            ("horizontal_current", json!(0.1)),
             ("water_depth_m", json!(-3.0)),
         ] {
             let e = with(key, value).expect_err(key).to_string();

@@ -67,3 +67,43 @@ fn regress_for_a_vehicle_file_of_another_water_the_volume_is_named() {
     let refused = diagnose(&flight, &baltic, Depth::Pairs, &|_, _| {}).expect_err("nothing dives");
     assert!(refused.to_string().contains("floats at"), "{refused}");
 }
+
+/// JSON of a command that must succeed, in `work`.
+fn answer(line: &str, work: &std::path::Path) -> serde_json::Value {
+    let args = line.split_whitespace().chain(["--json"]);
+    let out = std::process::Command::new(env!("CARGO_BIN_EXE_glider")).args(args).current_dir(work).output().expect("it starts");
+    assert_eq!(out.status.code(), Some(0), "{line}: {}{}", String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{line}: {e}"))
+}
+
+/// The effects of a vehicle and the gaps of a log were lost on the way through NetCDF, and a flight without a date came back as of 1970.
+#[test]
+fn regress_a_flight_exported_and_imported_again_compares_alike() {
+    let work = std::env::temp_dir().join(format!("glider-round-trip-{}", std::process::id()));
+    std::fs::create_dir_all(&work).expect("a folder");
+    answer("fly --mission shallow --log flight", &work);
+    let read = |name: &str| std::fs::read_to_string(work.join(name)).expect(name);
+    let json = |name: &str| -> serde_json::Value { serde_json::from_str(&read(name)).expect("JSON") };
+    let mut vehicle = json("flight/vehicle.json");
+    vehicle["effects"] = serde_json::json!({"own_cd": {"expression": "cd += k*abs(roll)", "k": 0.7}});
+    std::fs::write(work.join("flight/vehicle.json"), vehicle.to_string()).expect("written");
+    let notes = answer("export flight --to netcdf --out out/f.nc", &work)["notes"].to_string();
+    assert!(notes.contains("the flight has no date"), "{notes}");
+    answer("import out/f.nc --out again", &work);
+    assert_eq!(json("again/vehicle.json"), vehicle);
+    assert!(json("again/import.json")["report"]["start_unix_s"].is_null());
+    let [first, again] = ["flight", "again"].map(|f| answer(&format!("compare --flight {f}"), &work));
+    for key in ["rms_cm_s", "block_error_m_s"] {
+        let [a, b] = [&first, &again].map(|c| c[key].as_f64().unwrap_or_else(|| panic!("{key} of {c}")));
+        assert!((a / b - 1.0).abs() < 1e-6, "{key}: {a} and {b}");
+    }
+    // A date is kept, and one that replaces it is not taken in silence; a csv has none.
+    answer("export again --to netcdf --start 2026-05-02T09:15:00Z --out out/dated.nc", &work);
+    answer("import out/dated.nc --out dated", &work);
+    assert_eq!(json("dated/import.json")["report"]["start_unix_s"], 1_777_713_300.0);
+    let notes = answer("export dated --to netcdf --start 2026-05-03T09:15:00Z --out out/other.nc", &work)["notes"].to_string();
+    assert!(notes.contains("takes the place of the date of import.json") && notes.contains("+86400 s"), "{notes}");
+    let notes = answer("export dated --to csv --out out/f.csv", &work)["notes"].to_string();
+    assert!(notes.contains("20260502T091500") && notes.contains("keep the flight's import.json"), "{notes}");
+    std::fs::remove_dir_all(&work).ok();
+}

@@ -3,10 +3,10 @@
 use super::{Output, Verdict};
 use crate::flight::file_kinds::{Kind, expect};
 use crate::flight::vehicles;
-use crate::terminal::meant_path;
+use crate::terminal::{meant_path, wrapped};
 use anyhow::Context;
 use discovery::export::mcap::Stream;
-use discovery::export::netcdf::{About, Number, Series};
+use discovery::export::netcdf::{About, Number, Series, compact_date};
 use discovery::import::Origin;
 use discovery::import::calendar::iso_8601;
 use discovery::workbench::compare::{Comparison, compare};
@@ -82,16 +82,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();
     crate::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
     let model = if matches!(args.to, Format::Netcdf | Format::Mcap) { modelled(args, &flight)? } else { None };
-    let about = about(args)?;
+    let (about, mut notes) = about(args)?;
+    notes.extend(flight.unread.iter().map(|what| format!("left out: {what}")));
+    notes.extend(undated(args, &about));
     crate::whole_file::at(&out, |part| -> anyhow::Result<()> {
         match args.to {
             Format::Csv => discovery::export::csv::write(&flight, std::fs::File::create(part)?)?,
-            Format::Parquet => discovery::export::parquet::write(&flight, std::fs::File::create(part)?)?,
+            Format::Parquet => {
+                discovery::export::parquet::write(&flight, std::fs::File::create(part)?, about.start_unix_s, &about.origins)?
+            }
             Format::Netcdf => {
                 let mut about = about;
                 if let Some((vehicle, compared)) = &model {
                     about.series = series(&flight, compared);
                     about.vehicle = numbers(vehicle);
+                    about.vehicle_file = Some(vehicle.document.to_string());
                 }
                 discovery::export::netcdf::write(&flight, part, &about)?;
             }
@@ -101,8 +106,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     })
     .with_context(|| format!("cannot write {}", out.display()))?;
     let bytes = std::fs::metadata(&out).with_context(|| out.display().to_string())?.len();
-    let document = serde_json::json!({ "flight": args.flight, "out": out, "rows": flight.len(), "bytes": bytes });
-    output.emit(&document, || println!("wrote {} ({} rows, {bytes} bytes)", out.display(), flight.len()));
+    let document = serde_json::json!({ "flight": args.flight, "out": out, "rows": flight.len(), "bytes": bytes, "notes": notes });
+    output.emit(&document, || {
+        println!("wrote {} ({} rows, {bytes} bytes)", out.display(), flight.len());
+        notes.iter().for_each(|note| println!("{}", wrapped(&format!("note: {note}"), 6)));
+    });
     Ok(Verdict::Ok)
 }
 
@@ -120,14 +128,42 @@ fn modelled(args: &Args, flight: &Flight) -> anyhow::Result<Option<(Vehicle, Com
     Ok(Some((vehicle, compared)))
 }
 
-/// Date, places and people: of the import, and of the arguments.
-fn about(args: &Args) -> anyhow::Result<About> {
+/// What the format or the flight leaves out of the date and the places.
+fn undated(args: &Args, about: &About) -> Option<String> {
+    match (args.to, about.start_unix_s) {
+        (Format::Csv, start) if start.is_some() || !about.origins.is_empty() => Some(format!(
+            "a csv holds neither the date of its first row{} nor where on the globe its fixes lie: keep the flight's import.json",
+            start.map_or_else(String::new, |s| format!(" ({})", compact_date(s)))
+        )),
+        (Format::Netcdf | Format::Mcap, None) => {
+            Some("the flight has no date: its times count from its start; --start DATE dates it".into())
+        }
+        _ => None,
+    }
+}
+
+/// Date of `--start`, in the time of gliders.
+fn start_of(text: &str) -> anyhow::Result<f64> {
+    let unix_s = iso_8601(text).with_context(|| format!("--start {text}: expected a date such as 2026-05-02T09:15:00Z"))?;
+    let possible = ["1990-01-01T00:00:00Z", "2100-01-01T00:00:00Z"].map(|date| iso_8601(date).unwrap_or(f64::NAN));
+    anyhow::ensure!(
+        unix_s >= possible[0] && unix_s < possible[1],
+        "--start {text}: expected a date between 1990, before any glider, and 2100"
+    );
+    Ok(unix_s)
+}
+
+/// Date, places and people: of the import, and of the arguments. With notes.
+fn about(args: &Args) -> anyhow::Result<(About, Vec<String>)> {
     let import: serde_json::Value =
         std::fs::read_to_string(args.flight.join("import.json")).ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or_default();
-    let start = match &args.start {
-        Some(text) => Some(iso_8601(text).with_context(|| format!("--start {text}: expected a date such as 2026-05-02T09:15:00Z"))?),
-        None => import.pointer("/report/start_unix_s").and_then(serde_json::Value::as_f64),
-    };
+    let imported = import.pointer("/report/start_unix_s").and_then(serde_json::Value::as_f64);
+    let stated = args.start.as_deref().map(start_of).transpose()?;
+    let replaced = imported.zip(stated).filter(|(was, is)| (was - is).abs() > 1.0);
+    let notes = replaced.map(|(was, is)| {
+        format!("--start {} takes the place of the date of import.json, {}: {:+.0} s", compact_date(is), compact_date(was), is - was)
+    });
+    let start = stated.or(imported);
     let number = |o: &serde_json::Value, key: &str| o.get(key).and_then(serde_json::Value::as_f64);
     let origin = |o: &serde_json::Value| {
         Some(Origin {
@@ -149,7 +185,8 @@ fn about(args: &Args) -> anyhow::Result<About> {
         }
     }
     let written = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
-    Ok(About { start_unix_s: start, origins, stated, written_unix_s: written, ..About::default() })
+    let about = About { start_unix_s: start, origins, stated, written_unix_s: written, ..About::default() };
+    Ok((about, notes.into_iter().collect()))
 }
 
 /// The model on the rows of the flight: name, unit, what it is, values.

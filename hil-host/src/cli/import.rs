@@ -65,13 +65,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
     let imported = discovery::import::import_all(&args.input, &args.cache, args.class);
     spinner.finish_and_clear();
-    let Imported { flight, mut report, vehicle } = imported?;
+    let imported = imported?;
+    let made = imported.vehicle_text().filter(|_| vehicle_file.is_none());
+    let Imported { flight, mut report, .. } = imported;
     if vehicle_file.is_some() {
         // Of the vehicle that is not made.
         report.notes.retain(|n| !n.starts_with("vehicle:"));
     }
-    let draft = vehicle.filter(|_| vehicle_file.is_none()).map(|v| v.toml());
-    write(&args.out, &flight, &report, vehicle_file.as_deref(), draft.as_deref())?;
+    write(&args.out, &flight, &report, vehicle_file.as_deref(), made.as_ref())?;
     let document = serde_json::json!({
         "flight": args.out,
         "rows": flight.len(),
@@ -79,7 +80,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "vehicle": vehicle_file,
         "report": report,
     });
-    output.emit(&document, || print(args, vehicle_file.as_deref(), &flight, &report));
+    let first = made.is_some_and(|(name, _)| name.ends_with(".toml"));
+    output.emit(&document, || print(args, vehicle_file.as_deref(), first, &flight, &report));
     Ok(if report.is_whole() { Verdict::Ok } else { Verdict::Negative })
 }
 
@@ -95,17 +97,20 @@ fn named(args: &Args) -> String {
     format!("{}{more}", args.input[0].display())
 }
 
-fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, draft: Option<&str>) -> anyhow::Result<()> {
+/// Name and text of a vehicle file that the import makes.
+type Made = (&'static str, String);
+
+fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, made: Option<&Made>) -> anyhow::Result<()> {
     if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make folder {}", folder.display()))?;
     }
     // The folder appears under its name when all of it is there. One that stands there is replaced where it really lies.
     let place = out.canonicalize().unwrap_or_else(|_| out.to_path_buf());
-    whole_file::in_place_of(&place, &WRITTEN, |part| fill(part, flight, report, vehicle, draft))
+    whole_file::in_place_of(&place, &WRITTEN, |part| fill(part, flight, report, vehicle, made))
         .with_context(|| format!("cannot write {}", out.display()))
 }
 
-fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, draft: Option<&str>) -> anyhow::Result<()> {
+fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, made: Option<&Made>) -> anyhow::Result<()> {
     std::fs::create_dir_all(out)?;
     let csv = out.join("flight.csv");
     let file = std::fs::File::create(&csv).with_context(|| format!("cannot write {}", csv.display()))?;
@@ -118,8 +123,8 @@ fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option
         let toml = vehicle.extension().is_some_and(|e| e == "toml") || discovery::vehicle::file::is_geometry(&text);
         std::fs::write(out.join(if toml { "vehicle.toml" } else { "vehicle.json" }), text)?;
     }
-    if let Some(draft) = draft {
-        std::fs::write(out.join("vehicle.toml"), draft)?;
+    if let Some((name, text)) = made {
+        std::fs::write(out.join(name), text)?;
     }
     Ok(())
 }
@@ -129,7 +134,7 @@ fn short(factor: f64) -> String {
     if factor.abs() < 1e-3 { format!("{factor:e}") } else { format!("{}", (factor * 1e6).round() / 1e6) }
 }
 
-fn print(args: &Args, vehicle: Option<&Path>, flight: &discovery::Flight, report: &Report) {
+fn print(args: &Args, vehicle: Option<&Path>, first: bool, flight: &discovery::Flight, report: &Report) {
     say(&format!("{}: {}", report.kind, named(args)));
     for file in &report.files {
         say(&format!("  {:32} {:7} rows", file.file, file.rows));
@@ -157,7 +162,7 @@ fn print(args: &Args, vehicle: Option<&Path>, flight: &discovery::Flight, report
     if let Some(vehicle) = vehicle.filter(|_| args.vehicle.is_none()) {
         say(&format!("vehicle: {} lies beside it and is copied (--class CLASS makes a new one)", vehicle.display()));
     }
-    let made = if vehicle.is_none() { " (its vehicle.toml is a first one: look through its numbers)" } else { "" };
+    let made = if first { " (its vehicle.toml is a first one: look through its numbers)" } else { "" };
     if report.not_comparable().is_some() {
         say(&format!("next: glider export {} --to netcdf (a comparison is not possible)", args.out.display()));
     } else {

@@ -84,16 +84,20 @@ fn imported(logs: &[&File], vehicle: Option<Vehicle>) -> anyhow::Result<(Flight,
     };
     let read = discovery::import::import_all(&paths, &all, None);
     let shown = |text: String| text.replace(&format!("{}/", scratch.0.display()), "");
-    let Imported { flight, report, vehicle: draft } = read.map_err(|e| anyhow::anyhow!(shown(e.to_string())))?;
+    let read = read.map_err(|e| anyhow::anyhow!(shown(e.to_string())))?;
+    let made = read.vehicle_text();
+    let Imported { flight, report, vehicle_file, .. } = read;
     if let Some(why) = report.not_comparable() {
         anyhow::bail!("{}: {why}", logs[0].name);
     }
     let mut notes = vec![format!("read as {}", report.kind)];
-    let vehicle = match (vehicle, draft) {
+    let vehicle = match (vehicle, made) {
         (Some(vehicle), _) => vehicle,
-        (None, Some(draft)) => {
-            notes.push("no vehicle file was dropped with it: the usual numbers of its class, with wide tolerances".into());
-            discovery::vehicle::parse_text(&draft.toml(), Path::new("vehicle.toml"))?
+        (None, Some((name, text))) => {
+            if vehicle_file.is_none() {
+                notes.push("no vehicle file was dropped with it: the usual numbers of its class, with wide tolerances".into());
+            }
+            discovery::vehicle::parse_text(&text, Path::new(name))?
         }
         (None, None) => anyhow::bail!("{}: drop its vehicle.json or vehicle.toml together with it", logs[0].name),
     };

@@ -16,7 +16,7 @@ pub fn write(flight: &Flight, out: impl Write) -> io::Result<()> {
     let mut out = io::BufWriter::new(out);
     write!(out, "time_s,segment")?;
     for c in &columns {
-        write!(out, ",{}", c.name)?;
+        write!(out, ",{}", quoted(c.name))?;
     }
     writeln!(out)?;
     for i in 0..flight.len() {
@@ -32,6 +32,15 @@ pub fn write(flight: &Flight, out: impl Write) -> io::Result<()> {
         writeln!(out)?;
     }
     out.flush()
+}
+
+/// A name as a field of a csv: in quotes where it holds what parts fields or rows.
+fn quoted(name: &str) -> std::borrow::Cow<'_, str> {
+    if name.contains([',', '"', '\n', '\r']) || name.trim() != name {
+        format!("\"{}\"", name.replace('"', "\"\"")).into()
+    } else {
+        name.into()
+    }
 }
 
 /// Fixed digits without the zeros that say nothing.
@@ -71,6 +80,7 @@ mod tests {
             ..Flight::default()
         };
         flight.extra.insert("oxygen".into(), column(&|i| i));
+        flight.extra.insert("oxygen, \"raw\"".into(), column(&|i| -i));
         let mut bytes = Vec::new();
         write(&flight, &mut bytes).expect("written");
         let text = String::from_utf8(bytes).expect("text");

@@ -9,6 +9,8 @@
 use crate::record::flight::Flight;
 
 pub mod csv;
+#[cfg(test)]
+mod import_tests;
 pub mod mcap;
 pub mod netcdf;
 pub mod parquet;

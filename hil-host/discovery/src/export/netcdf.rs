@@ -3,11 +3,12 @@
 //! Times are Unix times; a flight without a date counts from zero and says so. Positions between fixes are interpolated. Names of
 //! the OG1 vocabulary where it has one, else the column's name in capitals, with the name of the flight format in `long_name`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use netcdf_writer::{DimensionId, NcAttrValue, NcFileBuilder, NcWriteFormat, NcWriteOptions, VariableId};
 
+use crate::import::netcdf::own::{COLUMN, MODEL, UNDATED, VEHICLE};
 use crate::import::{Origin, channels, position};
 use crate::record::flight::Flight;
 use crate::record::seawater;
@@ -33,6 +34,8 @@ pub struct About {
     pub series: Vec<Series>,
     /// Numbers of the vehicle: name, value, unit, 1-sigma uncertainty, what it is.
     pub vehicle: Vec<Number>,
+    /// The vehicle file as JSON: an import of ours takes it back.
+    pub vehicle_file: Option<String>,
     /// When this is written, Unix time, s.
     pub written_unix_s: f64,
 }
@@ -103,7 +106,7 @@ impl From<std::io::Error> for NetcdfError {
 /// # Errors
 /// What the writer says.
 pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfError> {
-    let mut out = Out { file: NcFileBuilder::new(), rows: None };
+    let mut out = Out { file: NcFileBuilder::new(), rows: None, taken: BTreeSet::from(["PSAL".into()]) };
     let rows = out.file.add_unlimited_dimension(ROWS)?;
     out.rows = Some(rows);
     let start = about.start_unix_s.unwrap_or(0.0);
@@ -115,25 +118,26 @@ pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfEr
     let depth: Vec<f64> = flight.pressure_pa.iter().map(|p| seawater::depth_m(*p, positions.middle_lat)).collect();
     out.column("DEPTH", "m", "glider depth", Some("depth"), Some("DEPTH"), &depth, &[("positive", "down"), ("axis", "Z")])?;
     out.segments(flight)?;
-    for c in super::columns(flight) {
-        let salinity = c.name == channels::SALINITY;
-        let name = if salinity { "PSAL".to_owned() } else { safe(c.og1) };
-        let unit = if salinity { "1" } else { c.unit };
-        let values: Vec<f64> = c.converted().collect();
-        let vocabulary = known(&name).1;
-        out.column(&name, unit, c.name, known(&name).0, vocabulary, &values, &[])?;
+    let (extra, named): (Vec<_>, Vec<_>) = super::columns(flight).into_iter().partition(|c| flight.extra.contains_key(c.name));
+    for c in named {
+        out.column(c.og1, c.unit, c.name, known(c.og1).0, known(c.og1).1, &c.converted().collect::<Vec<_>>(), &[(COLUMN, c.name)])?;
     }
     for s in &about.series {
-        out.column(s.name, s.unit, s.what, None, None, &s.values, &[("flight_model", "FLIGHT_MODEL")])?;
+        out.column(s.name, s.unit, s.what, None, None, &s.values, &[("flight_model", MODEL)])?;
     }
     out.strings(flight, about, &positions, &time)?;
     for n in &about.vehicle {
-        let variable = out.file.add_variable::<f64>(n.name, &[])?;
-        out.says(variable, &[("long_name", n.what), ("units", n.unit), ("flight_model", "FLIGHT_MODEL")])?;
+        let variable = out.variable(n.name, &[])?;
+        out.says(variable, &[("long_name", n.what), ("units", n.unit), ("flight_model", MODEL)])?;
         if n.sigma.is_finite() {
             out.file.add_variable_attribute(variable, "uncertainty", NcAttrValue::Doubles(vec![n.sigma]))?;
         }
         out.file.write_variable(variable, &[n.value])?;
+    }
+    // Last: their names are the source's and give way.
+    for c in extra {
+        let (name, unit) = if c.name == channels::SALINITY { ("PSAL".to_owned(), "1") } else { (out.free(safe(c.og1)), c.unit) };
+        out.column(&name, unit, c.name, known(&name).0, known(&name).1, &c.converted().collect::<Vec<_>>(), &[(COLUMN, c.name)])?;
     }
     let (_, bytes) = out.file.to_vec(NcWriteOptions { format: NcWriteFormat::Nc4 })?;
     Ok(std::fs::write(path, bytes)?)
@@ -142,9 +146,23 @@ pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfEr
 struct Out {
     file: NcFileBuilder,
     rows: Option<DimensionId>,
+    /// Names of the variables.
+    taken: BTreeSet<String>,
 }
 
 impl Out {
+    /// A name that no variable has: this one, or with a number.
+    fn free(&self, name: String) -> String {
+        let numbered = (2..).map(|k| format!("{name}_{k}"));
+        std::iter::once(name.clone()).chain(numbered).find(|n| !self.taken.contains(n)).unwrap_or(name)
+    }
+
+    /// A variable of numbers.
+    fn variable(&mut self, name: &str, dimensions: &[DimensionId]) -> Result<VariableId, NetcdfError> {
+        self.taken.insert(name.to_owned());
+        Ok(self.file.add_variable::<f64>(name, dimensions)?)
+    }
+
     fn says(&mut self, variable: VariableId, texts: &[(&str, &str)]) -> Result<(), NetcdfError> {
         for (name, text) in texts {
             self.file.add_variable_attribute(variable, *name, NcAttrValue::Chars((*text).to_owned()))?;
@@ -196,7 +214,7 @@ impl Out {
 
     fn time(&mut self, name: &str, vocabulary: &str, what: &str, values: &[f64], about: &About) -> Result<(), NetcdfError> {
         let rows: Vec<DimensionId> = self.rows.into_iter().collect();
-        let variable = self.file.add_variable::<f64>(name, &rows)?;
+        let variable = self.variable(name, &rows)?;
         self.file.set_variable_fill_value(variable, NO_TIME)?;
         self.says(variable, &[("long_name", what), ("standard_name", "time"), ("units", EPOCH), ("calendar", "gregorian")])?;
         if name == "TIME" {
@@ -204,7 +222,7 @@ impl Out {
         }
         self.says(variable, &[("vocabulary", &format!("{VOCABULARY}{vocabulary}/"))])?;
         if about.start_unix_s.is_none() {
-            self.says(variable, &[("comment", "counted from the start of the flight: its date is not known")])?;
+            self.says(variable, &[("comment", UNDATED)])?;
         }
         let values: Vec<f64> = values.iter().map(|v| if v.is_finite() { *v } else { NO_TIME }).collect();
         Ok(self.file.write_variable(variable, &values)?)
@@ -222,7 +240,7 @@ impl Out {
         more: &[(&str, &str)],
     ) -> Result<(), NetcdfError> {
         let rows: Vec<DimensionId> = self.rows.into_iter().collect();
-        let variable = self.file.add_variable::<f64>(name, &rows)?;
+        let variable = self.variable(name, &rows)?;
         self.file.set_variable_fill_value(variable, NONE)?;
         self.says(variable, &[("long_name", what)])?;
         if let Some(standard) = standard {
@@ -254,6 +272,7 @@ impl Out {
 
     fn segments(&mut self, flight: &Flight) -> Result<(), NetcdfError> {
         let rows: Vec<DimensionId> = self.rows.into_iter().collect();
+        self.taken.insert("SEGMENT_NUMBER".into());
         let variable = self.file.add_variable::<i32>("SEGMENT_NUMBER", &rows)?;
         self.file.set_variable_fill_value(variable, -1_i32)?;
         self.says(variable, &[("long_name", "number of the segment from one surfacing to the next"), ("units", "1")])?;
@@ -272,13 +291,10 @@ impl Out {
             ("WMO_IDENTIFIER", stated("WMO_IDENTIFIER", "unknown".into()), "WMO id"),
             ("PLATFORM_MODEL", stated("PLATFORM_MODEL", "unknown".into()), "model of the glider"),
             ("PLATFORM_SERIAL_NUMBER", serial, "glider serial number"),
-            (
-                "FLIGHT_MODEL",
-                stated("FLIGHT_MODEL", "steady and unsteady glide, lift and drag on the reference area".into()),
-                "model of the flight",
-            ),
+            (MODEL, stated(MODEL, "steady and unsteady glide, lift and drag on the reference area".into()), "model of the flight"),
         ];
         for (name, text, what) in texts {
+            self.taken.insert(name.into());
             let variable = self.file.add_string_variable(name, &[])?;
             self.says(variable, &[("long_name", what)])?;
             if name == "TRAJECTORY" {
@@ -287,8 +303,9 @@ impl Out {
             if name == "PLATFORM_MODEL" {
                 self.says(variable, &[("platform_model_vocabulary", "http://vocab.nerc.ac.uk/collection/B76/current/")])?;
             }
-            if name == "FLIGHT_MODEL" {
+            if name == MODEL {
                 self.says(variable, &[("software_version", env!("CARGO_PKG_VERSION"))])?;
+                self.says(variable, about.vehicle_file.as_deref().map(|text| (VEHICLE, text)).as_slice())?;
             }
             self.file.write_string_variable(variable, &[text])?;
         }
@@ -306,7 +323,7 @@ impl Out {
             ("DEPLOYMENT_LONGITUDE", "degrees_east", "longitude of deployment", "longitude", "DEPLOYMENT_LONGITUDE", first(&p.lon_gps)),
         ] {
             let fill = if name == "DEPLOYMENT_TIME" { NO_TIME } else { NONE };
-            let variable = self.file.add_variable::<f64>(name, &[])?;
+            let variable = self.variable(name, &[])?;
             self.file.set_variable_fill_value(variable, fill)?;
             self.says(variable, &[("long_name", what), ("standard_name", standard), ("units", unit)])?;
             self.says(variable, &[("vocabulary", &format!("{VOCABULARY}{vocabulary}/"))])?;

@@ -53,6 +53,9 @@ impl Log {
         self.rows.retain(|r| r.unix_s.is_finite() && r.pressure_pa.is_finite());
         self.rows.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
         pressure_zero::drop_zeros(&mut self.rows, |r| (r.unix_s, r.pressure_pa), "the pressure", report);
+        if !self.steering_pressure.is_empty() {
+            pressure_zero::take_out(&mut self.rows, |r| (r.unix_s, &mut r.pressure_pa), report);
+        }
         let all = self.rows.len();
         self.rows.dedup_by(|b, a| a.unix_s == b.unix_s);
         if self.rows.len() < all {

@@ -15,11 +15,12 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     parts.sort_by(|a, b| start(&a.1).total_cmp(&start(&b.1)));
     let unset = of_other_years(&mut parts);
     let first = start(&parts.first()?.1);
-    let mut report = Report { start_unix_s: Some(first), ..Report::new(kind) };
+    let dated = parts.iter().any(|(_, p)| p.report.start_unix_s.is_some());
+    let mut report = Report { start_unix_s: dated.then_some(first), ..Report::new(kind) };
     unset.into_iter().for_each(|what| report.leave_out(what));
     let mut flight = Flight::blank(0);
     let mut notes: BTreeMap<String, (String, String, usize)> = BTreeMap::new();
-    let mut vehicle = None;
+    let (mut vehicle, mut vehicle_file) = (None, None);
     for (name, mut part) in parts {
         let shift = start(&part) - first;
         report.files.extend(std::mem::take(&mut part.report.files));
@@ -38,6 +39,7 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
             report.density = part.report.density;
         }
         vehicle = vehicle.or(part.vehicle);
+        vehicle_file = vehicle_file.or(part.vehicle_file);
         // What all files say alike but for its numbers is said once.
         for note in part.report.notes {
             let shape: String = note.chars().filter(|c| !c.is_ascii_digit()).collect();
@@ -48,7 +50,7 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
         report.note(if times > 1 { format!("{note} ({name}; likewise in {} more)", times - 1) } else { format!("{name}: {note}") });
     }
     flight.name = report.segments.first().cloned().unwrap_or_default();
-    Some(Imported { flight, report, vehicle })
+    Some(Imported { flight, report, vehicle, vehicle_file })
 }
 
 /// What is odd about parts in the order of their numbers (dives, cycles): numbers that are missing in between, as a note, and ones whose

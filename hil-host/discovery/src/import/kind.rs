@@ -99,6 +99,15 @@ pub fn files_of(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// Links of a folder to files that are not there, in words.
+#[must_use]
+pub fn dangling(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path()));
+    let mut links: Vec<PathBuf> = entries.filter(|p| p.is_symlink() && !p.exists()).collect();
+    links.sort();
+    links.iter().map(|p| format!("{} is a link to a file that is not there", p.display())).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -32,10 +32,11 @@ fn afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     (longest_s >= STAY_S && impossible).then_some(level)
 }
 
-/// Takes the zero out of pressures in time, before anything is computed from them; what it was, Pa.
-pub(super) fn take_out(rows: &mut [(f64, f64)], report: &mut Report) -> Option<f64> {
-    let level = afloat(rows.iter().copied())?;
-    rows.iter_mut().for_each(|r| r.1 -= level);
+/// Takes the zero out of rows in the order of time (`at`: the time, s, and pressure, Pa, of a row), before anything is computed from them; what it was, Pa.
+pub(super) fn take_out<T>(rows: &mut [T], at: impl Fn(&mut T) -> (f64, &mut f64), report: &mut Report) -> Option<f64> {
+    let pairs: Vec<(f64, f64)> = rows.iter_mut().map(&at).map(|(t, p)| (t, *p)).collect();
+    let level = afloat(pairs.into_iter())?;
+    rows.iter_mut().for_each(|r| *at(r).1 -= level);
     let what = if level > 5e4 { ": absolute pressure?" } else { "" };
     report.note(format!("pressure reads {:.2} dbar afloat{what}: zero taken out", level * 1e-4));
     Some(level)
@@ -46,7 +47,7 @@ pub(super) fn take_out(rows: &mut [(f64, f64)], report: &mut Report) -> Option<f
 pub(super) fn take_out_of_flight(imported: &mut Imported) {
     let flight = &imported.flight;
     let mut rows: Vec<(f64, f64)> = flight.time_s.iter().copied().zip(flight.pressure_pa.iter().copied()).collect();
-    let Some(level) = take_out(&mut rows, &mut imported.report) else { return };
+    let Some(level) = take_out(&mut rows, |r| (r.0, &mut r.1), &mut imported.report) else { return };
     let flight = &mut imported.flight;
     flight.pressure_pa = rows.into_iter().map(|r| r.1).collect();
     if imported.report.density.contains("TEOS-10") {
@@ -107,20 +108,20 @@ mod tests {
         for zero in [10.13, 3.0, -1.5] {
             let mut report = Report::new("made");
             let mut got = rows(zero);
-            assert!(take_out(&mut got, &mut report).is_some(), "{zero}");
+            assert!(take_out(&mut got, |r| (r.0, &mut r.1), &mut report).is_some(), "{zero}");
             assert!(got.iter().zip(rows(0.0)).all(|(a, b)| (a.1 - b.1).abs() < 1e3), "{zero}");
             assert_eq!(report.notes.len(), 1);
         }
         // A stay of a minute, as between two dives without a call.
         let mut short: Vec<(f64, f64)> =
             rows(10.13).into_iter().enumerate().filter(|(i, _)| i % 110 < 12 || i % 110 >= 30).map(|r| r.1).collect();
-        assert!(take_out(&mut short, &mut Report::new("made")).is_some());
+        assert!(take_out(&mut short, |r| (r.0, &mut r.1), &mut Report::new("made")).is_some());
         // Turns at 10 dbar, sampled every 45 s, are no stay.
         let depth = [10.0, 10.0, 17.0, 24.0, 31.0, 31.0, 24.0, 17.0];
         let mut turns: Vec<(f64, f64)> = (0..40_u32).map(|i| (45.0 * f64::from(i), 1e4 * depth[i as usize % 8])).collect();
-        assert!(take_out(&mut turns, &mut Report::new("made")).is_none());
+        assert!(take_out(&mut turns, |r| (r.0, &mut r.1), &mut Report::new("made")).is_none());
         let mut report = Report::new("made");
-        assert!(take_out(&mut rows(0.3), &mut report).is_none() && report.notes.is_empty());
+        assert!(take_out(&mut rows(0.3), |r| (r.0, &mut r.1), &mut report).is_none() && report.notes.is_empty());
     }
 
     #[test]

@@ -292,3 +292,54 @@ fn regress_rows_of_a_seaexplorer_that_cannot_be_are_left_out() {
     let got = read(edited("seaexplorer_sub", "cut rows", cut)).expect("reads");
     assert!(left_out(&got).contains("1 rows have another number of values"), "{}", left_out(&got));
 }
+
+#[test]
+fn regress_a_seaglider_file_of_another_name_year_or_fix_is_named() {
+    let with = |name: &str, edit: fn(String) -> String| {
+        read(edited("seaglider_raw", name, |n, text| Some(if n == "p0990012.log" { edit(text) } else { text }))).expect("reads")
+    };
+    let whole = with("right", |t| t);
+    for (name, edit, said) in [
+        ("dive", (|t| t.replace("\ndive: 12", "\ndive: 14")) as fn(String) -> String, "its .log says that it is dive 14 of SG099"),
+        ("glider", |t| t.replace("\nglider: 99", "\nglider: 98"), "its .log says that it is dive 12 of SG098"),
+    ] {
+        let got = with(name, edit);
+        assert!(left_out(&got).contains(said), "{name}: {}", left_out(&got));
+    }
+    let year = with("year", |t| t.replace("start: 7 8 126", "start: 7 8 26"));
+    assert!(year.report.is_whole() && year.flight.time_s == whole.flight.time_s, "{}", left_out(&year));
+    let north = |got: &Imported| got.flight.gps_north_m.iter().filter(|v| v.is_finite()).count();
+    let none = with("no fix", |t| t.replace("-12524.155,12,0.9,14", "-12524.155,99,99.0,99"));
+    assert!(none.report.notes.iter().any(|n| n.contains("have a dilution (HDOP) of 99: no fixes")), "{:?}", none.report.notes);
+    assert!(north(&none) < north(&whole), "{} of {}", north(&none), north(&whole));
+    let sign = |n: &str, text: String| Some(if n.ends_with(".log") { text.replace("$VBD_CNV,-", "$VBD_CNV,") } else { text });
+    let sign = read(edited("seaglider_raw", "sign", sign)).expect("reads");
+    assert!(sign.report.notes.iter().any(|n| n.contains("is its sign lost?")), "{:?}", sign.report.notes);
+}
+
+#[test]
+fn regress_a_seaexplorer_column_twice_or_a_depth_upward_is_named() {
+    let twice = |n: &str, text: String| {
+        let add = |(k, l): (usize, &str)| format!("{}{l}", if k == 0 { "Pitch;" } else { ";" });
+        Some(if n.contains("gli.sub.10") { text.lines().enumerate().map(add).collect::<Vec<_>>().join("\n") } else { text })
+    };
+    let got = read(edited("seaexplorer_sub", "twice", twice)).expect("reads");
+    let problems: Vec<String> = got.report.files.iter().flat_map(|f| f.problems.clone()).collect();
+    assert!(!got.report.is_whole() && problems == ["column Pitch stands twice: the first one is read"], "{problems:?}");
+    let place = |text: &str| text.lines().next().unwrap_or_default().split(';').position(|h| h == "Depth");
+    let turned = |n: &str, text: String| {
+        let at = place(&text);
+        let turn = |(k, f): (usize, &str)| match f.parse::<f64>() {
+            Ok(v) if Some(k) == at => format!("{}", -v),
+            _ => f.to_owned(),
+        };
+        let line = |l: &str| l.split(';').enumerate().map(turn).collect::<Vec<_>>().join(";");
+        Some(if n.contains("gli") { text.lines().map(line).collect::<Vec<_>>().join("\n") } else { text })
+    };
+    let whole = read(edited("seaexplorer_sub", "downward", |_, text| Some(text))).expect("reads");
+    let got = read(edited("seaexplorer_sub", "upward", turned)).expect("reads");
+    assert!(got.report.notes.iter().any(|n| n == "Depth grows upward: turned round"), "{:?}", got.report.notes);
+    let column = crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
+    let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9 || (a.is_nan() && b.is_nan());
+    assert!(got.flight.extra[column].iter().zip(&whole.flight.extra[column]).all(same));
+}

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::draft::Draft;
+use super::stated_vehicle::VEHICLE_JSON;
 use crate::record::csv::{cannot_be_asked, in_one_line};
 use crate::record::flight::Flight;
 use crate::record::seawater::Place;
@@ -16,6 +17,22 @@ pub struct Imported {
     pub report: Report,
     /// The vehicle that flew it, where the files or its class tell.
     pub vehicle: Option<Draft>,
+    /// Its vehicle file as JSON, where the flight was exported with one: it takes the place of `vehicle`.
+    pub vehicle_file: Option<String>,
+}
+
+impl Imported {
+    /// A flight without a vehicle.
+    pub(super) fn new(flight: Flight, report: Report) -> Self {
+        Self { flight, report, vehicle: None, vehicle_file: None }
+    }
+
+    /// Name and text of the vehicle file that is to lie beside the flight.
+    #[must_use]
+    pub fn vehicle_text(&self) -> Option<(&'static str, String)> {
+        let made = || self.vehicle.as_ref().map(|draft| ("vehicle.toml", draft.toml()));
+        self.vehicle_file.clone().map(|text| (VEHICLE_JSON, text)).or_else(made)
+    }
 }
 
 /// One source name that became a column.

@@ -135,7 +135,7 @@ fn import_dated(files: &[PathBuf], month_first: bool) -> Result<Option<Imported>
     })?;
     let mut vehicle = Class::SeaExplorer.draft();
     vehicle.say("case", &format!("sea{glider:03}"), "");
-    Ok(Some(Imported { flight, report, vehicle: Some(vehicle) }))
+    Ok(Some(Imported { vehicle: Some(vehicle), ..Imported::new(flight, report) }))
 }
 
 /// What the files of a mission hold.
@@ -173,6 +173,9 @@ fn read(chosen: &BTreeMap<(u32, bool), (bool, &PathBuf)>, cycles: &[u32], month_
                 }
                 note.rows = table.rows;
                 note.problems.extend(table.problem.take());
+                if let Some(name) = table.twice() {
+                    note.problems.push(format!("column {name} stands twice: the first one is read"));
+                }
                 note.problems.extend(got.err());
                 if let Some(first) = table.no_time.take() {
                     let count = table.undated;
@@ -289,7 +292,7 @@ impl Columns {
             if !lat.is_finite() || !lon.is_finite() {
                 continue;
             }
-            if lat == 0.0 || lon == 0.0 {
+            if lat == 0.0 && lon == 0.0 {
                 counts.zero += 1;
             } else if !AT_SURFACE.contains(&number(state)) {
                 counts.under_way += 1;
@@ -384,6 +387,11 @@ impl Columns {
                 report.map(MappedName { from: (*name).into(), unit: unit.into(), to: (*to).into(), factor: *factor });
             }
             column.iter_mut().for_each(|v| *v *= factor);
+        }
+        let (middle, depth) = (crate::record::plausible::quantile(&self.values[5], 0.5), &mut self.values[5]);
+        if middle < -DIVE_PA * 1e-5 {
+            report.note("Depth grows upward: turned round".into());
+            depth.iter_mut().for_each(|z| *z = -*z);
         }
         let [pitch, roll, heading, ballast, battery, depth] = &self.values;
         let series = |values: &[f64]| Series::new(&self.time, values);

@@ -131,6 +131,9 @@ pub(super) fn from_constants(draft: &mut Draft, s: &Scalars, report: &mut Report
         draft.set("mass_kg", mass, if weighed(cal("mass")).is_some() { "sg_cal_mass" } else { "log_MASS" });
     }
     volume(draft, s, report);
+    if let Some(cc) = log("VBD_CNV").filter(|cc| *cc > 0.0) {
+        report.note(format!("VBD_CNV is {cc} cm3 a count: in every Seaglider more counts are less oil; is its sign lost?"));
+    }
     if let Some(temperature) = cal("temp_ref") {
         draft.set("reference_temperature_degc", temperature, "sg_cal_temp_ref");
     }

@@ -73,6 +73,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
             let cc = log.moves(last_cc - middle_cc);
             last_cc = cc.last().map_or(last_cc, |c| c.1 + middle_cc);
             let mut part = one_dive(&read(eng)?, &log, &cc, *dive)?;
+            log.say_whose((*glider, *dive), &mut part.report);
             if middle_cc != 0.0 {
                 part.flight.ballast_m3.iter_mut().for_each(|v| *v += middle_cc * 1e-6);
                 let what = "C_VBD is another than in the first dive: readings brought to the first one's middle";
@@ -142,6 +143,11 @@ struct DiveLog {
     bad_moves: usize,
     /// Fixes whose date is days off the dive's.
     other_days: usize,
+    /// Lines of fixes by which the receiver had none.
+    no_fixes: usize,
+    /// Numbers of the glider and the dive.
+    glider: Option<u32>,
+    dive: Option<u32>,
 }
 
 /// One move of the pump: start and end, s from the start of the dive, counts before (newer firmware) and after.
@@ -160,6 +166,9 @@ impl DiveLog {
             if let Some(start) = line.strip_prefix("start:") {
                 log.start = start_line(start).unwrap_or(f64::NAN);
             }
+            for (key, number) in [("glider:", &mut log.glider), ("dive:", &mut log.dive)] {
+                *number = line.strip_prefix(key).and_then(|n| n.trim().parse().ok()).or(*number);
+            }
             let Some(line) = line.strip_prefix('$') else { continue };
             let fields: Vec<&str> = line.split(',').map(str::trim).collect();
             match fields[0] {
@@ -176,7 +185,8 @@ impl DiveLog {
                 }
                 "GPS1" | "GPS2" | "GPS" => {
                     match fix(&fields, log.start) {
-                        Some((mut fix, variation)) => {
+                        Some(Logged { hdop, .. }) if hdop.is_some_and(|h| h >= NO_FIX_HDOP) => log.no_fixes += 1,
+                        Some(Logged { mut fix, variation, .. }) => {
                             let days = ((fix.time_s - log.start) / DAY_S).round();
                             if days.abs() >= OTHER_DAYS {
                                 fix.time_s -= days * DAY_S;
@@ -207,6 +217,9 @@ impl DiveLog {
 
     /// Names what is not as it should be of a dive whose samples end `eng_end` seconds after its start.
     fn say(&self, eng_end: Option<f64>, report: &mut Report) {
+        if self.no_fixes > 0 {
+            report.note(format!("{} lines of fixes have a dilution (HDOP) of {NO_FIX_HDOP}: no fixes", self.no_fixes));
+        }
         match self.variation {
             Some(degrees) => report.note(format!("heading is magnetic: variation of {degrees} deg added")),
             None => report.note("heading is magnetic and stays so: the .log states no variation".into()),
@@ -235,6 +248,14 @@ impl DiveLog {
         }
         if let Some(end) = eng_end.filter(|end| *end < SAMPLED * surfaced) {
             report.leave_out(format!("its .eng ends {end:.0} s after the start, the dive at {surfaced:.0} s by the .log: it is cut"));
+        }
+    }
+
+    /// Names a dive whose own numbers are not those of its file's name.
+    fn say_whose(&self, (glider, dive): (u32, u32), report: &mut Report) {
+        let (own_glider, own_dive) = (self.glider.unwrap_or(glider), self.dive.unwrap_or(dive));
+        if (own_glider, own_dive) != (glider, dive) {
+            report.leave_out(format!("its .log says that it is dive {own_dive} of SG{own_glider:03}: a file of another name?"));
         }
     }
 
@@ -270,10 +291,16 @@ impl DiveLog {
 fn start_line(text: &str) -> Option<f64> {
     let numbers: Vec<i64> = text.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
     let [month, day, year, hour, minute, second] = numbers[..] else { return None };
-    let days = calendar::days_from_1970(year.checked_add(1900)?, month, day)?;
+    // Years are counted from 1900; one before any Seaglider is that of a century.
+    let year = if year < FIRST_YEAR { year.checked_add(2000)? } else { year.checked_add(1900)? };
+    let days = calendar::days_from_1970(year, month, day)?;
     Some((days * 86400 + hour * 3600 + minute * 60 + second) as f64)
 }
 
+/// The year of the first Seagliders, less 1900.
+const FIRST_YEAR: i64 = 95;
+/// What a receiver without a fix states as its dilution of precision.
+const NO_FIX_HDOP: f64 = 99.0;
 /// A day, s; and how many a dive and its fixes never take (guess).
 const DAY_S: f64 = 86_400.0;
 const OTHER_DAYS: f64 = 3.0;
@@ -282,7 +309,7 @@ const SAMPLED: f64 = 0.8;
 
 /// A `$GPS` line: date ddmmyy, time hhmmss, latitude ddmm.mmm, longitude dddmm.mmm, and behind four more the magnetic variation, deg.
 /// The oldest firmware states no date: it is the day on which the time of day is nearest to `start`.
-fn fix(fields: &[&str], start: f64) -> Option<(Fix, Option<f64>)> {
+fn fix(fields: &[&str], start: f64) -> Option<Logged> {
     let pair = |text: &str, at: usize| text.get(at..at + 2)?.parse::<i64>().ok();
     let undated = fields.get(2)?.contains('.');
     let rest = fields.get(if undated { 1 } else { 2 }..)?;
@@ -296,7 +323,15 @@ fn fix(fields: &[&str], start: f64) -> Option<(Fix, Option<f64>)> {
     };
     let degrees = |text: &str| text.parse::<f64>().ok().map(super::position::degrees_of_minutes);
     let fix = Fix { time_s: days * DAY_S + of_day, lat_deg: degrees(lat)?, lon_deg: degrees(lon)? };
-    Some((fix, rest.get(6).and_then(|f| f.parse().ok()))).filter(|(f, _)| f.time_s.is_finite())
+    let number = |k: usize| rest.get(k).and_then(|f| f.parse().ok());
+    Some(Logged { fix, variation: number(6), hdop: number(4) }).filter(|l| l.fix.time_s.is_finite())
+}
+
+/// A fix with the magnetic variation there, deg, and the receiver's dilution of precision.
+struct Logged {
+    fix: Fix,
+    variation: Option<f64>,
+    hdop: Option<f64>,
 }
 
 fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<Imported, String> {
@@ -372,7 +407,7 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
         ..Log::default()
     };
     let flight = out.flight(&format!("dive {dive}"), &mut report).ok_or("its .eng has no row")?;
-    Ok(Imported { flight, report, vehicle: None })
+    Ok(Imported::new(flight, report))
 }
 
 /// Linear between the corners, as the first before them and the last behind.

@@ -130,18 +130,35 @@ pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportE
         }
         report.segments.push(stem);
     }
+    pair_by_header(&mut loaded, &mut report);
     set_clocks(&mut loaded, &mut report, &mut refused);
     let all = collected(&loaded, &mut report);
     one_glider(&loaded, &all, &report)?;
     apart(&loaded, &mut report);
     one_sided(&loaded, &mut report);
     match merge::merge(all, &mut report) {
-        Some(flight) => Ok(Imported { flight, report, vehicle: None }),
+        Some(flight) => Ok(Imported::new(flight, report)),
         None if refused.is_empty() => Err(ImportError {
             file: files.first().map_or_else(String::new, |f| name_of(f)),
             what: "no pressure in these files: sci_water_pressure, m_pressure or m_depth is needed".into(),
         }),
         None => Err(ImportError { file: "no file can be used".into(), what: refused.join("; ") }),
+    }
+}
+
+/// Halves of one segment whose files were renamed apart become one again, by the name that both headers state.
+fn pair_by_header(loaded: &mut [Loaded], report: &mut Report) {
+    let stated = |one: &Loaded| one.file.header.get("full_filename").cloned();
+    let has = |all: &[Loaded], segment: u32, science: bool| all.iter().any(|l| l.segment == segment && l.science == science);
+    for k in (0..loaded.len()).filter(|k| loaded[*k].science).collect::<Vec<_>>() {
+        let (own, name) = (loaded[k].segment, stated(&loaded[k]));
+        let of_name = |l: &&Loaded| !l.science && stated(l) == name && !has(loaded, l.segment, true);
+        let mut others = loaded.iter().filter(of_name).filter(|_| name.is_some() && !has(loaded, own, false));
+        if let (Some(other), None) = (others.next(), others.next()) {
+            let segment = other.segment;
+            report.note(format!("{} and {} are of one segment by their headers", loaded[k].name, other.name));
+            loaded[k].segment = segment;
+        }
     }
 }
 

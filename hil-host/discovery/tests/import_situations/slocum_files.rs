@@ -190,3 +190,71 @@ fn regress_two_files_that_overlap_a_little_do_not_come_by_turns() {
     assert!(said(&got).contains("rows of one segment lie in the time of the next"), "{}", said(&got));
     std::fs::remove_dir_all(folder).ok();
 }
+
+#[test]
+fn regress_halves_of_a_segment_that_were_renamed_apart_are_one_again() {
+    let folder = folder("renamed");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let want = import(&folder, &[]).expect("an import").flight;
+    std::fs::rename(folder.join("a.ebd"), folder.join("00010001.ebd")).expect("renamed");
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("00010001.ebd and a.dbd are of one segment by their headers"), "{}", said(&got));
+    assert!(got.report.is_whole() && got.flight.pitch_rad == want.pitch_rad && got.flight.segment == want.segment, "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_a_depth_that_grows_upward_and_a_fix_on_the_meridian_are_read() {
+    let folder = folder("upward");
+    let own = [("m_present_time", "timestamp"), ("m_depth", "m"), ("m_pitch", "rad"), ("m_gps_lat", "lat"), ("m_gps_lon", "lon")];
+    let write = |sign: f64, lon: f64| {
+        slocum(&folder.join("a.dbd"), "alpha", &own, |k| {
+            let fix = |v: f64| if k < 4 { v } else { f64::NAN };
+            vec![START + 4.0 * k as f64, sign * at(k).0, at(k).1, fix(5130.0), fix(lon)]
+        });
+        import(&folder, &[]).expect("an import")
+    };
+    let (down, up) = (write(1.0, 100.0), write(-1.0, 0.0));
+    assert!(!said(&down).contains("turned round") && said(&up).contains("m_depth grows upward: turned round"), "{}", said(&up));
+    assert!(up.flight.pressure_pa == down.flight.pressure_pa && up.flight.len() > 250, "{}", up.flight.len());
+    let fixes = |got: &discovery::import::Imported| got.flight.gps_east_m.iter().filter(|v| v.is_finite()).count();
+    assert!(fixes(&up) == fixes(&down) && up.report.origins[0].lon_deg == 0.0, "{:?}", up.report.origins);
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_an_absolute_pressure_does_not_disagree_with_the_vehicle() {
+    let folder = folder("absolute");
+    // A minute at the surface between dives, as a zero of the sensor is seen there.
+    let dbar = |k: usize| if k % 130 < 20 { 0.05 } else { at(k).0 };
+    let own = [("m_present_time", "timestamp"), ("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
+    slocum(&folder.join("a.dbd"), "alpha", &own, |k| vec![START + 4.0 * k as f64, at(k).1, at(k).2, dbar(k) / 10.0]);
+    let write = |zero: f64| {
+        slocum(&folder.join("a.ebd"), "alpha", &CTD, |k| vec![START + 4.0 * k as f64, (dbar(k) + zero) / 10.0, 12.0, 3.9]);
+        import(&folder, &[]).expect("an import")
+    };
+    let (gauge, absolute) = (write(0.0), write(10.13));
+    assert!(absolute.report.is_whole() && said(&absolute).contains("zero taken out"), "{}", said(&absolute));
+    let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off(&absolute.flight.pressure_pa, &gauge.flight.pressure_pa) < 1e3);
+    assert!(off(&absolute.flight.density_kg_m3, &gauge.flight.density_kg_m3) < 1e-3, "of the pressure without its zero");
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_a_pitch_that_comes_too_seldom_and_two_missions_are_named() {
+    let folder = folder("seldom");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let own = [("m_present_time", "timestamp"), ("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_pressure", "bar")];
+    slocum(&folder.join("a.dbd"), "alpha", &own, |k| {
+        let pitch = if k == 3 || k == 250 { 0.4 } else { f64::NAN };
+        vec![START + 4.0 * k as f64, pitch, at(k).2, at(k).0 / 10.0]
+    });
+    let got = import(&folder, &[]).expect("an import");
+    assert!(got.report.left_out.iter().any(|l| l.starts_with("m_pitch has 2 values 988 s apart, and 2 of 260 rows one")), "{}", said(&got));
+    pair(&folder, "a", "alpha", START, |t| t);
+    pair(&folder, "b", "alpha", START + 100.0 * 86_400.0, |t| t);
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("no row for 100 days after segment 0: two missions?"), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}

@@ -48,7 +48,7 @@ impl Reader<'_> {
             if let Some(variation) = self.scalar("magnetic_variation").filter(|_| magnetic || heading.name == "eng_head") {
                 self.report.note(format!("{} is magnetic: variation of {variation} deg added", heading.name));
                 heading.series = scaled(&heading.series, |v| v + variation * DEGREE);
-            } else if magnetic {
+            } else if magnetic || heading.name == "eng_head" {
                 self.report.note(format!("{} is magnetic and the file gives no variation: left as it is", heading.name));
             }
         }

@@ -32,6 +32,7 @@ mod clocks;
 mod fills;
 pub(super) mod flags;
 pub(super) mod names;
+pub mod own;
 mod pressure;
 mod scalars;
 pub(super) mod variables;
@@ -41,7 +42,7 @@ pub use scalars::{Identity, Scalars, scalars, speed_witness};
 
 use names::{ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, DIVE, EAST, LATITUDE, LONGITUDE, NORTH, SPEED, TEMPERATURE};
 use variables::{Channel, Reader};
-use water::on_rows;
+use water::{at_rows, on_rows};
 
 /// Values of a file take at most so many times its bytes, and this much more: a declared size is no size.
 const UNPACKED: u64 = 20;
@@ -89,32 +90,10 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         clocks: std::collections::BTreeMap::new(),
         salinity: None,
     };
-    let mut pressure = reader.pressure().ok_or_else(|| error(reader.without_pressure()))?;
-    if let Some(back) = pressure.backwards.take() {
-        let (out, of) = back.samples;
-        let said = format!("{}: time goes backwards, {out} of {of} samples are out of order, first {}", pressure.name, back.first);
-        if out as f64 > BACKWARDS * of as f64 {
-            return Err(error(format!("{said}; sort the samples by time, or cut the file where its clock was set")));
-        }
-        reader.report.leave_out(said);
-        pressure.series = back.without;
-    }
-    let (mut times, values): (Vec<f64>, Vec<f64>) = pressure.series.pairs().unzip();
-    let alone = lonely_times(&mut times);
-    if alone > 0 {
-        reader.report.leave_out(format!("{alone} of {} values of {} stand alone days off the others", values.len(), pressure.name));
-        pressure.series = Series::new(&times, &values);
-    }
-    let mut rows: Vec<(f64, f64)> = pressure.series.pairs().collect();
-    if rows.len() < 2 {
-        return Err(error(format!("{} has {} values", pressure.name, rows.len())));
-    }
-    if pressure_zero::take_out(&mut rows, &mut reader.report).is_some() {
-        let (time, value): (Vec<f64>, Vec<f64>) = rows.iter().copied().unzip();
-        pressure.series = Series::new(&time, &value);
-    }
+    let (pressure, rows) = reader.rows().map_err(error)?;
     let unix: Vec<f64> = rows.iter().map(|r| r.0).collect();
-    let on = |series: Option<Channel>| series.map_or_else(|| vec![f64::NAN; unix.len()], |c| c.series.on(&unix));
+    let own = reader.is_own();
+    let on = |series: &Series| if own { at_rows(series, &unix) } else { series.on(&unix) };
     let temperature = reader.channel(&TEMPERATURE).map_or_else(|| vec![f64::NAN; unix.len()], |c| on_rows(&c.series, &unix));
     let fixes = reader.fixes(&pressure.series);
     let place = fixes.first().map(|f| Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg }).or_else(|| reader.about());
@@ -129,11 +108,11 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         time_s: unix.iter().map(|t| t - unix[0]).collect(),
         segment: vec![0; unix.len()],
         pressure_pa: rows.iter().map(|r| r.1).collect(),
-        pitch_rad: pitch.on(&unix),
-        roll_rad: roll.on(&unix),
-        heading_rad: heading.angle_on(&unix),
-        ballast_m3: ballast.on(&unix),
-        battery_mass_m: on(reader.channel(&BATTERY)),
+        pitch_rad: on(&pitch),
+        roll_rad: on(&roll),
+        heading_rad: if own { at_rows(&heading, &unix) } else { heading.angle_on(&unix) },
+        ballast_m3: on(&ballast),
+        battery_mass_m: on(&reader.channel(&BATTERY).map_or_else(Series::default, |c| c.series)),
         temperature_degc: temperature,
         density_kg_m3: density,
         gps_east_m: vec![f64::NAN; unix.len()],
@@ -145,6 +124,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     if let Some(salinity) = reader.salinity.take() {
         flight.extra.insert(SALINITY_COLUMN.into(), salinity);
     }
+    reader.own_extra(&mut flight, &unix);
     for (wanted, column) in [(&EAST, &mut flight.gps_east_m), (&NORTH, &mut flight.gps_north_m)] {
         // A fix holds at its instant only.
         for (t, v) in reader.channel(wanted).iter().flat_map(|c| c.series.pairs()) {
@@ -154,17 +134,47 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
             }
         }
     }
+    let (dated, vehicle) = (reader.is_dated(), reader.own_vehicle());
     let mut report = reader.report;
     position::place(&mut flight, &unix, &fixes, &mut report);
-    report.start_unix_s = Some(unix[0]);
+    report.start_unix_s = dated.then_some(unix[0]);
     report.files.push(FileNote { file: name, rows: unix.len(), problems: Vec::new() });
-    Ok(Imported { flight, report, vehicle: None })
+    Ok(Imported { vehicle_file: vehicle, ..Imported::new(flight, report) })
 }
 
 /// Single samples out of order happen where a clock is set; more is a damaged file. Share of the samples, guess.
 const BACKWARDS: f64 = 0.01;
 
 impl Reader<'_> {
+    /// The pressure, and its instants with what it is there, in order and with its zero taken out.
+    fn rows(&mut self) -> Result<(Channel, Vec<(f64, f64)>), String> {
+        let mut pressure = self.pressure().ok_or_else(|| self.without_pressure())?;
+        if let Some(back) = pressure.backwards.take() {
+            let (out, of) = back.samples;
+            let said = format!("{}: time goes backwards, {out} of {of} samples are out of order, first {}", pressure.name, back.first);
+            if out as f64 > BACKWARDS * of as f64 {
+                return Err(format!("{said}; sort the samples by time, or cut the file where its clock was set"));
+            }
+            self.report.leave_out(said);
+            pressure.series = back.without;
+        }
+        let (mut times, values): (Vec<f64>, Vec<f64>) = pressure.series.pairs().unzip();
+        let alone = lonely_times(&mut times);
+        if alone > 0 {
+            self.report.leave_out(format!("{alone} of {} values of {} stand alone days off the others", values.len(), pressure.name));
+            pressure.series = Series::new(&times, &values);
+        }
+        let mut rows: Vec<(f64, f64)> = pressure.series.pairs().collect();
+        if rows.len() < 2 {
+            return Err(format!("{} has {} values", pressure.name, rows.len()));
+        }
+        if pressure_zero::take_out(&mut rows, |r| (r.0, &mut r.1), &mut self.report).is_some() {
+            let (time, value): (Vec<f64>, Vec<f64>) = rows.iter().copied().unzip();
+            pressure.series = Series::new(&time, &value);
+        }
+        Ok((pressure, rows))
+    }
+
     /// Fixes at the surface.
     fn fixes(&mut self, pressure: &Series) -> Vec<position::Fix> {
         let series = |c: Option<Channel>| c.map_or_else(Series::default, |c| c.series);

@@ -8,6 +8,8 @@ use crate::record::seawater::{self, Place};
 
 /// Sea water conducts 7 S/m at most; a median above this is in mS/cm, S/m.
 const CONDUCTS_S_M: f64 = 8.0;
+/// Salinity of the sea as a share of one.
+const SHARE: std::ops::Range<f64> = 0.030..0.042;
 /// Further than this a file's own density and the recomputed one are of different water, kg/m³: a density that leaves out pressure is
 /// 2 off at 500 m and 4.5 at 1000.
 const OTHER_WATER_KG_M3: f64 = 6.0;
@@ -71,6 +73,10 @@ impl Reader<'_> {
         if zero > 0 && 2 * zero > known {
             self.report.leave_out(format!("density: {name} is 0 in {zero} of {known} rows: fresh water, or a cell in air?"));
         }
+        let middle = quantile(practical, 0.5);
+        if SHARE.contains(&middle) {
+            self.report.note(format!("{name} is {middle:.4} in the middle: nearly fresh water, or sea water's as a share of one?"));
+        }
         let Some(own) = self.aside(&DENSITY) else { return };
         // Files also store the density less 1000.
         let stated = own.series.on(unix);
@@ -86,9 +92,14 @@ impl Reader<'_> {
 /// Values at the rows: as they are where the channel stands on the rows' own clock, so that what was left out stays out; else
 /// between its values.
 pub(super) fn on_rows(series: &Series, unix: &[f64]) -> Vec<f64> {
-    let exact: Vec<f64> = unix.iter().map(|t| series.at_within(*t, 0.0)).collect();
+    let exact = at_rows(series, unix);
     let own_clock = 10 * exact.iter().filter(|v| v.is_finite()).count() >= 9 * series.len();
     if own_clock { exact } else { series.on(unix) }
+}
+
+/// Values at the instants of the rows only.
+pub(super) fn at_rows(series: &Series, unix: &[f64]) -> Vec<f64> {
+    unix.iter().map(|t| series.at_within(*t, 0.0)).collect()
 }
 
 pub(super) fn scaled(series: &Series, f: impl Fn(f64) -> f64) -> Series {

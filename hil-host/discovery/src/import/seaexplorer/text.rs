@@ -100,6 +100,12 @@ impl Table {
         self.header.iter().position(|h| h.eq_ignore_ascii_case(name))
     }
 
+    /// A name that two columns have.
+    pub fn twice(&self) -> Option<&str> {
+        let named = |(k, name): &(usize, &String)| !name.is_empty() && self.column(name) != Some(*k);
+        self.header.iter().enumerate().find(named).map(|(_, name)| name.as_str())
+    }
+
     /// The next row that is not empty.
     pub fn next<'a>(&mut self, line: &'a mut String) -> Option<Fields<'a>> {
         loop {

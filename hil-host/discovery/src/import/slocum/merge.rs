@@ -9,11 +9,15 @@ use crate::import::position::{self, FIX_DEPTH_PA};
 use crate::import::pressure_zero::{self, UNDER_WATER_PA};
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
+use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
 
 /// A channel that comes less often than this does not show a turn, which takes about a minute, s.
 const SELDOM_S: f64 = 30.0;
+
+/// Where a channel is known in a smaller share of the rows, it is lost (guess).
+const SELDOM_KNOWN: f64 = 0.2;
 
 pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
@@ -32,6 +36,9 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     all.ctd.dedup_by(|b, a| a.time_s == b.time_s);
     without_overlap(&mut all.ctd, report);
     pressure_zero::drop_zeros(&mut all.ctd, |r| (r.time_s, r.pressure_pa), "the CTD's pressure", report);
+    if from_ctd {
+        pressure_zero::take_out(&mut all.ctd, |r| (r.time_s, &mut r.pressure_pa), report);
+    }
     let first = all.ctd.first()?;
     let start_s = first.time_s;
     let unix: Vec<f64> = all.ctd.iter().map(|r| r.time_s).collect();
@@ -40,23 +47,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
         place,
         all.ctd.iter().any(|r| r.conductivity_s_m.is_finite()),
     );
-    // Shallow gliders have a pump, deep ones an oil bladder; the reading of the other is a fill, now and then: the one that moves.
-    let moves = |name: &str| {
-        let mut values: Vec<f64> = get(name).pairs().map(|(_, v)| v).collect();
-        values.sort_by(f64::total_cmp);
-        values.last().zip(values.first()).map_or(-1.0, |(high, low)| high - low)
-    };
-    let (oil, other) = if moves("m_ballast_pumped") >= moves("m_de_oil_vol") {
-        ("m_ballast_pumped", "m_de_oil_vol")
-    } else {
-        ("m_de_oil_vol", "m_ballast_pumped")
-    };
-    for name in ["m_pitch", oil] {
-        let step_s = get(name).step_s();
-        if step_s > SELDOM_S {
-            report.note(format!("{name} comes every {step_s:.0} s only: interpolated, what happens in between, such as a turn, is lost"));
-        }
-    }
+    let (oil, other) = moving_ballast(get("m_ballast_pumped"), get("m_de_oil_vol"));
     report.mapped.retain(|m| m.from != other);
     for m in report.mapped.iter_mut().filter(|m| from_ctd && m.from == "m_pressure") {
         m.to = ENGINEERING_PRESSURE.into();
@@ -82,7 +73,11 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     number_segments(&mut flight, report);
     let fixes = afloat(position::sound(position::fixes(&lat, &lon), report), &steering, report);
     position::place(&mut flight, &unix, &fixes, report);
-    position::dead_reckoning(&mut flight, &unix, &degrees(get("m_lat")), &degrees(get("m_lon")), &fixes);
+    let (dr_lat, dr_lon) = without_zeros(&degrees(get("m_lat")), &degrees(get("m_lon")));
+    position::dead_reckoning(&mut flight, &unix, &dr_lat, &dr_lon, &fixes);
+    for (name, column) in [("m_pitch", &flight.pitch_rad), (oil, &flight.ballast_m3)] {
+        report_seldom(name, get(name), column, report);
+    }
     if !get("m_fin").is_empty() {
         flight.extra.insert("m_fin_rad".into(), get("m_fin").on(&unix));
     }
@@ -96,17 +91,55 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     Some(flight)
 }
 
+/// The reading of the ballast that is one, and the other: shallow gliders have a pump, deep ones an oil bladder, and the reading of the
+/// other is a fill, now and then. It is the one that moves.
+fn moving_ballast(pumped: &Series, oil: &Series) -> (&'static str, &'static str) {
+    let moves = |series: &Series| {
+        let mut values: Vec<f64> = series.pairs().map(|(_, v)| v).collect();
+        values.sort_by(f64::total_cmp);
+        values.last().zip(values.first()).map_or(-1.0, |(high, low)| high - low)
+    };
+    let names = ("m_ballast_pumped", "m_de_oil_vol");
+    if moves(pumped) >= moves(oil) { names } else { (names.1, names.0) }
+}
+
+/// Names a channel that comes seldom: what lies between its values is lost, or nothing can lie between them.
+fn report_seldom(name: &str, series: &Series, on_rows: &[f64], report: &mut Report) {
+    let (count, step_s) = (series.len(), series.step_s());
+    let known = on_rows.iter().filter(|v| v.is_finite()).count();
+    if count > 0 && (known as f64) < SELDOM_KNOWN * on_rows.len() as f64 {
+        let rows = on_rows.len();
+        report.leave_out(format!(
+            "{name} has {count} values {step_s:.0} s apart, and {known} of {rows} rows one: too far apart to lie between, or of another time"
+        ));
+    } else if step_s > SELDOM_S {
+        report.note(format!("{name} comes every {step_s:.0} s only: interpolated, what happens in between, such as a turn, is lost"));
+    }
+}
+
 /// Pressure by the steering computer, Pa: its own, else from its depth.
 fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, report: &mut Report) -> Series {
     if let Some(own) = series.get("m_pressure").filter(|s| !s.is_empty()) {
-        return own.clone();
+        return upright(own.clone(), "m_pressure", UNDER_WATER_PA, report);
     }
     let Some(depth) = series.get("m_depth").filter(|s| !s.is_empty()) else { return Series::default() };
+    let depth = upright(depth.clone(), "m_depth", UNDER_WATER_PA * 1e-4, report);
     let lat_deg = place.map_or(45.0, |p| p.lat_deg);
     report.note(format!("no m_pressure: the vehicle's pressure is computed from m_depth by TEOS-10 at {lat_deg:.1} deg"));
     let (time, pressure): (Vec<f64>, Vec<f64>) =
         depth.pairs().map(|(t, z)| (t, if z < 0.0 { 1e4 * z } else { seawater::pressure_pa(z, lat_deg) })).unzip();
     Series::new(&time, &pressure)
+}
+
+/// A channel that grows downward: one whose middle lies further than `water` above the surface is turned round.
+fn upright(series: Series, name: &str, water: f64, report: &mut Report) -> Series {
+    let (time, mut values): (Vec<f64>, Vec<f64>) = series.pairs().unzip();
+    if !(quantile(&values, 0.5) < -water) {
+        return series;
+    }
+    report.note(format!("{name} grows upward: turned round"));
+    values.iter_mut().for_each(|v| *v = -*v);
+    Series::new(&time, &values)
 }
 
 /// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
@@ -164,12 +197,20 @@ fn without_overlap(rows: &mut Vec<CtdRow>, report: &mut Report) {
 
 /// Latitude and longitude of the GPS, deg.
 fn gps(lat: &Series, lon: &Series, report: &mut Report) -> (Series, Series) {
-    let fixes = (degrees(lat), degrees(lon));
+    let fixes = without_zeros(&degrees(lat), &degrees(lon));
     if !fixes.0.is_empty() && in_degrees(lat, lon) {
         report.leave_out("m_gps_lat and m_gps_lon are to be ddmm.mmm and look like degrees: all fixes are left out".into());
         return (Series::default(), Series::default());
     }
     fixes
+}
+
+/// Positions without those of 0 deg 0 deg, where a receiver without a fix says to be; on the equator or the meridian there are fixes.
+fn without_zeros(lat: &Series, lon: &Series) -> (Series, Series) {
+    let known = position::fixes(lat, lon).into_iter().filter(|f| f.lat_deg != 0.0 || f.lon_deg != 0.0);
+    let (time, places): (Vec<f64>, Vec<(f64, f64)>) = known.map(|f| (f.time_s, (f.lat_deg, f.lon_deg))).unzip();
+    let (lat, lon): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
+    (Series::new(&time, &lat), Series::new(&time, &lon))
 }
 
 /// Whether a heading that states rad can be in rad.
@@ -185,7 +226,7 @@ fn in_rad(heading: &Series, report: &mut Report) -> bool {
 /// The fixes at the surface, by the vehicle's own pressure above its least.
 fn afloat(mut fixes: Vec<position::Fix>, steering: &Series, report: &mut Report) -> Vec<position::Fix> {
     let all = fixes.len();
-    let least = crate::record::plausible::quantile(&steering.pairs().map(|(_, p)| p).collect::<Vec<_>>(), 0.02);
+    let least = quantile(&steering.pairs().map(|(_, p)| p).collect::<Vec<_>>(), 0.02);
     fixes.retain(|f| !(steering.at(f.time_s) - least > FIX_DEPTH_PA));
     if fixes.len() < all {
         let count = all - fixes.len();
@@ -223,7 +264,7 @@ fn number_segments(flight: &mut Flight, report: &mut Report) {
 /// Slocum positions are ddmm.mmmm; fills such as 69696969 are no positions.
 fn degrees(series: &Series) -> Series {
     let (time, value): (Vec<f64>, Vec<f64>) =
-        series.pairs().map(|(t, v)| (t, position::degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0 && *v != 0.0).unzip();
+        series.pairs().map(|(t, v)| (t, position::degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0).unzip();
     Series::new(&time, &value)
 }
 

@@ -34,12 +34,15 @@ pub fn through<E: From<io::Error>>(path: &Path, f: impl FnOnce(&mut std::fs::Fil
     })
 }
 
-/// Makes `path` of what `f` makes under the name that it is given, a file or a folder.
+/// Makes `path` of what `f` makes under the name that it is given, a file or a folder; the folder that it is to lie in is made too.
 ///
 /// # Errors
 /// Those of `f`, and as [`write()`].
 pub fn at<E: From<io::Error>>(path: &Path, f: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), E> {
     let part = part_of(path);
+    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder)?;
+    }
     let made = f(&part).and_then(|()| Ok(std::fs::rename(&part, path)?));
     if made.is_err() {
         let _ = if part.is_dir() { std::fs::remove_dir_all(&part) } else { std::fs::remove_file(&part) };
@@ -154,6 +157,9 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(std::fs::read_to_string(&path).expect("there"), "old");
         assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 1);
+        let deep = folder.join("new/folder/b.json");
+        write(&deep, "b").expect("with its folder");
+        assert_eq!(std::fs::read_to_string(&deep).expect("there"), "b");
         std::fs::remove_dir_all(&folder).expect("removed");
     }
 

@@ -62,6 +62,14 @@ fn folder() -> Folder {
     put("both/flight.csv", &csv);
     put("both/vehicle.json", &vehicle);
     put("both/vehicle.toml", include_str!("../../vehicles/comet.toml"));
+    put("again/flight.csv", &format!("# the same rows once more\n{csv}"));
+    put("again/vehicle.json", &vehicle);
+    put("twice/flight.csv", &csv.replacen("m_roll_rad", "m_pitch_rad", 1));
+    put("twice/vehicle.json", &vehicle);
+    let mut heavy: serde_json::Value = serde_json::from_str(&vehicle).expect("JSON");
+    heavy["mass_kg"] = (1.1 * heavy["mass_kg"].as_f64().expect("a mass")).into();
+    put("heavy/flight.csv", &csv.lines().take(csv.lines().count() / 2).collect::<Vec<_>>().join("\n"));
+    put("heavy/vehicle.json", &heavy.to_string());
     put("slip.json", &vehicle.replace("\"sensors\":", "\"sensor\":"));
     std::fs::write(work.join("wide.json"), vehicle.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).expect("a file");
     put("packed.csv.gz", "");
@@ -161,6 +169,8 @@ const WRONG: &[(&str, &[&str])] = &[
     ("calibrate --flight flight", &["--out"]),
     ("calibrate --flight flight --free drag --out v2.json", &["no such number", "cd0"]),
     ("calibrate --flight flight --flight flight --out v2.json", &["the same log", "once"]),
+    ("calibrate --flight flight --flight again --out v2.json", &["the same log", "once"]),
+    ("calibrate --flight flight --flight heavy --out v2.json", &["weighs", "name it with --vehicle"]),
     ("calibrate --flight alone --out v2.json", &["--vehicle"]),
     ("calibrate --flight flight --out flight/vehicle.json", &["--out"]),
     ("calibrate --flight flight --out v2.txt", &[".json or .toml"]),
@@ -338,6 +348,11 @@ const WRONG: &[(&str, &[&str])] = &[
     ("polar --effect stall", &["NAME=SIZE", "stall=0.1"]),
     ("polar --effect stall=abc", &["not a number"]),
     ("compare --flight flight --test fligth", &["no such flight", "did you mean `flight`"]),
+    ("compare --flight flight --test flight", &["the same rows as --flight flight"]),
+    ("compare --flight flight --test again", &["the same rows as --flight flight"]),
+    ("compare --flight twice", &["flight.csv, line 1, column m_pitch_rad", "stands twice"]),
+    ("export flight --to csv --start 1800-01-01T00:00:00Z --out s.csv", &["--start 1800", "between 1990"]),
+    ("export flight --to csv --start yesterday --out s.csv", &["--start yesterday", "2026-05-02"]),
     ("compare --flight flight --test flight/vehicle.json", &["is a vehicle file", "expected is a flight"]),
     ("import flight/flight.csv --class slocum200 --out x", &["did you mean `slocum-200`"]),
     ("import alone --out notes.txt/x --class seglider", &["did you mean `seaglider`"]),

@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for name in &args.free {
         let all = free_names();
         let meant = || crate::terminal::meant(name, all.iter().copied());
-        anyhow::ensure!(all.contains(&name.as_str()), "--free {name}: no such number{} All: {}", meant(), all.join(", "));
+        anyhow::ensure!(all.contains(&name.as_str()), "--free {name}: no such number; there are {}{}", all.join(", "), meant());
     }
     let own_file = || args.flight.first().map_or(Ok(None), |f| vehicle::file_next_to(f));
     let start = args.vehicle.clone().map_or_else(own_file, |named| Ok(Some(named)))?;
@@ -80,8 +80,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut given = None;
     for path in &args.flight {
         let (one, vehicle) = logged(path, start.as_deref())?;
-        if let Some(k) = flights.iter().position(|f| f.sha256 == one.sha256) {
+        if let Some(k) = flights.iter().position(|f| f.sha256 == one.sha256 || f.flight.is_same_log(&one.flight)) {
             anyhow::bail!("{}: the same log as {}; name every flight once", path.display(), args.flight[k].display());
+        }
+        if args.vehicle.is_none() && !flights.is_empty() {
+            of_one_vehicle(&args.flight[0], given.as_ref(), path)?;
         }
         flights.push(one);
         given = given.or(Some(vehicle));
@@ -107,6 +110,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         println!("Calibrated vehicle file: {}", args.out.display());
     });
     Ok(if worse(&done) { Verdict::Negative } else { Verdict::Ok })
+}
+
+/// Refuses a flight whose own vehicle file is of another vehicle than the first flight's: its mass differs by more than ballasting makes.
+fn of_one_vehicle(first: &Path, given: Option<&discovery::Vehicle>, other: &Path) -> anyhow::Result<()> {
+    /// Share of the mass (guess).
+    const BALLASTED: f64 = 0.03;
+    let (Some(given), Some(own)) = (given, vehicle::file_next_to(other)?) else { return Ok(()) };
+    let [a, b] = [given.constants.mass_kg, vehicles::read(&own)?.constants.mass_kg];
+    anyhow::ensure!(
+        (b / a - 1.0).abs() <= BALLASTED,
+        "{} weighs {b:.1} kg, the vehicle of {} {a:.1} kg: flights of one vehicle are calibrated together; if they are, name it with --vehicle",
+        own.display(),
+        first.display()
+    );
+    Ok(())
 }
 
 /// Whether the calibrated vehicle is worse than the one given by a twentieth over all flights, on held-out segments where there are any.

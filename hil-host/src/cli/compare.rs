@@ -75,6 +75,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             expect(path, Kind::Flight)?;
         }
         let (fitted, judged) = (csv::flight(&args.flight)?, csv::flight(test)?);
+        anyhow::ensure!(
+            !fitted.is_same_log(&judged),
+            "--test {}: the same rows as --flight {}; a flight cannot judge its own fit",
+            test.display(),
+            args.flight.display()
+        );
         let found = held_out(&fitted, &judged).with_context(|| format!("{} judged on {}", args.flight.display(), test.display()))?;
         output.emit(&serde_json::to_value(&found)?, || show(&found));
         return Ok(Verdict::Ok);

@@ -434,6 +434,7 @@ fn pressed(fit: &Fit) -> Option<&'static str> {
 
 impl Diagnosis {
     fn with_vehicle_check(mut self, vehicle: &Vehicle) -> Self {
+        self.notes.extend(vehicle.misplaced.iter().map(|what| format!("vehicle file: {what}")));
         if !vehicle.assumed.is_empty() {
             self.notes.push(format!("the vehicle file does not state, and these were assumed: {}", vehicle.assumed.join(", ")));
         }

@@ -52,6 +52,10 @@ fn one(name: &str, entry: &Value, bad: &impl Fn(&str, String) -> ReadError) -> R
         }
         active.values[k] = value;
     }
+    // Without its size it would be off.
+    if let Some(size) = parameters.first().filter(|p| !entry.contains_key(p.name)) {
+        return Err(bad(&format!("{key}.{}", size.name), "is missing: without its size the effect is off".into()));
+    }
     Ok(active)
 }
 
@@ -111,6 +115,8 @@ mod tests {
         refused(json!({"magic": {}}), ["effects.magic", "no such effect; there are"]);
         refused(json!({"side_edge_lift": 2.0}), ["effects.side_edge_lift", "is not a table"]);
         refused(json!({"side_edge_lift": {"K": 2.0}}), ["effects.side_edge_lift.K", "no such parameter; there are k"]);
+        refused(json!({"side_edge_lift": {}}), ["effects.side_edge_lift.k", "is missing: without its size"]);
+        refused(json!({"stall": {"loss": 0.5}}), ["effects.stall.", "is missing: without its size"]);
         refused(json!({"side_edge_lift": {"k": -2.0}}), ["effects.side_edge_lift.k", "is -2 "]);
         refused(json!({"side_edge_lift": {"k": {"value": 2e3}}}), ["effects.side_edge_lift.k", "physical is 0 to"]);
         refused(json!({"side_edge_lift": {"k": null}}), ["effects.side_edge_lift.k", "is not a number"]);

@@ -114,6 +114,9 @@ pub fn parse(text: &str) -> Result<&'static Custom, SyntaxError> {
         return Err(bad(0, format!("`{head}` cannot be added to; there are {}", all.join(", "))));
     };
     let body = &text[split + 2..];
+    if let Some((at, why)) = ambiguous(body) {
+        return Err(bad(split + 2 + at, why));
+    }
     let expression = exmex::parse::<f64>(&without_exponents(body)).map_err(|e| {
         let (at, why) = locate(body).unwrap_or((body.len(), e.to_string().lines().collect::<Vec<_>>().join(" ")));
         bad(split + 2 + at, why)
@@ -212,11 +215,43 @@ pub fn text_of(effect: &dyn Effect) -> Option<String> {
     effect.expression().map(str::to_string)
 }
 
-fn find_word(text: &str, word: &str) -> Option<usize> {
+/// Where a word stands in a text by itself.
+pub(crate) fn find_word(text: &str, word: &str) -> Option<usize> {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     text.match_indices(word)
         .map(|(i, _)| i)
         .find(|&i| !text[..i].chars().next_back().is_some_and(is_word) && !text[i + word.len()..].chars().next().is_some_and(is_word))
+}
+
+/// Where two programs read an expression differently: a sign before a power, a power of a power; the evaluator takes (-x)^2 and (x^2)^3.
+fn ambiguous(text: &str) -> Option<(usize, String)> {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let after_operand = |from: usize| -> Option<usize> {
+        let mut at = from + text[from..].find(|c: char| c != ' ')?;
+        // A function's name, or the operand itself; then its bracket.
+        at += text[at..].find(|c| !is_word(c)).unwrap_or(text.len() - at);
+        if text[at..].starts_with('(') {
+            let mut open = 0;
+            let closes = |(k, c): (usize, char)| {
+                open += i32::from(c == '(') - i32::from(c == ')');
+                (open == 0).then_some(k + 1)
+            };
+            at += text[at..].char_indices().find_map(closes)?;
+        }
+        Some(at)
+    };
+    let power_next = |at: usize| text[at..].trim_start().starts_with('^');
+    let mut before = None;
+    for (i, c) in text.char_indices().filter(|(_, c)| *c != ' ') {
+        let sign = c == '-' && before.is_none_or(|b| matches!(b, '(' | ',' | '*' | '/' | '^' | '+' | '-'));
+        // The sign of an exponent of ten belongs to its number.
+        if (sign || c == '^') && after_operand(i + 1).is_some_and(power_next) {
+            let why = if sign { "is it (-x)^n or -(x^n)? Write the brackets" } else { "is it (x^n)^m or x^(n^m)? Write the brackets" };
+            return Some((i, why.into()));
+        }
+        before = Some(c);
+    }
+    None
 }
 
 /// The character at which an expression goes wrong: operators and operands must take turns, brackets must close.
@@ -436,6 +471,13 @@ mod tests {
         assert!(place("mass += k").contains("cannot be added to"));
         assert!(place("cd += roll").contains("no parameter"));
         assert!(place("cd += k ? roll").contains("character 9"), "{}", place("cd += k ? roll"));
+        for (text, at) in [("cd += -alpha^2*k", 7), ("cd += k*(-sin(alpha)^2)", 10), ("cd += k*2^alpha^2", 10), ("cd += k*-roll ^2", 9)] {
+            let e = place(text);
+            assert!(e.contains(&format!("character {at}: is it (")), "{text}: {e}");
+        }
+        for text in ["cd += -(alpha^2)*k", "cd += k*(-alpha)^2", "cd += k*alpha^2 - 2*roll^2*k", "cd += k*exp(-roll/1e-3)*alpha^2"] {
+            assert!(parse(text).is_ok(), "{text}");
+        }
         let e = place("cd += k*foo(roll)");
         assert!(e.contains("character 9: `foo` is no function; there are sin, cos"), "{e}");
         // Of a sound call the next fault is named, and a bracket after another one is a missing operator.

@@ -150,13 +150,20 @@ pub struct Vehicle {
     pub check_segments: Vec<u32>,
     /// What the file did not state and was assumed, for the report.
     pub assumed: Vec<String>,
+    /// Keys of the file that are read in another table only, and so do nothing, in words.
+    pub misplaced: Vec<String>,
     /// The file as read.
     pub document: Value,
 }
 
 impl Vehicle {
-    /// What the file does not state of the model itself, beside its tolerances and sensors, in words.
-    pub(crate) fn assumed_of_the_model(&self) -> Option<String> {
+    /// What in the file does nothing, and what it does not state of the model itself, beside its tolerances and sensors, in words.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let misplaced = self.misplaced.iter().map(|what| format!("vehicle file: {what}"));
+        misplaced.chain(self.assumed_of_the_model()).collect()
+    }
+
+    fn assumed_of_the_model(&self) -> Option<String> {
         let of_others = ["tolerance_1sigma.", "sensors.", "background_"];
         let of_model: Vec<&str> = self.assumed.iter().map(String::as_str).filter(|a| !of_others.iter().any(|b| a.starts_with(b))).collect();
         (!of_model.is_empty()).then(|| format!("the vehicle file does not state, and these were assumed: {}", of_model.join(", ")))
@@ -184,6 +191,13 @@ pub fn file_next_to(flight: &Path) -> Result<Option<PathBuf>, ReadError> {
             Err(ReadError::File { path: one.clone(), why })
         }
     }
+}
+
+/// Whether an effect that is on depends on how deep the water is: of one's own, by the variable H.
+fn needs_water_depth(on: &Active) -> bool {
+    let size = on.effect.parameters().first().map_or(0.0, |p| p.off);
+    let of_depth = on.effect.acts_on_depth() && on.values[0] != size;
+    of_depth && on.effect.expression().is_none_or(|text| expression::find_word(text, "H").is_some())
 }
 
 /// Reads a vehicle file.
@@ -225,7 +239,11 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
     let read = of_keys(&keys).map_err(|e| keys.slip_before(e))?;
     match keys.slip() {
         Some((key, meant)) => Err(keys.unknown(&key, &meant)),
-        None => Ok(Vehicle { path: path.to_path_buf(), document, ..read }),
+        None => {
+            let misplaced = slips::misplaced(&document, &keys.asked.borrow());
+            let misplaced = misplaced.into_iter().map(|(key, meant)| format!("{key} does nothing: it is read as {meant}")).collect();
+            Ok(Vehicle { path: path.to_path_buf(), misplaced, document, ..read })
+        }
     }
 }
 
@@ -239,6 +257,12 @@ fn of_keys(keys: &Keys) -> Result<Vehicle, ReadError> {
     let background = stated.background()?;
     let assumed = stated.assumed;
     let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| effects_table::read(table, |key, why| keys.bad(key, why)))?;
+    let water_depth_m = keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN);
+    if let Some(effect) = effects.iter().find(|on| needs_water_depth(on)).filter(|_| !(water_depth_m > 0.0)) {
+        let why =
+            format!("is missing, or 0: the water moves over all of it by effects.{}, which does nothing without it", effect.effect.name());
+        return Err(keys.bad("water_depth_m", why));
+    }
     let text = |key: &str| keys.document.get(key).and_then(Value::as_str).unwrap_or_default().to_string();
     let (fit_segments, check_segments) = keys.fit_and_check()?;
     Ok(Vehicle {
@@ -252,10 +276,11 @@ fn of_keys(keys: &Keys) -> Result<Vehicle, ReadError> {
         moments,
         background,
         current_unknown: keys.current_unknown()?,
-        water_depth_m: keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN),
+        water_depth_m,
         fit_segments,
         check_segments,
         assumed,
+        misplaced: Vec::new(),
         document: Value::Null,
     })
 }
@@ -276,9 +301,32 @@ mod tests {
         assert!(v.assumed.iter().any(|a| a.starts_with("tolerance_1sigma.cd0_relative")));
         let said = v.assumed_of_the_model().expect("a reference temperature that is not stated");
         assert!(said.contains("reference_temperature_degc = 10") && !said.contains("tolerance"), "{said}");
+        let appended = MINIMAL.replacen("\"effects\"", "\"segments\":{\"mass_kg\":80},\"effects\"", 1);
+        let v = parse(serde_json::from_str(&appended).expect("json"), Path::new("v.json")).expect("reads");
+        assert!(v.notes()[0] == "vehicle file: segments.mass_kg does nothing: it is read as mass_kg", "{:?}", v.notes());
         assert_eq!(v.effects.len(), 1);
         assert!((v.effects[0].values[0] - 2.0).abs() < 1e-12);
         assert_eq!(v.document["colour"], "yellow");
+    }
+
+    #[test]
+    fn regress_an_effect_of_the_whole_depth_needs_the_waters() {
+        let with = |effects: Value, depth: Value| {
+            let mut d: Value = serde_json::from_str(MINIMAL).expect("json");
+            (d["effects"], d["water_depth_m"]) = (effects, depth);
+            parse(d, Path::new("v.json")).map(|v| v.effects.len()).map_err(|e| e.to_string())
+        };
+        let current = json!({"vertical_current": {"velocity_m_s": 0.02}});
+        let own = |text: &str| json!({"own": {"expression": text, "k": 0.01}});
+        for effects in [current.clone(), own("water_up_m_s += k*z/H")] {
+            for depth in [Value::Null, json!(0.0)] {
+                let e = with(effects.clone(), depth).expect_err("refused");
+                assert!(e.contains("water_depth_m: is missing, or 0"), "{e}");
+            }
+            assert_eq!(with(effects, json!(45.0)), Ok(1));
+        }
+        assert_eq!(with(own("water_up_m_s += k*z"), Value::Null), Ok(1));
+        assert_eq!(with(json!({"vertical_current": {"velocity_m_s": 0.0}}), Value::Null), Ok(1));
     }
 
     #[test]

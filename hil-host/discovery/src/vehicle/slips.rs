@@ -28,6 +28,27 @@ fn in_table(table: &Map<String, Value>, prefix: &str, asked: &BTreeSet<String>) 
     })
 }
 
+/// Keys that are read in another table only, each with where: a line behind the last table of a TOML belongs to that table.
+pub(super) fn misplaced(document: &Value, asked: &BTreeSet<String>) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut tables: Vec<(String, &Value)> = vec![(String::new(), document)];
+    while let Some((prefix, table)) = tables.pop() {
+        for (name, value) in table.as_object().into_iter().flatten() {
+            let key = format!("{prefix}{name}");
+            let inside = format!("{key}.");
+            if asked.iter().any(|a| a.starts_with(&inside)) {
+                tables.push((inside, value));
+            } else if !asked.contains(&key)
+                && let Some(meant) = asked.iter().find(|a| a.rsplit('.').next() == Some(name))
+            {
+                found.push((key, meant.clone()));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
 /// Units in which somebody may state a number that is read in another one; those of two parts first.
 const UNITS: [&str; 32] = [
     "m_s2", "m_s", "cm_s", "kg_m3", "m", "cm", "mm", "km", "m2", "m3", "cm3", "cc", "ml", "l", "kg", "g", "lb", "rad", "deg", "degrees",
@@ -62,6 +83,21 @@ fn is_head(name: &str, known: &str) -> bool {
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn regress_keys_in_another_table_are_found() {
+        let asked: BTreeSet<String> =
+            ["mass_kg", "hydro.cd0", "hydro.wide.cd0", "sensors.pitch_noise_rad", "segments.fit"].map(str::to_owned).into();
+        for (document, wrong, meant) in [
+            (json!({"mass_kg": 60, "segments": {"mass_kg": 80}}), "segments.mass_kg", "mass_kg"),
+            (json!({"hydro": {"fit": [1]}}), "hydro.fit", "segments.fit"),
+            (json!({"pitch_noise_rad": 0.1}), "pitch_noise_rad", "sensors.pitch_noise_rad"),
+        ] {
+            assert_eq!(misplaced(&document, &asked), [(wrong.to_owned(), meant.to_owned())], "{document}");
+        }
+        let own = json!({"mass_kg": 60, "provenance": {"mass_kg": 1}, "hydro": {"cd0": 0.1, "colour": 1, "wide": {"cd0": 0.1}}});
+        assert!(misplaced(&own, &asked).is_empty());
+    }
 
     #[test]
     fn slips_are_found_at_every_level_and_own_keys_stay() {

@@ -138,7 +138,7 @@ pub fn compare(flight: &Flight, vehicle: &Vehicle) -> Comparison {
             .map(|why| format!("the inputs contradict a dive: {why}"))
             .into_iter()
             .chain(crate::preprocess::sanity::cannot_dive(&prepared, vehicle))
-            .chain(vehicle.assumed_of_the_model())
+            .chain(vehicle.notes())
             .chain(prepared.notes.iter().cloned())
             .collect(),
     }

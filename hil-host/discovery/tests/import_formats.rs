@@ -215,6 +215,12 @@ fn validate_netcdf_of_profiles_and_of_a_whole_deployment() {
         ] {
             column(&want, key, values, factor);
         }
+        if sample == "og1" {
+            let vehicle = got.vehicle.as_ref().expect("a vehicle");
+            let stated = ["mass_kg", "hull_compressibility_per_pa", "hull_thermal_expansion_per_k", "reference_temperature_degc"];
+            assert_eq!(stated.map(|key| vehicle.get(key)), [68.0, 5e-10, 5e-5, 10.0].map(Some), "of its scalars");
+            near("volume", vehicle.get("hull_volume_m3").expect("a volume"), 0.066_315_498_671_195_17);
+        }
         let error = block_error(sample, &got);
         assert!(error < number(&want, "/model_comparison_with_vehicle_json/pass_if_below_m_s"), "{sample}: {error} m/s");
     }

@@ -82,7 +82,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();
     crate::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
     let model = if matches!(args.to, Format::Netcdf | Format::Mcap) { modelled(args, &flight)? } else { None };
-    let (about, mut notes) = about(args)?;
+    let (about, mut notes) = about(args, flight.time_s.first().copied().unwrap_or(0.0))?;
     notes.extend(flight.unread.iter().map(|what| format!("left out: {what}")));
     notes.extend(undated(args, &about));
     crate::whole_file::at(&out, |part| -> anyhow::Result<()> {
@@ -153,12 +153,12 @@ fn start_of(text: &str) -> anyhow::Result<f64> {
     Ok(unix_s)
 }
 
-/// Date, places and people: of the import, and of the arguments. With notes.
-fn about(args: &Args) -> anyhow::Result<(About, Vec<String>)> {
+/// Date, places and people: of the import, and of the arguments; `first_s` is the time of the first row. With notes.
+fn about(args: &Args, first_s: f64) -> anyhow::Result<(About, Vec<String>)> {
     let import: serde_json::Value =
         std::fs::read_to_string(args.flight.join("import.json")).ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or_default();
     let imported = import.pointer("/report/start_unix_s").and_then(serde_json::Value::as_f64);
-    let stated = args.start.as_deref().map(start_of).transpose()?;
+    let stated = args.start.as_deref().map(start_of).transpose()?.map(|date| date - first_s);
     let replaced = imported.zip(stated).filter(|(was, is)| (was - is).abs() > 1.0);
     let notes = replaced.map(|(was, is)| {
         format!("--start {} takes the place of the date of import.json, {}: {:+.0} s", compact_date(is), compact_date(was), is - was)

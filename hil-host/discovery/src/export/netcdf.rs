@@ -8,7 +8,7 @@ use std::path::Path;
 
 use netcdf_writer::{DimensionId, NcAttrValue, NcFileBuilder, NcWriteFormat, NcWriteOptions, VariableId};
 
-use crate::import::netcdf::own::{COLUMN, MODEL, UNDATED, VEHICLE};
+use crate::import::netcdf::own::{COLUMN, FIRST, MODEL, UNDATED, VEHICLE};
 use crate::import::{Origin, channels, position};
 use crate::record::flight::Flight;
 use crate::record::seawater;
@@ -24,7 +24,7 @@ const VOCABULARY: &str = "http://vocab.nerc.ac.uk/collection/OG1/current/";
 /// What the flight does not carry itself.
 #[derive(Clone, Debug, Default)]
 pub struct About {
-    /// Unix time of the first row, s.
+    /// Unix time of the start of the flight, from which its times count, s.
     pub start_unix_s: Option<f64>,
     /// Where the segments' planes lie on the globe.
     pub origins: Vec<Origin>,
@@ -219,6 +219,10 @@ impl Out {
         self.says(variable, &[("long_name", what), ("standard_name", "time"), ("units", EPOCH), ("calendar", "gregorian")])?;
         if name == "TIME" {
             self.says(variable, &[("axis", "T")])?;
+            let first = values.first().map_or(0.0, |t| t - about.start_unix_s.unwrap_or(0.0));
+            if first != 0.0 {
+                self.file.add_variable_attribute(variable, FIRST, NcAttrValue::Doubles(vec![first]))?;
+            }
         }
         self.says(variable, &[("vocabulary", &format!("{VOCABULARY}{vocabulary}/"))])?;
         if about.start_unix_s.is_none() {

@@ -80,6 +80,9 @@ impl Log {
             battery_mass_m: self.battery.on(&unix),
             ..Flight::blank(unix.len())
         };
+        for (name, series, values) in [("pitch", &self.pitch, &flight.pitch_rad), ("ballast", &self.ballast, &flight.ballast_m3)] {
+            report_seldom(name, series, values, report);
+        }
         flight.extra.insert(SALINITY.into(), column(&|r| r.salinity));
         if !self.steering_pressure.is_empty() {
             let values = self.steering_pressure.on(&unix);
@@ -107,6 +110,26 @@ pub(super) fn agree(ctd: &[f64], own: &[f64], report: &mut Report) {
             off * 1e-4,
             deep * 1e-4
         ));
+    }
+}
+
+/// A channel that comes less often than this does not show a turn, which takes about a minute, s.
+const SELDOM_S: f64 = 30.0;
+
+/// Where a channel is known in a smaller share of the rows, it is lost (guess).
+const SELDOM_KNOWN: f64 = 0.2;
+
+/// Names a channel that comes seldom: what lies between its values is lost, or nothing can lie between them.
+pub(super) fn report_seldom(name: &str, series: &Series, on_rows: &[f64], report: &mut Report) {
+    let (count, step_s) = (series.len(), series.step_s());
+    let known = on_rows.iter().filter(|v| v.is_finite()).count();
+    if count > 0 && (known as f64) < SELDOM_KNOWN * on_rows.len() as f64 {
+        let rows = on_rows.len();
+        report.leave_out(format!(
+            "{name} has {count} values {step_s:.0} s apart, and {known} of {rows} rows one: too far apart to lie between, or of another time"
+        ));
+    } else if step_s > SELDOM_S {
+        report.note(format!("{name} comes every {step_s:.0} s only: interpolated, what happens in between, such as a turn, is lost"));
     }
 }
 

@@ -18,13 +18,14 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     let dated = parts.iter().any(|(_, p)| p.report.start_unix_s.is_some());
     let mut report = Report { start_unix_s: dated.then_some(first), ..Report::new(kind) };
     unset.into_iter().for_each(|what| report.leave_out(what));
+    note_lacking(&mut parts, &mut report);
     let mut flight = Flight::blank(0);
     let mut notes: BTreeMap<String, (String, String, usize)> = BTreeMap::new();
     let (mut vehicle, mut vehicle_file) = (None, None);
     for (name, mut part) in parts {
         let shift = start(&part) - first;
         report.files.extend(std::mem::take(&mut part.report.files));
-        if !leave_out_held(&flight, &name, &mut part, shift, &mut report) {
+        if !leave_out_held(&mut flight, &name, &mut part, shift, &mut report) {
             continue;
         }
         let offset = flight.segment.last().map_or(0, |s| s + 1);
@@ -51,6 +52,23 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     }
     flight.name = report.segments.first().cloned().unwrap_or_default();
     Some(Imported { flight, report, vehicle, vehicle_file })
+}
+
+/// Names parts that lack a channel which others have.
+fn note_lacking(parts: &mut [(String, Imported)], report: &mut Report) {
+    const CHANNELS: [&str; 4] = ["m_pitch_rad", "m_ballast_pumped_cc", "sci_water_temp_degC", "sci_density_kg_m3"];
+    for (_, part) in parts.iter_mut() {
+        part.report.find_missing(&part.flight);
+    }
+    let lacks = |part: &Imported, column: &str| part.report.missing.iter().any(|m| m == column);
+    for column in CHANNELS {
+        let without: Vec<&str> = parts.iter().filter(|(_, p)| lacks(p, column)).map(|(name, _)| name.as_str()).collect();
+        if !without.is_empty() && without.len() < parts.len() {
+            let list = without.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+            let more = if without.len() > 6 { format!(" and {} more", without.len() - 6) } else { String::new() };
+            report.note(format!("without {column}, which the others have: {list}{more}"));
+        }
+    }
 }
 
 /// What is odd about parts in the order of their numbers (dives, cycles): numbers that are missing in between, as a note, and ones whose
@@ -84,19 +102,25 @@ const OVERLAP: f64 = 0.25;
 
 /// Takes the rows out of `part`, `shift` seconds after the first row of `flight`, that lie in the time of the flight; whether any are to
 /// be joined.
-fn leave_out_held(flight: &Flight, name: &str, part: &mut Imported, shift: f64, report: &mut Report) -> bool {
+fn leave_out_held(flight: &mut Flight, name: &str, part: &mut Imported, shift: f64, report: &mut Report) -> bool {
     let Some(end) = flight.time_s.last().copied() else { return true };
     let of = &part.flight;
     let (all, shared) = (of.len(), of.time_s.partition_point(|t| shift + t <= end + SAME_TIME_S));
-    let before = |time: f64| flight.time_s.partition_point(|t| *t < time);
-    let held = |k: usize| {
-        let at = before(shift + of.time_s[k] - SAME_TIME_S);
-        let near = flight.time_s.get(at).is_some_and(|t| t - shift - of.time_s[k] < SAME_TIME_S);
-        near && (flight.pressure_pa[at] - of.pressure_pa[k]).abs() < SAME_PRESSURE_PA
-    };
+    // The row of the flight that a row of the part is, or would be.
+    let times = &flight.time_s;
+    let at: Vec<usize> = of.time_s[..shared].iter().map(|t| times.partition_point(|held| *held < shift + t - SAME_TIME_S)).collect();
+    let off_pa: Vec<f64> =
+        at.iter().enumerate().map(|(k, at)| (flight.pressure_pa[(*at).min(flight.len() - 1)] - of.pressure_pa[k]).abs()).collect();
+    let held = |k: usize| times.get(at[k]).is_some_and(|t| t - shift - of.time_s[k] < SAME_TIME_S) && off_pa[k] < SAME_PRESSURE_PA;
     let same = (0..shared).all(held);
+    let said = if same { fill_held(flight, &part.flight, &at) } else { Said::default() };
+    if !said.other.is_empty() {
+        report.leave_out(format!("{name}: its {} are others than those of the same rows held already, which stay", said.other.join(", ")));
+    }
+    let filled =
+        if said.filled.is_empty() { String::new() } else { format!("; its {} are taken where there were none", said.filled.join(", ")) };
     if shared == all && same {
-        report.note(format!("{name}: holds the same rows as the one before it: read once"));
+        report.note(format!("{name}: holds the same rows as the one before it: read once{filled}"));
         return false;
     }
     if !same && shared as f64 > OVERLAP * all as f64 {
@@ -104,17 +128,59 @@ fn leave_out_held(flight: &Flight, name: &str, part: &mut Imported, shift: f64, 
         return false;
     }
     if same && shared > 0 {
-        report.note(format!("{name}: the first {shared} of {all} rows are held already, with the same pressure: read once"));
+        report.note(format!("{name}: the first {shared} of {all} rows are held already, with the same pressure: read once{filled}"));
     } else if shared > 0 {
-        let off =
-            |k: usize| (flight.pressure_pa[before(shift + of.time_s[k] - SAME_TIME_S).min(flight.len() - 1)] - of.pressure_pa[k]).abs();
-        let most = (0..shared).map(off).fold(0.0, f64::max) * 1e-4;
+        let most = off_pa.iter().copied().fold(0.0, f64::max) * 1e-4;
         report.leave_out(format!(
             "{name}: its first {shared} of {all} rows lie in the time of the one before it, their pressure up to {most:.1} dbar off: left out"
         ));
     }
     drop_first(part, shared);
     true
+}
+
+/// Columns of rows that are held already: taken where there was no value, and of other values.
+#[derive(Default)]
+struct Said {
+    filled: Vec<String>,
+    other: Vec<String>,
+}
+
+/// Takes over values of the first rows of `part`, which `flight` holds as its rows `at`, where the flight has none.
+fn fill_held(flight: &mut Flight, part: &Flight, at: &[usize]) -> Said {
+    const NAMES: [&str; 8] = ["pressure", "pitch", "roll", "heading", "ballast", "battery", "temperature", "density"];
+    /// No further apart two writings of one value are, of the larger.
+    const SAME: f64 = 1e-5;
+    let mut said = Said::default();
+    let rows = flight.len();
+    let mut take = |name: &str, held: &mut Vec<f64>, new: &[f64]| {
+        let (mut filled, mut other) = (false, false);
+        for (row, new) in at.iter().zip(new).filter(|(_, new)| new.is_finite()) {
+            let held = &mut held[*row];
+            other |= (*held - new).abs() > SAME * held.abs().max(new.abs());
+            if held.is_nan() {
+                *held = *new;
+                filled = true;
+            }
+        }
+        if filled {
+            said.filled.push(name.to_owned());
+        }
+        if other {
+            said.other.push(name.to_owned());
+        }
+    };
+    let mut more = part.clone();
+    for ((name, held), new) in NAMES.iter().zip(flight.columns_mut()).zip(more.columns_mut()).skip(1) {
+        take(name, held, new);
+    }
+    if let Some(new) = &part.speed_m_s {
+        take("speed", flight.speed_m_s.get_or_insert_with(|| vec![f64::NAN; rows]), new);
+    }
+    for (name, new) in &part.extra {
+        take(name, flight.extra.entry(name.clone()).or_insert_with(|| vec![f64::NAN; rows]), new);
+    }
+    said
 }
 
 /// The part without its first rows, its segments counted from 0 again; its times stay.

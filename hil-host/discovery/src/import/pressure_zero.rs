@@ -1,41 +1,15 @@
 //! The zero of a pressure sensor, as a stay at the surface shows it.
 
 use super::{Imported, Report};
-use crate::record::plausible::quantile;
+use crate::record::afloat::reading_afloat;
 
-/// Waves and noise of a sensor afloat, Pa; and how long a glider floats at least, s: twice as long as a turn at depth takes within twice
-/// that pressure (20 s at 17 cm/s lost in 20 s).
-const SURFACE_PA: f64 = 2e3;
-const STAY_S: f64 = 40.0;
-/// Rows further apart are no one stay, s.
-const JOINED_S: f64 = 60.0;
 /// Speed of sound in sea water, m/s: density grows by dp/c² with pressure (1500 within 4 %).
 const SOUND_M_S: f64 = 1500.0;
-
-/// What a sensor reads in a stay at its least, where no part of a glider can be: above the surface, or a metre and more
-/// below, Pa. An absolute pressure reads about 10 dbar there. None where it reads what a glider's does.
-fn afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
-    let level = quantile(&rows.clone().map(|r| r.1).collect::<Vec<_>>(), 0.01);
-    let (mut stay_s, mut rows_of_stay, mut longest_s) = (0.0, 1, 0.0_f64);
-    let mut before: Option<(f64, f64)> = None;
-    for (t, p) in rows {
-        let near = |p: f64| (p - level).abs() < SURFACE_PA;
-        let joined = before.filter(|(earlier, was)| near(*was) && near(p) && t - earlier < JOINED_S);
-        (stay_s, rows_of_stay) = joined.map_or((0.0, 1), |(earlier, _)| (stay_s + t - earlier, rows_of_stay + 1));
-        // Two rows alike lie on both sides of a turn.
-        if rows_of_stay > 2 {
-            longest_s = longest_s.max(stay_s);
-        }
-        before = Some((t, p));
-    }
-    let impossible = (-1.2e5..-2e3).contains(&level) || (1e4..1.2e5).contains(&level);
-    (longest_s >= STAY_S && impossible).then_some(level)
-}
 
 /// Takes the zero out of rows in the order of time (`at`: the time, s, and pressure, Pa, of a row), before anything is computed from them; what it was, Pa.
 pub(super) fn take_out<T>(rows: &mut [T], at: impl Fn(&mut T) -> (f64, &mut f64), report: &mut Report) -> Option<f64> {
     let pairs: Vec<(f64, f64)> = rows.iter_mut().map(&at).map(|(t, p)| (t, *p)).collect();
-    let level = afloat(pairs.into_iter())?;
+    let level = reading_afloat(pairs.into_iter())?;
     rows.iter_mut().for_each(|r| *at(r).1 -= level);
     let what = if level > 5e4 { ": absolute pressure?" } else { "" };
     report.note(format!("pressure reads {:.2} dbar afloat{what}: zero taken out", level * 1e-4));

@@ -312,6 +312,8 @@ fn regress_a_seaglider_file_of_another_name_year_or_fix_is_named() {
     let none = with("no fix", |t| t.replace("-12524.155,12,0.9,14", "-12524.155,99,99.0,99"));
     assert!(none.report.notes.iter().any(|n| n.contains("have a dilution (HDOP) of 99: no fixes")), "{:?}", none.report.notes);
     assert!(north(&none) < north(&whole), "{} of {}", north(&none), north(&whole));
+    let e = read(edited("seaglider_raw", "constants alone", |n, text| n.ends_with(".m").then_some(text))).expect_err("no dive").to_string();
+    assert!(e.contains("has no dive: .log and .eng named pGGGDDDD"), "{e}");
     let sign = |n: &str, text: String| Some(if n.ends_with(".log") { text.replace("$VBD_CNV,-", "$VBD_CNV,") } else { text });
     let sign = read(edited("seaglider_raw", "sign", sign)).expect("reads");
     assert!(sign.report.notes.iter().any(|n| n.contains("is its sign lost?")), "{:?}", sign.report.notes);

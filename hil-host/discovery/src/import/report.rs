@@ -87,7 +87,7 @@ pub struct Report {
     pub segments: Vec<String>,
     /// How density was computed.
     pub density: String,
-    /// Unix time of the first row, s.
+    /// Unix time of the start of the flight, from which its times count, s.
     pub start_unix_s: Option<f64>,
     /// First fix of each segment that has one: east and north of the flight count from it.
     pub origins: Vec<Origin>,

@@ -83,15 +83,25 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
 
 /// The middle of the buoyancy device may be set anew from dive to dive: readings of all are brought to the first one's.
 fn same_middle(parts: &mut [(String, Imported)], constants: &[(u32, Scalars)]) {
-    let first = constants.iter().find_map(|(_, s)| s.get("log_C_VBD"));
+    let Some((_, first)) = constants.iter().find(|(_, s)| s.get("log_C_VBD").is_some()) else { return };
     for ((_, part), (_, scalars)) in parts.iter_mut().zip(constants) {
-        let (Some(c0), Some(c), Some(cc)) = (first, scalars.get("log_C_VBD"), scalars.get("log_VBD_CNV")) else { continue };
-        let shift_cc = (c - c0) * cc;
-        if shift_cc != 0.0 {
-            part.flight.ballast_m3.iter_mut().for_each(|v| *v += shift_cc * 1e-6);
-            part.report.note(format!("C_VBD is {c}, not {c0} as in the first dive: readings brought to the first one's middle"));
+        let off_cc = middle_off_cc(|n| scalars.get(n), |n| first.get(n));
+        if let Some(off_cc) = off_cc.filter(|off| *off != 0.0) {
+            part.flight.ballast_m3.iter_mut().for_each(|v| *v += off_cc * 1e-6);
+            note_middle(off_cc, &mut part.report);
         }
     }
+}
+
+/// By how much readings of a dive are to be raised to count from the middle of the buoyancy device in the first one, cm³; `log` and
+/// `first` are the numbers of their logs.
+pub(super) fn middle_off_cc(log: impl Fn(&str) -> Option<f64>, first: impl Fn(&str) -> Option<f64>) -> Option<f64> {
+    Some((log("log_C_VBD")? - first("log_C_VBD")?) * log("log_VBD_CNV")?)
+}
+
+/// Says that a dive's readings count from another middle.
+pub(super) fn note_middle(off_cc: f64, report: &mut Report) {
+    report.note(format!("C_VBD is another than in the first dive: readings brought to the first one's middle ({off_cc:+.1} cc)"));
 }
 
 /// Compressibility that a hull can have: the documented default with three of its sigmas, 1/dbar.

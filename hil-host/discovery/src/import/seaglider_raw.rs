@@ -48,6 +48,10 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     let folder = files.first().and_then(|f| f.parent()).unwrap_or(Path::new("."));
     let dives: std::collections::BTreeSet<(u32, u32)> = files.iter().filter_map(|f| dive_of(f)).collect();
     let gliders: std::collections::BTreeSet<u32> = dives.iter().map(|d| d.0).collect();
+    if dives.is_empty() {
+        let what = "has no dive: .log and .eng named pGGGDDDD, three digits of the glider and four of the dive, are expected";
+        return Err(ImportError::new(folder, what));
+    }
     if gliders.len() > 1 {
         return Err(ImportError::new(folder, format!("dives of {} gliders: import one at a time", gliders.len())));
     }
@@ -69,15 +73,16 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         let log = read(log).map(|text| DiveLog::parse(&text));
         let part = log.and_then(|log| {
             // The middle of the buoyancy device may be set anew: readings of all dives are brought to the first one's.
-            let middle_cc = log.middle_off(logs.first().unwrap_or(&log));
+            let number = |of: &DiveLog, name: &str| of.scalars.get(name).copied();
+            let first = logs.first().unwrap_or(&log);
+            let middle_cc = seaglider::middle_off_cc(|n| number(&log, n), |n| number(first, n)).unwrap_or(0.0);
             let cc = log.moves(last_cc - middle_cc);
             last_cc = cc.last().map_or(last_cc, |c| c.1 + middle_cc);
             let mut part = one_dive(&read(eng)?, &log, &cc, *dive)?;
             log.say_whose((*glider, *dive), &mut part.report);
             if middle_cc != 0.0 {
                 part.flight.ballast_m3.iter_mut().for_each(|v| *v += middle_cc * 1e-6);
-                let what = "C_VBD is another than in the first dive: readings brought to the first one's middle";
-                part.report.note(format!("{what} ({middle_cc:+.1} cc)"));
+                seaglider::note_middle(middle_cc, &mut part.report);
             }
             logs.push(log);
             Ok(part)
@@ -264,13 +269,6 @@ impl DiveLog {
         let mut fixes = super::position::sound(self.before.iter().chain(&self.fixes).copied().collect(), report);
         fixes.retain(|f| Some(*f) != self.before);
         fixes
-    }
-
-    /// By how much readings are to be raised to count from the middle of the buoyancy device in another dive, cm³.
-    fn middle_off(&self, first: &Self) -> f64 {
-        let of = |log: &Self, name: &str| log.scalars.get(name).copied();
-        let off = || Some((of(self, "log_C_VBD")? - of(first, "log_C_VBD")?) * of(self, "log_VBD_CNV")?);
-        off().unwrap_or(0.0)
     }
 
     /// Time from the start, s, and volume, cm³, at the corners of the pump's moves; `before` is the volume before the first.

@@ -13,6 +13,7 @@ mod values;
 
 use super::channels::{SALINITY, SET_CLOCK_S};
 use super::classes::Class;
+use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::record::csv as read;
 use crate::record::flight::Flight;
@@ -37,6 +38,9 @@ const ABSOLUTE: [(&str, f64); 2] = [("SA_g_kg", 1.0), ("absolute_salinity", 1.0)
 const CONDUCTIVITIES: [(&str, f64); 4] =
     [("sci_water_cond", 1.0), ("conductivity_S_m", 1.0), ("sci_water_cond_S_m", 1.0), ("conductivity_mS_cm", 0.1)];
 
+/// What stands for a minus in texts that were typeset.
+const MINUS: char = '\u{2212}';
+
 /// Imports one file.
 ///
 /// # Errors
@@ -45,29 +49,40 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let bytes = std::fs::read(path).map_err(|e| ImportError::new(path, e.to_string()))?;
     let mut report = Report::new("csv");
     let mut text = text_of(&bytes, path, &mut report)?;
-    if !text.contains('\n') && text.contains('\r') {
+    if text.contains(MINUS) {
+        report.note("minus signs are those of a typesetter (U+2212): read as -".into());
+        text = text.replace(MINUS, "-");
+    }
+    if let Some(rest) = text.strip_prefix("sep=").and_then(|t| t.split_once('\n')) {
+        text = rest.1.to_owned();
+    }
+    let ends = |c: char| text.matches(c).count();
+    if ends('\r') > 2 * ends('\n') {
         text = text.replace('\r', "\n");
     }
     let text = tidy::decimal_points(&text, &mut report).into_owned();
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let mut slocum = None;
-    let mut flight = match Table::of(&text, &mut report) {
+    let flight = match Table::of(&text, &mut report) {
         Some(table) => {
             slocum = table.slocum_column();
             from_table(table, path, &name, &mut report)?
         }
         None => own_format(&text, path, &name, None, &mut report)?,
     };
-    if flight.segment.iter().all(|s| *s == 0) {
-        super::surface::cut(&mut flight);
-    }
+    let uncut = flight.segment.iter().all(|s| *s == 0);
     report.files.push(FileNote { file: path.display().to_string(), rows: flight.len(), problems: Vec::new() });
     let vehicle = slocum.map(|column| {
         let class = Class::slocum(quantile(&flight.pressure_pa, 1.0) * 1e-4);
         report.note(format!("vehicle: {column} is a Slocum's; usual numbers of the class {} with wide tolerances", class.name()));
         class.draft()
     });
-    Ok(Imported { vehicle, ..Imported::new(flight, report) })
+    let mut imported = Imported { vehicle, ..Imported::new(flight, report) };
+    if uncut {
+        // Fixes of each dive count from its own first one.
+        super::surface::cut_anew(&mut imported, 2);
+    }
+    Ok(imported)
 }
 
 /// The flight of a table, by units or by the names of the flight format.
@@ -226,6 +241,16 @@ impl<'a> Table<'a> {
         [read::Channel::Pressure, read::Channel::Pitch, read::Channel::Ballast, read::Channel::Density].into_iter().all(named)
     }
 
+    /// Names a column of numbers some of whose fields are none.
+    fn report_texts(&self, column: usize, report: &mut Report) {
+        let fields = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !read::no_value(f));
+        let mut texts = fields().filter(|f| !is_number(f));
+        if let Some(first) = texts.next().filter(|_| fields().any(|f| is_number(f))) {
+            let (count, all, name) = (1 + texts.count(), fields().count(), &self.names[column]);
+            report.leave_out(format!("{count} of {all} fields of {name} are no numbers, first \"{}\"", shown(first)));
+        }
+    }
+
     /// Values of a column, as they stand.
     fn numbers(&self, column: usize) -> Vec<f64> {
         let number = |row: &Vec<&str>| row.get(column).and_then(|f| f.parse::<f64>().ok()).filter(|v| v.is_finite()).unwrap_or(f64::NAN);
@@ -235,7 +260,8 @@ impl<'a> Table<'a> {
     /// Whether the reader of the flight format takes a column: a channel of its, or any numbers.
     fn is_read_by_name(&self, column: usize) -> bool {
         let channel = read::NAMES.iter().any(|n| n.0.eq_ignore_ascii_case(&self.names[column]));
-        channel || self.rows.iter().filter_map(|r| r.get(column)).all(|f| read::no_value(f) || is_number(f))
+        let fields = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !read::no_value(f));
+        channel || fields().any(|f| is_number(f)) || fields().next().is_none()
     }
 }
 

@@ -29,6 +29,7 @@ use crate::preprocess::gps::displacements;
 pub(crate) use crate::preprocess::grid::FAST_M_S;
 pub(crate) use crate::preprocess::interpolate::fill;
 use crate::preprocess::stuck_sensors::{Removed, unstuck};
+use crate::record::afloat::reading_afloat;
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
 
@@ -41,11 +42,20 @@ pub const SETTLE_S: f64 = 60.0;
 /// Observed depth above which the vehicle may be held floating, m: above the zero error of the sensor, below any dive.
 pub const FLOAT_M: f64 = 0.5;
 
+/// A pressure that reads what no part of a glider can be at in a stay at the surface, in words.
+fn offset(flight: &Flight) -> Option<String> {
+    let known = (0..flight.len()).map(|i| (flight.time_s[i], flight.pressure_pa[i])).filter(|r| r.1.is_finite());
+    let level = reading_afloat(known)?;
+    let dbar = level * 1e-4;
+    Some(format!("pressure_dbar reads {dbar:.2} dbar afloat, an absolute pressure or a wrong zero: take it out, as `glider import` does"))
+}
+
 /// Cleans a flight and lays its inputs on the grid.
 #[must_use]
 pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     let mut runs = Vec::new();
     let mut notes = Vec::new();
+    notes.extend(offset(flight));
     let mut removed = Removed::default();
     let flight = &unstuck(flight, &mut removed);
     let aligned = is_on("clock_from_pressures").then(|| crate::preprocess::clock_offset::aligned(flight)).flatten();

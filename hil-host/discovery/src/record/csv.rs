@@ -104,6 +104,7 @@ pub const NAMES: &[(&str, Channel, f64)] = &[
     ("heading_deg", Channel::Heading, std::f64::consts::PI / 180.0),
     ("m_ballast_pumped_cc", Channel::Ballast, 1e-6),
     ("ballast_cc", Channel::Ballast, 1e-6),
+    ("ballast_pumped_cc", Channel::Ballast, 1e-6),
     ("m_ballast_pumped", Channel::Ballast, 1e-6),
     ("m_de_oil_vol", Channel::Ballast, 1e-6),
     ("m_battpos_m", Channel::Battery, 1.0),
@@ -291,7 +292,11 @@ impl<'a> Table<'a> {
                     Ok(v) if v.is_nan() || v.abs() < LARGEST => v,
                     Err(_) if no_value(field) => f64::NAN,
                     Err(_) if Some(i) == time_column => {
-                        return Err(bad(line, &header[i], format!("`{field}` is no time; write {TIME_AS}")));
+                        return Err(bad(
+                            line,
+                            &header[i],
+                            format!("`{field}` is no time; write {TIME_AS}; dates only where `glider import` reads the file"),
+                        ));
                     }
                     _ if known.contains(&i) => {
                         let why = format!("`{field}` is not a number; leave the field empty where there is no value");
@@ -350,19 +355,17 @@ impl<'a> Table<'a> {
             }
         }
         // Unix time would make "days since the start" meaningless.
-        if time_s[0] > 1e8 {
-            let start = time_s[0];
-            time_s.iter_mut().for_each(|t| *t -= start);
-        }
+        let start = if time_s[0] > 1e8 { time_s[0] } else { 0.0 };
+        time_s.iter_mut().for_each(|t| *t -= start);
         Ok(time_s)
     }
 
     /// Segment number of each row: as stated, or labels in the order of appearance; all zero without a column of them.
     fn segment(&self) -> Result<Vec<u32>, ReadError> {
-        if self.segments.is_empty() {
+        let column = self.column_of(Channel::Segment);
+        if column.is_empty() {
             return Ok(vec![0; self.lines.len()]);
         }
-        let column = self.column_of(Channel::Segment);
         if let Some(row) = self.segments.iter().position(|s| no_value(s)) {
             return Err(self.bad(self.lines[row], &column, "has no segment here; state one in each row, or remove the column".into()));
         }
@@ -377,8 +380,8 @@ impl<'a> Table<'a> {
         }
         let whole = |s: &String| s.parse::<f64>().ok().filter(|v| v.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(v));
         let number = |(row, s): (usize, &String)| {
-            let why = || format!("`{s}` is not a segment number (0, 1, 2 …)");
-            whole(s).map(|v| v as u32).ok_or_else(|| self.bad(self.lines[row], &column, why()))
+            let no_number = || self.bad(self.lines[row], &column, format!("`{s}` is not a segment number (0, 1, 2 …)"));
+            whole(s).map(|v| v as u32).ok_or_else(no_number)
         };
         self.segments.iter().enumerate().map(number).collect()
     }

@@ -318,6 +318,8 @@ fn parts(name: &str, begin: &[usize], of: impl Fn(usize, usize, f64) -> f64) -> 
         columns[0].3 = (0..CYCLES).map(|k| START + 4.0 * row(k) as f64).collect();
         columns[1].3 = (0..CYCLES).map(|k| of(file, row(k), at(row(k)).0)).collect();
         columns[2].3 = (0..CYCLES).map(|k| 12.0 - 0.05 * at(row(k)).0).collect();
+        columns[4].3 = (0..CYCLES).map(|k| at(row(k)).1).collect();
+        columns[5].3 = (0..CYCLES).map(|k| at(row(k)).2).collect();
         netcdf(&folder.join(format!("part{file}.nc")), &["time"], &columns);
     }
     let got = import(&folder, &[]).expect("an import");
@@ -370,4 +372,36 @@ fn regress_fixes_of_a_second_file_count_from_its_own() {
     assert!((origins[0].lat_deg - 54.0).abs() < 1e-9 && (origins[1].lat_deg - 54.004).abs() < 1e-9, "{origins:?}");
     let north = got.flight.gps_north_m[CYCLES + 2];
     assert!((north - 0.002 * 111_195.0).abs() < 1.0, "{north} m");
+}
+
+/// A file of the vehicle and one of the CTD with the same times and pressures were read once, and one half was gone.
+#[test]
+fn regress_files_with_the_same_rows_and_other_channels_fill_each_other() {
+    let folder = folder("halves");
+    let columns = variables(USUAL);
+    let write = |name: &str, of: &[usize], edit: fn(&mut Vec<Variable>)| {
+        let mut part: Vec<Variable> = of.iter().map(|k| columns[*k].clone()).collect();
+        edit(&mut part);
+        netcdf(&folder.join(name), &["time"], &part);
+    };
+    write("a_flight.nc", &[0, 1, 4, 5], |_| ());
+    write("b_science.nc", &[0, 1, 2, 3], |_| ());
+    let got = import(&folder, &[]).expect("an import");
+    whole(&got);
+    assert!(got.report.is_whole() && got.flight.len() == CYCLES, "{}", said(&got));
+    assert!(
+        said(&got).contains("read once; its temperature, density, practical_salinity are taken where there were none"),
+        "{}",
+        said(&got)
+    );
+    assert!(said(&got).contains("without m_pitch_rad, which the others have: b_science.nc"), "{}", said(&got));
+    // Another salinity of the same rows is not read, and said.
+    write("c_delayed.nc", &[0, 1, 2, 3], |part| part[3].3.iter_mut().for_each(|s| *s += 0.3));
+    let got = import(&folder, &[]).expect("an import");
+    assert!(
+        got.report.left_out.iter().any(|l| l.contains("c_delayed.nc: its density, practical_salinity are others than")),
+        "{}",
+        said(&got)
+    );
+    std::fs::remove_dir_all(folder).ok();
 }

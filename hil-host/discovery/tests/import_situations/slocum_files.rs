@@ -242,6 +242,17 @@ fn regress_an_absolute_pressure_does_not_disagree_with_the_vehicle() {
 }
 
 #[test]
+fn regress_a_ctd_without_its_pressure_is_named() {
+    let folder = folder("no pressure");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let sensors = [CTD[0], CTD[2], CTD[3]];
+    slocum(&folder.join("a.ebd"), "alpha", &sensors, |k| vec![START + 4.0 * k as f64, 12.0, 3.9]);
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("a.ebd: sci_water_temp has values, the CTD's pressure none") && !got.report.is_whole(), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
 fn regress_a_pitch_that_comes_too_seldom_and_two_missions_are_named() {
     let folder = folder("seldom");
     pair(&folder, "a", "alpha", START, |t| t);

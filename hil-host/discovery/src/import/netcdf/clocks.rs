@@ -5,6 +5,7 @@ use netcdf_reader::NcType;
 use super::super::calendar::{days_from_1970, seconds_in, zone_s};
 use super::super::channels::{LONGEST_MISSION_S, stray_times};
 use super::super::table::tidy::spread_evenly;
+use super::names::{DEPTH, PRESSURE};
 use super::variables::Reader;
 use crate::record::plausible::quantile;
 use crate::record::resample::{Series, longest_in_order};
@@ -43,7 +44,9 @@ impl Reader<'_> {
             _ if n.eq_ignore_ascii_case("time") => 1,
             _ => 2,
         };
-        candidates.sort_by_key(|n| (rank(n), n.len()));
+        // Of a Slocum's two computers each has a clock.
+        let science = |n: &str| n.to_ascii_lowercase().starts_with("sci_");
+        candidates.sort_by_key(|n| (rank(n), science(n) != science(name), n.len()));
         let candidates: Vec<String> = candidates.into_iter().map(str::to_owned).collect();
         candidates.into_iter().find_map(|clock| {
             if let Some(known) = self.clocks.get(&clock) {
@@ -75,10 +78,19 @@ impl Reader<'_> {
                 return None;
             }
         };
+        let mut values = values;
+        self.leave_out_bad(clock, &mut values);
         let (scale, epoch) = known.or_else(|| self.without_origin(clock, &unit, &values))?;
         if let Some(step_s) = self.coarse_s(clock, &values, scale) {
             self.report.note(format!("{clock} is stored in 32-bit floats, {step_s:.0} s apart at such numbers: store it in 64 bits"));
             return None;
+        }
+        let mut epoch = epoch;
+        let proleptic = self.text(clock, "calendar").is_some_and(|c| c.trim().eq_ignore_ascii_case("proleptic_gregorian"));
+        if let Some(days) = julian_days(&unit).filter(|_| !proleptic) {
+            self.report
+                .note(format!("{clock} counts \"{unit}\": its origin is of the Julian calendar, {days:+} days, by the CF conventions"));
+            epoch += 86_400.0 * days as f64;
         }
         let times: Vec<f64> = values.iter().map(|v| v * scale + epoch).map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
         let mut times = times;
@@ -87,7 +99,14 @@ impl Reader<'_> {
             self.report
                 .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
         }
-        let repeated = spread_clock(&mut times);
+        let of_one = self.one_row_each(clock, &times);
+        let repeated = if of_one > 0 { 0 } else { spread_clock(&mut times) };
+        if of_one > 0 {
+            self.report.note(format!(
+                "{of_one} of {} times of {clock} repeat the one before, with its pressure or none: the values of one time are one row",
+                times.len()
+            ));
+        }
         if repeated > 0 {
             self.report.note(format!(
                 "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
@@ -98,6 +117,24 @@ impl Reader<'_> {
             self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
         }
         Some(times)
+    }
+
+    /// How many times repeat the one before where rows of one time have one pressure between them, or the same: not those of a coarse clock.
+    fn one_row_each(&mut self, clock: &str, times: &[f64]) -> usize {
+        let dimensions = self.dimensions(clock);
+        let wanted = [self.called(&PRESSURE), self.called(&DEPTH)].concat();
+        let Some(name) = wanted.into_iter().find(|n| self.dimensions(n) == dimensions) else { return 0 };
+        let Some(values) = self.values(&name).ok().filter(|v| v.len() == times.len()) else { return 0 };
+        let (mut repeats, mut alike) = (0, 0);
+        let mut start = 0;
+        for run in times.chunk_by(|a, b| a == b) {
+            let mut known = values[start..start + run.len()].iter().filter(|v| v.is_finite());
+            let first = known.next();
+            repeats += run.len() - 1;
+            alike += if known.all(|v| Some(v) == first) { run.len() - 1 } else { 0 };
+            start += run.len();
+        }
+        if 2 * alike > repeats { repeats } else { 0 }
     }
 
     /// Seconds since 1970 where a clock states no origin and its numbers can be nothing else; else what its unit lacks is noted.
@@ -174,6 +211,17 @@ pub(super) fn backwards(time: &[f64], values: &[f64]) -> Option<Backwards> {
     Some(Backwards { samples, first, without: Series::new(&time, &value) })
 }
 
+/// By how many days the origin of "days since 0001-01-01" is later in the Julian calendar, which the standard one of the CF conventions
+/// follows before 15 October 1582, than in the Gregorian; none after it.
+fn julian_days(units: &str) -> Option<i64> {
+    let date = units.split_once(" since ")?.1;
+    let mut numbers = date.split(|c: char| !c.is_ascii_digit()).filter(|s| !s.is_empty()).map(str::parse::<i64>);
+    let mut next = || numbers.next().and_then(Result::ok);
+    let (year, month, day) = (next()?, next()?, next()?);
+    let century = (if month < 3 { year - 1 } else { year }).div_euclid(100);
+    ((year, month, day) < (1582, 10, 15)).then_some(century - century.div_euclid(4) - 2)
+}
+
 /// Seconds per unit and Unix time of the origin of "seconds since 1970-01-01 00:00:00".
 fn since(units: &str) -> Option<(f64, f64)> {
     let (unit, date) = units.split_once(" since ")?;
@@ -188,6 +236,11 @@ fn since(units: &str) -> Option<(f64, f64)> {
     let (year, month, day) = if date.eq_ignore_ascii_case("epoch") { (1970.0, 1.0, 1.0) } else { (next()?, next()?, next()?) };
     let clock = next().unwrap_or(0.0) * 3600.0 + next().unwrap_or(0.0) * 60.0 + next().unwrap_or(0.0);
     let zone_s = zone.map_or(Some(0.0), zone_s)?;
+    // "PST" is a zone whose hours are not stated.
+    let word = date.rsplit(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default();
+    if !["", "Z", "T", "UTC", "GMT", "epoch"].iter().any(|known| word.eq_ignore_ascii_case(known)) {
+        return None;
+    }
     Some((scale, days_from_1970(year as i64, month as i64, day as i64)? as f64 * 86400.0 + clock - zone_s))
 }
 
@@ -212,6 +265,14 @@ mod tests {
     }
 
     #[test]
+    fn origins_before_the_gregorian_calendar_are_julian() {
+        // Julian days of noon: 1721424 of 1 January 1 Julian, 1721426 Gregorian (Meeus, Astronomical Algorithms, chapter 7).
+        assert_eq!(julian_days("days since 0001-01-01 00:00:00"), Some(-2));
+        assert_eq!((julian_days("days since 1500-03-01"), julian_days("days since 1582-10-15")), (Some(10), None));
+        assert_eq!(julian_days("seconds since 1970-01-01"), None);
+    }
+
+    #[test]
     fn origins_of_time_are_read() {
         assert_eq!(since("seconds since 1970-1-1 00:00:00"), Some((1.0, 0.0)));
         assert_eq!(since("days since 1950-01-01T00:00:00Z"), Some((86400.0, -7305.0 * 86400.0)));
@@ -220,6 +281,8 @@ mod tests {
         assert_eq!(since("hours since 1970-01-01 02:00:00 +02:00"), Some((3600.0, 0.0)));
         assert_eq!(since("nanoseconds since 1970-01-01 00:00:01"), Some((1e-9, 1.0)));
         assert_eq!(since("seconds since epoch"), Some((1.0, 0.0)));
+        assert_eq!(since("seconds since 1970-01-01 00:00:00 UTC"), Some((1.0, 0.0)));
+        assert_eq!(since("seconds since 1970-01-01 00:00:00 PST"), None);
         assert_eq!(since("metres"), None);
         assert_eq!(since("fortnights since 1970-01-01"), None);
     }

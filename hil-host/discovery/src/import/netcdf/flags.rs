@@ -44,6 +44,22 @@ const TESTS: [&str; 12] = [
     "impossible",
     "syntax",
 ];
+/// Words of meanings by which a value is not to be used.
+const WORDS: [&str; 13] = [
+    "bad",
+    "fail",
+    "missing",
+    "invalid",
+    "not_pass",
+    "reject",
+    "unusable",
+    "not_usable",
+    "do_not_use",
+    "erroneous",
+    "error",
+    "not_good",
+    "not_valid",
+];
 /// Words of meanings by which a value may be used, whatever test they name besides.
 const STAYS: [&str; 17] = [
     "correct",
@@ -70,8 +86,7 @@ const STAYS: [&str; 17] = [
 fn means_bad(meaning: &str) -> bool {
     let m = meaning.to_ascii_lowercase();
     let of = |words: &[&str]| words.iter().any(|w| m.contains(w));
-    let named =
-        of(&["bad", "fail", "missing", "invalid", "not_pass"]) && !of(&["correctable", "probably", "not_bad", "not_fail", "no_bad"]);
+    let named = of(&WORDS) && !of(&["correctable", "probably", "not_bad", "not_fail", "no_bad", "no_error", "not_reject", "error_free"]);
     named || (of(&TESTS) && !of(&STAYS))
 }
 
@@ -107,9 +122,9 @@ impl Reader<'_> {
             let (n, name) = (n.to_ascii_lowercase(), name.to_ascii_lowercase());
             let rest = n.strip_prefix("qartod_").unwrap_or(&n).strip_prefix(name.as_str()).map(str::to_owned);
             let usual = ["_qc", "_flag", "_quality_flag", "_primary_flag", "_summary_flag", "_qartod_summary_flag", "_qartod_primary_flag"];
-            rest.is_some_and(|r| usual.contains(&r.as_str()))
+            rest.is_some_and(|r| usual.contains(&r.as_str())) || n.strip_prefix("qc_") == Some(name.as_str())
         };
-        let is_declared = |n: &str| declared.split_whitespace().any(|d| d == n);
+        let is_declared = |n: &str| declared.split([' ', ',']).any(|d| d == n);
         let of_flags = |v: &NcVariable| v.attribute("flag_meanings").is_some() || named(v.name());
         // Which tests were made says nothing of a value, and in OOI's results of bits 1 is "passed".
         let of_runs = |v: &NcVariable| ["executed", "performed", "passed"].iter().any(|w| v.name().to_ascii_lowercase().contains(w));
@@ -143,7 +158,7 @@ impl Reader<'_> {
     }
 
     /// Numbers of an attribute, also of one that is written as text ("0, 1, 2" or "012").
-    fn numbers_of(&self, variable: &str, attribute: &str) -> Option<Vec<f64>> {
+    pub(super) fn numbers_of(&self, variable: &str, attribute: &str) -> Option<Vec<f64>> {
         let variable = self.file.variable(variable).ok()?;
         let value = &variable.attribute(attribute)?.value;
         let of_text = |text: String| {
@@ -192,11 +207,17 @@ mod tests {
 
     #[test]
     fn a_meaning_says_which_values_are_not_to_be_used() {
+        for bad in ["unusable", "rejected", "error", "not_good", "erroneous_value", "do_not_use"] {
+            assert!(means_bad(bad), "{bad}");
+        }
         for bad in ["BAD", "fail", "missing_value", "bad_data", "FAILED", "invalid"] {
             assert!(means_bad(bad), "{bad}");
         }
         for test in ["spike", "gradient", "range_test", "GROSS_RANGE", "stuck_value", "density_inversion", "spike_test_not_passed"] {
             assert!(means_bad(test), "{test}");
+        }
+        for stays in ["no_error", "not_rejected", "usable"] {
+            assert!(!means_bad(stays), "{stays}");
         }
         for stays in ["no_bad_data", "interpolated", "spike_corrected", "suspect_gradient", "spike_test_passed", "no_spike", "climatology"]
         {

@@ -292,3 +292,114 @@ fn regress_a_sparse_speed_or_density_on_the_rows_own_clock_stays_sparse() {
     columns.push(("DENSITY", "kg m-3", sparse(1025.0)));
     assert_eq!(known(&imported(&columns, None).expect("reads").flight.density_kg_m3), ROWS / 10);
 }
+
+#[test]
+fn regress_rows_of_one_time_are_one_row_unless_the_clock_is_coarse() {
+    let want = imported(&sawtooth(), None).expect("plain");
+    let close = |read: &Imported, name: &str| {
+        let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert_eq!(read.flight.len(), ROWS / 2, "{name}");
+        let (f, every) = (&read.flight, |v: &[f64]| v.iter().step_by(2).copied().collect::<Vec<f64>>());
+        assert!(off(&f.time_s, &every(&want.flight.time_s)) < 1e-6, "{name}");
+        assert!(off(&f.pressure_pa, &every(&want.flight.pressure_pa)) < 1e-6 && off(&f.pitch_rad, &every(&want.flight.pitch_rad)) < 1e-9);
+        assert!(has_note(read, "the values of one time are one row"), "{name}: {:?}", read.report.notes);
+    };
+    // A row of the vehicle and one of the CTD at each time; then each row twice.
+    let mut pairs = sawtooth();
+    let mut twice = sawtooth();
+    for (name, _, values) in &mut pairs {
+        let all = values.clone();
+        *values = (0..ROWS).map(|i| all[i - i % 2]).collect();
+        let of_vehicle = ["PITCH", "HEADING"].contains(name);
+        let others = |i: usize| *name != "TIME" && i.is_multiple_of(2) != of_vehicle;
+        values.iter_mut().enumerate().filter(|(i, _)| others(*i)).for_each(|(_, v)| *v = f64::NAN);
+    }
+    for (_, _, values) in &mut twice {
+        let all = values.clone();
+        *values = (0..ROWS).map(|i| all[i - i % 2]).collect();
+    }
+    close(&imported(&pairs, None).expect("pairs"), "pairs");
+    close(&imported(&twice, None).expect("twice"), "twice");
+    // Of a clock of 8 s the rows differ.
+    let mut coarse = sawtooth();
+    change(&mut coarse, "TIME", "seconds since 2020-01-01T00:00:00Z", |i, v| v - 4.0 * (i % 2) as f64);
+    let read = imported(&coarse, None).expect("coarse");
+    assert!(read.flight.len() == ROWS && has_note(&read, "spread evenly"), "{:?}", read.report.notes);
+}
+
+#[test]
+fn regress_dives_whose_numbers_go_back_stay_apart() {
+    for numbers in [[5.0, 1.0, 2.0, 3.0], [1.0, 2.0, 1.0, 2.0], [4.0, 3.0, 2.0, 1.0]] {
+        let mut columns = sawtooth();
+        columns.push(("SEGMENT_NUMBER", "1", (0..ROWS).map(|i| numbers[i / 100]).collect()));
+        let read = imported(&columns, None).expect("reads");
+        assert_eq!((read.report.segments.len(), read.flight.segment[ROWS - 1]), (4, 3), "{numbers:?}");
+    }
+}
+
+#[test]
+fn regress_flags_of_other_names_and_meanings_are_read() {
+    let meanings = |bad: &'static str| vec![("PRES_QC", "flag_meanings", bad), ("PRES_QC", "flag_values", "1, 2")];
+    for (name, attributes) in [
+        ("PRES_QC", meanings("usable unusable")),
+        ("PRES_QC", meanings("accepted rejected")),
+        ("PRES_QC", meanings("good not_good")),
+        ("QC_PRES", vec![("QC_PRES", "flag_meanings", "good bad"), ("QC_PRES", "flag_values", "1, 2")]),
+        (
+            "flag_of_p",
+            vec![
+                ("PRES", "ancillary_variables", "other,flag_of_p"),
+                ("flag_of_p", "flag_meanings", "good bad"),
+                ("flag_of_p", "flag_values", "1, 2"),
+            ],
+        ),
+    ] {
+        let read = flagged(name, 1.0, 2.0, &attributes);
+        assert_eq!(read.flight.len(), ROWS - BAD.len(), "{name} {attributes:?}: {:?}", read.report.notes);
+    }
+    let mut columns = sawtooth();
+    columns.push(("TIME_QC", "1", (0..ROWS).map(|i| if BAD.contains(&i) { 4.0 } else { 1.0 }).collect()));
+    change(&mut columns, "TIME", "seconds since 2020-01-01T00:00:00Z", |i, v| if BAD.contains(&i) { v + 2.0 } else { v });
+    let read = imported(&columns, None).expect("reads");
+    assert!(read.flight.len() == ROWS - BAD.len() && has_note(&read, "of TIME left out: TIME_QC"), "{:?}", read.report.notes);
+}
+
+#[test]
+fn regress_what_a_netcdf_lacks_or_contradicts_is_named() {
+    // A pressure in bar under the unit dbar, with the depth in the file.
+    let mut columns = sawtooth();
+    let depth = columns[1].2.iter().map(|p| p * 0.99).collect();
+    columns.push(("DEPTH", "m", depth));
+    assert!(!has_note(&imported(&columns, None).expect("sound"), "do not agree"));
+    change(&mut columns, "PRES", "dbar", |_, v| v * 0.1);
+    assert!(has_note(&imported(&columns, None).expect("bar"), "PRES and DEPTH do not agree"));
+    let mut columns = sawtooth();
+    change(&mut columns, "PRES", "dbar", |i, v| if i % 10 == 3 { f64::NAN } else { v });
+    assert!(has_note(&imported(&columns, None).expect("gaps"), "40 of 400 rows have no PRES: no rows of the flight"));
+    // A value every two minutes is bridged, and said.
+    let mut columns = sawtooth();
+    change(&mut columns, "PITCH", "degrees", |i, v| if i % 30 == 0 { v } else { f64::NAN });
+    assert!(has_note(&imported(&columns, None).expect("seldom"), "pitch comes every 120 s only: interpolated"));
+    let mut columns = sawtooth();
+    change(&mut columns, "TIME", "seconds since 2020-01-01 00:00:00 PST", |_, v| v);
+    assert!(imported(&columns, None).is_err());
+}
+
+#[test]
+fn regress_the_science_computers_values_stand_on_its_clock() {
+    let mut columns: Vec<Column> = sawtooth();
+    columns[0].0 = "m_present_time";
+    let late = columns[0].2.iter().map(|t| t + 20.0).collect();
+    for (from, to) in [("PRES", "sci_water_pressure"), ("TEMP", "sci_water_temp"), ("PITCH", "m_pitch")] {
+        columns.iter_mut().filter(|c| c.0 == from).for_each(|c| c.0 = to);
+    }
+    columns.push(("sci_m_present_time", "seconds since 2020-01-01T00:00:00Z", late));
+    let read = imported(&columns, None).expect("reads");
+    assert_eq!(read.report.start_unix_s, Some(1_577_836_820.0));
+    // The pitch of the sixth row is that of the vehicle's clock then.
+    assert!(
+        (read.flight.pitch_rad[45] - 25.0_f64.to_radians()).abs() < 1e-9 && read.flight.pitch_rad[44] < 0.0,
+        "{:?}",
+        &read.flight.pitch_rad[40..48]
+    );
+}

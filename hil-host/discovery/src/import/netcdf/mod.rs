@@ -20,7 +20,7 @@ use std::path::Path;
 
 use netcdf_reader::{NcFile, NcOpenOptions};
 
-use super::channels::{CLOCKS_APART_S, SALINITY as SALINITY_COLUMN, lonely_times};
+use super::channels::{CLOCKS_APART_S, SALINITY as SALINITY_COLUMN, lonely_times, report_seldom};
 use super::position::FIX_DEPTH_PA;
 use super::{FileNote, ImportError, Imported, Report, position, pressure_zero};
 use crate::record::flight::Flight;
@@ -35,6 +35,7 @@ pub(super) mod names;
 pub mod own;
 mod pressure;
 mod scalars;
+mod stated_vehicle;
 pub(super) mod variables;
 mod water;
 
@@ -102,6 +103,9 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let ballast = reader.channel(&BALLAST).map_or_else(Series::default, |c| c.series);
     for (series, column) in [(&pitch, "pitch"), (&roll, "roll"), (&heading, "heading"), (&ballast, "ballast")] {
         reader.report_other_clock(series, column, &pressure);
+        if !own && ["pitch", "ballast"].contains(&column) {
+            report_seldom(column, series, &series.on(&unix), &mut reader.report);
+        }
     }
     let mut flight = Flight {
         name: path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
@@ -134,12 +138,14 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
             }
         }
     }
-    let (dated, vehicle) = (reader.is_dated(), reader.own_vehicle());
+    let (dated, first_s, vehicle_file) = (reader.is_dated(), reader.own_first_s(), reader.own_vehicle());
+    let vehicle = reader.stated_vehicle().filter(|_| vehicle_file.is_none());
     let mut report = reader.report;
     position::place(&mut flight, &unix, &fixes, &mut report);
-    report.start_unix_s = dated.then_some(unix[0]);
+    flight.time_s.iter_mut().for_each(|t| *t += first_s);
+    report.start_unix_s = dated.then_some(unix[0] - first_s);
     report.files.push(FileNote { file: name, rows: unix.len(), problems: Vec::new() });
-    Ok(Imported { vehicle_file: vehicle, ..Imported::new(flight, report) })
+    Ok(Imported { vehicle, vehicle_file, ..Imported::new(flight, report) })
 }
 
 /// Single samples out of order happen where a clock is set; more is a damaged file. Share of the samples, guess.
@@ -216,7 +222,11 @@ impl Reader<'_> {
             let numbers: Vec<(f64, f64)> = dives.pairs().collect();
             let of = |t: f64| numbers[numbers.partition_point(|n| n.0 <= t).max(1) - 1].1;
             for i in 1..flight.len() {
-                flight.segment[i] = flight.segment[i - 1] + u32::from(of(unix[i]) > of(unix[i - 1]));
+                flight.segment[i] = flight.segment[i - 1] + u32::from(of(unix[i]) != of(unix[i - 1]));
+            }
+            if self.is_own() {
+                // Its vehicle names segments by these numbers.
+                flight.segment = unix.iter().map(|t| of(*t) as u32).collect();
             }
             self.report.note(format!("segments are what {name} numbers"));
             self.report.segments = segment_names(flight, |i| format!("{name} {}", of(unix[i])));

@@ -9,6 +9,8 @@ use crate::record::flight::Flight;
 pub const COLUMN: &str = "flight_column";
 /// Attribute of the variable [`MODEL`] that holds the vehicle file, as JSON.
 pub const VEHICLE: &str = "vehicle";
+/// Attribute of the time that states the first row's since the start of the flight, s, where it is not 0.
+pub const FIRST: &str = "time_s_of_first_row";
 /// The variable of the flight model.
 pub const MODEL: &str = "FLIGHT_MODEL";
 /// What is said of times that count from the start of a flight.
@@ -52,6 +54,11 @@ impl Reader<'_> {
                 flight.extra.insert(column, at_rows(&values, unix));
             }
         }
+    }
+
+    /// Time of the first row since the start of the flight, s.
+    pub(super) fn own_first_s(&self) -> f64 {
+        self.numbers_of("TIME", FIRST).and_then(|n| n.first().copied()).filter(|first| first.is_finite() && *first >= 0.0).unwrap_or(0.0)
     }
 
     /// The vehicle file that the flight was exported with.

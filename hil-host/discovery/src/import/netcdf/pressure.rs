@@ -87,7 +87,7 @@ impl Reader<'_> {
         let shares: Vec<f64> = pressure
             .series
             .pairs()
-            .filter(|(_, p)| p - top_pa > 1e5)
+            .filter(|(t, p)| p - top_pa > 1e5 || depth.series.at(*t) - top_m > 10.0)
             .map(|(t, p)| ((depth.series.at(t) - top_m) / ((p - top_pa) * 1e-4)).abs())
             .filter(|s| s.is_finite())
             .collect();

@@ -97,7 +97,7 @@ impl Identity {
         let mut add = |key: &'static str, text: &str| {
             let text = text.trim_matches(['\0', ' ']);
             if !text.is_empty() {
-                out.0.entry(key).or_default().insert(text.to_owned());
+                out.add(key, text.to_owned());
             }
         };
         for v in file.variables().unwrap_or_default() {
@@ -127,7 +127,15 @@ impl Identity {
 
     /// Adds what another file says.
     pub fn join(&mut self, other: Self) {
-        other.0.into_iter().for_each(|(key, names)| self.0.entry(key).or_default().extend(names));
+        other.0.into_iter().for_each(|(key, names)| names.into_iter().for_each(|name| self.add(key, name)));
+    }
+
+    /// A name in other letters' case is the same one.
+    fn add(&mut self, key: &'static str, name: String) {
+        let names = self.0.entry(key).or_default();
+        if !names.iter().any(|n| n.eq_ignore_ascii_case(&name)) {
+            names.insert(name);
+        }
     }
 
     /// How many trajectories a file holds in a dimension of that name, where some variable has it and another one.
@@ -204,6 +212,20 @@ fn velocities(file: &NcFile) -> Option<Vec<(f64, f64, f64, f64)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regress_names_of_another_case_are_of_one_deployment() {
+        let of = |name: &str| {
+            let mut one = Identity::default();
+            one.add(TRAJECTORY, name.into());
+            one
+        };
+        let mut all = of("unit_777-20260502T0915");
+        all.join(of("UNIT_777-20260502t0915"));
+        assert_eq!(all.mixed(), None);
+        all.join(of("unit_778-20260502T0915"));
+        assert!(all.mixed().is_some_and(|why| why.contains("2 deployments")));
+    }
 
     #[test]
     fn regress_an_id_names_its_glider_before_the_date_only() {

@@ -15,6 +15,9 @@ pub(super) const LARGEST: f64 = 1e30;
 /// Practical salinity of one gram of absolute salinity a kilogram, where the sea has its usual salts (TEOS-10).
 const PRACTICAL: f64 = 35.0 / 35.165_04;
 
+/// What is said of rows without a pressure, once.
+const NO_ROWS: &str = ": no rows of the flight";
+
 pub(super) struct Reader<'a> {
     pub file: &'a NcFile,
     pub report: Report,
@@ -92,7 +95,7 @@ impl Reader<'_> {
     }
 
     /// Variables that may be what is wanted: by name whatever its case, then by what the file says it is.
-    fn called(&self, wanted: &Wanted) -> Vec<String> {
+    pub(super) fn called(&self, wanted: &Wanted) -> Vec<String> {
         let Ok(variables) = self.file.variables() else { return Vec::new() };
         let mut found: Vec<String> = Vec::new();
         for name in wanted.names {
@@ -115,7 +118,7 @@ impl Reader<'_> {
     }
 
     /// Names of the dimensions that are more than one value long.
-    fn dimensions(&self, name: &str) -> Option<Vec<String>> {
+    pub(super) fn dimensions(&self, name: &str) -> Option<Vec<String>> {
         let variable = self.file.variable(name).ok()?;
         Some(variable.dimensions().iter().filter(|d| d.size != 1).map(|d| d.name.clone()).collect())
     }
@@ -147,6 +150,10 @@ impl Reader<'_> {
         self.without_impossible(name, wanted, &mut values);
         if wanted.column == PRESSURE.column {
             self.report_undated(name, &time, &values);
+            let without = time.iter().zip(&values).filter(|(t, v)| t.is_finite() && v.is_nan()).count();
+            if without > 0 && !self.report.notes.iter().any(|n| n.ends_with(NO_ROWS)) {
+                self.report.note(format!("{without} of {} rows have no {name}{NO_ROWS}", values.len()));
+            }
         }
         let backwards = (dimensions.len() == 1).then(|| backwards(&time, &values)).flatten();
         let series = Series::new(&time, &values);

@@ -29,7 +29,13 @@ pub(super) fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, o
         let read = file.columns.get(name).zip(known).and_then(|((unit, v), s)| Some((in_si(name, unit, s.2, s.3)?, v)));
         read.map_or_else(none, |((offset, factor), v)| v.iter().map(|v| (v - offset) * factor).collect())
     };
-    let Some(names) = sensors_of(file) else { return };
+    let Some(names) = sensors_of(file) else {
+        let known = |name: &&&str| file.columns.get(**name).is_some_and(|c| c.1.iter().any(|v| v.is_finite() && *v != 0.0));
+        if let Some(alone) = SENSORS_OF_CTDS.iter().flat_map(|names| &names[1..]).find(known) {
+            report.leave_out(format!("{}: {alone} has values, the CTD's pressure none: there is no density without it", one.name));
+        }
+        return;
+    };
     let [pressure, temperature, conductivity] = names.map(science);
     if names != SENSORS_OF_CTDS[0] {
         report.note(format!("{}: no sci_water_pressure: {} are taken", one.name, names.join(", ")));

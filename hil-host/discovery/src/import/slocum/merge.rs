@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Collected, CtdRow};
 use crate::import::Report;
-use crate::import::channels::{SALINITY, agree};
+use crate::import::channels::{SALINITY, agree, report_seldom};
 use crate::import::position::{self, FIX_DEPTH_PA};
 use crate::import::pressure_zero::{self, UNDER_WATER_PA};
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
@@ -12,12 +12,6 @@ use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
-
-/// A channel that comes less often than this does not show a turn, which takes about a minute, s.
-const SELDOM_S: f64 = 30.0;
-
-/// Where a channel is known in a smaller share of the rows, it is lost (guess).
-const SELDOM_KNOWN: f64 = 0.2;
 
 pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
@@ -101,20 +95,6 @@ fn moving_ballast(pumped: &Series, oil: &Series) -> (&'static str, &'static str)
     };
     let names = ("m_ballast_pumped", "m_de_oil_vol");
     if moves(pumped) >= moves(oil) { names } else { (names.1, names.0) }
-}
-
-/// Names a channel that comes seldom: what lies between its values is lost, or nothing can lie between them.
-fn report_seldom(name: &str, series: &Series, on_rows: &[f64], report: &mut Report) {
-    let (count, step_s) = (series.len(), series.step_s());
-    let known = on_rows.iter().filter(|v| v.is_finite()).count();
-    if count > 0 && (known as f64) < SELDOM_KNOWN * on_rows.len() as f64 {
-        let rows = on_rows.len();
-        report.leave_out(format!(
-            "{name} has {count} values {step_s:.0} s apart, and {known} of {rows} rows one: too far apart to lie between, or of another time"
-        ));
-    } else if step_s > SELDOM_S {
-        report.note(format!("{name} comes every {step_s:.0} s only: interpolated, what happens in between, such as a turn, is lost"));
-    }
 }
 
 /// Pressure by the steering computer, Pa: its own, else from its depth.

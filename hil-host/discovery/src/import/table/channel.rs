@@ -69,6 +69,7 @@ impl Columns<'_> {
     /// The values of a column that is found, and that it is read.
     fn take(&mut self, found: Option<Found>) -> Series {
         let Some(found) = found else { return Series::default() };
+        self.table.report_texts(found.column, self.report);
         self.read[found.column] = true;
         let (from, unit) = (self.table.names[found.column].clone(), self.table.unit(found.column).to_owned());
         self.report.map(MappedName { from, unit, to: found.to.into(), factor: found.factor });

@@ -325,3 +325,71 @@ fn regress_a_clock_that_was_set_back_is_no_blocks_out_of_order() {
     let got = read("channels", text.as_bytes()).expect("reads");
     assert!(got.flight.len() == 60 && got.flight.density_kg_m3.iter().all(|d| d.is_finite()), "{:?}", got.report);
 }
+
+#[test]
+fn regress_fields_that_are_no_numbers_are_counted_and_minus_signs_read() {
+    let with = |name: &str, pitch: &dyn Fn(usize) -> String| {
+        let head = "Time [s],Pressure [dbar],Pitch [rad],ballast_pumped [cm³]\n".to_owned();
+        let row = |i: usize| format!("{},{:.2},{},-200\n", 4 * i, 40.0 - (i as f64 - 30.0).abs(), pitch(i));
+        read(name, (head + &(0..60).map(row).collect::<String>()).as_bytes()).expect("reads")
+    };
+    let plain = with("minus plain", &|_| "-0.45".into());
+    assert!(plain.report.is_whole() && (plain.flight.ballast_m3[3] + 2e-4).abs() < 1e-12, "{:?}", plain.report.left_out);
+    let typeset = with("minus typeset", &|_| "\u{2212}0.45".into());
+    assert!(typeset.flight.pitch_rad == plain.flight.pitch_rad && typeset.report.notes.iter().any(|n| n.contains("U+2212")));
+    for bad in ["#REF!", "(0.45)", ">0.4"] {
+        let got = with("minus bad", &|i| if i % 3 == 0 { bad.into() } else { "-0.45".into() });
+        assert_eq!(got.report.left_out, [format!("20 of 60 fields of Pitch are no numbers, first \"{bad}\"")]);
+    }
+    let degrees = "Time [s],Pressure [dbar],Pitch [°]\n".to_owned() + &(0..60).map(|i| format!("{},{i},-26\n", 4 * i)).collect::<String>();
+    let got = read("degree sign", degrees.as_bytes()).expect("reads");
+    assert!((got.flight.pitch_rad[5] + 26f64.to_radians()).abs() < 1e-9, "{:?}", got.report.left_out);
+}
+
+#[test]
+fn regress_fixes_of_each_dive_of_a_table_count_from_its_own_first_one() {
+    let mut text = "time (UTC),pressure (dbar),pitch (rad),gps_lat (degrees_north),gps_lon (degrees_east)\n".to_owned();
+    // Two dives of 8 minutes with 4 minutes at the surface between them, and a drift of 100 m.
+    for i in 0..300 {
+        let dbar = if i < 120 {
+            30.0 - (i as f64 - 60.0).abs() / 2.0
+        } else if i < 180 {
+            0.1
+        } else {
+            30.0 - (i as f64 - 240.0).abs() / 2.0
+        };
+        let fix =
+            |deg: f64| if (120..180).contains(&i) && i % 10 == 0 { format!("{:.5}", deg + 1e-5 * f64::from(i)) } else { String::new() };
+        text += &format!(
+            "2026-05-02T{:02}:{:02}:{:02}Z,{dbar},-0.4,{},{}\n",
+            9 + i * 4 / 3600,
+            i * 4 / 60 % 60,
+            i * 4 % 60,
+            fix(54.0),
+            fix(7.0)
+        );
+    }
+    let got = read("origins", text.as_bytes()).expect("reads");
+    let f = &got.flight;
+    assert_eq!((got.report.segments.len(), got.report.origins.len()), (2, 2), "{:?}", got.report);
+    for segment in 0..2 {
+        let first = (0..f.len()).find(|k| f.segment[*k] == segment && f.gps_north_m[*k].is_finite()).expect("a fix");
+        assert!(f.gps_north_m[first] == 0.0 && f.gps_east_m[first] == 0.0, "segment {segment}: {}", f.gps_north_m[first]);
+    }
+}
+
+#[test]
+fn regress_dates_that_no_flight_has_are_refused_with_the_way_out() {
+    let days = |first: f64, name: &str| {
+        let head = "time (days since 1970-01-01),pressure (dbar),pitch (rad)\n".to_owned();
+        read(
+            name,
+            (head + &(0..60).map(|i| format!("{:.8},{i},-0.4\n", first + f64::from(i) * 4.0 / 86_400.0)).collect::<String>()).as_bytes(),
+        )
+    };
+    assert_eq!(days(20_575.0, "days").expect("reads").report.start_unix_s, Some(20_575.0 * 86_400.0));
+    for (first, year) in [(740_107.4, "3996"), (2_461_162.9, "8708")] {
+        let e = days(first, "matlab").expect_err("refused");
+        assert!(e.contains(&format!("reaches the year {year}")) && e.contains("state it as"), "{e}");
+    }
+}

@@ -12,6 +12,9 @@ use crate::record::plausible::quantile;
 const TIMES: [&str; 9] = ["time", "time_s", "m_present_time", "precise_time", "timestamp", "datetime", "date_time", "time_ms", "time_utc"];
 const DATES: [&str; 2] = ["date", "date_utc"];
 
+/// No flight is later than the year 2100, Unix time, s.
+const LATEST_S: f64 = 4.103e9;
+
 /// The times of a table's rows.
 pub(super) struct Clock {
     /// Column of the time.
@@ -116,6 +119,14 @@ impl Table<'_> {
                 return Err(format!("column {name}: `{example}` is no time; write {TIME_AS}"));
             }
             report.note(format!("{} of {} times cannot be read, such as `{example}`", unread.len(), written.len()));
+        }
+        let latest = seconds.iter().copied().filter(|t| t.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+        if latest > LATEST_S && (dense || count.scale != 1.0 || count.zero_s != 0.0) {
+            let year = 1970.0 + latest / (365.25 * 86_400.0);
+            let what = "days of MATLAB or Julian days count from another one";
+            return Err(format!(
+                "column {name} reaches the year {year:.0} by its unit \"{unit}\": {what}; state it as \"days since DATE\""
+            ));
         }
         if !dense && count.scale == 1.0 && count.zero_s == 0.0 {
             no_seconds(&seconds, name)?;

@@ -81,7 +81,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{}", flight.name, args.to.ending())));
     let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();
     crate::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
-    let model = if matches!(args.to, Format::Netcdf | Format::Mcap) { modelled(args, &flight)? } else { None };
+    let vehicle = if matches!(args.to, Format::Netcdf | Format::Mcap) { vehicle_of(args)? } else { None };
+    let model = vehicle.as_ref().and_then(|vehicle| Some((vehicle, modelled(args, &flight, vehicle)?)));
     let (about, mut notes) = about(args, flight.time_s.first().copied().unwrap_or(0.0))?;
     notes.extend(flight.unread.iter().map(|what| format!("left out: {what}")));
     notes.extend(undated(args, &about));
@@ -93,11 +94,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             }
             Format::Netcdf => {
                 let mut about = about;
-                if let Some((vehicle, compared)) = &model {
-                    about.series = series(&flight, compared);
-                    about.vehicle = numbers(vehicle);
-                    about.vehicle_file = Some(vehicle.document.to_string());
-                }
+                about.series = model.as_ref().map_or_else(Vec::new, |(_, compared)| series(&flight, compared));
+                about.vehicle = vehicle.as_ref().map_or_else(Vec::new, numbers);
+                about.vehicle_file = vehicle.as_ref().map(|v| v.document.to_string());
                 discovery::export::netcdf::write(&flight, part, &about)?;
             }
             Format::Mcap => mcap(&flight, &about, model.as_ref(), part)?,
@@ -108,24 +107,24 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let bytes = std::fs::metadata(&out).with_context(|| out.display().to_string())?.len();
     let document = serde_json::json!({ "flight": args.flight, "out": out, "rows": flight.len(), "bytes": bytes, "notes": notes });
     output.emit(&document, || {
-        println!("wrote {} ({} rows, {bytes} bytes)", out.display(), flight.len());
         notes.iter().for_each(|note| println!("{}", wrapped(&format!("note: {note}"), 6)));
+        println!("wrote {} ({} rows, {bytes} bytes)", out.display(), flight.len());
     });
     Ok(Verdict::Ok)
 }
 
-/// The vehicle named or beside the flight, and its model against the flight.
-fn modelled(args: &Args, flight: &Flight) -> anyhow::Result<Option<(Vehicle, Comparison)>> {
+/// The vehicle named or beside the flight.
+fn vehicle_of(args: &Args) -> anyhow::Result<Option<Vehicle>> {
     let own_file = || vehicle::file_next_to(&args.flight);
-    let Some(path) = args.vehicle.clone().map_or_else(own_file, |named| Ok(Some(named)))? else { return Ok(None) };
-    // Without pitch, ballast or density there is no model of it.
+    let path = args.vehicle.clone().map_or_else(own_file, |named| Ok(Some(named)))?;
+    path.map(|path| vehicles::read(&path)).transpose()
+}
+
+/// Its model against the flight; without pitch, ballast or density there is none, unless the vehicle is named.
+fn modelled(args: &Args, flight: &Flight, vehicle: &Vehicle) -> Option<Comparison> {
     let known = |column: &[f64]| column.iter().any(|v| v.is_finite());
-    if args.vehicle.is_none() && ![&flight.pitch_rad, &flight.ballast_m3, &flight.density_kg_m3].iter().all(|c| known(c)) {
-        return Ok(None);
-    }
-    let vehicle = vehicles::read(&path)?;
-    let compared = compare(flight, &vehicle);
-    Ok(Some((vehicle, compared)))
+    let all = [&flight.pitch_rad, &flight.ballast_m3, &flight.density_kg_m3].iter().all(|c| known(c));
+    (all || args.vehicle.is_some()).then(|| compare(flight, vehicle))
 }
 
 /// What the format or the flight leaves out of the date and the places.
@@ -275,7 +274,7 @@ fn numbers(vehicle: &Vehicle) -> Vec<Number> {
     ]
 }
 
-fn mcap(flight: &Flight, about: &About, model: Option<&(Vehicle, Comparison)>, part: &Path) -> anyhow::Result<()> {
+fn mcap(flight: &Flight, about: &About, model: Option<&(&Vehicle, Comparison)>, part: &Path) -> anyhow::Result<()> {
     let mut streams = discovery::export::mcap::streams(flight);
     let mut attached = Vec::new();
     if let Some((vehicle, compared)) = model {

@@ -1,9 +1,12 @@
 //! What the rows of an imported flight cannot be: refused, left out or noted, whatever its source.
 
-use super::{Imported, Report, channels, netcdf};
+use std::ops::Range;
+
+use super::channels::{self, list_of};
+use super::{Imported, Report, netcdf, position};
 use crate::record::csv;
 use crate::record::flight::Flight;
-use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, usual_step};
+use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, quantile, usual_step};
 
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 pub(super) fn sound(imported: &mut Imported) -> Result<(), String> {
@@ -29,9 +32,11 @@ pub(super) fn sound(imported: &mut Imported) -> Result<(), String> {
             under_water().count()
         ));
     }
-    if let Some(share) = nose_up_in_descent(flight) {
+    lacking_in_segments(flight, &mut imported.report);
+    if let Some((of, share)) = nose_up_in_descent(flight) {
+        let of = of.map_or_else(String::new, |list| format!(" of segments {list}"));
         imported.report.note(format!(
-            "pitch: the nose is up in {:.0} % of the rows that sink, or down where they rise: is nose down positive there? Turn its sign",
+            "pitch: the nose is up in {:.0} % of the rows{of} that sink, or down where they rise: is nose down positive there? Turn its sign",
             100.0 * share
         ));
     }
@@ -118,40 +123,71 @@ pub(super) fn impossible_water(imported: &mut Imported) {
     }
 }
 
-/// Share of the rows under way whose nose points up where they sink or down where they rise, where these are nearly all.
-fn nose_up_in_descent(flight: &Flight) -> Option<f64> {
-    let rows: Vec<(usize, f64)> = under_way(flight).filter(|(i, _)| flight.pitch_rad[*i].abs() > UNDER_WAY_RAD).collect();
-    let against = rows.iter().filter(|(i, rate)| (*rate > 0.0) == (flight.pitch_rad[*i] > 0.0)).count();
-    let share = against as f64 / rows.len() as f64;
-    (rows.len() >= 50 && share > 0.9).then_some(share)
+/// Names segments in which a channel has values in less than half the share of rows that it has in the others.
+fn lacking_in_segments(flight: &Flight, report: &mut Report) {
+    let columns: [(&str, &[f64]); 4] = [
+        ("m_pitch_rad", &flight.pitch_rad),
+        ("m_heading_rad", &flight.heading_rad),
+        ("m_ballast_pumped_cc", &flight.ballast_m3),
+        ("sci_density_kg_m3", &flight.density_kg_m3),
+    ];
+    let segments = position::segments(flight);
+    for (name, values) in columns {
+        let share = |rows: &Range<usize>| {
+            let deep = || rows.clone().filter(|i| flight.pressure_pa[*i] > SHALLOW_PA);
+            deep().filter(|i| values[*i].is_finite()).count() as f64 / deep().count() as f64
+        };
+        let shares: Vec<(u32, f64)> = segments.iter().map(|rows| (flight.segment[rows.start], share(rows))).collect();
+        let usual = quantile(&shares.iter().map(|s| s.1).collect::<Vec<_>>(), 0.5);
+        let lacking: Vec<String> = shares.iter().filter(|(_, share)| *share < 0.5 * usual).map(|(s, _)| s.to_string()).collect();
+        if !lacking.is_empty() {
+            report.note(format!("{name} has no values, or few, in segments {} (others have them)", list_of(&lacking)));
+        }
+    }
+}
+
+/// What `of` finds in the rows of the whole flight, else in those of single segments: then their numbers and what it finds in the first.
+fn in_all_or_some(flight: &Flight, of: impl Fn(Range<usize>) -> Option<f64>) -> Option<(Option<String>, f64)> {
+    if let Some(found) = of(0..flight.len()) {
+        return Some((None, found));
+    }
+    let segments = position::segments(flight).into_iter();
+    let found: Vec<(u32, f64)> = segments.filter_map(|rows| Some((flight.segment[rows.start], of(rows)?))).collect();
+    let names: Vec<String> = found.iter().map(|f| f.0.to_string()).collect();
+    found.first().map(|(_, first)| (Some(list_of(&names)), *first))
+}
+
+/// Share of the rows under way whose nose points up where they sink or down where they rise, where these are nearly all; and of which
+/// segments, if not of all.
+fn nose_up_in_descent(flight: &Flight) -> Option<(Option<String>, f64)> {
+    in_all_or_some(flight, |rows| {
+        let steep: Vec<(usize, f64)> = under_way(flight, rows).filter(|(i, _)| flight.pitch_rad[*i].abs() > UNDER_WAY_RAD).collect();
+        let against = steep.iter().filter(|(i, rate)| (*rate > 0.0) == (flight.pitch_rad[*i] > 0.0)).count();
+        let share = against as f64 / steep.len() as f64;
+        (steep.len() >= 50 && share > 0.9).then_some(share)
+    })
 }
 
 /// By how much the ballast reads more where the vehicle sinks than where it rises, m³, where that is more than hulls and water make; and
-/// the numbers of the segments that are so, where the whole flight is not.
+/// in which segments, if not in all.
 fn heavy_in_ascent(flight: &Flight) -> Option<(Option<String>, f64)> {
-    let off = |rows: &dyn Fn(usize) -> bool| {
-        let known = |sinks: bool| {
-            under_way(flight).filter(move |(i, rate)| (*rate > 0.0) == sinks && flight.ballast_m3[*i].is_finite()).filter(|(i, _)| rows(*i))
+    in_all_or_some(flight, |rows| {
+        let of = |sinks: bool| {
+            let known =
+                under_way(flight, rows.clone()).filter(move |(i, rate)| (*rate > 0.0) == sinks && flight.ballast_m3[*i].is_finite());
+            known.map(|(i, _)| flight.ballast_m3[i]).collect::<Vec<f64>>()
         };
-        let mean = |sinks: bool| known(sinks).map(|(i, _)| flight.ballast_m3[i]).sum::<f64>() / known(sinks).count() as f64;
-        let off = mean(true) - mean(false);
-        (known(true).count().min(known(false).count()) >= 25 && off > BALLAST_M3).then_some(off)
-    };
-    if let Some(off) = off(&|_| true) {
-        return Some((None, off));
-    }
-    let mut segments = flight.segment.clone();
-    segments.dedup();
-    let turned: Vec<(u32, f64)> = segments.into_iter().filter_map(|s| Some((s, off(&|i| flight.segment[i] == s)?))).collect();
-    let list: Vec<String> = turned.iter().take(6).map(|(s, _)| s.to_string()).collect();
-    let more = if turned.len() > list.len() { ", …" } else { "" };
-    turned.first().map(|(_, off)| (Some(list.join(", ") + more), *off))
+        let (sinking, rising) = (of(true), of(false));
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let off = mean(&sinking) - mean(&rising);
+        (sinking.len().min(rising.len()) >= 25 && off > BALLAST_M3).then_some(off)
+    })
 }
 
 /// Rows that sink or rise, and how fast, Pa/s.
-fn under_way(flight: &Flight) -> impl Iterator<Item = (usize, f64)> + '_ {
+fn under_way(flight: &Flight, rows: Range<usize>) -> impl Iterator<Item = (usize, f64)> + '_ {
     let rate = |i: usize| (flight.pressure_pa[i + 1] - flight.pressure_pa[i]) / (flight.time_s[i + 1] - flight.time_s[i]);
-    (0..flight.len().saturating_sub(1)).map(move |i| (i, rate(i))).filter(|(_, rate)| rate.abs() > UNDER_WAY_PA_S)
+    (rows.start..rows.end.saturating_sub(1)).map(move |i| (i, rate(i))).filter(|(_, rate)| rate.abs() > UNDER_WAY_PA_S)
 }
 
 /// No row for so long is between two missions, s (guess).

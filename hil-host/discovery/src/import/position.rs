@@ -15,6 +15,9 @@ pub(super) const FIX_DEPTH_PA: f64 = 3e4;
 /// A fix belongs to the nearest row if it is no further in time, s: at the surface the CTD is often off.
 const FIX_REACH_S: f64 = 600.0;
 
+/// A row so deep has no fix, though it is the nearest in time: the CTD was on under water only, Pa (20 dbar, guess).
+const NO_FIX_PA: f64 = 2e5;
+
 /// Degrees of (d)ddmm.mmm; the sign is that of the whole.
 #[must_use]
 pub fn degrees_of_minutes(ddmm: f64) -> f64 {
@@ -118,7 +121,7 @@ pub fn local(origin: Fix, fix: Fix) -> (f64, f64) {
 }
 
 /// Row ranges of the segments.
-fn segments(flight: &Flight) -> Vec<std::ops::Range<usize>> {
+pub(super) fn segments(flight: &Flight) -> Vec<std::ops::Range<usize>> {
     let mut out = Vec::new();
     let mut start = 0;
     for i in 1..=flight.len() {
@@ -173,7 +176,7 @@ pub fn place(flight: &mut Flight, unix: &[f64], fixes: &[Fix], report: &mut Repo
             let next = (rows.start + unix[rows.clone()].partition_point(|t| *t < fix.time_s)).min(rows.end - 1);
             let row = if next > rows.start && fix.time_s - unix[next - 1] < unix[next] - fix.time_s { next - 1 } else { next };
             let off = (unix[row] - fix.time_s).abs();
-            if off <= FIX_REACH_S {
+            if off <= FIX_REACH_S && !(flight.pressure_pa[row] > NO_FIX_PA) {
                 placed.insert(k);
                 let held = nearest.entry(row).or_insert(f64::INFINITY);
                 if off < *held {
@@ -308,6 +311,17 @@ mod tests {
             }
         }
         assert!((report.origins[1].unix_s - 300.0).abs() < 1.0, "{:?}", report.origins);
+    }
+
+    #[test]
+    fn regress_a_fix_after_the_last_row_of_a_dive_is_not_at_depth() {
+        // The CTD ends half way down, 300 s before the fix.
+        let mut f = Flight::blank(50);
+        let times: Vec<f64> = (0..50).map(|i| 4.0 * f64::from(i)).collect();
+        (0..50).for_each(|i| f.pressure_pa[i] = 1.2e4 * i as f64);
+        let fix = |time_s| Fix { time_s, lat_deg: 54.0, lon_deg: 15.0 };
+        place(&mut f, &times, &[fix(0.0), fix(496.0)], &mut Report::new("made"));
+        assert!(f.gps_north_m[0] == 0.0 && f.gps_north_m[1..].iter().all(|v| v.is_nan()));
     }
 
     #[test]

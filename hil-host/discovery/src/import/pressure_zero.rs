@@ -1,31 +1,61 @@
 //! The zero of a pressure sensor, as a stay at the surface shows it.
 
+use super::channels::list_of;
 use super::{Imported, Report};
-use crate::record::afloat::reading_afloat;
+use crate::record::afloat::{is_impossible, reading_afloat, reading_in_a_stay};
 
 /// Speed of sound in sea water, m/s: density grows by dp/c² with pressure (1500 within 4 %).
 const SOUND_M_S: f64 = 1500.0;
 
-/// Takes the zero out of rows in the order of time (`at`: the time, s, and pressure, Pa, of a row), before anything is computed from them; what it was, Pa.
-pub(super) fn take_out<T>(rows: &mut [T], at: impl Fn(&mut T) -> (f64, &mut f64), report: &mut Report) -> Option<f64> {
+/// Takes the zero out of rows in the order of time (`at`: the time, s, and pressure, Pa, of a row; `segment`: its number), before anything
+/// is computed from them: of all, or of those segments alone that read it where others do not. What was taken off each row, Pa.
+pub(super) fn take_out<T>(
+    rows: &mut [T],
+    at: impl Fn(&mut T) -> (f64, &mut f64),
+    segment: impl Fn(&T) -> u32,
+    report: &mut Report,
+) -> Option<Vec<f64>> {
+    let numbers: Vec<u32> = rows.iter().map(segment).collect();
     let pairs: Vec<(f64, f64)> = rows.iter_mut().map(&at).map(|(t, p)| (t, *p)).collect();
-    let level = reading_afloat(pairs.into_iter())?;
-    rows.iter_mut().for_each(|r| *at(r).1 -= level);
+    let mut off = vec![0.0; rows.len()];
+    let mut start = 0;
+    let (mut wrong, mut sound) = (Vec::new(), 0);
+    for run in numbers.chunk_by(|a, b| a == b) {
+        let own = start..start + run.len();
+        start = own.end;
+        match reading_in_a_stay(pairs[own.clone()].iter().copied()) {
+            Some(level) if is_impossible(level) => {
+                off[own].fill(level);
+                wrong.push((run[0], level));
+            }
+            Some(_) => sound += 1,
+            None => {}
+        }
+    }
+    let (level, of) = if sound > 0 && !wrong.is_empty() {
+        let names: Vec<String> = wrong.iter().map(|w| w.0.to_string()).collect();
+        (wrong[0].1, format!(" in segments {}", list_of(&names)))
+    } else {
+        let level = reading_afloat(pairs.into_iter())?;
+        off.fill(level);
+        (level, String::new())
+    };
+    rows.iter_mut().zip(&off).for_each(|(r, off)| *at(r).1 -= off);
     let what = if level > 5e4 { ": absolute pressure?" } else { "" };
-    report.note(format!("pressure reads {:.2} dbar afloat{what}: zero taken out", level * 1e-4));
-    Some(level)
+    report.note(format!("pressure reads {:.2} dbar afloat{of}{what}: zero taken out", level * 1e-4));
+    Some(off)
 }
 
 /// The same of a flight that was made with it: its density, where it was recomputed with that pressure, and its dives, where they are
 /// cut at the surface, follow.
 pub(super) fn take_out_of_flight(imported: &mut Imported) {
     let flight = &imported.flight;
-    let mut rows: Vec<(f64, f64)> = flight.time_s.iter().copied().zip(flight.pressure_pa.iter().copied()).collect();
-    let Some(level) = take_out(&mut rows, |r| (r.0, &mut r.1), &mut imported.report) else { return };
+    let mut rows: Vec<(f64, f64, u32)> = (0..flight.len()).map(|i| (flight.time_s[i], flight.pressure_pa[i], flight.segment[i])).collect();
+    let Some(off) = take_out(&mut rows, |r| (r.0, &mut r.1), |r| r.2, &mut imported.report) else { return };
     let flight = &mut imported.flight;
     flight.pressure_pa = rows.into_iter().map(|r| r.1).collect();
     if imported.report.density.contains("TEOS-10") {
-        flight.density_kg_m3.iter_mut().for_each(|d| *d -= level / (SOUND_M_S * SOUND_M_S));
+        flight.density_kg_m3.iter_mut().zip(off).for_each(|(d, off)| *d -= off / (SOUND_M_S * SOUND_M_S));
     }
     if flight.segment.iter().all(|s| *s == 0) {
         super::surface::cut_anew(imported, 2);
@@ -82,20 +112,32 @@ mod tests {
         for zero in [10.13, 3.0, -1.5] {
             let mut report = Report::new("made");
             let mut got = rows(zero);
-            assert!(take_out(&mut got, |r| (r.0, &mut r.1), &mut report).is_some(), "{zero}");
+            assert!(take_out(&mut got, |r| (r.0, &mut r.1), |_| 0, &mut report).is_some(), "{zero}");
             assert!(got.iter().zip(rows(0.0)).all(|(a, b)| (a.1 - b.1).abs() < 1e3), "{zero}");
             assert_eq!(report.notes.len(), 1);
         }
         // A stay of a minute, as between two dives without a call.
         let mut short: Vec<(f64, f64)> =
             rows(10.13).into_iter().enumerate().filter(|(i, _)| i % 110 < 12 || i % 110 >= 30).map(|r| r.1).collect();
-        assert!(take_out(&mut short, |r| (r.0, &mut r.1), &mut Report::new("made")).is_some());
+        assert!(take_out(&mut short, |r| (r.0, &mut r.1), |_| 0, &mut Report::new("made")).is_some());
         // Turns at 10 dbar, sampled every 45 s, are no stay.
         let depth = [10.0, 10.0, 17.0, 24.0, 31.0, 31.0, 24.0, 17.0];
         let mut turns: Vec<(f64, f64)> = (0..40_u32).map(|i| (45.0 * f64::from(i), 1e4 * depth[i as usize % 8])).collect();
-        assert!(take_out(&mut turns, |r| (r.0, &mut r.1), &mut Report::new("made")).is_none());
+        assert!(take_out(&mut turns, |r| (r.0, &mut r.1), |_| 0, &mut Report::new("made")).is_none());
         let mut report = Report::new("made");
-        assert!(take_out(&mut rows(0.3), |r| (r.0, &mut r.1), &mut report).is_none() && report.notes.is_empty());
+        assert!(take_out(&mut rows(0.3), |r| (r.0, &mut r.1), |_| 0, &mut report).is_none() && report.notes.is_empty());
+    }
+
+    #[test]
+    fn regress_a_zero_of_one_segment_is_taken_out_there_alone() {
+        let segment = |r: &(f64, f64)| (r.0 / 440.0) as u32;
+        let mut got: Vec<(f64, f64)> = rows(0.0).into_iter().map(|r| if segment(&r) == 1 { (r.0, r.1 + 1.013e5) } else { r }).collect();
+        let mut report = Report::new("made");
+        let off = take_out(&mut got, |r| (r.0, &mut r.1), segment, &mut report).expect("a zero");
+        assert!(got.iter().zip(rows(0.0)).all(|(a, b)| (a.1 - b.1).abs() < 1e3) && off[0] == 0.0 && off[150] > 1e5, "{off:?}");
+        assert!(report.notes[0].contains("afloat in segments 1: absolute pressure?"), "{:?}", report.notes);
+        let mut all = rows(10.13);
+        assert!(take_out(&mut all, |r| (r.0, &mut r.1), segment, &mut report).is_some_and(|off| off.iter().all(|o| *o > 1e5)));
     }
 
     #[test]

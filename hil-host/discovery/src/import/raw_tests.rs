@@ -345,3 +345,70 @@ fn regress_a_seaexplorer_column_twice_or_a_depth_upward_is_named() {
     let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9 || (a.is_nan() && b.is_nan());
     assert!(got.flight.extra[column].iter().zip(&whole.flight.extra[column]).all(same));
 }
+
+#[test]
+fn regress_the_fullest_file_of_a_seaexplorers_cycle_is_taken() {
+    let whole = read(edited("seaexplorer_sub", "fullest whole", |_, text| Some(text))).expect("reads");
+    let folder = edited("seaexplorer_sub", "fullest", |_, text| Some(text));
+    let text = std::fs::read_to_string(folder.join("sea099.7.pld1.sub.10")).expect("the payload of cycle 10");
+    let cut: String = text.lines().take(40).map(|l| l.to_owned() + "\n").collect();
+    // The raw file is cut, and a copy that a browser made as well.
+    std::fs::write(folder.join("sea099.7.pld1.raw.10"), &cut).expect("written");
+    std::fs::write(folder.join("sea099.7.pld1.sub (1).10"), &cut).expect("written");
+    let got = read(folder).expect("reads");
+    assert_eq!(got.flight.pressure_pa, whole.flight.pressure_pa, "{:?}", got.report.notes);
+    assert!(
+        got.report.notes.iter().any(|n| n.starts_with("sea099.7.pld1.raw.10 passed over for sea099.7.pld1.sub.10")),
+        "{:?}",
+        got.report.notes
+    );
+}
+
+#[test]
+fn regress_headers_that_change_within_a_raw_file_are_named() {
+    let eng = |name: &str, edit: fn(String) -> String| {
+        read(edited("seaglider_raw", name, |n, text| Some(if n == "p0990012.eng" { edit(text) } else { text }))).expect("reads")
+    };
+    let whole = eng("header whole", |t| t);
+    let case = eng("header case", |t| t.replace(",depth,", ",Depth,"));
+    assert!(case.flight.pressure_pa == whole.flight.pressure_pa, "{}", left_out(&case));
+    let none = eng("header none", |t| t.replace(",elaps_t,", ",elapsed,"));
+    assert!(left_out(&none).contains("dive 12: its .eng has no column elaps_t (it has: elaps_t_0000"), "{}", left_out(&none));
+    let twice = eng("header twice", |t| t + "%columns: elaps_t_0000,elaps_t,head,depth\n");
+    assert!(left_out(&twice).contains("another line %columns:"), "{}", left_out(&twice));
+    let again = |n: &str, text: String| {
+        if !n.contains("pld1.sub.10") {
+            return Some(text);
+        }
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let mut turned: Vec<&str> = text.lines().next().unwrap_or_default().trim_end_matches(';').split(';').collect();
+        turned[1..].rotate_left(1);
+        lines.insert(60, turned.join(";"));
+        lines.insert(30, lines[0].clone());
+        Some(lines.join("\n"))
+    };
+    let got = read(edited("seaexplorer_sub", "header again", again)).expect("reads");
+    let problems: Vec<String> = got.report.files.iter().flat_map(|f| f.problems.clone()).collect();
+    assert_eq!(problems, ["has another header after row 59: the rest is left out"]);
+}
+
+#[test]
+fn regress_depths_of_one_seaglider_dive_upward_or_in_metres_are_named() {
+    let depth = |factor: f64| {
+        move |n: &str, text: String| {
+            let row = |l: &str| match l.split_whitespace().collect::<Vec<_>>()[..] {
+                [a, b, cm, ref rest @ ..] if !l.starts_with('%') => {
+                    format!("{a} {b} {} {}", factor * cm.parse::<f64>().unwrap_or(f64::NAN), rest.join(" "))
+                }
+                _ => l.to_owned(),
+            };
+            Some(if n == "p0990012.eng" { text.lines().map(row).collect::<Vec<_>>().join("\n") } else { text })
+        }
+    };
+    let whole = read(edited("seaglider_raw", "depth whole", depth(1.0))).expect("reads");
+    let up = read(edited("seaglider_raw", "depth up", depth(-1.0))).expect("reads");
+    assert!(up.flight.pressure_pa == whole.flight.pressure_pa, "{:?}", up.report.notes);
+    assert!(up.report.notes.iter().any(|n| n.contains("depth grows upward: turned round")), "{:?}", up.report.notes);
+    let metres = read(edited("seaglider_raw", "depth metres", depth(0.01))).expect("reads");
+    assert!(metres.report.notes.iter().any(|n| n.contains("is it in m, not in cm, in this .eng?")), "{:?}", metres.report.notes);
+}

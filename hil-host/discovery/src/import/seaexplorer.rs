@@ -87,14 +87,7 @@ fn import_dated(files: &[PathBuf], month_first: bool) -> Result<Option<Imported>
         return Err(ImportError::new(folder, format!("files of {}: import one mission at a time", list.join(", "))));
     }
     let mut report = Report::new("SeaExplorer raw files");
-    // Of one cycle and stream the raw file has all that the sent one has.
-    let mut chosen: BTreeMap<(u32, bool), (bool, &PathBuf)> = BTreeMap::new();
-    for (name, path) in &named {
-        let held = chosen.entry((name.cycle, name.payload)).or_insert((name.raw, path));
-        if name.raw && !held.0 {
-            *held = (true, path);
-        }
-    }
+    let chosen = fullest(&named, month_first, &mut report);
     let cycles: Vec<u32> = chosen.keys().map(|k| k.0).collect::<BTreeSet<_>>().into_iter().collect();
     let Reading { mut log, mut columns, mut counts, starts, dates } = read(&chosen, &cycles, month_first, &mut report);
     if dates.turned() {
@@ -138,6 +131,28 @@ fn import_dated(files: &[PathBuf], month_first: bool) -> Result<Option<Imported>
     Ok(Some(Imported { vehicle: Some(vehicle), ..Imported::new(flight, report) }))
 }
 
+/// Of each cycle and stream (payload: true) the file with the most rows, of as many the raw one, which has all that the sent one has.
+fn fullest<'a>(named: &[(Name, &'a PathBuf)], month_first: bool, report: &mut Report) -> BTreeMap<(u32, bool), &'a PathBuf> {
+    let mut all: BTreeMap<(u32, bool), Vec<(&Name, &'a PathBuf)>> = BTreeMap::new();
+    named.iter().for_each(|(name, path)| all.entry((name.cycle, name.payload)).or_default().push((name, path)));
+    let rows = |path: &Path| Table::open(path, month_first).map_or(0, Table::count);
+    let one = |(key, files): ((u32, bool), Vec<(&Name, &'a PathBuf)>)| {
+        let [single] = files.as_slice() else {
+            let mut counted: Vec<(usize, &(&Name, &'a PathBuf))> = files.iter().map(|f| (rows(f.1), f)).collect();
+            // Of two alike the first by name.
+            counted.sort_by_key(|(rows, (name, _))| (std::cmp::Reverse(*rows), !name.raw));
+            let (most, taken) = counted[0];
+            for (rows, passed) in counted.iter().skip(1).filter(|c| c.0 < most && (c.1.0.raw || !taken.0.raw)) {
+                let name = |file: &(&Name, &PathBuf)| file.1.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                report.note(format!("{} passed over for {}: it has {rows} rows, the other {most}", name(passed), name(taken)));
+            }
+            return (key, taken.1);
+        };
+        (key, single.1)
+    };
+    all.into_iter().map(one).collect()
+}
+
 /// What the files of a mission hold.
 #[derive(Default)]
 struct Reading {
@@ -150,10 +165,10 @@ struct Reading {
 }
 
 /// Reads the files `chosen` of each cycle and stream.
-fn read(chosen: &BTreeMap<(u32, bool), (bool, &PathBuf)>, cycles: &[u32], month_first: bool, report: &mut Report) -> Reading {
+fn read(chosen: &BTreeMap<(u32, bool), &PathBuf>, cycles: &[u32], month_first: bool, report: &mut Report) -> Reading {
     let mut all = Reading { dates: Dates { month_first, ..Dates::default() }, ..Reading::default() };
     let Reading { log, columns, counts, starts, dates } = &mut all;
-    for ((cycle, payload), (_, path)) in chosen {
+    for ((cycle, payload), path) in chosen {
         let segment = cycles.binary_search(cycle).unwrap_or(0) as u32;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut note = FileNote { file: name.clone(), rows: 0, problems: Vec::new() };

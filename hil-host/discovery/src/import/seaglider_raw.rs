@@ -15,6 +15,7 @@ use super::netcdf::Scalars;
 use super::position::Fix;
 use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, seaglider};
+use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater;
 
@@ -264,6 +265,14 @@ impl DiveLog {
         }
     }
 
+    /// Questions depths that reach about a hundredth of the dive's target.
+    fn say_scale(&self, deepest_m: f64, report: &mut Report) {
+        let target_m = self.scalars.get("log_D_TGT").copied().unwrap_or(f64::NAN);
+        if (1.0 / 150.0..1.0 / 60.0).contains(&(deepest_m / target_m)) {
+            report.note(format!("depth reaches {deepest_m:.2} m of a target of {target_m:.0} m: is it in m, not in cm, in this .eng?"));
+        }
+    }
+
     /// Fixes before and after the dive, judged with the one of the dive before.
     fn sound_fixes(&self, report: &mut Report) -> Vec<Fix> {
         let mut fixes = super::position::sound(self.before.iter().chain(&self.fixes).copied().collect(), report);
@@ -332,36 +341,55 @@ struct Logged {
     hdop: Option<f64>,
 }
 
-fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<Imported, String> {
+/// Columns of an `.eng`, by their names; a file note and what is wrong with its rows go to the report.
+///
+/// # Errors
+/// No columns, no data, or no time or depth among them.
+fn eng_columns(eng: &str, dive: u32, report: &mut Report) -> Result<BTreeMap<String, Vec<f64>>, String> {
     let columns = eng.lines().find_map(|l| l.strip_prefix("%columns:")).ok_or("its .eng has no line %columns:")?;
     if !eng.lines().any(|l| l.starts_with("%data")) {
         return Err("its .eng has no line %data:".into());
     }
-    let names: Vec<&str> = columns.split(',').map(str::trim).collect();
-    let mut values: BTreeMap<&str, Vec<f64>> = names.iter().map(|n| (*n, Vec::new())).collect();
+    let names: Vec<String> = columns.split(',').map(|n| n.trim().to_ascii_lowercase()).collect();
+    if let Some(lacking) = ["elaps_t", "depth"].into_iter().find(|name| !names.iter().any(|n| n == name)) {
+        return Err(format!("its .eng has no column {lacking} (it has:{columns})"));
+    }
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     let mut cut = 0;
     for line in eng.lines().skip_while(|l| !l.starts_with("%data")).skip(1).filter(|l| !l.trim().is_empty()) {
         let fields: Vec<f64> = line.split_whitespace().map(|f| f.parse().unwrap_or(f64::NAN)).collect();
-        if fields.len() != names.len() {
+        if fields.len() == names.len() {
+            values.iter_mut().zip(fields).for_each(|(column, value)| column.push(value));
+        } else {
             cut += 1;
-            continue;
-        }
-        for (name, value) in names.iter().zip(fields) {
-            values.entry(name).or_default().push(value);
         }
     }
-    let mut report = Report::new("Seaglider log and eng files");
-    let file = format!("dive {dive}");
-    report.files.push(FileNote { file, rows: values.values().next().map_or(0, Vec::len), problems: Vec::new() });
+    report.files.push(FileNote { file: format!("dive {dive}"), rows: values.first().map_or(0, Vec::len), problems: Vec::new() });
     if cut > 0 {
         report.leave_out(format!("{cut} rows of the .eng have another number of values than there are columns"));
     }
+    if eng.lines().filter_map(|l| l.strip_prefix("%columns:")).any(|other| other != columns) {
+        report.leave_out("its .eng has another line %columns: further on: rows behind it are read by the first one".into());
+    }
+    Ok(names.into_iter().zip(values).collect())
+}
+
+fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<Imported, String> {
+    let mut report = Report::new("Seaglider log and eng files");
+    let values = eng_columns(eng, dive, &mut report)?;
     let header_start = eng.lines().find_map(|l| l.strip_prefix("%start:")).and_then(start_line);
     let start = if log.start.is_finite() { log.start } else { header_start.ok_or("has no start line")? };
-    let column = |name: &str| values.get(name).cloned().unwrap_or_default();
+    let column = |name: &str| values.get(&name.to_ascii_lowercase()).cloned().unwrap_or_default();
     let time: Vec<f64> = column("elaps_t").iter().map(|t| t + start).collect();
-    let lat_deg = log.before.iter().chain(&log.fixes).next().map_or(45.0, |f| f.lat_deg);
-    let rows = time.iter().zip(column("depth"));
+    let lat_deg = log.before.iter().chain(&log.fixes).map(|f| f.lat_deg).find(|lat| *lat != 0.0).unwrap_or(45.0);
+    let down = if quantile(&column("depth"), 0.5) < -UPWARD_CM {
+        report.note("depth grows upward: turned round".into());
+        -1.0
+    } else {
+        1.0
+    };
+    log.say_scale(quantile(&column("depth"), 1.0) * 0.01, &mut report);
+    let rows = time.iter().zip(column("depth").into_iter().map(|cm| down * cm));
     let rows = rows.map(|(unix_s, cm)| Row {
         unix_s: *unix_s,
         segment: 0,
@@ -407,6 +435,9 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
     let flight = out.flight(&format!("dive {dive}"), &mut report).ok_or("its .eng has no row")?;
     Ok(Imported::new(flight, report))
 }
+
+/// Depths whose middle lies further than this above the surface grow upward, cm.
+const UPWARD_CM: f64 = 200.0;
 
 /// Linear between the corners, as the first before them and the last behind.
 fn between(corners: &[(f64, f64)], t: f64) -> f64 {

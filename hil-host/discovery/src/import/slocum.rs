@@ -33,6 +33,7 @@ const SENSORS: &[(&str, &str, &[&str], f64)] = &[
     ("m_de_oil_vol", "m_ballast_pumped_cc", &["cc"], 1e-6),
     ("m_battpos", "m_battpos_m", &["in"], 0.0254),
     ("m_pressure", "pressure_dbar", &["bar"], 1e5),
+    ("m_water_pressure", "pressure_dbar", &["bar"], 1e5),
     ("m_depth", "depth_m", &["m"], 1.0),
     ("sci_water_pressure", "pressure_dbar", &["bar"], 1e5),
     ("sci_water_temp", "sci_water_temp_degC", &["degc"], 1.0),
@@ -195,7 +196,12 @@ fn one_glider(loaded: &[Loaded], all: &Collected, report: &Report) -> Result<(),
             let overlap = span_a.1.min(span_b.1) - span_a.0.max(span_b.0);
             if overlap > OVERLAP_S {
                 let (a, b) = (named(*a), named(*b));
-                return error(format!("{a} and {b} overlap by {overlap:.0} s: files of two gliders? import one glider's files at a time"));
+                let why = if names.is_empty() {
+                    "files of two gliders? import one glider's files at a time"
+                } else {
+                    "two copies of one segment, a clock that was set, or two gliders? name the files of one"
+                };
+                return error(format!("{a} and {b} overlap by {overlap:.0} s: {why}"));
             }
         }
     }
@@ -270,12 +276,19 @@ fn source(path: &Path) -> Option<(String, usize, usize)> {
     rank(&ENGINEERING).map(|r| (stem.clone(), 0, r)).or_else(|| rank(&SCIENCE).map(|r| (stem, 1, r)))
 }
 
-/// Files by stem: of engineering and of science, the fullest first.
+/// Files by stem: of engineering and of science, the fullest first. Texts whose headers name the same file and kind hold parts of it, or a
+/// name was never set: each is a segment of its own, under its file's name too.
 fn pairs(files: &[PathBuf]) -> BTreeMap<String, [Vec<PathBuf>; 2]> {
+    let known: Vec<(String, usize, usize, &PathBuf)> =
+        files.iter().filter_map(|p| source(p).map(|(s, side, rank)| (s, side, rank, p))).collect();
+    let mut of: BTreeMap<(&str, usize, usize), usize> = BTreeMap::new();
+    known.iter().filter(|k| !is_slocum(k.3)).for_each(|k| *of.entry((&k.0, k.1, k.2)).or_default() += 1);
+    let shared: std::collections::BTreeSet<&str> = of.into_iter().filter(|(_, n)| *n > 1).map(|((stem, ..), _)| stem).collect();
     let mut stems: BTreeMap<String, [Vec<(usize, PathBuf)>; 2]> = BTreeMap::new();
-    for path in files {
-        let Some((stem, side, rank)) = source(path) else { continue };
-        stems.entry(stem).or_default()[side].push((rank, path.clone()));
+    for (stem, side, rank, path) in &known {
+        let own = || name_of(path).split('.').next().unwrap_or_default().to_owned();
+        let stem = if shared.contains(stem.as_str()) { format!("{stem} ({})", own()) } else { stem.clone() };
+        stems.entry(stem).or_default()[*side].push((*rank, (*path).clone()));
     }
     let sorted = |mut side: Vec<(usize, PathBuf)>| {
         side.sort();
@@ -365,7 +378,9 @@ fn in_si(name: &str, unit: &str, usual: &[&str], factor: f64) -> Option<(f64, f6
         return Some((0.0, factor));
     }
     let wanted = match name {
-        "m_pressure" | "sci_water_pressure" | "sci_rbrctd_seapressure_00" | "sci_rbrctd_pressure_00" => &names::PRESSURE,
+        "m_pressure" | "m_water_pressure" | "sci_water_pressure" | "sci_rbrctd_seapressure_00" | "sci_rbrctd_pressure_00" => {
+            &names::PRESSURE
+        }
         "sci_water_temp" | "sci_rbrctd_temperature_00" => &names::TEMPERATURE,
         "sci_water_cond" | "sci_rbrctd_conductivity_00" => &names::CONDUCTIVITY,
         "m_pitch" => &names::PITCH,

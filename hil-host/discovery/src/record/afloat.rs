@@ -8,10 +8,9 @@ const SURFACE_PA: f64 = 2e3;
 const STAY_S: f64 = 40.0;
 /// Rows further apart are no one stay, s.
 const JOINED_S: f64 = 60.0;
-/// What a sensor reads in a stay at its least, where no part of a glider can be: above the surface, or a metre and more
-/// below, Pa. An absolute pressure reads about 10 dbar there. None where it reads what a glider's does.
+/// What a sensor reads in a stay at its least, Pa; none where it never stays.
 #[must_use]
-pub fn reading_afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
+pub fn reading_in_a_stay(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     let level = quantile(&rows.clone().map(|r| r.1).collect::<Vec<_>>(), 0.01);
     let (mut stay_s, mut rows_of_stay, mut longest_s) = (0.0, 1, 0.0_f64);
     let mut before: Option<(f64, f64)> = None;
@@ -25,6 +24,18 @@ pub fn reading_afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<
         }
         before = Some((t, p));
     }
-    let impossible = (-1.2e5..-2e3).contains(&level) || (1e4..1.2e5).contains(&level);
-    (longest_s >= STAY_S && impossible).then_some(level)
+    (longest_s >= STAY_S).then_some(level)
+}
+
+/// Whether no part of a glider can be there in a stay: above the surface, or a metre and more below, Pa. An absolute pressure reads about
+/// 10 dbar there.
+#[must_use]
+pub fn is_impossible(level: f64) -> bool {
+    (-1.2e5..-2e3).contains(&level) || (1e4..1.2e5).contains(&level)
+}
+
+/// What a sensor reads in a stay where it reads what no glider's does, Pa.
+#[must_use]
+pub fn reading_afloat(rows: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
+    reading_in_a_stay(rows).filter(|level| is_impossible(*level))
 }

@@ -52,6 +52,13 @@ impl Series {
         self.time_s.iter().copied().zip(self.value.iter().copied())
     }
 
+    /// The values from one time to another, both included.
+    #[must_use]
+    pub fn within(&self, from_s: f64, to_s: f64) -> Self {
+        let rows = self.time_s.partition_point(|t| *t < from_s)..self.time_s.partition_point(|t| *t <= to_s);
+        if rows.is_empty() { Self::default() } else { Self::new(&self.time_s[rows.clone()], &self.value[rows]) }
+    }
+
     /// Linear interpolation; NaN outside and across long silence.
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
@@ -127,6 +134,13 @@ mod tests {
         assert_eq!(series.at(2.0), 2.0);
         assert_eq!(series.at(4.0), 3.0);
         assert!(series.at(500.0).is_nan() && series.at(-1.0).is_nan() && series.at(1001.0).is_nan());
+    }
+
+    #[test]
+    fn a_part_of_a_series_holds_both_its_ends() {
+        let series = Series::new(&[0.0, 4.0, 8.0, 12.0], &[1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(series.within(4.0, 8.0).pairs().collect::<Vec<_>>(), [(4.0, 2.0), (8.0, 3.0)]);
+        assert!(series.within(5.0, 7.0).is_empty() && series.within(9.0, 1.0).is_empty() && series.within(13.0, 20.0).is_empty());
     }
 
     #[test]

@@ -242,6 +242,30 @@ fn regress_an_absolute_pressure_does_not_disagree_with_the_vehicle() {
 }
 
 #[test]
+fn regress_samples_of_a_ctd_that_is_off_or_without_a_clock_are_counted() {
+    let folder = folder("off");
+    engineering(&folder.join("a.dbd"), "alpha", START);
+    let sensors = [CTD[0], ("sci_ctd41cp_timestamp", "timestamp"), CTD[1], CTD[2], CTD[3]];
+    let write = |stamp: fn(usize, f64) -> f64, on: fn(usize) -> f64| {
+        slocum(&folder.join("a.ebd"), "alpha", &sensors, |k| {
+            let t = START + 4.0 * k as f64;
+            vec![t, stamp(k, t), on(k) * at(k).0 / 10.0, on(k) * 12.0, on(k) * 3.9]
+        });
+        import(&folder, &[]).expect("an import")
+    };
+    assert!(write(|_, t| t, |_| 1.0).report.is_whole());
+    let got = write(|k, t| if k % 3 == 0 { 0.0 } else { t }, |_| 1.0);
+    assert!(
+        got.report.left_out.iter().any(|l| l.contains("samples of the CTD whose clock sci_ctd41cp_timestamp was not set")),
+        "{}",
+        said(&got)
+    );
+    let got = write(|_, t| t, |k| if (40..80).contains(&k) { 0.0 } else { 1.0 });
+    assert!(said(&got).contains("a.ebd: 40 CTD samples between others are zero throughout"), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
 fn regress_a_ctd_without_its_pressure_is_named() {
     let folder = folder("no pressure");
     pair(&folder, "a", "alpha", START, |t| t);
@@ -267,5 +291,93 @@ fn regress_a_pitch_that_comes_too_seldom_and_two_missions_are_named() {
     pair(&folder, "b", "alpha", START + 100.0 * 86_400.0, |t| t);
     let got = import(&folder, &[]).expect("an import");
     assert!(said(&got).contains("no row for 100 days after segment 0: two missions?"), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+/// Three segments of two dives an hour apart, of these engineering sensors; `own` gives the values of (segment, cycle), `zero` what the
+/// CTD's pressure reads too high in a segment, dbar.
+fn three(folder: &std::path::Path, sensors: &[(&str, &str)], own: impl Fn(usize, usize) -> Vec<f64>, zero: impl Fn(usize) -> f64) {
+    for segment in 0..3 {
+        let time = |k: usize| START + 3600.0 * segment as f64 + 4.0 * k as f64;
+        let all = [&[("m_present_time", "timestamp")][..], sensors].concat();
+        slocum(&folder.join(format!("{segment}.dbd")), "alpha", &all, |k| [vec![time(k)], own(segment, k)].concat());
+        // A minute and more afloat before each dive.
+        let dbar = |k: usize| if k % 130 < 20 { 0.05 } else { at(k).0 };
+        slocum(&folder.join(format!("{segment}.ebd")), "alpha", &CTD, |k| vec![time(k), (dbar(k) + zero(segment)) / 10.0, 12.0, 3.9]);
+    }
+}
+
+const OWN: [(&str, &str); 4] = [("m_pitch", "rad"), ("m_ballast_pumped", "cc"), ("m_de_oil_vol", "cc"), ("m_pressure", "bar")];
+
+#[test]
+fn regress_pump_bladder_and_depth_are_chosen_in_each_segment() {
+    let folder = folder("by segment");
+    let sound = |_: usize, k: usize| vec![at(k).1, at(k).2, 0.0, at(k).0 / 10.0];
+    three(&folder, &OWN, sound, |_| 0.0);
+    let want = import(&folder, &[]).expect("an import");
+    assert!(want.report.is_whole(), "{}", said(&want));
+    let other = |s: usize, k: usize| if s == 1 { vec![at(k).1, 0.0, at(k).2, at(k).0 / 10.0] } else { sound(s, k) };
+    three(&folder, &OWN, other, |_| 0.0);
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("ballast: in 1 segments m_de_oil_vol moves and m_ballast_pumped does not"), "{}", said(&got));
+    assert_eq!(got.flight.ballast_m3, want.flight.ballast_m3);
+    // Without a CTD and with a depth alone in one segment.
+    let sensors = [OWN[0], OWN[1], ("m_depth", "m"), OWN[3]];
+    let depth = |s: usize, k: usize| {
+        let [m, bar] = if s == 1 { [at(k).0, f64::NAN] } else { [f64::NAN, at(k).0 / 10.0] };
+        vec![at(k).1, at(k).2, m, bar]
+    };
+    three(&folder, &sensors, depth, |_| 0.0);
+    std::fs::remove_file(folder.join("1.ebd")).expect("removed");
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("1 segments have no m_pressure: it is computed from m_depth there"), "{}", said(&got));
+    assert_eq!((got.report.segments.len(), got.flight.len()), (3, 3 * CYCLES), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_what_one_segment_alone_has_wrong_is_named_or_mended_there() {
+    let folder = folder("one segment");
+    let sound = |_: usize, k: usize| vec![at(k).1, at(k).2, 0.0, if k % 130 < 20 { 0.005 } else { at(k).0 / 10.0 }];
+    three(&folder, &OWN, sound, |_| 0.0);
+    let want = import(&folder, &[]).expect("an import");
+    let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    three(&folder, &OWN, sound, |s| if s == 1 { 10.13 } else { 0.0 });
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("afloat in segments 1: absolute pressure?: zero taken out") && got.report.is_whole(), "{}", said(&got));
+    assert!(off(&got.flight.pressure_pa, &want.flight.pressure_pa) < 1e3);
+    // The vehicle's pressure of the second segment is that of two minutes before.
+    let late = |s: usize, k: usize| sound(s, if s == 1 { k.saturating_sub(30) } else { k });
+    three(&folder, &OWN, late, |_| 0.0);
+    let got = import(&folder, &[]).expect("an import");
+    assert!(got.report.left_out.iter().any(|l| l.contains("do not agree in segments 1:")), "{}", said(&got));
+    let bare = |s: usize, k: usize| [vec![if s == 2 { f64::NAN } else { at(k).1 }], sound(s, k)[1..].to_vec()].concat();
+    three(&folder, &OWN, bare, |_| 0.0);
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("m_pitch_rad has no values, or few, in segments 2"), "{}", said(&got));
+    let turned = |s: usize, k: usize| [vec![if s == 2 { -at(k).1 } else { at(k).1 }], sound(s, k)[1..].to_vec()].concat();
+    three(&folder, &OWN, turned, |_| 0.0);
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("of the rows of segments 2 that sink"), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_texts_with_one_name_in_their_headers_are_all_read() {
+    let folder = folder("one header");
+    for part in 0..3 {
+        let mut text = "dbd_label: DBD_ASC(dinkum_binary_data_ascii)file\nencoding_ver: 2\nnum_ascii_tags: 14\nall_sensors: 0\n\
+             filename: alpha-2020-257-0-0\nthe8x3_filename: 00010001\nfilename_extension: dbd\nfilename_label: alpha-2020-257-0-0-dbd(00010001)\n\
+             mission_name: OURS.MI\nfileopen_time: Sun_Sep_13_12:26:40_2020\nsensors_per_cycle: 4\nnum_label_lines: 3\nnum_segments: 1\n\
+             segment_filename_0: alpha-2020-257-0-0\nm_present_time m_pitch m_ballast_pumped m_pressure\ntimestamp rad cc bar\n8 4 4 4\n"
+            .to_owned();
+        for k in 0..CYCLES {
+            text += &format!("{} {} {} {}\n", START + 1200.0 * f64::from(part) + 4.0 * k as f64, at(k).1, at(k).2, at(k).0 / 10.0);
+        }
+        std::fs::write(folder.join(format!("part_{part}.dba")), text).expect("written");
+    }
+    let got = import(&folder, &[]).expect("an import");
+    // The first cycle of a file repeats old values and is no sample.
+    assert_eq!((got.flight.len(), got.report.segments.len()), (3 * (CYCLES - 1), 3), "{}", said(&got));
     std::fs::remove_dir_all(folder).ok();
 }

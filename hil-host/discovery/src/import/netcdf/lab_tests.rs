@@ -403,3 +403,25 @@ fn regress_the_science_computers_values_stand_on_its_clock() {
         &read.flight.pitch_rad[40..48]
     );
 }
+
+#[test]
+fn regress_fixes_of_another_gps_era_and_a_dead_pressure_are_mended() {
+    let with = |weeks: f64| {
+        let mut columns = sawtooth();
+        let surfaced = |deg: f64| (0..ROWS).map(|i| if i < 3 || i + 3 > ROWS { deg } else { f64::NAN }).collect::<Vec<f64>>();
+        columns.push(("gps_time", "seconds since 2020-01-01T00:00:00Z", (0..ROWS).map(|i| 4.0 * i as f64 - weeks * 604_800.0).collect()));
+        columns.push(("LATITUDE_GPS", "degrees_north", surfaced(54.0)));
+        columns.push(("LONGITUDE_GPS", "degrees_east", surfaced(15.0)));
+        let clock = ["LATITUDE_GPS", "LONGITUDE_GPS"].map(|name| (name, "coordinates", "gps_time"));
+        written(&columns, None, &clock).expect("reads")
+    };
+    let (want, got) = (with(0.0), with(1024.0));
+    assert!(has_note(&got, "5 GPS fixes are 1024 weeks off") && got.report.origins == want.report.origins, "{:?}", got.report);
+    let placed = |read: &Imported| read.flight.gps_north_m.iter().filter(|v| v.is_finite()).count();
+    assert!(placed(&got) == placed(&want) && placed(&want) > 0, "{} and {}", placed(&got), placed(&want));
+    let mut columns = sawtooth();
+    columns.push(("eng_depth", "cm", columns[1].2.iter().map(|p| p * 99.0).collect()));
+    change(&mut columns, "PRES", "dbar", |_, _| 0.0);
+    let got = imported(&columns, None).expect("the vehicle's depth");
+    assert!(has_note(&got, "eng_depth is taken") && got.flight.pressure_pa[50] > 5e5, "{:?}", got.report.notes);
+}

@@ -174,7 +174,7 @@ impl Reader<'_> {
         if rows.len() < 2 {
             return Err(format!("{} has {} values", pressure.name, rows.len()));
         }
-        if pressure_zero::take_out(&mut rows, |r| (r.0, &mut r.1), &mut self.report).is_some() {
+        if pressure_zero::take_out(&mut rows, |r| (r.0, &mut r.1), |_| 0, &mut self.report).is_some() {
             let (time, value): (Vec<f64>, Vec<f64>) = rows.iter().copied().unzip();
             pressure.series = Series::new(&time, &value);
         }
@@ -185,11 +185,33 @@ impl Reader<'_> {
     fn fixes(&mut self, pressure: &Series) -> Vec<position::Fix> {
         let series = |c: Option<Channel>| c.map_or_else(Series::default, |c| c.series);
         let (lat, lon) = (series(self.channel(&LATITUDE)), series(self.channel(&LONGITUDE)));
-        let mut fixes = position::sound(position::fixes(&lat, &lon), &mut self.report);
+        let fixes = self.of_this_era(position::fixes(&lat, &lon), pressure);
+        let mut fixes = position::sound(fixes, &mut self.report);
         let all = fixes.len();
         fixes.retain(|f| !(pressure.at(f.time_s) > FIX_DEPTH_PA) && f.lat_deg.abs() <= 90.0 && f.lon_deg.abs() <= 360.0);
         if fixes.len() < all {
             self.report.note(format!("{} of {all} GPS fixes lie below 3 dbar or off the globe: they are no fixes", all - fixes.len()));
+        }
+        fixes
+    }
+
+    /// Fixes whose receiver counted the weeks of GPS anew are of the days of the pressure.
+    fn of_this_era(&mut self, mut fixes: Vec<position::Fix>, pressure: &Series) -> Vec<position::Fix> {
+        /// 1024 weeks, and how far off a fix is from its rows at most, s.
+        const ERA_S: f64 = 1024.0 * 7.0 * 86_400.0;
+        const REACH_S: f64 = 3.0 * 86_400.0;
+        let Some((first, _)) = pressure.pairs().next() else { return fixes };
+        let mut moved = 0;
+        for fix in &mut fixes {
+            let eras = ((first - fix.time_s) / ERA_S).round();
+            if eras != 0.0 && (fix.time_s + eras * ERA_S - first).abs() < REACH_S {
+                fix.time_s += eras * ERA_S;
+                moved += 1;
+            }
+        }
+        if moved > 0 {
+            self.report
+                .note(format!("{moved} GPS fixes are 1024 weeks off (weeks of GPS counted anew): brought to the days of the pressure"));
         }
         fixes
     }

@@ -134,7 +134,7 @@ pub(in crate::import) const PRESSURE: Wanted = Wanted {
 /// In the place of a pressure that is not there.
 pub(in crate::import) const DEPTH: Wanted = Wanted {
     column: "pressure_dbar",
-    names: &["ctd_depth", "DEPTH", "depth", "m_depth"],
+    names: &["ctd_depth", "DEPTH", "depth", "m_depth", "eng_depth"],
     standard: &["depth"],
     units: &[("m", 1.0), ("meters", 1.0), ("meter", 1.0), ("metres", 1.0), ("metre", 1.0), ("cm", 0.01), ("ft", 0.3048), ("feet", 0.3048)],
     without_unit: &[],

@@ -20,7 +20,7 @@ impl Reader<'_> {
         let depth = if pressure.is_some() { self.aside(&DEPTH) } else { self.channel(&DEPTH) };
         self.report.mapped.truncate(mapped);
         match (pressure, depth) {
-            (Some(pressure), Some(depth)) if depth.coverage > 2.0 * pressure.coverage => {
+            (Some(pressure), Some(depth)) if depth.coverage > 2.0 * pressure.coverage || (pressure.is_zero() && !depth.is_zero()) => {
                 self.report.note(format!(
                     "{} has {} values: {} is taken, which has {}",
                     pressure.name,

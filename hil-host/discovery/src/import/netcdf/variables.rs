@@ -43,7 +43,7 @@ pub(super) struct Channel {
 
 impl Channel {
     /// Whether it measured nothing: it is zero throughout.
-    fn is_zero(&self) -> bool {
+    pub(super) fn is_zero(&self) -> bool {
         self.series.pairs().all(|(_, v)| v == 0.0)
     }
 }

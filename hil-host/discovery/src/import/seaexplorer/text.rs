@@ -100,6 +100,13 @@ impl Table {
         self.header.iter().position(|h| h.eq_ignore_ascii_case(name))
     }
 
+    /// How many rows it has.
+    pub fn count(mut self) -> usize {
+        let mut line = String::new();
+        while self.next(&mut line).is_some() {}
+        self.rows
+    }
+
     /// A name that two columns have.
     pub fn twice(&self) -> Option<&str> {
         let named = |(k, name): &(usize, &String)| !name.is_empty() && self.column(name) != Some(*k);
@@ -114,6 +121,13 @@ impl Table {
             }
             if line.trim().is_empty() {
                 continue;
+            }
+            if line.split(';').next().is_some_and(|f| Some(f.trim()) == self.header.first().map(String::as_str)) {
+                if line.trim_end().split(';').map(str::trim).eq(self.header.iter().map(String::as_str)) {
+                    continue;
+                }
+                self.problem = Some(format!("has another header after row {}: the rest is left out", self.rows));
+                return None;
             }
             if columns(line) == self.columns {
                 break;

@@ -44,6 +44,10 @@ pub(super) fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, o
     let stamp = match STAMPS.iter().find(|n| set(n)) {
         Some(name) => {
             let stamps = file.columns.get(*name).map_or_else(none, |(_, v)| v.clone());
+            let unset = (0..file.cycles).filter(|k| stamps[*k] < SET_CLOCK_S && pressure[*k].is_finite() && pressure[*k] != 0.0).count();
+            if unset > 0 {
+                report.leave_out(format!("{}: {unset} samples of the CTD whose clock {name} was not set", one.name));
+            }
             in_order(plausible_times(stamps), one, "the CTD's clock", report)
         }
         None => {
@@ -57,6 +61,13 @@ pub(super) fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, o
     let known = (0..file.cycles).filter(|k| pressure[*k].is_finite()).count();
     if known > 1 && (0..file.cycles).filter(zero).count() == known {
         report.note(format!("{}: its {known} CTD samples are all zero: the CTD was off", one.name));
+    }
+    let lively = (0..file.cycles)
+        .filter(|k| pressure[*k].is_finite() && !zero(k))
+        .fold(None, |span: Option<(usize, usize)>, k| Some((span.map_or(k, |s| s.0), k)));
+    let off = lively.map_or(0, |(first, last)| (first..last).filter(zero).count());
+    if off > 0 {
+        report.note(format!("{}: {off} CTD samples between others are zero throughout: the CTD was off, left out", one.name));
     }
     for k in 0..file.cycles {
         let time_s = stamp[k];

@@ -13,13 +13,16 @@ use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
 
+/// A reading that moves by less does not move the vehicle, m³ (guess).
+const PUMP_M3: f64 = 20e-6;
+
 pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
     let empty = Series::default();
     let get = |name: &str| series.get(name).unwrap_or(&empty);
     let (lat, lon) = gps(get("m_gps_lat"), get("m_gps_lon"), report);
     let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
-    let steering = steering_pressure(&series, place, report);
+    let steering = steering_pressure(&series, place, &all.spans, report);
     let heading = if in_rad(get("m_heading"), report) { get("m_heading") } else { &empty };
     let from_ctd = !all.ctd.is_empty();
     if !from_ctd {
@@ -31,7 +34,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     without_overlap(&mut all.ctd, report);
     pressure_zero::drop_zeros(&mut all.ctd, |r| (r.time_s, r.pressure_pa), "the CTD's pressure", report);
     if from_ctd {
-        pressure_zero::take_out(&mut all.ctd, |r| (r.time_s, &mut r.pressure_pa), report);
+        pressure_zero::take_out(&mut all.ctd, |r| (r.time_s, &mut r.pressure_pa), |r| r.segment, report);
     }
     let first = all.ctd.first()?;
     let start_s = first.time_s;
@@ -41,8 +44,18 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
         place,
         all.ctd.iter().any(|r| r.conductivity_s_m.is_finite()),
     );
-    let (oil, other) = moving_ballast(get("m_ballast_pumped"), get("m_de_oil_vol"));
-    report.mapped.retain(|m| m.from != other);
+    // Shallow gliders have a pump, deep ones an oil bladder, and the reading of the other is a fill: it is the one that moves.
+    let (pumped, bladder) = (get("m_ballast_pumped"), get("m_de_oil_vol"));
+    let (oil, other) =
+        if moves(pumped) >= moves(bladder) { ("m_ballast_pumped", "m_de_oil_vol") } else { ("m_de_oil_vol", "m_ballast_pumped") };
+    let (ballast, of_others) = by_segment(pumped, bladder, &all.spans, |pumped, bladder| {
+        let (a, b) = (moves(pumped), moves(bladder));
+        (a.max(b) > PUMP_M3).then_some(a >= b)
+    });
+    if of_others > 0 {
+        report.note(format!("ballast: in {of_others} segments {other} moves and {oil} does not: taken there"));
+    }
+    report.mapped.retain(|m| m.from != other || of_others > 0);
     for m in report.mapped.iter_mut().filter(|m| from_ctd && m.from == "m_pressure") {
         m.to = ENGINEERING_PRESSURE.into();
     }
@@ -54,7 +67,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
         pitch_rad: get("m_pitch").on(&unix),
         roll_rad: get("m_roll").on(&unix),
         heading_rad: heading.angle_on(&unix),
-        ballast_m3: get(oil).on(&unix),
+        ballast_m3: ballast.on(&unix),
         battery_mass_m: get("m_battpos").on(&unix),
         temperature_degc: all.ctd.iter().map(|r| r.temperature_degc).collect(),
         density_kg_m3: all.ctd.iter().map(|r| density(r, place)).collect(),
@@ -69,8 +82,8 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     position::place(&mut flight, &unix, &fixes, report);
     let (dr_lat, dr_lon) = without_zeros(&degrees(get("m_lat")), &degrees(get("m_lon")));
     position::dead_reckoning(&mut flight, &unix, &dr_lat, &dr_lon, &fixes);
-    for (name, column) in [("m_pitch", &flight.pitch_rad), (oil, &flight.ballast_m3)] {
-        report_seldom(name, get(name), column, report);
+    for (name, series, column) in [("m_pitch", get("m_pitch"), &flight.pitch_rad), (oil, &ballast, &flight.ballast_m3)] {
+        report_seldom(name, series, column, report);
     }
     if !get("m_fin").is_empty() {
         flight.extra.insert("m_fin_rad".into(), get("m_fin").on(&unix));
@@ -78,37 +91,59 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
     if from_ctd && !steering.is_empty() {
         let pressure = steering.on(&unix);
-        agree(&flight.pressure_pa, &pressure, report);
+        agree(&flight, &pressure, report);
         flight.extra.insert(ENGINEERING_PRESSURE.into(), pressure.iter().map(|p| p * 1e-4).collect());
     }
     report.start_unix_s = Some(start_s);
     Some(flight)
 }
 
-/// The reading of the ballast that is one, and the other: shallow gliders have a pump, deep ones an oil bladder, and the reading of the
-/// other is a fill, now and then. It is the one that moves.
-fn moving_ballast(pumped: &Series, oil: &Series) -> (&'static str, &'static str) {
-    let moves = |series: &Series| {
-        let mut values: Vec<f64> = series.pairs().map(|(_, v)| v).collect();
-        values.sort_by(f64::total_cmp);
-        values.last().zip(values.first()).map_or(-1.0, |(high, low)| high - low)
-    };
-    let names = ("m_ballast_pumped", "m_de_oil_vol");
-    if moves(pumped) >= moves(oil) { names } else { (names.1, names.0) }
+/// By how much a reading moves, without a value now and then that is a fill; less than 0 where there is none.
+fn moves(series: &Series) -> f64 {
+    let mut values: Vec<f64> = series.pairs().map(|(_, v)| v).collect();
+    values.sort_by(f64::total_cmp);
+    values.last().zip(values.first()).map_or(-1.0, |(high, low)| high - low)
 }
 
-/// Pressure by the steering computer, Pa: its own, else from its depth.
-fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, report: &mut Report) -> Series {
-    if let Some(own) = series.get("m_pressure").filter(|s| !s.is_empty()) {
-        return upright(own.clone(), "m_pressure", UNDER_WATER_PA, report);
-    }
-    let Some(depth) = series.get("m_depth").filter(|s| !s.is_empty()) else { return Series::default() };
-    let depth = upright(depth.clone(), "m_depth", UNDER_WATER_PA * 1e-4, report);
+/// Times of the segments' files: the files' of the vehicle, else those of the CTD.
+type Spans = BTreeMap<u32, (f64, f64)>;
+
+/// Of two series the better one in each segment, as `better` says (the first, the second, or none of them more than usual); outside all
+/// segments that of the whole flight. In how many segments it is not that.
+fn by_segment(first: &Series, second: &Series, spans: &Spans, better: impl Fn(&Series, &Series) -> Option<bool>) -> (Series, usize) {
+    let usual = better(first, second).unwrap_or(true);
+    let of = |span: &(f64, f64)| better(&first.within(span.0, span.1), &second.within(span.0, span.1));
+    let mut others: Vec<(f64, f64)> = spans.values().copied().filter(|span| of(span) == Some(!usual)).collect();
+    others.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (one, other) = if usual { (first, second) } else { (second, first) };
+    // Spans of one glider do not overlap.
+    let inside = |t: f64| others.partition_point(|span| span.0 <= t).checked_sub(1).is_some_and(|k| t <= others[k].1);
+    let kept = one.pairs().filter(|(t, _)| !inside(*t)).chain(other.pairs().filter(|(t, _)| inside(*t)));
+    let (time, value): (Vec<f64>, Vec<f64>) = kept.unzip();
+    (Series::new(&time, &value), others.len())
+}
+
+/// Pressure by the steering computer, Pa: its own, else from its depth, in each segment.
+fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, spans: &Spans, report: &mut Report) -> Series {
+    let of = |name: &str| series.get(name).filter(|s| !s.is_empty()).cloned();
+    let named = ["m_pressure", "m_water_pressure"].into_iter().find_map(|name| Some((name, of(name)?)));
+    let own = named.map(|(name, own)| upright(own, name, UNDER_WATER_PA, report));
+    let Some(depth) = of("m_depth") else { return own.unwrap_or_default() };
+    let depth = upright(depth, "m_depth", UNDER_WATER_PA * 1e-4, report);
     let lat_deg = place.map_or(45.0, |p| p.lat_deg);
-    report.note(format!("no m_pressure: the vehicle's pressure is computed from m_depth by TEOS-10 at {lat_deg:.1} deg"));
     let (time, pressure): (Vec<f64>, Vec<f64>) =
         depth.pairs().map(|(t, z)| (t, if z < 0.0 { 1e4 * z } else { seawater::pressure_pa(z, lat_deg) })).unzip();
-    Series::new(&time, &pressure)
+    let of_depth = Series::new(&time, &pressure);
+    let Some(own) = own else {
+        report.note(format!("no m_pressure: the vehicle's pressure is computed from m_depth by TEOS-10 at {lat_deg:.1} deg"));
+        return of_depth;
+    };
+    let (pressure, count) =
+        by_segment(&own, &of_depth, spans, |own, depth| (own.is_empty() != depth.is_empty()).then_some(depth.is_empty()));
+    if count > 0 {
+        report.note(format!("{count} segments have no m_pressure: it is computed from m_depth there"));
+    }
+    pressure
 }
 
 /// A channel that grows downward: one whose middle lies further than `water` above the surface is turned round.

@@ -68,6 +68,10 @@ fn folder() -> Folder {
     put("twice/vehicle.json", &vehicle);
     let mut heavy: serde_json::Value = serde_json::from_str(&vehicle).expect("JSON");
     heavy["mass_kg"] = (1.1 * heavy["mass_kg"].as_f64().expect("a mass")).into();
+    let mut dry: serde_json::Value = serde_json::from_str(&vehicle).expect("JSON");
+    dry["water_depth_m"] = serde_json::Value::Null;
+    put("dry/flight.csv", &csv);
+    put("dry/vehicle.json", &dry.to_string());
     put("heavy/flight.csv", &csv.lines().take(csv.lines().count() / 2).collect::<Vec<_>>().join("\n"));
     put("heavy/vehicle.json", &heavy.to_string());
     put("slip.json", &vehicle.replace("\"sensors\":", "\"sensor\":"));
@@ -105,6 +109,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("add climb_darg --flight flight", &["climb_drag", "glider list effects"]),
     ("add stall,stall --flight flight", &["twice"]),
     ("add --flight flight", &["EFFECT"]),
+    ("add vertical_current --flight dry", &["dry/vehicle.json: water_depth_m", "vertical_current moves the water"]),
     ("fly --wings low", &["standard or low-ar"]),
     ("fly --mission shalow", &["shallow"]),
     ("fly --mission notes.txt", &["notes.txt:1"]),

@@ -97,6 +97,10 @@ pub fn document(added: &Added, effects: &[&'static dyn Effect], flight: &str) ->
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let effects = effects_of(&args.effects)?;
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
+    if let Some(effect) = effects.iter().find(|e| vehicle.lacks_depth_for(**e)) {
+        let (file, name) = (vehicle.path.display(), effect.name());
+        anyhow::bail!("{file}: water_depth_m: is missing, or 0: {name} moves the water over all of it; state the depth of the water, m");
+    }
     let parent = vehicles::text(&vehicle.path)?.into_bytes();
     if let Some(out) = &args.out {
         let own_files = vehicle::files_next_to(&args.flight);

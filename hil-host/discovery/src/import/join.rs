@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::channels::{LONGEST_MISSION_S, stray_times};
+use super::channels::{LONGEST_MISSION_S, list_of, stray_times};
 use super::{Imported, Report};
 use crate::record::flight::Flight;
 
@@ -62,11 +62,9 @@ fn note_lacking(parts: &mut [(String, Imported)], report: &mut Report) {
     }
     let lacks = |part: &Imported, column: &str| part.report.missing.iter().any(|m| m == column);
     for column in CHANNELS {
-        let without: Vec<&str> = parts.iter().filter(|(_, p)| lacks(p, column)).map(|(name, _)| name.as_str()).collect();
+        let without: Vec<String> = parts.iter().filter(|(_, p)| lacks(p, column)).map(|(name, _)| name.clone()).collect();
         if !without.is_empty() && without.len() < parts.len() {
-            let list = without.iter().take(6).copied().collect::<Vec<_>>().join(", ");
-            let more = if without.len() > 6 { format!(" and {} more", without.len() - 6) } else { String::new() };
-            report.note(format!("without {column}, which the others have: {list}{more}"));
+            report.note(format!("without {column}, which the others have: {}", list_of(&without)));
         }
     }
 }

@@ -18,7 +18,7 @@ pub mod text;
 use crate::record::csv::ReadError;
 use crate::vehicle::keys::{Keys, Stated};
 use crate::vehicle::pitch_moments::PitchMoments;
-use hydro::effects::{Active, Constants};
+use hydro::effects::{Active, Constants, Effect};
 use serde_json::Value;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -163,6 +163,12 @@ impl Vehicle {
         misplaced.chain(self.assumed_of_the_model()).collect()
     }
 
+    /// Whether an effect needs the depth of the water, which the file does not state.
+    #[must_use]
+    pub fn lacks_depth_for(&self, effect: &dyn Effect) -> bool {
+        needs_water_depth(effect) && !(self.water_depth_m > 0.0)
+    }
+
     fn assumed_of_the_model(&self) -> Option<String> {
         let of_others = ["tolerance_1sigma.", "sensors.", "background_"];
         let of_model: Vec<&str> = self.assumed.iter().map(String::as_str).filter(|a| !of_others.iter().any(|b| a.starts_with(b))).collect();
@@ -193,11 +199,9 @@ pub fn file_next_to(flight: &Path) -> Result<Option<PathBuf>, ReadError> {
     }
 }
 
-/// Whether an effect that is on depends on how deep the water is: of one's own, by the variable H.
-fn needs_water_depth(on: &Active) -> bool {
-    let size = on.effect.parameters().first().map_or(0.0, |p| p.off);
-    let of_depth = on.effect.acts_on_depth() && on.values[0] != size;
-    of_depth && on.effect.expression().is_none_or(|text| expression::find_word(text, "H").is_some())
+/// Whether an effect depends on how deep the water is: one of one's own by the variable H.
+fn needs_water_depth(effect: &dyn Effect) -> bool {
+    effect.acts_on_depth() && effect.expression().is_none_or(|text| expression::find_word(text, "H").is_some())
 }
 
 /// Reads a vehicle file.
@@ -257,8 +261,9 @@ fn of_keys(keys: &Keys) -> Result<Vehicle, ReadError> {
     let background = stated.background()?;
     let assumed = stated.assumed;
     let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| effects_table::read(table, |key, why| keys.bad(key, why)))?;
+    let is_on = |a: &Active| a.effect.parameters().first().is_some_and(|size| a.values[0] != size.off);
     let water_depth_m = keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN);
-    if let Some(effect) = effects.iter().find(|on| needs_water_depth(on)).filter(|_| !(water_depth_m > 0.0)) {
+    if let Some(effect) = effects.iter().find(|on| needs_water_depth(on.effect) && is_on(on)).filter(|_| !(water_depth_m > 0.0)) {
         let why =
             format!("is missing, or 0: the water moves over all of it by effects.{}, which does nothing without it", effect.effect.name());
         return Err(keys.bad("water_depth_m", why));

@@ -423,5 +423,5 @@ fn regress_fixes_of_another_gps_era_and_a_dead_pressure_are_mended() {
     columns.push(("eng_depth", "cm", columns[1].2.iter().map(|p| p * 99.0).collect()));
     change(&mut columns, "PRES", "dbar", |_, _| 0.0);
     let got = imported(&columns, None).expect("the vehicle's depth");
-    assert!(has_note(&got, "eng_depth is taken") && got.flight.pressure_pa[50] > 5e5, "{:?}", got.report.notes);
+    assert!(has_note(&got, "PRES is 0 throughout: eng_depth is taken") && got.flight.pressure_pa[50] > 5e5, "{:?}", got.report.notes);
 }

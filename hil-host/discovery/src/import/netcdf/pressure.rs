@@ -21,13 +21,8 @@ impl Reader<'_> {
         self.report.mapped.truncate(mapped);
         match (pressure, depth) {
             (Some(pressure), Some(depth)) if depth.coverage > 2.0 * pressure.coverage || (pressure.is_zero() && !depth.is_zero()) => {
-                self.report.note(format!(
-                    "{} has {} values: {} is taken, which has {}",
-                    pressure.name,
-                    pressure.series.len(),
-                    depth.name,
-                    depth.series.len()
-                ));
+                let why = if pressure.is_zero() { "is 0 throughout".into() } else { format!("has {} values", pressure.series.len()) };
+                self.report.note(format!("{} {why}: {} is taken, which has {}", pressure.name, depth.name, depth.series.len()));
                 self.report.mapped.retain(|m| m.from != pressure.name);
                 Some(self.of_depth(depth))
             }

@@ -7,8 +7,12 @@ use crate::record::afloat::{is_impossible, reading_afloat, reading_in_a_stay};
 /// Speed of sound in sea water, m/s: density grows by dp/c² with pressure (1500 within 4 %).
 const SOUND_M_S: f64 = 1500.0;
 
+/// No sensor of a glider reads so far above the surface afloat, Pa.
+const ABOVE_PA: f64 = -5e3;
+
 /// Takes the zero out of rows in the order of time (`at`: the time, s, and pressure, Pa, of a row; `segment`: its number), before anything
-/// is computed from them: of all, or of those segments alone that read it where others do not. What was taken off each row, Pa.
+/// is computed from them: of all, or of those segments alone that read a place in the air where others do not (a metre below the surface
+/// a segment may turn). What was taken off each row, Pa.
 pub(super) fn take_out<T>(
     rows: &mut [T],
     at: impl Fn(&mut T) -> (f64, &mut f64),
@@ -24,11 +28,11 @@ pub(super) fn take_out<T>(
         let own = start..start + run.len();
         start = own.end;
         match reading_in_a_stay(pairs[own.clone()].iter().copied()) {
-            Some(level) if is_impossible(level) => {
+            Some(level) if level < ABOVE_PA => {
                 off[own].fill(level);
                 wrong.push((run[0], level));
             }
-            Some(_) => sound += 1,
+            Some(level) => sound += usize::from(!is_impossible(level)),
             None => {}
         }
     }
@@ -131,11 +135,14 @@ mod tests {
     #[test]
     fn regress_a_zero_of_one_segment_is_taken_out_there_alone() {
         let segment = |r: &(f64, f64)| (r.0 / 440.0) as u32;
-        let mut got: Vec<(f64, f64)> = rows(0.0).into_iter().map(|r| if segment(&r) == 1 { (r.0, r.1 + 1.013e5) } else { r }).collect();
+        let mut got: Vec<(f64, f64)> = rows(0.0).into_iter().map(|r| if segment(&r) == 1 { (r.0, r.1 - 2e4) } else { r }).collect();
         let mut report = Report::new("made");
         let off = take_out(&mut got, |r| (r.0, &mut r.1), segment, &mut report).expect("a zero");
-        assert!(got.iter().zip(rows(0.0)).all(|(a, b)| (a.1 - b.1).abs() < 1e3) && off[0] == 0.0 && off[150] > 1e5, "{off:?}");
-        assert!(report.notes[0].contains("afloat in segments 1: absolute pressure?"), "{:?}", report.notes);
+        assert!(got.iter().zip(rows(0.0)).all(|(a, b)| (a.1 - b.1).abs() < 1e3) && off[0] == 0.0 && off[150] < -1e4, "{off:?}");
+        assert!(report.notes[0].contains("afloat in segments 1: zero taken out"), "{:?}", report.notes);
+        // A metre and more below the surface one segment may turn for a while.
+        let mut turns: Vec<(f64, f64)> = rows(0.0).into_iter().map(|r| if segment(&r) == 1 { (r.0, r.1 + 1.28e4) } else { r }).collect();
+        assert!(take_out(&mut turns, |r| (r.0, &mut r.1), segment, &mut report).is_none());
         let mut all = rows(10.13);
         assert!(take_out(&mut all, |r| (r.0, &mut r.1), segment, &mut report).is_some_and(|off| off.iter().all(|o| *o > 1e5)));
     }

@@ -171,9 +171,6 @@ fn flights_bar(flights: usize) -> ProgressBar {
 }
 
 fn put(out: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    }
     whole_file::write(out, bytes).with_context(|| format!("cannot write {}", out.display()))
 }
 

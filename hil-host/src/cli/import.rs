@@ -101,9 +101,6 @@ fn named(args: &Args) -> String {
 type Made = (&'static str, String);
 
 fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, made: Option<&Made>) -> anyhow::Result<()> {
-    if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make folder {}", folder.display()))?;
-    }
     // The folder appears under its name when all of it is there. One that stands there is replaced where it really lies.
     let place = out.canonicalize().unwrap_or_else(|_| out.to_path_buf());
     whole_file::in_place_of(&place, &WRITTEN, |part| fill(part, flight, report, vehicle, made))

@@ -118,9 +118,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let figure = if args.kind == Kind::Polar { polar(args)? } else { flown(args)? };
     let paper = args.width.map_or(Paper::SCREEN, |mm| Paper::printed(mm, args.height));
     let text = figure.bytes(&ending, &paper)?;
-    if let Some(folder) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    }
     whole_file::write(&args.out, &text).with_context(|| format!("cannot write {name}"))?;
     let panels: Vec<_> = figure
         .panels

@@ -110,9 +110,6 @@ fn write(out: &Path, done: &Timeline) -> anyhow::Result<()> {
         }
         _ => format!("{:#}\n", document(done, Path::new(""))).into(),
     };
-    if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    }
     whole_file::write(out, bytes).with_context(|| format!("cannot write {}", out.display()))
 }
 

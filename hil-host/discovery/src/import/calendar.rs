@@ -18,6 +18,9 @@ pub fn days_from_1970(year: i64, month: i64, day: i64) -> Option<i64> {
     Some(julian - 2_440_588)
 }
 
+/// No flight is later than the year 2100, Unix time, s.
+pub const LATEST_S: f64 = 4.103e9;
+
 /// Seconds in a unit of time; case does not matter.
 #[must_use]
 pub fn seconds_in(unit: &str) -> Option<f64> {

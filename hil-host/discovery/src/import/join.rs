@@ -111,7 +111,7 @@ fn leave_out_held(flight: &mut Flight, name: &str, part: &mut Imported, shift: f
         at.iter().enumerate().map(|(k, at)| (flight.pressure_pa[(*at).min(flight.len() - 1)] - of.pressure_pa[k]).abs()).collect();
     let held = |k: usize| times.get(at[k]).is_some_and(|t| t - shift - of.time_s[k] < SAME_TIME_S) && off_pa[k] < SAME_PRESSURE_PA;
     let same = (0..shared).all(held);
-    let said = if same { fill_held(flight, &part.flight, &at) } else { Said::default() };
+    let said = if same && shared > 0 { fill_held(flight, &part.flight, &at) } else { Said::default() };
     if !said.other.is_empty() {
         report.leave_out(format!("{name}: its {} are others than those of the same rows held already, which stay", said.other.join(", ")));
     }
@@ -168,8 +168,7 @@ fn fill_held(flight: &mut Flight, part: &Flight, at: &[usize]) -> Said {
             said.other.push(name.to_owned());
         }
     };
-    let mut more = part.clone();
-    for ((name, held), new) in NAMES.iter().zip(flight.columns_mut()).zip(more.columns_mut()).skip(1) {
+    for ((name, held), new) in NAMES.iter().zip(flight.columns_mut()).zip(part.columns()).skip(1) {
         take(name, held, new);
     }
     if let Some(new) = &part.speed_m_s {

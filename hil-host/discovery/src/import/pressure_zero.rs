@@ -3,6 +3,7 @@
 use super::channels::list_of;
 use super::{Imported, Report};
 use crate::record::afloat::{is_impossible, reading_afloat, reading_in_a_stay};
+use crate::record::plausible::quantile;
 
 /// Speed of sound in sea water, m/s: density grows by dp/c² with pressure (1500 within 4 %).
 const SOUND_M_S: f64 = 1500.0;
@@ -64,6 +65,16 @@ pub(super) fn take_out_of_flight(imported: &mut Imported) {
     if flight.segment.iter().all(|s| *s == 0) {
         super::surface::cut_anew(imported, 2);
     }
+}
+
+/// Turns values round that grow upward, by their middle, which lies further than `above` in the air then, and says so; whether they did.
+pub(super) fn turn_upright(values: &mut [f64], name: &str, above: f64, report: &mut Report) -> bool {
+    let upward = quantile(values, 0.5) < -above;
+    if upward {
+        report.note(format!("{name} grows upward: turned round"));
+        values.iter_mut().for_each(|v| *v = -*v);
+    }
+    upward
 }
 
 /// Under water, Pa.

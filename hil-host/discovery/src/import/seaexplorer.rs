@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::channels::{self, CLOCKS_APART_S, LONGEST_MISSION_S, Log, Row};
 use super::classes::Class;
 use super::position::{Fix, degrees_of_minutes};
-use super::{FileNote, ImportError, Imported, MappedName, Report, join};
+use super::{FileNote, ImportError, Imported, MappedName, Report, join, pressure_zero};
 use crate::record::resample::Series;
 use crate::record::seawater;
 
@@ -249,6 +249,9 @@ struct Columns {
 const DIVE_PA: f64 = 1e5;
 const CTD_OFF: f64 = 0.2;
 
+/// Depths whose middle lies further than this in the air grow upward, m.
+const UPWARD_M: f64 = 1.0;
+
 /// Fixes used, and what was no fix.
 #[derive(Default)]
 struct Counts {
@@ -403,11 +406,7 @@ impl Columns {
             }
             column.iter_mut().for_each(|v| *v *= factor);
         }
-        let (middle, depth) = (crate::record::plausible::quantile(&self.values[5], 0.5), &mut self.values[5]);
-        if middle < -DIVE_PA * 1e-5 {
-            report.note("Depth grows upward: turned round".into());
-            depth.iter_mut().for_each(|z| *z = -*z);
-        }
+        pressure_zero::turn_upright(&mut self.values[5], "Depth", UPWARD_M, report);
         let [pitch, roll, heading, ballast, battery, depth] = &self.values;
         let series = |values: &[f64]| Series::new(&self.time, values);
         (log.pitch, log.roll, log.heading) = (series(pitch), series(roll), series(heading));

@@ -14,7 +14,7 @@ use super::classes::Class;
 use super::netcdf::Scalars;
 use super::position::Fix;
 use super::report::shown;
-use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, seaglider};
+use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, pressure_zero, seaglider};
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater;
@@ -382,14 +382,10 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
     let column = |name: &str| values.get(&name.to_ascii_lowercase()).cloned().unwrap_or_default();
     let time: Vec<f64> = column("elaps_t").iter().map(|t| t + start).collect();
     let lat_deg = log.before.iter().chain(&log.fixes).map(|f| f.lat_deg).find(|lat| *lat != 0.0).unwrap_or(45.0);
-    let down = if quantile(&column("depth"), 0.5) < -UPWARD_CM {
-        report.note("depth grows upward: turned round".into());
-        -1.0
-    } else {
-        1.0
-    };
-    log.say_scale(quantile(&column("depth"), 1.0) * 0.01, &mut report);
-    let rows = time.iter().zip(column("depth").into_iter().map(|cm| down * cm));
+    let mut depth_cm = column("depth");
+    pressure_zero::turn_upright(&mut depth_cm, "depth", UPWARD_CM, &mut report);
+    log.say_scale(quantile(&depth_cm, 1.0) * 0.01, &mut report);
+    let rows = time.iter().zip(depth_cm);
     let rows = rows.map(|(unix_s, cm)| Row {
         unix_s: *unix_s,
         segment: 0,

@@ -61,7 +61,24 @@ impl Flight {
         }
     }
 
-    /// The columns that every flight has, beside time and segment.
+    /// The columns that every flight has besides time and segment.
+    #[must_use]
+    pub fn columns(&self) -> [&Vec<f64>; 10] {
+        [
+            &self.pressure_pa,
+            &self.pitch_rad,
+            &self.roll_rad,
+            &self.heading_rad,
+            &self.ballast_m3,
+            &self.battery_mass_m,
+            &self.temperature_degc,
+            &self.density_kg_m3,
+            &self.gps_east_m,
+            &self.gps_north_m,
+        ]
+    }
+
+    /// The same, to be changed.
     pub fn columns_mut(&mut self) -> [&mut Vec<f64>; 10] {
         [
             &mut self.pressure_pa,

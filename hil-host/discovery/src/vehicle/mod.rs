@@ -157,7 +157,7 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// What in the file does nothing, and what it does not state of the model itself, beside its tolerances and sensors, in words.
+    /// What in the file does nothing, and what it does not state of the model itself, apart from its tolerances and sensors, in words.
     pub(crate) fn notes(&self) -> Vec<String> {
         let misplaced = self.misplaced.iter().map(|what| format!("vehicle file: {what}"));
         misplaced.chain(self.assumed_of_the_model()).collect()

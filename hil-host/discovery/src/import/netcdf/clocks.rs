@@ -2,7 +2,7 @@
 
 use netcdf_reader::NcType;
 
-use super::super::calendar::{days_from_1970, seconds_in, zone_s};
+use super::super::calendar::{LATEST_S, days_from_1970, seconds_in, zone_s};
 use super::super::channels::{LONGEST_MISSION_S, stray_times};
 use super::super::table::tidy::spread_evenly;
 use super::names::{DEPTH, PRESSURE};
@@ -11,9 +11,9 @@ use crate::record::plausible::quantile;
 use crate::record::resample::{Series, longest_in_order};
 
 /// Unix times outside 1970 to 2100 are no times, s: the least 64-bit integer stands for "no time" in files made from pandas.
-const TIMES: std::ops::Range<f64> = 0.0..4.103e9;
+const TIMES: std::ops::Range<f64> = 0.0..LATEST_S;
 /// Unix times of gliders without an origin in their unit, s: 1995 to 2100.
-const UNIX: std::ops::Range<f64> = 7.9e8..4.103e9;
+const UNIX: std::ops::Range<f64> = 7.9e8..LATEST_S;
 
 /// Samples out of the order of time.
 pub(super) struct Backwards {

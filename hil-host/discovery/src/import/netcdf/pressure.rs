@@ -4,7 +4,6 @@ use super::super::pressure_zero::UNDER_WATER_PA;
 use super::super::{MappedName, pressure_zero};
 use super::names::{DEPTH, PRESSURE};
 use super::variables::{Channel, Reader};
-use super::water::scaled;
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater;
@@ -59,10 +58,9 @@ impl Reader<'_> {
 
     /// A pressure the right way round, and without zeros of a sensor that was off for an instant.
     fn upright(&mut self, mut pressure: Channel) -> Channel {
-        let middle = quantile(&pressure.series.pairs().map(|(_, p)| p).collect::<Vec<_>>(), 0.5);
-        if middle < -UNDER_WATER_PA {
-            self.report.note(format!("{} grows upward: turned round", pressure.name));
-            pressure.series = scaled(&pressure.series, |p| -p);
+        let (time, mut values): (Vec<f64>, Vec<f64>) = pressure.series.pairs().unzip();
+        if pressure_zero::turn_upright(&mut values, &pressure.name, UNDER_WATER_PA, &mut self.report) {
+            pressure.series = Series::new(&time, &values);
             pressure.backwards = None;
         }
         let mut pairs: Vec<(f64, f64)> = pressure.series.pairs().collect();

@@ -149,12 +149,7 @@ fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, span
 /// A channel that grows downward: one whose middle lies further than `water` above the surface is turned round.
 fn upright(series: Series, name: &str, water: f64, report: &mut Report) -> Series {
     let (time, mut values): (Vec<f64>, Vec<f64>) = series.pairs().unzip();
-    if !(quantile(&values, 0.5) < -water) {
-        return series;
-    }
-    report.note(format!("{name} grows upward: turned round"));
-    values.iter_mut().for_each(|v| *v = -*v);
-    Series::new(&time, &values)
+    if pressure_zero::turn_upright(&mut values, name, water, report) { Series::new(&time, &values) } else { series }
 }
 
 /// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.

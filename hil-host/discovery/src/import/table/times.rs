@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::super::Report;
-use super::super::calendar::{DayMonth, date_time, day_and_month, digits, seconds_in, zone_s};
+use super::super::calendar::{DayMonth, LATEST_S, date_time, day_and_month, digits, seconds_in, zone_s};
 use super::Table;
 use crate::record::csv::{TIME_AS, no_value};
 use crate::record::plausible::quantile;
@@ -11,9 +11,6 @@ use crate::record::plausible::quantile;
 /// Time columns, best first; case, and a unit in brackets behind the name, do not matter.
 const TIMES: [&str; 9] = ["time", "time_s", "m_present_time", "precise_time", "timestamp", "datetime", "date_time", "time_ms", "time_utc"];
 const DATES: [&str; 2] = ["date", "date_utc"];
-
-/// No flight is later than the year 2100, Unix time, s.
-const LATEST_S: f64 = 4.103e9;
 
 /// The times of a table's rows.
 pub(super) struct Clock {

@@ -3,17 +3,18 @@
 use std::ops::Range;
 
 use super::channels::{self, list_of};
-use super::{Imported, Report, netcdf, position};
+use super::{Imported, Report, bad_segments, netcdf, position};
 use crate::record::csv;
 use crate::record::flight::Flight;
 use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, quantile, usual_step};
 
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 pub(super) fn sound(imported: &mut Imported) -> Result<(), String> {
-    let flight = &imported.flight;
-    if !flight.time_s.windows(2).all(|w| w[1] > w[0]) {
+    if !imported.flight.time_s.windows(2).all(|w| w[1] > w[0]) {
         return Err("its times do not increase from row to row (a clock of damage?)".into());
     }
+    bad_segments::leave_out(imported);
+    let flight = &imported.flight;
     if let Some((column, why)) = implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
         return Err(format!("{column} {why}"));
     }

@@ -183,12 +183,8 @@ fn fill_held(flight: &mut Flight, part: &Flight, at: &[usize]) -> Said {
 /// The part without its first rows, its segments counted from 0 again; its times stay.
 fn drop_first(part: &mut Imported, rows: usize) {
     let Some(first) = part.flight.segment.get(rows).copied().filter(|_| rows > 0) else { return };
-    let flight = &mut part.flight;
-    flight.time_s.drain(..rows);
-    flight.segment.drain(..rows);
-    flight.segment.iter_mut().for_each(|s| *s -= first);
-    flight.columns_mut().into_iter().for_each(|column| drop(column.drain(..rows)));
-    flight.speed_m_s.iter_mut().chain(flight.extra.values_mut()).for_each(|column| drop(column.drain(..rows)));
+    part.flight.remove(0..rows);
+    part.flight.segment.iter_mut().for_each(|s| *s -= first);
     part.report.segments.drain(..(first as usize).min(part.report.segments.len()));
     part.report.origins.retain(|o| o.segment >= first);
     part.report.origins.iter_mut().for_each(|o| o.segment -= first);

@@ -13,6 +13,7 @@
 
 use std::path::{Path, PathBuf};
 
+mod bad_segments;
 pub mod calendar;
 pub(crate) mod channels;
 mod checks;

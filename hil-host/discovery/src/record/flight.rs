@@ -1,6 +1,7 @@
 //! One flight as read from disk: columns in SI units, NaN where there is no value.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A flight: equal-length columns. NaN means "no value at this instant".
 #[derive(Clone, Debug, Default)]
@@ -92,6 +93,26 @@ impl Flight {
             &mut self.gps_east_m,
             &mut self.gps_north_m,
         ]
+    }
+
+    /// Some of its rows, as a flight of the same name.
+    #[must_use]
+    pub fn part(&self, rows: Range<usize>) -> Self {
+        let of = |column: &Vec<f64>| column[rows.clone()].to_vec();
+        let mut out =
+            Self { name: self.name.clone(), time_s: of(&self.time_s), segment: self.segment[rows.clone()].to_vec(), ..Self::default() };
+        out.columns_mut().into_iter().zip(self.columns()).for_each(|(new, column)| *new = of(column));
+        out.speed_m_s = self.speed_m_s.as_ref().map(of);
+        out.extra = self.extra.iter().map(|(name, column)| (name.clone(), of(column))).collect();
+        out
+    }
+
+    /// Takes rows out.
+    pub fn remove(&mut self, rows: Range<usize>) {
+        self.time_s.drain(rows.clone());
+        self.segment.drain(rows.clone());
+        self.columns_mut().into_iter().for_each(|column| drop(column.drain(rows.clone())));
+        self.speed_m_s.iter_mut().chain(self.extra.values_mut()).for_each(|column| drop(column.drain(rows.clone())));
     }
 
     /// Whether it holds the same rows as another one, by time and pressure as far as a csv writes them.

@@ -3,6 +3,7 @@
 use super::position::{self, Fix};
 use super::pressure_zero;
 use super::report::Report;
+use super::two_computers::agree;
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
@@ -86,7 +87,7 @@ impl Log {
         flight.extra.insert(SALINITY.into(), column(&|r| r.salinity));
         if !self.steering_pressure.is_empty() {
             let values = self.steering_pressure.on(&unix);
-            agree(&flight, &values, report);
+            agree(&flight, &unix, &self.steering_pressure, report);
             if let Some((first, _)) = self.steering_pressure.pairs().next().filter(|_| values.iter().all(|v| v.is_nan())) {
                 let apart_s = first - start;
                 report.leave_out(format!("the vehicle's computer has no value while the CTD has: their clocks are {apart_s:+.0} s apart"));
@@ -97,26 +98,6 @@ impl Log {
         position::place(&mut flight, &unix, &self.fixes, report);
         Some(flight)
     }
-}
-
-/// Says in which segments the CTD's pressure and the vehicle's own, Pa, are of different dives, or of clocks apart.
-pub(super) fn agree(flight: &Flight, own: &[f64], report: &mut Report) {
-    let segments = position::segments(flight);
-    // How far they differ in the middle, and how deep it went, Pa. Two sensors of one dive differ by less than a few dbar and 3 %.
-    let of = |rows: &std::ops::Range<usize>| {
-        let off: Vec<f64> = rows.clone().map(|i| (flight.pressure_pa[i] - own[i]).abs()).collect();
-        let (off, deep) = (quantile(&off, 0.5), quantile(&own[rows.clone()], 0.9));
-        (off > 3e4 + 0.03 * deep).then_some((flight.segment[rows.start], off, deep))
-    };
-    let apart: Vec<(u32, f64, f64)> = segments.iter().filter_map(of).collect();
-    let Some((_, off, deep)) = apart.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-    let numbers: Vec<String> = apart.iter().map(|a| a.0.to_string()).collect();
-    let named = if apart.len() == segments.len() { String::new() } else { format!(" in segments {}", list_of(&numbers)) };
-    report.leave_out(format!(
-        "CTD and vehicle do not agree{named}: their pressures differ by {:.1} dbar in the middle, the vehicle went to {:.1} dbar; one of them is wrong, or their clocks are apart",
-        off * 1e-4,
-        deep * 1e-4
-    ));
 }
 
 /// The first six of some names, and that there are more.

@@ -40,6 +40,7 @@ mod stated_vehicle;
 mod surface;
 pub mod table;
 pub mod trim;
+mod two_computers;
 
 pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 

@@ -412,3 +412,54 @@ fn regress_depths_of_one_seaglider_dive_upward_or_in_metres_are_named() {
     let metres = read(edited("seaglider_raw", "depth metres", depth(0.01))).expect("reads");
     assert!(metres.report.notes.iter().any(|n| n.contains("is it in m, not in cm, in this .eng?")), "{:?}", metres.report.notes);
 }
+
+#[test]
+fn regress_minutes_that_a_seaexplorers_payload_lacks_are_named() {
+    let kept = |rows: std::ops::Range<usize>| {
+        move |n: &str, text: String| {
+            let lines = text.lines().enumerate().filter(|(k, _)| *k == 0 || !rows.contains(k) || !n.contains("pld1.sub.10"));
+            Some(lines.map(|(_, l)| l).collect::<Vec<_>>().join("\n"))
+        }
+    };
+    for (name, without) in [("payload cut", 80..999), ("payload gap", 40..100), ("payload late", 1..70)] {
+        let got = read(edited("seaexplorer_sub", name, kept(without))).expect("reads");
+        let notes = got.report.notes.join("\n");
+        assert!(notes.contains("cycles 10: the CTD has no samples in"), "{name}: {notes}");
+    }
+    let got = read(edited("seaexplorer_sub", "payload whole", kept(0..0))).expect("reads");
+    assert!(got.report.is_whole() && !got.report.notes.join("\n").contains("no samples"), "{:?}", got.report.notes);
+}
+
+#[test]
+fn regress_a_conductivity_in_other_units_in_one_cycle_is_named() {
+    let divided = |n: &str, text: String| {
+        let place = text.lines().next().unwrap_or_default().split(';').position(|h| h == "LEGATO_CONDUCTIVITY");
+        let field = |(k, f): (usize, &str)| match f.parse::<f64>() {
+            Ok(v) if Some(k) == place => (0.1 * v).to_string(),
+            _ => f.to_owned(),
+        };
+        let row = |l: &str| l.split(';').enumerate().map(field).collect::<Vec<_>>().join(";");
+        Some(if n.contains("pld1.sub.10") { text.lines().map(row).collect::<Vec<_>>().join("\n") } else { text })
+    };
+    let got = read(edited("seaexplorer_sub", "siemens", divided)).expect("reads");
+    assert!(left_out(&got).contains("segment 1: density comes from a salinity of"), "{}", left_out(&got));
+    let f = &got.flight;
+    assert!((0..f.len()).all(|i| (f.segment[i] == 1) == f.density_kg_m3[i].is_nan() || f.density_kg_m3[i].is_nan()), "one segment alone");
+}
+
+#[test]
+fn regress_one_seaglider_dive_that_cannot_be_does_not_refuse_the_others() {
+    // Its time counts twenty times too slowly.
+    let slow = |n: &str, text: String| {
+        let row = |l: &str| match l.split_whitespace().collect::<Vec<_>>()[..] {
+            [a, b, ref rest @ ..] if !l.starts_with('%') => {
+                format!("{a} {} {}", b.parse::<f64>().unwrap_or(f64::NAN) / 20.0, rest.join(" "))
+            }
+            _ => l.to_owned(),
+        };
+        Some(if n == "p0990012.eng" { text.lines().map(row).collect::<Vec<_>>().join("\n") } else { text })
+    };
+    let got = read(edited("seaglider_raw", "slow clock", slow)).expect("reads");
+    assert!(left_out(&got).contains("segment 1: pressure changes by"), "{}", left_out(&got));
+    assert!(got.flight.segment.iter().all(|s| *s != 1) && got.flight.segment.contains(&2));
+}

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use super::channels::{self, CLOCKS_APART_S, LONGEST_MISSION_S, Log, Row};
 use super::classes::Class;
 use super::position::{Fix, degrees_of_minutes};
+use super::two_computers::{Ctd, by_segment, covered};
 use super::{FileNote, ImportError, Imported, MappedName, Report, join, pressure_zero};
 use crate::record::resample::Series;
 use crate::record::seawater;
@@ -359,28 +360,43 @@ impl Columns {
 
     /// Cycles whose CTD was off lose its samples; without any of the CTD the depth of the navigation makes the rows.
     fn without_ctd(&self, log: &mut Log, cycles: &[u32], report: &mut Report) {
-        let deepest = |of: &mut dyn Iterator<Item = f64>| of.filter(|p| p.is_finite()).fold(0.0, f64::max);
-        let own: Vec<(f64, u32, f64)> = {
-            let segment_at: BTreeMap<u64, u32> = self.time.iter().map(|t| t.to_bits()).zip(self.segment.iter().copied()).collect();
-            let rows = log.steering_pressure.pairs();
-            rows.filter_map(|(t, p)| Some((t, *segment_at.get(&t.to_bits())?, p))).collect()
-        };
+        let segment_at: BTreeMap<u64, u32> = self.time.iter().map(|t| t.to_bits()).zip(self.segment.iter().copied()).collect();
+        let of_cycle = |(t, p): (f64, f64)| Some((*segment_at.get(&t.to_bits())?, t, p));
+        let own = by_segment(log.steering_pressure.pairs().filter_map(of_cycle));
+        let ctd = by_segment(log.rows.iter().map(|r| (r.segment, r.unix_s, r.pressure_pa)));
+        let deepest = |of: &[(f64, f64)]| of.iter().map(|r| r.1).filter(|p| p.is_finite()).fold(0.0, f64::max);
+        let (mut holes, mut off_min, mut all_min, mut off) = (Vec::new(), 0, 0, BTreeSet::new());
         for (segment, cycle) in (0_u32..).zip(cycles) {
-            let depth = deepest(&mut own.iter().filter(|r| r.1 == segment).map(|r| r.2));
-            let ctd = deepest(&mut log.rows.iter().filter(|r| r.segment == segment).map(|r| r.pressure_pa));
-            let had = log.rows.iter().filter(|r| r.segment == segment).count();
-            if had > 0 && depth > DIVE_PA && ctd < CTD_OFF * depth {
-                let (ctd, depth) = (ctd * 1e-4, depth * 1e-4);
+            let [own, ctd] = [&own, &ctd].map(|of| of.get(&segment).map_or(&[][..], Vec::as_slice));
+            let (depth, reached, had) = (deepest(own), deepest(ctd), ctd.len());
+            if had > 0 && depth > DIVE_PA && reached < CTD_OFF * depth {
+                let (reached, depth) = (reached * 1e-4, depth * 1e-4);
                 report.leave_out(format!(
-                    "cycle {cycle}: the CTD was off: its {had} samples reach {ctd:.1} dbar, the vehicle {depth:.1} dbar"
+                    "cycle {cycle}: the CTD was off: its {had} samples reach {reached:.1} dbar, the vehicle {depth:.1} dbar"
                 ));
-                log.rows.retain(|r| r.segment != segment);
+                off.insert(segment);
+                continue;
             }
+            let (off, all) = match covered(own, ctd) {
+                Ctd::Missing(off, all) => (off, all),
+                Ctd::Off(ran, all) if had > 0 => (all.saturating_sub(ran), all),
+                _ => continue,
+            };
+            holes.push(cycle.to_string());
+            (off_min, all_min) = (off_min + off, all_min + all);
         }
-        if log.rows.is_empty() && deepest(&mut own.iter().map(|r| r.2)) > DIVE_PA {
+        log.rows.retain(|r| !off.contains(&r.segment));
+        if !holes.is_empty() {
+            let cycles = channels::list_of(&holes);
+            // A payload is switched off to save energy, too.
+            report
+                .note(format!("cycles {cycles}: the CTD has no samples in {off_min} of {all_min} minutes under water, which have no rows"));
+        }
+        if log.rows.is_empty() && own.values().any(|of| deepest(of) > DIVE_PA) {
             report.leave_out("no CTD: rows are the vehicle's own depth, and density is missing".into());
-            let row = |(unix_s, segment, pressure_pa)| Row { unix_s, segment, pressure_pa, temperature_degc: f64::NAN, salinity: f64::NAN };
-            log.rows = own.into_iter().map(row).collect();
+            let (temperature_degc, salinity) = (f64::NAN, f64::NAN);
+            let row = |segment: u32, (unix_s, pressure_pa)| Row { unix_s, segment, pressure_pa, temperature_degc, salinity };
+            log.rows = own.into_iter().flat_map(|(segment, rows)| rows.into_iter().map(move |r| row(segment, r))).collect();
             log.steering_pressure = Series::default();
         }
     }

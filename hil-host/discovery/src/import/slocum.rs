@@ -15,9 +15,12 @@ use super::{FileNote, ImportError, Imported, MappedName, Report};
 
 mod clocks;
 mod ctd;
+mod files;
 mod merge;
 
 use clocks::{apart, in_order, plausible_times, report_untimed, set_clocks};
+pub use files::with_its_partner;
+use files::{one_glider, one_of_copies, one_sided, pair_by_header, pairs, without_copies};
 
 /// Endings of engineering files, the fullest first.
 const ENGINEERING: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
@@ -46,8 +49,11 @@ const SENSORS: &[(&str, &str, &[&str], f64)] = &[
     ("m_gps_lon", "gps_east_m", &["lon"], 1.0),
     ("m_lat", "dr_north_m", &["lat"], 1.0),
     ("m_lon", "dr_east_m", &["lon"], 1.0),
+    (GPS_STATUS, "gps_north_m", &["enum"], 1.0),
     ("m_fin", "m_fin_rad", &["rad"], 1.0),
 ];
+/// What the receiver says of its fix: 0 is a good one (SOCIB's glider toolbox takes no other).
+const GPS_STATUS: &str = "m_gps_status";
 /// Clocks.
 const CLOCKS: [&str; 5] = ["m_present_time", "sci_m_present_time", STAMPS[0], STAMPS[1], STAMPS[2]];
 /// Clocks of the CTDs: one of them says which cycles carry a new sample.
@@ -107,30 +113,12 @@ pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportE
     let mut loaded: Vec<Loaded> = Vec::new();
     let mut refused: Vec<String> = Vec::new();
     for (segment, (stem, sides)) in (0_u32..).zip(pairs(files)) {
-        for (side, candidates) in sides.into_iter().enumerate() {
-            let mut failed: Option<String> = None;
-            for path in candidates {
-                let name = name_of(&path);
-                match read_file(&path, caches) {
-                    Ok(file) if file.cycles > 0 => {
-                        report.files.push(FileNote { file: name.clone(), rows: file.cycles, problems: file.problems.clone() });
-                        if let Some(failed) = failed {
-                            report.note(format!("{name} is used in the place of {failed}"));
-                        }
-                        loaded.push(Loaded { name, science: side == 1, segment, file });
-                        break;
-                    }
-                    other => {
-                        let what = other.map_or_else(|e| e, |_| "holds no cycle".into());
-                        refused.push(format!("{name} {what}"));
-                        failed = Some(name.clone());
-                        report.files.push(FileNote { file: name, rows: 0, problems: vec![what] });
-                    }
-                }
-            }
+        for (candidates, science) in sides.into_iter().zip([false, true]) {
+            loaded.extend(read_half(candidates, (segment, science), caches, &mut report, &mut refused));
         }
         report.segments.push(stem);
     }
+    one_of_copies(&mut loaded, &mut report);
     pair_by_header(&mut loaded, &mut report);
     set_clocks(&mut loaded, &mut report, &mut refused);
     let all = collected(&loaded, &mut report);
@@ -147,20 +135,41 @@ pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportE
     }
 }
 
-/// Halves of one segment whose files were renamed apart become one again, by the name that both headers state.
-fn pair_by_header(loaded: &mut [Loaded], report: &mut Report) {
-    let stated = |one: &Loaded| one.file.header.get("full_filename").cloned();
-    let has = |all: &[Loaded], segment: u32, science: bool| all.iter().any(|l| l.segment == segment && l.science == science);
-    for k in (0..loaded.len()).filter(|k| loaded[*k].science).collect::<Vec<_>>() {
-        let (own, name) = (loaded[k].segment, stated(&loaded[k]));
-        let of_name = |l: &&Loaded| !l.science && stated(l) == name && !has(loaded, l.segment, true);
-        let mut others = loaded.iter().filter(of_name).filter(|_| name.is_some() && !has(loaded, own, false));
-        if let (Some(other), None) = (others.next(), others.next()) {
-            let segment = other.segment;
-            report.note(format!("{} and {} are of one segment by their headers", loaded[k].name, other.name));
-            loaded[k].segment = segment;
+/// Reads one computer's file of a segment (`of`: its number, and whether it is that of science), of `candidates` the first that can be
+/// read; where that one is damaged, what the others have after its end too.
+fn read_half(candidates: Vec<PathBuf>, of: (u32, bool), caches: &[PathBuf], report: &mut Report, refused: &mut Vec<String>) -> Vec<Loaded> {
+    let mut out: Vec<Loaded> = Vec::new();
+    let mut failed: Option<String> = None;
+    for path in candidates {
+        if out.last().is_some_and(|l| l.file.problems.is_empty()) {
+            break;
+        }
+        let name = name_of(&path);
+        match read_file(&path, caches) {
+            Ok(mut file) if file.cycles > 0 => {
+                if let Some(cut) = out.last() {
+                    let end = clocks::span(&cut.file).map_or(f64::NAN, |s| s.1);
+                    clocks::keep(&mut file, |t| t > end);
+                    if file.cycles == 0 {
+                        continue;
+                    }
+                    report.note(format!("{} is damaged: after its end {} cycles of {name} are taken", cut.name, file.cycles));
+                }
+                report.files.push(FileNote { file: name.clone(), rows: file.cycles, problems: file.problems.clone() });
+                if let Some(failed) = failed.take() {
+                    report.note(format!("{name} is used in the place of {failed}"));
+                }
+                out.push(Loaded { name, science: of.1, segment: of.0, file });
+            }
+            other => {
+                let what = other.map_or_else(|e| e, |_| "holds no cycle".into());
+                refused.push(format!("{name} {what}"));
+                failed = Some(name.clone());
+                report.files.push(FileNote { file: name, rows: 0, problems: vec![what] });
+            }
         }
     }
+    out
 }
 
 /// Every file's channels; of the CTD only what stands on the CTD's own computer where there is such a file.
@@ -172,144 +181,6 @@ fn collected(loaded: &[Loaded], report: &mut Report) -> Collected {
         collect(&mut all, report, one, one.science || !science);
     }
     all
-}
-
-/// Files of one glider follow one another; so much of an overlap is a clock that was set, s.
-const OVERLAP_S: f64 = 60.0;
-
-/// Files that overlap in time are of two gliders.
-fn one_glider(loaded: &[Loaded], all: &Collected, report: &Report) -> Result<(), ImportError> {
-    let error = |what: String| Err(ImportError { file: "files do not belong together".into(), what });
-    let names: std::collections::BTreeSet<String> = loaded.iter().filter_map(|l| glider_of(&l.file)).collect();
-    if names.len() > 1 {
-        let list: Vec<String> = names.into_iter().collect();
-        return error(format!(
-            "files of {} gliders by their headers ({}): import one glider's files at a time",
-            list.len(),
-            list.join(", ")
-        ));
-    }
-    let spans: Vec<(u32, (f64, f64))> = all.spans.iter().map(|(k, s)| (*k, *s)).collect();
-    let named = |segment: u32| report.segments.get(segment as usize).cloned().unwrap_or_default();
-    for (k, (a, span_a)) in spans.iter().enumerate() {
-        for (b, span_b) in &spans[k + 1..] {
-            let overlap = span_a.1.min(span_b.1) - span_a.0.max(span_b.0);
-            if overlap > OVERLAP_S {
-                let (a, b) = (named(*a), named(*b));
-                let why = if names.is_empty() {
-                    "files of two gliders? import one glider's files at a time"
-                } else {
-                    "two copies of one segment, a clock that was set, or two gliders? name the files of one"
-                };
-                return error(format!("{a} and {b} overlap by {overlap:.0} s: {why}"));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Names segments without one of the two computers' files where others have both.
-fn one_sided(loaded: &[Loaded], report: &mut Report) {
-    let has = |segment: u32, science: bool| loaded.iter().any(|l| l.segment == segment && l.science == science);
-    let segments: std::collections::BTreeSet<u32> = loaded.iter().map(|l| l.segment).collect();
-    if !segments.iter().any(|s| has(*s, true) && has(*s, false)) {
-        return;
-    }
-    for segment in segments {
-        let what = match (has(segment, false), has(segment, true)) {
-            (true, false) => "no science file (.ebd, .tbd): without density",
-            (false, true) => "no engineering file (.dbd, .sbd): without pitch and ballast",
-            _ => continue,
-        };
-        let name = report.segments.get(segment as usize).cloned().unwrap_or_default();
-        report.note(format!("{name} has {what}"));
-    }
-}
-
-/// The files without those that hold the same bytes as one before them.
-fn without_copies(files: &[PathBuf], report: &mut Report) -> Vec<PathBuf> {
-    let length = |p: &PathBuf| std::fs::metadata(p).map_or(0, |m| m.len());
-    let mut kept: BTreeMap<u64, Vec<&PathBuf>> = BTreeMap::new();
-    let mut out = Vec::new();
-    // Of two alike the one stays whose other half has the same name.
-    let mut stems: BTreeMap<Option<&std::ffi::OsStr>, usize> = BTreeMap::new();
-    files.iter().for_each(|p| *stems.entry(p.file_stem()).or_default() += 1);
-    let mut files: Vec<&PathBuf> = files.iter().collect();
-    files.sort_by_key(|p| stems.get(&p.file_stem()).is_none_or(|n| *n < 2));
-    for path in files {
-        let alike = kept.entry(length(path)).or_default();
-        let bytes = |p: &PathBuf| std::fs::read(p).ok().filter(|b| !b.is_empty());
-        let own = if alike.is_empty() { None } else { bytes(path) };
-        match alike.iter().find(|other| own.is_some() && bytes(other) == own) {
-            Some(other) => report.note(format!("{} holds the same bytes as {}: read once", name_of(path), name_of(other))),
-            None => {
-                alike.push(path);
-                out.push(path.clone());
-            }
-        }
-    }
-    out
-}
-
-/// The glider's name in the header of a file: what stands before the date in "unit_777-2026-122-1-0".
-fn glider_of(file: &dbd::DbdFile) -> Option<String> {
-    let full = file.header.get("full_filename").or_else(|| file.header.get("segment_filename_0"))?;
-    let parts: Vec<&str> = full.split('-').collect();
-    let number = |p: &&str| p.bytes().all(|b| b.is_ascii_digit()) && !p.is_empty();
-    let date = (1..parts.len().checked_sub(3)?).find(|k| parts[*k].len() == 4 && parts[*k..].iter().all(number))?;
-    Some(parts[..date].join("-").to_ascii_lowercase())
-}
-
-/// What a file is by its ending, or by its header if it is text: stem, side (engineering, science) and rank.
-fn source(path: &Path) -> Option<(String, usize, usize)> {
-    let (stem, end) = match ending(path).filter(|_| is_slocum(path)) {
-        Some(end) => (path.file_stem()?.to_string_lossy().into_owned(), end),
-        None => {
-            let mut head = Vec::new();
-            std::io::Read::read_to_end(&mut std::io::Read::take(std::fs::File::open(path).ok()?, 4096), &mut head).ok()?;
-            let (header, _) = dba::header(&String::from_utf8_lossy(&head));
-            let stem = header.get("segment_filename_0").or_else(|| header.get("the8x3_filename")).or_else(|| header.get("filename"))?;
-            (stem.clone(), header.get("filename_extension")?.to_ascii_lowercase())
-        }
-    };
-    let rank = |list: &[&str]| list.iter().position(|e| *e == end);
-    rank(&ENGINEERING).map(|r| (stem.clone(), 0, r)).or_else(|| rank(&SCIENCE).map(|r| (stem, 1, r)))
-}
-
-/// Files by stem: of engineering and of science, the fullest first. Texts whose headers name the same file and kind hold parts of it, or a
-/// name was never set: each is a segment of its own, under its file's name too.
-fn pairs(files: &[PathBuf]) -> BTreeMap<String, [Vec<PathBuf>; 2]> {
-    let known: Vec<(String, usize, usize, &PathBuf)> =
-        files.iter().filter_map(|p| source(p).map(|(s, side, rank)| (s, side, rank, p))).collect();
-    let mut of: BTreeMap<(&str, usize, usize), usize> = BTreeMap::new();
-    known.iter().filter(|k| !is_slocum(k.3)).for_each(|k| *of.entry((&k.0, k.1, k.2)).or_default() += 1);
-    let shared: std::collections::BTreeSet<&str> = of.into_iter().filter(|(_, n)| *n > 1).map(|((stem, ..), _)| stem).collect();
-    let mut stems: BTreeMap<String, [Vec<(usize, PathBuf)>; 2]> = BTreeMap::new();
-    for (stem, side, rank, path) in &known {
-        let own = || name_of(path).split('.').next().unwrap_or_default().to_owned();
-        let stem = if shared.contains(stem.as_str()) { format!("{stem} ({})", own()) } else { stem.clone() };
-        stems.entry(stem).or_default()[*side].push((*rank, (*path).clone()));
-    }
-    let sorted = |mut side: Vec<(usize, PathBuf)>| {
-        side.sort();
-        side.into_iter().map(|(_, p)| p).collect()
-    };
-    stems.into_iter().map(|(stem, sides)| (stem, sides.map(sorted))).collect()
-}
-
-/// `named`, and beside it the file of the other computer: the fullest of the same stem.
-#[must_use]
-pub fn with_its_partner(named: &Path) -> Vec<PathBuf> {
-    let folder = named.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let Some((stem, side, _)) = source(named) else { return vec![named.to_path_buf()] };
-    let folder_files = super::kind::files_of(folder).unwrap_or_default();
-    let partner = folder_files
-        .into_iter()
-        .filter(|p| is_slocum(p) == is_slocum(named) && p.as_path() != named)
-        .filter_map(|p| Some((source(&p)?, p)))
-        .filter(|((s, other, _), _)| *s == stem && *other != side)
-        .min_by_key(|((.., rank), _)| *rank);
-    [Some(named.to_path_buf()), partner.map(|p| p.1)].into_iter().flatten().collect()
 }
 
 fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
@@ -354,7 +225,9 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
             report.leave_out(format!("{name} is in {unit}, not in {}", units.join(" or ")));
             continue;
         };
-        report.map(MappedName { from: (*name).into(), unit: unit.clone(), to: (*channel).into(), factor });
+        if *name != GPS_STATUS {
+            report.map(MappedName { from: (*name).into(), unit: unit.clone(), to: (*channel).into(), factor });
+        }
         if name.starts_with("sci_") {
             continue;
         }

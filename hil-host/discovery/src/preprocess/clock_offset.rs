@@ -22,7 +22,7 @@ pub const ENGINEERING_PRESSURE: &str = "eng_pressure_dbar";
 const ENGINEERING: [&str; 4] = [ENGINEERING_PRESSURE, "eng_pressure_bar", "m_pressure_bar", "m_pressure"];
 /// Largest shift that is looked for, s: two computers that nobody has set drift apart by some seconds a week (a guess). Beyond
 /// the window of the rates nothing ends: a turn is as sharp as before.
-const REACH_S: i32 = 20;
+pub const REACH_S: i32 = 20;
 const STEPS: usize = 2 * REACH_S as usize + 1;
 /// Smaller shifts than this change nothing, s: half a sample of the usual 1 Hz log.
 const WORTH_S: f64 = 0.4;

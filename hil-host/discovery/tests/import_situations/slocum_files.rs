@@ -385,3 +385,58 @@ fn regress_texts_with_one_name_in_their_headers_are_all_read() {
     assert_eq!((got.flight.len(), got.report.segments.len()), (3 * (CYCLES - 1), 3), "{}", said(&got));
     std::fs::remove_dir_all(folder).ok();
 }
+
+#[test]
+fn regress_the_rest_of_a_cut_file_comes_from_the_file_sent_ashore() {
+    let folder = folder("cut and sent");
+    pair(&folder, "a", "alpha", START, |t| t);
+    let want = import(&folder, &[]).expect("an import").flight;
+    let bytes = std::fs::read(folder.join("a.dbd")).expect("read");
+    std::fs::write(folder.join("a.sbd"), &bytes).expect("written");
+    std::fs::write(folder.join("a.dbd"), &bytes[..bytes.len() / 2]).expect("written");
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("a.dbd is damaged: after its end") && said(&got).contains("cycles of a.sbd are taken"), "{}", said(&got));
+    assert!(!got.report.is_whole() && got.flight.pitch_rad == want.pitch_rad, "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_a_cut_copy_of_a_segment_does_not_refuse_the_folder() {
+    let folder = folder("cut copy");
+    pair(&folder, "a", "alpha", START, |t| t);
+    pair(&folder, "b", "alpha", START + 7200.0, |t| t);
+    let want = import(&folder, &[]).expect("an import").flight;
+    // Under another name that comes before, and with the name of the segment in its header.
+    let bytes = std::fs::read(folder.join("a.dbd")).expect("read");
+    std::fs::write(folder.join("0.dbd"), &bytes[..bytes.len() / 2]).expect("written");
+    let got = import(&folder, &[]).expect("an import");
+    assert!(said(&got).contains("a.dbd and 0.dbd are copies of one segment by their headers"), "{}", said(&got));
+    assert_eq!((&got.flight.pitch_rad, &got.flight.segment), (&want.pitch_rad, &want.segment), "{}", said(&got));
+    std::fs::remove_dir_all(folder).ok();
+}
+
+#[test]
+fn regress_fixes_that_the_receiver_calls_bad_are_left_out() {
+    let folder = folder("gps status");
+    let own = [("m_present_time", "timestamp"), ("m_depth", "m"), ("m_gps_lat", "lat"), ("m_gps_lon", "lon"), ("m_gps_status", "enum")];
+    // Of eight fixes the first three are two miles off.
+    let write = |status: f64| {
+        slocum(&folder.join("a.dbd"), "alpha", &own, |k| {
+            let fix = |v: f64| if k < 8 { v } else { f64::NAN };
+            let bad = k < 3;
+            vec![
+                START + 4.0 * k as f64,
+                at(k).0.max(0.0),
+                fix(if bad { 5132.0 } else { 5130.0 }),
+                fix(700.0),
+                fix(if bad { status } else { 0.0 }),
+            ]
+        });
+        import(&folder, &[]).expect("an import")
+    };
+    let (named, silent) = (write(2.0), write(0.0));
+    assert!(said(&named).contains("3 of 8 GPS fixes have another m_gps_status than 0"), "{}", said(&named));
+    assert!((named.report.origins[0].lat_deg - 51.5).abs() < 1e-9, "{:?}", named.report.origins);
+    assert!(!said(&silent).contains("m_gps_status"), "{}", said(&silent));
+    std::fs::remove_dir_all(folder).ok();
+}

@@ -6,9 +6,12 @@ use crate::import::channels::{CLOCKS_APART_S, SET_CLOCK_S, stray_times};
 use crate::import::dbd;
 use crate::record::resample::longest_in_order;
 
+/// The clock of the vehicle's computer, and that of the science computer.
+pub(super) const CLOCK_NAMES: [&str; 2] = ["m_present_time", "sci_m_present_time"];
+
 /// Middle of the times of a file, s.
 fn middle_s(file: &dbd::DbdFile) -> f64 {
-    let clock = ["m_present_time", "sci_m_present_time"].iter().find_map(|n| file.columns.get(*n));
+    let clock = CLOCK_NAMES.iter().find_map(|n| file.columns.get(*n));
     clock.map_or(f64::NAN, |c| crate::record::plausible::quantile(&c.1, 0.5))
 }
 
@@ -34,10 +37,26 @@ const A_YEAR_S: f64 = 365.25 * 86400.0;
 
 /// Times of a file by its computer's clock, s, those that can be and are in order.
 fn times(file: &dbd::DbdFile) -> Vec<f64> {
-    let clock = ["m_present_time", "sci_m_present_time"].iter().find_map(|n| file.columns.get(*n));
+    let clock = CLOCK_NAMES.iter().find_map(|n| file.columns.get(*n));
     let times = plausible_times(clock.map_or_else(Vec::new, |c| c.1.clone()));
     let known: Vec<f64> = times.into_iter().filter(|t| t.is_finite()).collect();
     longest_in_order(&known).into_iter().map(|k| known[k]).collect()
+}
+
+/// First and last time of a file, s.
+pub(super) fn span(file: &dbd::DbdFile) -> Option<(f64, f64)> {
+    let times = times(file);
+    times.first().copied().zip(times.last().copied())
+}
+
+/// Keeps the cycles of a file whose time, s, is as `wanted` says.
+pub(super) fn keep(file: &mut dbd::DbdFile, wanted: impl Fn(f64) -> bool) {
+    let clock = CLOCK_NAMES.iter().find_map(|n| file.columns.get(*n)).map_or_else(Vec::new, |c| c.1.clone());
+    let rows: Vec<usize> = (0..clock.len()).filter(|k| wanted(clock[*k])).collect();
+    for (_, values) in file.columns.values_mut() {
+        *values = rows.iter().map(|k| values[*k]).collect();
+    }
+    file.cycles = rows.len();
 }
 
 /// The two computers' clocks of a segment, where they stand far apart, or one of them was set forward while the other ran on.

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{Collected, CtdRow};
+use super::{Collected, CtdRow, GPS_STATUS};
 use crate::import::Report;
-use crate::import::channels::{SALINITY, agree, report_seldom};
+use crate::import::channels::{SALINITY, report_seldom};
 use crate::import::position::{self, FIX_DEPTH_PA};
 use crate::import::pressure_zero::{self, UNDER_WATER_PA};
+use crate::import::two_computers::{self, Ctd, agree, covered};
 use crate::preprocess::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
@@ -20,7 +21,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
     let empty = Series::default();
     let get = |name: &str| series.get(name).unwrap_or(&empty);
-    let (lat, lon) = gps(get("m_gps_lat"), get("m_gps_lon"), report);
+    let (lat, lon) = gps(&good(get("m_gps_lat"), get(GPS_STATUS), report), get("m_gps_lon"), report);
     let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
     let steering = steering_pressure(&series, place, &all.spans, report);
     let heading = if in_rad(get("m_heading"), report) { get("m_heading") } else { &empty };
@@ -91,7 +92,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
     if from_ctd && !steering.is_empty() {
         let pressure = steering.on(&unix);
-        agree(&flight, &pressure, report);
+        agree(&flight, &unix, &steering, report);
         flight.extra.insert(ENGINEERING_PRESSURE.into(), pressure.iter().map(|p| p * 1e-4).collect());
     }
     report.start_unix_s = Some(start_s);
@@ -154,30 +155,32 @@ fn upright(series: Series, name: &str, water: f64, report: &mut Report) -> Serie
 
 /// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
 fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
-    let minutes = |times: &mut dyn Iterator<Item = f64>| times.map(|t| (t / 60.0) as i64).collect::<std::collections::BTreeSet<_>>();
-    let spans: Vec<(u32, (f64, f64))> = all.spans.iter().map(|(k, s)| (*k, *s)).collect();
-    for (segment, span) in spans {
-        let inside = |t: f64| (span.0..=span.1).contains(&t);
-        let own = minutes(&mut steering.pairs().filter(|(t, p)| inside(*t) && *p > UNDER_WATER_PA).map(|(t, _)| t));
-        let ctd = minutes(&mut all.ctd.iter().filter(|r| r.segment == segment && r.pressure_pa > UNDER_WATER_PA).map(|r| r.time_s));
-        let off = own.difference(&ctd).count();
-        let (own, ctd) = (own.len(), ctd.len());
-        if own >= 3 && 2 * ctd >= own && off > OFF_MIN && 10 * off > own {
-            let name = report.segments.get(segment as usize).cloned().unwrap_or_default();
-            report.leave_out(format!("{name}: the CTD was off in {off} of {own} minutes under water, which have no rows"));
+    let ctd = two_computers::by_segment(all.ctd.iter().map(|r| (r.segment, r.time_s, r.pressure_pa)));
+    let mut off = std::collections::BTreeSet::new();
+    for (segment, span) in &all.spans {
+        let own: Vec<(f64, f64)> = steering.within(span.0, span.1).pairs().collect();
+        let ctd = ctd.get(segment).map_or(&[][..], Vec::as_slice);
+        let name = report.segments.get(*segment as usize).cloned().unwrap_or_default();
+        match covered(&own, ctd) {
+            Ctd::Whole => {}
+            Ctd::Missing(off, of) => {
+                report.leave_out(format!("{name}: the CTD was off in {off} of {of} minutes under water, which have no rows"));
+            }
+            Ctd::Off(ran, of) => {
+                let had = ctd.len();
+                if had > 0 {
+                    report.leave_out(format!(
+                        "{name}: the CTD ran in {ran} of {of} minutes under water: its {had} samples give way to the vehicle's own pressure"
+                    ));
+                }
+                off.insert(*segment);
+            }
         }
-        if own < 3 || 2 * ctd >= own {
-            continue;
-        }
-        let had = all.ctd.iter().filter(|r| r.segment == segment).count();
-        if had > 0 {
-            let name = report.segments.get(segment as usize).cloned().unwrap_or_default();
-            report.leave_out(format!(
-                "{name}: the CTD ran in {ctd} of {own} minutes under water: its {had} samples give way to the vehicle's own pressure"
-            ));
-            all.ctd.retain(|r| r.segment != segment);
-        }
-        all.ctd.extend(steering.pairs().filter(|(t, _)| inside(*t)).map(|(time_s, pressure_pa)| CtdRow {
+    }
+    all.ctd.retain(|r| !off.contains(&r.segment));
+    for segment in off {
+        let own = all.spans.get(&segment).map(|span| steering.within(span.0, span.1)).unwrap_or_default();
+        all.ctd.extend(own.pairs().map(|(time_s, pressure_pa)| CtdRow {
             time_s,
             segment,
             pressure_pa,
@@ -187,15 +190,12 @@ fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
     }
 }
 
-/// A CTD that starts late, and minutes in which just one of the two has a sample, are no hole, min.
-const OFF_MIN: usize = 2;
-
 /// Rows of a segment after the first one of the next: two files overlap, and their rows would come by turns.
 fn without_overlap(rows: &mut Vec<CtdRow>, report: &mut Report) {
     let mut seen: Vec<u32> = Vec::new();
     let all = rows.len();
     rows.retain(|row| {
-        if !seen.contains(&row.segment) {
+        if seen.last() != Some(&row.segment) && !seen.contains(&row.segment) {
             seen.push(row.segment);
         }
         seen.last() == Some(&row.segment)
@@ -203,6 +203,17 @@ fn without_overlap(rows: &mut Vec<CtdRow>, report: &mut Report) {
     if rows.len() < all {
         report.leave_out(format!("{} of {all} rows of one segment lie in the time of the next: two files overlap", all - rows.len()));
     }
+}
+
+/// Latitudes that the receiver itself does not call bad at their time.
+fn good(lat: &Series, status: &Series, report: &mut Report) -> Series {
+    let bad: std::collections::BTreeSet<u64> = status.pairs().filter(|(_, v)| *v != 0.0).map(|(t, _)| t.to_bits()).collect();
+    let (time, value): (Vec<f64>, Vec<f64>) = lat.pairs().filter(|(t, _)| !bad.contains(&t.to_bits())).unzip();
+    if time.len() == lat.len() || time.is_empty() {
+        return lat.clone();
+    }
+    report.note(format!("{} of {} GPS fixes have another {GPS_STATUS} than 0: no good ones, left out", lat.len() - time.len(), lat.len()));
+    Series::new(&time, &value)
 }
 
 /// Latitude and longitude of the GPS, deg.

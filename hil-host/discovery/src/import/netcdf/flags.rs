@@ -91,22 +91,23 @@ fn means_bad(meaning: &str) -> bool {
 }
 
 impl Reader<'_> {
-    /// Values whose flag says "bad" or "missing" become none.
+    /// Values of which any flag says "bad" or "missing" become none.
     pub(super) fn leave_out_bad(&mut self, name: &str, values: &mut [f64]) {
         let rows = values.len();
-        let candidates = self.flag_variables(name);
-        let Some((flag, flags)) = candidates.into_iter().find_map(|n| Some((n.clone(), self.flags(&n, rows)?))) else { return };
-        let scheme = self.scheme(&flag);
-        let mut left_out = 0;
-        for (value, flag) in values.iter_mut().zip(&flags) {
-            if value.is_finite() && flag.is_some_and(|f| scheme.is_bad(f)) {
-                *value = f64::NAN;
-                left_out += 1;
+        for flag in self.flag_variables(name) {
+            let Some(flags) = self.flags(&flag, rows) else { continue };
+            let scheme = self.scheme(&flag);
+            let mut left_out = 0;
+            for (value, flag) in values.iter_mut().zip(&flags) {
+                if value.is_finite() && flag.is_some_and(|f| scheme.is_bad(f)) {
+                    *value = f64::NAN;
+                    left_out += 1;
+                }
             }
-        }
-        if left_out > 0 {
-            let says = scheme.says();
-            self.report.note(format!("{left_out} of {rows} values of {name} left out: {flag} says bad or missing ({says})"));
+            if left_out > 0 {
+                let says = scheme.says();
+                self.report.note(format!("{left_out} of {rows} values of {name} left out: {flag} says bad or missing ({says})"));
+            }
         }
     }
 
@@ -169,8 +170,8 @@ impl Reader<'_> {
     }
 
     /// Flags as numbers; they come as integers, as floats and as characters.
-    fn flags(&mut self, name: &str, rows: usize) -> Option<Vec<Option<f64>>> {
-        self.fits(name).ok()?;
+    fn flags(&self, name: &str, rows: usize) -> Option<Vec<Option<f64>>> {
+        self.room(name).ok()?;
         let variable = self.file.variable(name).ok()?;
         let digit = |c: char| c.to_digit(10).map(f64::from);
         let flags: Vec<Option<f64>> = match variable.dtype() {

@@ -268,4 +268,6 @@ fn segment_names(flight: &Flight, name: impl Fn(usize) -> String) -> Vec<String>
 #[cfg(test)]
 mod lab_tests;
 #[cfg(test)]
+mod mistake_tests;
+#[cfg(test)]
 mod tests;

@@ -47,18 +47,34 @@ pub(super) fn imported(columns: &[Column], flags: Option<&str>) -> Result<Import
 
 /// The same with further attributes.
 pub(super) fn written(columns: &[Column], flags: Option<&str>, attributes: &[Attribute]) -> Result<Imported, String> {
+    let define = |set: &mut DataSet| {
+        for (variable, name, text) in attributes {
+            set.add_var_attr_string(variable, name, text).expect("an attribute");
+        }
+        if flags.is_some() {
+            set.add_var_u8("TEMP_QC", &["N_MEASUREMENTS"]).expect("a variable");
+        }
+    };
+    with_more(columns, define, |file| {
+        if let Some(flags) = flags {
+            file.write_var_u8("TEMP_QC", flags.as_bytes()).expect("flags");
+        }
+    })
+}
+
+/// Columns, and what `define` and `fill` add to them.
+pub(super) fn with_more(
+    columns: &[Column],
+    define: impl FnOnce(&mut DataSet),
+    fill: impl FnOnce(&mut FileWriter),
+) -> Result<Imported, String> {
     let mut set = DataSet::new();
     set.add_fixed_dim("N_MEASUREMENTS", ROWS).expect("a dimension");
     for (name, unit, _) in columns {
         set.add_var_f64(name, &["N_MEASUREMENTS"]).expect("a variable");
         set.add_var_attr_string(name, "units", unit).expect("a unit");
     }
-    for (variable, name, text) in attributes {
-        set.add_var_attr_string(variable, name, text).expect("an attribute");
-    }
-    if flags.is_some() {
-        set.add_var_u8("TEMP_QC", &["N_MEASUREMENTS"]).expect("a variable");
-    }
+    define(&mut set);
     let unique = std::thread::current().name().unwrap_or("one").replace("::", "-");
     let path = std::env::temp_dir().join(format!("glider-quirk-{}-{unique}.nc", std::process::id()));
     let mut file = FileWriter::open(&path).expect("a file");
@@ -66,9 +82,7 @@ pub(super) fn written(columns: &[Column], flags: Option<&str>, attributes: &[Att
     for (name, _, values) in columns {
         file.write_var_f64(name, values).expect("values");
     }
-    if let Some(flags) = flags {
-        file.write_var_u8("TEMP_QC", flags.as_bytes()).expect("flags");
-    }
+    fill(&mut file);
     file.close().expect("closed");
     let imported = crate::import::import(&path, &[]).map_err(|e| e.to_string());
     std::fs::remove_file(&path).expect("removed");

@@ -196,14 +196,19 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether the values of `name` have room: what a file declares may be a thousand times what it holds.
-    pub(super) fn fits(&mut self, name: &str) -> Result<(), String> {
+    /// The bytes that the values of `name` take, where there is room for them: what a file declares may be a thousand times what it holds.
+    pub(super) fn room(&self, name: &str) -> Result<u64, String> {
         let rows = self.file.variable(name).and_then(|v| Ok(v.num_elements()?)).map_err(|e| e.to_string())?;
         let bytes = rows.saturating_mul(8);
         if bytes > self.budget {
             return Err(format!("declares {rows} values, more than a file of this size holds"));
         }
-        self.budget -= bytes;
+        Ok(bytes)
+    }
+
+    /// The same, taken off what is left.
+    pub(super) fn fits(&mut self, name: &str) -> Result<(), String> {
+        self.budget -= self.room(name)?;
         Ok(())
     }
 

@@ -108,7 +108,9 @@ fn from_table(mut table: Table, path: &Path, name: &str, report: &mut Report) ->
         return Ok(flight);
     }
     table.empty_fills(report);
-    let drop = table.passed_over(report);
+    let mut drop = table.passed_over(report);
+    // Flags in words are read by now.
+    drop.extend((0..table.names.len()).filter(|k| table.flagged(*k).is_some() && !table.is_read_by_name(*k)));
     let plain = table.plain(clock.as_ref(), &drop);
     let time = clock.as_ref().map(|c| table.names[c.column].as_str());
     let flight = own_format(&plain, path, name, time, report)?;
@@ -357,5 +359,7 @@ fn recompute_density(flight: &mut Flight, report: &mut Report) {
     }
 }
 
+#[cfg(test)]
+mod field_tests;
 #[cfg(test)]
 mod tests;

@@ -83,11 +83,20 @@ const STAYS: [&str; 17] = [
 
 /// Whether a meaning is that of a value which is not to be used, in words or by the test that it did not pass; what may be corrected or is
 /// only suspected stays.
-fn means_bad(meaning: &str) -> bool {
-    let m = meaning.to_ascii_lowercase();
+pub(in crate::import) fn means_bad(meaning: &str) -> bool {
+    let m = meaning.to_ascii_lowercase().replace([' ', '-'], "_");
     let of = |words: &[&str]| words.iter().any(|w| m.contains(w));
     let named = of(&WORDS) && !of(&["correctable", "probably", "not_bad", "not_fail", "no_bad", "no_error", "not_reject", "error_free"]);
     named || (of(&TESTS) && !of(&STAYS))
+}
+
+/// Whether what is called `flag` holds flags of what is called `name`, by these names.
+pub(in crate::import) fn is_flag_of(flag: &str, name: &str) -> bool {
+    const ENDS: [&str; 7] =
+        ["_qc", "_flag", "_quality_flag", "_primary_flag", "_summary_flag", "_qartod_summary_flag", "_qartod_primary_flag"];
+    let (flag, name) = (flag.to_ascii_lowercase(), name.to_ascii_lowercase());
+    let rest = flag.strip_prefix("qartod_").unwrap_or(&flag).strip_prefix(&name);
+    rest.is_some_and(|r| ENDS.contains(&r)) || flag.strip_prefix("qc_") == Some(&name)
 }
 
 impl Reader<'_> {
@@ -119,18 +128,12 @@ impl Reader<'_> {
             let n = n.to_ascii_lowercase();
             n.ends_with("qc") || ["flag", "primary", "summary", "aggregate", "qartod"].iter().any(|w| n.contains(w))
         };
-        let own = |n: &str| {
-            let (n, name) = (n.to_ascii_lowercase(), name.to_ascii_lowercase());
-            let rest = n.strip_prefix("qartod_").unwrap_or(&n).strip_prefix(name.as_str()).map(str::to_owned);
-            let usual = ["_qc", "_flag", "_quality_flag", "_primary_flag", "_summary_flag", "_qartod_summary_flag", "_qartod_primary_flag"];
-            rest.is_some_and(|r| usual.contains(&r.as_str())) || n.strip_prefix("qc_") == Some(name.as_str())
-        };
         let is_declared = |n: &str| declared.split([' ', ',']).any(|d| d == n);
         let of_flags = |v: &NcVariable| v.attribute("flag_meanings").is_some() || named(v.name());
         // Which tests were made says nothing of a value, and in OOI's results of bits 1 is "passed".
         let of_runs = |v: &NcVariable| ["executed", "performed", "passed"].iter().any(|w| v.name().to_ascii_lowercase().contains(w));
         let passed = |v: &NcVariable| of_runs(v) || (v.name().ends_with("_qc_results") && v.attribute("flag_masks").is_some());
-        let is_flag = |v: &&NcVariable| ((is_declared(v.name()) && of_flags(v)) || own(v.name())) && !passed(v);
+        let is_flag = |v: &&NcVariable| ((is_declared(v.name()) && of_flags(v)) || is_flag_of(v.name(), name)) && !passed(v);
         let mut found: Vec<&str> = variables.iter().filter(is_flag).map(|v| v.name()).collect();
         let is_summary = |n: &str| ["_qc", "primary", "summary", "aggregate"].iter().any(|w| n.to_ascii_lowercase().contains(w));
         found.sort_by_key(|n| !is_summary(n));

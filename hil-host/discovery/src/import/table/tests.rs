@@ -4,7 +4,7 @@ use super::super::calendar;
 use super::*;
 
 /// 60 rows of a dive, 4 s apart: time, dbar, pitch, ballast, density.
-fn rows(time: impl Fn(f64) -> String) -> String {
+pub(super) fn rows(time: impl Fn(f64) -> String) -> String {
     (0..60)
         .map(|i| {
             let i = f64::from(i);
@@ -13,7 +13,7 @@ fn rows(time: impl Fn(f64) -> String) -> String {
         .collect()
 }
 
-fn read(name: &str, bytes: &[u8]) -> Result<Imported, String> {
+pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Imported, String> {
     let path = std::env::temp_dir().join(format!("glider-table-{}-{name}.csv", std::process::id()));
     std::fs::write(&path, bytes).expect("written");
     let got = import(&path).map_err(|e| e.to_string());
@@ -21,7 +21,7 @@ fn read(name: &str, bytes: &[u8]) -> Result<Imported, String> {
     got
 }
 
-const HEADER: &str = "time_s,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n";
+pub(super) const HEADER: &str = "time_s,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n";
 
 #[test]
 fn regress_tables_that_spreadsheets_write_are_read() {
@@ -76,17 +76,17 @@ fn a_line_of_units_makes_the_columns() {
 }
 
 /// Whether something is said of an import in so many words.
-fn says(got: &Imported, what: &str) -> bool {
+pub(super) fn says(got: &Imported, what: &str) -> bool {
     got.report.notes.iter().chain(&got.report.left_out).any(|n| n.contains(what))
 }
 
 /// The plain table with its times written otherwise, under a header for them.
-fn timed(name: &str, header: &str, time: impl Fn(f64) -> String) -> Result<Imported, String> {
+pub(super) fn timed(name: &str, header: &str, time: impl Fn(f64) -> String) -> Result<Imported, String> {
     read(name, (HEADER.replace("time_s", header) + &rows(time)).as_bytes())
 }
 
 /// "12:26:40" of 1600000000 on.
-fn clock(t: f64) -> String {
+pub(super) fn clock(t: f64) -> String {
     format!("12:{:02}:{:02}", 26 + ((t + 40.0) / 60.0) as u32, (t + 40.0) as u32 % 60)
 }
 
@@ -143,7 +143,7 @@ fn regress_words_for_no_value_are_emptied_and_counted() {
 }
 
 /// Rows with units in a second line, of the columns behind time, pressure, temperature and m_pitch.
-fn with_units(name: &str, header: &str, units: &str, more: impl Fn(usize) -> String) -> Result<Imported, String> {
+pub(super) fn with_units(name: &str, header: &str, units: &str, more: impl Fn(usize) -> String) -> Result<Imported, String> {
     let table = format!("time,pressure,temperature,m_pitch,{header}\ns,dbar,Celsius,degrees,{units}\n")
         + &(0..60).map(|i| format!("{i},{i}.1,12.5,-20,{}\n", more(i))).collect::<String>();
     read(name, table.as_bytes())

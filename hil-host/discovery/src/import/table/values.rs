@@ -4,16 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use super::super::Report;
+use super::super::netcdf::flags::{BAD, is_flag_of, means_bad};
 use super::super::netcdf::names::{DENSITY, PITCH, SALINITY, TEMPERATURE};
-use super::super::netcdf::{flags::BAD, variables::undeclared_fill};
+use super::super::netcdf::variables::undeclared_fill;
+use super::super::report::shown;
 use super::tidy::by_channel;
 use super::{CONDUCTIVITIES, SALINITIES, Table, is_number};
 use crate::record::csv::{Channel, no_value};
 
 /// Columns that name the vehicle of a row, with or without `_id`; case does not matter.
 const VEHICLES: [&str; 7] = ["trajectory", "platform", "platform_code", "wmo_id", "glider", "vehicle", "deployment"];
-/// Endings of the columns of flags.
-const FLAGS: [&str; 4] = ["_qartod_summary_flag", "_qartod_primary_flag", "_qc", "_flag"];
 /// A column has no more fills than this.
 const MOST_FILLS: usize = 8;
 
@@ -97,26 +97,29 @@ impl<'a> Table<'a> {
 
     /// The column whose flags a column holds.
     pub(super) fn flagged(&self, flags: usize) -> Option<usize> {
-        let name = self.names[flags].to_ascii_lowercase();
-        let of = FLAGS.iter().find_map(|end| name.strip_suffix(end))?;
-        self.names.iter().position(|h| h.eq_ignore_ascii_case(of))
+        self.names.iter().position(|name| is_flag_of(&self.names[flags], name))
     }
 
-    /// Empties the fields whose flag is "bad" or "missing".
+    /// Empties the fields whose flag is "bad" or "missing", as a number or in words.
     pub(super) fn leave_out_bad(&mut self, report: &mut Report) {
         let pairs: Vec<(usize, usize)> = (0..self.names.len()).filter_map(|flags| Some((self.flagged(flags)?, flags))).collect();
         for (column, flags) in pairs {
-            let mut left_out = 0;
+            let (mut left_out, mut words) = (0, BTreeSet::new());
             for row in &mut self.rows {
-                let bad = row.get(flags).and_then(|f| f.parse::<f64>().ok()).is_some_and(|f| BAD.contains(&f));
+                let flag = row.get(flags).copied().unwrap_or_default();
+                let number = flag.parse::<f64>().ok();
+                let bad = number.map_or_else(|| means_bad(flag), |f| BAD.contains(&f));
                 if let Some(field) = row.get_mut(column).filter(|f| bad && !f.is_empty()) {
                     *field = "";
                     left_out += 1;
+                    words.extend(number.is_none().then_some(flag));
                 }
             }
             if left_out > 0 {
                 let (name, flag) = (&self.names[column], &self.names[flags]);
-                report.note(format!("{left_out} of {} values of {name} left out: {flag} says bad (4) or missing (9)", self.rows.len()));
+                let list: Vec<String> = words.iter().take(4).map(|w| format!("\"{}\"", shown(w))).collect();
+                let says = if list.is_empty() { "bad (4) or missing (9)".into() } else { list.join(", ") };
+                report.note(format!("{left_out} of {} values of {name} left out: {flag} says {says}", self.rows.len()));
             }
         }
     }

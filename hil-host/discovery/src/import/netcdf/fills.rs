@@ -1,9 +1,55 @@
 //! Values of a NetCDF variable that stand for none.
 
+use netcdf_reader::masked::MaskParams;
+use netcdf_reader::unpack::UnpackParams;
+use netcdf_reader::{NcAttrValue, NcType, NcVariable};
+
 use super::names::Wanted;
 use super::variables::{LARGEST, Reader};
 
+/// A range that is meant for unpacked numbers keeps so much of the different values, read as such.
+const MEANT: f64 = 0.95;
+
+/// Whether the range of a variable of whole numbers is of fractions: by the NetCDF user guide it is one of unpacked numbers then.
+fn states_unpacked(variable: &NcVariable) -> bool {
+    let is_fraction =
+        |name: &str| variable.attribute(name).is_some_and(|a| matches!(a.value, NcAttrValue::Floats(_) | NcAttrValue::Doubles(_)));
+    !matches!(variable.dtype(), NcType::Float | NcType::Double) && BOUNDS.iter().any(|name| is_fraction(name))
+}
+
+/// Attributes that say what a value can be.
+const BOUNDS: [&str; 3] = ["valid_min", "valid_max", "valid_range"];
+
 impl Reader<'_> {
+    /// The values of a packed variable whose range is written in unpacked numbers; none of any other. Such a range takes out most values
+    /// where it is read in packed numbers, as the CF conventions want it, and hardly any as what it is.
+    pub(super) fn in_unpacked_range(&mut self, name: &str) -> Option<Vec<f64>> {
+        let variable = self.file.variable(name).ok()?;
+        let (unpack, mask) = UnpackParams::from_variable(variable).zip(MaskParams::from_variable(variable))?;
+        let bounded = mask.valid_min.is_some() || mask.valid_max.is_some();
+        if !bounded || variable.attribute("_Unsigned").is_some() || self.room(name).is_err() {
+            return None;
+        }
+        let range = mask.valid_min.unwrap_or(f64::NEG_INFINITY)..=mask.valid_max.unwrap_or(f64::INFINITY);
+        let mut stored = self.file.read_variable_as_f64(name).ok()?;
+        MaskParams { valid_min: None, valid_max: None, ..mask }.apply(&mut stored);
+        // Each value counts once: a fill that nothing declares may stand in most rows.
+        let mut different: Vec<f64> = stored.iter().copied().filter(|v| v.is_finite()).collect();
+        different.sort_by(f64::total_cmp);
+        different.dedup();
+        let unpacked = |v: f64| v * unpack.scale_factor + unpack.add_offset;
+        let packed_kept = different.iter().filter(|v| range.contains(v)).count();
+        let unpacked_kept = different.iter().filter(|v| range.contains(&unpacked(**v))).count();
+        let lost = 2 * packed_kept < different.len() || (states_unpacked(variable) && packed_kept < unpacked_kept);
+        if !lost || (unpacked_kept as f64) < MEANT * different.len() as f64 {
+            return None;
+        }
+        let (low, high) = (range.start(), range.end());
+        self.report
+            .note(format!("valid range of {name} ({low} to {high}) is written in unpacked numbers, not in packed ones: taken as such"));
+        Some(stored.iter().map(|v| unpacked(*v)).map(|v| if range.contains(&v) { v } else { f64::NAN }).collect())
+    }
+
     /// Without what the file does not declare to be a fill: one value, over and over, far outside of all others; and what is declared
     /// in a text ("-99") instead of a number. What lies beyond a bound of the file is counted.
     pub(super) fn without_fills(&mut self, name: &str, mut values: Vec<f64>) -> Vec<f64> {
@@ -46,7 +92,7 @@ impl Reader<'_> {
     fn masked_by_bounds(&mut self, name: &str, values: &[f64]) -> usize {
         let Ok(variable) = self.file.variable(name) else { return 0 };
         let numbers = |attribute: &str| variable.attribute(attribute).and_then(|a| a.value.as_f64_vec()).unwrap_or_default();
-        if ["valid_min", "valid_max", "valid_range"].iter().all(|a| numbers(a).is_empty()) || variable.attribute("_Unsigned").is_some() {
+        if BOUNDS.iter().all(|a| numbers(a).is_empty()) || variable.attribute("_Unsigned").is_some() {
             return 0;
         }
         let fills: Vec<f64> = [numbers("_FillValue"), numbers("missing_value")].concat();

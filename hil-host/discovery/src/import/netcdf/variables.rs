@@ -215,7 +215,10 @@ impl Reader<'_> {
     /// All values of a variable, unpacked, fills as NaN.
     pub(super) fn values(&mut self, name: &str) -> Result<Vec<f64>, String> {
         self.fits(name)?;
-        let values = self.file.read_variable_unpacked_masked(name).map_err(|e| reason(&e))?;
+        let values = match self.in_unpacked_range(name) {
+            Some(values) => values,
+            None => self.file.read_variable_unpacked_masked(name).map_err(|e| reason(&e))?.into_iter().collect(),
+        };
         // Written as texts they are not applied by the reader.
         let number = |attribute: &str| self.text(name, attribute).and_then(|t| t.trim().parse::<f64>().ok());
         let (scale, offset) = (number("scale_factor").unwrap_or(1.0), number("add_offset").unwrap_or(0.0));

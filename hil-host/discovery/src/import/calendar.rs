@@ -36,7 +36,7 @@ pub fn seconds_in(unit: &str) -> Option<f64> {
     })
 }
 
-/// Unix time of "2020-09-13T12:26:40.5Z", also with a blank for the T, a zone, UTC or GMT for the Z, or neither (UTC).
+/// Unix time of "2020-09-13T12:26:40.5Z", also with a blank for the T, a zone (+02:00, CEST), UTC or GMT for the Z, or neither (UTC).
 #[must_use]
 pub fn iso_8601(text: &str) -> Option<f64> {
     let (date, rest) = text.trim().split_at_checked(10)?;
@@ -61,7 +61,10 @@ fn clock_s(text: &str) -> Option<f64> {
     let (clock, zone) = match (utc(text), text.rfind(['+', '-'])) {
         (Some(clock), _) => (clock, 0.0),
         (None, Some(at)) => (text[..at].trim_end(), zone_s(&text[at..])?),
-        (None, None) => (text, 0.0),
+        (None, None) => match zone_name(text) {
+            Some(name) => (text[..text.len() - name.len()].trim_end(), zone_s(name)?),
+            None => (text, 0.0),
+        },
     };
     let clock = utc(clock).unwrap_or(clock);
     let half = [("AM", 0.0), ("PM", 43_200.0)].iter().find_map(|(end, after_s)| Some((without_end(clock, end)?, *after_s)));
@@ -91,10 +94,71 @@ fn clock_s(text: &str) -> Option<f64> {
     Some(seconds - zone)
 }
 
-/// Seconds east of UTC of "+02:00", "-0330", "+530", "-6:00", "-6"; none of what no place on Earth has.
+/// Names that stand for one zone, with its hours east of UTC; case does not matter.
+const ZONES: [(&str, f64); 23] = [
+    ("Z", 0.0),
+    ("UTC", 0.0),
+    ("GMT", 0.0),
+    ("WET", 0.0),
+    ("WEST", 1.0),
+    ("CET", 1.0),
+    ("CEST", 2.0),
+    ("EET", 2.0),
+    ("EEST", 3.0),
+    ("NDT", -2.5),
+    ("EDT", -4.0),
+    ("CDT", -5.0),
+    ("MDT", -6.0),
+    ("PDT", -7.0),
+    ("AKDT", -8.0),
+    ("AKST", -9.0),
+    ("JST", 9.0),
+    ("AWST", 8.0),
+    ("ACST", 9.5),
+    ("AEST", 10.0),
+    ("AEDT", 11.0),
+    ("NZST", 12.0),
+    ("NZDT", 13.0),
+];
+/// Names that stand for several zones, whose hours differ.
+const SEVERAL_ZONES: [&str; 9] = ["AST", "BST", "CST", "EST", "IST", "MST", "NST", "PST", "SST"];
+
+/// The letters behind the clock of "2026-05-02 09:15 CEST", "9:15 PM CEST": not AM or PM.
+#[must_use]
+pub fn zone_name(text: &str) -> Option<&str> {
+    let text = text.trim_end();
+    let is_half = |t: &str| without_end(t, "AM").or_else(|| without_end(t, "PM")).map(str::len);
+    if is_half(text).is_some() {
+        return None;
+    }
+    let before = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let clock = before.trim_end();
+    let clock = &clock[..is_half(clock).unwrap_or(clock.len())];
+    (before.len() < text.len() && clock.ends_with(|c: char| c.is_ascii_digit())).then(|| &text[before.len()..])
+}
+
+/// Whether a name stands for several zones.
+#[must_use]
+pub fn is_of_several_zones(name: &str) -> bool {
+    SEVERAL_ZONES.iter().any(|s| s.eq_ignore_ascii_case(name))
+}
+
+/// Why the zone at the end of a time, or of that name, is not read, and the way out; none where it is read or there is none.
+#[must_use]
+pub fn why_no_zone(text: &str) -> Option<String> {
+    let text = text.trim();
+    let name = zone_name(text).or(Some(text).filter(|t| is_of_several_zones(t))).filter(|name| zone_s(name).is_none())?;
+    let why = if is_of_several_zones(name) { "stands for several" } else { "is not known" };
+    Some(format!("the zone {name} {why}: write UTC, or the hours from it as in +02:00"))
+}
+
+/// Seconds east of UTC of "+02:00", "-0330", "+530", "-6:00", "-6", "CEST"; none of what no place on Earth has, or several have.
 #[must_use]
 pub fn zone_s(zone: &str) -> Option<f64> {
     let zone = zone.trim();
+    if let Some((_, hours)) = ZONES.iter().find(|z| z.0.eq_ignore_ascii_case(zone)) {
+        return Some(hours * 3600.0);
+    }
     let rest = zone.strip_prefix(['+', '-'])?;
     let (hours, minutes) = match rest.split_once(':') {
         Some(parts) => parts,
@@ -105,6 +169,19 @@ pub fn zone_s(zone: &str) -> Option<f64> {
     let (hours, minutes) = (whole(hours)?, whole(minutes)?);
     let east = f64::from(60 * hours + minutes) * 60.0;
     (minutes < 60 && east <= FURTHEST_ZONE_S).then_some(if zone.starts_with('-') { -east } else { east })
+}
+
+/// Unix time of a date and clock whose date is the one that Julian days count from: 1 January 4713 BC of the Julian calendar, also with a
+/// year 0 before the first one, and as 24 November of the Gregorian one (Meeus, Astronomical Algorithms, chapter 7).
+#[must_use]
+pub fn julian_origin_s(text: &str) -> Option<f64> {
+    /// 1970-01-01T00:00 is 2440587.5, and the days begin at noon.
+    const TO_1970: f64 = 2_440_588.0;
+    let (date, clock) = parts(text.trim());
+    if !["-4713-01-01", "-4713-1-1", "-4712-01-01", "-4713-11-24"].contains(&date) {
+        return None;
+    }
+    Some(clock_s(clock)? - TO_1970 * 86_400.0)
 }
 
 /// UTC+14 is the easternmost, s.
@@ -122,7 +199,8 @@ pub enum DayMonth {
 /// A date and what stands behind it.
 fn parts(text: &str) -> (&str, &str) {
     let digit_before = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_digit());
-    let at = text.find(' ').or_else(|| text.match_indices(['T', 't']).map(|m| m.0).find(|at| digit_before(*at)));
+    let letter = text.match_indices(['T', 't']).map(|m| m.0).find(|at| digit_before(*at));
+    let at = text.find(' ').into_iter().chain(letter).min();
     at.map_or((text, ""), |at| (&text[..at], &text[at + 1..]))
 }
 
@@ -209,6 +287,44 @@ mod tests {
             assert_eq!(iso_8601(wrong), None, "{wrong}");
         }
         assert!(iso_8601("2024-02-29").is_some() && iso_8601("2000-02-29").is_some());
+    }
+
+    #[test]
+    fn accuracy_julian_days_count_from_noon_of_their_origin() {
+        // 2451545.0 is 2000-01-01T12:00 (Meeus, Astronomical Algorithms, chapter 7).
+        let noon = iso_8601("2000-01-01T12:00:00Z").expect("a time");
+        for origin in ["-4713-01-01T12:00:00Z", "-4713-1-1 12:00", "-4712-01-01 12:00:00", "-4713-11-24T12:00:00"] {
+            assert_eq!(julian_origin_s(origin), Some(noon - 2_451_545.0 * 86_400.0), "{origin}");
+        }
+        // A day that begins at midnight (SeaDataNet).
+        assert_eq!(julian_origin_s("-4713-01-01"), Some(noon - 2_451_545.5 * 86_400.0));
+        assert_eq!((julian_origin_s("4713-01-01"), julian_origin_s("-4713-1-10"), julian_origin_s("")), (None, None, None));
+    }
+
+    #[test]
+    fn regress_names_of_zones_are_read_or_named() {
+        for (text, hours) in [
+            ("2020-09-13 14:26:40 CEST", 2.0),
+            ("2020-09-13T14:26:40CEST", 2.0),
+            ("13-Sep-2020 13:26:40 cet", 1.0),
+            ("13/09/2020 02:26:40 PM CEST", 2.0),
+            ("20200913T142640 CEST", 2.0),
+            ("2020-09-13 08:26:40 EDT", -4.0),
+            ("2020-09-13 22:26:40 AEST", 10.0),
+            ("2020-09-13 12:26:40 WET", 0.0),
+        ] {
+            assert_eq!(date_time(text, Some(DayMonth::DayFirst)), Some(1.6e9), "{text}");
+            assert_eq!((zone_name(text).and_then(zone_s), why_no_zone(text)), (Some(hours * 3600.0), None), "{text}");
+        }
+        for name in ["CST", "IST", "BST", "EST", "MST", "PST", "XYZ"] {
+            let text = format!("2020-09-13 12:26:40 {name}");
+            assert_eq!((date_time(&text, None), zone_s(name)), (None, None), "{name}");
+            assert!(why_no_zone(&text).is_some_and(|w| w.contains(&format!("the zone {name} "))), "{name}");
+        }
+        assert!(why_no_zone("CST").is_some() && why_no_zone("ms").is_none() && why_no_zone("UTC").is_none());
+        for none in ["13-Sep-2020", "2020-09-13 12:26 PM", "2020-09-13", "May", "", "\u{e9}"] {
+            assert_eq!(zone_name(none), None, "{none}");
+        }
     }
 
     #[test]

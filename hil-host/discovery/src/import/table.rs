@@ -8,7 +8,7 @@ use std::path::Path;
 
 mod channel;
 pub(super) mod tidy;
-mod times;
+pub(super) mod times;
 mod values;
 
 use super::channels::{SALINITY, SET_CLOCK_S};

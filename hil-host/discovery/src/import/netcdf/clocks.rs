@@ -2,9 +2,10 @@
 
 use netcdf_reader::NcType;
 
-use super::super::calendar::{LATEST_S, days_from_1970, seconds_in, zone_s};
+use super::super::calendar::{LATEST_S, days_from_1970, julian_origin_s, seconds_in, why_no_zone, zone_name, zone_s};
 use super::super::channels::{LONGEST_MISSION_S, stray_times};
 use super::super::table::tidy::spread_evenly;
+use super::super::table::times::seconds_of;
 use super::names::{DEPTH, PRESSURE};
 use super::variables::Reader;
 use crate::record::plausible::quantile;
@@ -32,7 +33,7 @@ impl Reader<'_> {
         let variables = self.file.variables().ok()?;
         let mut candidates: Vec<&str> = variables
             .iter()
-            .filter(|v| v.dimensions().iter().filter(|d| d.size != 1).map(|d| &d.name).eq(dimensions))
+            .filter(|v| self.dimensions(v.name()).as_deref() == Some(dimensions))
             .filter(|v| {
                 let said = |attribute: &str| v.attribute(attribute).and_then(|a| a.value.as_string()).unwrap_or_default();
                 v.name().to_ascii_lowercase().contains("time") || said("standard_name").trim() == "time" || said("axis").trim() == "T"
@@ -58,13 +59,65 @@ impl Reader<'_> {
         })
     }
 
-    /// Unix times of one clock.
+    /// Unix times of one clock, of the years that a glider can have been in.
     fn times(&mut self, clock: &str) -> Option<Vec<f64>> {
+        let times = if self.is_text(clock) { self.written_times(clock) } else { self.counted_times(clock) }?;
+        let mut times: Vec<f64> = times.into_iter().map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
+        let stray = stray_times(&mut times, LONGEST_MISSION_S);
+        if stray > 0 {
+            self.report
+                .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
+        }
+        let of_one = self.one_row_each(clock, &times);
+        let repeated = if of_one > 0 { 0 } else { spread_clock(&mut times) };
+        if of_one > 0 {
+            self.report.note(format!(
+                "{of_one} of {} times of {clock} repeat the one before, with its pressure or none: the values of one time are one row",
+                times.len()
+            ));
+        }
+        if repeated > 0 {
+            self.report.note(format!(
+                "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
+                times.len()
+            ));
+        }
+        if !times.iter().any(|t| t.is_finite()) {
+            let unit = self.text(clock, "units").unwrap_or_default();
+            self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
+        }
+        Some(times)
+    }
+
+    /// Unix times of a clock of texts, such as "2013-04-02T08:00:00Z".
+    fn written_times(&mut self, clock: &str) -> Option<Vec<f64>> {
+        let unit = self.text(clock, "units").unwrap_or_default();
+        let texts = self.fits(clock).and_then(|()| self.file.read_variable_as_strings(clock).map_err(|e| e.to_string()));
+        let times = texts.and_then(|texts| {
+            let fields: Vec<&str> = texts.iter().map(|t| t.trim_matches(['\0', ' '])).collect();
+            seconds_of(&fields, clock, &unit, &mut self.report)
+        });
+        match times {
+            Ok(mut times) => {
+                self.report.note(format!("{clock} is written in texts: read as dates"));
+                self.leave_out_bad(clock, &mut times);
+                Some(times)
+            }
+            Err(why) => {
+                self.report.note(format!("{why}; {clock} is not used"));
+                None
+            }
+        }
+    }
+
+    /// Unix times of a clock of numbers, by its unit.
+    fn counted_times(&mut self, clock: &str) -> Option<Vec<f64>> {
         let unit = self.text(clock, "units").unwrap_or_default();
         let known = since(&unit);
         // A clock that is meant but not understood must not give way to another one in silence.
         if known.is_none() && unit.contains(" since ") {
-            self.report.note(format!("{clock} counts \"{unit}\", which is not known: another clock is used if there is one"));
+            let why = why_no_zone(&unit).map_or_else(|| ", which is not known".into(), |why| format!("; {why}"));
+            self.report.note(format!("{clock} counts \"{unit}\"{why}: another clock is used if there is one"));
             return None;
         }
         if let Some(calendar) = self.text(clock, "calendar").filter(|c| !is_gregorian(c)) {
@@ -87,36 +140,20 @@ impl Reader<'_> {
         }
         let mut epoch = epoch;
         let proleptic = self.text(clock, "calendar").is_some_and(|c| c.trim().eq_ignore_ascii_case("proleptic_gregorian"));
-        if let Some(days) = julian_days(&unit).filter(|_| !proleptic) {
+        if let Some((_, date)) = unit.split_once(" since ").filter(|(_, date)| julian_origin_s(date).is_some()) {
+            if proleptic && !date.trim().starts_with("-4713-11-24") {
+                self.report.note(format!(
+                    "{clock} counts \"{unit}\" in the calendar \"proleptic_gregorian\", where Julian days count from -4713-11-24: not used"
+                ));
+                return None;
+            }
+            self.report.note(format!("{clock} counts \"{unit}\": read as Julian days, whose first one began at noon of 1 January 4713 BC"));
+        } else if let Some(days) = julian_days(&unit).filter(|_| !proleptic) {
             self.report
                 .note(format!("{clock} counts \"{unit}\": its origin is of the Julian calendar, {days:+} days, by the CF conventions"));
             epoch += 86_400.0 * days as f64;
         }
-        let times: Vec<f64> = values.iter().map(|v| v * scale + epoch).map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
-        let mut times = times;
-        let stray = stray_times(&mut times, LONGEST_MISSION_S);
-        if stray > 0 {
-            self.report
-                .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
-        }
-        let of_one = self.one_row_each(clock, &times);
-        let repeated = if of_one > 0 { 0 } else { spread_clock(&mut times) };
-        if of_one > 0 {
-            self.report.note(format!(
-                "{of_one} of {} times of {clock} repeat the one before, with its pressure or none: the values of one time are one row",
-                times.len()
-            ));
-        }
-        if repeated > 0 {
-            self.report.note(format!(
-                "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
-                times.len()
-            ));
-        }
-        if !times.iter().any(|t| t.is_finite()) {
-            self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
-        }
-        Some(times)
+        Some(values.iter().map(|v| v * scale + epoch).collect())
     }
 
     /// How many times repeat the one before where rows of one time have one pressure between them, or the same: not those of a coarse clock.
@@ -226,6 +263,9 @@ fn julian_days(units: &str) -> Option<i64> {
 fn since(units: &str) -> Option<(f64, f64)> {
     let (unit, date) = units.split_once(" since ")?;
     let scale = seconds_in(unit)?;
+    if let Some(origin) = julian_origin_s(date) {
+        return Some((scale, origin));
+    }
     // A zone other than UTC: "+02:00" after the time of day.
     let (date, zone) = match date.trim().rfind(['+', '-']).filter(|at| date.trim()[..*at].contains(':')) {
         Some(at) => (&date.trim()[..at], Some(&date.trim()[at..])),
@@ -235,12 +275,13 @@ fn since(units: &str) -> Option<(f64, f64)> {
     let mut next = || numbers.next().and_then(Result::ok);
     let (year, month, day) = if date.eq_ignore_ascii_case("epoch") { (1970.0, 1.0, 1.0) } else { (next()?, next()?, next()?) };
     let clock = next().unwrap_or(0.0) * 3600.0 + next().unwrap_or(0.0) * 60.0 + next().unwrap_or(0.0);
-    let zone_s = zone.map_or(Some(0.0), zone_s)?;
-    // "PST" is a zone whose hours are not stated.
     let word = date.rsplit(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default();
-    if !["", "Z", "T", "UTC", "GMT", "epoch"].iter().any(|known| word.eq_ignore_ascii_case(known)) {
-        return None;
-    }
+    let zone_s = match zone {
+        Some(zone) => zone_s(zone)?,
+        // "PST" is a zone whose hours are not stated.
+        None if ["", "T", "epoch"].iter().any(|none| word.eq_ignore_ascii_case(none)) => 0.0,
+        None => zone_s(zone_name(date)?)?,
+    };
     Some((scale, days_from_1970(year as i64, month as i64, day as i64)? as f64 * 86400.0 + clock - zone_s))
 }
 
@@ -283,6 +324,8 @@ mod tests {
         assert_eq!(since("seconds since epoch"), Some((1.0, 0.0)));
         assert_eq!(since("seconds since 1970-01-01 00:00:00 UTC"), Some((1.0, 0.0)));
         assert_eq!(since("seconds since 1970-01-01 00:00:00 PST"), None);
+        assert_eq!(since("seconds since 1970-01-01 02:00:00 CEST"), Some((1.0, 0.0)));
+        assert_eq!(since("days since -4713-01-01T12:00:00"), Some((86_400.0, -2_440_587.5 * 86_400.0)));
         assert_eq!(since("metres"), None);
         assert_eq!(since("fortnights since 1970-01-01"), None);
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use netcdf_reader::NcFile;
+use netcdf_reader::{NcFile, NcType};
 
 use super::super::{MappedName, Report};
 use super::clocks::{Backwards, backwards};
@@ -117,10 +117,17 @@ impl Reader<'_> {
         found
     }
 
-    /// Names of the dimensions that are more than one value long.
+    /// Names of the dimensions that are more than one value long; the length of texts of characters is none.
     pub(super) fn dimensions(&self, name: &str) -> Option<Vec<String>> {
         let variable = self.file.variable(name).ok()?;
-        Some(variable.dimensions().iter().filter(|d| d.size != 1).map(|d| d.name.clone()).collect())
+        let of = variable.dimensions();
+        let values = if *variable.dtype() == NcType::Char { of.split_last().map_or(of, |(_, values)| values) } else { of };
+        Some(values.iter().filter(|d| d.size != 1).map(|d| d.name.clone()).collect())
+    }
+
+    /// Whether a variable holds texts.
+    pub(super) fn is_text(&self, name: &str) -> bool {
+        self.file.variable(name).is_ok_and(|v| matches!(v.dtype(), NcType::Char | NcType::String))
     }
 
     fn one(&mut self, name: &str, wanted: &Wanted) -> Result<Channel, Unread> {

@@ -1,6 +1,6 @@
 //! Fields of tables that are no plain numbers: flags in words, thousands separators, names of zones.
 
-use super::tests::{HEADER, read, rows, says, with_units};
+use super::tests::{HEADER, clock, read, rows, says, timed, with_units};
 
 #[test]
 fn regress_flags_in_words_leave_bad_values_out() {
@@ -26,4 +26,28 @@ fn regress_flags_in_words_leave_bad_values_out() {
     // Two flags of a column: either leaves a value out.
     let got = with_units("two", "pressure_qc,pressure_flag", "1,", |i| ["1,good", "4,good", "1,bad"][i % 3].to_owned()).expect("reads");
     assert_eq!(got.flight.len(), 20, "{:?}", got.report.notes);
+}
+
+#[test]
+fn regress_zones_behind_times_of_a_table_are_read_or_refused() {
+    let local = |t: f64, hour: &str| format!("2020-09-13 {}", clock(t).replacen("12:", hour, 1));
+    for (k, (hour, header, end)) in [
+        ("14:", "time", " CEST"),
+        ("08:", "Time", " EDT"),
+        ("22:", "time", "AEST"),
+        ("14:", "Time (CEST)", ""),
+        ("12:", "Time (CEST)", "Z"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let got = timed(&format!("zone{k}"), header, |t| local(t, hour) + end).unwrap_or_else(|e| panic!("{header}{end}: {e}"));
+        assert_eq!((got.report.start_unix_s, got.flight.len()), (Some(1.6e9), 60), "{header}{end}");
+    }
+    for (k, (header, end, zone)) in
+        [("time", " CST", "CST"), ("time", " IST", "IST"), ("Time (BST)", "", "BST"), ("time", " XYZ", "XYZ")].into_iter().enumerate()
+    {
+        let e = timed(&format!("none{k}"), header, |t| local(t, "12:") + end).map(|_| ()).expect_err(zone);
+        assert!(e.contains("column ") && e.contains(&format!("the zone {zone} ")) && e.contains("write UTC"), "{e}");
+    }
 }

@@ -3,7 +3,9 @@
 use std::borrow::Cow;
 
 use super::super::Report;
-use super::super::calendar::{DayMonth, LATEST_S, date_time, day_and_month, digits, seconds_in, zone_s};
+use super::super::calendar::{
+    DayMonth, LATEST_S, date_time, day_and_month, digits, is_of_several_zones, julian_origin_s, seconds_in, why_no_zone, zone_name, zone_s,
+};
 use super::Table;
 use crate::record::csv::{TIME_AS, no_value};
 use crate::record::plausible::quantile;
@@ -32,11 +34,21 @@ struct Count {
 
 impl Count {
     /// By the unit, else by the name of the column.
-    fn of(unit: &str, name: &str) -> Self {
+    ///
+    /// # Errors
+    /// A zone in the unit that may be one of several.
+    fn of(unit: &str, name: &str) -> Result<Self, String> {
+        if let Some(zone) = unit.split_whitespace().last().filter(|word| is_of_several_zones(word)) {
+            return Err(format!("{name} is in \"{unit}\": {}", why_no_zone(zone).unwrap_or_default()));
+        }
+        Ok(Self::of_unit(unit, name))
+    }
+
+    fn of_unit(unit: &str, name: &str) -> Self {
         let seconds = Self { scale: 1.0, zero_s: 0.0, east_s: 0.0 };
         let unit = unit.trim();
         if let Some((unit, zero)) = unit.split_once(" since ") {
-            let known = seconds_in(unit).zip(date_time(zero, None));
+            let known = seconds_in(unit).zip(julian_origin_s(zero).or_else(|| date_time(zero, None)));
             return known.map_or(seconds, |(scale, zero_s)| Self { scale, zero_s, east_s: 0.0 });
         }
         let zone = unit.strip_prefix("UTC").or_else(|| unit.strip_prefix("GMT")).unwrap_or(unit);
@@ -52,7 +64,7 @@ impl Count {
         if let Ok(number) = field.parse::<f64>() {
             return Some(number * self.scale + self.zero_s);
         }
-        let zoned = field.ends_with(['Z', 'z']) || field.get(10..).is_some_and(|rest| rest.contains(['+', '-']));
+        let zoned = zone_name(field).is_some() || field.get(10..).is_some_and(|rest| rest.contains(['+', '-']));
         Some(date_time(field, order)? - if zoned { 0.0 } else { self.east_s })
     }
 }
@@ -95,44 +107,57 @@ impl Table<'_> {
                 (time, _) => Cow::Borrowed(time),
             })
             .collect();
-        let written: Vec<&str> = fields.iter().map(Cow::as_ref).filter(|f| !no_value(f)).collect();
         if let Some(day) = day {
             report.note(format!("{} and {name} are joined to one time", self.names[day]));
         }
-        let dense = !written.is_empty() && written.iter().all(|f| digits(f).is_some());
-        if dense {
-            report.note(format!("{name} is written as YYYYMMDDhhmmss: read as dates"));
-        }
-        let order = order_of(&written, name, report)?;
-        let count = Count::of(unit, name);
-        let seconds: Vec<f64> = fields
-            .iter()
-            .map(|f| if dense { digits(f) } else { count.seconds(f, order).filter(|_| !no_value(f)) })
-            .map(|t| t.unwrap_or(f64::NAN))
-            .collect();
-        let unread: Vec<&str> = fields.iter().zip(&seconds).filter(|(f, t)| t.is_nan() && !no_value(f)).map(|(f, _)| f.as_ref()).collect();
-        if let Some(example) = unread.first() {
-            if 2 * unread.len() > written.len() {
-                return Err(format!("column {name}: `{example}` is no time; write {TIME_AS}"));
-            }
-            report.note(format!("{} of {} times cannot be read, such as `{example}`", unread.len(), written.len()));
-        }
-        let latest = seconds.iter().copied().filter(|t| t.is_finite()).fold(f64::NEG_INFINITY, f64::max);
-        if latest > LATEST_S && (dense || count.scale != 1.0 || count.zero_s != 0.0) {
-            let year = 1970.0 + latest / (365.25 * 86_400.0);
-            let what = "days of MATLAB or Julian days count from another one";
-            return Err(format!(
-                "column {name} reaches the year {year:.0} by its unit \"{unit}\": {what}; state it as \"days since DATE\""
-            ));
-        }
-        if !dense && count.scale == 1.0 && count.zero_s == 0.0 {
-            no_seconds(&seconds, name)?;
-        }
-        if count.scale != 1.0 || count.zero_s != 0.0 || count.east_s != 0.0 {
-            report.note(format!("{name} counts in \"{}\": brought to seconds of UTC", if unit.is_empty() { "ms" } else { unit }));
-        }
+        let fields: Vec<&str> = fields.iter().map(Cow::as_ref).collect();
+        let seconds = seconds_of(&fields, name, unit, report).map_err(|why| format!("column {why}"))?;
         Ok(Some(Clock { column, date: day, seconds }))
     }
+}
+
+/// Seconds of what stands for times under `name`: numbers that count in `unit`, or dates as programs write them; NaN where there is none.
+///
+/// # Errors
+/// Times that cannot be read, or in two ways.
+pub(in crate::import) fn seconds_of(fields: &[&str], name: &str, unit: &str, report: &mut Report) -> Result<Vec<f64>, String> {
+    let written: Vec<&str> = fields.iter().copied().filter(|f| !no_value(f)).collect();
+    let dense = !written.is_empty() && written.iter().all(|f| digits(f).is_some());
+    if dense {
+        report.note(format!("{name} is written as YYYYMMDDhhmmss: read as dates"));
+    }
+    let order = order_of(&written, name, report)?;
+    let count = Count::of(unit, name)?;
+    let seconds: Vec<f64> = fields
+        .iter()
+        .map(|f| if dense { digits(f) } else { count.seconds(f, order).filter(|_| !no_value(f)) })
+        .map(|t| t.unwrap_or(f64::NAN))
+        .collect();
+    let unread: Vec<&str> = fields.iter().zip(&seconds).filter(|(f, t)| t.is_nan() && !no_value(f)).map(|(f, _)| *f).collect();
+    let mostly = 2 * unread.len() > written.len();
+    let of_zone = |f: &&&str| mostly || zone_name(f).is_some_and(is_of_several_zones);
+    if let Some((example, why)) = unread.iter().filter(of_zone).find_map(|f| Some((f, why_no_zone(f)?))) {
+        return Err(format!("{name}: `{example}`: {why}"));
+    }
+    if let Some(example) = unread.first() {
+        if mostly {
+            return Err(format!("{name}: `{example}` is no time; write {TIME_AS}"));
+        }
+        report.note(format!("{} of {} times cannot be read, such as `{example}`", unread.len(), written.len()));
+    }
+    let latest = seconds.iter().copied().filter(|t| t.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    if latest > LATEST_S && (dense || count.scale != 1.0 || count.zero_s != 0.0) {
+        let year = 1970.0 + latest / (365.25 * 86_400.0);
+        let what = "days of MATLAB or Julian days count from another one";
+        return Err(format!("{name} reaches the year {year:.0} by its unit \"{unit}\": {what}; state it as \"days since DATE\""));
+    }
+    if !dense && count.scale == 1.0 && count.zero_s == 0.0 {
+        no_seconds(&seconds, name)?;
+    }
+    if count.scale != 1.0 || count.zero_s != 0.0 || count.east_s != 0.0 {
+        report.note(format!("{name} counts in \"{}\": brought to seconds of UTC", if unit.is_empty() { "ms" } else { unit }));
+    }
+    Ok(seconds)
 }
 
 /// Which number of dates with slashes is the day: one above 12 says it.
@@ -145,7 +170,7 @@ fn order_of(fields: &[&str], name: &str, report: &mut Report) -> Result<Option<D
         (false, true) => DayMonth::MonthFirst,
         (true, true) | (false, false) => {
             let why = if first { "days above 12 stand in both places" } else { "no day above 12 says which" };
-            return Err(format!("column {name}: `{example}` is dd/mm/yyyy or mm/dd/yyyy, and {why}; write {TIME_AS}"));
+            return Err(format!("{name}: `{example}` is dd/mm/yyyy or mm/dd/yyyy, and {why}; write {TIME_AS}"));
         }
     };
     let read = if order == DayMonth::DayFirst { "dd/mm/yyyy" } else { "mm/dd/yyyy" };
@@ -162,7 +187,7 @@ fn no_seconds(seconds: &[f64], name: &str) -> Result<(), String> {
         m if (1e18..1e19).contains(&m) => "nanoseconds",
         _ => return Ok(()),
     };
-    Err(format!("column {name} is {middle} in the middle: counts {counts}? State the unit, as in \"time (ms)\", or write seconds"))
+    Err(format!("{name} is {middle} in the middle: counts {counts}? State the unit, as in \"time (ms)\", or write seconds"))
 }
 
 #[cfg(test)]
@@ -171,13 +196,17 @@ mod tests {
 
     #[test]
     fn regress_units_and_zones_of_a_time_column() {
-        let of = |unit: &str, name: &str, field: &str| Count::of(unit, name).seconds(field, None);
+        let of = |unit: &str, name: &str, field: &str| Count::of(unit, name).expect("a unit").seconds(field, None);
         assert_eq!(of("ms", "time", "1600000000500"), Some(1_600_000_000.5));
         assert_eq!(of("", "TIME_MS", "1500"), Some(1.5));
         assert_eq!(of("days since 1970-01-01", "time", "2"), Some(172_800.0));
         assert_eq!(of("UTC+2", "Time", "2020-09-13T14:26:40"), Some(1.6e9));
         assert_eq!(of("UTC+2", "Time", "2020-09-13T12:26:40Z"), Some(1.6e9));
         assert_eq!((of("UTC", "time", "7"), of("fortnights since 1970-01-01", "time", "7")), (Some(7.0), Some(7.0)));
+        assert_eq!(of("CEST", "Time", "2020-09-13T14:26:40"), Some(1.6e9));
+        assert_eq!(of("CEST", "Time", "2020-09-13T12:26:40 UTC"), Some(1.6e9));
+        assert_eq!(of("days since -4713-01-01T12:00:00", "time", "2440588.5"), Some(86_400.0));
+        assert!(Count::of("CST", "Time").is_err_and(|e| e.contains("the zone CST stands for several")));
         assert!(is_time_of_day("9:15") && !is_time_of_day("2026-05-02 09:15") && !is_time_of_day(":"));
     }
 }

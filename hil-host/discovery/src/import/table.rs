@@ -7,6 +7,7 @@
 use std::path::Path;
 
 mod channel;
+mod thousands;
 pub(super) mod tidy;
 pub(super) mod times;
 mod values;
@@ -60,7 +61,8 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     if ends('\r') > 2 * ends('\n') {
         text = text.replace('\r', "\n");
     }
-    let text = tidy::decimal_points(&text, &mut report).into_owned();
+    let text = thousands::without_grouping(&text, &mut report);
+    let text = tidy::decimal_points(&text, &mut report);
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let mut slocum = None;
     let flight = match Table::of(&text, &mut report) {
@@ -90,6 +92,7 @@ fn from_table(mut table: Table, path: &Path, name: &str, report: &mut Report) ->
     let error = |what: String| ImportError::new(path, what);
     table.one_vehicle().map_err(error)?;
     table.empty_no_values(report);
+    table.no_grouping().map_err(error)?;
     table.leave_out_bad(report);
     let own = table.units.is_none() || table.has_own_names();
     let mut clock = table.clock(own, report).map_err(error)?;

@@ -51,3 +51,36 @@ fn regress_zones_behind_times_of_a_table_are_read_or_refused() {
         assert!(e.contains("column ") && e.contains(&format!("the zone {zone} ")) && e.contains("write UTC"), "{e}");
     }
 }
+
+#[test]
+fn regress_thousands_separators_are_read_or_named() {
+    let table = |number: &dyn Fn(i32) -> String| {
+        let row = |i: i32| format!("{},{},12.5,-20\n", 4 * i, number(3500 * (30 - (i - 30).abs())));
+        "time,pressure,temperature,m_pitch\ns,Pa,Celsius,degrees\n".to_owned() + &(0..60).map(row).collect::<String>()
+    };
+    let want = read("thousands", table(&|p| format!("{p}.5")).as_bytes()).expect("plain").flight;
+    let grouped = |p: i32, by: &str| if p < 1000 { format!("{p}") } else { format!("{}{by}{:03}", p / 1000, p % 1000) };
+    for by in ["'", "\u{2019}", " ", "\u{a0}", "\u{202f}"] {
+        let got = read("thousands", table(&|p| grouped(p, by) + ".5").as_bytes()).unwrap_or_else(|e| panic!("{by:?}: {e}"));
+        assert_eq!(got.flight.pressure_pa, want.pressure_pa, "{by:?}");
+        assert!(says(&got, "59 numbers have apostrophes or blanks between thousands") && got.report.is_whole(), "{:?}", got.report);
+    }
+    // Semicolons and decimal commas, with points between thousands.
+    let german = |by: &str| {
+        let rows = table(&|p| grouped(p, by) + "#5");
+        rows.replace("12.5", "12#5").replace(',', ";").replace('#', ",")
+    };
+    assert_eq!(read("thousands", german("'").as_bytes()).expect("apostrophes").flight.pressure_pa, want.pressure_pa);
+    for (text, example) in [
+        (table(&|p| format!("\"{}.5\"", grouped(p, ","))), "`3,500.5`"),
+        (table(&|p| format!("\"{}\"", grouped(p, ","))), "(or decimal commas), such as `3,500`"),
+        (german("."), "`3.500.5`"),
+    ] {
+        let e = read("thousands", text.as_bytes()).map(|_| ()).expect_err(example);
+        assert!(e.contains("column pressure") && e.contains("thousands separators") && e.contains(example), "{e}");
+        assert!(e.contains("save the file again without them"), "{e}");
+    }
+    let own = HEADER.to_owned() + &rows(|t| t.to_string()).replace("-200", "\"-1,200.5\"");
+    let e = read("own-thousands", own.as_bytes()).map(|_| ()).expect_err("named");
+    assert!(e.contains("m_ballast_pumped_cc") && e.contains("thousands separators"), "{e}");
+}

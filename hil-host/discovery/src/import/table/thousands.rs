@@ -1,0 +1,111 @@
+//! Numbers whose digits stand in groups of three: 3'570.0, 3 570.0, 3,570.0.
+
+use std::borrow::Cow;
+
+use super::super::Report;
+use super::super::netcdf::names::{
+    BALLAST, BATTERY, CONDUCTIVITY, DENSITY, DEPTH, HEADING, PITCH, PRESSURE, ROLL, SALINITY, TEMPERATURE, Wanted,
+};
+use super::{CONDUCTIVITIES, SALINITIES, Table, is_number};
+use crate::record::csv::{NAMES, no_value};
+
+/// What stands between the groups and is nothing else in a number: apostrophes and blanks, also of a typesetter.
+const GROUPING: [char; 6] = ['\'', '\u{2019}', ' ', '\u{a0}', '\u{2009}', '\u{202f}'];
+
+/// Columns whose numbers are needed.
+const CHANNELS: [&Wanted; 11] =
+    [&PRESSURE, &DEPTH, &TEMPERATURE, &SALINITY, &CONDUCTIVITY, &DENSITY, &PITCH, &ROLL, &HEADING, &BALLAST, &BATTERY];
+/// What ends a field, or its quotes.
+const ENDS: [char; 6] = [',', ';', '\t', '\n', '\r', '"'];
+
+/// Whether a number has groups of three digits behind its first one to three, between `separators`; and whether there is no doubt of it:
+/// the groups are two and more, or a decimal sign follows them.
+fn grouped(field: &str, separators: &[char]) -> Option<bool> {
+    let digits = field.strip_prefix(['-', '+']).unwrap_or(field);
+    let separator = digits.chars().find(|c| !c.is_ascii_digit()).filter(|c| separators.contains(c))?;
+    // The last sign, unless it may be one more separator.
+    let decimal = digits.rfind(['.', ',']).filter(|at| !digits[*at..].starts_with(separator) || digits.len() - at != 4);
+    let (whole, fraction) = decimal.map_or((digits, ""), |at| (&digits[..at], &digits[at + 1..]));
+    let mut groups = whole.split(separator);
+    let is_digits = |t: &str| t.bytes().all(|b| b.is_ascii_digit());
+    let first = groups.next().is_some_and(|g| (1..=3).contains(&g.len()) && is_digits(g));
+    let count = groups.clone().count();
+    let sound = first && count > 0 && groups.all(|g| g.len() == 3 && is_digits(g)) && is_digits(fraction);
+    sound.then_some(count > 1 || decimal.is_some())
+}
+
+/// The text without the apostrophes and blanks in its numbers.
+pub(super) fn without_grouping<'a>(text: &'a str, report: &mut Report) -> Cow<'a, str> {
+    let (mut out, mut count) = (String::with_capacity(text.len()), 0);
+    for field in text.split_inclusive(ENDS) {
+        if field.contains(GROUPING) && grouped(field.trim_end_matches(ENDS).trim(), &GROUPING).is_some() {
+            out.extend(field.chars().filter(|c| !GROUPING.contains(c)));
+            count += 1;
+        } else {
+            out.push_str(field);
+        }
+    }
+    if count == 0 {
+        return Cow::Borrowed(text);
+    }
+    report.note(format!("{count} numbers have apostrophes or blanks between thousands: read without them"));
+    Cow::Owned(out)
+}
+
+/// Whether a column of this name is a channel.
+fn is_channel(name: &str) -> bool {
+    let further = SALINITIES.iter().chain(&CONDUCTIVITIES).map(|n| n.0).chain(NAMES.iter().map(|n| n.0));
+    CHANNELS.iter().flat_map(|c| c.names.iter().copied()).chain(further).any(|n| n.eq_ignore_ascii_case(name))
+}
+
+impl Table<'_> {
+    /// Refuses channels whose numbers have commas or points between thousands.
+    ///
+    /// # Errors
+    /// The column and such a number.
+    pub(super) fn no_grouping(&self) -> Result<(), String> {
+        for (column, name) in self.names.iter().enumerate().filter(|(_, name)| is_channel(name)) {
+            let texts = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !no_value(f) && !is_number(f));
+            let kinds: Vec<Option<bool>> = texts().map(|f| grouped(f, &[',', '.'])).collect();
+            if kinds.iter().any(Option::is_none) {
+                continue;
+            }
+            let sure = texts().zip(&kinds).find(|(_, kind)| **kind == Some(true)).map(|(f, _)| f);
+            let Some(example) = sure.or_else(|| texts().next()) else { continue };
+            let or = if sure.is_some() { "" } else { " (or decimal commas)" };
+            return Err(format!(
+                "column {name}: {} of {} numbers have thousands separators{or}, such as `{example}`: save the file again without them",
+                kinds.len(),
+                self.rows.len()
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_thousands_are_known_from_other_fields() {
+        for (field, sure) in
+            [("3'570.0", true), ("-156'100", false), ("1'234'567", true), ("3 570.25", true), ("3\u{202f}570", false), ("3'570,5", true)]
+        {
+            assert_eq!(grouped(field, &GROUPING), Some(sure), "{field}");
+        }
+        for (field, sure) in [("3,570.0", true), ("3.570,0", true), ("13,971", false), ("1,234,567", true), ("156.100.0", true)] {
+            assert_eq!(grouped(field, &[',', '.']), Some(sure), "{field}");
+        }
+        for field in
+            ["", "-", "'", "3570", "1234'570", "3'57", "3'5700", "a'570", "2020 123", "54 12.345", "3 570 N", "13.09.2020", "33,0066"]
+        {
+            assert_eq!((grouped(field, &GROUPING), grouped(field, &[',', '.'])), (None, None), "{field}");
+        }
+        let mut report = Report::new("csv");
+        let text = "t,p\n2020-09-13 12:26:40,\"3'570.0\"\n2020-09-13 12:26:44, -1 234.5 \nO'Brien,x";
+        let want = "t,p\n2020-09-13 12:26:40,\"3570.0\"\n2020-09-13 12:26:44,-1234.5\nO'Brien,x";
+        assert_eq!(without_grouping(text, &mut report), want);
+        assert!(report.notes[0].starts_with("2 numbers have apostrophes"));
+    }
+}

@@ -24,7 +24,7 @@ pub fn write(flight: &Flight, out: impl Write) -> io::Result<()> {
         for c in &columns {
             let value = c.values[i] * c.factor;
             if value.is_finite() {
-                write!(out, ",{}", number(value, c.digits))?;
+                write!(out, ",{}", c.digits.map_or_else(|| unknown(value), |digits| number(value, digits)))?;
             } else {
                 write!(out, ",")?;
             }
@@ -41,6 +41,11 @@ fn quoted(name: &str) -> std::borrow::Cow<'_, str> {
     } else {
         name.into()
     }
+}
+
+/// A number of an unknown sensor: seven digits after the point, and all it has where it is small, such as backscatter in 1/m.
+fn unknown(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-2 { format!("{value:e}") } else { number(value, 7) }
 }
 
 /// Fixed digits without the zeros that say nothing.
@@ -81,6 +86,7 @@ mod tests {
         };
         flight.extra.insert("oxygen".into(), column(&|i| i));
         flight.extra.insert("oxygen, \"raw\"".into(), column(&|i| -i));
+        flight.extra.insert("bb700_per_m".into(), column(&|i| 3.276_592_51e-5 + 1e-12 * i));
         let mut bytes = Vec::new();
         write(&flight, &mut bytes).expect("written");
         let text = String::from_utf8(bytes).expect("text");

@@ -27,8 +27,8 @@ struct Column<'a> {
     values: &'a [f64],
     /// Factor from SI.
     factor: f64,
-    /// Digits after the point: one decade below the resolution of a good sensor.
-    digits: usize,
+    /// Digits after the point: one decade below the resolution of a good sensor; none where the sensor is not known.
+    digits: Option<usize>,
 }
 
 impl Column<'_> {
@@ -53,22 +53,22 @@ pub fn named_columns(flight: &Flight) -> Vec<(String, String, Vec<f64>)> {
 fn columns(flight: &Flight) -> Vec<Column<'_>> {
     let column = |name, og1, unit, values, factor, digits| Column { name, og1, unit, values, factor, digits };
     let mut columns = vec![
-        column("pressure_dbar", "PRES", "dbar", flight.pressure_pa.as_slice(), 1e-4, 4),
-        column("m_pitch_rad", "PITCH", "rad", &flight.pitch_rad, 1.0, 5),
-        column("m_roll_rad", "ROLL", "rad", &flight.roll_rad, 1.0, 5),
-        column("m_heading_rad", "HEADING", "rad", &flight.heading_rad, 1.0, 5),
-        column("m_ballast_pumped_cc", "BALLAST", "cm3", &flight.ballast_m3, 1e6, 3),
-        column("m_battpos_m", "BATTERY_POSITION", "m", &flight.battery_mass_m, 1.0, 6),
-        column("sci_water_temp_degC", "TEMP", "degree_Celsius", &flight.temperature_degc, 1.0, 4),
-        column("sci_density_kg_m3", "DENSITY", "kg m-3", &flight.density_kg_m3, 1.0, 5),
-        column("gps_east_m", "GPS_EAST", "m", &flight.gps_east_m, 1.0, 2),
-        column("gps_north_m", "GPS_NORTH", "m", &flight.gps_north_m, 1.0, 2),
+        column("pressure_dbar", "PRES", "dbar", flight.pressure_pa.as_slice(), 1e-4, Some(4)),
+        column("m_pitch_rad", "PITCH", "rad", &flight.pitch_rad, 1.0, Some(5)),
+        column("m_roll_rad", "ROLL", "rad", &flight.roll_rad, 1.0, Some(5)),
+        column("m_heading_rad", "HEADING", "rad", &flight.heading_rad, 1.0, Some(5)),
+        column("m_ballast_pumped_cc", "BALLAST", "cm3", &flight.ballast_m3, 1e6, Some(3)),
+        column("m_battpos_m", "BATTERY_POSITION", "m", &flight.battery_mass_m, 1.0, Some(6)),
+        column("sci_water_temp_degC", "TEMP", "degree_Celsius", &flight.temperature_degc, 1.0, Some(4)),
+        column("sci_density_kg_m3", "DENSITY", "kg m-3", &flight.density_kg_m3, 1.0, Some(5)),
+        column("gps_east_m", "GPS_EAST", "m", &flight.gps_east_m, 1.0, Some(2)),
+        column("gps_north_m", "GPS_NORTH", "m", &flight.gps_north_m, 1.0, Some(2)),
     ];
     if let Some(speed) = &flight.speed_m_s {
-        columns.push(column("speed_water_m_s", "SPEED_WATER", "m s-1", speed, 1.0, 5));
+        columns.push(column("speed_water_m_s", "SPEED_WATER", "m s-1", speed, 1.0, Some(5)));
     }
     for (name, values) in &flight.extra {
-        columns.push(column(name, name, "", values, 1.0, 7));
+        columns.push(column(name, name, "", values, 1.0, None));
     }
     columns
 }

@@ -131,6 +131,26 @@ fn short(factor: f64) -> String {
     if factor.abs() < 1e-3 { format!("{factor:e}") } else { format!("{}", (factor * 1e6).round() / 1e6) }
 }
 
+/// Of sentences that differ in their numbers alone the first three, and how many more there are: import.json has them all.
+fn folded(all: &[String]) -> Vec<String> {
+    const SHOWN: usize = 3;
+    let shape = |text: &str| text.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
+    let mut alike: std::collections::BTreeMap<String, usize> = std::collections::BTreeMap::new();
+    all.iter().for_each(|text| *alike.entry(shape(text)).or_default() += 1);
+    let mut seen: std::collections::BTreeMap<String, usize> = std::collections::BTreeMap::new();
+    let mut out = Vec::new();
+    for text in all {
+        let (of, seen) = (alike.get(&shape(text)).copied().unwrap_or(1), seen.entry(shape(text)).or_default());
+        *seen += 1;
+        match *seen {
+            SHOWN if of > SHOWN + 1 => out.push(format!("{text} (likewise {} more: import.json lists them)", of - SHOWN)),
+            n if n <= SHOWN || of == SHOWN + 1 => out.push(text.clone()),
+            _ => {}
+        }
+    }
+    out
+}
+
 fn print(args: &Args, vehicle: Option<&Path>, first: bool, flight: &discovery::Flight, report: &Report) {
     say(&format!("{}: {}", report.kind, named(args)));
     for file in &report.files {
@@ -147,12 +167,8 @@ fn print(args: &Args, vehicle: Option<&Path>, first: bool, flight: &discovery::F
     if !report.missing.is_empty() {
         say(&format!("missing: {}", report.missing.join(", ")));
     }
-    for what in &report.left_out {
-        say(&format!("left out: {what}"));
-    }
-    for note in &report.notes {
-        say(&format!("note: {note}"));
-    }
+    folded(&report.left_out).iter().for_each(|what| say(&format!("left out: {what}")));
+    folded(&report.notes).iter().for_each(|note| say(&format!("note: {note}")));
     let segments = flight.segment.iter().collect::<std::collections::BTreeSet<_>>().len();
     let hours = flight.time_s.last().copied().unwrap_or(0.0) / 3600.0;
     say(&format!("wrote {}: {} rows, {segments} segments, {hours:.2} h", args.out.display(), flight.len()));
@@ -164,5 +180,20 @@ fn print(args: &Args, vehicle: Option<&Path>, first: bool, flight: &discovery::F
         say(&format!("next: glider export {} --to netcdf (a comparison is not possible)", args.out.display()));
     } else {
         say(&format!("next: glider compare --flight {}{made}", args.out.display()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_thousand_alike_notes_are_three_lines() {
+        let notes =
+            |count: usize| (0..count).map(|k| format!("unit-{k}.tbd: the CTD was off")).chain(["another".to_owned()]).collect::<Vec<_>>();
+        assert_eq!((folded(&notes(3)), folded(&notes(4))), (notes(3), notes(4)));
+        let many = folded(&notes(1000));
+        assert_eq!((many.len(), many[3].as_str()), (4, "another"));
+        assert!(many[2].ends_with("off (likewise 997 more: import.json lists them)"), "{}", many[2]);
     }
 }

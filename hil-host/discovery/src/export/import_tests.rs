@@ -73,3 +73,50 @@ fn regress_rows_of_our_own_export_without_a_pressure_are_counted() {
     std::fs::remove_file(&path).expect("removed");
     assert_eq!((read.flight.len(), read.report.left_out.as_slice()), (394, ["6 of 400 rows have no pressure".to_owned()].as_slice()));
 }
+
+#[test]
+fn regress_gaps_stay_where_many_rows_have_no_pressure() {
+    let saw = |i: u32| 1.0 - (f64::from(i) / 200.0 - 1.0).abs();
+    let without = |of: u32, f: &dyn Fn(u32) -> f64| (0..400).map(|i| if i % of == 3 { f64::NAN } else { f(i) }).collect::<Vec<f64>>();
+    let mut flight = Flight {
+        time_s: (0..400).map(|i| 4.0 * f64::from(i)).collect(),
+        pressure_pa: without(7, &|i| 1e4 + 4e5 * saw(i)),
+        temperature_degc: without(5, &|i| 15.0 - 5.0 * saw(i)),
+        density_kg_m3: without(4, &|i| 1025.0 + saw(i)),
+        ..Flight::blank(400)
+    };
+    flight.extra.insert(crate::import::channels::SALINITY.into(), without(4, &|i| 33.0 + saw(i)));
+    let path = std::env::temp_dir().join(format!("glider-holes-{}.nc", std::process::id()));
+    write(&flight, &path, &About::default()).expect("written");
+    let read = crate::import::import(&path, &[]).expect("read").flight;
+    std::fs::remove_file(&path).expect("removed");
+    let kept: Vec<usize> = (0..400).filter(|i| flight.pressure_pa[*i].is_finite()).collect();
+    let known = |column: &[f64]| kept.iter().map(|i| column[*i].is_finite()).collect::<Vec<bool>>();
+    let read_known = |column: &[f64]| column.iter().map(|v| v.is_finite()).collect::<Vec<bool>>();
+    assert_eq!(read_known(&read.temperature_degc), known(&flight.temperature_degc));
+    assert_eq!(read_known(&read.density_kg_m3), known(&flight.density_kg_m3));
+}
+
+#[test]
+fn regress_segments_of_our_own_export_stay_with_another_file_there() {
+    // Four segments, of which no stay at the surface tells.
+    let saw = |i: usize| 1e5 + 4e5 * (1.0 - ((i % 100) as f64 / 50.0 - 1.0).abs());
+    let flight = Flight {
+        time_s: (0..400).map(|i| 4.0 * f64::from(i)).collect(),
+        segment: (0..400).map(|i| i / 100).collect(),
+        pressure_pa: (0..400).map(saw).collect(),
+        ..Flight::blank(400)
+    };
+    let folder = std::env::temp_dir().join(format!("glider-two-exports-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    write(&flight, &folder.join("flight.nc"), &About::default()).expect("written");
+    std::fs::copy(folder.join("flight.nc"), folder.join("flight (1).nc")).expect("copied");
+    let copied = crate::import::import(&folder, &[]).expect("read");
+    std::fs::write(folder.join("flight (1).nc"), b"").expect("written");
+    let empty = crate::import::import(&folder, &[]).expect("read");
+    std::fs::remove_dir_all(&folder).expect("removed");
+    for read in [copied, empty] {
+        assert_eq!(read.flight.segment, flight.segment, "{:?}", read.report.notes);
+        assert_eq!(read.report.segments.len(), 4, "{:?}", read.report.segments);
+    }
+}

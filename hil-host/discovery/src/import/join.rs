@@ -16,7 +16,8 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
     let unset = of_other_years(&mut parts);
     let first = start(&parts.first()?.1);
     let dated = parts.iter().any(|(_, p)| p.report.start_unix_s.is_some());
-    let mut report = Report { start_unix_s: dated.then_some(first), ..Report::new(kind) };
+    let numbered = parts.iter().all(|(_, p)| p.report.numbered);
+    let mut report = Report { start_unix_s: dated.then_some(first), numbered, ..Report::new(kind) };
     unset.into_iter().for_each(|what| report.leave_out(what));
     note_lacking(&mut parts, &mut report);
     let mut flight = Flight::blank(0);

@@ -72,6 +72,11 @@ pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -
 
 /// The same, with what the files say as they say it.
 fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
+    let (lists, other): (Vec<PathBuf>, Vec<PathBuf>) = paths.iter().cloned().partition(|p| p.is_file() && slocum::is_list(p));
+    // Sensor lists among the files named are no flight, but where to look for lists.
+    let paths = if other.is_empty() { paths } else { &other };
+    let folders = lists.iter().filter_map(|list| list.parent()).map(Path::to_path_buf);
+    let caches: &Vec<PathBuf> = &caches.iter().cloned().chain(folders).collect();
     let first = paths.first().ok_or_else(|| ImportError { file: "import".into(), what: "names no file or folder".into() })?;
     let (kind, files, witnesses, passed) = files_of_one_kind(paths)?;
     let mut imported = match kind {
@@ -128,7 +133,11 @@ fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
     };
     refused.into_iter().for_each(|what| imported.report.leave_out(what));
     imported.flight.name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    surface::cut_anew(&mut imported, 1);
+    if imported.report.numbered {
+        surface::unite_named(&mut imported);
+    } else {
+        surface::cut_anew(&mut imported, 1);
+    }
     Ok(imported)
 }
 
@@ -189,10 +198,8 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
     }
     let kind = named_kinds.first().copied().unwrap_or(kind);
     let mut files: Vec<PathBuf> = of.into_iter().filter(|f| f.0 == kind).map(|f| f.1).collect();
-    if let [one] = files.as_slice()
-        && matches!(kind, Kind::Slocum | Kind::SlocumText)
-    {
-        files = slocum::with_its_partner(&one.clone());
+    if matches!(kind, Kind::Slocum | Kind::SlocumText) && named.len() == files.len() {
+        files = slocum::with_partners(&files);
     }
     if files.len() > 1 && !kind.joins() {
         let names: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
@@ -221,7 +228,11 @@ fn inside(folder: &Path) -> String {
     folders.sort();
     folders.retain(|f| kind::files_of(f).is_ok_and(|files| files.iter().any(|p| Kind::of(p).is_some())));
     let names: Vec<String> = folders.iter().take(6).map(|f| f.display().to_string()).collect();
-    if names.is_empty() { String::new() } else { format!(" itself; name a folder in it ({})", names.join(", ")) }
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!(" itself; name a folder in it, or all that are of one flight ({})", names.join(" "))
+    }
 }
 
 const KNOWN: &str = "Slocum binary (.dbd, .ebd ...), Seaglider dives (pNNNNNNN.nc), SeaExplorer (seaNNN.M.gli.sub.C with pld1), NetCDF (.nc) or csv is expected";

@@ -95,6 +95,9 @@ pub struct Report {
     pub left_out: Vec<String>,
     /// Anything else worth knowing.
     pub notes: Vec<String>,
+    /// Whether the file numbers its segments: they are not cut at the surface then.
+    #[serde(skip)]
+    pub numbered: bool,
 }
 
 impl Report {

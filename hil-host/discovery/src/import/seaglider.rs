@@ -16,13 +16,32 @@ use super::draft::Draft;
 use super::netcdf::{self, Scalars};
 use super::{FileNote, ImportError, Imported, Report, join};
 
-/// Glider and dive of a name `pGGGDDDD.nc`.
+/// Glider and dive of a name `pGGGDDDD.nc`, also with what archives and browsers append (`pGGGDDDD_YYYYMMDD.nc`, `pGGGDDDD (1).nc`).
 #[must_use]
 pub fn dive_of(path: &Path) -> Option<(u32, u32)> {
     let name = path.file_name()?.to_str()?.to_ascii_lowercase();
-    let digits = name.strip_prefix('p')?.strip_suffix(".nc")?;
-    let numbers = digits.len() == 7 && digits.bytes().all(|b| b.is_ascii_digit());
+    let (digits, appended) = name.strip_prefix('p')?.strip_suffix(".nc")?.split_at_checked(7)?;
+    let numbers = digits.bytes().all(|b| b.is_ascii_digit()) && (appended.is_empty() || appended.starts_with(['_', '-', ' ', '.', '(']));
     numbers.then(|| Some((digits[..3].parse().ok()?, digits[3..].parse().ok()?))).flatten()
+}
+
+/// Files by glider and dive.
+type Dives<'a> = BTreeMap<(u32, u32), &'a PathBuf>;
+
+/// The file of each dive; of several of one dive the largest, and what is said of the others.
+fn dives(files: &[PathBuf]) -> (Dives<'_>, Vec<(String, String)>) {
+    let (mut out, mut others) = (BTreeMap::new(), Vec::new());
+    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut known: Vec<((u32, u32), u64, &PathBuf)> =
+        files.iter().filter_map(|f| Some((dive_of(f)?, std::fs::metadata(f).map_or(0, |m| m.len()), f))).collect();
+    known.sort_by_key(|(dive, bytes, path)| (*dive, std::cmp::Reverse(*bytes), *path));
+    for (dive, _, path) in known {
+        match out.get(&dive) {
+            None => drop(out.insert(dive, path)),
+            Some(held) => others.push((name(path), format!("is of dive {} as {} is, which is read", dive.1, name(held)))),
+        }
+    }
+    (out, others)
 }
 
 /// Imports the dives of one glider as one flight.
@@ -30,14 +49,14 @@ pub fn dive_of(path: &Path) -> Option<(u32, u32)> {
 /// # Errors
 /// Dives of two gliders; nothing usable.
 pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
-    let dives: BTreeMap<(u32, u32), &PathBuf> = files.iter().filter_map(|f| Some((dive_of(f)?, f))).collect();
+    let (dives, others) = dives(files);
     let gliders: std::collections::BTreeSet<u32> = dives.keys().map(|k| k.0).collect();
     let folder = files.first().and_then(|f| f.parent()).unwrap_or(Path::new("."));
     if gliders.len() > 1 {
         let list: Vec<String> = gliders.iter().map(|g| format!("SG{g:03}")).collect();
         return Err(ImportError::new(folder, format!("dives of {} gliders ({}): import one at a time", list.len(), list.join(", "))));
     }
-    let (mut parts, mut constants, mut refused, mut speeds) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    let (mut parts, mut constants, mut refused, mut speeds) = (Vec::new(), Vec::new(), others, 0);
     for ((_, dive), path) in &dives {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let scalars = netcdf::scalars(path);
@@ -247,6 +266,20 @@ impl Hydro {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regress_names_of_dives_from_archives_and_browsers() {
+        for name in ["p1710104.nc", "P1710104.NC", "p1710104_20131023.nc", "p1710104 (1).nc"] {
+            assert_eq!(dive_of(Path::new(name)), Some((171, 104)), "{name}");
+        }
+        for name in ["p171010.nc", "p17101041.nc", "p1710104b.nc", "p1710104.txt", "q1710104.nc", "p171010\u{e9}.nc"] {
+            assert_eq!(dive_of(Path::new(name)), None, "{name}");
+        }
+        let files = ["p1710104_20131023.nc", "p1710104.nc", "p1710105.nc"].map(PathBuf::from);
+        let (of, others) = dives(&files);
+        assert_eq!((of.len(), of[&(171, 104)], others.len()), (2, &files[1], 1));
+        assert!(others[0].0 == "p1710104_20131023.nc" && others[0].1.contains("is of dive 104 as p1710104.nc is"), "{others:?}");
+    }
 
     #[test]
     fn regress_constants_in_other_units_give_the_same_vehicle() {

@@ -31,8 +31,9 @@ pub const CONSTANTS: &str = "sg_calib_constants.m";
 #[must_use]
 pub fn dive_of(path: &Path) -> Option<(u32, u32)> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-    let as_nc = path.with_extension("nc");
-    (ending == "log" || ending == "eng").then(|| seaglider::dive_of(&as_nc)).flatten()
+    // "p" and seven digits: a browser's copy is none.
+    let plain = (ending == "log" || ending == "eng") && path.file_stem()?.len() == 8;
+    plain.then(|| seaglider::dive_of(&path.with_extension("nc"))).flatten()
 }
 
 /// Whether the file is one of these.

@@ -19,7 +19,7 @@ mod files;
 mod merge;
 
 use clocks::{apart, in_order, plausible_times, report_untimed, set_clocks};
-pub use files::with_its_partner;
+pub use files::with_partners;
 use files::{one_glider, one_of_copies, one_sided, pair_by_header, pairs, without_copies};
 
 /// Endings of engineering files, the fullest first.
@@ -65,6 +65,12 @@ const LEAST_STAMPS: usize = 15;
 #[must_use]
 pub fn is_slocum(path: &Path) -> bool {
     ending(path).is_some_and(|e| ENGINEERING.contains(&e.as_str()) || SCIENCE.contains(&e.as_str()))
+}
+
+/// Whether a file name is that of a list of sensors, plain or packed.
+#[must_use]
+pub fn is_list(path: &Path) -> bool {
+    ending(path).is_some_and(|e| e == "cac" || e == "ccc")
 }
 
 fn ending(path: &Path) -> Option<String> {
@@ -199,7 +205,7 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
         folders.iter().find_map(|folder| {
             let named = |p: &PathBuf| {
                 let stem = p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(crc));
-                stem && p.extension().is_some_and(|e| e.eq_ignore_ascii_case("cac") || e.eq_ignore_ascii_case("ccc"))
+                stem && is_list(p)
             };
             super::kind::files_of(folder).ok()?.into_iter().find(named).and_then(|p| std::fs::read(p).ok())
         })

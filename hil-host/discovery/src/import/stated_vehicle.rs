@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::classes::Class;
+use super::draft::Draft;
 use super::kind::Kind;
 use super::{Imported, trim};
 use crate::record::plausible::quantile;
@@ -23,22 +24,9 @@ pub(super) fn state(imported: &mut Imported, kind: Kind, class: Option<Class>) {
         }
         None => {}
     }
+    let deepest_dbar = quantile(&imported.flight.pressure_pa, 1.0) * 1e-4;
+    let mut draft = first(imported, kind, class, deepest_dbar);
     let flight = &imported.flight;
-    let deepest_dbar = quantile(&flight.pressure_pa, 1.0) * 1e-4;
-    let mut draft = match (class, imported.vehicle.take()) {
-        (None, Some(draft)) => draft,
-        (Some(class), _) => class.draft(),
-        (None, None) => {
-            let class = match kind {
-                Kind::Slocum | Kind::SlocumText => Class::slocum(deepest_dbar),
-                _ => Class::Unknown,
-            };
-            imported
-                .report
-                .note(format!("vehicle: the files do not state it; usual numbers of the class {} with wide tolerances", class.name()));
-            class.draft()
-        }
-    };
     let number = |key: &str| draft.get(key).unwrap_or(0.0);
     let hull = trim::Hull {
         mass_kg: number("mass_kg"),
@@ -88,6 +76,29 @@ pub(super) fn state(imported: &mut Imported, kind: Kind, class: Option<Class>) {
         }
     }
     imported.vehicle = Some(draft);
+}
+
+/// Numbers to begin with: of the class that is named, else of the files, else of the class that the kind and depth of the log suggest.
+fn first(imported: &mut Imported, kind: Kind, class: Option<Class>, deepest_dbar: f64) -> Draft {
+    match (class, imported.vehicle.take()) {
+        (None, Some(draft)) => draft,
+        (Some(class), stated) => {
+            if stated.is_some() {
+                imported.report.note(format!("vehicle: numbers of the files give way to those of the class {}, as named", class.name()));
+            }
+            class.draft()
+        }
+        (None, None) => {
+            let class = match kind {
+                Kind::Slocum | Kind::SlocumText => Class::slocum(deepest_dbar),
+                _ => Class::Unknown,
+            };
+            imported
+                .report
+                .note(format!("vehicle: the files do not state it; usual numbers of the class {} with wide tolerances", class.name()));
+            class.draft()
+        }
+    }
 }
 
 /// Least tolerance of a hull volume found from a flight, cm³: what currents and the drag's unlike sides leave open.

@@ -47,6 +47,23 @@ pub(super) fn cut_anew(imported: &mut Imported, least: u32) {
     }
 }
 
+/// Makes one segment of neighbouring ones that bear one name: parts of a dive in two files.
+pub(super) fn unite_named(imported: &mut Imported) {
+    let runs = position::segments(&imported.flight);
+    if runs.len() != imported.report.segments.len() {
+        return;
+    }
+    let before = imported.flight.segment.clone();
+    let names = std::mem::take(&mut imported.report.segments);
+    for (rows, name) in runs.into_iter().zip(names) {
+        if imported.report.segments.last() != Some(&name) {
+            imported.report.segments.push(name);
+        }
+        imported.flight.segment[rows].fill(imported.report.segments.len() as u32 - 1);
+    }
+    position::rebase(&mut imported.flight, &mut imported.report, &before);
+}
+
 /// Silence longer than this ends a segment, s, wherever it is.
 const SILENCE_S: f64 = 600.0;
 

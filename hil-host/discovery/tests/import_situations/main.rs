@@ -8,6 +8,7 @@ use discovery::import::{Imported, import};
 #[path = "../made_logs/mod.rs"]
 mod made_logs;
 mod slocum_files;
+mod what_lies_there;
 
 use made_logs::{CYCLES, START, USUAL, Variable, at, engineering, netcdf, pair, variables};
 

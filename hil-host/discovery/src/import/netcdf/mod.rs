@@ -43,7 +43,7 @@ pub use scalars::{Identity, Scalars, scalars, speed_witness};
 
 use names::{ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, DIVE, EAST, LATITUDE, LONGITUDE, NORTH, SPEED, TEMPERATURE};
 use variables::{Channel, Reader};
-use water::{at_rows, on_rows};
+use water::at_rows;
 
 /// Values of a file take at most so many times its bytes, and this much more: a declared size is no size.
 const UNPACKED: u64 = 20;
@@ -95,7 +95,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let unix: Vec<f64> = rows.iter().map(|r| r.0).collect();
     let own = reader.is_own();
     let on = |series: &Series| if own { at_rows(series, &unix) } else { series.on(&unix) };
-    let temperature = reader.channel(&TEMPERATURE).map_or_else(|| vec![f64::NAN; unix.len()], |c| on_rows(&c.series, &unix));
+    let temperature = reader.channel(&TEMPERATURE).map_or_else(|| vec![f64::NAN; unix.len()], |c| reader.on_rows(&c.series, &unix));
     let fixes = reader.fixes(&pressure.series);
     let place = fixes.first().map(|f| Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg }).or_else(|| reader.about());
     let density = reader.density(&unix, &rows, &temperature, place);
@@ -121,7 +121,7 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
         density_kg_m3: density,
         gps_east_m: vec![f64::NAN; unix.len()],
         gps_north_m: vec![f64::NAN; unix.len()],
-        speed_m_s: reader.channel(&SPEED).map(|c| on_rows(&c.series, &unix)),
+        speed_m_s: reader.channel(&SPEED).map(|c| reader.on_rows(&c.series, &unix)),
         ..Flight::default()
     };
     reader.segments(&mut flight, &unix);
@@ -251,6 +251,7 @@ impl Reader<'_> {
                 flight.segment = unix.iter().map(|t| of(*t) as u32).collect();
             }
             self.report.note(format!("segments are what {name} numbers"));
+            self.report.numbered = true;
             self.report.segments = segment_names(flight, |i| format!("{name} {}", of(unix[i])));
         } else {
             super::surface::cut(flight);

@@ -15,6 +15,14 @@ const SHARE: std::ops::Range<f64> = 0.030..0.042;
 const OTHER_WATER_KG_M3: f64 = 6.0;
 
 impl Reader<'_> {
+    /// Values at the rows: as they are where the channel stands on the rows' own clock, as in our own export, so that what was left out
+    /// stays out; else between its values.
+    pub(super) fn on_rows(&self, series: &Series, unix: &[f64]) -> Vec<f64> {
+        let exact = at_rows(series, unix);
+        let own_clock = self.is_own() || 10 * exact.iter().filter(|v| v.is_finite()).count() >= 9 * series.len();
+        if own_clock { exact } else { series.on(unix) }
+    }
+
     /// Density at the rows; it is recomputed where there is a salinity or a conductivity.
     pub(super) fn density(&mut self, unix: &[f64], rows: &[(f64, f64)], temperature: &[f64], place: Option<Place>) -> Vec<f64> {
         let dbar = |i: usize| rows[i].1 * 1e-4;
@@ -31,7 +39,7 @@ impl Reader<'_> {
                 self.report.note(format!("{} has {} values: {} is taken, which has {}", s.name, s.series.len(), c.name, c.series.len()));
                 Some(self.salinity_of(c, unix, rows, temperature))
             }
-            (Some(s), _) => Some((s.name, on_rows(&s.series, unix))),
+            (Some(s), _) => Some((s.name, self.on_rows(&s.series, unix))),
             (None, Some(c)) => Some(self.salinity_of(c, unix, rows, temperature)),
             (None, None) => None,
         };
@@ -46,7 +54,7 @@ impl Reader<'_> {
         match self.channel(&DENSITY) {
             Some(c) => {
                 self.report.density = format!("as the file states it ({}): there is no salinity to recompute it from", c.name);
-                on_rows(&c.series, unix)
+                self.on_rows(&c.series, unix)
             }
             None => {
                 self.report.density_from("salinity or conductivity, temperature, pressure", place, false);
@@ -61,7 +69,7 @@ impl Reader<'_> {
             self.report.note(format!("{} is more than sea water conducts in the unit it states: taken as mS/cm", c.name));
             c.series = scaled(&c.series, |v| 0.1 * v);
         }
-        let values = on_rows(&c.series, unix);
+        let values = self.on_rows(&c.series, unix);
         let practical = (0..unix.len()).map(|i| seawater::practical_salinity(values[i], temperature[i], rows[i].1 * 1e-4)).collect();
         (c.name, practical)
     }
@@ -87,14 +95,6 @@ impl Reader<'_> {
                 .note(format!("{} is {off:+.1} kg/m3 off the density recomputed from {name}: is {name} in the unit it states?", own.name));
         }
     }
-}
-
-/// Values at the rows: as they are where the channel stands on the rows' own clock, so that what was left out stays out; else
-/// between its values.
-pub(super) fn on_rows(series: &Series, unix: &[f64]) -> Vec<f64> {
-    let exact = at_rows(series, unix);
-    let own_clock = 10 * exact.iter().filter(|v| v.is_finite()).count() >= 9 * series.len();
-    if own_clock { exact } else { series.on(unix) }
 }
 
 /// Values at the instants of the rows only.

@@ -25,7 +25,13 @@ pub(super) fn set_clocks(loaded: &mut Vec<Loaded>, report: &mut Report, refused:
             return true;
         }
         let year = 1970.0 + (own / A_YEAR_S).floor();
-        let what = format!("{}: its clock stands in {year:.0}: {} cycles left out", l.name, l.file.cycles);
+        let others = 1970.0 + (middle / A_YEAR_S).floor();
+        let mission = if own > SET_CLOCK_S && others.is_finite() {
+            format!(", that of the others in {others:.0} (of another mission? Import it alone)")
+        } else {
+            String::new()
+        };
+        let what = format!("{}: its clock stands in {year:.0}{mission}: {} cycles left out", l.name, l.file.cycles);
         refused.push(what.clone());
         report.leave_out(what);
         false

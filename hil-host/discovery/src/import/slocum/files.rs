@@ -176,17 +176,23 @@ pub(super) fn pairs(files: &[PathBuf]) -> BTreeMap<String, [Vec<PathBuf>; 2]> {
     stems.into_iter().map(|(stem, sides)| (stem, sides.map(sorted))).collect()
 }
 
-/// `named`, and beside it the file of the other computer: the fullest of the same stem.
+/// The files `named`, and where they are of one computer alone, next to each that of the other one: the fullest of the same stem.
 #[must_use]
-pub fn with_its_partner(named: &Path) -> Vec<PathBuf> {
-    let folder = named.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let Some((stem, side, _)) = source(named) else { return vec![named.to_path_buf()] };
-    let folder_files = kind::files_of(folder).unwrap_or_default();
-    let partner = folder_files
-        .into_iter()
-        .filter(|p| is_slocum(p) == is_slocum(named) && p.as_path() != named)
-        .filter_map(|p| Some((source(&p)?, p)))
-        .filter(|((s, other, _), _)| *s == stem && *other != side)
-        .min_by_key(|((.., rank), _)| *rank);
-    [Some(named.to_path_buf()), partner.map(|p| p.1)].into_iter().flatten().collect()
+pub fn with_partners(named: &[PathBuf]) -> Vec<PathBuf> {
+    let known: Vec<(String, usize, usize, &PathBuf)> = named.iter().filter_map(|p| source(p).map(|s| (s.0, s.1, s.2, p))).collect();
+    let mut out = named.to_vec();
+    let Some(side) = known.first().map(|k| k.1).filter(|side| known.iter().all(|k| k.1 == *side)) else { return out };
+    let of = |path: &Path| path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf();
+    let folders: std::collections::BTreeSet<PathBuf> = named.iter().map(|p| of(p)).collect();
+    let mut partners: BTreeMap<(PathBuf, String), (usize, PathBuf)> = BTreeMap::new();
+    for path in folders.iter().flat_map(|folder| kind::files_of(folder).unwrap_or_default()) {
+        let is_other = |s: &(String, usize, usize)| s.1 != side && is_slocum(&path) == is_slocum(&named[0]) && !named.contains(&path);
+        let Some((stem, _, rank)) = source(&path).filter(is_other) else { continue };
+        let held = partners.entry((of(&path), stem)).or_insert((rank, path.clone()));
+        if rank < held.0 {
+            *held = (rank, path);
+        }
+    }
+    out.extend(known.iter().filter_map(|(stem, .., path)| Some(partners.get(&(of(path), stem.clone()))?.1.clone())));
+    out
 }

@@ -84,3 +84,19 @@ fn regress_thousands_separators_are_read_or_named() {
     let e = read("own-thousands", own.as_bytes()).map(|_| ()).expect_err("named");
     assert!(e.contains("m_ballast_pumped_cc") && e.contains("thousands separators"), "{e}");
 }
+
+#[test]
+fn regress_decimal_commas_in_quotes_are_read() {
+    let table = |row: &dyn Fn(f64, f64) -> String| {
+        let rows: String = (0..60_i32).map(|i| row(4.0 * f64::from(i), 1.25 * f64::from(30 - (i - 30).abs()))).collect();
+        "time,pressure,temperature\ns,dbar,Celsius\n".to_owned() + &rows
+    };
+    let comma = |v: f64| format!("\"{v}\"").replace('.', ",");
+    let want = read("points", table(&|t, p| format!("{t},{p},12.375\n")).as_bytes()).expect("reads").flight;
+    let got = read("quoted", table(&|t, p| format!("{t},{},{}\n", comma(p), comma(12.375))).as_bytes()).expect("reads");
+    assert!(got.flight.pressure_pa == want.pressure_pa && got.flight.temperature_degc == want.temperature_degc, "{:?}", got.report.notes);
+    assert!(says(&got, "decimal commas, in quotes"), "{:?}", got.report.notes);
+    // All with three digits: these may be thousands, and are refused.
+    let e = read("doubt", table(&|t, p| format!("{t},\"{},500\",12\n", p.trunc())).as_bytes()).map(|_| ()).expect_err("two meanings");
+    assert!(e.contains("thousands separators (or decimal commas)"), "{e}");
+}

@@ -19,7 +19,7 @@ pub(super) fn decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, 
     let header = lines.next().unwrap_or_default();
     let cuts = |line: &str| line.matches([';', '\t']).count();
     if cuts(header) == 0 || header.contains(',') {
-        return Cow::Borrowed(text);
+        return quoted_decimal_points(text, report);
     }
     let (mut commas, mut points) = (0, 0);
     for field in lines.take(20).flat_map(|l| l.split([';', '\t'])) {
@@ -32,6 +32,27 @@ pub(super) fn decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, 
     }
     report.note("numbers have decimal commas: read as such".into());
     Cow::Owned(text.replace(',', "."))
+}
+
+/// What a field may stand in.
+const QUOTE: char = '\u{22}';
+
+/// The same where commas cut fields: a number with a comma stands in quotes then. Where all have three digits behind it they may be
+/// thousands.
+fn quoted_decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, str> {
+    let quoted = |of: &'a str| of.split(QUOTE).skip(1).step_by(2);
+    let is_decimal = |field: &str| field.matches(',').count() == 1 && is_number(&field.replace(',', "."));
+    let head = text.char_indices().filter(|(_, c)| *c == '\n').nth(20).map_or(text, |(end, _)| &text[..end]);
+    let decimals = || quoted(head).filter(|f| is_decimal(f));
+    let points = head.split([',', '\n', QUOTE]).any(|f| f.contains('.') && is_number(f.trim()));
+    let may_be_thousands = decimals().all(|f| f.rsplit(',').next().is_some_and(|fraction| fraction.len() == 3));
+    if decimals().count() < 20 || points || may_be_thousands {
+        return Cow::Borrowed(text);
+    }
+    report.note("numbers have decimal commas, in quotes: read as such".into());
+    let of_numbers = |field: &str| field.chars().all(|c| c.is_ascii_digit() || "+-:TZ., ".contains(c));
+    let piece = |(k, piece): (usize, &str)| if k % 2 == 1 && of_numbers(piece) { piece.replace(',', ".") } else { piece.to_owned() };
+    Cow::Owned(text.split(QUOTE).enumerate().map(piece).collect::<Vec<_>>().join(&QUOTE.to_string()))
 }
 
 /// Rows that go back in time so often at most are blocks put together in another order; any more are of two logs.

@@ -11,6 +11,7 @@ use discovery::workbench::tracking::DRAG;
 use hil_host::score::timeline::{Alarms, Case, DIVES, Scored, false_alarms, score};
 use plant::trials::mission::{Change, fly};
 use plant::trials::{Site, Spec, Wing, files};
+use serde_json::Value;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -91,11 +92,57 @@ fn regress_a_log_of_every_minute_shows_a_change_of_drag() {
     std::fs::write(folder.join("vehicle.json"), flown.vehicle.document("minute").to_string()).expect("written");
     let known = vehicle::read(&folder.join("vehicle.json")).expect("a vehicle");
     let mut mission = Mission::new(&known);
-    mission.add(&csv::flight(&folder).expect("a flight"), &|_, _| ()).expect("compared");
+    mission.add(&csv::flight(&folder).expect("a flight"), 0.0, &|_, _| ()).expect("compared");
     let timeline = mission.finish(1000.0).expect("dives");
     std::fs::remove_dir_all(folder).ok();
     let drag = &timeline.rows[0].levels[DRAG];
     assert!(drag.high - drag.low < 40.0 && timeline.rows.len() >= 12, "{drag:?}, {} dives", timeline.rows.len());
     let snag = timeline.events.iter().find(|e| e.change.kind.number == DRAG);
     assert!(snag.is_some_and(|e| e.dive.abs_diff(9) <= 2 && e.size.low < 60.0 && e.size.high > 40.0), "{:?}", timeline.events);
+}
+
+/// Dives of equal number in flights of equal name were taken for parts of one dive, times were added up, and dates were not looked at.
+#[test]
+fn regress_flights_of_one_name_stay_apart_and_have_their_days() {
+    let work = folder("names");
+    let flown = fly(&Spec::clean(Site::Sea, Wing::Standard), SEED, 4, 3, Change::Nothing, 0);
+    let mut segments: Vec<_> = flown.rows.iter().map(|r| r.segment).collect();
+    segments.dedup();
+    let day = |n: usize| format!("d{n}/flight");
+    let mut begin_days = Vec::new();
+    for (n, segment) in segments.iter().enumerate() {
+        let mut rows: Vec<_> = flown.rows.iter().filter(|r| r.segment == *segment).cloned().collect();
+        rows.iter_mut().for_each(|r| r.segment = 0);
+        begin_days.push(rows[0].time_s / 86_400.0);
+        std::fs::create_dir_all(work.join(day(n))).expect("a temporary folder");
+        std::fs::write(work.join(day(n)).join("flight.csv"), files::csv(&rows, false)).expect("written");
+    }
+    std::fs::write(work.join("v.json"), flown.vehicle.document("names").to_string()).expect("written");
+    let watched = |order: &[usize]| -> (Option<i32>, Value) {
+        let named: Vec<String> = order.iter().map(|n| day(*n)).collect();
+        let mut line = Command::new(env!("CARGO_BIN_EXE_glider"));
+        let out = line.current_dir(&work).args(["--json", "timeline", "--vehicle", "v.json"]).args(named).output().expect("it starts");
+        (out.status.code(), serde_json::from_slice(&out.stdout).expect("a document"))
+    };
+    let days =
+        |of: &Value| -> Vec<f64> { of["dives"].as_array().expect("dives").iter().map(|d| d["day"].as_f64().expect("a day")).collect() };
+    // A dive is compared from a minute or more after it was begun.
+    let near =
+        |days: &[f64], expected: &[f64]| days.len() == expected.len() && days.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.02);
+    let one_clock = watched(&[0, 1, 2]).1;
+    assert!(near(&days(&one_clock), &begin_days), "{begin_days:?}: {one_clock}");
+    assert_eq!(one_clock["dives"][2]["flight"], day(2), "flights of one name are known by their paths");
+    let undated = watched(&[1, 0, 2]).1;
+    assert!(undated["notes"].to_string().contains("they have no date") && days(&undated).len() == 3, "{undated}");
+    for n in 0..3 {
+        let date = serde_json::json!({"report": {"start_unix_s": 1.7e9 + 864_000.0 * n as f64}});
+        std::fs::write(work.join(day(n)).join("import.json"), date.to_string()).expect("written");
+    }
+    let dated = watched(&[2, 0, 1]).1;
+    let expected: Vec<f64> = begin_days.iter().enumerate().map(|(n, day)| day + 10.0 * n as f64).collect();
+    assert!(near(&days(&dated), &expected) && dated["dives"][0]["flight"] == day(0), "{expected:?}: {dated}");
+    assert!(dated["notes"].to_string().contains("order of their dates"), "{dated}");
+    let (code, twice) = watched(&[0, 1, 0]);
+    assert!(code == Some(2) && twice.to_string().contains("the same log as d0/flight"), "{code:?} {twice}");
+    std::fs::remove_dir_all(work).ok();
 }

@@ -9,9 +9,9 @@ use crate::whole_file;
 use anyhow::Context as _;
 use comfy_table::Table;
 use discovery::diagnosis::report::number;
-use discovery::vehicle;
 use discovery::workbench::calibrate::{Calibrated, Logged, Number, Options, calibrate, free_names};
 use discovery::workbench::refitted_file::sha256;
+use discovery::{Flight, vehicle};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -61,6 +61,21 @@ pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(L
     Ok((Logged { flight: read, sha256: sha256(&bytes) }, vehicle))
 }
 
+/// Refuses a flight that holds the same log as one of those `before` it.
+///
+/// # Errors
+/// Both names.
+pub(crate) fn named_once<'a>(
+    path: &Path,
+    flight: &Flight,
+    mut before: impl Iterator<Item = (&'a PathBuf, &'a Flight)>,
+) -> anyhow::Result<()> {
+    match before.find(|(_, other)| other.is_same_log(flight)) {
+        Some((other, _)) => anyhow::bail!("{}: the same log as {}; name every flight once", path.display(), other.display()),
+        None => Ok(()),
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -80,9 +95,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut given = None;
     for path in &args.flight {
         let (one, vehicle) = logged(path, start.as_deref())?;
-        if let Some(k) = flights.iter().position(|f| f.sha256 == one.sha256 || f.flight.is_same_log(&one.flight)) {
-            anyhow::bail!("{}: the same log as {}; name every flight once", path.display(), args.flight[k].display());
-        }
+        named_once(path, &one.flight, args.flight.iter().zip(flights.iter().map(|f| &f.flight)))?;
         if args.vehicle.is_none() && !flights.is_empty() {
             of_one_vehicle(&args.flight[0], given.as_ref(), path)?;
         }

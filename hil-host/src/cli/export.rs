@@ -1,6 +1,7 @@
 //! `glider export`: a flight in the formats others read.
 
 use super::{Output, Verdict};
+use crate::fleet::archive::{import_json, start_unix_s};
 use crate::flight::file_kinds::{Kind, expect};
 use crate::flight::vehicles;
 use crate::terminal::{meant_path, wrapped};
@@ -154,9 +155,8 @@ fn start_of(text: &str) -> anyhow::Result<f64> {
 
 /// Date, places and people: of the import, and of the arguments; `first_s` is the time of the first row. With notes.
 fn about(args: &Args, first_s: f64) -> anyhow::Result<(About, Vec<String>)> {
-    let import: serde_json::Value =
-        std::fs::read_to_string(args.flight.join("import.json")).ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or_default();
-    let imported = import.pointer("/report/start_unix_s").and_then(serde_json::Value::as_f64);
+    let import = import_json(&args.flight);
+    let imported = start_unix_s(&import);
     let stated = args.start.as_deref().map(start_of).transpose()?.map(|date| date - first_s);
     let replaced = imported.zip(stated).filter(|(was, is)| (was - is).abs() > 1.0);
     let notes = replaced.map(|(was, is)| {

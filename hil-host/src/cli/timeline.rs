@@ -1,17 +1,20 @@
 //! `glider timeline`.
 
+use super::calibrate::named_once;
 use super::diagnose::bar;
 use super::{Output, Verdict};
-use crate::fleet::archive::read;
+use crate::fleet::archive::read_dated;
 use crate::flight::vehicles;
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark, Paper};
 use crate::terminal::{meant_path, rounded, say, table, wrapped};
 use crate::whole_file;
 use anyhow::{Context as _, bail};
+use discovery::Flight;
 use discovery::diagnosis::report::number;
 use discovery::export::table::Table;
 use discovery::workbench::change_kinds::{DIVES_PER_ALARM, KINDS};
+use discovery::workbench::mission_clock::{When, one_clock};
 use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
 use discovery::workbench::tracking::TRACKED;
 use serde_json::{Value, json};
@@ -26,7 +29,8 @@ use std::path::{Path, PathBuf};
 The vehicle file is best one that glider calibrate wrote: levels are relative to it.
 
 A PATH is a flight directory (flight.csv), a csv, a glider's own files as glider import takes them, or a folder of flight directories,
-taken in the order of their names. Each dive (or segment with its yos) is one point.
+taken in the order of their names. Flights that all have a date (import.json) are taken by it, whatever the order.
+Each dive (or segment with its yos) is one point.
 The ending of --out decides: .svg, .pdf, .png (figure), .csv, .json, .parquet (one row a dive). It may be given more than once.
 Exit code 0: nothing changed; 1: a change is named; 2: bad input.")]
 pub struct Args {
@@ -56,6 +60,30 @@ fn flights_behind(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(if inside.is_empty() { vec![path.to_path_buf()] } else { inside })
 }
 
+/// A flight as it was named.
+struct Named {
+    path: PathBuf,
+    flight: Flight,
+    zero_unix_s: Option<f64>,
+}
+
+/// Reads the flights, each once; those of one name are known by their paths.
+fn flights(paths: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
+    let mut out: Vec<Named> = Vec::with_capacity(paths.len());
+    for path in paths {
+        let (flight, zero_unix_s) = read_dated(std::slice::from_ref(path))?;
+        named_once(path, &flight, out.iter().map(|n| (&n.path, &n.flight)))?;
+        out.push(Named { path: path.clone(), flight, zero_unix_s });
+    }
+    let names: Vec<String> = out.iter().map(|n| n.flight.name.clone()).collect();
+    for one in &mut out {
+        if names.iter().filter(|name| **name == one.flight.name).count() > 1 {
+            one.flight.name = one.path.display().to_string();
+        }
+    }
+    Ok(out)
+}
+
 /// Endings of `--out`.
 const ENDINGS: [&str; 6] = ["svg", "pdf", "png", "csv", "json", "parquet"];
 
@@ -76,13 +104,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for path in &args.paths {
         paths.extend(flights_behind(path)?);
     }
+    let flights = flights(&paths)?;
+    let clock = one_clock(&flights.iter().map(|f| When::of(&f.flight, f.zero_unix_s)).collect::<Vec<_>>());
     let bar = bar();
     let mut mission = Mission::new(&vehicle);
-    for (k, path) in paths.iter().enumerate() {
-        let flight = read(std::slice::from_ref(path)).inspect_err(|_| bar.finish_and_clear())?;
+    for (k, (which, zero_s)) in clock.flights.iter().enumerate() {
+        let flight = &flights[*which].flight;
         bar.set_message(flight.name.clone());
-        let added = mission.add(&flight, &|done, of| {
-            let share = (k as f64 + done as f64 / of.max(1) as f64) / paths.len() as f64;
+        let added = mission.add(flight, *zero_s, &|done, of| {
+            let share = (k as f64 + done as f64 / of.max(1) as f64) / flights.len() as f64;
             bar.set_position((100.0 * share) as u64);
         });
         added.inspect_err(|_| bar.finish_and_clear())?;
@@ -90,7 +120,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     bar.set_message("what changed");
     let done = mission.finish(args.dives_per_alarm);
     bar.finish_and_clear();
-    let done = done?;
+    let mut done = done?;
+    done.notes.splice(0..0, clock.notes);
     for out in &args.out {
         write(out, &done)?;
     }

@@ -119,22 +119,44 @@ pub fn items(paths: &[PathBuf], vehicle: Option<&Path>) -> anyhow::Result<Vec<It
     Ok(out)
 }
 
+/// What the import wrote of a flight: the import.json of its folder, null where there is none.
+#[must_use]
+pub fn import_json(folder: &Path) -> serde_json::Value {
+    std::fs::read_to_string(folder.join("import.json")).ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or_default()
+}
+
+/// Unix time at which the clock of an imported flight is zero, of its import.json.
+#[must_use]
+pub fn start_unix_s(import: &serde_json::Value) -> Option<f64> {
+    import.pointer("/report/start_unix_s").and_then(serde_json::Value::as_f64).filter(|s| s.is_finite())
+}
+
 /// Reads a flight of any kind.
 ///
 /// # Errors
 /// What is wrong with a file, or why it cannot be compared with a model.
 pub fn read(files: &[PathBuf]) -> anyhow::Result<Flight> {
+    Ok(read_dated(files)?.0)
+}
+
+/// Reads a flight of any kind, and the Unix time at which its clock is zero, where that is known.
+///
+/// # Errors
+/// What is wrong with a file, or why it cannot be compared with a model.
+pub fn read_dated(files: &[PathBuf]) -> anyhow::Result<(Flight, Option<f64>)> {
     let first = files.first().context("no file to read")?;
     let is_csv = first.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if files.len() == 1 && (is_csv || first.join("flight.csv").is_file()) {
-        return Ok(csv::flight(first)?);
+    let is_folder = first.join("flight.csv").is_file();
+    if files.len() == 1 && (is_csv || is_folder) {
+        let folder = if is_folder { Some(first.as_path()) } else { first.parent().filter(|_| name_of(first) == "flight.csv") };
+        return Ok((csv::flight(first)?, folder.and_then(|f| start_unix_s(&import_json(f)))));
     }
     let import::Imported { mut flight, report, .. } = import::import_all(files, &[], None)?;
     if let Some(why) = report.not_comparable() {
         bail!("{}: {why}", first.display());
     }
     flight.name = name_of(first);
-    Ok(flight)
+    Ok((flight, report.start_unix_s))
 }
 
 #[cfg(test)]

@@ -158,7 +158,7 @@ pub fn score(case: Case, seed: u64, dives: usize, folder: &Path) -> anyhow::Resu
     std::fs::remove_dir_all(&here).ok();
     let clock = std::time::Instant::now();
     let mut mission = Mission::new(&known);
-    mission.add(&log, &|_, _| ())?;
+    mission.add(&log, 0.0, &|_, _| ())?;
     let timeline = mission.finish(DIVES_PER_ALARM)?;
     let seconds = clock.elapsed().as_secs_f64();
     let noise = if case.change == Change::Nothing { noise_of(&mission.observed(), mission.start_precision()) } else { None };

@@ -7,6 +7,7 @@ pub mod changes;
 pub mod compare;
 pub mod dive_estimates;
 pub mod meta_analysis;
+pub mod mission_clock;
 pub mod next_flight;
 pub mod pooling;
 pub mod refitted_file;

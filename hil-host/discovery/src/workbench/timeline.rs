@@ -117,26 +117,24 @@ pub struct Mission {
     waiting: Vec<(String, f64, Prepared)>,
     dives: Vec<Followed>,
     notes: Vec<String>,
-    end_s: f64,
 }
 
 impl Mission {
     /// With the vehicle that it is judged by.
     #[must_use]
     pub fn new(vehicle: &Vehicle) -> Self {
-        Self { vehicle: for_missions(vehicle), reference: None, waiting: Vec::new(), dives: Vec::new(), notes: Vec::new(), end_s: 0.0 }
+        Self { vehicle: for_missions(vehicle), reference: None, waiting: Vec::new(), dives: Vec::new(), notes: Vec::new() }
     }
 
-    /// Adds the next flight of the mission. `tick` is told how many of its dives are done, and of how many.
+    /// Adds the next flight of the mission, whose clock began at second `zero_s` of the mission's ([`crate::workbench::mission_clock`]).
+    /// `tick` is told how many of its dives are done, and of how many.
     ///
     /// # Errors
     /// The first dives cannot be compared with the model.
-    pub fn add(&mut self, flight: &Flight, tick: &(dyn Fn(usize, usize) + Sync)) -> Result<(), NothingToFit> {
+    pub fn add(&mut self, flight: &Flight, zero_s: f64, tick: &(dyn Fn(usize, usize) + Sync)) -> Result<(), NothingToFit> {
         let prepared = prepare(flight, &self.vehicle);
         self.notes.extend(prepared.notes.iter().map(|n| format!("{}: {n}", flight.name)));
-        let from_s = self.end_s;
-        self.end_s += flight.time_s.last().copied().unwrap_or(0.0);
-        self.waiting.push((flight.name.clone(), from_s, prepared));
+        self.waiting.push((flight.name.clone(), zero_s, prepared));
         let waiting: usize = self.waiting.iter().map(|w| w.2.runs.len()).sum();
         if self.reference.is_some() || waiting >= REFERENCE_DIVES {
             self.follow(tick)?;
@@ -150,22 +148,24 @@ impl Mission {
             self.reference = Some(Reference::of(&self.vehicle, &first_dives(&self.waiting), &name)?);
         }
         let Some(reference) = &self.reference else { return Ok(()) };
-        for (flight, from_s, prepared) in self.waiting.drain(..) {
+        for (flight, zero_s, prepared) in self.waiting.drain(..) {
             let all = prepared.runs.len();
+            let earlier = self.dives.len();
             for (run, dive) in prepared.runs.iter().zip(followed(reference, &prepared, tick)) {
                 let Some(dive) = dive else {
                     self.notes
                         .push(format!("{flight}: segment {}: too little of it can be compared with the model; left out", run.segment));
                     continue;
                 };
-                match self.dives.last_mut().filter(|l| l.flight == flight && l.dive.segment == dive.segment) {
+                let of_flight = self.dives.get_mut(earlier..).and_then(<[Followed]>::last_mut);
+                match of_flight.filter(|l| l.dive.segment == dive.segment) {
                     // The other part of a dive with a gap.
                     Some(last) => {
                         last.dive.information.add(&dive.information);
                         last.dive.rows += dive.rows;
                         last.dive.depth_m = last.dive.depth_m.max(dive.depth_m);
                     }
-                    None => self.dives.push(Followed { flight: flight.clone(), day: (from_s + dive.time_s[0]) / DAY_S, dive }),
+                    None => self.dives.push(Followed { flight: flight.clone(), day: (zero_s + dive.time_s[0]) / DAY_S, dive }),
                 }
             }
             tick(all, all);

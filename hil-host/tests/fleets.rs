@@ -129,6 +129,44 @@ fn regress_a_fleet_has_one_digest_however_it_is_worked_through() {
     assert_eq!((digest(&again), &again["flights_from_cache"]), (owed.clone(), &13.into()));
 }
 
+/// A flight that lay in an archive as an export and in a backup as well was counted three times.
+#[test]
+fn regress_copies_of_one_log_are_counted_once_and_named() {
+    let here = Scratch::new("copies");
+    vehicle_flies(&here.0.join("archive"), 0, Change::Nothing, 2, 2, false);
+    let home = here.0.join("archive/vehicle0");
+    let once = here.done(&["archive", "--out", "once.parquet"]);
+    let log = std::fs::read_to_string(home.join("deployment0/flight/flight.csv")).expect("a log");
+    for backup in ["old/backup/flight", "old/second/flight"] {
+        std::fs::create_dir_all(home.join(backup)).expect("a folder");
+        std::fs::write(home.join(backup).join("flight.csv"), &log).expect("written");
+    }
+    let export = Command::new(env!("CARGO_BIN_EXE_glider"))
+        .current_dir(&here.0)
+        .args(["export", "archive/vehicle0/deployment1/flight", "--to", "netcdf", "--start", "2026-05-02T09:15:00Z"])
+        .args(["--vehicle", "archive/vehicle0/vehicle.json", "--out", "archive/vehicle0/deployment1/june.nc"])
+        .output();
+    let export = export.expect("it starts");
+    assert!(export.status.success(), "{export:?}");
+    let copied = here.done(&["archive", "--out", "copied.parquet"]);
+    assert_eq!((&once["dives"], &copied["dives"]), (&4.into(), &4.into()), "{copied}");
+    let drag = |of: &Value| of["numbers"].as_array().expect("numbers").iter().find(|n| n["name"] == "drag").cloned().expect("drag");
+    assert_eq!(drag(&copied)["dives"], 4, "{copied}");
+    let left_out = copied["left_out"].to_string();
+    for (flight, why) in [
+        ("archive/vehicle0/old/backup/flight", "the same log as archive/vehicle0/deployment0/flight"),
+        ("archive/vehicle0/old/second/flight", "the same log as archive/vehicle0/deployment0/flight"),
+        ("archive/vehicle0/deployment1/june.nc", "the same log as archive/vehicle0/deployment1/flight"),
+    ] {
+        assert!(left_out.contains(flight) && left_out.contains(why), "{left_out}");
+    }
+    // Shards find the same copies.
+    for shard in ["1/2", "2/2"] {
+        here.done(&["archive", "--out", &format!("part{}.parquet", &shard[..1]), "--shard", shard]);
+    }
+    assert_eq!(digest(&here.done(&["merge", "part1.parquet", "part2.parquet", "--out", "merged.parquet"])), digest(&copied));
+}
+
 /// Killed at ten moments, each time taken up again where it was.
 #[test]
 fn regress_a_killed_fleet_goes_on_to_the_same_digest() {

@@ -10,6 +10,7 @@ use discovery::{Vehicle, vehicle};
 
 use crate::fleet::archive::{Item, read};
 use crate::fleet::cache::{self, Entry};
+use crate::fleet::copies::copies;
 use crate::fleet::part::{DiveRow, Part, Row, dive_row, number_columns};
 use crate::flight::vehicles;
 use crate::shards::kept::program;
@@ -41,6 +42,11 @@ fn judge(file: &Path) -> anyhow::Result<Judge> {
     Ok(Judge { vehicle, label })
 }
 
+/// What is said of a flight whose log is another flight's too.
+fn copy_of(first: &Item) -> Entry {
+    Entry { rows: Vec::new(), left_out: format!("the same log as {}/{}, which is counted", first.deployment, first.flight) }
+}
+
 fn asked(item: &Item, judge: &Judge) -> Entry {
     let rows = read(&item.files).and_then(|flight| Ok(dive_estimates(&flight, &judge.vehicle, &|_, _| ())?));
     match rows {
@@ -66,7 +72,7 @@ fn rows(item: &Item, judge: &Judge, entry: &Entry, columns: usize) -> Vec<Row> {
     if entry.rows.is_empty() { vec![row(nothing)] } else { entry.rows.iter().cloned().map(row).collect() }
 }
 
-/// Asks the flights of a shard; `tick` gets the name of each that is done.
+/// Asks the flights of a shard, of copies of one log the first; `tick` gets the name of each that is done.
 ///
 /// # Errors
 /// A vehicle file that cannot be read, a flight's file that cannot be hashed, or a cache that cannot be written. A flight that cannot be
@@ -80,11 +86,17 @@ pub fn map(items: &[Item], work: &Work, tick: &(dyn Fn(&str) + Sync)) -> anyhow:
     }
     let (program, columns) = (program()?, number_columns());
     let judge_of = |item: &Item| judges.get(&item.vehicle).context("a vehicle that was read");
+    let first = copies(items, &program, work)?;
+    let plan: Vec<(&Item, Option<&Item>)> = items.iter().zip(first.iter().map(|of| of.map(|k| &items[k]))).collect();
     let done: Vec<Done<Entry>> = work.run(
-        items,
-        &|item| cache::key(&program, &columns, &item.files, &item.vehicle),
-        &|item| Ok(asked(item, judge_of(item)?)),
-        &|item, _| tick(&item.flight),
+        &plan,
+        &|(item, first)| {
+            let copy = first
+                .map_or_else(String::new, |f| format!("{}/{} is a copy of {}/{}", item.deployment, item.flight, f.deployment, f.flight));
+            cache::key(&format!("{program}{copy}"), &columns, &item.files, &item.vehicle)
+        },
+        &|(item, first)| first.map_or_else(|| Ok(asked(item, judge_of(item)?)), |first| Ok(copy_of(first))),
+        &|(item, _), _| tick(&item.flight),
     )?;
     let mut all = Vec::new();
     for Done { place, value, .. } in &done {

@@ -1,5 +1,6 @@
 //! One flight as read from disk: columns in SI units, NaN where there is no value.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -38,6 +39,30 @@ pub struct Flight {
     pub extra: BTreeMap<String, Vec<f64>>,
     /// What of its csv is neither a channel nor a number, in words.
     pub unread: Vec<String>,
+}
+
+/// What a log is known by: its rows, its ends, and pressures spread evenly over it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LogMark {
+    rows: usize,
+    ends_s: [f64; 2],
+    time_s: Vec<f64>,
+    pressure_pa: Vec<f64>,
+}
+
+impl LogMark {
+    /// As [`Flight::is_same_log`] of the flights.
+    #[must_use]
+    pub fn is_same_log(&self, other: &Self) -> bool {
+        let rows = self.rows == other.rows && self.time_s.len() == other.time_s.len();
+        rows && near(&self.ends_s, &other.ends_s, 1e-3)
+            && near(&self.time_s, &other.time_s, 1e-3)
+            && near(&self.pressure_pa, &other.pressure_pa, 10.0)
+    }
+}
+
+fn near(a: &[f64], b: &[f64], by: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= by || (a.is_nan() && b.is_nan()))
 }
 
 impl Flight {
@@ -118,8 +143,19 @@ impl Flight {
     /// Whether it holds the same rows as another one, by time and pressure as far as a csv writes them.
     #[must_use]
     pub fn is_same_log(&self, other: &Self) -> bool {
-        let near = |a: &[f64], b: &[f64], by: f64| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= by || (a.is_nan() && b.is_nan()));
         self.len() == other.len() && near(&self.time_s, &other.time_s, 1e-3) && near(&self.pressure_pa, &other.pressure_pa, 10.0)
+    }
+
+    /// What its log is known by without keeping all of it.
+    #[must_use]
+    pub fn mark(&self) -> LogMark {
+        /// Of so many pressures no two logs have the same by chance.
+        const PRESSURES: usize = 64;
+        let measured: Vec<usize> = (0..self.len()).filter(|i| self.pressure_pa[*i].is_finite()).collect();
+        let chosen = measured.iter().step_by(measured.len().div_ceil(PRESSURES).max(1));
+        let (time_s, pressure_pa) = chosen.map(|i| (self.time_s[*i], self.pressure_pa[*i])).unzip();
+        let ends_s = [self.time_s.first(), self.time_s.last()].map(|t| t.copied().unwrap_or(f64::NAN));
+        LogMark { rows: self.len(), ends_s, time_s, pressure_pa }
     }
 
     /// Number of rows.

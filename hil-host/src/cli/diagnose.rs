@@ -51,7 +51,35 @@ pub fn load(flight: &Path, vehicle_file: Option<&Path>) -> anyhow::Result<(Fligh
     let file = vehicle_file
         .map_or_else(own_file, |named| Ok(Some(named.to_path_buf())))?
         .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside the flight; name one with --vehicle", flight.display()))?;
-    Ok((csv::flight(flight)?, vehicles::read(&file)?))
+    let (read, vehicle) = (csv::flight(flight)?, vehicles::read(&file)?);
+    has_segments(&read, &vehicle).with_context(|| file.display().to_string())?;
+    Ok((read, vehicle))
+}
+
+/// Refuses a vehicle file whose segments to fit, or to check with, are none of the flight's.
+fn has_segments(flight: &Flight, vehicle: &Vehicle) -> anyhow::Result<()> {
+    let mut has = flight.segment.clone();
+    has.sort_unstable();
+    has.dedup();
+    for (key, wanted) in [("segments.fit", &vehicle.fit_segments), ("segments.check", &vehicle.check_segments)] {
+        let missing = !wanted.is_empty() && !wanted.iter().any(|s| has.contains(s));
+        anyhow::ensure!(
+            !missing,
+            "{key} is {wanted:?}: no such segment in {}, which has {}; name some of them",
+            flight.name,
+            in_runs(&has)
+        );
+    }
+    Ok(())
+}
+
+/// Numbers in order, as in `0 to 4, 7`.
+fn in_runs(numbers: &[u32]) -> String {
+    let runs = numbers.chunk_by(|a, b| *b == *a + 1).map(|run| match run {
+        [first, .., last] => format!("{first} to {last}"),
+        one => one.iter().map(u32::to_string).collect(),
+    });
+    runs.collect::<Vec<_>>().join(", ")
 }
 
 /// Reads a flight and its vehicle, and refuses what cannot be: columns that contradict a dive, a vehicle that floats on this water.
@@ -187,4 +215,24 @@ fn steady_words(s: &discovery::steady::SteadyReport) -> String {
         out += &format!(" With the speed sensor: true pitch = {:.3} x measured, speed bias {:+.2} cm/s.", w.pitch_scale, w.speed.bias_cm_s);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_segments_that_a_flight_has_not_are_refused() {
+        let flight = Flight { name: "june".into(), segment: vec![0, 0, 1, 2, 5], ..Flight::default() };
+        let vehicle = |fit: &[u32], check: &[u32]| {
+            let known = vehicles::read(Path::new("slocum-standard-sea")).expect("built in");
+            Vehicle { fit_segments: fit.into(), check_segments: check.into(), ..known }
+        };
+        for (fit, check, key) in [(&[99_u32][..], &[][..], "segments.fit is [99]"), (&[], &[99, 7], "segments.check is [99, 7]")] {
+            let said = has_segments(&flight, &vehicle(fit, check)).expect_err("refused").to_string();
+            assert!(said.starts_with(key) && said.contains("june, which has 0 to 2, 5;"), "{said}");
+        }
+        // The vehicle file of a longer flight.
+        assert!(has_segments(&flight, &vehicle(&[0, 1, 8], &[2, 9])).is_ok() && has_segments(&flight, &vehicle(&[], &[])).is_ok());
+    }
 }

@@ -14,7 +14,7 @@ use crate::flight::tables::TABLE_SPEED_M_S;
 use crate::flight::vehicles::{Model, sea_name, wings_name};
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark};
-use crate::terminal::{meant, say, table};
+use crate::terminal::{meant, say, table, wrapped};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -114,6 +114,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let document = json!({
         "tool": env!("CARGO_PKG_VERSION"),
         "speed_m_s": TABLE_SPEED_M_S,
+        "notes": curves.iter().filter_map(|c| c.model.note()).collect::<Vec<_>>(),
         "polars": curves.iter().map(|c| json!({
             "vehicle": c.model.name, "vehicle_id": format!("{:08x}", c.model.id), "wings": wings_name(c.model.wings),
             "effects": args.effect,
@@ -128,7 +129,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             "wing_lift_share": c.rows.iter().map(|r| r[4]).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
     });
+    let notes: Vec<String> = curves.iter().filter_map(|c| c.model.note()).collect();
     if args.csv && !output.json {
+        notes.iter().for_each(|note| eprintln!("Note: {note}"));
         println!("vehicle,alpha_deg,cl,cd,l_over_d,wing_lift_share");
         for c in &curves {
             for [a, cl, cd, ld, share] in &c.rows {
@@ -138,7 +141,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
         return Ok(Verdict::Ok);
     }
-    output.emit(&document, || print(&curves));
+    output.emit(&document, || {
+        print(&curves);
+        notes.iter().for_each(|note| say(&wrapped(&format!("Note: {note}"), 6)));
+    });
     Ok(Verdict::Ok)
 }
 

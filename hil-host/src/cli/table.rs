@@ -10,7 +10,7 @@ use super::{Output, Verdict};
 use crate::flight::config_file;
 use crate::flight::tables::{self, Built};
 use crate::flight::vehicles::{Model, sea_name, wings_name};
-use crate::terminal::{say, table};
+use crate::terminal::{say, table, wrapped};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -79,6 +79,9 @@ fn print(built: &Tables) {
     for (_, m, _) in built {
         say(&format!("{} wings: {}", wings_name(m.wings), m.name));
     }
+    for note in built.iter().filter_map(|b| b.1.note()) {
+        say(&wrapped(&format!("Note: {note}"), 6));
+    }
     for (_, m, _) in built {
         if config_file::pitch_sensor_alone(m.pitch_sensor()).is_some() {
             let s = m.pitch_sensor();
@@ -128,6 +131,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let document = json!({
         "tool": env!("CARGO_PKG_VERSION"),
         "check": args.check.then_some(same),
+        "notes": built.iter().filter_map(|b| b.1.note()).collect::<Vec<_>>(),
         "tables": built.iter().map(|(t, m, from)| json!({
             "wings": wings_name(m.wings), "vehicle": from, "vehicle_name": m.name, "vehicle_id": format!("{:08x}", m.id),
             "table_id": format!("{:08x}", t.id()), "bytes": t.bytes.len(), "points": tables::POINTS,

@@ -52,6 +52,8 @@ pub struct Model {
     pub wings: Wings,
     /// CRC-32 of the vehicle file.
     pub id: u32,
+    /// What its file does not state and was assumed, in words.
+    pub assumed: Option<String>,
     form: Form,
     effects: Vec<Active>,
 }
@@ -178,7 +180,8 @@ impl Model {
     pub fn of_geometry(name: &str, wings: Wings, id: u32, geometry: &Geometry, constants: &Constants) -> Self {
         let polar = geometry.polar();
         let (constants, _, _) = polar.project(constants);
-        Self { name: name.into(), wings, id, form: Form::Geometry { polar: Box::new(polar), constants }, effects: Vec::new() }
+        let form = Form::Geometry { polar: Box::new(polar), constants };
+        Self { name: name.into(), wings, id, assumed: None, form, effects: Vec::new() }
     }
 
     /// From coefficients and the effects the file has on.
@@ -191,7 +194,8 @@ impl Model {
             Some("low_ar" | "low-ar") => Wings::LowAspectRatio,
             other => bail!("{}: wing.name is {other:?}; expected \"standard\" or \"low_ar\"", v.path.display()),
         };
-        Ok(Self { name: v.name.clone(), wings, id, form: Form::Coefficients(v.constants), effects: v.effects.clone() })
+        let form = Form::Coefficients(v.constants);
+        Ok(Self { name: v.name.clone(), wings, id, assumed: v.assumed_of_the_model(), form, effects: v.effects.clone() })
     }
 
     /// What its file says of the pitch sensor, as the controller is told it.
@@ -205,6 +209,12 @@ impl Model {
     pub fn with_effects(mut self, effects: &[Active]) -> Self {
         self.effects.extend_from_slice(effects);
         self
+    }
+
+    /// Its name with what its file does not state and was assumed, where there is any.
+    #[must_use]
+    pub fn note(&self) -> Option<String> {
+        self.assumed.as_ref().map(|assumed| format!("{}: {assumed}", self.name))
     }
 
     /// The effects it has on.
@@ -260,6 +270,7 @@ mod tests {
     use super::*;
     use hydro::effects::CATALOGUE;
     use hydro::glide::{self, Side, Trim};
+    use serde_json::json;
 
     /// The measured steady glide of Slocum *Comet*, June 2016, median of 2,530 steady DVL samples.
     const COMET: Trim = Trim { pitch_rad: -21.9 * std::f64::consts::PI / 180.0, net_buoyancy_n: -2.12, rho_kg_m3: 1005.8 };
@@ -304,6 +315,20 @@ mod tests {
                 assert!(matches!(e, glide::GlideError::TooFlat { least_pitch_rad } if least_pitch_rad > 0.05), "{name}: {e:?}");
             }
         }
+    }
+
+    #[test]
+    fn regress_what_a_file_does_not_state_of_the_model_is_noted() {
+        let trial = json!({
+            "format": "glider-trial/1", "mass_kg": 68.0, "hull_volume_m3": 0.0663, "hull_compressibility_per_pa": 5e-10,
+            "hull_thermal_expansion_per_k": 5e-5, "wing": {"name": "standard", "aspect_ratio": 5.5, "area_m2": 0.09},
+            "hydro": {"reference_area_m2": 0.1, "wing_lift_slope_per_rad": 3.3, "hull_lift_slope_per_rad": 1.2, "hull_area_m2": 0.04,
+                "cd0": 0.15, "induced_k": 0.35},
+        });
+        let vehicle = vehicle::parse_text(&trial.to_string(), Path::new("v.json")).expect("a vehicle");
+        let note = Model::of_coefficients(&vehicle, 0).expect("a model").note().expect("a note");
+        assert!(note.contains("the vehicle file does not state") && note.contains("hydro.hull_drag_per_rad2 = 0"), "{note}");
+        assert!(Model::load(Path::new("slocum-standard"), None).expect("built in").note().is_none());
     }
 
     #[test]

@@ -169,7 +169,9 @@ impl Vehicle {
         needs_water_depth(effect) && !(self.water_depth_m > 0.0)
     }
 
-    fn assumed_of_the_model(&self) -> Option<String> {
+    /// What it does not state of the model itself, apart from its tolerances and sensors, and what was assumed, in words.
+    #[must_use]
+    pub fn assumed_of_the_model(&self) -> Option<String> {
         let of_others = ["tolerance_1sigma.", "sensors.", "background_"];
         let of_model: Vec<&str> = self.assumed.iter().map(String::as_str).filter(|a| !of_others.iter().any(|b| a.starts_with(b))).collect();
         (!of_model.is_empty()).then(|| format!("the vehicle file does not state, and these were assumed: {}", of_model.join(", ")))

@@ -11,6 +11,29 @@ impl Drop for Folder {
     }
 }
 
+/// Worlds and vehicles that a simulation cannot follow, and vehicle files of segments that the flight has not.
+fn impossible(put: &dyn Fn(&str, &str), csv: &str, vehicle: &str) {
+    put("ball.toml", "[vehicle]\ninertia_kg_m2 = 1.0\n");
+    let aero = "reference_area_m2 = 0.1\naxial_m2 = 0.016\nhull_slope_m2 = 0.3\nwing_slope_m2 = 0.4\n\
+        suction_m2 = 0.1\nseparation_m2 = 0.1\nhull_crossflow_m2 = 0.3\nwing_crossflow_m2 = 0.1\n\
+        wing_stall_sin = 0.2\nwing_stalled_share = 0.3\nmoment_slope = 10\nmoment_zero = 0\n";
+    put("damped.toml", &format!("[vehicle.aero]\n{aero}moment_rate = -1000.0\n"));
+    let mut other: serde_json::Value = serde_json::from_str(vehicle).expect("a document");
+    other["hydro"]["hull_lift_slope_per_rad"] = 50.into();
+    other["hydro"]["hull_area_m2"] = 10.into();
+    if let Some(hydro) = other["hydro"].as_object_mut() {
+        hydro.remove("wide");
+    }
+    put("lifted/flight.csv", csv);
+    put("lifted/vehicle.json", &other.to_string());
+    for (name, key) in [("fitted", "fit"), ("checked", "check")] {
+        let mut other: serde_json::Value = serde_json::from_str(vehicle).expect("a document");
+        other["segments"] = serde_json::json!({key: [99]});
+        put(&format!("{name}/flight.csv"), csv);
+        put(&format!("{name}/vehicle.json"), &other.to_string());
+    }
+}
+
 /// A folder with a flight of our own, and files that are wrong in one way each.
 fn folder() -> Folder {
     let folder = Folder(std::env::temp_dir().join(format!("glider-wrong-{}", std::process::id())));
@@ -48,6 +71,7 @@ fn folder() -> Folder {
     let first = vehicle.find("\"mass_kg\":").expect("a mass") + "\"mass_kg\":".len();
     let rest = vehicle[first..].trim_start_matches([' ', '.', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9']);
     put("kilograms/vehicle.json", &format!("{} \"60 kg\"{rest}", &vehicle[..first]));
+    impossible(&put, &csv, &vehicle);
     // Cut in the middle, as by a full disk or a lost line.
     put("cut/flight.csv", &csv[..csv.len() / 2]);
     put("cut/vehicle.json", &vehicle[..vehicle.len() / 2]);
@@ -145,6 +169,13 @@ const WRONG: &[(&str, &[&str])] = &[
     ("monitor /dev/no-such-port", &["/dev/no-such-port"]),
     ("upload /dev/no-such-port table table.bin", &["table"]),
     // what files say
+    ("fly --truth ball.toml", &["ball.toml", "vehicle.inertia_kg_m2 is 1, less than a ball"]),
+    ("fly --truth damped.toml", &["diverged at", "aero.moment_rate = -1000"]),
+    ("compare --flight lifted", &["lifted/vehicle.json: the model diverged", "hydro.hull_lift_slope_per_rad"]),
+    ("plot residual --flight lifted --out r.svg", &["the model diverged"]),
+    ("export lifted --to netcdf --out lifted.nc", &["the model diverged"]),
+    ("diagnose --flight fitted", &["fitted/vehicle.json: segments.fit is [99]", "fitted, which has 0"]),
+    ("compare --flight checked", &["checked/vehicle.json: segments.check is [99]", "checked, which has 0"]),
     ("compare --flight empty", &["flight.csv"]),
     ("compare --flight letters", &["flight.csv", "abc"]),
     ("compare --flight columns", &["pressure"]),

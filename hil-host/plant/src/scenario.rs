@@ -137,9 +137,38 @@ impl Scenario {
                 return Err(format!("{name} is {value}, it must be within {low} to {high}"));
             }
         }
+        let ball = ball_kg_m2(v.mass_kg);
+        if v.inertia_kg_m2 < ball {
+            return Err(format!(
+                "vehicle.inertia_kg_m2 is {}, less than a ball of vehicle.mass_kg = {} has ({ball:.2} kg m2); \
+                 a glider is longer: state both",
+                v.inertia_kg_m2, v.mass_kg
+            ));
+        }
         if let Some(e) = self.effects.iter().find(|e| !e.value.is_finite()) {
             return Err(format!("effect {} has no finite size", e.kind.name()));
         }
         Ok(())
+    }
+}
+
+/// Inertia of a ball that floats in sea water, kg m²: the least of any hull of its mass and volume.
+fn ball_kg_m2(mass_kg: f64) -> f64 {
+    const SEA_WATER_KG_M3: f64 = 1025.0;
+    let radius_m = (3.0 * mass_kg / (4.0 * std::f64::consts::PI * SEA_WATER_KG_M3)).cbrt();
+    0.4 * mass_kg * radius_m * radius_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_an_inertia_below_that_of_a_ball_is_refused() {
+        // 52 kg: radius 0.23 m, 0.4 x 52 x 0.0527.
+        assert!((ball_kg_m2(52.0) - 1.097).abs() < 1e-3);
+        let refused = Scenario::from_toml("[vehicle]\ninertia_kg_m2 = 1.0").expect_err("refused");
+        assert!(refused.contains("vehicle.inertia_kg_m2 is 1, less than a ball"), "{refused}");
+        assert!(Scenario::from_toml("[vehicle]\ninertia_kg_m2 = 2.0").is_ok());
     }
 }

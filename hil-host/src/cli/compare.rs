@@ -5,6 +5,7 @@ use super::{Output, Verdict};
 use crate::flight::file_kinds::{Kind, expect};
 use crate::terminal::{Ladder, meant_path, place, say, table, wrapped};
 use anyhow::Context as _;
+use discovery::Vehicle;
 use discovery::diagnosis::report;
 use discovery::record::csv;
 use discovery::steady::{HeldOut, held_out};
@@ -53,6 +54,14 @@ pub fn document(c: &Comparison, flight: &str, vehicle: &str) -> Value {
     })
 }
 
+/// Refuses the comparison with a model that diverged.
+///
+/// # Errors
+/// Which numbers of the vehicle file are to be looked at.
+pub(crate) fn not_diverged(c: Comparison, vehicle: &Vehicle) -> anyhow::Result<Comparison> {
+    c.diverged(vehicle).map_or(Ok(c), |why| anyhow::bail!("{}: {why}", vehicle.path.display()))
+}
+
 /// The error of the depth rate in words; where there are no rates or no steady glides, that instead of a number.
 fn depth_rate(c: &Comparison) -> String {
     let rows = c.samples.len();
@@ -86,7 +95,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         return Ok(Verdict::Ok);
     }
     let (flight, vehicle) = load_sound(&args.flight, args.vehicle.as_deref())?;
-    let c = compare::compare(&flight, &vehicle);
+    let c = not_diverged(compare::compare(&flight, &vehicle), &vehicle)?;
     anyhow::ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to compare", args.flight.display());
     let document = document(&c, &args.flight.display().to_string(), &vehicle.path.display().to_string());
     output.emit(&document, || {

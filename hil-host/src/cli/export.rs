@@ -1,5 +1,6 @@
 //! `glider export`: a flight in the formats others read.
 
+use super::compare::not_diverged;
 use super::{Output, Verdict};
 use crate::fleet::archive::{import_json, start_unix_s};
 use crate::flight::file_kinds::{Kind, expect};
@@ -83,7 +84,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();
     crate::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
     let vehicle = if matches!(args.to, Format::Netcdf | Format::Mcap) { vehicle_of(args)? } else { None };
-    let model = vehicle.as_ref().and_then(|vehicle| Some((vehicle, modelled(args, &flight, vehicle)?)));
+    let model = match &vehicle {
+        Some(vehicle) => modelled(args, &flight, vehicle)?.map(|compared| (vehicle, compared)),
+        None => None,
+    };
     let (about, mut notes) = about(args, flight.time_s.first().copied().unwrap_or(0.0))?;
     notes.extend(flight.unread.iter().map(|what| format!("left out: {what}")));
     notes.extend(undated(args, &about));
@@ -122,10 +126,10 @@ fn vehicle_of(args: &Args) -> anyhow::Result<Option<Vehicle>> {
 }
 
 /// Its model against the flight; without pitch, ballast or density there is none, unless the vehicle is named.
-fn modelled(args: &Args, flight: &Flight, vehicle: &Vehicle) -> Option<Comparison> {
+fn modelled(args: &Args, flight: &Flight, vehicle: &Vehicle) -> anyhow::Result<Option<Comparison>> {
     let known = |column: &[f64]| column.iter().any(|v| v.is_finite());
     let all = [&flight.pitch_rad, &flight.ballast_m3, &flight.density_kg_m3].iter().all(|c| known(c));
-    (all || args.vehicle.is_some()).then(|| compare(flight, vehicle))
+    (all || args.vehicle.is_some()).then(|| not_diverged(compare(flight, vehicle), vehicle)).transpose()
 }
 
 /// What the format or the flight leaves out of the date and the places.

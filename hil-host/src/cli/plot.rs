@@ -1,5 +1,6 @@
 //! `glider plot`: one figure for a paper.
 
+use super::compare::not_diverged;
 use super::diagnose::{load, load_sound};
 use super::{Output, Verdict};
 use crate::flight::tables::TABLE_SPEED_M_S;
@@ -222,7 +223,7 @@ fn left_out(beyond: usize) -> String {
 /// The residual of two vehicle files against one flight.
 fn before_and_after(file: &Path, flight: &Flight, path: &Path, about: &str, after: &Comparison) -> anyhow::Result<Figure> {
     let (_, old) = load(path, Some(file))?;
-    let before = compare(flight, &old);
+    let before = not_diverged(compare(flight, &old), &old)?;
     let ((old_points, old_beyond), (new_points, new_beyond)) = (block_means(&before.samples), block_means(&after.samples));
     let said = |what: &str, c: &Comparison| format!("{what}: {:.2} cm/s rms", 100.0 * c.rms_m_s);
     let panel = Chart::new("Residual before and after", "angle of attack of the model, deg", "measured minus modelled, cm/s")
@@ -241,7 +242,7 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
     ensure!(args.wings.is_none(), "--wings belongs to a polar; the vehicle file of a flight says which wings it has");
     ensure!(args.before.is_none() || args.kind == Kind::Residual, "--before belongs to a residual");
     let (flight, vehicle) = load_sound(path, args.vehicle.as_deref())?;
-    let c = compare(&flight, &vehicle);
+    let c = not_diverged(compare(&flight, &vehicle), &vehicle)?;
     ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to draw", path.display());
     let effects: Vec<&str> = vehicle.effects.iter().map(|a| a.effect.name()).collect();
     let with = if effects.is_empty() { "no effect on".to_owned() } else { format!("with {}", effects.join(", ")) };

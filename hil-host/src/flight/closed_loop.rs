@@ -7,7 +7,7 @@ use crate::flight::cycle::Cycle;
 pub use crate::flight::outcome::{Course, End, Outcome, SURFACED_M, StreamHash};
 use crate::seats::{CYCLE_S, Seat, SeatError};
 use control::Config;
-use plant::World;
+use plant::{Scenario, Truth, World};
 use signals::{Mission, Phase};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -68,6 +68,8 @@ pub enum FlightError {
     Seat(SeatError),
     /// Who watches (log, screen).
     Watcher(anyhow::Error),
+    /// The simulated motion is no number any more: what to look at.
+    Diverged(String),
 }
 
 impl From<SeatError> for FlightError {
@@ -81,6 +83,7 @@ impl std::fmt::Display for FlightError {
         match self {
             Self::Seat(e) => e.fmt(f),
             Self::Watcher(e) => write!(f, "{e:#}"),
+            Self::Diverged(what) => f.write_str(what),
         }
     }
 }
@@ -119,10 +122,35 @@ pub fn recover(seat: &mut dyn Seat) -> Result<(), SeatError> {
     seat.recover()
 }
 
+/// Refuses a simulated motion that is no number any more.
+///
+/// # Errors
+/// The time of it, and the numbers of the vehicle that make a simulated motion fast.
+pub fn is_finite(time_s: f64, truth: &Truth, scenario: &Scenario) -> Result<(), FlightError> {
+    let motion = [truth.depth_m, truth.north_m, truth.east_m, truth.pitch_rad, truth.pitch_rate_rad_s, truth.u_m_s, truth.w_m_s];
+    if motion.iter().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    let v = &scenario.vehicle;
+    Err(FlightError::Diverged(format!(
+        "the simulated vehicle diverged at {time_s:.0} s: with these numbers it moves faster than a simulation can follow. \
+         Look at [vehicle] of the truth file: mass_kg = {}, added_mass_surge_kg = {}, added_mass_heave_kg = {}, \
+         inertia_kg_m2 = {}, metacentric_height_m = {}, battery_mass_kg = {}, ballast_arm_m = {}{}, and at the sizes of its effects",
+        v.mass_kg,
+        v.added_mass_surge_kg,
+        v.added_mass_heave_kg,
+        v.inertia_kg_m2,
+        v.metacentric_height_m,
+        v.battery_mass_kg,
+        v.ballast_arm_m,
+        v.aero.map_or_else(String::new, |a| format!(", aero.moment_slope = {}, aero.moment_rate = {}", a.moment_slope, a.moment_rate)),
+    )))
+}
+
 /// Flies a mission to its end. `watch` sees every cycle; an error of it ends the flight.
 ///
 /// # Errors
-/// The seat failed, or `watch` did.
+/// The seat failed, or `watch` did, or the simulated motion diverged.
 pub fn fly(
     world: &mut World,
     seat: &mut dyn Seat,
@@ -147,6 +175,7 @@ pub fn fly(
         }
         let frame = world.sense();
         let truth = world.truth();
+        is_finite(world.time_s() - start_s, &truth, world.scenario())?;
         let answer = match idle {
             Some(last) => last,
             None => seat.exchange(&frame)?,

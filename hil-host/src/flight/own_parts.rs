@@ -1,6 +1,6 @@
 //! One flight on the vehicle's own parts: the board measures and moves by itself, nobody sends it frames.
 
-use crate::flight::closed_loop::{FlightError, Setup};
+use crate::flight::closed_loop::{FlightError, Setup, is_finite};
 use crate::flight::cycle::Cycle;
 use crate::flight::outcome::{Course, Outcome};
 use crate::seats::parts::OwnParts;
@@ -40,6 +40,7 @@ pub fn fly(
             heard: Default::default(),
         })?;
         let time_s = board.around.borrow().world.time_s() - start_s;
+        is_finite(time_s, &made.truth, board.around.borrow().world.scenario())?;
         let cycle = Cycle { time_s, frame: &made.frame, answer: &made.answer, truth: &made.truth };
         let end = course.take(&cycle);
         watch(&cycle).map_err(FlightError::Watcher)?;

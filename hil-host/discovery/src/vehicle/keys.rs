@@ -103,6 +103,10 @@ impl Keys<'_> {
     }
 }
 
+/// Most drag with the angle of attack squared: at the end of the law, 0.35 rad, it is 24 on S, more than a hull across the flow has
+/// (`hydro.cd_broadside`, 20 at most).
+const MOST_HULL_DRAG_PER_RAD2: f64 = 200.0;
+
 /// The law with two terms more that holds over a wider range of angles of attack than the format's, where a file states it: all of it.
 pub(super) struct Wide([f64; 6]);
 
@@ -113,7 +117,7 @@ impl Wide {
         ("hydro.wide.lift_quadratic_per_rad2", -100.0, 100.0, "1/rad2"),
         ("hydro.wide.slope_loss_per_rad2", -8.0, 8.0, "1/rad2"),
         ("hydro.wide.cd0", 1e-4, 10.0, "1"),
-        ("hydro.wide.hull_drag_per_rad2", 0.0, 1e3, "1/rad2"),
+        ("hydro.wide.hull_drag_per_rad2", 0.0, MOST_HULL_DRAG_PER_RAD2, "1/rad2"),
         ("hydro.wide.hull_drag_per_rad3", -1e3, 1e3, "1/rad3"),
     ];
 
@@ -181,7 +185,7 @@ impl Stated<'_> {
             lift_quadratic_per_rad2: self.or("hydro.lift_quadratic_per_rad2", 0.0, -100.0, 100.0, "1/rad2")?,
             cd0: self.keys.within("hydro.cd0", 1e-4, 10.0, "1")?,
             induced_k: self.or("hydro.induced_k", 0.0, -1.0, 50.0, "1")?,
-            hull_drag_per_rad2: self.or("hydro.hull_drag_per_rad2", 0.0, -1.0, 1e3, "1/rad2")?,
+            hull_drag_per_rad2: self.or("hydro.hull_drag_per_rad2", 0.0, -1.0, MOST_HULL_DRAG_PER_RAD2, "1/rad2")?,
             slope_loss_per_rad2: 0.0,
             hull_drag_per_rad3: 0.0,
             added_mass_surge: self.or("hydro.added_mass_surge", 0.2, 0.0, 5.0, "of the mass")?,

@@ -10,6 +10,7 @@ use crate::model::parameters::State;
 use crate::preprocess::{Prepared, local_slope, prepare, widened_s};
 use crate::record::flight::Flight;
 use crate::vehicle::Vehicle;
+use hydro::effects::Constants;
 
 /// Half width of the window in which depth rates of single rows are formed, s (21 s in all, order 2, as Savitzky and Golay); of sparse
 /// logs it is widened.
@@ -72,6 +73,39 @@ impl Comparison {
         } else {
             "samples are too far apart for depth rates".into()
         }
+    }
+}
+
+/// One number of the law.
+type Constant = fn(&Constants) -> f64;
+
+/// Numbers of the law with the range that vehicles have them in (guess: twice as wide as the built-in and the imported ones).
+const USUAL: [(&str, Constant, f64, f64); 7] = [
+    ("hydro.cd0", |c| c.cd0, 0.005, 2.0),
+    ("hydro.hull_drag_per_rad2", |c| c.hull_drag_per_rad2, -1.0, 70.0),
+    ("hydro.induced_k", |c| c.induced_k, -0.1, 5.0),
+    ("lift slope on S (hydro.wing_lift_slope_per_rad, hydro.hull_lift_slope_per_rad and their areas)", |c| c.lift_slope_per_rad, 0.1, 25.0),
+    ("hydro.lift_quadratic_per_rad2", |c| c.lift_quadratic_per_rad2, -20.0, 50.0),
+    ("hydro.added_mass_surge", |c| c.added_mass_surge, 0.0, 1.0),
+    ("hydro.added_mass_heave", |c| c.added_mass_heave, 0.0, 3.0),
+];
+
+impl Comparison {
+    /// Why its numbers say nothing: where and how the model diverged, and which numbers of the vehicle are to be looked at. None where it
+    /// did not.
+    #[must_use]
+    pub fn diverged(&self, vehicle: &Vehicle) -> Option<String> {
+        /// No glider is as fast, nor falls as fast, m/s.
+        const FASTEST_M_S: f64 = 20.0;
+        let astray = self.samples.iter().find(|s| !(s.speed_m_s.abs() < FASTEST_M_S) || s.modelled_m_s.abs() > FASTEST_M_S)?;
+        let numbers = USUAL.iter().map(|(name, of, low, high)| (name, of(&vehicle.constants), low, high));
+        let unusual = numbers.filter(|(_, value, low, high)| !(**low..=**high).contains(value));
+        let named: Vec<String> = unusual.map(|(name, value, low, high)| format!("{name} = {value} (usual: {low} to {high})")).collect();
+        let look_at = if named.is_empty() { "the numbers under hydro and the sizes of effects".to_owned() } else { named.join(", ") };
+        Some(format!(
+            "the model diverged with this vehicle: {:.3e} m/s through the water at {:.0} s of segment {}. Look at {look_at}",
+            astray.speed_m_s, astray.time_s, astray.segment
+        ))
     }
 }
 

@@ -86,6 +86,9 @@ fn regress_gaps_stay_where_many_rows_have_no_pressure() {
         ..Flight::blank(400)
     };
     flight.extra.insert(crate::import::channels::SALINITY.into(), without(4, &|i| 33.0 + saw(i)));
+    // Without a temperature there is no density.
+    let (density, temperature) = (&mut flight.density_kg_m3, &flight.temperature_degc);
+    density.iter_mut().zip(temperature).filter(|(_, t)| t.is_nan()).for_each(|(d, _)| *d = f64::NAN);
     let path = std::env::temp_dir().join(format!("glider-holes-{}.nc", std::process::id()));
     write(&flight, &path, &About::default()).expect("written");
     let read = crate::import::import(&path, &[]).expect("read").flight;

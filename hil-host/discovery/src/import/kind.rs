@@ -89,7 +89,7 @@ fn head(path: &Path) -> Vec<u8> {
     bytes
 }
 
-/// Whether a file in a folder is no file of anybody's log: hidden (macOS puts "._NAME" next to NAME), half downloaded, or an editor's backup.
+/// Whether a file in a folder is of no log: hidden (macOS puts "._NAME" next to NAME), half downloaded, or an editor's backup.
 fn is_clutter(path: &Path) -> bool {
     const ENDS: [&str; 8] = ["~", ".part", ".partial", ".crdownload", ".download", ".tmp", ".swp", ".bak"];
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();

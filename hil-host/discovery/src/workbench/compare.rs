@@ -101,9 +101,9 @@ impl Comparison {
         let numbers = USUAL.iter().map(|(name, of, low, high)| (name, of(&vehicle.constants), low, high));
         let unusual = numbers.filter(|(_, value, low, high)| !(**low..=**high).contains(value));
         let named: Vec<String> = unusual.map(|(name, value, low, high)| format!("{name} = {value} (usual: {low} to {high})")).collect();
-        let look_at = if named.is_empty() { "the numbers under hydro and the sizes of effects".to_owned() } else { named.join(", ") };
+        let suspects = if named.is_empty() { "the numbers under hydro and the sizes of effects".to_owned() } else { named.join(", ") };
         Some(format!(
-            "the model diverged with this vehicle: {:.3e} m/s through the water at {:.0} s of segment {}. Look at {look_at}",
+            "the model diverged with this vehicle: {:.3e} m/s through the water at {:.0} s of segment {}. Look at {suspects}",
             astray.speed_m_s, astray.time_s, astray.segment
         ))
     }

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use discovery::import::{Imported, import};
 
+mod lab_folders;
 #[path = "../made_logs/mod.rs"]
 mod made_logs;
 mod slocum_files;
-mod what_lies_there;
 
 use made_logs::{CYCLES, START, USUAL, Variable, at, engineering, netcdf, pair, variables};
 

@@ -216,10 +216,7 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
 /// Takes over what one file has; of the CTD only if `with_ctd`.
 fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: bool) {
     let (file, segment) = (&one.file, one.segment);
-    let clock = |names: &[&str]| {
-        names.iter().find_map(|n| file.columns.get(*n)).map_or_else(|| vec![f64::NAN; file.cycles], |(_, values)| values.clone())
-    };
-    let stated = clock(&["m_present_time", "sci_m_present_time"]);
+    let stated = clocks::clock(file).cloned().unwrap_or_else(|| vec![f64::NAN; file.cycles]);
     report_untimed(one, &stated, report);
     let own = in_order(plausible_times(stated), one, "the file's clock", report);
     for (name, channel, units, factor) in SENSORS {

@@ -6,13 +6,14 @@ use crate::import::channels::{CLOCKS_APART_S, SET_CLOCK_S, stray_times};
 use crate::import::dbd;
 use crate::record::resample::longest_in_order;
 
-/// The clock of the vehicle's computer, and that of the science computer.
-pub(super) const CLOCK_NAMES: [&str; 2] = ["m_present_time", "sci_m_present_time"];
+/// What the clock of its computer says in each cycle of a file, s: the vehicle's, else that of science.
+pub(super) fn clock(file: &dbd::DbdFile) -> Option<&Vec<f64>> {
+    ["m_present_time", "sci_m_present_time"].iter().find_map(|n| file.columns.get(*n)).map(|c| &c.1)
+}
 
 /// Middle of the times of a file, s.
 fn middle_s(file: &dbd::DbdFile) -> f64 {
-    let clock = CLOCK_NAMES.iter().find_map(|n| file.columns.get(*n));
-    clock.map_or(f64::NAN, |c| crate::record::plausible::quantile(&c.1, 0.5))
+    clock(file).map_or(f64::NAN, |times| crate::record::plausible::quantile(times, 0.5))
 }
 
 /// Files whose clock was not set, or stands a year off the others, are left out whole.
@@ -43,8 +44,7 @@ const A_YEAR_S: f64 = 365.25 * 86400.0;
 
 /// Times of a file by its computer's clock, s, those that can be and are in order.
 fn times(file: &dbd::DbdFile) -> Vec<f64> {
-    let clock = CLOCK_NAMES.iter().find_map(|n| file.columns.get(*n));
-    let times = plausible_times(clock.map_or_else(Vec::new, |c| c.1.clone()));
+    let times = plausible_times(clock(file).cloned().unwrap_or_default());
     let known: Vec<f64> = times.into_iter().filter(|t| t.is_finite()).collect();
     longest_in_order(&known).into_iter().map(|k| known[k]).collect()
 }
@@ -57,8 +57,7 @@ pub(super) fn span(file: &dbd::DbdFile) -> Option<(f64, f64)> {
 
 /// Keeps the cycles of a file whose time, s, is as `wanted` says.
 pub(super) fn keep(file: &mut dbd::DbdFile, wanted: impl Fn(f64) -> bool) {
-    let clock = CLOCK_NAMES.iter().find_map(|n| file.columns.get(*n)).map_or_else(Vec::new, |c| c.1.clone());
-    let rows: Vec<usize> = (0..clock.len()).filter(|k| wanted(clock[*k])).collect();
+    let rows: Vec<usize> = clock(file).map_or_else(Vec::new, |times| (0..times.len()).filter(|k| wanted(times[*k])).collect());
     for (_, values) in file.columns.values_mut() {
         *values = rows.iter().map(|k| values[*k]).collect();
     }

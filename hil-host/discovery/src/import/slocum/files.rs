@@ -11,25 +11,34 @@ const COPIED: f64 = 0.5;
 
 /// Of files of one computer whose headers state the same name and that lie in the same time, the one with the most cycles stays.
 pub(super) fn one_of_copies(loaded: &mut Vec<Loaded>, report: &mut Report) {
-    let stated = |one: &Loaded| one.file.header.get("full_filename").cloned();
+    let mut of_name: BTreeMap<(&str, bool), Vec<usize>> = BTreeMap::new();
+    for (k, one) in loaded.iter().enumerate() {
+        if let Some(name) = one.file.header.get("full_filename") {
+            of_name.entry((name, one.science)).or_default().push(k);
+        }
+    }
     let mut out: Vec<usize> = Vec::new();
-    for (a, one) in loaded.iter().enumerate() {
-        for (b, other) in loaded.iter().enumerate() {
-            let alike = a != b && one.science == other.science && one.segment != other.segment && stated(one).is_some();
-            if !alike || stated(one) != stated(other) || (other.file.cycles, b) > (one.file.cycles, a) {
-                continue;
-            }
-            let (Some(span), Some(copy)) = (clocks::span(&one.file), clocks::span(&other.file)) else { continue };
-            if copy.1.min(span.1) - copy.0.max(span.0) > COPIED * (copy.1 - copy.0) && !out.contains(&b) {
-                let what =
-                    format!("{} and {} are copies of one segment by their headers: the first, fuller one is read", one.name, other.name);
-                let held = copy.0 >= span.0 - OVERLAP_S && copy.1 <= span.1 + OVERLAP_S;
-                if held {
-                    report.note(what)
-                } else {
-                    report.leave_out(what)
+    for mut alike in of_name.into_values().filter(|alike| alike.len() > 1) {
+        // The fullest first; of two alike the later one.
+        alike.sort_by_key(|k| std::cmp::Reverse((loaded[*k].file.cycles, *k)));
+        for (k, b) in alike.iter().enumerate() {
+            let other = &loaded[*b];
+            for one in alike[..k].iter().map(|a| &loaded[*a]).filter(|one| one.segment != other.segment) {
+                let (Some(span), Some(copy)) = (clocks::span(&one.file), clocks::span(&other.file)) else { continue };
+                if copy.1.min(span.1) - copy.0.max(span.0) > COPIED * (copy.1 - copy.0) {
+                    let what = format!(
+                        "{} and {} are copies of one segment by their headers: the first, fuller one is read",
+                        one.name, other.name
+                    );
+                    let held = copy.0 >= span.0 - OVERLAP_S && copy.1 <= span.1 + OVERLAP_S;
+                    if held {
+                        report.note(what)
+                    } else {
+                        report.leave_out(what)
+                    }
+                    out.push(*b);
+                    break;
                 }
-                out.push(b);
             }
         }
     }

@@ -7,11 +7,11 @@ use discovery::diagnosis::diagnose;
 use discovery::hypotheses::search::Depth;
 use discovery::model::dynamics::track;
 use discovery::preprocess::prepare;
-use discovery::vehicle::{self, catalogue};
 use discovery::workbench::add::{Added, add};
 use discovery::workbench::next_flight::{Reach, plan};
-use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, Constants, Continuation, Effect, Flow, InFlow, Parameter};
+use logs::vehicle::{self, catalogue};
+use logs::{Flight, Vehicle};
 use plant::trials::{Site, Spec, Wing};
 use std::path::Path;
 

@@ -4,11 +4,11 @@
 mod case;
 
 use case::log_every;
-use discovery::record::csv;
-use discovery::vehicle;
 use discovery::workbench::timeline::Mission;
 use discovery::workbench::tracking::DRAG;
 use hil_host::score::timeline::{Alarms, Case, DIVES, Scored, false_alarms, score};
+use logs::record::csv;
+use logs::vehicle;
 use plant::trials::mission::{Change, fly};
 use plant::trials::{Site, Spec, Wing, files};
 use serde_json::Value;

@@ -12,10 +12,10 @@ use super::scorecard::cases_bar;
 use super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
 use super::{Output, Verdict};
 use crate::score::timeline::{Case, DIVES, KINDS, Scored, document, false_alarms, plan, score};
-use crate::shards::kept::key;
-use crate::shards::part;
-use crate::shards::work::Done;
 use crate::terminal::{say, table};
+use rig::shards::kept::key;
+use rig::shards::part;
+use rig::shards::work::Done;
 
 /// Its name in parts.
 pub(super) const COMMAND: &str = "scorecard timeline";

@@ -12,7 +12,6 @@
 //! built-in one is what the firmware carries and knows nothing of the plant.
 
 use crate::score::watch::Watch;
-use crate::seats::CYCLE_S;
 use anyhow::{Context, anyhow};
 use control::{Config, Settings};
 use plant::actuators::{Actuators, Pump};
@@ -21,6 +20,7 @@ use plant::ocean::{Ocean, Profile};
 use plant::{Scenario, World};
 use polar::{Sample, Spec, Table};
 use rayon::prelude::*;
+use rig::seats::CYCLE_S;
 use serde::Serialize;
 use signals::{Abort, Answer, Leg, Micros, Mission, Phase, SensorFrame, Wings};
 

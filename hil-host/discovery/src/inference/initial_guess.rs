@@ -9,7 +9,7 @@ use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::model::parameters::{DRAG, State, TRIM_VOLUME};
-use crate::vehicle::Vehicle;
+use logs::vehicle::Vehicle;
 
 /// Trim and drag tolerances from which a file counts as not calibrated: one linearisation no longer spans them, m³ and 1.
 const WIDE_TRIM_M3: f64 = 1e-5;

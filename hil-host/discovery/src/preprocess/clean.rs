@@ -9,8 +9,8 @@ use crate::preprocess::run::{Input, Run};
 use crate::preprocess::spikes::{FASTEST, TURN_STROKE_M3, depth_allowance, despike, despike_by, turn_allowance};
 use crate::preprocess::stuck_sensors::{Removed, TURNED_RAD};
 use crate::preprocess::{SETTLE_S, SURFACE_M};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 use std::ops::Range;
 
 /// Spread of readings afloat, Pa: sensor noise and ripples; and the highest zero error that is believed, Pa.

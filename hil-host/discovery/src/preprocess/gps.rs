@@ -1,7 +1,7 @@
 //! GPS fixes before and after a dive, and the ways between them: over one dive, or over several without a surfacing between them.
 
 use crate::preprocess::Run;
-use crate::record::flight::Flight;
+use logs::record::flight::Flight;
 use std::ops::Range;
 
 /// Mean of the GPS fixes at one end of a run.

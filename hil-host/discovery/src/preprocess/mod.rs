@@ -6,7 +6,6 @@
 //! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
 
 mod clean;
-pub mod clock_offset;
 pub(crate) mod ctd_gaps;
 pub mod dives;
 pub(crate) mod gaps;
@@ -29,9 +28,9 @@ use crate::preprocess::gps::displacements;
 pub(crate) use crate::preprocess::grid::FAST_M_S;
 pub(crate) use crate::preprocess::interpolate::fill;
 use crate::preprocess::stuck_sensors::{Removed, unstuck};
-use crate::record::afloat::reading_afloat;
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
+use logs::record::afloat::reading_afloat;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 
 /// A gap longer than this starts a new run, s.
 pub const GAP_S: f64 = 120.0;
@@ -58,7 +57,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     notes.extend(offset(flight));
     let mut removed = Removed::default();
     let flight = &unstuck(flight, &mut removed);
-    let aligned = is_on("clock_from_pressures").then(|| crate::preprocess::clock_offset::aligned(flight)).flatten();
+    let aligned = is_on("clock_from_pressures").then(|| logs::record::clock_offset::aligned(flight)).flatten();
     if let Some((_, [tau, _])) = &aligned {
         notes.push(format!(
             "pitch, roll and ballast were {:.1} s {} of the CTD (two pressure sensors compared) and were shifted to its clock",

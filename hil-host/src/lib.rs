@@ -6,5 +6,6 @@ pub mod next_mission;
 pub mod pages;
 pub mod paper;
 pub mod score;
+#[cfg(feature = "serve")]
 pub mod serve;
 pub mod terminal;

@@ -12,11 +12,13 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{FromArgMatches, Parser, Subcommand, ValueEnum};
 
 pub mod add;
+#[cfg(feature = "board")]
 pub mod autopsy;
 pub mod calibrate;
 pub mod compare;
 pub mod completions;
 pub mod diagnose;
+#[cfg(feature = "export")]
 pub mod export;
 pub mod faults;
 pub mod faults_own_parts;
@@ -27,11 +29,14 @@ pub mod fly;
 pub mod fly_extctl;
 pub mod fly_parts;
 pub mod import;
+#[cfg(feature = "board")]
 pub mod launch;
 pub mod list;
 pub mod main_job;
 pub mod margins;
+#[cfg(feature = "board")]
 pub mod monitor;
+#[cfg(feature = "board")]
 mod monitor_screen;
 pub mod next_flight;
 pub mod paper;
@@ -46,12 +51,14 @@ pub mod scorecard_flight;
 pub mod scorecard_loop;
 pub mod scorecard_real;
 pub mod scorecard_timeline;
+#[cfg(feature = "serve")]
 pub mod serve;
 mod shards;
 pub mod story;
 pub mod surfacing;
 pub mod table;
 pub mod timeline;
+#[cfg(feature = "board")]
 pub mod upload;
 
 /// What a finished command says to the shell.
@@ -165,6 +172,7 @@ enum Command {
     /// Bring a Slocum, Seaglider, OG1 or csv log into the flight format.
     Import(import::Args),
     /// Write a flight as csv, Parquet or NetCDF.
+    #[cfg(feature = "export")]
     Export(export::Args),
     /// Model against measurement.
     Compare(compare::Args),
@@ -185,22 +193,27 @@ enum Command {
     /// Offline HTML report of a flight.
     Report(report::Args),
     /// The workbench as a local web page.
+    #[cfg(feature = "serve")]
     Serve(serve::Args),
     /// Effects, faults, vehicles and missions by name.
     List(list::Args),
     /// Completions of commands and options for a shell.
     Completions(completions::Args),
     /// Live telemetry of a board in the terminal.
+    #[cfg(feature = "board")]
     Monitor(monitor::Args),
     /// Why a board was reset, with lines of source.
+    #[cfg(feature = "board")]
     Autopsy(autopsy::Args),
     /// What a backseat reports at a surfacing.
     Surfacing(surfacing::Args),
     /// Send a table, configuration or mission to a board.
+    #[cfg(feature = "board")]
     Upload(upload::Args),
     /// What a mission takes from the battery, part by part.
     Power(power::Args),
     /// Check a vehicle on deck and start its mission on its own sensors.
+    #[cfg(feature = "board")]
     Launch(launch::Args),
     /// Get a public real flight.
     FetchData(fetch_data::Args),
@@ -307,6 +320,7 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
         Some(Command::Fly(a)) => fly::run(a, &output),
         Some(Command::Faults(a)) => faults::run(a, &output),
         Some(Command::Import(a)) => import::run(a, &output),
+        #[cfg(feature = "export")]
         Some(Command::Export(a)) => export::run(a, &output),
         Some(Command::Compare(a)) => compare::run(a, &output),
         Some(Command::Diagnose(a)) => diagnose::run(a, &output),
@@ -317,14 +331,19 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
         Some(Command::NextFlight(a)) => next_flight::run(a, &output),
         Some(Command::Loop(a)) => story::run(a, &output),
         Some(Command::Report(a)) => report::run(a, &output),
+        #[cfg(feature = "serve")]
         Some(Command::Serve(a)) => serve::run(a, &output),
         Some(Command::List(a)) => list::run(a, &output),
         Some(Command::Completions(a)) => completions::run(a, &output),
+        #[cfg(feature = "board")]
         Some(Command::Monitor(a)) => monitor::run(a, &output),
+        #[cfg(feature = "board")]
         Some(Command::Autopsy(a)) => autopsy::run(a, &output),
         Some(Command::Surfacing(a)) => surfacing::run(a, &output),
+        #[cfg(feature = "board")]
         Some(Command::Upload(a)) => upload::run(a, &output),
         Some(Command::Power(a)) => power::run(a, &output),
+        #[cfg(feature = "board")]
         Some(Command::Launch(a)) => launch::run(a, &output),
         Some(Command::FetchData(a)) => fetch_data::run(a, &output),
         Some(Command::Scorecard(a)) => scorecard::run(a, &output),

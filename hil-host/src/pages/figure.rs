@@ -3,24 +3,12 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context as _, anyhow};
 use plotters::prelude::*;
-use resvg::{tiny_skia, usvg};
 use serde_json::{Value, json};
 
-use crate::pages::pdf;
 use crate::pages::plots::{Chart, Paper, units};
-
-/// Letters are Noto Sans, which the program carries: a figure is the same on every machine.
-fn read_back(svg: &str) -> anyhow::Result<usvg::Tree> {
-    let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_font_data(ttf_noto_sans::REGULAR.to_vec());
-    fonts.set_sans_serif_family("Noto Sans");
-    let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
-    usvg::Tree::from_str(svg, &options).context("reading back a figure")
-}
 
 /// Charts below each other with one caption.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,27 +79,6 @@ impl Figure {
         Ok(text.replacen(&drawn, &meant, 1))
     }
 
-    /// The figure as PNG.
-    ///
-    /// # Errors
-    /// What the drawing library said, or it does not fit into memory.
-    pub fn png(&self, paper: &Paper) -> anyhow::Result<Vec<u8>> {
-        let tree = read_back(&self.svg(paper)?)?;
-        let size = tree.size().to_int_size().scale_by(paper.pixels).context("a figure without size")?;
-        let mut pixels = tiny_skia::Pixmap::new(size.width(), size.height()).context("a figure too large for memory")?;
-        resvg::render(&tree, tiny_skia::Transform::from_scale(paper.pixels, paper.pixels), &mut pixels.as_mut());
-        pixels.encode_png().context("encoding a PNG")
-    }
-
-    /// The figure as PDF, one page of its own size.
-    ///
-    /// # Errors
-    /// What the drawing library said.
-    pub fn pdf(&self, paper: &Paper) -> anyhow::Result<Vec<u8>> {
-        let title: Vec<&str> = self.panels.iter().map(|c| c.title.as_str()).collect();
-        pdf::page(&read_back(&self.svg(paper)?)?, &title.join("; "))
-    }
-
     /// The numbers as csv: of one panel as [`Chart::csv`], of several with a column for the panel.
     #[must_use]
     pub fn csv(&self) -> String {
@@ -144,7 +111,8 @@ impl Figure {
     /// The folder or a file cannot be written.
     pub fn write(&self, folder: &Path, stem: &str) -> anyhow::Result<()> {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        for ending in ["svg", "png", "csv", "json"] {
+        let png = cfg!(feature = "figures").then_some("png");
+        for ending in ["svg", "csv", "json"].into_iter().chain(png) {
             let path = folder.join(format!("{stem}.{ending}"));
             rig::whole_file::write(&path, self.bytes(ending, &Paper::SCREEN)?).with_context(|| path.display().to_string())?;
         }
@@ -158,8 +126,12 @@ impl Figure {
     pub fn bytes(&self, ending: &str, paper: &Paper) -> anyhow::Result<Vec<u8>> {
         Ok(match ending {
             "svg" => self.svg(paper)?.into(),
+            #[cfg(feature = "figures")]
             "pdf" => self.pdf(paper)?,
+            #[cfg(feature = "figures")]
             "png" => self.png(paper)?,
+            #[cfg(not(feature = "figures"))]
+            "pdf" | "png" => anyhow::bail!("this build draws no .{ending}, it lacks the feature `figures`; name a file that ends in .svg"),
             "csv" => self.csv().into(),
             "json" => format!("{:#}\n", self.json()).into_bytes(),
             other => anyhow::bail!("cannot write .{other}; name a file that ends in .svg, .pdf, .png, .csv or .json"),
@@ -168,9 +140,9 @@ impl Figure {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
-    use crate::pages::plots::{Mark, PALETTE, histogram};
+    use crate::pages::plots::{Mark, histogram};
 
     #[test]
     fn a_chart_names_its_axes_series_and_survives_gaps() {
@@ -201,43 +173,9 @@ mod tests {
         assert_eq!(f.json()["panels"][1]["title"], "lower");
     }
 
-    fn figure(title: &str) -> Figure {
+    pub(in crate::pages) fn figure(title: &str) -> Figure {
         let lines = Chart::new(title, "α, deg", "L/D, 1").with("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)]);
         Figure { panels: vec![lines.with("b", Mark::Points, [(0.0, 1.5), (1.0, 1.5)])], caption: "One line.".into() }
-    }
-
-    #[test]
-    fn a_png_has_its_size_its_colours_and_its_letters() {
-        let pixels = |title: &str, paper: &Paper| tiny_skia::Pixmap::decode_png(&figure(title).png(paper).unwrap()).unwrap();
-        let p = pixels("Title", &Paper::SCREEN);
-        assert_eq!((p.width(), p.height()), (3 * 800, 3 * (520 + 14 + 19)));
-        let of = |(r, g, b): (u8, u8, u8)| p.pixels().iter().filter(|q| (q.red(), q.green(), q.blue()) == (r, g, b)).count();
-        assert!(of(PALETTE[0]) > 1000, "the line in its colour");
-        assert!(of((255, 255, 255)) > p.pixels().len() / 2, "white ground");
-        let ink = |p: &tiny_skia::Pixmap| p.pixels().iter().filter(|q| q.red() < 64 && q.green() < 64 && q.blue() < 64).count();
-        assert!(ink(&pixels("Titles of more letters", &Paper::SCREEN)) > ink(&p) + 500, "letters are drawn");
-        // A column of 84 mm at 300 dpi.
-        let column = pixels("Title", &Paper::printed(84.0, None));
-        assert!(column.width().abs_diff(992) <= 2, "{}", column.width());
-    }
-
-    #[test]
-    fn a_pdf_is_a_page_of_the_width_that_was_asked_for() {
-        let text = String::from_utf8_lossy(&figure("Title").pdf(&Paper::printed(84.0, Some(60.0))).unwrap()).into_owned();
-        assert!(text.starts_with("%PDF-") && text.trim_end().ends_with("%%EOF"), "{text:.60}");
-        let page: Vec<f64> = text
-            .split("/MediaBox")
-            .nth(1)
-            .and_then(|rest| rest.split_once('[')?.1.split(']').next())
-            .unwrap_or_default()
-            .split_whitespace()
-            .filter_map(|n| n.parse().ok())
-            .collect();
-        // 84 mm are 238.1 points; the panel is 60 mm high, the caption a line below it.
-        assert!(page.len() == 4 && (page[2] - 238.1).abs() < 0.6 && (170.0..195.0).contains(&page[3]), "{page:?}");
-        // The line in its colour, the points half transparent, letters as outlines.
-        assert!(text.contains("0 0.44705883 0.69803923 RG") && text.contains("/ca 0.6") && text.matches(" c\n").count() > 50, "{text}");
-        assert!(!text.contains("NaN") && !text.contains("inf"));
     }
 
     #[test]

@@ -16,8 +16,11 @@ pub mod effect_list;
 pub mod fault_campaign;
 pub mod figure;
 pub mod flight_report;
+#[cfg(feature = "figures")]
 mod pdf;
 pub mod plots;
+#[cfg(feature = "figures")]
+mod printed;
 pub mod real_scorecard;
 
 use serde::Serialize;

@@ -9,9 +9,11 @@
 use crate::record::flight::Flight;
 
 pub mod csv;
-#[cfg(test)]
+#[cfg(all(test, feature = "export"))]
 mod import_tests;
+#[cfg(feature = "export")]
 pub mod mcap;
+#[cfg(feature = "export")]
 pub mod netcdf;
 pub mod parquet;
 pub mod table;
@@ -21,6 +23,7 @@ struct Column<'a> {
     /// Name in the flight format.
     name: &'a str,
     /// Name in NetCDF (OG1 vocabulary where it has one).
+    #[cfg_attr(not(feature = "export"), allow(dead_code))]
     og1: &'a str,
     /// Unit after the factor, as UDUNITS writes it; empty where nothing is known.
     unit: &'static str,

@@ -8,6 +8,7 @@ use std::path::Path;
 
 use netcdf_writer::{DimensionId, NcAttrValue, NcFileBuilder, NcWriteFormat, NcWriteOptions, VariableId};
 
+use crate::import::calendar::compact_date;
 use crate::import::netcdf::own::{COLUMN, FIRST, MODEL, UNDATED, VEHICLE};
 use crate::import::{Origin, channels, position};
 use crate::record::flight::Flight;
@@ -397,23 +398,6 @@ fn safe(name: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("X_{name}") }
 }
 
-/// 20260502T091530 of a Unix time, UTC (days after Howard Hinnant, "chrono-compatible low-level date algorithms").
-#[must_use]
-pub fn compact_date(unix_s: f64) -> String {
-    let seconds = unix_s.max(0.0) as i64;
-    let (days, clock) = (seconds.div_euclid(86400), seconds.rem_euclid(86400));
-    let z = days + 719_468;
-    let era = z.div_euclid(146_097);
-    let of_era = z.rem_euclid(146_097);
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month_from_march = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
-    let year = year_of_era + era * 400 + i64::from(month <= 2);
-    format!("{year:04}{month:02}{day:02}T{:02}{:02}{:02}", clock / 3600, clock / 60 % 60, clock % 60)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -460,12 +444,5 @@ mod tests {
             assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs().max(1.0)));
         }
         assert!(again.roll_rad.iter().all(|v| v.is_nan()), "no value stays no value");
-    }
-
-    #[test]
-    fn dates_are_those_of_the_calendar() {
-        assert_eq!(compact_date(1_777_713_330.0), "20260502T091530");
-        assert_eq!(compact_date(951_782_400.0), "20000229T000000");
-        assert_eq!(compact_date(0.0), "19700101T000000");
     }
 }

@@ -257,6 +257,23 @@ pub fn digits(text: &str) -> Option<f64> {
     date_time(&format!("{}T{}", &text[..8], &text[8..]), None)
 }
 
+/// 20260502T091530 of a Unix time, UTC (days after Howard Hinnant, "chrono-compatible low-level date algorithms").
+#[must_use]
+pub fn compact_date(unix_s: f64) -> String {
+    let seconds = unix_s.max(0.0) as i64;
+    let (days, clock) = (seconds.div_euclid(86400), seconds.rem_euclid(86400));
+    let z = days + 719_468;
+    let era = z.div_euclid(146_097);
+    let of_era = z.rem_euclid(146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!("{year:04}{month:02}{day:02}T{:02}{:02}{:02}", clock / 3600, clock / 60 % 60, clock % 60)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -365,5 +382,11 @@ mod tests {
         assert_eq!(date_time("02/05/2026", None), None);
         assert_eq!((day_and_month("02/05/2026 09:15"), day_and_month("2026/05/02")), (Some((2, 5)), None));
         assert_eq!((digits("20261313000000"), digits("17777133312500"), digits("202009131226")), (None, None, None));
+    }
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        assert_eq!(compact_date(1_777_713_330.0), "20260502T091530");
+        assert_eq!(compact_date(951_782_400.0), "20000229T000000");
+        assert_eq!(compact_date(0.0), "19700101T000000");
     }
 }

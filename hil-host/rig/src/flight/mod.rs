@@ -1,13 +1,16 @@
 //! One simulated flight: the world, the mission, the closed loop, its log and its tables.
 
 pub mod autopsy;
+#[cfg(feature = "board")]
 pub mod board_log;
 pub mod closed_loop;
 pub mod config_file;
 pub mod cycle;
 pub mod fetch;
 pub mod file_kinds;
+#[cfg(feature = "board")]
 pub mod image_file;
+#[cfg(feature = "board")]
 pub mod image_lines;
 pub mod log;
 pub mod mission_file;

@@ -1,7 +1,7 @@
 //! UTC for a person: ISO 8601, to and from milliseconds since 1970.
 
 use anyhow::Context;
-use logs::export::netcdf::compact_date;
+use logs::import::calendar::compact_date;
 use logs::import::calendar::iso_8601;
 
 /// 2026-11-27T10:40:00Z of milliseconds since 1970.

@@ -9,6 +9,15 @@
 //! bound and lived without.
 //!
 //! On a laptop this program prints what the image is.
+//!
+//! # Dependencies
+//!
+//! * `cortex-m`, `cortex-m-rt`, `critical-section`: start, interrupts and the sections in which there are none
+//! * `stm32f4`: registers of the chip by name
+//! * `defmt`: the log that a laptop decodes
+//! * `embedded-hal`, `embedded-io`: what the drivers are written against
+//! * `heapless`: queues of bytes
+//! * `semihosting`: how a test under QEMU ends
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

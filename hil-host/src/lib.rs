@@ -1,4 +1,22 @@
-//! The laptop side: HIL seats, commands, reports.
+//! What talks to people: commands, pages, scorecards, reports. What flies on a laptop is [`rig`], what decides is [`discovery`].
+//!
+//! # Dependencies
+//!
+//! * `clap`, `clap_complete`: the command line
+//! * `comfy-table`, `console`, `indicatif`: tables, colours and progress in a terminal
+//! * `plotters`: figures as SVG
+//! * `resvg`, `ttf-noto-sans`, `pdf-writer`: the same as PNG and PDF
+//! * `axum`, `tokio`, `tokio-stream`: the page on this machine
+//! * `base64`: files that a browser sends
+//! * `getrandom`: its token
+//! * `serialport`: a board's port
+//! * `postcard`: bytes of an object for a board
+//! * `rayon`: flights side by side
+//! * `rand_chacha`: draws that a seed repeats
+//! * `nalgebra`: linear algebra of a scorecard
+//! * `sha2`: keys of a cache
+//! * `serde`, `serde_json`, `toml`: documents
+//! * `anyhow`: errors for a person
 
 pub mod cli;
 pub mod fleet;

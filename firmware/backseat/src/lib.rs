@@ -27,6 +27,11 @@
 //!
 //! Nothing here reads a clock, waits, allocates or panics; work per byte is bounded. Signs are those of [`signals`]; the glider's agree,
 //! only its units differ (cc, inches, bar, inches of mercury).
+//!
+//! # Dependencies
+//!
+//! * `heapless`: lines of bounded length
+//! * `libm`: degrees to metres
 #![cfg_attr(not(test), no_std)]
 
 pub mod base64;

@@ -19,6 +19,10 @@
 //! what outlives a reset through [`run::Outside`]. The board image wires them
 //! to the chip; the parts seat on a laptop wires them to models of the same
 //! parts, registers and all, so that what flies there is this code.
+//!
+//! # Dependencies
+//!
+//! * `embedded-hal`, `embedded-io`: pins, buses and serial lines behind traits
 #![cfg_attr(not(test), no_std)]
 
 pub mod antenna;

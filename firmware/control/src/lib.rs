@@ -20,6 +20,11 @@
 //! | [`waits`] | how long the watches wait, for those who judge them |
 //! | `backup` | the second, separately written way home |
 //! | [`stock`] | the ordinary controller, for comparison |
+//!
+//! # Dependencies
+//!
+//! * `micromath`: sines and roots, the same bits on every computer
+//! * `serde`: settings as they are stored and sent
 #![cfg_attr(not(test), no_std)]
 
 mod angle;

@@ -25,6 +25,10 @@
 //! used, and what fails is named; the caller turns it into a missing reading.
 //! The bus is driven pin by pin because the chip's own I²C block has waits
 //! without an end, and a bus held low by a dead part must not stop the loop.
+//!
+//! # Dependencies
+//!
+//! * `embedded-hal`, `embedded-io`, `embedded-storage`: buses, serial lines and flash behind traits
 #![cfg_attr(not(test), no_std)]
 
 pub mod adc;

@@ -34,6 +34,11 @@
 //! - Mission, state, configuration and table are sealed by a sum between two
 //!   steps; where it does not match, a mission goes on in SAFE.
 //! - Work per byte and per message is bounded; nothing here waits.
+//!
+//! # Dependencies
+//!
+//! * `embedded-storage`: flash behind a trait
+//! * `heapless`, `postcard`: records and messages of bounded length
 #![cfg_attr(not(test), no_std)]
 
 pub mod afloat;

@@ -13,6 +13,11 @@
 //! Valid range: |α| up to the table's own [`Table::alpha_max_rad`]; beyond it
 //! look-ups are clamped, never extrapolated. Not covered: dependence on speed,
 //! roll or age of the hull (those belong to a newer table), moments.
+//!
+//! # Dependencies
+//!
+//! * `crc`: identity of a table
+//! * `heapless`: its rows
 #![cfg_attr(not(test), no_std)]
 
 pub mod format;

@@ -17,6 +17,12 @@
 //! position positive forward (forward pitches the nose down); fin positive
 //! turns to starboard. SI units only; degrees, cc and dbar live in parsers and
 //! printers.
+//!
+//! # Dependencies
+//!
+//! * `serde`, `postcard`: the bytes of every message
+//! * `crc`: CRC-32 of a frame
+//! * `heapless`: lists of bounded length
 #![cfg_attr(not(test), no_std)]
 
 pub mod autopsy;

@@ -13,6 +13,12 @@
 //! ```
 //!
 //! The tests cut the power at every single byte.
+//!
+//! # Dependencies
+//!
+//! * `embedded-storage`: flash behind a trait
+//! * `crc`: what a record is checked by
+//! * `heapless`: what is read back
 #![cfg_attr(not(test), no_std)]
 
 pub mod image;

@@ -28,6 +28,13 @@
 //! * **check segments**: segments kept out of every fit; errors that are stated are theirs (**held out**).
 //! * **block error**: rms over 20 s blocks of the difference of mean depth rates, measured and modelled, m/s.
 //! * **noise floor**: the block error that ordinary water motion and sensor noise alone would leave.
+//!
+//! # Dependencies
+//!
+//! * `nalgebra`: linear algebra of the fits
+//! * `wide`: four simulations side by side
+//! * `libm`: functions that give the same bits on every computer
+//! * `serde`, `serde_json`: answers as documents
 
 pub mod ablation;
 pub mod criticism;

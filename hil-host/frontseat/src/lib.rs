@@ -20,6 +20,14 @@
 //! | [`board`] | the board: the controller built for this computer, or a real one on a port |
 //!
 //! Left out: the vendor's autoballast, its behaviours other than those named, its modems and its log files.
+//!
+//! # Dependencies
+//!
+//! * `serialport`, `embedded-io`: the line to a backseat
+//! * `heapless`: lines of it
+//! * `gsw`: density of sea water (TEOS-10)
+//! * `rand`, `rand_chacha`: noise that a seed repeats
+//! * `anyhow`: errors for a person
 
 #![allow(clippy::disallowed_methods)] // host only: nothing here runs on the target
 

@@ -18,6 +18,10 @@
 //! Equation numbers are those of the source paper, "Hydrodynamic Implications for Submarine Launched Underwater
 //! Gliders"; its misprints are corrected where they stand, with the printed form and why it fails. f64, SI, no
 //! allocation, only `libm`.
+//!
+//! # Dependencies
+//!
+//! * `libm`: functions that give the same bits on every computer
 #![cfg_attr(not(test), no_std)]
 
 pub mod added;

@@ -8,6 +8,19 @@
 //! * **flight**: columns in SI units, a value a row, NaN where there is none.
 //! * **segment**: what lies between two surfacings.
 //! * **note**: what an import found and did; **left out**: what it could not use, and why.
+//!
+//! # Dependencies
+//!
+//! * `csv`: tables
+//! * `netcdf-reader`, `netcdf-writer`: NetCDF without a C library
+//! * `parquet`: tables of dives
+//! * `mcap`: for viewers of robot logs
+//! * `lz4_flex`, `flate2`: compressed Slocum and Seaglider files
+//! * `gsw`: density of sea water (TEOS-10)
+//! * `exmex`: expressions that a user writes
+//! * `crc`: checks of MIDAS records
+//! * `sha2`: which bytes a result was made from
+//! * `serde`, `serde_json`, `toml`: vehicle files
 
 pub mod digest;
 pub mod export;

@@ -21,6 +21,10 @@
 //! Written from the datasheets and not from the drivers, which this room does
 //! not see: what both understand wrongly alike stays hidden, what one does shows.
 //! Time is virtual ([`Clock`]): waiting costs nothing and is exact.
+//!
+//! # Dependencies
+//!
+//! * `embedded-hal`, `embedded-io`: the traits under which drivers find a part
 #![allow(clippy::disallowed_methods)] // host only: nothing here runs on the target
 
 pub mod ads1115;

@@ -23,6 +23,13 @@
 //! Glossary: *scenario* – all that defines a world; *effect* – a truth that the
 //! nominal model lacks; *fault* – something that breaks; *truth* – the state
 //! that only judges see.
+//!
+//! # Dependencies
+//!
+//! * `rand`, `rand_chacha`, `rand_distr`: noise that a seed repeats
+//! * `gsw`: density of sea water (TEOS-10)
+//! * `libm`: the same bits on every computer
+//! * `csv`, `serde`, `serde_json`, `toml`: trials and truth files
 #![allow(clippy::disallowed_methods)] // host only: nothing here runs on the target
 
 pub mod actuators;

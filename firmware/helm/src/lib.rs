@@ -63,4 +63,8 @@ pub use utc::UtcClock;
 pub use vault::Vault;
 
 #[cfg(test)]
+extern crate self as helm; // the name that the fuzzer, an example, knows
+#[cfg(test)]
 mod model_check;
+#[cfg(test)]
+mod tests;

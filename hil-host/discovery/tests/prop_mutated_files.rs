@@ -4,6 +4,8 @@
 //! coverage as its guide: `scripts/mutate`). GLIDER_COVERAGE names the profile that an instrumented build keeps up to date: an input
 //! that reaches code which none before it reached is changed further. Inputs that fail are kept in the folder GLIDER_FINDINGS
 //! (default: beside the temporary files), and the campaign goes on.
+//!
+//! A program of its own: it counts every byte that is allocated, and `scripts/mutate` watches which of its code is reached.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};

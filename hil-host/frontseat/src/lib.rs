@@ -31,6 +31,9 @@ pub mod science;
 pub mod sensors;
 pub mod wire;
 
+#[cfg(test)]
+mod tests;
+
 /// Flight cycle, s: mean of 65,000 single cycles in public logs.
 pub const CYCLE_S: f64 = 4.009;
 

@@ -6,7 +6,7 @@
 use crate::board::canary;
 use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::uart::{self, Bytes, Line};
-use crate::image::Chip;
+use crate::chip::Chip;
 use crate::shelf::Shelf;
 use backseat::{Generation, Limits, Pump, Session, Setup, sensors::List};
 use bay::RunBackseat;

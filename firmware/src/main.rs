@@ -16,6 +16,8 @@ mod backseat_role;
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod chip;
+#[cfg(target_os = "none")]
 mod facts;
 #[cfg(target_os = "none")]
 mod image;

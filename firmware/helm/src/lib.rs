@@ -54,9 +54,9 @@ mod upload;
 pub mod utc;
 pub mod vault;
 
-pub use boot::{Boot, Seat};
+pub use boot::Boot;
 pub use images::WithImages;
-pub use mark::Mark;
+pub use mark::{Mark, Seat};
 pub use session::Helm;
 pub use storage::{Ask, Content, Kept, MAX_OBJECT, RamStorage, Storage};
 pub use utc::UtcClock;

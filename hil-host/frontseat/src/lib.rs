@@ -26,7 +26,9 @@
 pub mod behaviours;
 pub mod board;
 pub mod flight;
+pub mod measured;
 pub mod mission;
+mod other_end;
 pub mod science;
 pub mod sensors;
 pub mod wire;

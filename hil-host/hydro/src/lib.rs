@@ -31,6 +31,7 @@ pub mod lift_slope;
 pub mod polar;
 pub mod rectangular;
 pub mod section;
+pub mod separation;
 pub mod wing;
 
 pub use added::Added;

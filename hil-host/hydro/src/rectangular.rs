@@ -29,7 +29,7 @@
 //! judge of it, since the plant's rails shed their vortices from the first angle; only a flight is.
 
 use crate::lift_slope;
-use crate::wing::Separation;
+use crate::separation::Separation;
 
 /// Onset of the side-edge vortex at A = 1, rad (9.5°): half way between what the plates at the glider's Reynolds number say (Pelletier &
 /// Mueller: 11.0°) and what all measured series say together (8.25°; Lamar's alone: none).

@@ -3,8 +3,8 @@
 use super::{Output, Verdict};
 use crate::flight::autopsy::{self, Autopsy, Ended};
 use crate::flight::image_lines::{ImageLines, Place};
+use crate::seats::link::upload::read_back;
 use crate::seats::port::Port;
-use crate::seats::upload::read_back;
 use crate::seats::{Link, Seat, qemu};
 use crate::terminal::{say, wrapped_from};
 use crate::whole_file;

@@ -7,7 +7,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
-use discovery::import::kind::{Kind, files_of};
+use discovery::import::folder::files_of;
+use discovery::import::kind::Kind;
 use discovery::record::csv;
 use discovery::workbench::tracking::REFERENCE_DIVES;
 use discovery::{Flight, import, vehicle};

@@ -4,7 +4,7 @@
 //! its log is on disk either way. Orders of the page (inject, recall) reach it
 //! through a list that the closed loop empties once per control cycle.
 
-use super::flights::Fit;
+use super::requests::Fit;
 use super::{Sorry, Workbench};
 use crate::flight::closed_loop::{Order, Orders, Setup, fly as fly_closed_loop};
 use crate::flight::cycle::Cycle;

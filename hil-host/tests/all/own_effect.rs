@@ -5,7 +5,7 @@
 use crate::case::read_back;
 use discovery::diagnosis::diagnose;
 use discovery::hypotheses::search::Depth;
-use discovery::model::dynamics::track;
+use discovery::model::integrator::track;
 use discovery::preprocess::prepare;
 use discovery::vehicle::{self, catalogue};
 use discovery::workbench::add::{Added, add};

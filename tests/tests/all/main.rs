@@ -3,6 +3,7 @@
 mod architecture;
 mod bit_flips;
 mod board_time;
+mod circles;
 mod closed_loop;
 mod contributing;
 mod fault_campaign;

@@ -7,7 +7,7 @@
 //! a pitch sensor that depends on heading (soft iron), pressure, temperature or roll, or whose clock is not that of the pressure sensor,
 //! and drag that depends on heading, depth or the side to which the glider turns, or that something caught on the way changes.
 
-use crate::criticism::residual_tests::{Form, unknown_against_usual};
+use crate::criticism::against_usual::{Form, unknown_against_usual};
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::{Fit, Linearisation};
 use crate::inference::projected_columns::ProjectedColumns;

@@ -100,12 +100,6 @@ impl Log {
     }
 }
 
-/// The first six of some names, and that there are more.
-pub(super) fn list_of(names: &[String]) -> String {
-    let more = if names.len() > 6 { format!(" and {} more", names.len() - 6) } else { String::new() };
-    names.iter().take(6).cloned().collect::<Vec<_>>().join(", ") + &more
-}
-
 /// A channel that comes less often than this does not show a turn, which takes about a minute, s.
 const SELDOM_S: f64 = 30.0;
 

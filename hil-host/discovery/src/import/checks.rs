@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::channels::{self, list_of};
+use super::channels;
+use super::report::list_of;
 use super::{Imported, Report, bad_segments, netcdf, position};
 use crate::record::csv;
 use crate::record::flight::Flight;

@@ -207,7 +207,7 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
                 let stem = p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(crc));
                 stem && is_list(p)
             };
-            super::kind::files_of(folder).ok()?.into_iter().find(named).and_then(|p| std::fs::read(p).ok())
+            super::folder::files_of(folder).ok()?.into_iter().find(named).and_then(|p| std::fs::read(p).ok())
         })
     };
     dbd::read(&bytes, cache, wanted).map_err(|e: DbdError| e.to_string())

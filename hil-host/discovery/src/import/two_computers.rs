@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::channels::list_of;
 use super::pressure_zero::UNDER_WATER_PA;
+use super::report::list_of;
 use super::{Report, position};
 use crate::preprocess::clock_offset;
 use crate::record::flight::Flight;

@@ -9,7 +9,7 @@
 //! seen     r_k, the length of sine and cosine with an error σ_k in each: r_k | A_k is of Rice's distribution
 //! ```
 
-use crate::inference::evidence::log_mean_exp;
+use crate::inference::numeric::log_mean_exp;
 use crate::inference::posterior::Fit;
 use std::f64::consts::PI;
 

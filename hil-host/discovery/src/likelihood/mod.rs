@@ -28,7 +28,7 @@ use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::dives::{MOST_FITTED, evenly};
-use crate::preprocess::gps::Displacement;
+use crate::preprocess::fixes::Displacement;
 use crate::preprocess::{Prepared, Run};
 use crate::vehicle::Vehicle;
 use hydro::effects::{Active, DAY_S, Effect};
@@ -159,7 +159,8 @@ impl<'a> Problem<'a> {
     /// A stretch of a whitened vector as a column.
     #[must_use]
     pub fn column(&self, from: usize, values: Vec<f64>) -> Column {
-        Column::within(from, values, &self.discrepancy)
+        let shadow = self.discrepancy.shadow(from, &values);
+        Column::with_shadow(from, values, shadow)
     }
 
     /// What a state leaves of the observations, whitened.

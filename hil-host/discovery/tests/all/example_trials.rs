@@ -1,7 +1,7 @@
 //! The example trials: nominal model against the stated error figures. Needs `GLIDER_FLIGHTS`.
 
 use discovery::likelihood::block_error;
-use discovery::model::dynamics;
+use discovery::model::integrator;
 use discovery::record::csv;
 use discovery::workbench::{add, compare, next_flight};
 use discovery::{diagnosis, preprocess, vehicle};
@@ -21,7 +21,7 @@ fn block_error(case: &std::path::Path) -> (f64, usize) {
     let prepared = preprocess::prepare(&flight, &vehicle);
     let mut errors = Vec::new();
     for run in prepared.runs.iter().filter(|r| vehicle.check_segments.contains(&r.segment)) {
-        let track = dynamics::track(run, vehicle.constants, &[], vehicle.water_depth_m, Default::default());
+        let track = integrator::track(run, vehicle.constants, &[], vehicle.water_depth_m, Default::default());
         for b in block_error::blocks(run) {
             errors.push(b.observed_m_s - block_error::modelled_m_s(run, &b, &track.depth_m));
         }

@@ -28,8 +28,9 @@ use crate::record::resample::Series;
 use crate::record::seawater::Place;
 
 mod attitude;
+mod backwards;
 mod clocks;
-mod fills;
+pub(super) mod fills;
 pub(super) mod flags;
 pub(super) mod names;
 pub mod own;

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use netcdf_reader::{NcFile, NcType};
 
 use super::super::{MappedName, Report};
-use super::clocks::{Backwards, backwards};
-pub(crate) use super::fills::undeclared_fill;
+use super::backwards::{Backwards, backwards};
 use super::names::{BALLAST, DENSITY, PRESSURE, SALINITY, Wanted};
 use crate::record::resample::Series;
 

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::super::Report;
 use super::super::channels::{LONGEST_MISSION_S, lonely_times, stray_times};
+use super::super::netcdf::fills::undeclared_fill;
 use super::super::netcdf::names::{DEPTH, PRESSURE};
-use super::super::netcdf::variables::undeclared_fill;
 use super::times::Clock;
 use super::{Table, is_number};
 use crate::record::csv::{Channel, NAMES, no_value};

@@ -9,9 +9,9 @@ use discovery::workbench::refitted_file::sha256;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::scorecard::cases_bar;
-use super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
-use super::{Output, Verdict};
+use super::super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
+use super::super::{Output, Verdict};
+use super::cases_bar;
 use crate::pages::real_scorecard;
 use crate::score::real::ask::Program;
 use crate::score::real::flights::{Data, Entry, Floors, Shipped};

@@ -8,7 +8,7 @@ use discovery::ablation::{SWITCHES, WITHOUT};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::{Output, Verdict};
+use super::super::{Output, Verdict};
 use crate::score::cases;
 use crate::score::real::ask::Program;
 use crate::score::real::flights::Data;

@@ -1,7 +1,7 @@
 //! `glider fly --seat parts`: the board on its own sensors and motors.
 
-use super::fly::{Args, print, progress, summary, table_of, verdict};
-use super::{Output, Verdict};
+use super::super::{Output, Verdict};
+use super::{Args, print, progress, summary, table_of, verdict};
 use crate::flight::closed_loop::Setup;
 use crate::flight::recorder::Recorder;
 use crate::flight::{config_file, own_parts};

@@ -8,9 +8,9 @@ use plant::trials::mission::Change;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::scorecard::cases_bar;
-use super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
-use super::{Output, Verdict};
+use super::super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
+use super::super::{Output, Verdict};
+use super::cases_bar;
 use crate::score::timeline::{Case, DIVES, KINDS, Scored, document, false_alarms, plan, score};
 use crate::shards::kept::key;
 use crate::shards::part;

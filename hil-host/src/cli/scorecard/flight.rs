@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signals::Wings;
 
-use super::{Output, Verdict};
+use super::super::{Output, Verdict};
 use crate::score::control_law::{BIN_DEG, Band, Disturbance, Pilot, Score, cases, fly_all};
 use crate::terminal::{say, table};
 

@@ -1,8 +1,8 @@
 //! `glider faults --seat parts` and `--bus`: the board on its own parts.
 
-use super::faults::{Args, bar};
-use super::shards::file_report;
-use super::{Output, Verdict};
+use super::super::shards::file_report;
+use super::super::{Output, Verdict};
+use super::{Args, bar};
 use crate::campaign::lattice::{cases, spread};
 use crate::campaign::own_parts::{self, Both};
 use crate::flight::closed_loop::End;

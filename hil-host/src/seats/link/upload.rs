@@ -1,7 +1,7 @@
 //! An object on its way to a board, and back to be compared.
 
-use super::error::{SeatError, UploadError};
-use super::link::{Link, Wire};
+use super::super::error::{SeatError, UploadError};
+use super::{Link, Wire};
 use signals::link::CRC32;
 use signals::messages::CHUNK;
 use signals::{Object, Refusal, ToBoard, ToHost};

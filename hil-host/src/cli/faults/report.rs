@@ -1,7 +1,7 @@
 //! What a fault campaign prints, files and returns.
 
-use super::shards::{To, file_report};
-use super::{Output, Verdict};
+use super::super::shards::{To, file_report};
+use super::super::{Output, Verdict};
 use crate::campaign::{self, Summary};
 use crate::seats::Choice;
 use crate::shards::part::without_durations;

@@ -1,6 +1,6 @@
 //! `glider scorecard loop`: the whole circle in worlds whose truth is known.
 
-use super::{Output, Verdict};
+use super::super::{Output, Verdict};
 use crate::flight::mission_file::wings_name;
 use crate::pages::{Axis, Chart, Page, Provenance, Section, Table};
 use crate::score::whole_loop::{Closed, cases, close_all};

@@ -1,7 +1,7 @@
 //! `glider fly --seat extctl`: the controller as a Slocum's backseat, against a simulated front seat.
 
-use super::fly::{Args, summary_head};
-use super::{Output, Verdict};
+use super::super::{Output, Verdict};
+use super::{Args, summary_head};
 use crate::flight::worlds;
 use crate::seats::qemu_backseat::QemuBackseat;
 use crate::seats::{Choice, port, qemu};

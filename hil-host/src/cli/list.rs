@@ -2,7 +2,7 @@
 
 use super::{Output, Verdict};
 use crate::flight::mission_file;
-use crate::flight::vehicles::BUILT_IN;
+use crate::flight::vehicles::BUILT_IN_VEHICLES;
 use crate::pages::effect_list;
 use crate::terminal::{meant, parameter_range, say, table, wrapped, wrapped_from};
 use anyhow::bail;
@@ -111,7 +111,7 @@ fn faults(output: &Output) {
 }
 
 fn vehicles(output: &Output) {
-    let built_in = BUILT_IN.iter().map(|(name, text)| ((*name).to_owned(), "built in", first_words(text)));
+    let built_in = BUILT_IN_VEHICLES.iter().map(|(name, text)| ((*name).to_owned(), "built in", first_words(text)));
     let classes = Class::ALL.iter().map(|c| (c.name().to_owned(), "class", c.about().to_owned()));
     let all: Vec<(String, &str, String)> = built_in.chain(classes).collect();
     let list: Vec<Value> = all.iter().map(|(name, kind, about)| json!({"name": name, "kind": kind, "about": about})).collect();

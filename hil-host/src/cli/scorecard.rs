@@ -146,15 +146,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 fn merge(args: &ScorecardMergeArgs, output: &Output) -> anyhow::Result<Verdict> {
-    const COMMANDS: [&str; 3] = [DISCOVERY, timeline::COMMAND, real::COMMAND];
+    const COMMANDS: [&str; 3] = [DISCOVERY, timeline::TIMELINE_COMMAND, real::REAL_COMMAND];
     let merged = parts(&args.merge, &COMMANDS, output)?;
     let (command, plan) = (merged.command.clone(), merged.plan.clone());
-    let default = if command == DISCOVERY { DISCOVERY_PAGE } else { real::PAGE };
+    let default = if command == DISCOVERY { DISCOVERY_PAGE } else { real::REAL_PAGE };
     let html = args.merge.html.as_deref().unwrap_or(Path::new(default));
     let to = To { out: args.merge.out.as_deref(), html, list: args.merge.list };
     if command == DISCOVERY {
         discover(&serde_json::from_value(plan)?, &Session::merging(DISCOVERY, merged), &to, output)
-    } else if command == timeline::COMMAND {
+    } else if command == timeline::TIMELINE_COMMAND {
         timeline::fly(&serde_json::from_value(plan)?, &Session::merging(COMMANDS[1], merged), &to, output)
     } else {
         real::ask(&serde_json::from_value(plan)?, args.flights.as_deref(), &Session::merging(COMMANDS[2], merged), &to, output)

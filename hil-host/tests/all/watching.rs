@@ -5,7 +5,7 @@ use crate::case::log_every;
 use discovery::record::csv;
 use discovery::vehicle;
 use discovery::workbench::timeline::Mission;
-use discovery::workbench::tracking::DRAG;
+use discovery::workbench::tracking::AT_DRAG;
 use hil_host::score::timeline::{Alarms, Case, DIVES, Scored, false_alarms, score};
 use plant::trials::mission::{Change, fly};
 use plant::trials::{Site, Spec, Wing, files};
@@ -93,9 +93,9 @@ fn regress_a_log_of_every_minute_shows_a_change_of_drag() {
     mission.add(&csv::flight(&folder).expect("a flight"), 0.0, &|_, _| ()).expect("compared");
     let timeline = mission.finish(1000.0).expect("dives");
     std::fs::remove_dir_all(folder).ok();
-    let drag = &timeline.rows[0].levels[DRAG];
+    let drag = &timeline.rows[0].levels[AT_DRAG];
     assert!(drag.high - drag.low < 40.0 && timeline.rows.len() >= 12, "{drag:?}, {} dives", timeline.rows.len());
-    let snag = timeline.events.iter().find(|e| e.change.kind.number == DRAG);
+    let snag = timeline.events.iter().find(|e| e.change.kind.number == AT_DRAG);
     assert!(snag.is_some_and(|e| e.dive.abs_diff(9) <= 2 && e.size.low < 60.0 && e.size.high > 40.0), "{:?}", timeline.events);
 }
 

@@ -1,4 +1,5 @@
-//! The files of a crate stand in an order: none uses, by way of others, itself. And each is a module that somebody declares.
+//! The files of a crate stand in an order: none uses, by way of others, itself. Each is a module that somebody declares, and a constant
+//! has one meaning.
 
 use super::folders::{root, sources};
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,6 +20,8 @@ struct Module {
     parent: usize,
     children: BTreeMap<String, usize>,
     defined: BTreeSet<String>,
+    /// Names and values of its constants, those of types and functions left out.
+    constants: Vec<(String, String)>,
     imports: Vec<Import>,
     /// Paths of two and more names in its code, those of imports included.
     paths: Vec<Vec<String>>,
@@ -30,7 +33,7 @@ impl Module {
     }
 }
 
-/// Names, `::` and single characters of a source, without comments; a string or a character is `"`.
+/// Names, `::`, literals in quotes and single characters of a source, without comments.
 fn tokens(text: &str) -> Vec<String> {
     let c: Vec<char> = text.chars().collect();
     let word = |c: char| c.is_alphanumeric() || c == '_';
@@ -42,16 +45,18 @@ fn tokens(text: &str) -> Vec<String> {
             '/' if c.get(i + 1) == Some(&'/') => i = after(i, &['\n']),
             '/' if c.get(i + 1) == Some(&'*') => i = after(i + 2, &['*', '/']),
             'r' if c.get(i + 1 + raw) == Some(&'"') && (i == 0 || !word(c[i - 1]) || c[i - 1] == 'b') => {
-                i = after(i + 2 + raw, &[&['"'][..], &vec!['#'; raw]].concat());
-                all.push("\"".into());
+                let from = i + 1 + raw;
+                i = after(from + 1, &[&['"'][..], &vec!['#'; raw]].concat());
+                all.push(c[from..i].iter().collect());
             }
             '"' => {
+                let from = i;
                 i += 1;
                 while i < c.len() && c[i] != '"' {
                     i += if c[i] == '\\' { 2 } else { 1 };
                 }
-                i += 1;
-                all.push("\"".into());
+                i = (i + 1).min(c.len());
+                all.push(c[from..i].iter().collect());
             }
             '\'' if c.get(i + 1) == Some(&'\\') => i = after(i + 3, &['\'']),
             '\'' if c.get(i + 2) == Some(&'\'') => i += 3,
@@ -196,7 +201,12 @@ impl Crate {
                     continue;
                 }
                 "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" | "union" if depth == from + usize::from(at != module) => {
-                    self.modules[at].defined.insert(next.to_owned());
+                    let m = &mut self.modules[at];
+                    m.defined.insert(next.to_owned());
+                    if t[i] == "const" && is(i + 2, &[":"]) && next != "_" && !(i > 0 && ["<", ","].contains(&t[i - 1].as_str())) {
+                        let item = t[i..item_end(&t, i)].join(" ");
+                        m.constants.push((next.to_owned(), item.split_once(" = ").map_or("", |(_, value)| value).to_owned()));
+                    }
                 }
                 "{" => depth += 1,
                 "}" => {
@@ -266,6 +276,19 @@ impl Crate {
     }
 }
 
+/// Constants of a crate that have one name and several values, and where.
+fn ambiguous(of: &Crate) -> Vec<String> {
+    let mut known: BTreeMap<&str, Vec<(&str, &Path)>> = BTreeMap::new();
+    for m in &of.modules {
+        m.constants.iter().for_each(|(name, value)| known.entry(name).or_default().push((value, &m.file)));
+    }
+    known.retain(|_, all| all.iter().any(|(value, _)| *value != all[0].0));
+    known
+        .iter()
+        .map(|(name, all)| format!("{name}: {}", all.iter().map(|(_, f)| f.display().to_string()).collect::<Vec<_>>().join(" ")))
+        .collect()
+}
+
 /// Files that one uses, and those which they use.
 fn reached<'a>(uses: &BTreeMap<&'a Path, BTreeSet<&'a Path>>, from: &'a Path) -> BTreeSet<&'a Path> {
     let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
@@ -275,10 +298,14 @@ fn reached<'a>(uses: &BTreeMap<&'a Path, BTreeSet<&'a Path>>, from: &'a Path) ->
     seen
 }
 
-/// Circles of a crate of these files, its root first.
-fn circles_of(files: &[(&str, &str)]) -> Vec<String> {
+/// A crate of these files, its root first.
+fn made_of(files: &[(&str, &str)]) -> Crate {
     let read = |p: &Path| files.iter().find(|(name, _)| Path::new(name) == p).map(|(_, text)| (*text).to_owned());
-    let all = Crate::read(Path::new(files[0].0), false, &read);
+    Crate::read(Path::new(files[0].0), false, &read)
+}
+
+fn circles_of(files: &[(&str, &str)]) -> Vec<String> {
+    let all = made_of(files);
     let names = |circle: Vec<&Path>| circle.iter().map(|f| f.to_str().expect("a name")).collect::<Vec<_>>().join(" ");
     all.circles().into_iter().map(names).collect()
 }
@@ -359,6 +386,27 @@ fn no_files_of_a_crate_use_each_other_in_a_circle() {
     }
     assert!(files > 400, "only {files} modules");
     assert!(found.is_empty(), "move what both need into a file of its own:\n{}", found.join("\n"));
+}
+
+#[test]
+fn no_constants_of_a_crate_have_one_name_and_two_meanings() {
+    let two = |a: &str, b: &str| ambiguous(&made_of(&[("lib.rs", "mod a; mod b;"), ("a.rs", a), ("b.rs", b)]));
+    for b in [
+        "pub const GAP_S: f64 = 3.0;",
+        "mod inner { const GAP_S: f64 = 3.0; }",
+        "const GAP_S: [f64; 2] = [2.0; 2];",
+        "const GAP_S: &str = \"2.0\";",
+    ] {
+        assert_eq!(two("const GAP_S: f64 = 2.0;", b), ["GAP_S: a.rs b.rs"], "{b}");
+    }
+    for b in
+        ["pub const GAP_S: f64 = 2.0; // s", "impl A { const GAP_S: f64 = 3.0; }", "#[cfg(test)]\nmod tests { const GAP_S: f64 = 3.0; }"]
+    {
+        assert_eq!(two("const GAP_S: f64 = 2.0;", b), [""; 0], "{b}");
+    }
+    let products = roots().into_iter().filter(|r| !r.starts_with("tests") && r.parent().is_some_and(|p| p.ends_with("src")));
+    let found: Vec<String> = products.flat_map(|r| ambiguous(&Crate::read(&r, false, &from_disk))).collect();
+    assert_eq!(found, [""; 0], "say in its name what each is");
 }
 
 #[test]

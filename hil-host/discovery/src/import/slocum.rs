@@ -23,9 +23,9 @@ pub use files::with_partners;
 use files::{one_glider, one_of_copies, one_sided, pair_by_header, pairs, without_copies};
 
 /// Endings of engineering files, the fullest first.
-const ENGINEERING: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
+const ENGINEERING_ENDINGS: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
 /// Endings of science files, the fullest first.
-const SCIENCE: [&str; 6] = ["ebd", "ecd", "nbd", "ncd", "tbd", "tcd"];
+const SCIENCE_ENDINGS: [&str; 6] = ["ebd", "ecd", "nbd", "ncd", "tbd", "tcd"];
 
 /// Sensor names, the channel they fill, the unit they must have in the file, and the factor to SI.
 const SENSORS: &[(&str, &str, &[&str], f64)] = &[
@@ -64,7 +64,7 @@ const LEAST_STAMPS: usize = 15;
 /// Whether a file name is one of these files.
 #[must_use]
 pub fn is_slocum(path: &Path) -> bool {
-    ending(path).is_some_and(|e| ENGINEERING.contains(&e.as_str()) || SCIENCE.contains(&e.as_str()))
+    ending(path).is_some_and(|e| ENGINEERING_ENDINGS.contains(&e.as_str()) || SCIENCE_ENDINGS.contains(&e.as_str()))
 }
 
 /// Whether a file name is that of a list of sensors, plain or packed.

@@ -37,8 +37,8 @@ fn parts(of: &Job, model: &ForceModel) -> usize {
 }
 
 /// Inputs of a run that are asked for how fast the model may become, and the fastest that is believed, m/s.
-const ASKED: usize = 64;
-const FASTEST_M_S: f64 = 1.0;
+const ASKED_INPUTS: usize = 64;
+const FASTEST_BELIEVED_M_S: f64 = 1.0;
 
 /// Speed at which drag at no angle of attack balances the net buoyancy along the hull, m/s: a vehicle of too little drag or of another
 /// trim is faster than the one that was measured.
@@ -48,7 +48,7 @@ fn fastest_m_s(run: &Run, model: &ForceModel) -> f64 {
         let force = model.net_buoyancy_n(&model.truth(i.sensed)) * i.sin_pitch;
         (2.0 * force.abs() / (i.sensed.density_kg_m3 * c.reference_area_m2 * c.cd0.max(1e-3))).sqrt()
     };
-    run.inputs.iter().step_by(run.inputs.len().div_ceil(ASKED)).map(speed).fold(0.0, f64::max).min(FASTEST_M_S)
+    run.inputs.iter().step_by(run.inputs.len().div_ceil(ASKED_INPUTS)).map(speed).fold(0.0, f64::max).min(FASTEST_BELIEVED_M_S)
 }
 
 /// One simulation under way.

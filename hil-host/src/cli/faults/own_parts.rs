@@ -12,7 +12,7 @@ use serde_json::json;
 use std::time::Instant;
 
 /// Missions of the lattice without `--sample`.
-const MISSIONS: usize = 500;
+const SAMPLE_MISSIONS: usize = 500;
 
 /// Flies a sample of the lattice on own parts and on frames.
 ///
@@ -26,7 +26,7 @@ pub fn missions(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         chosen.retain(|c| c.name().contains(text.as_str()));
         anyhow::ensure!(!chosen.is_empty(), "--only {text}: no case that this board can have has this in its name");
     }
-    let mut chosen = spread(chosen, args.sample.unwrap_or(MISSIONS));
+    let mut chosen = spread(chosen, args.sample.unwrap_or(SAMPLE_MISSIONS));
     for case in &mut chosen {
         case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(crate::campaign::lattice::SEEDS));
     }

@@ -51,7 +51,7 @@ pub fn run(args: &LoopArgs, output: &Output) -> anyhow::Result<Verdict> {
     page(&closed, &total, args.seed).write(&args.html)?;
     let document = json!({ "seed": args.seed, "report": args.html, "summary": total.document(), "circles": closed });
     output.emit(&document, || {
-        let mut t = table(HEAD);
+        let mut t = table(TABLE_HEAD);
         for c in &closed {
             t.add_row(row(c));
         }
@@ -103,7 +103,7 @@ impl Total {
     }
 }
 
-const HEAD: [&str; 11] = ["wings", "hidden", "size", "verdict", "answer", "in class", "cm/s", "L/D old", "new", "truth's", "range"];
+const TABLE_HEAD: [&str; 11] = ["wings", "hidden", "size", "verdict", "answer", "in class", "cm/s", "L/D old", "new", "truth's", "range"];
 
 fn row(c: &Closed) -> [String; 11] {
     [
@@ -122,10 +122,10 @@ fn row(c: &Closed) -> [String; 11] {
 }
 
 /// Changes of range that are shown as bars, 1: below it flights differ by their water.
-const SHOWN: f64 = 0.03;
+const SHOWN_CHANGE: f64 = 0.03;
 
 fn page(closed: &[Closed], total: &Total, seed: u64) -> Page {
-    let large: Vec<&Closed> = closed.iter().filter(|c| c.gain().abs().max(c.possible_gain().abs()) > SHOWN).collect();
+    let large: Vec<&Closed> = closed.iter().filter(|c| c.gain().abs().max(c.possible_gain().abs()) > SHOWN_CHANGE).collect();
     let name = |c: &Closed| format!("{} ×{}, {}", c.case.hidden.map_or("nothing", EffectKind::name), c.case.size, wings_name(c.case.wings));
     let percent = |of: &dyn Fn(&Closed) -> f64| large.iter().map(|c| 100.0 * of(c)).collect::<Vec<_>>();
     let (gained, possible) = (percent(&Closed::gain), percent(&Closed::possible_gain));
@@ -134,7 +134,7 @@ fn page(closed: &[Closed], total: &Total, seed: u64) -> Page {
     let bars = [("Gained with the new table", &gained), ("Possible: with a table of the truth", &possible)];
     let table = Table {
         caption: "Every circle; errors as stated, recalibrated and with the answer, on dives that were not fitted".into(),
-        head: HEAD.map(Into::into).to_vec(),
+        head: TABLE_HEAD.map(Into::into).to_vec(),
         rows: closed.iter().map(|c| row(c).to_vec()).collect(),
     };
     let mut items: Vec<crate::pages::Item> =

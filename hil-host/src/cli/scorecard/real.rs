@@ -47,7 +47,7 @@ pub struct RealArgs {
     #[arg(long, default_value_t = 2)]
     jobs: usize,
     /// Where the page goes.
-    #[arg(long, value_name = "FILE", default_value = PAGE)]
+    #[arg(long, value_name = "FILE", default_value = REAL_PAGE)]
     html: PathBuf,
     /// Write the scorecard as JSON, without the times that it took; of a shard its results.
     #[arg(long, value_name = "FILE")]
@@ -60,8 +60,8 @@ pub struct RealArgs {
 }
 
 /// Its name in parts, and its page.
-pub(super) const COMMAND: &str = "scorecard real";
-pub(super) const PAGE: &str = "out/scorecard-real.html";
+pub(super) const REAL_COMMAND: &str = "scorecard real";
+pub(super) const REAL_PAGE: &str = "out/scorecard-real.html";
 
 /// Lies of the bounded subset.
 const QUICK: [&str; 5] = ["nothing", "compressibility x0.3", "cd0 /1.5", "pitch +3 deg", "clock +5 s"];
@@ -136,7 +136,7 @@ pub fn run(args: &RealArgs, output: &Output) -> anyhow::Result<Verdict> {
     }
     let plan = Plan { flight: args.flight.clone(), injected: args.injected.clone(), split: args.split.clone(), quick: args.quick };
     let to = To { out: args.out.as_deref(), html: &args.html, list: args.list };
-    let session = Session::open(&args.shards, (COMMAND, &json!(plan)), (to.out, to.html), args.jobs, output)?;
+    let session = Session::open(&args.shards, (REAL_COMMAND, &json!(plan)), (to.out, to.html), args.jobs, output)?;
     ask(&plan, args.flights.as_deref(), &session, &to, output)
 }
 
@@ -199,7 +199,7 @@ fn answers(
     }
     let key = |q: &Question| {
         let flight = hashes.get(q.flight).map_or("no flight", |f| &f.1);
-        key(&[COMMAND, flight, q.flight, &format!("{:?}", q.what), &format!("{} {}", data.shown_sigma, data.limit_s)])
+        key(&[REAL_COMMAND, flight, q.flight, &format!("{:?}", q.what), &format!("{} {}", data.shown_sigma, data.limit_s)])
     };
     let make = |q: &Question| {
         let Some((flight, _)) = hashes.get(q.flight) else { return Ok(Answer::NoFlight) };

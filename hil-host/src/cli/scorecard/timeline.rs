@@ -11,14 +11,14 @@ use serde_json::{Value, json};
 use super::super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
 use super::super::{Output, Verdict};
 use super::cases_bar;
-use crate::score::timeline::{Case, DIVES, KINDS, Scored, document, false_alarms, plan, score};
+use crate::score::timeline::{CHANGES_FLOWN, Case, DIVES, Scored, document, false_alarms, plan, score};
 use crate::shards::kept::key;
 use crate::shards::part;
 use crate::shards::work::Done;
 use crate::terminal::{say, table};
 
 /// Its name in parts.
-pub(super) const COMMAND: &str = "scorecard timeline";
+pub(super) const TIMELINE_COMMAND: &str = "scorecard timeline";
 
 /// Arguments of `scorecard timeline`.
 #[derive(clap::Args, Debug)]
@@ -76,13 +76,13 @@ pub(super) struct Plan {
 /// A kind that is none, or a case that could not be flown.
 pub fn run(args: &TimelineArgs, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(only) = &args.only {
-        let all: Vec<&str> = KINDS.into_iter().chain(["pitch", "pressure"]).collect();
+        let all: Vec<&str> = CHANGES_FLOWN.into_iter().chain(["pitch", "pressure"]).collect();
         ensure!(all.contains(&only.as_str()), "--only {only}: no such kind; there are {}", all.join(", "));
     }
     let (cases, unchanged, alarm_dives, only) = (args.cases, args.unchanged, args.alarm_dives, args.only.clone());
     let plan = Plan { cases, unchanged, alarm_dives, only, seed: args.seed };
     let to = To { out: args.out.as_deref(), html: Path::new("out/scorecard-timeline"), list: args.list };
-    let session = Session::open(&args.shards, (COMMAND, &json!(plan)), (to.out, to.html), args.jobs, output)?;
+    let session = Session::open(&args.shards, (TIMELINE_COMMAND, &json!(plan)), (to.out, to.html), args.jobs, output)?;
     fly(&plan, &session, &to, output)
 }
 
@@ -94,7 +94,7 @@ pub(super) fn fly(of: &Plan, session: &Session, to: &To, output: &Output) -> any
     let folder = std::env::temp_dir().join(format!("glider-missions-{}-{}", of.seed, std::process::id()));
     let bar = cases_bar(session.work.shard.items(&cases).count(), "missions");
     session.announce(&bar);
-    let key = |case: &Case| key(&[COMMAND, &format!("{} {DIVES} {case:?}", of.seed)]);
+    let key = |case: &Case| key(&[TIMELINE_COMMAND, &format!("{} {DIVES} {case:?}", of.seed)]);
     let done: anyhow::Result<Vec<Done<Scored>>> =
         session.work.run(&cases, &key, &|case| score(*case, of.seed, DIVES, &folder), &|_, _| bar.inc(1));
     bar.finish_and_clear();

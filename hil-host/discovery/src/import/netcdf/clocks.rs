@@ -11,7 +11,7 @@ use super::variables::Reader;
 use crate::record::plausible::quantile;
 
 /// Unix times outside 1970 to 2100 are no times, s: the least 64-bit integer stands for "no time" in files made from pandas.
-const TIMES: std::ops::Range<f64> = 0.0..LATEST_S;
+const POSSIBLE_TIMES: std::ops::Range<f64> = 0.0..LATEST_S;
 /// Unix times of gliders without an origin in their unit, s: 1995 to 2100.
 const UNIX: std::ops::Range<f64> = 7.9e8..LATEST_S;
 
@@ -51,7 +51,7 @@ impl Reader<'_> {
     /// Unix times of one clock, of the years that a glider can have been in.
     fn times(&mut self, clock: &str) -> Option<Vec<f64>> {
         let times = if self.is_text(clock) { self.written_times(clock) } else { self.counted_times(clock) }?;
-        let mut times: Vec<f64> = times.into_iter().map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
+        let mut times: Vec<f64> = times.into_iter().map(|t| if POSSIBLE_TIMES.contains(&t) { t } else { f64::NAN }).collect();
         let stray = stray_times(&mut times, LONGEST_MISSION_S);
         if stray > 0 {
             self.report

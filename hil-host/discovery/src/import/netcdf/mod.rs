@@ -20,7 +20,7 @@ use std::path::Path;
 
 use netcdf_reader::{NcFile, NcOpenOptions};
 
-use super::channels::{CLOCKS_APART_S, SALINITY as SALINITY_COLUMN, lonely_times, report_seldom};
+use super::channels::{CLOCKS_APART_S, SALINITY_COLUMN, lonely_times, report_seldom};
 use super::position::FIX_DEPTH_PA;
 use super::{FileNote, ImportError, Imported, Report, position, pressure_zero};
 use crate::record::flight::Flight;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{Collected, ENGINEERING, Loaded, SCIENCE, clocks, ending, is_slocum, name_of};
+use super::{Collected, ENGINEERING_ENDINGS, Loaded, SCIENCE_ENDINGS, clocks, ending, is_slocum, name_of};
 use crate::import::{ImportError, Report, dba, dbd, folder};
 
 /// A copy has more than this share of its time in that of the other file (guess): two segments may bear one name.
@@ -161,7 +161,7 @@ fn source(path: &Path) -> Option<(String, usize, usize)> {
         }
     };
     let rank = |list: &[&str]| list.iter().position(|e| *e == end);
-    rank(&ENGINEERING).map(|r| (stem.clone(), 0, r)).or_else(|| rank(&SCIENCE).map(|r| (stem, 1, r)))
+    rank(&ENGINEERING_ENDINGS).map(|r| (stem.clone(), 0, r)).or_else(|| rank(&SCIENCE_ENDINGS).map(|r| (stem, 1, r)))
 }
 
 /// Files by stem: of engineering and of science, the fullest first. Texts whose headers name the same file and kind hold parts of it, or a

@@ -15,19 +15,20 @@ use control::{Config, State};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{Criterion, Throughput};
 use discovery::diagnosis::{Diagnosis, diagnose};
+use discovery::preprocess;
 use discovery::workbench::{add, compare};
-use discovery::{Flight, Vehicle, export, import, preprocess};
-use hil_host::flight::vehicles::Model;
-use hil_host::flight::worlds;
 use hil_host::pages::Provenance;
-use hil_host::seats::CYCLE_S;
-use hil_host::seats::in_process::InProcess;
-use hil_host::seats::pty::Pty;
-use hil_host::seats::qemu::{self, Qemu};
-use hil_host::seats::{Link, Seat};
 use hydro::effects::{Active, CATALOGUE};
 use hydro::{Flow, Polar as _};
+use logs::{Flight, Vehicle, export, import};
 use plant::{Effect, EffectKind, World};
+use rig::flight::vehicles::Model;
+use rig::flight::worlds;
+use rig::seats::CYCLE_S;
+use rig::seats::in_process::InProcess;
+use rig::seats::pty::Pty;
+use rig::seats::qemu::{self, Qemu};
+use rig::seats::{Link, Seat};
 use signals::link::MAX_WIRE;
 use signals::{Micros, Reply, Request, ToBoard, ToHost, Wings, encode};
 use std::fmt::Write as _;
@@ -157,7 +158,7 @@ fn seats(c: &mut Criterion) {
     }
     let mut group = c.benchmark_group("mission");
     // Opening a seat and booting an image is not flying: the flight's own clock counts.
-    let own = |out: hil_host::flight::closed_loop::Outcome| Duration::from_secs_f64(out.wall_s);
+    let own = |out: rig::flight::closed_loop::Outcome| Duration::from_secs_f64(out.wall_s);
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     group.bench_function("pty", |b| {
         b.iter_custom(|n| {
@@ -214,7 +215,7 @@ fn learning(c: &mut Criterion<Cpu>) {
     group.bench_function("import-netcdf", |b| b.iter(|| black_box(import::import(&file, &[]).expect("an import"))));
     let csv = scratch().join("flight.csv");
     export::csv::write(&flight, std::fs::File::create(&csv).expect("a file")).expect("written");
-    group.bench_function("read-csv", |b| b.iter(|| black_box(discovery::record::csv::flight(&csv).expect("our own log reads"))));
+    group.bench_function("read-csv", |b| b.iter(|| black_box(logs::record::csv::flight(&csv).expect("our own log reads"))));
     group.finish();
 }
 

@@ -9,13 +9,14 @@
 
 use anyhow::{Context, bail};
 use benches::cpu_time;
+use discovery::diagnosis;
 use discovery::likelihood::Problem;
 use discovery::likelihood::block_error::blocks;
 use discovery::model::parameters::{N_CALIBRATION, State};
 use discovery::preprocess::prepare;
 use discovery::workbench::add;
-use discovery::{Flight, Vehicle, diagnosis};
 use hydro::effects::{Active, CATALOGUE, by_name};
+use logs::{Flight, Vehicle};
 use plant::trials::{Kind, generate, plan};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -25,8 +26,8 @@ use std::path::Path;
 const REPEATS: usize = 5;
 
 fn load(path: &Path) -> anyhow::Result<(Flight, Vehicle)> {
-    let vehicle = discovery::vehicle::file_next_to(path)?.with_context(|| format!("{}: no vehicle file beside it", path.display()))?;
-    Ok((discovery::record::csv::flight(path)?, discovery::vehicle::read(&vehicle)?))
+    let vehicle = logs::vehicle::file_next_to(path)?.with_context(|| format!("{}: no vehicle file beside it", path.display()))?;
+    Ok((logs::record::csv::flight(path)?, logs::vehicle::read(&vehicle)?))
 }
 
 /// Median CPU seconds of a piece of work, and what it made.

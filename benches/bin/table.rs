@@ -17,7 +17,7 @@ const BOARD_HZ: f64 = 16e6;
 /// Bits on the line for one byte, and bits per second of it.
 const LINE: (f64, f64) = (10.0, 115_200.0);
 /// World seconds per control cycle of the HIL flights.
-const CYCLE_S: f64 = hil_host::seats::CYCLE_S;
+const CYCLE_S: f64 = rig::seats::CYCLE_S;
 /// Operations of one step of the flight model, counted by hand in `discovery::model::dynamics`: four stages of about 120, flop.
 const STEP_FLOPS: f64 = 480.0;
 /// Nanoseconds in a second: criterion's unit.

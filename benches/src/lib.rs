@@ -12,13 +12,13 @@
 //! | `benches/run --docs` | all of them | the table in docs/performance.md |
 
 use anyhow::{Context, anyhow};
-use discovery::{Flight, Vehicle};
-use hil_host::flight::closed_loop::{Outcome, Setup, fly};
-use hil_host::flight::recorder::Recorder;
-use hil_host::flight::{mission_file, worlds};
-use hil_host::seats::in_process::InProcess;
-use hil_host::seats::{Link, Seat};
+use logs::{Flight, Vehicle};
 use plant::{Effect, EffectKind, World};
+use rig::flight::closed_loop::{Outcome, Setup, fly};
+use rig::flight::recorder::Recorder;
+use rig::flight::{mission_file, worlds};
+use rig::seats::in_process::InProcess;
+use rig::seats::{Link, Seat};
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use signals::{Leg, Mission, SensorFrame};
@@ -60,7 +60,7 @@ pub fn frames() -> anyhow::Result<Vec<SensorFrame>> {
     let mission = shallow();
     let mut world = World::new(worlds::for_mission(&mission)).map_err(|e| anyhow!("{e}"))?;
     let mut frames = Vec::new();
-    let mut keep = |c: &hil_host::flight::cycle::Cycle<'_>| {
+    let mut keep = |c: &rig::flight::cycle::Cycle<'_>| {
         frames.push(*c.frame);
         Ok(())
     };
@@ -102,14 +102,14 @@ pub fn log(hours: f64, hidden: Option<Effect>) -> anyhow::Result<(Flight, Vehicl
         let seat = &mut Link::new(InProcess::default());
         fly(&mut world, seat, &Setup::new(mission.clone()), &mut |c| recorder.push(c)).map_err(|e| anyhow!("{e}"))?;
         recorder.finish(json!({}))?;
-        let flight = discovery::record::csv::flight(&folder)?;
+        let flight = logs::record::csv::flight(&folder)?;
         let whole = match &mut out {
             Some((whole, _)) => {
                 append(whole, &flight);
                 whole
             }
             None => {
-                let mut vehicle = discovery::vehicle::read(&folder.join("vehicle.json"))?;
+                let mut vehicle = logs::vehicle::read(&folder.join("vehicle.json"))?;
                 (vehicle.fit_segments, vehicle.check_segments) = (Vec::new(), Vec::new());
                 &mut out.insert((flight, vehicle)).0
             }

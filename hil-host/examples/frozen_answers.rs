@@ -19,20 +19,20 @@ use clap::Parser;
 use discovery::diagnosis::report;
 use discovery::diagnosis::{Diagnosis, diagnose};
 use discovery::hypotheses::search::Depth;
-use discovery::record::csv;
-use discovery::workbench::refitted_file::{hex, sha256};
 use discovery::workbench::{add, compare, next_flight};
-use discovery::{Flight, Vehicle, vehicle};
 use hil_host::cli;
-use hil_host::flight::closed_loop::{Setup, fly};
-use hil_host::flight::recorder::Recorder;
-use hil_host::flight::worlds;
-use hil_host::seats::Link;
-use hil_host::seats::in_process::InProcess;
 use indicatif::{ProgressBar, ProgressStyle};
+use logs::digest::{hex, sha256};
+use logs::record::csv;
+use logs::{Flight, Vehicle, vehicle};
 use plant::trials::{Banking, Spec, files, generate};
 use plant::{Effect, EffectKind, World};
 use rayon::prelude::*;
+use rig::flight::closed_loop::{Setup, fly};
+use rig::flight::recorder::Recorder;
+use rig::flight::worlds;
+use rig::seats::Link;
+use rig::seats::in_process::InProcess;
 use serde_json::{Map, Value, json};
 use sha2::{Digest as _, Sha256};
 use signals::{Goal, Leg, Mission, Wings};
@@ -207,7 +207,7 @@ fn real(list: &mut Vec<Entry>) {
         let log = root.join(file);
         let vehicle_file = vehicles.join("comet.toml");
         list.push(Entry::new(format!("real-{}", file.replace('/', "-")), move || {
-            let flight = discovery::import::import(&log, &[])?.flight;
+            let flight = logs::import::import(&log, &[])?.flight;
             Ok((Flight { name: file.to_owned(), ..flight }, vehicle::read(&vehicle_file)?))
         }));
     }

@@ -1,5 +1,5 @@
 //! What a person reads in a terminal: 80 columns, the same four error figures everywhere, angles in degrees, as many digits as an
-//! interval deserves, and what was probably meant where a name is wrong.
+//! interval deserves.
 
 use comfy_table::{ContentArrangement, Table, presets};
 use console::style;
@@ -225,39 +225,6 @@ pub fn range((low, high): (f64, f64), unit: &str) -> String {
     }
 }
 
-/// The one of these names that was probably meant.
-#[must_use]
-pub fn near<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let word = word.to_lowercase();
-    let scored = names.into_iter().map(|n| (strsim::jaro_winkler(&word, &n.to_lowercase()), n));
-    scored.filter(|s| s.0 >= 0.8).max_by(|a, b| a.0.total_cmp(&b.0)).map(|s| s.1)
-}
-
-/// "; did you mean `NAME`?", or nothing.
-#[must_use]
-pub fn meant<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
-    near(word, names).map_or_else(String::new, remedy)
-}
-
-/// What lies beside a path that is not there and is called nearly so.
-#[must_use]
-pub fn meant_path(path: &std::path::Path) -> String {
-    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(std::path::Path::new("."));
-    let names: Vec<String> =
-        std::fs::read_dir(parent).into_iter().flatten().flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    meant(&path.file_name().unwrap_or_default().to_string_lossy(), names.iter().map(String::as_str))
-}
-
-/// Which of these names was probably meant, else what lies beside a path that is not there: for an argument that may be either.
-#[must_use]
-pub fn meant_name_or_path<'a>(word: &str, names: impl IntoIterator<Item = &'a str>, path: &std::path::Path) -> String {
-    near(word, names).map_or_else(|| meant_path(path), remedy)
-}
-
-fn remedy(name: &str) -> String {
-    format!("; did you mean `{name}`?")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -312,13 +279,5 @@ mod tests {
         assert!(ladder(0.4, 0.5, 0.3, 0.2).text().contains("above as given"));
         let alone = Ladder { recalibrated: None, with: None, floor: None, held_out: false, ..ladder(0.9, 0.5, 0.3, 0.2) };
         assert!(alone.text().contains("fitted segments") && !alone.text().contains("floor"), "{}", alone.text());
-    }
-
-    #[test]
-    fn a_slip_is_answered_with_what_was_meant() {
-        let names = ["climb_drag", "stall", "reynolds_drag"];
-        assert_eq!(near("climb_darg", names), Some("climb_drag"));
-        assert_eq!(near("Stal", names), Some("stall"));
-        assert_eq!(near("zzz", names), None);
     }
 }

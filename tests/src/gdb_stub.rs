@@ -1,6 +1,6 @@
 //! QEMU's gdb stub: remote serial protocol, as little as it takes. What fails is a test that fails.
 
-use hil_host::seats::qemu::Qemu;
+use rig::seats::qemu::Qemu;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;

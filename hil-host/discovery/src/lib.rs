@@ -1,8 +1,8 @@
 //! Do we agree with the sea, and what is missing: flights and vehicles are read, a model of the vehicle is run on the measured
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 //!
-//! Folders in the order in which they may use each other: [`record`], [`vehicle`], [`preprocess`], [`model`], [`likelihood`],
-//! [`inference`], [`hypotheses`], [`criticism`], [`diagnosis`], [`workbench`]; [`steady`], [`import`] and [`export`] stand beside them.
+//! Folders in the order in which they may use each other: [`preprocess`], [`model`], [`likelihood`], [`inference`], [`hypotheses`],
+//! [`criticism`], [`diagnosis`], [`workbench`]; [`steady`] stands beside them. Flights and vehicles come from [`logs`].
 //!
 //! # Words
 //!
@@ -32,17 +32,10 @@
 pub mod ablation;
 pub mod criticism;
 pub mod diagnosis;
-pub mod export;
 pub mod hypotheses;
-pub mod import;
 pub mod inference;
 pub mod likelihood;
 pub mod model;
 pub mod preprocess;
-pub mod record;
 pub mod steady;
-pub mod vehicle;
 pub mod workbench;
-
-pub use record::flight::Flight;
-pub use vehicle::Vehicle;

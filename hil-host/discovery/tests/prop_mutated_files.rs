@@ -128,19 +128,19 @@ fn own_formats(vehicles: &[String], random: &mut Random) {
         mutate(&mut bytes, random);
         bytes
     };
-    let class = discovery::import::classes::Class::ALL[changed(b"some bytes").len() % 6];
+    let class = logs::import::classes::Class::ALL[changed(b"some bytes").len() % 6];
     let mut said = Vec::new();
     for text in vehicles.iter().cloned().chain([class.draft().toml() + "hull_volume_m3 = 0.06\n"]) {
         let name = if text.starts_with('{') { "v.json" } else { "v.toml" };
         let text = String::from_utf8_lossy(&changed(text.as_bytes())).into_owned();
-        said.extend(discovery::vehicle::parse_text(&text, Path::new(name)).err().map(|e| e.to_string()));
+        said.extend(logs::vehicle::parse_text(&text, Path::new(name)).err().map(|e| e.to_string()));
     }
     let text = String::from_utf8_lossy(&changed(b"cd += k*alpha^2*exp(-p/1e5) + a*sin(2*pi*t/600)*ln(1+abs(roll))")).into_owned();
     // Its errors show the place, below the text.
-    let _ = discovery::vehicle::expression::parse(&text);
+    let _ = logs::vehicle::expression::parse(&text);
     let mut array = b"\x93NUMPY\x01\x00\x40\x00{'descr': '<f8', 'fortran_order': False, 'shape': (6, 4), }     \n".to_vec();
     array.extend([0.0, 4.0, 8.0, 12.0].into_iter().chain([0.0; 20]).flat_map(f64::to_le_bytes));
-    said.extend(discovery::import::comet::flight(&changed(&array)).err().map(|e| e.to_string()));
+    said.extend(logs::import::comet::flight(&changed(&array)).err().map(|e| e.to_string()));
     for one in said {
         assert!(!one.trim_end().contains('\n'), "{one}");
     }
@@ -166,7 +166,7 @@ fn prop_memory_is_bounded_by_the_size_of_the_files() {
         let size: usize = files(&folder).iter().map(|f| f.1.len()).sum();
         let before = MEMORY.current_usage();
         MEMORY.reset_peak_usage();
-        let read = discovery::import::import(&folder, &[]).map_or_else(|e| e.to_string(), |i| format!("{} rows", i.flight.len()));
+        let read = logs::import::import(&folder, &[]).map_or_else(|e| e.to_string(), |i| format!("{} rows", i.flight.len()));
         let peak = MEMORY.peak_usage().saturating_sub(before);
         eprintln!("{}: {} kB take {} kB, {read}", folder.display(), size / 1000, peak / 1000);
         assert!(peak < PER_BYTE * size + FOR_ANY, "{}: {peak} bytes of {size}", folder.display());
@@ -198,7 +198,7 @@ impl Input {
 fn import(path: &Path, began: Instant) -> Result<bool, String> {
     let (before, started) = (MEMORY.current_usage(), computed_s("thread-self", began));
     MEMORY.reset_peak_usage();
-    let ended = std::panic::catch_unwind(|| discovery::import::import_all(&[path.to_path_buf()], &[], None));
+    let ended = std::panic::catch_unwind(|| logs::import::import_all(&[path.to_path_buf()], &[], None));
     let (took, peak) = (computed_s("thread-self", began) - started, MEMORY.peak_usage().saturating_sub(before));
     if took > MOST_SECONDS {
         return Err(format!("{took} s"));

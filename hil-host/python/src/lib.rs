@@ -8,14 +8,14 @@
 
 use std::path::PathBuf;
 
-use discovery::export::{named_columns, table::Table};
 use hil_host::cli::{self, Verdict};
 use hil_host::fleet::archive;
-use hil_host::shards::kept;
+use logs::export::{named_columns, table::Table};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCFunction, PyDict, PyTuple};
 use pyo3::{create_exception, ffi};
+use rig::shards::kept;
 
 create_exception!(
     glider_workbench,

@@ -2,15 +2,16 @@
 
 use super::diagnose::{far, load};
 use super::{Output, Verdict};
-use crate::flight::vehicles;
-use crate::terminal::{Ladder, meant, parameter, wrapped};
-use crate::whole_file;
+use crate::terminal::{Ladder, parameter, wrapped};
 use anyhow::Context as _;
 use discovery::diagnosis::report;
-use discovery::vehicle::{self, expression};
 use discovery::workbench::add;
 use discovery::workbench::add::Added;
 use hydro::effects::{CATALOGUE, Effect, by_name};
+use logs::vehicle::{self, expression};
+use rig::flight::vehicles;
+use rig::spelling::meant;
+use rig::whole_file;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

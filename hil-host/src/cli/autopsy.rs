@@ -1,14 +1,14 @@
 //! `glider autopsy`.
 
 use super::{Output, Verdict};
-use crate::flight::autopsy::{self, Autopsy, Ended};
-use crate::flight::image_lines::{ImageLines, Place};
-use crate::seats::link::upload::read_back;
-use crate::seats::port::Port;
-use crate::seats::{Link, Seat, qemu};
 use crate::terminal::{say, wrapped_from};
-use crate::whole_file;
 use anyhow::{Context, ensure};
+use rig::flight::autopsy::{self, Autopsy, Ended};
+use rig::flight::image_lines::{ImageLines, Place};
+use rig::seats::link::upload::read_back;
+use rig::seats::port::Port;
+use rig::seats::{Link, Seat, qemu};
+use rig::whole_file;
 use serde_json::{Value, json};
 use signals::Object;
 use signals::autopsy::{Cause, Note};

@@ -3,15 +3,15 @@
 use super::add::write_vehicle;
 use super::diagnose::{bar, load};
 use super::{Output, Verdict};
-use crate::flight::vehicles;
 use crate::terminal::{rounded, say, table, wrapped};
-use crate::whole_file;
 use anyhow::Context as _;
 use comfy_table::Table;
 use discovery::diagnosis::report::number;
 use discovery::workbench::calibrate::{Calibrated, Logged, Number, Options, calibrate, free_names};
-use discovery::workbench::refitted_file::sha256;
-use discovery::{Flight, vehicle};
+use logs::digest::sha256;
+use logs::{Flight, vehicle};
+use rig::flight::vehicles;
+use rig::whole_file;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -54,7 +54,7 @@ pub(crate) fn log_of(flight: &Path) -> PathBuf {
 ///
 /// # Errors
 /// Bad input, with the file and the fix.
-pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(Logged, discovery::Vehicle)> {
+pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(Logged, logs::Vehicle)> {
     let (read, vehicle) = load(flight, vehicle)?;
     let log = log_of(flight);
     let bytes = std::fs::read(&log).with_context(|| log.display().to_string())?;
@@ -86,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     whole_file::may_write(&args.out, &inputs, &["json", "toml"], output.force)?;
     for name in &args.free {
         let all = free_names();
-        let meant = || crate::terminal::meant(name, all.iter().copied());
+        let meant = || rig::spelling::meant(name, all.iter().copied());
         anyhow::ensure!(all.contains(&name.as_str()), "--free {name}: no such number; there are {}{}", all.join(", "), meant());
     }
     let own_file = || args.flight.first().map_or(Ok(None), |f| vehicle::file_next_to(f));
@@ -126,7 +126,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 /// Refuses a flight whose own vehicle file is of another vehicle than the first flight's: its mass differs by more than ballasting makes.
-fn of_one_vehicle(first: &Path, given: Option<&discovery::Vehicle>, other: &Path) -> anyhow::Result<()> {
+fn of_one_vehicle(first: &Path, given: Option<&logs::Vehicle>, other: &Path) -> anyhow::Result<()> {
     /// Share of the mass (guess).
     const BALLASTED: f64 = 0.03;
     let (Some(given), Some(own)) = (given, vehicle::file_next_to(other)?) else { return Ok(()) };

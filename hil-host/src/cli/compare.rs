@@ -2,15 +2,16 @@
 
 use super::diagnose::load_sound;
 use super::{Output, Verdict};
-use crate::flight::file_kinds::{Kind, expect};
-use crate::terminal::{Ladder, meant_path, place, say, table, wrapped};
+use crate::terminal::{Ladder, place, say, table, wrapped};
 use anyhow::Context as _;
-use discovery::Vehicle;
 use discovery::diagnosis::report;
-use discovery::record::csv;
 use discovery::steady::{HeldOut, held_out};
 use discovery::workbench::compare;
 use discovery::workbench::compare::Comparison;
+use logs::Vehicle;
+use logs::record::csv;
+use rig::flight::file_kinds::{Kind, expect};
+use rig::spelling::meant_path;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 

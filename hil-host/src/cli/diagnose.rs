@@ -1,19 +1,20 @@
 //! `glider diagnose`.
 
 use super::{Output, Verdict};
-use crate::flight::file_kinds::{Kind, expect};
-use crate::flight::vehicles;
-use crate::terminal::{Ladder, meant_path, parameter, table, wrapped};
+use crate::terminal::{Ladder, parameter, table, wrapped};
 use anyhow::Context as _;
 use console::style;
 use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::hypotheses::search::Depth;
 use discovery::model::parameters::{State, is_nuisance};
 use discovery::preprocess::{prepare, sanity};
-use discovery::record::csv;
 use discovery::workbench::calibrate::free_names;
-use discovery::{Flight, Vehicle, vehicle};
 use indicatif::{ProgressBar, ProgressStyle};
+use logs::record::csv;
+use logs::{Flight, Vehicle, vehicle};
+use rig::flight::file_kinds::{Kind, expect};
+use rig::flight::vehicles;
+use rig::spelling::meant_path;
 use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
@@ -142,11 +143,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     };
     if let Some(path) = &args.predict {
         let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref()].into_iter().flatten().collect();
-        crate::whole_file::may_write(path, &inputs, &["csv"], output.force)?;
+        rig::whole_file::may_write(path, &inputs, &["csv"], output.force)?;
     }
     let (flight, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), depth)?;
     if let Some(path) = &args.predict {
-        crate::whole_file::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
+        rig::whole_file::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let mut document = report::document(&found, &vehicle, &args.flight.display().to_string());
     // A vehicle nobody has calibrated: what its steady glides alone tell, and whether a speed sensor was there to tell lift from pitch.

@@ -3,16 +3,17 @@
 use super::compare::not_diverged;
 use super::{Output, Verdict};
 use crate::fleet::archive::{import_json, start_unix_s};
-use crate::flight::file_kinds::{Kind, expect};
-use crate::flight::vehicles;
-use crate::terminal::{meant_path, wrapped};
+use crate::terminal::wrapped;
 use anyhow::Context;
-use discovery::export::mcap::Stream;
-use discovery::export::netcdf::{About, Number, Series, compact_date};
-use discovery::import::Origin;
-use discovery::import::calendar::iso_8601;
 use discovery::workbench::compare::{Comparison, compare};
-use discovery::{Flight, Vehicle, vehicle};
+use logs::export::mcap::Stream;
+use logs::export::netcdf::{About, Number, Series, compact_date};
+use logs::import::Origin;
+use logs::import::calendar::iso_8601;
+use logs::{Flight, Vehicle, vehicle};
+use rig::flight::file_kinds::{Kind, expect};
+use rig::flight::vehicles;
+use rig::spelling::meant_path;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -79,10 +80,10 @@ impl Format {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     anyhow::ensure!(args.flight.exists(), "{}: no such flight{}", args.flight.display(), meant_path(&args.flight));
     expect(&args.flight, Kind::Flight)?;
-    let flight = discovery::record::csv::log(&args.flight)?;
+    let flight = logs::record::csv::log(&args.flight)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{}", flight.name, args.to.ending())));
     let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref(), args.meta.as_deref()].into_iter().flatten().collect();
-    crate::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
+    rig::whole_file::may_write(&out, &inputs, &[args.to.ending()], output.force)?;
     let vehicle = if matches!(args.to, Format::Netcdf | Format::Mcap) { vehicle_of(args)? } else { None };
     let model = match &vehicle {
         Some(vehicle) => modelled(args, &flight, vehicle)?.map(|compared| (vehicle, compared)),
@@ -91,18 +92,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (about, mut notes) = about(args, flight.time_s.first().copied().unwrap_or(0.0))?;
     notes.extend(flight.unread.iter().map(|what| format!("left out: {what}")));
     notes.extend(undated(args, &about));
-    crate::whole_file::at(&out, |part| -> anyhow::Result<()> {
+    rig::whole_file::at(&out, |part| -> anyhow::Result<()> {
         match args.to {
-            Format::Csv => discovery::export::csv::write(&flight, std::fs::File::create(part)?)?,
-            Format::Parquet => {
-                discovery::export::parquet::write(&flight, std::fs::File::create(part)?, about.start_unix_s, &about.origins)?
-            }
+            Format::Csv => logs::export::csv::write(&flight, std::fs::File::create(part)?)?,
+            Format::Parquet => logs::export::parquet::write(&flight, std::fs::File::create(part)?, about.start_unix_s, &about.origins)?,
             Format::Netcdf => {
                 let mut about = about;
                 about.series = model.as_ref().map_or_else(Vec::new, |(_, compared)| series(&flight, compared));
                 about.vehicle = vehicle.as_ref().map_or_else(Vec::new, numbers);
                 about.vehicle_file = vehicle.as_ref().map(|v| v.document.to_string());
-                discovery::export::netcdf::write(&flight, part, &about)?;
+                logs::export::netcdf::write(&flight, part, &about)?;
             }
             Format::Mcap => mcap(&flight, &about, model.as_ref(), part)?,
         }
@@ -279,7 +278,7 @@ fn numbers(vehicle: &Vehicle) -> Vec<Number> {
 }
 
 fn mcap(flight: &Flight, about: &About, model: Option<&(&Vehicle, Comparison)>, part: &Path) -> anyhow::Result<()> {
-    let mut streams = discovery::export::mcap::streams(flight);
+    let mut streams = logs::export::mcap::streams(flight);
     let mut attached = Vec::new();
     if let Some((vehicle, compared)) = model {
         let of = |names: &[&str]| {
@@ -296,6 +295,6 @@ fn mcap(flight: &Flight, about: &About, model: Option<&(&Vehicle, Comparison)>, 
         attached.push(("vehicle.json", "application/json", format!("{:#}\n", vehicle.document).into_bytes()));
     }
     let file = std::io::BufWriter::new(std::fs::File::create(part)?);
-    discovery::export::mcap::write(flight, &streams, about.start_unix_s, &about.origins, &attached, file)?;
+    logs::export::mcap::write(flight, &streams, about.start_unix_s, &about.origins, &attached, file)?;
     Ok(())
 }

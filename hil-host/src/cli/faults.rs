@@ -5,17 +5,17 @@ mod report;
 
 use super::shards::{MergeArgs, Session, ShardArgs, To, file_report, parts, said_of_shard};
 use super::{Output, Verdict};
-use crate::campaign::blocks::{Block, plan, ranges, verdicts};
-use crate::campaign::lattice::{Case, SEEDS, cases, spread};
-use crate::campaign::{self, healthy::Flight, through_seat};
-use crate::seats::Choice;
-use crate::shards::kept::key;
-use crate::shards::part;
-use crate::shards::work::Done;
 use anyhow::{Context, bail, ensure};
 use control::mutant::Mutant;
 use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
 use report::report;
+use rig::campaign::blocks::{Block, plan, ranges, verdicts};
+use rig::campaign::lattice::{Case, SEEDS, cases, spread};
+use rig::campaign::{self, healthy::Flight, through_seat};
+use rig::seats::Choice;
+use rig::shards::kept::key;
+use rig::shards::part;
+use rig::shards::work::Done;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -124,7 +124,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     ensure!(!(in_shards && other), "--shard, --resume and --cache go with missions of the lattice, random ones and --healthy only");
     ensure!(args.shards.shard.is_none() || choice == Choice::InProcess, "--shard goes with missions in this process, not through a seat");
     if other && let Some(path) = &args.out {
-        crate::whole_file::may_write(path, &[], &["json"], output.force)?;
+        rig::whole_file::may_write(path, &[], &["json"], output.force)?;
     }
     if args.mutation {
         return mutation(args, output);

@@ -25,10 +25,10 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let spinner = indicatif::ProgressBar::new_spinner().with_message("pip download gliderflight 1.2.1");
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
-    let fetched = crate::flight::fetch::comet_2016(&args.dir);
+    let fetched = rig::flight::fetch::comet_2016(&args.dir);
     spinner.finish_and_clear();
     let fetched = fetched?;
-    let flight = discovery::record::csv::flight(&fetched.flight)?;
+    let flight = logs::record::csv::flight(&fetched.flight)?;
     let report = steady_report(&flight)?;
     let document = serde_json::json!({
         "flight": fetched.flight,
@@ -41,7 +41,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     Ok(Verdict::Ok)
 }
 
-fn print(fetched: &crate::flight::fetch::Fetched, flight: &discovery::Flight, report: &SteadyReport) {
+fn print(fetched: &rig::flight::fetch::Fetched, flight: &logs::Flight, report: &SteadyReport) {
     println!(
         "{} {} ({} rows, {:.1} h; Slocum Comet, Baltic, 23 June 2016, MIT licence)",
         if fetched.was_there { "there already:" } else { "fetched:" },

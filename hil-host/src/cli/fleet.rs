@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
-use discovery::workbench::refitted_file::sha256;
 use indicatif::ProgressBar;
+use logs::digest::sha256;
 use serde_json::{Value, json};
 
 use super::diagnose::bar;
@@ -13,11 +13,12 @@ use crate::fleet::archive::items;
 use crate::fleet::map::map;
 use crate::fleet::part::Part;
 use crate::fleet::pooled::{FleetNumber, pooled};
-use crate::shards::kept::Kept;
-use crate::shards::shard::Shard;
-use crate::shards::work::Work;
-use crate::terminal::{meant_path, rounded, table, wrapped};
-use crate::whole_file;
+use crate::terminal::{rounded, table, wrapped};
+use rig::shards::kept::Kept;
+use rig::shards::shard::Shard;
+use rig::shards::work::Work;
+use rig::spelling::meant_path;
+use rig::whole_file;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]

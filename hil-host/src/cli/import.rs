@@ -1,12 +1,13 @@
 //! `glider import`: somebody's log becomes a flight directory with its vehicle.
 
 use super::{Output, Verdict};
-use crate::flight::vehicles;
-use crate::terminal::{meant, say};
-use crate::whole_file;
+use crate::terminal::say;
 use anyhow::Context;
-use discovery::import::classes::Class;
-use discovery::import::{Imported, Report};
+use logs::import::classes::Class;
+use logs::import::{Imported, Report};
+use rig::flight::vehicles;
+use rig::spelling::meant;
+use rig::whole_file;
 use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
@@ -63,7 +64,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     let spinner = indicatif::ProgressBar::new_spinner().with_message(format!("reading {}", named(args)));
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
-    let imported = discovery::import::import_all(&args.input, &args.cache, args.class);
+    let imported = logs::import::import_all(&args.input, &args.cache, args.class);
     spinner.finish_and_clear();
     let imported = imported?;
     let made = imported.vehicle_text().filter(|_| vehicle_file.is_none());
@@ -89,7 +90,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 fn own_vehicle(args: &Args) -> anyhow::Result<Option<PathBuf>> {
     let [one] = args.input.as_slice() else { return Ok(None) };
     let own = if one.is_dir() { one.join("flight.csv").is_file() } else { one.file_name().is_some_and(|n| n == "flight.csv") };
-    if own && args.class.is_none() { Ok(discovery::vehicle::file_next_to(one)?) } else { Ok(None) }
+    if own && args.class.is_none() { Ok(logs::vehicle::file_next_to(one)?) } else { Ok(None) }
 }
 
 fn named(args: &Args) -> String {
@@ -100,24 +101,24 @@ fn named(args: &Args) -> String {
 /// Name and text of a vehicle file that the import makes.
 type Made = (&'static str, String);
 
-fn write(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, made: Option<&Made>) -> anyhow::Result<()> {
+fn write(out: &Path, flight: &logs::Flight, report: &Report, vehicle: Option<&Path>, made: Option<&Made>) -> anyhow::Result<()> {
     // The folder appears under its name when all of it is there. One that stands there is replaced where it really lies.
     let place = out.canonicalize().unwrap_or_else(|_| out.to_path_buf());
     whole_file::in_place_of(&place, &WRITTEN, |part| fill(part, flight, report, vehicle, made))
         .with_context(|| format!("cannot write {}", out.display()))
 }
 
-fn fill(out: &Path, flight: &discovery::Flight, report: &Report, vehicle: Option<&Path>, made: Option<&Made>) -> anyhow::Result<()> {
+fn fill(out: &Path, flight: &logs::Flight, report: &Report, vehicle: Option<&Path>, made: Option<&Made>) -> anyhow::Result<()> {
     std::fs::create_dir_all(out)?;
     let csv = out.join("flight.csv");
     let file = std::fs::File::create(&csv).with_context(|| format!("cannot write {}", csv.display()))?;
-    discovery::export::csv::write(flight, file).with_context(|| format!("cannot write {}", csv.display()))?;
+    logs::export::csv::write(flight, file).with_context(|| format!("cannot write {}", csv.display()))?;
     let said = serde_json::json!({ "tool": concat!("glider ", env!("CARGO_PKG_VERSION")), "report": report });
     std::fs::write(out.join("import.json"), format!("{said:#}\n"))?;
     if let Some(vehicle) = vehicle {
         let text = vehicles::text(vehicle)?;
         // What is no TOML by its name may be so by its kind: the built-in ones are.
-        let toml = vehicle.extension().is_some_and(|e| e == "toml") || discovery::vehicle::file::is_geometry(&text);
+        let toml = vehicle.extension().is_some_and(|e| e == "toml") || logs::vehicle::file::is_geometry(&text);
         std::fs::write(out.join(if toml { "vehicle.toml" } else { "vehicle.json" }), text)?;
     }
     if let Some((name, text)) = made {
@@ -151,7 +152,7 @@ fn folded(all: &[String]) -> Vec<String> {
     out
 }
 
-fn print(args: &Args, vehicle: Option<&Path>, first: bool, flight: &discovery::Flight, report: &Report) {
+fn print(args: &Args, vehicle: Option<&Path>, first: bool, flight: &logs::Flight, report: &Report) {
     say(&format!("{}: {}", report.kind, named(args)));
     for file in &report.files {
         say(&format!("  {:32} {:7} rows", file.file, file.rows));

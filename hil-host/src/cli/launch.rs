@@ -2,18 +2,18 @@
 
 use super::upload::decode_config;
 use super::{Output, Verdict};
-use crate::flight::config_file;
-use crate::flight::mission_file::{self, Limits};
-use crate::flight::preflight::{Item, judge};
-use crate::seats::link::upload::{read_back, upload};
-use crate::seats::options;
-use crate::seats::port::Port;
-use crate::seats::{Link, Seat, SeatError, Wire};
-use crate::seats::{clock, image};
 use crate::terminal::say;
 use anyhow::{Context, ensure};
 use control::Config;
 use helm::objects::mission_id;
+use rig::flight::config_file;
+use rig::flight::mission_file::{self, Limits};
+use rig::flight::preflight::{Item, judge};
+use rig::seats::link::upload::{read_back, upload};
+use rig::seats::options;
+use rig::seats::port::Port;
+use rig::seats::{Link, Seat, SeatError, Wire};
+use rig::seats::{clock, image};
 use serde_json::{Value, json};
 use signals::{Mission, Object, Preflight, Stroke, ToBoard, ToHost};
 use std::path::PathBuf;

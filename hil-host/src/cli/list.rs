@@ -1,15 +1,16 @@
 //! `glider list`: what there is to name in the other commands.
 
 use super::{Output, Verdict};
-use crate::flight::mission_file;
-use crate::flight::vehicles::BUILT_IN_VEHICLES;
 use crate::pages::effect_list;
-use crate::terminal::{meant, parameter_range, say, table, wrapped, wrapped_from};
+use crate::terminal::{parameter_range, say, table, wrapped, wrapped_from};
 use anyhow::bail;
-use discovery::import::classes::Class;
 use discovery::workbench::change_kinds::KINDS;
 use discovery::workbench::tracking::TRACKED;
 use hydro::effects::{CATALOGUE, Effect};
+use logs::import::classes::Class;
+use rig::flight::mission_file;
+use rig::flight::vehicles::BUILT_IN_VEHICLES;
+use rig::spelling::meant;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 

@@ -1,11 +1,11 @@
 //! `glider margins`: how far the pitch loop is from instability, over the glides that are flown.
 
 use super::{Output, Verdict};
-use crate::flight::mission_file::wings_name;
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark};
 use crate::score::margins::{Glide, Margins, Response, all, envelope, respond};
 use crate::terminal::{say, table};
+use rig::flight::mission_file::wings_name;
 use serde_json::json;
 use signals::Wings;
 use std::f64::consts::PI;

@@ -2,15 +2,15 @@
 
 use super::monitor_screen::{self, LINES};
 use super::{Output, Verdict};
-use crate::flight::board_log::Image;
-use crate::flight::onboard_log::{self, Wanted};
-use crate::flight::under_way::{Follower, Moment, Recent};
-use crate::flight::utc;
-use crate::seats::BAUD;
-use crate::seats::port::Port;
-use crate::seats::{Link, Seat, SeatError, Wire, qemu};
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
+use rig::flight::board_log::Image;
+use rig::flight::onboard_log::{self, Wanted};
+use rig::flight::under_way::{Follower, Moment, Recent};
+use rig::flight::utc;
+use rig::seats::BAUD;
+use rig::seats::port::Port;
+use rig::seats::{Link, Seat, SeatError, Wire, qemu};
 use serde_json::json;
 use signals::{Counters, Manifest, ToBoard, ToHost};
 use std::collections::VecDeque;

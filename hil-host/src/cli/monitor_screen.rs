@@ -1,7 +1,7 @@
 //! What `glider monitor` draws: at most 24 lines of 80 characters.
 
-use crate::flight::under_way::Moment;
 use crate::terminal::COLUMNS;
+use rig::flight::under_way::Moment;
 use signals::{Counters, Manifest};
 use std::collections::VecDeque;
 use std::time::Duration;

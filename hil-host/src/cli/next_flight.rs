@@ -2,7 +2,7 @@
 
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
-use crate::flight::next_mission;
+use crate::next_mission;
 use anyhow::Context as _;
 use discovery::diagnosis::Diagnosis;
 use discovery::diagnosis::report;
@@ -50,7 +50,7 @@ pub fn document(found: &Diagnosis, p: &Plan) -> Value {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(out) = &args.out {
         let inputs: Vec<&std::path::Path> = [Some(args.flight.as_path()), args.vehicle.as_deref()].into_iter().flatten().collect();
-        crate::whole_file::may_write(out, &inputs, &["toml"], output.force)?;
+        rig::whole_file::may_write(out, &inputs, &["toml"], output.force)?;
     }
     let (_, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
     let Some(p) = next_mission::plan(&found, &vehicle)? else {
@@ -62,7 +62,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mission = p.mission(next_mission::wings(&vehicle));
     let out = args.out.as_ref().filter(|_| p.tells_apart());
     if let Some(out) = out {
-        crate::whole_file::write(out, &mission).with_context(|| format!("cannot write {}", out.display()))?;
+        rig::whole_file::write(out, &mission).with_context(|| format!("cannot write {}", out.display()))?;
     }
     let mut document = document(&found, &p);
     document["tells_apart"] = p.tells_apart().into();

@@ -10,11 +10,12 @@ use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
-use crate::flight::tables::TABLE_SPEED_M_S;
-use crate::flight::vehicles::{Model, sea_name, wings_name};
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark};
-use crate::terminal::{meant, say, table, wrapped};
+use crate::terminal::{say, table, wrapped};
+use rig::flight::tables::TABLE_SPEED_M_S;
+use rig::flight::vehicles::{Model, sea_name, wings_name};
+use rig::spelling::meant;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]

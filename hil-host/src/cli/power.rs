@@ -1,12 +1,12 @@
 //! `glider power`.
 
 use super::{Output, Verdict};
-use crate::flight::closed_loop::{End, Setup};
-use crate::flight::power::{AT_V, budget};
-use crate::flight::{mission_file, worlds};
 use crate::terminal::{say, table};
 use anyhow::anyhow;
 use plant::World;
+use rig::flight::closed_loop::{End, Setup};
+use rig::flight::power::{AT_V, budget};
+use rig::flight::{mission_file, worlds};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]

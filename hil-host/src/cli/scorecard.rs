@@ -18,10 +18,10 @@ use serde_json::{Value, json};
 use super::shards::{MergeArgs, Session, ShardArgs, To, file_report, parts, said_of_shard};
 use super::{Output, Verdict};
 use crate::score::{self, diagnosis::Scored};
-use crate::shards::kept::key;
-use crate::shards::part;
-use crate::shards::work::Done;
 use crate::terminal::{say, table};
+use rig::shards::kept::key;
+use rig::shards::part;
+use rig::shards::work::Done;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]

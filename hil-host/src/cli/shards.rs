@@ -3,17 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
-use discovery::workbench::refitted_file::sha256;
 use indicatif::ProgressBar;
+use logs::digest::sha256;
 use serde_json::{Value, json};
 
 use super::{Output, Verdict};
-use crate::shards::kept::{Kept, key};
-use crate::shards::part::{self, Merged, Part};
-use crate::shards::shard::Shard;
-use crate::shards::work::{Done, Missing, Work};
-use crate::terminal::{meant_path, say};
-use crate::whole_file;
+use crate::terminal::say;
+use rig::shards::kept::{Kept, key};
+use rig::shards::part::{self, Merged, Part};
+use rig::shards::shard::Shard;
+use rig::shards::work::{Done, Missing, Work};
+use rig::spelling::meant_path;
+use rig::whole_file;
 
 /// Which part of a campaign, and what is taken from an earlier run.
 #[derive(clap::Args, Clone, Debug)]

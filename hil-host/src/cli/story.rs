@@ -2,19 +2,19 @@
 
 use super::diagnose::{ask, bar, load};
 use super::{Output, Verdict, report};
-use crate::flight::vehicles::{self, Model};
 use crate::pages::flight_report;
 use crate::pages::{Axis, Chart, Page, Section, Table};
 use crate::score;
 use crate::score::story::{self, Flown};
 use crate::terminal::say;
-use crate::whole_file;
 use anyhow::Context as _;
 use control::Settings;
 use discovery::hypotheses::search::Depth;
-use discovery::vehicle;
 use discovery::workbench::add;
+use logs::vehicle;
 use plant::trials::{Site, Spec, Wing, catalogue, generate};
+use rig::flight::vehicles::{self, Model};
+use rig::whole_file;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

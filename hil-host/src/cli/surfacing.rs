@@ -1,9 +1,9 @@
 //! `glider surfacing`.
 
 use super::{Output, Verdict};
-use crate::flight::surfacing::{document, read, rows};
 use crate::terminal::say;
 use anyhow::Context;
+use rig::flight::surfacing::{document, read, rows};
 use serde_json::json;
 use signals::{Switch, Weight};
 use std::path::PathBuf;

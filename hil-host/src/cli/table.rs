@@ -7,10 +7,10 @@ use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
-use crate::flight::config_file;
-use crate::flight::tables::{self, Built};
-use crate::flight::vehicles::{Model, sea_name, wings_name};
 use crate::terminal::{say, table, wrapped};
+use rig::flight::config_file;
+use rig::flight::tables::{self, Built};
+use rig::flight::vehicles::{Model, sea_name, wings_name};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -50,11 +50,11 @@ fn write(out: &Path, built: &Tables) -> anyhow::Result<()> {
             if name.ends_with(".bin") && out.ends_with("generated") {
                 continue;
             }
-            crate::whole_file::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
+            rig::whole_file::write(out.join(&name), bytes).with_context(|| out.join(&name).display().to_string())?;
         }
         if let Some(text) = config_file::pitch_sensor_alone(model.pitch_sensor()) {
             let file = out.join(controller_file(model));
-            crate::whole_file::write(&file, text).with_context(|| file.display().to_string())?;
+            rig::whole_file::write(&file, text).with_context(|| file.display().to_string())?;
         }
     }
     Ok(())

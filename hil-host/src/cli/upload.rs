@@ -1,17 +1,17 @@
 //! `glider upload`.
 
 use super::{Output, Verdict};
-use crate::flight::file_kinds::{Kind as ContentKind, expect};
-use crate::flight::image_file::ImageFile;
-use crate::flight::{config_file, mission_file, tables};
-use crate::seats::link::upload::{Stored, read_back, rollback, upload};
-use crate::seats::port::Port;
-use crate::seats::{Link, Seat};
-use crate::seats::{clock, image};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use control::Config;
 use indicatif::{ProgressBar, ProgressStyle};
+use rig::flight::file_kinds::{Kind as ContentKind, expect};
+use rig::flight::image_file::ImageFile;
+use rig::flight::{config_file, mission_file, tables};
+use rig::seats::link::upload::{Stored, read_back, rollback, upload};
+use rig::seats::port::Port;
+use rig::seats::{Link, Seat};
+use rig::seats::{clock, image};
 use serde_json::json;
 use signals::link::CRC32;
 use signals::{Object, Older, Wings};
@@ -196,8 +196,8 @@ fn read(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         Kind::TableStandard | Kind::TableLowAr | Kind::Image => None,
     };
     if let Some(file) = &args.file {
-        crate::whole_file::may_write(file, &[], &[], output.force)?;
-        crate::whole_file::write(file, text.as_ref().map_or(bytes.as_slice(), |t| t.as_bytes()))
+        rig::whole_file::may_write(file, &[], &[], output.force)?;
+        rig::whole_file::write(file, text.as_ref().map_or(bytes.as_slice(), |t| t.as_bytes()))
             .with_context(|| format!("{}: cannot write", file.display()))?;
     }
     let crc = CRC32.checksum(&bytes);

@@ -7,14 +7,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
-use discovery::import::folder::files_of;
-use discovery::import::kind::Kind;
-use discovery::record::csv;
 use discovery::workbench::tracking::REFERENCE_DIVES;
-use discovery::{Flight, import, vehicle};
+use logs::import::folder::files_of;
+use logs::import::kind::Kind;
+use logs::record::csv;
+use logs::{Flight, import, vehicle};
 
-use crate::flight::vehicles;
-use crate::terminal::meant_path;
+use rig::flight::vehicles;
+use rig::spelling::meant_path;
 
 /// One flight of an archive.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

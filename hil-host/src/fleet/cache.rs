@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use discovery::workbench::refitted_file::hex;
+use logs::digest::hex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::fleet::part::DiveRow;
-use crate::flight::vehicles;
+use rig::flight::vehicles;
 
 /// What the dives of a flight say, or why nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,13 +2,13 @@
 //!
 //! Of every flight a mark of its log is made first, and kept as its dives are, so that every shard finds the same copies.
 
-use discovery::record::flight::LogMark;
+use logs::record::flight::LogMark;
 
 use crate::fleet::archive::{Item, read};
 use crate::fleet::cache;
-use crate::shards::kept::Kept;
-use crate::shards::shard::Shard;
-use crate::shards::work::Work;
+use rig::shards::kept::Kept;
+use rig::shards::shard::Shard;
+use rig::shards::work::Work;
 
 /// For each flight the place of the earlier one that holds the same log, if one does. A flight that cannot be read is no copy.
 ///

@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use discovery::workbench::dive_estimates::dive_estimates;
-use discovery::workbench::refitted_file::sha256;
-use discovery::{Vehicle, vehicle};
+use logs::digest::sha256;
+use logs::{Vehicle, vehicle};
 
 use crate::fleet::archive::{Item, read};
 use crate::fleet::cache::{self, Entry};
 use crate::fleet::copies::copies;
 use crate::fleet::part::{DiveRow, Part, Row, dive_row, number_columns};
-use crate::flight::vehicles;
-use crate::shards::kept::program;
-use crate::shards::shard::Shard;
-use crate::shards::work::{Done, Work};
+use rig::flight::vehicles;
+use rig::shards::kept::program;
+use rig::shards::shard::Shard;
+use rig::shards::work::{Done, Work};
 
 /// What a run made.
 #[derive(Clone, Debug)]

@@ -8,12 +8,12 @@
 use std::path::Path;
 
 use anyhow::{Context as _, bail, ensure};
-use discovery::export::table::Table;
 use discovery::workbench::dive_estimates::{Asked, Estimated, asked};
 use discovery::workbench::tracking::{N, TRACKED};
+use logs::export::table::Table;
 use serde::{Deserialize, Serialize};
 
-use crate::shards::shard::Shard;
+use rig::shards::shard::Shard;
 
 /// One dive as it is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,8 @@
 //! The flight scorecard as a page: verdict first, then shares of (L/D)max, then where on the polar each law flew.
 
-use crate::flight::mission_file::wings_name;
 use crate::pages::{Axis, Chart, Heat, Item, Mark, Page, Provenance, Section, Series, Table};
 use crate::score::control_law::{BIN_DEG, Band, Disturbance, Score};
+use rig::flight::mission_file::wings_name;
 
 const BANDS: [(Band, &str); 3] = [(Band::Shallow, "3–27 m"), (Band::Sea, "0–200 m"), (Band::Deep, "0–1000 m")];
 

@@ -1,7 +1,7 @@
 //! Effects of the catalogue as a person reads them: a name in words, and the part of the physics each belongs to, told by what it acts on.
 
-use crate::flight::vehicles::Model;
 use hydro::effects::{Active, CATALOGUE, Constants, Effect, Flow, Place};
+use rig::flight::vehicles::Model;
 use signals::Wings;
 
 /// The parts of the physics, in the order they are shown.

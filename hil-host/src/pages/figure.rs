@@ -146,7 +146,7 @@ impl Figure {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         for ending in ["svg", "png", "csv", "json"] {
             let path = folder.join(format!("{stem}.{ending}"));
-            crate::whole_file::write(&path, self.bytes(ending, &Paper::SCREEN)?).with_context(|| path.display().to_string())?;
+            rig::whole_file::write(&path, self.bytes(ending, &Paper::SCREEN)?).with_context(|| path.display().to_string())?;
         }
         Ok(())
     }

@@ -3,7 +3,6 @@
 
 use crate::pages::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
 use crate::terminal::place;
-use discovery::Vehicle;
 use discovery::criticism::localise::{Residual, VARIABLES, residuals};
 use discovery::diagnosis::report;
 use discovery::diagnosis::{Diagnosis, Ranked};
@@ -12,6 +11,7 @@ use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
 use discovery::preprocess::Prepared;
 use hydro::effects::{Active, Constants, Flow, ForceModel};
+use logs::Vehicle;
 
 /// Group of charts that share the time axis.
 const TIME: &str = "time";
@@ -90,7 +90,7 @@ pub fn under_way(prepared: &Prepared) -> Vec<f64> {
 #[must_use]
 pub fn gaps(starts_s: &[f64]) -> Vec<bool> {
     let steps: Vec<f64> = starts_s.windows(2).map(|w| w[1] - w[0]).collect();
-    let usual = discovery::record::plausible::quantile(&steps, 0.5);
+    let usual = logs::record::plausible::quantile(&steps, 0.5);
     std::iter::once(false).chain(steps.iter().map(|s| *s > 2.5 * usual)).take(starts_s.len()).collect()
 }
 
@@ -241,7 +241,7 @@ fn where_it_fails(seen: &Seen) -> Section {
 fn map(residuals: &[Residual]) -> Chart {
     let range = |k: usize, factor: f64| {
         let values: Vec<f64> = residuals.iter().map(|r| r.values[k] * factor).filter(|v| v.is_finite()).collect();
-        (discovery::record::plausible::quantile(&values, 0.01), discovery::record::plausible::quantile(&values, 0.99))
+        (logs::record::plausible::quantile(&values, 0.01), logs::record::plausible::quantile(&values, 0.99))
     };
     let (nx, ny) = (14usize, 8usize);
     let (a, u) = (range(0, 1f64.to_degrees()), range(1, 1.0));

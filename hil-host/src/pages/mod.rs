@@ -13,6 +13,7 @@
 pub mod control_scorecard;
 pub mod diagnosis_scorecard;
 pub mod effect_list;
+pub mod fault_campaign;
 pub mod figure;
 pub mod flight_report;
 mod pdf;
@@ -330,7 +331,7 @@ impl Page {
         if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
         }
-        crate::whole_file::write(path, self.to_html()).with_context(|| format!("cannot write {}", path.display()))
+        rig::whole_file::write(path, self.to_html()).with_context(|| format!("cannot write {}", path.display()))
     }
 }
 

@@ -58,7 +58,7 @@ fn fig4(g: &Geometry) -> Chart {
 }
 
 fn fig5(std: &Geometry, low: &Geometry) -> anyhow::Result<Chart> {
-    let models = crate::flight::vehicles::built_in("slocum-low-ar")?.models;
+    let models = rig::flight::vehicles::built_in("slocum-low-ar")?.models;
     let chart = Chart::new("Fig. 5: L/D of the models, literature constants", "angle of attack, deg", "L/D, 1").with(
         "standard wings (surrogate of Shortal)",
         Mark::Line,

@@ -7,10 +7,10 @@ use anyhow::anyhow;
 use rayon::prelude::*;
 use signals::{Goal, Leg, Mission, Phase, Wings};
 
-use crate::flight::closed_loop::{Setup, fly};
-use crate::flight::worlds;
-use crate::seats::{self, Choice};
 use plant::World;
+use rig::flight::closed_loop::{Setup, fly};
+use rig::flight::worlds;
+use rig::seats::{self, Choice};
 
 /// What one trial gave.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use hydro::wing::WingModel;
 use hydro::{Flow, Geometry, Polar};
 use signals::Wings;
 
-use crate::flight::vehicles;
+use rig::flight::vehicles;
 
 /// Appendage drag area of a Slocum at sea, m²: brings the drag area at zero lift from 0.0040 to 0.0150, the value fitted to
 /// *Comet* 2016 (within 0.0001).

@@ -13,7 +13,6 @@
 
 mod watch;
 
-use crate::seats::CYCLE_S;
 use anyhow::{Context, anyhow};
 use control::{Config, Settings};
 use plant::actuators::{Actuators, Pump};
@@ -22,6 +21,7 @@ use plant::ocean::{Ocean, Profile};
 use plant::{Scenario, World};
 use polar::{Sample, Spec, Table};
 use rayon::prelude::*;
+use rig::seats::CYCLE_S;
 use serde::Serialize;
 use signals::{Abort, Answer, Leg, Micros, Mission, Phase, SensorFrame, Wings};
 use watch::Watch;

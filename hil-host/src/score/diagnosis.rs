@@ -19,7 +19,7 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use discovery::model::parameters::{CALIBRATION, calibration_of};
-use discovery::vehicle::catalogue;
+use logs::vehicle::catalogue;
 use plant::trials::catalogue::{OF_ANOTHER_FORM, Strength};
 use plant::trials::reference::{Log, block_error, floor, known_truth_error};
 use plant::trials::vehicle::Scatter;
@@ -43,7 +43,7 @@ pub fn write_case(folder: &Path, case: &Case) -> anyhow::Result<PathBuf> {
         std::fs::create_dir_all(d).with_context(|| format!("{}: cannot create the folder", d.display()))?;
     }
     let put =
-        |path: PathBuf, text: String| crate::whole_file::write(&path, text).with_context(|| format!("{}: cannot write", path.display()));
+        |path: PathBuf, text: String| rig::whole_file::write(&path, text).with_context(|| format!("{}: cannot write", path.display()));
     put(flight.join("flight.csv"), files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some()))?;
     put(flight.join("vehicle.json"), format!("{:#}\n", case.vehicle.document(&case.name)))?;
     put(truth.join(format!("{}.json", case.name)), format!("{:#}\n", files::truth_document(case)))?;

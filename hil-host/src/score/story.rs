@@ -7,19 +7,19 @@
 //! the model's. Both tables fly in the same world; the difference is the worth
 //! of the finding.
 
-use crate::flight::closed_loop::{Outcome, Setup, fly};
-use crate::flight::mission_file::built_in;
-use crate::flight::tables::{self, Built};
-use crate::flight::vehicles::Model;
-use crate::flight::{config_file, worlds};
-use crate::seats::in_process::InProcess;
-use crate::seats::{Link, Seat};
 use anyhow::{Context, anyhow};
 use control::PitchSensor;
-use discovery::Vehicle;
 use hydro::effects::{Active, Constants};
+use logs::Vehicle;
 use plant::vehicle::Aero;
 use plant::{Effect, EffectKind, Scenario, World};
+use rig::flight::closed_loop::{Outcome, Setup, fly};
+use rig::flight::mission_file::built_in;
+use rig::flight::tables::{self, Built};
+use rig::flight::vehicles::Model;
+use rig::flight::{config_file, worlds};
+use rig::seats::in_process::InProcess;
+use rig::seats::{Link, Seat};
 use signals::{Mission, Wings};
 
 /// One wing set with one table.

@@ -12,14 +12,14 @@
 use std::path::Path;
 
 use anyhow::Context as _;
-use discovery::record::csv;
-use discovery::vehicle;
 use discovery::workbench::calibrate::{Logged, Options, calibrate};
 use discovery::workbench::change_kinds::{DIVES_PER_ALARM, threshold};
 use discovery::workbench::changes::{Found, Observed, find};
 use discovery::workbench::pooling::Information;
 use discovery::workbench::timeline::{Event, Level, Mission};
 use discovery::workbench::tracking::{AT_DRAG, AT_LIFT, AT_PITCH_ZERO, AT_PRESSURE, AT_TRIM, N};
+use logs::record::csv;
+use logs::vehicle;
 use nalgebra::{DMatrix, DVector};
 use plant::trials::mission::{Change, fly};
 use plant::trials::{Site, Spec, Wing, files, generate_natural};

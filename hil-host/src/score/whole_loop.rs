@@ -7,24 +7,24 @@
 //!
 //! The plant's force law, its ocean and the controller's learning in flight are all between a name and the range it is worth.
 
-use crate::flight::closed_loop::{Setup, fly};
-use crate::flight::mission_file::{built_in, wings_name};
-use crate::flight::recorder::Recorder;
-use crate::flight::tables::Built;
-use crate::flight::vehicles::pitch_sensor;
-use crate::flight::worlds;
 use crate::score::{control_law, story};
-use crate::seats::Link;
-use crate::seats::in_process::InProcess;
 use anyhow::{Context as _, anyhow};
 use control::PitchSensor;
 use discovery::diagnosis::{Verdict, diagnose};
 use discovery::hypotheses::search::Depth;
-use discovery::record::csv;
 use discovery::workbench::add;
-use discovery::{Vehicle, vehicle};
+use logs::record::csv;
+use logs::{Vehicle, vehicle};
 use plant::{Effect, EffectKind, Scenario, World};
 use rayon::prelude::*;
+use rig::flight::closed_loop::{Setup, fly};
+use rig::flight::mission_file::{built_in, wings_name};
+use rig::flight::recorder::Recorder;
+use rig::flight::tables::Built;
+use rig::flight::vehicles::pitch_sensor;
+use rig::flight::worlds;
+use rig::seats::Link;
+use rig::seats::in_process::InProcess;
 use serde::Serialize;
 use signals::{Mission, Wings};
 use std::path::Path;

@@ -3,8 +3,8 @@
 use super::requests::File;
 use anyhow::{Context as _, ensure};
 use base64::Engine as _;
-use discovery::import::Imported;
-use discovery::{Flight, Vehicle};
+use logs::import::Imported;
+use logs::{Flight, Vehicle};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -27,7 +27,7 @@ impl File {
     }
 
     fn text(&self) -> anyhow::Result<String> {
-        discovery::vehicle::text::of_bytes(self.bytes()?).map_err(|why| anyhow::anyhow!("{}: {why}", self.name))
+        logs::vehicle::text::of_bytes(self.bytes()?).map_err(|why| anyhow::anyhow!("{}: {why}", self.name))
     }
 }
 
@@ -58,12 +58,12 @@ pub fn read(files: &[File]) -> anyhow::Result<(Flight, Vehicle, Vec<String>)> {
     let (vehicles, logs): (Vec<&File>, Vec<&File>) = files.iter().partition(|f| is_vehicle(f));
     ensure!(!logs.is_empty(), "drop a flight: flight.csv with its vehicle file, or a glider's own log files");
     ensure!(vehicles.len() < 2, "{} and {}: drop one vehicle file", vehicles[0].name, vehicles[1].name);
-    let vehicle = || vehicles.first().map(|f| anyhow::Ok(discovery::vehicle::parse_text(&f.text()?, Path::new(&f.name))?)).transpose();
+    let vehicle = || vehicles.first().map(|f| anyhow::Ok(logs::vehicle::parse_text(&f.text()?, Path::new(&f.name))?)).transpose();
     if let ([csv], [_]) = (&logs[..], &vehicles[..])
         && ending(&csv.name) == "csv"
     {
         let name = Path::new(&csv.name).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        let flight = discovery::record::csv::parse(&csv.text()?, Path::new(&csv.name), &name)?;
+        let flight = logs::record::csv::parse(&csv.text()?, Path::new(&csv.name), &name)?;
         return Ok((flight, vehicle()?.context("a vehicle file")?, Vec::new()));
     }
     imported(&logs, vehicle()?)
@@ -82,7 +82,7 @@ fn imported(logs: &[&File], vehicle: Option<Vehicle>) -> anyhow::Result<(Flight,
         [one] => vec![scratch.0.join(Path::new(&one.name).file_name().unwrap_or_default())],
         _ => all.to_vec(),
     };
-    let read = discovery::import::import_all(&paths, &all, None);
+    let read = logs::import::import_all(&paths, &all, None);
     let shown = |text: String| text.replace(&format!("{}/", scratch.0.display()), "");
     let read = read.map_err(|e| anyhow::anyhow!(shown(e.to_string())))?;
     let made = read.vehicle_text();
@@ -97,7 +97,7 @@ fn imported(logs: &[&File], vehicle: Option<Vehicle>) -> anyhow::Result<(Flight,
             if vehicle_file.is_none() {
                 notes.push("no vehicle file was dropped with it: the usual numbers of its class, with wide tolerances".into());
             }
-            discovery::vehicle::parse_text(&text, Path::new(name))?
+            logs::vehicle::parse_text(&text, Path::new(name))?
         }
         (None, None) => anyhow::bail!("{}: drop its vehicle.json or vehicle.toml together with it", logs[0].name),
     };
@@ -138,8 +138,8 @@ mod tests {
         assert!(flight.len() > 1000 && notes.is_empty(), "{notes:?}");
         // From an archive, without a vehicle: the same rows, with the numbers of a class.
         let nc = folder.join("archive.nc");
-        let about = discovery::export::netcdf::About { start_unix_s: Some(1.7e9), written_unix_s: 1.78e9, ..Default::default() };
-        discovery::export::netcdf::write(&flight, &nc, &about).expect("written");
+        let about = logs::export::netcdf::About { start_unix_s: Some(1.7e9), written_unix_s: 1.78e9, ..Default::default() };
+        logs::export::netcdf::write(&flight, &nc, &about).expect("written");
         let archive = std::fs::read(&nc).expect("just written");
         let (again, of_class, notes) = read(&[bytes("../../archive.nc", &archive)]).expect("what the import reads");
         // Rows without a pressure are no rows of an archive.

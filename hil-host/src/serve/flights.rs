@@ -4,9 +4,7 @@
 pub use super::requests::{Evaluate, File, Fit, Open, Overlay};
 use super::track_map::way;
 use super::{Sorry, Workbench, dropped, overlay};
-use crate::flight::tables::Built;
-use crate::flight::vehicles::Model;
-use crate::flight::{mission_file, next_mission};
+use crate::next_mission;
 use crate::pages::{effect_list, flight_report};
 use crate::score::story;
 use anyhow::{Context, bail};
@@ -21,8 +19,11 @@ use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
 use discovery::preprocess::{Prepared, prepare, sanity};
 use discovery::workbench::add;
-use discovery::{Flight, Vehicle};
 use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
+use logs::{Flight, Vehicle};
+use rig::flight::mission_file;
+use rig::flight::tables::Built;
+use rig::flight::vehicles::Model;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -276,9 +277,9 @@ impl Workbench {
         let (flight, vehicle, notes) = match request.listed {
             Some(i) => {
                 let path = self.offered.get(i).context("no such flight in the list")?;
-                let own_file = discovery::vehicle::file_next_to(path)?
+                let own_file = logs::vehicle::file_next_to(path)?
                     .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
-                (discovery::record::csv::flight(path)?, discovery::vehicle::read(&own_file)?, Vec::new())
+                (logs::record::csv::flight(path)?, logs::vehicle::read(&own_file)?, Vec::new())
             }
             None => dropped::read(&request.files)?,
         };
@@ -344,7 +345,7 @@ impl Workbench {
         let added = add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?;
         let text = format!("{:#}\n", added.vehicle);
         let name = format!("{}-with-{}.json", opened.vehicle.name, effects.iter().map(|e| e.name()).collect::<Vec<_>>().join("-"));
-        let refitted = discovery::vehicle::parse_text(&text, Path::new(&name))?;
+        let refitted = logs::vehicle::parse_text(&text, Path::new(&name))?;
         let mut answer = json!({"vehicle": {"name": name, "text": text}});
         match story::table_of(&refitted, text.as_bytes()) {
             Ok(table) => {
@@ -371,7 +372,7 @@ impl Workbench {
         }
         let parent = opened.vehicle.document.to_string();
         let text = format!("{:#}\n", add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?.vehicle);
-        let refitted = discovery::vehicle::parse_text(&text, Path::new("learnt.json"))?;
+        let refitted = logs::vehicle::parse_text(&text, Path::new("learnt.json"))?;
         let both =
             |vehicle: &Vehicle, text: &str| anyhow::Ok((Model::of_coefficients(vehicle, 0)?, story::table_of(vehicle, text.as_bytes())?));
         Ok([both(&opened.vehicle, &parent)?, both(&refitted, &text)?])

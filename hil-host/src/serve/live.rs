@@ -6,18 +6,18 @@
 
 use super::requests::Fit;
 use super::{Sorry, Workbench};
-use crate::flight::closed_loop::{Order, Orders, Setup, fly as fly_closed_loop};
-use crate::flight::cycle::Cycle;
-use crate::flight::recorder::Recorder;
-use crate::flight::{mission_file, worlds};
 use crate::score::story;
-use crate::seats::{self, Choice, Seat};
 use anyhow::{Context, anyhow, bail};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use plant::World;
+use rig::flight::closed_loop::{Order, Orders, Setup, fly as fly_closed_loop};
+use rig::flight::cycle::Cycle;
+use rig::flight::recorder::Recorder;
+use rig::flight::{mission_file, worlds};
+use rig::seats::{self, Choice, Seat};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

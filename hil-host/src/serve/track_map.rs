@@ -2,9 +2,9 @@
 //!
 //! Each dive begins where the one before came up: at its last fix, or without one where dead reckoning ends.
 
-use discovery::Flight;
 use discovery::model::dynamics::Track;
 use discovery::preprocess::Run;
+use logs::Flight;
 
 /// A place, m east and north of the start.
 pub type Place = (f64, f64);
@@ -94,7 +94,7 @@ mod tests {
     /// The way of a flight that does 0.5 m/s through the water, 0.3 m/s of it down or up: 0.4 m/s over ground.
     fn way_of(flight: &Flight) -> Way {
         let file = include_str!("../../../vehicles/comet.toml");
-        let vehicle = discovery::vehicle::parse_text(file, Path::new("comet.toml")).expect("a vehicle");
+        let vehicle = logs::vehicle::parse_text(file, Path::new("comet.toml")).expect("a vehicle");
         let runs = prepare(flight, &vehicle).runs;
         assert_eq!(runs.iter().map(|r| r.segment).collect::<Vec<_>>(), [0, 1], "one run a dive");
         let track = |run: &Run| {

@@ -3,11 +3,11 @@
 use crate::case::read_back;
 use discovery::diagnosis::diagnose;
 use discovery::hypotheses::search::Depth;
-use discovery::vehicle::{self, expression};
 use discovery::workbench::add::{Added, add};
 use discovery::workbench::compare;
-use discovery::{Flight, Vehicle};
 use hydro::effects::{Effect, by_name};
+use logs::vehicle::{self, expression};
+use logs::{Flight, Vehicle};
 use plant::trials::catalogue::{Effect as Hidden, Strength};
 use plant::trials::{Banking, Site, Spec, Wing, plan};
 use std::path::Path;

@@ -5,8 +5,8 @@ use crate::case;
 use discovery::diagnosis::{Diagnosis, Verdict, diagnose};
 use discovery::hypotheses::search::Depth;
 use discovery::model::parameters::CALIBRATION;
-use discovery::record::csv;
-use discovery::{Flight, Vehicle, vehicle};
+use logs::record::csv;
+use logs::{Flight, Vehicle, vehicle};
 use plant::trials::plan;
 
 fn diagnosed(log: &Flight, v: &Vehicle) -> Diagnosis {
@@ -62,7 +62,7 @@ fn scorecard_the_battery_separates_effects_that_depth_cannot() {
 /// with a normal prior of a hundredth, two effects were named in every clean flight whose file had one wrong.
 #[test]
 fn prop_a_wrong_pitch_moment_is_found_and_no_effect_named_for_it() {
-    type Change = fn(&mut discovery::vehicle::pitch_moments::PitchMoments);
+    type Change = fn(&mut logs::vehicle::pitch_moments::PitchMoments);
     let wrong: [(&str, Change); 5] = [
         ("metacentric_height_m", |m| m.metacentric_height_m *= 1.3),
         ("ballast_arm_m", |m| m.ballast_arm_m *= 0.6),

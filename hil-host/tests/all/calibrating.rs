@@ -3,9 +3,9 @@
 use crate::case::written;
 use discovery::diagnosis::{Verdict, diagnose};
 use discovery::hypotheses::search::Depth;
-use discovery::vehicle;
 use discovery::workbench::calibrate::{Calibrated, Logged, Options, calibrate};
-use discovery::{Flight, Vehicle};
+use logs::vehicle;
+use logs::{Flight, Vehicle};
 use plant::trials::{Site, Spec, Wing, generate_flown, generate_natural};
 use std::path::Path;
 

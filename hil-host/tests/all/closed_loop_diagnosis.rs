@@ -3,13 +3,13 @@
 
 use discovery::diagnosis::{Diagnosis, Verdict, diagnose};
 use discovery::hypotheses::search::Depth;
-use discovery::{Flight, Vehicle};
-use hil_host::flight::closed_loop::{Setup, fly};
-use hil_host::flight::recorder::Recorder;
-use hil_host::flight::worlds;
-use hil_host::seats::Link;
-use hil_host::seats::in_process::InProcess;
+use logs::{Flight, Vehicle};
 use plant::{Effect, EffectKind, World};
+use rig::flight::closed_loop::{Setup, fly};
+use rig::flight::recorder::Recorder;
+use rig::flight::worlds;
+use rig::seats::Link;
+use rig::seats::in_process::InProcess;
 use serde_json::json;
 use signals::{Goal, Leg, Mission, Wings};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -63,8 +63,7 @@ fn flown_in(background_rms_m_s: f64, mission: Mission, hidden: Option<Effect>, s
     let seat = &mut Link::new(InProcess::default());
     fly(&mut world, seat, &Setup::new(mission), &mut |c| recorder.push(c)).expect("flies");
     recorder.finish(json!({})).expect("written");
-    let read =
-        (discovery::record::csv::flight(&folder).expect("reads"), discovery::vehicle::read(&folder.join("vehicle.json")).expect("reads"));
+    let read = (logs::record::csv::flight(&folder).expect("reads"), logs::vehicle::read(&folder.join("vehicle.json")).expect("reads"));
     std::fs::remove_dir_all(&folder).expect("removed");
     read
 }

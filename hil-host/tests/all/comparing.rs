@@ -4,7 +4,7 @@ use crate::case::{self, log_every, written};
 use discovery::diagnosis::diagnose;
 use discovery::hypotheses::search::Depth;
 use discovery::workbench::compare::{Comparison, compare};
-use discovery::{Flight, Vehicle};
+use logs::{Flight, Vehicle};
 use plant::trials::catalogue::{Effect, Strength};
 use plant::trials::{Site, Spec, Wing, generate, generate_natural};
 

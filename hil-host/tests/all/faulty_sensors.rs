@@ -4,7 +4,7 @@ use crate::case;
 
 use discovery::diagnosis::{Diagnosis, Verdict, diagnose};
 use discovery::hypotheses::search::Depth;
-use discovery::{Flight, Vehicle};
+use logs::{Flight, Vehicle};
 use plant::trials::plan;
 use std::ops::Range;
 

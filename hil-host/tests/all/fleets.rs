@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use discovery::record::csv;
-use discovery::vehicle;
 use discovery::workbench::calibrate::{Logged, Options, calibrate};
+use logs::record::csv;
+use logs::vehicle;
 use plant::trials::mission::{Change, fly};
 use plant::trials::{Row, Site, Spec, Wing, files, generate_natural};
 use rayon::prelude::*;
@@ -102,7 +102,7 @@ fn regress_a_fleet_has_one_digest_however_it_is_worked_through() {
     let left_out = whole["left_out"].as_array().expect("a list");
     assert!(left_out.len() == 1 && left_out[0]["why"].as_str().is_some_and(|w| w.contains("flight.csv")), "{left_out:?}");
     let bytes = std::fs::read(here.0.join("whole.parquet")).expect("there");
-    assert_eq!(discovery::workbench::refitted_file::sha256(&bytes), owed, "the digest is the file's");
+    assert_eq!(logs::digest::sha256(&bytes), owed, "the digest is the file's");
     for n in [3, 17] {
         let parts: Vec<String> = (1..=n).rev().map(|i| format!("part{i}of{n}.parquet")).collect();
         for (i, part) in (1..=n).rev().zip(&parts) {
@@ -188,10 +188,7 @@ fn regress_a_killed_fleet_goes_on_to_the_same_digest() {
         let _ = child.wait();
         between += u32::from((1..9).contains(&entries()));
         let table = here.0.join("killed.parquet");
-        assert!(
-            !table.exists() || discovery::export::table::Table::read(std::fs::File::open(&table).expect("opens")).is_ok(),
-            "kill {kill}"
-        );
+        assert!(!table.exists() || logs::export::table::Table::read(std::fs::File::open(&table).expect("opens")).is_ok(), "kill {kill}");
     }
     assert!(between > 0, "no kill came while flights were being asked");
     // What is left of a file that was cut by hand is asked anew.

@@ -1,16 +1,18 @@
 //! Every mission that `next-flight` writes can be flown, and is: by the vehicle that flew the flight it was planned from.
 
 use anyhow::{Context as _, anyhow};
+use discovery::diagnosis;
 use discovery::hypotheses::search::Depth;
-use discovery::record::csv;
 use discovery::workbench::next_flight::Plan;
-use discovery::{diagnosis, vehicle};
-use hil_host::flight::closed_loop::{End, Setup, fly};
-use hil_host::flight::recorder::Recorder;
-use hil_host::flight::{mission_file, next_mission, worlds};
-use hil_host::seats::Link;
-use hil_host::seats::in_process::InProcess;
+use hil_host::next_mission;
+use logs::record::csv;
+use logs::vehicle;
 use plant::{Effect, EffectKind, Scenario, World};
+use rig::flight::closed_loop::{End, Setup, fly};
+use rig::flight::recorder::Recorder;
+use rig::flight::{mission_file, worlds};
+use rig::seats::Link;
+use rig::seats::in_process::InProcess;
 use signals::{Mission, Wings};
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use hil_host::flight::{config_file, mission_file, worlds};
+use rig::flight::{config_file, mission_file, worlds};
 
 #[path = "../../discovery/tests/mutations/mod.rs"]
 mod mutations;
@@ -35,7 +35,7 @@ fn prop_damaged_orders_are_read_or_refused() {
                 0 => mission_file::parse(&text, "m.toml", worlds::limits).err().map(|e| e.to_string()),
                 1 => config_file::parse(&text, "c.toml").err().map(|e| e.to_string()),
                 2 => plant::Scenario::from_toml(&text).err(),
-                _ => discovery::vehicle::parse_text(&text, Path::new("v.toml")).err().map(|e| e.to_string()),
+                _ => logs::vehicle::parse_text(&text, Path::new("v.toml")).err().map(|e| e.to_string()),
             };
             match said {
                 None => read[kind] += 1,

@@ -197,7 +197,7 @@ fn regress_a_killed_flight_does_not_pose_as_finished() {
     assert!(said.contains("not finished") && said.contains("flight.csv.unfinished"), "{said}");
     let said = refused(&["fly", "--log", "cut"]);
     assert!(said.contains("never overwritten"), "{said}");
-    let kept = discovery::record::csv::flight(&journal).expect("all its rows");
+    let kept = logs::record::csv::flight(&journal).expect("all its rows");
     assert!(kept.len() >= 39 && kept.len() == lines(&journal) - 1, "{} rows", kept.len());
     let vehicle: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.join("cut/vehicle.json")).expect("there")).expect("whole");

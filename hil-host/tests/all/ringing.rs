@@ -2,9 +2,9 @@
 
 use crate::case;
 
-use discovery::Flight;
 use discovery::diagnosis::{Diagnosis, diagnose};
 use discovery::hypotheses::search::Depth;
+use logs::Flight;
 use plant::trials::{Site, Spec, Wing};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

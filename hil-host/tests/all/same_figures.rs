@@ -2,13 +2,13 @@
 
 use discovery::diagnosis::diagnose;
 use discovery::hypotheses::search::Depth;
-use discovery::record::csv;
-use discovery::vehicle;
 use discovery::workbench::add::add;
 use discovery::workbench::compare::compare;
 use hil_host::score::diagnosis::write_case;
 use hil_host::serve::Workbench;
 use hil_host::serve::flights::{Evaluate, Open};
+use logs::record::csv;
+use logs::vehicle;
 use plant::trials::{Site, Spec, Wing, generate};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -290,7 +290,7 @@ fn regress_no_hypothesis_is_listed_twice() {
 #[test]
 fn regress_a_fault_in_a_check_segment_alone_is_not_called_adequate() {
     let (mut f, v) = case::read_back(&Spec::clean(Site::Sea, Wing::Standard), 4, 0);
-    let diagnosed = |f: &discovery::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    let diagnosed = |f: &logs::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     assert_eq!(diagnosed(&f).verdict, Verdict::Adequate);
     let checked = v.check_segments[0];
     for (segment, ballast_m3) in f.segment.iter().zip(&mut f.ballast_m3) {
@@ -342,7 +342,7 @@ fn prop_clean_trials_leave_the_given_law_at_launches_and_turns_only() {
 /// A clean flight, and the same whose pitch sensor is on another computer's clock: a second late in every turn.
 fn on_time_and_late() -> [diagnosis::Diagnosis; 2] {
     let (mut f, v) = case::read_back(&Spec::clean(Site::Lake, Wing::Standard), 4, 0);
-    let diagnosed = |f: &discovery::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
+    let diagnosed = |f: &logs::Flight| diagnosis::diagnose(f, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     let on_time = diagnosed(&f);
     let known: Vec<(f64, f64)> = f.time_s.iter().copied().zip(f.pitch_rad.iter().copied()).filter(|(_, p)| p.is_finite()).collect();
     for (time_s, pitch) in f.time_s.iter().zip(&mut f.pitch_rad).filter(|(_, p)| p.is_finite()) {

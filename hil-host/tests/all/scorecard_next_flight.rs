@@ -4,9 +4,10 @@
 //! pitch is diagnosed; what it cannot tell is planned for; then the same vehicle flies those two dives and N more, once as planned
 //! and once as the same sawtooth again. Right is an answer that names exactly what is hidden, with nothing tied to it.
 
-use discovery::record::csv;
+use discovery::diagnosis;
 use discovery::workbench::next_flight::{Reach, plan};
-use discovery::{Vehicle, diagnosis, vehicle};
+use logs::record::csv;
+use logs::{Vehicle, vehicle};
 use plant::trials::catalogue::{Effect, Strength};
 use plant::trials::{Site, Spec, Wing, files, generate_flown};
 use std::path::Path;

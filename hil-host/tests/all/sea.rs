@@ -52,8 +52,7 @@ fn comet() -> Option<(Vec<Sample>, f64)> {
             speed_m_s: get(speed),
         });
     }
-    let late_s =
-        discovery::preprocess::clock_offset::shift_s(&discovery::record::csv::flight(&path).expect("flight")).expect("two pressures")[0];
+    let late_s = logs::record::clock_offset::shift_s(&logs::record::csv::flight(&path).expect("flight")).expect("two pressures")[0];
     Some((samples, late_s))
 }
 

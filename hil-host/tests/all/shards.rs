@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use discovery::workbench::refitted_file::sha256;
+use logs::digest::sha256;
 use serde_json::Value;
 
 struct Scratch(PathBuf);

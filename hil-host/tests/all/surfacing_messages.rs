@@ -2,7 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use hil_host::flight::surfacing::{document, read, rows};
+use rig::flight::surfacing::{document, read, rows};
 use signals::surfacing::Glide;
 use signals::{Abort, Flags, Phase, Surfacing};
 use std::process::Command;

@@ -2,11 +2,11 @@
 //! `glider scorecard timeline`.
 
 use crate::case::log_every;
-use discovery::record::csv;
-use discovery::vehicle;
 use discovery::workbench::timeline::Mission;
 use discovery::workbench::tracking::AT_DRAG;
 use hil_host::score::timeline::{Alarms, Case, DIVES, Scored, false_alarms, score};
+use logs::record::csv;
+use logs::vehicle;
 use plant::trials::mission::{Change, fly};
 use plant::trials::{Site, Spec, Wing, files};
 use serde_json::Value;

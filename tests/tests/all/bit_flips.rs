@@ -4,11 +4,11 @@
 #![allow(unsafe_code)]
 
 use helm::{Helm, RamStorage};
-use hil_host::flight::closed_loop::{End, Setup, fly};
-use hil_host::flight::{mission_file, worlds};
-use hil_host::seats::in_process::InProcess;
-use hil_host::seats::{Link, Seat, SeatError};
 use plant::World;
+use rig::flight::closed_loop::{End, Setup, fly};
+use rig::flight::{mission_file, worlds};
+use rig::seats::in_process::InProcess;
+use rig::seats::{Link, Seat, SeatError};
 use signals::{Abort, Answer, Manifest, Mission, SensorFrame, Wings};
 use std::collections::BTreeMap;
 

@@ -1,14 +1,14 @@
 //! A board's UTC: set at the launch or by fixes, kept over a reset by the chip's calendar clock, unknown where nobody knows.
 
 use devices::rtc::Oscillator;
-use hil_host::flight::closed_loop::Setup;
-use hil_host::flight::onboard_log::{self, Wanted};
-use hil_host::flight::{mission_file, own_parts, worlds};
-use hil_host::seats::clock::{self, Setting};
-use hil_host::seats::parts::OwnParts;
-use hil_host::seats::{Link, Seat};
 use parts::gps::utc_ms;
 use plant::World;
+use rig::flight::closed_loop::Setup;
+use rig::flight::onboard_log::{self, Wanted};
+use rig::flight::{mission_file, own_parts, worlds};
+use rig::seats::clock::{self, Setting};
+use rig::seats::parts::OwnParts;
+use rig::seats::{Link, Seat};
 use signals::{TimeSource, Utc};
 
 /// A board on deck, under a roof: no fixes until it is launched.

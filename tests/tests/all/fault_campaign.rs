@@ -1,9 +1,9 @@
 //! A sample of the fault campaign in this process: healthy vehicles on random missions, the lattice, random faults, and the only
 //! depth sensor that drifts. The whole of it is `glider faults`; less than a minute on two cores.
 
-use hil_host::campaign::lattice::{Case, SETS, Water, broken, cases, drawn, spread};
-use hil_host::campaign::{self, Verdict};
 use rayon::prelude::*;
+use rig::campaign::lattice::{Case, SETS, Water, broken, cases, drawn, spread};
+use rig::campaign::{self, Verdict};
 
 fn fly(cases: &[Case]) -> Vec<Verdict> {
     cases.par_iter().map(|c| campaign::run(c).expect("flies")).collect()

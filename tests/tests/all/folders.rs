@@ -1,29 +1,20 @@
-//! The order of folders inside discovery and hil-host: each may use only those before it, so there is no circle.
+//! The order of folders inside logs, discovery, rig and hil-host: each may use only those before it, so there is no circle.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// From a log to a verdict, and what stands beside that flow; `ablation` has switches for all of them.
-const DISCOVERY: [&str; 14] = [
-    "ablation",
-    "record",
-    "vehicle",
-    "preprocess",
-    "model",
-    "likelihood",
-    "inference",
-    "hypotheses",
-    "criticism",
-    "diagnosis",
-    "workbench",
-    "steady",
-    "import",
-    "export",
-];
+const DISCOVERY: [&str; 10] =
+    ["ablation", "preprocess", "model", "likelihood", "inference", "hypotheses", "criticism", "diagnosis", "workbench", "steady"];
 
-/// From a wire to the command line; `whole_file` writes files for all of them.
-const HIL_HOST: [&str; 12] =
-    ["whole_file", "terminal", "shards", "seats", "flight", "fleet", "score", "pages", "campaign", "paper", "serve", "cli"];
+/// What was measured, what is stated of the vehicle, files of others; `digest` hashes for all of them.
+const LOGS: [&str; 5] = ["digest", "record", "vehicle", "import", "export"];
+
+/// From a wire to a campaign; `whole_file` writes files for all of them.
+const RIG: [&str; 6] = ["whole_file", "spelling", "shards", "seats", "flight", "campaign"];
+
+/// From figures in a terminal to the command line.
+const HIL_HOST: [&str; 8] = ["terminal", "next_mission", "fleet", "score", "pages", "paper", "serve", "cli"];
 
 /// Folders of the crate that a source names: `crate::folder::…`, alone or in braces, in code that is not a test module's.
 fn folders_used(text: &str) -> BTreeSet<String> {
@@ -83,7 +74,7 @@ fn check(source: &str, order: &[&str]) {
 /// scorecards hide, and the truths of the plant, which knows no model.
 const NAMES_EFFECTS: [&str; 7] = [
     "discovery/src/model/parameters",
-    "discovery/src/vehicle/mod.rs",
+    "logs/src/vehicle/mod.rs",
     "src/score/real/injected_errors.rs",
     "plant/src/effects.rs",
     "plant/src/trials/catalogue.rs",
@@ -112,10 +103,16 @@ fn folders_of_hil_host_use_only_those_before_them() {
 }
 
 #[test]
+fn folders_of_logs_and_rig_use_only_those_before_them() {
+    check("hil-host/logs/src", &LOGS);
+    check("hil-host/rig/src", &RIG);
+}
+
+#[test]
 fn an_upward_import_is_found_however_it_is_written() {
     let bad = |text: &str| upward(&DISCOVERY, "model/x.rs", text);
     assert_eq!(bad("use crate::likelihood::Problem;\n"), ["model/x.rs uses likelihood"]);
-    assert_eq!(bad("use crate::{record::flight::Flight, inference::{evidence, prior}};\n"), ["model/x.rs uses inference"]);
+    assert_eq!(bad("use crate::{preprocess::Run, inference::{evidence, prior}};\n"), ["model/x.rs uses inference"]);
     assert_eq!(bad("fn f() { crate::workbench::add::add() }\n"), ["model/x.rs uses workbench"]);
     assert_eq!(bad("use crate::Problem;\n"), ["model/x.rs uses Problem"]);
     assert_eq!(bad("use crate::preprocess::Run; // crate::likelihood\n#[cfg(test)]\nmod tests {\n use crate::diagnosis;\n}\n"), [""; 0]);
@@ -127,7 +124,7 @@ fn no_effect_is_called_by_its_name_outside_the_catalogue() {
     let names: Vec<&str> = hydro::effects::CATALOGUE.iter().map(|e| e.name()).collect();
     assert!(names.len() > 20 && names.contains(&"side_edge_lift"), "{names:?}");
     let mut bad = Vec::new();
-    for folder in ["discovery/src", "src", "plant/src"] {
+    for folder in ["discovery/src", "logs/src", "rig/src", "src", "plant/src"] {
         for path in rust_files(&hil_host().join(folder)) {
             let file = path.strip_prefix(hil_host()).expect("below it").to_str().expect("a name").to_owned();
             if path.ends_with("tests.rs") || NAMES_EFFECTS.iter().any(|f| file.starts_with(f)) {
@@ -240,14 +237,14 @@ fn names_are_made_of_words_of_the_field() {
     assert!(all.len() > 250 && bad.is_empty(), "{} files: {bad:#?}", all.len());
 }
 
-/// Files that the guide to discovery names: alone in the paragraph of their folder, or with it.
+/// Files that the guide to logs and discovery names: alone in the paragraph of their folder, or with it.
 fn named_in(guide: &str) -> Vec<String> {
     let mut folder = "";
     let mut files = Vec::new();
     for line in guide.lines() {
         folder = line.strip_prefix("**`").and_then(|l| l.split('`').next()).unwrap_or(folder);
         for word in line.split('`').skip(1).step_by(2).filter(|w| w.ends_with(".rs") && !w.contains(' ')) {
-            let known = word.split('/').next().is_some_and(|first| DISCOVERY.contains(&first) && word.contains('/'));
+            let known = word.split('/').next().is_some_and(|f| (DISCOVERY.contains(&f) || LOGS.contains(&f)) && word.contains('/'));
             files.push(if known || word == "ablation.rs" { word.to_owned() } else { format!("{folder}/{word}") });
         }
     }
@@ -258,12 +255,19 @@ fn named_in(guide: &str) -> Vec<String> {
 fn the_guide_to_discovery_names_real_files_and_every_folder() {
     let root = root();
     let guide = std::fs::read_to_string(root.join("docs/architecture.md")).expect("docs/architecture.md");
-    let guide = guide.split("## Inside discovery").nth(1).and_then(|g| g.split("`hil-host/src` in the same way").next()).expect("the part");
+    let guide = guide
+        .split("## Inside logs and discovery")
+        .nth(1)
+        .and_then(|g| g.split("`hil-host/rig/src` in the same way").next())
+        .expect("the part");
     let guide = guide.replace("`tests/tests/all/folders.rs`", "");
     let files = named_in(&guide);
-    let missing: Vec<&String> = files.iter().filter(|f| !root.join("hil-host/discovery/src").join(f).is_file()).collect();
+    let missing: Vec<&String> = files
+        .iter()
+        .filter(|f| !["discovery", "logs"].iter().any(|room| root.join("hil-host").join(room).join("src").join(f).is_file()))
+        .collect();
     assert!(files.len() > 40 && missing.is_empty(), "{} files named, not there: {missing:?}", files.len());
-    for folder in DISCOVERY.iter().filter(|f| **f != "ablation") {
+    for folder in DISCOVERY.iter().chain(&LOGS).filter(|f| !["ablation", "digest"].contains(f)) {
         assert!(guide.contains(&format!("**`{folder}`")), "docs/architecture.md has no paragraph on {folder}");
     }
 }

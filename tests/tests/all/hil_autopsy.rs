@@ -4,12 +4,12 @@
 use control::Config;
 use helm::black_box::{BlackBox, WORDS};
 use helm::{Boot, Content, Helm, Kept, RamStorage, Storage};
-use hil_host::flight::{mission_file, worlds};
-use hil_host::seats::pty::Terminal;
-use hil_host::seats::qemu::{self, Qemu};
-use hil_host::seats::{Link, Seat};
 use object::{Object as _, ObjectSection, ObjectSymbol};
 use plant::World;
+use rig::flight::{mission_file, worlds};
+use rig::seats::pty::Terminal;
+use rig::seats::qemu::{self, Qemu};
+use rig::seats::{Link, Seat};
 use serde_json::Value;
 use signals::autopsy::flag;
 use signals::link::MAX_WIRE;

@@ -4,9 +4,9 @@
 use control::{Config, Settings};
 use frontseat::board::Terminal;
 use frontseat::flight::{Backseat, Event, Outcome, Setup, Trial};
-use hil_host::seats::qemu;
-use hil_host::seats::qemu_backseat::QemuBackseat;
 use plant::Scenario;
+use rig::seats::qemu;
+use rig::seats::qemu_backseat::QemuBackseat;
 use signals::{Micros, Mission, Wings};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};

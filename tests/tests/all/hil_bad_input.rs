@@ -1,7 +1,7 @@
 //! Bad input through the real program: exit code 2, exactly one line, naming
 //! what is wrong; and a log that survives its flight.
 
-use hil_host::seats::pty::Terminal;
+use rig::seats::pty::Terminal;
 use signals::link::CRC32;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -101,7 +101,7 @@ fn a_flight_is_never_overwritten_and_an_unplugged_one_keeps_its_log() {
     refused(&["fly", "--log", text(&log)], &["never overwritten"]);
 
     // The board dies after 100 answers.
-    let mut board = hil_host::seats::in_process::Board::default();
+    let mut board = rig::seats::in_process::Board::default();
     let mut answers = 0;
     let terminal = Terminal::serve(move |bytes, out| {
         board.take(bytes, |answer| {
@@ -114,7 +114,7 @@ fn a_flight_is_never_overwritten_and_an_unplugged_one_keeps_its_log() {
     .unwrap();
     let cut = dir.join("cut");
     refused(&["fly", "--seat", &terminal.name, "--log", text(&cut)], &["no answer", "kept in"]);
-    let flight = discovery::record::csv::flight(&cut).unwrap();
+    let flight = logs::record::csv::flight(&cut).unwrap();
     assert!(flight.len() > 90 && flight.len() < 100, "{} rows", flight.len());
 }
 
@@ -123,8 +123,8 @@ fn a_log_is_a_flight_in_the_one_format() {
     let dir = scratch("format");
     let log = dir.join("flight");
     assert_eq!(run(&["fly", "--log", text(&log)]).status.code(), Some(0));
-    let flight = discovery::record::csv::flight(&log).unwrap();
-    let vehicle = discovery::vehicle::read(&log.join("vehicle.json")).unwrap();
+    let flight = logs::record::csv::flight(&log).unwrap();
+    let vehicle = logs::vehicle::read(&log.join("vehicle.json")).unwrap();
     assert!(flight.len() > 200);
     assert_eq!(flight.segment.iter().max(), Some(&3), "four dive cycles");
     assert_eq!((vehicle.fit_segments, vehicle.check_segments), (vec![0, 1, 3], vec![2]));

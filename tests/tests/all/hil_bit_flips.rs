@@ -3,11 +3,11 @@
 //! A fault resets the chip, which comes up in SAFE by its mark. QEMU has no watchdog: a board that does not answer for
 //! [`DEAF`] is reset by its monitor as the watchdog would, and must come up in SAFE too.
 
-use hil_host::flight::{mission_file, worlds};
-use hil_host::seats::qemu::{self, Qemu};
-use hil_host::seats::{Link, Seat, SeatError};
 use object::{Object, ObjectSection};
 use plant::World;
+use rig::flight::{mission_file, worlds};
+use rig::seats::qemu::{self, Qemu};
+use rig::seats::{Link, Seat, SeatError};
 use signals::{Mission, Phase};
 use std::path::Path;
 use std::time::Duration;

@@ -8,19 +8,19 @@
 
 use control::{Config, Settings};
 use helm::{Boot, Content, Helm, RamStorage};
-use hil_host::campaign::lattice::cases;
-use hil_host::campaign::{run, through_seat};
 use hil_host::cli::launch::{Asked, Here, launch};
-use hil_host::flight::autopsy::{Autopsy, reset};
-use hil_host::flight::closed_loop::{End, Setup, fly, recover};
-use hil_host::flight::image_file::ImageFile;
-use hil_host::flight::image_lines::ImageLines;
-use hil_host::flight::{mission_file, onboard_log, worlds};
-use hil_host::seats::in_process::InProcess;
-use hil_host::seats::link::upload::{read_back, rollback, upload};
-use hil_host::seats::port::Port;
-use hil_host::seats::{Choice, Link, Seat, SeatError, image, qemu};
 use plant::World;
+use rig::campaign::lattice::cases;
+use rig::campaign::{run, through_seat};
+use rig::flight::autopsy::{Autopsy, reset};
+use rig::flight::closed_loop::{End, Setup, fly, recover};
+use rig::flight::image_file::ImageFile;
+use rig::flight::image_lines::ImageLines;
+use rig::flight::{mission_file, onboard_log, worlds};
+use rig::seats::in_process::InProcess;
+use rig::seats::link::upload::{read_back, rollback, upload};
+use rig::seats::port::Port;
+use rig::seats::{Choice, Link, Seat, SeatError, image, qemu};
 use signals::link::{CRC32, MAX_WIRE};
 use signals::{
     Abort, Counters, Mission, Object, Older, Phase, Refusal, Request, SensorFrame, Standing, Switch, ToBoard, ToHost, Wings, encode,
@@ -51,7 +51,7 @@ fn counters(link: &mut Link<Port>) -> Counters {
 
 /// Sends bytes that are no request.
 fn shout(link: &mut Link<Port>, bytes: &[u8]) {
-    use hil_host::seats::Wire;
+    use rig::seats::Wire;
     link.wire().send(bytes).unwrap();
 }
 

@@ -1,10 +1,10 @@
 //! A sample of the fault campaign through the flight image in QEMU: the same verdicts and the same commands as in process.
 //! The whole proof is `glider faults --seat qemu --sample 200`.
 
-use hil_host::campaign::lattice::cases;
-use hil_host::campaign::{Verdict, run, through_seat};
-use hil_host::seats::{Choice, qemu};
 use plant::faults::Kind;
+use rig::campaign::lattice::cases;
+use rig::campaign::{Verdict, run, through_seat};
+use rig::seats::{Choice, qemu};
 
 #[test]
 fn hil_fault_campaign_ends_alike_in_process_and_in_the_image() {

@@ -4,16 +4,16 @@
 use control::{Config, Settings};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use helm::{Boot, Helm, Vault};
-use hil_host::flight::board_log::Image;
-use hil_host::flight::closed_loop::{Setup, fly};
-use hil_host::flight::onboard_log::{self, Wanted};
-use hil_host::flight::{mission_file, utc, worlds};
-use hil_host::seats::clock;
-use hil_host::seats::port::Port;
-use hil_host::seats::pty::Terminal;
-use hil_host::seats::qemu::{self, Qemu};
-use hil_host::seats::{Link, Seat};
 use plant::World;
+use rig::flight::board_log::Image;
+use rig::flight::closed_loop::{Setup, fly};
+use rig::flight::onboard_log::{self, Wanted};
+use rig::flight::{mission_file, utc, worlds};
+use rig::seats::clock;
+use rig::seats::port::Port;
+use rig::seats::pty::Terminal;
+use rig::seats::qemu::{self, Qemu};
+use rig::seats::{Link, Seat};
 use serde_json::Value;
 use signals::link::MAX_WIRE;
 use signals::{Phase, encode};
@@ -131,7 +131,7 @@ fn hil_objects_are_uploaded_read_back_and_rolled_back_by_the_command() {
     assert!(read("mission").unwrap().contains("150"));
     assert_eq!(glider(&["upload", &terminal.name, "config", "--rollback"])["rolled_back"], true);
     let back = read("config").unwrap();
-    assert_eq!(back, hil_host::flight::config_file::write(&Config::new(Settings::slocum_100()).unwrap()).unwrap());
+    assert_eq!(back, rig::flight::config_file::write(&Config::new(Settings::slocum_100()).unwrap()).unwrap());
 
     let table = file("t.bin", polar::generated::LOW_ASPECT_RATIO);
     assert_eq!(glider(&["upload", &terminal.name, "table-low-ar", &table])["bytes"], polar::generated::LOW_ASPECT_RATIO.len());
@@ -149,7 +149,7 @@ fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
     for seed in [1, 2] {
         let mission = mission_file::built_in("shallow").unwrap();
         let mut world = World::new(plant::Scenario { seed, ..worlds::for_mission(&mission) }).unwrap();
-        let watch = &mut |c: &hil_host::flight::cycle::Cycle<'_>| {
+        let watch = &mut |c: &rig::flight::cycle::Cycle<'_>| {
             flown.push((*c.frame, *c.answer));
             Ok(())
         };

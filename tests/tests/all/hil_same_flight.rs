@@ -1,9 +1,9 @@
 //! One mission through every seat: the commands must be the same to the bit.
 
-use hil_host::flight::closed_loop::{End, Outcome, Setup, fly};
-use hil_host::flight::{mission_file, worlds};
-use hil_host::seats::{self, Choice, qemu};
 use plant::World;
+use rig::flight::closed_loop::{End, Outcome, Setup, fly};
+use rig::flight::{mission_file, worlds};
+use rig::seats::{self, Choice, qemu};
 use signals::{Mission, Wings};
 
 fn flown(choice: &Choice, wings: Wings, mission: &str) -> Outcome {

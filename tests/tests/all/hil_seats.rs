@@ -2,12 +2,12 @@
 //! somebody else, is at the other end.
 
 use control::{Config, Settings};
-use hil_host::flight::closed_loop::recover;
-use hil_host::seats::in_process::InProcess;
-use hil_host::seats::link::upload::upload;
-use hil_host::seats::port::Port;
-use hil_host::seats::pty::{Pty, Terminal};
-use hil_host::seats::{Link, Seat, SeatError, Wire};
+use rig::flight::closed_loop::recover;
+use rig::seats::in_process::InProcess;
+use rig::seats::link::upload::upload;
+use rig::seats::port::Port;
+use rig::seats::pty::{Pty, Terminal};
+use rig::seats::{Link, Seat, SeatError, Wire};
 use signals::link::{CRC32, MAX_WIRE};
 use signals::{Micros, Mission, Object, Reading, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost, decode, encode};
 use std::time::Duration;

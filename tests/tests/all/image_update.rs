@@ -4,12 +4,12 @@
 use devices::chip_flash::{Journal, Slots};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use hil_host::cli::launch::{Asked, Here, launch};
-use hil_host::flight::closed_loop::Setup;
-use hil_host::flight::{mission_file, own_parts, worlds};
-use hil_host::seats::parts::{OwnFlash, OwnParts};
-use hil_host::seats::{Link, Seat, SeatError, image};
 use parts::chip_flash::{BASE, ChipFlash, sector};
 use plant::World;
+use rig::flight::closed_loop::Setup;
+use rig::flight::{mission_file, own_parts, worlds};
+use rig::seats::parts::{OwnFlash, OwnParts};
+use rig::seats::{Link, Seat, SeatError, image};
 use signals::link::CRC32;
 use signals::{Older, Refusal, SensorFrame, Standing, Strap};
 use std::cell::RefCell;
@@ -135,7 +135,7 @@ fn hil_an_image_that_may_not_come_is_refused_and_the_old_one_goes_on() {
     }
     link.wire().restart(true);
     assert_eq!(standing(&mut link), (NO_ID, Standing::Flashed));
-    let mut simulated = Link::new(hil_host::seats::in_process::InProcess::default());
+    let mut simulated = Link::new(rig::seats::in_process::InProcess::default());
     simulated.hello().expect("answers");
     assert_eq!(refused(image::stage(&mut simulated, &old, Older::Refused, |_| {})), Refusal::NoImages);
     let words = SeatError::Refused { asked: "x", why: Refusal::NoImages }.to_string();

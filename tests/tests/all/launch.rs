@@ -1,11 +1,11 @@
 //! A launch: what a board on deck says of itself, and that nothing is launched while something is bad.
 
 use hil_host::cli::launch::{Asked, Found, Here, launch};
-use hil_host::flight::closed_loop::Setup;
-use hil_host::flight::{mission_file, own_parts, worlds};
-use hil_host::seats::parts::OwnParts;
-use hil_host::seats::{Link, Seat, SeatError, options};
 use plant::{Scenario, World};
+use rig::flight::closed_loop::Setup;
+use rig::flight::{mission_file, own_parts, worlds};
+use rig::seats::parts::OwnParts;
+use rig::seats::{Link, Seat, SeatError, options};
 use signals::{Refusal, Strap};
 
 fn board(change: impl Fn(&mut Scenario)) -> Link<OwnParts> {

@@ -1,14 +1,14 @@
 //! The board on its own parts: real drivers, models of the parts, the same water as on frames from the host.
 
-use hil_host::campaign::lattice::{cases, spread};
-use hil_host::campaign::own_parts as campaign;
-use hil_host::flight::closed_loop::{End, Outcome, Setup, fly};
-use hil_host::flight::{mission_file, own_parts, worlds};
-use hil_host::seats::Link;
-use hil_host::seats::in_process::InProcess;
-use hil_host::seats::parts::OwnParts;
 use parts::ms5837::Model;
 use plant::World;
+use rig::campaign::lattice::{cases, spread};
+use rig::campaign::own_parts as campaign;
+use rig::flight::closed_loop::{End, Outcome, Setup, fly};
+use rig::flight::{mission_file, own_parts, worlds};
+use rig::seats::Link;
+use rig::seats::in_process::InProcess;
+use rig::seats::parts::OwnParts;
 use signals::{Mission, Wings};
 
 fn setup(mission: &str, wings: Wings) -> (Setup, World) {

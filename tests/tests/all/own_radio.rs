@@ -3,12 +3,12 @@
 use bay::radio::TRIES;
 use control::Config;
 use control::config::Settings;
-use hil_host::flight::closed_loop::{End, Outcome, Setup};
-use hil_host::flight::{own_parts, surfacing, worlds};
-use hil_host::seats::parts::OwnParts;
-use hil_host::seats::{Link, Seat};
 use parts::iridium::Fault;
 use plant::World;
+use rig::flight::closed_loop::{End, Outcome, Setup};
+use rig::flight::{own_parts, surfacing, worlds};
+use rig::seats::parts::OwnParts;
+use rig::seats::{Link, Seat};
 use signals::surfacing::{is_dive, is_up};
 use signals::{Abort, Answer, Leg, Mission, Reading, SensorFrame, Surfacing};
 

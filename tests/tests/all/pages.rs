@@ -296,12 +296,12 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
     let Some(driver) = driver("workbench") else { return };
     let folder = std::env::temp_dir().join(format!("glider-page-flight-{}", std::process::id()));
     let case = puzzle(&folder);
-    let flight = discovery::record::csv::flight(&case).expect("our own case reads");
+    let flight = logs::record::csv::flight(&case).expect("our own case reads");
     let told = glider(&["diagnose", "--flight", &case.to_string_lossy()]);
     let gain = gain(&case, &folder, &told);
     let nc = folder.join("archive.nc");
-    let about = discovery::export::netcdf::About { start_unix_s: Some(1.7e9), written_unix_s: 1.78e9, ..Default::default() };
-    discovery::export::netcdf::write(&flight, &nc, &about).expect("an archive's file is written");
+    let about = logs::export::netcdf::About { start_unix_s: Some(1.7e9), written_unix_s: 1.78e9, ..Default::default() };
+    logs::export::netcdf::write(&flight, &nc, &about).expect("an archive's file is written");
     let archive = base64::engine::general_purpose::STANDARD.encode(std::fs::read(&nc).expect("just written"));
     let cm = |key: &str| format!("{:.3}", 100.0 * told["block_error_m_s"][key].as_f64().expect("an error"));
 
@@ -406,8 +406,8 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
     let Some(driver) = driver("report") else { return };
     let folder = std::env::temp_dir().join(format!("glider-page-report-{}", std::process::id()));
     let case = puzzle(&folder);
-    let flight = discovery::record::csv::flight(&case).expect("our own case reads");
-    let vehicle = discovery::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
+    let flight = logs::record::csv::flight(&case).expect("our own case reads");
+    let vehicle = logs::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
     let found = discovery::diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {})
         .expect("our own case can be diagnosed");
     let file = folder.join("report.html");

@@ -1,12 +1,12 @@
 //! What the board takes: the states that its loop enters on the models of its parts, and what it never does in them.
 
-use hil_host::flight::closed_loop::{End, Setup};
-use hil_host::flight::power::{Budget, budget};
-use hil_host::flight::{mission_file, own_parts, worlds};
-use hil_host::seats::parts::OwnParts;
-use hil_host::seats::{Link, Seat};
 use parts::Work;
 use plant::World;
+use rig::flight::closed_loop::{End, Setup};
+use rig::flight::power::{Budget, budget};
+use rig::flight::{mission_file, own_parts, worlds};
+use rig::seats::parts::OwnParts;
+use rig::seats::{Link, Seat};
 use signals::{Phase, Strap, Timebase};
 
 /// Deepest dive that the board's transducer of 30 bar measures, m.

@@ -5,7 +5,7 @@ use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::dives::{MOST_FITTED, evenly};
 use crate::preprocess::{Prepared, Run};
-use crate::vehicle::Vehicle;
+use logs::vehicle::Vehicle;
 
 /// Blocks of the runs of some segments, each run by its place in [`Prepared::runs`].
 pub type Blocks = Vec<(usize, Vec<Block>)>;

@@ -33,8 +33,8 @@ use crate::model::branch::Branch;
 use crate::model::parameters::{CALIBRATION, State, is_law};
 use crate::model::sensor_findings::{SensorFinding, not_determined, sensor_findings};
 use crate::preprocess::{Prepared, prepare, sanity};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
 /// goes unnamed shows in a longer flight.

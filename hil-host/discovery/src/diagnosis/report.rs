@@ -6,8 +6,8 @@ use crate::diagnosis::{Diagnosis, Ranked, Verdict};
 use crate::inference::estimate::Estimate;
 use crate::likelihood::block_error::blocks;
 use crate::model::parameters::State;
-use crate::vehicle::Vehicle;
-use crate::vehicle::catalogue::by_name;
+use logs::vehicle::Vehicle;
+use logs::vehicle::catalogue::by_name;
 use serde_json::{Value, json};
 
 /// A number for JSON: null where there is none, no more digits than mean something.

@@ -10,7 +10,7 @@ use crate::hypotheses::candidate::Candidate;
 use crate::hypotheses::search::{SearchResult, prior_of};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
-use crate::vehicle::catalogue;
+use logs::vehicle::catalogue;
 
 /// How much rarer what has no name is than what has one: one flight in seven; a guess.
 const UNKNOWN: f64 = 0.15;

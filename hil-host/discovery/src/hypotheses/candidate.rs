@@ -15,8 +15,8 @@ use crate::likelihood::jacobian::Jacobian;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
 use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
-use crate::vehicle::catalogue;
 use hydro::effects::{Active, Effect, InFlow, Onset, Parameter, SeenIn, WAVE};
+use logs::vehicle::catalogue;
 use std::sync::Arc;
 
 /// A hypothesis that was fitted.

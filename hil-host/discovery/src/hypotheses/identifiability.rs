@@ -14,7 +14,7 @@ use crate::inference::posterior::Fit;
 use crate::likelihood::jacobian::{Jacobian, symmetric};
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{STATED, State};
-use crate::vehicle::catalogue;
+use logs::vehicle::catalogue;
 use nalgebra::DMatrix;
 
 /// Least discrepancy, m/s: the lower part of the 0.5 to 3 mm/s that depth rates of real vehicles leave by depth and leg; a guess.

@@ -13,8 +13,8 @@ use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::likelihood::jacobian::Jacobian;
 use crate::model::parameters::State;
-use crate::vehicle::catalogue;
 use hydro::effects::{Effect, WAVE};
+use logs::vehicle::catalogue;
 
 mod propose;
 mod relax;

@@ -7,8 +7,8 @@ use crate::likelihood::finite_difference::LEAP_IF_FELT;
 use crate::likelihood::jacobian::Jacobian;
 use crate::likelihood::{Column, Problem};
 use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
-use crate::vehicle::catalogue;
 use hydro::effects::{Effect, SeenIn};
+use logs::vehicle::catalogue;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 

@@ -5,8 +5,8 @@ use crate::model::internal_wave::{PARTS, Wave};
 use crate::model::parameters::{
     DRAG, LIFT_SLOPE, N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, TRIM_VOLUME, bounds, is_law, wide_tail,
 };
-use crate::vehicle::Vehicle;
 use hydro::effects::{Active, SeenIn};
+use logs::vehicle::Vehicle;
 use nalgebra::DVector;
 
 /// Most that a calibration number may deviate, in its tolerances: scatter beyond two is rare and beyond three a discovery; what

@@ -17,9 +17,9 @@ use crate::model::parameters::{
     BALLAST_ARM, BATTERY_MASS, BATTERY_ZERO, METACENTRIC_HEIGHT, PITCH_DAMPING, PITCH_MOMENT, State, tolerance_of,
 };
 use crate::preprocess::{Input, Run};
-use crate::vehicle::Vehicle;
-use crate::vehicle::pitch_moments::PitchMoments;
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, ForceModel, Sensed};
+use logs::vehicle::Vehicle;
+use logs::vehicle::pitch_moments::PitchMoments;
 use std::ops::RangeInclusive;
 
 /// Speed that the damping of the pitch adds to that of the glide, m/s (FORMAT section 4).
@@ -80,54 +80,51 @@ fn mean(time_s: &[f64], rows: &RangeInclusive<usize>, of: impl Fn(usize) -> f64)
     sum / (time_s[to] - time_s[from])
 }
 
-impl PitchMoments {
-    /// Damping moment per rate of pitch, N m s/rad.
-    fn damping(&self, c: &Constants, density_kg_m3: f64, speed_m_s: f64) -> f64 {
-        0.5 * density_kg_m3 * c.reference_area_m2 * self.length_m * self.length_m * self.cm_q * (speed_m_s + DAMPED_AT_M_S)
-    }
-
-    /// Quiet stretches of a run, of rows that take part.
-    pub(crate) fn stretches(&self, vehicle: &Vehicle, run: &Run, used: &[bool]) -> Vec<Stretch> {
-        let (time, c, s) = (&run.time_s, &vehicle.constants, &vehicle.sensors);
-        let pitch = s.pitch_sigma_rad();
-        let per_rad = c.mass_kg / self.battery_mass_kg * self.metacentric_height_m;
-        let damping = self.damping(c, 1020.0, 0.3) / (self.battery_mass_kg * c.gravity_m_s2);
-        let steady = |i: usize| run.input_at_row(i, 0.0).pitch_rate_rad_s.abs() < STEADY_RAD_S;
-        let goes_on = |i: usize| {
-            let (moved, pumped) = (run.battery_m[i + 1] - run.battery_m[i], run.ballast_m3[i + 1] - run.ballast_m3[i]);
-            let still = moved.abs() < STILL_M && pumped.abs() < STILL_M3;
-            used[i] && used[i + 1] && time[i + 1] - time[i] < ROWS_APART_S && still && steady(i) && steady(i + 1)
-        };
-        let mut out = Vec::new();
-        let mut from = 0;
-        for i in 0..time.len().saturating_sub(1) {
-            // Unknown positions are not still.
-            if !goes_on(i) {
-                from = i + 1;
-                continue;
-            }
-            let length = time[i + 1] - time[from];
-            if length < STRETCH_S {
-                continue;
-            }
-            let rows = from..=i + 1;
-            let count = (i + 2 - from) as f64;
-            // A move is at an unknown instant between two rows.
-            let unseen = (from..=i).map(|k| ((run.battery_m[k + 1] - run.battery_m[k]) * (time[k + 1] - time[k]) / length).powi(2));
-            let of_rate = 2.0 * (SMOOTHED_PER_S * length / (count - 1.0)).min(1.0) * (pitch * damping / length).powi(2);
-            let variance = (RESOLUTION_M.powi(2) / 12.0 + (pitch * per_rad).powi(2)) / count + of_rate + unseen.sum::<f64>() / 12.0;
-            out.push(Stretch {
-                battery_m: mean(time, &rows, |k| run.battery_m[k]),
-                rows,
-                sigma_m: variance.sqrt(),
-                of_rate: of_rate / variance,
-            });
-            from = i + 1;
-        }
-        out
-    }
+/// Damping moment per rate of pitch, N m s/rad.
+fn damping(moments: &PitchMoments, c: &Constants, density_kg_m3: f64, speed_m_s: f64) -> f64 {
+    0.5 * density_kg_m3 * c.reference_area_m2 * moments.length_m * moments.length_m * moments.cm_q * (speed_m_s + DAMPED_AT_M_S)
 }
 
+/// Quiet stretches of a run, of rows that take part.
+pub(crate) fn stretches(moments: &PitchMoments, vehicle: &Vehicle, run: &Run, used: &[bool]) -> Vec<Stretch> {
+    let (time, c, s) = (&run.time_s, &vehicle.constants, &vehicle.sensors);
+    let pitch = s.pitch_sigma_rad();
+    let per_rad = c.mass_kg / moments.battery_mass_kg * moments.metacentric_height_m;
+    let damping = damping(moments, c, 1020.0, 0.3) / (moments.battery_mass_kg * c.gravity_m_s2);
+    let steady = |i: usize| run.input_at_row(i, 0.0).pitch_rate_rad_s.abs() < STEADY_RAD_S;
+    let goes_on = |i: usize| {
+        let (moved, pumped) = (run.battery_m[i + 1] - run.battery_m[i], run.ballast_m3[i + 1] - run.ballast_m3[i]);
+        let still = moved.abs() < STILL_M && pumped.abs() < STILL_M3;
+        used[i] && used[i + 1] && time[i + 1] - time[i] < ROWS_APART_S && still && steady(i) && steady(i + 1)
+    };
+    let mut out = Vec::new();
+    let mut from = 0;
+    for i in 0..time.len().saturating_sub(1) {
+        // Unknown positions are not still.
+        if !goes_on(i) {
+            from = i + 1;
+            continue;
+        }
+        let length = time[i + 1] - time[from];
+        if length < STRETCH_S {
+            continue;
+        }
+        let rows = from..=i + 1;
+        let count = (i + 2 - from) as f64;
+        // A move is at an unknown instant between two rows.
+        let unseen = (from..=i).map(|k| ((run.battery_m[k + 1] - run.battery_m[k]) * (time[k + 1] - time[k]) / length).powi(2));
+        let of_rate = 2.0 * (SMOOTHED_PER_S * length / (count - 1.0)).min(1.0) * (pitch * damping / length).powi(2);
+        let variance = (RESOLUTION_M.powi(2) / 12.0 + (pitch * per_rad).powi(2)) / count + of_rate + unseen.sum::<f64>() / 12.0;
+        out.push(Stretch {
+            battery_m: mean(time, &rows, |k| run.battery_m[k]),
+            rows,
+            sigma_m: variance.sqrt(),
+            of_rate: of_rate / variance,
+        });
+        from = i + 1;
+    }
+    out
+}
 /// What is to be paid for a damping off by `z` tolerances, where so much noise of the pitch's rate is heard through it.
 fn noise_in_damping(heard: f64, tolerance: f64, z: f64) -> (f64, f64, f64) {
     // u = z far below, and a constant far beyond.
@@ -189,7 +186,7 @@ impl Problem<'_> {
             let steady = mean(&run.time_s, &stretch.rows, |row| wanted[row - from]);
             let speed = 0.5 * (t.speed_m_s[a] + t.speed_m_s[b]);
             let (then, now) = (&sensed[a - from], &sensed[b - from]);
-            let damping = factor(PITCH_DAMPING) * m.damping(constants, now.density_kg_m3, speed) * (now.pitch_rad - then.pitch_rad);
+            let damping = factor(PITCH_DAMPING) * damping(m, constants, now.density_kg_m3, speed) * (now.pitch_rad - then.pitch_rad);
             let swinging = m.inertia_kg_m2 * (inputs[b - from].pitch_rate_rad_s - inputs[a - from].pitch_rate_rad_s);
             let length = (run.time_s[b] - run.time_s[a]) * inputs[a - from].cos_pitch;
             let turned = (damping / damped_weight - swinging / weight) / length;
@@ -311,7 +308,7 @@ impl Problem<'_> {
 #[cfg(test)]
 mod tests {
     use super::noise_in_damping;
-    use crate::vehicle::pitch_moments::PitchMoments;
+    use logs::vehicle::pitch_moments::PitchMoments;
     use std::path::Path;
 
     /// A battery that is slow moves little from row to row while the nose still swings, and what holds a swinging nose is not what holds
@@ -319,7 +316,7 @@ mod tests {
     #[test]
     fn regress_a_nose_that_swings_is_not_quiet_however_slow_the_battery() {
         let text = include_str!("../../../../vehicles/slocum-standard.toml");
-        let vehicle = crate::vehicle::parse_text(text, Path::new("v.toml")).expect("reads");
+        let vehicle = logs::vehicle::parse_text(text, Path::new("v.toml")).expect("reads");
         let moments = PitchMoments {
             inertia_kg_m2: 20.0,
             metacentric_height_m: 0.005,
@@ -333,7 +330,7 @@ mod tests {
         // Rows 4 s apart; the nose turns by 0.9 rad about 200 s, with a time constant of 12 s.
         let mut run = crate::model::integrator::tests::run(200.0, 0.45, false);
         run.battery_m = run.time_s.iter().map(|t| 1e-4 * ((t - 200.0) / 4.0).clamp(-20.0, 20.0)).collect();
-        let quiet = moments.stretches(&vehicle, &run, &run.used);
+        let quiet = super::stretches(&moments, &vehicle, &run, &run.used);
         let swings = |row: usize| (run.time_s[row] - 200.0).abs() < 20.0;
         assert!(!quiet.iter().any(|s| s.rows.clone().any(swings)), "{quiet:?}");
         // 170 s before and after in half minutes and a row.

@@ -5,7 +5,7 @@ use crate::likelihood::column::Column;
 use crate::likelihood::discrepancy::Predicted;
 use crate::model::parameters::State;
 use crate::preprocess::{Prepared, Run, SETTLE_S, SURFACE_M};
-use crate::record::plausible::quantile;
+use logs::record::plausible::quantile;
 use std::cell::RefCell;
 use std::rc::Rc;
 

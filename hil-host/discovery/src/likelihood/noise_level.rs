@@ -6,7 +6,7 @@ use crate::likelihood::block_error::{block_s, sampled_every_s};
 use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::parameters::State;
 use crate::preprocess::Run;
-use crate::vehicle::Vehicle;
+use logs::vehicle::Vehicle;
 
 /// Standard deviation of the depth sensor by the vehicle file, m: noise and resolution.
 pub(super) fn sensor_m(vehicle: &Vehicle) -> f64 {

@@ -1,5 +1,6 @@
 //! Which rows are left out of a fit, and why: outliers of a sensor, and what [`crate::likelihood::stall_mask`] takes out.
 
+use super::battery;
 use crate::likelihood::Problem;
 use crate::model::branch::Branch;
 use crate::preprocess::Run;
@@ -92,8 +93,9 @@ impl Problem<'_> {
             self.used[k] = (0..run.time_s.len()).map(|i| run.used[i] && !self.outlier[k][i] && !self.near_stall[k][i]).collect();
             self.speed_rows[k] = speed_groups(run, |i| self.used[k][i] && !self.speed_outlier[k][i]);
         }
-        let stretches =
-            |(run, used): (&&Run, &Vec<bool>)| self.vehicle.moments.map_or_else(Vec::new, |m| m.stretches(self.vehicle, run, used));
+        let stretches = |(run, used): (&&Run, &Vec<bool>)| {
+            self.vehicle.moments.map_or_else(Vec::new, |m| battery::stretches(&m, self.vehicle, run, used))
+        };
         self.stretches = self.runs.iter().zip(&self.used).map(stretches).collect();
         self.set_colour(self.colour);
     }

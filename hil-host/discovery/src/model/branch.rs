@@ -5,8 +5,8 @@ use crate::model::dynamics::{Job, Track, see_from_port};
 use crate::model::integrator::tracks;
 use crate::model::parameters::{State, law, sensor_errors};
 use crate::preprocess::{FLOAT_M, Run};
-use crate::vehicle::Vehicle;
 use hydro::effects::Continuation;
+use logs::vehicle::Vehicle;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 
@@ -101,7 +101,7 @@ mod tests {
     fn regress_a_branch_comes_back_from_the_vehicle_file() {
         let text = include_str!("../../../../vehicles/modena.toml");
         let mut document: Value = toml::from_str(text).expect("reads");
-        let file = |d: &Value| crate::vehicle::parse(d.clone(), Path::new("v.json")).expect("a vehicle");
+        let file = |d: &Value| logs::vehicle::parse(d.clone(), Path::new("v.json")).expect("a vehicle");
         assert_eq!(Branch::of_file(&file(&document)), Branch::default());
         for continuation in BOTH {
             let settled = Branch { continuation, glides: true };

@@ -6,8 +6,8 @@
 //! approximation of a mode has it (Gill, Atmosphere-Ocean Dynamics 1982, section 8.4).
 
 use crate::preprocess::Run;
-use crate::vehicle::Vehicle;
 use hydro::effects::vertical_mode;
+use logs::vehicle::Vehicle;
 
 /// Amplitudes per run: sine, cosine, and the same of the second harmonic.
 pub const PARTS: usize = 4;

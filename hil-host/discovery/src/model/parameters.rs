@@ -8,8 +8,8 @@ pub use table::{N_CALIBRATION, PARAMETERS, Parameter, Stated};
 
 use crate::ablation::is_on;
 use crate::model::internal_wave::Wave;
-use crate::vehicle::Vehicle;
 use hydro::effects::{Active, Constants, Effect};
+use logs::vehicle::Vehicle;
 use table::{Acts, Group, Spread, Tail};
 
 /// How many parameters there are up to the end of a group.
@@ -274,7 +274,7 @@ pub fn law(vehicle: &Vehicle, state: &State) -> (Constants, Vec<Active>) {
 #[cfg(test)]
 mod tests {
     use super::{BALLAST_ARM, BATTERY_MASS, HEAVE_MASS, METACENTRIC_HEIGHT, wide_tail};
-    use crate::vehicle::{Vehicle, parse};
+    use logs::vehicle::{Vehicle, parse};
 
     fn vehicle() -> Vehicle {
         let text = include_str!("../../../../vehicles/modena.toml");

@@ -1,7 +1,7 @@
 //! Sensors, and numbers of the log, that a fit finds to be off.
 
 use crate::model::parameters::{BATTERY_MASS, CLOCK_OFFSET, NINETY, PARAMETERS, State, bounds, tolerance_of};
-use crate::vehicle::Vehicle;
+use logs::vehicle::Vehicle;
 
 /// A sensor, or a number of the log, that is found to be off.
 #[derive(Clone, Debug)]
@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn a_nuisance_at_its_bound_is_a_note_and_no_finding() {
         let text = include_str!("../../../../vehicles/modena.toml");
-        let vehicle = crate::vehicle::parse(toml::from_str(text).expect("TOML"), std::path::Path::new("modena.toml")).expect("a vehicle");
+        let vehicle = logs::vehicle::parse(toml::from_str(text).expect("TOML"), std::path::Path::new("modena.toml")).expect("a vehicle");
         let mut state = State::nominal();
         assert_eq!((sensor_findings(&vehicle, &state, |_| 0.01, None).len(), not_determined(&vehicle, &state)), (0, None));
         let (low, _) = bounds(&vehicle, HEAVE_MASS).expect("bounded");

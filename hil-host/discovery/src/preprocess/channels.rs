@@ -6,8 +6,8 @@ use crate::preprocess::gaps::{changed_unseen, far_from_known};
 use crate::preprocess::interpolate::{fill, quiet_ballast};
 use crate::preprocess::spikes::{FASTEST, TURN_STROKE_M3, depth_allowance, despike, despike_by, turn_allowance};
 use crate::preprocess::stuck_sensors::{Removed, TURNED_RAD};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 use std::ops::Range;
 
 /// Pressure of a metre of water, Pa, to a hundredth or two.

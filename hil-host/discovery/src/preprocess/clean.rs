@@ -6,8 +6,8 @@ use crate::preprocess::grid::{FAST_M_S, inputs, step_s};
 use crate::preprocess::run::{Input, Run};
 use crate::preprocess::stuck_sensors::Removed;
 use crate::preprocess::{SETTLE_S, SURFACE_M};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 
 /// Spread of readings afloat, Pa: sensor noise and ripples; and the highest zero error that is believed, Pa.
 const AFLOAT_PA: f64 = 1200.0;

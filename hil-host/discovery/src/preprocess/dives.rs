@@ -3,8 +3,8 @@
 //! A cut is made at the shallow turning point between a climb and the next dive. A turning point counts when the pressure has
 //! moved by a third of the flight's range since the one before: noise and small steps at an apogee do not cut.
 
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 
 /// Share of the pressure range that makes a climb or a dive.
 const SWING: f64 = 0.33;
@@ -26,7 +26,7 @@ pub fn evenly(n: usize, most: usize) -> Vec<usize> {
 #[must_use]
 pub fn shallow_turns(flight: &Flight) -> Vec<usize> {
     let p = &flight.pressure_pa;
-    let swing = (SWING * (crate::record::plausible::quantile(p, 0.98) - crate::record::plausible::quantile(p, 0.02))).max(LEAST_SWING_PA);
+    let swing = (SWING * (logs::record::plausible::quantile(p, 0.98) - logs::record::plausible::quantile(p, 0.02))).max(LEAST_SWING_PA);
     let mut turns = Vec::new();
     // Lowest and highest pressure since the last turning point, and whether the vehicle is on its way down.
     let (mut least, mut most, mut down) = (None::<usize>, None::<usize>, None::<bool>);
@@ -125,7 +125,7 @@ mod tests {
         let text = r#"{"mass_kg":68,"hull_volume_m3":0.068,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,
             "wing":{"area_m2":0.11},"hydro":{"reference_area_m2":0.11,"wing_lift_slope_per_rad":3.45,"hull_lift_slope_per_rad":1.2,
             "hull_area_m2":0.0356,"cd0":0.15}}"#;
-        let mut vehicle = crate::vehicle::parse_text(text, std::path::Path::new("v.json")).expect("reads");
+        let mut vehicle = logs::vehicle::parse_text(text, std::path::Path::new("v.json")).expect("reads");
         let cut_of = |f: &Flight, v: &Vehicle| cut(f, v).map(|s| s.last().copied().unwrap_or(0) + 1);
         assert_eq!(cut_of(&saw(6), &vehicle), Some(6));
         assert_eq!(cut_of(&saw(3), &vehicle), None);

@@ -1,6 +1,6 @@
 //! GPS fixes before and after a dive, and ways between them.
 
-use crate::record::flight::Flight;
+use logs::record::flight::Flight;
 use std::ops::Range;
 
 /// Mean of the GPS fixes at one end of a run.

@@ -4,8 +4,8 @@ use crate::preprocess::channels::Channels;
 use crate::preprocess::gaps::long_gaps;
 use crate::preprocess::interpolate::{PITCH_WINDOW_S, fill, hermite, local_quadratic};
 use crate::preprocess::run::Input;
-use crate::vehicle::Vehicle;
 use hydro::effects::{Constants, HULL_LAG_S, Sensed};
+use logs::vehicle::Vehicle;
 
 /// Longest grid step of the simulation, s.
 pub const STEP_S: f64 = 2.0;

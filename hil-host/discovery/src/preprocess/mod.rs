@@ -7,7 +7,6 @@
 
 pub(crate) mod channels;
 mod clean;
-pub mod clock_offset;
 pub(crate) mod ctd_gaps;
 pub mod dives;
 pub mod fixes;
@@ -31,9 +30,9 @@ use crate::preprocess::gps::displacements;
 pub(crate) use crate::preprocess::grid::FAST_M_S;
 pub(crate) use crate::preprocess::interpolate::fill;
 use crate::preprocess::stuck_sensors::{Removed, unstuck};
-use crate::record::afloat::reading_afloat;
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
+use logs::record::afloat::reading_afloat;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 
 /// A gap longer than this starts a new run, s.
 pub const GAP_S: f64 = 120.0;
@@ -60,7 +59,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     notes.extend(offset(flight));
     let mut removed = Removed::default();
     let flight = &unstuck(flight, &mut removed);
-    let aligned = is_on("clock_from_pressures").then(|| crate::preprocess::clock_offset::aligned(flight)).flatten();
+    let aligned = is_on("clock_from_pressures").then(|| logs::record::clock_offset::aligned(flight)).flatten();
     if let Some((_, [tau, _])) = &aligned {
         notes.push(format!(
             "pitch, roll and ballast were {:.1} s {} of the CTD (two pressure sensors compared) and were shifted to its clock",

@@ -5,8 +5,8 @@ use hydro::effects::ForceModel;
 use hydro::glide::{Trim, steady};
 
 use crate::preprocess::run::Run;
-use crate::record::plausible::quantile;
-use crate::vehicle::Vehicle;
+use logs::record::plausible::quantile;
+use logs::vehicle::Vehicle;
 
 /// Pressure as told over true pressure, and how that comes about.
 const MISTAKES: [(f64, &str); 4] = [

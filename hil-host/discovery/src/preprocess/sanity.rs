@@ -2,9 +2,9 @@
 //! physics of them.
 
 use crate::preprocess::{Prepared, pressure_unit};
-use crate::record::plausible::quantile;
-use crate::vehicle::Vehicle;
 use hydro::effects::{BallastOffset, Effect as _};
+use logs::record::plausible::quantile;
+use logs::vehicle::Vehicle;
 
 /// Vertical velocity from which a row counts as diving or climbing, m/s, and the time over which it is formed, s.
 const MOVING_M_S: f64 = 0.03;
@@ -135,8 +135,9 @@ pub fn check(prepared: &Prepared, vehicle: &Vehicle) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::record::csv;
-    use crate::{diagnosis, vehicle};
+    use crate::diagnosis;
+    use logs::record::csv;
+    use logs::vehicle;
     use std::path::Path;
 
     const VEHICLE: &str = r#"{"mass_kg":68,"hull_volume_m3":0.0663,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,

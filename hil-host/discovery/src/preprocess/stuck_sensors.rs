@@ -2,7 +2,7 @@
 
 use crate::preprocess::SURFACE_M;
 use crate::preprocess::gaps::{SILENT_S, thin_held, unstick};
-use crate::record::flight::Flight;
+use logs::record::flight::Flight;
 
 /// Pressure above which a vehicle is submerged, Pa.
 const SUBMERGED_PA: f64 = 1e4 * SURFACE_M;

@@ -16,7 +16,7 @@ use super::glide::GlideModel;
 use super::ladder::{Rung, Step, ladder, rms_cm_s};
 use super::report::SteadyError;
 use super::samples::SteadySamples;
-use crate::record::flight::Flight;
+use logs::record::flight::Flight;
 
 /// Effects that are asked, as the catalogue knows them.
 static EFFECTS: [(Parameter, &dyn Effect); 3] = [

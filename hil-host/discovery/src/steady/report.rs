@@ -6,8 +6,9 @@ use super::fit::{Channels, Parameter, fit};
 use super::glide::{GlideModel, LIFT_SLOPE_PER_RAD};
 use super::identify::{Identification, Nuisance, SPEED_NOISE_M_S, SpeedCheck, VERTICAL_NOISE_M_S, identify, speed_check};
 use super::ladder::{Rung, Step, ladder};
-use super::samples::{SteadyFilter, SteadySamples};
-use crate::record::flight::Flight;
+use super::samples::SteadySamples;
+use logs::record::flight::Flight;
+use logs::record::steady::SteadyFilter;
 
 /// Why there is no report.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,11 +15,12 @@ use crate::model::branch::Branch;
 use crate::model::parameters::{CALIBRATION, State};
 use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
-use crate::vehicle::effects_table::new_key;
-use crate::workbench::refitted_file::{numbers, sha256, tolerances, zeros};
+use crate::workbench::refitted_file::{numbers, tolerances, zeros};
 use hydro::effects::{Active, Effect};
+use logs::digest::sha256;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
+use logs::vehicle::effects_table::new_key;
 use serde_json::{Value, json};
 
 /// What adding brought.
@@ -159,7 +160,7 @@ fn switched_on(
             let stated = effect.parameters().iter().zip(a.values).filter(|(p, _)| p.is_stated());
             entry.extend(stated.map(|(p, value)| (p.name.to_string(), json!({"value": value, "unit": p.unit}))));
         }
-        if let Some(text) = crate::vehicle::expression::text_of(*effect) {
+        if let Some(text) = logs::vehicle::expression::text_of(*effect) {
             entry.insert("expression".into(), json!(text));
         }
         on.insert(new_key(&on, *effect), entry.into());

@@ -26,12 +26,13 @@ use crate::model::parameters::{
 };
 use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
-use crate::record::flight::Flight;
-use crate::vehicle::{Tolerance, Vehicle};
 use crate::workbench::pooling::{self, Information, Pooled, pool};
-use crate::workbench::refitted_file::{numbers, sha256, tolerances, zeros};
+use crate::workbench::refitted_file::{numbers, tolerances, zeros};
 pub use crate::workbench::reported_numbers::Number;
 use crate::workbench::reported_numbers::reported_numbers;
+use logs::digest::sha256;
+use logs::record::flight::Flight;
+use logs::vehicle::{Tolerance, Vehicle};
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
 

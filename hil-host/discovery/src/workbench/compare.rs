@@ -8,9 +8,9 @@ use crate::likelihood::block_error::{blocks, rms, sampled_every_s};
 use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::{Prepared, local_slope, prepare, widened_s};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
 use hydro::effects::Constants;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 
 /// Half width of the window in which depth rates of single rows are formed, s (21 s in all, order 2, as Savitzky and Golay); of sparse
 /// logs it is widened.

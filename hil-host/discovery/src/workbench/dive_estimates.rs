@@ -18,11 +18,11 @@ use crate::hypotheses::sensitivity::signatures;
 use crate::likelihood::Column;
 use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
 use crate::preprocess::prepare;
-use crate::record::flight::Flight;
-use crate::vehicle::{Vehicle, catalogue};
 use crate::workbench::timeline::first_dives;
 use crate::workbench::tracking::{Dive, DiveFit, N, Reference, TRACKED, for_missions, start_precision};
 use hydro::effects::{Effect, SeenIn};
+use logs::record::flight::Flight;
+use logs::vehicle::{Vehicle, catalogue};
 use nalgebra::{DMatrix, DVector};
 
 /// A number that dives are asked for.

@@ -1,7 +1,7 @@
 //! One clock for the flights of a mission: by their dates; else by their own clocks, where one went on through all of them; else one flight
 //! right after the other.
 
-use crate::record::flight::Flight;
+use logs::record::flight::Flight;
 
 /// When a flight was.
 #[derive(Clone, Debug)]

@@ -11,8 +11,8 @@ use crate::model::dynamics::Track;
 use crate::model::integrator::track;
 use crate::model::parameters::{N_SIMULATED, State, law};
 use crate::preprocess::{FAST_M_S, Input, Run};
-use crate::vehicle::Vehicle;
 use hydro::effects::{Continuation, Sensed};
+use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
 
 /// One leg of a plan.
@@ -170,7 +170,7 @@ impl Levels {
     }
 
     fn bottom(&self) -> f64 {
-        crate::record::plausible::quantile(&self.0.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0)
+        logs::record::plausible::quantile(&self.0.iter().map(|l| l.0).collect::<Vec<_>>(), 0.98).max(8.0)
     }
 
     fn at(&self, z: f64) -> (f64, f64) {

@@ -1,9 +1,8 @@
 //! A vehicle file with refitted calibration numbers: what `add` and `calibrate` write.
 
 use crate::model::parameters::{BALLAST_GAIN, PARAMETERS, PITCH_ZERO, STATED, State, calibration_of, law, tolerance_of};
-use crate::vehicle::{Vehicle, catalogue};
+use logs::vehicle::{Vehicle, catalogue};
 use serde_json::{Map, Value, json};
-use sha2::{Digest as _, Sha256};
 
 /// The vehicle's document with the numbers that a state means. Its effects are those of the file; ballast scale and pitch offset, which
 /// have no constant of their own, are left to [`zeros`].
@@ -81,16 +80,4 @@ pub(crate) fn tolerances(vehicle: &Vehicle, document: &Value, state: &State, lef
         }
     }
     stated
-}
-
-/// Hash of a file's bytes, in hexadecimal.
-#[must_use]
-pub fn sha256(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-/// Bytes in hexadecimal.
-#[must_use]
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -1,7 +1,7 @@
 //! The numbers of a vehicle before and after a calibration, in the units of its file.
 
 use crate::model::parameters::{HULL_DRAG, NINETY, PARAMETERS, Parameter, STATED, State, TRIM_VOLUME, law, tolerance_of};
-use crate::vehicle::Vehicle;
+use logs::vehicle::Vehicle;
 
 /// One number of the vehicle.
 #[derive(Clone, Debug)]

@@ -12,14 +12,14 @@
 use crate::diagnosis::NothingToFit;
 use crate::model::parameters::{NINETY, State, tolerance_of};
 use crate::preprocess::{Prepared, Run, prepare};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
 use crate::workbench::change_kinds::{Shape, alarm_rate, threshold};
 use crate::workbench::changes::{Change, Found, Observed, find};
 use crate::workbench::tracking::{
     AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_TRIM, Dive, N, REFERENCE_DIVES, Reference, TRACKED, for_missions, start_precision,
 };
 use hydro::effects::{ALPHA_VALID_RAD, DAY_S, Flow, ForceModel, REFERENCE_TEMPERATURE_DEGC};
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
 
 /// Fewest dives of which changes are asked.

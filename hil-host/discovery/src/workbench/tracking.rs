@@ -13,10 +13,10 @@ use crate::likelihood::{Column, Problem};
 use crate::model::branch::Branch;
 use crate::model::parameters::{self, N_LAW, PRESSURE_ZERO, State, set_tolerance, tolerance_of};
 use crate::preprocess::{Prepared, Run};
-use crate::record::flight::Flight;
-use crate::vehicle::Vehicle;
 use crate::workbench::calibrate::information_of;
 use crate::workbench::pooling::Information;
+use logs::record::flight::Flight;
+use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
 
 /// One number that is followed from dive to dive.

@@ -4,12 +4,12 @@
 
 use std::path::Path;
 
-use discovery::Flight;
-use discovery::import::{import, import_all};
 use discovery::preprocess::{prepare, sanity};
-use discovery::vehicle::{self, Vehicle, expression};
 use hydro::ForceModel;
 use hydro::glide::{Trim, steady};
+use logs::Flight;
+use logs::import::{import, import_all};
+use logs::vehicle::{self, Vehicle, expression};
 
 const VEHICLE: &str = r#"{"mass_kg":68,"hull_volume_m3":0.0663415,"hull_compressibility_per_pa":5e-10,"hull_thermal_expansion_per_k":5e-5,
     "wing":{"area_m2":0.1},"hydro":{"reference_area_m2":0.1,"wing_lift_slope_per_rad":7.5,"hull_lift_slope_per_rad":0,

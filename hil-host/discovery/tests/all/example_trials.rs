@@ -2,9 +2,10 @@
 
 use discovery::likelihood::block_error;
 use discovery::model::integrator;
-use discovery::record::csv;
 use discovery::workbench::{add, compare, next_flight};
-use discovery::{diagnosis, preprocess, vehicle};
+use discovery::{diagnosis, preprocess};
+use logs::record::csv;
+use logs::vehicle;
 use std::path::PathBuf;
 
 fn trials() -> Option<PathBuf> {

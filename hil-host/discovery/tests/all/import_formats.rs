@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use discovery::Flight;
-use discovery::import::{Imported, import, import_all};
+use logs::Flight;
+use logs::import::{Imported, import, import_all};
 use serde_json::Value;
 
 /// Numbers of the samples and ours differ by rounding of their text only.
@@ -50,7 +50,7 @@ fn block_error(sample: &str, imported: &Imported) -> f64 {
         "fit": expected["model_comparison_with_vehicle_json"]["fit_segments"],
         "check": expected["model_comparison_with_vehicle_json"]["check_segments"]
     });
-    let vehicle = discovery::vehicle::parse(document, Path::new("vehicle.json")).expect("a vehicle");
+    let vehicle = logs::vehicle::parse(document, Path::new("vehicle.json")).expect("a vehicle");
     let comparison = discovery::workbench::compare::compare(&imported.flight, &vehicle);
     comparison.block_error_m_s
 }
@@ -87,11 +87,11 @@ fn validate_a_folder_of_seaglider_dives_is_one_flight_with_its_vehicle() {
     // 63 in the files; some lie at the surface, where the rate of depth says nothing on them.
     assert!((50..=63).contains(&speeds.len()), "{}", speeds.len());
     // Under way the simulated glider makes 27 to 39 cm/s, less in its turns.
-    assert!((0.25..0.35).contains(&discovery::record::plausible::quantile(&speeds, 0.5)), "{speeds:?}");
+    assert!((0.25..0.35).contains(&logs::record::plausible::quantile(&speeds, 0.5)), "{speeds:?}");
     let error = block_error(sample, &got);
     assert!(error < number(&want, "/model_comparison_with_vehicle_json/pass_if_below_m_s"), "{error} m/s");
     // The vehicle that the import makes is as good as the one that made the sample.
-    let made = discovery::vehicle::parse_text(&vehicle.toml(), Path::new("vehicle.toml")).expect("a vehicle");
+    let made = logs::vehicle::parse_text(&vehicle.toml(), Path::new("vehicle.toml")).expect("a vehicle");
     assert!((made.constants.hull_volume_m3 - 0.052_757_878_4).abs() < 1e-9);
 }
 
@@ -269,7 +269,7 @@ fn validate_real_flights_go_to_a_plausible_vehicle_in_one_step() {
         ("slocum_comet2019/raw", 1, "slocum-200"),
     ] {
         let got = import(&root.join(folder), &[]).unwrap_or_else(|e| panic!("{folder}: {e}"));
-        let vehicle = discovery::vehicle::parse_text(&got.vehicle.as_ref().expect("a vehicle").toml(), Path::new("vehicle.toml"));
+        let vehicle = logs::vehicle::parse_text(&got.vehicle.as_ref().expect("a vehicle").toml(), Path::new("vehicle.toml"));
         let vehicle = vehicle.unwrap_or_else(|e| panic!("{folder}: {e}"));
         assert_eq!(vehicle.name, class);
         assert!(segments(&got.flight) >= least_segments, "{folder}: {} segments", segments(&got.flight));

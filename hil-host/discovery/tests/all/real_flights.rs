@@ -1,8 +1,9 @@
 //! The dynamic workbench on real Slocum flights: no NaN, no false calm, errors that held-out dives confirm. Needs `GLIDER_FLIGHTS`.
 
+use discovery::diagnosis;
 use discovery::hypotheses::search::Depth;
-use discovery::record::csv;
-use discovery::{Flight, Vehicle, diagnosis, vehicle};
+use logs::record::csv;
+use logs::{Flight, Vehicle, vehicle};
 use std::path::PathBuf;
 
 fn real(flight: &str, file: &str) -> Option<(Flight, Vehicle)> {
@@ -43,7 +44,7 @@ fn validate_the_two_clocks_of_two_slocums() {
     // The same least squares over all rows with numpy gives -2.6 ± 0.4 and -1.2 ± 0.3 s (jackknife over eighths of the flight).
     for (flight, file, expected_s, within_s) in [(COMET, "comet.toml", -2.6, 0.4), (MODENA_12, "modena.toml", -1.2, 0.3)] {
         let Some((flight, _)) = real(flight, file) else { return };
-        let tau = discovery::preprocess::clock_offset::shift_s(&flight).expect("two sensors")[0];
+        let tau = logs::record::clock_offset::shift_s(&flight).expect("two sensors")[0];
         assert!((tau - expected_s).abs() < within_s, "{}: {tau} s", flight.name);
     }
 }
@@ -55,7 +56,7 @@ fn validate_the_clock_of_two_pressures_by_the_vertical_velocity() {
     let Some((with, vehicle)) = real(MODENA_12, "modena.toml") else { return };
     let mut without = with.clone();
     without.extra.remove("eng_pressure_bar");
-    let tau = discovery::preprocess::clock_offset::shift_s(&with).expect("two sensors")[0];
+    let tau = logs::record::clock_offset::shift_s(&with).expect("two sensors")[0];
     let [with, without] = [with, without].map(|f| diagnosis::diagnose(&f, &vehicle, Depth::Singles, &|_, _| {}).expect("diagnosis"));
     let clock = |d: &diagnosis::Diagnosis| d.sensors.iter().find(|s| s.name == "clock_offset").map_or(0.0, |s| s.value);
     // The engineering channels are early by 1.2 s; a clock of the fit that is behind is positive.

@@ -6,12 +6,13 @@
 
 use std::path::PathBuf;
 
-use discovery::Flight;
+use logs::Flight;
 
 use discovery::steady::fit::Parameter;
 use discovery::steady::ladder::{Rung, Step, climb, ladder, rms_cm_s};
-use discovery::steady::samples::{SteadyFilter, SteadySamples, steady, vertical_velocity};
+use discovery::steady::samples::SteadySamples;
 use discovery::steady::{held_out, steady_report};
+use logs::record::steady::{SteadyFilter, steady, vertical_velocity};
 
 /// The published ladder was made by another tool on the same columns: 5 % is its
 /// acceptance limit; two digits after the point are printed there.
@@ -22,7 +23,7 @@ fn flight(relative: &str) -> Option<Flight> {
         eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
         return None;
     };
-    let flight = discovery::record::csv::flight(&PathBuf::from(root).join(relative)).expect("a readable flight");
+    let flight = logs::record::csv::flight(&PathBuf::from(root).join(relative)).expect("a readable flight");
     Some(flight)
 }
 
@@ -170,7 +171,7 @@ fn validate_the_flight_of_the_public_package_gives_the_same_error() {
         return;
     };
     let bytes = std::fs::read(PathBuf::from(root).join("slocum_comet2016/gliderflight_data.npy")).expect("the array");
-    let flight = discovery::import::comet::flight(&bytes).expect("the flight");
+    let flight = logs::import::comet::flight(&bytes).expect("the flight");
     let report = steady_report(&flight).expect("report");
     // Published 0.50 cm/s; 10 % for its depth from local density (2 % more velocity) and its own interpolation.
     assert!((report.after_cm_s - 0.50).abs() <= 0.05, "{:.3} cm/s", report.after_cm_s);
@@ -186,7 +187,7 @@ fn validate_the_flight_of_the_public_package_gives_the_same_error() {
 fn vehicle_files_and_the_nominal_steady_model_agree() {
     for name in ["comet", "modena"] {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("../../vehicles/{name}.toml"));
-        let vehicle = discovery::vehicle::read(&path).expect("a vehicle");
+        let vehicle = logs::vehicle::read(&path).expect("a vehicle");
         let nominal = discovery::steady::glide::GlideModel::nominal(1.0, 10.0);
         let c = vehicle.constants;
         assert!((c.lift_slope_per_rad - nominal.lift_slope_per_rad).abs() < 1e-9);

@@ -3,11 +3,11 @@
 use super::super::shards::file_report;
 use super::super::{Output, Verdict};
 use super::{Args, bar};
-use crate::campaign::lattice::{cases, spread};
-use crate::campaign::own_parts::{self, Both};
-use crate::flight::closed_loop::End;
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
+use rig::campaign::lattice::{cases, spread};
+use rig::campaign::own_parts::{self, Both};
+use rig::flight::closed_loop::End;
 use serde_json::json;
 use std::time::Instant;
 
@@ -28,7 +28,7 @@ pub fn missions(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     let mut chosen = spread(chosen, args.sample.unwrap_or(SAMPLE_MISSIONS));
     for case in &mut chosen {
-        case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(crate::campaign::lattice::SEEDS));
+        case.seed = case.seed.wrapping_add(args.seed.wrapping_mul(rig::campaign::lattice::SEEDS));
     }
     let bar = bar(chosen.len() as u64, "missions, both ways");
     let flown = chosen.par_iter().progress_with(bar.clone()).map(own_parts::run).collect::<anyhow::Result<Vec<Both>>>()?;

@@ -2,10 +2,10 @@
 
 use super::super::shards::{To, file_report};
 use super::super::{Output, Verdict};
-use crate::campaign::{self, Summary};
-use crate::seats::Choice;
-use crate::shards::part::without_durations;
 use crate::terminal::table;
+use rig::campaign::{self, Summary};
+use rig::seats::Choice;
+use rig::shards::part::without_durations;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -71,7 +71,7 @@ pub fn report(
         )
     });
     let flown = merges.map_or_else(|| format!("{wall_s:.0} s, in this process{through}"), |of| format!("in {of} parts"));
-    campaign::report::page(&summary, faulty, healthy, &flown).write(to.html)?;
+    crate::pages::fault_campaign::page(&summary, faulty, healthy, &flown).write(to.html)?;
     document["report"] = json!(to.html);
     output.emit(&document, || {
         print(&summary, faulty, &bad, wall_s, seat.as_ref(), to);

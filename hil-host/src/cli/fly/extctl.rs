@@ -2,9 +2,6 @@
 
 use super::super::{Output, Verdict};
 use super::{Args, summary_head};
-use crate::flight::worlds;
-use crate::seats::qemu_backseat::QemuBackseat;
-use crate::seats::{Choice, port, qemu};
 use crate::terminal::{fitted, say};
 use anyhow::{Context, ensure};
 use frontseat::board::{OnPort, SAYS_SOMETHING, Standing, Terminal};
@@ -12,6 +9,9 @@ use frontseat::flight::{Outcome, Trial, ini};
 use frontseat::mission::Pilot;
 use indicatif::ProgressBar;
 use plant::Scenario;
+use rig::flight::worlds;
+use rig::seats::qemu_backseat::QemuBackseat;
+use rig::seats::{Choice, port, qemu};
 use serde_json::json;
 use signals::Mission;
 use std::path::Path;

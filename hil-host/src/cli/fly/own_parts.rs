@@ -2,14 +2,14 @@
 
 use super::super::{Output, Verdict};
 use super::{Args, print, progress, summary, table_of, verdict};
-use crate::flight::closed_loop::Setup;
-use crate::flight::recorder::Recorder;
-use crate::flight::{config_file, own_parts};
-use crate::seats::{CYCLE_S, Seat};
 use crate::terminal::say;
 use anyhow::{Context, anyhow, ensure};
 use parts::iridium::Fault;
 use plant::{Scenario, World};
+use rig::flight::closed_loop::Setup;
+use rig::flight::recorder::Recorder;
+use rig::flight::{config_file, own_parts};
+use rig::seats::{CYCLE_S, Seat};
 use serde_json::json;
 use signals::Mission;
 

@@ -1,14 +1,14 @@
 //! The main job: both wing sets fly the paper's lake mission through the best
 //! seat there is, and a real flight is compared with the steady model.
 
-use crate::flight::closed_loop::{Outcome, Setup, fly};
-use crate::flight::mission_file::{built_in, wings_name};
-use crate::flight::recorder::Recorder;
-use crate::flight::worlds;
-use crate::seats::{self, Choice, qemu};
 use anyhow::{Context, anyhow};
 use discovery::steady::{SteadyReport, steady_report};
 use plant::World;
+use rig::flight::closed_loop::{Outcome, Setup, fly};
+use rig::flight::mission_file::{built_in, wings_name};
+use rig::flight::recorder::Recorder;
+use rig::flight::worlds;
+use rig::seats::{self, Choice, qemu};
 use serde_json::{Value, json};
 use signals::{Mission, Phase, Wings};
 use std::path::{Path, PathBuf};
@@ -152,14 +152,14 @@ fn free_folder(out: &Path, name: &str) -> PathBuf {
 /// # Errors
 /// Neither can be compared.
 pub fn compare(cache: &Path, fallback: &Path) -> anyhow::Result<Comparison> {
-    let why = match crate::flight::fetch::comet_2016(cache) {
+    let why = match rig::flight::fetch::comet_2016(cache) {
         Ok(fetched) => {
-            let flight = discovery::record::csv::flight(&fetched.flight)?;
+            let flight = logs::record::csv::flight(&fetched.flight)?;
             return Ok(Comparison { report: steady_report(&flight)?, flight: fetched.flight, real: true, why_not: None });
         }
         Err(e) => format!("{e:#}"),
     };
-    let flight = discovery::record::csv::flight(fallback)?;
+    let flight = logs::record::csv::flight(fallback)?;
     Ok(Comparison { report: steady_report(&flight)?, flight: fallback.to_owned(), real: false, why_not: Some(why) })
 }
 

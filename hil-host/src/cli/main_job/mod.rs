@@ -4,11 +4,11 @@ mod flights;
 mod picture;
 
 use super::{Output, Verdict};
-use crate::flight::closed_loop::End;
-use crate::flight::mission_file::wings_name;
 use crate::terminal::{say, table};
 use flights::{Findings, best_seat, compare, fly_wings};
 use indicatif::{ProgressBar, ProgressStyle};
+use rig::flight::closed_loop::End;
+use rig::flight::mission_file::wings_name;
 use signals::Wings;
 use std::path::Path;
 

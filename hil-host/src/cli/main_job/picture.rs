@@ -1,8 +1,8 @@
 //! The main job's page.
 
 use super::flights::{Findings, Flown};
-use crate::flight::mission_file::wings_name;
 use crate::pages::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
+use rig::flight::mission_file::wings_name;
 
 /// Bins of the angle-of-attack histogram, deg.
 const PICTURE_BIN_DEG: f64 = 1.0;

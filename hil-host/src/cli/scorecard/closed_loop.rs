@@ -1,13 +1,13 @@
 //! `glider scorecard loop`: the whole circle in worlds whose truth is known.
 
 use super::super::{Output, Verdict};
-use crate::flight::mission_file::wings_name;
 use crate::pages::{Axis, Chart, Page, Provenance, Section, Table};
 use crate::score::whole_loop::{Closed, cases, close_all};
 use crate::terminal::{say, table};
 use anyhow::ensure;
 use indicatif::{ProgressBar, ProgressStyle};
 use plant::EffectKind;
+use rig::flight::mission_file::wings_name;
 use serde_json::json;
 use std::path::PathBuf;
 

@@ -91,7 +91,7 @@ fn scores_table(pairs: &[(&Score, &Score)]) -> comfy_table::Table {
         t.add_row([
             format!("{:?}", ours.case.band).to_lowercase(),
             ours.case.disturbance.name().replace('_', " "),
-            crate::flight::mission_file::wings_name(ours.case.wings).to_owned(),
+            rig::flight::mission_file::wings_name(ours.case.wings).to_owned(),
             two(ours.achieved_l_over_d, stock.achieved_l_over_d, 2),
             two(ours.share_of_max, stock.share_of_max, 2),
             two(ours.transport_j_m, stock.transport_j_m, 1),

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
-use discovery::export;
-use discovery::workbench::refitted_file::sha256;
+use logs::digest::sha256;
+use logs::export;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -17,10 +17,10 @@ use crate::score::real::ask::Program;
 use crate::score::real::flights::{Data, Entry, Floors, Shipped};
 use crate::score::real::injected_errors::{INJECTED_ERRORS, InjectedError};
 use crate::score::real::{Ready, Scored, ask_one, below, document, line, ready, shipped};
-use crate::shards::kept::key;
-use crate::shards::part;
-use crate::shards::work::Done;
 use crate::terminal::{say, table};
+use rig::shards::kept::key;
+use rig::shards::part;
+use rig::shards::work::Done;
 
 /// Arguments of `scorecard real`.
 #[derive(clap::Args, Debug)]

@@ -12,10 +12,10 @@ use super::super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
 use super::super::{Output, Verdict};
 use super::cases_bar;
 use crate::score::timeline::{CHANGES_FLOWN, Case, DIVES, Scored, document, false_alarms, plan, score};
-use crate::shards::kept::key;
-use crate::shards::part;
-use crate::shards::work::Done;
 use crate::terminal::{say, table};
+use rig::shards::kept::key;
+use rig::shards::part;
+use rig::shards::work::Done;
 
 /// Its name in parts.
 pub(super) const TIMELINE_COMMAND: &str = "scorecard timeline";

@@ -20,7 +20,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 /// # Errors
 /// Never for the committed files.
 pub fn model_agreement(change: impl Fn(Geometry) -> Geometry) -> anyhow::Result<(f64, f64)> {
-    let file = crate::flight::vehicles::built_in("slocum-low-ar")?;
+    let file = rig::flight::vehicles::built_in("slocum-low-ar")?;
     let curves: Vec<Vec<f64>> = file
         .models
         .iter()

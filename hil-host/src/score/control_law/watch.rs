@@ -1,8 +1,8 @@
 //! What is kept from cycle to cycle while a flight under a control law is judged: way, turns, depth peaks.
 
 use crate::score::control_law::{BIN_DEG, BINS, Case, Score, best};
-use crate::seats::CYCLE_S;
 use plant::{Truth, World};
+use rig::seats::CYCLE_S;
 use signals::{Answer, Mission};
 
 /// "Near α*": within this, rad (2°).

@@ -6,11 +6,12 @@ use anyhow::{Context as _, bail};
 use discovery::diagnosis::{check_segments, prepared_problem};
 use discovery::hypotheses::candidate::fit_named;
 use discovery::hypotheses::identifiability::Identifiability;
-use discovery::record::csv;
-use discovery::record::plausible::quantile;
+use discovery::preprocess;
 use discovery::workbench::add;
-use discovery::{Flight, import, preprocess, vehicle};
 use hydro::effects::{Effect, by_name};
+use logs::record::csv;
+use logs::record::plausible::quantile;
+use logs::{Flight, import, vehicle};
 use serde::Deserialize;
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! Injected errors: one thing changed in the vehicle file or in the log of a real flight, and what a diagnosis should then say.
 
-use discovery::Flight;
-use discovery::record::resample::Series;
+use logs::Flight;
+use logs::record::resample::Series;
 use serde_json::{Value, json};
 
 /// Compressibility of a Slocum hull, 1/Pa, that a relative error is relative to where the file says that the hull is rigid.

@@ -20,8 +20,8 @@ use std::path::Path;
 use anyhow::Context as _;
 use discovery::hypotheses::identifiability::Identifiability;
 use discovery::model::parameters::{NINETY, calibration_of, tolerance_of};
-use discovery::vehicle::catalogue;
-use discovery::{Flight, export, vehicle};
+use logs::vehicle::catalogue;
+use logs::{Flight, export, vehicle};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -52,8 +52,8 @@ pub struct Scored {
     /// Split of the flight.
     pub split: Split,
     /// The injected error.
-    #[serde(deserialize_with = "crate::shards::interned::text")]
-    pub injected: crate::shards::interned::Text,
+    #[serde(deserialize_with = "rig::shards::interned::text")]
+    pub injected: rig::shards::interned::Text,
     /// Whether the effect of the injected error is asked for (else quiet is).
     pub names_an_effect: bool,
     /// Expected size, standard deviations; NaN for injected errors that no effect undoes.
@@ -119,10 +119,9 @@ pub fn ready(root: &Path, data: &Data, wanted: &dyn Fn(&Entry) -> bool, missing:
 fn write(folder: &Path, flight: &Flight, vehicle: &Value) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot create the folder", folder.display()))?;
     let csv = folder.join("flight.csv");
-    crate::whole_file::through(&csv, |file| export::csv::write(flight, file))
-        .with_context(|| format!("{}: cannot write", csv.display()))?;
+    rig::whole_file::through(&csv, |file| export::csv::write(flight, file)).with_context(|| format!("{}: cannot write", csv.display()))?;
     let path = folder.join("vehicle.json");
-    crate::whole_file::write(&path, format!("{vehicle:#}\n")).with_context(|| format!("{}: cannot write", path.display()))
+    rig::whole_file::write(&path, format!("{vehicle:#}\n")).with_context(|| format!("{}: cannot write", path.display()))
 }
 
 /// Injects an error into a flight, which is written to the folder `here`, and scores what is said.

@@ -1,8 +1,8 @@
 //! A case of the plant as its finder meets it: written to files, and read back.
 
-use discovery::record::csv;
-use discovery::{Flight, Vehicle, vehicle};
 use hil_host::score;
+use logs::record::csv;
+use logs::{Flight, Vehicle, vehicle};
 use plant::trials::{Case, Row, Spec, generate};
 
 /// The log and the vehicle of one case.

@@ -6,8 +6,8 @@ use crate::hypotheses::sensitivity::Signature;
 use crate::inference::evidence::PRIOR;
 use crate::inference::linear::linear;
 use crate::inference::posterior::Fit;
-use crate::vehicle::catalogue;
 use hydro::effects::Effect;
+use logs::vehicle::catalogue;
 
 /// Most singles, and most pairs, that are fitted with the full model.
 const MOST_SINGLES: usize = 8;

@@ -1,7 +1,7 @@
 //! The table of calibration and nuisance parameters: what each is called, scatters by, changes, and is written as.
 
-use crate::vehicle::{Tolerance, Vehicle};
 use hydro::effects::{BallastScale, Calibrated, Constants, Effect, PitchOffset};
+use logs::vehicle::{Tolerance, Vehicle};
 
 /// One calibration or nuisance parameter.
 pub struct Parameter {

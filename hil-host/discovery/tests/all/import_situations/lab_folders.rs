@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use discovery::import::{import, import_all};
+use logs::import::{import, import_all};
 
 use super::made_logs::{START, pair};
 use super::{folder, said};

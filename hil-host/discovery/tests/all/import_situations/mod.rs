@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use discovery::import::{Imported, import};
+use logs::import::{Imported, import};
 
 mod lab_folders;
 #[path = "../../made_logs/mod.rs"]
@@ -192,7 +192,7 @@ fn regress_a_log_without_ballast_is_read_and_says_what_it_cannot_show() {
     }
     // A comparison refuses it with the same words.
     let text = "time_s,pressure_dbar,m_pitch_rad,sci_density_kg_m3\n0,5,0.1,1025\n";
-    let e = discovery::record::csv::parse(text, Path::new("f.csv"), "f").expect_err("no ballast").to_string();
+    let e = logs::record::csv::parse(text, Path::new("f.csv"), "f").expect_err("no ballast").to_string();
     assert!(e.contains("m_ballast_pumped_cc: is missing; without it the force that drives it is unknown"), "{e}");
 }
 

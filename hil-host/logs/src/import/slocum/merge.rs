@@ -1,0 +1,296 @@
+//! Channels of the two computers, each with its times, become one flight on the rows of the CTD.
+
+use std::collections::BTreeMap;
+
+use super::{Collected, CtdRow, GPS_STATUS};
+use crate::import::Report;
+use crate::import::channels::{SALINITY_COLUMN, report_seldom};
+use crate::import::position::{self, FIX_DEPTH_PA};
+use crate::import::pressure_zero::{self, UNDER_WATER_PA};
+use crate::import::two_computers::{self, Ctd, agree, covered};
+use crate::record::clock_offset::ENGINEERING_PRESSURE;
+use crate::record::flight::Flight;
+use crate::record::plausible::quantile;
+use crate::record::resample::Series;
+use crate::record::seawater::{self, Place};
+
+/// A reading that moves by less does not move the vehicle, m³ (guess).
+const PUMP_M3: f64 = 20e-6;
+
+pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
+    let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
+    let empty = Series::default();
+    let get = |name: &str| series.get(name).unwrap_or(&empty);
+    let (lat, lon) = gps(&good(get("m_gps_lat"), get(GPS_STATUS), report), get("m_gps_lon"), report);
+    let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
+    let steering = steering_pressure(&series, place, &all.spans, report);
+    let heading = if in_rad(get("m_heading"), report) { get("m_heading") } else { &empty };
+    let from_ctd = !all.ctd.is_empty();
+    if !from_ctd {
+        report.note("no CTD in these files: rows are the vehicle's own pressure, and density is missing".into());
+    }
+    without_ctd(&mut all, &steering, report);
+    all.ctd.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    all.ctd.dedup_by(|b, a| a.time_s == b.time_s);
+    without_overlap(&mut all.ctd, report);
+    pressure_zero::drop_zeros(&mut all.ctd, |r| (r.time_s, r.pressure_pa), "the CTD's pressure", report);
+    if from_ctd {
+        pressure_zero::take_out(&mut all.ctd, |r| (r.time_s, &mut r.pressure_pa), |r| r.segment, report);
+    }
+    let first = all.ctd.first()?;
+    let start_s = first.time_s;
+    let unix: Vec<f64> = all.ctd.iter().map(|r| r.time_s).collect();
+    report.density_from(
+        "sci_water_cond, sci_water_temp, sci_water_pressure",
+        place,
+        all.ctd.iter().any(|r| r.conductivity_s_m.is_finite()),
+    );
+    // Shallow gliders have a pump, deep ones an oil bladder, and the reading of the other is a fill: it is the one that moves.
+    let (pumped, bladder) = (get("m_ballast_pumped"), get("m_de_oil_vol"));
+    let (oil, other) =
+        if moves(pumped) >= moves(bladder) { ("m_ballast_pumped", "m_de_oil_vol") } else { ("m_de_oil_vol", "m_ballast_pumped") };
+    let (ballast, of_others) = by_segment(pumped, bladder, &all.spans, |pumped, bladder| {
+        let (a, b) = (moves(pumped), moves(bladder));
+        (a.max(b) > PUMP_M3).then_some(a >= b)
+    });
+    if of_others > 0 {
+        report.note(format!("ballast: in {of_others} segments {other} moves and {oil} does not: taken there"));
+    }
+    report.mapped.retain(|m| m.from != other || of_others > 0);
+    for m in report.mapped.iter_mut().filter(|m| from_ctd && m.from == "m_pressure") {
+        m.to = ENGINEERING_PRESSURE.into();
+    }
+    let mut flight = Flight {
+        name: report.segments.first().cloned().unwrap_or_default(),
+        time_s: unix.iter().map(|t| t - start_s).collect(),
+        segment: all.ctd.iter().map(|r| r.segment).collect(),
+        pressure_pa: all.ctd.iter().map(|r| r.pressure_pa).collect(),
+        pitch_rad: get("m_pitch").on(&unix),
+        roll_rad: get("m_roll").on(&unix),
+        heading_rad: heading.angle_on(&unix),
+        ballast_m3: ballast.on(&unix),
+        battery_mass_m: get("m_battpos").on(&unix),
+        temperature_degc: all.ctd.iter().map(|r| r.temperature_degc).collect(),
+        density_kg_m3: all.ctd.iter().map(|r| density(r, place)).collect(),
+        gps_east_m: vec![f64::NAN; unix.len()],
+        gps_north_m: vec![f64::NAN; unix.len()],
+        ..Flight::default()
+    };
+    let practical = |r: &CtdRow| seawater::practical_salinity(r.conductivity_s_m, r.temperature_degc, r.pressure_pa * 1e-4);
+    flight.extra.insert(SALINITY_COLUMN.into(), all.ctd.iter().map(practical).collect());
+    number_segments(&mut flight, report);
+    let fixes = afloat(position::sound(position::fixes(&lat, &lon), report), &steering, report);
+    position::place(&mut flight, &unix, &fixes, report);
+    let (dr_lat, dr_lon) = without_zeros(&degrees(get("m_lat")), &degrees(get("m_lon")));
+    position::dead_reckoning(&mut flight, &unix, &dr_lat, &dr_lon, &fixes);
+    for (name, series, column) in [("m_pitch", get("m_pitch"), &flight.pitch_rad), (oil, &ballast, &flight.ballast_m3)] {
+        report_seldom(name, series, column, report);
+    }
+    if !get("m_fin").is_empty() {
+        flight.extra.insert("m_fin_rad".into(), get("m_fin").on(&unix));
+    }
+    // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
+    if from_ctd && !steering.is_empty() {
+        let pressure = steering.on(&unix);
+        agree(&flight, &unix, &steering, report);
+        flight.extra.insert(ENGINEERING_PRESSURE.into(), pressure.iter().map(|p| p * 1e-4).collect());
+    }
+    report.start_unix_s = Some(start_s);
+    Some(flight)
+}
+
+/// By how much a reading moves, without a value now and then that is a fill; less than 0 where there is none.
+fn moves(series: &Series) -> f64 {
+    let mut values: Vec<f64> = series.pairs().map(|(_, v)| v).collect();
+    values.sort_by(f64::total_cmp);
+    values.last().zip(values.first()).map_or(-1.0, |(high, low)| high - low)
+}
+
+/// Times of the segments' files: the files' of the vehicle, else those of the CTD.
+type Spans = BTreeMap<u32, (f64, f64)>;
+
+/// Of two series the better one in each segment, as `better` says (the first, the second, or none of them more than usual); outside all
+/// segments that of the whole flight. In how many segments it is not that.
+fn by_segment(first: &Series, second: &Series, spans: &Spans, better: impl Fn(&Series, &Series) -> Option<bool>) -> (Series, usize) {
+    let usual = better(first, second).unwrap_or(true);
+    let of = |span: &(f64, f64)| better(&first.within(span.0, span.1), &second.within(span.0, span.1));
+    let mut others: Vec<(f64, f64)> = spans.values().copied().filter(|span| of(span) == Some(!usual)).collect();
+    others.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (one, other) = if usual { (first, second) } else { (second, first) };
+    // Spans of one glider do not overlap.
+    let inside = |t: f64| others.partition_point(|span| span.0 <= t).checked_sub(1).is_some_and(|k| t <= others[k].1);
+    let kept = one.pairs().filter(|(t, _)| !inside(*t)).chain(other.pairs().filter(|(t, _)| inside(*t)));
+    let (time, value): (Vec<f64>, Vec<f64>) = kept.unzip();
+    (Series::new(&time, &value), others.len())
+}
+
+/// Pressure by the steering computer, Pa: its own, else from its depth, in each segment.
+fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, spans: &Spans, report: &mut Report) -> Series {
+    let of = |name: &str| series.get(name).filter(|s| !s.is_empty()).cloned();
+    let named = ["m_pressure", "m_water_pressure"].into_iter().find_map(|name| Some((name, of(name)?)));
+    let own = named.map(|(name, own)| upright(own, name, UNDER_WATER_PA, report));
+    let Some(depth) = of("m_depth") else { return own.unwrap_or_default() };
+    let depth = upright(depth, "m_depth", UNDER_WATER_PA * 1e-4, report);
+    let lat_deg = place.map_or(45.0, |p| p.lat_deg);
+    let (time, pressure): (Vec<f64>, Vec<f64>) =
+        depth.pairs().map(|(t, z)| (t, if z < 0.0 { 1e4 * z } else { seawater::pressure_pa(z, lat_deg) })).unzip();
+    let of_depth = Series::new(&time, &pressure);
+    let Some(own) = own else {
+        report.note(format!("no m_pressure: the vehicle's pressure is computed from m_depth by TEOS-10 at {lat_deg:.1} deg"));
+        return of_depth;
+    };
+    let (pressure, count) =
+        by_segment(&own, &of_depth, spans, |own, depth| (own.is_empty() != depth.is_empty()).then_some(depth.is_empty()));
+    if count > 0 {
+        report.note(format!("{count} segments have no m_pressure: it is computed from m_depth there"));
+    }
+    pressure
+}
+
+/// A channel that grows downward: one whose middle lies further than `water` above the surface is turned round.
+fn upright(series: Series, name: &str, water: f64, report: &mut Report) -> Series {
+    let (time, mut values): (Vec<f64>, Vec<f64>) = series.pairs().unzip();
+    if pressure_zero::turn_upright(&mut values, name, water, report) { Series::new(&time, &values) } else { series }
+}
+
+/// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
+fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
+    let ctd = two_computers::by_segment(all.ctd.iter().map(|r| (r.segment, r.time_s, r.pressure_pa)));
+    let mut off = std::collections::BTreeSet::new();
+    for (segment, span) in &all.spans {
+        let own: Vec<(f64, f64)> = steering.within(span.0, span.1).pairs().collect();
+        let ctd = ctd.get(segment).map_or(&[][..], Vec::as_slice);
+        let name = report.segments.get(*segment as usize).cloned().unwrap_or_default();
+        match covered(&own, ctd) {
+            Ctd::Whole => {}
+            Ctd::Missing(off, of) => {
+                report.leave_out(format!("{name}: the CTD was off in {off} of {of} minutes under water, which have no rows"));
+            }
+            Ctd::Off(ran, of) => {
+                let had = ctd.len();
+                if had > 0 {
+                    report.leave_out(format!(
+                        "{name}: the CTD ran in {ran} of {of} minutes under water: its {had} samples give way to the vehicle's own pressure"
+                    ));
+                }
+                off.insert(*segment);
+            }
+        }
+    }
+    all.ctd.retain(|r| !off.contains(&r.segment));
+    for segment in off {
+        let own = all.spans.get(&segment).map(|span| steering.within(span.0, span.1)).unwrap_or_default();
+        all.ctd.extend(own.pairs().map(|(time_s, pressure_pa)| CtdRow {
+            time_s,
+            segment,
+            pressure_pa,
+            temperature_degc: f64::NAN,
+            conductivity_s_m: f64::NAN,
+        }));
+    }
+}
+
+/// Rows of a segment after the first one of the next: two files overlap, and their rows would come by turns.
+fn without_overlap(rows: &mut Vec<CtdRow>, report: &mut Report) {
+    let mut seen: Vec<u32> = Vec::new();
+    let all = rows.len();
+    rows.retain(|row| {
+        if seen.last() != Some(&row.segment) && !seen.contains(&row.segment) {
+            seen.push(row.segment);
+        }
+        seen.last() == Some(&row.segment)
+    });
+    if rows.len() < all {
+        report.leave_out(format!("{} of {all} rows of one segment lie in the time of the next: two files overlap", all - rows.len()));
+    }
+}
+
+/// Latitudes that the receiver itself does not call bad at their time.
+fn good(lat: &Series, status: &Series, report: &mut Report) -> Series {
+    let bad: std::collections::BTreeSet<u64> = status.pairs().filter(|(_, v)| *v != 0.0).map(|(t, _)| t.to_bits()).collect();
+    let (time, value): (Vec<f64>, Vec<f64>) = lat.pairs().filter(|(t, _)| !bad.contains(&t.to_bits())).unzip();
+    if time.len() == lat.len() || time.is_empty() {
+        return lat.clone();
+    }
+    report.note(format!("{} of {} GPS fixes have another {GPS_STATUS} than 0: no good ones, left out", lat.len() - time.len(), lat.len()));
+    Series::new(&time, &value)
+}
+
+/// Latitude and longitude of the GPS, deg.
+fn gps(lat: &Series, lon: &Series, report: &mut Report) -> (Series, Series) {
+    let fixes = without_zeros(&degrees(lat), &degrees(lon));
+    if !fixes.0.is_empty() && in_degrees(lat, lon) {
+        report.leave_out("m_gps_lat and m_gps_lon are to be ddmm.mmm and look like degrees: all fixes are left out".into());
+        return (Series::default(), Series::default());
+    }
+    fixes
+}
+
+/// Positions without those of 0 deg 0 deg, where a receiver without a fix says to be; on the equator or the meridian there are fixes.
+fn without_zeros(lat: &Series, lon: &Series) -> (Series, Series) {
+    let known = position::fixes(lat, lon).into_iter().filter(|f| f.lat_deg != 0.0 || f.lon_deg != 0.0);
+    let (time, places): (Vec<f64>, Vec<(f64, f64)>) = known.map(|f| (f.time_s, (f.lat_deg, f.lon_deg))).unzip();
+    let (lat, lon): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
+    (Series::new(&time, &lat), Series::new(&time, &lon))
+}
+
+/// Whether a heading that states rad can be in rad.
+fn in_rad(heading: &Series, report: &mut Report) -> bool {
+    let beyond = heading.pairs().filter(|(_, v)| v.abs() > FULL_TURN_RAD).count();
+    let sound = 20 * beyond <= heading.len();
+    if !sound {
+        report.leave_out("m_heading is in rad and goes beyond a full turn: degrees? It is left out".into());
+    }
+    sound
+}
+
+/// The fixes at the surface, by the vehicle's own pressure above its least.
+fn afloat(mut fixes: Vec<position::Fix>, steering: &Series, report: &mut Report) -> Vec<position::Fix> {
+    let all = fixes.len();
+    let least = quantile(&steering.pairs().map(|(_, p)| p).collect::<Vec<_>>(), 0.02);
+    fixes.retain(|f| !(steering.at(f.time_s) - least > FIX_DEPTH_PA));
+    if fixes.len() < all {
+        let count = all - fixes.len();
+        report.note(format!("{count} of {all} GPS fixes lie below 3 dbar: repeated from the surface, no fixes"));
+    }
+    fixes
+}
+
+/// A full turn, and a little more, rad.
+const FULL_TURN_RAD: f64 = 6.6;
+
+/// Whether positions that should be ddmm.mmm are degrees: minutes of 60 and more, or all within a degree or two of 0 deg 0 deg.
+fn in_degrees(lat: &Series, lon: &Series) -> bool {
+    let known =
+        |series: &Series, most: f64| series.pairs().map(|(_, v)| v).filter(|v| v.abs() <= most * 100.0 && *v != 0.0).collect::<Vec<f64>>();
+    let (lat, lon) = (known(lat, 90.0), known(lon, 180.0));
+    let minutes = lat.iter().chain(&lon).filter(|v| v.abs() % 100.0 >= 60.0).count();
+    let small = lat.iter().all(|v| v.abs() <= 90.0) && lon.iter().all(|v| v.abs() <= 180.0);
+    2 * minutes > lat.len() || small
+}
+
+/// Segment numbers without holes, in the order of time.
+fn number_segments(flight: &mut Flight, report: &mut Report) {
+    let mut seen: Vec<u32> = Vec::new();
+    for s in &mut flight.segment {
+        let k = seen.iter().position(|k| k == s).unwrap_or_else(|| {
+            seen.push(*s);
+            seen.len() - 1
+        });
+        *s = k as u32;
+    }
+    report.segments = seen.iter().filter_map(|k| report.segments.get(*k as usize).cloned()).collect();
+}
+
+/// Slocum positions are ddmm.mmmm; fills such as 69696969 are no positions.
+fn degrees(series: &Series) -> Series {
+    let (time, value): (Vec<f64>, Vec<f64>) =
+        series.pairs().map(|(t, v)| (t, position::degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0).unzip();
+    Series::new(&time, &value)
+}
+
+fn density(row: &CtdRow, place: Option<Place>) -> f64 {
+    let pressure_dbar = row.pressure_pa * 1e-4;
+    let practical = seawater::practical_salinity(row.conductivity_s_m, row.temperature_degc, pressure_dbar);
+    seawater::density_of_water(practical, place, row.temperature_degc, pressure_dbar)
+}

@@ -1,0 +1,19 @@
+//! What was measured, and what is stated of the vehicle: flights and vehicle files, from and to files.
+//!
+//! Folders in the order in which they may use each other: [`record`] (a flight), [`vehicle`] (a vehicle file), [`import`] (files of
+//! other people's gliders), [`export`] (files for other people's tools).
+//!
+//! # Words
+//!
+//! * **flight**: columns in SI units, a value a row, NaN where there is none.
+//! * **segment**: what lies between two surfacings.
+//! * **note**: what an import found and did; **left out**: what it could not use, and why.
+
+pub mod digest;
+pub mod export;
+pub mod import;
+pub mod record;
+pub mod vehicle;
+
+pub use record::flight::Flight;
+pub use vehicle::Vehicle;

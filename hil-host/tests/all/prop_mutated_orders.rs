@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rig::flight::{config_file, mission_file, worlds};
 
-#[path = "../../discovery/tests/mutations/mod.rs"]
+#[path = "../../logs/src/tests/mutations.rs"]
 mod mutations;
 use mutations::{Random, mutate};
 

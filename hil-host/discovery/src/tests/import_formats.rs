@@ -11,7 +11,7 @@ use serde_json::Value;
 const RELATIVE: f64 = 1e-6;
 
 fn folder(sample: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats").join(sample)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../logs/tests/formats").join(sample)
 }
 
 fn expected(sample: &str) -> Value {
@@ -51,7 +51,7 @@ fn block_error(sample: &str, imported: &Imported) -> f64 {
         "check": expected["model_comparison_with_vehicle_json"]["check_segments"]
     });
     let vehicle = logs::vehicle::parse(document, Path::new("vehicle.json")).expect("a vehicle");
-    let comparison = discovery::workbench::compare::compare(&imported.flight, &vehicle);
+    let comparison = crate::workbench::compare::compare(&imported.flight, &vehicle);
     comparison.block_error_m_s
 }
 
@@ -273,7 +273,7 @@ fn validate_real_flights_go_to_a_plausible_vehicle_in_one_step() {
         let vehicle = vehicle.unwrap_or_else(|e| panic!("{folder}: {e}"));
         assert_eq!(vehicle.name, class);
         assert!(segments(&got.flight) >= least_segments, "{folder}: {} segments", segments(&got.flight));
-        let c = discovery::workbench::compare::compare(&got.flight, &vehicle);
+        let c = crate::workbench::compare::compare(&got.flight, &vehicle);
         eprintln!(
             "{folder}: {} rows, {} segments, floats at {:.1}; rms {:.2} cm/s, steady {:.2}, block {:.2} over {:?}\n  left out {:?}\n  {}",
             got.flight.len(),

@@ -6,8 +6,8 @@
 
 use std::path::PathBuf;
 
-use logs::Flight;
-use logs::import::import;
+use crate::Flight;
+use crate::import::import;
 
 fn folder(variable: &str, relative: &str) -> Option<PathBuf> {
     let fetched = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../data-cache/samples/dbdreader-0.6.3/dbdreader/data");
@@ -41,7 +41,7 @@ fn difference(ours: &Flight, theirs: &Flight, offset_s: f64, channel: impl Fn(&F
 fn validate_raw_comet_files_reproduce_the_tidy_table() {
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
     let imported = import(&root.join("raw"), &[]).expect("an import");
-    let theirs = logs::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let theirs = crate::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
     let ours = &imported.flight;
     assert!(imported.report.files.iter().all(|f| f.problems.is_empty()), "{:?}", imported.report.files);
     let start = imported.report.start_unix_s.expect("Unix time");
@@ -70,11 +70,11 @@ fn validate_raw_comet_files_reproduce_the_tidy_table() {
 #[test]
 fn validate_engineering_channels_of_the_raw_comet_files() {
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
-    let theirs = logs::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let theirs = crate::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
     let raw = |stem: u32, end: &str| {
         let bytes = std::fs::read(root.join(format!("raw/comet-2016-174-05-{stem:03}.{end}"))).expect("a raw file");
         let cache = |crc: &str| std::fs::read(root.join(format!("raw/{crc}.cac"))).ok();
-        logs::import::dbd::read(&bytes, cache, |_| true).expect("readable")
+        crate::import::dbd::read(&bytes, cache, |_| true).expect("readable")
     };
     // Digits printed in the table, in SI.
     let checks: [(&str, &[f64], f64, f64); 4] = [
@@ -89,7 +89,7 @@ fn validate_engineering_channels_of_the_raw_comet_files() {
         let (dbd, ebd) = (raw(stem, "dbd"), raw(stem, "ebd"));
         let (taken, stored) = (&ebd.columns["sci_ctd41cp_timestamp"].1, &ebd.columns["sci_m_present_time"].1);
         for (k, (name, column, factor, tolerance)) in checks.into_iter().enumerate() {
-            let series = logs::record::resample::Series::new(&dbd.columns["m_present_time"].1, &dbd.columns[name].1);
+            let series = crate::record::resample::Series::new(&dbd.columns["m_present_time"].1, &dbd.columns[name].1);
             let (first, last) = (series.pairs().next().expect("samples"), series.pairs().last().expect("samples"));
             for (i, want) in column.iter().enumerate().filter(|(i, _)| theirs.segment[*i] == stem) {
                 let unix = theirs.time_s[i] + 1_466_704_292.85;
@@ -116,7 +116,7 @@ fn validate_packed_files_give_what_plain_ones_give() {
     let read = |name: &str| {
         let bytes = std::fs::read(data.join(name)).expect("a sample");
         let cache = |crc: &str| std::fs::read(data.join(format!("cac/{crc}.cac"))).ok();
-        logs::import::dbd::read(&bytes, cache, |_| true).expect("a readable sample")
+        crate::import::dbd::read(&bytes, cache, |_| true).expect("a readable sample")
     };
     for (plain, packed) in [("01600001.dbd", "01600001.dcd"), ("01600001.ebd", "01600001.ecd"), ("01600000.ebd", "01600000.ecd")] {
         let (plain, packed) = (read(plain), read(packed));
@@ -135,7 +135,7 @@ fn validate_the_corrupt_sample_names_its_block_and_keeps_the_rest() {
     let Some(data) = folder("GLIDER_DBD_SAMPLES", "") else { return };
     let bytes = std::fs::read(data.join("02380108.ecd")).expect("the sample");
     let cache = |crc: &str| std::fs::read(data.join(format!("cac/{crc}.cac"))).ok();
-    let file = logs::import::dbd::read(&bytes, cache, |_| true).expect("what is left");
+    let file = crate::import::dbd::read(&bytes, cache, |_| true).expect("what is left");
     eprintln!("{} cycles, {:#?}", file.cycles, file.problems);
     assert!(!file.problems.is_empty() && file.problems[0].contains("block"), "{:?}", file.problems);
     assert!(file.cycles > 100);
@@ -147,14 +147,14 @@ fn every_sample_is_read_or_refused_in_one_line() {
     let mut read = 0;
     for entry in std::fs::read_dir(&data).expect("samples").flatten() {
         let path = entry.path();
-        if !logs::import::slocum::is_slocum(&path) {
+        if !crate::import::slocum::is_slocum(&path) {
             continue;
         }
         let bytes = std::fs::read(&path).expect("bytes");
         let cache = |crc: &str| {
             std::fs::read(data.join(format!("cac/{crc}.cac"))).or_else(|_| std::fs::read(data.join(format!("cac/{crc}.ccc")))).ok()
         };
-        match logs::import::dbd::read(&bytes, cache, |_| true) {
+        match crate::import::dbd::read(&bytes, cache, |_| true) {
             Ok(file) => {
                 read += 1;
                 eprintln!("{}: {} cycles {:?}", path.display(), file.cycles, file.problems);
@@ -211,10 +211,10 @@ fn validate_the_steering_computers_pressure_tells_its_clock() {
     let Some(root) = folder("GLIDER_FLIGHTS", "slocum_comet2016") else { return };
     let imported = import(&root.join("raw"), &[]).expect("an import");
     let mapped = imported.report.mapped.iter().find(|m| m.from == "m_pressure").expect("m_pressure is there");
-    assert_eq!(mapped.to, logs::record::clock_offset::ENGINEERING_PRESSURE);
-    let ours = logs::record::clock_offset::shift_s(&imported.flight).expect("two sensors")[0];
-    let table = logs::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
-    let theirs = logs::record::clock_offset::shift_s(&table).expect("two sensors")[0];
+    assert_eq!(mapped.to, crate::record::clock_offset::ENGINEERING_PRESSURE);
+    let ours = crate::record::clock_offset::shift_s(&imported.flight).expect("two sensors")[0];
+    let table = crate::record::csv::flight(&root.join("comet2016_tidy.csv")).expect("the table");
+    let theirs = crate::record::clock_offset::shift_s(&table).expect("two sensors")[0];
     // 0.3 s: the jackknife's standard error of either is 0.3 to 0.4 s, over the same noise.
     assert!((ours - theirs - 0.8).abs() < 0.3, "{ours} s, the table {theirs} s");
 }

@@ -5,9 +5,9 @@
 
 use std::path::{Path, PathBuf};
 
-use logs::Flight;
-use logs::import::{Imported, import};
-use logs::record::plausible::quantile;
+use crate::Flight;
+use crate::import::{Imported, import};
+use crate::record::plausible::quantile;
 use netcdf_reader::NcFile;
 
 const SEAGLIDER_OG1: &str = "seagliderog1-0.2.0";

@@ -1,9 +1,9 @@
 //! The example trials: nominal model against the stated error figures. Needs `GLIDER_FLIGHTS`.
 
-use discovery::likelihood::block_error;
-use discovery::model::integrator;
-use discovery::workbench::{add, compare, next_flight};
-use discovery::{diagnosis, preprocess};
+use crate::likelihood::block_error;
+use crate::model::integrator;
+use crate::workbench::{add, compare, next_flight};
+use crate::{diagnosis, preprocess};
 use logs::record::csv;
 use logs::vehicle;
 use std::path::PathBuf;
@@ -50,7 +50,7 @@ fn example_trials_are_adequate_and_plans_ignore_their_pressure() {
         let case = folder.join(name);
         let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
         let flight = csv::flight(&case).expect("flight");
-        let d = diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+        let d = diagnosis::diagnose(&flight, &vehicle, crate::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(d.verdict, diagnosis::Verdict::Adequate, "{name}");
         // Launches and turns, not the glides after them: once 485 rows of 807 of the lake flight.
         assert!(d.rows_near_stall * 5 < d.rows, "{name}: {} rows left out, {} observations fitted", d.rows_near_stall, d.rows);
@@ -64,7 +64,7 @@ fn example_trials_are_adequate_and_plans_ignore_their_pressure() {
                 blind.pressure_pa[i] = 5e4 + 100.0 * ((i * 7) % 23) as f64;
             }
         }
-        let b = diagnosis::diagnose(&blind, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+        let b = diagnosis::diagnose(&blind, &vehicle, crate::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
         assert_eq!(b.recalibrated.calibration, d.recalibrated.calibration, "{name}");
         let p = next_flight::plan(&d, &vehicle, |_| next_flight::Reach::UNKNOWN).expect("two hypotheses at least");
         assert!(p.separation.windows(2).all(|w| w[1] >= w[0] - 1e-9), "{:?}", p.separation);
@@ -82,13 +82,13 @@ fn a_wrong_ballast_gain_is_named_and_the_new_vehicle_file_mends_the_error() {
     let vehicle = vehicle::read(&case.join("vehicle.json")).expect("vehicle");
     let mut flight = csv::flight(&case).expect("flight");
     flight.ballast_m3.iter_mut().for_each(|b| *b /= 1.08);
-    let d = diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
+    let d = diagnosis::diagnose(&flight, &vehicle, crate::hypotheses::search::Depth::Pairs, &|_, _| {}).expect("diagnosis");
     assert!(d.equivalent.iter().any(|e| e == &["ballast_scale"]), "{:?} {:?}", d.verdict, d.equivalent);
     let scale = hydro::effects::by_name("ballast_scale").expect("in the catalogue");
     let added = add::add(&flight, &vehicle, &[scale], b"parent").expect("added");
     // Mended means: as good as the untouched flight after its own recalibration, to 5 %.
     let untouched =
-        diagnosis::diagnose(&csv::flight(&case).expect("flight"), &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {})
+        diagnosis::diagnose(&csv::flight(&case).expect("flight"), &vehicle, crate::hypotheses::search::Depth::Pairs, &|_, _| {})
             .expect("diagnosis");
     assert!(added.heldout_m_s[2] < 1.05 * untouched.block_error_m_s[1], "{:?} {:?}", added.heldout_m_s, untouched.block_error_m_s);
     assert!(added.heldout_m_s[2] < added.heldout_m_s[0], "{:?}", added.heldout_m_s);
@@ -108,7 +108,6 @@ fn a_log_without_a_dive_is_refused_with_the_reason() {
         "wing":{"area_m2":0.11},"hydro":{"reference_area_m2":0.11,"wing_lift_slope_per_rad":3.45,"hull_lift_slope_per_rad":1.2,
         "hull_area_m2":0.0356,"cd0":0.15}}"#;
     let vehicle = vehicle::parse(serde_json::from_str(json).expect("json"), std::path::Path::new("v.json")).expect("vehicle");
-    let why =
-        diagnosis::diagnose(&flight, &vehicle, discovery::hypotheses::search::Depth::Pairs, &|_, _| {}).expect_err("refused").to_string();
+    let why = diagnosis::diagnose(&flight, &vehicle, crate::hypotheses::search::Depth::Pairs, &|_, _| {}).expect_err("refused").to_string();
     assert!(why.contains("deeper than 2 m") && why.contains("dbar"), "{why}");
 }

@@ -7,8 +7,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use logs::export::{mcap, netcdf};
-use logs::import::{Imported, import};
+use crate::export::{mcap, netcdf};
+use crate::import::{Imported, import};
 use serde_json::Value;
 
 /// A program of the virtual environment.

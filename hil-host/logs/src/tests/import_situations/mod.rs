@@ -3,14 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use logs::import::{Imported, import};
+use crate::import::{Imported, import};
 
 mod lab_folders;
-#[path = "../../made_logs/mod.rs"]
-mod made_logs;
 mod slocum_files;
 
-use made_logs::{CYCLES, START, USUAL, Variable, at, engineering, netcdf, pair, variables};
+use super::made_logs::{CYCLES, START, USUAL, Variable, at, engineering, netcdf, pair, variables};
 
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("glider-situation-{}-{name}", std::process::id()));
@@ -192,7 +190,7 @@ fn regress_a_log_without_ballast_is_read_and_says_what_it_cannot_show() {
     }
     // A comparison refuses it with the same words.
     let text = "time_s,pressure_dbar,m_pitch_rad,sci_density_kg_m3\n0,5,0.1,1025\n";
-    let e = logs::record::csv::parse(text, Path::new("f.csv"), "f").expect_err("no ballast").to_string();
+    let e = crate::record::csv::parse(text, Path::new("f.csv"), "f").expect_err("no ballast").to_string();
     assert!(e.contains("m_ballast_pumped_cc: is missing; without it the force that drives it is unknown"), "{e}");
 }
 

@@ -5,15 +5,15 @@
 //! that reaches code which none before it reached is changed further. Inputs that fail are kept in the folder GLIDER_FINDINGS
 //! (default: beside the temporary files), and the campaign goes on.
 //!
-//! A program of its own: it counts every byte that is allocated, and `scripts/mutate` watches which of its code is reached.
+//! Every byte that is allocated is counted: these tests start themselves again, so that no other one allocates beside them.
+//! `scripts/mutate` runs them with GLIDER_TEST_ALONE, in its own process.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-mod made_logs;
-mod mutations;
-use mutations::{Random, mutate};
+use super::made_logs;
+use super::mutations::{Random, mutate};
 
 #[global_allocator]
 static MEMORY: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
@@ -128,26 +128,37 @@ fn own_formats(vehicles: &[String], random: &mut Random) {
         mutate(&mut bytes, random);
         bytes
     };
-    let class = logs::import::classes::Class::ALL[changed(b"some bytes").len() % 6];
+    let class = crate::import::classes::Class::ALL[changed(b"some bytes").len() % 6];
     let mut said = Vec::new();
     for text in vehicles.iter().cloned().chain([class.draft().toml() + "hull_volume_m3 = 0.06\n"]) {
         let name = if text.starts_with('{') { "v.json" } else { "v.toml" };
         let text = String::from_utf8_lossy(&changed(text.as_bytes())).into_owned();
-        said.extend(logs::vehicle::parse_text(&text, Path::new(name)).err().map(|e| e.to_string()));
+        said.extend(crate::vehicle::parse_text(&text, Path::new(name)).err().map(|e| e.to_string()));
     }
     let text = String::from_utf8_lossy(&changed(b"cd += k*alpha^2*exp(-p/1e5) + a*sin(2*pi*t/600)*ln(1+abs(roll))")).into_owned();
     // Its errors show the place, below the text.
-    let _ = logs::vehicle::expression::parse(&text);
+    let _ = crate::vehicle::expression::parse(&text);
     let mut array = b"\x93NUMPY\x01\x00\x40\x00{'descr': '<f8', 'fortran_order': False, 'shape': (6, 4), }     \n".to_vec();
     array.extend([0.0, 4.0, 8.0, 12.0].into_iter().chain([0.0; 20]).flat_map(f64::to_le_bytes));
-    said.extend(logs::import::comet::flight(&changed(&array)).err().map(|e| e.to_string()));
+    said.extend(crate::import::comet::flight(&changed(&array)).err().map(|e| e.to_string()));
     for one in said {
         assert!(!one.trim_end().contains('\n'), "{one}");
     }
 }
 
-/// The counter of memory is one for all tests.
-static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+/// Runs the test of this name in a process of its own; whether this is that process.
+fn alone(test: &str) -> bool {
+    const ALONE: &str = "GLIDER_TEST_ALONE";
+    if std::env::var_os(ALONE).is_some() {
+        return true;
+    }
+    let program = std::env::current_exe().expect("this program");
+    let test = format!("tests::prop_mutated_files::{test}");
+    let ended = std::process::Command::new(program).args(["--exact", &test, "--nocapture"]).env(ALONE, "1").output().expect("runs");
+    let text = String::from_utf8_lossy(&ended.stdout).into_owned() + &String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success() && text.contains("1 passed"), "{text}");
+    false
+}
 
 /// Bytes that an import may take: by the size of the files, and what reading any file takes.
 const PER_BYTE: usize = 20;
@@ -155,7 +166,9 @@ const FOR_ANY: usize = 16 << 20;
 
 #[test]
 fn prop_memory_is_bounded_by_the_size_of_the_files() {
-    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if !alone("prop_memory_is_bounded_by_the_size_of_the_files") {
+        return;
+    }
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats");
     let mut folders: Vec<PathBuf> = std::fs::read_dir(&samples).expect("samples").map(|e| e.expect("an entry").path()).collect();
     if let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) {
@@ -166,7 +179,7 @@ fn prop_memory_is_bounded_by_the_size_of_the_files() {
         let size: usize = files(&folder).iter().map(|f| f.1.len()).sum();
         let before = MEMORY.current_usage();
         MEMORY.reset_peak_usage();
-        let read = logs::import::import(&folder, &[]).map_or_else(|e| e.to_string(), |i| format!("{} rows", i.flight.len()));
+        let read = crate::import::import(&folder, &[]).map_or_else(|e| e.to_string(), |i| format!("{} rows", i.flight.len()));
         let peak = MEMORY.peak_usage().saturating_sub(before);
         eprintln!("{}: {} kB take {} kB, {read}", folder.display(), size / 1000, peak / 1000);
         assert!(peak < PER_BYTE * size + FOR_ANY, "{}: {peak} bytes of {size}", folder.display());
@@ -198,7 +211,7 @@ impl Input {
 fn import(path: &Path, began: Instant) -> Result<bool, String> {
     let (before, started) = (MEMORY.current_usage(), computed_s("thread-self", began));
     MEMORY.reset_peak_usage();
-    let ended = std::panic::catch_unwind(|| logs::import::import_all(&[path.to_path_buf()], &[], None));
+    let ended = std::panic::catch_unwind(|| crate::import::import_all(&[path.to_path_buf()], &[], None));
     let (took, peak) = (computed_s("thread-self", began) - started, MEMORY.peak_usage().saturating_sub(before));
     if took > MOST_SECONDS {
         return Err(format!("{took} s"));
@@ -242,7 +255,9 @@ fn watch(inputs: &'static AtomicU64) {
 #[test]
 fn prop_damaged_files_end_in_a_flight_or_in_one_line() {
     static INPUTS: AtomicU64 = AtomicU64::new(0);
-    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if !alone("prop_damaged_files_end_in_a_flight_or_in_one_line") {
+        return;
+    }
     let count: usize = std::env::var("GLIDER_MUTATIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(3000);
     let work = std::env::temp_dir().join(format!("glider-mutated-{}", std::process::id()));
     let kept = std::env::var_os("GLIDER_FINDINGS").map_or_else(|| work.with_extension("findings"), PathBuf::from);

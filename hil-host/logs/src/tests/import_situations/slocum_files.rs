@@ -1,8 +1,8 @@
 //! Files of Slocums: copies, two gliders, units, halves that are missing, clocks, a CTD that is off or of another maker.
 
-use logs::import::import;
+use crate::import::import;
 
-use super::made_logs::{CYCLES, START, at, engineering, pair, slocum};
+use super::super::made_logs::{CYCLES, START, at, engineering, pair, slocum};
 use super::{folder, said};
 
 /// Sensors of a science file (name, unit).
@@ -217,7 +217,7 @@ fn regress_a_depth_that_grows_upward_and_a_fix_on_the_meridian_are_read() {
     let (down, up) = (write(1.0, 100.0), write(-1.0, 0.0));
     assert!(!said(&down).contains("turned round") && said(&up).contains("m_depth grows upward: turned round"), "{}", said(&up));
     assert!(up.flight.pressure_pa == down.flight.pressure_pa && up.flight.len() > 250, "{}", up.flight.len());
-    let fixes = |got: &logs::import::Imported| got.flight.gps_east_m.iter().filter(|v| v.is_finite()).count();
+    let fixes = |got: &crate::import::Imported| got.flight.gps_east_m.iter().filter(|v| v.is_finite()).count();
     assert!(fixes(&up) == fixes(&down) && up.report.origins[0].lon_deg == 0.0, "{:?}", up.report.origins);
     std::fs::remove_dir_all(folder).ok();
 }

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use logs::import::{import, import_all};
+use crate::import::{import, import_all};
 
-use super::made_logs::{START, pair};
+use super::super::made_logs::{START, pair};
 use super::{folder, said};
 
 #[test]

@@ -1,7 +1,7 @@
 //! The dynamic workbench on real Slocum flights: no NaN, no false calm, errors that held-out dives confirm. Needs `GLIDER_FLIGHTS`.
 
-use discovery::diagnosis;
-use discovery::hypotheses::search::Depth;
+use crate::diagnosis;
+use crate::hypotheses::search::Depth;
 use logs::record::csv;
 use logs::{Flight, Vehicle, vehicle};
 use std::path::PathBuf;

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 
 use logs::Flight;
 
-use discovery::steady::fit::Parameter;
-use discovery::steady::ladder::{Rung, Step, climb, ladder, rms_cm_s};
-use discovery::steady::samples::SteadySamples;
-use discovery::steady::{held_out, steady_report};
+use crate::steady::fit::Parameter;
+use crate::steady::ladder::{Rung, Step, climb, ladder, rms_cm_s};
+use crate::steady::samples::SteadySamples;
+use crate::steady::{held_out, steady_report};
 use logs::record::steady::{SteadyFilter, steady, vertical_velocity};
 
 /// The published ladder was made by another tool on the same columns: 5 % is its
@@ -188,10 +188,10 @@ fn vehicle_files_and_the_nominal_steady_model_agree() {
     for name in ["comet", "modena"] {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("../../vehicles/{name}.toml"));
         let vehicle = logs::vehicle::read(&path).expect("a vehicle");
-        let nominal = discovery::steady::glide::GlideModel::nominal(1.0, 10.0);
+        let nominal = crate::steady::glide::GlideModel::nominal(1.0, 10.0);
         let c = vehicle.constants;
         assert!((c.lift_slope_per_rad - nominal.lift_slope_per_rad).abs() < 1e-9);
         assert!((c.cd0 - nominal.cd0).abs() < 1e-12 && (c.hull_drag_per_rad2 - nominal.drag_per_rad2).abs() < 1e-12);
-        assert!((c.mass_kg - discovery::steady::glide::MASS_KG).abs() < 1e-12);
+        assert!((c.mass_kg - crate::steady::glide::MASS_KG).abs() < 1e-12);
     }
 }

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use discovery::preprocess::{prepare, sanity};
+use crate::preprocess::{prepare, sanity};
 use hydro::ForceModel;
 use hydro::glide::{Trim, steady};
 use logs::Flight;

@@ -137,6 +137,14 @@ fn cargo_run_at_the_root_means_glider() {
 }
 
 #[test]
+fn at_most_20_test_programs_are_linked() {
+    let metadata = metadata();
+    let targets = metadata["packages"].as_array().expect("packages").iter().flat_map(|p| p["targets"].as_array().expect("targets"));
+    let programs = targets.filter(|t| t["test"] == true).count();
+    assert!((10..=20).contains(&programs), "{programs}: tests of a crate are modules of one program; without tests, test = false");
+}
+
+#[test]
 fn a_forbidden_edge_is_found() {
     let edges = BTreeMap::from([("control".to_owned(), BTreeSet::from(["hydro".to_owned(), "polar".to_owned()]))]);
     assert_eq!(forbidden(&edges), ["control must not see hydro"]);

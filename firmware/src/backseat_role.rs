@@ -6,7 +6,7 @@
 use crate::board::canary;
 use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::uart::{self, Bytes, Line};
-use crate::image::Chip;
+use crate::chip::Chip;
 use crate::shelf::Shelf;
 use backseat::{Generation, Limits, Pump, Session, Setup, sensors::List};
 use bay::RunBackseat;
@@ -18,7 +18,7 @@ use helm::{Helm, Mark};
 use stm32f4::stm32f405::USART3;
 
 /// Looks at the jumper, a millisecond apart, that must all agree.
-const LOOKS: u32 = 5;
+const JUMPER_LOOKS: u32 = 5;
 
 /// Bytes of the line dealt with, and passes made: what an emulator's front seat waits for between two moments of its own time.
 /// Nothing here reads it: without `used` it would be left out.
@@ -43,7 +43,7 @@ pub fn is_role(mark: Mark) -> bool {
 #[inline(never)]
 pub fn jumper_is_fitted() -> bool {
     let mut pin = Pin::new(Port::C, 9, Drive::Sense);
-    (0..LOOKS).all(|_| {
+    (0..JUMPER_LOOKS).all(|_| {
         Wait.delay_ms(1);
         pin.is_high() == Ok(true)
     })

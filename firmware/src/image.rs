@@ -15,7 +15,6 @@
 //! | PC9 | jumper, pulled down: to 3.3 V the board is a Slocum's backseat ([`crate::backseat_role`]) |
 
 use crate::backseat_role;
-use crate::board::chip_flash::ChipFlash;
 use crate::board::last_words::{self, Cause, LastWords};
 use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::registers::Registers;
@@ -25,19 +24,17 @@ use crate::board::standstill::Standstill;
 use crate::board::uart::{self, Bytes, Line, Received};
 use crate::board::watchdog::Watchdog;
 use crate::board::{black_box, canary, clock, log, power_up, safe_outputs};
+use crate::chip::Chip;
 use crate::shelf::Shelf;
 use crate::version::FIRMWARE;
-use bay::{Fitted, KeptUtc, Outside, Parts, Run, SupplyPins, Wiring, Woken};
+use bay::{Fitted, KeptUtc, Parts, Run, SupplyPins, Wiring};
 use control::Config;
-use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
 use devices::options;
 use devices::soft_i2c::SoftI2c;
 use devices::stop::Stops;
-use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::InputPin;
-use helm::{Boot, Helm, Mark, Seat, Storage, UtcClock};
-use signals::{Abort, Clock, Phase, Strap, Timebase, ToHost};
+use helm::{Boot, Helm, Mark, Storage};
+use signals::{Phase, Timebase};
 use stm32f4::stm32f405::Peripherals;
 
 /// Which type of this chip is what.
@@ -167,107 +164,5 @@ fn main() -> ! {
         canary::check();
         let due_ms = run.pass(helm, &mut hold);
         run.rest(helm, &mut hold, due_ms);
-    }
-}
-
-/// What the chip keeps for the loop.
-pub struct Chip {
-    watchdog: Watchdog,
-    words: LastWords,
-    strap: Pin,
-    kept_utc: KeptUtc<Registers>,
-    still: Standstill,
-    told: (Phase, Option<Abort>),
-}
-
-impl Outside for Chip {
-    fn now_ms(&mut self) -> u64 {
-        clock::now_ms()
-    }
-    fn feed(&mut self) {
-        self.watchdog.feed();
-    }
-    /// Written anew each time, so that a bit that flipped in it does not stay.
-    fn remember(&mut self, mark: Mark, air_pa: f32) {
-        (self.words.mark, self.words.air) = (mark, air_pa.to_bits());
-        last_words::write(self.words);
-    }
-    fn keep_time(&mut self, clock: &UtcClock) {
-        self.kept_utc.keep(clock, clock::now_ms());
-    }
-    fn lost_bytes(&mut self) -> u32 {
-        uart::take_lost()
-    }
-    fn strap(&mut self) -> Strap {
-        match self.strap.is_low() {
-            Ok(true) => Strap::Bench,
-            Ok(false) => Strap::Deployment,
-        }
-    }
-    fn said(&mut self, message: &ToHost) {
-        if let ToHost::Answer(answer) = message {
-            black_box::cycle(answer);
-        }
-        tell(message, &mut self.told);
-    }
-    fn set_options(&mut self) -> Option<u32> {
-        defmt::warn!("option bytes are being set");
-        // SAFETY: the images' slots are written from this thread alone, and not now.
-        options::set(&mut unsafe { ChipFlash::new() })
-    }
-    fn sleep(&mut self, until_ms: u64) {
-        self.still.sleep(until_ms);
-    }
-    fn stop(&mut self, until_ms: u64) -> Option<Woken> {
-        self.still.stop(&mut self.kept_utc.rtc, until_ms)
-    }
-    /// The boot loader does the rest; the last characters of the answer leave the port first.
-    fn restart(&mut self) {
-        defmt::info!("restart, as the host wants");
-        Wait.delay_ms(2);
-        SCB::sys_reset();
-    }
-    fn seated(&mut self, seat: Seat) {
-        match seat {
-            Seat::Host => defmt::info!("seat: frames come from the host"),
-            Seat::Sensors => defmt::info!("seat: own sensors"),
-            Seat::Open => defmt::info!("seat: on deck"),
-            Seat::Backseat => defmt::info!("seat: frames come from the glider"),
-        }
-    }
-}
-
-/// Logs what changed.
-fn tell(message: &ToHost, told: &mut (Phase, Option<Abort>)) {
-    match message {
-        ToHost::Answer(a) => {
-            let now = (a.trace.phase, a.trace.abort);
-            if now != *told {
-                defmt::info!(
-                    "frame {=u32}: phase {=u8} abort {=u8} dives {=u16} depth {=f32} m flags {=u32:#x}",
-                    a.command.seq,
-                    now.0 as u8,
-                    now.1.map_or(255, |abort| abort as u8),
-                    a.trace.dives,
-                    a.trace.depth_m,
-                    a.trace.flags.0
-                );
-                *told = now;
-            }
-        }
-        ToHost::Hello { nonce, manifest, .. } => defmt::info!("hello {=u32:#x}, mission under way {=bool}", *nonce, manifest.under_way),
-        ToHost::Ready { table_id, config, mission, .. } => {
-            defmt::info!("mission taken, table {=u32:08x}, configuration {=u32:08x}, mission {=u32:08x}", *table_id, *config, *mission);
-        }
-        ToHost::Done { crc } => defmt::info!("done {=u32:08x}", *crc),
-        ToHost::Volatile { crc } => defmt::warn!("done {=u32:08x}, in RAM only: lost at the next reset", *crc),
-        ToHost::Refused(_) => defmt::warn!("refused"),
-        ToHost::Clock(Clock { utc: Some(utc), .. }) => defmt::info!("UTC {=u64} ms, within {=u32} ms", utc.ms, utc.within_ms),
-        ToHost::Continue { .. }
-        | ToHost::Content { .. }
-        | ToHost::Counters(_)
-        | ToHost::Checked(_)
-        | ToHost::Clock(_)
-        | ToHost::OptionBytes(_) => {}
     }
 }

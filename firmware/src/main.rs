@@ -25,6 +25,8 @@ mod backseat_role;
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod chip;
+#[cfg(target_os = "none")]
 mod facts;
 #[cfg(target_os = "none")]
 mod image;

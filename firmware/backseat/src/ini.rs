@@ -25,7 +25,7 @@ pub enum Section {
 }
 
 /// Longest line, bytes; longer ones are an error.
-pub const LONGEST: usize = 120;
+pub const LONGEST_INI_LINE: usize = 120;
 /// Longest name of a sensor, bytes.
 pub const NAME: usize = 48;
 
@@ -71,7 +71,7 @@ enum Expects {
 /// Reads a file byte by byte.
 #[derive(Clone, Debug)]
 pub struct Reader {
-    line: heapless::Vec<u8, LONGEST>,
+    line: heapless::Vec<u8, LONGEST_INI_LINE>,
     overflown: bool,
     expects: Expects,
     next: u16,

@@ -53,6 +53,9 @@ pub use orders::{Limits, Targets};
 pub use sensors::{Generation, Pump, Sensor};
 pub use session::{Law, Session, Setup, State};
 
+#[cfg(test)]
+mod tests;
+
 /// What does not fit where it should go, is no block of a file, or must not be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unfit;

@@ -11,7 +11,7 @@
 use crate::Unfit;
 
 /// Longest line, bytes: a block of 725 bytes in base64 with its frame is 977.
-pub const LONGEST: usize = 1024;
+pub const LONGEST_LINE: usize = 1024;
 
 /// XOR of all bytes.
 #[must_use]
@@ -68,14 +68,14 @@ pub fn seal<const N: usize>(body: &[u8], out: &mut heapless::Vec<u8, N>) -> Resu
 pub struct Faults {
     /// Candidates without a right checksum, and lines without one.
     pub damaged: u32,
-    /// Lines longer than [`LONGEST`].
+    /// Lines longer than [`LONGEST_LINE`].
     pub too_long: u32,
 }
 
 /// Collects bytes to sentences.
 #[derive(Clone, Debug)]
 pub struct Receiver {
-    line: heapless::Vec<u8, LONGEST>,
+    line: heapless::Vec<u8, LONGEST_LINE>,
     overflown: bool,
     /// What was wrong so far.
     pub faults: Faults,
@@ -123,7 +123,7 @@ impl Receiver {
 
 #[cfg(test)]
 mod tests {
-    use super::{LONGEST, Receiver, seal};
+    use super::{LONGEST_LINE, Receiver, seal};
 
     fn bodies(bytes: &[u8]) -> (Vec<String>, super::Faults) {
         let (mut receiver, mut got) = (Receiver::new(), Vec::new());
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_line_that_never_ends_is_dropped_whole() {
-        let mut bytes = vec![b'a'; LONGEST + 5];
+        let mut bytes = vec![b'a'; LONGEST_LINE + 5];
         bytes.extend(b"$HI*01\r\n$HI*01\r\n");
         let (got, faults) = bodies(&bytes);
         assert_eq!((got.len(), faults.too_long), (1, 1));

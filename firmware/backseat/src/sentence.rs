@@ -75,15 +75,15 @@ impl<'a> Pairs<'a> {
 }
 
 /// Longest sentence we write, without its frame: four pairs of `63:-999999.999999,`, or a text.
-pub const LONGEST: usize = 96;
+pub const LONGEST_BODY: usize = 96;
 
 /// The body of a sentence of ours while it is written.
-pub type Body = heapless::Vec<u8, LONGEST>;
+pub type Body = heapless::Vec<u8, LONGEST_BODY>;
 
 /// Begins a body with its type and text fields.
 ///
 /// # Errors
-/// Longer than [`LONGEST`].
+/// Longer than [`LONGEST_BODY`].
 pub fn words(parts: &[&[u8]]) -> Result<Body, Unfit> {
     let mut body = Body::new();
     for (i, part) in parts.iter().enumerate() {
@@ -124,7 +124,7 @@ pub fn mode(mask: u32, value: u32) -> Result<Body, Unfit> {
 }
 
 /// The body with its frame.
-pub type Framed = heapless::Vec<u8, { LONGEST + 6 }>;
+pub type Framed = heapless::Vec<u8, { LONGEST_BODY + 6 }>;
 
 /// Frames a body.
 ///

@@ -10,7 +10,7 @@ use signals::Micros;
 /// Bytes on their way out.
 const OUTBOX: usize = 640;
 /// Orders of so many cycles may still be on their way.
-const ON_THE_WAY: usize = 4;
+const ORDERS_ON_THE_WAY: usize = 4;
 /// Parameters agree within this.
 const ECHO_WITHIN: f32 = 1e-3;
 /// Cycles without an echo of ours after which they count.
@@ -30,7 +30,7 @@ pub(crate) enum Once {
 pub(crate) struct Voice {
     list: List,
     out: heapless::Deque<u8, OUTBOX>,
-    sent: [Option<[f32; 5]>; ON_THE_WAY],
+    sent: [Option<[f32; 5]>; ORDERS_ON_THE_WAY],
     unechoed: u8,
     mode: Option<(u32, Micros)>,
     said: u8,
@@ -42,12 +42,21 @@ pub(crate) struct Voice {
 
 impl Voice {
     pub(crate) const fn new(list: List) -> Self {
-        Self { list, out: heapless::Deque::new(), sent: [None; ON_THE_WAY], unechoed: 0, mode: None, said: 0, dropped: 0, unsendable: 0 }
+        Self {
+            list,
+            out: heapless::Deque::new(),
+            sent: [None; ORDERS_ON_THE_WAY],
+            unechoed: 0,
+            mode: None,
+            said: 0,
+            dropped: 0,
+            unsendable: 0,
+        }
     }
 
     /// The glider may have forgotten all that was said.
     pub(crate) fn begin_anew(&mut self) {
-        (self.sent, self.unechoed, self.mode, self.said) = ([None; ON_THE_WAY], 0, None, 0);
+        (self.sent, self.unechoed, self.mode, self.said) = ([None; ORDERS_ON_THE_WAY], 0, None, 0);
     }
 
     /// For another list, before anything is said.

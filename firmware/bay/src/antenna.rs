@@ -5,7 +5,7 @@ use devices::gps::{Fix, Reader};
 use embedded_io::{Read, ReadReady};
 
 /// A fix is of this cycle when it is not older, ms.
-const FRESH_MS: u64 = 4_000;
+const FRESH_FIX_MS: u64 = 4_000;
 /// Most bytes taken at once: what the port's buffer holds.
 const MOST: usize = 1024;
 
@@ -37,7 +37,7 @@ impl<U: Read + ReadReady> Antenna<U> {
 
     /// Whether there was a fix in this cycle.
     pub fn has_fix(&self, now_ms: u64) -> bool {
-        self.fix_ms.is_some_and(|at_ms| now_ms.saturating_sub(at_ms) < FRESH_MS)
+        self.fix_ms.is_some_and(|at_ms| now_ms.saturating_sub(at_ms) < FRESH_FIX_MS)
     }
 
     /// The last fix and when it came, once.

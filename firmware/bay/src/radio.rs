@@ -31,7 +31,7 @@ const LONGEST_MS: u64 = 900_000;
 const LATER: u16 = 36;
 const LATER_MS: u64 = 180_000;
 /// Word from shore that no cycle took is none after this, ms.
-const FRESH_MS: u64 = 10_000;
+const FRESH_WORD_MS: u64 = 10_000;
 
 const _: () = assert!(PAUSE_MS > OFF_MS, "a modem is off for long enough before it is switched on again");
 
@@ -145,7 +145,7 @@ impl<U: Read + ReadReady + Write + WriteReady, P: OutputPin> Radio<U, P> {
 
     /// Whether the shore was heard since the last call.
     pub fn take_heard(&mut self, now_ms: u64) -> bool {
-        self.heard_ms.take().is_some_and(|at_ms| now_ms.saturating_sub(at_ms) < FRESH_MS)
+        self.heard_ms.take().is_some_and(|at_ms| now_ms.saturating_sub(at_ms) < FRESH_WORD_MS)
     }
 
     /// Whether something is to be told at this surfacing, or being told.

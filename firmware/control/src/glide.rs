@@ -34,7 +34,7 @@ const GRID: u8 = 16;
 /// First and last α of the search over that of the table's (L/D)max.
 const SPAN: (f32, f32) = (0.2, 1.7);
 /// Least answer of pitch to α (1 − dγ/dα) at which a pitch is aimed.
-const ANSWER_MIN: f32 = 0.5;
+const AIMED_ANSWER_MIN: f32 = 0.5;
 /// Flatter by at most this per measurement, rad (1.7°).
 const FLATTEN_RAD: f32 = 0.03;
 /// Flatter than the table's best glide by at most this, rad (2.5°): farther the table is not to be corrected but replaced.
@@ -186,7 +186,7 @@ impl Choice {
         self.next = self.next.saturating_add(1);
         if let Some(s) = self.belief.steady(table, alpha.at_most(table.alpha_max_rad()), leg.ballast_m3.at_least(20e-6)) {
             let value = worth(leg, &s);
-            if value > self.best && s.answer() > ANSWER_MIN {
+            if value > self.best && s.answer() > AIMED_ANSWER_MIN {
                 let pitch_rad = s.gamma_rad() - s.alpha_rad;
                 if PITCH_RANGE.contains(&pitch_rad) {
                     self.best = value;

@@ -15,7 +15,6 @@
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use crate::mutant::Watch as Of;
-use crate::safety::depth::NO_DEPTH_S;
 use signals::{Reading, SensorFrame};
 
 /// Largest believable vertical speed of vehicle or water, m/s (faults list, 4).
@@ -35,6 +34,8 @@ pub const ZERO_MAX_M: f32 = 1.5;
 /// Time constant of the depth filter, s: two cycles of noise averaging, a fifth of the shortest turn.
 const FILTER_S: f32 = 5.0;
 
+/// Without a depth: abort after this, s — two cycles, so that one lost reading changes nothing (bound 10 s).
+pub const NO_DEPTH_S: f32 = 8.0;
 /// A sensor not believed for this long is lost, s: seven readings, so that one that comes and goes is kept.
 pub const UNBACKED_S: f32 = 30.0;
 /// A reading is believed until it is a cycle and this much old, ms.

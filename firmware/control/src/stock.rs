@@ -26,7 +26,7 @@ use signals::{Abort, ActuatorCommand, Answer, Micros, Mission, Phase, SensorFram
 /// Pitch command, rad: 26°, stock mission file.
 pub const PITCH_RAD: f32 = 0.4538;
 /// Pitch dead-band, rad (3°, guess).
-const DEADBAND_RAD: f32 = 0.052;
+const PITCH_DEADBAND_RAD: f32 = 0.052;
 /// Share of the trim law's correction applied per cycle (guess: proportional servo that does not overshoot).
 const SHARE: f32 = 0.3;
 /// Battery position a dive or climb starts from, m: ∓0.5 in (guess), forward in the dive.
@@ -117,7 +117,7 @@ pub fn step(config: &Config, state: &mut State, now: Micros, frame: &SensorFrame
         _ => 0.0,
     };
     if let (Phase::Dive | Phase::Climb, Some(pitch), true) = (state.phase, seen.pitch_rad, dt_s > 0.0)
-        && (pitch - wanted).abs() > DEADBAND_RAD
+        && (pitch - wanted).abs() > PITCH_DEADBAND_RAD
     {
         let correction = SHARE * (tan(wanted) - tan(pitch)) / config.trim.per_battery_m;
         state.battery_m = (state.battery_m + correction).at_least(-config.battery_m).at_most(config.battery_m);

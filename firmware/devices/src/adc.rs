@@ -5,9 +5,9 @@ use crate::Error;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 
-const ADDRESS: u8 = 0x48;
+const ADC_ADDRESS: u8 = 0x48;
 const CONVERSION: u8 = 0;
-const CONFIG: u8 = 1;
+const ADC_CONFIG: u8 = 1;
 /// Volts per step at the ±4.096 V range (SBAS444 table 3).
 const VOLT_PER_STEP: f32 = 4.096 / 32_768.0;
 /// A conversion takes 7.8 ms at 128 per second, ±10 % (SBAS444 table 5): the first look, ms, and looks after that, 1 ms each.
@@ -49,7 +49,7 @@ pub fn volts<B: I2c>(bus: &mut B, delay: &mut impl DelayNs, channel: Channel) ->
     if !idle {
         return Err(Error::Timeout);
     }
-    bus.write(ADDRESS, &[CONFIG, hi, lo]).map_err(|_| Error::Bus)?;
+    bus.write(ADC_ADDRESS, &[ADC_CONFIG, hi, lo]).map_err(|_| Error::Bus)?;
     if ready(bus, config)? {
         return Err(Error::Check); // it did not begin: what it has is the answer to the last question
     }
@@ -58,8 +58,8 @@ pub fn volts<B: I2c>(bus: &mut B, delay: &mut impl DelayNs, channel: Channel) ->
         delay.delay_ms(1);
         if ready(bus, config)? {
             let (mut raw, mut again) = ([0; 2], [0; 2]);
-            bus.write_read(ADDRESS, &[CONVERSION], &mut raw).map_err(|_| Error::Bus)?;
-            bus.write_read(ADDRESS, &[CONVERSION], &mut again).map_err(|_| Error::Bus)?;
+            bus.write_read(ADC_ADDRESS, &[CONVERSION], &mut raw).map_err(|_| Error::Bus)?;
+            bus.write_read(ADC_ADDRESS, &[CONVERSION], &mut again).map_err(|_| Error::Bus)?;
             if raw != again {
                 return Err(Error::Check);
             }
@@ -81,7 +81,7 @@ fn ready<B: I2c>(bus: &mut B, config: u16) -> Result<bool, Error> {
 
 fn status<B: I2c>(bus: &mut B) -> Result<u16, Error> {
     let mut state = [0; 2];
-    bus.write_read(ADDRESS, &[CONFIG], &mut state).map_err(|_| Error::Bus)?;
+    bus.write_read(ADC_ADDRESS, &[ADC_CONFIG], &mut state).map_err(|_| Error::Bus)?;
     Ok(u16::from_be_bytes(state))
 }
 
@@ -94,10 +94,12 @@ mod tests {
 
     fn ask(polls: &[[u8; 2]], raw: &[[u8; 2]]) -> Result<f32, Error> {
         // Idle, with its configuration after power-up.
-        let mut t =
-            vec![Transaction::write_read(ADDRESS, vec![CONFIG], vec![0x85, 0x83]), Transaction::write(ADDRESS, vec![CONFIG, 0xd3, 0x83])];
-        t.extend(polls.iter().map(|p| Transaction::write_read(ADDRESS, vec![CONFIG], p.to_vec())));
-        t.extend(raw.iter().map(|r| Transaction::write_read(ADDRESS, vec![CONVERSION], r.to_vec())));
+        let mut t = vec![
+            Transaction::write_read(ADC_ADDRESS, vec![ADC_CONFIG], vec![0x85, 0x83]),
+            Transaction::write(ADC_ADDRESS, vec![ADC_CONFIG, 0xd3, 0x83]),
+        ];
+        t.extend(polls.iter().map(|p| Transaction::write_read(ADC_ADDRESS, vec![ADC_CONFIG], p.to_vec())));
+        t.extend(raw.iter().map(|r| Transaction::write_read(ADC_ADDRESS, vec![CONVERSION], r.to_vec())));
         let mut bus = Mock::new(&t);
         let got = volts(&mut bus, &mut NoopDelay::new(), Channel::Battery);
         bus.done();
@@ -119,9 +121,9 @@ mod tests {
     #[test]
     fn a_dead_bus_is_named() {
         let mut bus = Mock::new(&[
-            Transaction::write_read(ADDRESS, vec![CONFIG], vec![0x05, 0x83]),
-            Transaction::write_read(ADDRESS, vec![CONFIG], vec![0x85, 0x83]),
-            Transaction::write(ADDRESS, vec![CONFIG, 0xc3, 0x83]).with_error(ErrorKind::Bus),
+            Transaction::write_read(ADC_ADDRESS, vec![ADC_CONFIG], vec![0x05, 0x83]),
+            Transaction::write_read(ADC_ADDRESS, vec![ADC_CONFIG], vec![0x85, 0x83]),
+            Transaction::write(ADC_ADDRESS, vec![ADC_CONFIG, 0xc3, 0x83]).with_error(ErrorKind::Bus),
         ]);
         assert_eq!(volts(&mut bus, &mut NoopDelay::new(), Channel::Pump), Err(Error::Bus));
         bus.done();

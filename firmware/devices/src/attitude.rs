@@ -8,7 +8,7 @@
 use crate::Error;
 
 /// Longest sentence, bytes.
-const LONGEST: u32 = 64;
+const LONGEST_ATTITUDE: u32 = 64;
 /// Radians in a hundredth of a degree.
 const RAD_PER_CENTIDEGREE: f32 = core::f32::consts::PI / 18_000.0;
 
@@ -58,7 +58,7 @@ impl Reader {
         self.length = self.length.saturating_add(1);
         match self.place {
             Place::Outside => None,
-            _ if self.length > LONGEST => self.refuse(Error::Range),
+            _ if self.length > LONGEST_ATTITUDE => self.refuse(Error::Range),
             Place::Fields if byte == b'*' => {
                 if !self.close_field() {
                     return self.refuse(Error::Range);

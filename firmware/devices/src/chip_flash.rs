@@ -9,9 +9,9 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashEr
 
 /// Key register, status, control.
 const KEYR: u32 = 0x4002_3c04;
-pub(crate) const SR: u32 = 0x4002_3c0c;
-const CR: u32 = 0x4002_3c10;
-const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
+pub(crate) const FLASH_SR: u32 = 0x4002_3c0c;
+const FLASH_CR: u32 = 0x4002_3c10;
+const FLASH_KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 pub(crate) const BSY: u32 = 1 << 16;
 /// OPERR, WRPERR, PGAERR, PGPERR, PGSERR; with EOP they are cleared by writing ones.
 const ERRORS: u32 = 0xf2;
@@ -29,7 +29,7 @@ const LOOKS: u32 = 20_000_000;
 /// Whether this write to a register erases a sector.
 #[must_use]
 pub const fn starts_erase(address: u32, value: u32) -> bool {
-    address == CR && value & STRT != 0
+    address == FLASH_CR && value & STRT != 0
 }
 
 /// Registers, and the memory that flash is programmed through: a word is written as a register is.
@@ -89,7 +89,7 @@ impl<M: Memory, const FIRST: u32, const BASE: u32, const COUNT: u32, const SIZE:
     /// Waits until the controller is free; says what went wrong with what it did.
     fn wait(&mut self) -> Result<(), Error> {
         for _ in 0..LOOKS {
-            let status = self.0.read(SR);
+            let status = self.0.read(FLASH_SR);
             if status & BSY == 0 {
                 return if status & ERRORS == 0 { Ok(()) } else { Err(Error::Flags(status & ERRORS)) };
             }
@@ -100,18 +100,18 @@ impl<M: Memory, const FIRST: u32, const BASE: u32, const COUNT: u32, const SIZE:
     /// Does something with the controller unlocked; it is locked again whatever comes of it.
     fn unlocked(&mut self, act: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
         // Flags of whoever was here before.
-        self.0.write(SR, ERRORS | EOP);
+        self.0.write(FLASH_SR, ERRORS | EOP);
         let free = self.wait();
-        if self.0.read(CR) & LOCK != 0 {
-            KEYS.iter().for_each(|key| self.0.write(KEYR, *key));
+        if self.0.read(FLASH_CR) & LOCK != 0 {
+            FLASH_KEYS.iter().for_each(|key| self.0.write(KEYR, *key));
         }
         let done = free.and_then(|()| act(self));
-        self.0.write(CR, LOCK);
+        self.0.write(FLASH_CR, LOCK);
         done
     }
 
     fn program(&mut self, address: u32, bytes: &[u8], at_once: u32) -> Result<(), Error> {
-        self.0.write(CR, PG | at_once);
+        self.0.write(FLASH_CR, PG | at_once);
         let mut at = address;
         if at_once == BY_WORD {
             for word in bytes.as_chunks::<4>().0 {
@@ -162,8 +162,8 @@ impl<M: Memory, const FIRST: u32, const BASE: u32, const COUNT: u32, const SIZE:
         for sector in (0..COUNT).filter(|n| (from..to).contains(&n.saturating_mul(size))) {
             self.unlocked(|flash| {
                 let number = FIRST.saturating_add(sector);
-                flash.0.write(CR, SER | BY_WORD | number << 3);
-                flash.0.write(CR, SER | BY_WORD | number << 3 | STRT);
+                flash.0.write(FLASH_CR, SER | BY_WORD | number << 3);
+                flash.0.write(FLASH_CR, SER | BY_WORD | number << 3 | STRT);
                 flash.wait()
             })?;
         }

@@ -32,7 +32,7 @@ const CAPTURES: u32 = 64;
 /// Cycles of the crystal in that time.
 const CYCLES: u64 = CAPTURES as u64 * 8 * 16;
 /// Longest wait, readings.
-const WAIT: u32 = 40_000;
+const CAPTURE_WAIT: u32 = 40_000;
 
 /// Frequency of the running crystal, Hz, right to what HSI is; none: no edges came, or some were missed. The chip runs on HSI.
 pub fn measure(registers: &mut impl Registers) -> Option<u32> {
@@ -56,7 +56,7 @@ pub fn measure(registers: &mut impl Registers) -> Option<u32> {
 fn time(registers: &mut impl Registers) -> Option<u32> {
     let mut first = None;
     let mut count = 0u32;
-    for _ in 0..WAIT {
+    for _ in 0..CAPTURE_WAIT {
         let status = registers.read(SR);
         if status & MISSED != 0 {
             return None;
@@ -162,7 +162,7 @@ mod tests {
     fn no_edges_or_missed_ones_are_no_measurement_and_the_wait_ends() {
         let mut dead = Chip::new(0.0, 16e6, 12);
         assert_eq!(measure(&mut dead), None);
-        assert!(dead.reads < WAIT + 10);
+        assert!(dead.reads < CAPTURE_WAIT + 10);
         assert_eq!(measure(&mut Chip::new(16e6, 16e6, 90)), None, "a loop too slow for its captures");
     }
 }

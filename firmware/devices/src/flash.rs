@@ -9,7 +9,7 @@ use embedded_hal::spi::{Operation, SpiDevice};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 const WRITE_ENABLE: u8 = 0x06;
-const STATUS: u8 = 0x05;
+const READ_STATUS: u8 = 0x05;
 const READ: u8 = 0x03;
 const PROGRAM: u8 = 0x02;
 const ERASE_SECTOR: u8 = 0x20;
@@ -54,7 +54,7 @@ impl<S: SpiDevice, D: DelayNs> Flash<S, D> {
 
     fn status(&mut self) -> Result<u8, Error> {
         let mut status = [0; 1];
-        self.spi.transaction(&mut [Operation::Write(&[STATUS]), Operation::Read(&mut status)]).map_err(|_| Error::Bus)?;
+        self.spi.transaction(&mut [Operation::Write(&[READ_STATUS]), Operation::Read(&mut status)]).map_err(|_| Error::Bus)?;
         let [status] = status;
         Ok(status)
     }
@@ -160,17 +160,17 @@ mod tests {
             Transaction::write_vec(bytes.to_vec()),
             Transaction::transaction_end(),
         ];
-        [enable, ask(&[STATUS], &[WRITE_ENABLED]), write].concat()
+        [enable, ask(&[READ_STATUS], &[WRITE_ENABLED]), write].concat()
     }
 
     fn started(steps: Steps) -> (Mock<u8>, Started) {
-        let spi = Mock::new(&[ask(&[STATUS], &[0]), ask(&[JEDEC], &IDENTITY), steps].concat());
+        let spi = Mock::new(&[ask(&[READ_STATUS], &[0]), ask(&[JEDEC], &IDENTITY), steps].concat());
         (spi.clone(), Flash::start(spi, NoopDelay::new()))
     }
 
     #[test]
     fn another_part_or_none_is_refused() {
-        let floating = [vec![ask(&[STATUS], &[0xff]); ERASE_MS as usize].concat(), ask(&[JEDEC], &[0xff; 3])].concat();
+        let floating = [vec![ask(&[READ_STATUS], &[0xff]); ERASE_MS as usize].concat(), ask(&[JEDEC], &[0xff; 3])].concat();
         let mut spi = Mock::new(&floating);
         assert_eq!(Flash::start(spi.clone(), NoopDelay::new()).err(), Some(Error::Identity(0xffff)));
         spi.done();
@@ -178,7 +178,8 @@ mod tests {
 
     #[test]
     fn a_part_that_a_reset_left_erasing_is_waited_for() {
-        let steps = [ask(&[STATUS], &[BUSY]), ask(&[STATUS], &[BUSY]), ask(&[STATUS], &[0]), ask(&[JEDEC], &IDENTITY)].concat();
+        let steps =
+            [ask(&[READ_STATUS], &[BUSY]), ask(&[READ_STATUS], &[BUSY]), ask(&[READ_STATUS], &[0]), ask(&[JEDEC], &IDENTITY)].concat();
         let mut spi = Mock::new(&steps);
         assert!(Flash::start(spi.clone(), NoopDelay::new()).is_ok());
         spi.done();
@@ -186,8 +187,13 @@ mod tests {
 
     #[test]
     fn writes_are_cut_at_page_borders_and_wait_until_done() {
-        let steps =
-            [program([0, 0, 254], &[1, 2]), ask(&[STATUS], &[BUSY]), ask(&[STATUS], &[0]), program([0, 1, 0], &[3]), ask(&[STATUS], &[0])];
+        let steps = [
+            program([0, 0, 254], &[1, 2]),
+            ask(&[READ_STATUS], &[BUSY]),
+            ask(&[READ_STATUS], &[0]),
+            program([0, 1, 0], &[3]),
+            ask(&[READ_STATUS], &[0]),
+        ];
         let (mut spi, flash) = started(steps.concat());
         flash.unwrap().write(254, &[1, 2, 3]).unwrap();
         spi.done();
@@ -195,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_part_that_never_gets_ready_is_given_up() {
-        let steps = [vec![program([0, 0, 0], &[9])], vec![ask(&[STATUS], &[BUSY]); PROGRAM_MS as usize]].concat();
+        let steps = [vec![program([0, 0, 0], &[9])], vec![ask(&[READ_STATUS], &[BUSY]); PROGRAM_MS as usize]].concat();
         let (mut spi, flash) = started(steps.concat());
         assert_eq!(flash.unwrap().write(0, &[9]), Err(Error::Timeout));
         spi.done();

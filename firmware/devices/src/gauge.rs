@@ -5,8 +5,8 @@
 use crate::Error;
 use embedded_hal::i2c::I2c;
 
-const ADDRESS: u8 = 0x40;
-const CONFIG: u8 = 0x00;
+const GAUGE_ADDRESS: u8 = 0x40;
+const GAUGE_CONFIG: u8 = 0x00;
 const SHUNT: u8 = 0x01;
 const BUS: u8 = 0x02;
 const MAKER: u8 = 0xfe;
@@ -60,9 +60,9 @@ impl Gauge {
                 return Err(Error::Identity(found));
             }
         }
-        if word(bus, CONFIG)? != CONTINUOUS {
+        if word(bus, GAUGE_CONFIG)? != CONTINUOUS {
             let [hi, lo] = CONTINUOUS.to_be_bytes();
-            bus.write(ADDRESS, &[CONFIG, hi, lo]).map_err(|_| Error::Bus)?;
+            bus.write(GAUGE_ADDRESS, &[GAUGE_CONFIG, hi, lo]).map_err(|_| Error::Bus)?;
             return Err(Error::Check);
         }
         let volts = f32::from(twice(bus, BUS, AGREE_STEPS)?) * BUS_V;
@@ -86,7 +86,7 @@ impl Gauge {
 
 fn word<B: I2c>(bus: &mut B, register: u8) -> Result<u16, Error> {
     let mut raw = [0; 2];
-    bus.write_read(ADDRESS, &[register], &mut raw).map_err(|_| Error::Bus)?;
+    bus.write_read(GAUGE_ADDRESS, &[register], &mut raw).map_err(|_| Error::Bus)?;
     Ok(u16::from_be_bytes(raw))
 }
 
@@ -103,7 +103,7 @@ mod tests {
     use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 
     fn registers(values: &[(u8, u16)]) -> Mock {
-        let t: Vec<_> = values.iter().map(|(r, v)| Transaction::write_read(ADDRESS, vec![*r], v.to_be_bytes().to_vec())).collect();
+        let t: Vec<_> = values.iter().map(|(r, v)| Transaction::write_read(GAUGE_ADDRESS, vec![*r], v.to_be_bytes().to_vec())).collect();
         Mock::new(&t)
     }
 
@@ -113,7 +113,7 @@ mod tests {
         let mut bus = registers(&[
             (MAKER, 0x5449),
             (DIE, 0x2260),
-            (CONFIG, CONTINUOUS),
+            (GAUGE_CONFIG, CONTINUOUS),
             (BUS, 11_601),
             (BUS, 11_600),
             (SHUNT, 4_002),
@@ -127,12 +127,12 @@ mod tests {
 
     #[test]
     fn what_a_disturbed_line_did_is_refused_and_mended() {
-        let mut bus = registers(&[(MAKER, 0x5449), (DIE, 0x2260), (CONFIG, CONTINUOUS), (BUS, 11_600), (BUS, 11_600 ^ 1 << 12)]);
+        let mut bus = registers(&[(MAKER, 0x5449), (DIE, 0x2260), (GAUGE_CONFIG, CONTINUOUS), (BUS, 11_600), (BUS, 11_600 ^ 1 << 12)]);
         assert_eq!(Gauge::full(1.0).measure(&mut bus, 1.0), Err(Error::Check));
         bus.done();
-        let lost = [(MAKER, 0x5449u16), (DIE, 0x2260), (CONFIG, 0x4120)];
-        let mut t: Vec<_> = lost.iter().map(|(r, v)| Transaction::write_read(ADDRESS, vec![*r], v.to_be_bytes().to_vec())).collect();
-        t.push(Transaction::write(ADDRESS, vec![CONFIG, 0x41, 0x27]));
+        let lost = [(MAKER, 0x5449u16), (DIE, 0x2260), (GAUGE_CONFIG, 0x4120)];
+        let mut t: Vec<_> = lost.iter().map(|(r, v)| Transaction::write_read(GAUGE_ADDRESS, vec![*r], v.to_be_bytes().to_vec())).collect();
+        t.push(Transaction::write(GAUGE_ADDRESS, vec![GAUGE_CONFIG, 0x41, 0x27]));
         let mut bus = Mock::new(&t);
         assert_eq!(Gauge::full(1.0).measure(&mut bus, 1.0), Err(Error::Check), "powered down by a flipped write");
         bus.done();
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_battery_without_voltage_that_supplies_the_board_is_no_reading() {
-        let mut bus = registers(&[(MAKER, 0x5449), (DIE, 0x2260), (CONFIG, CONTINUOUS), (BUS, 0), (BUS, 0), (SHUNT, 0), (SHUNT, 0)]);
+        let mut bus = registers(&[(MAKER, 0x5449), (DIE, 0x2260), (GAUGE_CONFIG, CONTINUOUS), (BUS, 0), (BUS, 0), (SHUNT, 0), (SHUNT, 0)]);
         assert_eq!(Gauge::full(1.0).measure(&mut bus, 1.0), Err(Error::Range));
         bus.done();
     }

@@ -11,9 +11,9 @@ pub struct Fix {
 }
 
 /// Longest sentence of the standard, bytes.
-const LONGEST: u8 = 82;
+const LONGEST_SENTENCE: u8 = 82;
 /// Field of the fix's validity, and of the date.
-const STATUS: u8 = 2;
+const STATUS_FIELD: u8 = 2;
 const DATE: u8 = 9;
 
 /// Reads sentences from bytes.
@@ -42,7 +42,7 @@ impl Reader {
             return None;
         }
         self.length = self.length.saturating_add(1);
-        if !self.inside || self.length > LONGEST {
+        if !self.inside || self.length > LONGEST_SENTENCE {
             self.inside = false;
             return None;
         }
@@ -74,7 +74,7 @@ impl Reader {
             // Two letters of the talker, three of the sentence.
             0 => put(at.checked_sub(2).and_then(|i| self.kind.get_mut(i))),
             1 => put(self.time.get_mut(at)),
-            STATUS => self.valid = byte == b'A' && at == 0,
+            STATUS_FIELD => self.valid = byte == b'A' && at == 0,
             DATE => put(self.date.get_mut(at)),
             _ => {}
         }

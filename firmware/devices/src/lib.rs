@@ -50,6 +50,9 @@ pub mod soft_i2c;
 pub mod stop;
 pub mod vacuum;
 
+#[cfg(test)]
+mod tests;
+
 /// Why a part gave nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

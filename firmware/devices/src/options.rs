@@ -4,11 +4,11 @@
 //! The read-out protection is never written as anything but what it is: level 2 could never be taken back, and going back from 1 to 0
 //! erases the chip.
 
-use crate::chip_flash::{BSY, SR};
+use crate::chip_flash::{BSY, FLASH_SR};
 use crate::registers::Registers;
 
 const OPTKEYR: u32 = 0x4002_3c08;
-const KEYS: [u32; 2] = [0x0819_2a3b, 0x4c5d_6e7f];
+const OPTION_KEYS: [u32; 2] = [0x0819_2a3b, 0x4c5d_6e7f];
 /// Option control register: the option bytes as loaded.
 pub const OPTCR: u32 = 0x4002_3c14;
 const OPTLOCK: u32 = 1;
@@ -27,7 +27,7 @@ const RDP_FOR_EVER: u32 = 0xcc << 8;
 const OURS: u32 = BOR_LEV | WDG_SW | NRST_STOP | NRST_STDBY;
 const WANTED: u32 = NRST_STOP | NRST_STDBY;
 /// Longest wait for the flash, readings: programming erases a sector of 16 KiB, 0.5 s (DS8626 table 39); a reading takes 4 cycles at least.
-const WAIT: u32 = 4_000_000;
+const OPTION_WAIT: u32 = 4_000_000;
 
 /// Whether this write to a register erases and programs the option bytes.
 #[must_use]
@@ -80,7 +80,7 @@ pub fn set(registers: &mut impl Registers) -> Option<u32> {
     if found & OURS == WANTED || found & RDP == RDP_FOR_EVER || !is_idle(registers) {
         return Some(found);
     }
-    for key in KEYS {
+    for key in OPTION_KEYS {
         registers.write(OPTKEYR, key);
     }
     let unlocked = registers.read(OPTCR);
@@ -97,7 +97,7 @@ pub fn set(registers: &mut impl Registers) -> Option<u32> {
 }
 
 fn is_idle(registers: &mut impl Registers) -> bool {
-    (0..WAIT).any(|_| registers.read(SR) & BSY == 0)
+    (0..OPTION_WAIT).any(|_| registers.read(FLASH_SR) & BSY == 0)
 }
 
 #[cfg(test)]
@@ -125,7 +125,7 @@ mod tests {
     impl Registers for Chip {
         fn read(&mut self, address: u32) -> u32 {
             match address {
-                SR => {
+                FLASH_SR => {
                     self.busy = self.busy.saturating_sub(1);
                     if self.busy > 0 || self.stuck { BSY } else { 0 }
                 }
@@ -136,7 +136,7 @@ mod tests {
         fn write(&mut self, address: u32, value: u32) {
             match address {
                 OPTKEYR => {
-                    self.keys = if KEYS.get(self.keys) == Some(&value) { self.keys + 1 } else { 9 };
+                    self.keys = if OPTION_KEYS.get(self.keys) == Some(&value) { self.keys + 1 } else { 9 };
                     if self.keys == 2 && self.optcr & RDP != RDP_FOR_EVER {
                         self.optcr &= !OPTLOCK;
                     }

@@ -11,10 +11,10 @@ use crate::Error;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 
-const ADDRESS: u8 = 0x76;
+const PRESSURE_ADDRESS: u8 = 0x76;
 const RESET: u8 = 0x1e;
 const PROM: u8 = 0xa0;
-const READ: u8 = 0x00;
+const READ_ADC: u8 = 0x00;
 /// Oversampling 4096: 9.04 ms at most, 0.28 mbar of noise (datasheet page 4).
 const CONVERT_PRESSURE: u8 = 0x48;
 const CONVERT_TEMPERATURE: u8 = 0x58;
@@ -130,12 +130,12 @@ impl Pressure {
     /// # Errors
     /// [`Error::Bus`], [`Error::Check`], or [`Error::Identity`] of another part: its sensitivity.
     pub fn start<B: I2c>(bus: &mut B, delay: &mut impl DelayNs) -> Result<Self, Error> {
-        bus.write(ADDRESS, &[RESET]).map_err(|_| Error::Bus)?;
+        bus.write(PRESSURE_ADDRESS, &[RESET]).map_err(|_| Error::Bus)?;
         delay.delay_ms(10);
         let mut words = [0u16; 7];
         for (i, word) in words.iter_mut().enumerate() {
             let mut raw = [0; 2];
-            bus.write_read(ADDRESS, &[PROM + 2 * i as u8], &mut raw).map_err(|_| Error::Bus)?;
+            bus.write_read(PRESSURE_ADDRESS, &[PROM + 2 * i as u8], &mut raw).map_err(|_| Error::Bus)?;
             *word = u16::from_be_bytes(raw);
         }
         let coefficients = Coefficients::new(words)?;
@@ -163,10 +163,10 @@ impl Pressure {
 }
 
 fn convert<B: I2c>(bus: &mut B, delay: &mut impl DelayNs, command: u8) -> Result<u32, Error> {
-    bus.write(ADDRESS, &[command]).map_err(|_| Error::Bus)?;
+    bus.write(PRESSURE_ADDRESS, &[command]).map_err(|_| Error::Bus)?;
     delay.delay_us(CONVERSION_US);
     let mut raw = [0; 3];
-    bus.write_read(ADDRESS, &[READ], &mut raw).map_err(|_| Error::Bus)?;
+    bus.write_read(PRESSURE_ADDRESS, &[READ_ADC], &mut raw).map_err(|_| Error::Bus)?;
     let [a, b, c] = raw;
     match u32::from_be_bytes([0, a, b, c]) {
         0 => Err(Error::Timeout),
@@ -189,9 +189,9 @@ mod tests {
     }
 
     fn start(words: [u16; 7]) -> Vec<Transaction> {
-        let mut t = vec![Transaction::write(ADDRESS, vec![RESET])];
+        let mut t = vec![Transaction::write(PRESSURE_ADDRESS, vec![RESET])];
         for (i, w) in words.iter().enumerate() {
-            t.push(Transaction::write_read(ADDRESS, vec![PROM + 2 * i as u8], w.to_be_bytes().to_vec()));
+            t.push(Transaction::write_read(PRESSURE_ADDRESS, vec![PROM + 2 * i as u8], w.to_be_bytes().to_vec()));
         }
         t
     }
@@ -225,8 +225,8 @@ mod tests {
         let asked = if Coefficients::new(example()).unwrap().compensate(raw[0], raw[1]).is_ok() { 4 } else { 2 };
         let commands = [CONVERT_PRESSURE, CONVERT_TEMPERATURE, CONVERT_PRESSURE, CONVERT_TEMPERATURE];
         for (command, raw) in commands.into_iter().zip(raw).take(asked) {
-            t.push(Transaction::write(ADDRESS, vec![command]));
-            t.push(Transaction::write_read(ADDRESS, vec![READ], raw.to_be_bytes()[1..].to_vec()));
+            t.push(Transaction::write(PRESSURE_ADDRESS, vec![command]));
+            t.push(Transaction::write_read(PRESSURE_ADDRESS, vec![READ_ADC], raw.to_be_bytes()[1..].to_vec()));
         }
         let mut bus = Mock::new(&t);
         let part = Pressure::start(&mut bus, &mut NoopDelay::new()).unwrap();
@@ -262,13 +262,15 @@ mod tests {
         bus.done();
 
         let nack = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
-        let mut bus = Mock::new(&[Transaction::write(ADDRESS, vec![RESET]).with_error(nack)]);
+        let mut bus = Mock::new(&[Transaction::write(PRESSURE_ADDRESS, vec![RESET]).with_error(nack)]);
         assert_eq!(Pressure::start(&mut bus, &mut NoopDelay::new()).unwrap_err(), Error::Bus);
         bus.done();
 
         let part = Pressure { coefficients: Coefficients::new(example()).unwrap() };
-        let mut bus =
-            Mock::new(&[Transaction::write(ADDRESS, vec![CONVERT_PRESSURE]), Transaction::write_read(ADDRESS, vec![READ], vec![0, 0, 0])]);
+        let mut bus = Mock::new(&[
+            Transaction::write(PRESSURE_ADDRESS, vec![CONVERT_PRESSURE]),
+            Transaction::write_read(PRESSURE_ADDRESS, vec![READ_ADC], vec![0, 0, 0]),
+        ]);
         assert_eq!(part.measure(&mut bus, &mut NoopDelay::new()), Err(Error::Timeout));
         bus.done();
         assert_eq!(part.coefficients.compensate(0xff_ffff, 1), Err(Error::Range));

@@ -42,7 +42,7 @@ const BACKUP: u32 = TR + 0x50;
 /// 2001-01-01, a Monday: a year other than 0 is one that was set.
 const FIRST_DAY: u32 = 0x0001_2101;
 /// Longest wait for a flag, readings: it takes two cycles of the slow clock, 0.1 ms.
-const WAIT: u32 = 10_000;
+const FLAG_WAIT: u32 = 10_000;
 /// Longest wait for the crystal, ms: 2 s are usual (DS8626 table 40).
 const CRYSTAL_MS: u64 = 5_000;
 /// Time between two looks at whether it counts, ms.
@@ -244,7 +244,7 @@ impl<R: Registers> Rtc<R> {
     }
 
     fn wait(&mut self, address: u32, bits: u32) -> bool {
-        (0..WAIT).any(|_| self.registers.read(address) & bits == bits)
+        (0..FLAG_WAIT).any(|_| self.registers.read(address) & bits == bits)
     }
 }
 
@@ -307,7 +307,7 @@ mod tests {
                 rtc.keep([1; WORDS]);
             }
             assert_eq!((rtc.oscillator(), rtc.count_ms()), (None, None), "{word:#x}");
-            assert!(rtc.registers.1 < 4 * WAIT, "{word:#x}: {}", rtc.registers.1);
+            assert!(rtc.registers.1 < 4 * FLAG_WAIT, "{word:#x}: {}", rtc.registers.1);
         }
     }
 }

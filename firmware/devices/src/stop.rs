@@ -58,7 +58,7 @@ const SW_HSE: u32 = 1;
 const SWS: u32 = 3 << 2;
 const SWS_HSE: u32 = 1 << 2;
 /// Longest wait for a flag, readings: the crystal takes 2 ms (DS8626 table 39).
-const WAIT: u32 = 20_000;
+const CRYSTAL_WAIT: u32 = 20_000;
 
 /// What a stop was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,7 +162,7 @@ fn set<R: Registers>(registers: &mut R, address: u32, clear: u32, bits: u32) {
 }
 
 fn wait<R: Registers>(registers: &mut R, address: u32, mask: u32, value: u32) -> bool {
-    (0..WAIT).any(|_| registers.read(address) & mask == value)
+    (0..CRYSTAL_WAIT).any(|_| registers.read(address) & mask == value)
 }
 
 /// Sets the wake-up timer; false: it cannot be set.

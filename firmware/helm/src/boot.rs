@@ -1,20 +1,6 @@
-//! What a controller is told when it starts, and whose sensors it flies on.
+//! What a controller is told when it starts.
 
 use crate::mark::Mark;
-
-/// Where sensor frames come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Seat {
-    /// On deck: the next mission decides, by [`signals::ToBoard::Begin`] or [`signals::ToBoard::Launch`].
-    Open,
-    /// From the host over the line (hardware in the loop).
-    #[default]
-    Host,
-    /// From the vehicle's own sensors; frames from the line are refused.
-    Sensors,
-    /// From the glider whose backseat the board is; frames from our line are refused.
-    Backseat,
-}
 
 /// What the board knows when it starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Before a launch: what the strap allows, which check is asked for, what the last one found.
 
-use crate::boot::Seat;
+use crate::mark::Seat;
 use signals::{Preflight, Strap};
 
 /// Checks on deck; the loop makes them, this only carries question and answer.

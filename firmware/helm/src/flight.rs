@@ -3,15 +3,15 @@
 //! All of it lies in one place, so that one sum seals it (see [`crate::seal`]).
 
 use crate::afloat::Afloat;
-use crate::boot::Seat;
-use crate::mark::Mark;
+use crate::mark::{Mark, Seat};
 use crate::objects;
-use crate::session::CYCLE_MS;
 use crate::storage::{Content, Storage};
 use control::{Config, State};
 use polar::Table;
 use signals::{Abort, Answer, Flags, Micros, Mission, Phase, SensorFrame, Wings};
 
+/// Control cycle, ms (the paper's vehicle samples every 4 s).
+pub const CYCLE_MS: u32 = 4_000;
 /// Own cycles in a row that may come late before it is [`Abort::Overrun`].
 const LATE_CYCLES: u8 = 3;
 

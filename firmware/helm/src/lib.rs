@@ -59,13 +59,17 @@ mod upload;
 pub mod utc;
 pub mod vault;
 
-pub use boot::{Boot, Seat};
+pub use boot::Boot;
 pub use images::WithImages;
-pub use mark::Mark;
+pub use mark::{Mark, Seat};
 pub use session::Helm;
 pub use storage::{Ask, Content, Kept, MAX_OBJECT, RamStorage, Storage};
 pub use utc::UtcClock;
 pub use vault::Vault;
 
 #[cfg(test)]
+extern crate self as helm; // the name that the fuzzer, an example, knows
+#[cfg(test)]
 mod model_check;
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,20 @@
 //! Whether a mission is under way: what a reset must find again, in one byte.
 
-use crate::boot::Seat;
 use signals::Abort;
+
+/// Where sensor frames come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seat {
+    /// On deck: the next mission decides, by [`signals::ToBoard::Begin`] or [`signals::ToBoard::Launch`].
+    Open,
+    /// From the host over the line (hardware in the loop).
+    #[default]
+    Host,
+    /// From the vehicle's own sensors; frames from the line are refused.
+    Sensors,
+    /// From the glider whose backseat the board is; frames from our line are refused.
+    Backseat,
+}
 
 /// Whether a mission is under way, where its frames come from, why it was aborted, and whether the weight was fired.
 ///

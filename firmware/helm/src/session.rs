@@ -5,11 +5,11 @@ mod image;
 mod transfer;
 
 use crate::afloat::Afloat;
-use crate::boot::{Boot, Seat};
+use crate::boot::Boot;
 use crate::deck::Deck;
 use crate::flight::{Activity, Flight};
 use crate::limits;
-use crate::mark::{Copies, Mark};
+use crate::mark::{Copies, Mark, Seat};
 use crate::objects;
 use crate::seal::Sum;
 use crate::silence::{PATIENCE_MS, aged};
@@ -23,8 +23,8 @@ use signals::{
     Wings,
 };
 
-/// Control cycle, ms (the paper's vehicle samples every 4 s).
-pub const CYCLE_MS: u32 = 4_000;
+pub use crate::flight::CYCLE_MS;
+
 /// Farthest a frame may be ahead of the last one; beyond, it is not a gap in
 /// the line (68 min of lost frames) but nonsense.
 pub const MAX_GAP: u32 = 1024;

@@ -28,7 +28,7 @@ pub const ROOM: u64 = room(SECTORS, SECTOR);
 pub const BURST: u64 = ROOM / 8;
 const MISSION_MS: u64 = MISSION_DAYS * 86_400_000;
 /// Longest time that is paid for at once, ms: a clock that jumps earns nothing more.
-const MOST_MS: u64 = 3_600_000;
+const MOST_PAID_MS: u64 = 3_600_000;
 /// Cycles kept before an event.
 pub const BEFORE: usize = 8;
 /// Cycles kept after it.
@@ -100,7 +100,7 @@ impl Thinning {
 
     fn earn(&mut self, now: Micros) {
         let passed = now.since(self.last.unwrap_or(now)).0 / 1_000;
-        let earned = passed.min(MOST_MS).saturating_mul(ROOM.saturating_sub(BURST));
+        let earned = passed.min(MOST_PAID_MS).saturating_mul(ROOM.saturating_sub(BURST));
         self.credit = self.credit.saturating_add(earned).min(BURST.saturating_mul(MISSION_MS));
         self.last = Some(now);
     }

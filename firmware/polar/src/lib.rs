@@ -6,7 +6,8 @@
 //!
 //! | file | answers |
 //! |---|---|
-//! | [`mod@format`] | which bytes a table is: header, grid, CRC-32; encode and parse |
+//! | [`mod@format`] | which bytes a table is: header, grid, CRC-32 |
+//! | [`mod@encode`] | writes one |
 //! | [`table`] | lift and drag between the grid points |
 //! | `generated/` | the tables built into the firmware (made by `glider table`, do not edit) |
 //!
@@ -20,11 +21,13 @@
 //! * `heapless`: its rows
 #![cfg_attr(not(test), no_std)]
 
+pub mod encode;
 pub mod format;
 pub mod generated;
 pub mod table;
 
-pub use format::{EncodeError, FORMAT, MAX_POINTS, MAX_TABLE, MIN_POINTS, Sample, Spec, TableError, crc32, encode};
+pub use encode::{EncodeError, Spec, encode};
+pub use format::{FORMAT, MAX_POINTS, MAX_TABLE, MIN_POINTS, Sample, TableError, crc32};
 pub use table::{Coefficients, Table};
 
 use signals::Wings;

@@ -223,7 +223,8 @@ mod tests {
     use signals::Wings;
 
     use super::{Coefficients, Table};
-    use crate::format::{EncodeError, HEADER, MAX_POINTS, MAX_TABLE, Sample, Spec, TableError, crc32, encode};
+    use crate::encode::{EncodeError, Spec, encode};
+    use crate::format::{HEADER, MAX_POINTS, MAX_TABLE, Sample, TableError, crc32};
 
     /// A parabolic vehicle on 0.1 m²: C_L = 6.75 α, C_D = 0.15 + 10.5 α².
     fn parabola(alpha: f32) -> Coefficients {

@@ -43,3 +43,6 @@ pub use mission::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 pub use preflight::{Preflight, Strap, Stroke};
 pub use surfacing::{Evidence, Surfacing};
 pub use time::{Clock, Micros, TimeSource, Timebase, Utc};
+
+#[cfg(test)]
+mod tests;

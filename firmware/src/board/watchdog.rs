@@ -6,7 +6,7 @@ use stm32f4::stm32f405::IWDG;
 const TIMEOUT_TICKS: u16 = 3_000;
 
 /// Looks at its status until the boot loader's setting of it is taken over: 5 ticks of 17 kHz at most, a look takes 4 cycles at least.
-const LOOKS: u32 = 2_000;
+const STATUS_LOOKS: u32 = 2_000;
 
 /// The watchdog, running for good.
 pub struct Watchdog(IWDG);
@@ -16,7 +16,7 @@ impl Watchdog {
     pub fn start(iwdg: IWDG) -> Self {
         iwdg.kr().write(|w| w.key().start());
         // A setting that is still on its way would make the next one void (RM0090, 21.4.4).
-        let _ = (0..LOOKS).any(|_| iwdg.sr().read().bits() == 0);
+        let _ = (0..STATUS_LOOKS).any(|_| iwdg.sr().read().bits() == 0);
         iwdg.kr().write(|w| w.key().unlock());
         iwdg.pr().write(|w| w.pr().divide_by128()); // 250 Hz
         iwdg.rlr().write(|w| w.rl().set(TIMEOUT_TICKS));

@@ -20,7 +20,7 @@
 use crate::{CRC32, Error};
 use embedded_storage::nor_flash::NorFlash;
 
-const MAGIC: u32 = 0x474c_4f47; // "GLOG"
+const RING_MAGIC: u32 = 0x474c_4f47; // "GLOG"
 const SECTOR_HEADER: u32 = 16;
 /// Bytes before the data of an entry: length (u16, little-endian), kind, and a sum.
 pub const ENTRY_HEADER: usize = 8;
@@ -46,15 +46,15 @@ pub struct Ring {
 }
 
 /// Bytes at the start of a sector that say which one it is.
-pub const HEADER: usize = SECTOR_HEADER as usize;
+pub const SECTOR_HEADER_BYTES: usize = SECTOR_HEADER as usize;
 
 /// Sequence number of a sector from its first bytes; none where they are not a header of this log. For tools that read the
 /// part from afar.
 #[must_use]
 pub fn sequence(header: &[u8]) -> Option<u32> {
-    let [_, _, _, _, a, b, c, d, note, ..] = *header.first_chunk::<HEADER>()?;
+    let [_, _, _, _, a, b, c, d, note, ..] = *header.first_chunk::<SECTOR_HEADER_BYTES>()?;
     let sequence = u32::from_le_bytes([a, b, c, d]);
-    (header.first_chunk::<HEADER>()? == &sector_header(sequence, note)).then_some(sequence)
+    (header.first_chunk::<SECTOR_HEADER_BYTES>()? == &sector_header(sequence, note)).then_some(sequence)
 }
 
 /// Bytes of entries, with their headers, that surely fit in so many sectors: an entry that does not fit the rest of one goes to the next.
@@ -255,7 +255,7 @@ enum Found {
 }
 
 fn sector_header(sequence: u32, note: u8) -> [u8; SECTOR_HEADER as usize] {
-    let ([m0, m1, m2, m3], [s0, s1, s2, s3]) = (MAGIC.to_le_bytes(), sequence.to_le_bytes());
+    let ([m0, m1, m2, m3], [s0, s1, s2, s3]) = (RING_MAGIC.to_le_bytes(), sequence.to_le_bytes());
     let body = [m0, m1, m2, m3, s0, s1, s2, s3, note, 0, 0, 0];
     let [c0, c1, c2, c3] = CRC32.checksum(&body).to_le_bytes();
     [m0, m1, m2, m3, s0, s1, s2, s3, note, 0, 0, 0, c0, c1, c2, c3]

@@ -21,8 +21,8 @@ use crate::{CRC32, Error};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
-const MAGIC: u32 = 0x474c_4431; // "GLD1"
-const HEADER: usize = 20;
+const SLOT_MAGIC: u32 = 0x474c_4431; // "GLD1"
+const SLOT_HEADER: usize = 20;
 const MARK: u32 = 20;
 const CONTENT: u32 = 24;
 
@@ -138,13 +138,13 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
     }
 
     fn read_slot(&mut self, object: usize, at: u32) -> Result<Option<Slot>, Error> {
-        let mut raw = [0u8; HEADER + 4];
+        let mut raw = [0u8; SLOT_HEADER + 4];
         self.flash.read(at, &mut raw).map_err(|_| Error::Flash)?;
         let (words, _) = raw.as_chunks::<4>();
         let word = |i: usize| words.get(i).map_or(0, |w| u32::from_le_bytes(*w));
         let (generation, length, crc) = (word(1), word(2), word(3));
         let expected = header(object, generation, length, crc);
-        let whole = raw.get(..HEADER) == Some(expected.as_slice()) && word(0) == MAGIC;
+        let whole = raw.get(..SLOT_HEADER) == Some(expected.as_slice()) && word(0) == SLOT_MAGIC;
         let fits = length as usize <= F::ERASE_SIZE - CONTENT as usize;
         Ok((whole && fits).then_some(Slot { at, generation, length: length as usize, crc, revoked: word(5) != u32::MAX }))
     }
@@ -173,11 +173,11 @@ impl<F: NorFlash, const OBJECTS: usize> Slots<F, OBJECTS> {
     }
 }
 
-fn header(object: usize, generation: u32, length: u32, crc: u32) -> [u8; HEADER] {
+fn header(object: usize, generation: u32, length: u32, crc: u32) -> [u8; SLOT_HEADER] {
     let mut digest = CRC32.digest();
-    let mut out = [0u8; HEADER];
+    let mut out = [0u8; SLOT_HEADER];
     let (words, _) = out.as_chunks_mut::<4>();
-    for (word, value) in words.iter_mut().zip([MAGIC, generation, length, crc]) {
+    for (word, value) in words.iter_mut().zip([SLOT_MAGIC, generation, length, crc]) {
         *word = value.to_le_bytes();
         digest.update(word);
     }

@@ -46,3 +46,6 @@ pub mod model;
 pub mod preprocess;
 pub mod steady;
 pub mod workbench;
+
+#[cfg(test)]
+mod tests;

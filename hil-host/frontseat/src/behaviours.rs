@@ -3,9 +3,9 @@
 //! Priority is the order in the mission file: abend, surface, yo and set_heading. Pitch by the glider's own servo is its battery position
 //! moved by the pitch error once per cycle, outside a dead band (public default 3°).
 
+use crate::measured::Measured;
 use crate::mission::{Behaviour, LINK, Read};
 use crate::science::Write;
-use crate::sensors::Measured;
 use signals::ActuatorCommand;
 
 /// Dead band of the pitch servo, rad (public: 3°).

@@ -3,7 +3,7 @@
 //! Behind the pseudo-terminal every byte goes through the terminal; only the clock is shared, so that a flight takes seconds and not
 //! hours. A board has a clock of its own: it is flown in real time.
 
-use crate::flight::Backseat;
+use crate::other_end::Backseat;
 use anyhow::{Context, anyhow, bail, ensure};
 use backseat::{Law, Limits, Session, Targets};
 use bay::{BackseatLaw, Outside, RunBackseat};

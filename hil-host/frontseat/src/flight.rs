@@ -7,10 +7,12 @@
 
 use crate::behaviours::{Doing, FlightComputer, Motors};
 use crate::board::{Board, Flown};
+use crate::measured::Measured;
 use crate::mission;
 use crate::mission::Pilot;
+pub use crate::other_end::{Backseat, Nobody};
 use crate::science::{LAG_S, Science};
-use crate::sensors::{Measured, updated};
+use crate::sensors::updated;
 use crate::wire::{Damage, Wire};
 use crate::{CYCLE_S, Switches};
 use anyhow::{Context, anyhow};
@@ -31,24 +33,6 @@ const TURN_M: f64 = 5.0;
 const EPOCH_S: f64 = 1_767_225_600.0;
 /// The program at the line starts so long after the mission, s.
 const STARTS_S: f64 = 2.0;
-
-/// The board at the other end of the line.
-pub trait Backseat {
-    /// Time passes to `now`; the board hears bytes and says some.
-    ///
-    /// # Errors
-    /// The line is gone.
-    fn pass(&mut self, now: Micros, heard: &[u8], said: &mut Vec<u8>) -> anyhow::Result<()>;
-}
-
-/// No board.
-pub struct Nobody;
-
-impl Backseat for Nobody {
-    fn pass(&mut self, _: Micros, _: &[u8], _: &mut Vec<u8>) -> anyhow::Result<()> {
-        Ok(())
-    }
-}
 
 /// What happens at a time, s.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -34,10 +34,15 @@
 pub mod behaviours;
 pub mod board;
 pub mod flight;
+pub mod measured;
 pub mod mission;
+mod other_end;
 pub mod science;
 pub mod sensors;
 pub mod wire;
+
+#[cfg(test)]
+mod tests;
 
 /// Flight cycle, s: mean of 65,000 single cycles in public logs.
 pub const CYCLE_S: f64 = 4.009;

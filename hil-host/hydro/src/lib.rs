@@ -35,12 +35,16 @@ pub mod lift_slope;
 pub mod polar;
 pub mod rectangular;
 pub mod section;
+pub mod separation;
 pub mod wing;
 
 pub use added::Added;
 pub use effects::{Constants, Flow, ForceModel, LiftDrag};
 pub use geometry::{Appendage, Breakdown, Geometry, GeometryPolar};
 pub use polar::Polar;
+
+#[cfg(test)]
+mod tests;
 
 /// |α| up to which the hull's cross-flow form is valid, rad (25°; paper sec. IV-A, from Fidler & Smith 1977).
 pub const ALPHA_BODY_VALID_RAD: f64 = 0.436_332_312_998_582_4;

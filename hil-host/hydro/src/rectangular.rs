@@ -12,11 +12,11 @@
 //! | constant | where it is from | fitted to the plates it is held against |
 //! |---|---|---|
 //! | K_p | eq. 9 | no |
-//! | K_v(A) | lifting-surface theory, own lattice (`tests/side_edge_lattice.rs`) | no |
+//! | K_v(A) | lifting-surface theory, own lattice (`src/tests/side_edge_lattice.rs`) | no |
 //! | end of the low-angle regime, full separation | stall limits by A ([`low_angle_end_rad`]) | no |
 //! | onset at A = 1 | the plates themselves ([`ONSET_AT_ONE_RAD`]) | yes, one number |
 //!
-//! Held against measured rectangular plates (`tests/rectangular_plates.rs`): rms of C_L over 3–20° 0.018 (A 1), 0.020 (A 2) at
+//! Held against measured rectangular plates (`src/tests/rectangular_plates.rs`): rms of C_L over 3–20° 0.018 (A 1), 0.020 (A 2) at
 //! Re 1.4e5, 0.034 (A 1), 0.005 (A 3) in Lamar's data, which show no onset and are met to 0.021 without one. The two series
 //! of A = 1 differ by 0.06 between 6° and 12°: what the onset does at an edge and a Reynolds number that nobody measured is not known better.
 //!
@@ -29,7 +29,7 @@
 //! judge of it, since the plant's rails shed their vortices from the first angle; only a flight is.
 
 use crate::lift_slope;
-use crate::wing::Separation;
+use crate::separation::Separation;
 
 /// Onset of the side-edge vortex at A = 1, rad (9.5°): half way between what the plates at the glider's Reynolds number say (Pelletier &
 /// Mueller: 11.0°) and what all measured series say together (8.25°; Lamar's alone: none).

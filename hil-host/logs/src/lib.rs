@@ -30,3 +30,6 @@ pub mod vehicle;
 
 pub use record::flight::Flight;
 pub use vehicle::Vehicle;
+
+#[cfg(test)]
+mod tests;

@@ -3,7 +3,7 @@
 use crate::wires::Target;
 use crate::{Around, Clock, Sample, Work};
 
-const CONVERSION_NS: u64 = 7_812_500;
+const ADC_CONVERSION_NS: u64 = 7_812_500;
 /// From its supply to its first answer, ns (SBAS444: 50 µs).
 const START_NS: u64 = 50_000;
 /// Until pots and leak loop stand, ns: five times 1 ms of their filters (guess).
@@ -67,8 +67,8 @@ impl Ads1115 {
                 single => volts[usize::from(single - 4)],
             };
             let steps = (volts / full_scale_v * 32_768.0).round().clamp(-32_768.0, 32_767.0) as i16;
-            self.clock.work(Work::Adc, CONVERSION_NS);
-            self.converting = Some((steps.cast_unsigned(), now + CONVERSION_NS));
+            self.clock.work(Work::Adc, ADC_CONVERSION_NS);
+            self.converting = Some((steps.cast_unsigned(), now + ADC_CONVERSION_NS));
         }
     }
 }

@@ -14,7 +14,7 @@ use std::rc::Rc;
 const SECOND_NS: u64 = 1_000_000_000;
 const MS_NS: u64 = 1_000_000;
 /// Time of a byte at 19,200 baud, 8N1, ns.
-const BYTE_NS: u64 = 10 * SECOND_NS / 19_200;
+const MODEM_BYTE_NS: u64 = 10 * SECOND_NS / 19_200;
 /// From power on to the first command (guess).
 const BOOT_NS: u64 = 4 * SECOND_NS;
 /// Sky in sight and supply on until a satellite is heard (guess).
@@ -257,7 +257,7 @@ impl Iridium {
         if self.fault == Fault::Babble {
             let mut at = self.coming.back().map_or(now, |(at, _)| *at);
             while at < now + BABBLE_NS {
-                at += BYTE_NS;
+                at += MODEM_BYTE_NS;
                 let byte = self.draw(256) as u8;
                 self.coming.push_back((at, byte));
             }
@@ -294,7 +294,7 @@ impl Iridium {
             _ => {}
         }
         let start = self.coming.back().map_or(from_ns, |(at, _)| from_ns.max(*at));
-        self.coming.extend(bytes.into_iter().zip(1..).map(|(byte, i)| (start + i * BYTE_NS, byte)));
+        self.coming.extend(bytes.into_iter().zip(1..).map(|(byte, i)| (start + i * MODEM_BYTE_NS, byte)));
     }
 
     fn take(&mut self, at: u64, byte: u8) {
@@ -435,7 +435,7 @@ impl Write for ModemPort {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         let mut part = self.0.borrow_mut();
         let start = part.clock.now_ns().max(part.inward.back().map_or(0, |(at, _)| *at));
-        part.inward.extend(bytes.iter().zip(1..).map(|(byte, i)| (start + i * BYTE_NS, *byte)));
+        part.inward.extend(bytes.iter().zip(1..).map(|(byte, i)| (start + i * MODEM_BYTE_NS, *byte)));
         Ok(bytes.len())
     }
     fn flush(&mut self) -> Result<(), Infallible> {
@@ -448,7 +448,7 @@ impl WriteReady for ModemPort {
     fn write_ready(&mut self) -> Result<bool, Infallible> {
         let part = self.0.borrow();
         let now = part.clock.now_ns();
-        Ok(part.fault != Fault::Stuck && part.inward.back().is_none_or(|(at, _)| *at <= now + BYTE_NS))
+        Ok(part.fault != Fault::Stuck && part.inward.back().is_none_or(|(at, _)| *at <= now + MODEM_BYTE_NS))
     }
 }
 

@@ -8,9 +8,9 @@ use std::rc::Rc;
 
 const SECTOR: usize = 4096;
 const PAGE: usize = 256;
-const SIZE: u32 = 16 * 1024 * 1024;
+const LOG_FLASH_SIZE: u32 = 16 * 1024 * 1024;
 /// Time of a byte at 8 MHz, ns.
-const BYTE_NS: u64 = 1_000;
+const SPI_BYTE_NS: u64 = 1_000;
 /// Typical times, ns (9.6): page program 0.7 ms, sector erase 45 ms; at most 3 and 400 ms.
 const PROGRAM_NS: (u64, u64) = (700_000, 3_000_000);
 const ERASE_NS: (u64, u64) = (45_000_000, 400_000_000);
@@ -82,7 +82,7 @@ impl W25q128 {
         if !std::mem::take(&mut self.write_enabled) {
             return;
         }
-        let n = at % SIZE / SECTOR as u32;
+        let n = at % LOG_FLASH_SIZE / SECTOR as u32;
         let sector = self.sector(n);
         let before = Box::new(*sector);
         change(sector);
@@ -111,7 +111,7 @@ impl W25q128 {
                 let from = at(sent);
                 (0..read as u32)
                     .map(|i| {
-                        let a = (from + i) % SIZE;
+                        let a = (from + i) % LOG_FLASH_SIZE;
                         self.sectors.get(&(a / SECTOR as u32)).map_or(0xff, |s| s[a as usize % SECTOR])
                     })
                     .collect()
@@ -155,7 +155,7 @@ impl SpiDevice for Bus {
                 _ => return Err(ErrorKind::Other),
             }
         }
-        part.clock.pass_ns(BYTE_NS * (sent.len() + read) as u64);
+        part.clock.pass_ns(SPI_BYTE_NS * (sent.len() + read) as u64);
         let mut answer = part.select(&sent, read);
         for byte in answer.iter_mut() {
             *byte ^= part.noise.pop().unwrap_or(0);

@@ -53,3 +53,6 @@ pub use scenario::{Scenario, Start};
 pub use truth::{Energy, Truth};
 pub use vehicle::Vehicle;
 pub use world::{BestGlide, World};
+
+#[cfg(test)]
+mod tests;

@@ -1,11 +1,14 @@
 //! `glider faults`.
 
-use super::faults_report::report;
+pub mod own_parts;
+mod report;
+
 use super::shards::{MergeArgs, Session, ShardArgs, To, file_report, parts, said_of_shard};
 use super::{Output, Verdict};
 use anyhow::{Context, bail, ensure};
 use control::mutant::Mutant;
 use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
+use report::report;
 use rig::campaign::blocks::{Block, plan, ranges, verdicts};
 use rig::campaign::lattice::{Case, SEEDS, cases, spread};
 use rig::campaign::{self, healthy::Flight, through_seat};
@@ -127,10 +130,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         return mutation(args, output);
     }
     if let Some(n) = args.bus {
-        return super::faults_own_parts::bus(n, args, output);
+        return own_parts::bus(n, args, output);
     }
     if choice == Choice::Parts {
-        return super::faults_own_parts::missions(args, output);
+        return own_parts::missions(args, output);
     }
     let (sample, random, only) = (args.sample, args.random, args.only.clone());
     let plan = Plan { seed: args.seed, sample, random, only, healthy: args.healthy, seat: choice.to_string() };

@@ -1,5 +1,8 @@
 //! `glider fly`.
 
+pub mod extctl;
+pub mod own_parts;
+
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use crate::score::story;
@@ -112,10 +115,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         args.modem
     );
     if args.extctl || choice == Choice::Extctl {
-        return super::fly_extctl::run(args, output, &mission, &scenario, &choice);
+        return extctl::run(args, output, &mission, &scenario, &choice);
     }
     if choice == Choice::Parts {
-        return super::fly_parts::run(args, output, mission, scenario);
+        return own_parts::run(args, output, mission, scenario);
     }
     let mut seat = seat(args, &choice)?;
     if args.recover {

@@ -9,9 +9,9 @@ use helm::objects::mission_id;
 use rig::flight::config_file;
 use rig::flight::mission_file::{self, Limits};
 use rig::flight::preflight::{Item, judge};
+use rig::seats::link::upload::{read_back, upload};
 use rig::seats::options;
 use rig::seats::port::Port;
-use rig::seats::upload::{read_back, upload};
 use rig::seats::{Link, Seat, SeatError, Wire};
 use rig::seats::{clock, image};
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Time between two looks at a check, s of wall time.
-const POLL: Duration = Duration::from_millis(500);
+const CHECK_POLL: Duration = Duration::from_millis(500);
 /// Most looks: strokes of the deep pump take four minutes, and a board in virtual time none.
 const MOST_POLLS: u32 = 1_200;
 /// Least time over which clocks are compared, s.
@@ -57,7 +57,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut link = Link::new(Port::open(&args.port)?);
     let config = args.config.as_deref().map(config_file::load).transpose()?;
-    let wait = || std::thread::sleep(POLL);
+    let wait = || std::thread::sleep(CHECK_POLL);
     let started = Instant::now();
     let asked = Asked { config, mission: &args.mission, check: args.check, set_options: args.set_option_bytes };
     let here = Here { utc_ms: &clock::system_ms, seconds: Some(&|| started.elapsed().as_secs_f64()) };

@@ -9,7 +9,7 @@ use discovery::workbench::tracking::TRACKED;
 use hydro::effects::{CATALOGUE, Effect};
 use logs::import::classes::Class;
 use rig::flight::mission_file;
-use rig::flight::vehicles::BUILT_IN;
+use rig::flight::vehicles::BUILT_IN_VEHICLES;
 use rig::spelling::meant;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -112,7 +112,7 @@ fn faults(output: &Output) {
 }
 
 fn vehicles(output: &Output) {
-    let built_in = BUILT_IN.iter().map(|(name, text)| ((*name).to_owned(), "built in", first_words(text)));
+    let built_in = BUILT_IN_VEHICLES.iter().map(|(name, text)| ((*name).to_owned(), "built in", first_words(text)));
     let classes = Class::ALL.iter().map(|c| (c.name().to_owned(), "class", c.about().to_owned()));
     let all: Vec<(String, &str, String)> = built_in.chain(classes).collect();
     let list: Vec<Value> = all.iter().map(|(name, kind, about)| json!({"name": name, "kind": kind, "about": about})).collect();

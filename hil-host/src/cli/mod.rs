@@ -21,13 +21,9 @@ pub mod diagnose;
 #[cfg(feature = "export")]
 pub mod export;
 pub mod faults;
-pub mod faults_own_parts;
-mod faults_report;
 pub mod fetch_data;
 pub mod fleet;
 pub mod fly;
-pub mod fly_extctl;
-pub mod fly_parts;
 pub mod import;
 #[cfg(feature = "board")]
 pub mod launch;
@@ -45,12 +41,6 @@ pub mod polar;
 pub mod power;
 pub mod report;
 pub mod scorecard;
-#[cfg(feature = "ablation")]
-pub mod scorecard_ablation;
-pub mod scorecard_flight;
-pub mod scorecard_loop;
-pub mod scorecard_real;
-pub mod scorecard_timeline;
 #[cfg(feature = "serve")]
 pub mod serve;
 mod shards;

@@ -1,5 +1,12 @@
 //! `glider scorecard`: how good is it, in numbers.
 
+#[cfg(feature = "ablation")]
+pub mod ablation;
+pub mod closed_loop;
+pub mod flight;
+pub mod real;
+pub mod timeline;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
@@ -31,18 +38,18 @@ enum What {
     /// Sealed cases with a hidden effect against `diagnose`.
     Discovery(DiscoveryArgs),
     /// Our controller beside the ordinary one: wings, depth bands, disturbances.
-    Flight(super::scorecard_flight::FlightArgs),
+    Flight(flight::FlightArgs),
     /// Fly, diagnose, add, new table, fly again: every hidden effect, both wing sets, and the range it is worth.
-    Loop(super::scorecard_loop::LoopArgs),
+    Loop(closed_loop::LoopArgs),
     /// Real flights with a known injected error in the vehicle file or the log against `diagnose`.
-    Real(super::scorecard_real::RealArgs),
+    Real(real::RealArgs),
     /// Missions in which something changes at an unknown dive: found, dated, sized; false alarms.
-    Timeline(super::scorecard_timeline::TimelineArgs),
+    Timeline(timeline::TimelineArgs),
     /// Put the parts of shards of `discovery`, `real` or `timeline` together.
     Merge(ScorecardMergeArgs),
     /// What each mechanism of the diagnosis is worth, by turning it off.
     #[cfg(feature = "ablation")]
-    Ablation(super::scorecard_ablation::AblationArgs),
+    Ablation(ablation::AblationArgs),
 }
 
 /// Arguments of `scorecard merge`.
@@ -128,35 +135,29 @@ impl Only {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     match &args.what {
         What::Discovery(a) => discovery(a, output),
-        What::Flight(a) => super::scorecard_flight::run(a, output),
-        What::Loop(a) => super::scorecard_loop::run(a, output),
-        What::Real(a) => super::scorecard_real::run(a, output),
-        What::Timeline(a) => super::scorecard_timeline::run(a, output),
+        What::Flight(a) => flight::run(a, output),
+        What::Loop(a) => closed_loop::run(a, output),
+        What::Real(a) => real::run(a, output),
+        What::Timeline(a) => timeline::run(a, output),
         What::Merge(a) => merge(a, output),
         #[cfg(feature = "ablation")]
-        What::Ablation(a) => super::scorecard_ablation::run(a, output),
+        What::Ablation(a) => ablation::run(a, output),
     }
 }
 
 fn merge(args: &ScorecardMergeArgs, output: &Output) -> anyhow::Result<Verdict> {
-    const COMMANDS: [&str; 3] = [DISCOVERY, super::scorecard_timeline::COMMAND, super::scorecard_real::COMMAND];
+    const COMMANDS: [&str; 3] = [DISCOVERY, timeline::TIMELINE_COMMAND, real::REAL_COMMAND];
     let merged = parts(&args.merge, &COMMANDS, output)?;
     let (command, plan) = (merged.command.clone(), merged.plan.clone());
-    let default = if command == DISCOVERY { DISCOVERY_PAGE } else { super::scorecard_real::PAGE };
+    let default = if command == DISCOVERY { DISCOVERY_PAGE } else { real::REAL_PAGE };
     let html = args.merge.html.as_deref().unwrap_or(Path::new(default));
     let to = To { out: args.merge.out.as_deref(), html, list: args.merge.list };
     if command == DISCOVERY {
         discover(&serde_json::from_value(plan)?, &Session::merging(DISCOVERY, merged), &to, output)
-    } else if command == super::scorecard_timeline::COMMAND {
-        super::scorecard_timeline::fly(&serde_json::from_value(plan)?, &Session::merging(COMMANDS[1], merged), &to, output)
+    } else if command == timeline::TIMELINE_COMMAND {
+        timeline::fly(&serde_json::from_value(plan)?, &Session::merging(COMMANDS[1], merged), &to, output)
     } else {
-        super::scorecard_real::ask(
-            &serde_json::from_value(plan)?,
-            args.flights.as_deref(),
-            &Session::merging(COMMANDS[2], merged),
-            &to,
-            output,
-        )
+        real::ask(&serde_json::from_value(plan)?, args.flights.as_deref(), &Session::merging(COMMANDS[2], merged), &to, output)
     }
 }
 

@@ -282,14 +282,14 @@ fn sentence(e: &Event) -> String {
 }
 
 /// Most rows of the table on a terminal.
-const SHOWN: usize = 40;
+const MOST_ROWS_SHOWN: usize = 40;
 
 fn said(done: &Timeline, out: &[PathBuf]) {
     for note in &done.notes {
         say(&wrapped(&format!("Note: {note}"), 6));
     }
     let mut t = table(["dive", "day", "m", "drag, %", "lift, %", "trim, cc", "pitch, °", "hull, %"]);
-    let every = done.rows.len().div_ceil(SHOWN).max(1);
+    let every = done.rows.len().div_ceil(MOST_ROWS_SHOWN).max(1);
     for r in done.rows.iter().step_by(every) {
         let cell = |k: usize| {
             let l = &r.levels[k];

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
 use discovery::workbench::tracking::REFERENCE_DIVES;
-use logs::import::kind::{Kind, files_of};
+use logs::import::folder::files_of;
+use logs::import::kind::Kind;
 use logs::record::csv;
 use logs::{Flight, import, vehicle};
 

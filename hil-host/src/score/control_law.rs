@@ -11,7 +11,8 @@
 //! plant. The table "as true" is sampled from the plant's own steady polar; the
 //! built-in one is what the firmware carries and knows nothing of the plant.
 
-use crate::score::watch::Watch;
+mod watch;
+
 use anyhow::{Context, anyhow};
 use control::{Config, Settings};
 use plant::actuators::{Actuators, Pump};
@@ -23,6 +24,7 @@ use rayon::prelude::*;
 use rig::seats::CYCLE_S;
 use serde::Serialize;
 use signals::{Abort, Answer, Leg, Micros, Mission, Phase, SensorFrame, Wings};
+use watch::Watch;
 
 /// Width of an α bin, degrees.
 pub const BIN_DEG: f64 = 2.0;

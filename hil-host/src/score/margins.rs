@@ -32,7 +32,7 @@ const CYCLES: usize = 70;
 /// Frequencies up to half the control rate.
 const FREQUENCIES: usize = 4000;
 /// Water deep enough that no run meets the bottom, m.
-const DEEP_M: f64 = 5000.0;
+const BOTTOMLESS_M: f64 = 5000.0;
 
 /// A glide and its vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +95,7 @@ fn world(glide: &Glide) -> anyhow::Result<World> {
     // Neutral at every depth: a glide stays the glide that it is.
     let vehicle = Vehicle {
         metacentric_height_m: glide.height_m,
-        crush_depth_m: DEEP_M,
+        crush_depth_m: BOTTOMLESS_M,
         compressibility_per_pa: 0.0,
         thermal_expansion_per_k: 0.0,
         ..Vehicle::deep()
@@ -108,7 +108,7 @@ fn world(glide: &Glide) -> anyhow::Result<World> {
         ..Actuators::default()
     };
     let start = Start { depth_m: 20.0, pitch_rad: -glide.pitch_rad, ballast_m3: Some(-glide.ballast_m3), ..Start::default() };
-    let ocean = Ocean { profile: Profile::Uniform(1025.0), water_depth_m: DEEP_M, ..Ocean::deep() };
+    let ocean = Ocean { profile: Profile::Uniform(1025.0), water_depth_m: BOTTOMLESS_M, ..Ocean::deep() };
     let scenario = Scenario { wings: glide.wings, vehicle, actuators, ocean, start, sensors: Sensors::perfect(), ..Scenario::default() };
     World::new(scenario).map_err(|e| anyhow!("{e}"))
 }

@@ -7,5 +7,4 @@ pub mod margins;
 pub mod real;
 pub mod story;
 pub mod timeline;
-pub(crate) mod watch;
 pub mod whole_loop;

@@ -17,7 +17,7 @@ use discovery::workbench::change_kinds::{DIVES_PER_ALARM, threshold};
 use discovery::workbench::changes::{Found, Observed, find};
 use discovery::workbench::pooling::Information;
 use discovery::workbench::timeline::{Event, Level, Mission};
-use discovery::workbench::tracking::{DRAG, LIFT, N, PITCH_ZERO, PRESSURE, TRIM};
+use discovery::workbench::tracking::{AT_DRAG, AT_LIFT, AT_PITCH_ZERO, AT_PRESSURE, AT_TRIM, N};
 use logs::record::csv;
 use logs::vehicle;
 use nalgebra::{DMatrix, DVector};
@@ -48,7 +48,7 @@ pub struct Case {
 }
 
 /// Kinds of change that are flown, in turn.
-pub const KINDS: [&str; 5] = ["drag", "fouling", "trim", "leak", "lift"];
+pub const CHANGES_FLOWN: [&str; 5] = ["drag", "fouling", "trim", "leak", "lift"];
 
 /// A number from 0 to 1.
 fn uniform(rng: &mut ChaCha8Rng) -> f64 {
@@ -67,7 +67,7 @@ pub fn plan(cases: usize, seed: u64, only: Option<&str>) -> Vec<Case> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7135 ^ ((index as u64) << 16));
         let onset = DIVES / 6 + below(&mut rng, DIVES * 2 / 3);
         let mut between = |low: f64, high: f64| low * (high / low).powf(uniform(&mut rng));
-        let change = match only.unwrap_or(KINDS[index % KINDS.len()]) {
+        let change = match only.unwrap_or(CHANGES_FLOWN[index % CHANGES_FLOWN.len()]) {
             "drag" => Change::Drag(between(0.1, 0.9)),
             "fouling" => Change::Fouling(between(0.2, 0.9)),
             "trim" => Change::Trim(between(10.0, 80.0) * if index.is_multiple_of(2) { 1.0 } else { -1.0 }),
@@ -77,7 +77,7 @@ pub fn plan(cases: usize, seed: u64, only: Option<&str>) -> Vec<Case> {
             "pressure" => Change::PressureZero(between(0.5, 2.0)),
             _ => Change::Nothing,
         };
-        let wing = if (index / KINDS.len()).is_multiple_of(2) { Wing::Standard } else { Wing::LowAspectRatio };
+        let wing = if (index / CHANGES_FLOWN.len()).is_multiple_of(2) { Wing::Standard } else { Wing::LowAspectRatio };
         Case { index, wing, change, onset }
     };
     (0..cases).map(one).collect()
@@ -122,12 +122,12 @@ pub struct Scored {
 fn truth(change: Change) -> Option<(usize, f64)> {
     match change {
         Change::Nothing => None,
-        Change::Drag(by) | Change::Fouling(by) => Some((DRAG, 100.0 * by)),
-        Change::Trim(cc) => Some((TRIM, cc)),
-        Change::Leak(cc) => Some((TRIM, -cc)),
-        Change::Lift(by) => Some((LIFT, 100.0 * by)),
-        Change::PitchZero(by) => Some((PITCH_ZERO, by.to_degrees())),
-        Change::PressureZero(by) => Some((PRESSURE, by)),
+        Change::Drag(by) | Change::Fouling(by) => Some((AT_DRAG, 100.0 * by)),
+        Change::Trim(cc) => Some((AT_TRIM, cc)),
+        Change::Leak(cc) => Some((AT_TRIM, -cc)),
+        Change::Lift(by) => Some((AT_LIFT, 100.0 * by)),
+        Change::PitchZero(by) => Some((AT_PITCH_ZERO, by.to_degrees())),
+        Change::PressureZero(by) => Some((AT_PRESSURE, by)),
     }
 }
 

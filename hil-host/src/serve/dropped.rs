@@ -1,6 +1,6 @@
 //! Files dropped on the page: a flight with its vehicle, or whatever `glider import` reads.
 
-use super::flights::File;
+use super::requests::File;
 use anyhow::{Context as _, ensure};
 use base64::Engine as _;
 use logs::import::Imported;

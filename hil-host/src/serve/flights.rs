@@ -1,6 +1,7 @@
 //! Flights opened in the workbench: what the model says of them with the
 //! ticked effects on.
 
+pub use super::requests::{Evaluate, File, Fit, Open, Overlay};
 use super::track_map::way;
 use super::{Sorry, Workbench, dropped, overlay};
 use crate::next_mission;
@@ -23,63 +24,10 @@ use logs::{Flight, Vehicle};
 use rig::flight::mission_file;
 use rig::flight::tables::Built;
 use rig::flight::vehicles::Model;
-use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// A dropped file.
-#[derive(Debug, Deserialize)]
-pub struct File {
-    /// Its name, only for messages and to tell csv from vehicle.
-    pub name: String,
-    /// Its content, if it is text.
-    #[serde(default)]
-    pub text: String,
-    /// Its content, if it may not be text.
-    #[serde(default)]
-    pub base64: Option<String>,
-}
-
-/// `POST /api/open`.
-#[derive(Debug, Deserialize)]
-pub struct Open {
-    /// Dropped files: a flight and its vehicle file, or whatever `glider import` reads.
-    #[serde(default)]
-    pub files: Vec<File>,
-    /// Or the number of an offered flight.
-    pub listed: Option<usize>,
-}
-
-/// `POST /api/evaluate` and `/api/save`.
-#[derive(Debug, Deserialize)]
-pub struct Evaluate {
-    /// Number of the open flight.
-    pub flight: usize,
-    /// Effects that are on, with the values of their parameters in catalogue order.
-    #[serde(default)]
-    pub effects: BTreeMap<String, Vec<f64>>,
-}
-
-/// `POST /api/overlay`.
-#[derive(Debug, Deserialize)]
-pub struct Overlay {
-    /// Number of the open flight.
-    pub flight: usize,
-    /// Number of the one shown with it.
-    pub second: usize,
-}
-
-/// `POST /api/fit` and `/api/diagnose`.
-#[derive(Debug, Deserialize)]
-pub struct Fit {
-    /// Number of the open flight.
-    pub flight: usize,
-    /// Effects to fit.
-    #[serde(default)]
-    pub effects: Vec<String>,
-}
 
 /// A flight in memory, ready for the model.
 #[derive(Debug)]

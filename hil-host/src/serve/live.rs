@@ -4,7 +4,7 @@
 //! its log is on disk either way. Orders of the page (inject, recall) reach it
 //! through a list that the closed loop empties once per control cycle.
 
-use super::flights::Fit;
+use super::requests::Fit;
 use super::{Sorry, Workbench};
 use crate::score::story;
 use anyhow::{Context, anyhow, bail};
@@ -38,7 +38,7 @@ const BUTTONS: [(&str, &str); 8] = [
 ];
 
 /// Longest pause between two batches of rows to the page.
-const BATCH: Duration = Duration::from_millis(200);
+const LONGEST_PAUSE: Duration = Duration::from_millis(200);
 
 /// The flight under way, if any.
 #[derive(Debug, Default)]
@@ -249,7 +249,7 @@ fn one_pass(world: &mut World, seat: &mut dyn Seat, setup: &Setup, log: &Path, l
     let seat_name = seat.describe();
     let out = fly_closed_loop(world, seat, setup, &mut |cycle| {
         rows.push(row(cycle, best.alpha_rad));
-        if sent.elapsed() >= BATCH || rows.len() >= 500 {
+        if sent.elapsed() >= LONGEST_PAUSE || rows.len() >= 500 {
             lines.send(&json!({"rows": std::mem::take(&mut rows), "seat": seat_name}));
             sent = Instant::now();
         }

@@ -26,6 +26,7 @@ pub mod flights;
 pub mod guard;
 pub mod live;
 pub mod overlay;
+mod requests;
 pub mod track_map;
 
 use anyhow::Context;

@@ -3,10 +3,9 @@
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
 use crate::mutant::Watch as Of;
+use crate::senses::NO_DEPTH_S;
 use signals::{Abort, Flags};
 
-/// Without a depth: abort after this, s — two cycles, so that one lost reading changes nothing (bound 10 s).
-pub const NO_DEPTH_S: f32 = 8.0;
 /// Two depths apart for this long, s.
 pub const APART_S: f32 = 20.0;
 /// Too deep: this far below the working depth, m.

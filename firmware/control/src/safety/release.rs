@@ -42,7 +42,7 @@ const RISING_M: f32 = 1.0;
 /// Shallower than this a buoyant vehicle is held by something above, m.
 const KEEL_M: f32 = 8.0;
 /// Shallower than this the vehicle is at the surface, or at the underside of ice, m.
-const SURFACE_M: f32 = 2.0;
+const NEAR_SURFACE_M: f32 = 2.0;
 /// Deeper than this the antenna is under water, m: never heard for an hour there is lost, under ice or under light water.
 const AWASH_M: f32 = 0.7;
 /// Sinking that counts, m/s: above the noise of the depth rate.
@@ -237,7 +237,7 @@ impl Release {
             return false;
         }
         // A depth above the surface, with the antenna under water, is none.
-        let known = seen.depth_age_s < 10.0 && seen.depth_m > -RISING_M - SURFACE_M;
+        let known = seen.depth_age_s < 10.0 && seen.depth_m > -RISING_M - NEAR_SURFACE_M;
         let far = !known || seen.depth_m > ASCENT_M_S * w.config.release_time_s;
         if (v.leak_stands && Of::LeakWeight.enabled() || v.pump_loses) && far {
             return true;
@@ -264,7 +264,7 @@ impl Release {
             let patience = if buoyant { w.config.max_burn_s } else { w.config.min_burn_s };
             return self.not_rising_s >= Of::NotRising.after(patience) && Of::NotRising.enabled();
         }
-        if seen.depth_m < KEEL_M && (buoyant || seen.depth_m <= SURFACE_M) {
+        if seen.depth_m < KEEL_M && (buoyant || seen.depth_m <= NEAR_SURFACE_M) {
             return seen.depth_m > AWASH_M
                 && self.not_rising_s >= Of::NotRising.after(2.0 * w.config.max_burn_s)
                 && Of::NotRising.enabled();

@@ -4,7 +4,7 @@
 //! missing is no other answer. No checksum protects these lines, so the driver believes no single one of them.
 
 /// Longest line that is looked at, bytes; the longest that is meant has 50.
-const LONGEST: usize = 64;
+const LONGEST_ANSWER: usize = 64;
 
 /// What a session came to: `+SBDIX: 0, 37, 1, 2, 6, 0`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub enum Said {
 /// Collects lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Lines {
-    line: [u8; LONGEST],
+    line: [u8; LONGEST_ANSWER],
     length: usize,
     /// Longer than any that is meant: passed over up to its end.
     too_long: bool,
@@ -58,7 +58,7 @@ impl Lines {
     /// Before the first byte.
     #[must_use]
     pub const fn new() -> Self {
-        Self { line: [0; LONGEST], length: 0, too_long: false }
+        Self { line: [0; LONGEST_ANSWER], length: 0, too_long: false }
     }
 
     /// Takes one byte; a finished line that is not empty says something.

@@ -1,7 +1,7 @@
 //! A mission of the glider whose backseat the board is: no message of our line begins it.
 
 use super::Helm;
-use crate::boot::Seat;
+use crate::mark::Seat;
 use crate::objects;
 use crate::storage::{Content, Storage};
 use control::{Config, Settings};

@@ -21,7 +21,7 @@ const KEPT_BY_WATER: f64 = 2.0;
 /// Frequencies per resolution of the longest run.
 const FINER: f64 = 2.0;
 /// Most frequencies that are asked, and rows that each is looked for in: of a long flight the first dives, what is found counts in all.
-const MOST: usize = 400;
+const MOST_FREQUENCIES: usize = 400;
 const SCANNED_ROWS: usize = 10_000;
 
 /// A period that the residual wants.
@@ -42,7 +42,7 @@ pub fn periods(problem: &Problem, linearisations: &[Option<Linearisation>], ampl
     let scanned = (0..problem.runs.len()).take_while(|k| *k == 0 || rows_up_to(k) <= SCANNED_ROWS).count();
     let longest = problem.runs[..scanned].iter().map(|r| r.time_s[r.time_s.len() - 1] - r.time_s[0]).fold(0.0, f64::max);
     let (low, high) = (1.0 / LONGEST_S, 1.0 / SHORTEST_S);
-    let asked = ((FINER * longest * (high - low)).ceil() as usize).clamp(2, MOST);
+    let asked = ((FINER * longest * (high - low)).ceil() as usize).clamp(2, MOST_FREQUENCIES);
     let frequency = |i: usize| low + (high - low) * i as f64 / (asked - 1) as f64;
     // The gain over each fit, and where it is largest.
     let mut best = vec![(f64::NEG_INFINITY, 0); linearisations.len()];

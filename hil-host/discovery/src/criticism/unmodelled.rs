@@ -7,7 +7,7 @@
 //! a pitch sensor that depends on heading (soft iron), pressure, temperature or roll, or whose clock is not that of the pressure sensor,
 //! and drag that depends on heading, depth or the side to which the glider turns, or that something caught on the way changes.
 
-use crate::criticism::residual_tests::{Form, unknown_against_usual};
+use crate::criticism::against_usual::{Form, unknown_against_usual};
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::{Fit, Linearisation};
 use crate::inference::projected_columns::ProjectedColumns;
@@ -23,7 +23,7 @@ const TRIM_M3: f64 = 10e-6;
 /// Unit of a change of pitch, rad: half a degree.
 const PITCH_RAD: f64 = 0.01;
 /// Unit of a change of CD0, relative: a twentieth, half of what a drag of typical size deviates by.
-const DRAG: f64 = 0.05;
+const DRAG_UNIT: f64 = 0.05;
 /// Share of a unit that signatures are differenced over.
 const STEP: f64 = 0.2;
 /// Log Bayes factor from which the gain is checked by flying it.
@@ -34,7 +34,7 @@ const SHARES: [f64; 3] = [1.0, 0.6, 0.3];
 const REFITS: usize = 4;
 const REFIT_ITERATIONS: usize = 4;
 /// Share of the log Bayes factor that would decide from which a form is fitted anew.
-const NEARLY: f64 = 0.6;
+const NEARLY_DECIDES: f64 = 0.6;
 /// Fall of chi² below which another fit is not worth it.
 const LITTLE: f64 = 2.0;
 /// Lags of temperature, s: cells of conductivity sensors 20 to 60 s (Garau et al. 2011), hulls and oil some minutes (guess).
@@ -91,7 +91,7 @@ impl UnmodelledEffect {
                 let Some(step) = Step::new(linearisation, parts, &form.projected, size * form.usual) else { return f64::NEG_INFINITY };
                 let (share, flown) = step.flown(problem, linearisation);
                 let log_bayes = linear - 0.5 * (step.promised - flown).max(0.0);
-                if log_bayes >= decides || linear < NEARLY * decides || problem.work() > ends {
+                if log_bayes >= decides || linear < NEARLY_DECIDES * decides || problem.work() > ends {
                     return log_bayes;
                 }
                 linear - 0.5 * (step.promised - step.fitted_anew(problem, linearisation, share, flown))
@@ -227,7 +227,7 @@ fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Vec<f64
 fn nudged(run: &Run, change: impl Fn(usize) -> Nudge) -> Run {
     let mut run = run.clone();
     let grid_s = 0.5 * run.step_s;
-    let change: Change = (0..run.inputs.len()).map(change).map(|[v, p, d]| [v * TRIM_M3, p * PITCH_RAD, d * DRAG]).collect();
+    let change: Change = (0..run.inputs.len()).map(change).map(|[v, p, d]| [v * TRIM_M3, p * PITCH_RAD, d * DRAG_UNIT]).collect();
     for (j, i) in run.inputs.iter_mut().enumerate() {
         let [trim, pitch, drag] = change[j];
         i.sensed.ballast_m3 += trim;

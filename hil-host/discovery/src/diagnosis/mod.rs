@@ -139,7 +139,7 @@ impl std::fmt::Display for NothingToFit {
 impl std::error::Error for NothingToFit {}
 
 /// Fewest rows under way that a diagnosis is made on.
-const FEWEST_ROWS: usize = 40;
+const FEWEST_ROWS_UNDER_WAY: usize = 40;
 /// Fewest of them that are left when those near the stall are out.
 pub(crate) const FEWEST_COMPARED: usize = 20;
 
@@ -162,9 +162,9 @@ pub fn prepared_problem<'a>(
         notes.push(format!("{} of {all} dives, spread evenly over the flight, are fitted", problem.runs.len()));
     }
     let under_way: usize = problem.runs.iter().map(|r| r.used.iter().filter(|u| **u).count()).sum();
-    if under_way < FEWEST_ROWS {
+    if under_way < FEWEST_ROWS_UNDER_WAY {
         return Err(NothingToFit(format!(
-            "{}: only {under_way} rows deeper than 2 m and a minute under way in the segments to fit; at least {FEWEST_ROWS} are needed (is pressure in dbar? does the log hold a dive?)",
+            "{}: only {under_way} rows deeper than 2 m and a minute under way in the segments to fit; at least {FEWEST_ROWS_UNDER_WAY} are needed (is pressure in dbar? does the log hold a dive?)",
             flight.name
         )));
     }

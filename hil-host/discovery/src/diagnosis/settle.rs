@@ -17,7 +17,7 @@ const WORTH_A_SEARCH: usize = 40;
 /// Searches after the first at most.
 const MOST_SEARCHES: usize = 3;
 /// Steps of a fit to other rows.
-const STEPS: usize = 4;
+const REFIT_STEPS: usize = 4;
 
 /// What a re-estimation has changed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,7 +74,7 @@ pub(crate) fn estimate_anew(problem: &mut Problem, best: &Fit) -> Changed {
     if problem.tune_colour(&best.state) {
         changed = changed.max(Changed::Noise);
     }
-    let fit = fit_from(problem, &best.state, Effort::of(STEPS));
+    let fit = fit_from(problem, &best.state, Effort::of(REFIT_STEPS));
     let sizes = problem.discrepancy_sizes_at(&fit);
     problem.set_discrepancy(sizes);
     if sizes == before { changed } else { Changed::Rows }
@@ -94,6 +94,6 @@ fn mask_anew(problem: &mut Problem, best: &Fit) -> bool {
 
 /// A fit that starts from a state, signatures taken anew on the way.
 pub(crate) fn settled(problem: &Problem, state: &State) -> Fit {
-    let from = |state: &State| fit_from(problem, state, Effort::of(STEPS));
+    let from = |state: &State| fit_from(problem, state, Effort::of(REFIT_STEPS));
     from(&from(state).state)
 }

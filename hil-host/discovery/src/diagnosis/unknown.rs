@@ -15,7 +15,7 @@ use logs::vehicle::catalogue;
 /// How much rarer what has no name is than what has one: one flight in seven; a guess.
 const UNKNOWN: f64 = 0.15;
 /// Variables that are asked, all as probable.
-const VARIABLES: f64 = 24.0;
+const VARIABLES_ASKED: f64 = 24.0;
 
 /// What was found of effects outside the catalogue.
 pub(crate) struct Unknowns {
@@ -36,7 +36,7 @@ pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&C
         fits.push((&found.null, one_more(0)));
         fits.extend(single.map(|c| (&c.fit, of(c))));
     }
-    fits.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES).ln());
+    fits.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES_ASKED).ln());
     let asked = families(problem, &fits.iter().map(|(fit, odds)| (*fit, best + speak_up - odds)).collect::<Vec<_>>());
     let ahead = |(odds, family): (f64, &Family)| odds + family.log_bayes - best;
     let larger = |a: &(f64, &Family), b: &(f64, &Family)| ahead(*a).total_cmp(&ahead(*b));

@@ -6,8 +6,9 @@
 //! discovery.
 
 use crate::hypotheses::sensitivity::{log_size_prior_of, project, signatures};
-use crate::inference::evidence::{PRIOR, log_evidence, log_mean_exp};
+use crate::inference::evidence::{PRIOR, log_evidence};
 use crate::inference::gauss_newton::{Effort, fit};
+use crate::inference::numeric::log_mean_exp;
 use crate::inference::posterior::Fit;
 use crate::inference::projected_columns::ProjectedColumns;
 use crate::likelihood::jacobian::Jacobian;

@@ -18,16 +18,6 @@ pub(crate) const TIED: f64 = 4.5;
 /// Log odds behind a smaller set up to which a larger one is nearly as likely as not: two to nine.
 pub(crate) const NEARLY: f64 = 1.5;
 
-/// ln of the mean of exp.
-#[must_use]
-pub fn log_mean_exp(values: &[f64]) -> f64 {
-    let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if !top.is_finite() {
-        return f64::NEG_INFINITY;
-    }
-    top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / values.len() as f64).ln()
-}
-
 /// Prior of an effect's size, integrated against the normal posterior N(value, sigma): `ln E[p]`.
 #[must_use]
 pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma: f64) -> f64 {

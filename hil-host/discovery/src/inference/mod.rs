@@ -6,6 +6,7 @@ pub mod evidence;
 pub mod gauss_newton;
 pub mod initial_guess;
 pub mod linear;
+pub mod numeric;
 pub mod posterior;
 pub mod projected_columns;
 pub(crate) mod unknowns;

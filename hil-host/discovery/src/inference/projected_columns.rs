@@ -110,7 +110,7 @@ mod tests {
 
     fn wobble(from: usize, n: usize, seed: f64) -> Column {
         let values = (0..n).map(|i| ((i as f64 + 1.0) * seed).sin() + 0.3 * (i as f64 * seed * 0.37).cos()).collect();
-        Column::within(from, values, &crate::likelihood::discrepancy::Discrepancy::default())
+        Column::with_shadow(from, values, Vec::new())
     }
 
     #[test]

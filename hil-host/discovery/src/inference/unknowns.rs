@@ -1,12 +1,12 @@
 //! The unknowns of a fit: calibration numbers, numbers of the effects on trial, amplitudes of a wave; their bounds and their priors.
 
-use crate::inference::initial_guess::is_uncalibrated;
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{PARTS, Wave};
 use crate::model::parameters::{
     DRAG, LIFT_SLOPE, N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, TRIM_VOLUME, bounds, is_law, wide_tail,
 };
 use hydro::effects::{Active, SeenIn};
+use logs::vehicle::Vehicle;
 use nalgebra::DVector;
 
 /// Most that a calibration number may deviate, in its tolerances: scatter beyond two is rare and beyond three a discovery; what
@@ -20,6 +20,16 @@ const SCATTER: f64 = 2.0;
 const RARER: f64 = 3.0;
 /// Share of a parameter's typical size that is the step of a difference.
 const DIFFERENCE: f64 = 0.02;
+
+/// Trim and drag tolerances from which a file counts as not calibrated: one linearisation no longer spans them, m³ and 1.
+const WIDE_TRIM_M3: f64 = 1e-5;
+const WIDE_CD0: f64 = 0.1;
+
+/// Whether the tolerances of a vehicle file are those of a vehicle that nobody has calibrated.
+#[must_use]
+pub fn is_uncalibrated(vehicle: &Vehicle) -> bool {
+    vehicle.tolerance.trim_volume_m3 > WIDE_TRIM_M3 || vehicle.tolerance.cd0_relative > WIDE_CD0
+}
 
 /// What a prior adds to a normal one: penalty in chi², and half of its slope and curvature.
 type Penalty = (f64, f64, f64);

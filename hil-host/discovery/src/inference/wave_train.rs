@@ -9,7 +9,7 @@
 //! seen     r_k, the length of sine and cosine with an error σ_k in each: r_k | A_k is of Rice's distribution
 //! ```
 
-use crate::inference::evidence::log_mean_exp;
+use crate::inference::numeric::log_mean_exp;
 use crate::inference::posterior::Fit;
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ const OF_ITS_OWN: f64 = 0.1;
 const NODES: std::ops::RangeInclusive<i32> = -6..=6;
 const NODE: f64 = 0.4;
 /// Arguments from which the Bessel function is its asymptotic series, and steps of half a circle below.
-const LARGE: f64 = 50.0;
+const ASYMPTOTIC_FROM: f64 = 50.0;
 const HALF_CIRCLE: u32 = 24;
 /// Log Bayes factor of amplitudes that are alike in all runs against amplitudes that are of their own in each; none without a wave.
 #[must_use]
@@ -65,7 +65,7 @@ fn ln_rice(r: f64, amplitude: f64, sigma: f64) -> f64 {
 
 /// ln I₀(x) − x.
 fn ln_i0_less(x: f64) -> f64 {
-    if x > LARGE {
+    if x > ASYMPTOTIC_FROM {
         return (0.125 / x).ln_1p() - 0.5 * (2.0 * PI * x).ln();
     }
     // The mean of e^(x cos φ) over the circle, which equal steps give to ten digits here.
@@ -93,7 +93,7 @@ mod tests {
             assert!((ln_i0_less(x).exp() / i0_less - 1.0).abs() < 1e-6, "{x}: {}", ln_i0_less(x).exp());
         }
         // Both sides of where it goes on otherwise: the next term of the series is 9/128 x².
-        let (below, above) = (ln_i0_less(LARGE), ln_i0_less(LARGE * (1.0 + 1e-9)));
+        let (below, above) = (ln_i0_less(ASYMPTOTIC_FROM), ln_i0_less(ASYMPTOTIC_FROM * (1.0 + 1e-9)));
         assert!((below - above).abs() < 4e-5, "{below} {above}");
     }
 

@@ -27,7 +27,7 @@ const DAMPED_AT_M_S: f64 = 0.35;
 /// Length of a stretch, s: twice the time in which the pitch settles, half of that in which a leg of a shallow dive is flown.
 const STRETCH_S: f64 = 30.0;
 /// Longest time between two rows of a stretch, s.
-const APART_S: f64 = 12.0;
+const ROWS_APART_S: f64 = 12.0;
 /// Most that engine and battery move between two rows of a stretch, m³ and m: where in between they did is not seen.
 const STILL_M3: f64 = 4e-6;
 const STILL_M: f64 = 1.5e-3;
@@ -42,7 +42,7 @@ const RESOLUTION_M: f64 = 1e-4;
 /// ±[`crate::preprocess::PITCH_WINDOW_S`].
 const SMOOTHED_PER_S: f64 = 0.22;
 /// A deviation counts no more than this, in typical ones, when the noise factor is estimated.
-const MOST: f64 = 3.0;
+const MOST_DEVIATIONS: f64 = 3.0;
 /// Likeness of neighbours beyond which it is not believed: what follows a slow variable is no noise.
 const MOST_ALIKE: f64 = 0.8;
 /// Change of the noise factor that is worth a new search.
@@ -95,7 +95,7 @@ pub(crate) fn stretches(moments: &PitchMoments, vehicle: &Vehicle, run: &Run, us
     let goes_on = |i: usize| {
         let (moved, pumped) = (run.battery_m[i + 1] - run.battery_m[i], run.ballast_m3[i + 1] - run.ballast_m3[i]);
         let still = moved.abs() < STILL_M && pumped.abs() < STILL_M3;
-        used[i] && used[i + 1] && time[i + 1] - time[i] < APART_S && still && steady(i) && steady(i + 1)
+        used[i] && used[i + 1] && time[i + 1] - time[i] < ROWS_APART_S && still && steady(i) && steady(i + 1)
     };
     let mut out = Vec::new();
     let mut from = 0;
@@ -231,7 +231,7 @@ impl Problem<'_> {
         let mut sizes: Vec<f64> = missed.iter().copied().flatten().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         // A few stretches must not set it; half of a normal variable's deviations are beyond 0.6745.
-        let most = MOST * sizes[sizes.len() / 2] / 0.6745;
+        let most = MOST_DEVIATIONS * sizes[sizes.len() / 2] / 0.6745;
         // A state without a glide says nothing.
         if !most.is_finite() {
             return self.moment_noise_factor;

@@ -1,7 +1,5 @@
 //! A stretch of a whitened vector and its inner product, in which the model discrepancy is marginalised.
 
-use crate::likelihood::discrepancy::Discrepancy;
-
 /// A stretch of a whitened vector, and what it has in the directions of the model discrepancy.
 #[derive(Clone, Debug)]
 pub struct Column {
@@ -13,10 +11,9 @@ pub struct Column {
 }
 
 impl Column {
-    /// A column under a model discrepancy.
+    /// A column of which a model discrepancy has this in its directions; nothing without one.
     #[must_use]
-    pub(crate) fn within(from: usize, values: Vec<f64>, discrepancy: &Discrepancy) -> Self {
-        let shadow = discrepancy.shadow(from, &values);
+    pub(crate) fn with_shadow(from: usize, values: Vec<f64>, shadow: Vec<f64>) -> Self {
         Self { from, values, shadow }
     }
 

@@ -394,7 +394,7 @@ mod tests {
         let whole =
             DMatrix::from_fn(n, n, |i, j| z.iter().map(|z| size * size * z[i] * z[j]).sum::<f64>() + if i == j { 1.0 } else { 0.0 });
         let dense = whole.cholesky().expect("positive");
-        let column = |from: usize, values: Vec<f64>| Column::within(from, values, &d);
+        let column = |from: usize, values: Vec<f64>| Column::with_shadow(from, values.clone(), d.shadow(from, &values));
         let full = |c: &Column| DVector::from_fn(n, |i, _| if i < c.from { 0.0 } else { c.values.get(i - c.from).copied().unwrap_or(0.0) });
         let (a, b) = (column(0, wobble(n, 0.51)), column(13, wobble(20, 1.3)));
         let exact = full(&a).dot(&dense.solve(&full(&b)));

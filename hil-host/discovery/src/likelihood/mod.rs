@@ -28,7 +28,7 @@ use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::dives::{MOST_FITTED, evenly};
-use crate::preprocess::gps::Displacement;
+use crate::preprocess::fixes::Displacement;
 use crate::preprocess::{Prepared, Run};
 use hydro::effects::{Active, DAY_S, Effect};
 use logs::vehicle::Vehicle;
@@ -37,7 +37,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
 /// Error of a mean surface pressure besides sensor noise (waves, trim), Pa; guess from example flights.
-const SURFACE_PA: f64 = 100.0;
+const MEAN_SURFACE_ERROR_PA: f64 = 100.0;
 
 /// The fit segments of one flight with everything a fit needs.
 #[derive(Clone, Debug)]
@@ -159,7 +159,8 @@ impl<'a> Problem<'a> {
     /// A stretch of a whitened vector as a column.
     #[must_use]
     pub fn column(&self, from: usize, values: Vec<f64>) -> Column {
-        Column::within(from, values, &self.discrepancy)
+        let shadow = self.discrepancy.shadow(from, &values);
+        Column::with_shadow(from, values, shadow)
     }
 
     /// What a state leaves of the observations, whitened.
@@ -191,7 +192,7 @@ impl<'a> Problem<'a> {
             if let (Some((_, _, n)), Some(p)) = (run.surface[late], surface(late)) {
                 let s = &self.vehicle.sensors;
                 let noise = (s.pressure_noise_pa.powi(2) + s.pressure_resolution_pa.powi(2) / 12.0) / n as f64;
-                out.push(p / (noise + SURFACE_PA * SURFACE_PA).sqrt());
+                out.push(p / (noise + MEAN_SURFACE_ERROR_PA * MEAN_SURFACE_ERROR_PA).sqrt());
             }
         }
     }

@@ -6,7 +6,7 @@ use crate::model::branch::Branch;
 use crate::preprocess::Run;
 
 /// An innovation that is no news of one sample alone, sigma.
-const LARGE: f64 = 3.0;
+const LARGE_INNOVATION: f64 = 3.0;
 /// Rows beyond the law that are more than a launch and a turn.
 const STALLED_ROWS: usize = 20;
 
@@ -34,7 +34,7 @@ impl Problem<'_> {
             let alone = |i: usize| {
                 // The filter has been pulled along: the innovation after an outlier is large too.
                 let near = (i.saturating_sub(6)..(i + 7).min(count)).filter(|&j| j != i && j != i + 1);
-                e[i].abs() > limit && (stalled || near.filter(|&j| e[j].abs() > LARGE).count() <= 1)
+                e[i].abs() > limit && (stalled || near.filter(|&j| e[j].abs() > LARGE_INNOVATION).count() <= 1)
             };
             for (i, rows) in self.rows(k).into_iter().enumerate() {
                 if alone(i) {
@@ -48,7 +48,7 @@ impl Problem<'_> {
             let lone = |i: usize| {
                 let r = |j: usize| residual[from + j].abs();
                 let n = self.speed_rows[k].len();
-                r(i) > limit.max(6.0) && (i == 0 || r(i - 1) < LARGE) && (i + 1 >= n || r(i + 1) < LARGE)
+                r(i) > limit.max(6.0) && (i == 0 || r(i - 1) < LARGE_INNOVATION) && (i + 1 >= n || r(i + 1) < LARGE_INNOVATION)
             };
             let lonely: Vec<usize> = (0..self.speed_rows[k].len()).filter(|&i| lone(i)).collect();
             dropped += lonely.len();

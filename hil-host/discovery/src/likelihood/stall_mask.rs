@@ -10,7 +10,8 @@
 use crate::likelihood::Problem;
 use crate::likelihood::block_error::{Block, modelled_m_s};
 use crate::model::branch::{BOTH, Branch, HELD_S, Stretch};
-use crate::model::dynamics::{Track, tracks_of};
+use crate::model::dynamics::Track;
+use crate::model::integrator::tracks_of;
 use crate::model::parameters::State;
 use crate::preprocess::{Prepared, Run};
 use hydro::effects::{ALPHA_VALID_RAD, Continuation};

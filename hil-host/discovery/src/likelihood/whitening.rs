@@ -56,7 +56,7 @@ pub struct Whitener {
 /// Rows within this time are averaged, s.
 const GROUP_S: f64 = 3.4;
 /// Longest gap in the rows that the filter bridges, s; in a sparse log so many times the usual time between rows.
-const GAP_S: f64 = 45.0;
+const BRIDGED_GAP_S: f64 = 45.0;
 const GAP_INTERVALS: f64 = 3.0;
 /// Variance of the unknown offset at the start of a run, m².
 const DIFFUSE_M2: f64 = 1e4;
@@ -94,7 +94,7 @@ impl Whitener {
         let groups: Vec<Group> = groups.into_iter().map(group).collect();
         let mut apart: Vec<f64> = groups.windows(2).map(|w| w[1].time_s - w[0].time_s).collect();
         apart.sort_by(f64::total_cmp);
-        let gap_s = GAP_S.max(GAP_INTERVALS * apart.get(apart.len() / 2).copied().unwrap_or(0.0));
+        let gap_s = BRIDGED_GAP_S.max(GAP_INTERVALS * apart.get(apart.len() / 2).copied().unwrap_or(0.0));
         Self::of(Arc::new(groups), gap_s, colour)
     }
 

@@ -10,9 +10,8 @@
 //! vehicle is held at rest.
 //! Water motion shifts depth but not the forces: it is slow against the vehicle's own time scales.
 
-use crate::model::integrator::tracks;
 use crate::preprocess::{Input, Run};
-use hydro::effects::{Active, Beyond, Constants, Continuation, ForceModel, Place, Sensed};
+use hydro::effects::{Active, Beyond, Constants, ForceModel, Place, Sensed};
 use std::borrow::Cow;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -148,27 +147,6 @@ impl Job<'_> {
 fn same<'a>(a: impl Iterator<Item = &'a Active>, b: impl Iterator<Item = &'a Active>) -> bool {
     let key = |a: &Active| (std::ptr::from_ref(a.effect).cast::<()>(), a.effect.name(), a.values);
     a.map(key).eq(b.map(key))
-}
-
-/// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.
-#[must_use]
-pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Track {
-    tracks_of(&[run], nominal, effects, water_depth_m, beyond, &[]).pop().unwrap_or_default()
-}
-
-/// The same over several runs side by side, results in their order, held attached in these stretches.
-#[must_use]
-pub(crate) fn tracks_of(
-    runs: &[&Run],
-    nominal: Constants,
-    effects: &[Active],
-    water_depth_m: f64,
-    beyond: Continuation,
-    attached: &[(f64, f64)],
-) -> Vec<Track> {
-    let jobs: Vec<Job> =
-        runs.iter().map(|run| Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached, clock_s: 0.0 }).collect();
-    tracks(&jobs, water_depth_m, beyond)
 }
 
 /// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid, and between them where a step is

@@ -6,7 +6,8 @@
 
 use crate::model::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
 use crate::preprocess::{FLOAT_M, Input, Run, heave_decay_s};
-use hydro::effects::{ALPHA_VALID_RAD, Continuation, Flow, ForceModel, InFlow};
+use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, Continuation, Flow, ForceModel, InFlow};
+use std::borrow::Cow;
 use std::rc::Rc;
 use wide::f64x4;
 
@@ -36,8 +37,8 @@ fn parts(of: &Job, model: &ForceModel) -> usize {
 }
 
 /// Inputs of a run that are asked for how fast the model may become, and the fastest that is believed, m/s.
-const ASKED: usize = 64;
-const FASTEST_M_S: f64 = 1.0;
+const ASKED_INPUTS: usize = 64;
+const FASTEST_BELIEVED_M_S: f64 = 1.0;
 
 /// Speed at which drag at no angle of attack balances the net buoyancy along the hull, m/s: a vehicle of too little drag or of another
 /// trim is faster than the one that was measured.
@@ -47,7 +48,7 @@ fn fastest_m_s(run: &Run, model: &ForceModel) -> f64 {
         let force = model.net_buoyancy_n(&model.truth(i.sensed)) * i.sin_pitch;
         (2.0 * force.abs() / (i.sensed.density_kg_m3 * c.reference_area_m2 * c.cd0.max(1e-3))).sqrt()
     };
-    run.inputs.iter().step_by(run.inputs.len().div_ceil(ASKED)).map(speed).fold(0.0, f64::max).min(FASTEST_M_S)
+    run.inputs.iter().step_by(run.inputs.len().div_ceil(ASKED_INPUTS)).map(speed).fold(0.0, f64::max).min(FASTEST_BELIEVED_M_S)
 }
 
 /// One simulation under way.
@@ -352,6 +353,27 @@ fn rates(lanes: &[Lane; LANES], b: &Vehicles, resting: u32, p: &Now, u: Lanes, n
     along += -drag * u - lift * n;
     across += lift * u - drag * n;
     [(along + p.rate * b.heave_kg * n) * b.per_surge, (across - p.rate * b.surge_kg * u) * b.per_heave, sink]
+}
+
+/// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.
+#[must_use]
+pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Track {
+    tracks_of(&[run], nominal, effects, water_depth_m, beyond, &[]).pop().unwrap_or_default()
+}
+
+/// The same over several runs side by side, results in their order, held attached in these stretches.
+#[must_use]
+pub(crate) fn tracks_of(
+    runs: &[&Run],
+    nominal: Constants,
+    effects: &[Active],
+    water_depth_m: f64,
+    beyond: Continuation,
+    attached: &[(f64, f64)],
+) -> Vec<Track> {
+    let jobs: Vec<Job> =
+        runs.iter().map(|run| Job { run, constants: nominal, effects: Cow::Borrowed(effects), attached, clock_s: 0.0 }).collect();
+    tracks(&jobs, water_depth_m, beyond)
 }
 
 /// Runs the model over all jobs, results in their order. `beyond` is how lift goes on beyond the valid angle of attack.

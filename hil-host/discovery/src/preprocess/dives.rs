@@ -11,7 +11,7 @@ const SWING: f64 = 0.33;
 /// Least swing, Pa: ordinary heave near the surface is no dive.
 const LEAST_SWING_PA: f64 = 3e4;
 /// Fewest dives worth cutting: with fewer none could be spared for checking.
-pub const FEWEST_DIVES: usize = 4;
+pub const FEWEST_DIVES_CUT: usize = 4;
 
 /// Most dives that a fit takes: what hundreds more of one mission add is less than the model's form is off by.
 pub const MOST_FITTED: usize = 60;
@@ -66,7 +66,7 @@ pub fn cut(flight: &Flight, vehicle: &Vehicle) -> Option<Vec<u32>> {
     let mut diving: Vec<u32> = (0..flight.len()).filter(|&i| flight.pressure_pa[i] > LEAST_SWING_PA).map(|i| flight.segment[i]).collect();
     diving.dedup();
     let turns = shallow_turns(flight);
-    if diving.len() >= FEWEST_DIVES || diving.len() + turns.len() < FEWEST_DIVES {
+    if diving.len() >= FEWEST_DIVES_CUT || diving.len() + turns.len() < FEWEST_DIVES_CUT {
         return None;
     }
     let (mut number, mut next) = (0, turns.iter().peekable());

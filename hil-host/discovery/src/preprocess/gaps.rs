@@ -69,7 +69,7 @@ pub(crate) fn unstick(value: &mut [f64], judged: &dyn Fn(usize) -> bool, by: f64
 
 /// Share of repeats from which a channel holds its values from one sample of a slower one to the next, and by how many times the
 /// least change the usual one may be larger for a coarse sensor, which repeats itself too but changes by multiples of its resolution.
-const HELD: f64 = 0.4;
+const HELD_SHARE: f64 = 0.4;
 const COARSE: f64 = 1.5;
 
 /// Puts NaN in place of the repeats of a channel that is held between the samples of a slower one, among the rows that are `judged`:
@@ -78,7 +78,7 @@ pub(crate) fn thin_held(value: &mut [f64], judged: &dyn Fn(usize) -> bool) -> Ve
     let known: Vec<usize> = (0..value.len()).filter(|&i| value[i].is_finite() && judged(i)).collect();
     let mut changes: Vec<f64> = known.windows(2).map(|w| (value[w[1]] - value[w[0]]).abs()).collect();
     let repeats: Vec<usize> = known.windows(2).filter(|w| value[w[0]] == value[w[1]]).map(|w| w[1]).collect();
-    if (repeats.len() as f64) < HELD * changes.len() as f64 {
+    if (repeats.len() as f64) < HELD_SHARE * changes.len() as f64 {
         return Vec::new();
     }
     changes.retain(|c| *c > 0.0);

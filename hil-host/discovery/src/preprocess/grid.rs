@@ -1,6 +1,6 @@
 //! The grid that a model is run on: a step that its fastest mode bears, and the inputs at every half of it.
 
-use crate::preprocess::clean::Channels;
+use crate::preprocess::channels::Channels;
 use crate::preprocess::gaps::long_gaps;
 use crate::preprocess::interpolate::{PITCH_WINDOW_S, fill, hermite, local_quadratic};
 use crate::preprocess::run::Input;

@@ -5,9 +5,11 @@
 //!
 //! A run is a stretch that starts from a known state: a segment of the trial format (floating at the surface), or a cut at a gap.
 
+pub(crate) mod channels;
 mod clean;
 pub(crate) mod ctd_gaps;
 pub mod dives;
+pub mod fixes;
 pub(crate) mod gaps;
 pub mod gps;
 pub mod grid;

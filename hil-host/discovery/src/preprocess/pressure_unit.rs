@@ -16,11 +16,11 @@ const MISTAKES: [(f64, &str); 4] = [
     (0.1, "bar named dbar: multiply it by 10"),
 ];
 /// How near the rates must be to a factor, relative: what trim and lift leave open.
-const NEAR: f64 = 0.08;
+const NEAR_A_FACTOR: f64 = 0.08;
 /// Standard deviations of the drag's tolerance within which it is the drag.
 const DRAG_SIGMAS: f64 = 3.0;
 /// Steady glides that are asked, of dives and of climbs each, their length, s, and steepness, rad, and what they may vary by, rad and m³.
-const ASKED: usize = 8;
+const ASKED_GLIDES: usize = 8;
 const GLIDE_S: f64 = 60.0;
 const STEEP_RAD: f64 = 0.2;
 const STILL: (f64, f64) = (0.04, 6e-6);
@@ -44,7 +44,7 @@ fn mistake(runs: &[Run], vehicle: &Vehicle) -> Option<(f64, String)> {
     if rate(runs, vehicle, 1.0).is_some_and(|r| r.abs() <= drag) {
         return None;
     }
-    let fits = |factor: f64| rate(runs, vehicle, factor).filter(|r| (r - factor.ln()).abs() < NEAR && factor.ln().abs() > drag);
+    let fits = |factor: f64| rate(runs, vehicle, factor).filter(|r| (r - factor.ln()).abs() < NEAR_A_FACTOR && factor.ln().abs() > drag);
     let (factor, rate, what) = MISTAKES.iter().find_map(|(factor, what)| Some((*factor, fits(*factor)?.exp(), what)))?;
     Some((factor, format!("pressure_dbar: depth changes {rate:.2} times as fast as this vehicle glides: is it {what}?")))
 }
@@ -68,13 +68,13 @@ fn ratios(run: &Run, vehicle: &Vehicle, factor: f64) -> [Vec<f64>; 2] {
     let law = ForceModel::new(vehicle.constants, &vehicle.effects);
     let c = &vehicle.constants;
     let rows: Vec<usize> = (0..run.time_s.len()).filter(|&i| run.used[i]).collect();
-    let apart = (rows.len() / (4 * ASKED)).max(1);
+    let apart = (rows.len() / (4 * ASKED_GLIDES)).max(1);
     for &row in rows.iter().step_by(apart) {
         let [before, now, after] = [-0.5 * GLIDE_S, 0.0, 0.5 * GLIDE_S].map(|ahead| run.input_at_row(row, ahead));
         let (a, s, b) = (&before.sensed, &now.sensed, &after.sensed);
         let still = (a.pitch_rad - b.pitch_rad).abs() < STILL.0 && (a.ballast_m3 - b.ballast_m3).abs() < STILL.1;
         let (rise_m_s, side) = ((before.depth_m - after.depth_m) / GLIDE_S, usize::from(s.pitch_rad > 0.0));
-        if !still || s.pitch_rad.abs() < STEEP_RAD || rise_m_s * s.pitch_rad <= 0.0 || found[side].len() >= ASKED {
+        if !still || s.pitch_rad.abs() < STEEP_RAD || rise_m_s * s.pitch_rad <= 0.0 || found[side].len() >= ASKED_GLIDES {
             continue;
         }
         let warmer = if s.temperature_degc.is_finite() { s.temperature_degc - c.reference_temperature_degc } else { 0.0 };

@@ -1,6 +1,6 @@
 //! What a forward model is run on: a stretch of a flight with its inputs on a grid.
 
-use crate::preprocess::gps::{Displacement, Fix};
+use crate::preprocess::fixes::{Displacement, Fix};
 use hydro::effects::Sensed;
 
 /// Inputs at one half step of the grid.

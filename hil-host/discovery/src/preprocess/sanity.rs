@@ -10,7 +10,7 @@ use logs::vehicle::Vehicle;
 const MOVING_M_S: f64 = 0.03;
 const RATE_S: f64 = 20.0;
 /// Fewest rows of each kind.
-const FEWEST: usize = 15;
+const FEWEST_OF_A_KIND: usize = 15;
 /// A pitch or a ballast that varies less than this between dives and climbs does not steer, rad and m³.
 const STILL_PITCH_RAD: f64 = 0.03;
 const STILL_BALLAST_M3: f64 = 1e-5;
@@ -20,7 +20,7 @@ const REVERSED: f64 = 0.75;
 const FLAT_M: f64 = 1.5;
 
 /// Trim tolerances within which a vehicle file may be off before it is of another water.
-const OTHER_WATER: f64 = 3.0;
+const OTHER_WATER_TOLERANCES: f64 = 3.0;
 
 /// Why the vehicle as its file gives it cannot have flown this log: it cannot both dive and climb in this water (the volume that the water
 /// asks for is beyond its pump's strokes by more than the trim may be off and `ballast_offset` reaches), or depth changes ten times as
@@ -48,7 +48,7 @@ pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
     let beyond = (asked - most_out).max(most_in - asked);
     // A trim that has an effect of its own is to be named, not refused. Not a number where there are no rows.
     let named_m3 = BallastOffset.parameters()[0].high * 1e-6;
-    if !(beyond > named_m3 + OTHER_WATER * vehicle.tolerance.trim_volume_m3) {
+    if !(beyond > named_m3 + OTHER_WATER_TOLERANCES * vehicle.tolerance.trim_volume_m3) {
         return None;
     }
     let (water, floats) = (quantile(&density, 0.5), c.mass_kg / quantile(&volume_m3, 0.5));
@@ -87,7 +87,7 @@ pub fn contradiction(prepared: &Prepared) -> Option<String> {
         ));
     }
     let down = moving.iter().filter(|m| m.0).count();
-    if down < FEWEST || moving.len() - down < FEWEST {
+    if down < FEWEST_OF_A_KIND || moving.len() - down < FEWEST_OF_A_KIND {
         return None;
     }
     let pitch: Vec<f64> = moving.iter().map(|m| m.1).collect();

@@ -5,11 +5,11 @@ use crate::preprocess::gaps::{SILENT_S, thin_held, unstick};
 use logs::record::flight::Flight;
 
 /// Pressure above which a vehicle is submerged, Pa.
-const SURFACE_PA: f64 = 1e4 * SURFACE_M;
+const SUBMERGED_PA: f64 = 1e4 * SURFACE_M;
 /// A turn of pitch or heading that nobody saw, or that a stuck sensor missed, rad: a quarter of the smallest between dive and climb.
 pub(crate) const TURNED_RAD: f64 = 0.1;
 /// By how much the density is another when a stuck CTD lets go, kg/m³: a CTD repeats itself in mixed water, and goes on from there.
-const OTHER_WATER_KG_M3: f64 = 0.1;
+const UNSTUCK_KG_M3: f64 = 0.1;
 
 /// What was taken out of a log, for the report: samples of each sensor, and rows that are not compared.
 #[derive(Default)]
@@ -51,7 +51,7 @@ impl Removed {
 /// The flight without what its sensors repeated while they were stuck. Afloat they may well rest.
 pub(crate) fn unstuck(flight: &Flight, removed: &mut Removed) -> Flight {
     let mut flight = flight.clone();
-    let submerged: Vec<bool> = flight.pressure_pa.iter().map(|p| *p > SURFACE_PA).collect();
+    let submerged: Vec<bool> = flight.pressure_pa.iter().map(|p| *p > SUBMERGED_PA).collect();
     let judged = |i: usize| submerged[i];
     removed.held = thin_held(&mut flight.pressure_pa, &judged);
     let speed = flight.speed_m_s.as_mut().map_or(0, |speed| unstick(speed, &judged, 0.0));
@@ -59,7 +59,7 @@ pub(crate) fn unstuck(flight: &Flight, removed: &mut Removed) -> Flight {
         unstick(&mut flight.pressure_pa, &judged, 0.0),
         unstick(&mut flight.pitch_rad, &judged, TURNED_RAD),
         speed,
-        unstick(&mut flight.density_kg_m3, &judged, OTHER_WATER_KG_M3),
+        unstick(&mut flight.density_kg_m3, &judged, UNSTUCK_KG_M3),
         unstick(&mut flight.heading_rad, &judged, TURNED_RAD),
     ];
     flight

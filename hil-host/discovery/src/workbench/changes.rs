@@ -18,7 +18,7 @@
 use crate::likelihood::jacobian::symmetric;
 use crate::workbench::change_kinds::{KINDS, Kind, Shape};
 use crate::workbench::pooling::{Information, pool_scatter};
-use crate::workbench::tracking::{COMPRESSIBILITY, DRAG, LIFT, N};
+use crate::workbench::tracking::{AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, N};
 use nalgebra::{DMatrix, DVector};
 
 /// One dive of the series: what it says, and when it was, days.
@@ -63,9 +63,9 @@ pub struct Found {
 }
 
 /// Scatter from dive to dive that is usual, steps: a guess, from which it is learned.
-const USUAL: f64 = 0.2;
+const USUAL_SCATTER: f64 = 0.2;
 /// Fewest dives on a change's far side: one dive alone may be anything.
-const FEWEST: usize = 2;
+const FEWEST_AFTER: usize = 2;
 /// A number is known no better than to a ten-thousandth of a step.
 const MOST_PRECISE: f64 = 1e8;
 /// Times that the scatter is learned anew, and most changes.
@@ -74,7 +74,7 @@ const MOST_CHANGES: usize = 8;
 /// What a change of one step seems to be in each number by the law's error, 1 sigma, steps.
 const LAW_ERROR: f64 = 0.05;
 /// Log likelihood within which a kind is not told from another: ten to one.
-const TIED: f64 = std::f64::consts::LN_10;
+const TIED_KINDS: f64 = std::f64::consts::LN_10;
 
 /// How far a change that began at dive `onset` has gone at dive `d`; 1 at the end of the series.
 fn gone(shape: Shape, onset: usize, d: usize, days: &[f64]) -> f64 {
@@ -192,8 +192,8 @@ struct Best {
 
 /// Onsets that are asked: with dives enough on the far side; from before the first dive only for numbers that a file knows.
 fn onsets(kind: &Kind, n: usize) -> std::ops::Range<usize> {
-    let of_the_vehicle = matches!(kind.number, DRAG | LIFT | COMPRESSIBILITY) && kind.shape == Shape::Step;
-    usize::from(!of_the_vehicle)..(n + 1).saturating_sub(FEWEST)
+    let of_the_vehicle = matches!(kind.number, AT_DRAG | AT_LIFT | AT_COMPRESSIBILITY) && kind.shape == Shape::Step;
+    usize::from(!of_the_vehicle)..(n + 1).saturating_sub(FEWEST_AFTER)
 }
 
 fn best_of_each(series: &Series, dives: &[Observed]) -> Option<Vec<Best>> {
@@ -238,7 +238,7 @@ fn learned_scatter(dives: &[Observed], precision: &[f64; N], scatter: &[f64; N],
             Information { matrix: dive.information.matrix.clone(), vector }
         })
         .collect();
-    let learned = pool_scatter(&left, precision, &[USUAL; N])?;
+    let learned = pool_scatter(&left, precision, &[USUAL_SCATTER; N])?;
     Some(std::array::from_fn(|i| learned[i]))
 }
 
@@ -246,7 +246,7 @@ fn learned_scatter(dives: &[Observed], precision: &[f64; N], scatter: &[f64; N],
 /// is known of anything.
 #[must_use]
 pub fn find(dives: &[Observed], precision: &[f64; N], threshold: f64) -> Option<Found> {
-    let mut scatter = learned_scatter(dives, precision, &[USUAL; N], &[])?;
+    let mut scatter = learned_scatter(dives, precision, &[USUAL_SCATTER; N], &[])?;
     let mut changes: Vec<Placed> = Vec::new();
     for _ in 0..LEARNED {
         let before = changes.clone();
@@ -344,7 +344,7 @@ fn described(
             (sum >= share * total).then_some(a.0)
         })
     };
-    let tied = best.iter().filter(|b| b.kind != first.kind && b.gain > 0.0 && 0.5 * (first.gain - b.gain) < TIED);
+    let tied = best.iter().filter(|b| b.kind != first.kind && b.gain > 0.0 && 0.5 * (first.gain - b.gain) < TIED_KINDS);
     Some(Change {
         kind: first.kind,
         onset: first.onset,
@@ -360,7 +360,7 @@ fn described(
 mod tests {
     use super::*;
     use crate::workbench::change_kinds::{DIVES_PER_ALARM, threshold};
-    use crate::workbench::tracking::TRIM;
+    use crate::workbench::tracking::AT_TRIM;
 
     /// Repeatable noise of variance 1, nearly normal: a sum of twelve uniform numbers.
     struct Noise(u64);
@@ -406,7 +406,7 @@ mod tests {
         let limit = threshold(DIVES_PER_ALARM);
         let (mut dated, mut sized) = (0, 0);
         for seed in 0..20 {
-            let dives = series(40, 77 + seed, |d| with(DRAG, if d >= 17 { 2.0 } else { 0.0 }));
+            let dives = series(40, 77 + seed, |d| with(AT_DRAG, if d >= 17 { 2.0 } else { 0.0 }));
             let found = find(&dives, &KNOWN, limit).expect("something is known");
             let first = found.changes.iter().find(|c| c.kind.name == "snag").expect("named");
             dated += usize::from(first.onset.abs_diff(17) <= 2);
@@ -419,8 +419,8 @@ mod tests {
     #[test]
     fn accuracy_growth_and_a_step_in_one_mission_are_distinguished() {
         let truth = |d: usize| {
-            let mut out = with(TRIM, if d >= 40 { -3.0 } else { 0.0 });
-            out[DRAG] = if d >= 10 { 4.0 * (d as f64 - 9.5) / 49.5 } else { 0.0 };
+            let mut out = with(AT_TRIM, if d >= 40 { -3.0 } else { 0.0 });
+            out[AT_DRAG] = if d >= 10 { 4.0 * (d as f64 - 9.5) / 49.5 } else { 0.0 };
             out
         };
         let found = find(&series(60, 5, truth), &KNOWN, threshold(DIVES_PER_ALARM)).expect("something is known");
@@ -434,7 +434,7 @@ mod tests {
 
     #[test]
     fn accuracy_what_was_there_before_the_first_dive_is_dated_so() {
-        let found = find(&series(30, 9, |_| with(DRAG, 4.0)), &KNOWN, threshold(DIVES_PER_ALARM)).expect("something is known");
+        let found = find(&series(30, 9, |_| with(AT_DRAG, 4.0)), &KNOWN, threshold(DIVES_PER_ALARM)).expect("something is known");
         let all: Vec<(&str, usize)> = found.changes.iter().map(|c| (c.kind.name, c.onset)).collect();
         assert_eq!(all, [("snag", 0)], "{found:?}");
     }

@@ -80,7 +80,7 @@ impl Comparison {
 type Constant = fn(&Constants) -> f64;
 
 /// Numbers of the law with the range that vehicles have them in (guess: twice as wide as the built-in and the imported ones).
-const USUAL: [(&str, Constant, f64, f64); 7] = [
+const USUAL_RANGES: [(&str, Constant, f64, f64); 7] = [
     ("hydro.cd0", |c| c.cd0, 0.005, 2.0),
     ("hydro.hull_drag_per_rad2", |c| c.hull_drag_per_rad2, -1.0, 70.0),
     ("hydro.induced_k", |c| c.induced_k, -0.1, 5.0),
@@ -98,7 +98,7 @@ impl Comparison {
         /// No glider is as fast, nor falls as fast, m/s.
         const FASTEST_M_S: f64 = 20.0;
         let astray = self.samples.iter().find(|s| !(s.speed_m_s.abs() < FASTEST_M_S) || s.modelled_m_s.abs() > FASTEST_M_S)?;
-        let numbers = USUAL.iter().map(|(name, of, low, high)| (name, of(&vehicle.constants), low, high));
+        let numbers = USUAL_RANGES.iter().map(|(name, of, low, high)| (name, of(&vehicle.constants), low, high));
         let unusual = numbers.filter(|(_, value, low, high)| !(**low..=**high).contains(value));
         let named: Vec<String> = unusual.map(|(name, value, low, high)| format!("{name} = {value} (usual: {low} to {high})")).collect();
         let suspects = if named.is_empty() { "the numbers under hydro and the sizes of effects".to_owned() } else { named.join(", ") };

@@ -208,11 +208,10 @@ impl<'a> Uncertain<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::discrepancy::Discrepancy;
 
     fn wobble(seed: f64) -> Column {
         let values = (0..80).map(|i| ((f64::from(i) + 1.0) * seed).sin() + 0.3 * (f64::from(i) * seed * 0.37).cos()).collect();
-        Column::within(0, values, &Discrepancy::default())
+        Column::with_shadow(0, values, Vec::new())
     }
 
     /// The three parts of the variance are those of the estimator itself, worked out by shifting what they come from.
@@ -223,17 +222,17 @@ mod tests {
         let precision: Vec<f64> = (0..N + 2).map(|k| 3.0 + k as f64).collect();
         let x = wobble(0.41);
         let of = |residual: &Column| Uncertain::new(&uncertain, &precision, residual).estimate(&x, residual, None, 0.0);
-        let nothing = Column::within(0, vec![0.0; 80], &Discrepancy::default());
+        let nothing = Column::with_shadow(0, vec![0.0; 80], Vec::new());
         let parts = of(&nothing);
         assert!(parts.value.abs() < 1e-12);
         // A truth of 2 and nothing else is found.
-        let two = Column::within(0, x.values.iter().map(|v| 2.0 * v).collect(), &Discrepancy::default());
+        let two = Column::with_shadow(0, x.values.iter().map(|v| 2.0 * v).collect(), Vec::new());
         assert!((of(&two).value - 2.0).abs() < 1e-9, "{:?}", of(&two));
         let variance = |range: std::ops::Range<usize>| -> f64 { range.map(|k| of(&columns[k]).value.powi(2) / precision[k]).sum() };
         assert!((variance(0..N).sqrt() - parts.calibration).abs() < 1e-9 * parts.calibration, "{parts:?}");
         assert!((variance(N..N + 2).sqrt() - parts.model).abs() < 1e-9 * parts.model, "{parts:?}");
         // Noise of one sigma in each row.
-        let unit = |i: usize| Column::within(0, (0..80).map(|j| f64::from(u8::from(j == i))).collect(), &Discrepancy::default());
+        let unit = |i: usize| Column::with_shadow(0, (0..80).map(|j| f64::from(u8::from(j == i))).collect(), Vec::new());
         let noise: f64 = (0..80).map(|i| of(&unit(i)).value.powi(2)).sum();
         assert!((noise.sqrt() - parts.noise).abs() < 1e-9 * parts.noise, "{noise} {parts:?}");
     }

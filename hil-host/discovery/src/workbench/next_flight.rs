@@ -7,7 +7,8 @@
 
 use crate::diagnosis::Diagnosis;
 use crate::likelihood::whitening::{Colour, Whitener};
-use crate::model::dynamics::{Track, track};
+use crate::model::dynamics::Track;
+use crate::model::integrator::track;
 use crate::model::parameters::{N_SIMULATED, State, law};
 use crate::preprocess::{FAST_M_S, Input, Run};
 use hydro::effects::{Continuation, Sensed};

@@ -15,7 +15,7 @@ use crate::preprocess::{Prepared, Run, prepare};
 use crate::workbench::change_kinds::{Shape, alarm_rate, threshold};
 use crate::workbench::changes::{Change, Found, Observed, find};
 use crate::workbench::tracking::{
-    COMPRESSIBILITY, DRAG, Dive, LIFT, N, REFERENCE_DIVES, Reference, TRACKED, TRIM, for_missions, start_precision,
+    AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_TRIM, Dive, N, REFERENCE_DIVES, Reference, TRACKED, for_missions, start_precision,
 };
 use hydro::effects::{ALPHA_VALID_RAD, DAY_S, Flow, ForceModel, REFERENCE_TEMPERATURE_DEGC};
 use logs::record::flight::Flight;
@@ -26,7 +26,7 @@ use nalgebra::{DMatrix, DVector};
 pub const FEWEST_DIVES: usize = 5;
 /// How far a dive's drag and trim may be from what is expected, and the others at least, in steps.
 const OPEN: f64 = 10.0;
-const NEAR: f64 = 0.3;
+const NEAR_STEPS: f64 = 0.3;
 
 /// A value with its 90 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -207,7 +207,7 @@ impl Mission {
         let nothing = (DVector::zeros(N), DMatrix::zeros(N, N));
         let (mean, covariance) = found.map_or(&nothing, |f| &f.start);
         let changes: &[Change] = found.map_or(&[], |f| &f.changes);
-        let scatter: [f64; N] = found.map_or([NEAR; N], |f| f.scatter);
+        let scatter: [f64; N] = found.map_or([NEAR_STEPS; N], |f| f.scatter);
         let days: Vec<f64> = self.dives.iter().map(|d| d.day).collect();
         let rows = self.dives.iter().enumerate().map(|(d, one)| Row {
             number: d + 1,
@@ -256,7 +256,7 @@ impl Mission {
     /// A size in its unit. Levels are relative to the number that the vehicle had before, which is known as well as the file says.
     fn sized(&self, number: usize, size: f64, sigma: f64, start: &DVector<f64>) -> Level {
         let t = &TRACKED[number];
-        if !matches!(number, DRAG | LIFT | COMPRESSIBILITY) {
+        if !matches!(number, AT_DRAG | AT_LIFT | AT_COMPRESSIBILITY) {
             return level(size, sigma, t.step);
         }
         let before = (1.0 + start[number] * t.step / 100.0).max(0.1);
@@ -266,7 +266,7 @@ impl Mission {
 
     /// Change of range, %, where drag or lift is off by a share.
     fn range_percent(&self, number: usize, share: f64, start: &DVector<f64>) -> Option<f64> {
-        if !matches!(number, DRAG | LIFT) {
+        if !matches!(number, AT_DRAG | AT_LIFT) {
             return None;
         }
         let mean = |of: usize| {
@@ -279,9 +279,12 @@ impl Mission {
             (!legs.is_empty()).then(|| legs.iter().map(|g| 1.0 / g.tan()).sum::<f64>() / legs.len() as f64)
         };
         let level = |k: usize| 1.0 + start[k] * TRACKED[k].step / 100.0;
-        let before = way(level(DRAG), level(LIFT))?;
-        let after =
-            if number == DRAG { way(level(DRAG) * (1.0 + share), level(LIFT)) } else { way(level(DRAG), level(LIFT) * (1.0 + share)) };
+        let before = way(level(AT_DRAG), level(AT_LIFT))?;
+        let after = if number == AT_DRAG {
+            way(level(AT_DRAG) * (1.0 + share), level(AT_LIFT))
+        } else {
+            way(level(AT_DRAG), level(AT_LIFT) * (1.0 + share))
+        };
         // Where no glide at small angle of attack is left at this pitch, all of it is lost.
         Some(after.map_or(-100.0, |after| 100.0 * (after / before - 1.0)))
     }
@@ -344,7 +347,7 @@ fn expected(start: &DVector<f64>, changes: &[Change], d: usize, days: &[f64]) ->
 
 /// Estimates of one dive near what is expected.
 fn levels(dive: &Dive, expected: &DVector<f64>, scatter: &[f64; N]) -> [Level; N] {
-    let width = |k: usize| if k == DRAG || k == TRIM { OPEN } else { scatter[k].max(NEAR) };
+    let width = |k: usize| if k == AT_DRAG || k == AT_TRIM { OPEN } else { scatter[k].max(NEAR_STEPS) };
     let mut information = dive.information.with_prior((0..N).map(|k| width(k).powi(-2)));
     (0..N).for_each(|k| information.vector[k] += expected[k] * width(k).powi(-2));
     let none = || (expected.clone(), DMatrix::from_element(N, N, f64::NAN));

@@ -44,17 +44,17 @@ impl Tracked {
 /// Number of them.
 pub const N: usize = 6;
 /// Where each stands in [`TRACKED`].
-pub const DRAG: usize = 0;
+pub const AT_DRAG: usize = 0;
 /// Linear lift.
-pub const LIFT: usize = 1;
+pub const AT_LIFT: usize = 1;
 /// Constant volume.
-pub const TRIM: usize = 2;
+pub const AT_TRIM: usize = 2;
 /// Zero of the pitch sensor.
-pub const PITCH_ZERO: usize = 3;
+pub const AT_PITCH_ZERO: usize = 3;
 /// Compressibility of the hull.
-pub const COMPRESSIBILITY: usize = 4;
+pub const AT_COMPRESSIBILITY: usize = 4;
 /// Zero of the pressure sensor.
-pub const PRESSURE: usize = 5;
+pub const AT_PRESSURE: usize = 5;
 
 /// What is followed: levels are relative to the vehicle file's, 0 where nothing has changed.
 pub const TRACKED: [Tracked; N] = [
@@ -71,8 +71,8 @@ const WIDE: f64 = 1.0;
 /// Dives at the start of a mission that clocks, lags and the noise of the water are taken from.
 pub const REFERENCE_DIVES: usize = 8;
 /// Least rows of a dive, and steps of its fit.
-const FEWEST_ROWS: usize = 30;
-const STEPS: usize = 6;
+const FEWEST_ROWS_OF_A_DIVE: usize = 30;
+const DIVE_FIT_STEPS: usize = 6;
 /// Precision, per step², of the prior that keeps a number of which a dive says little near the start of the mission, so that the fit stays
 /// where its linearisation holds: drag and trim follow the dive, lift, compressibility and zeros by a third, two fifths, a degree, 0.3 dbar.
 /// It is not in what is kept of a dive.
@@ -119,7 +119,7 @@ pub fn start_precision(vehicle: &Vehicle) -> [f64; N] {
         let t = &TRACKED[k];
         let stated = tolerance_of(vehicle, t.index).max(1e-9) * t.factor / t.step;
         // A vehicle is trimmed anew for each deployment, whatever the file says of the last.
-        if k == TRIM { TETHER[TRIM] } else { stated.powi(-2) }
+        if k == AT_TRIM { TETHER[AT_TRIM] } else { stated.powi(-2) }
     })
 }
 
@@ -194,7 +194,7 @@ impl Reference {
             clock_shift_s: None,
         };
         let mut problem = Problem::new(&alone, &self.vehicle, |_| true);
-        if problem.rows_compared() < FEWEST_ROWS {
+        if problem.rows_compared() < FEWEST_ROWS_OF_A_DIVE {
             return None;
         }
         problem.branch = self.branch;
@@ -203,7 +203,7 @@ impl Reference {
         let mut state = fitted(&problem, start, near)?;
         problem.settle_continuation(&state);
         problem.drop_outliers(&problem.residual(&problem.model(&state)).values, OUTLIER);
-        if problem.rows_compared() < FEWEST_ROWS {
+        if problem.rows_compared() < FEWEST_ROWS_OF_A_DIVE {
             return None;
         }
         state = fitted(&problem, &state, near)?;
@@ -278,7 +278,7 @@ fn fitted(problem: &Problem, start: &State, near: &State) -> Option<State> {
     if !cost.is_finite() {
         return None;
     }
-    for _ in 0..STEPS {
+    for _ in 0..DIVE_FIT_STEPS {
         let here = get(&state);
         let matrix = DMatrix::from_fn(N, N, |i, j| columns[i].dot(&columns[j]) + if i == j { TETHER[i] } else { 0.0 });
         let vector = DVector::from_fn(N, |i, _| columns[i].dot(&residual)) - pulled(&state);

@@ -4,7 +4,7 @@
 //! bounded and meet the law at its edge. So it is two continuations of lift, what lies between them, and the drag of a vehicle that
 //! is broadside on, with the doubt about both stated where they are calibrated.
 
-use super::LiftDrag;
+use super::coefficients::LiftDrag;
 
 /// Angle of attack beyond which the coefficients are only a bounded continuation, rad (FORMAT section 3).
 pub const ALPHA_VALID_RAD: f64 = 0.35;

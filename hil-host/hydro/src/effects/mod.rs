@@ -23,6 +23,7 @@
 
 mod beyond;
 mod buoyancy;
+mod coefficients;
 mod drag;
 mod inertia;
 mod law;
@@ -34,11 +35,12 @@ mod water;
 
 pub use beyond::{ALPHA_VALID_RAD, Beyond, CD_BROADSIDE, Continuation};
 pub use buoyancy::{BallastOffset, BallastScale, HullCompressibility, ThermalExpansion};
+pub use coefficients::LiftDrag;
 pub use drag::{BiofoulingDrag, ClimbDrag, DragLevelError, InducedDragError, ReynoldsDrag, RollTurnDrag};
 pub use inertia::{AddedMass, HeaveAddedMass};
 pub use law::ForceModel;
 pub use lift::{LiftSlopeError, SideEdgeLift, Stall, VortexLiftBodyWing, ZeroLiftAngle};
-pub use quantities::{Constants, DAY_S, Flow, HULL_LAG_S, LiftDrag, Place, REFERENCE_TEMPERATURE_DEGC, Sensed};
+pub use quantities::{Constants, DAY_S, Flow, HULL_LAG_S, Place, REFERENCE_TEMPERATURE_DEGC, Sensed};
 pub use search::{Calibrated, Onset, SeenIn};
 pub use sensing::{DensityBias, PitchOffset, PitchScale, PressureDrift};
 pub use water::{HorizontalCurrent, InternalWave, VerticalCurrent, WAVE, vertical_mode};

@@ -114,12 +114,3 @@ pub struct Place {
     /// Phase of periodic water motion in this segment, rad (it does not carry over between segments).
     pub phase_rad: f64,
 }
-
-/// Lift and drag coefficients on S.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LiftDrag {
-    /// CL, perpendicular to the path, positive for α > 0.
-    pub cl: f64,
-    /// CD, against the motion.
-    pub cd: f64,
-}

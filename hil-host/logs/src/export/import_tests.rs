@@ -85,7 +85,7 @@ fn regress_gaps_stay_where_many_rows_have_no_pressure() {
         density_kg_m3: without(4, &|i| 1025.0 + saw(i)),
         ..Flight::blank(400)
     };
-    flight.extra.insert(crate::import::channels::SALINITY.into(), without(4, &|i| 33.0 + saw(i)));
+    flight.extra.insert(crate::import::channels::SALINITY_COLUMN.into(), without(4, &|i| 33.0 + saw(i)));
     // Without a temperature there is no density.
     let (density, temperature) = (&mut flight.density_kg_m3, &flight.temperature_degc);
     density.iter_mut().zip(temperature).filter(|(_, t)| t.is_nan()).for_each(|(d, _)| *d = f64::NAN);

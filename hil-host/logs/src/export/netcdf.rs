@@ -15,10 +15,10 @@ use crate::record::flight::Flight;
 use crate::record::seawater;
 
 /// The one dimension.
-const ROWS: &str = "N_MEASUREMENTS";
+const ROWS_DIMENSION: &str = "N_MEASUREMENTS";
 /// "No value", of times and of all else.
 const NO_TIME: f64 = -1.0;
-const NONE: f64 = -9999.9;
+const NO_VALUE: f64 = -9999.9;
 const EPOCH: &str = "seconds since 1970-01-01T00:00:00Z";
 const VOCABULARY: &str = "http://vocab.nerc.ac.uk/collection/OG1/current/";
 
@@ -108,7 +108,7 @@ impl From<std::io::Error> for NetcdfError {
 /// What the writer says.
 pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfError> {
     let mut out = Out { file: NcFileBuilder::new(), rows: None, taken: BTreeSet::from(["PSAL".into()]) };
-    let rows = out.file.add_unlimited_dimension(ROWS)?;
+    let rows = out.file.add_unlimited_dimension(ROWS_DIMENSION)?;
     out.rows = Some(rows);
     let start = about.start_unix_s.unwrap_or(0.0);
     let time: Vec<f64> = flight.time_s.iter().map(|t| t + start).collect();
@@ -137,7 +137,7 @@ pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfEr
     }
     // Last: their names are the source's and give way.
     for c in extra {
-        let (name, unit) = if c.name == channels::SALINITY { ("PSAL".to_owned(), "1") } else { (out.free(safe(c.og1)), c.unit) };
+        let (name, unit) = if c.name == channels::SALINITY_COLUMN { ("PSAL".to_owned(), "1") } else { (out.free(safe(c.og1)), c.unit) };
         out.column(&name, unit, c.name, known(&name).0, known(&name).1, &c.converted().collect::<Vec<_>>(), &[(COLUMN, c.name)])?;
     }
     let (_, bytes) = out.file.to_vec(NcWriteOptions { format: NcWriteFormat::Nc4 })?;
@@ -246,7 +246,7 @@ impl Out {
     ) -> Result<(), NetcdfError> {
         let rows: Vec<DimensionId> = self.rows.into_iter().collect();
         let variable = self.variable(name, &rows)?;
-        self.file.set_variable_fill_value(variable, NONE)?;
+        self.file.set_variable_fill_value(variable, NO_VALUE)?;
         self.says(variable, &[("long_name", what)])?;
         if let Some(standard) = standard {
             self.says(variable, &[("standard_name", standard)])?;
@@ -260,7 +260,7 @@ impl Out {
             self.says(variable, &[("coordinates", "TIME LATITUDE LONGITUDE DEPTH")])?;
         }
         self.says(variable, more)?;
-        let values: Vec<f64> = values.iter().map(|v| if v.is_finite() { *v } else { NONE }).collect();
+        let values: Vec<f64> = values.iter().map(|v| if v.is_finite() { *v } else { NO_VALUE }).collect();
         Ok(self.file.write_variable(variable, &values)?)
     }
 
@@ -327,7 +327,7 @@ impl Out {
             ("DEPLOYMENT_LATITUDE", "degrees_north", "latitude of deployment", "latitude", "DEPLOYMENT_LATITUDE", first(&p.lat_gps)),
             ("DEPLOYMENT_LONGITUDE", "degrees_east", "longitude of deployment", "longitude", "DEPLOYMENT_LONGITUDE", first(&p.lon_gps)),
         ] {
-            let fill = if name == "DEPLOYMENT_TIME" { NO_TIME } else { NONE };
+            let fill = if name == "DEPLOYMENT_TIME" { NO_TIME } else { NO_VALUE };
             let variable = self.variable(name, &[])?;
             self.file.set_variable_fill_value(variable, fill)?;
             self.says(variable, &[("long_name", what), ("standard_name", standard), ("units", unit)])?;

@@ -75,7 +75,7 @@ impl Table {
     }
 
     fn from_chunks<R: ChunkReader + 'static>(file: R) -> Result<Self> {
-        let mut room = file.len().saturating_mul(UNPACKED).saturating_add(SMALLEST);
+        let mut room = file.len().saturating_mul(UNPACKED).saturating_add(SMALLEST_TABLE);
         let reader = SerializedFileReader::new(file)?;
         let metadata = reader.metadata().file_metadata();
         let about = metadata.key_value_metadata().into_iter().flatten();
@@ -128,7 +128,7 @@ impl Table {
 
 /// Values of a file take at most so many times its bytes, and this much more: what it declares is no size.
 const UNPACKED: u64 = 20;
-const SMALLEST: u64 = 8 << 20;
+const SMALLEST_TABLE: u64 = 8 << 20;
 /// What a value takes in memory with its copies, bytes; a text takes twice its length more.
 const CELL: u64 = 64;
 

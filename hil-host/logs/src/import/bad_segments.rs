@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::channels::SALINITY;
+use super::channels::SALINITY_COLUMN;
 use super::{Imported, position};
 use crate::record::flight::Flight;
 use crate::record::plausible::{implausible, quantile};
 
 /// A shorter segment says too little of its channels' sizes, rows (guess).
-const LEAST_ROWS: usize = 50;
+const LEAST_ROWS_OF_A_SEGMENT: usize = 50;
 /// As many channels as one segment may lose.
-const MOST: usize = 8;
+const MOST_LOST_CHANNELS: usize = 8;
 
 /// Names of the columns of a flight, in their order, as [`implausible`] is to call them; the pressure first.
-const NAMES: [&str; 8] = ["pressure", "pitch", "roll", "heading", "ballast", "battery position", "temperature", "density"];
+const COLUMN_NAMES: [&str; 8] = ["pressure", "pitch", "roll", "heading", "ballast", "battery position", "temperature", "density"];
 
 /// Rows of segments, and why each is bad.
 type Bad = Vec<(Range<usize>, String)>;
@@ -28,23 +28,25 @@ pub(super) fn leave_out(imported: &mut Imported) {
     }
     // By channel: the segments' rows, and why.
     let mut found: BTreeMap<String, Bad> = BTreeMap::new();
-    for rows in segments.into_iter().filter(|rows| rows.len() >= LEAST_ROWS) {
+    for rows in segments.into_iter().filter(|rows| rows.len() >= LEAST_ROWS_OF_A_SEGMENT) {
         let mut part = imported.flight.part(rows.clone());
-        for _ in 0..MOST {
-            let Some((column, why)) = implausible(&part, [NAMES[0], NAMES[1], NAMES[4], NAMES[7]]) else { break };
+        for _ in 0..MOST_LOST_CHANNELS {
+            let Some((column, why)) = implausible(&part, [COLUMN_NAMES[0], COLUMN_NAMES[1], COLUMN_NAMES[4], COLUMN_NAMES[7]]) else {
+                break;
+            };
             blank(&mut part, &column, 0..rows.len());
             found.entry(column).or_default().push((rows.clone(), why));
         }
     }
     let all = imported.flight.len();
-    found.entry(NAMES[7].to_owned()).or_default().extend(other_salinity(&imported.flight).unwrap_or_default());
+    found.entry(COLUMN_NAMES[7].to_owned()).or_default().extend(other_salinity(&imported.flight).unwrap_or_default());
     found.retain(|_, bad| 2 * bad.iter().map(|(rows, _)| rows.len()).sum::<usize>() < all);
     let mut out: Vec<Range<usize>> = Vec::new();
     for (column, bad) in found {
         for (rows, why) in bad {
             let segment = imported.flight.segment[rows.start];
             let count = rows.len();
-            if column == NAMES[0] {
+            if column == COLUMN_NAMES[0] {
                 imported.report.leave_out(format!("segment {segment}: {column} {why}: its {count} rows are left out"));
                 out.push(rows);
             } else {
@@ -58,15 +60,15 @@ pub(super) fn leave_out(imported: &mut Imported) {
 }
 
 /// The water of one mission differs by less (guess: a conductivity in another unit is off by ten).
-const OTHER_WATER: f64 = 5.0;
+const OTHER_WATER_FACTOR: f64 = 5.0;
 
 /// Segments whose salinity is another than that of the usual segment by so much.
 fn other_salinity(flight: &Flight) -> Option<Bad> {
-    let salinity = flight.extra.get(SALINITY)?;
+    let salinity = flight.extra.get(SALINITY_COLUMN)?;
     let segments = position::segments(flight);
     let middles: Vec<f64> = segments.iter().map(|rows| quantile(&salinity[rows.clone()], 0.5)).collect();
     let usual = quantile(&middles, 0.5);
-    let is_other = |middle: f64| middle > OTHER_WATER * usual || middle * OTHER_WATER < usual;
+    let is_other = |middle: f64| middle > OTHER_WATER_FACTOR * usual || middle * OTHER_WATER_FACTOR < usual;
     let why =
         |middle: f64| format!("comes from a salinity of {middle:.2}, that of the others is {usual:.2}: conductivity in another unit?");
     let bad = segments.into_iter().zip(middles).filter(|(_, middle)| is_other(*middle)).map(|(rows, middle)| (rows, why(middle)));
@@ -76,7 +78,7 @@ fn other_salinity(flight: &Flight) -> Option<Bad> {
 /// A channel without values in some rows; without a temperature there is no density.
 fn blank(flight: &mut Flight, column: &str, rows: Range<usize>) {
     let with = |name: &str| name == column || (name == "density" && column == "temperature");
-    let columns = NAMES.iter().zip(flight.columns_mut()).filter(|(name, _)| with(name)).map(|(_, values)| values);
+    let columns = COLUMN_NAMES.iter().zip(flight.columns_mut()).filter(|(name, _)| with(name)).map(|(_, values)| values);
     columns.for_each(|values| values[rows.clone()].fill(f64::NAN));
     if let Some(speed) = flight.speed_m_s.as_mut().filter(|_| column == "speed") {
         speed[rows].fill(f64::NAN);
@@ -120,7 +122,7 @@ mod tests {
         );
         assert_eq!(warm.report.left_out.len(), 2, "{:?}", warm.report.left_out);
         let mut salty = made();
-        salty.flight.extra.insert(SALINITY.into(), (0..400).map(|i| if i < 100 { 2.3 } else { 33.1 }).collect());
+        salty.flight.extra.insert(SALINITY_COLUMN.into(), (0..400).map(|i| if i < 100 { 2.3 } else { 33.1 }).collect());
         leave_out(&mut salty);
         assert!(salty.flight.density_kg_m3[50].is_nan() && salty.flight.density_kg_m3[150].is_finite() && salty.flight.len() == 400);
         assert!(salty.report.left_out[0].contains("segment 0: density comes from a salinity of 2.30"), "{:?}", salty.report.left_out);

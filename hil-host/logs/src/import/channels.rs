@@ -84,7 +84,7 @@ impl Log {
         for (name, series, values) in [("pitch", &self.pitch, &flight.pitch_rad), ("ballast", &self.ballast, &flight.ballast_m3)] {
             report_seldom(name, series, values, report);
         }
-        flight.extra.insert(SALINITY.into(), column(&|r| r.salinity));
+        flight.extra.insert(SALINITY_COLUMN.into(), column(&|r| r.salinity));
         if !self.steering_pressure.is_empty() {
             let values = self.steering_pressure.on(&unix);
             agree(&flight, &unix, &self.steering_pressure, report);
@@ -98,12 +98,6 @@ impl Log {
         position::place(&mut flight, &unix, &self.fixes, report);
         Some(flight)
     }
-}
-
-/// The first six of some names, and that there are more.
-pub(super) fn list_of(names: &[String]) -> String {
-    let more = if names.len() > 6 { format!(" and {} more", names.len() - 6) } else { String::new() };
-    names.iter().take(6).cloned().collect::<Vec<_>>().join(", ") + &more
 }
 
 /// A channel that comes less often than this does not show a turn, which takes about a minute, s.
@@ -127,7 +121,7 @@ pub(super) fn report_seldom(name: &str, series: &Series, on_rows: &[f64], report
 }
 
 /// Practical salinity of the source, kept beside the density that is computed from it.
-pub const SALINITY: &str = "practical_salinity";
+pub const SALINITY_COLUMN: &str = "practical_salinity";
 
 /// Times further than `reach_s` from the middle one are those of a clock that was not set, or damage: they become none. How many.
 /// The middle is that of the dates where half of the times are dates, else that of the times that count from anywhere; without any

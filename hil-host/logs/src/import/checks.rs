@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::channels::{self, list_of};
+use super::channels;
+use super::report::list_of;
 use super::{Imported, Report, bad_segments, netcdf, position};
 use crate::record::csv;
 use crate::record::flight::Flight;
@@ -99,7 +100,7 @@ pub(super) fn impossible_water(imported: &mut Imported) {
     // Where most are it is the unit, which is refused with its name.
     let most = 2 * flight.temperature_degc.iter().filter(|t| is_wrong(**t)).count() > flight.len();
     let (mut hot, mut salty) = (0, 0);
-    let mut salinity = flight.extra.get_mut(channels::SALINITY);
+    let mut salinity = flight.extra.get_mut(channels::SALINITY_COLUMN);
     for i in 0..flight.temperature_degc.len() {
         let wrong = !most && is_wrong(flight.temperature_degc[i]);
         let salinity = salinity.as_mut().and_then(|s| s.get_mut(i));

@@ -26,7 +26,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Echoes that are believed: correlation at least, %, amplitude at most, dB, speed at most, m/s (gliderad2cp).
 const LEAST_CORRELATION: f64 = 80.0;
 const MOST_AMPLITUDE: f64 = 80.0;
-const FASTEST_M_S: f64 = 0.8;
+const FASTEST_ECHO_M_S: f64 = 0.8;
 /// Cells that begin within this distance of the instrument, m; the first one rings.
 const NEAR_M: f64 = 10.0;
 /// Bubbles and the surface's echo, Pa.
@@ -39,7 +39,7 @@ const CLOCKS_S: i32 = 180;
 const PRESSURES_PA: f64 = 3e4;
 
 /// Groups that hold the profiles.
-const GROUPS: [&str; 2] = ["Data/Average", "Data/Burst"];
+const PROFILE_GROUPS: [&str; 2] = ["Data/Average", "Data/Burst"];
 
 /// Whether a file is such a profiler's.
 #[must_use]
@@ -48,7 +48,7 @@ pub fn is_midas(path: &Path) -> bool {
 }
 
 fn group(file: &NcFile) -> Option<&'static str> {
-    GROUPS.into_iter().find(|g| file.variable(&format!("{g}/VelocityBeam1")).is_ok())
+    PROFILE_GROUPS.into_iter().find(|g| file.variable(&format!("{g}/VelocityBeam1")).is_ok())
 }
 
 /// One ping: Unix time, pressure, speed along the hull and across it, upward, through the water.
@@ -122,7 +122,7 @@ impl Profiles {
     fn along_beam(&self, beam: usize, ping: usize, cell: usize) -> Option<f64> {
         let [velocity, correlation, amplitude] = &self.beams[beam];
         let at = ping * self.range_m.len() + cell;
-        let good = correlation[at] >= LEAST_CORRELATION && amplitude[at] <= MOST_AMPLITUDE && velocity[at].abs() <= FASTEST_M_S;
+        let good = correlation[at] >= LEAST_CORRELATION && amplitude[at] <= MOST_AMPLITUDE && velocity[at].abs() <= FASTEST_ECHO_M_S;
         good.then_some(velocity[at])
     }
 
@@ -168,7 +168,7 @@ pub fn witness(path: &Path, imported: &mut Imported) -> Result<usize, ImportErro
     if lag_s != 0.0 {
         imported.report.note(format!("the current profiler's clock is {lag_s:+.0} s off by its pressure: brought to the flight's"));
     }
-    let salinity = flight.extra.get(super::channels::SALINITY);
+    let salinity = flight.extra.get(super::channels::SALINITY_COLUMN);
     let mut column = flight.speed_m_s.take().unwrap_or_else(|| vec![f64::NAN; flight.len()]);
     let mut used = 0;
     for ping in &pings {

@@ -143,7 +143,7 @@ pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl 
     let (order, rest) = known_cycle(rest).ok_or(DbdError::NoKnownCycle)?;
     let mut decoder = Decoder::new(&stored, state_bytes, order, wanted);
     decoder.room = 8 * (bytes.len() * UNPACKED / 4 + SMALLEST);
-    decoder.steps = bytes.len().saturating_mul(STEPS).saturating_add(SMALLEST);
+    decoder.steps = bytes.len().saturating_mul(STATES_AFTER_A_HOLE).saturating_add(SMALLEST);
     decoder.stretch(&first.place, rest, &mut problems);
     for stretch in others {
         decoder.hole();
@@ -211,7 +211,7 @@ const UNPACKED: usize = 20;
 const SMALLEST: usize = 1 << 20;
 
 /// States looked at for a cycle after a hole, for each byte of a file: noise of 500 sensors takes 8.
-const STEPS: usize = 200;
+const STATES_AFTER_A_HOLE: usize = 200;
 
 /// Largest plain size of a block, bytes.
 const LZ4_BLOCK: usize = 32 * 1024;

@@ -1,6 +1,6 @@
 //! What a file is: by its name where the name says it, else by its first bytes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::{dba, seaexplorer, seaglider, seaglider_raw, slocum};
 
@@ -87,33 +87,6 @@ fn head(path: &Path) -> Vec<u8> {
         let _ = std::io::Read::read_to_end(&mut std::io::Read::take(file, dba::HEAD as u64), &mut bytes);
     }
     bytes
-}
-
-/// Whether a file in a folder is of no log: hidden (macOS puts "._NAME" next to NAME), half downloaded, or an editor's backup.
-fn is_clutter(path: &Path) -> bool {
-    const ENDS: [&str; 8] = ["~", ".part", ".partial", ".crdownload", ".download", ".tmp", ".swp", ".bak"];
-    let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    name.starts_with('.') || ENDS.iter().any(|end| name.ends_with(end))
-}
-
-/// The files of a folder, in the order of their names, without hidden and unfinished ones.
-///
-/// # Errors
-/// What the system says.
-pub fn files_of(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
-    let mut files: Vec<PathBuf> =
-        std::fs::read_dir(folder)?.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.is_file() && !is_clutter(p)).collect();
-    files.sort();
-    Ok(files)
-}
-
-/// Links of a folder to files that are not there, in words.
-#[must_use]
-pub fn dangling(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path()));
-    let mut links: Vec<PathBuf> = entries.filter(|p| p.is_symlink() && !p.exists()).collect();
-    links.sort();
-    links.iter().map(|p| format!("{} is a link to a file that is not there", p.display())).collect()
 }
 
 #[cfg(test)]

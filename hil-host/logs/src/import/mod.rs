@@ -23,6 +23,7 @@ pub mod current_profiler;
 pub mod dba;
 pub mod dbd;
 pub mod draft;
+pub mod folder;
 mod join;
 pub mod kind;
 pub mod netcdf;
@@ -150,7 +151,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
     let mut in_folders = Vec::new();
     for path in paths {
         if path.is_dir() {
-            in_folders.extend(kind::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
+            in_folders.extend(folder::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
         } else if path.is_file() {
             named.push(path.clone());
         } else {
@@ -213,7 +214,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
         return Err(ImportError::new(&paths[0], what));
     }
     let others = named.len() + in_folders.len() - files.iter().filter(|f| named.contains(f) || in_folders.contains(f)).count();
-    let mut notes: Vec<String> = paths.iter().filter(|p| p.is_dir()).flat_map(|p| kind::dangling(p)).collect();
+    let mut notes: Vec<String> = paths.iter().filter(|p| p.is_dir()).flat_map(|p| folder::dangling(p)).collect();
     if kinds.len() > 1 {
         let names: Vec<&str> = kinds.iter().filter(|k| **k != kind).map(|k| k.name()).collect();
         notes.push(format!("{} here too ({others} other files in all): {} is taken", names.join(", "), kind.name()));
@@ -226,7 +227,7 @@ fn inside(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path()));
     let mut folders: Vec<PathBuf> = entries.filter(|p| p.is_dir()).collect();
     folders.sort();
-    folders.retain(|f| kind::files_of(f).is_ok_and(|files| files.iter().any(|p| Kind::of(p).is_some())));
+    folders.retain(|f| folder::files_of(f).is_ok_and(|files| files.iter().any(|p| Kind::of(p).is_some())));
     let names: Vec<String> = folders.iter().take(6).map(|f| f.display().to_string()).collect();
     if names.is_empty() {
         String::new()

@@ -1,6 +1,6 @@
 //! The zero of a pressure sensor, as a stay at the surface shows it.
 
-use super::channels::list_of;
+use super::report::list_of;
 use super::{Imported, Report};
 use crate::record::afloat::{is_impossible, reading_afloat, reading_in_a_stay};
 use crate::record::plausible::quantile;

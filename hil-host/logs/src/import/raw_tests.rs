@@ -11,7 +11,7 @@ fn edited(sample: &str, name: &str, edit: impl Fn(&str, String) -> Option<String
     let _ = std::fs::remove_dir_all(&to);
     std::fs::create_dir_all(&to).expect("a folder");
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats").join(sample);
-    for path in super::kind::files_of(&from).expect("the sample") {
+    for path in super::folder::files_of(&from).expect("the sample") {
         let mut name = path.file_name().expect("a name").to_string_lossy().into_owned();
         let mut text = String::new();
         let file = std::fs::File::open(&path).expect("a file");

@@ -3,10 +3,18 @@
 use serde::Serialize;
 
 use super::draft::Draft;
-use super::stated_vehicle::VEHICLE_JSON;
 use crate::record::csv::{cannot_be_asked, in_one_line};
 use crate::record::flight::Flight;
 use crate::record::seawater::Place;
+
+/// What a vehicle file is called beside its flight.
+pub(super) const VEHICLE_JSON: &str = "vehicle.json";
+
+/// The first six of some names, and that there are more.
+pub(super) fn list_of(names: &[String]) -> String {
+    let more = if names.len() > 6 { format!(" and {} more", names.len() - 6) } else { String::new() };
+    names.iter().take(6).cloned().collect::<Vec<_>>().join(", ") + &more
+}
 
 /// A flight, what was done to get it, and the vehicle as far as its files or its class tell.
 #[derive(Clone, Debug)]

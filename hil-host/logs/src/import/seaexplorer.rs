@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use super::channels::{self, CLOCKS_APART_S, LONGEST_MISSION_S, Log, Row};
 use super::classes::Class;
 use super::position::{Fix, degrees_of_minutes};
+use super::report::list_of;
 use super::two_computers::{Ctd, by_segment, covered};
 use super::{FileNote, ImportError, Imported, MappedName, Report, join, pressure_zero};
 use crate::record::resample::Series;
@@ -387,7 +388,7 @@ impl Columns {
         }
         log.rows.retain(|r| !off.contains(&r.segment));
         if !holes.is_empty() {
-            let cycles = channels::list_of(&holes);
+            let cycles = list_of(&holes);
             // A payload is switched off to save energy, too.
             report
                 .note(format!("cycles {cycles}: the CTD has no samples in {off_min} of {all_min} minutes under water, which have no rows"));

@@ -23,9 +23,9 @@ pub use files::with_partners;
 use files::{one_glider, one_of_copies, one_sided, pair_by_header, pairs, without_copies};
 
 /// Endings of engineering files, the fullest first.
-const ENGINEERING: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
+const ENGINEERING_ENDINGS: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
 /// Endings of science files, the fullest first.
-const SCIENCE: [&str; 6] = ["ebd", "ecd", "nbd", "ncd", "tbd", "tcd"];
+const SCIENCE_ENDINGS: [&str; 6] = ["ebd", "ecd", "nbd", "ncd", "tbd", "tcd"];
 
 /// Sensor names, the channel they fill, the unit they must have in the file, and the factor to SI.
 const SENSORS: &[(&str, &str, &[&str], f64)] = &[
@@ -64,7 +64,7 @@ const LEAST_STAMPS: usize = 15;
 /// Whether a file name is one of these files.
 #[must_use]
 pub fn is_slocum(path: &Path) -> bool {
-    ending(path).is_some_and(|e| ENGINEERING.contains(&e.as_str()) || SCIENCE.contains(&e.as_str()))
+    ending(path).is_some_and(|e| ENGINEERING_ENDINGS.contains(&e.as_str()) || SCIENCE_ENDINGS.contains(&e.as_str()))
 }
 
 /// Whether a file name is that of a list of sensors, plain or packed.
@@ -207,7 +207,7 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
                 let stem = p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(crc));
                 stem && is_list(p)
             };
-            super::kind::files_of(folder).ok()?.into_iter().find(named).and_then(|p| std::fs::read(p).ok())
+            super::folder::files_of(folder).ok()?.into_iter().find(named).and_then(|p| std::fs::read(p).ok())
         })
     };
     dbd::read(&bytes, cache, wanted).map_err(|e: DbdError| e.to_string())

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::classes::Class;
 use super::draft::Draft;
 use super::kind::Kind;
+use super::report::VEHICLE_JSON;
 use super::{Imported, trim};
 use crate::record::plausible::quantile;
 
@@ -103,6 +104,3 @@ fn first(imported: &mut Imported, kind: Kind, class: Option<Class>, deepest_dbar
 
 /// Least tolerance of a hull volume found from a flight, cm³: what currents and the drag's unlike sides leave open.
 const TRIM_CC: f64 = 50.0;
-
-/// What a vehicle file is called beside its flight.
-pub(super) const VEHICLE_JSON: &str = "vehicle.json";

@@ -6,7 +6,7 @@ use crate::record::flight::Flight;
 /// Deeper than this a glider is under way, Pa (2 dbar: pressure zero, its own length, waves).
 const UNDER_WAY_PA: f64 = 2e4;
 /// A stay at the surface is so long at least, s: a turn just below it takes less, a fix takes more.
-const STAY_S: f64 = 90.0;
+const SURFACE_STAY_S: f64 = 90.0;
 
 /// Cuts a flight into segments in the middle of each stay at the surface; how many there are.
 pub(super) fn cut(flight: &mut Flight) -> u32 {
@@ -18,7 +18,7 @@ pub(super) fn cut(flight: &mut Flight) -> u32 {
             let stay_s = flight.time_s[i] - flight.time_s[before];
             // A silence under water is no surfacing: it has rows above on one side at least, or is very long.
             let seen = i - before > 1;
-            if stay_s > STAY_S && seen {
+            if stay_s > SURFACE_STAY_S && seen {
                 let middle = 0.5 * (flight.time_s[i] + flight.time_s[before]);
                 cuts.push((before + 1..i).find(|k| flight.time_s[*k] >= middle).unwrap_or(i));
             } else if stay_s > SILENCE_S {

@@ -12,7 +12,7 @@ pub(super) mod tidy;
 pub(super) mod times;
 mod values;
 
-use super::channels::{SALINITY, SET_CLOCK_S};
+use super::channels::{SALINITY_COLUMN, SET_CLOCK_S};
 use super::classes::Class;
 use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
@@ -357,8 +357,8 @@ fn recompute_density(flight: &mut Flight, report: &mut Report) {
         report.note(format!("density changed by at most {largest:.4} kg/m3 against the file's own"));
     }
     flight.density_kg_m3 = ours;
-    if let Some(practical) = practical.filter(|_| kept(flight, &[(SALINITY, 1.0)]).is_none()) {
-        flight.extra.insert(SALINITY.into(), practical);
+    if let Some(practical) = practical.filter(|_| kept(flight, &[(SALINITY_COLUMN, 1.0)]).is_none()) {
+        flight.extra.insert(SALINITY_COLUMN.into(), practical);
     }
 }
 

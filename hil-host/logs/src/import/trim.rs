@@ -11,7 +11,7 @@
 use crate::record::flight::Flight;
 
 /// Stretches of this length are looked at, s: the w of a single sample is noise.
-const STRETCH_S: f64 = 60.0;
+const TRIM_STRETCH_S: f64 = 60.0;
 /// Gliding: nose at least so far from level, rad; and below the surface's disturbance, Pa.
 const LEAST_PITCH_RAD: f64 = 0.12;
 const LEAST_PRESSURE_PA: f64 = 5e4;
@@ -104,12 +104,12 @@ fn stretches(flight: &Flight, hull: Hull) -> Vec<Stretch> {
     let mut start = 0;
     while start < flight.len() {
         let end = (start..flight.len())
-            .find(|i| flight.segment[*i] != flight.segment[start] || flight.time_s[*i] - flight.time_s[start] > STRETCH_S)
+            .find(|i| flight.segment[*i] != flight.segment[start] || flight.time_s[*i] - flight.time_s[start] > TRIM_STRETCH_S)
             .unwrap_or(flight.len());
         // Sparse logs: at least three rows, at most five minutes.
         let end = if end - start < 3 { (start + 3).min(flight.len()) } else { end };
         let rows = start..end;
-        if flight.segment[end - 1] == flight.segment[start] && flight.time_s[end - 1] - flight.time_s[start] <= 5.0 * STRETCH_S {
+        if flight.segment[end - 1] == flight.segment[start] && flight.time_s[end - 1] - flight.time_s[start] <= 5.0 * TRIM_STRETCH_S {
             out.extend(stretch(flight, rows, hull));
         }
         start = end;

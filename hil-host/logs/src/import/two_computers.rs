@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::channels::list_of;
 use super::pressure_zero::UNDER_WATER_PA;
+use super::report::list_of;
 use super::{Report, position};
 use crate::record::clock_offset;
 use crate::record::flight::Flight;
@@ -13,16 +13,16 @@ use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 
 /// Clocks are looked for so far apart, s, in these steps first.
-const REACH_S: i32 = 150;
+const CLOCK_REACH_S: i32 = 150;
 const COARSE_S: i32 = 5;
 /// Two clocks that are named stand so far apart at the least, s (guess): a comparison takes out less, where it is the same all the time.
-const APART_S: f64 = 8.0;
+const NAMED_CLOCKS_APART_S: f64 = 8.0;
 /// A shift of one clock is believed where it leaves less than this share of the mean square (guess).
 const EXPLAINED: f64 = 0.25;
 /// Two sensors on one clock scatter by less about their difference, Pa: a second of a glider's way many times over (guess).
 const SCATTER_PA: f64 = 1e4;
 /// As many rows of a segment say how far two clocks are apart.
-const ROWS: usize = 200;
+const ROWS_COMPARED: usize = 200;
 
 /// A segment in which the two do not agree.
 struct Apart {
@@ -60,7 +60,7 @@ pub(super) fn agree(flight: &Flight, unix: &[f64], own: &Series, report: &mut Re
 
 /// Compares them in the `rows` of one segment. Two sensors of one dive differ by less than a few dbar and 3 %.
 fn compare(flight: &Flight, unix: &[f64], own: &Series, rows: &Range<usize>) -> Option<Apart> {
-    let step = rows.len().div_ceil(ROWS).max(1);
+    let step = rows.len().div_ceil(ROWS_COMPARED).max(1);
     let pairs: Vec<(f64, f64)> = rows.clone().step_by(step).map(|i| (unix[i], flight.pressure_pa[i])).collect();
     let differences = |lag_s: f64| -> Vec<f64> { pairs.iter().map(|(t, p)| p - own.at(t - lag_s)).filter(|d| d.is_finite()).collect() };
     // Mean square about their mean difference, of as many rows at the least as half of those that are known unshifted.
@@ -81,10 +81,10 @@ fn lag(scatter: impl Fn(f64) -> f64) -> f64 {
     let least = |of: &mut dyn Iterator<Item = i32>| {
         of.map(|lag| (scatter(f64::from(lag)), lag)).filter(|s| s.0.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let Some((_, coarse)) = least(&mut (-REACH_S..=REACH_S).step_by(COARSE_S as usize)) else { return 0.0 };
+    let Some((_, coarse)) = least(&mut (-CLOCK_REACH_S..=CLOCK_REACH_S).step_by(COARSE_S as usize)) else { return 0.0 };
     let Some((left, lag)) = least(&mut (coarse - COARSE_S..=coarse + COARSE_S)) else { return 0.0 };
     let lag_s = f64::from(lag);
-    if lag_s.abs() >= APART_S && left < EXPLAINED * scatter(0.0) { lag_s } else { 0.0 }
+    if lag_s.abs() >= NAMED_CLOCKS_APART_S && left < EXPLAINED * scatter(0.0) { lag_s } else { 0.0 }
 }
 
 /// How much of a segment's time under water the CTD has samples in.

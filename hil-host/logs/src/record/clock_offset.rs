@@ -23,7 +23,7 @@ const ENGINEERING: [&str; 4] = [ENGINEERING_PRESSURE, "eng_pressure_bar", "m_pre
 /// Largest shift that is looked for, s: two computers that nobody has set drift apart by some seconds a week (a guess). Beyond
 /// the window of the rates nothing ends: a turn is as sharp as before.
 pub const REACH_S: i32 = 20;
-const STEPS: usize = 2 * REACH_S as usize + 1;
+const OFFSET_STEPS: usize = 2 * REACH_S as usize + 1;
 /// Smaller shifts than this change nothing, s: half a sample of the usual 1 Hz log.
 const WORTH_S: f64 = 0.4;
 /// A shift is believed from so many of its standard errors on.
@@ -31,13 +31,13 @@ const SURE: f64 = 3.0;
 /// Rates are taken over twice this time, s: a turn of a glider, and a few samples of the slower computer (4 s).
 const HALF_WINDOW_S: f64 = 10.0;
 /// No pressure is made up across a longer gap, s.
-const GAP_S: f64 = 10.0;
+const PRESSURE_GAP_S: f64 = 10.0;
 /// What was steered by stays as it is across a longer gap, s.
 const BRIDGE_S: f64 = 30.0;
 /// Rows that are compared at most.
 const MOST_ROWS: usize = 4000;
 /// Parts of the flight that are left out in turn.
-const PARTS: usize = 8;
+const LEFT_OUT_PARTS: usize = 8;
 
 /// Sums for a straight line of two rates: of the products of (1, x, z, y), x and z being what explains y.
 #[derive(Clone, Copy, Default)]
@@ -71,16 +71,16 @@ impl Line {
 
 /// What a sensor's readings change by in the window about a time; not a number where they do not tell.
 fn change(of: &Series, time_s: f64) -> f64 {
-    of.at_within(time_s + HALF_WINDOW_S, GAP_S) - of.at_within(time_s - HALF_WINDOW_S, GAP_S)
+    of.at_within(time_s + HALF_WINDOW_S, PRESSURE_GAP_S) - of.at_within(time_s - HALF_WINDOW_S, PRESSURE_GAP_S)
 }
 
 /// Where a scan of misfits over the shift is least, s; none if that is at an end of it.
-fn least(scan: &[Line; STEPS]) -> Option<f64> {
+fn least(scan: &[Line; OFFSET_STEPS]) -> Option<f64> {
     let left = scan.map(|l| l.left());
     if left.iter().any(|m| !m.is_finite()) {
         return None;
     }
-    let best = (1..STEPS - 1).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
+    let best = (1..OFFSET_STEPS - 1).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
     let (before, here, after) = (left[best - 1], left[best], left[best + 1]);
     let curvature = before - 2.0 * here + after;
     (curvature > 0.0 && here <= before && here <= after).then(|| best as f64 - f64::from(REACH_S) + 0.5 * (before - after) / curvature)
@@ -104,25 +104,25 @@ pub fn shift_s(flight: &Flight) -> Option<[f64; 2]> {
     if rows.len() < 200 {
         return None;
     }
-    let mut parts = [[Line::default(); STEPS]; PARTS];
+    let mut parts = [[Line::default(); OFFSET_STEPS]; LEFT_OUT_PARTS];
     for (k, [t, z, y]) in rows.iter().enumerate() {
-        for (step, line) in parts[k * PARTS / rows.len()].iter_mut().enumerate() {
+        for (step, line) in parts[k * LEFT_OUT_PARTS / rows.len()].iter_mut().enumerate() {
             let x = change(&ctd, t - (step as f64 - f64::from(REACH_S)));
             if x.is_finite() {
                 line.add(x, *z, *y);
             }
         }
     }
-    let sum = |left_out: Option<usize>| -> [Line; STEPS] {
+    let sum = |left_out: Option<usize>| -> [Line; OFFSET_STEPS] {
         std::array::from_fn(|step| {
             parts.iter().enumerate().filter(|(k, _)| Some(*k) != left_out).fold(Line::default(), |s, (_, p)| s.plus(&p[step]))
         })
     };
     let tau = least(&sum(None))?;
-    let without = (0..PARTS).map(|k| least(&sum(Some(k)))).collect::<Option<Vec<f64>>>()?;
-    let mean = without.iter().sum::<f64>() / PARTS as f64;
+    let without = (0..LEFT_OUT_PARTS).map(|k| least(&sum(Some(k)))).collect::<Option<Vec<f64>>>()?;
+    let mean = without.iter().sum::<f64>() / LEFT_OUT_PARTS as f64;
     let scatter: f64 = without.iter().map(|t| (t - mean).powi(2)).sum();
-    let sigma = ((PARTS - 1) as f64 / PARTS as f64 * scatter).sqrt();
+    let sigma = ((LEFT_OUT_PARTS - 1) as f64 / LEFT_OUT_PARTS as f64 * scatter).sqrt();
     (tau.abs() > WORTH_S && tau.abs() > SURE * sigma).then_some([tau, sigma])
 }
 

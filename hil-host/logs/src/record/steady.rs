@@ -19,7 +19,7 @@ use crate::record::flight::Flight;
 const GRAVITY_M_S2: f64 = 9.81;
 
 /// Half width of the derivative's window, s (source: the published figures' 21 s).
-const HALF_WINDOW_S: usize = 10;
+const DERIVATIVE_HALF_WINDOW_S: usize = 10;
 /// A jump in time longer than this starts a new grid, s (CTD outages of a minute must not become straight lines).
 const MAX_GAP_S: f64 = 30.0;
 
@@ -128,7 +128,7 @@ impl Grid {
         let known: Vec<usize> = piece.clone().filter(|i| value[*i].is_finite()).collect();
         let (start_s, end_s) = (time_s[piece.start], time_s[piece.end - 1]);
         let n = (end_s - start_s).floor() as usize + 1;
-        if known.len() < 2 || n < 2 * HALF_WINDOW_S + 1 {
+        if known.len() < 2 || n < 2 * DERIVATIVE_HALF_WINDOW_S + 1 {
             return None;
         }
         let mut k = 0;
@@ -159,12 +159,12 @@ impl Grid {
 
 /// Slope of the least-squares parabola over ±10 points, per point; NaN where the window does not fit.
 fn savitzky_golay_slope(value: &[f64]) -> Vec<f64> {
-    let h = HALF_WINDOW_S as i64;
+    let h = DERIVATIVE_HALF_WINDOW_S as i64;
     let norm: i64 = (1..=h).map(|k| 2 * k * k).sum();
     let mut out = vec![f64::NAN; value.len()];
-    for (centre, window) in value.windows(2 * HALF_WINDOW_S + 1).enumerate() {
+    for (centre, window) in value.windows(2 * DERIVATIVE_HALF_WINDOW_S + 1).enumerate() {
         let sum: f64 = window.iter().zip(-h..=h).map(|(v, k)| v * k as f64).sum();
-        out[centre + HALF_WINDOW_S] = sum / norm as f64;
+        out[centre + DERIVATIVE_HALF_WINDOW_S] = sum / norm as f64;
     }
     out
 }

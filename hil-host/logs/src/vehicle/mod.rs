@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 pub const CURRENT_KEY: &str = "horizontal_current";
 
 /// What `format` says, where a file has it.
-const FORMAT: &str = "glider-trial/1";
+const TRIAL_FORMAT: &str = "glider-trial/1";
 
 /// 1-sigma calibration tolerances of the nominal numbers: the priors of every fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -241,8 +241,8 @@ pub fn parse(document: Value, path: &Path) -> Result<Vehicle, ReadError> {
         return Err(keys.bad("file", "is not a vehicle: expected an object with keys such as mass_kg and hydro".into()));
     }
     match keys.at("format").map(|f| f.as_str().unwrap_or_default()) {
-        None | Some(FORMAT) => {}
-        Some(other) => return Err(keys.bad("format", format!("is `{other}`; expected `{FORMAT}` or no such key"))),
+        None | Some(TRIAL_FORMAT) => {}
+        Some(other) => return Err(keys.bad("format", format!("is `{other}`; expected `{TRIAL_FORMAT}` or no such key"))),
     }
     let read = of_keys(&keys).map_err(|e| keys.slip_before(e))?;
     match keys.slip() {

@@ -433,3 +433,22 @@ impl<'a> Flown<'a> {
         self.tick += 1;
     }
 }
+
+impl Voyage<'_> {
+    /// Flies segment `index`; the water's background motion and the pitch noise come from `rng`.
+    pub fn fly(&self, index: usize, orders: &Orders, step: f64, rng: &mut ChaCha8Rng) -> Vec<Moment> {
+        let mut flown = Flown::new(self, index, orders, step, rng);
+        let mut moments = Vec::with_capacity(4000);
+        loop {
+            let here = flown.surroundings();
+            moments.push(flown.moment(&here));
+            if flown.decide() {
+                return moments;
+            }
+            let order = flown.command(&here, rng);
+            let moved = flown.actuate(&here, &order);
+            flown.follow_water(&here);
+            flown.advance(&here, &moved);
+        }
+    }
+}

@@ -6,12 +6,8 @@
 //! moving frame cancel for a neutrally buoyant body, so water motion enters
 //! through kinematics only. Controls are held over a step.
 
-use rand_chacha::ChaCha8Rng;
-
-use super::motion::Flown;
 use super::nature::{ALPHA_END_RAD, Nature, Stall};
 use super::ocean::Ocean;
-use super::orders::Orders;
 use super::vehicle::Nominal;
 
 /// Integration step, s: a quarter of the fastest time constant that moves depth (heave, about 2 s); halving it
@@ -98,23 +94,6 @@ pub struct Voyage<'a> {
 }
 
 impl Voyage<'_> {
-    /// Flies segment `index`; the water's background motion and the pitch noise come from `rng`.
-    pub fn fly(&self, index: usize, orders: &Orders, step: f64, rng: &mut ChaCha8Rng) -> Vec<Moment> {
-        let mut flown = Flown::new(self, index, orders, step, rng);
-        let mut moments = Vec::with_capacity(4000);
-        loop {
-            let here = flown.surroundings();
-            moments.push(flown.moment(&here));
-            if flown.decide() {
-                return moments;
-            }
-            let order = flown.command(&here, rng);
-            let moved = flown.actuate(&here, &order);
-            flown.follow_water(&here);
-            flown.advance(&here, &moved);
-        }
-    }
-
     /// The pitch sensor without its noise.
     #[must_use]
     pub fn measured_pitch(&self, pitch: f64, heading: f64, pressure: f64) -> f64 {

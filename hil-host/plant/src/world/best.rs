@@ -13,7 +13,7 @@ pub struct BestGlide {
 }
 
 /// Speed at which drag that depends on speed is taken, m/s (what a Slocum glides at).
-const SPEED_M_S: f64 = 0.35;
+const BEST_GLIDE_SPEED_M_S: f64 = 0.35;
 /// Step of the search, rad: L/D at its flat top is right to 1e-5.
 const STEP_RAD: f64 = 0.0005;
 
@@ -24,7 +24,7 @@ impl World {
         let i = self.inputs();
         let glide = |alpha: f64| {
             let (s, c) = alpha.sin_cos();
-            let f = self.body.law.forces(1000.0, SPEED_M_S * c, SPEED_M_S * s, i.drag_factor, 0.0, i.wing_share);
+            let f = self.body.law.forces(1000.0, BEST_GLIDE_SPEED_M_S * c, BEST_GLIDE_SPEED_M_S * s, i.drag_factor, 0.0, i.wing_share);
             let drag = -(f.x_n * c + f.z_n * s);
             let lift = f.x_n * s - f.z_n * c;
             lift.abs() / drag

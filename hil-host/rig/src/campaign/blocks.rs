@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::sync::{LazyLock, Mutex};
 
 /// Fewest and most missions of a block: two seconds of a core at most, so that little is lost by a break.
-const MISSIONS: (usize, usize) = (4, 32);
+const BLOCK_MISSIONS: (usize, usize) = (4, 32);
 /// About so many blocks in a plan.
 const BLOCKS: usize = 2000;
 
@@ -27,7 +27,7 @@ pub enum Block {
 
 /// So many in a block, of so many in all.
 fn size(missions: usize) -> usize {
-    (missions / BLOCKS).clamp(MISSIONS.0, MISSIONS.1)
+    (missions / BLOCKS).clamp(BLOCK_MISSIONS.0, BLOCK_MISSIONS.1)
 }
 
 /// Numbers in blocks.

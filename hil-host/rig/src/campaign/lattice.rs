@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 /// Seeds in use; case `n` flies with seed `n % SEEDS`, so that every case has a healthy twin among `SEEDS` × wings × missions.
 pub const SEEDS: u64 = 64;
 /// Onset of the second, transient variant of each fault, s after the phase begins.
-const LATE_S: f64 = 45.0;
+const SECOND_ONSET_S: f64 = 45.0;
 /// Duration of that variant, s.
 const TRANSIENT_S: f64 = 90.0;
 /// Duration of what no vehicle can end by itself (net, ice, something dragging it down), s. A third of an hour: beyond the
@@ -204,7 +204,7 @@ pub fn cases() -> Vec<Case> {
         for fault in &all {
             for phase in PHASES {
                 add(Water::Shallow, wings, vec![fault.at(phase, 0.0)], None);
-                add(Water::Shallow, wings, vec![fault.at(phase, LATE_S).lasting(TRANSIENT_S)], None);
+                add(Water::Shallow, wings, vec![fault.at(phase, SECOND_ONSET_S).lasting(TRANSIENT_S)], None);
                 add(Water::Edge, wings, vec![fault.at(phase, 0.0)], None);
             }
         }

@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 /// Random missions that broken laws are tried on: the first, and how many.
 const RANDOM: (u64, u64) = (7 << 40, 400);
 /// Sets of faults for each.
-const SETS: u64 = 3;
+const MUTANT_SETS: u64 = 3;
 
 /// Random missions and how long a healthy vehicle takes, s; flown once, with the law as it is.
 fn random_missions() -> anyhow::Result<&'static [(Case, f64)]> {
@@ -42,7 +42,7 @@ fn at_random(watch: Watch) -> anyhow::Result<Vec<Case>> {
     };
     let sets = |(case, span_s): &(Case, f64)| {
         let (case, span_s) = (case.clone(), *span_s);
-        (0..SETS).map(move |k| Case { faults: draw_of(kinds, case.seed, k, span_s), ..case.clone() })
+        (0..MUTANT_SETS).map(move |k| Case { faults: draw_of(kinds, case.seed, k, span_s), ..case.clone() })
     };
     Ok(random_missions()?.iter().flat_map(sets).collect())
 }
@@ -65,7 +65,7 @@ fn missions(watch: Watch, wanted: usize) -> anyhow::Result<Vec<Case>> {
 }
 
 /// Missions flown before it is asked whether one of them noticed.
-const BATCH: usize = 48;
+const MISSIONS_AT_ONCE: usize = 48;
 
 /// What became of one mutant.
 #[derive(Clone, Debug)]
@@ -125,7 +125,7 @@ const fn meant_for(watch: Watch) -> &'static str {
 pub fn trial(mutant: Mutant, wanted: usize) -> anyhow::Result<Trial> {
     let (Mutant::Blind(watch) | Mutant::Slow(watch)) = mutant;
     let mut trial = Trial { mutant, flown: 0, caught_by: None };
-    for batch in missions(watch, wanted)?.chunks(BATCH) {
+    for batch in missions(watch, wanted)?.chunks(MISSIONS_AT_ONCE) {
         set(&[mutant]);
         let verdicts = batch.par_iter().map(run).collect::<anyhow::Result<Vec<Verdict>>>();
         set(&[]);

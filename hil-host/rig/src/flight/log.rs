@@ -368,7 +368,7 @@ impl Writer {
 }
 
 /// Phases by their number.
-pub const PHASES: [Phase; 8] =
+pub const PHASES_LOGGED: [Phase; 8] =
     [Phase::Surface, Phase::Dive, Phase::InflectLow, Phase::Climb, Phase::InflectHigh, Phase::Comms, Phase::Done, Phase::Safe];
 
 /// Degradations, for a person.

@@ -143,7 +143,7 @@ impl<W: Wire> Remote<'_, W> {
     fn sequence(&mut self, sector: usize) -> Result<Option<u32>, SeatError> {
         let at = sector * SECTOR;
         self.piece(at)?;
-        Ok(self.copy.0.get(at..at + ring::HEADER).and_then(ring::sequence))
+        Ok(self.copy.0.get(at..at + ring::SECTOR_HEADER_BYTES).and_then(ring::sequence))
     }
 
     /// UTC of the first control cycle of a sector, if its first bytes hold it.
@@ -200,7 +200,7 @@ impl<W: Wire> Remote<'_, W> {
 
 /// UTC of the first control cycle at the beginning of a sector.
 fn first_utc(sector: &[u8]) -> Option<u64> {
-    let mut at = ring::HEADER;
+    let mut at = ring::SECTOR_HEADER_BYTES;
     loop {
         let [lo, hi, kind, ..] = *sector.get(at..)?.first_chunk::<{ ring::ENTRY_HEADER }>()?;
         let data = sector.get(at + ring::ENTRY_HEADER..)?;

@@ -4,7 +4,7 @@ use control::Config;
 use signals::{Preflight, Reading, Strap, Stroke, Switch, Weight};
 
 /// Air pressures on deck or afloat, Pa: from a lake at 5,500 m to the highest ever measured at sea.
-const AIR_PA: std::ops::RangeInclusive<f32> = 50_000.0..=109_000.0;
+const DECK_AIR_PA: std::ops::RangeInclusive<f32> = 50_000.0..=109_000.0;
 /// Oldest sentence of a compass that speaks, ms.
 const FRESH_MS: u32 = 1_500;
 /// Steepest attitude on deck or afloat, rad: a glider afloat hangs nose down.
@@ -83,7 +83,7 @@ pub fn judge(p: &Preflight, config: &Config, clock: Option<(f64, f64)>) -> Vec<I
             Strap::Bench => item("strap", false, "fitted: this board is on a bench; take it out for a deployment".to_owned()),
             Strap::Backseat => item("strap", false, "a Slocum's backseat: the glider begins its mission; see docs/backseat.md".to_owned()),
         },
-        within("air pressure", p.pressure_pa, AIR_PA, |pa| format!("{:.1} hPa", pa / 100.0)),
+        within("air pressure", p.pressure_pa, DECK_AIR_PA, |pa| format!("{:.1} hPa", pa / 100.0)),
         match age_ms {
             Some(age) if age <= FRESH_MS => item("compass", true, format!("{whole} sentences, the last {age} ms ago, {refused} damaged")),
             Some(age) => item("compass", false, format!("silent for {:.1} s", f64::from(age) * 1e-3)),

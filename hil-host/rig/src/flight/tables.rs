@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn accuracy_tables_follow_every_built_in_vehicle() {
-        for (name, _) in crate::flight::vehicles::BUILT_IN {
+        for (name, _) in crate::flight::vehicles::BUILT_IN_VEHICLES {
             let model = Model::load(std::path::Path::new(name), None).unwrap();
             let e = build(&model, model.wings, 0, 0).unwrap().error;
             // Fractions of the f64 model over the whole valid range; the last is a grid search's half step, rad.

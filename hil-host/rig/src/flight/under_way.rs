@@ -1,6 +1,6 @@
 //! What a flight is doing now: read from the log that `glider fly --log` writes while it flies, or from the log on a board's flash.
 
-use super::log::{ABORTS, EVENTS, PHASES, ROWS, degraded, unfinished};
+use super::log::{ABORTS, EVENTS, PHASES_LOGGED, ROWS, degraded, unfinished};
 use super::onboard_log::Logged;
 use anyhow::{Context, anyhow};
 use serde_json::{Value, json};
@@ -71,7 +71,7 @@ impl Moment {
         let whole = |name: &str| Some(number(name)).filter(|v| *v >= 0.0).map(|v| v as usize);
         Some(Self {
             time_s: Some(number("time_s")).filter(|t| t.is_finite())?,
-            phase: PHASES.get(whole("phase")?).map(|p| format!("{p:?}"))?,
+            phase: PHASES_LOGGED.get(whole("phase")?).map(|p| format!("{p:?}"))?,
             dives: whole("dives").unwrap_or(0) as u32,
             abort: whole("abort")
                 .map(|n| ABORTS.iter().find(|a| **a as usize == n).map_or_else(|| format!("cause {n}"), |a| format!("{a:?}"))),

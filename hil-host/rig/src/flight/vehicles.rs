@@ -18,7 +18,7 @@ use logs::vehicle;
 use signals::Wings;
 
 /// Vehicle files that come with the program: name without `.toml`, text.
-pub const BUILT_IN: [(&str, &str); 6] = [
+pub const BUILT_IN_VEHICLES: [(&str, &str); 6] = [
     ("slocum-standard", include_str!("../../../../vehicles/slocum-standard.toml")),
     ("slocum-low-ar", include_str!("../../../../vehicles/slocum-low-ar.toml")),
     ("slocum-standard-sea", include_str!("../../../../vehicles/slocum-standard-sea.toml")),
@@ -83,10 +83,10 @@ pub fn pitch_sensor(effects: &[Active]) -> PitchSensor {
 /// # Errors
 /// No such name.
 pub fn built_in(name: &str) -> anyhow::Result<vehicle::file::VehicleFile> {
-    let (_, text) = BUILT_IN
+    let (_, text) = BUILT_IN_VEHICLES
         .iter()
         .find(|b| b.0 == name)
-        .with_context(|| format!("no built-in vehicle `{name}`; there are {}", BUILT_IN.map(|b| b.0).join(", ")))?;
+        .with_context(|| format!("no built-in vehicle `{name}`; there are {}", BUILT_IN_VEHICLES.map(|b| b.0).join(", ")))?;
     Ok(vehicle::file::parse(text, Path::new(&format!("vehicles/{name}.toml")))?)
 }
 
@@ -95,7 +95,7 @@ fn built_in_text(path: &Path) -> Option<&'static str> {
     let folder = path.parent().is_none_or(|p| p.as_os_str().is_empty() || p == Path::new("vehicles"));
     let name = path.file_name()?.to_str()?;
     let name = name.strip_suffix(".toml").unwrap_or(name);
-    BUILT_IN.iter().find(|b| folder && b.0 == name).map(|b| b.1)
+    BUILT_IN_VEHICLES.iter().find(|b| folder && b.0 == name).map(|b| b.1)
 }
 
 /// Whether this is no file but the name of a built-in vehicle.
@@ -117,7 +117,7 @@ pub fn is_there(path: &Path) -> anyhow::Result<()> {
     if path.exists() || is_built_in(path) {
         return Ok(());
     }
-    let names = BUILT_IN.map(|b| b.0);
+    let names = BUILT_IN_VEHICLES.map(|b| b.0);
     // A name that ends as a file does is first compared with files.
     let [near_path, known] = [meant_path(path), meant(name, names)];
     let of_file = path.extension().is_some() || path.components().count() > 1;
@@ -126,7 +126,7 @@ pub fn is_there(path: &Path) -> anyhow::Result<()> {
     bail!("{}: no such vehicle file{tip} (built in: {}; glider calibrate writes one)", path.display(), names.join(", "))
 }
 
-/// The text of a vehicle file; of a built-in vehicle where there is no such file and the name is one of [`BUILT_IN`].
+/// The text of a vehicle file; of a built-in vehicle where there is no such file and the name is one of [`BUILT_IN_VEHICLES`].
 ///
 /// # Errors
 /// No such file or name, or a file of another kind, with the fix.
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn prop_glides_balance_climb_mirrors_dive_and_flat_pitch_has_none() {
-        for (name, _) in BUILT_IN {
+        for (name, _) in BUILT_IN_VEHICLES {
             let m = Model::load(Path::new(name), None).unwrap();
             // 20 deg: flatter than about 16 deg the rail wings at sea have no glide.
             for deg in 20..45 {

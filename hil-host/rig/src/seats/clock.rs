@@ -7,7 +7,7 @@ use signals::{Clock, Refusal, Timebase, ToBoard, ToHost};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Times that a setting is tried: the answer to one may be lost, or come late.
-const TRIES: u32 = 3;
+const SETTING_TRIES: u32 = 3;
 /// A board's loop may be busy for so long when the message ends, ms.
 const BUSY_MS: f64 = 100.0;
 
@@ -72,7 +72,7 @@ pub fn set<W: Wire>(link: &mut Link<W>, here_ms: &dyn Fn() -> f64) -> Result<Set
     if clock.board_ms.is_none() {
         return Ok(Setting::NoClock);
     }
-    for _ in 0..TRIES {
+    for _ in 0..SETTING_TRIES {
         let within_ms = half_ms + BUSY_MS;
         let message = ToBoard::Clock { set: Some(((here_ms() + half_ms) as u64, within_ms as u32)) };
         // Not repeated: said a second time it would be late. Whether it came is asked below.

@@ -82,7 +82,7 @@ impl std::fmt::Display for SeatError {
                     Heard { bytes, frames: 0 } => write!(
                         f,
                         "{bytes} bytes came, none of them a frame: another baud rate than {}, another firmware, or noise on the line",
-                        super::port::BAUD
+                        super::BAUD
                     ),
                     Heard { bytes, frames } => {
                         write!(

@@ -1,8 +1,9 @@
 //! An image of the firmware on its way to a board: staged, started on trial, named, and the way back.
 
+use super::Seat;
 use super::error::SeatError;
+use super::link::upload;
 use super::link::{Link, Wire};
-use super::{Seat, upload};
 use signals::{Image, Object, Older, Refusal, Standing, ToBoard, ToHost};
 
 /// Where an image stands, in words with what to do.

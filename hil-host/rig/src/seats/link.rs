@@ -7,9 +7,10 @@
 //! nothing. Where another hello has taken the session away, a new one is asked
 //! for, twice at most for one request.
 
+pub mod upload;
+
 use super::Seat;
 use super::error::{Heard, SeatError, UploadError};
-use super::upload::upload;
 use control::Config;
 use helm::Content;
 use helm::objects::{config_bytes, mission_id};
@@ -267,7 +268,7 @@ enum Said<T> {
 
 /// Uploads an object that the flight needs.
 fn give<W: Wire>(link: &mut Link<W>, object: Object, bytes: &[u8], asked: &'static str) -> Result<(), SeatError> {
-    upload(link, object, bytes, |_, _| {}).map(drop).map_err(|e| match e {
+    upload::upload(link, object, bytes, |_, _| {}).map(drop).map_err(|e| match e {
         UploadError::Seat(e) => e,
         UploadError::ReadBack(_) => SeatError::Refused { asked, why: Refusal::Storage },
     })

@@ -32,11 +32,12 @@ pub mod pty;
 pub mod qemu;
 pub mod qemu_backseat;
 pub mod stock;
-pub mod upload;
 
 pub use error::{SeatError, UploadError};
 pub use link::{Link, Wire};
 
+/// Line speed of the board's USART1, baud (firmware's setting).
+pub const BAUD: u32 = 115_200;
 /// Control cycle, s (the paper's vehicle samples every 4 s).
 pub const CYCLE_S: f64 = 4.0;
 

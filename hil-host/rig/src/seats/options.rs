@@ -6,7 +6,7 @@ use devices::options::{Deviation, deviations};
 use signals::{ToBoard, ToHost};
 
 /// Questions whether they were set: half a second of the board's.
-const TRIES: u32 = 10;
+const QUESTIONS: u32 = 10;
 
 fn ask<W: Wire>(link: &mut Link<W>, set: bool) -> Result<Option<u32>, SeatError> {
     let asked = if set { "to set its option bytes" } else { "its option bytes" };
@@ -31,7 +31,7 @@ pub fn read<W: Wire>(link: &mut Link<W>) -> Result<Option<u32>, SeatError> {
 /// The board does not answer, or refuses: a mission is under way.
 pub fn set<W: Wire>(link: &mut Link<W>, wait: &dyn Fn()) -> Result<Option<u32>, SeatError> {
     let before = ask(link, true)?;
-    for _ in 0..TRIES {
+    for _ in 0..QUESTIONS {
         let now = ask(link, false)?;
         if now != before || !deviations(now.unwrap_or(0)).any(can_be_set) {
             return Ok(now);

@@ -1,12 +1,10 @@
 //! A serial port with a board.
 
+use super::BAUD;
 use super::link::Wire;
 use serialport::SerialPort;
 use std::io::ErrorKind;
 use std::time::Duration;
-
-/// Line speed of the board's USART1, baud (firmware's setting).
-pub const BAUD: u32 = 115_200;
 
 /// An open serial port.
 pub struct Port {

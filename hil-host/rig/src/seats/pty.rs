@@ -1,8 +1,9 @@
 //! The controller behind a pseudo-terminal, opened like any serial port.
 
+use super::BAUD;
 use super::in_process::Board;
 use super::link::Wire;
-use super::port::{self, BAUD};
+use super::port;
 use anyhow::Context;
 use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};

@@ -6,8 +6,9 @@
 //! The RAM that a reset does not clear is kept, as on the board. The child
 //! dies with the seat.
 
+use super::BAUD;
 use super::link::Wire;
-use super::port::{self, BAUD};
+use super::port;
 use anyhow::{Context, bail};
 use serialport::SerialPort;
 use std::io::{BufRead, BufReader, Write};

@@ -7,9 +7,9 @@
 //! milliseconds written through QEMU's test port, and after every moment one tick is raised by hand. The board says through a word in
 //! its RAM how many bytes it has dealt with: what it does at a moment is the same in every run, byte for byte.
 
+use super::link::upload::upload;
 use super::link::{Link, Wire};
 use super::qemu::{find_program, warn_if_old};
-use super::upload::upload;
 use super::{Seat, qemu};
 use anyhow::{Context, bail, ensure};
 use control::Config;

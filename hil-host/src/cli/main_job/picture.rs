@@ -5,8 +5,8 @@ use crate::pages::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, T
 use rig::flight::mission_file::wings_name;
 
 /// Bins of the angle-of-attack histogram, deg.
-const BIN_DEG: f64 = 1.0;
-const BINS: usize = 16;
+const PICTURE_BIN_DEG: f64 = 1.0;
+const PICTURE_BINS: usize = 16;
 
 /// Draws the page.
 #[must_use]
@@ -103,14 +103,14 @@ fn angles(f: &Findings) -> Section {
         .flights
         .iter()
         .map(|x| {
-            let mut share = [0.0; BINS];
+            let mut share = [0.0; PICTURE_BINS];
             let n = x.trace.gliding_alpha_deg.len().max(1) as f64;
             for a in &x.trace.gliding_alpha_deg {
-                if let Some(bin) = share.get_mut((a / BIN_DEG) as usize) {
+                if let Some(bin) = share.get_mut((a / PICTURE_BIN_DEG) as usize) {
                     *bin += 100.0 / n;
                 }
             }
-            let bins = (0..BINS).map(|i| format!("{i}–{}", i + 1)).collect();
+            let bins = (0..PICTURE_BINS).map(|i| format!("{i}–{}", i + 1)).collect();
             let title =
                 format!("{}: |angle of attack| while gliding, deg; best is {:.1}°", wings_name(x.wings), x.best.alpha_rad.to_degrees());
             Item::Chart(Chart::bars(&title, Axis::new("share of cycles", "%"), bins, wings_name(x.wings), &share, &[], &[]))

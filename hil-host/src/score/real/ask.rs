@@ -28,7 +28,7 @@ pub struct Asked {
 }
 
 /// Time between two looks at a running diagnosis.
-const POLL: Duration = Duration::from_millis(50);
+const DIAGNOSIS_POLL: Duration = Duration::from_millis(50);
 /// Ticks of the process clock in a second (fixed at 100 for programs on Linux).
 const TICKS: f64 = 100.0;
 
@@ -73,7 +73,7 @@ pub fn diagnose(program: Program<'_>, flight: &Path, limit_s: f64) -> Asked {
         used = cpu_s(child.id()).unwrap_or(used);
         match child.try_wait() {
             Ok(Some(_)) => break true,
-            Ok(None) if used.max(0.0) < limit_s && clock.elapsed().as_secs_f64() < 6.0 * limit_s => std::thread::sleep(POLL),
+            Ok(None) if used.max(0.0) < limit_s && clock.elapsed().as_secs_f64() < 6.0 * limit_s => std::thread::sleep(DIAGNOSIS_POLL),
             _ => break false,
         }
     };

@@ -16,7 +16,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// Vehicle files of real flights that come with the program.
-const BUILT_IN: [(&str, &str); 2] =
+const BUILT_IN_FILES: [(&str, &str); 2] =
     [("comet", include_str!("../../../../vehicles/comet.toml")), ("modena", include_str!("../../../../vehicles/modena.toml"))];
 
 /// Who may look at a flight.
@@ -152,7 +152,7 @@ pub fn load(root: &Path, entry: &Entry) -> anyhow::Result<(Flight, Value)> {
         (imported.flight, vehicle)
     };
     flight.name.clone_from(&entry.name);
-    let mut document: Value = match BUILT_IN.iter().find(|b| b.0 == entry.vehicle) {
+    let mut document: Value = match BUILT_IN_FILES.iter().find(|b| b.0 == entry.vehicle) {
         Some((name, text)) => toml::from_str(text).with_context(|| format!("{name}.toml"))?,
         None if entry.vehicle == "imported" => {
             imported.with_context(|| format!("{}: the importer makes no vehicle file of it", path.display()))?
@@ -203,7 +203,7 @@ mod tests {
         for e in &data.flight {
             assert!(e.calibrate_on.iter().all(|n| data.entry(n).is_ok()), "{}", e.name);
             assert!(e.with.iter().all(|n| by_name(n).is_some()), "{}", e.name);
-            assert!(e.vehicle == "imported" || BUILT_IN.iter().any(|b| b.0 == e.vehicle), "{}", e.name);
+            assert!(e.vehicle == "imported" || BUILT_IN_FILES.iter().any(|b| b.0 == e.vehicle), "{}", e.name);
         }
         assert!(data.shipped.iter().all(|s| data.entry(&s.flight).is_ok() && by_name(&s.effect).is_some()));
         assert!(["development", "judging", "quick"].iter().all(|s| data.floors.contains_key(*s)));

@@ -174,7 +174,7 @@ fn prop_a_simulation_does_not_depend_on_the_other_lanes() {
         let backwards = tracks(&jobs.iter().rev().cloned().collect::<Vec<_>>(), 60.0, beyond);
         let mut moved = 0;
         for (k, job) in jobs.iter().enumerate() {
-            let alone = crate::model::dynamics::track(job.run, job.constants, &job.effects, 60.0, beyond);
+            let alone = crate::model::integrator::track(job.run, job.constants, &job.effects, 60.0, beyond);
             assert_eq!(alone.depth_m.len(), job.run.time_s.len());
             assert!(alone.depth_m.iter().all(|z| z.is_finite()), "job {k}");
             assert_eq!(bits(&alone), bits(&together[k]), "job {k}");

@@ -9,22 +9,11 @@ use super::super::table::times::seconds_of;
 use super::names::{DEPTH, PRESSURE};
 use super::variables::Reader;
 use crate::record::plausible::quantile;
-use crate::record::resample::{Series, longest_in_order};
 
 /// Unix times outside 1970 to 2100 are no times, s: the least 64-bit integer stands for "no time" in files made from pandas.
-const TIMES: std::ops::Range<f64> = 0.0..LATEST_S;
+const POSSIBLE_TIMES: std::ops::Range<f64> = 0.0..LATEST_S;
 /// Unix times of gliders without an origin in their unit, s: 1995 to 2100.
 const UNIX: std::ops::Range<f64> = 7.9e8..LATEST_S;
-
-/// Samples out of the order of time.
-pub(super) struct Backwards {
-    /// Fewest samples without which time only increases, of how many.
-    pub samples: (usize, usize),
-    /// The first step back, as "from .. to .. at ..".
-    pub first: String,
-    /// The series without them.
-    pub without: Series,
-}
 
 impl Reader<'_> {
     /// Unix times of a variable: what its `coordinates` name, else "time", else whatever counts "… since …" on the same dimensions.
@@ -62,7 +51,7 @@ impl Reader<'_> {
     /// Unix times of one clock, of the years that a glider can have been in.
     fn times(&mut self, clock: &str) -> Option<Vec<f64>> {
         let times = if self.is_text(clock) { self.written_times(clock) } else { self.counted_times(clock) }?;
-        let mut times: Vec<f64> = times.into_iter().map(|t| if TIMES.contains(&t) { t } else { f64::NAN }).collect();
+        let mut times: Vec<f64> = times.into_iter().map(|t| if POSSIBLE_TIMES.contains(&t) { t } else { f64::NAN }).collect();
         let stray = stray_times(&mut times, LONGEST_MISSION_S);
         if stray > 0 {
             self.report
@@ -236,18 +225,6 @@ fn spread(times: &mut [f64]) -> usize {
     repeated
 }
 
-pub(super) fn backwards(time: &[f64], values: &[f64]) -> Option<Backwards> {
-    let finite: Vec<(usize, f64, f64)> =
-        time.iter().zip(values).enumerate().filter(|(_, (t, v))| t.is_finite() && v.is_finite()).map(|(i, (t, v))| (i, *t, *v)).collect();
-    let first = finite.windows(2).find(|w| w[1].1 < w[0].1)?;
-    let first = format!("from {:.3} to {:.3} s at sample {}", first[0].1, first[1].1, first[1].0 + 1);
-    let times: Vec<f64> = finite.iter().map(|f| f.1).collect();
-    let kept = longest_in_order(&times);
-    let samples = (finite.len() - kept.len(), finite.len());
-    let (time, value): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|k| (finite[k].1, finite[k].2)).unzip();
-    Some(Backwards { samples, first, without: Series::new(&time, &value) })
-}
-
 /// By how many days the origin of "days since 0001-01-01" is later in the Julian calendar, which the standard one of the CF conventions
 /// follows before 15 October 1582, than in the Gregorian; none after it.
 fn julian_days(units: &str) -> Option<i64> {
@@ -288,13 +265,6 @@ fn since(units: &str) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_fewest_samples_are_called_out_of_order() {
-        assert!(backwards(&[0.0, 1.0, f64::NAN, 2.0], &[0.0; 4]).is_none());
-        let found = backwards(&[0.0, 1.0, 9.0, 2.0, 3.0], &[0.0; 5]).expect("one step back");
-        assert_eq!((found.samples, found.first.as_str()), ((1, 5), "from 9.000 to 2.000 s at sample 4"));
-    }
 
     #[test]
     fn times_of_whole_seconds_are_spread() {

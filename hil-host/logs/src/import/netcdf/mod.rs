@@ -20,7 +20,7 @@ use std::path::Path;
 
 use netcdf_reader::{NcFile, NcOpenOptions};
 
-use super::channels::{CLOCKS_APART_S, SALINITY as SALINITY_COLUMN, lonely_times, report_seldom};
+use super::channels::{CLOCKS_APART_S, SALINITY_COLUMN, lonely_times, report_seldom};
 use super::position::FIX_DEPTH_PA;
 use super::{FileNote, ImportError, Imported, Report, position, pressure_zero};
 use crate::record::flight::Flight;
@@ -28,8 +28,9 @@ use crate::record::resample::Series;
 use crate::record::seawater::Place;
 
 mod attitude;
+mod backwards;
 mod clocks;
-mod fills;
+pub(super) mod fills;
 pub(super) mod flags;
 pub(super) mod names;
 pub mod own;

@@ -54,7 +54,7 @@ const ANGLES: &[(&str, f64)] = &[
     ("radian", 1.0),
     ("radians", 1.0),
 ];
-const PLAIN: &[(&str, f64)] = &[
+const SALINITY_UNITS: &[(&str, f64)] = &[
     ("1", 1.0),
     ("1e-3", 1.0),
     ("0.001", 1.0),
@@ -150,7 +150,7 @@ pub(in crate::import) const SALINITY: Wanted = Wanted {
     column: "sci_density_kg_m3",
     names: &["PSAL_ADJUSTED", "salinity", "PSAL", "practical_salinity"],
     standard: &["sea_water_practical_salinity", "sea_water_salinity", "sea_water_absolute_salinity"],
-    units: PLAIN,
+    units: SALINITY_UNITS,
     without_unit: &[("salinity", 1.0), ("PSAL", 1.0), ("practical_salinity", 1.0)],
 };
 pub(in crate::import) const CONDUCTIVITY: Wanted = Wanted {

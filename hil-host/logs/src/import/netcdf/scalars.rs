@@ -60,7 +60,7 @@ pub fn scalars(path: &Path) -> Scalars {
 }
 
 /// Global attributes that name the vehicle, not the dive or the file.
-const VEHICLE: [&str; 7] =
+const VEHICLE_ATTRIBUTES: [&str; 7] =
     ["glider_serial", "glider_name", "platform_code", "wmo_id", "wmo_platform_code", "wmo_identifier", "platform_serial_number"];
 /// Where names of deployments stand.
 pub(super) const TRAJECTORY: &str = "trajectory";
@@ -110,7 +110,7 @@ impl Identity {
             let numbers = || file.read_variable_as_f64(v.name()).map(|n| n.iter().map(f64::to_string).collect());
             texts.or_else(|_| numbers()).unwrap_or_default().iter().for_each(|t| add(TRAJECTORY, t));
         }
-        for name in VEHICLE {
+        for name in VEHICLE_ATTRIBUTES {
             let text = file.global_attribute(name).ok().map(|a| a.value.as_string().or_else(|| a.value.as_f64().map(|v| v.to_string())));
             add(name, &text.flatten().unwrap_or_default());
         }

@@ -7,7 +7,7 @@ use super::variables::Reader;
 /// Name and unit in the file, key of the vehicle file, and the key of its tolerance with whether that is relative and its factor.
 type Stated = (&'static str, &'static str, &'static str, Option<(&'static str, bool, f64)>);
 
-const STATED: [Stated; 11] = [
+const STATED_ATTRIBUTES: [Stated; 11] = [
     ("GLIDER_MASS", "kg", "mass_kg", None),
     ("GLIDER_VOLUME", "m3", "hull_volume_m3", Some(("trim_volume_cc", false, 1e6))),
     ("GLIDER_COMPRESSIBILITY", "Pa-1", "hull_compressibility_per_pa", Some(("hull_compressibility_relative", true, 1.0))),
@@ -26,7 +26,7 @@ impl Reader<'_> {
     pub(super) fn stated_vehicle(&mut self) -> Option<Draft> {
         let mut draft = Class::Unknown.draft();
         let mut names = Vec::new();
-        for (name, unit, key, tolerance) in STATED {
+        for (name, unit, key, tolerance) in STATED_ATTRIBUTES {
             let Some(value) = self.scalar(name).filter(|v| v.is_finite()) else { continue };
             if self.text(name, "units").as_deref() != Some(unit) {
                 self.report.leave_out(format!("{name} is not in {unit}: the vehicle's own number is not taken"));

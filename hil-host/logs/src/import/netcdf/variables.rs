@@ -5,15 +5,14 @@ use std::collections::BTreeMap;
 use netcdf_reader::{NcFile, NcType};
 
 use super::super::{MappedName, Report};
-use super::clocks::{Backwards, backwards};
-pub(crate) use super::fills::undeclared_fill;
+use super::backwards::{Backwards, backwards};
 use super::names::{BALLAST, DENSITY, PRESSURE, SALINITY, Wanted};
 use crate::record::resample::Series;
 
 /// Nothing that a glider measures is larger: such numbers are fills that the file does not declare (NetCDF's own are about 1e37).
 pub(super) const LARGEST: f64 = 1e30;
 /// Practical salinity of one gram of absolute salinity a kilogram, where the sea has its usual salts (TEOS-10).
-const PRACTICAL: f64 = 35.0 / 35.165_04;
+const PRACTICAL_PER_ABSOLUTE: f64 = 35.0 / 35.165_04;
 
 /// What is said of rows without a pressure, once.
 const NO_ROWS: &str = ": no rows of the flight";
@@ -189,7 +188,7 @@ impl Reader<'_> {
         };
         if wanted.names == SALINITY.names && standard.trim() == "sea_water_absolute_salinity" {
             self.report.note(format!("{name} is absolute salinity by its standard_name: turned into the practical one"));
-            return Ok((offset, factor * PRACTICAL));
+            return Ok((offset, factor * PRACTICAL_PER_ABSOLUTE));
         }
         Ok((offset, factor))
     }

@@ -12,7 +12,7 @@ const CONDUCTS_S_M: f64 = 8.0;
 const SHARE: std::ops::Range<f64> = 0.030..0.042;
 /// Further than this a file's own density and the recomputed one are of different water, kg/m³: a density that leaves out pressure is
 /// 2 off at 500 m and 4.5 at 1000.
-const OTHER_WATER_KG_M3: f64 = 6.0;
+const OTHER_DENSITY_KG_M3: f64 = 6.0;
 
 impl Reader<'_> {
     /// Values at the rows: as they are where the channel stands on the rows' own clock, as in our own export, so that what was left out
@@ -90,7 +90,7 @@ impl Reader<'_> {
         let stated = own.series.on(unix);
         let off = quantile(&stated.iter().zip(density).map(|(a, b)| a - b).collect::<Vec<_>>(), 0.5);
         let off = if (-1100.0..-900.0).contains(&off) { off + 1000.0 } else { off };
-        if off.abs() > OTHER_WATER_KG_M3 {
+        if off.abs() > OTHER_DENSITY_KG_M3 {
             self.report
                 .note(format!("{} is {off:+.1} kg/m3 off the density recomputed from {name}: is {name} in the unit it states?", own.name));
         }

@@ -7,7 +7,7 @@ use crate::import::channels;
 use crate::import::report::shown;
 
 /// A gzipped text is at most so many times its file, and this much more; beyond it is no log.
-const UNPACKED: u64 = 100;
+const GUNZIPPED: u64 = 100;
 const SMALLEST: u64 = 1 << 20;
 
 /// A text file of one header line, fields between semicolons.
@@ -46,7 +46,7 @@ impl Table {
         let length = file.metadata().map_err(|e| e.to_string())?.len();
         let packed = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
         let bytes: Box<dyn Read> = if packed {
-            Box::new(flate2::read::MultiGzDecoder::new(file).take(length.saturating_mul(UNPACKED).saturating_add(SMALLEST)))
+            Box::new(flate2::read::MultiGzDecoder::new(file).take(length.saturating_mul(GUNZIPPED).saturating_add(SMALLEST)))
         } else {
             Box::new(file)
         };

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{Collected, ENGINEERING, Loaded, SCIENCE, clocks, ending, is_slocum, name_of};
-use crate::import::{ImportError, Report, dba, dbd, kind};
+use super::{Collected, ENGINEERING_ENDINGS, Loaded, SCIENCE_ENDINGS, clocks, ending, is_slocum, name_of};
+use crate::import::{ImportError, Report, dba, dbd, folder};
 
 /// A copy has more than this share of its time in that of the other file (guess): two segments may bear one name.
 const COPIED: f64 = 0.5;
@@ -161,7 +161,7 @@ fn source(path: &Path) -> Option<(String, usize, usize)> {
         }
     };
     let rank = |list: &[&str]| list.iter().position(|e| *e == end);
-    rank(&ENGINEERING).map(|r| (stem.clone(), 0, r)).or_else(|| rank(&SCIENCE).map(|r| (stem, 1, r)))
+    rank(&ENGINEERING_ENDINGS).map(|r| (stem.clone(), 0, r)).or_else(|| rank(&SCIENCE_ENDINGS).map(|r| (stem, 1, r)))
 }
 
 /// Files by stem: of engineering and of science, the fullest first. Texts whose headers name the same file and kind hold parts of it, or a
@@ -194,7 +194,7 @@ pub fn with_partners(named: &[PathBuf]) -> Vec<PathBuf> {
     let of = |path: &Path| path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf();
     let folders: std::collections::BTreeSet<PathBuf> = named.iter().map(|p| of(p)).collect();
     let mut partners: BTreeMap<(PathBuf, String), (usize, PathBuf)> = BTreeMap::new();
-    for path in folders.iter().flat_map(|folder| kind::files_of(folder).unwrap_or_default()) {
+    for path in folders.iter().flat_map(|folder| folder::files_of(folder).unwrap_or_default()) {
         let is_other = |s: &(String, usize, usize)| s.1 != side && is_slocum(&path) == is_slocum(&named[0]) && !named.contains(&path);
         let Some((stem, _, rank)) = source(&path).filter(is_other) else { continue };
         let held = partners.entry((of(&path), stem)).or_insert((rank, path.clone()));

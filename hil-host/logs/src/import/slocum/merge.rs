@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Collected, CtdRow, GPS_STATUS};
 use crate::import::Report;
-use crate::import::channels::{SALINITY, report_seldom};
+use crate::import::channels::{SALINITY_COLUMN, report_seldom};
 use crate::import::position::{self, FIX_DEPTH_PA};
 use crate::import::pressure_zero::{self, UNDER_WATER_PA};
 use crate::import::two_computers::{self, Ctd, agree, covered};
@@ -77,7 +77,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
         ..Flight::default()
     };
     let practical = |r: &CtdRow| seawater::practical_salinity(r.conductivity_s_m, r.temperature_degc, r.pressure_pa * 1e-4);
-    flight.extra.insert(SALINITY.into(), all.ctd.iter().map(practical).collect());
+    flight.extra.insert(SALINITY_COLUMN.into(), all.ctd.iter().map(practical).collect());
     number_segments(&mut flight, report);
     let fixes = afloat(position::sound(position::fixes(&lat, &lon), report), &steering, report);
     position::place(&mut flight, &unix, &fixes, report);

@@ -198,7 +198,8 @@ fn regress_names_of_any_case_and_conductivity_give_a_density() {
         assert!((1024.0..1030.0).contains(&got.flight.density_kg_m3[9]), "{salinity}: {:?}", got.flight.density_kg_m3);
         assert!(got.report.density.starts_with("recomputed") && says(&got, "not read: crew"), "{:?}", got.report);
         assert!(
-            got.flight.extra.contains_key(salinity) && got.flight.extra.keys().any(|k| k.eq_ignore_ascii_case(SALINITY) || k == "SALINITY")
+            got.flight.extra.contains_key(salinity)
+                && got.flight.extra.keys().any(|k| k.eq_ignore_ascii_case(SALINITY_COLUMN) || k == "SALINITY")
         );
     }
     let got = with_units("unread", "latitude,oxygen", "degrees_north,umol", |_| "54,200".into()).expect("reads");

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::super::Report;
 use super::super::channels::{LONGEST_MISSION_S, lonely_times, stray_times};
+use super::super::netcdf::fills::undeclared_fill;
 use super::super::netcdf::names::{DEPTH, PRESSURE};
-use super::super::netcdf::variables::undeclared_fill;
 use super::times::Clock;
 use super::{Table, is_number};
 use crate::record::csv::{Channel, NAMES, no_value};
@@ -58,7 +58,7 @@ fn quoted_decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, str>
 /// Rows that go back in time so often at most are blocks put together in another order; any more are of two logs.
 const MOST_BLOCKS: usize = 10;
 /// A block of rows has so many at least.
-const LEAST_ROWS: usize = 10;
+const LEAST_ROWS_OF_A_BLOCK: usize = 10;
 /// A clock of whole minutes is the coarsest that is spread, s.
 const COARSEST_CLOCK_S: f64 = 60.0;
 /// A clock of local time is set back by so much in autumn, s.
@@ -223,7 +223,7 @@ fn sort_blocks(rows: &mut [usize], times: &[f64], own: bool, report: &mut Report
     let (order, blocks) = blocks(rows, times);
     let twice = order.windows(2).any(|w| time(w[0]) == time(w[1]));
     // Single rows out of order are of two logs, or of damage.
-    if own && (twice || blocks.len() > MOST_BLOCKS || blocks.iter().any(|rows| *rows < LEAST_ROWS)) {
+    if own && (twice || blocks.len() > MOST_BLOCKS || blocks.iter().any(|rows| *rows < LEAST_ROWS_OF_A_BLOCK)) {
         return;
     }
     let sorted: Vec<usize> = order.iter().map(|k| rows[*k]).collect();

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use super::super::Report;
+use super::super::netcdf::fills::undeclared_fill;
 use super::super::netcdf::flags::{BAD, is_flag_of, means_bad};
 use super::super::netcdf::names::{DENSITY, PITCH, SALINITY, TEMPERATURE};
-use super::super::netcdf::variables::undeclared_fill;
 use super::super::report::shown;
 use super::tidy::by_channel;
 use super::{CONDUCTIVITIES, SALINITIES, Table, is_number};

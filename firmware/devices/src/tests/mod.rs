@@ -1,0 +1,3 @@
+//! Tests of several files together, in the program of the unit tests.
+
+mod sbd;

@@ -1,0 +1,11 @@
+//! Tests of several files together, in the program of the unit tests.
+
+mod bit_flips;
+mod image_upload;
+mod link_faults;
+mod log_60_days;
+mod long_time;
+mod mutation;
+mod session;
+mod toy;
+mod vault;

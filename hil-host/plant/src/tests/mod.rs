@@ -1,0 +1,4 @@
+//! Tests of several files together, in the program of the unit tests.
+
+mod trials;
+mod twins;

@@ -1,0 +1,3 @@
+//! Tests of the module of Python, as one program.
+
+mod package;

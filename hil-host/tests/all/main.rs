@@ -1,0 +1,30 @@
+//! Tests of the commands and of the diagnosis of simulated flights, as one program.
+
+mod adding;
+mod battery;
+mod calibrating;
+mod case;
+mod closed_loop_diagnosis;
+mod comparing;
+mod docs;
+mod eighty_columns;
+mod faulty_sensors;
+mod fleets;
+mod new_user;
+mod next_flight_missions;
+mod own_effect;
+mod pooling_speed;
+mod prop_mutated_orders;
+mod regress_killed_writers;
+mod ringing;
+mod same_figures;
+mod scorecard_circle;
+mod scorecard_discovery;
+mod scorecard_next_flight;
+mod scorecard_real;
+mod sea;
+mod shards;
+mod surfacing_messages;
+mod two_commands;
+mod watching;
+mod wrong_uses;

@@ -9,6 +9,7 @@ use crate::seats::{Link, Seat, qemu};
 use crate::terminal::{say, wrapped_from};
 use crate::whole_file;
 use anyhow::{Context, ensure};
+use discovery::record::bounded;
 use serde_json::{Value, json};
 use signals::Object;
 use signals::autopsy::{Cause, Note};
@@ -54,7 +55,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     ensure!(!file.is_dir(), "{}: is a folder; name the serial port of a board, or a file of --out", args.from);
     let (from, bytes) = if file.is_file() {
-        (args.from.clone(), std::fs::read(file).with_context(|| format!("{}: cannot read", args.from))?)
+        (args.from.clone(), bounded::bytes(file, bounded::DOCUMENT).with_context(|| format!("{}: cannot read", args.from))?)
     } else {
         let mut link = Link::new(Port::open(&args.from)?);
         let bytes = read_back(&mut link, Object::Autopsy, |_| {})?;

@@ -11,6 +11,7 @@ use discovery::export::mcap::Stream;
 use discovery::export::netcdf::{About, Number, Series, compact_date};
 use discovery::import::Origin;
 use discovery::import::calendar::iso_8601;
+use discovery::record::bounded;
 use discovery::workbench::compare::{Comparison, compare};
 use discovery::{Flight, Vehicle, vehicle};
 use std::collections::BTreeMap;
@@ -180,7 +181,7 @@ fn about(args: &Args, first_s: f64) -> anyhow::Result<(About, Vec<String>)> {
         import.pointer("/report/origins").and_then(|o| o.as_array()).map_or_else(Vec::new, |o| o.iter().filter_map(origin).collect());
     let mut stated = BTreeMap::new();
     if let Some(path) = &args.meta {
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let text = bounded::text(path, bounded::DOCUMENT).with_context(|| format!("cannot read {}", path.display()))?;
         let table: toml::Table = toml::from_str(&text).with_context(|| path.display().to_string())?;
         for (key, value) in table {
             let text = value.as_str().with_context(|| format!("{}: {key} is no text", path.display()))?;

@@ -11,6 +11,7 @@ use crate::seats::{clock, image};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use control::Config;
+use discovery::record::bounded;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signals::link::CRC32;
@@ -222,7 +223,7 @@ fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) 
     match kind.object() {
         Object::Table(wings) => {
             expect(file, ContentKind::Table)?;
-            let bytes = std::fs::read(file).with_context(|| format!("{name}: cannot read this file"))?;
+            let bytes = bounded::bytes(file, bounded::DOCUMENT).with_context(|| format!("{name}: cannot read this file"))?;
             tables::for_wings(&bytes, wings).with_context(|| name.to_string())?;
             Ok(bytes)
         }

@@ -4,8 +4,12 @@
 #[must_use]
 pub fn near<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_lowercase();
-    let scored = names.into_iter().map(|n| (strsim::jaro_winkler(&word, &n.to_lowercase()), n));
-    scored.filter(|s| s.0 >= 0.8).max_by(|a, b| a.0.total_cmp(&b.0)).map(|s| s.1)
+    // One slip of a finger before all likeness by beginnings.
+    let scored = names.into_iter().map(|n| {
+        let name = n.to_lowercase();
+        (strsim::osa_distance(&word, &name) <= 1, strsim::jaro_winkler(&word, &name), n)
+    });
+    scored.filter(|s| s.1 >= 0.8).max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|s| s.2)
 }
 
 /// "; did you mean `NAME`?", or nothing.
@@ -43,5 +47,6 @@ mod tests {
         assert_eq!(near("climb_darg", names), Some("climb_drag"));
         assert_eq!(near("Stal", names), Some("stall"));
         assert_eq!(near("zzz", names), None);
+        assert_eq!(near("see", crate::flight::mission_file::BUILT_IN), Some("sea"));
     }
 }

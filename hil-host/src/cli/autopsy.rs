@@ -3,6 +3,7 @@
 use super::{Output, Verdict};
 use crate::terminal::{say, wrapped_from};
 use anyhow::{Context, ensure};
+use logs::record::bounded;
 use rig::flight::autopsy::{self, Autopsy, Ended};
 use rig::flight::image_lines::{ImageLines, Place};
 use rig::seats::link::upload::read_back;
@@ -54,7 +55,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     ensure!(!file.is_dir(), "{}: is a folder; name the serial port of a board, or a file of --out", args.from);
     let (from, bytes) = if file.is_file() {
-        (args.from.clone(), std::fs::read(file).with_context(|| format!("{}: cannot read", args.from))?)
+        (args.from.clone(), bounded::bytes(file, bounded::DOCUMENT).with_context(|| format!("{}: cannot read", args.from))?)
     } else {
         let mut link = Link::new(Port::open(&args.from)?);
         let bytes = read_back(&mut link, Object::Autopsy, |_| {})?;

@@ -9,6 +9,7 @@ use comfy_table::Table;
 use discovery::diagnosis::report::number;
 use discovery::workbench::calibrate::{Calibrated, Logged, Number, Options, calibrate, free_names};
 use logs::digest::sha256;
+use logs::record::bounded;
 use logs::{Flight, vehicle};
 use rig::flight::vehicles;
 use rig::whole_file;
@@ -57,7 +58,7 @@ pub(crate) fn log_of(flight: &Path) -> PathBuf {
 pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(Logged, logs::Vehicle)> {
     let (read, vehicle) = load(flight, vehicle)?;
     let log = log_of(flight);
-    let bytes = std::fs::read(&log).with_context(|| log.display().to_string())?;
+    let bytes = bounded::bytes(&log, bounded::LOG).with_context(|| log.display().to_string())?;
     Ok((Logged { flight: read, sha256: sha256(&bytes) }, vehicle))
 }
 

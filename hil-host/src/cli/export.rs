@@ -10,6 +10,7 @@ use logs::export::mcap::Stream;
 use logs::export::netcdf::{About, Number, Series};
 use logs::import::Origin;
 use logs::import::calendar::{compact_date, iso_8601};
+use logs::record::bounded;
 use logs::{Flight, Vehicle, vehicle};
 use rig::flight::file_kinds::{Kind, expect};
 use rig::flight::vehicles;
@@ -179,7 +180,7 @@ fn about(args: &Args, first_s: f64) -> anyhow::Result<(About, Vec<String>)> {
         import.pointer("/report/origins").and_then(|o| o.as_array()).map_or_else(Vec::new, |o| o.iter().filter_map(origin).collect());
     let mut stated = BTreeMap::new();
     if let Some(path) = &args.meta {
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let text = bounded::text(path, bounded::DOCUMENT).with_context(|| format!("cannot read {}", path.display()))?;
         let table: toml::Table = toml::from_str(&text).with_context(|| path.display().to_string())?;
         for (key, value) in table {
             let text = value.as_str().with_context(|| format!("{}: {key} is no text", path.display()))?;

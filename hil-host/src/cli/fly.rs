@@ -11,6 +11,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use discovery::hypotheses::search::Depth;
 use discovery::workbench::add;
 use indicatif::{ProgressBar, ProgressStyle};
+use logs::record::bounded;
 use logs::vehicle;
 use parts::iridium::Fault;
 use plant::{Scenario, World};
@@ -288,7 +289,7 @@ pub(super) fn table_of(path: &Path, wings: Wings) -> anyhow::Result<Vec<u8>> {
     }
     ensure!(path.exists(), "{}: no such table{}", path.display(), meant_path(path));
     expect(path, Kind::Table)?;
-    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot read this table", path.display()))?;
+    let bytes = bounded::bytes(path, bounded::DOCUMENT).with_context(|| format!("{}: cannot read this table", path.display()))?;
     tables::for_wings(&bytes, wings).with_context(|| path.display().to_string())?;
     Ok(bytes)
 }

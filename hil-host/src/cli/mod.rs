@@ -6,6 +6,7 @@
 //! survived), 2 bad input.
 
 use std::cell::RefCell;
+use std::io::Write as _;
 
 use crate::terminal::help_text;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -218,25 +219,36 @@ enum Command {
 /// Parses the command line, runs the command, returns the exit code.
 #[must_use]
 pub fn main() -> std::process::ExitCode {
-    // `glider … | head`: a reader that has seen enough is not an error.
+    // What `println` cannot write it panics about, in whatever thread it is.
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        if info.to_string().contains("Broken pipe") {
-            std::process::exit(0);
+        let text = info.payload().downcast_ref::<String>().map_or("", String::as_str);
+        match text.strip_prefix("failed printing to stdout: ").or_else(|| text.strip_prefix("failed to write completion file: ")) {
+            Some(why) => std::process::exit(unwritten(why)),
+            None => report(info),
         }
-        report(info);
     }));
     let parsed = command().try_get_matches().and_then(|m| Cli::from_arg_matches(&m));
-    let cli = match parsed.map_err(advised) {
-        Ok(cli) => cli,
-        Err(e) if e.use_stderr() && std::env::args().any(|a| a == "--json") => return wrong(&e.render().to_string(), true),
-        Err(e) => e.exit(),
+    let code = match parsed.map_err(advised) {
+        Ok(cli) => match run(&cli) {
+            Ok(Verdict::Ok) => 0,
+            Ok(Verdict::Negative) => 1,
+            Err(e) => wrong(&format!("{e:#}"), cli.json),
+        },
+        Err(e) if e.use_stderr() && std::env::args().any(|a| a == "--json") => wrong(&e.render().to_string(), true),
+        Err(e) => e.print().map_or_else(|why| unwritten(&why.to_string()), |()| e.exit_code()),
     };
-    match run(&cli) {
-        Ok(Verdict::Ok) => 0.into(),
-        Ok(Verdict::Negative) => 1.into(),
-        Err(e) => wrong(&format!("{e:#}"), cli.json),
+    let code = std::io::stdout().flush().map_or_else(|why| unwritten(&why.to_string()), |()| code);
+    std::process::ExitCode::from(u8::try_from(code).unwrap_or(2))
+}
+
+/// The exit code where standard output cannot be written, a full disk say; `glider … | head`, a reader that has seen enough, is no error.
+fn unwritten(why: &str) -> i32 {
+    if why.contains("Broken pipe") || why.contains("os error 32") {
+        return 0;
     }
+    eprintln!("glider: standard output cannot be written: {why}");
+    2
 }
 
 /// The error with the remedy for slips of newcomers: a flight or a mission named without its option, an effect that `fly` shall hide, and
@@ -343,13 +355,13 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
 }
 
 /// Says what is wrong: to a person, or as the one JSON document of a failed command.
-fn wrong(why: &str, json: bool) -> std::process::ExitCode {
+fn wrong(why: &str, json: bool) -> i32 {
     if json {
         println!("{:#}", serde_json::json!({"error": why.trim(), "exit_code": 2}));
     } else {
         eprintln!("{} {why}", console::style("glider:").red().bold().for_stderr());
     }
-    2.into()
+    2
 }
 
 /// The program's command line.

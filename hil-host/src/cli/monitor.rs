@@ -13,6 +13,7 @@ use rig::seats::port::Port;
 use rig::seats::{Link, Seat, SeatError, Wire, qemu};
 use serde_json::json;
 use signals::{Counters, Manifest, ToBoard, ToHost};
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::io::{IsTerminal, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -29,7 +30,8 @@ use std::time::{Duration, Instant};
   glider monitor /dev/ttyACM0 --flight-log out/morning --from 2026-11-27T06:00 --to 2026-11-27T12:00
   glider monitor out/first
 
-Ctrl-C ends. The board's log (defmt) comes on its USART2: give that port, or the file QEMU writes.
+Ctrl-C ends. Into a pipe goes a line a second, with --json a document a line; with --seconds one summary.
+The board's log (defmt) comes on its USART2: give that port, or the file QEMU writes.
 The vehicle's state is read from the board's log flash; a port has one program at a time: to watch
 a board while glider fly flies it, name the folder of fly's --log instead, which ends with the flight.
 --flight-log reads what the board wrote to its log flash in flight and ends; glider compare takes
@@ -73,6 +75,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let screen = Screen {
         started: Instant::now(),
         drawn: std::io::stdout().is_terminal() && !output.json,
+        json: output.json,
+        told: Cell::new(None),
         seconds: args.seconds.filter(|s| *s >= 0.0),
     };
     if Path::new(&args.port).is_dir() {
@@ -99,6 +103,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 struct Screen {
     started: Instant,
     drawn: bool,
+    json: bool,
+    told: Cell<Option<Instant>>,
     seconds: Option<f64>,
 }
 
@@ -114,6 +120,19 @@ impl Screen {
             std::io::stdout().flush()?;
         }
         Ok(())
+    }
+
+    /// Whether what comes is told as it comes: into a pipe without an end that is known.
+    fn tells(&self) -> bool {
+        !self.drawn && self.seconds.is_none()
+    }
+
+    /// One line a second of what is told: a document with `--json`.
+    fn tell(&self, line: &str, document: &serde_json::Value) {
+        if self.tells() && self.told.get().is_none_or(|t| t.elapsed() >= Duration::from_secs(1)) {
+            self.told.set(Some(Instant::now()));
+            if self.json { println!("{document}") } else { println!("{line}") }
+        }
     }
 
     fn wait(&self) {
@@ -140,6 +159,9 @@ fn watch_flight(directory: &Path, screen: &Screen, output: &Output) -> anyhow::R
                 }
             });
             return Ok(Verdict::Ok);
+        }
+        if let Some(now) = follower.recent.moments.back() {
+            screen.tell(&monitor_screen::line(now), &now.document());
         }
         screen.wait();
     }
@@ -169,7 +191,12 @@ fn watch_board<W: Wire>(link: &mut Link<W>, manifest: &Manifest, args: &Args, sc
             looked = Some(Instant::now());
         }
         if let Some(log) = &log {
-            lines.extend(log.try_iter());
+            for line in log.try_iter() {
+                if screen.tells() && !screen.json {
+                    println!("{line}");
+                }
+                lines.push_back(line);
+            }
             while lines.len() > LINES {
                 lines.pop_front();
             }
@@ -188,8 +215,19 @@ fn watch_board<W: Wire>(link: &mut Link<W>, manifest: &Manifest, args: &Args, sc
         rows.extend(lines.iter().skip(lines.len().saturating_sub(room)).cloned());
         let text = monitor_screen::fitted(&rows);
         screen.show(&text)?;
+        let vehicle = recent.as_ref().and_then(|r| r.moments.back());
+        let line = format!(
+            "accepted {}, damaged {}; {}",
+            counters.accepted,
+            counters.damaged,
+            vehicle.map_or(String::new(), monitor_screen::line)
+        );
+        let vehicle = vehicle.map(Moment::document);
+        screen.tell(
+            &line,
+            &json!({ "board": link.describe(), "accepted": counters.accepted, "damaged": counters.damaged, "flight": vehicle }),
+        );
         if screen.over() {
-            let vehicle = recent.as_ref().and_then(|r| r.moments.back()).map(Moment::document);
             let document = json!({ "board": link.describe(), "firmware": manifest.firmware, "table_standard": format!("{:08x}", manifest.table_standard),
                 "table_low_ar": format!("{:08x}", manifest.table_low_ar), "config": format!("{:08x}", manifest.config), "cycle_ms": manifest.cycle_ms,
                 "boots": manifest.boots, "hil": manifest.hil, "accepted": counters.accepted, "damaged": counters.damaged, "other_version": counters.version,

@@ -18,6 +18,22 @@ pub fn fitted(rows: &[String]) -> String {
     rows.iter().take(LINES).map(|r| r.chars().take(COLUMNS).chain(['\n']).collect::<String>()).collect()
 }
 
+/// The vehicle in one line.
+#[must_use]
+pub fn line(now: &Moment) -> String {
+    let number = |v: f64, places: usize| if v.is_finite() { format!("{:.places$}", whole(v, places)) } else { "–".to_owned() };
+    format!(
+        "{:.0} s {}, {} m, pitch {}°, ballast {} cc, battery {} V{}",
+        now.time_s,
+        now.phase,
+        number(now.depth_m, 1),
+        number(now.pitch_rad[0].to_degrees(), 1),
+        number(now.ballast_cc, 0),
+        number(now.battery_v, 2),
+        now.abort.as_ref().map_or(String::new(), |why| format!(", abort {why}"))
+    )
+}
+
 /// A board and its line.
 #[must_use]
 pub fn board(name: &str, m: &Manifest, c: &Counters, rate: f64, up: Duration) -> Vec<String> {

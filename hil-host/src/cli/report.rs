@@ -6,6 +6,7 @@ use crate::pages::Provenance;
 use crate::pages::flight_report;
 use anyhow::Context as _;
 use discovery::hypotheses::search::Depth;
+use logs::record::bounded;
 use logs::record::csv;
 use rig::whole_file;
 use serde_json::json;
@@ -37,7 +38,7 @@ pub struct Args {
 /// The csv cannot be read.
 pub fn provenance(flight: &Path) -> anyhow::Result<Provenance> {
     let file = csv::csv_of(flight)?;
-    let bytes = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let bytes = bounded::bytes(&file, bounded::LOG).with_context(|| format!("cannot read {}", file.display()))?;
     let hash = Sha256::digest(&bytes).iter().take(8).map(|b| format!("{b:02x}")).collect();
     Ok(Provenance { data_hash: hash, ..Provenance::of_this_run() })
 }

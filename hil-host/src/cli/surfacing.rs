@@ -3,6 +3,7 @@
 use super::{Output, Verdict};
 use crate::terminal::say;
 use anyhow::Context;
+use logs::record::bounded;
 use rig::flight::surfacing::{document, read, rows};
 use serde_json::json;
 use signals::{Switch, Weight};
@@ -34,7 +35,7 @@ pub struct Args {
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let name = args.file.display().to_string();
-    let bytes = std::fs::read(&args.file).with_context(|| format!("{name}: cannot read"))?;
+    let bytes = bounded::bytes(&args.file, bounded::LOG).with_context(|| format!("{name}: cannot read"))?;
     let received = read(&bytes).with_context(|| name.clone())?;
     let messages: Vec<_> = received.messages.iter().map(|(place, message)| document(place, message)).collect();
     let damaged: Vec<_> = received.damaged.iter().map(|(place, why)| json!({ "place": place, "why": why })).collect();

@@ -5,6 +5,7 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use control::Config;
 use indicatif::{ProgressBar, ProgressStyle};
+use logs::record::bounded;
 use rig::flight::file_kinds::{Kind as ContentKind, expect};
 use rig::flight::image_file::ImageFile;
 use rig::flight::{config_file, mission_file, tables};
@@ -222,7 +223,7 @@ fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) 
     match kind.object() {
         Object::Table(wings) => {
             expect(file, ContentKind::Table)?;
-            let bytes = std::fs::read(file).with_context(|| format!("{name}: cannot read this file"))?;
+            let bytes = bounded::bytes(file, bounded::DOCUMENT).with_context(|| format!("{name}: cannot read this file"))?;
             tables::for_wings(&bytes, wings).with_context(|| name.to_string())?;
             Ok(bytes)
         }

@@ -4,6 +4,7 @@
 //! a flight directory (`flight.csv`), a csv file, a glider's own files in a folder; of the files of single dives that a Seaglider's base
 //! station makes, eight that follow each other.
 
+use logs::record::bounded;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
@@ -123,7 +124,7 @@ pub fn items(paths: &[PathBuf], vehicle: Option<&Path>) -> anyhow::Result<Vec<It
 /// What the import wrote of a flight: the import.json of its folder, null where there is none.
 #[must_use]
 pub fn import_json(folder: &Path) -> serde_json::Value {
-    std::fs::read_to_string(folder.join("import.json")).ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or_default()
+    bounded::text(&folder.join("import.json"), bounded::DOCUMENT).ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or_default()
 }
 
 /// Unix time at which the clock of an imported flight is zero, of its import.json.

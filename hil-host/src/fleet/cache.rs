@@ -1,6 +1,7 @@
 //! What is kept of a flight: what its dives say, under the hash of everything that goes into it: the flight's bytes, the vehicle file's, and
 //! the program's.
 
+use logs::record::bounded;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
@@ -27,7 +28,7 @@ fn feed(hash: &mut Sha256, path: &Path) -> anyhow::Result<()> {
         inner.sort();
         return inner.iter().filter(|p| p.is_file()).try_for_each(|p| feed(hash, p));
     }
-    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    let bytes = bounded::bytes(path, bounded::LOG).with_context(|| path.display().to_string())?;
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     hash.update((name.len() as u64).to_le_bytes());
     hash.update(name);

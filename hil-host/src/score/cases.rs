@@ -1,6 +1,7 @@
 //! A folder of sealed cases that somebody else made from the flight format alone: `DIR/name/flight.csv` and `vehicle.json`, the truth
 //! apart in `DIR/truth/name.json` with `kind` (clean, single, pair, off), `strength` and `effects` (each with a `name`).
 
+use logs::record::bounded;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
@@ -31,7 +32,7 @@ pub fn read(folder: &Path) -> anyhow::Result<Vec<Sealed>> {
     let sealed = |flight: PathBuf| {
         let name = flight.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let path = folder.join("truth").join(format!("{name}.json"));
-        let text = std::fs::read_to_string(&path).with_context(|| format!("{}: the truth of a case", path.display()))?;
+        let text = bounded::text(&path, bounded::DOCUMENT).with_context(|| format!("{}: the truth of a case", path.display()))?;
         let truth = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
         Ok(Sealed { flight, truth })
     };

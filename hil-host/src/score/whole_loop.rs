@@ -13,6 +13,7 @@ use control::PitchSensor;
 use discovery::diagnosis::{Verdict, diagnose};
 use discovery::hypotheses::search::Depth;
 use discovery::workbench::add;
+use logs::record::bounded;
 use logs::record::csv;
 use logs::{Vehicle, vehicle};
 use plant::{Effect, EffectKind, Scenario, World};
@@ -123,7 +124,7 @@ pub fn close(case: Case, folder: &Path) -> anyhow::Result<Closed> {
     record(&case, &log).with_context(|| name.clone())?;
     let flight = csv::flight(&log)?;
     let stated = vehicle::read(&log.join("vehicle.json"))?;
-    let bytes = std::fs::read(&stated.path)?;
+    let bytes = bounded::bytes(&stated.path, bounded::DOCUMENT)?;
     std::fs::remove_dir_all(&log).ok();
     let found = diagnose(&flight, &stated, Depth::Pairs, &|_, _| {}).with_context(|| name.clone())?;
     let named = matches!(found.verdict, Verdict::Explained | Verdict::Ambiguous);

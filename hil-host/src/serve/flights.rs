@@ -254,7 +254,7 @@ pub fn catalogue(bench: &Workbench) -> Value {
         })
         .collect();
     let flights: Vec<String> = bench.offered.iter().map(|p| p.display().to_string()).collect();
-    let open: Vec<Value> = bench.open.lock().map(|open| open.iter().map(|o| o.summary()).collect()).unwrap_or_default();
+    let open: Vec<Value> = bench.open.lock().unwrap_or_else(PoisonError::into_inner).iter().map(|o| o.summary()).collect();
     json!({"effects": effects, "kinds": effect_list::KINDS, "flights": flights, "open": open, "missions": mission_file::BUILT_IN,
            "faults": super::live::fault_buttons()})
 }
@@ -265,7 +265,7 @@ impl Workbench {
     /// # Errors
     /// There is none.
     pub fn flight(&self, id: usize) -> anyhow::Result<Arc<Opened>> {
-        let open = self.open.lock().map_err(|_| anyhow::anyhow!("an earlier request failed badly; restart `glider serve`"))?;
+        let open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         open.get(id).cloned().with_context(|| format!("flight {id} is not open in this run of the server: open it again"))
     }
 
@@ -283,7 +283,7 @@ impl Workbench {
             }
             None => dropped::read(&request.files)?,
         };
-        let mut open = self.open.lock().map_err(|_| anyhow::anyhow!("an earlier request failed badly; restart `glider serve`"))?;
+        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         let opened = Arc::new(Opened::new(open.len(), flight, vehicle, notes)?);
         open.push(opened.clone());
         Ok(opened.summary())
@@ -415,25 +415,25 @@ impl Workbench {
 pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request): Json<Fit>) -> Result<Response, Sorry> {
     let opened = bench.flight(request.flight)?;
     let (lines, body) = super::lines();
-    tokio::task::spawn_blocking(move || {
-        let found =
-            discovery::diagnosis::diagnose(&opened.flight, &opened.vehicle, discovery::hypotheses::search::Depth::Pairs, &|what, share| {
+    super::streaming(lines, move |lines| {
+        let found = discovery::diagnosis::diagnose(
+            &opened.flight,
+            &opened.vehicle,
+            discovery::hypotheses::search::Depth::Pairs,
+            &|what, share| {
                 lines.send(&json!({"progress": share, "text": what}));
-            });
-        match found {
-            Ok(found) => {
-                opened.remember(&[], &found.recalibrated, found.branch);
-                // What is found beside an effect of the file is a change of it, not all of it.
-                let on = |name: &&str| opened.vehicle.effects.iter().any(|a| a.effect.name() == *name);
-                for c in found.candidates.iter().filter(|c| !c.effects.iter().any(on)) {
-                    opened.remember(&c.effects, &c.state, found.branch);
-                }
-                opened.floor_is(found.noise_floor_m_s);
-                lines.send(&json!({"result": discovery::diagnosis::report::document(&found, &opened.vehicle, &opened.flight.name)}));
-                *opened.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(found));
-            }
-            Err(e) => lines.send(&json!({"error": e.to_string()})),
+            },
+        )?;
+        opened.remember(&[], &found.recalibrated, found.branch);
+        // What is found beside an effect of the file is a change of it, not all of it.
+        let on = |name: &&str| opened.vehicle.effects.iter().any(|a| a.effect.name() == *name);
+        for c in found.candidates.iter().filter(|c| !c.effects.iter().any(on)) {
+            opened.remember(&c.effects, &c.state, found.branch);
         }
+        opened.floor_is(found.noise_floor_m_s);
+        lines.send(&json!({"result": discovery::diagnosis::report::document(&found, &opened.vehicle, &opened.flight.name)}));
+        *opened.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(found));
+        Ok(())
     });
     Ok(Body::from_stream(body).into_response())
 }

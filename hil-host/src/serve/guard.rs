@@ -44,14 +44,15 @@ impl Guard {
     /// Why a request is refused, if it is.
     #[must_use]
     pub fn refusal(&self, headers: &HeaderMap, query: Option<&str>) -> Option<&'static str> {
-        let text = |name| headers.get(name).map(HeaderValue::to_str);
-        match text(header::HOST) {
-            Some(Ok(host)) if self.ours(host) => {}
+        // A second one might be what another program goes by.
+        let all = |name| headers.get_all(name).iter().map(HeaderValue::to_str).collect::<Vec<_>>();
+        match all(header::HOST).as_slice() {
+            [Ok(host)] if self.ours(host) => {}
             _ => return Some("this page answers only to 127.0.0.1"),
         }
-        match text(header::ORIGIN) {
-            None => {}
-            Some(Ok(origin)) if origin.strip_prefix("http://").is_some_and(|o| self.ours(o)) => {}
+        match all(header::ORIGIN).as_slice() {
+            [] => {}
+            [Ok(origin)] if origin.strip_prefix("http://").is_some_and(|o| self.ours(o)) => {}
             _ => return Some("requests of other sites are refused"),
         }
         let given = headers
@@ -89,7 +90,11 @@ mod tests {
     use super::*;
 
     fn headers(pairs: &[(&'static str, &'static str)]) -> HeaderMap {
-        pairs.iter().map(|(k, v)| (header::HeaderName::from_static(k), HeaderValue::from_static(v))).collect()
+        let mut all = HeaderMap::new();
+        for (name, value) in pairs {
+            all.append(*name, HeaderValue::from_static(value));
+        }
+        all
     }
 
     #[test]
@@ -102,7 +107,10 @@ mod tests {
             &[],
             &[("host", "evil.example:8123")],
             &[("host", "127.0.0.1:80")],
+            &[("host", "127.0.0.1:8123"), ("host", "evil.example:8123")],
+            &[("host", "127.0.0.1:8123"), ("host", "127.0.0.1:8123")],
             &[("host", "127.0.0.1:8123"), ("origin", "http://evil.example")],
+            &[("host", "127.0.0.1:8123"), ("origin", "http://127.0.0.1:8123"), ("origin", "http://evil.example")],
             &[("host", "127.0.0.1:8123"), ("origin", "null")],
             &[("host", "127.0.0.1:8123"), ("origin", "https://127.0.0.1:8123")],
         ];

@@ -118,7 +118,7 @@ impl Live {
         if !self.under_way.load(Ordering::Acquire) {
             bail!("no flight is under way: press Fly it first");
         }
-        self.orders.lock().map_err(|_| anyhow!("the flight failed badly"))?.give(order);
+        self.orders.lock().unwrap_or_else(PoisonError::into_inner).give(order);
         Ok(())
     }
 
@@ -152,18 +152,14 @@ pub async fn fly(State(bench): State<Arc<Workbench>>, Json(request): Json<FlyReq
     }
     let landed = Landed(bench.clone());
     let orders = Orders::default();
-    if let Ok(mut slot) = bench.live.orders.lock() {
-        *slot = orders.clone();
-    }
+    *bench.live.orders.lock().unwrap_or_else(PoisonError::into_inner) = orders.clone();
     let kept = Kept::default();
     *bench.live.kept.lock().unwrap_or_else(PoisonError::into_inner) = kept.clone();
     let (lines, body) = super::lines();
     let lines = lines.kept(kept);
-    tokio::task::spawn_blocking(move || {
-        if let Err(e) = one_flight(&bench, &request, orders, &lines) {
-            lines.send(&json!({"error": format!("{e:#}")}));
-        }
-        drop(landed);
+    super::streaming(lines, move |lines| {
+        let _landed = landed;
+        one_flight(&bench, &request, orders, lines)
     });
     Ok(Body::from_stream(body).into_response())
 }

@@ -36,10 +36,14 @@ use axum::middleware::Next;
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use serde_json::Value;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// Largest request, bytes: a flight of a month at 1 Hz is about 200 MB and belongs to the command line.
 pub const MAX_REQUEST: usize = 80 << 20;
@@ -73,20 +77,36 @@ impl IntoResponse for Sorry {
     }
 }
 
-/// Axum layer: says in a sentence what was too large, before reading it where its length is told.
+/// Time in which the head of a request has to be here, and its files: 80 MB through a slow tunnel.
+const HEAD_WITHIN: Duration = Duration::from_secs(20);
+const FILES_WITHIN: Duration = Duration::from_secs(600);
+
+/// Axum layer: says in a sentence what was too large, before reading it where its length is told, and lets go of what never comes.
 async fn bounded(request: Request, next: Next) -> Response {
     let length = request.headers().get(header::CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse::<u64>().ok());
-    let answer = if length.is_some_and(|n| n > MAX_REQUEST as u64) { None } else { Some(next.run(request).await) };
-    match answer {
-        Some(answer) if answer.status() != StatusCode::PAYLOAD_TOO_LARGE => answer,
-        _ => {
+    let (head, body) = request.into_parts();
+    let read =
+        async { if length.is_some_and(|n| n > MAX_REQUEST as u64) { None } else { axum::body::to_bytes(body, MAX_REQUEST).await.ok() } };
+    match tokio::time::timeout(FILES_WITHIN, read).await {
+        Ok(Some(whole)) => next.run(Request::from_parts(head, whole.into())).await,
+        Ok(None) => {
             let text = format!(
                 "These files are too large for the page, which takes up to {} MB: use `glider compare` and `glider diagnose --flight` for more.",
                 MAX_REQUEST >> 20
             );
             (StatusCode::PAYLOAD_TOO_LARGE, text).into_response()
         }
+        Err(_) => (StatusCode::REQUEST_TIMEOUT, "these files did not arrive in ten minutes").into_response(),
     }
+}
+
+/// What a request is answered that met a fault of the program.
+const FAULT: &str = "this request failed by a fault of the program, which the terminal of `glider serve` shows; all else goes on";
+
+/// Axum layer: a panic ends the request that met it, and nothing else.
+async fn contained(request: Request, next: Next) -> Response {
+    let answer = tokio::spawn(next.run(request)).await;
+    answer.unwrap_or_else(|_| (StatusCode::INTERNAL_SERVER_ERROR, FAULT).into_response())
 }
 
 type Answer = Result<Json<Value>, Sorry>;
@@ -138,7 +158,17 @@ pub fn lines() -> (Lines, tokio_stream::wrappers::UnboundedReceiverStream<Result
 
 /// Work that takes more than a moment goes to a thread of its own, so that the page stays answered.
 async fn blocking(work: impl FnOnce() -> anyhow::Result<Value> + Send + 'static) -> Answer {
-    Ok(Json(tokio::task::spawn_blocking(work).await??))
+    Ok(Json(tokio::task::spawn_blocking(work).await.map_err(|_| FAULT)??))
+}
+
+/// Work whose lines go out as they come; what it failed by is the last of them.
+fn streaming(lines: Lines, work: impl FnOnce(&Lines) -> anyhow::Result<()> + Send + 'static) {
+    tokio::task::spawn_blocking(move || {
+        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(&lines)));
+        if let Err(e) = done.unwrap_or_else(|_| Err(anyhow::anyhow!(FAULT))) {
+            lines.send(&serde_json::json!({"error": format!("{e:#}")}));
+        }
+    });
 }
 
 /// All routes behind the guard.
@@ -173,6 +203,7 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         .route("/api/stop", post(|State(b): Bench| async move { blocking(move || b.live.recall()).await }))
         .layer(DefaultBodyLimit::max(MAX_REQUEST))
         .layer(middleware::from_fn(bounded))
+        .layer(middleware::from_fn(contained))
         .layer(middleware::from_fn_with_state(guard, guard::check))
         .with_state(bench)
 }
@@ -190,6 +221,90 @@ pub fn run(port: u16, bench: Workbench, ready: impl FnOnce(&str)) -> anyhow::Res
         let port = listener.local_addr().context("cannot read the port")?.port();
         let guard = Arc::new(guard::Guard::new(port).context("no random token")?);
         ready(&format!("http://127.0.0.1:{port}/?token={}", guard.token));
-        axum::serve(listener, router(Arc::new(bench), guard)).await.context("the server stopped")
+        accept(listener, router(Arc::new(bench), guard), HEAD_WITHIN).await
     })
+}
+
+/// Answers every connection, each in a task of its own; one that sends no whole head of a request within `patience` is closed.
+async fn accept(listener: tokio::net::TcpListener, app: Router, patience: Duration) -> ! {
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            // Too many open files, say: some will be closed.
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            continue;
+        };
+        let service = TowerToHyperService::new(app.clone());
+        let mut http = http1::Builder::new();
+        http.timer(TokioTimer::new()).header_read_timeout(patience);
+        // A browser that went away is no error.
+        tokio::spawn(async move { drop(http.serve_connection(TokioIo::new(stream), service).await) });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::body::Body;
+    use std::io::{Read as _, Write as _};
+    use std::net::TcpStream;
+
+    /// A server of these routes on a port of its own, as long as the runtime is kept.
+    fn serving(app: Router, patience: Duration) -> (tokio::runtime::Runtime, SocketAddr) {
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().expect("a runtime");
+        let listener = runtime.block_on(tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0))).expect("a port");
+        let at = listener.local_addr().expect("an address");
+        runtime.spawn(accept(listener, app, patience));
+        (runtime, at)
+    }
+
+    /// All that is answered to these bytes until the connection is closed.
+    fn answer(at: SocketAddr, sent: &str) -> String {
+        let mut stream = TcpStream::connect(at).expect("connected");
+        stream.set_read_timeout(Some(Duration::from_secs(10))).expect("set");
+        stream.write_all(sent.as_bytes()).expect("sent");
+        let mut all = String::new();
+        stream.read_to_string(&mut all).expect("closed by the server");
+        all
+    }
+
+    #[test]
+    fn regress_a_connection_without_a_whole_head_is_closed() {
+        let app = Router::new().route("/", get(|| async { "here" }));
+        let (_runtime, at) = serving(app, Duration::from_millis(300));
+        for half in ["", "GET / HT", "GET / HTTP/1.1\r\nHost: a\r\n"] {
+            let began = std::time::Instant::now();
+            answer(at, half);
+            assert!(began.elapsed() < Duration::from_secs(5), "{half:?} took {:?}", began.elapsed());
+        }
+        assert!(answer(at, "GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n").ends_with("here"));
+    }
+
+    #[test]
+    fn regress_a_panic_ends_its_request_only() {
+        async fn fails() -> &'static str {
+            panic!("on purpose")
+        }
+        let streams = || async {
+            let (lines, body) = lines();
+            streaming(lines, |_| panic!("on purpose, in a stream"));
+            Body::from_stream(body).into_response()
+        };
+        let slow = || async { blocking(|| panic!("on purpose, in a thread")).await };
+        let app = Router::new().route("/fails", get(fails)).route("/stream", get(streams)).route("/slow", get(slow));
+        let (_runtime, at) = serving(app.route("/", get(|| async { "here" })).layer(middleware::from_fn(contained)), HEAD_WITHIN);
+        let asked = |path: &str| answer(at, &format!("GET {path} HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"));
+        for path in ["/fails", "/stream", "/slow"] {
+            assert!(asked(path).contains("a fault of the program"), "{path}: {}", asked(path));
+        }
+        assert!(asked("/fails").starts_with("HTTP/1.1 500") && asked("/").ends_with("here"));
+    }
+
+    #[test]
+    fn regress_files_that_are_too_large_are_refused_in_a_sentence() {
+        let app = Router::new().route("/", post(|| async { "here" })).layer(middleware::from_fn(bounded));
+        let (_runtime, at) = serving(app, HEAD_WITHIN);
+        let asked = |head: &str| answer(at, &format!("POST / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n{head}"));
+        assert!(asked("Content-Length: 900000000\r\n\r\n").contains("up to 80 MB"));
+        assert!(asked("Content-Length: 2\r\n\r\n{}").ends_with("here"));
+    }
 }

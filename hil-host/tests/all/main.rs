@@ -12,6 +12,7 @@ mod faulty_sensors;
 mod fleets;
 mod new_user;
 mod next_flight_missions;
+mod outputs;
 mod own_effect;
 mod pooling_speed;
 mod prop_mutated_orders;

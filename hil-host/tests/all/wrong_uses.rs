@@ -321,6 +321,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("serve --flight cut --port 0", &["flight.csv, line"]),
     ("monitor flight/flight.csv", &["is a file", "serial port"]),
     ("monitor table.bin", &["is a file", "serial port"]),
+    ("fly --mission see", &["did you mean `sea`?"]),
     ("upload /dev/no-such-port table-standard flight/vehicle.json", &["is a vehicle file", "glider table"]),
     ("upload /dev/no-such-port table-standard table.bin", &["table.bin", "glider table"]),
     ("upload /dev/no-such-port config flight/mission.toml", &["is a mission file"]),

@@ -52,7 +52,7 @@ fn is_of(problem: &Problem, fit: &Fit) -> bool {
     let left = problem.models(std::slice::from_ref(&fit.state)).remove(0);
     let apart = |((d, m), r): ((&f64, &f64), &f64)| (d - m - r).powi(2);
     left.len() == fit.residual.values.len()
-        && problem.data.iter().zip(&left).zip(&fit.residual.values).map(apart).sum::<f64>() < 1e-9 * (1.0 + fit.chi2)
+        && problem.data.iter().zip(&left).zip(fit.residual.values.iter()).map(apart).sum::<f64>() < 1e-9 * (1.0 + fit.chi2)
 }
 
 /// What a whitened column of a vertical velocity of 1 m/s is long: down on dives and up on climbs, in all runs.

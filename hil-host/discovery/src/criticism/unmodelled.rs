@@ -17,6 +17,7 @@ use crate::model::parameters::State;
 use crate::preprocess::{Input, Run};
 use hydro::effects::Sensed;
 use nalgebra::DVector;
+use std::rc::Rc;
 
 /// Unit of a change of trim, m³: ten cm³, what a glider's trim is known to.
 const TRIM_M3: f64 = 10e-6;
@@ -45,6 +46,8 @@ const DENSITY_LAGS_S: [f64; 4] = [20.0, 60.0, 180.0, 500.0];
 const BALLAST_LAGS_S: [f64; 5] = [5.0, 15.0, 40.0, 120.0, 400.0];
 /// Mean of the unit vectors along the headings from which the heading hardly varies (1: not at all): 0.97 is some 14 degrees rms.
 const ONE_HEADING: f64 = 0.97;
+/// Changed copies of a run that are simulated at a time.
+const SIDE_BY_SIDE: usize = 4;
 /// Least CD0 that a form leaves, relative.
 const LEAST_DRAG: f64 = 0.2;
 /// Pressure of the atmosphere, Pa.
@@ -55,6 +58,7 @@ type Change = Vec<Nudge>;
 
 /// Change of one input: trim, pitch, drag, in their units.
 type Nudge = [f64; 3];
+const ON_TRIM: usize = 0;
 const ON_PITCH: usize = 1;
 const ON_DRAG: usize = 2;
 
@@ -63,20 +67,23 @@ fn sum_of(parts: impl Iterator<Item = (f64, Nudge)>) -> Nudge {
     parts.fold([0.0; 3], |sum, (times, part)| std::array::from_fn(|i| sum[i] + times * part[i]))
 }
 
+/// The change that an amplitude makes in run `k`, made anew whenever it is asked: all of them at once are larger than the flight.
+type Changing<'a> = Rc<dyn Fn(usize) -> Change + 'a>;
+
 /// One amplitude of an unmodelled effect: the change it makes in each run, and its whitened signature.
-struct Part {
-    changes: Vec<Change>,
+struct Part<'a> {
+    changes: Changing<'a>,
     column: Column,
 }
 
 /// A kind of effect outside the catalogue; each of its forms has one or several amplitudes.
-pub struct UnmodelledEffect {
+pub struct UnmodelledEffect<'a> {
     /// Which variable it follows, and through what it acts.
     pub variable: &'static str,
-    forms: Vec<Vec<Part>>,
+    forms: Vec<Vec<Part<'a>>>,
 }
 
-impl UnmodelledEffect {
+impl UnmodelledEffect<'_> {
     /// Log Bayes factor of this effect given a fit, averaged over forms and sizes; the best of them as it flies, the others as
     /// linear theory has them. Where it could reach `decides`, the model is fitted anew with that form, as long as work ends before
     /// `ends`.
@@ -103,7 +110,7 @@ impl UnmodelledEffect {
 
 /// What linear theory makes of a form: its amplitudes, how the calibration gives way, the fall of chi².
 struct Step<'a> {
-    form: &'a [Part],
+    form: &'a [Part<'a>],
     scale: f64,
     amplitude: DVector<f64>,
     give: DVector<f64>,
@@ -111,7 +118,7 @@ struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(linearisation: &Linearisation, form: &'a [Part], projected: &ProjectedColumns, scale: f64) -> Option<Self> {
+    fn new(linearisation: &Linearisation, form: &'a [Part<'a>], projected: &ProjectedColumns, scale: f64) -> Option<Self> {
         let n = form.len();
         let amplitude = towards(projected, &DVector::zeros(n), scale)?;
         let promised = projected.match_.dot(&amplitude);
@@ -124,9 +131,15 @@ impl<'a> Step<'a> {
         Some(Self { form, scale, amplitude, give, promised })
     }
 
-    /// What so much of each part changes at input `j` of run `k`.
-    fn change(&self, amplitude: &DVector<f64>, k: usize, j: usize) -> Nudge {
-        sum_of(self.form.iter().zip(amplitude.iter()).map(|(part, a)| (*a, part.changes[k].get(j).copied().unwrap_or_default())))
+    /// Run `k` with so much of each part's change of it.
+    fn changed(&self, problem: &Problem, changes: &[Change], amplitude: &DVector<f64>, k: usize) -> Run {
+        let here = |j: usize| changes.iter().zip(amplitude.iter()).map(move |(c, a)| (*a, c.get(j).copied().unwrap_or_default()));
+        nudged(problem.runs[k], |j| sum_of(here(j)))
+    }
+
+    /// What each part changes in run `k`.
+    fn changes(&self, k: usize) -> Vec<Change> {
+        self.form.iter().map(|part| (part.changes)(k)).collect()
     }
 
     /// What amplitudes cost, in chi².
@@ -148,8 +161,9 @@ impl<'a> Step<'a> {
         let amplitudes = SHARES.map(|share| &self.amplitude * share);
         let mut models = SHARES.map(|_| Vec::with_capacity(problem.data.len()));
         for k in 0..problem.runs.len() {
+            let changes = self.changes(k);
             let asked: Vec<(&State, Run)> =
-                amplitudes.iter().zip(&states).map(|(a, s)| (s, nudged(problem.runs[k], |j| self.change(a, k, j)))).collect();
+                amplitudes.iter().zip(&states).map(|(a, s)| (s, self.changed(problem, &changes, a, k))).collect();
             models.iter_mut().zip(problem.answers_to(k, &asked)).for_each(|(model, answer)| model.extend(answer));
         }
         let gain = |((amplitude, state), model): ((&DVector<f64>, &State), &Vec<f64>)| {
@@ -168,7 +182,7 @@ impl<'a> Step<'a> {
         let mut amplitude = &self.amplitude * share;
         let mut best = flown;
         for _ in 0..REFITS {
-            let runs: Vec<Run> = (0..problem.runs.len()).map(|k| nudged(problem.runs[k], |j| self.change(&amplitude, k, j))).collect();
+            let runs: Vec<Run> = (0..problem.runs.len()).map(|k| self.changed(problem, &self.changes(k), &amplitude, k)).collect();
             let refitted = Problem { runs: runs.iter().collect(), ..problem.clone() };
             let fitted = fit_from(&refitted, &state, Effort::of(REFIT_ITERATIONS));
             let gain = linearisation.fit.chi2 - fitted.chi2 - self.cost(&amplitude);
@@ -182,7 +196,7 @@ impl<'a> Step<'a> {
             state = fitted.state.clone();
             settled.clone_from(&amplitude);
             let Some(here) = fitted.linearisation() else { break };
-            let changes: Vec<&Vec<Change>> = self.form.iter().map(|p| &p.changes).collect();
+            let changes: Vec<&Changing> = self.form.iter().map(|p| &p.changes).collect();
             let columns: Vec<Column> = columns_at(&refitted, &fitted, &changes).into_iter().map(|c| refitted.column(0, c)).collect();
             let Some(step) = towards(&ProjectedColumns::new(&columns, &here), &amplitude, self.scale) else { break };
             if gained.abs() < LITTLE && step.norm() < 0.1 * amplitude.norm() {
@@ -205,19 +219,21 @@ fn towards(projected: &ProjectedColumns, from: &DVector<f64>, scale: f64) -> Opt
 }
 
 /// Whitened change of the observations per unit of each of these changes of the inputs.
-fn columns_at(problem: &Problem, fit: &Fit, all: &[&Vec<Change>]) -> Vec<Vec<f64>> {
+fn columns_at(problem: &Problem, fit: &Fit, all: &[&Changing]) -> Vec<Vec<f64>> {
     let at = &fit.state;
-    let base: Vec<f64> = problem.data.iter().zip(&fit.residual.values).map(|(d, r)| d - r).collect();
+    let base: Vec<f64> = problem.data.iter().zip(fit.residual.values.iter()).map(|(d, r)| d - r).collect();
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(base.len()); all.len()];
     for k in 0..problem.runs.len() {
-        let stepped = |changes: &&Vec<Change>| {
-            let change = &changes[k];
+        let stepped = |changes: &&Changing| {
+            let change = changes(k);
             (at, nudged(problem.runs[k], |j| sum_of(change.get(j).map(|here| (STEP, *here)).into_iter())))
         };
         let from = problem.range(k).0.start;
-        let asked: Vec<(&State, Run)> = all.iter().map(stepped).collect();
-        for (column, answer) in columns.iter_mut().zip(problem.answers_to(k, &asked)) {
-            column.extend(answer.iter().zip(&base[from..]).map(|(a, b)| (a - b) / STEP));
+        for (some, columns) in all.chunks(SIDE_BY_SIDE).zip(columns.chunks_mut(SIDE_BY_SIDE)) {
+            let asked: Vec<(&State, Run)> = some.iter().map(stepped).collect();
+            for (column, answer) in columns.iter_mut().zip(problem.answers_to(k, &asked)) {
+                column.extend(answer.iter().zip(&base[from..]).map(|(a, b)| (a - b) / STEP));
+            }
         }
     }
     columns
@@ -242,63 +258,75 @@ fn nudged(run: &Run, change: impl Fn(usize) -> Nudge) -> Run {
     run
 }
 
-/// All effects outside the catalogue, given a fit.
-#[must_use]
-pub fn unmodelled_effects(problem: &Problem, fit: &Fit) -> Vec<UnmodelledEffect> {
-    let runs = problem.runs.len();
-    let each = |change: &dyn Fn(usize) -> Change| -> Vec<Change> { (0..runs).map(change).collect() };
-    let trim =
-        |of: &dyn Fn(usize, &Sensed) -> f64| each(&|k| problem.runs[k].inputs.iter().map(|i| [of(k, &i.sensed), 0.0, 0.0]).collect());
-    let on = |which: usize, of: &dyn Fn(&Input) -> f64| -> Vec<Change> {
-        let nudge = |i: &Input| std::array::from_fn(|w| if w == which { of(i) } else { 0.0 });
-        each(&|k| problem.runs[k].inputs.iter().map(nudge).collect())
-    };
-    let pitch = |of: &dyn Fn(&Input) -> f64| on(ON_PITCH, of);
-    let drag = |of: &dyn Fn(&Input) -> f64| on(ON_DRAG, of);
-    let lagged = |seconds: f64, of: &dyn Fn(&Sensed) -> f64| {
-        each(&|k| {
-            let run = problem.runs[k];
-            let share = 1.0 - (-0.5 * run.step_s / seconds).exp();
-            let mut behind = run.inputs.first().map_or(0.0, |i| of(&i.sensed));
-            let late = |i: &Input| {
-                let now = of(&i.sensed);
-                behind += share * (now - behind);
-                [behind - now, 0.0, 0.0]
-            };
-            run.inputs.iter().map(late).collect()
-        })
-    };
-    let lags = |seconds: &[f64], of: &dyn Fn(&Sensed) -> f64| seconds.iter().map(|t| vec![lagged(*t, of)]).collect();
+/// A change of one input, in its unit, at each instant of a run.
+fn through<'a>(problem: &'a Problem, which: usize, of: impl Fn(usize, &Input) -> f64 + 'a) -> Changing<'a> {
+    let nudge = move |k: usize, i: &Input| std::array::from_fn(|w| if w == which { of(k, i) } else { 0.0 });
+    Rc::new(move |k| problem.runs[k].inputs.iter().map(|i| nudge(k, i)).collect())
+}
+
+/// Trim by what is `seconds` behind.
+fn lagged<'a>(problem: &'a Problem, seconds: f64, of: fn(&Sensed) -> f64) -> Changing<'a> {
+    Rc::new(move |k| {
+        let run = problem.runs[k];
+        let share = 1.0 - (-0.5 * run.step_s / seconds).exp();
+        let mut behind = run.inputs.first().map_or(0.0, |i| of(&i.sensed));
+        let late = |i: &Input| {
+            let now = of(&i.sensed);
+            behind += share * (now - behind);
+            [behind - now, 0.0, 0.0]
+        };
+        run.inputs.iter().map(late).collect()
+    })
+}
+
+/// Forms of each effect outside the catalogue, and of each form the changes that its amplitudes make.
+fn kinds<'a>(problem: &'a Problem) -> Vec<(&'static str, Vec<Vec<Changing<'a>>>)> {
+    let trim = |of: &'static dyn Fn(&Sensed) -> f64| vec![vec![through(problem, ON_TRIM, move |_, i| of(&i.sensed))]];
+    let pitch = |of: &'static dyn Fn(&Input) -> f64| through(problem, ON_PITCH, move |_, i| of(i));
+    let drag = |of: &'static dyn Fn(&Input) -> f64| vec![vec![through(problem, ON_DRAG, move |_, i| of(i))]];
+    let lags = |seconds: &[f64], of: fn(&Sensed) -> f64| seconds.iter().map(|t| vec![lagged(problem, *t, of)]).collect();
     let first_s = problem.runs.first().map_or(0.0, |r| r.time_s[0]);
-    let start_s = |k: usize| problem.runs[k].time_s[0];
-    let mpa = |i: &Input| i.sensed.pressure_pa * 1e-6;
+    let since_start = move |k: usize, i: &Input| (i.sensed.time_s - problem.runs[k].time_s[0]) / 1000.0;
+    let days = move |_, i: &Input| (i.sensed.time_s - first_s) / 864_000.0;
     let warmth = problem.vehicle.constants.reference_temperature_degc;
-    let constants = [trim(&|_, _| 1.0), drag(&|_| 1.0)];
     let headings = || problem.runs.iter().flat_map(|r| &r.inputs).map(|i| (1.0, i.sin_heading, i.cos_heading));
     let sum = headings().fold((0.0, 0.0, 0.0), |s, h| (s.0 + h.0, s.1 + h.1, s.2 + h.2));
     // On one heading all flight long this is a pitch offset or a level of drag, which have names.
     let turns = sum.1.hypot(sum.2) < ONE_HEADING * sum.0;
-    let by_heading =
-        |which: usize| if turns { vec![vec![on(which, &|i| i.sin_heading), on(which, &|i| i.cos_heading)]] } else { Vec::new() };
-    // Forms of each, and of each form the changes that its amplitudes make.
-    let kinds: Vec<(&'static str, Vec<Vec<Vec<Change>>>)> = vec![
-        ("time since the start of the segment (trim)", vec![vec![trim(&|k, s| (s.time_s - start_s(k)) / 1000.0)]]),
-        ("day (trim)", vec![vec![trim(&|_, s| (s.time_s - first_s) / 864_000.0)]]),
-        ("temperature some time ago (trim)", lags(&TEMPERATURE_LAGS_S, &|s| s.temperature_degc * 0.2)),
-        ("density some time ago (trim)", lags(&DENSITY_LAGS_S, &|s| s.density_kg_m3)),
-        ("ballast some time ago (trim)", lags(&BALLAST_LAGS_S, &|s| s.ballast_m3 / TRIM_M3)),
-        ("pressure of enclosed air (trim)", vec![vec![trim(&|_, s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))]]),
+    let by_heading = |which: usize| {
+        let both = || vec![vec![through(problem, which, |_, i| i.sin_heading), through(problem, which, |_, i| i.cos_heading)]];
+        if turns { both() } else { Vec::new() }
+    };
+    vec![
+        ("time since the start of the segment (trim)", vec![vec![through(problem, ON_TRIM, since_start)]]),
+        ("day (trim)", vec![vec![through(problem, ON_TRIM, days)]]),
+        ("temperature some time ago (trim)", lags(&TEMPERATURE_LAGS_S, |s| s.temperature_degc * 0.2)),
+        ("density some time ago (trim)", lags(&DENSITY_LAGS_S, |s| s.density_kg_m3)),
+        ("ballast some time ago (trim)", lags(&BALLAST_LAGS_S, |s| s.ballast_m3 / TRIM_M3)),
+        ("pressure of enclosed air (trim)", trim(&|s| ATMOSPHERE_PA / (ATMOSPHERE_PA + s.pressure_pa.max(0.0)))),
         ("heading (pitch)", by_heading(ON_PITCH)),
         ("heading (drag)", by_heading(ON_DRAG)),
-        ("depth (drag)", vec![vec![drag(&mpa)]]),
+        ("depth (drag)", drag(&mpa)),
         ("depth (pitch)", vec![vec![pitch(&mpa), pitch(&|i| mpa(i).powi(2))]]),
-        ("temperature (pitch)", vec![vec![pitch(&|i| (i.sensed.temperature_degc - warmth) * 0.2)]]),
+        ("temperature (pitch)", vec![vec![through(problem, ON_PITCH, move |_, i| (i.sensed.temperature_degc - warmth) * 0.2)]]),
         ("roll (pitch)", vec![vec![pitch(&|i| i.roll_rad * 4.0)]]),
-        ("side of the turn (drag)", vec![vec![drag(&|i| i.roll_rad * 4.0)]]),
-    ];
-    let all: Vec<&Vec<Change>> = constants.iter().chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
+        ("side of the turn (drag)", drag(&|i| i.roll_rad * 4.0)),
+    ]
+}
+
+/// Pressure, MPa.
+fn mpa(i: &Input) -> f64 {
+    i.sensed.pressure_pa * 1e-6
+}
+
+/// All effects outside the catalogue, given a fit.
+#[must_use]
+pub fn unmodelled_effects<'a>(problem: &'a Problem, fit: &Fit) -> Vec<UnmodelledEffect<'a>> {
+    let constants = [ON_TRIM, ON_DRAG].map(|which| through(problem, which, |_, _| 1.0));
+    let kinds = kinds(problem);
+    let all: Vec<&Changing> = constants.iter().chain(kinds.iter().flat_map(|(_, forms)| forms.iter().flatten())).collect();
     let mut columns = columns_at(problem, fit, &all).into_iter().map(|c| problem.without_battery(c));
-    let mut part = |changes: Vec<Change>| Part { changes, column: columns.next().unwrap_or_else(|| problem.column(0, Vec::new())) };
+    let mut part = |changes: Changing<'a>| Part { changes, column: columns.next().unwrap_or_else(|| problem.column(0, Vec::new())) };
     let by_segment = ["segment (trim)", "segment (drag)"].into_iter().zip(constants);
     let mut out: Vec<UnmodelledEffect> =
         by_segment.map(|(variable, constant)| UnmodelledEffect { variable, forms: vec![by_run(problem, &part(constant))] }).collect();
@@ -310,11 +338,11 @@ pub fn unmodelled_effects(problem: &Problem, fit: &Fit) -> Vec<UnmodelledEffect>
 }
 
 /// What a part does in each run, as a part of its own.
-fn by_run(problem: &Problem, whole: &Part) -> Vec<Part> {
+fn by_run<'a>(problem: &Problem, whole: &Part<'a>) -> Vec<Part<'a>> {
     let alone = |k: usize| {
         let range = problem.range(k).0;
-        let mut changes = vec![Change::new(); problem.runs.len()];
-        changes[k].clone_from(&whole.changes[k]);
+        let of_all = whole.changes.clone();
+        let changes: Changing<'a> = Rc::new(move |run| if run == k { of_all(run) } else { Change::new() });
         Part { changes, column: problem.column(range.start, whole.column.values[range].to_vec()) }
     };
     (0..problem.runs.len()).map(alone).collect()

@@ -35,6 +35,7 @@ use crate::model::sensor_findings::{SensorFinding, not_determined, sensor_findin
 use crate::preprocess::{Prepared, prepare, sanity};
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
+use std::sync::Arc;
 
 /// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
 /// goes unnamed shows in a longer flight.
@@ -85,7 +86,7 @@ pub struct Diagnosis {
     /// What had to be repaired or could not be told.
     pub notes: Vec<String>,
     /// Cleaned flight.
-    pub prepared: Prepared,
+    pub prepared: Arc<Prepared>,
     /// Mean square of innovations at the answer, 1 for noise.
     pub misfit: f64,
     /// Innovations that were fitted, and rows left out near the stall.
@@ -190,7 +191,7 @@ pub fn prepared_problem<'a>(
 /// No dive in the flight that a model could be compared with.
 pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
     tick("reading the inputs", 0.0);
-    let prepared = prepare(flight, vehicle);
+    let prepared = Arc::new(prepare(flight, vehicle));
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
@@ -329,7 +330,7 @@ fn judged_blocks(problem: &Problem, prepared: &Prepared, null: &Fit, best: &Fit,
 /// The diagnosis that a search comes to.
 fn conclude(
     vehicle: &Vehicle,
-    prepared: &Prepared,
+    prepared: &Arc<Prepared>,
     problem: &Problem,
     found: &SearchResult,
     check: &[u32],

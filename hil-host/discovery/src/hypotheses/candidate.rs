@@ -11,8 +11,8 @@ use crate::inference::gauss_newton::{Effort, fit};
 use crate::inference::numeric::log_mean_exp;
 use crate::inference::posterior::Fit;
 use crate::inference::projected_columns::ProjectedColumns;
+use crate::likelihood::Problem;
 use crate::likelihood::jacobian::Jacobian;
-use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
 use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
 use hydro::effects::{Active, Effect, InFlow, Onset, Parameter, SeenIn, WAVE};
@@ -87,21 +87,15 @@ fn wave_periods() -> impl Iterator<Item = f64> {
     (0..19).map(|k| 420.0 * 1.125_f64.powi(k))
 }
 
-/// Kinds of waves that are tried, with their signatures.
-pub(crate) type Waves = Vec<(Kind, Vec<Column>)>;
+/// Kinds of waves that are tried. Their signatures are made when they are asked for: of all of them they are seven times the flight.
+pub(crate) type Waves = Vec<Kind>;
 
 /// All kinds: periods and modes, in depth and, where the water is stratified, in stretched depth.
 pub(crate) fn wave_library(problem: &Problem) -> Waves {
     let mut shapes = vec![None];
     shapes.extend(stretched(&problem.runs, problem.vehicle).map(Some));
     let kinds = shapes.iter().flat_map(|shape| [1, 2].into_iter().flat_map(move |mode| wave_periods().map(move |p| (shape, mode, p))));
-    kinds
-        .map(|(shape, mode, period_s)| {
-            let kind = Kind { period_s, mode, stretched: shape.clone() };
-            let columns = problem.wave_columns(&kind);
-            (kind, columns)
-        })
-        .collect()
+    kinds.map(|(shape, mode, period_s)| Kind { period_s, mode, stretched: shape.clone() }).collect()
 }
 
 /// Nothing missing: the calibration fitted until it rests, each time with signatures taken at the fit before.
@@ -293,8 +287,8 @@ impl<'a> Screen<'a> {
         let linearisation = f.linearisation()?;
         let mut best: Option<(&Kind, f64, f64)> = None;
         let mut all = Vec::new();
-        for (kind, columns) in self.waves {
-            let prepared = ProjectedColumns::new(columns, &linearisation);
+        for kind in self.waves {
+            let prepared = ProjectedColumns::new(&self.problem.wave_columns(kind), &linearisation);
             for scale in WAVE_SCALES {
                 // Second modes are rarer than first ones.
                 let log_bayes = prepared.log_bayes(scale / 2.0_f64.sqrt()) - if kind.mode == 1 { 0.0 } else { 1.0 };

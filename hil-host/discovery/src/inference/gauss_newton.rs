@@ -114,7 +114,7 @@ impl<'a> Descent<'a> {
         let free = &self.unknowns.of_effects;
         let models = problem.models(&free.iter().map(|f| moved(f, step(f))).collect::<Vec<_>>());
         let seen = problem.seen(LEAP);
-        let here: Vec<f64> = problem.data.iter().zip(&self.residual.values).map(|(d, r)| d - r).collect();
+        let here: Vec<f64> = problem.data.iter().zip(self.residual.values.iter()).map(|(d, r)| d - r).collect();
         for ((j, f), ahead) in free.iter().enumerate().zip(models) {
             let slope = seen.slope(&here, &ahead, step(f), |back| problem.model(&moved(f, back)));
             self.columns[N_CALIBRATION + j] = problem.column(0, slope);

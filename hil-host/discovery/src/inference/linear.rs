@@ -31,7 +31,7 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
     let mut active = active;
     active.values[0] = p.off + size;
     state.effects.push(active);
-    let mut residual = null.residual.values.clone();
+    let mut residual = null.residual.values.to_vec();
     for (i, r) in residual.iter_mut().enumerate() {
         *r -= size * column.values[i];
         for k in 0..N_CALIBRATION {

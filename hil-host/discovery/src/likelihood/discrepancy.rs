@@ -120,7 +120,7 @@ impl Discrepancy {
 
     /// A residual without its most probable discrepancy: what is left for the water and the sensors.
     pub(crate) fn taken_from(&self, residual: &Column) -> Vec<f64> {
-        let mut left = residual.values.clone();
+        let mut left = residual.values.to_vec();
         let Some(w) = self.amplitudes(residual) else { return left };
         for (k, (z, w)) in self.unit.iter().zip(w.iter()).enumerate() {
             let w = w * self.size(k);
@@ -290,7 +290,7 @@ impl Problem<'_> {
             let cross = DVector::from_iterator(base.len(), base.iter().map(|c| product(&c.values, c.from, z)));
             let by = curvature.solve(&cross);
             for (c, b) in base.iter().zip(by.iter()) {
-                z[c.from..].iter_mut().zip(&c.values).for_each(|(z, v)| *z -= b * v);
+                z[c.from..].iter_mut().zip(c.values.iter()).for_each(|(z, v)| *z -= b * v);
             }
             followed.push(by);
         }

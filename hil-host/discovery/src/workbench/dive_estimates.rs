@@ -139,10 +139,10 @@ impl Known {
         let error_m_s = self.discrepancy_m_s.hypot(fit.problem.noise_floor_m_s());
         let (discrepancy, _) = discrepancy_of(fit.problem, fit.state, error_m_s);
         // The residual of the vehicle as its file stands, as far as that is linear.
-        let mut at_file = fit.residual.values.clone();
+        let mut at_file = fit.residual.values.to_vec();
         for (t, column) in TRACKED.iter().zip(fit.columns) {
             let z = fit.state.calibration[t.index];
-            at_file.iter_mut().zip(&column.values).for_each(|(r, c)| *r += c * z);
+            at_file.iter_mut().zip(column.values.iter()).for_each(|(r, c)| *r += c * z);
         }
         let at_file = fit.problem.column(0, at_file);
         let uncertain: Vec<&Column> = fit.columns.iter().chain(&discrepancy).collect();

@@ -15,6 +15,7 @@ use super::netcdf::Scalars;
 use super::position::Fix;
 use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, pressure_zero, seaglider};
+use crate::record::bounded;
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater;
@@ -59,7 +60,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     }
     let constants = files.iter().find(|f| f.file_name().is_some_and(|n| n.eq_ignore_ascii_case(CONSTANTS)));
     let read = |path: &Path| -> Result<String, String> {
-        let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+        let bytes = bounded::bytes(path, bounded::LOG).map_err(|e| format!("cannot be read: {e}"))?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     };
     let mut report = Report::new("Seaglider log and eng files");

@@ -12,6 +12,7 @@ use super::dba;
 use super::dbd::{self, DbdError};
 use super::netcdf::names;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
+use crate::record::bounded;
 
 mod clocks;
 mod ctd;
@@ -190,7 +191,7 @@ fn collected(loaded: &[Loaded], report: &mut Report) -> Collected {
 }
 
 fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
-    let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    let bytes = bounded::bytes(path, bounded::LOG).map_err(|e| format!("cannot be read: {e}"))?;
     if bytes.is_empty() {
         return Err("is empty".into());
     }
@@ -207,7 +208,7 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
                 let stem = p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(crc));
                 stem && is_list(p)
             };
-            super::folder::files_of(folder).ok()?.into_iter().find(named).and_then(|p| std::fs::read(p).ok())
+            super::folder::files_of(folder).ok()?.into_iter().find(named).and_then(|p| bounded::bytes(&p, bounded::DOCUMENT).ok())
         })
     };
     dbd::read(&bytes, cache, wanted).map_err(|e: DbdError| e.to_string())

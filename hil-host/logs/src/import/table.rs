@@ -16,6 +16,7 @@ use super::channels::{SALINITY_COLUMN, SET_CLOCK_S};
 use super::classes::Class;
 use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
+use crate::record::bounded;
 use crate::record::csv as read;
 use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
@@ -47,7 +48,7 @@ const MINUS: char = '\u{2212}';
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path) -> Result<Imported, ImportError> {
-    let bytes = std::fs::read(path).map_err(|e| ImportError::new(path, e.to_string()))?;
+    let bytes = bounded::bytes(path, bounded::LOG).map_err(|e| ImportError::new(path, e.to_string()))?;
     let mut report = Report::new("csv");
     let mut text = text_of(&bytes, path, &mut report)?;
     if text.contains(MINUS) {
@@ -113,7 +114,8 @@ fn from_table(mut table: Table, path: &Path, name: &str, report: &mut Report) ->
     table.empty_fills(report);
     let mut drop = table.passed_over(report);
     // Flags in words are read by now.
-    drop.extend((0..table.names.len()).filter(|k| table.flagged(*k).is_some() && !table.is_read_by_name(*k)));
+    let flagged = table.flagged();
+    drop.extend((0..table.names.len()).filter(|k| flagged[*k].is_some() && !table.is_read_by_name(*k)));
     let plain = table.plain(clock.as_ref(), &drop);
     let time = clock.as_ref().map(|c| table.names[c.column].as_str());
     let flight = own_format(&plain, path, name, time, report)?;

@@ -5,6 +5,7 @@
 //! [`Flight::extra`] where they hold numbers; a text in one of them is no value and is named in [`Flight::unread`]. What is refused, is
 //! refused with file, line, column and a fix.
 
+use crate::record::bounded;
 use crate::record::flight::Flight;
 use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, usual_step};
 use std::collections::BTreeMap;
@@ -194,7 +195,7 @@ pub fn log(path: &Path) -> Result<Flight, ReadError> {
 
 fn text_of(path: &Path) -> Result<(String, PathBuf, String), ReadError> {
     let file = csv_of(path)?;
-    let text = std::fs::read_to_string(&file).map_err(|e| {
+    let text = bounded::text(&file, bounded::LOG).map_err(|e| {
         let binary = e.kind() == std::io::ErrorKind::InvalidData;
         let why = if binary { "is not text; a glider's binary or NetCDF file is read by `glider import`".into() } else { e.to_string() };
         ReadError::File { path: file.clone(), why }

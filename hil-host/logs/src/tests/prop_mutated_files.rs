@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use super::made_logs;
 use super::mutations::{Random, mutate};
+use super::old_hdf5;
 
 #[global_allocator]
 static MEMORY: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
@@ -54,6 +55,7 @@ fn samples(work: &Path) -> Vec<Sample> {
     all.push(plain.iter().flat_map(|(name, bytes)| packed(name, bytes)).collect());
     all.push(plain);
     all.push(made(&|f| made_logs::netcdf(&f.join("mission.nc"), &["time"], &made_logs::variables(made_logs::USUAL))));
+    all.push(vec![("old.nc".into(), old_hdf5())]);
     let mut rows = String::from("time_s,segment,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3\n");
     (0..made_logs::CYCLES).for_each(|k| {
         let (dbar, pitch, cc) = made_logs::at(k);
@@ -61,6 +63,18 @@ fn samples(work: &Path) -> Vec<Sample> {
     });
     all.push(vec![("flight.csv".into(), rows.into_bytes())]);
     all
+}
+
+/// The same variables as HDF5 wrote them before it had checksums.
+fn old_hdf5() -> Vec<u8> {
+    let mut file = old_hdf5::OldHdf5::new();
+    let mut variables: Vec<(&str, u64)> = made_logs::variables(made_logs::USUAL)
+        .iter()
+        .map(|(name, unit, standard, values)| (*name, file.variable(&[("units", unit), ("standard_name", standard)], values)))
+        .collect();
+    variables.sort_unstable();
+    let root = file.group(&variables);
+    file.file(root)
 }
 
 /// A plain Slocum file with its list as the packed kind and its sensor list: LZ4 blocks, and a `.cac` named by its checksum.
@@ -184,6 +198,72 @@ fn prop_memory_is_bounded_by_the_size_of_the_files() {
         eprintln!("{}: {} kB take {} kB, {read}", folder.display(), size / 1000, peak / 1000);
         assert!(peak < PER_BYTE * size + FOR_ANY, "{}: {peak} bytes of {size}", folder.display());
     }
+}
+
+/// What an import of this one file ends in.
+fn of_file(name: &str, bytes: &[u8]) -> Result<usize, String> {
+    let path = std::env::temp_dir().join(format!("glider-{}-{name}", std::process::id()));
+    std::fs::write(&path, bytes).expect("written");
+    let read = crate::import::import(&path, &[]).map(|i| i.flight.len()).map_err(|e| e.to_string());
+    std::fs::remove_file(&path).expect("removed");
+    read
+}
+
+#[test]
+fn regress_groups_of_hdf5_without_an_end_are_refused() {
+    if !alone("regress_groups_of_hdf5_without_an_end_are_refused") {
+        return;
+    }
+    assert!(of_file("old.nc", &old_hdf5()).is_ok_and(|rows| rows > 200), "{:?}", of_file("old.nc", &old_hdf5()));
+    let with = |fill: &dyn Fn(&mut old_hdf5::OldHdf5) -> u64| {
+        let mut file = old_hdf5::OldHdf5::new();
+        let root = fill(&mut file);
+        file.file(root)
+    };
+    let itself = with(&|f| f.group(&[("again", f.next())]));
+    // Where the root comes to stand is known once it was made.
+    let circle = |root: u64| {
+        move |f: &mut old_hdf5::OldHdf5| {
+            let inner = f.group(&[("up", root)]);
+            f.group(&[("down", inner)])
+        }
+    };
+    let root = circle(0)(&mut old_hdf5::OldHdf5::new());
+    let deep = with(&|f| (0..100_000).fold(f.group(&[]), |inside, _| f.group(&[("a", inside)])));
+    let wide = with(&|f| (0..14).fold(f.group(&[]), |inside, _| f.group(&[("a", inside), ("b", inside)])));
+    for (name, bytes, why) in [
+        ("itself.nc", itself, "group again holds itself"),
+        ("circle.nc", with(&circle(root)), "group up holds itself"),
+        ("deep.nc", deep, "nested more than 16 deep"),
+        ("wide.nc", wide, "more than 20000 groups and variables"),
+    ] {
+        let (began, before) = (Instant::now(), MEMORY.current_usage());
+        MEMORY.reset_peak_usage();
+        let refused = of_file(name, &bytes).expect_err(name);
+        assert!(refused.contains(why), "{refused}");
+        let (took, peak) = (began.elapsed().as_secs_f64(), MEMORY.peak_usage().saturating_sub(before));
+        assert!(took < MOST_SECONDS && peak < MOST_BYTES / 4, "{name}: {took} s, {} MB", peak >> 20);
+    }
+}
+
+#[test]
+fn regress_time_of_a_table_grows_with_its_columns() {
+    if !alone("regress_time_of_a_table_grows_with_its_columns") {
+        return;
+    }
+    let began = Instant::now();
+    let table = |columns: usize| {
+        let names: Vec<String> = (0..columns).map(|k| format!("column_{k}")).collect();
+        let numbers = vec!["1.5"; columns].join(",");
+        let row = |k: usize| format!("{},{},0.1,100,1025,{numbers}\n", 4 * k, k % 60);
+        let head = format!("time_s,pressure_dbar,m_pitch_rad,m_ballast_pumped_cc,sci_density_kg_m3,{}\n", names.join(","));
+        let before = computed_s("thread-self", began);
+        let _ = of_file("wide.csv", (head + &(0..5).map(row).collect::<String>()).as_bytes());
+        computed_s("thread-self", began) - before
+    };
+    let took = [2_000, 20_000].map(table);
+    // Ten times as long where it is linear, a hundred times where it is not.
+    assert!(took[1] < 2.0 && took[1] < 30.0 * took[0].max(0.01), "{took:?} s");
 }
 
 /// What is imported: a sample, which of its files was changed, and to what; whether it stands alone; whether it is named itself.

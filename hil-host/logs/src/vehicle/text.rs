@@ -9,6 +9,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess,
 use serde_json::Value;
 use toml::de::{DeTable, DeValue};
 
+use crate::record::bounded;
 use crate::record::csv::ReadError;
 
 /// The text of a file, which is to be UTF-8.
@@ -17,7 +18,7 @@ use crate::record::csv::ReadError;
 /// What the system says, or that it is UTF-16.
 pub fn of_file(path: &Path) -> Result<String, ReadError> {
     let bad = |why: String| ReadError::File { path: path.to_path_buf(), why };
-    of_bytes(std::fs::read(path).map_err(|e| bad(e.to_string()))?).map_err(bad)
+    of_bytes(bounded::bytes(path, bounded::DOCUMENT).map_err(|e| bad(e.to_string()))?).map_err(bad)
 }
 
 /// The text of the bytes of a file.

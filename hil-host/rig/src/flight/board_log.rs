@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use logs::record::bounded;
 use std::path::Path;
 
 /// The strings of one image.
@@ -23,7 +24,7 @@ impl Image {
     /// # Errors
     /// Not an image, or one without a log.
     pub fn read(elf: &Path) -> anyhow::Result<Self> {
-        let bytes = std::fs::read(elf).with_context(|| format!("{}: cannot read this image", elf.display()))?;
+        let bytes = bounded::bytes(elf, bounded::LOG).with_context(|| format!("{}: cannot read this image", elf.display()))?;
         let table = Table::parse(&bytes)
             .map_err(|e| anyhow::anyhow!("{}: not an image with a log this tool can decode ({e:#})", elf.display()))?
             .with_context(|| format!("{}: this image has no defmt log", elf.display()))?;

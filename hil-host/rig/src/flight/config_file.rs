@@ -16,6 +16,7 @@ use crate::flight::toml_place;
 use anyhow::{Context, anyhow, bail};
 use control::{Config, PitchSensor, Settings, config::ConfigError};
 use helm::limits;
+use logs::record::bounded;
 use signals::Limit;
 use std::path::Path;
 use toml::{Table, Value};
@@ -30,7 +31,7 @@ const VEHICLES: [(&str, Settings); 3] =
 /// One line: file, line, key, what is wrong, what would be right.
 pub fn load(path: &Path) -> anyhow::Result<Config> {
     expect(path, Kind::Config)?;
-    let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot read this configuration", path.display()))?;
+    let text = bounded::text(path, bounded::DOCUMENT).with_context(|| format!("{}: cannot read this configuration", path.display()))?;
     parse(&text, &path.display().to_string())
 }
 

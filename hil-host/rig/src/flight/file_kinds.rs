@@ -74,6 +74,10 @@ fn seen(path: &Path) -> Option<Seen> {
     if path.is_dir() {
         return Some(if logs::record::csv::csv_of(path).is_ok() { Seen::FlightFolder } else { Seen::Folder });
     }
+    // Of a pipe the first bytes would be lost to its reader, or never come.
+    if !path.is_file() {
+        return None;
+    }
     let mut head = Vec::new();
     std::fs::File::open(path).ok()?.take(1 << 16).read_to_end(&mut head).ok()?;
     match head.as_slice() {

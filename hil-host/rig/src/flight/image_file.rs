@@ -3,6 +3,7 @@
 use super::file_kinds::{Kind, expect};
 use super::image_lines::ImageLines;
 use anyhow::{Context as _, ensure};
+use logs::record::bounded;
 use object::{Object as _, ObjectSegment as _};
 use signals::WIRE_VERSION;
 use std::path::Path;
@@ -29,7 +30,8 @@ impl ImageFile {
         let name = elf.display();
         expect(elf, Kind::Image)?;
         let id = ImageLines::read(elf)?.id;
-        let raw = std::fs::read(elf).with_context(|| format!("{name}: cannot read this image; scripts/build-firmware makes one"))?;
+        let raw = bounded::bytes(elf, bounded::LOG)
+            .with_context(|| format!("{name}: cannot read this image; scripts/build-firmware makes one"))?;
         let file = object::File::parse(&*raw).with_context(|| format!("{name}: not an ELF image; scripts/build-firmware makes one"))?;
         let mut segments = Vec::new();
         for program in file.segments() {

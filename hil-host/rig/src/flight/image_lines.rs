@@ -2,6 +2,7 @@
 
 use anyhow::{Context as _, ensure};
 use gimli::{EndianRcSlice, RunTimeEndian};
+use logs::record::bounded;
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use serde_json::{Value, json};
 use signals::link::CRC32;
@@ -54,7 +55,8 @@ impl ImageLines {
     /// Not readable, not an image of the board.
     pub fn read(elf: &Path) -> anyhow::Result<Self> {
         let name = elf.display();
-        let bytes = std::fs::read(elf).with_context(|| format!("{name}: cannot read this image; scripts/build-firmware makes one"))?;
+        let bytes = bounded::bytes(elf, bounded::LOG)
+            .with_context(|| format!("{name}: cannot read this image; scripts/build-firmware makes one"))?;
         let file = object::File::parse(&*bytes).with_context(|| format!("{name}: not an ELF image; scripts/build-firmware makes one"))?;
         ensure!(file.architecture() == object::Architecture::Arm, "{name}: an ELF for another processor; scripts/build-firmware makes one");
         let mut digest = CRC32.digest();

@@ -18,6 +18,7 @@ use crate::flight::file_kinds::{Kind, expect};
 use crate::flight::toml_place;
 use crate::spelling::meant_name_or_path;
 use anyhow::{Context, anyhow, bail};
+use logs::record::bounded;
 use serde::Deserialize;
 use signals::{Goal, Leg, MAX_LEGS, Mission, MissionError, Wings};
 use std::ops::Range;
@@ -95,7 +96,7 @@ pub fn load(name: &str, limits: impl Fn(&Mission) -> Limits) -> anyhow::Result<M
         bail!("{name}: no such mission file (built-in missions: {}){meant}", BUILT_IN.join(", "));
     }
     expect(path, Kind::Mission)?;
-    let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot read this mission file"))?;
+    let text = bounded::text(path, bounded::DOCUMENT).with_context(|| format!("{name}: cannot read this mission file"))?;
     parse(&text, name, limits)
 }
 

@@ -17,6 +17,7 @@ use crate::flight::toml_place;
 use crate::spelling::meant_path;
 use anyhow::{Context, anyhow};
 use control::{Config, Settings};
+use logs::record::bounded;
 use nalgebra::{DMatrix, DVector};
 use plant::{Scenario, World};
 use serde_json::{Value, json};
@@ -66,7 +67,7 @@ pub fn overlay(base: &Scenario, path: &Path) -> anyhow::Result<Scenario> {
     let name = path.display();
     anyhow::ensure!(path.exists(), "{name}: no such truth file{}", meant_path(path));
     expect(path, Kind::Truth)?;
-    let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot read this truth file"))?;
+    let text = bounded::text(path, bounded::DOCUMENT).with_context(|| format!("{name}: cannot read this truth file"))?;
     let one_line = |e: String| {
         let what = e.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ");
         // `line:column: …` goes on from the file's name.

@@ -15,6 +15,7 @@ use anyhow::{Context, bail, ensure};
 use control::Config;
 use frontseat::flight::Backseat;
 use helm::{Content, objects};
+use logs::record::bounded;
 use object::{Object, ObjectSection, ObjectSymbol};
 use signals::{Micros, Mission};
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
@@ -48,7 +49,7 @@ struct Places {
 
 /// A copy of the image whose jumper is fitted.
 fn with_jumper(image: &Path, to: &Path) -> anyhow::Result<Places> {
-    let mut bytes = std::fs::read(image).with_context(|| image.display().to_string())?;
+    let mut bytes = bounded::bytes(image, bounded::LOG).with_context(|| image.display().to_string())?;
     let file = object::File::parse(&*bytes).with_context(|| format!("{}: no ELF", image.display()))?;
     let named = |words: [&str; 2]| {
         let of = |name: &str| words.iter().all(|word| name.contains(word));

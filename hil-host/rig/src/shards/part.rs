@@ -1,5 +1,6 @@
 //! The file that a shard of a campaign leaves, and the text of a report.
 
+use logs::record::bounded;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -56,7 +57,7 @@ impl Part {
     /// No such file, or none that a shard left.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display();
-        let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot be read"))?;
+        let text = bounded::text(path, bounded::LOG).with_context(|| format!("{name}: cannot be read"))?;
         let document: Value = serde_json::from_str(&text)
             .map_err(|e| anyhow::anyhow!("{name}: line {}, column {}: is no JSON, and no part of a campaign", e.line(), e.column()))?;
         let word = |key: &str| document[key].as_str().map(str::to_owned);

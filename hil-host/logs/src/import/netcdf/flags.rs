@@ -90,13 +90,13 @@ pub(in crate::import) fn means_bad(meaning: &str) -> bool {
     named || (of(&TESTS) && !of(&STAYS))
 }
 
-/// Whether what is called `flag` holds flags of what is called `name`, by these names.
-pub(in crate::import) fn is_flag_of(flag: &str, name: &str) -> bool {
+/// Names, in small letters, of what may have its flags in what is called `flag`.
+pub(in crate::import) fn flagged_by(flag: &str) -> Vec<String> {
     const ENDS: [&str; 7] =
         ["_qc", "_flag", "_quality_flag", "_primary_flag", "_summary_flag", "_qartod_summary_flag", "_qartod_primary_flag"];
-    let (flag, name) = (flag.to_ascii_lowercase(), name.to_ascii_lowercase());
-    let rest = flag.strip_prefix("qartod_").unwrap_or(&flag).strip_prefix(&name);
-    rest.is_some_and(|r| ENDS.contains(&r)) || flag.strip_prefix("qc_") == Some(&name)
+    let flag = flag.to_ascii_lowercase();
+    let plain = flag.strip_prefix("qartod_").unwrap_or(&flag);
+    ENDS.iter().filter_map(|end| plain.strip_suffix(end)).chain(flag.strip_prefix("qc_")).map(str::to_owned).collect()
 }
 
 impl Reader<'_> {
@@ -133,7 +133,8 @@ impl Reader<'_> {
         // Which tests were made says nothing of a value, and in OOI's results of bits 1 is "passed".
         let of_runs = |v: &NcVariable| ["executed", "performed", "passed"].iter().any(|w| v.name().to_ascii_lowercase().contains(w));
         let passed = |v: &NcVariable| of_runs(v) || (v.name().ends_with("_qc_results") && v.attribute("flag_masks").is_some());
-        let is_flag = |v: &&NcVariable| ((is_declared(v.name()) && of_flags(v)) || is_flag_of(v.name(), name)) && !passed(v);
+        let lower = name.to_ascii_lowercase();
+        let is_flag = |v: &&NcVariable| ((is_declared(v.name()) && of_flags(v)) || flagged_by(v.name()).contains(&lower)) && !passed(v);
         let mut found: Vec<&str> = variables.iter().filter(is_flag).map(|v| v.name()).collect();
         let is_summary = |n: &str| ["_qc", "primary", "summary", "aggregate"].iter().any(|w| n.to_ascii_lowercase().contains(w));
         found.sort_by_key(|n| !is_summary(n));

@@ -32,6 +32,7 @@ mod backwards;
 mod clocks;
 pub(super) mod fills;
 pub(super) mod flags;
+mod groups;
 pub(super) mod names;
 pub mod own;
 mod pressure;
@@ -56,6 +57,7 @@ pub(super) fn budget(path: &Path) -> u64 {
 }
 
 pub(super) fn open(path: &Path) -> netcdf_reader::Result<NcFile> {
+    groups::have_an_end(path).map_err(netcdf_reader::Error::InvalidData)?;
     let limit = usize::try_from(budget(path)).unwrap_or(usize::MAX);
     NcFile::open_with_options(path, NcOpenOptions { max_read_bytes: limit, max_chunk_bytes: limit, ..NcOpenOptions::default() })
 }

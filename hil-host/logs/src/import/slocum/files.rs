@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Collected, ENGINEERING_ENDINGS, Loaded, SCIENCE_ENDINGS, clocks, ending, is_slocum, name_of};
 use crate::import::{ImportError, Report, dba, dbd, folder};
+use crate::record::bounded;
 
 /// A copy has more than this share of its time in that of the other file (guess): two segments may bear one name.
 const COPIED: f64 = 0.5;
@@ -126,7 +127,7 @@ pub(super) fn without_copies(files: &[PathBuf], report: &mut Report) -> Vec<Path
     files.sort_by_key(|p| stems.get(&p.file_stem()).is_none_or(|n| *n < 2));
     for path in files {
         let alike = kept.entry(length(path)).or_default();
-        let bytes = |p: &PathBuf| std::fs::read(p).ok().filter(|b| !b.is_empty());
+        let bytes = |p: &PathBuf| bounded::bytes(p, bounded::LOG).ok().filter(|b| !b.is_empty());
         let own = if alike.is_empty() { None } else { bytes(path) };
         match alike.iter().find(|other| own.is_some() && bytes(other) == own) {
             Some(other) => report.note(format!("{} holds the same bytes as {}: read once", name_of(path), name_of(other))),

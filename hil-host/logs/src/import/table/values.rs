@@ -1,11 +1,11 @@
 //! What stands in a table for no value, what its flags say is bad, and whose rows they are.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::RangeInclusive;
 
 use super::super::Report;
 use super::super::netcdf::fills::undeclared_fill;
-use super::super::netcdf::flags::{BAD, is_flag_of, means_bad};
+use super::super::netcdf::flags::{BAD, flagged_by, means_bad};
 use super::super::netcdf::names::{DENSITY, PITCH, SALINITY, TEMPERATURE};
 use super::super::report::shown;
 use super::tidy::by_channel;
@@ -95,14 +95,18 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The column whose flags a column holds.
-    pub(super) fn flagged(&self, flags: usize) -> Option<usize> {
-        self.names.iter().position(|name| is_flag_of(&self.names[flags], name))
+    /// Of each column the one whose flags it holds.
+    pub(super) fn flagged(&self) -> Vec<Option<usize>> {
+        let mut places: HashMap<String, usize> = HashMap::with_capacity(self.names.len());
+        for (k, name) in self.names.iter().enumerate() {
+            places.entry(name.to_ascii_lowercase()).or_insert(k);
+        }
+        self.names.iter().map(|name| flagged_by(name).iter().filter_map(|n| places.get(n).copied()).min()).collect()
     }
 
     /// Empties the fields whose flag is "bad" or "missing", as a number or in words.
     pub(super) fn leave_out_bad(&mut self, report: &mut Report) {
-        let pairs: Vec<(usize, usize)> = (0..self.names.len()).filter_map(|flags| Some((self.flagged(flags)?, flags))).collect();
+        let pairs: Vec<(usize, usize)> = self.flagged().into_iter().enumerate().filter_map(|(flags, of)| Some((of?, flags))).collect();
         for (column, flags) in pairs {
             let (mut left_out, mut words) = (0, BTreeSet::new());
             for row in &mut self.rows {
@@ -174,7 +178,8 @@ impl<'a> Table<'a> {
 
     /// Names the columns that are not read: text, or numbers that no channel takes.
     pub(super) fn note_unread(&self, read: impl Fn(usize) -> bool, report: &mut Report) {
-        let unread = |k: &usize| !read(*k) && !self.names[*k].is_empty() && !is_vehicle(&self.names[*k]) && self.flagged(*k).is_none();
+        let flagged = self.flagged();
+        let unread = |k: &usize| !read(*k) && !self.names[*k].is_empty() && !is_vehicle(&self.names[*k]) && flagged[*k].is_none();
         let names: Vec<&str> = (0..self.names.len()).filter(unread).map(|k| self.names[k].as_str()).collect();
         if !names.is_empty() {
             report.note(format!("not read: {}", names.join(", ")));

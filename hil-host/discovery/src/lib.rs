@@ -2,7 +2,7 @@
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 //!
 //! Folders in the order in which they may use each other: [`record`], [`vehicle`], [`preprocess`], [`model`], [`likelihood`],
-//! [`inference`], [`hypotheses`], [`criticism`], [`diagnosis`], [`workbench`]; [`steady`], [`import`] and [`export`] stand beside them.
+//! [`inference`], [`hypotheses`], [`criticism`], [`history`], [`diagnosis`], [`workbench`]; [`steady`], [`import`] and [`export`] stand beside them.
 //!
 //! # Words
 //!
@@ -33,6 +33,7 @@ pub mod ablation;
 pub mod criticism;
 pub mod diagnosis;
 pub mod export;
+pub mod history;
 pub mod hypotheses;
 pub mod import;
 pub mod inference;

@@ -44,6 +44,7 @@ pub mod scorecard;
 pub mod scorecard_ablation;
 pub mod scorecard_flight;
 pub mod scorecard_loop;
+mod scorecard_missions;
 pub mod scorecard_real;
 pub mod scorecard_timeline;
 pub mod serve;

@@ -1,0 +1,12 @@
+//! A vehicle judged by its own history: one summary a dive, one covariance a vehicle.
+
+pub mod file;
+pub mod glide;
+pub mod judge;
+pub mod learn;
+pub mod numbers;
+pub mod rows;
+pub mod summary;
+
+#[cfg(test)]
+mod tests;

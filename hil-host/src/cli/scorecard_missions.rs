@@ -1,0 +1,75 @@
+//! `glider scorecard real --controls N`: missions judged by their own history.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use super::scorecard::cases_bar;
+use super::shards::file_report;
+use super::{Output, Verdict};
+use crate::score::real::missions::{Scored, missions, score, together};
+use crate::terminal::{say, table};
+
+/// Runs it.
+///
+/// # Errors
+/// The folder cannot be read, or holds no mission.
+pub(super) fn run(root: &Path, controls: &[u64], out: Option<&Path>, list: bool, output: &Output) -> anyhow::Result<Verdict> {
+    let all = missions(root, &|why| eprintln!("left out: {why}"))?;
+    anyhow::ensure!(!all.is_empty(), "{}: no mission with steady dives", root.display());
+    let bar = cases_bar(all.len() * controls.len(), "missions");
+    let mut cards = Vec::new();
+    for &n in controls {
+        let scored = all.iter().filter_map(|mission| {
+            let scored = score(mission, n as usize);
+            bar.inc(1);
+            scored
+        });
+        let scored: Vec<Scored> = scored.collect();
+        let sum = together(&scored);
+        cards.push(json!({"controls": n, "missions": scored, "all": sum}));
+        if !output.json {
+            print(&scored, &sum, list);
+        }
+    }
+    bar.finish_and_clear();
+    let card = json!({"schema": "glider-scorecard-history/1", "by_controls": cards});
+    file_report(out, format!("{card:#}").as_bytes())?;
+    output.emit(&card, || {});
+    Ok(Verdict::Ok)
+}
+
+fn print(scored: &[Scored], sum: &Scored, list: bool) {
+    let mut t = table([
+        "mission",
+        "units",
+        "controls",
+        "quiet",
+        "clock, zero",
+        "in class",
+        "wrong",
+        "held",
+        "half: class",
+        "wrong",
+        "held",
+        "chi2",
+    ]);
+    for s in scored.iter().chain(std::iter::once(sum)) {
+        let share = |s: crate::score::real::missions::Share| format!("{}/{}", s.right, s.all);
+        let mut row = vec![s.name.clone(), s.units.to_string(), s.controls.to_string(), share(s.quiet), share(s.unseen)];
+        for of in s.sizes {
+            row.extend([share(of.in_class), share(of.wrong), format!("{:.2}", of.held.ratio())]);
+        }
+        row.push(format!("{:.2}", s.chi2));
+        t.add_row(row);
+    }
+    println!("{t}");
+    for s in scored {
+        for (unit, class) in &s.alarms {
+            say(&format!("{}: {unit}: {}", s.name, class.join(" | ")));
+        }
+        if list {
+            s.answers.iter().for_each(|a| say(&a.to_string()));
+        }
+    }
+}

@@ -5,7 +5,7 @@
 
 use super::glide::Glider;
 use super::learn::{Between, Forward, GATE, Learnt, WINDOW, between, expected_scatter, forward, learn, left_out, linear_about, start};
-use super::numbers::{ALL, NUMBERS, Numbers};
+use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, drive_m3, mean_temperature_degc, median};
 use super::summary::Summary;
 use crate::vehicle::Vehicle;
@@ -159,6 +159,9 @@ pub struct History {
     pub units: Vec<Stored>,
 }
 
+/// By how many sizes the numbers of two vehicle files differ.
+pub type Edited = Numbers;
+
 /// Units of one log, and the log's SHA-256.
 #[derive(Clone, Debug)]
 pub struct Logged {
@@ -210,7 +213,7 @@ impl History {
 
     /// By how many sizes a vehicle file claims other numbers than the one that the history was learnt with.
     #[must_use]
-    pub fn edited(&self, vehicle: &Vehicle) -> Numbers {
+    pub fn edited(&self, vehicle: &Vehicle) -> Edited {
         let glider = self.glider(vehicle);
         let now = glider.claims();
         Numbers::from_fn(|i, _| (now[i] - self.head.claims[i]) / glider.sizes[i])
@@ -294,15 +297,5 @@ impl History {
                 learnt.chi2
             )
         })
-    }
-}
-
-/// A size of a number in the unit that its effect is stated in, and that unit: logarithms as relative errors.
-#[must_use]
-pub fn in_its_unit(number: usize, size: f64, sizes: &Numbers) -> (f64, &'static str) {
-    let value = size * sizes[number];
-    match ALL[number].unit {
-        "ln" => (value.exp_m1(), "relative"),
-        unit => (value, unit),
     }
 }

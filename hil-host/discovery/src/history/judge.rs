@@ -172,6 +172,22 @@ fn moved(unit: &Summary, between: &Between) -> [(f64, f64); NUMBERS] {
     std::array::from_fn(|i| (size[i], posterior[(i, i)].sqrt()))
 }
 
+/// What a unit says with nothing known but the usual sizes of errors: what moved; nothing is named.
+#[must_use]
+pub fn moved_alone(unit: &Unit, glider: &Glider) -> Judgement {
+    let usual =
+        Between { mean: DVector::zeros(NUMBERS), of_mean: DMatrix::zeros(NUMBERS, NUMBERS), scatter: DMatrix::identity(NUMBERS, NUMBERS) };
+    let level = linear_about(unit, glider, &Numbers::zeros(), &Numbers::zeros()).own_level(None);
+    let history = Learnt { at: Numbers::zeros(), between: usual, usual_level: level, units: Vec::new(), chi2: f64::NAN };
+    let found = fit(unit, glider, &history, &history.at, level, None);
+    let says = Summary::of(&found.linear, found.linear.level(&found.d, None));
+    let posterior = inverse(&(&says.n + DMatrix::identity(NUMBERS, NUMBERS)));
+    let size = &posterior * &says.u;
+    let moved = std::array::from_fn(|i| (size[i], posterior[(i, i)].sqrt()));
+    let chi2 = chi2(&says, &history.between.mean, &history.between.scatter);
+    Judgement { ln_bayes: [0.0; NUMBERS], alone: moved, moved, chi2, class: Vec::new() }
+}
+
 /// chi² per number of a unit against a history, linearised where the vehicle is claimed to be.
 #[must_use]
 pub fn forward_chi2(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) -> f64 {

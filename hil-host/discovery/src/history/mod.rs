@@ -1,6 +1,7 @@
 //! A vehicle judged by its own history: one summary a dive, one covariance a vehicle.
 
 pub mod file;
+pub mod flight;
 pub mod glide;
 pub mod judge;
 pub mod learn;

@@ -3,6 +3,7 @@
 //! Sizes are one standard deviation of what a vehicle file is usually wrong by: guesses of the catalogue, good to a factor of two.
 //! A ninth number (climb drag, Reynolds exponent, drag of a bank) in the covariance breaks the quietness of untouched dives.
 
+use hydro::effects::{Parameter, by_name};
 use nalgebra::SVector;
 
 /// How many numbers.
@@ -59,6 +60,33 @@ pub const ALL: [Number; NUMBERS] = [
     number("lift_slope", "lift_slope_error", "ln", 0.2, Some("induced_drag_error")),
 ];
 
+impl Number {
+    /// The first parameter of its effect.
+    #[must_use]
+    pub fn parameter(&self) -> Parameter {
+        const NONE: Parameter = Parameter { name: "", unit: "", off: 0.0, low: 0.0, high: 0.0, typical: 0.0, source: "" };
+        by_name(self.effect).and_then(|e| e.parameters().first().copied()).unwrap_or(NONE)
+    }
+}
+
+/// A number beyond the file's, in its own unit, as the first parameter of its effect: relative to what the file claims where the effect is.
+#[must_use]
+pub fn in_effect(number: usize, value: f64, claimed: f64) -> f64 {
+    /// Density that a mass is a volume of, kg/m³, and cm³ in a m³.
+    const WATER_KG_M3: f64 = 1025.0;
+    const CC: f64 = 1e6;
+    match number {
+        BALLAST_OFFSET => -value / WATER_KG_M3 * CC,
+        COMPRESSIBILITY | EXPANSION if claimed != 0.0 => value / claimed,
+        COMPRESSIBILITY => value / RIGID_PER_PA,
+        DRAG_LEVEL | PITCH_SCALE | BALLAST_SCALE | LIFT_SLOPE => value.exp_m1(),
+        _ => value,
+    }
+}
+
+/// Compressibility that a relative error is of where the file says that the hull is rigid, 1/Pa.
+const RIGID_PER_PA: f64 = 5e-10;
+
 /// Ballast about its middle that has the full size of an offset, m³.
 const FULL_DRIVE_M3: f64 = 200e-6;
 
@@ -77,13 +105,21 @@ mod tests {
     #[test]
     fn every_number_and_mirror_is_an_effect_of_the_catalogue() {
         for n in ALL {
-            assert!(hydro::effects::by_name(n.effect).is_some(), "{}", n.name);
-            assert!(n.mirror.is_none_or(|m| hydro::effects::by_name(m).is_some()), "{}", n.name);
+            assert!(by_name(n.effect).is_some(), "{}", n.name);
+            assert!(n.mirror.is_none_or(|m| by_name(m).is_some()), "{}", n.name);
         }
         assert_eq!(
             (ALL[LIFT_SLOPE].name, ALL[BALLAST_SCALE].name, ALL[EXPANSION].name),
             ("lift_slope", "ballast_scale", "thermal_expansion")
         );
+    }
+
+    #[test]
+    fn accuracy_a_number_is_its_effects_parameter() {
+        assert!((in_effect(BALLAST_OFFSET, 0.1025, 0.0) + 100.0).abs() < 1e-9);
+        assert!((in_effect(COMPRESSIBILITY, -2e-10, 4e-10) + 0.5).abs() < 1e-12);
+        assert!((in_effect(DRAG_LEVEL, 1.5_f64.ln(), -1.9) - 0.5).abs() < 1e-12);
+        assert_eq!((in_effect(PITCH_OFFSET, 0.02, 0.1), ALL[PITCH_OFFSET].parameter().unit), (0.02, "rad"));
     }
 
     #[test]

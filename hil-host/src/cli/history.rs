@@ -86,7 +86,7 @@ fn add(history: &mut History, args: &Args, flight: &Path) -> anyhow::Result<usiz
     for unit in &found {
         let (glider, learnt) = (history.glider(&vehicle), history.learnt());
         let said = judge(unit, &glider, &learnt, &learnt.at);
-        let is_quiet = said.class.is_empty() && learnt.predicts_itself();
+        let is_quiet = said.is_quiet() && learnt.predicts_itself();
         loud += usize::from(!is_quiet);
         let compared = Forward { quiet: is_quiet || args.accept, chi2: said.chi2 };
         history.units.push(Stored::of(unit, &glider, &Numbers::from(history.head.at), Some(learnt.usual_level), compared, &log.sha256));

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::scorecard::cases_bar;
 use super::shards::file_report;
 use super::{Output, Verdict};
-use crate::score::real::missions::{Scored, missions, score, together};
+use crate::score::real::missions::{Scored, Share, below, missions, score, together};
 use crate::terminal::{say, table};
 
 /// Runs it.
@@ -18,7 +18,7 @@ pub(super) fn run(root: &Path, controls: &[u64], out: Option<&Path>, list: bool,
     let all = missions(root, &|why| eprintln!("left out: {why}"))?;
     anyhow::ensure!(!all.is_empty(), "{}: no mission with steady dives", root.display());
     let bar = cases_bar(all.len() * controls.len(), "missions");
-    let mut cards = Vec::new();
+    let (mut cards, mut low) = (Vec::new(), Vec::new());
     for &n in controls {
         let scored = all.iter().filter_map(|mission| {
             let scored = score(mission, n as usize);
@@ -27,43 +27,32 @@ pub(super) fn run(root: &Path, controls: &[u64], out: Option<&Path>, list: bool,
         });
         let scored: Vec<Scored> = scored.collect();
         let sum = together(&scored);
+        low.extend(below(&sum));
         cards.push(json!({"controls": n, "missions": scored, "all": sum}));
         if !output.json {
             print(&scored, &sum, list);
         }
     }
     bar.finish_and_clear();
-    let card = json!({"schema": "glider-scorecard-history/1", "by_controls": cards});
+    let card = json!({"schema": "glider-scorecard-history/1", "by_controls": cards, "below_goals": low});
     file_report(out, format!("{card:#}").as_bytes())?;
-    output.emit(&card, || {});
-    Ok(Verdict::Ok)
+    output.emit(&card, || low.iter().for_each(|why| say(&format!("below the goal: {why}"))));
+    Ok(if low.is_empty() { Verdict::Ok } else { Verdict::Negative })
 }
 
 fn print(scored: &[Scored], sum: &Scored, list: bool) {
-    let mut t = table([
-        "mission",
-        "units",
-        "controls",
-        "quiet",
-        "clock, zero",
-        "in class",
-        "wrong",
-        "held",
-        "half: class",
-        "wrong",
-        "held",
-        "chi2",
-    ]);
+    let mut t = table(["mission", "quiet", "sensors", "class", "wrong", "held", "class/2", "wrong/2", "held/2"]);
     for s in scored.iter().chain(std::iter::once(sum)) {
-        let share = |s: crate::score::real::missions::Share| format!("{}/{}", s.right, s.all);
-        let mut row = vec![s.name.clone(), s.units.to_string(), s.controls.to_string(), share(s.quiet), share(s.unseen)];
+        let share = |s: Share| format!("{}/{}", s.right, s.all);
+        let mut row = vec![s.name.clone(), share(s.quiet), share(s.unseen)];
         for of in s.sizes {
-            row.extend([share(of.in_class), share(of.wrong), format!("{:.2}", of.held.ratio())]);
+            row.extend([share(of.in_class), of.wrong.right.to_string(), format!("{:.2}", of.held.ratio())]);
         }
-        row.push(format!("{:.2}", s.chi2));
         t.add_row(row);
     }
     println!("{t}");
+    say(&format!("{} controls; sensors: a late clock or another pressure zero is quiet; /2: errors of half the size", sum.controls));
+    say(&format!("chances of {} untouched dives: p {:.2} of a uniform law", sum.chances.len(), sum.uniform));
     for s in scored {
         for (unit, class) in &s.alarms {
             say(&format!("{}: {unit}: {}", s.name, class.join(" | ")));

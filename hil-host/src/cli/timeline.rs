@@ -13,8 +13,11 @@ use anyhow::{Context as _, bail};
 use discovery::Flight;
 use discovery::diagnosis::report::number;
 use discovery::export::table::Table;
+use discovery::history::changes::Compared;
+use discovery::history::numbers::ALL;
 use discovery::workbench::change_kinds::{DIVES_PER_ALARM, KINDS};
 use discovery::workbench::mission_clock::{When, one_clock};
+use discovery::workbench::mission_history;
 use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
 use discovery::workbench::tracking::TRACKED;
 use serde_json::{Value, json};
@@ -251,7 +254,18 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
         "expected_false_alarms": number(done.expected_false_alarms),
         "false_alarms_per_1000_dives": number(1000.0 * done.expected_false_alarms / done.rows.len().max(1) as f64),
         "discrepancy_cm_s": number(100.0 * done.discrepancy_m_s), "kinds": KINDS.iter().map(|k| k.name).collect::<Vec<_>>(),
+        "history": done.history.iter().enumerate().map(history).collect::<Vec<_>>(),
         "notes": done.notes,
+    })
+}
+
+/// A steady dive beside the quiet ones before it.
+fn history((i, dive): (usize, &mission_history::Dive)) -> Value {
+    let class = |c: &Compared| c.judgement.class.iter().map(|i| ALL[*i].effect).collect::<Vec<_>>();
+    json!({
+        "unit": i + 1, "id": dive.id, "day": number(dive.day), "departs": dive.departs(),
+        "class": dive.compared.as_ref().map(class),
+        "chance": dive.compared.as_ref().map(|c| json!({"p": number(c.chance.0), "floor": number(c.chance.1)})),
     })
 }
 
@@ -321,6 +335,10 @@ fn said(done: &Timeline, out: &[PathBuf]) {
     }
     if done.events.is_empty() {
         say("No change is named.");
+    }
+    let odd = done.history.iter().filter_map(|dive| Some((dive, dive.departs()?)));
+    for (dive, what) in odd.take(SHOWN) {
+        say(&wrapped(&format!("Beside the dives before it {} (day {:.2}) departs: {what}.", dive.id, dive.day), 2));
     }
     for e in &done.events {
         say(&wrapped(&sentence(e), 2));

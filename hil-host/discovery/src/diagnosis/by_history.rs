@@ -11,6 +11,7 @@ impl Diagnosis {
         if let Some(said) = said.as_ref().filter(|s| s.decides()) {
             let class = said.class();
             self.verdict = match class.len() {
+                0 if said.judgement.departs.is_some() => Verdict::Unexplained,
                 0 => Verdict::Adequate,
                 1 => Verdict::Explained,
                 _ => Verdict::Ambiguous,

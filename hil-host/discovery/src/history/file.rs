@@ -4,9 +4,10 @@
 //! history is learnt again, and extended, without the logs.
 
 use super::glide::Glider;
-use super::learn::{Between, Forward, GATE, Learnt, WINDOW, between, expected_scatter, forward, learn, left_out, linear_about, start};
+use super::learn::{Forward, GATE, Learnt, WINDOW, forward, learn, linear_about, of_summaries, start, wide_about};
 use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, drive_m3, mean_temperature_degc, median};
+use super::structure::COLUMNS;
 use super::summary::Summary;
 use crate::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
@@ -97,15 +98,15 @@ pub struct Stored {
     pub rows: usize,
     /// Blocks of rows.
     pub blocks: usize,
-    /// Level of the noise of a row, (m/s)².
-    pub level: f64,
+    /// Level of the noise of a row, (m/s)²: where structures are noise, and where they are columns.
+    pub level: [f64; 2],
     /// chi² per number against the quiet units before it; none of the first ones.
     pub chi2: Option<f64>,
     /// Whether it may be a control.
     pub quiet: bool,
     /// SHA-256 of its log.
     pub log_sha256: String,
-    /// Upper triangle of R by rows, N = R'R over the noise.
+    /// Upper triangle of R by rows, N = R'R over the noise: its first eight rows and columns are of the numbers, structures follow.
     pub r: Vec<f64>,
     /// y, u = R'y.
     pub y: Vec<f64>,
@@ -115,10 +116,10 @@ impl Stored {
     /// A unit linearised at `at` (beyond the vehicle of `glider`) and counted from there.
     #[must_use]
     pub fn of(unit: &Unit, glider: &Glider, at: &Numbers, usual_level: Option<f64>, forward: Forward, log_sha256: &str) -> Self {
-        let linear = linear_about(unit, glider, at, &Numbers::zeros());
-        let level = linear.own_level(usual_level);
+        let linear = wide_about(unit, glider, at, &Numbers::zeros());
+        let level = [linear_about(unit, glider, at, &Numbers::zeros()).own_level(usual_level), linear.own_level(usual_level)];
         let (r, y) = linear.root();
-        let scale = level.sqrt();
+        let scale = level[0].sqrt();
         Self {
             id: unit.id.clone(),
             start_s: unit.start_s(),
@@ -130,23 +131,35 @@ impl Stored {
             chi2: forward.chi2.is_finite().then_some(forward.chi2),
             quiet: forward.quiet,
             log_sha256: log_sha256.to_owned(),
-            r: (0..NUMBERS).flat_map(|i| (i..NUMBERS).map(move |k| (i, k))).map(|(i, k)| r[(i, k)] / scale).collect(),
+            r: (0..COLUMNS).flat_map(|i| (i..COLUMNS).map(move |k| (i, k))).map(|(i, k)| r[(i, k)] / scale).collect(),
             y: y.iter().map(|y| y / scale).collect(),
         }
     }
 
-    /// N and u.
+    /// N and u of the numbers.
     #[must_use]
     pub fn summary(&self) -> Summary {
-        let mut r = DMatrix::zeros(NUMBERS, NUMBERS);
-        let places = (0..NUMBERS).flat_map(|i| (i..NUMBERS).map(move |k| (i, k)));
+        self.root().of_numbers()
+    }
+
+    /// N and u of all columns.
+    #[must_use]
+    pub fn wide_summary(&self) -> Summary {
+        let Summary { n, u } = self.root();
+        let by = self.level[0] / self.level[1];
+        Summary { n: n * by, u: u * by }
+    }
+
+    fn root(&self) -> Summary {
+        let mut r = DMatrix::zeros(COLUMNS, COLUMNS);
+        let places = (0..COLUMNS).flat_map(|i| (i..COLUMNS).map(move |k| (i, k)));
         places.zip(&self.r).for_each(|(place, value)| r[place] = *value);
         Summary::of_root(&r, &DVector::from_column_slice(&self.y))
     }
 
     fn is_sound(&self) -> bool {
-        let finite = self.r.iter().chain(&self.y).all(|x| x.is_finite()) && self.level > 0.0;
-        finite && self.r.len() == NUMBERS * (NUMBERS + 1) / 2 && self.y.len() == NUMBERS
+        let finite = self.r.iter().chain(&self.y).all(|x| x.is_finite()) && self.level.iter().all(|l| *l > 0.0);
+        finite && self.r.len() == COLUMNS * (COLUMNS + 1) / 2 && self.y.len() == COLUMNS
     }
 }
 
@@ -236,13 +249,10 @@ impl History {
     #[must_use]
     pub fn learnt(&self) -> Learnt {
         let controls = self.controls();
-        let units: Vec<Summary> = controls.iter().map(|c| c.summary()).collect();
-        let expected = expected_scatter(units.len(), &[]);
+        let wide: Vec<Summary> = controls.iter().map(|c| c.wide_summary()).collect();
+        let units = controls.iter().map(|c| c.summary()).collect();
         let anchor = DVector::from_column_slice(&self.head.anchor);
-        let found: Between = between(&units, &expected, &anchor);
-        let chi2 = left_out(&units, &expected, &anchor, &found);
-        let usual_level = median(controls.iter().map(|c| c.level));
-        Learnt { at: Numbers::from(self.head.at), between: found, usual_level, units, chi2 }
+        of_summaries(units, &wide, Numbers::from(self.head.at), &anchor, median(controls.iter().map(|c| c.level[0])))
     }
 
     /// As the file has it.
@@ -275,7 +285,7 @@ impl History {
         for (number, line) in lines {
             let unit: Stored = serde_json::from_str(line).map_err(|e| bad(number, format!("is no summary of a dive ({e})")))?;
             if !unit.is_sound() {
-                return Err(bad(number, "has a summary that is none: 36 numbers of r and 8 of y, all finite".into()));
+                return Err(bad(number, "has a summary that is none: 325 numbers of r and 25 of y, all finite".into()));
             }
             units.push(unit);
         }

@@ -53,7 +53,7 @@ pub struct Said {
 fn by_learnt(of: &[Unit], glider: &Glider, learnt: &Learnt) -> Option<(usize, usize, Judgement)> {
     let last = &of[of.len().saturating_sub(MOST)..];
     let mut all: Vec<(usize, Judgement)> = last.iter().map(|u| judge(u, glider, learnt, &learnt.at)).enumerate().collect();
-    let loud = all.iter().filter(|j| !j.1.class.is_empty()).count();
+    let loud = all.iter().filter(|j| !j.1.is_quiet()).count();
     let best = |j: &Judgement| j.ln_bayes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     all.sort_by(|a, b| best(&a.1).total_cmp(&best(&b.1)));
     let middle = (all.len().checked_sub(1)?) / 2;
@@ -92,7 +92,7 @@ pub fn without_history(flight: &Flight, vehicle: &Vehicle) -> Option<Said> {
     {
         let (glider, learnt) = (history.glider(vehicle), history.learnt());
         let judgement = judge(last, &glider, &learnt, &learnt.at);
-        let loud = usize::from(!judgement.class.is_empty());
+        let loud = usize::from(!judgement.is_quiet());
         let chance = chance(judgement.chi2, &history.earlier_chi2());
         let (controls, gate) = (learnt.units.len(), History::gate(&learnt));
         let (unit, edited) = (last.id.clone(), Edited::zeros());
@@ -185,6 +185,7 @@ impl Said {
             "class": j.class.iter().map(named).collect::<Vec<_>>(),
             "chance": {"p": self.chance.0, "floor": self.chance.1, "chi2_per_number": j.chi2},
             "moved": (0..NUMBERS).map(|i| self.entry(i, j.moved[i])).collect::<Vec<_>>(),
+            "departs": j.departs.map(|(d, ln)| json!({"variable": d.variable, "about": d.about, "ln_bayes": ln})),
             "gate": self.gate,
             "says": self.words(),
         })
@@ -202,7 +203,7 @@ impl Said {
         let (factor, unit) = match ALL[number].parameter().unit {
             "rad" => (1f64.to_degrees(), " deg"),
             "1" => (100.0, " %"),
-            "cm3" | "cc" => (1.0, " cc"),
+            "cm^3" => (1.0, " cm3"),
             _ => (1.0, ""),
         };
         let [value, low, high] = [value, low, high].map(|v| v * factor);
@@ -228,6 +229,12 @@ impl Said {
                 );
             }
         };
+        if let Some((d, _)) = j.departs {
+            return format!(
+                "Beside {by} something changed that none of the numbers describes: it follows {} ({}). Chance of a healthy dive {p:.3} (at least {floor:.3}).",
+                d.variable, d.about
+            );
+        }
         if j.class.is_empty() {
             return format!("Beside {by} nothing departs (chance {p:.2}); {}.", self.moved_in_words());
         }

@@ -1,9 +1,10 @@
 //! Which departure a vehicle's history does not explain: Bayes factors of single numbers, refitted where they lead, and the verdict.
 
 use super::glide::Glider;
-use super::learn::{Between, Learnt, chi2, inverse, linear_about};
+use super::learn::{Between, Learnt, chi2, inverse, linear_about, wide_about};
 use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, median};
+use super::structure::{Departure, departs};
 use super::summary::{Linear, Summary};
 use nalgebra::{DMatrix, DVector};
 
@@ -114,11 +115,19 @@ pub struct Judgement {
     pub moved: [(f64, f64); NUMBERS],
     /// chi² per number of the unit against the history.
     pub chi2: f64,
+    /// What departs that is none of the numbers, and its ln Bayes factor; asked where no number is named.
+    pub departs: Option<(Departure, f64)>,
     /// Names in the order of their evidence, none where the history explains the unit or does not predict itself.
     pub class: Vec<usize>,
 }
 
 impl Judgement {
+    /// Whether nothing departs.
+    #[must_use]
+    pub fn is_quiet(&self) -> bool {
+        self.class.is_empty() && self.departs.is_none()
+    }
+
     /// 90 % interval of a number were it alone, in its sizes.
     #[must_use]
     pub fn interval(&self, number: usize) -> (f64, f64) {
@@ -161,7 +170,16 @@ pub fn judge(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) 
         (w.size[0], w.covariance[(0, 0)].sqrt())
     });
     let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
-    Judgement { ln_bayes, alone, moved: moved(&last, between), chi2: forward_chi2(unit, glider, history, claimed), class }
+    let departs =
+        if class.is_empty() && history.predicts_itself() { beyond_numbers(unit, glider, history, claimed, &fits[0]) } else { None };
+    Judgement { ln_bayes, alone, moved: moved(&last, between), chi2: forward_chi2(unit, glider, history, claimed), departs, class }
+}
+
+/// What departs beside the history's best fit that is none of the numbers.
+fn beyond_numbers(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers, null: &Fit) -> Option<(Departure, f64)> {
+    let wide = history.wide.as_ref()?;
+    let linear = wide_about(unit, glider, claimed, &Numbers::from_column_slice(null.d.as_slice()));
+    departs(&linear, linear.own_level(Some(history.usual_level)), &wide.mean, &wide.next())
 }
 
 /// All eight numbers of a unit beyond the history's mean, each free by one size beside the history.
@@ -178,14 +196,14 @@ pub fn moved_alone(unit: &Unit, glider: &Glider) -> Judgement {
     let usual =
         Between { mean: DVector::zeros(NUMBERS), of_mean: DMatrix::zeros(NUMBERS, NUMBERS), scatter: DMatrix::identity(NUMBERS, NUMBERS) };
     let level = linear_about(unit, glider, &Numbers::zeros(), &Numbers::zeros()).own_level(None);
-    let history = Learnt { at: Numbers::zeros(), between: usual, usual_level: level, units: Vec::new(), chi2: f64::NAN };
+    let history = Learnt { at: Numbers::zeros(), between: usual, wide: None, usual_level: level, units: Vec::new(), chi2: f64::NAN };
     let found = fit(unit, glider, &history, &history.at, level, None);
     let says = Summary::of(&found.linear, found.linear.level(&found.d, None));
     let posterior = inverse(&(&says.n + DMatrix::identity(NUMBERS, NUMBERS)));
     let size = &posterior * &says.u;
     let moved = std::array::from_fn(|i| (size[i], posterior[(i, i)].sqrt()));
     let chi2 = chi2(&says, &history.between.mean, &history.between.scatter);
-    Judgement { ln_bayes: [0.0; NUMBERS], alone: moved, moved, chi2, class: Vec::new() }
+    Judgement { ln_bayes: [0.0; NUMBERS], alone: moved, moved, chi2, departs: None, class: Vec::new() }
 }
 
 /// chi² per number of a unit against a history, linearised where the vehicle is claimed to be.

@@ -6,6 +6,7 @@
 use super::glide::Glider;
 use super::numbers::{BALLAST_OFFSET, DRAG_LEVEL, NUMBERS, Numbers};
 use super::rows::{Unit, median};
+use super::structure;
 use super::summary::{Linear, Summary};
 use nalgebra::{DMatrix, DVector};
 
@@ -126,6 +127,8 @@ pub struct Learnt {
     pub at: Numbers,
     /// Mean (beyond `at`) and covariance between units.
     pub between: Between,
+    /// The same of all columns, structures behind the numbers; none where nothing was learnt of them.
+    pub wide: Option<Between>,
     /// Median level of the noise of its units.
     pub usual_level: f64,
     /// Summaries of the units, in the order of time.
@@ -210,12 +213,26 @@ pub fn learn(units: &[&Unit], glider: &Glider, from: &Numbers) -> Learnt {
         at += step;
         own = summaries.iter().map(|s| Numbers::from_column_slice(place(s, &found).as_slice()) - step).collect();
     }
-    let all: Vec<Linear> = units.iter().map(|u| linear_about(u, glider, &at, &Numbers::zeros())).collect();
-    let levels: Vec<f64> = all.iter().map(|l| l.own_level(usual)).collect();
-    let summaries: Vec<Summary> = all.iter().zip(levels).map(|(l, k)| Summary::of(l, k)).collect();
-    let found = between(&summaries, &expected, &anchor(&at));
-    let chi2 = left_out(&summaries, &expected, &anchor(&at), &found);
-    Learnt { at, between: found, usual_level: usual.unwrap_or(f64::NAN), units: summaries, chi2 }
+    let pairs = units.iter().map(|u| both(u, glider, &at, usual));
+    let (summaries, wide): (Vec<Summary>, Vec<Summary>) = pairs.map(|b| (b.0, b.1)).unzip();
+    of_summaries(summaries, &wide, at, &anchor(&at), usual.unwrap_or(f64::NAN))
+}
+
+/// Summaries of a unit counted from `at`: of the numbers alone, where structures are noise, and of all columns.
+fn both(unit: &Unit, glider: &Glider, at: &Numbers, usual: Option<f64>) -> (Summary, Summary) {
+    let (narrow, wide) = (linear_about(unit, glider, at, &Numbers::zeros()), wide_about(unit, glider, at, &Numbers::zeros()));
+    (Summary::of(&narrow, narrow.own_level(usual)), Summary::of(&wide, wide.own_level(usual)))
+}
+
+/// The history of units whose summaries, of the numbers and of all columns, count from `at`.
+#[must_use]
+pub fn of_summaries(units: Vec<Summary>, wide: &[Summary], at: Numbers, anchor: &DVector<f64>, usual_level: f64) -> Learnt {
+    let expected = expected_scatter(units.len(), &[]);
+    let found = between(&units, &expected, anchor);
+    let chi2 = left_out(&units, &expected, anchor, &found);
+    let further = structure::scatter();
+    let wide = between(wide, &expected_scatter(units.len(), &further), &anchor.clone().resize_vertically(NUMBERS + further.len(), 0.0));
+    Learnt { at, between: found, wide: Some(wide), usual_level, units, chi2 }
 }
 
 /// A unit linearised `d` beyond `at`, and counted from `at`.
@@ -226,8 +243,16 @@ pub fn linear_about(unit: &Unit, glider: &Glider, at: &Numbers, d: &Numbers) -> 
     linear
 }
 
+/// The same with the columns of structures behind the numbers.
+#[must_use]
+pub fn wide_about(unit: &Unit, glider: &Glider, at: &Numbers, d: &Numbers) -> Linear {
+    let mut linear = Linear::with_columns(unit, glider, &(at + d), |rises, jacobian, kept| structure::columns(unit, rises, jacobian, kept));
+    linear.count_from(at);
+    linear
+}
+
 /// Mean chi² per number of every unit against the others.
-pub(super) fn left_out(units: &[Summary], expected: &DVector<f64>, anchor: &DVector<f64>, all: &Between) -> f64 {
+fn left_out(units: &[Summary], expected: &DVector<f64>, anchor: &DVector<f64>, all: &Between) -> f64 {
     if units.len() < 4 {
         return f64::NAN;
     }

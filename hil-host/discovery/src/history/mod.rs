@@ -1,5 +1,6 @@
 //! A vehicle judged by its own history: one summary a dive, one covariance a vehicle.
 
+pub mod changes;
 pub mod file;
 pub mod flight;
 pub mod glide;
@@ -7,6 +8,7 @@ pub mod judge;
 pub mod learn;
 pub mod numbers;
 pub mod rows;
+pub mod structure;
 pub mod summary;
 
 #[cfg(test)]

@@ -36,6 +36,14 @@ pub struct Linear {
     blocks: Vec<Block>,
 }
 
+/// Variance of the rows that count.
+fn variance(residual: &DVector<f64>, kept: &[bool]) -> f64 {
+    let counted = || residual.iter().zip(kept).filter(|(_, kept)| **kept).map(|(r, _)| *r);
+    let n = counted().count() as f64;
+    let mean = counted().sum::<f64>() / n;
+    counted().map(|r| (r - mean).powi(2)).sum::<f64>() / n
+}
+
 /// Rows that are no outliers: within five standard deviations of the median, robustly, and 1 mm/s.
 fn inliers(residual: &[f64]) -> Vec<bool> {
     let middle = median(residual.iter().copied());
@@ -47,11 +55,16 @@ impl Linear {
     /// Linearises a unit.
     #[must_use]
     pub fn of(unit: &Unit, glider: &Glider, at: &Numbers) -> Self {
-        Self::with_columns(unit, glider, at, |_, _| DMatrix::zeros(unit.rows.len(), 0))
+        Self::with_columns(unit, glider, at, |_, _, _| DMatrix::zeros(unit.rows.len(), 0))
     }
 
-    /// The same with further columns, made of the Jacobian and the rows that count.
-    pub fn with_columns(unit: &Unit, glider: &Glider, at: &Numbers, further: impl FnOnce(&DMatrix<f64>, &[bool]) -> DMatrix<f64>) -> Self {
+    /// The same with further columns, made of the modelled velocities, the Jacobian and the rows that count.
+    pub fn with_columns(
+        unit: &Unit,
+        glider: &Glider,
+        at: &Numbers,
+        further: impl FnOnce(&[f64], &DMatrix<f64>, &[bool]) -> DMatrix<f64>,
+    ) -> Self {
         let (rises, derivatives) = glider.linearised(unit, &glider.moved(at));
         let mut residual: Vec<f64> = unit.rows.iter().zip(&rises).map(|(row, w)| row.rise_m_s - w).collect();
         let mut kept = inliers(&residual);
@@ -60,7 +73,7 @@ impl Linear {
         }
         residual.iter_mut().zip(&kept).filter(|(_, kept)| !**kept).for_each(|(r, _)| *r = 0.0);
         let numbers = DMatrix::from_fn(residual.len(), NUMBERS, |i, k| if kept[i] { derivatives[i][k] } else { 0.0 });
-        let more = further(&numbers, &kept);
+        let more = further(&rises, &numbers, &kept);
         let jacobian = DMatrix::from_fn(residual.len(), NUMBERS + more.ncols(), |i, k| match k {
             k if k < NUMBERS => numbers[(i, k)],
             k if kept[i] => more[(i, k - NUMBERS)],
@@ -69,9 +82,7 @@ impl Linear {
         let residual = DVector::from_vec(residual);
         let of_numbers = &numbers * DVector::from_column_slice(at.as_slice());
         let blocks = (0..unit.blocks()).filter_map(|b| block(unit, b, &jacobian, &(&residual + &of_numbers), &kept)).collect();
-        let n = kept.iter().filter(|k| **k).count() as f64;
-        let mean = residual.sum() / n;
-        let variance = residual.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(r, _)| (r - mean).powi(2)).sum::<f64>() / n;
+        let variance = variance(&residual, &kept);
         Self { at: *at, residual, jacobian, kept, variance, blocks }
     }
 

@@ -1,5 +1,6 @@
 //! Closed forms, and a made-up vehicle whose dives scatter as they are told to.
 
+use super::changes::Own;
 use super::file::{History, Logged, SCHEMA, Stored};
 use super::glide::Glider;
 use super::judge::{chance, class, judge, weigh};
@@ -47,6 +48,7 @@ fn dive(k: usize, glider: &Glider, x: &Numbers, water_m_s: f64, noise: &mut Nois
             density_kg_m3: 1027.0 - 0.2 * degc + 4.0 * depth,
             temperature_degc: degc,
             pitch_rad: way * (0.38 + 0.06 * (i as f64 * 0.4).sin()),
+            heading_rad: 0.3 * i as f64,
             ballast_m3: way * 2e-4,
             way,
             block: i / 30,
@@ -148,6 +150,26 @@ fn accuracy_a_wrong_drag_and_a_soft_hull_are_named_with_their_size() {
 }
 
 #[test]
+fn accuracy_a_structure_by_heading_is_none_of_the_numbers() {
+    let (glider, mut noise) = (glider(), Noise(9));
+    let units = dives(16, &glider, &Numbers::zeros(), &mut noise);
+    let history = learn(&units[..12].iter().collect::<Vec<_>>(), &glider, &Numbers::zeros());
+    for unit in &units[12..] {
+        let untouched = judge(unit, &glider, &history, &history.at);
+        assert!(untouched.departs.is_none(), "{untouched:?}");
+        let mut odd = unit.clone();
+        odd.rows.iter_mut().for_each(|r| r.rise_m_s += 0.03 * r.heading_rad.cos());
+        let said = judge(&odd, &glider, &history, &history.at);
+        assert_eq!((said.class.len(), said.departs.map(|d| d.0.variable)), (0, Some("heading")), "{said:?}");
+        // A name of the numbers is never overruled.
+        let mut claimed = history.at;
+        claimed[DRAG_LEVEL] += 1.5;
+        let said = judge(unit, &glider, &history, &claimed);
+        assert!(said.class.contains(&DRAG_LEVEL) && said.departs.is_none());
+    }
+}
+
+#[test]
 fn accuracy_a_history_of_units_that_are_not_alike_judges_nothing() {
     let (glider, mut noise) = (glider(), Noise(4));
     // Numbers that leap between values that no covariance of a few units holds, known to a thousandth.
@@ -215,6 +237,31 @@ fn accuracy_steady_rows_have_the_slope_of_pressure() {
     assert!(units(&flight).is_empty());
 }
 
+#[test]
+fn accuracy_a_step_is_dated_and_a_drift_is_seen_against_the_oldest() {
+    let (glider, mut noise) = (glider(), Noise(10));
+    let mut at = Numbers::zeros();
+    let mut units = dives(8, &glider, &at, &mut noise);
+    at[COMPRESSIBILITY] = 1.2;
+    units.extend((8..14).map(|k| dive(k, &glider, &at, 0.004, &mut noise)));
+    let own = Own::of(units, &vehicle()).expect("dives enough");
+    let step = |onset: usize| (0..14).map(|i| f64::from(u8::from(i >= onset))).collect::<Vec<_>>();
+    let at_onset = own.change(&step(8)).expect("asked");
+    assert_eq!(class(&at_onset).first(), Some(&COMPRESSIBILITY), "{at_onset:?}");
+    let said = own.one_by_one();
+    assert!(said[..3].iter().all(Option::is_none));
+    let named = |i: usize| said[i].as_ref().is_some_and(|s| s.judgement.class.contains(&COMPRESSIBILITY));
+    assert!(!(3..8).any(named) && named(8), "{said:?}");
+    // A change that was there before the first dive is the vehicle.
+    assert!(own.change(&step(0)).is_none_or(|ln| class(&ln).is_empty() || class(&ln)[0] == COMPRESSIBILITY));
+    // Growth from the first dive on.
+    let grown = |k: usize| Numbers::from_fn(|i, _| if i == DRAG_LEVEL { 0.1 * k as f64 } else { 0.0 });
+    let units = (0..18).map(|k| dive(k, &glider, &grown(k), 0.004, &mut noise)).collect();
+    let own = Own::of(units, &vehicle()).expect("dives enough");
+    let ln = own.change(&(0..18).map(|i| (f64::from(i) + 0.5) / 17.5).collect::<Vec<_>>()).expect("asked");
+    assert!(class(&ln).contains(&DRAG_LEVEL), "{ln:?}");
+}
+
 fn written() -> History {
     let (glider, mut noise) = (glider(), Noise(6));
     let units = dives(14, &glider, &Numbers::zeros(), &mut noise);
@@ -271,6 +318,6 @@ fn a_unit_is_kept_with_its_provenance() {
     assert_eq!((stored.rows, stored.blocks, stored.chi2, stored.log_sha256.as_str()), (120, 4, None, "abc"));
     assert!((stored.regime.pitch_rad - 0.38).abs() < 0.02 && (stored.regime.drive_m3 - 2e-4).abs() < 1e-12);
     let linear = Linear::of(&unit, &glider, &Numbers::zeros());
-    let direct = Summary::of(&linear, stored.level);
+    let direct = Summary::of(&linear, stored.level[0]);
     assert!((stored.summary().n - direct.n).amax() < 1e-6 * 1e6_f64.max(1.0));
 }

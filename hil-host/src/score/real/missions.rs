@@ -31,6 +31,8 @@ pub struct Mission {
 const SIZES: [f64; 2] = [1.0, 0.5];
 /// Units that errors are injected into, spread evenly over those that have controls.
 const ASKED: usize = 6;
+/// Earlier units that a chance is ranked among at least.
+const FEW: usize = 4;
 /// Units that the start is calibrated on.
 const FIRST: usize = 6;
 
@@ -161,8 +163,10 @@ pub struct Scored {
     pub unseen: Share,
     /// Errors by size.
     pub sizes: [OfSize; 2],
-    /// Forward chances of untouched units.
-    pub chances: Vec<f64>,
+    /// Forward chances of untouched units, with their floors.
+    pub chances: Vec<(f64, f64)>,
+    /// Probability of chances that are as far from uniform.
+    pub uniform: f64,
     /// Mean chi² of the last history, each of its units against the others.
     pub chi2: f64,
     /// What was named where nothing is: unit and class.
@@ -302,14 +306,18 @@ pub fn score(mission: &Mission, controls: usize) -> Option<Scored> {
     for &i in &judged {
         let history = histories.before(i).clone();
         let said = judge(&units[i], &histories.glider, &history, &history.at);
-        out.quiet.count(said.class.is_empty());
-        if !said.class.is_empty() {
-            out.alarms.push((units[i].id.clone(), names(&said.class)));
+        out.quiet.count(said.is_quiet());
+        if !said.is_quiet() {
+            let departs = said.departs.map(|d| format!("none of the numbers, follows {}", d.0.variable));
+            out.alarms.push((units[i].id.clone(), names(&said.class).into_iter().chain(departs).collect()));
         }
-        out.chances.push(chance(said.chi2, &earlier).0);
+        if earlier.len() >= FEW {
+            out.chances.push(chance(said.chi2, &earlier));
+        }
         earlier.push(said.chi2);
         out.chi2 = history.chi2;
     }
+    out.uniform = uniformity(&out.chances);
     for i in spread(&judged, ASKED) {
         let history = histories.before(i).clone();
         for (k, share) in SIZES.into_iter().enumerate() {
@@ -323,7 +331,7 @@ pub fn score(mission: &Mission, controls: usize) -> Option<Scored> {
         for name in UNSEEN {
             if let Some(unit) = with_sensor_error(mission, &units[i], name) {
                 let said = judge(&unit, &histories.glider, &history, &history.at);
-                out.unseen.count(said.class.is_empty());
+                out.unseen.count(said.is_quiet());
                 out.answers.push(json!({"unit": unit.id, "error": name, "class": names(&said.class)}));
             }
         }
@@ -340,6 +348,51 @@ fn score_error(out: &mut Scored, k: usize, (unit, name, number): (&str, &str, us
     of.held.count((low..=high).contains(&truth));
     out.answers.push(json!({"unit": unit, "error": name, "share": of.share, "class": names(&said.class), "truth": truth,
         "interval": [low, high], "ln_bayes": said.ln_bayes}));
+}
+
+/// Probability of a distance as large between chances and a uniform law (Kolmogorov and Smirnov, asymptotic), each chance in the
+/// middle of its step.
+#[must_use]
+pub fn uniformity(chances: &[(f64, f64)]) -> f64 {
+    let mut p: Vec<f64> = chances.iter().map(|(p, floor)| p - 0.5 * floor).collect();
+    p.sort_by(f64::total_cmp);
+    let n = p.len() as f64;
+    let far = |(i, p): (usize, &f64)| (p - i as f64 / n).max((i as f64 + 1.0) / n - p);
+    let distance = p.iter().enumerate().map(far).fold(0.0, f64::max);
+    let x = (n.sqrt() + 0.12 + 0.11 / n.sqrt()) * distance;
+    let sum: f64 = (1..=100).map(|k| if k % 2 == 1 { 2.0 } else { -2.0 } * (-2.0 * f64::from(k * k) * x * x).exp()).sum();
+    if x < 0.2 { 1.0 } else { sum.clamp(0.0, 1.0) }
+}
+
+/// What is to be reached on vehicles that nobody tuned to, from so many controls on.
+const GOAL_CONTROLS: usize = 6;
+const GOAL_QUIET: f64 = 0.97;
+const GOAL_QUIET_OF_FEW: f64 = 0.95;
+const GOAL_WRONG: f64 = 0.02;
+const GOAL_HELD: f64 = 0.87;
+const GOAL_UNIFORM: f64 = 0.05;
+/// Healthy units from which their chances tell of a law.
+const MANY: usize = 100;
+
+/// Which goals a score misses.
+#[must_use]
+pub fn below(s: &Scored) -> Vec<String> {
+    let mut out = Vec::new();
+    let quiet = if s.controls >= GOAL_CONTROLS { GOAL_QUIET } else { GOAL_QUIET_OF_FEW };
+    let mut ask = |right: bool, what: String| {
+        if !right {
+            out.push(format!("{} controls: {what}", s.controls))
+        }
+    };
+    ask(!(s.quiet.ratio() < quiet), format!("{:.3} of untouched units are quiet, at least {quiet}", s.quiet.ratio()));
+    ask(!(s.unseen.ratio() < quiet), format!("{:.3} of late clocks and pressure zeros are quiet, at least {quiet}", s.unseen.ratio()));
+    for of in s.sizes {
+        let (wrong, held, share) = (of.wrong.ratio(), of.held.ratio(), of.share);
+        ask(!(wrong > GOAL_WRONG), format!("{wrong:.3} of errors of size {share} are misnamed, at most {GOAL_WRONG}"));
+        ask(!(held < GOAL_HELD), format!("{held:.3} of intervals of size {share} hold the truth, at least {GOAL_HELD}"));
+    }
+    ask(s.chances.len() < MANY || s.uniform > GOAL_UNIFORM, format!("chances are not uniform: p {:.3}, above {GOAL_UNIFORM}", s.uniform));
+    out
 }
 
 /// All missions together.
@@ -359,5 +412,35 @@ pub fn together(all: &[Scored]) -> Scored {
             sum.held.add(one.held);
         }
     }
+    sum.uniform = uniformity(&sum.chances);
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn accuracy_chances_that_bunch_are_not_uniform() {
+        let even: Vec<(f64, f64)> = (1..=200).map(|i| (f64::from(i) / 200.0, 0.005)).collect();
+        assert!(uniformity(&even) > 0.99);
+        let bunched: Vec<(f64, f64)> = even.iter().map(|(p, floor)| (p * p, *floor)).collect();
+        assert!(uniformity(&bunched) < 1e-3);
+        // The 5 % point of 100 is 1.358 / (10 + .12 + .011).
+        let moved: Vec<(f64, f64)> = (0..100).map(|i| ((f64::from(i) + 0.5) / 100.0 + 0.129, 0.0)).collect();
+        assert!((uniformity(&moved) - 0.05).abs() < 0.01, "{}", uniformity(&moved));
+    }
+
+    #[test]
+    fn a_score_below_the_goals_says_which() {
+        let good = Share { right: 100, all: 100 };
+        let none = Share { right: 0, all: 100 };
+        let sizes = [1.0, 0.5].map(|share| OfSize { share, in_class: good, wrong: none, held: good });
+        let mut scored = Scored { controls: 12, quiet: good, unseen: good, sizes, ..Scored::default() };
+        assert!(below(&scored).is_empty());
+        scored.quiet.right = 96;
+        scored.sizes[1].wrong.right = 3;
+        let said = below(&scored);
+        assert!(said.len() == 2 && said[0].contains("0.960 of untouched") && said[1].contains("size 0.5 are misnamed"), "{said:?}");
+    }
 }

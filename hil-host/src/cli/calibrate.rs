@@ -86,6 +86,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let own_files: Vec<PathBuf> = args.flight.iter().flat_map(|f| vehicle::files_next_to(f)).collect();
     let inputs: Vec<&Path> = args.flight.iter().chain(&own_files).chain(&args.vehicle).map(PathBuf::as_path).collect();
     whole_file::may_write(&args.out, &inputs, &["json", "toml"], output.force)?;
+    whole_file::may_write(&args.out.with_extension(file::ENDING), &inputs, &[file::ENDING], output.force)?;
     for name in &args.free {
         let all = free_names();
         let meant = || crate::terminal::meant(name, all.iter().copied());
@@ -139,8 +140,12 @@ fn write_history(flights: &[Logged], vehicle_file: &Path) -> anyhow::Result<Opti
     let vehicle = vehicles::read(vehicle_file)?;
     let hash = sha256(vehicles::text(vehicle_file)?.as_bytes());
     let logs: Vec<_> = flights.iter().map(|l| file::Logged { units: units(&l.flight), sha256: l.sha256.clone() }).collect();
-    let Some(history) = History::learnt_from(&logs, &vehicle, &hash) else { return Ok(None) };
     let path = vehicle_file.with_extension(file::ENDING);
+    let Some(history) = History::learnt_from(&logs, &vehicle, &hash) else {
+        // One of the file that was replaced is another vehicle's.
+        std::fs::remove_file(&path).ok();
+        return Ok(None);
+    };
     whole_file::write(&path, history.text()).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(Some((path, history)))
 }

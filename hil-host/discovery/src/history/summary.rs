@@ -130,7 +130,7 @@ impl Linear {
     pub fn level(&self, d: &DVector<f64>, usual: Option<f64>) -> f64 {
         let (mut sum, mut freedom) = (0.0, 0.0);
         for b in &self.blocks {
-            let left = &b.z - &b.r.columns(NUMBERS, self.columns() - NUMBERS) * d.rows(NUMBERS, d.len() - NUMBERS);
+            let left = &b.z - b.r.columns(NUMBERS, self.columns() - NUMBERS) * d.rows(NUMBERS, d.len() - NUMBERS);
             let left = left - b.r.columns(0, NUMBERS) * d.rows(0, NUMBERS);
             let svd = b.r.columns(0, NUMBERS).into_owned().svd(true, false);
             let Some(u) = svd.u else { continue };

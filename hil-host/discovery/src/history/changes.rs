@@ -64,14 +64,22 @@ impl Own {
     /// Every unit beside the quiet ones before it; none of those that have too few before them.
     #[must_use]
     pub fn one_by_one(&self) -> Vec<Option<Compared>> {
+        /// A history of this many controls is learnt anew after so many more.
+        const LEARNT: (usize, usize) = (12, 4);
         let mut earlier = Vec::new();
+        let mut last: Option<(usize, Learnt)> = None;
         let one = |i: usize| {
             let before = self.quiet_before(i);
+            let seen = self.quiet[..i].iter().filter(|quiet| **quiet).count();
             if before.len() < FEWEST {
                 return None;
             }
-            let history = learn(&before, &self.glider, &self.from);
-            let judgement = judge(&self.units[i], &self.glider, &history, &history.at);
+            let is_new = |at: usize| seen > at && (seen < LEARNT.0 || seen >= at + LEARNT.1);
+            if last.as_ref().is_none_or(|l| is_new(l.0)) {
+                last = Some((seen, learn(&before, &self.glider, &self.from)));
+            }
+            let history = &last.as_ref()?.1;
+            let judgement = judge(&self.units[i], &self.glider, history, &history.at);
             let chance = chance(judgement.chi2, &earlier);
             if judgement.is_quiet() {
                 earlier.push(judgement.chi2);

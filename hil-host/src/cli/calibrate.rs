@@ -126,11 +126,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         println!("{}\n", numbers(&done.numbers));
         println!("{}", flights_table(&done));
         say("errors: block depth-rate errors in cm/s, as given > calibrated; the floor is what water and sensors alone would leave");
-        println!("Calibrated vehicle file: {}", args.out.display());
         match &history {
             Some((file, history)) => super::history::print_short(history, file),
             None => say("No history: fewer than three dives with steady legs"),
         }
+        println!("Calibrated vehicle file: {}", args.out.display());
     });
     Ok(if worse(&done) { Verdict::Negative } else { Verdict::Ok })
 }

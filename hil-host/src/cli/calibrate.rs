@@ -7,6 +7,8 @@ use crate::terminal::{rounded, say, table, wrapped};
 use anyhow::Context as _;
 use comfy_table::Table;
 use discovery::diagnosis::report::number;
+use discovery::history::file::{self, History};
+use discovery::history::rows::units;
 use discovery::workbench::calibrate::{Calibrated, Logged, Number, Options, calibrate, free_names};
 use logs::digest::sha256;
 use logs::record::bounded;
@@ -85,6 +87,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let own_files: Vec<PathBuf> = args.flight.iter().flat_map(|f| vehicle::files_next_to(f)).collect();
     let inputs: Vec<&Path> = args.flight.iter().chain(&own_files).chain(&args.vehicle).map(PathBuf::as_path).collect();
     whole_file::may_write(&args.out, &inputs, &["json", "toml"], output.force)?;
+    whole_file::may_write(&args.out.with_extension(file::ENDING), &inputs, &[file::ENDING], output.force)?;
     for name in &args.free {
         let all = free_names();
         let meant = || rig::spelling::meant(name, all.iter().copied());
@@ -114,16 +117,38 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     bar.finish_and_clear();
     let done = done?;
     write_vehicle(&args.out, &done.vehicle)?;
-    output.emit(&document(&done, &args.out), || {
+    let history = write_history(&flights, &args.out)?;
+    let mut document = document(&done, &args.out);
+    document["history"] = history.as_ref().map_or(Value::Null, |(file, history)| super::history::document(history, file));
+    output.emit(&document, || {
         for note in &done.notes {
             println!("{}", wrapped(&format!("Note: {note}"), 6));
         }
         println!("{}\n", numbers(&done.numbers));
         println!("{}", flights_table(&done));
         say("errors: block depth-rate errors in cm/s, as given > calibrated; the floor is what water and sensors alone would leave");
+        match &history {
+            Some((file, history)) => super::history::print_short(history, file),
+            None => say("No history: fewer than three dives with steady legs"),
+        }
         println!("Calibrated vehicle file: {}", args.out.display());
     });
     Ok(if worse(&done) { Verdict::Negative } else { Verdict::Ok })
+}
+
+/// Writes the history of the dives beside the calibrated vehicle file; none of fewer than three.
+fn write_history(flights: &[Logged], vehicle_file: &Path) -> anyhow::Result<Option<(PathBuf, History)>> {
+    let vehicle = vehicles::read(vehicle_file)?;
+    let hash = sha256(vehicles::text(vehicle_file)?.as_bytes());
+    let logs: Vec<_> = flights.iter().map(|l| file::Logged { units: units(&l.flight), sha256: l.sha256.clone() }).collect();
+    let path = vehicle_file.with_extension(file::ENDING);
+    let Some(history) = History::learnt_from(&logs, &vehicle, &hash) else {
+        // One of the file that was replaced is another vehicle's.
+        std::fs::remove_file(&path).ok();
+        return Ok(None);
+    };
+    whole_file::write(&path, history.text()).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(Some((path, history)))
 }
 
 /// Refuses a flight whose own vehicle file is of another vehicle than the first flight's: its mass differs by more than ballasting makes.

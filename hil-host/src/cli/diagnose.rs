@@ -5,6 +5,7 @@ use crate::terminal::{Ladder, parameter, table, wrapped};
 use anyhow::Context as _;
 use console::style;
 use discovery::diagnosis::{self, Diagnosis, report};
+use discovery::history::flight as history;
 use discovery::hypotheses::search::Depth;
 use discovery::model::parameters::{State, is_nuisance};
 use discovery::preprocess::{prepare, sanity};
@@ -29,6 +30,9 @@ pub struct Args {
     /// Vehicle file, or a built-in one by name; default: the one beside the flight.
     #[arg(long, value_name = "FILE|NAME")]
     vehicle: Option<PathBuf>,
+    /// History of the vehicle that judges the flight; default: NAME.history beside the vehicle file NAME, as calibrate writes it.
+    #[arg(long, value_name = "FILE")]
+    history: Option<PathBuf>,
     /// Most effects that are sought at once.
     #[arg(long, default_value = "2", value_name = "2|3", value_parser = clap::value_parser!(u8).range(2..=3))]
     depth: u8,
@@ -145,7 +149,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         let inputs: Vec<&Path> = [Some(args.flight.as_path()), args.vehicle.as_deref()].into_iter().flatten().collect();
         rig::whole_file::may_write(path, &inputs, &["csv"], output.force)?;
     }
-    let (flight, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), depth)?;
+    let history = args.history.as_deref().map(history::read).transpose().map_err(|e| anyhow::anyhow!(e))?;
+    let (flight, vehicle, mut found) = load_and_ask(&args.flight, args.vehicle.as_deref(), depth)?;
+    if let (Some(history), Some(file)) = (&history, &args.history) {
+        found.take_history(history::by_history(history, &file.display().to_string(), &flight, &vehicle));
+    }
     if let Some(path) = &args.predict {
         rig::whole_file::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
     }
@@ -171,6 +179,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         println!("\n{}", Ladder::of(&found).text());
         if let Some(what) = far(&found.recalibrated) {
             println!("{}", wrapped(&what, 2));
+        }
+        if let Some(said) = found.history.as_ref().filter(|said| !said.decides()) {
+            println!("{}", wrapped(&format!("History: {}", said.words()), 9));
         }
         println!("Verdict: {}", style(found.verdict.name()).bold());
         println!("{}", wrapped(&report::explanation(&found), 0));

@@ -25,6 +25,7 @@ pub mod faults;
 pub mod fetch_data;
 pub mod fleet;
 pub mod fly;
+pub mod history;
 pub mod import;
 #[cfg(feature = "board")]
 pub mod launch;
@@ -105,6 +106,7 @@ A flight against its model:
   diagnose                 which physical effect is missing
   add                      add an effect, refit, see the error fall
   calibrate                several flights of one vehicle: what is known of it
+  history                  earlier dives of a vehicle, by which it is judged
   timeline                 drag, lift, trim over a mission; what changed, when
   fleet                    an archive of flights: what all dives say together
   next-flight              the mission that would tell what this flight cannot
@@ -173,6 +175,8 @@ enum Command {
     Add(add::Args),
     /// Several flights of one vehicle: its numbers and tolerances.
     Calibrate(calibrate::Args),
+    /// What earlier dives of a vehicle say: shown, extended.
+    History(history::Args),
     /// Drag, lift and trim over a mission, its changes named and dated.
     Timeline(timeline::Args),
     /// An archive of flights, dive by dive: what all of them say together.
@@ -328,6 +332,7 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
         Some(Command::Diagnose(a)) => diagnose::run(a, &output),
         Some(Command::Add(a)) => add::run(a, &output),
         Some(Command::Calibrate(a)) => calibrate::run(a, &output),
+        Some(Command::History(a)) => history::run(a, &output),
         Some(Command::Timeline(a)) => timeline::run(a, &output),
         Some(Command::Fleet(a)) => fleet::run(a, &output),
         Some(Command::NextFlight(a)) => next_flight::run(a, &output),

@@ -4,6 +4,7 @@
 pub mod ablation;
 pub mod closed_loop;
 pub mod flight;
+pub mod missions;
 pub mod real;
 pub mod timeline;
 

@@ -9,8 +9,11 @@ use crate::pages::plots::{Chart, Mark, Paper};
 use crate::terminal::{rounded, say, table, wrapped};
 use anyhow::{Context as _, bail};
 use discovery::diagnosis::report::number;
+use discovery::history::changes::Compared;
+use discovery::history::numbers::ALL;
 use discovery::workbench::change_kinds::{DIVES_PER_ALARM, KINDS};
 use discovery::workbench::mission_clock::{When, one_clock};
+use discovery::workbench::mission_history;
 use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
 use discovery::workbench::tracking::TRACKED;
 use logs::Flight;
@@ -252,7 +255,23 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
         "expected_false_alarms": number(done.expected_false_alarms),
         "false_alarms_per_1000_dives": number(1000.0 * done.expected_false_alarms / done.rows.len().max(1) as f64),
         "discrepancy_cm_s": number(100.0 * done.discrepancy_m_s), "kinds": KINDS.iter().map(|k| k.name).collect::<Vec<_>>(),
+        "history": done.history.iter().map(|dive| history(done, dive)).collect::<Vec<_>>(),
         "notes": done.notes,
+    })
+}
+
+/// Number of a steady dive in the table.
+fn number_of(done: &Timeline, dive: &mission_history::Dive) -> Option<usize> {
+    done.rows.iter().find(|r| dive.id == format!("{} {}", r.flight, r.segment)).map(|r| r.number)
+}
+
+/// A steady dive beside the quiet ones before it.
+fn history(done: &Timeline, dive: &mission_history::Dive) -> Value {
+    let class = |c: &Compared| c.judgement.class.iter().map(|i| ALL[*i].effect).collect::<Vec<_>>();
+    json!({
+        "dive": number_of(done, dive), "id": dive.id, "day": number(dive.day), "departs": dive.departs(),
+        "class": dive.compared.as_ref().map(class),
+        "chance": dive.compared.as_ref().map(|c| json!({"p": number(c.chance.0), "floor": number(c.chance.1)})),
     })
 }
 
@@ -322,6 +341,11 @@ fn said(done: &Timeline, out: &[PathBuf]) {
     }
     if done.events.is_empty() {
         say("No change is named.");
+    }
+    let odd = done.history.iter().filter_map(|dive| Some((dive, dive.departs()?)));
+    for (dive, what) in odd.take(MOST_ROWS_SHOWN) {
+        let name = number_of(done, dive).map_or_else(|| dive.id.clone(), |number| format!("dive {number}"));
+        say(&wrapped(&format!("{name} (day {:.2}) departs from those before it: {what}.", dive.day), 2));
     }
     for e in &done.events {
         say(&wrapped(&sentence(e), 2));

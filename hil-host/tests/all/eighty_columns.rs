@@ -29,7 +29,7 @@ const COMMANDS: &[(&str, &[&str])] = &[
     ("fly --mission sea --truth truth.toml --table learnt.json --beside hidden/vehicle.json", &["end            done"]),
     ("next-flight --flight hidden --out next.toml", &["Fly it"]),
     ("calibrate --flight hidden --out calibrated.json", &["Calibrated vehicle file"]),
-    ("timeline hidden --vehicle hidden/vehicle.json --out mission.pdf", &["something caught on the vehicle"]),
+    ("timeline hidden --vehicle hidden/vehicle.json --out mission.pdf", &["No change is named"]),
     ("report --flight hidden --out report.html", &["report.html"]),
     ("plot residual --flight hidden --before hidden/vehicle.json --vehicle learnt.json --width column --out both.pdf", &["both.pdf", "  "]),
     ("export hidden --to netcdf --out hidden.nc", &["wrote hidden.nc"]),

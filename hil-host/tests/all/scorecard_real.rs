@@ -2,7 +2,7 @@
 
 use hil_host::score::real::ask::Program;
 use hil_host::score::real::flights::Data;
-use hil_host::score::real::{below, document, line, ready, run};
+use hil_host::score::real::{below, document, line, missions, ready, run};
 use std::path::PathBuf;
 
 const INJECTED_ERRORS: [&str; 4] = ["nothing", "compressibility x0.3", "cd0 /1.5", "clock +5 s"];
@@ -32,4 +32,27 @@ fn scorecard_real_injected_errors_of_the_subset_are_above_their_floors() {
     }
     let low = below(&card["all"], &data.floors["quick"]);
     assert!(low.is_empty(), "{low:?}");
+}
+
+/// Vehicles judged by their own earlier dives: untouched ones quiet, large errors named, whatever the make.
+#[test]
+fn scorecard_real_missions_are_judged_by_their_own_history() {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
+        eprintln!("skipped: no flights (set GLIDER_FLIGHTS)");
+        return;
+    };
+    let all = missions::missions(&root, &|why| eprintln!("left out: {why}")).expect("a folder");
+    for (controls, in_class) in
+        [(12, &[("slocum_modena2015_month", 0.9), ("seaexplorer_sea035_m010", 0.5)][..]), (6, &[("seaglider_sg171_dives", 0.55)])]
+    {
+        let scored: Vec<_> = all.iter().filter_map(|m| missions::score(m, controls)).collect();
+        for (name, least) in in_class {
+            let Some(one) = scored.iter().find(|s| s.name == *name) else { continue };
+            let share = one.sizes[0].in_class.ratio();
+            assert!(share >= *least, "{name}: {share:.2} of large errors in class with {controls} controls, at least {least}");
+        }
+        let sum = missions::together(&scored);
+        let low = missions::below(&sum);
+        assert!(low.is_empty() && sum.quiet.all > 4, "{low:?}");
+    }
 }

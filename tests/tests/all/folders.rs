@@ -4,8 +4,19 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// From a log to a verdict, and what stands beside that flow; `ablation` has switches for all of them.
-const DISCOVERY: [&str; 10] =
-    ["ablation", "preprocess", "model", "likelihood", "inference", "hypotheses", "criticism", "diagnosis", "workbench", "steady"];
+const DISCOVERY: [&str; 11] = [
+    "ablation",
+    "preprocess",
+    "model",
+    "likelihood",
+    "inference",
+    "hypotheses",
+    "criticism",
+    "history",
+    "diagnosis",
+    "workbench",
+    "steady",
+];
 
 /// What was measured, what is stated of the vehicle, files of others; `digest` hashes for all of them.
 const LOGS: [&str; 5] = ["digest", "record", "vehicle", "import", "export"];
@@ -75,7 +86,8 @@ fn check(source: &str, order: &[&str]) {
 
 /// Where an effect may be called by its name: calibration numbers and a key of vehicle files that are called like an effect, what the
 /// scorecards hide, and the truths of the plant, which knows no model.
-const NAMES_EFFECTS: [&str; 7] = [
+const NAMES_EFFECTS: [&str; 8] = [
+    "discovery/src/history/numbers.rs",
     "discovery/src/model/parameters",
     "logs/src/vehicle/mod.rs",
     "src/score/real/injected_errors.rs",

@@ -2,6 +2,7 @@
 //!
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
+mod by_history;
 pub mod judged;
 pub(crate) mod ranking;
 pub mod report;
@@ -19,6 +20,7 @@ use crate::diagnosis::settle::search_until_stable;
 use crate::diagnosis::unknown::unknowns;
 use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICAL, holds_elsewhere, judge};
 pub use crate::diagnosis::verdict::{Reason, Verdict};
+use crate::history::flight::Said;
 use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
 use crate::hypotheses::search::{Depth, SearchResult};
 use crate::inference::evidence::{NEARLY, TIED};
@@ -99,6 +101,8 @@ pub struct Diagnosis {
     pub branch: Branch,
     /// Likeness of signatures.
     pub likeness: Vec<(&'static str, &'static str, f64)>,
+    /// What the history of the vehicle says of it; none without a steady dive.
+    pub history: Option<Said>,
 }
 
 /// Which segments are for checking: those the file names, else every fourth of at least four.
@@ -215,6 +219,8 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
         notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
     }
     let mut said = conclude(vehicle, &prepared, &problem, &found, &check, notes);
+    let history = crate::history::flight::judged(flight, vehicle, &mut said.notes);
+    said.take_history(history);
     for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {
         said.notes
             .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));
@@ -408,6 +414,7 @@ fn conclude(
         rows_near_stall: problem.rows_near_stall(),
         colour: problem.colour.rms_m_s / vehicle.background.0,
         likeness: likeness.clone(),
+        history: None,
     }
     .with_vehicle_check(vehicle)
 }

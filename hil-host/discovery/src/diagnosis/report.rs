@@ -3,6 +3,7 @@
 use crate::criticism::localise::{Finding, rank, residuals};
 use crate::diagnosis::verdict::unknown_in_words;
 use crate::diagnosis::{Diagnosis, Ranked, Verdict};
+use crate::history::flight::Said;
 use crate::inference::estimate::Estimate;
 use crate::likelihood::block_error::blocks;
 use crate::model::parameters::State;
@@ -111,6 +112,7 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
         "next_flight": next_flight(d),
         "notes": d.notes,
         "check_segments": d.check,
+        "history": d.history.as_ref().map(Said::document),
     });
     if heldout {
         out["block_error_m_s"] = json!({"nominal": number(nominal), "recalibrated": number(recalibrated), "after": number(after)});
@@ -121,7 +123,8 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
 /// One paragraph for a person.
 #[must_use]
 pub fn explanation(d: &Diagnosis) -> String {
-    format!("{}{}", verdict_in_words(d), in_any_case(d))
+    let said = d.history.as_ref().filter(|said| said.decides()).map(Said::words);
+    format!("{}{}", said.unwrap_or_else(|| verdict_in_words(d)), in_any_case(d))
 }
 
 /// A value with its interval: angles in degrees, as many digits as the interval deserves.

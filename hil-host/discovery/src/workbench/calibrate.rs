@@ -375,6 +375,7 @@ impl Together<'_> {
     fn next(&self) -> (State, [f64; STATED]) {
         let mut state = self.states.first().cloned().unwrap_or_else(State::nominal);
         OWN.iter().filter(|i| **i >= STATED).for_each(|&i| state.calibration[i] = 0.0);
+        self.at_bounds().into_iter().for_each(|i| state.calibration[i] = 0.0);
         let mut left = [1.0; STATED];
         for (i, left) in left.iter_mut().enumerate() {
             if let Some(place) = self.split.place(i) {
@@ -383,8 +384,23 @@ impl Together<'_> {
             } else {
                 (state.calibration[i], *left) = next_deployment(&self.states, i);
             }
+            if self.at_bounds().contains(&i) {
+                (state.calibration[i], *left) = (0.0, 1.0);
+            }
         }
         (state, left)
+    }
+
+    /// Shared numbers that the fit pressed against the end of what is possible: nothing is known of them.
+    fn at_bounds(&self) -> Vec<usize> {
+        /// Share of the range that counts as its end.
+        const END: f64 = 1e-3;
+        let at = |i: usize| self.states.first().map_or(0.0, |s| s.calibration[i]);
+        let pressed = |i: &usize| {
+            let range = bounds(self.vehicle, *i);
+            at(*i) != 0.0 && range.is_some_and(|(low, high)| at(*i) <= low + END * (high - low) || at(*i) >= high - END * (high - low))
+        };
+        self.split.shared.iter().copied().filter(pressed).collect()
     }
 
     /// Flight `k`, as it is told.
@@ -442,6 +458,9 @@ fn calibrated(of: &Together, flights: &[Logged], options: &Options, parent: &[u8
     let (state, left) = of.next();
     let calibrated: Vec<FlightCalibration> = flights.iter().enumerate().map(|(k, logged)| of.flight(k, logged)).collect();
     let vehicle = of.document(&state, &left, &calibrated, options, parent);
+    for i in of.at_bounds() {
+        notes.push(format!("{} went to the end of what is possible: nothing is known of it, and it stays as in the file", CALIBRATION[i]));
+    }
     let between = |i: usize| of.split.place(i).map(|at| of.joint.pooled.scatter[at]);
     let numbers = reported_numbers(of.vehicle, &state, &left, between);
     for n in &numbers {

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod dive_estimates;
 pub mod meta_analysis;
 pub mod mission_clock;
+pub mod mission_history;
 pub mod next_flight;
 pub mod pooling;
 pub mod refitted_file;

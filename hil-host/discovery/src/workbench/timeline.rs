@@ -10,10 +10,13 @@
 //! without the change. Trim costs none of it but pump stroke.
 
 use crate::diagnosis::NothingToFit;
+use crate::history::changes::Own;
+use crate::history::rows::{Unit, units};
 use crate::model::parameters::{NINETY, State, tolerance_of};
 use crate::preprocess::{Prepared, Run, prepare};
 use crate::workbench::change_kinds::{Shape, alarm_rate, threshold};
 use crate::workbench::changes::{Change, Found, Observed, find};
+use crate::workbench::mission_history;
 use crate::workbench::tracking::{
     AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_TRIM, Dive, N, REFERENCE_DIVES, Reference, TRACKED, for_missions, start_precision,
 };
@@ -98,6 +101,8 @@ pub struct Timeline {
     pub expected_false_alarms: f64,
     /// Rms velocity that the model is wrong by, m/s.
     pub discrepancy_m_s: f64,
+    /// Its steady dives, each beside the quiet ones before it; none of a mission with too few.
+    pub history: Vec<mission_history::Dive>,
     /// What was left out.
     pub notes: Vec<String>,
 }
@@ -116,6 +121,7 @@ pub struct Mission {
     reference: Option<Reference>,
     waiting: Vec<(String, f64, Prepared)>,
     dives: Vec<Followed>,
+    units: Vec<Unit>,
     notes: Vec<String>,
 }
 
@@ -123,7 +129,14 @@ impl Mission {
     /// With the vehicle that it is judged by.
     #[must_use]
     pub fn new(vehicle: &Vehicle) -> Self {
-        Self { vehicle: for_missions(vehicle), reference: None, waiting: Vec::new(), dives: Vec::new(), notes: Vec::new() }
+        Self {
+            vehicle: for_missions(vehicle),
+            reference: None,
+            waiting: Vec::new(),
+            dives: Vec::new(),
+            units: Vec::new(),
+            notes: Vec::new(),
+        }
     }
 
     /// Adds the next flight of the mission, whose clock began at second `zero_s` of the mission's ([`crate::workbench::mission_clock`]).
@@ -133,6 +146,9 @@ impl Mission {
     /// The first dives cannot be compared with the model.
     pub fn add(&mut self, flight: &Flight, zero_s: f64, tick: &(dyn Fn(usize, usize) + Sync)) -> Result<(), NothingToFit> {
         let prepared = prepare(flight, &self.vehicle);
+        let mut steady = units(flight);
+        steady.iter_mut().flat_map(|u| &mut u.rows).for_each(|r| r.time_s += zero_s);
+        self.units.append(&mut steady);
         self.notes.extend(prepared.notes.iter().map(|n| format!("{}: {n}", flight.name)));
         self.waiting.push((flight.name.clone(), zero_s, prepared));
         let waiting: usize = self.waiting.iter().map(|w| w.2.runs.len()).sum();
@@ -200,7 +216,14 @@ impl Mission {
         if found.is_none() {
             self.notes.push(format!("{} dives are too few to ask what changed; at least {FEWEST_DIVES} are needed", observed.len()));
         }
-        Ok(self.timeline(found.as_ref(), threshold))
+        let mut done = self.timeline(found.as_ref(), threshold);
+        if let Some(own) = Own::of(std::mem::take(&mut self.units), &self.vehicle) {
+            let days: Vec<f64> = done.rows.iter().map(|r| r.day).collect();
+            let (events, notes) = mission_history::borne_out(&own, done.events, &days);
+            (done.events, done.history) = (events, mission_history::dives(&own));
+            done.notes.extend(notes);
+        }
+        Ok(done)
     }
 
     fn timeline(&self, found: Option<&Found>, threshold: f64) -> Timeline {
@@ -227,6 +250,7 @@ impl Mission {
             threshold,
             expected_false_alarms: alarm_rate(threshold) * self.dives.len() as f64,
             discrepancy_m_s: self.reference.as_ref().map_or(0.0, |r| r.discrepancy_m_s),
+            history: Vec::new(),
             notes: self.notes.clone(),
         }
     }

@@ -118,8 +118,8 @@ pub fn start_precision(vehicle: &Vehicle) -> [f64; N] {
     std::array::from_fn(|k| {
         let t = &TRACKED[k];
         let stated = tolerance_of(vehicle, t.index).max(1e-9) * t.factor / t.step;
-        // A vehicle is trimmed anew for each deployment, whatever the file says of the last.
-        if k == AT_TRIM { TETHER[AT_TRIM] } else { stated.powi(-2) }
+        // A vehicle is trimmed anew for each deployment, whatever the file says of the last, and its pressure port floats where it floats.
+        if k == AT_TRIM || k == AT_PRESSURE { TETHER[k] } else { stated.powi(-2) }
     })
 }
 

@@ -43,6 +43,9 @@ pub struct RealArgs {
     /// The bounded subset of the tests.
     #[arg(long)]
     quick: bool,
+    /// Judge every mission below the folder of flights by so many of its own earlier quiet dives, instead of the list (may be repeated).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=24))]
+    controls: Vec<u64>,
     /// Diagnoses at once.
     #[arg(long, default_value_t = 2)]
     jobs: usize,
@@ -128,6 +131,10 @@ enum Answer {
 /// # Errors
 /// No flights, or a name that is not in the list.
 pub fn run(args: &RealArgs, output: &Output) -> anyhow::Result<Verdict> {
+    if !args.controls.is_empty() {
+        let root = folder(args.flights.as_deref())?;
+        return super::missions::run(&root, &args.controls, args.out.as_deref(), args.list, output);
+    }
     let data = Data::built_in()?;
     args.flight.iter().try_for_each(|name| data.entry(name).map(|_| ()))?;
     for name in &args.injected {
@@ -140,17 +147,23 @@ pub fn run(args: &RealArgs, output: &Output) -> anyhow::Result<Verdict> {
     ask(&plan, args.flights.as_deref(), &session, &to, output)
 }
 
+/// The folder of flights.
+fn folder(named: Option<&Path>) -> anyhow::Result<PathBuf> {
+    let root = named.map(Path::to_path_buf).or_else(|| std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from));
+    let root = root.context("no flights: name their folder with --flights or the environment variable GLIDER_FLIGHTS")?;
+    ensure!(root.is_dir(), "{}: no such folder of flights", root.display());
+    Ok(root)
+}
+
 /// Asks the questions of a plan, or takes the answers from parts, and reports.
 pub(super) fn ask(plan: &Plan, flights: Option<&Path>, session: &Session, to: &To, output: &Output) -> anyhow::Result<Verdict> {
     let data = Data::built_in()?;
-    let root = flights.map(Path::to_path_buf).or_else(|| std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from));
-    let root = root.as_deref().context("no flights: name their folder with --flights or the environment variable GLIDER_FLIGHTS")?;
-    ensure!(root.is_dir(), "{}: no such folder of flights", root.display());
+    let root = folder(flights)?;
     let questions = plan.questions(&data);
     let mine: Vec<&Question> = session.work.shard.items(&questions).map(|(_, q)| q).collect();
     eprintln!("calibrating");
     let missing = |why: &str| eprintln!("left out: {why}");
-    let flights = ready(root, &data, &|e| mine.iter().any(|q| q.flight == e.name), &missing)?;
+    let flights = ready(&root, &data, &|e| mine.iter().any(|q| q.flight == e.name), &missing)?;
     ensure!(!flights.is_empty() || mine.is_empty(), "{}: none of the flights of the list can be used", root.display());
     let bar = cases_bar(mine.len(), "diagnoses");
     session.announce(&bar);

@@ -14,6 +14,7 @@
 pub mod ask;
 pub mod flights;
 pub mod injected_errors;
+pub mod missions;
 
 use std::path::Path;
 

@@ -1,0 +1,47 @@
+//! A diagnosis where a history of the vehicle decides: its class is the answer, and where it names nothing nothing departs.
+
+use super::{Diagnosis, Ranked, Verdict};
+use crate::history::flight::Said;
+use crate::history::numbers::ALL;
+use crate::inference::estimate::Estimate;
+
+impl Diagnosis {
+    /// What the vehicle's history says takes the place of the answer, where the history judges.
+    pub fn take_history(&mut self, said: Option<Said>) {
+        if let Some(said) = said.as_ref().filter(|s| s.decides()) {
+            let class = said.class();
+            self.verdict = match class.len() {
+                0 if said.judgement.departs.is_some() => Verdict::Unexplained,
+                0 => Verdict::Adequate,
+                1 => Verdict::Explained,
+                _ => Verdict::Ambiguous,
+            };
+            self.reasons.clear();
+            self.equivalent = class.iter().map(|effect| vec![*effect]).collect();
+            self.answer = class.first().copied().into_iter().collect();
+            self.candidates.retain(|c| !self.equivalent.contains(&c.effects));
+            let named: Vec<Ranked> = said.judgement.class.iter().map(|number| self.ranked(said, *number)).collect();
+            self.candidates.splice(0..0, named);
+        }
+        self.history = said;
+    }
+
+    /// A number of the class as a hypothesis. The errors of the whole flight are not fitted to it.
+    fn ranked(&self, said: &Said, number: usize) -> Ranked {
+        let (effect, parameter) = (ALL[number].effect, ALL[number].parameter());
+        let [value, low, high] = said.size(number, said.judgement.alone[number]);
+        let name = format!("{effect}.{}", parameter.name);
+        let log_odds = said.judgement.ln_bayes[number];
+        let all: f64 = said.judgement.ln_bayes.iter().map(|l| l.exp()).sum::<f64>() + 1.0;
+        Ranked {
+            effects: vec![effect],
+            parameters: vec![Estimate { name, value, low, high, unit: parameter.unit }],
+            error_fitted_m_s: f64::NAN,
+            error_check_m_s: f64::NAN,
+            probability: if all.is_finite() { log_odds.exp() / all } else { 1.0 },
+            log_odds,
+            gain: 2.0 * log_odds,
+            state: self.recalibrated.clone(),
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! A vehicle judged by its own history: one summary a dive, one covariance a vehicle.
+
+pub mod changes;
+pub mod file;
+pub mod flight;
+pub mod glide;
+pub mod judge;
+pub mod learn;
+pub mod numbers;
+pub mod rows;
+pub mod structure;
+pub mod summary;
+
+#[cfg(test)]
+mod tests;

@@ -63,4 +63,6 @@ pub use utc::UtcClock;
 pub use vault::Vault;
 
 #[cfg(test)]
-mod model_check;
+mod tests {
+    pub(crate) mod model_check;
+}

@@ -66,7 +66,7 @@ impl AttitudeWatch {
             v.flag(Flags::NO_HEADING);
             self.heading_lost_s = (self.heading_lost_s + dt).at_most(1e6);
             if self.heading_lost_s > Of::HeadingLost.after(HEADING_LOST_S) && Of::HeadingLost.enabled() {
-                v.homeward = true;
+                v.home_for_now = true;
                 if matches!(w.phase, Phase::Climb | Phase::InflectHigh | Phase::Surface | Phase::Comms) {
                     v.cause(Abort::NoHeading);
                 }

@@ -40,7 +40,7 @@ pub(super) struct LoadWatch {
 impl LoadWatch {
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
         self.full &= w.phase != Phase::Dive;
-        v.pump_full = self.full;
+        v.pump_full |= self.full;
         let Some(table_m_s) = w.table_rate_m_s else {
             self.heavy_s = 0.0;
             return;
@@ -49,7 +49,8 @@ impl LoadWatch {
         let rate_m_s = w.seen.rate_m_s - WATER_M_S;
         let heavier = w.ballast_m3 + rate_m_s * rate_m_s.abs() / (table_m_s * table_m_s) * w.ballast_m3.abs();
         let heavy = heavier > w.config.pump_m3 * if up { HEAVY_CLIMB } else { HEAVY_DIVE };
-        self.heavy_s = if heavy && w.seen.depth_age_s <= 0.0 { (self.heavy_s + w.seen.dt_s).at_most(1e4) } else { 0.0 };
+        self.heavy_s =
+            if heavy && w.seen.depth_age_s <= 0.0 { (self.heavy_s + w.seen.dt_s).at_most(1e4) } else { self.heavy_s * w.seen.unchanged() };
         let of = if up { Of::LoadInClimb } else { Of::LoadInDive };
         if !(self.heavy_s >= of.after(HEAVY_S) && of.enabled()) {
             return;

@@ -95,7 +95,7 @@ impl SupplyWatch {
         } else {
             // What is no number becomes the longest time.
             self.gauges_lost_s = (self.gauges_lost_s + dt_s).at_most(1e6);
-            v.homeward |= self.gauges_lost_s > GAUGES_LOST_S && self.gauges_seen;
+            v.home_for_now |= self.gauges_lost_s > GAUGES_LOST_S && self.gauges_seen;
         }
     }
 }

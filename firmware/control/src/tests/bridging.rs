@@ -1,0 +1,223 @@
+//! Readings that are missing for a while: the mission goes on when they are back.
+
+use super::toy::Toy;
+use crate::{Config, State, step};
+use signals::{Abort, Flags, Leg, Micros, Mission, Phase, Reading, SensorFrame, Switch};
+
+const CYCLE_S: f64 = 4.0;
+
+/// A flight of the toy with one depth sensor.
+#[derive(Debug)]
+struct Outcome {
+    phase: Phase,
+    abort: Option<Abort>,
+    first: Option<(Abort, f64)>,
+    flags: Flags,
+    dives: u16,
+    deepest_m: f64,
+    /// Last time in a dive, s.
+    dived_s: f64,
+    /// Times that SAFE was left.
+    resumed: u32,
+    /// Largest error of the depth believed while it was not measured, m.
+    reckoned_m: f64,
+}
+
+fn fly(legs: &[Leg], hours: f64, mut spoil: impl FnMut(&Toy, &mut SensorFrame)) -> Outcome {
+    let config = Config::default();
+    let mission = Mission { legs: legs.iter().copied().collect(), max_duration_s: 2_000_000, ..Mission::default() };
+    let table = polar::builtin(mission.wings).ok();
+    let (mut toy, mut state) = (Toy::new(&config), State::new(&config, mission, Micros(0)));
+    let mut out = Outcome {
+        phase: Phase::Surface,
+        abort: None,
+        first: None,
+        flags: Flags::default(),
+        dives: 0,
+        deepest_m: 0.0,
+        dived_s: 0.0,
+        resumed: 0,
+        reckoned_m: 0.0,
+    };
+    let mut home_s = 0.0;
+    while toy.t < hours * 3600.0 && home_s < 300.0 {
+        let mut frame = toy.frame();
+        frame.depth2_m = Reading::Missing;
+        spoil(&toy, &mut frame);
+        let answer = step(&config, table.as_ref(), &mut state, frame.time, &frame);
+        let trace = &answer.trace;
+        out.first = out.first.or(trace.abort.map(|a| (a, toy.t)));
+        if out.phase == Phase::Safe && trace.phase != Phase::Safe {
+            assert!(toy.z < 0.5 && !answer.command.drop_weight, "SAFE is left afloat only: {} m", toy.z);
+            out.resumed += 1;
+        }
+        if trace.flags.contains(Flags::DEPTH_PROJECTED) {
+            out.reckoned_m = out.reckoned_m.max((f64::from(trace.depth_m) - toy.z).abs());
+        }
+        if trace.phase == Phase::Dive {
+            out.dived_s = toy.t;
+        }
+        (out.phase, out.abort, out.dives) = (trace.phase, trace.abort, trace.dives);
+        out.flags = out.flags.with(trace.flags);
+        home_s = if matches!(out.phase, Phase::Done | Phase::Safe) && toy.z < 0.5 { home_s + CYCLE_S } else { 0.0 };
+        toy.fly(&answer.command, CYCLE_S);
+        out.deepest_m = out.deepest_m.max(toy.z);
+    }
+    out
+}
+
+fn leg(depth_max_m: f32, dives: u16) -> Leg {
+    Leg { depth_min_m: 5.0, depth_max_m, dives, ..Leg::default() }
+}
+
+fn within(t: f64, from_s: f64, span_s: f64) -> bool {
+    t >= from_s && t < from_s + span_s
+}
+
+#[test]
+fn regress_a_gap_of_the_only_depth_ends_no_mission() {
+    for (depth_max_m, dives) in [(27.0, 6), (190.0, 2)] {
+        for span_s in [4.0, 8.0, 12.0, 30.0, 60.0, 120.0] {
+            for from_s in [60.0, 200.0, 300.0, 700.0, 1200.0] {
+                let out = fly(&[leg(depth_max_m, dives)], 12.0, |toy, frame| {
+                    if within(toy.t, from_s, span_s) {
+                        frame.depth_m = Reading::Missing;
+                    }
+                });
+                let whole = (out.phase, out.first, out.dives) == (Phase::Done, None, dives);
+                assert!(whole && out.deepest_m < f64::from(depth_max_m) + 8.0, "{span_s} s from {from_s} s: {out:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_depth_that_stays_away_takes_the_vehicle_up_and_no_dive_follows() {
+    for (from_s, bad) in [(250.0, Reading::Missing), (700.0, Reading::now(f32::NAN)), (700.0, Reading::now(9999.0))] {
+        let out = fly(&[leg(190.0, 4)], 12.0, |toy, frame| {
+            if toy.t >= from_s {
+                frame.depth_m = bad;
+            }
+        });
+        let (cause, at_s) = out.first.expect("aborted at last");
+        assert!(cause == Abort::SensorDepth && at_s - from_s <= 604.0 && at_s - from_s > 300.0, "{out:?}");
+        assert!(out.dived_s - from_s <= 28.0 && out.deepest_m < 195.0, "{out:?}");
+    }
+}
+
+#[test]
+fn without_pump_or_pitch_to_reckon_by_a_missing_depth_is_an_abort_at_once() {
+    type Spoil = fn(&mut SensorFrame);
+    let pitch: Spoil = |f| f.pitch_rad = Reading::Missing;
+    let pump: Spoil = |f| f.ballast_m3 = Reading::Missing;
+    for spoil in [pitch, pump] {
+        let out = fly(&[leg(190.0, 2)], 6.0, |toy, frame| {
+            if toy.t >= 400.0 {
+                frame.depth_m = Reading::Missing;
+                spoil(frame);
+            }
+        });
+        assert!(out.first.is_some_and(|(cause, at_s)| cause == Abort::SensorDepth && at_s - 400.0 <= 20.0), "{out:?}");
+    }
+    // A depth reserve of 25 m, and somebody at 188 m.
+    let out = fly(&[leg(199.0, 2)], 6.0, |toy, frame| {
+        if toy.t >= 1200.0 {
+            frame.depth_m = Reading::Missing;
+        }
+    });
+    assert!(out.first.is_some_and(|(_, at_s)| at_s - 1200.0 < 620.0), "{out:?}");
+}
+
+#[test]
+fn accuracy_dead_reckoning_over_two_minutes_is_within_twenty_metres() {
+    let out = fly(&[leg(190.0, 2)], 6.0, |toy, frame| {
+        if within(toy.t, 500.0, 120.0) {
+            frame.depth_m = Reading::Missing;
+        }
+    });
+    assert!(out.reckoned_m > 0.1 && out.reckoned_m < 20.0, "{out:?}");
+}
+
+#[test]
+fn three_samples_lost_in_a_hundred_end_no_mission() {
+    let mut random = 0x9e37_79b9_7f4a_7c15u64;
+    let mut lost = move || {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        random % 100 < 3
+    };
+    for round in 0..20 {
+        let out = fly(&[leg(27.0, 12)], 12.0, |_, frame| {
+            if lost() {
+                *frame = SensorFrame { seq: frame.seq, time: frame.time, surface: frame.surface, ..SensorFrame::default() };
+            }
+            for reading in [&mut frame.depth_m, &mut frame.pitch_rad, &mut frame.ballast_m3, &mut frame.battery_mass_m] {
+                if lost() {
+                    *reading = Reading::Missing;
+                }
+            }
+        });
+        assert_eq!((out.phase, out.first, out.dives), (Phase::Done, None, 12), "{round}: {out:?}");
+    }
+}
+
+#[test]
+fn a_mission_that_a_glitch_ended_goes_on_afloat_and_not_for_ever() {
+    // A minute and a half without pitch: aborted, and flown to its end.
+    let out = fly(&[leg(27.0, 4)], 12.0, |toy, frame| {
+        if within(toy.t, 200.0, 90.0) {
+            frame.pitch_rad = Reading::Missing;
+        }
+    });
+    assert_eq!((out.phase, out.abort, out.resumed), (Phase::Done, None, 1), "{out:?}");
+    assert!(out.first.is_some_and(|f| f.0 == Abort::SensorPitch) && out.flags.contains(Flags::RESUMED), "{out:?}");
+    // Again and again: twice it goes on.
+    let out = fly(&[leg(27.0, 20)], 24.0, |toy, frame| {
+        if toy.z > 10.0 {
+            frame.pitch_rad = Reading::Missing;
+        }
+    });
+    assert_eq!((out.phase, out.abort, out.resumed), (Phase::Safe, Some(Abort::SensorPitch), 2), "{out:?}");
+}
+
+#[test]
+fn no_mission_goes_on_after_a_leak_nor_while_something_is_missing() {
+    type Spoil = fn(&Toy, &mut SensorFrame);
+    let leak: Spoil = |toy, f| f.leak = if within(toy.t, 200.0, 20.0) { Switch::Alarm } else { f.leak };
+    let detector: Spoil = |toy, f| {
+        if within(toy.t, 200.0, 90.0) {
+            f.pitch_rad = Reading::Missing;
+        }
+        f.leak = if toy.t > 250.0 { Switch::Unknown } else { f.leak };
+    };
+    let antenna: Spoil = |toy, f| {
+        if within(toy.t, 200.0, 90.0) {
+            f.pitch_rad = Reading::Missing;
+        }
+        f.surface = if toy.t > 200.0 { signals::Surface::default() } else { f.surface };
+    };
+    for spoil in [leak, detector, antenna] {
+        let out = fly(&[leg(27.0, 4)], 2.0, |toy, frame| spoil(toy, frame));
+        assert!(out.phase == Phase::Safe && out.first.is_some() && out.resumed == 0, "{out:?}");
+    }
+}
+
+#[test]
+fn a_recalled_mission_never_goes_on() {
+    let (config, mut toy) = (Config::default(), Toy::new(&Config::default()));
+    let mut state = State::new(&config, Mission::default(), Micros(0));
+    for i in 0..600u32 {
+        let mut frame = toy.frame();
+        if within(toy.t, 150.0, 90.0) {
+            frame.pitch_rad = Reading::Missing;
+        }
+        if i == 90 {
+            state.recall();
+        }
+        let answer = step(&config, None, &mut state, frame.time, &frame);
+        assert!(i < 90 || answer.trace.abort == Some(Abort::SensorPitch), "{i}: {answer:?}");
+        toy.fly(&answer.command, CYCLE_S);
+    }
+    assert!(toy.z < 0.5, "{} m", toy.z);
+}

@@ -8,6 +8,6 @@ pub use crate::safety::attitude::{HEADING_LOST_S, MUST_SHOW, OPPOSED, OPPOSED_S,
 pub use crate::safety::depth::{APART_S, BLIND_S, LEAP_S, NO_DEPTH_S, OVER_LEG_M, OVER_LEG_SHARE, OVER_WORKING_M, STUCK_S};
 pub use crate::safety::release::{SINKS_M_S, SINKS_S, pump_stroke_s};
 pub use crate::safety::resume::comes_back;
-pub use crate::safety::supply::{CHARGE, VACUUM_PA, VOLTS};
+pub use crate::safety::supply::{CHARGE, DETECTOR_LOST_S, VACUUM_PA, VOLTS};
 pub use crate::senses::{APART_M, APART_SHARE, LATE_MS, UNBACKED_S, ZERO_MAX_M};
 pub use crate::voyage::{CLIMB_STALLED_S, NO_WAY_S, WAY_M, longest_turn_s};

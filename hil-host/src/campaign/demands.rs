@@ -26,6 +26,8 @@ pub const APART: (f64, f64) = (3.0, 0.01);
 pub const ZERO_M: f64 = 1.5;
 /// One of two depth sensors not believed: on the way home, s.
 pub const UNBACKED_S: f64 = 30.0;
+/// A leak detector that does not answer any more: on the way home, s.
+pub const DETECTOR_S: f64 = 30.0;
 /// No depth at all: on the way up, s; and aborted, if it does not come back, s.
 pub const NO_DEPTH_S: f64 = 16.0;
 /// See [`NO_DEPTH_S`].
@@ -123,6 +125,7 @@ mod tests {
             (law::APART_SHARE, APART.1),
             (law::ZERO_MAX_M, ZERO_M),
             (law::UNBACKED_S, UNBACKED_S),
+            (law::DETECTOR_LOST_S, DETECTOR_S),
             (law::MASS_WAIT_S, MASS_WAIT_S),
             (law::MASS_LOST_S, MASS_LOST_S),
             (law::MASS_NEAR_M, MASS_NEAR_M),

@@ -339,7 +339,9 @@ fn detector(fault: &Fault) -> Option<Expect> {
         (T::LeakDetector, K::Alarm) => Expect::Abort(&[Abort::Leak], 0.0),
         (T::LeakDetector, K::Chatter) => Expect::Tolerated(&[Abort::Leak], vec![owes(Sign::Leak, 0.0)]),
         (T::WeightMonitor, K::Alarm) => Expect::Abort(&[Abort::Degraded], THREE_SAMPLES_S),
-        (T::LeakDetector, K::Off | K::Stuck) | (T::WeightMonitor, K::Off) => Expect::Mission,
+        // Silent: nobody would know of water in the hull.
+        (T::LeakDetector, K::Off) => Expect::Home(&[], demands::DETECTOR_S + 3.0 * CYCLE_S),
+        (T::LeakDetector, K::Stuck) | (T::WeightMonitor, K::Off) => Expect::Mission,
         (T::Gps | T::Comms, K::Off | K::Intermittent) => Expect::Mission,
         _ => return None,
     })

@@ -98,8 +98,12 @@ pub(crate) struct Verdict {
     pub(crate) distrust_pitch: bool,
     /// Pump position to command instead of the wanted one, m³.
     pub(crate) pump_instead_m3: Option<f32>,
+    /// More than the pump lifts hung on the vehicle in a dive.
+    pub(crate) loaded: bool,
     /// Three of the last five samples found water in the hull.
     pub(crate) leak_stands: bool,
+    /// No leak detector answers: water in the hull shows in the motion alone.
+    pub(crate) unguarded: bool,
     /// Fire the drop weight.
     pub(crate) drop_weight: bool,
     /// The vehicle sinks though pump and weight do what they can.
@@ -210,7 +214,7 @@ impl Safety {
         if self.release.lost(w.frame.weight) && Of::WeightLost.enabled() {
             v.cause(Abort::Degraded);
         }
-        let sinks = self.release.sinks(w, v.abort.is_some());
+        let sinks = self.release.sinks(w, v.abort.is_some(), v.loaded);
         if sinks && Of::SinksOn.enabled() || self.release.floats_below(w) && Of::FloatsBelow.enabled() {
             v.cause(Abort::Stalled);
         }

@@ -159,15 +159,20 @@ impl Release {
     }
 
     /// Whether the vehicle sinks on though it is commanded to rise and has had the time to.
-    pub(crate) fn sinks(&mut self, w: &Watch<'_>, aborted: bool) -> bool {
+    pub(crate) fn sinks(&mut self, w: &Watch<'_>, aborted: bool, loaded: bool) -> bool {
         let seen = w.seen;
         // Aborted, the pump is commanded out whatever a retry says in this cycle.
         let wanted_up = aborted || w.commanded.ballast_m3 > RISES * w.config.pump_m3;
-        let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > SINKS_M_S && !seen.afloat;
+        // With a load that is known of, what does not rise sinks on, until the weight is fired.
+        let loaded = loaded && !self.fired;
+        let slowest_m_s = if loaded { -SINKS_M_S } else { SINKS_M_S };
+        let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > slowest_m_s && !seen.afloat;
         self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { self.sinking_s * seen.unchanged() };
         let out = pump_time_s(w) <= 0.0;
         self.out_s = if out { (self.out_s + seen.dt_s).at_most(1e4) } else { 0.0 };
-        let found = self.sinking_s >= Of::SinksOn.after(SINKS_S + pump_time_s(w)) && (!out || self.out_s >= OUT_S);
+        let patience_s = if loaded { SINKS_SHORT_S } else { SINKS_S };
+        let found = self.sinking_s >= Of::SinksOn.after(patience_s + pump_time_s(w))
+            && (!out || self.out_s >= if loaded { 2.0 * OUT_S } else { OUT_S });
         let all = w.ballast_m3 > 0.9 * w.config.pump_m3;
         if found && !aborted && !all {
             self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
@@ -265,7 +270,7 @@ impl Release {
             return true;
         }
         let at_risk = seen.depth_m >= at_risk_m(w.config, seen.rate_m_s);
-        let patience = if pump_lost || v.leak_stands || at_risk { SINKS_SHORT_S } else { SINKS_S };
+        let patience = if pump_lost || v.leak_stands || v.loaded || at_risk { SINKS_SHORT_S } else { SINKS_S };
         let patience = Of::SinksOn.after(patience + if pump_lost { 0.0 } else { pump_time_s(w) });
         if self.sinking_s >= patience && Of::SinksOn.enabled() {
             return true;

@@ -221,3 +221,47 @@ fn a_recalled_mission_never_goes_on() {
     }
     assert!(toy.z < 0.5, "{} m", toy.z);
 }
+
+#[test]
+fn a_leak_detector_that_falls_silent_takes_the_vehicle_home_until_it_answers() {
+    let silent = |span_s: f64| {
+        fly(&[leg(190.0, 3)], 12.0, |toy, frame| {
+            if within(toy.t, 400.0, span_s) {
+                frame.leak = Switch::Unknown;
+            }
+        })
+    };
+    let lost = silent(1e6);
+    assert_eq!((lost.phase, lost.first), (Phase::Done, None), "{lost:?}");
+    assert!(lost.dives == 1 && lost.dived_s - 400.0 <= 42.0 && lost.deepest_m < 60.0, "{lost:?}");
+    for span_s in [20.0, 90.0] {
+        let back = silent(span_s);
+        assert_eq!((back.phase, back.first, back.dives), (Phase::Done, None, 3), "{span_s} s: {back:?}");
+    }
+}
+
+#[test]
+fn regress_an_antenna_heard_at_depth_is_not_believed() {
+    let mut mission_over_at = f64::NAN;
+    let out = fly(&[leg(190.0, 2)], 6.0, |toy, frame| {
+        if toy.z > 80.0 || mission_over_at.is_finite() {
+            mission_over_at = toy.t;
+            frame.surface.gps_fix = true;
+        }
+    });
+    // The receiver or the depth is wrong: aborted, home, and never taken for the surface on the way.
+    assert!(out.first.is_some_and(|f| f.0 == Abort::SensorDepth) && out.deepest_m < 100.0, "{out:?}");
+    // Nobody but the release can bring this one home: 0.4 kg too many, with a receiver that goes on saying that it has a fix.
+    let (config, mut toy) = (Config::default(), Toy::new(&Config::default()));
+    let mission = Mission { legs: [leg(190.0, 1)].into_iter().collect(), ..Mission::default() };
+    let (mut state, mut fired) = (State::new(&config, mission, Micros(0)), false);
+    for _ in 0..1500 {
+        let mut frame = toy.frame();
+        frame.surface.gps_fix |= toy.z > 80.0;
+        let answer = step(&config, None, &mut state, frame.time, &frame);
+        fired |= answer.command.drop_weight;
+        toy.weight_kg = if fired { 0.4 } else { 0.5 + if toy.z > 80.0 || toy.weight_kg > 0.5 { 0.4 } else { 0.0 } };
+        toy.fly(&signals::ActuatorCommand { drop_weight: false, ..answer.command }, CYCLE_S);
+    }
+    assert!(fired && toy.z < 0.5 && toy.z_max < 180.0, "fired {fired}, {} m, deepest {} m", toy.z, toy.z_max);
+}

@@ -151,6 +151,11 @@ impl State {
         self.choice.belief.factors()
     }
 
+    /// A mission that is aborted does not go on, whatever comes back: for who has another to decide that.
+    pub fn stays_safe(&mut self) {
+        self.safety.never_resume();
+    }
+
     /// The operator orders the vehicle home.
     pub fn recall(&mut self) {
         self.abort(Abort::Operator);
@@ -320,7 +325,7 @@ fn fly(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, verdict: &Ver
         state.voyage.stage = Stage::Safe;
     } else {
         if verdict.resumed {
-            state.voyage.stage = Stage::Surface { since: clock, believed: 0 };
+            state.voyage.go_on(clock);
         }
         if verdict.climb {
             state.voyage.climb_now(clock, seen);

@@ -290,6 +290,13 @@ impl Voyage {
         }
     }
 
+    /// Afloat after an abort that is taken back: the next dive, or the end of a mission that is flown or had called home.
+    #[cold]
+    pub(crate) fn go_on(&mut self, clock: Micros) {
+        let flown = self.homeward || u32::from(self.dives) >= self.mission.dives();
+        self.stage = if flown { Stage::Done } else { Stage::Surface { since: clock, believed: 0 } };
+    }
+
     /// Whether the climb under way has made no way for longer than `s` seconds.
     pub(crate) fn climbs_without_way(&self, clock: Micros, s: u32) -> bool {
         match self.stage {

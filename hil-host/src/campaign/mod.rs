@@ -334,7 +334,7 @@ impl<'a> Judge<'a> {
         let now = &cycle.answer.trace;
         let resumes = before.phase == Phase::Safe
             && before.abort.is_some_and(|cause| COMES_BACK.contains(&cause))
-            && (now.phase, now.abort) == (Phase::Surface, None)
+            && matches!((now.phase, now.abort), (Phase::Surface | Phase::Done, None))
             && cycle.truth.at_surface
             && !self.fired
             && self.resumed < demands::RESUMES;

@@ -200,6 +200,7 @@ impl Safety {
         self.actuators.watch(w, &mut v);
         self.attitude.watch(w, &mut v);
         self.load.watch(w, &mut v);
+        let weight_lost = self.release.lost(w.frame.weight);
         if self.resume.due(w, &v, self.latched, self.release.is_quiet()) {
             (self.latched, self.guard) = (None, CLEAR);
             v.resumed = true;
@@ -211,7 +212,7 @@ impl Safety {
         if w.no_way_turns >= 2 || (w.climb_stalled && Of::ClimbNoWay.enabled()) {
             v.cause(Abort::Stalled);
         }
-        if self.release.lost(w.frame.weight) && Of::WeightLost.enabled() {
+        if weight_lost && Of::WeightLost.enabled() {
             v.cause(Abort::Degraded);
         }
         let sinks = self.release.sinks(w, v.abort.is_some(), v.loaded);

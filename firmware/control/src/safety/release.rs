@@ -135,17 +135,20 @@ pub(crate) struct Release {
     marked: bool,
     at_risk: u8,
     lost: u8,
+    /// The weight went without being fired, whatever its monitor says since.
+    gone: bool,
 }
 
 impl Release {
     /// The rule has wished for nothing so far.
     pub(crate) fn is_quiet(&self) -> bool {
-        !self.fired && self.lost == 0
+        !self.fired && !self.gone && self.lost == 0
     }
 
     /// The weight went without being fired: the vehicle is too light to dive.
     pub(crate) fn lost(&mut self, weight: Weight) -> bool {
         self.lost = if weight == Weight::Released && !self.fired { self.lost.saturating_add(1) } else { 0 };
+        self.gone |= self.lost >= 3;
         self.lost >= 3
     }
 
@@ -208,7 +211,7 @@ impl Release {
             self.unheard_s,
             self.mark_m,
         ]) {
-            *self = Self { fired: self.fired, ..Self::default() };
+            *self = Self { fired: self.fired, gone: self.gone, ..Self::default() };
         }
         let dt = w.seen.dt_s;
         let before_s = self.aborted_s;

@@ -1,8 +1,10 @@
 //! Readings that are missing for a while: the mission goes on when they are back.
 
 use super::toy::Toy;
+use crate::waits::comes_back;
 use crate::{Config, State, step};
-use signals::{Abort, Flags, Leg, Micros, Mission, Phase, Reading, SensorFrame, Switch};
+use proptest::prelude::*;
+use signals::{Abort, Flags, Leg, Micros, Mission, Phase, Reading, SensorFrame, Surface, Switch, Weight};
 
 const CYCLE_S: f64 = 4.0;
 
@@ -182,6 +184,30 @@ fn a_mission_that_a_glitch_ended_goes_on_afloat_and_not_for_ever() {
 }
 
 #[test]
+fn a_mission_that_is_flown_is_not_flown_again_after_a_glitch_afloat() {
+    let mut over_s = f64::NAN;
+    let (config, mut toy) = (Config::default(), Toy::new(&Config::default()));
+    let mut state = State::new(&config, Mission::default(), Micros(0));
+    let (mut phases, mut t_done) = (Vec::new(), f64::NAN);
+    for _ in 0..1500 {
+        let mut frame = toy.frame();
+        // The mission is over; then the pitch is gone for 100 s.
+        if within(toy.t, over_s, 100.0) {
+            frame.pitch_rad = Reading::Missing;
+        }
+        let answer = step(&config, None, &mut state, frame.time, &frame);
+        phases.push(answer.trace.phase);
+        if answer.trace.phase == Phase::Done && over_s.is_nan() {
+            (over_s, t_done) = (toy.t, toy.t);
+        }
+        toy.fly(&answer.command, CYCLE_S);
+    }
+    let after = phases.iter().skip_while(|p| **p != Phase::Done);
+    assert!(t_done.is_finite() && after.clone().any(|p| *p == Phase::Safe), "done at {t_done} s");
+    assert!(after.into_iter().all(|p| matches!(p, Phase::Done | Phase::Safe)) && phases.last() == Some(&Phase::Done));
+}
+
+#[test]
 fn no_mission_goes_on_after_a_leak_nor_while_something_is_missing() {
     type Spoil = fn(&Toy, &mut SensorFrame);
     let leak: Spoil = |toy, f| f.leak = if within(toy.t, 200.0, 20.0) { Switch::Alarm } else { f.leak };
@@ -264,4 +290,74 @@ fn regress_an_antenna_heard_at_depth_is_not_believed() {
         toy.fly(&signals::ActuatorCommand { drop_weight: false, ..answer.command }, CYCLE_S);
     }
     assert!(fired && toy.z < 0.5 && toy.z_max < 180.0, "fired {fired}, {} m, deepest {} m", toy.z, toy.z_max);
+}
+
+/// What a stretch of frames shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shown {
+    Afloat,
+    Under,
+    NoPitch,
+    NoDepth,
+    NoPump,
+    Leak,
+    LowVolts,
+    NoAntenna,
+    WeightGone,
+}
+
+fn shown(what: Shown, answer: &signals::Answer) -> SensorFrame {
+    let depth = Reading::now(if what == Shown::Under { 12.0 } else { 0.2 });
+    let up = !matches!(what, Shown::Under | Shown::NoAntenna);
+    let or = |reading, missing| if what == missing { Reading::Missing } else { reading };
+    SensorFrame {
+        depth_m: or(depth, Shown::NoDepth),
+        depth2_m: or(depth, Shown::NoDepth),
+        pitch_rad: or(Reading::now(0.4), Shown::NoPitch),
+        heading_rad: Reading::now(1.0),
+        ballast_m3: or(Reading::now(answer.command.ballast_m3), Shown::NoPump),
+        battery_mass_m: Reading::now(answer.command.battery_mass_m),
+        fin_rad: Reading::now(answer.command.fin_rad),
+        battery_v: Reading::now(if what == Shown::LowVolts { 9.0 } else { 15.0 }),
+        charge: Reading::now(0.9),
+        leak: if what == Shown::Leak { Switch::Alarm } else { Switch::Clear },
+        weight: if what == Shown::WeightGone { Weight::Released } else { Weight::Held },
+        surface: Surface { gps_fix: up, comms: up },
+        ..SensorFrame::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Whatever is missing and comes back: an abort is taken back for a cause that may come back, after two minutes in which nothing
+    /// was missing, the last 40 s of them afloat, with the weight on board, and twice at most.
+    #[test]
+    fn prop_safe_is_left_afloat_and_sound_only(stretches in prop::collection::vec((prop::sample::select(vec![
+        Shown::Afloat, Shown::Afloat, Shown::Afloat, Shown::Under, Shown::NoPitch, Shown::NoDepth, Shown::NoPump, Shown::Leak,
+        Shown::LowVolts, Shown::NoAntenna, Shown::WeightGone]), 1usize..60), 1..14)) {
+        let config = Config::default();
+        let mut state = State::new(&config, Mission::default(), Micros(0));
+        let mut answer = signals::Answer::default();
+        let (mut t, mut resumed, mut sound, mut afloat, mut gone, mut low, mut fired) = (0u64, 0, 0, 0, 0, 0, false);
+        for (what, n) in stretches {
+            for _ in 0..n {
+                let before = answer.trace;
+                answer = step(&config, None, &mut state, Micros::from_secs(t), &shown(what, &answer));
+                t += 4;
+                // Three low voltages of five are one; fewer are none.
+                low = if what == Shown::LowVolts { low + 1 } else { 0 };
+                let is_sound = matches!(what, Shown::Afloat | Shown::Under | Shown::NoAntenna) || (1..3).contains(&low);
+                sound = if is_sound { sound + 4 } else { 0 };
+                afloat = if matches!(what, Shown::Under | Shown::NoAntenna) { 0 } else { afloat + 4 };
+                if before.abort.is_some() && answer.trace.abort != before.abort {
+                    resumed += 1;
+                    prop_assert!(before.abort.is_some_and(comes_back) && answer.trace.abort.is_none(), "{before:?}");
+                    prop_assert!(sound >= 120 && afloat >= 40 && !fired && resumed <= 2, "{sound} {afloat} {resumed}");
+                }
+                gone = if what == Shown::WeightGone { gone + 1 } else { 0 };
+                fired |= answer.command.drop_weight || gone >= 3;
+            }
+        }
+    }
 }

@@ -16,6 +16,7 @@
 
 use crate::backseat_role;
 use crate::board::last_words::{self, Cause, LastWords};
+use crate::board::modem_supply::ModemSupply;
 use crate::board::pins::{Drive, Pin, Port, Wait};
 use crate::board::registers::Registers;
 use crate::board::servo::Servo;
@@ -50,7 +51,7 @@ impl Fitted for Soldered {
     type Compass = Received;
     type Gps = Received;
     type Modem = uart::Modem;
-    type ModemPower = Pin;
+    type ModemPower = ModemSupply;
 }
 
 #[entry]
@@ -72,7 +73,7 @@ fn main() -> ! {
     // with interrupts held off.
     let mut registers = unsafe { Registers::new() };
     let (base, crystal_hz) = clock::start_crystal(&chip.RCC, &mut registers);
-    power_up(&chip.RCC, &chip.GPIOA, &chip.GPIOB, &chip.GPIOC, &chip.GPIOD);
+    power_up(&chip.RCC, &mut registers);
     let tick_hz = clock::start_tick(&mut core.SYST, &chip.TIM2, 0);
     let id = black_box::image();
     let fault = black_box::open(flags, FIRMWARE, id);
@@ -155,7 +156,8 @@ fn main() -> ! {
             bridges: supply(7),
             servo: Pin::new(Port::B, 0, Drive::PushPull),
         },
-        modem: (uart::Modem::open(chip.UART5, MODEM), out(11)),
+        // SAFETY: the pins of the modem's lines are set up by this thread alone.
+        modem: (uart::Modem::open(chip.UART5, MODEM), ModemSupply::new(unsafe { Registers::new() })),
     };
     let mut parts = Parts::new(wiring, helm.config());
     parts.remember_air(air);

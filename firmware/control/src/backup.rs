@@ -8,7 +8,7 @@
 //! |---|---|
 //! | deep | every raw depth beyond working depth + 10 m in three frames running, or the deeper one in nine |
 //! | leak | alarm in five frames running, or for 20 s |
-//! | silence | no finite depth from either sensor for 30 s |
+//! | silence | no finite depth from either sensor for 11 min, or nothing finite at all for a minute |
 //! | time | mission time + 10 min passed |
 //!
 //! Then: full buoyancy, mass in the middle, fin straight, beacon. Where the first way home already commands full
@@ -37,6 +37,7 @@ pub(crate) struct Backup {
     last_us: Option<u64>,
     flown_us: u64,
     deaf_us: u32,
+    dumb_us: u32,
     leak_us: u32,
     deep_frames: u32,
     leak_frames: u32,
@@ -78,8 +79,11 @@ impl Backup {
             None => self.deaf_us = self.deaf_us.saturating_add(passed),
         }
         if frame.surface.gps_fix || frame.surface.comms {
-            self.deaf_us = 0;
+            (self.deaf_us, self.dumb_us) = (0, 0);
         }
+        let speaks = |reading| matches!(reading, Reading::Sampled { value, .. } if value.is_finite());
+        let dumb = depths.is_none() && !speaks(frame.pitch_rad) && !speaks(frame.ballast_m3);
+        self.dumb_us = if dumb { self.dumb_us.saturating_add(passed) } else { 0 };
         if frame.leak == Switch::Alarm {
             self.leak_frames = self.leak_frames.saturating_add(1);
             self.leak_us = self.leak_us.saturating_add(passed);
@@ -91,7 +95,7 @@ impl Backup {
             1
         } else if self.leak_frames >= 5 || self.leak_us >= 20_000_000 {
             2
-        } else if self.deaf_us >= 30_000_000 {
+        } else if self.deaf_us >= 660_000_000 || self.dumb_us >= 60_000_000 {
             3
         } else if self.flown_us > limits.mission_us {
             4
@@ -161,8 +165,10 @@ mod tests {
         assert_eq!(burn[3], Some((Abort::OverDepth, true)));
         let leak = run((0..6).map(|_| SensorFrame { leak: Switch::Alarm, ..at(5.0) }));
         assert!(leak[3].is_none() && leak[4] == Some((Abort::Leak, false)));
-        let silence = run((0..10).map(|_| SensorFrame::default()));
-        assert!(silence[7].is_none() && silence[8].is_some_and(|r| r.0 == Abort::LinkLost));
+        let silence = run((0..20).map(|_| SensorFrame::default()));
+        assert!(silence[14].is_none() && silence[15].is_some_and(|r| r.0 == Abort::LinkLost));
+        let deaf = run((0..200).map(|_| SensorFrame { pitch_rad: Reading::now(0.3), ..SensorFrame::default() }));
+        assert!(deaf[164].is_none() && deaf[165].is_some_and(|r| r.0 == Abort::LinkLost));
         let time = run((0..1000).map(|_| at(10.0)));
         assert!(time[900].is_none() && time[901] == Some((Abort::OverTime, false)));
     }

@@ -355,5 +355,5 @@ impl Belief {
 }
 
 #[cfg(test)]
-#[path = "consistency.rs"]
+#[path = "tests/consistency.rs"]
 mod consistency;

@@ -211,6 +211,11 @@ impl Config {
         if depth_m > 200.0 { Self(Settings::slocum_1000()) } else { Self(Settings::slocum_200()) }
     }
 
+    /// Half way from working to crush depth, m: no farther down may a depth be that is not known.
+    pub(crate) fn deepest_m(&self) -> f32 {
+        0.5 * (self.0.working_depth_m + self.0.crush_depth_m)
+    }
+
     /// The settings as plain data.
     #[must_use]
     pub const fn settings(&self) -> &Settings {

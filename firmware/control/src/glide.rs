@@ -22,7 +22,7 @@
 //! The search over α takes one point per cycle of steady glide, over and over:
 //! so one step stays cheap and what was learned is used within a minute.
 
-use crate::angle::atan;
+use crate::angle::{atan, sqrt};
 use crate::belief::{Belief, Steady};
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
@@ -53,12 +53,31 @@ pub(crate) const PITCH_RANGE: core::ops::RangeInclusive<f32> = 0.05..=0.75;
 /// C_D/C_L learned over that of the table from which on the vehicle counts as degraded (fouling, kelp, a bent wing), 1.
 const DEGRADED: f32 = 1.2;
 /// Pump: volume × pressure over this, guess from small piston pumps.
-const PUMP_EFFICIENCY: f32 = 0.4;
-/// Energy of one turn apart from pressure (valves, battery mass, fin), J. Guess.
-const TURN_J: f32 = 60.0;
+const PUMP_EFFICIENCY: f32 = 0.5;
+/// Gauge pressure of a hull's vacuum, Pa: 7 inHg, against which the pump works at the surface.
+const VACUUM_PA: f32 = 23_700.0;
+/// Power of a running pump (motor and valves) besides its hydraulic work, W, at this rate, m³/s; it grows with the eighth root of the
+/// rate: 8, 10 and 11 W at 4, 13 and 32 cm³/s. Guess.
+const PUMP_W: (f32, f32) = (8.3, 4e-6);
+/// Power of the motor of the battery mass while it runs, W. Guess.
+const MASS_W: f32 = 2.0;
+/// Way of the battery mass in one turn, m: between the places of a dive and a climb of 25°, and the way there.
+const MASS_WAY_M: f32 = 0.02;
+/// Time of a turn besides its pump's in which the vehicle makes hardly any way, s: its entry.
+const TURN_S: f32 = 20.0;
+
+/// Energy that pump and battery mass take for one dive and climb, J.
+pub(crate) fn dive_j(config: &Config, leg: &Leg) -> f32 {
+    let moved_m3 = 2.0 * leg.ballast_m3;
+    let pump_s = moved_m3 / config.pump_rate_m3_s;
+    let running_w = PUMP_W.0 * sqrt(sqrt(sqrt(config.pump_rate_m3_s / PUMP_W.1)));
+    let work_j = moved_m3 * (1025.0 * 9.81 * leg.depth_max_m + VACUUM_PA) / PUMP_EFFICIENCY;
+    // Out at the lower turn, in at the upper one.
+    work_j + 2.0 * (running_w * pump_s + MASS_W * MASS_WAY_M / config.battery_rate_m_s)
+}
 
 /// What is gained at one angle of attack; larger is better.
-fn worth(leg: &Leg, s: &Steady) -> f32 {
+fn worth(config: &Config, leg: &Leg, s: &Steady) -> f32 {
     if let Goal::BestGlide | Goal::FixedPitch { .. } = leg.goal {
         return -s.tan_gamma;
     }
@@ -73,8 +92,8 @@ fn worth(leg: &Leg, s: &Steady) -> f32 {
         }
         Goal::BestRange { hotel_w } => {
             let way_m = 2.0 * (leg.depth_max_m - leg.depth_min_m).at_least(1.0);
-            let pump_j = TURN_J + 2.0 * 1025.0 * 9.81 / PUMP_EFFICIENCY * leg.ballast_m3 * leg.depth_max_m;
-            way_m / s.tan_gamma / (pump_j + hotel_w * way_m / sink_m_s)
+            let turns_s = 2.0 * (2.0 * leg.ballast_m3 / config.pump_rate_m3_s + TURN_S);
+            way_m / s.tan_gamma / (dive_j(config, leg) + hotel_w * (way_m / sink_m_s + turns_s))
         }
     }
 }
@@ -185,7 +204,7 @@ impl Choice {
         let alpha = table.best_alpha_rad() * (SPAN.0 + step * f32::from(self.next));
         self.next = self.next.saturating_add(1);
         if let Some(s) = self.belief.steady(table, alpha.at_most(table.alpha_max_rad()), leg.ballast_m3.at_least(20e-6)) {
-            let value = worth(leg, &s);
+            let value = worth(config, leg, &s);
             if value > self.best && s.answer() > AIMED_ANSWER_MIN {
                 let pitch_rad = s.gamma_rad() - s.alpha_rad;
                 if PITCH_RANGE.contains(&pitch_rad) {

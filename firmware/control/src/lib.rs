@@ -156,16 +156,22 @@ impl State {
         self.choice.belief.factors()
     }
 
+    /// A mission that is aborted does not go on, whatever comes back: for who has another to decide that.
+    pub fn stays_safe(&mut self) {
+        self.safety.never_resume();
+    }
+
     /// The operator orders the vehicle home.
     pub fn recall(&mut self) {
         self.abort(Abort::Operator);
     }
 
-    /// The caller found a reason to come home (overrun, lost line). The first cause stays.
+    /// The caller found a reason to come home (overrun, lost line). The first cause stays, and the mission does not go on.
     #[cold]
     #[inline(never)]
     pub fn abort(&mut self, cause: Abort) {
         self.safety.latch(cause);
+        self.safety.never_resume();
         self.voyage.stage = Stage::Safe;
     }
 
@@ -221,7 +227,7 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
     let second_way = state.backup.check(&limits, now, frame);
     state.heal();
     let dt_s = state.clock.advance(now);
-    let seen = state.senses.observe(config, dt_s, frame);
+    let seen = state.senses.observe(config, dt_s, frame, safety::release::steady_m_s(config, state.ballast_m3));
     follow_pump(config, state, seen.ballast_m3, dt_s);
 
     let mut leg = state.voyage.leg();
@@ -237,6 +243,7 @@ pub fn step(config: &Config, table: Option<&Table<'_>>, state: &mut State, now: 
     let mut command = command(config, table, state, &seen, &verdict, &leg, frame.seq);
     let mut abort = verdict.abort;
     if let Some((cause, burn)) = second_way {
+        state.safety.never_resume();
         if abort.is_none() {
             state.abort(cause);
             abort = Some(cause);
@@ -322,10 +329,14 @@ fn fly(config: &Config, state: &mut State, seen: &Seen, leg: &Leg, verdict: &Ver
     if verdict.abort.is_some() {
         state.voyage.stage = Stage::Safe;
     } else {
+        if verdict.resumed {
+            state.voyage.go_on(clock);
+        }
         if verdict.climb {
             state.voyage.climb_now(clock, seen);
         }
         state.voyage.homeward |= verdict.homeward;
+        state.voyage.home_for_now = verdict.home_for_now;
         state.voyage.surface_due = verdict.surface;
         state.voyage.all_out = verdict.pump_full;
         state.voyage.advance(config, clock, seen, leg, state.ballast_m3);
@@ -458,10 +469,4 @@ fn brought_within(config: &Config, c: ActuatorCommand) -> ActuatorCommand {
 }
 
 #[cfg(test)]
-mod flooding;
-#[cfg(test)]
-mod laws;
-#[cfg(test)]
-mod toy;
-#[cfg(test)]
-mod wrong_sensors;
+mod tests;

@@ -23,6 +23,8 @@ macro_rules! watches {
 watches! {
     /// Leak detector, three samples of five: abort.
     Leak = false,
+    /// Leak detector that does not answer: home.
+    Detector = true,
     /// Hull vacuum: abort.
     Vacuum = false,
     /// Battery voltage: abort.

@@ -9,6 +9,9 @@
 //!   level is believed only after three samples agree (one bad altimeter hit
 //!   turned gliders; 9999 became a depth of 9690 m);
 //! * an old reading is projected by its age, not held;
+//! * without a depth the vehicle is followed by dead reckoning: the rate of now fades into the one that pump and pitch give it.
+//!   A lone sensor that was missing for [`NO_DEPTH_S`] is believed again at the third reading running that agrees with the one before
+//!   and with dead reckoning (one that does not is followed, and known as a leap);
 //! * two depths that disagree by more than 1 m: the deeper one, since it leads
 //!   to ascent.
 
@@ -27,6 +30,8 @@ const AGREE_M: f32 = 1.0;
 pub const APART_M: f32 = 3.0;
 /// Share of the depth by which two sound transducers may differ.
 pub const APART_SHARE: f32 = 0.01;
+/// Deeper than this no antenna is out of the water, m: the largest zero error of a transducer, waves, and as much again as both.
+const ANTENNA_M: f32 = 6.0;
 /// Density when the CTD gives none, kg/m³: mid-latitude sea surface.
 const DENSITY_DEFAULT: f32 = 1025.0;
 /// Largest zero error of a pressure transducer that is taken out at the surface, m.
@@ -34,8 +39,16 @@ pub const ZERO_MAX_M: f32 = 1.5;
 /// Time constant of the depth filter, s: two cycles of noise averaging, a fifth of the shortest turn.
 const FILTER_S: f32 = 5.0;
 
-/// Without a depth: abort after this, s — two cycles, so that one lost reading changes nothing (bound 10 s).
-pub const NO_DEPTH_S: f32 = 8.0;
+/// Without a depth the vehicle turns for the surface after this, s: four cycles. In so long a glide goes 5 m, dead reckoning errs by
+/// one, and of readings that are missing by chance, three in a hundred, four running are missing once in 1,400 h.
+pub const NO_DEPTH_S: f32 = 16.0;
+/// A lone sensor that leaps is not believed for this long, s; then the mission is aborted, and it is.
+pub const LEAP_S: f32 = 8.0;
+/// Time in which the rate of now becomes the steady one, s: the speed mode of a glider, 10 s, and half a turn of its pump.
+const RECKON_S: f32 = 20.0;
+/// Error of dead reckoning, m and m/s: the filter's, and a slow ascent's, which sinking water, layers and another drag make.
+const RECKON_ERROR: (f32, f32) = (3.0, 0.25);
+
 /// A sensor not believed for this long is lost, s: seven readings, so that one that comes and goes is kept.
 pub const UNBACKED_S: f32 = 30.0;
 /// A reading is believed until it is a cycle and this much old, ms.
@@ -51,13 +64,25 @@ pub(crate) struct Channel {
     rejected: u8,
     rejected_m: f32,
     zero_m: f32,
+    /// The last reading believed is none that dead reckoning allows, and no other sensor measured.
+    leapt: bool,
+}
+
+/// Where the vehicle is expected, whatever this sensor says.
+#[derive(Clone, Copy, Debug)]
+struct Expected {
+    /// Depth, m, and its rate, m/s, within the gate.
+    depth_m: f32,
+    rate_m_s: f32,
+    /// Time for which no sensor at all has measured, s.
+    blind_s: f32,
 }
 
 impl Channel {
-    /// Takes a reading; returns the depth if there is a believable new one. `rate_m_s` is within the gate.
-    fn take(&mut self, reading: Reading, deepest_m: f32, max_age_ms: u32, rate_m_s: f32, dt_s: f32, afloat: bool) -> Option<f32> {
+    /// Takes a reading; returns the depth if there is a believable new one.
+    fn take(&mut self, reading: Reading, deepest_m: f32, max_age_ms: u32, at: &Expected, dt_s: f32, afloat: bool) -> Option<f32> {
         let since_s = self.age_s + dt_s;
-        let taken = self.judge(reading, deepest_m, max_age_ms, rate_m_s, dt_s, since_s, afloat);
+        let taken = self.judge(reading, deepest_m, max_age_ms, at, dt_s, since_s, afloat);
         if taken.is_none() {
             self.age_s = since_s.at_most(1e4);
         }
@@ -70,30 +95,39 @@ impl Channel {
         reading: Reading,
         deepest_m: f32,
         max_age_ms: u32,
-        rate_m_s: f32,
+        at: &Expected,
         dt_s: f32,
         since_s: f32,
         afloat: bool,
     ) -> Option<f32> {
-        let Reading::Sampled { age_ms, .. } = reading else { return None };
-        let raw = reading.accept(-10.0..=deepest_m, max_age_ms)?;
+        let Reading::Sampled { age_ms, .. } = reading else { return self.unread() };
+        let Some(raw) = reading.accept(-10.0..=deepest_m, max_age_ms) else { return self.unread() };
         if afloat && raw.abs() < 3.0 {
             self.zero_m += (raw.at_least(-ZERO_MAX_M).at_most(ZERO_MAX_M) - self.zero_m) * 0.2;
         }
-        let value = raw - self.zero_m + rate_m_s * (age_ms as f32 * 1e-3);
+        let value = raw - self.zero_m + at.rate_m_s * (age_ms as f32 * 1e-3);
         let reach = GATE_M + GATE_M_S * since_s.at_most(20.0);
-        if !self.seeded || (value - self.value_m).abs() <= reach {
+        let near = (value - self.value_m).abs() <= reach;
+        let same = self.rejected > 0 && (value - self.rejected_m).abs() <= GATE_M + GATE_M_S * dt_s;
+        if !self.seeded || near && (at.blind_s <= 0.0 || since_s < NO_DEPTH_S && !same) {
             self.believe(value);
             return Some(value);
         }
         // A new level must be seen three times before it is believed, and not before a lone sensor was missing for too long.
-        let same = self.rejected > 0 && (value - self.rejected_m).abs() <= GATE_M + GATE_M_S * dt_s;
         self.rejected = if same { self.rejected.saturating_add(1) } else { 1 };
         self.rejected_m = value;
-        if self.rejected >= 3 && since_s - dt_s >= NO_DEPTH_S {
+        if self.rejected >= 3 && since_s - dt_s >= LEAP_S {
+            let reckoned = (value - at.depth_m).abs() <= RECKON_ERROR.0 + RECKON_ERROR.1 * at.blind_s;
             self.believe(value);
+            self.leapt = at.blind_s > 0.0 && !reckoned;
             return Some(value);
         }
+        None
+    }
+
+    /// Says nothing that could be a depth: readings running begin anew.
+    fn unread(&mut self) -> Option<f32> {
+        self.rejected = 0;
         None
     }
 
@@ -102,6 +136,7 @@ impl Channel {
         self.age_s = 0.0;
         self.seeded = true;
         self.rejected = 0;
+        self.leapt = false;
     }
 }
 
@@ -152,6 +187,8 @@ pub struct Seen {
     pub rate_m_s: f32,
     /// Time since a depth was measured, s.
     pub depth_age_s: f32,
+    /// A lone depth sensor says a depth to which dead reckoning leads in no way.
+    pub depth_leapt: bool,
     /// Both depth sensors answered and differ by more than they may.
     pub depths_disagree: bool,
     /// Of two depth sensors that have been believed, one has not been for half a minute.
@@ -176,7 +213,9 @@ pub struct Seen {
     pub density_default: bool,
     /// Height above the bottom, m.
     pub altitude_m: Option<f32>,
-    /// Antenna out of the water: fix or shore in this cycle.
+    /// Fix or shore in this cycle, wherever the vehicle is.
+    pub antenna: bool,
+    /// Antenna out of the water: fix or shore in this cycle, and a depth at which that can be.
     pub afloat: bool,
     /// GPS fix in this cycle.
     pub fix: bool,
@@ -186,6 +225,13 @@ pub struct Seen {
     pub silent: bool,
     /// A field held something that is not a measurement.
     pub refused: bool,
+}
+
+impl Seen {
+    /// What a count of what the depth rate shows is multiplied with where it does not count on: one lost sample takes nothing from it.
+    pub(crate) fn unchanged(&self) -> f32 {
+        if self.depth_age_s > 0.0 && self.depth_age_s <= LEAP_S { 1.0 } else { 0.0 }
+    }
 }
 
 /// Memory of the sensors.
@@ -202,23 +248,27 @@ pub(crate) struct Senses {
 }
 
 impl Senses {
-    /// Reads one frame.
-    pub(crate) fn observe(&mut self, config: &Config, dt_s: f32, frame: &SensorFrame) -> Seen {
+    /// Reads one frame. `steady_m_s`: depth rate of a steady glide on the pump as it stands, for dead reckoning.
+    pub(crate) fn observe(&mut self, config: &Config, dt_s: f32, frame: &SensorFrame, steady_m_s: f32) -> Seen {
         if !self.sane() {
             *self = Self::default();
         }
         let max_age_ms = ((config.cycle_s * 1000.0) as u32).saturating_add(LATE_MS);
-        let afloat = frame.surface.gps_fix || frame.surface.comms;
+        let antenna = frame.surface.gps_fix || frame.surface.comms;
+        let afloat = antenna && self.depth_m <= ANTENNA_M + RECKON_ERROR.1 * self.depth_age_s;
         let deepest = config.crush_depth_m * 1.5;
-        let rate = self.rate_m_s;
-        let a = self.first.take(frame.depth_m, deepest, max_age_ms, rate, dt_s, afloat);
-        let b = self.second.take(frame.depth2_m, deepest, max_age_ms, rate, dt_s, afloat);
+        let at = Expected { depth_m: self.depth_m, rate_m_s: self.rate_m_s, blind_s: self.depth_age_s };
+        let a = self.first.take(frame.depth_m, deepest, max_age_ms, &at, dt_s, afloat);
+        let b = self.second.take(frame.depth2_m, deepest, max_age_ms, &at, dt_s, afloat);
         let (measured, differ_m) = match (a, b) {
             (Some(a), Some(b)) if (a - b).abs() > AGREE_M => (Some(a.at_least(b)), (a - b).abs()),
             (Some(a), _) => (Some(a), 0.0),
             (None, b) => (b, 0.0),
         };
-        self.filter(measured, dt_s);
+        match measured {
+            Some(z) => self.filter(z, dt_s),
+            None => self.reckon(dt_s, steady_m_s, afloat),
+        }
         // Any winding is taken: differences are wrapped where they are used.
         let angle = -7.0..=13.0;
         let density_kg_m3 = frame.density_kg_m3.accept(990.0..=1060.0, 60_000);
@@ -228,6 +278,7 @@ impl Senses {
             measured_m: measured,
             rate_m_s: self.rate_m_s,
             depth_age_s: self.depth_age_s,
+            depth_leapt: a.is_some() && self.first.leapt || b.is_some() && self.second.leapt,
             depths_disagree: differ_m > APART_M + APART_SHARE * self.depth_m.abs(),
             depth_unbacked: self.first.seeded
                 && self.second.seeded
@@ -252,9 +303,10 @@ impl Senses {
             density_kg_m3: density_kg_m3.unwrap_or(DENSITY_DEFAULT),
             density_default: density_kg_m3.is_none(),
             altitude_m: frame.altitude_m.accept(0.3..=100.0, max_age_ms),
+            antenna,
             afloat,
-            fix: frame.surface.gps_fix,
-            shore: frame.surface.comms,
+            fix: frame.surface.gps_fix && afloat,
+            shore: frame.surface.comms && afloat,
             silent: false,
             refused: false,
         };
@@ -263,7 +315,7 @@ impl Senses {
         seen.silent = measured.is_none()
             && seen.pitch_rad.is_none()
             && seen.ballast_m3.is_none()
-            && !afloat
+            && !antenna
             && [frame.depth_m, frame.depth2_m, frame.pitch_rad, frame.ballast_m3].into_iter().all(|r| unanswered(r, max_age_ms));
         seen.refused = (!missing(frame.depth_m) && a.is_none())
             || (!missing(frame.depth2_m) && b.is_none())
@@ -275,16 +327,20 @@ impl Senses {
         seen
     }
 
-    /// Critically damped α-β filter: no lag at constant rate.
-    fn filter(&mut self, measured: Option<f32>, dt_s: f32) {
-        let Some(z) = measured else {
-            self.depth_age_s = (self.depth_age_s + dt_s).at_most(1e6);
-            // Projected while it makes sense, then held.
-            if self.depth_age_s < 60.0 {
-                self.depth_m += self.rate_m_s * dt_s;
-            }
+    /// Dead reckoning: where no depth is measured, and the antenna does not say that it is zero.
+    fn reckon(&mut self, dt_s: f32, steady_m_s: f32, afloat: bool) {
+        self.depth_age_s = (self.depth_age_s + dt_s).at_most(1e6);
+        if afloat {
+            (self.depth_m, self.rate_m_s) = (0.0, 0.0);
             return;
-        };
+        }
+        let faded = dt_s / (dt_s + RECKON_S);
+        self.rate_m_s += (steady_m_s.at_least(-GATE_M_S).at_most(GATE_M_S) - self.rate_m_s) * faded;
+        self.depth_m = (self.depth_m + self.rate_m_s * dt_s).at_least(0.0);
+    }
+
+    /// Critically damped α-β filter: no lag at constant rate.
+    fn filter(&mut self, z: f32, dt_s: f32) {
         self.depth_age_s = 0.0;
         if !self.seeded || (z - self.depth_m).abs() > 20.0 {
             self.seeded = true;
@@ -346,9 +402,9 @@ mod tests {
     #[test]
     fn a_steady_descent_gives_depth_and_rate_without_lag() {
         let (c, mut s) = (Config::default(), Senses::default());
-        let mut seen = s.observe(&c, 0.0, &frame(Reading::now(0.0), Reading::Missing));
+        let mut seen = s.observe(&c, 0.0, &frame(Reading::now(0.0), Reading::Missing), 0.0);
         for i in 1..40 {
-            seen = s.observe(&c, 4.0, &frame(Reading::now(i as f32 * 0.6), Reading::Missing));
+            seen = s.observe(&c, 4.0, &frame(Reading::now(i as f32 * 0.6), Reading::Missing), 0.0);
         }
         assert!((seen.depth_m - 39.0 * 0.6).abs() < 0.01, "{seen:?}");
         assert!((seen.rate_m_s - 0.15).abs() < 1e-3, "{seen:?}");
@@ -360,7 +416,7 @@ mod tests {
         settings.pitch_sensor = crate::PitchSensor { zero_rad: 0.03, per_reading: 0.8 };
         let (c, mut s) = (Config::new(settings).expect("valid"), Senses::default());
         let mut pitch =
-            |reading: f32| s.observe(&c, 4.0, &SensorFrame { pitch_rad: Reading::now(reading), ..SensorFrame::default() }).pitch_rad;
+            |reading: f32| s.observe(&c, 4.0, &SensorFrame { pitch_rad: Reading::now(reading), ..SensorFrame::default() }, 0.0).pitch_rad;
         // Readings of a true pitch of -0.4 rad and 0.4 rad.
         for (reading, truth) in [(-0.47, -0.4), (0.53, 0.4)] {
             assert!(pitch(reading).is_some_and(|p| (p - truth).abs() < 1e-6), "{reading}: {:?}", pitch(reading));
@@ -372,29 +428,29 @@ mod tests {
     fn one_spike_is_ignored_and_a_step_is_accepted_at_the_third_sample() {
         let (c, mut s) = (Config::default(), Senses::default());
         for _ in 0..5 {
-            s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::Missing));
+            s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::Missing), 0.0);
         }
-        let seen = s.observe(&c, 4.0, &frame(Reading::now(150.0), Reading::Missing));
+        let seen = s.observe(&c, 4.0, &frame(Reading::now(150.0), Reading::Missing), 0.0);
         assert!((seen.depth_m - 10.0).abs() < 0.1 && seen.refused);
-        let seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::Missing));
+        let seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::Missing), 0.0);
         assert!((seen.depth_m - 10.0).abs() < 0.1 && !seen.refused);
         for _ in 0..2 {
-            let seen = s.observe(&c, 4.0, &frame(Reading::now(60.0), Reading::Missing));
+            let seen = s.observe(&c, 4.0, &frame(Reading::now(60.0), Reading::Missing), 0.0);
             assert!(seen.depth_m < 20.0);
         }
-        assert!(s.observe(&c, 4.0, &frame(Reading::now(60.0), Reading::Missing)).depth_m > 50.0);
+        assert!(s.observe(&c, 4.0, &frame(Reading::now(60.0), Reading::Missing), 0.0).depth_m > 50.0);
     }
 
     #[test]
     fn of_two_depths_the_deeper_is_taken_and_a_dead_one_is_replaced() {
         let (c, mut s) = (Config::default(), Senses::default());
-        let mut seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::now(10.2)));
+        let mut seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::now(10.2)), 0.0);
         assert!((seen.depth_m - 10.0).abs() < 1e-3);
         for _ in 0..20 {
-            seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::now(15.0)));
+            seen = s.observe(&c, 4.0, &frame(Reading::now(10.0), Reading::now(15.0)), 0.0);
         }
         assert!((seen.depth_m - 15.0).abs() < 0.1 && seen.depths_disagree);
-        let seen = s.observe(&c, 4.0, &frame(Reading::now(f32::NAN), Reading::now(15.0)));
+        let seen = s.observe(&c, 4.0, &frame(Reading::now(f32::NAN), Reading::now(15.0)), 0.0);
         assert_eq!(seen.depth_age_s, 0.0);
     }
 }

@@ -75,7 +75,7 @@ impl State {
 #[must_use]
 pub fn step(config: &Config, state: &mut State, now: Micros, frame: &SensorFrame) -> Answer {
     let dt_s = state.clock.advance(now);
-    let seen = state.senses.observe(config, dt_s, frame);
+    let seen = state.senses.observe(config, dt_s, frame, 0.0);
     let clock = state.clock.run;
     let leg = state.mission.legs.get(usize::from(state.leg)).or(state.mission.legs.last()).copied().unwrap_or_default();
 

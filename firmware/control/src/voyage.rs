@@ -23,6 +23,7 @@
 use crate::bound::Bound;
 use crate::config::Config;
 use crate::mutant::Watch as Of;
+use crate::senses::NO_DEPTH_S;
 use crate::senses::Seen;
 use crate::turn::{Turn, Underway};
 use signals::{Leg, Micros, Mission, Phase};
@@ -41,6 +42,8 @@ pub const CLIMB_STALLED_S: u32 = 900;
 pub const WAY_M: f32 = 1.0;
 /// Altimeter hits that must agree before the bottom is believed.
 const BOTTOM_HITS: u8 = 3;
+/// Time at the surface for what calls the vehicle home to come back, s: three resets of a sensor, a guess.
+const HEALS_S: f32 = 180.0;
 
 /// Whether more than `s` seconds have passed since then, in whole numbers: cheaper than a time as f32.
 fn longer(clock: Micros, since: Micros, s: u32) -> bool {
@@ -108,6 +111,8 @@ pub(crate) struct Voyage {
     pub(crate) no_way_turns: u8,
     /// Come home at the next chance without being in danger.
     pub(crate) homeward: bool,
+    /// The same for as long as something is missing that may come back.
+    pub(crate) home_for_now: bool,
     /// A climb that begins now goes on to the surface.
     pub(crate) surface_due: bool,
     /// Climbs with all that the pump has.
@@ -129,6 +134,7 @@ impl Voyage {
             bottom_turns: 0,
             no_way_turns: 0,
             homeward: false,
+            home_for_now: false,
             surface_due: false,
             all_out: false,
         }
@@ -164,7 +170,7 @@ impl Voyage {
             Stage::Surface { since, believed } => {
                 let believed = if seen.depth_age_s <= 0.0 { believed.saturating_add(1) } else { 0 };
                 self.stage = Stage::Surface { since, believed };
-                if believed >= 2 && seen.pitch_rad.is_some() {
+                if believed >= 2 && seen.pitch_rad.is_some() && !self.home_for_now {
                     self.begin_dive(clock, seen);
                 }
             }
@@ -199,7 +205,14 @@ impl Voyage {
                 }
             }
             Stage::Climb { since, top, mark_m, mark_since } => {
-                let top = if self.homeward { Top::End } else { top };
+                let blind = top == Top::Turn && seen.depth_age_s >= NO_DEPTH_S;
+                let top = if self.homeward {
+                    Top::End
+                } else if blind {
+                    Top::Shore
+                } else {
+                    top
+                };
                 self.climb(config, clock, seen, leg, ballast_m3, since, top, mark_m, mark_since);
             }
             Stage::InflectHigh { since, mut turn } => {
@@ -218,12 +231,13 @@ impl Voyage {
                 self.stage = stage;
                 let waited = clock.since(since);
                 let served = matches!(stage, Stage::Comms { heard: true, fixed: true, .. }) && waited >= DWELL_S;
-                if served || waited.seconds() >= config.comms_patience_s {
+                let heals = seen.depth_age_s > 0.0 || self.home_for_now && waited.seconds() < HEALS_S;
+                if (served || waited.seconds() >= config.comms_patience_s) && !heals {
                     // Not once was the antenna out, and the depth has to be held against the surface: no more dives.
                     let unseen = matches!(stage, Stage::Comms { heard: false, fixed: false, .. });
                     self.homeward |= unseen && self.surface_due;
                     // Patience alone does not make a mission flown: it ends afloat or near the surface.
-                    match self.homeward {
+                    match self.homeward || self.home_for_now {
                         true if served || seen.afloat || seen.depth_m < NEAR_M => self.stage = Stage::Done,
                         true => {}
                         false => self.begin_dive(clock, seen),
@@ -254,7 +268,7 @@ impl Voyage {
         let still = !way && longer(clock, mark_since, 60);
         let dwelt = clock.since(since) >= DWELL_S;
         match top {
-            Top::Turn => {
+            Top::Turn if !self.home_for_now => {
                 let carry = self.high.carry_m(config, -seen.rate_m_s, ballast_m3);
                 let late = 0.5 * (-seen.rate_m_s).at_least(0.0) * config.cycle_s;
                 let top_m = self.top_m(leg);
@@ -264,15 +278,23 @@ impl Voyage {
                     self.stage = Stage::InflectHigh { since: clock, turn };
                 }
             }
-            Top::Shore | Top::End => {
-                // A biased depth must not keep the vehicle waiting: afloat, or still near the surface, is there too.
-                let there = seen.afloat || seen.depth_m < SURFACE_M || (seen.depth_m < NEAR_M && still);
+            Top::Turn | Top::Shore | Top::End => {
+                // A biased depth must not keep the vehicle waiting: afloat, or still near the surface, is there too. Reckoned, it may be off.
+                let near = seen.depth_m < SURFACE_M || (seen.depth_m < NEAR_M && still);
+                let there = seen.afloat || near && seen.depth_age_s < NO_DEPTH_S;
                 if dwelt && there {
                     self.count_dive();
                     self.stage = if top == Top::End { Stage::Done } else { Stage::Comms { since: clock, heard: false, fixed: false } };
                 }
             }
         }
+    }
+
+    /// Afloat after an abort that is taken back: the next dive, or the end of a mission that is flown or had called home.
+    #[cold]
+    pub(crate) fn go_on(&mut self, clock: Micros) {
+        let flown = self.homeward || u32::from(self.dives) >= self.mission.dives();
+        self.stage = if flown { Stage::Done } else { Stage::Surface { since: clock, believed: 0 } };
     }
 
     /// Whether the climb under way has made no way for longer than `s` seconds.

@@ -12,9 +12,13 @@ pub struct Fix {
 
 /// Longest sentence of the standard, bytes.
 const LONGEST_SENTENCE: u8 = 82;
-/// Field of the fix's validity, and of the date.
+/// Field of the fix's validity, of the date, and (NMEA 0183 2.3 and later) of how it was made.
 const STATUS_FIELD: u8 = 2;
 const DATE: u8 = 9;
+const MODE: u8 = 12;
+/// Ways to make one that are a measurement: autonomous, differential, precise, real-time kinematic. Not: estimated (dead reckoning,
+/// which goes on under water), manual, simulated, none.
+const MEASURED: [u8; 5] = *b"ADPRF";
 
 /// Reads sentences from bytes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,6 +33,8 @@ pub struct Reader {
     letters: u8,
     kind: [u8; 3],
     valid: bool,
+    /// The sentence says that nothing was measured.
+    reckoned: bool,
     /// Six digits of the time and of the date.
     time: [u8; 6],
     date: [u8; 6],
@@ -74,6 +80,7 @@ impl Reader {
             // Two letters of the talker, three of the sentence.
             0 => put(at.checked_sub(2).and_then(|i| self.kind.get_mut(i))),
             1 => put(self.time.get_mut(at)),
+            MODE if at == 0 => self.reckoned = !MEASURED.contains(&byte),
             STATUS_FIELD => self.valid = byte == b'A' && at == 0,
             DATE => put(self.date.get_mut(at)),
             _ => {}
@@ -91,7 +98,7 @@ impl Reader {
             return None;
         }
         self.inside = false;
-        (value == self.xor && self.kind == *b"RMC").then(|| if self.valid { self.fix() } else { None })
+        (value == self.xor && self.kind == *b"RMC").then(|| if self.valid && !self.reckoned { self.fix() } else { None })
     }
 
     fn fix(&self) -> Option<Fix> {
@@ -141,6 +148,27 @@ mod tests {
         for (date, day) in [((2000, 1, 1), 10_957), ((2000, 2, 29), 11_016), ((2026, 11, 26), 20_783), ((2099, 12, 31), 47_481)] {
             assert_eq!(days(date.0, date.1, date.2), day, "{date:?}");
         }
+    }
+
+    #[test]
+    fn a_position_that_nobody_measured_is_no_fix() {
+        let with = |mode: &str| read(&sentence(&format!("GPRMC,225446,A,4916.45,N,12311.12,W,000.5,054.7,191126,,,{mode}")));
+        for (mode, fix) in [
+            ("A", true),
+            ("D", true),
+            ("R", true),
+            ("F", true),
+            ("P", true),
+            ("", true),
+            ("E", false),
+            ("M", false),
+            ("S", false),
+            ("N", false),
+        ] {
+            assert_eq!(with(mode).first().map(Option::is_some), Some(fix), "{mode}");
+        }
+        // A later version says of a fix in a field more whether it is safe to navigate by.
+        assert!(with("A,V").first().is_some_and(Option::is_some) && with("E,V").first().is_some_and(Option::is_none));
     }
 
     #[test]

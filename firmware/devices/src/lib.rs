@@ -16,6 +16,7 @@
 //! | [`registers`] | the chip's registers, or a model's | |
 //! | [`rtc`] | the chip's own calendar clock, register by register | ST RM0090 chapter 26 |
 //! | [`stop`] | the chip's STOP mode, and time over it | ST RM0090 chapter 5 |
+//! | [`pins`] | which of the chip's pins serves which block, how fast, how held | ST DS8626, RM0090 chapter 8 |
 //! | [`options`] | the chip's option bytes | ST RM0090 chapter 3 |
 //! | [`crystal`] | the chip's crystal, measured against its internal oscillator | ST RM0090, DS8626 |
 //! | [`chip_flash`] | the chip's own flash, for images of the firmware | ST RM0090 chapter 3 |
@@ -41,6 +42,7 @@ pub mod gauge;
 pub mod gps;
 pub mod motor;
 pub mod options;
+pub mod pins;
 pub mod pressure;
 pub mod registers;
 pub mod release;

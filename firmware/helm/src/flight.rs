@@ -197,7 +197,11 @@ impl Flight {
     #[inline(never)]
     fn cast_off(&mut self, built_in: &Config, now: Micros) {
         if let Activity::Armed { mission } = &self.activity {
-            let state = State::new(self.config.as_ref().unwrap_or(built_in), mission.clone(), now);
+            let mut state = State::new(self.config.as_ref().unwrap_or(built_in), mission.clone(), now);
+            // A glider that was told of an emergency has ended its mission itself.
+            if self.seat == Seat::Backseat {
+                state.stays_safe();
+            }
             self.activity = Activity::Flying { state, phase: Phase::Surface };
             self.session.greeted = false;
         }

@@ -14,7 +14,7 @@
 //!   └──────┘ ◄─────────────── └───────┘            └────────┘               └──────┘
 //!       ▲         Recall                                │ phase Safe            │ Hello, Begin
 //!       │                                               ▼                       ▼
-//!       │ Recovered, and seen afloat               ┌────────┐                 Armed
+//!       │ Recovered, and seen afloat               ┌────────┐ ──► Flying       Armed
 //!       └───────────────────────────────────────── │  Safe  │ ◄── reset or damaged memory during a mission
 //!                                                  └────────┘
 //! ```
@@ -27,8 +27,9 @@
 //!   a flight under way; its own frames go on in the session that began it.
 //! - A mission needs a fresh hello before it: a late copy of an old Begin
 //!   cannot send a vehicle down again.
-//! - SAFE is left only by [`signals::ToBoard::Recovered`] of a vehicle that is
-//!   seen [`afloat`].
+//! - SAFE is left by [`signals::ToBoard::Recovered`] of a vehicle that is
+//!   seen [`afloat`], or by the law itself: afloat, after a glitch, twice in a mission
+//!   at most, and never as a backseat.
 //! - An image of the firmware is uploaded on deck, past the RAM ([`images`]); one on trial launches nothing.
 //! - No upload crosses the [`limits`] of the vehicle's class.
 //! - Mission, state, configuration and table are sealed by a sum between two
@@ -69,7 +70,5 @@ pub use vault::Vault;
 
 #[cfg(test)]
 extern crate self as helm; // the name that the fuzzer, an example, knows
-#[cfg(test)]
-mod model_check;
 #[cfg(test)]
 mod tests;

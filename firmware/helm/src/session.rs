@@ -53,7 +53,7 @@ pub struct Helm<S> {
     pub utc: UtcClock,
     /// Takes a mend back: the model check must find what it was for.
     #[cfg(test)]
-    pub(crate) mutant: Option<crate::model_check::Mutant>,
+    pub(crate) mutant: Option<crate::tests::model_check::Mutant>,
 }
 
 impl<S: Clone> Clone for Helm<S> {
@@ -119,7 +119,7 @@ impl<S: Storage> Helm<S> {
     /// Nothing is done on memory that is not as it was left.
     fn unseal(&mut self) {
         #[cfg(test)]
-        if self.mutant == Some(crate::model_check::Mutant::NoSeal) {
+        if self.mutant == Some(crate::tests::model_check::Mutant::NoSeal) {
             return;
         }
         if let Some(mark) = self.marks.mission() {
@@ -385,7 +385,7 @@ impl<S: Storage> Helm<S> {
 
     fn new_session(&mut self, nonce: u32) -> u32 {
         #[cfg(test)]
-        if self.mutant == Some(crate::model_check::Mutant::HelloClearsSequence) {
+        if self.mutant == Some(crate::tests::model_check::Mutant::HelloClearsSequence) {
             self.flight.sequence = None;
         }
         self.salt = self.salt.wrapping_add(1);
@@ -451,7 +451,7 @@ impl<S: Storage> Helm<S> {
 
     fn seen_afloat(&self) -> bool {
         #[cfg(test)]
-        if self.mutant == Some(crate::model_check::Mutant::LastDepthAlone) {
+        if self.mutant == Some(crate::tests::model_check::Mutant::LastDepthAlone) {
             // As it once was: the last frame's first depth, and a missing one is the surface.
             return self.flight.last.is_none_or(|(frame, _)| frame.depth_m.accept(5.0..=f32::MAX, u32::MAX).is_none());
         }

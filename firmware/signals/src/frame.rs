@@ -233,6 +233,8 @@ impl Flags {
     pub const DEGRADED: Self = Self(1 << 9);
     /// Drop weight fired.
     pub const WEIGHT_FIRED: Self = Self(1 << 10);
+    /// The mission was aborted, and goes on since.
+    pub const RESUMED: Self = Self(1 << 11);
 
     /// Both sets of flags.
     #[must_use]

@@ -24,8 +24,10 @@ pub const PUMP_AWAY_M3: f32 = 40e-6;
 const PUMP_REVERSE_M3: f32 = 30e-6;
 /// Retries before the reverse.
 pub const RETRIES: u8 = 3;
-/// Feedback missing for this long is lost, s.
-pub const FEEDBACK_LOST_S: f32 = 9.0;
+/// Without feedback the vehicle turns for the surface after this, s: the pump goes there by its rate and time. Five readings running.
+pub const FEEDBACK_MISSED_S: f32 = 20.0;
+/// Feedback missing for this long is lost, s: the vehicle is on its way up, on a pump that has had five times what it needs.
+pub const FEEDBACK_LOST_S: f32 = 180.0;
 /// Depth rate that answers a command, m/s.
 const ANSWER_M_S: f32 = 0.05;
 /// Battery mass error that is left alone, m.
@@ -114,6 +116,11 @@ impl ActuatorWatch {
         let Some(at) = w.seen.ballast_m3 else {
             v.flag(Flags::PUMP_OPEN_LOOP);
             self.pump_lost_s = (self.pump_lost_s + dt).at_most(1e6);
+            if self.pump_lost_s >= FEEDBACK_MISSED_S && Of::PumpFeedback.enabled() {
+                v.climb = true;
+                v.home_for_now = true;
+                v.pump_full = true;
+            }
             if self.pump_lost_s >= Of::PumpFeedback.after(FEEDBACK_LOST_S) && Of::PumpFeedback.enabled() {
                 v.cause(Abort::BallastFeedback);
             }

@@ -22,6 +22,9 @@ pub const OPPOSED_S: f32 = 20.0;
 /// Residual of tan(pitch) that an error of the trim law may make: its offset, up to 0.25 in published fits, and the hydrodynamic
 /// moment; and the share of tan(pitch) that its two slopes may be off by, up to 31 % in the same fits.
 pub const OPPOSED: (f32, f32) = (0.3, 0.3);
+/// The same way as the trim law, a pitch may be so many times more or less than it says, 1: a metacentric height of 3.5 to 6.5 mm where
+/// 5 mm were meant scales it by 0.77 to 1.43, and the hydrodynamic moment, which weighs more against a lower one, comes on top.
+pub const SCALE: f32 = 2.5;
 /// A pitch inside this band is not moving, rad.
 const STILL_RAD: f32 = 0.003;
 /// A reading that does not move for this long, though it must, is stuck, s.
@@ -66,7 +69,7 @@ impl AttitudeWatch {
             v.flag(Flags::NO_HEADING);
             self.heading_lost_s = (self.heading_lost_s + dt).at_most(1e6);
             if self.heading_lost_s > Of::HeadingLost.after(HEADING_LOST_S) && Of::HeadingLost.enabled() {
-                v.homeward = true;
+                v.home_for_now = true;
                 if matches!(w.phase, Phase::Climb | Phase::InflectHigh | Phase::Surface | Phase::Comms) {
                     v.cause(Abort::NoHeading);
                 }
@@ -102,8 +105,11 @@ impl AttitudeWatch {
 
     fn opposed(&mut self, w: &Watch<'_>, pitch_rad: f32, expected: f32) -> bool {
         let glide = matches!(w.phase, Phase::Dive | Phase::Climb);
+        let said = tan(pitch_rad);
+        let near = (said - expected).abs() <= OPPOSED.0 + OPPOSED.1 * expected.abs();
+        let same_way = said * expected > 0.0 && said.abs() <= SCALE * expected.abs() && expected.abs() <= SCALE * said.abs();
         // In a turn the vehicle lags behind its trim: the count waits.
-        if (tan(pitch_rad) - expected).abs() <= OPPOSED.0 + OPPOSED.1 * expected.abs() {
+        if near || same_way {
             self.opposed_s = 0.0;
         } else if glide {
             self.opposed_s += w.seen.dt_s;
@@ -147,6 +153,49 @@ mod tests {
             v.distrust_pitch
         };
         battery_m.map(&mut look).collect()
+    }
+
+    #[test]
+    fn regress_a_lower_metacentric_height_is_no_fault_of_the_pitch_sensor() {
+        let config = Config::default();
+        let trim = &config.trim;
+        // Whether a steady pitch is distrusted in the end where the trim law gives this tangent.
+        let distrusts = |pitch_rad: f32, expected: f32| {
+            let ballast_m3 = -140e-6;
+            let battery_m = (expected - trim.offset - trim.per_ballast_m3 * ballast_m3) / trim.per_battery_m;
+            let (frame, commanded, mut watch) = (SensorFrame::default(), ActuatorCommand::default(), AttitudeWatch::default());
+            (0..20).any(|_| {
+                let seen = Seen {
+                    dt_s: 4.0,
+                    pitch_rad: Some(pitch_rad),
+                    ballast_m3: Some(ballast_m3),
+                    battery_m: Some(battery_m),
+                    heading_rad: Some(0.0),
+                    ..Seen::default()
+                };
+                let w = Watch {
+                    config: &config,
+                    clock: Micros(0),
+                    seen: &seen,
+                    frame: &frame,
+                    commanded: &commanded,
+                    ballast_m3,
+                    table_rate_m_s: None,
+                    phase: Phase::Dive,
+                    leg_max_m: 190.0,
+                    max_duration_s: 1000,
+                    climb_stalled: false,
+                    no_way_turns: 0,
+                    bottom_turns: 0,
+                };
+                let mut v = Verdict::default();
+                watch.watch(&w, &mut v);
+                v.distrust_pitch
+            })
+        };
+        // 32° nose down, and half of its tangent by a trim law for 5 mm; but not the other way round, nor a quarter.
+        assert!(!distrusts(-0.559, -0.31) && distrusts(0.559, -0.31) && distrusts(-0.7, -0.2));
+        assert!(!distrusts(-0.35, -0.5) && distrusts(0.35, -0.5));
     }
 
     #[test]

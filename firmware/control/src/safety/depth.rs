@@ -1,11 +1,20 @@
 //! Depth: too deep, unknown, contradictory, or not moving though it must.
 
+use super::release::{RISES, pump_stroke_s};
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
 use crate::mutant::Watch as Of;
-use crate::senses::NO_DEPTH_S;
+use crate::senses::{LEAP_S, NO_DEPTH_S};
 use signals::{Abort, Flags};
 
+/// Without a depth, and with pump and pitch to reckon it by: abort after this, s. What has not come back in ten minutes is gone: a guess.
+pub const BLIND_S: f32 = 600.0;
+/// Without anything that answers: abort after this, s. Two windows of a bus that is reset.
+pub const SILENT_S: f32 = 30.0;
+/// What may hang on a vehicle that nobody sees sinks it at this, m/s: that of a slow flat glide.
+const UNSEEN_M_S: f32 = 0.1;
+/// Bridged so often in a mission; then it ends at the surface.
+const BRIDGES: u8 = 5;
 /// Two depths apart for this long, s.
 pub const APART_S: f32 = 20.0;
 /// Too deep: this far below the working depth, m.
@@ -32,6 +41,13 @@ pub const AFLOAT_SAMPLES: u8 = 4;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct DepthWatch {
+    /// Deepest depth reckoned since no depth is measured, m.
+    peak_m: f32,
+    /// Times that depth was bridged, the present one included.
+    bridges: u8,
+    bridging: bool,
+    /// Time for which there was no pump position or no pitch to reckon by, s.
+    unreckoned_s: f32,
     over: u8,
     afloat: u8,
     apart_s: f32,
@@ -43,28 +59,22 @@ pub(super) struct DepthWatch {
 
 impl DepthWatch {
     pub(super) fn watch(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        if !all_finite([self.apart_s, self.still_s, self.expected_m, self.low_m, self.high_m]) {
+        if !all_finite([self.peak_m, self.unreckoned_s, self.apart_s, self.still_s, self.expected_m, self.low_m, self.high_m]) {
             *self = Self::default();
         }
         let seen = w.seen;
-        if seen.depth_age_s > 0.0 {
-            v.flag(Flags::DEPTH_PROJECTED);
-            if seen.depth_age_s >= Of::NoDepth.after(NO_DEPTH_S) && Of::NoDepth.enabled() {
-                // Where nothing at all answers it is not one sensor that is gone.
-                v.cause(if seen.silent { Abort::LinkLost } else { Abort::SensorDepth });
-            }
-        }
+        self.bridge(w, v);
         if seen.depth_unbacked && Of::Unbacked.enabled() {
             // The other one still measures: no abort, but nothing is left behind it.
             v.climb = true;
-            v.homeward = true;
+            v.home_for_now = true;
         }
         self.apart_s = if seen.depths_disagree { self.apart_s + seen.dt_s } else { 0.0 };
         if self.apart_s >= Of::DepthsApart.after(APART_S) && Of::DepthsApart.enabled() {
             v.cause(Abort::SensorDepth);
         }
-        // Where the antenna is out the depth is known.
-        let offset = seen.afloat && seen.measured_m.is_some_and(|z| z.abs() > AFLOAT_M);
+        // Where the antenna is out the depth is known: a deep one is wrong, or the receiver is.
+        let offset = seen.antenna && seen.measured_m.is_some_and(|z| z.abs() > AFLOAT_M);
         self.afloat = if offset { self.afloat.saturating_add(1) } else { 0 };
         if self.afloat >= AFLOAT_SAMPLES && Of::AfloatOffset.enabled() {
             v.cause(Abort::SensorDepth);
@@ -73,11 +83,51 @@ impl DepthWatch {
         self.stuck(w, v);
     }
 
+    /// Without a depth: up, on all the pump has, for as long as the depth reserve lasts.
+    fn bridge(&mut self, w: &Watch<'_>, v: &mut Verdict) {
+        let seen = w.seen;
+        if seen.depth_leapt {
+            v.cause(Abort::SensorDepth);
+        }
+        if seen.depth_age_s <= 0.0 {
+            (self.peak_m, self.unreckoned_s, self.bridging) = (seen.depth_m, 0.0, false);
+            return;
+        }
+        v.flag(Flags::DEPTH_PROJECTED);
+        self.peak_m = self.peak_m.at_least(seen.depth_m);
+        let reckons = seen.ballast_m3.is_some() && seen.pitch_rad.is_some();
+        self.unreckoned_s = if reckons { 0.0 } else { self.unreckoned_s + seen.dt_s };
+        if seen.depth_age_s < Of::NoDepth.after(NO_DEPTH_S) || !Of::NoDepth.enabled() {
+            return;
+        }
+        if !self.bridging {
+            (self.bridging, self.bridges) = (true, self.bridges.saturating_add(1));
+        }
+        v.climb = true;
+        v.pump_full = true;
+        v.homeward |= self.bridges > BRIDGES;
+        if seen.afloat {
+            self.peak_m = 0.0;
+        }
+        let at_most_m = self.peak_m + UNSEEN_M_S * seen.depth_age_s;
+        let reserve = seen.afloat || at_most_m <= w.config.deepest_m();
+        let out = w.ballast_m3 > RISES * w.config.pump_m3;
+        let rises = (out || seen.depth_age_s < NO_DEPTH_S + pump_stroke_s(w.config)) && self.unreckoned_s < LEAP_S;
+        if seen.silent {
+            // Where nothing at all answers it is not one sensor that is gone.
+            if seen.depth_age_s >= SILENT_S {
+                v.cause(Abort::LinkLost);
+            }
+        } else if !(reserve && rises) || seen.depth_age_s >= BLIND_S {
+            v.cause(Abort::SensorDepth);
+        }
+    }
+
     fn over_depth(&mut self, w: &Watch<'_>, v: &mut Verdict) {
         let (z, leg) = (w.seen.depth_m, w.leg_max_m);
         let within = z <= w.config.working_depth_m + OVER_WORKING_M && (z <= leg + OVER_LEG_M || z <= OVER_LEG_SHARE * leg);
         let over = w.seen.depth_age_s <= 0.0 && !within;
-        self.over = if over { self.over.saturating_add(1) } else { 0 };
+        self.over = if over { self.over.saturating_add(1) } else { self.over * w.seen.unchanged() as u8 };
         // Where the two sensors contradict each other, as long as those have to be found apart.
         let samples = if w.seen.depths_disagree { OVER_APART } else { 2 };
         if self.over >= samples && Of::OverDepth.enabled() {

@@ -2,8 +2,8 @@
 //!
 //! Looks at what is believed, what was commanded and how long ago; knows
 //! nothing of dives, goals or tables. Its answer is a [`Verdict`]; an abort in
-//! it is latched with its first cause and is never taken back, not by a reset
-//! of any counter: full buoyancy, pitch for ascent, fin straight, beacon.
+//! it is latched with its first cause: full buoyancy, pitch for ascent, fin
+//! straight, beacon. It is taken back afloat only, where what failed has come back ([`resume`]).
 //!
 //! | file | watches | causes |
 //! |---|---|---|
@@ -13,6 +13,7 @@
 //! | `surfacing` | how long ago the depth was held against the surface | – |
 //! | `load` | weight that the motion shows | Stalled |
 //! | `supply` | leak, vacuum, voltage, charge, time, shore | Leak, Vacuum, Undervoltage, LowCharge, OverTime, NoComms |
+//! | `resume` | whether a mission that a glitch ended goes on, afloat | – |
 //! | `release` | the drop weight, by depth zone | – |
 //!
 //! Priority: ascent before link before mission. A sensor's failure leads to
@@ -25,6 +26,7 @@ pub(crate) mod attitude;
 pub(crate) mod depth;
 pub(crate) mod load;
 pub(crate) mod release;
+pub(crate) mod resume;
 pub(crate) mod supply;
 pub(crate) mod surfacing;
 
@@ -80,6 +82,8 @@ pub(crate) struct Verdict {
     pub(crate) climb: bool,
     /// Come home at the end of this climb.
     pub(crate) homeward: bool,
+    /// The same as long as it stands: what is missing may come back.
+    pub(crate) home_for_now: bool,
     /// A climb that begins now goes on to the surface.
     pub(crate) surface: bool,
     /// All buoyancy that the pump has in a climb.
@@ -94,12 +98,18 @@ pub(crate) struct Verdict {
     pub(crate) distrust_pitch: bool,
     /// Pump position to command instead of the wanted one, m³.
     pub(crate) pump_instead_m3: Option<f32>,
+    /// More than the pump lifts hung on the vehicle in a dive.
+    pub(crate) loaded: bool,
     /// Three of the last five samples found water in the hull.
     pub(crate) leak_stands: bool,
+    /// No leak detector answers: water in the hull shows in the motion alone.
+    pub(crate) unguarded: bool,
     /// Fire the drop weight.
     pub(crate) drop_weight: bool,
     /// The vehicle sinks though pump and weight do what they can.
     pub(crate) sinks_on: bool,
+    /// The mission goes on: its abort is taken back.
+    pub(crate) resumed: bool,
     /// Degradations.
     pub(crate) flags: Flags,
 }
@@ -131,6 +141,7 @@ pub(crate) struct Safety {
     surfacing: surfacing::SurfacingWatch,
     load: load::LoadWatch,
     release: Release,
+    resume: resume::Resume,
 }
 
 impl Default for Safety {
@@ -145,6 +156,7 @@ impl Default for Safety {
             surfacing: surfacing::SurfacingWatch::default(),
             load: load::LoadWatch::default(),
             release: Release::default(),
+            resume: resume::Resume::default(),
         }
     }
 }
@@ -164,6 +176,11 @@ impl Safety {
         }
     }
 
+    /// The mission does not go on, whatever comes back.
+    pub(crate) fn never_resume(&mut self) {
+        self.resume.never();
+    }
+
     /// The weight was fired before a reset.
     pub(crate) fn fire_weight(&mut self) {
         self.release.fire_on();
@@ -174,7 +191,8 @@ impl Safety {
         if let Some(cause) = self.aborted() {
             self.latch(cause);
         }
-        let mut v = Verdict { abort: self.latched, ..Verdict::default() };
+        // What is found now, whatever was found before.
+        let mut v = Verdict::default();
         // Order is rank: of two causes in one cycle the first named is kept.
         self.supply.watch(w, &mut v);
         self.depth.watch(w, &mut v);
@@ -182,16 +200,22 @@ impl Safety {
         self.actuators.watch(w, &mut v);
         self.attitude.watch(w, &mut v);
         self.load.watch(w, &mut v);
+        let weight_lost = self.release.lost(w.frame.weight);
+        if self.resume.due(w, &v, self.latched, self.release.is_quiet()) {
+            (self.latched, self.guard) = (None, CLEAR);
+            v.resumed = true;
+        }
+        v.abort = self.latched.or(v.abort);
         if w.bottom_turns >= 5 {
             v.cause(Abort::Bottom);
         }
         if w.no_way_turns >= 2 || (w.climb_stalled && Of::ClimbNoWay.enabled()) {
             v.cause(Abort::Stalled);
         }
-        if self.release.lost(w.frame.weight) && Of::WeightLost.enabled() {
+        if weight_lost && Of::WeightLost.enabled() {
             v.cause(Abort::Degraded);
         }
-        let sinks = self.release.sinks(w, v.abort.is_some());
+        let sinks = self.release.sinks(w, v.abort.is_some(), v.loaded);
         if sinks && Of::SinksOn.enabled() || self.release.floats_below(w) && Of::FloatsBelow.enabled() {
             v.cause(Abort::Stalled);
         }
@@ -206,6 +230,9 @@ impl Safety {
         v.sinks_on = self.release.sunk();
         if self.release.has_fired() {
             v.flag(Flags::WEIGHT_FIRED);
+        }
+        if self.resume.has_resumed() {
+            v.flag(Flags::RESUMED);
         }
         v
     }

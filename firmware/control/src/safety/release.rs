@@ -26,6 +26,7 @@
 //! evidence of buoyancy, min_burn without.
 
 use super::{Verdict, Watch};
+use crate::angle::sqrt;
 use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use crate::mutant::Watch as Of;
@@ -47,6 +48,8 @@ const NEAR_SURFACE_M: f32 = 2.0;
 const AWASH_M: f32 = 0.7;
 /// Sinking that counts, m/s: above the noise of the depth rate.
 pub const SINKS_M_S: f32 = 0.03;
+/// Slower than this a depth stands still, m/s: noise of the rate.
+const STANDS_M_S: f32 = 0.02;
 /// Sinking on though commanded up, s: three times what a turn takes to stop sinking.
 pub const SINKS_S: f32 = 60.0;
 /// The same below the at-risk depth, with a leak or without a pump, s: three samples.
@@ -60,7 +63,7 @@ const FASTER_M_S: f32 = 0.05;
 /// So long the pump has to be out before sinking on counts, s: a slow pump has only just begun to lift then.
 const OUT_S: f32 = 20.0;
 /// Share of the pump's range commanded out that must make the vehicle rise.
-const RISES: f32 = 0.4;
+pub(super) const RISES: f32 = 0.4;
 /// Slow ascent on the pump alone, m/s: nearer to the surface than release time × this the weight would go when it is up.
 pub const ASCENT_M_S: f32 = 0.2;
 
@@ -84,6 +87,13 @@ fn at_risk_m(config: &Config, sink_m_s: f32) -> f32 {
 #[must_use]
 pub fn pump_stroke_s(config: &Config) -> f32 {
     3.0 * config.pump_m3 / config.pump_rate_m3_s
+}
+
+/// Depth rate of a glide on so much ballast, m/s, down: the slow ascent's, with the root of the ballast. For dead reckoning; half as
+/// much again or less is what tables and pitches make of it.
+pub(crate) fn steady_m_s(config: &Config, ballast_m3: f32) -> f32 {
+    let rate = ASCENT_M_S * sqrt(ballast_m3.abs() / config.pump_m3);
+    if ballast_m3 > 0.0 { -rate } else { rate }
 }
 
 /// Time that the pump may still need to make the vehicle rise, s: half as much again as over its whole range.
@@ -125,12 +135,20 @@ pub(crate) struct Release {
     marked: bool,
     at_risk: u8,
     lost: u8,
+    /// The weight went without being fired, whatever its monitor says since.
+    gone: bool,
 }
 
 impl Release {
+    /// The rule has wished for nothing so far.
+    pub(crate) fn is_quiet(&self) -> bool {
+        !self.fired && !self.gone && self.lost == 0
+    }
+
     /// The weight went without being fired: the vehicle is too light to dive.
     pub(crate) fn lost(&mut self, weight: Weight) -> bool {
         self.lost = if weight == Weight::Released && !self.fired { self.lost.saturating_add(1) } else { 0 };
+        self.gone |= self.lost >= 3;
         self.lost >= 3
     }
 
@@ -144,15 +162,20 @@ impl Release {
     }
 
     /// Whether the vehicle sinks on though it is commanded to rise and has had the time to.
-    pub(crate) fn sinks(&mut self, w: &Watch<'_>, aborted: bool) -> bool {
+    pub(crate) fn sinks(&mut self, w: &Watch<'_>, aborted: bool, loaded: bool) -> bool {
         let seen = w.seen;
         // Aborted, the pump is commanded out whatever a retry says in this cycle.
         let wanted_up = aborted || w.commanded.ballast_m3 > RISES * w.config.pump_m3;
-        let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > SINKS_M_S && !seen.afloat;
-        self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { 0.0 };
+        // With a load that is known of, what does not rise sinks on, until the weight is fired.
+        let loaded = loaded && !self.fired;
+        let slowest_m_s = if loaded { -SINKS_M_S } else { SINKS_M_S };
+        let sinks = wanted_up && seen.depth_age_s <= 0.0 && seen.rate_m_s > slowest_m_s && !seen.afloat;
+        self.sinking_s = if sinks { (self.sinking_s + seen.dt_s).at_most(1e4) } else { self.sinking_s * seen.unchanged() };
         let out = pump_time_s(w) <= 0.0;
         self.out_s = if out { (self.out_s + seen.dt_s).at_most(1e4) } else { 0.0 };
-        let found = self.sinking_s >= Of::SinksOn.after(SINKS_S + pump_time_s(w)) && (!out || self.out_s >= OUT_S);
+        let patience_s = if loaded { SINKS_SHORT_S } else { SINKS_S };
+        let found = self.sinking_s >= Of::SinksOn.after(patience_s + pump_time_s(w))
+            && (!out || self.out_s >= if loaded { 2.0 * OUT_S } else { OUT_S });
         let all = w.ballast_m3 > 0.9 * w.config.pump_m3;
         if found && !aborted && !all {
             self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
@@ -188,7 +211,7 @@ impl Release {
             self.unheard_s,
             self.mark_m,
         ]) {
-            *self = Self { fired: self.fired, ..Self::default() };
+            *self = Self { fired: self.fired, gone: self.gone, ..Self::default() };
         }
         let dt = w.seen.dt_s;
         let before_s = self.aborted_s;
@@ -211,7 +234,7 @@ impl Release {
         self.firing_s = (self.firing_s + dt).at_most(1e6);
         if held && self.firing_s >= gone_after_s {
             self.sunk = false;
-            self.sinking_s = self.sinking_s.at_most(SINKS_S - TRIAL_S);
+            self.sinking_s = 0.0;
             self.ascent_from_m_s = w.seen.rate_m_s;
         }
         // At first whatever the monitor says: it may be wrong, and a wire once hot burns through.
@@ -231,7 +254,9 @@ impl Release {
                 return true;
             }
         }
-        if v.abort.is_none() || seen.afloat {
+        // An antenna that is heard with a depth that stands still: the depth may be what is wrong.
+        let heard = seen.afloat || seen.antenna && seen.rate_m_s.abs() < STANDS_M_S;
+        if v.abort.is_none() || heard {
             self.not_rising_s = 0.0;
             self.marked = false;
             return false;
@@ -248,7 +273,7 @@ impl Release {
             return true;
         }
         let at_risk = seen.depth_m >= at_risk_m(w.config, seen.rate_m_s);
-        let patience = if pump_lost || v.leak_stands || at_risk { SINKS_SHORT_S } else { SINKS_S };
+        let patience = if pump_lost || v.leak_stands || v.loaded || at_risk { SINKS_SHORT_S } else { SINKS_S };
         let patience = Of::SinksOn.after(patience + if pump_lost { 0.0 } else { pump_time_s(w) });
         if self.sinking_s >= patience && Of::SinksOn.enabled() {
             return true;

@@ -8,6 +8,8 @@ use signals::{Abort, Micros, Phase, Reading, Switch};
 
 /// Longest time a standing leak alarm may wait for its vote, s.
 const LEAK_BOUND_S: f32 = 2.0;
+/// A leak detector silent for this long is lost, s: as a depth sensor.
+pub const DETECTOR_LOST_S: f32 = 30.0;
 /// Both battery gauges silent for this long: the worst is assumed, s.
 const GAUGES_LOST_S: f32 = 300.0;
 
@@ -39,6 +41,9 @@ impl Vote {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SupplyWatch {
     leak: Vote,
+    /// A leak detector has answered; and the time for which none has.
+    detector_seen: bool,
+    detector_lost_s: f32,
     vacuum: Vote,
     volts: Vote,
     charge: Vote,
@@ -61,6 +66,7 @@ impl SupplyWatch {
             if (stands || (leak && 2.0 * w.cycle_s() > LEAK_BOUND_S)) && Of::Leak.enabled() {
                 v.cause(Abort::Leak);
             }
+            self.detector(frame.leak != Switch::Unknown, w.seen.dt_s, v);
             let gauge = |reading: Reading, range, alarm: &dyn Fn(f32) -> bool| reading.accept(range, GAUGE_MS).map(alarm);
             let vacuum = gauge(frame.vacuum_pa, VACUUM_PA, &|pa| pa > config.vacuum_max_pa);
             let volts = gauge(frame.battery_v, VOLTS, &|volts| volts < config.undervoltage_v);
@@ -87,6 +93,18 @@ impl SupplyWatch {
         }
     }
 
+    /// Whether the leak detector answers at all. One that did is a part lost: nobody would know of water in the hull.
+    fn detector(&mut self, answers: bool, dt_s: f32, v: &mut Verdict) {
+        self.detector_seen |= answers;
+        // What is no number becomes the longest time.
+        self.detector_lost_s = if answers { 0.0 } else { (self.detector_lost_s + dt_s).at_most(1e6) };
+        v.unguarded = self.detector_lost_s >= Of::Detector.after(DETECTOR_LOST_S) && Of::Detector.enabled();
+        if v.unguarded && self.detector_seen {
+            v.climb = true;
+            v.home_for_now = true;
+        }
+    }
+
     /// Whether voltage or charge answers at all.
     fn silent_gauges(&mut self, answers: bool, dt_s: f32, v: &mut Verdict) {
         if answers {
@@ -95,7 +113,7 @@ impl SupplyWatch {
         } else {
             // What is no number becomes the longest time.
             self.gauges_lost_s = (self.gauges_lost_s + dt_s).at_most(1e6);
-            v.homeward |= self.gauges_lost_s > GAUGES_LOST_S && self.gauges_seen;
+            v.home_for_now |= self.gauges_lost_s > GAUGES_LOST_S && self.gauges_seen;
         }
     }
 }

@@ -8,12 +8,15 @@
 //! ```text
 //! uncertainty = drift reckoned with × time since the antenna was out
 //! ```
+//! A depth that was missing for long and came back is held against the surface before the next dive, where no other sensor backs it.
+//!
 //! A climb goes on to the surface where the next dive would come that far. The
 //! time without word from shore is bounded in the same way.
 
 use super::{Verdict, Watch};
 use crate::bound::{Bound, all_finite};
 use crate::mutant::Watch as Of;
+use crate::senses::NO_DEPTH_S;
 use signals::{Micros, Phase};
 
 /// Drift reckoned with where one sensor measures alone, m/s: 60 m/h.
@@ -28,6 +31,8 @@ pub(super) struct SurfacingWatch {
     /// Length of the dive under way, or of the last one, s.
     dive_s: f32,
     diving: bool,
+    /// The depth was missing under water and is not held against the surface since.
+    unchecked: bool,
     shore: Micros,
 }
 
@@ -38,6 +43,7 @@ impl SurfacingWatch {
             *self = Self { since_s: 86_400.0, ..Self::default() };
         }
         let seen = w.seen;
+        self.unchecked = !seen.afloat && (self.unchecked || seen.depth_alone && seen.depth_age_s >= NO_DEPTH_S);
         self.since_s = if seen.afloat { 0.0 } else { (self.since_s + seen.dt_s).at_most(1e6) };
         if seen.shore {
             self.shore = w.clock;
@@ -48,13 +54,13 @@ impl SurfacingWatch {
         }
         self.diving = diving;
         let drift_m_s = if seen.depth_alone { DRIFT_ALONE_M_S } else { DRIFT_AGREED_M_S };
-        let deepest_m = 0.5 * (w.config.working_depth_m + w.config.crush_depth_m);
+        let deepest_m = w.config.deepest_m();
         if diving && seen.depth_m + self.since_s * drift_m_s > deepest_m && Of::DriftEndsDive.enabled() {
             v.climb = true;
         }
         let next_s = self.since_s + 2.0 * self.dive_s;
         let silent_for = w.clock.since(self.shore).seconds();
         let uncertain = w.leg_max_m + next_s * drift_m_s > deepest_m && Of::DriftSurfaces.enabled();
-        v.surface = uncertain || silent_for > 0.5 * w.config.no_comms_s as f32;
+        v.surface = uncertain || self.unchecked || silent_for > 0.5 * w.config.no_comms_s as f32;
     }
 }

@@ -5,6 +5,7 @@ mod image_upload;
 mod link_faults;
 mod log_60_days;
 mod long_time;
+pub(crate) mod model_check;
 mod mutation;
 mod session;
 mod toy;

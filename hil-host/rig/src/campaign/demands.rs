@@ -26,8 +26,18 @@ pub const APART: (f64, f64) = (3.0, 0.01);
 pub const ZERO_M: f64 = 1.5;
 /// One of two depth sensors not believed: on the way home, s.
 pub const UNBACKED_S: f64 = 30.0;
-/// No depth at all: abort, s.
-pub const NO_DEPTH_S: f64 = 10.0;
+/// A leak detector that does not answer any more: on the way home, s.
+pub const DETECTOR_S: f64 = 30.0;
+/// No depth at all: on the way up, s; and aborted, if it does not come back, s.
+pub const NO_DEPTH_S: f64 = 16.0;
+/// See [`NO_DEPTH_S`].
+pub const BLIND_S: f64 = 600.0;
+/// A fault that is over after this ends no mission, s.
+pub const HEALS_S: f64 = 120.0;
+/// A lone depth sensor that leaps: abort, s.
+pub const LEAP_S: f64 = 10.0;
+/// A mission that a glitch ended may go on so often.
+pub const RESUMES: u32 = 2;
 /// The only depth sensor drifts: found at the surface after one dive to the working depth, 1.3 h of it, s.
 pub const DRIFT_S: f64 = 5400.0;
 /// A depth that does not move though it must: abort, s.
@@ -42,8 +52,10 @@ pub const TOO_DEEP_S: f64 = 16.0;
 pub const AT_RISK_S: f64 = 12.0;
 /// Noise of a depth reading, σ·3 of two sensors, a wave and the density they are scaled with, m.
 pub const DEPTH_NOISE_M: f64 = 0.5;
-/// Pump feedback missing: abort, s.
-pub const FEEDBACK_LOST_S: f64 = 9.0;
+/// Pump feedback missing: on the way up, s; abort, s.
+pub const FEEDBACK_MISSED_S: f64 = 20.0;
+/// See [`FEEDBACK_MISSED_S`].
+pub const FEEDBACK_LOST_S: f64 = 180.0;
 /// Pump without way: one try, s; tries before the verdict, with the reverse.
 pub const PUMP_TRY_S: f64 = 8.0;
 /// See [`PUMP_TRY_S`].
@@ -80,11 +92,11 @@ pub const CHARGE: RangeInclusive<f32> = -0.01..=1.01;
 /// onset on, s: five minutes.
 pub const RACE_S: f64 = 300.0;
 
-/// Time to the abort for a fault of the only depth sensor, s; none: not laid down.
+/// Time to the abort for a fault of the only depth sensor that goes on, s; none: not laid down.
 #[must_use]
 pub const fn alone_s(kind: Kind) -> Option<f64> {
     match kind {
-        Kind::Off | Kind::Nan | Kind::Inf | Kind::Sentinel | Kind::Delayed => Some(NO_DEPTH_S),
+        Kind::Off | Kind::Nan | Kind::Inf | Kind::Sentinel | Kind::Delayed => Some(BLIND_S),
         Kind::Drift => Some(DRIFT_S),
         Kind::Stuck => Some(STUCK_S),
         _ => None,
@@ -104,6 +116,8 @@ mod tests {
             (law::STILL_S, PITCH_INCONSISTENT_S),
             (law::MUST_SHOW, MUST_SHOW_RAD),
             (law::NO_DEPTH_S, NO_DEPTH_S),
+            (law::BLIND_S, BLIND_S),
+            (law::LEAP_S, LEAP_S),
             (law::STUCK_S, STUCK_S),
             (law::HEADING_LOST_S, HEADING_LOST_S),
             (law::APART_S, APART_S),
@@ -111,9 +125,11 @@ mod tests {
             (law::APART_SHARE, APART.1),
             (law::ZERO_MAX_M, ZERO_M),
             (law::UNBACKED_S, UNBACKED_S),
+            (law::DETECTOR_LOST_S, DETECTOR_S),
             (law::MASS_WAIT_S, MASS_WAIT_S),
             (law::MASS_LOST_S, MASS_LOST_S),
             (law::MASS_NEAR_M, MASS_NEAR_M),
+            (law::FEEDBACK_MISSED_S, FEEDBACK_MISSED_S),
             (law::FEEDBACK_LOST_S, FEEDBACK_LOST_S),
             (law::PUMP_WAIT_S, PUMP_TRY_S),
             (law::PUMP_NEAR_M3, PUMP_NEAR_M3),

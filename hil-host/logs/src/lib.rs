@@ -12,7 +12,7 @@
 //! # Dependencies
 //!
 //! * `csv`: tables
-//! * `netcdf-reader`, `netcdf-writer`: NetCDF without a C library
+//! * `netcdf-reader`, `hdf5-reader`, `netcdf-writer`: NetCDF without a C library
 //! * `parquet`: tables of dives
 //! * `mcap`: for viewers of robot logs
 //! * `lz4_flex`, `flate2`: compressed Slocum and Seaglider files

@@ -144,6 +144,31 @@ fn at_most_20_test_programs_are_linked() {
     assert!((10..=20).contains(&programs), "{programs}: tests of a crate are modules of one program; without tests, test = false");
 }
 
+/// Dependencies from outside of a room that its page (comments at the head of its library or program) gives no reason for.
+fn without_reason(package: &serde_json::Value) -> Vec<String> {
+    let of_code = ["lib", "bin", "cdylib", "rlib"];
+    let targets = package["targets"].as_array().expect("targets").iter();
+    let code = targets.filter(|t| t["kind"].as_array().is_some_and(|kinds| kinds.iter().any(|k| of_code.iter().any(|c| k == c))));
+    let page: String = code.filter_map(|t| std::fs::read_to_string(t["src_path"].as_str()?).ok()).collect();
+    let page: Vec<&str> = page.lines().filter(|l| l.starts_with("//!")).collect();
+    let page = page.join("\n");
+    let outside = package["dependencies"].as_array().expect("list").iter().filter(|d| d["kind"].is_null() && d["path"].is_null());
+    let names = outside.filter_map(|d| d["name"].as_str()).filter(|name| !page.contains(&format!("`{name}`")));
+    names.map(|name| format!("{}: {name}", package["name"])).collect()
+}
+
+#[test]
+fn the_page_of_a_room_says_why_each_dependency_is_there() {
+    let metadata = metadata();
+    // Programs beside the rooms: their dependencies are those of what they measure or check.
+    let beside = ["tests", "benches", "python", "audit", "boot"];
+    let rooms = metadata["packages"].as_array().expect("packages").iter().filter(|p| !beside.iter().any(|b| p["name"] == *b));
+    let (rooms, missing): (Vec<_>, Vec<_>) = rooms.map(|p| (p["name"].as_str(), without_reason(p))).unzip();
+    assert!(rooms.len() > 15 && missing.concat().is_empty(), "{:?}", missing.concat());
+    let one = serde_json::json!({"name": "x", "targets": [], "dependencies": [{"name": "left-pad", "kind": null, "path": null}]});
+    assert_eq!(without_reason(&one), ["\"x\": left-pad"]);
+}
+
 #[test]
 fn a_forbidden_edge_is_found() {
     let edges = BTreeMap::from([("control".to_owned(), BTreeSet::from(["hydro".to_owned(), "polar".to_owned()]))]);

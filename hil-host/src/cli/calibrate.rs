@@ -115,7 +115,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         bar.set_message(what.to_owned());
     });
     bar.finish_and_clear();
-    let done = done?;
+    let mut done = done?;
+    if let Some(why) = refused(&done, &args.out) {
+        done.notes.push(format!("{why}: the file that is written has the numbers of the one given, and its history judges by the dives"));
+        done.vehicle = vehicle.document.clone();
+    }
     write_vehicle(&args.out, &done.vehicle)?;
     let history = write_history(&flights, &args.out)?;
     let mut document = document(&done, &args.out);
@@ -164,6 +168,12 @@ fn of_one_vehicle(first: &Path, given: Option<&logs::Vehicle>, other: &Path) -> 
         first.display()
     );
     Ok(())
+}
+
+/// Why a calibrated vehicle is not to be used: a number that no vehicle has, or errors that are larger than before.
+fn refused(done: &Calibrated, out: &Path) -> Option<String> {
+    let unsound = vehicle::parse(done.vehicle.clone(), out).err().map(|e| format!("the fit of all flights together lost its way ({e})"));
+    unsound.or_else(|| worse(done).then(|| "the calibrated numbers are worse than those given".to_owned()))
 }
 
 /// Whether the calibrated vehicle is worse than the one given by a twentieth over all flights, on held-out segments where there are any.

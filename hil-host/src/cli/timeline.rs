@@ -339,13 +339,13 @@ fn said(done: &Timeline, out: &[PathBuf]) {
     for path in out {
         say(&path.display().to_string());
     }
-    if done.events.is_empty() {
-        say("No change is named.");
-    }
     let odd = done.history.iter().filter_map(|dive| Some((dive, dive.departs()?)));
     for (dive, what) in odd.take(MOST_ROWS_SHOWN) {
         let name = number_of(done, dive).map_or_else(|| dive.id.clone(), |number| format!("dive {number}"));
         say(&wrapped(&format!("{name} (day {:.2}) departs from those before it: {what}.", dive.day), 2));
+    }
+    if done.events.is_empty() {
+        say("No change is named.");
     }
     for e in &done.events {
         say(&wrapped(&sentence(e), 2));

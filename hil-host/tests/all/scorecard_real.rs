@@ -43,7 +43,7 @@ fn scorecard_real_missions_are_judged_by_their_own_history() {
     };
     let all = missions::missions(&root, &|why| eprintln!("left out: {why}")).expect("a folder");
     for (controls, in_class) in
-        [(12, &[("slocum_modena2015_month", 0.9), ("seaexplorer_sea035_m010", 0.5)][..]), (6, &[("seaglider_sg171_dives", 0.55)])]
+        [(12, &[("slocum_modena2015_month", 0.9), ("seaexplorer_sea035_m010", 0.5)][..]), (6, &[("seaglider_sg171_dives", 0.55)][..])]
     {
         let scored: Vec<_> = all.iter().filter_map(|m| missions::score(m, controls)).collect();
         for (name, least) in in_class {

@@ -214,12 +214,18 @@ pub fn forward_chi2(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Nu
     chi2(&summary, &history.between.mean, &history.between.next())
 }
 
+/// Whether odds are large enough against all rivals together.
+#[must_use]
+pub fn stands(ln_bayes: f64) -> bool {
+    ln_bayes > (ODDS * NUMBERS as f64).ln()
+}
+
 /// Names that the evidence bears: the best where its odds beat all rivals together, and those within ten to one of it.
 #[must_use]
 pub fn class(ln_bayes: &[f64; NUMBERS]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..NUMBERS).filter(|i| ln_bayes[*i].is_finite()).collect();
     order.sort_by(|a, b| ln_bayes[*b].total_cmp(&ln_bayes[*a]));
-    let Some(&best) = order.first().filter(|i| ln_bayes[**i] > (ODDS * NUMBERS as f64).ln()) else { return Vec::new() };
+    let Some(&best) = order.first().filter(|i| stands(ln_bayes[**i])) else { return Vec::new() };
     order.into_iter().filter(|i| ln_bayes[*i] > ln_bayes[best] - ODDS.ln()).take(MOST_NAMES).collect()
 }
 

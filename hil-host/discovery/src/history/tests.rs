@@ -8,7 +8,7 @@ use super::learn::{FEWEST, Forward, between, chi2, expected_scatter, forward, le
 use super::numbers::{ALL, COMPRESSIBILITY, DRAG_LEVEL, NUMBERS, Numbers};
 use super::rows::{Row, Unit, median, units};
 use super::summary::{Linear, Summary};
-use logs::Flight;
+use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
 use std::path::Path;

@@ -4,7 +4,7 @@ use super::changes::Change;
 use super::timeline::Event;
 use super::tracking::{AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_PITCH_ZERO, AT_TRIM, TRACKED};
 use crate::history::changes::{Compared, Own};
-use crate::history::judge::class;
+use crate::history::judge::{class, stands};
 use crate::history::numbers::{self, ALL};
 use hydro::effects::DAY_S;
 
@@ -77,7 +77,10 @@ fn refused(own: &Own, change: &Change, days: &[f64]) -> Option<String> {
     let weight: Vec<f64> = own.units.iter().map(|u| change.gone_at(dive_of(u.start_s() / DAY_S), days)).collect();
     let Some(ln) = own.change(&weight) else { return Some("too few quiet dives are before it: it may be the vehicle".into()) };
     let class = class(&ln);
-    if class.iter().any(|i| same.contains(i)) {
+    // Many dives together are known better than the law: of numbers that mirror each other the wrong one may lead. What is said of a
+    // wing or a hull must lead all the same.
+    let grave = matches!(change.kind.number, LIFT | COMPRESSIBILITY);
+    if class.iter().any(|i| same.contains(i)) || (!grave && same.iter().any(|i| stands(ln[*i]))) {
         return None;
     }
     let names: Vec<String> = class.iter().map(|i| ALL[*i].name.replace('_', " ")).collect();

@@ -137,6 +137,7 @@ pub fn expect(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Expect> {
     Some(match rule? {
         // A fault that is over before the bound need not be seen, and no dive is missed for one that is over.
         Expect::Abort(causes, bound) if fault.duration_s.is_some_and(|d| d < bound) => Expect::Tolerated(causes, Vec::new()),
+        Expect::Home(&[], _) if fault.duration_s.is_some() => Expect::Mission,
         Expect::Home(causes, _) if fault.duration_s.is_some() => Expect::Tolerated(causes, Vec::new()),
         rule => rule,
     })

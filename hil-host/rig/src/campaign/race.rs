@@ -55,9 +55,11 @@ fn owed_abort(fault: &Fault, config: &Config, one_depth: bool) -> bool {
     if !matches!(fault.target, T::Pump | T::Command | T::Hull | T::Depth | T::Depth2 | T::BallastFeedback | T::Power) {
         return false;
     }
-    let owed =
-        if one_depth && fault.target == Target::Depth { expect::alone(fault) } else { expect::expect(fault, config, &Ahead::NOTHING) };
-    matches!(owed, Some(Expect::Abort(..)))
+    if one_depth && fault.target == Target::Depth {
+        // Bridged for as long as the reserve lasts, and then an abort.
+        return matches!(expect::alone(fault), Some(Expect::Abort(..) | Expect::Home(..)));
+    }
+    matches!(expect::expect(fault, config, &Ahead::NOTHING), Some(Expect::Abort(..)))
 }
 
 /// Load over what the pump lifts that may be the water's, or is none that needs more than the pump, 1.

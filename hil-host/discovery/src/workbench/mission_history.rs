@@ -79,7 +79,7 @@ fn refused(own: &Own, change: &Change, days: &[f64]) -> Option<String> {
     let class = class(&ln);
     // Many dives together are known better than the law: of numbers that mirror each other the wrong one may lead. What is said of a
     // wing or a hull must lead all the same.
-    let grave = matches!(change.kind.number, LIFT | COMPRESSIBILITY);
+    let grave = matches!(change.kind.number, AT_LIFT | AT_COMPRESSIBILITY);
     if class.iter().any(|i| same.contains(i)) || (!grave && same.iter().any(|i| stands(ln[*i]))) {
         return None;
     }

@@ -55,7 +55,7 @@ const DEGRADED: f32 = 1.2;
 /// Pump: volume × pressure over this, guess from small piston pumps.
 const PUMP_EFFICIENCY: f32 = 0.5;
 /// Gauge pressure of a hull's vacuum, Pa: 7 inHg, against which the pump works at the surface.
-const VACUUM_PA: f32 = 23_700.0;
+const SUCTION_PA: f32 = 23_700.0;
 /// Power of a running pump (motor and valves) besides its hydraulic work, W, at this rate, m³/s; it grows with the eighth root of the
 /// rate: 8, 10 and 11 W at 4, 13 and 32 cm³/s. Guess.
 const PUMP_W: (f32, f32) = (8.3, 4e-6);
@@ -71,7 +71,7 @@ pub(crate) fn dive_j(config: &Config, leg: &Leg) -> f32 {
     let moved_m3 = 2.0 * leg.ballast_m3;
     let pump_s = moved_m3 / config.pump_rate_m3_s;
     let running_w = PUMP_W.0 * sqrt(sqrt(sqrt(config.pump_rate_m3_s / PUMP_W.1)));
-    let work_j = moved_m3 * (1025.0 * 9.81 * leg.depth_max_m + VACUUM_PA) / PUMP_EFFICIENCY;
+    let work_j = moved_m3 * (1025.0 * 9.81 * leg.depth_max_m + SUCTION_PA) / PUMP_EFFICIENCY;
     // Out at the lower turn, in at the upper one.
     work_j + 2.0 * (running_w * pump_s + MASS_W * MASS_WAY_M / config.battery_rate_m_s)
 }

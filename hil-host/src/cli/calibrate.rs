@@ -1,7 +1,8 @@
 //! `glider calibrate`.
 
 use super::add::write_vehicle;
-use super::diagnose::{bar, load};
+use super::diagnose::bar;
+use super::logged::logged;
 use super::{Output, Verdict};
 use crate::terminal::{rounded, say, table, wrapped};
 use anyhow::Context as _;
@@ -11,7 +12,6 @@ use discovery::history::file::{self, History};
 use discovery::history::rows::units;
 use discovery::workbench::calibrate::{Calibrated, Logged, Number, Options, calibrate, free_names};
 use logs::digest::sha256;
-use logs::record::bounded;
 use logs::{Flight, vehicle};
 use rig::flight::vehicles;
 use rig::whole_file;
@@ -46,22 +46,6 @@ pub struct Args {
     /// All flights, and the next, are of one deployment: trim and pitch zero are shared, and known afterwards.
     #[arg(long)]
     one_deployment: bool,
-}
-
-/// The file of a flight.
-pub(crate) fn log_of(flight: &Path) -> PathBuf {
-    if flight.is_dir() { flight.join("flight.csv") } else { flight.to_path_buf() }
-}
-
-/// A flight with the hash of its log, and its vehicle.
-///
-/// # Errors
-/// Bad input, with the file and the fix.
-pub(crate) fn logged(flight: &Path, vehicle: Option<&Path>) -> anyhow::Result<(Logged, logs::Vehicle)> {
-    let (read, vehicle) = load(flight, vehicle)?;
-    let log = log_of(flight);
-    let bytes = bounded::bytes(&log, bounded::LOG).with_context(|| log.display().to_string())?;
-    Ok((Logged { flight: read, sha256: sha256(&bytes) }, vehicle))
 }
 
 /// Refuses a flight that holds the same log as one of those `before` it.

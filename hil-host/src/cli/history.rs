@@ -11,7 +11,7 @@ use discovery::history::numbers::{ALL, NUMBERS, Numbers, in_effect};
 use discovery::history::rows::units;
 use serde_json::{Value, json};
 
-use super::calibrate::{log_of, logged};
+use super::logged::{log_of, logged};
 use super::{Output, Verdict};
 use crate::terminal::{say, table};
 use rig::whole_file;
@@ -101,7 +101,7 @@ fn add(history: &mut History, args: &Args, flight: &Path) -> anyhow::Result<usiz
 /// Forward chances of the quiet units: rank of each among those before it.
 fn chances(history: &History) -> Vec<f64> {
     let chi2 = history.earlier_chi2();
-    (1..chi2.len()).map(|i| discovery::history::judge::chance(chi2[i], &chi2[..i]).0).collect()
+    (1..chi2.len()).map(|i| discovery::history::weigh::chance(chi2[i], &chi2[..i]).0).collect()
 }
 
 /// As JSON.

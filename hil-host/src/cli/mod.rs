@@ -30,6 +30,7 @@ pub mod import;
 #[cfg(feature = "board")]
 pub mod launch;
 pub mod list;
+mod logged;
 pub mod main_job;
 pub mod margins;
 #[cfg(feature = "board")]

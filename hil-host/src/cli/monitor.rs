@@ -76,7 +76,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         started: Instant::now(),
         drawn: std::io::stdout().is_terminal() && !output.json,
         json: output.json,
-        told: Cell::new(None),
+        printed: Cell::new(None),
         seconds: args.seconds.filter(|s| *s >= 0.0),
     };
     if Path::new(&args.port).is_dir() {
@@ -104,7 +104,7 @@ struct Screen {
     started: Instant,
     drawn: bool,
     json: bool,
-    told: Cell<Option<Instant>>,
+    printed: Cell<Option<Instant>>,
     seconds: Option<f64>,
 }
 
@@ -122,15 +122,28 @@ impl Screen {
         Ok(())
     }
 
-    /// Whether what comes is told as it comes: into a pipe without an end that is known.
+    /// Whether what comes is printed as it comes: into a pipe without an end that is known.
     fn tells(&self) -> bool {
         !self.drawn && self.seconds.is_none()
     }
 
-    /// One line a second of what is told: a document with `--json`.
+    /// What is known at the end: the last document of many in a line as those before it.
+    fn finish(&self, document: &serde_json::Value, text: &str, output: &Output) {
+        if self.json && self.tells() {
+            println!("{document}");
+            return;
+        }
+        output.emit(document, || {
+            if !self.drawn {
+                print!("{text}");
+            }
+        });
+    }
+
+    /// One line a second of what comes: a document with `--json`.
     fn tell(&self, line: &str, document: &serde_json::Value) {
-        if self.tells() && self.told.get().is_none_or(|t| t.elapsed() >= Duration::from_secs(1)) {
-            self.told.set(Some(Instant::now()));
+        if self.tells() && self.printed.get().is_none_or(|t| t.elapsed() >= Duration::from_secs(1)) {
+            self.printed.set(Some(Instant::now()));
             if self.json { println!("{document}") } else { println!("{line}") }
         }
     }
@@ -153,11 +166,7 @@ fn watch_flight(directory: &Path, screen: &Screen, output: &Output) -> anyhow::R
         screen.show(&text)?;
         if end.is_some() || screen.over() {
             let now = follower.recent.moments.back().map(Moment::document);
-            output.emit(&json!({ "log": directory, "flight": now, "end": end }), || {
-                if !screen.drawn {
-                    print!("{text}");
-                }
-            });
+            screen.finish(&json!({ "log": directory, "flight": now, "end": end }), &text, output);
             return Ok(Verdict::Ok);
         }
         if let Some(now) = follower.recent.moments.back() {
@@ -232,11 +241,7 @@ fn watch_board<W: Wire>(link: &mut Link<W>, manifest: &Manifest, args: &Args, sc
                 "table_low_ar": format!("{:08x}", manifest.table_low_ar), "config": format!("{:08x}", manifest.config), "cycle_ms": manifest.cycle_ms,
                 "boots": manifest.boots, "hil": manifest.hil, "accepted": counters.accepted, "damaged": counters.damaged, "other_version": counters.version,
                 "unknown": counters.unknown, "overflow": counters.overflow, "repeated": counters.repeated, "stale": counters.stale, "flight": vehicle, "log": lines });
-            output.emit(&document, || {
-                if !screen.drawn {
-                    print!("{text}");
-                }
-            });
+            screen.finish(&document, &text, output);
             return Ok(Verdict::Ok);
         }
         screen.wait();

@@ -105,9 +105,9 @@ fn regress_monitor_tells_a_pipe_what_comes() {
     for (line, says) in [("monitor under_way", " m, pitch "), ("monitor under_way --json", "\"depth_m\":")] {
         let mut child = glider(line, &folder.0).stdout(Stdio::piped()).spawn().expect("it starts");
         let out = child.stdout.take().expect("piped");
-        let (sender, told) = std::sync::mpsc::channel();
+        let (sender, lines) = std::sync::mpsc::channel();
         std::thread::spawn(move || BufReader::new(out).lines().map_while(Result::ok).take(2).for_each(|l| drop(sender.send(l))));
-        let first: Vec<_> = (0..2).map_while(|_| told.recv_timeout(Duration::from_secs(20)).ok()).collect();
+        let first: Vec<_> = (0..2).map_while(|_| lines.recv_timeout(Duration::from_secs(20)).ok()).collect();
         child.kill().expect("it goes on");
         let _ = child.wait();
         assert!(first.len() == 2 && first.iter().all(|l| l.contains(says)), "{line}: {first:?}");

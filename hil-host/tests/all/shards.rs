@@ -174,14 +174,30 @@ fn regress_healthy_missions_merge_too() {
     assert_eq!((digest(&merged), &merged["missions"]), (digest(&whole), &40.into()));
 }
 
-/// A scorecard whole, in three shards, and killed and taken up again.
-fn scorecard(name: &str, words: &[&str]) {
+/// What a scorecard is done again as, to be held against the whole one.
+#[derive(PartialEq)]
+enum Again {
+    Shards,
+    Kills,
+}
+
+/// A scorecard whole, and in three shards, or killed and taken up again, or both.
+fn scorecard(name: &str, words: &[&str], again: &[Again]) {
     let here = Scratch::new(name);
     let clock = Instant::now();
     let whole = here.done(&[words, &["--out", "whole.json"]].concat());
     let took = clock.elapsed();
     assert_eq!(sha256(&here.text("whole.json")), digest(&whole));
-    assert_eq!(digest(&here.in_shards(words, &["scorecard", "merge"], 3)), digest(&whole), "3 shards");
+    if again.contains(&Again::Shards) {
+        assert_eq!(digest(&here.in_shards(words, &["scorecard", "merge"], 3)), digest(&whole), "3 shards");
+    }
+    if again.contains(&Again::Kills) {
+        killed(&here, words, took, &whole);
+    }
+}
+
+/// Killed at moments all over a run, each time taken up again.
+fn killed(here: &Scratch, words: &[&str], took: Duration, whole: &Value) {
     let line = [words, &["--resume", "--cache", "mine"]].concat();
     let mut kept = 0;
     for stop in 1..=3_u32 {
@@ -192,17 +208,24 @@ fn scorecard(name: &str, words: &[&str]) {
         assert!(here.kept("mine") >= kept, "nothing that was done is lost");
         kept = here.kept("mine");
     }
-    assert_eq!(digest(&here.done(&line)), digest(&whole), "killed with {kept} done");
+    assert_eq!(digest(&here.done(&line)), digest(whole), "killed with {kept} done");
 }
 
 #[test]
 fn regress_discovery_has_one_scorecard_in_shards_and_after_kills() {
-    scorecard("discovery", &["scorecard", "discovery", "--cases", "4", "--seed", "4"]);
+    scorecard("discovery", &["scorecard", "discovery", "--cases", "4", "--seed", "4"], &[Again::Shards, Again::Kills]);
+}
+
+const TIMELINE: [&str; 10] = ["scorecard", "timeline", "--cases", "2", "--unchanged", "1", "--alarm-dives", "600", "--seed", "4"];
+
+#[test]
+fn regress_timeline_has_one_scorecard_in_shards() {
+    scorecard("timeline-shards", &TIMELINE, &[Again::Shards]);
 }
 
 #[test]
-fn regress_timeline_has_one_scorecard_in_shards_and_after_kills() {
-    scorecard("timeline", &["scorecard", "timeline", "--cases", "2", "--unchanged", "1", "--alarm-dives", "600", "--seed", "4"]);
+fn regress_timeline_has_one_scorecard_after_kills() {
+    scorecard("timeline-kills", &TIMELINE, &[Again::Kills]);
 }
 
 #[test]
@@ -212,5 +235,6 @@ fn regress_real_flights_have_one_scorecard_in_shards_and_after_kills() {
         println!("skipped: no flights (GLIDER_FLIGHTS names their folder)");
         return;
     }
-    scorecard("real", &["scorecard", "real", "--flight", "modena-191", "--error", "nothing", "--error", "cd0 /1.5", "--error", "pitch +3"]);
+    let words = ["scorecard", "real", "--flight", "modena-191", "--error", "nothing", "--error", "cd0 /1.5", "--error", "pitch +3"];
+    scorecard("real", &words, &[Again::Shards, Again::Kills]);
 }

@@ -95,14 +95,28 @@ fn scratch(name: &str) -> PathBuf {
     folder
 }
 
-/// Runs the program; its JSON.
-fn glider(args: &[&str]) -> Value {
+/// The program, beside the one that tests it.
+fn program() -> PathBuf {
     let mut exe = std::env::current_exe().unwrap();
     exe.pop();
     exe.pop();
-    let out = Command::new(exe.join("glider")).args(args).arg("--json").output().expect("build it with cargo build -p hil-host");
+    exe.join("glider")
+}
+
+/// Runs the program; its JSON.
+fn glider(args: &[&str]) -> Value {
+    let out = Command::new(program()).args(args).arg("--json").output().expect("build it with cargo build -p hil-host");
     assert!(out.status.success(), "glider {args:?}: {}", String::from_utf8_lossy(&out.stderr));
     serde_json::from_slice(&out.stdout).unwrap()
+}
+
+/// The same where a document a line comes until the end: the last one.
+fn last_document(args: &[&str]) -> Value {
+    let out = Command::new(program()).args(args).arg("--json").output().expect("it starts");
+    assert!(out.status.success(), "glider {args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    let text = String::from_utf8(out.stdout).unwrap();
+    let documents: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    documents.last().unwrap().clone()
 }
 
 #[test]
@@ -383,7 +397,7 @@ fn a_flight_is_watched_while_another_program_flies_it() {
     assert!(early["end"].is_null() && early["flight"]["abort"].is_null(), "{early}");
     assert!(early["flight"]["battery_v"].as_f64().is_some_and(|v| v > 8.0), "{early}");
     // To its end, without being told when that is.
-    let late = glider(&["monitor", &name]);
+    let late = last_document(&["monitor", &name]);
     assert!(child.wait().unwrap().success());
     assert_eq!((&late["end"], &late["flight"]["abort"]), (&Value::from("safe: Leak"), &Value::from("Leak")), "{late}");
     assert!(late["flight"]["time_s"].as_f64() > early["flight"]["time_s"].as_f64(), "{early} {late}");

@@ -224,7 +224,7 @@ fn no_mission_goes_on_after_a_leak_nor_while_something_is_missing() {
         f.surface = if toy.t > 200.0 { signals::Surface::default() } else { f.surface };
     };
     for spoil in [leak, detector, antenna] {
-        let out = fly(&[leg(27.0, 4)], 2.0, |toy, frame| spoil(toy, frame));
+        let out = fly(&[leg(27.0, 4)], 2.0, spoil);
         assert!(out.phase == Phase::Safe && out.first.is_some() && out.resumed == 0, "{out:?}");
     }
 }
@@ -249,7 +249,7 @@ fn a_recalled_mission_never_goes_on() {
 }
 
 #[test]
-fn a_leak_detector_that_falls_silent_takes_the_vehicle_home_until_it_answers() {
+fn a_leak_detector_that_falls_silent_takes_the_vehicle_home() {
     let silent = |span_s: f64| {
         fly(&[leg(190.0, 3)], 12.0, |toy, frame| {
             if within(toy.t, 400.0, span_s) {

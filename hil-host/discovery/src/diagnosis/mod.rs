@@ -195,8 +195,11 @@ pub fn prepared_problem<'a>(
 /// No dive in the flight that a model could be compared with.
 pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
     tick("reading the inputs", 0.0);
+    let mut of_history = Vec::new();
+    // First, as its memory is given back before that of the fits is taken.
+    let history = crate::history::flight::judged(flight, vehicle, &mut of_history);
     let prepared = Arc::new(prepare(flight, vehicle));
-    let mut notes = prepared.notes.clone();
+    let mut notes = [prepared.notes.clone(), of_history].concat();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
     let mut found = search_until_stable(&mut problem, depth, tick);
@@ -219,7 +222,6 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
         notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
     }
     let mut said = conclude(vehicle, &prepared, &problem, &found, &check, notes);
-    let history = crate::history::flight::judged(flight, vehicle, &mut said.notes);
     said.take_history(history);
     for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {
         said.notes

@@ -5,11 +5,12 @@
 //! weights where a change grows, and what is not known of the mean is all the covariance that is left.
 
 use super::glide::Glider;
-use super::judge::{Judgement, chance, judge, weigh};
-use super::learn::{FEWEST, Learnt, WINDOW, forward, inverse, learn, linear_about, start};
+use super::judge::{Judgement, judge};
+use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, forward, learn, linear_about, start};
 use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, drive_m3, mean_temperature_degc, without_stubs};
 use super::summary::Summary;
+use super::weigh::{chance, inverse, weigh};
 use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
 
@@ -47,7 +48,7 @@ impl Own {
     pub fn of(units: Vec<Unit>, vehicle: &Vehicle) -> Option<Self> {
         const FIRST: usize = 6;
         let units = without_stubs(units);
-        if units.len() <= FEWEST {
+        if units.len() <= FEWEST_CONTROLS {
             return None;
         }
         let glider = Glider::new(vehicle, mean_temperature_degc(&units), drive_m3(&units));
@@ -71,7 +72,7 @@ impl Own {
         let one = |i: usize| {
             let before = self.quiet_before(i);
             let seen = self.quiet[..i].iter().filter(|quiet| **quiet).count();
-            if before.len() < FEWEST {
+            if before.len() < FEWEST_CONTROLS {
                 return None;
             }
             let is_new = |at: usize| seen > at && (seen < LEARNT.0 || seen >= at + LEARNT.1);
@@ -97,11 +98,11 @@ impl Own {
         let first = weight.iter().position(|w| *w != 0.0)?;
         let mut before = self.quiet_before(first);
         let (mut from, mut least) = (first, 0.0);
-        if before.len() < FEWEST {
+        if before.len() < FEWEST_CONTROLS {
             if weight.iter().skip(first).all(|w| *w == weight[first]) {
                 return None;
             }
-            from = OLDEST.min(self.units.len() / 3).max(FEWEST);
+            from = OLDEST.min(self.units.len() / 3).max(FEWEST_CONTROLS);
             before = self.units.get(..from)?.iter().collect();
             least = weight.get(..from)?.iter().sum::<f64>() / from as f64;
         }

@@ -190,7 +190,7 @@ impl History {
     pub fn learnt_from(logs: &[Logged], vehicle: &Vehicle, vehicle_sha256: &str) -> Option<Self> {
         const FIRST: usize = 6;
         let units: Vec<Unit> = logs.iter().flat_map(|l| l.units.iter().cloned()).collect();
-        if units.len() < super::learn::FEWEST {
+        if units.len() < super::learn::FEWEST_CONTROLS {
             return None;
         }
         let glider = Glider::new(vehicle, mean_temperature_degc(&units), drive_m3(&units));

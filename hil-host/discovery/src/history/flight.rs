@@ -2,10 +2,12 @@
 
 use super::file::{Edited, History};
 use super::glide::Glider;
-use super::judge::{Judgement, chance, judge, moved_alone};
+use super::judge::{Judgement, judge, moved_alone};
 use super::learn::Learnt;
 use super::numbers::{ALL, NUMBERS, in_effect};
 use super::rows::{Unit, units};
+use super::weigh::chance;
+use logs::record::bounded;
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
 use serde_json::{Value, json};
@@ -122,7 +124,7 @@ pub fn judged(flight: &Flight, vehicle: &Vehicle, notes: &mut Vec<String>) -> Op
 /// # Errors
 /// What is wrong, and where.
 pub fn read(path: &Path) -> Result<History, String> {
-    let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let text = bounded::text(path, bounded::DOCUMENT).map_err(|e| format!("{}: {e}", path.display()))?;
     History::parse(&text, path)
 }
 

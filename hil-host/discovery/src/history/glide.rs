@@ -4,7 +4,8 @@
 //! glide; a bank's tilt and inertia are left out, as the rows leave turns out.
 
 use super::numbers::{
-    BALLAST_OFFSET, BALLAST_SCALE, COMPRESSIBILITY, DRAG_LEVEL, EXPANSION, LIFT_SLOPE, NUMBERS, Numbers, PITCH_OFFSET, PITCH_SCALE, sizes,
+    BALLAST_OFFSET, BALLAST_SCALE, COMPRESSIBILITY, DRAG_LEVEL, EXPANSION, NUMBERS, Numbers, PITCH_OFFSET, PITCH_SCALE, SLOPE_OF_LIFT,
+    sizes,
 };
 use super::rows::{Row, Unit, drive_m3, mean_temperature_degc};
 use hydro::effects::{Active, Constants, Flow, ForceModel, Sensed};
@@ -13,16 +14,16 @@ use logs::vehicle::Vehicle;
 /// Net buoyancy below which the glide is not asked: the floor is smooth so that a fit is led back, N.
 const LEAST_BUOYANCY_N: f64 = 0.02;
 /// Largest angle of attack of a steady glide, rad.
-const ALPHA_MAX_RAD: f64 = 0.35;
+const STEADY_ALPHA_MAX_RAD: f64 = 0.35;
 /// Step of the derivative by the angle, rad.
 const STEP_RAD: f64 = 1e-6;
 /// Angle (rad) and speed (m/s) move by no more when they are found: differences of rows a step apart are to show nothing of it.
 const CONVERGED: f64 = 1e-10;
 /// Density at which the offsets of two files are compared, kg/m³.
 const CLAIM_DENSITY_KG_M3: f64 = 1025.0;
-const MOST_PASSES: usize = 60;
+const MOST_NEWTON_STEPS: usize = 60;
 /// Step of the differences, in sizes.
-const STEP: f64 = 0.03;
+const DIFFERENCE_OF_SIZE: f64 = 0.03;
 
 /// A vehicle whose numbers may be off.
 #[derive(Clone, Debug)]
@@ -98,14 +99,14 @@ impl Glider {
         out[PITCH_OFFSET] = rest.pitch_rad;
         out[PITCH_SCALE] = ((moved.pitch_rad - rest.pitch_rad) / 0.1).ln();
         out[BALLAST_SCALE] = ((moved.ballast_m3 - rest.ballast_m3) / 1e-4).ln();
-        out[LIFT_SLOPE] = c.lift_slope_per_rad.ln();
+        out[SLOPE_OF_LIFT] = c.lift_slope_per_rad.ln();
         out
     }
 
     fn law(&self, x: &[f64; NUMBERS]) -> Law<'_> {
         let mut c = self.constants;
         c.cd0 *= x[DRAG_LEVEL].exp();
-        c.lift_slope_per_rad *= x[LIFT_SLOPE].exp();
+        c.lift_slope_per_rad *= x[SLOPE_OF_LIFT].exp();
         c.mass_kg += x[BALLAST_OFFSET];
         c.compressibility_per_pa += x[COMPRESSIBILITY];
         c.thermal_expansion_per_k += x[EXPANSION];
@@ -132,10 +133,10 @@ impl Glider {
         let mut columns = vec![Numbers::zeros(); base.len()];
         for i in 0..NUMBERS {
             let mut ahead = *x;
-            ahead[i] += STEP * self.sizes[i];
+            ahead[i] += DIFFERENCE_OF_SIZE * self.sizes[i];
             let law = self.law(&ahead);
             for ((row, column), (start, base)) in unit.rows.iter().zip(&mut columns).zip(at.iter().zip(&base)) {
-                column[i] = (law.rise(row, *start).0 - base) / STEP;
+                column[i] = (law.rise(row, *start).0 - base) / DIFFERENCE_OF_SIZE;
             }
         }
         (base, columns)
@@ -166,7 +167,7 @@ impl Law<'_> {
         let pitch = pitch.max(0.05);
         let dynamic = 0.5 * sensed.density_kg_m3 * c.reference_area_m2;
         let Start { mut alpha_rad, mut speed_m_s } = start;
-        for _ in 0..MOST_PASSES {
+        for _ in 0..MOST_NEWTON_STEPS {
             let flow = |alpha: f64| Flow {
                 alpha_rad: -row.way * alpha,
                 speed_m_s,
@@ -183,7 +184,7 @@ impl Law<'_> {
             let (here, drag) = balance(alpha_rad);
             let slope = (balance(alpha_rad + STEP_RAD).0 - here) / STEP_RAD;
             // Lift that grows steeper than drag falls short of: away from the stall.
-            let to = (alpha_rad - here / slope.min(-0.05)).clamp(0.0, ALPHA_MAX_RAD - 2.0 * STEP_RAD);
+            let to = (alpha_rad - here / slope.min(-0.05)).clamp(0.0, STEADY_ALPHA_MAX_RAD - 2.0 * STEP_RAD);
             let speed = (buoyancy * (pitch + to).sin() / (dynamic * drag.max(1e-6))).max(0.0).sqrt();
             let moved = (to - alpha_rad).abs() + (speed - speed_m_s).abs();
             (alpha_rad, speed_m_s) = (to, speed);

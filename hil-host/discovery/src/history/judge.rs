@@ -1,52 +1,19 @@
 //! Which departure a vehicle's history does not explain: Bayes factors of single numbers, refitted where they lead, and the verdict.
 
 use super::glide::Glider;
-use super::learn::{Between, Learnt, chi2, inverse, linear_about, wide_about};
+use super::learn::{Between, Learnt, chi2, linear_about, wide_about};
 use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, median};
 use super::structure::{Departure, departs};
 use super::summary::{Linear, Summary};
+use super::weigh::{class, inverse, weigh};
 use nalgebra::{DMatrix, DVector};
 
-/// A name needs these odds against each of its rivals.
-const ODDS: f64 = 10.0;
-/// Most names that one class prints.
-const MOST_NAMES: usize = 3;
 /// Standard deviations of a 90 % interval.
 const NINETY: f64 = 1.645;
 const BEST: usize = 3;
 const STEPS: usize = 6;
-const ROUNDS: usize = 3;
-
-/// Evidence of some columns against the history alone, and their most probable size and its covariance, in sizes.
-#[derive(Clone, Debug)]
-pub struct Weighed {
-    /// ln Bayes factor.
-    pub ln_bayes: f64,
-    /// Most probable sizes.
-    pub size: DVector<f64>,
-    /// Their covariance.
-    pub covariance: DMatrix<f64>,
-}
-
-/// Weighs the columns `e`, prior N(0, 1), against units that scatter by `covariance` about `mean`.
-#[must_use]
-pub fn weigh(unit: &Summary, mean: &DVector<f64>, covariance: &DMatrix<f64>, e: &[usize]) -> Weighed {
-    let q = unit.u.len();
-    // N C N + N is the covariance of u; what the unit does not see is left to a jitter.
-    let mut of_u = &unit.n * covariance * &unit.n + &unit.n;
-    let jitter = 1e-9 * of_u.trace() / q as f64;
-    of_u += DMatrix::identity(q, q) * jitter;
-    let columns = unit.n.select_columns(e);
-    let of_u = inverse(&of_u);
-    let w = &of_u * &columns;
-    let says = w.tr_mul(&unit.about(mean));
-    let precision = columns.tr_mul(&w) + DMatrix::identity(e.len(), e.len());
-    let covariance = inverse(&precision);
-    let size = &covariance * &says;
-    let ln_bayes = 0.5 * says.dot(&size) - 0.5 * precision.determinant().ln();
-    Weighed { ln_bayes, size, covariance }
-}
+const REFIT_ROUNDS: usize = 3;
 
 /// A fit under one hypothesis: a number (or none) that is free beside the history.
 struct Fit {
@@ -148,7 +115,7 @@ pub fn judge(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) 
     let mut ln_bayes: [f64; NUMBERS] = std::array::from_fn(|i| weigh(&first, mean, &covariance, &[i]).ln_bayes);
     let mut fits = vec![fit(unit, glider, history, claimed, level, None)];
     let mut last = first;
-    for _ in 0..ROUNDS {
+    for _ in 0..REFIT_ROUNDS {
         let mut order: Vec<usize> = (0..NUMBERS).collect();
         order.sort_by(|a, b| ln_bayes[*b].total_cmp(&ln_bayes[*a]));
         let new: Vec<usize> = order.into_iter().take(BEST).filter(|i| fits.iter().all(|f| f.number != Some(*i))).collect();
@@ -212,27 +179,4 @@ pub fn forward_chi2(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Nu
     let linear = linear_about(unit, glider, claimed, &Numbers::zeros());
     let summary = Summary::of(&linear, linear.own_level(Some(history.usual_level)));
     chi2(&summary, &history.between.mean, &history.between.next())
-}
-
-/// Whether odds are large enough against all rivals together.
-#[must_use]
-pub fn stands(ln_bayes: f64) -> bool {
-    ln_bayes > (ODDS * NUMBERS as f64).ln()
-}
-
-/// Names that the evidence bears: the best where its odds beat all rivals together, and those within ten to one of it.
-#[must_use]
-pub fn class(ln_bayes: &[f64; NUMBERS]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..NUMBERS).filter(|i| ln_bayes[*i].is_finite()).collect();
-    order.sort_by(|a, b| ln_bayes[*b].total_cmp(&ln_bayes[*a]));
-    let Some(&best) = order.first().filter(|i| stands(ln_bayes[**i])) else { return Vec::new() };
-    order.into_iter().filter(|i| ln_bayes[*i] > ln_bayes[best] - ODDS.ln()).take(MOST_NAMES).collect()
-}
-
-/// How probable it is that a healthy unit departs as much: rank of its chi² among those of earlier units, with its floor.
-#[must_use]
-pub fn chance(chi2: f64, earlier: &[f64]) -> (f64, f64) {
-    let n = earlier.len() as f64 + 1.0;
-    let as_large = earlier.iter().filter(|c| **c >= chi2).count() as f64;
-    ((1.0 + as_large) / n, 1.0 / n)
 }

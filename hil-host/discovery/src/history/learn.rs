@@ -8,12 +8,13 @@ use super::numbers::{BALLAST_OFFSET, DRAG_LEVEL, NUMBERS, Numbers};
 use super::rows::{Unit, median};
 use super::structure;
 use super::summary::{Linear, Summary};
+use super::weigh::{class, inverse, weigh};
 use nalgebra::{DMatrix, DVector};
 
 /// Weight of the covariance that is expected before any dive, in units.
 const PRIOR_UNITS: f64 = 3.0;
 /// Standard deviation from dive to dive that is expected, in sizes: of few units, and from [`MANY`] on.
-const SCATTER: [f64; 2] = [0.1, 0.05];
+const EXPECTED_SCATTER: [f64; 2] = [0.1, 0.05];
 const MANY: usize = 12;
 /// Standard deviation of the mean about the anchor, in sizes.
 const ANCHOR: f64 = 0.5;
@@ -42,23 +43,10 @@ impl Between {
     }
 }
 
-/// Inverse of a symmetric positive matrix.
-#[must_use]
-pub fn inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
-    let q = m.nrows();
-    let symmetric = (m + m.transpose()) * 0.5;
-    let jitter = 1e-12 * symmetric.trace().abs() / q as f64;
-    symmetric
-        .clone()
-        .cholesky()
-        .or_else(|| (symmetric + DMatrix::identity(q, q) * jitter.max(1e-300)).cholesky())
-        .map_or_else(|| DMatrix::from_element(q, q, f64::NAN), |c| c.inverse())
-}
-
 /// Variance of each column from dive to dive that is expected before any of `units` is seen.
 #[must_use]
 pub fn expected_scatter(units: usize, further: &[f64]) -> DVector<f64> {
-    let own = SCATTER[usize::from(units >= MANY)];
+    let own = EXPECTED_SCATTER[usize::from(units >= MANY)];
     DVector::from_iterator(NUMBERS + further.len(), std::iter::repeat_n(own, NUMBERS).chain(further.iter().copied()).map(|s| s * s))
 }
 
@@ -274,7 +262,7 @@ pub struct Forward {
 }
 
 /// Fewest units that a history judges by.
-pub const FEWEST: usize = 3;
+pub const FEWEST_CONTROLS: usize = 3;
 
 /// Every unit, in the order of time, beside the quiet ones before it (at most `window`), all at one linearisation: what a history may
 /// be learnt from. The first three are taken as they are.
@@ -292,14 +280,14 @@ pub fn forward(units: &[Unit], glider: &Glider, at: &Numbers, window: usize) -> 
         usual = Some(usual.map_or(level, |u| u + NEW * (level - u)));
         summaries.push(Summary::of(&linear, level));
         let recent: Vec<Summary> = (0..i).rev().filter(|j| out[*j].quiet).take(window).map(|j| summaries[j].clone()).collect();
-        if recent.len() < FEWEST {
+        if recent.len() < FEWEST_CONTROLS {
             out.push(Forward { quiet: true, chi2: f64::NAN });
             continue;
         }
         let found = between(&recent, &expected, &anchor);
         let covariance = found.next();
-        let ln_bayes = std::array::from_fn(|k| super::judge::weigh(&summaries[i], &found.mean, &covariance, &[k]).ln_bayes);
-        out.push(Forward { quiet: super::judge::class(&ln_bayes).is_empty(), chi2: chi2(&summaries[i], &found.mean, &covariance) });
+        let ln_bayes = std::array::from_fn(|k| weigh(&summaries[i], &found.mean, &covariance, &[k]).ln_bayes);
+        out.push(Forward { quiet: class(&ln_bayes).is_empty(), chi2: chi2(&summaries[i], &found.mean, &covariance) });
     }
     out
 }

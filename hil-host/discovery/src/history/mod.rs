@@ -10,6 +10,7 @@ pub mod numbers;
 pub mod rows;
 pub mod structure;
 pub mod summary;
+pub mod weigh;
 
 #[cfg(test)]
 mod tests;

@@ -27,7 +27,7 @@ pub const PITCH_SCALE: usize = 5;
 /// ln of true over measured ballast.
 pub const BALLAST_SCALE: usize = 6;
 /// ln of true over stated lift slope.
-pub const LIFT_SLOPE: usize = 7;
+pub const SLOPE_OF_LIFT: usize = 7;
 
 /// One number.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +79,7 @@ pub fn in_effect(number: usize, value: f64, claimed: f64) -> f64 {
         BALLAST_OFFSET => -value / WATER_KG_M3 * CC,
         COMPRESSIBILITY | EXPANSION if claimed != 0.0 => value / claimed,
         COMPRESSIBILITY => value / RIGID_PER_PA,
-        DRAG_LEVEL | PITCH_SCALE | BALLAST_SCALE | LIFT_SLOPE => value.exp_m1(),
+        DRAG_LEVEL | PITCH_SCALE | BALLAST_SCALE | SLOPE_OF_LIFT => value.exp_m1(),
         _ => value,
     }
 }
@@ -109,7 +109,7 @@ mod tests {
             assert!(n.mirror.is_none_or(|m| by_name(m).is_some()), "{}", n.name);
         }
         assert_eq!(
-            (ALL[LIFT_SLOPE].name, ALL[BALLAST_SCALE].name, ALL[EXPANSION].name),
+            (ALL[SLOPE_OF_LIFT].name, ALL[BALLAST_SCALE].name, ALL[EXPANSION].name),
             ("lift_slope", "ballast_scale", "thermal_expansion")
         );
     }

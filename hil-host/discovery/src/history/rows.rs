@@ -9,9 +9,9 @@ const GRAVITY_M_S2: f64 = 9.81;
 /// Length of a row, s; where samples are rarer, 3.2 of them.
 const ROW_S: f64 = 40.0;
 /// A leg without rows for so long is another one, s; blocks of rows are about so long.
-const BLOCK_S: f64 = 1500.0;
+const LONGEST_PIECE_S: f64 = 1500.0;
 /// Fewest rows of a unit that can be judged, and of them on each leg.
-const FEWEST: usize = 14;
+const FEWEST_STEADY_ROWS: usize = 14;
 const FEWEST_OF_A_LEG: usize = 4;
 
 /// One steady row.
@@ -73,7 +73,7 @@ impl Unit {
     #[must_use]
     pub fn is_whole(&self) -> bool {
         let climbing = self.rows.iter().filter(|r| r.way > 0.0).count();
-        self.rows.len() >= FEWEST && climbing.min(self.rows.len() - climbing) >= FEWEST_OF_A_LEG
+        self.rows.len() >= FEWEST_STEADY_ROWS && climbing.min(self.rows.len() - climbing) >= FEWEST_OF_A_LEG
     }
 }
 
@@ -332,13 +332,13 @@ fn steady_rows(flight: &Flight, range: std::ops::Range<usize>) -> Vec<Row> {
     rows
 }
 
-/// Numbers the blocks: legs, each cut into pieces of about [`BLOCK_S`].
+/// Numbers the blocks: legs, each cut into pieces of about [`LONGEST_PIECE_S`].
 fn number_blocks(rows: &mut [Row]) {
-    let same_leg = |a: &Row, b: &Row| a.way == b.way && b.time_s - a.time_s <= BLOCK_S;
+    let same_leg = |a: &Row, b: &Row| a.way == b.way && b.time_s - a.time_s <= LONGEST_PIECE_S;
     let mut next = 0;
     for leg in rows.chunk_by_mut(same_leg) {
         let (first, last) = (leg[0].time_s, leg[leg.len() - 1].time_s);
-        let pieces = ((last - first) / BLOCK_S).round().max(1.0);
+        let pieces = ((last - first) / LONGEST_PIECE_S).round().max(1.0);
         let mut now = None;
         for r in leg {
             let piece = ((r.time_s - first) / (last - first).max(1.0) * pieces).min(pieces - 1.0) as usize;

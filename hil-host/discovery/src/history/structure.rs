@@ -1,10 +1,10 @@
 //! What departs and is none of the eight numbers: climb drag, Reynolds number, drag of a bank, weight that comes or goes, and structures
 //! by depth, roll and heading without a name. All are made orthogonal to the eight, so that they say only what those cannot.
 
-use super::judge::weigh;
 use super::numbers::{ALL, BALLAST_OFFSET, DRAG_LEVEL, NUMBERS};
 use super::rows::{Unit, median};
 use super::summary::{Linear, Summary};
+use super::weigh::weigh;
 use nalgebra::{DMatrix, DVector};
 
 /// Hats over the depth, of each leg.
@@ -18,7 +18,7 @@ pub const COLUMNS: usize = NUMBERS + FURTHER;
 /// Size of a structure without a form, m/s.
 const SIZE_M_S: f64 = 0.01;
 /// Scatter from dive to dive that is expected of forms and of structures, in sizes.
-const SCATTER: [f64; 2] = [0.1, 0.3];
+const STRUCTURE_SCATTER: [f64; 2] = [0.1, 0.3];
 
 /// One thing that may depart, and its columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub const DEPARTURES: [Departure; 7] = [
 /// Standard deviations from dive to dive that are expected of the further columns, in sizes.
 #[must_use]
 pub fn scatter() -> Vec<f64> {
-    (0..FURTHER).map(|i| SCATTER[usize::from(i >= FORMS)]).collect()
+    (0..FURTHER).map(|i| STRUCTURE_SCATTER[usize::from(i >= FORMS)]).collect()
 }
 
 /// The further columns at a linearisation with these modelled vertical velocities, of one size each.

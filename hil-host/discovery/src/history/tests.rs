@@ -3,11 +3,12 @@
 use super::changes::Own;
 use super::file::{History, Logged, SCHEMA, Stored};
 use super::glide::Glider;
-use super::judge::{chance, class, judge, weigh};
-use super::learn::{FEWEST, Forward, between, chi2, expected_scatter, forward, learn, place, start};
+use super::judge::judge;
+use super::learn::{FEWEST_CONTROLS, Forward, between, chi2, expected_scatter, forward, learn, place, start};
 use super::numbers::{ALL, COMPRESSIBILITY, DRAG_LEVEL, NUMBERS, Numbers};
 use super::rows::{Row, Unit, median, units};
 use super::summary::{Linear, Summary};
+use super::weigh::{chance, class, weigh};
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
@@ -109,7 +110,7 @@ fn accuracy_evidence_of_one_number_is_the_closed_form() {
 }
 
 #[test]
-fn accuracy_the_square_root_holds_the_whole_summary_and_the_noise_is_found() {
+fn accuracy_the_square_root_holds_the_summary_and_its_noise_is_found() {
     let (glider, mut noise) = (glider(), Noise(2));
     let mut ratios = Vec::new();
     for k in 0..40 {
@@ -207,7 +208,7 @@ fn the_first_units_are_taken_and_a_leap_is_not() {
     far[DRAG_LEVEL] = 2.0;
     units[6] = dive(6, &glider, &far, 0.004, &mut noise);
     let said = forward(&units, &glider, &Numbers::zeros(), 12);
-    assert!(said[..FEWEST].iter().all(|f| f.quiet && f.chi2.is_nan()));
+    assert!(said[..FEWEST_CONTROLS].iter().all(|f| f.quiet && f.chi2.is_nan()));
     assert_eq!(said.iter().map(|f| f.quiet).collect::<Vec<_>>(), [true, true, true, true, true, true, false, true, true]);
 }
 

@@ -53,7 +53,7 @@ const FULL_DAMPING: f64 = 2.0;
 const REPORTED_FACTOR: f64 = 1.5;
 
 /// Keys of the numbers in the vehicle file, and the deviation from which one is spoken of, tolerances.
-pub(crate) const NUMBERS: [(usize, &str); 5] = [
+pub(crate) const MOMENT_NUMBERS: [(usize, &str); 5] = [
     (BATTERY_MASS, "battery_mass_kg"),
     (METACENTRIC_HEIGHT, "metacentric_height_m"),
     (BALLAST_ARM, "ballast_arm_m"),
@@ -258,7 +258,7 @@ impl Problem<'_> {
         };
         notes.push(format!("the position of the battery was compared with the moments in pitch in {count} quiet half minutes{of}"));
         let factor = |index: usize| self.of_file(state, index);
-        for (index, key) in NUMBERS {
+        for (index, key) in MOMENT_NUMBERS {
             let off = factor(index) * if index == PITCH_DAMPING { factor(BATTERY_MASS) } else { 1.0 } - 1.0;
             if state.calibration[index].abs() > SURELY_OFF {
                 notes.push(format!("by the position of the battery pitch.{key} of the vehicle file is off by {:+.0} %", 100.0 * off));

@@ -17,7 +17,7 @@ const TAN_VALID: f64 = 0.365_028_494_830_424_54;
 const LANES: usize = 4;
 type Lanes = f64x4;
 /// A bit for each.
-const ALL: u32 = (1 << LANES) - 1;
+const ALL_LANES: u32 = (1 << LANES) - 1;
 /// Speed below which no force of the water is asked for, m/s.
 const LEAST_SPEED_M_S: f64 = 1e-6;
 
@@ -334,7 +334,7 @@ fn rates(lanes: &[Lane; LANES], b: &Vehicles, resting: u32, p: &Now, u: Lanes, n
     }
     let mut alpha = small_angle(u, n);
     let near = resting | (u.simd_gt(Lanes::ZERO) & n.abs().simd_le(Lanes::splat(0.4) * u)).to_bitmask();
-    if near != ALL {
+    if near != ALL_LANES {
         let (mut each, us, ns, speeds) = (alpha.to_array(), u.to_array(), n.to_array(), speed.to_array());
         for i in (0..LANES).filter(|i| near & (1 << i) == 0) {
             each[i] = if speeds[i] > LEAST_SPEED_M_S { angle_of_attack(us[i], ns[i]) } else { 0.0 };
@@ -342,10 +342,10 @@ fn rates(lanes: &[Lane; LANES], b: &Vehicles, resting: u32, p: &Now, u: Lanes, n
         alpha = Lanes::from(each);
     }
     let within = resting | alpha.abs().simd_le(Lanes::splat(ALPHA_VALID_RAD)).to_bitmask();
-    let (cl, cd) = if b.hooks == InFlow::NOTHING && within == ALL {
+    let (cl, cd) = if b.hooks == InFlow::NOTHING && within == ALL_LANES {
         b.nominal(p, alpha, alpha, Lanes::ZERO)
     } else {
-        under_effects(lanes, b, p, &Motion { u, n, speed, alpha, sink, asked: within & !resting, beyond: !within & ALL })
+        under_effects(lanes, b, p, &Motion { u, n, speed, alpha, sink, asked: within & !resting, beyond: !within & ALL_LANES })
     };
     let pressure = p.dynamic * speed;
     let (lift, drag) = (pressure * cl * p.upright, pressure * cd);

@@ -1,11 +1,11 @@
 //! The dives of a mission as their own history: which names of changes they bear out, and what each dive says beside those before it.
 
 use super::changes::Change;
-use super::timeline::Event;
+use super::event::Event;
 use super::tracking::{AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_PITCH_ZERO, AT_TRIM, TRACKED};
 use crate::history::changes::{Compared, Own};
-use crate::history::judge::{class, stands};
 use crate::history::numbers::{self, ALL};
+use crate::history::weigh::{class, stands};
 use hydro::effects::DAY_S;
 
 /// What the history says of one dive of a mission.
@@ -35,7 +35,7 @@ impl Dive {
 fn same(tracked: usize) -> &'static [usize] {
     match tracked {
         AT_DRAG => &[numbers::DRAG_LEVEL, numbers::PITCH_SCALE],
-        AT_LIFT => &[numbers::LIFT_SLOPE],
+        AT_LIFT => &[numbers::SLOPE_OF_LIFT],
         AT_TRIM => &[numbers::BALLAST_OFFSET],
         AT_PITCH_ZERO => &[numbers::PITCH_OFFSET],
         AT_COMPRESSIBILITY => &[numbers::COMPRESSIBILITY],

@@ -6,6 +6,7 @@ pub mod change_kinds;
 pub mod changes;
 pub mod compare;
 pub mod dive_estimates;
+pub mod event;
 pub mod meta_analysis;
 pub mod mission_clock;
 pub mod mission_history;

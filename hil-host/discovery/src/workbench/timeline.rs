@@ -16,6 +16,7 @@ use crate::model::parameters::{NINETY, State, tolerance_of};
 use crate::preprocess::{Prepared, Run, prepare};
 use crate::workbench::change_kinds::{Shape, alarm_rate, threshold};
 use crate::workbench::changes::{Change, Found, Observed, find};
+pub use crate::workbench::event::{Event, Level};
 use crate::workbench::mission_history;
 use crate::workbench::tracking::{
     AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_TRIM, Dive, N, REFERENCE_DIVES, Reference, TRACKED, for_missions, start_precision,
@@ -30,17 +31,6 @@ pub const FEWEST_DIVES: usize = 5;
 /// How far a dive's drag and trim may be from what is expected, and the others at least, in steps.
 const OPEN: f64 = 10.0;
 const NEAR_STEPS: f64 = 0.3;
-
-/// A value with its 90 % interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Level {
-    /// Value.
-    pub value: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-}
 
 /// One dive of the timeline.
 #[derive(Clone, Debug)]
@@ -61,27 +51,6 @@ pub struct Row {
     pub misfit: f64,
     /// What is followed, in the units of [`TRACKED`].
     pub levels: [Level; N],
-}
-
-/// A change as it is told.
-#[derive(Clone, Debug)]
-pub struct Event {
-    /// What was found.
-    pub change: Change,
-    /// Number of the first dive that has it; 0: it was there before the first.
-    pub dive: usize,
-    /// Day of it.
-    pub day: f64,
-    /// First and last dive number that it may have begun with, 90 %.
-    pub between: (usize, usize),
-    /// Size in the unit of its number: of a growth, what it has grown to by the end.
-    pub size: Level,
-    /// Of a growth, per day.
-    pub per_day: Option<f64>,
-    /// Change of range at the flown pitch, %.
-    pub range_percent: Option<f64>,
-    /// Kinds that the dives do not tell from it, with their sizes.
-    pub others: Vec<(Change, Level)>,
 }
 
 /// A mission as it was followed.

@@ -78,7 +78,7 @@ enum Slot {
 
 /// Longest text of an expression, bytes, and deepest brackets: the evaluator reads the one by its square and the other by recursion.
 const LONGEST: usize = 1000;
-const DEEPEST: usize = 32;
+const DEEPEST_BRACKET: usize = 32;
 
 /// A text that is no expression of a person: where it is too much, and why.
 fn beyond_bounds(text: &str) -> Option<(usize, String)> {
@@ -88,9 +88,9 @@ fn beyond_bounds(text: &str) -> Option<(usize, String)> {
     let mut open = 0_usize;
     let deepest = text.char_indices().find(|(_, c)| {
         open = (open + usize::from(*c == '(')).saturating_sub(usize::from(*c == ')'));
-        open > DEEPEST
+        open > DEEPEST_BRACKET
     })?;
-    Some((deepest.0, format!("brackets are more than {DEEPEST} deep here")))
+    Some((deepest.0, format!("brackets are more than {DEEPEST_BRACKET} deep here")))
 }
 
 /// Why a name that is no variable of a target is no parameter either: it is a variable of another place, or nearly one. A number of its own

@@ -204,7 +204,7 @@ mod tests {
             println!("{}: {} bytes, {:?}", wings_name(wings), built.bytes.len(), built.error);
             let committed = polar::builtin(wings).unwrap();
             assert_eq!(committed.bytes(), &built.bytes[..], "run: glider table --out firmware/polar/src/generated");
-            let file = format!("../firmware/polar/src/generated/{}.rs", wings_name(wings).replace("low-ar", "low_aspect_ratio"));
+            let file = format!("../../firmware/polar/src/generated/{}.rs", wings_name(wings).replace("low-ar", "low_aspect_ratio"));
             let source = std::fs::read_to_string(file).unwrap();
             assert_eq!(source, rust_source(&built, &format!("vehicles/{}.toml", sea_name(wings))));
         }

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use discovery::history::glide::Glider;
-use discovery::history::judge::{Judgement, chance, judge};
+use discovery::history::judge::{Judgement, judge};
 use discovery::history::learn::{Learnt, forward, learn, start};
 use discovery::history::numbers::{
     ALL, BALLAST_OFFSET, BALLAST_SCALE, COMPRESSIBILITY, DRAG_LEVEL, EXPANSION, Numbers, PITCH_OFFSET, PITCH_SCALE,
 };
 use discovery::history::rows::{Unit, units, without_stubs};
+use discovery::history::weigh::chance;
 use logs::record::csv;
 use logs::{Flight, Vehicle, import, vehicle};
 use serde::Serialize;

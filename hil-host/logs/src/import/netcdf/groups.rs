@@ -7,7 +7,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Hdf5File, OpenOptions};
 
 /// Deepest group, and most groups and variables with every link followed: logs nest two deep and hold a thousand.
-const DEEPEST: usize = 16;
+const DEEPEST_GROUP: usize = 16;
 const MOST_OBJECTS: usize = 20_000;
 
 /// Refuses a file whose groups have no end. Other damage is for the reader to name.
@@ -27,8 +27,8 @@ fn walk(group: &Group, above: &mut Vec<u64>, objects: &mut usize) -> Result<(), 
         if above.contains(&child.address()) {
             return Err(format!("group {} holds itself", child.name()));
         }
-        if above.len() > DEEPEST {
-            return Err(format!("its groups are nested more than {DEEPEST} deep"));
+        if above.len() > DEEPEST_GROUP {
+            return Err(format!("its groups are nested more than {DEEPEST_GROUP} deep"));
         }
         above.push(child.address());
         walk(child, above, objects)?;

@@ -194,12 +194,22 @@ pub fn prepared_problem<'a>(
 /// # Errors
 /// No dive in the flight that a model could be compared with.
 pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
+    let mut said = of_this_flight(flight, vehicle, depth, tick)?;
+    // Last, in memory that the fits have given back.
+    let history = crate::history::flight::judged(flight, vehicle, &mut said.notes);
+    said.take_history(history);
+    for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {
+        said.notes
+            .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));
+    }
+    Ok(said)
+}
+
+/// What the fits of this flight say, without a history.
+fn of_this_flight(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
     tick("reading the inputs", 0.0);
-    let mut of_history = Vec::new();
-    // First, as its memory is given back before that of the fits is taken.
-    let history = crate::history::flight::judged(flight, vehicle, &mut of_history);
     let prepared = Arc::new(prepare(flight, vehicle));
-    let mut notes = [prepared.notes.clone(), of_history].concat();
+    let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
     let (mut problem, _) = prepared_problem(flight, vehicle, &prepared, &check, &mut notes)?;
     let mut found = search_until_stable(&mut problem, depth, tick);
@@ -221,13 +231,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     if rows_near_stall > compared {
         notes.push(format!("what is said is said of {compared} rows; more than those were left out"));
     }
-    let mut said = conclude(vehicle, &prepared, &problem, &found, &check, notes);
-    said.take_history(history);
-    for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {
-        said.notes
-            .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));
-    }
-    Ok(said)
+    Ok(conclude(vehicle, &prepared, &problem, &found, &check, notes))
 }
 
 /// The best of these hypotheses, best first, where it is worth naming.

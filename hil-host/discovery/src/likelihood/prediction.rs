@@ -17,6 +17,9 @@ const MOST_PASSES: u64 = 2000;
 const MOST_HALF_STEPS: u64 = 24_000_000;
 const FEWEST_PASSES: u64 = 250;
 
+/// Tracks that are kept at a time: enough to fill all lanes, and little beside the flight.
+const TRACKS_AT_ONCE: usize = 64;
+
 /// What a state means: the law of the vehicle, and the errors of its sensors.
 struct Stated {
     law: (Constants, Vec<Active>),
@@ -42,30 +45,35 @@ impl Problem<'_> {
     pub fn models(&self, states: &[State]) -> Vec<Vec<f64>> {
         let laws: Vec<Stated> = states.iter().map(|s| self.stated(s)).collect();
         let mut out: Vec<Vec<f64>> = states.iter().map(|_| Vec::with_capacity(self.data.len())).collect();
-        let mut jobs: Vec<Job> = Vec::new();
-        // Which job is whose, run by run.
-        let mut of: Vec<usize> = Vec::new();
-        for k in 0..self.runs.len() {
-            let first = jobs.len();
-            for law in &laws {
-                let job = self.job(k, law);
-                let known = jobs[first..].iter().position(|j| j.is(&job)).map(|k| first + k);
-                of.push(known.unwrap_or(jobs.len()));
-                if known.is_none() {
-                    jobs.push(job);
+        // Way of each run at each state, run by run.
+        let mut ways_m: Vec<(f64, f64)> = Vec::with_capacity(self.runs.len() * states.len());
+        let all: Vec<usize> = (0..self.runs.len()).collect();
+        for some in all.chunks((TRACKS_AT_ONCE / states.len().max(1)).max(1)) {
+            let mut jobs: Vec<Job> = Vec::new();
+            // Which job is whose, run by run.
+            let mut of: Vec<usize> = Vec::new();
+            for k in some {
+                let first = jobs.len();
+                for law in &laws {
+                    let job = self.job(*k, law);
+                    let known = jobs[first..].iter().position(|j| j.is(&job)).map(|k| first + k);
+                    of.push(known.unwrap_or(jobs.len()));
+                    if known.is_none() {
+                        jobs.push(job);
+                    }
                 }
             }
-        }
-        let tracks = self.simulated(&jobs);
-        let job = |k: usize, i: usize| &tracks[of[k * states.len() + i]];
-        for k in 0..self.runs.len() {
-            for (i, ((state, law), out)) in states.iter().zip(&laws).zip(&mut out).enumerate() {
-                self.answer(self.runs[k], k, state, law, job(k, i), out);
+            let tracks = self.simulated(&jobs);
+            for (k, of) in some.iter().zip(of.chunks(states.len().max(1))) {
+                for (((state, law), out), job) in states.iter().zip(&laws).zip(&mut out).zip(of) {
+                    self.answer(self.runs[*k], *k, state, law, &tracks[*job], out);
+                    ways_m.push(tracks[*job].displacement_m);
+                }
             }
         }
         for displacement in &self.displacements {
             for (i, (state, out)) in states.iter().zip(&mut out).enumerate() {
-                let parts = displacement.runs.clone().map(|k| job(k, i).displacement_m);
+                let parts = displacement.runs.clone().map(|k| ways_m[k * states.len() + i]);
                 let sum = parts.fold((0.0, 0.0), |s, d| (s.0 + d.0, s.1 + d.1));
                 self.whiten_displacement(displacement.runs.clone(), displacement.displacement_m.2, self.as_steered(state, sum), out);
             }

@@ -7,6 +7,7 @@ use super::learn::Learnt;
 use super::numbers::{ALL, NUMBERS, in_effect};
 use super::rows::{Unit, units};
 use super::weigh::chance;
+use crate::model::parameters::NINETY;
 use logs::record::bounded;
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
@@ -15,8 +16,6 @@ use std::path::Path;
 
 /// Most units of a flight that are judged: its last ones.
 const MOST: usize = 24;
-/// Standard deviations of a 90 % interval.
-const NINETY: f64 = 1.645;
 
 /// By what a flight was judged.
 #[derive(Clone, Debug, PartialEq, Eq)]

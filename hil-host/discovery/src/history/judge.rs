@@ -7,10 +7,9 @@ use super::rows::{Unit, median};
 use super::structure::{Departure, departs};
 use super::summary::{Linear, Summary};
 use super::weigh::{class, inverse, weigh};
+use crate::model::parameters::NINETY;
 use nalgebra::{DMatrix, DVector};
 
-/// Standard deviations of a 90 % interval.
-const NINETY: f64 = 1.645;
 const BEST: usize = 3;
 const STEPS: usize = 6;
 const REFIT_ROUNDS: usize = 3;

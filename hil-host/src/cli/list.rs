@@ -4,8 +4,8 @@ use super::{Output, Verdict};
 use crate::pages::effect_list;
 use crate::terminal::{parameter_range, say, table, wrapped, wrapped_from};
 use anyhow::bail;
-use discovery::workbench::change_kinds::KINDS;
-use discovery::workbench::tracking::TRACKED;
+use discovery::history::kinds::KINDS;
+use discovery::history::shown::{SHOWN, place};
 use hydro::effects::{CATALOGUE, Effect};
 use logs::import::classes::Class;
 use rig::flight::mission_file;
@@ -127,11 +127,17 @@ fn vehicles(output: &Output) {
 }
 
 fn changes(output: &Output) {
-    let list: Vec<Value> =
-        KINDS.iter().map(|k| json!({"name": k.name, "kind": k.shape.id(), "about": k.about, "number": TRACKED[k.number].name})).collect();
+    let list: Vec<Value> = KINDS
+        .iter()
+        .map(|k| json!({"name": k.name, "kind": k.shape.id(), "about": k.about, "number": SHOWN[place(k.number)].name}))
+        .collect();
     output.emit(&json!({"items": list}), || {
         for k in &KINDS {
-            println!("  {:<24} {}", k.name, wrapped_from(27, &format!("{} ({} of {})", k.about, k.shape.id(), TRACKED[k.number].name), 27));
+            println!(
+                "  {:<24} {}",
+                k.name,
+                wrapped_from(27, &format!("{} ({} of {})", k.about, k.shape.id(), SHOWN[place(k.number)].name), 27)
+            );
         }
     });
 }

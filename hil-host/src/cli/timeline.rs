@@ -9,13 +9,12 @@ use crate::pages::plots::{Chart, Mark, Paper};
 use crate::terminal::{rounded, say, table, wrapped};
 use anyhow::{Context as _, bail};
 use discovery::diagnosis::report::number;
-use discovery::history::changes::Compared;
+use discovery::history::kinds::{DIVES_PER_ALARM, KINDS};
+use discovery::history::mission::Compared;
 use discovery::history::numbers::ALL;
-use discovery::workbench::change_kinds::{DIVES_PER_ALARM, KINDS};
+use discovery::history::shown::{SHOWN, name_and_unit, place};
 use discovery::workbench::mission_clock::{When, one_clock};
-use discovery::workbench::mission_history;
-use discovery::workbench::timeline::{Event, Level, Mission, Timeline};
-use discovery::workbench::tracking::TRACKED;
+use discovery::workbench::timeline::{Event, Level, Mission, Row, Timeline};
 use logs::Flight;
 use logs::export::table::Table;
 use rig::flight::vehicles;
@@ -111,17 +110,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let flights = flights(&paths)?;
     let clock = one_clock(&flights.iter().map(|f| When::of(&f.flight, f.zero_unix_s)).collect::<Vec<_>>());
     let bar = bar();
-    let mut mission = Mission::new(&vehicle);
-    for (k, (which, zero_s)) in clock.flights.iter().enumerate() {
-        let flight = &flights[*which].flight;
-        bar.set_message(flight.name.clone());
-        let added = mission.add(flight, *zero_s, &|done, of| {
-            let share = (k as f64 + done as f64 / of.max(1) as f64) / flights.len() as f64;
-            bar.set_position((100.0 * share) as u64);
-        });
-        added.inspect_err(|_| bar.finish_and_clear())?;
-    }
     bar.set_message("what changed");
+    let mut mission = Mission::new(&vehicle);
+    clock.flights.iter().for_each(|(which, zero_s)| mission.add(&flights[*which].flight, *zero_s));
     let done = mission.finish(args.dives_per_alarm);
     bar.finish_and_clear();
     let mut done = done?;
@@ -161,9 +152,9 @@ fn columns(done: &Timeline) -> Table {
     let mut numbers = vec![
         ("day".to_owned(), rows.iter().map(|r| r.day).collect()),
         ("depth_m".to_owned(), rows.iter().map(|r| r.depth_m).collect()),
-        ("misfit".to_owned(), rows.iter().map(|r| r.misfit).collect()),
+        ("chance".to_owned(), rows.iter().map(|r| r.compared.as_ref().map_or(f64::NAN, |c| c.chance.0)).collect()),
     ];
-    for (k, t) in TRACKED.iter().enumerate() {
+    for (k, t) in SHOWN.iter().enumerate() {
         let unit = if t.unit == "%" { "percent" } else { t.unit };
         type Part = (&'static str, fn(&Level) -> f64);
         let parts: [Part; 3] = [("", |l| l.value), ("_low", |l| l.low), ("_high", |l| l.high)];
@@ -188,7 +179,7 @@ fn rows_csv(done: &Timeline) -> String {
 }
 
 fn figure(done: &Timeline) -> Figure {
-    let panels = TRACKED.iter().enumerate().take(5).map(|(k, t)| {
+    let panels = SHOWN.iter().enumerate().take(5).map(|(k, t)| {
         let along = |of: fn(&Level) -> f64| done.rows.iter().map(move |r| (r.number as f64, of(&r.levels[k]))).collect::<Vec<_>>();
         let mut chart = Chart::new(&t.name.replace('_', " "), "dive", &format!("{}, {}", t.name.replace('_', " "), t.unit))
             .with("dive by dive", Mark::Line, along(|l| l.value))
@@ -196,9 +187,9 @@ fn figure(done: &Timeline) -> Figure {
             .with("to", Mark::Dashed, along(|l| l.high));
         let values = || done.rows.iter().flat_map(|r| [r.levels[k].low, r.levels[k].high]).filter(|v| v.is_finite());
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-        for e in done.events.iter().filter(|e| e.change.kind.number == k && low < high) {
+        for e in done.events.iter().filter(|e| place(e.change.kind.number) == k && low < high) {
             let x = e.dive as f64 - 0.5;
-            chart = chart.with(&format!("{} from dive {}", e.change.kind.name, e.dive), Mark::Line, [(x, low), (x, high)]);
+            chart = chart.with(&format!("{} from dive {}", e.name(), e.dive), Mark::Line, [(x, low), (x, high)]);
         }
         chart
     });
@@ -213,7 +204,7 @@ fn level(l: &Level) -> Value {
 
 fn document(done: &Timeline, vehicle: &Path) -> Value {
     let levels = |all: &[Level]| -> Value {
-        let list = TRACKED.iter().zip(all).map(|(t, l)| {
+        let list = SHOWN.iter().zip(all).map(|(t, l)| {
             let mut v = level(l);
             v["unit"] = t.unit.into();
             (t.name.to_owned(), v)
@@ -221,21 +212,28 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
         Value::Object(list.collect())
     };
     let change = |e: &Event| {
-        let t = &TRACKED[e.change.kind.number];
+        let t = &SHOWN[place(e.change.kind.number)];
+        let moved: Vec<Value> = e
+            .several
+            .iter()
+            .map(|(column, size)| {
+                let (name, unit) = name_and_unit(*column);
+                json!({"number": name, "size": level(size), "unit": unit})
+            })
+            .collect();
         let others: Vec<Value> = e
             .others
             .iter()
             .map(|(c, size)| {
-                let t = &TRACKED[c.kind.number];
-                let first = if c.onset == 0 { 0 } else { c.onset + 1 };
-                json!({"kind": c.kind.name, "number": t.name, "dive": first, "size": level(size), "unit": t.unit})
+                let t = &SHOWN[place(c.kind.number)];
+                json!({"kind": c.kind.name, "number": t.name, "dive": c.onset + 1, "size": level(size), "unit": t.unit})
             })
             .collect();
         json!({
-            "kind": e.change.kind.name, "about": e.change.kind.about, "number": t.name, "shape": e.change.kind.shape.id(),
+            "kind": e.name(), "about": e.about(), "number": t.name, "shape": e.change.kind.shape.id(),
             "dive": e.dive, "dive_low": e.between.0, "dive_high": e.between.1, "day": number(e.day),
             "size": level(&e.size), "unit": t.unit, "per_day": e.per_day.map(number), "range_percent": e.range_percent.map(number),
-            "strength_sigma": number(e.change.strength), "equivalent": others,
+            "strength_sigma": number(e.change.strength), "equivalent": others, "moved": moved,
         })
     };
     let dives: Vec<Value> = done
@@ -244,34 +242,29 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
         .map(|r| {
             json!({
                 "dive": r.number, "flight": r.flight, "segment": r.segment, "day": number(r.day), "depth_m": number(r.depth_m),
-                "rows": r.rows, "misfit": number(r.misfit), "levels": levels(&r.levels),
+                "rows": r.rows, "levels": levels(&r.levels),
             })
         })
         .collect();
-    let scatter: serde_json::Map<String, Value> = TRACKED.iter().zip(done.scatter).map(|(t, s)| (t.name.to_owned(), number(s))).collect();
+    let scatter: serde_json::Map<String, Value> = SHOWN.iter().zip(done.scatter).map(|(t, s)| (t.name.to_owned(), number(s))).collect();
     json!({
         "vehicle": vehicle.display().to_string(), "dives": dives, "changes": done.events.iter().map(change).collect::<Vec<_>>(),
         "start": levels(&done.start), "scatter_1sigma": scatter, "threshold_sigma": number(done.threshold),
         "expected_false_alarms": number(done.expected_false_alarms),
         "false_alarms_per_1000_dives": number(1000.0 * done.expected_false_alarms / done.rows.len().max(1) as f64),
-        "discrepancy_cm_s": number(100.0 * done.discrepancy_m_s), "kinds": KINDS.iter().map(|k| k.name).collect::<Vec<_>>(),
-        "history": done.history.iter().map(|dive| history(done, dive)).collect::<Vec<_>>(),
+        "kinds": KINDS.iter().map(|k| k.name).collect::<Vec<_>>(),
+        "history": done.rows.iter().map(history).collect::<Vec<_>>(),
         "notes": done.notes,
     })
 }
 
-/// Number of a steady dive in the table.
-fn number_of(done: &Timeline, dive: &mission_history::Dive) -> Option<usize> {
-    done.rows.iter().find(|r| dive.id == format!("{} {}", r.flight, r.segment)).map(|r| r.number)
-}
-
-/// A steady dive beside the quiet ones before it.
-fn history(done: &Timeline, dive: &mission_history::Dive) -> Value {
+/// What is said of a dive beside the quiet ones before it.
+fn history(r: &Row) -> Value {
     let class = |c: &Compared| c.judgement.class.iter().map(|i| ALL[*i].effect).collect::<Vec<_>>();
     json!({
-        "dive": number_of(done, dive), "id": dive.id, "day": number(dive.day), "departs": dive.departs(),
-        "class": dive.compared.as_ref().map(class),
-        "chance": dive.compared.as_ref().map(|c| json!({"p": number(c.chance.0), "floor": number(c.chance.1)})),
+        "dive": r.number, "id": format!("{} {}", r.flight, r.segment), "day": number(r.day), "departs": r.departs(),
+        "class": r.compared.as_ref().map(class),
+        "chance": r.compared.as_ref().map(|c| json!({"p": number(c.chance.0), "floor": number(c.chance.1)})),
     })
 }
 
@@ -282,15 +275,20 @@ fn with_interval(l: &Level, unit: &str) -> String {
 }
 
 fn sentence(e: &Event) -> String {
-    let t = &TRACKED[e.change.kind.number];
-    let when = if e.dive == 0 {
-        "since before the first dive".to_owned()
-    } else if e.between.0 == e.between.1 {
+    let t = &SHOWN[place(e.change.kind.number)];
+    let when = if e.between.0 == e.between.1 {
         format!("from dive {} (day {:.2})", e.dive, e.day)
     } else {
-        format!("from dive {} (day {:.2}; 90 %: dive {} to {})", e.dive, e.day, e.between.0.max(1), e.between.1)
+        format!("from dive {} (day {:.2}; 90 %: dive {} to {})", e.dive, e.day, e.between.0, e.between.1)
     };
-    let mut out = format!("{}: {} {}, {when}", e.change.kind.name, t.name.replace('_', " "), with_interval(&e.size, t.unit));
+    if !e.several.is_empty() {
+        let one = |(column, size): &(usize, Level)| {
+            let (name, unit) = name_and_unit(*column);
+            format!("{} {}", name.replace('_', " "), with_interval(size, unit))
+        };
+        return format!("unnamed: {when} these moved together: {}.", e.several.iter().map(one).collect::<Vec<_>>().join("; "));
+    }
+    let mut out = format!("{}: {} {}, {when}", e.name(), t.name.replace('_', " "), with_interval(&e.size, t.unit));
     if let Some(per_day) = e.per_day {
         out += &format!(", {per_day:+.2} {} a day", t.unit);
     }
@@ -339,20 +337,19 @@ fn said(done: &Timeline, out: &[PathBuf]) {
     for path in out {
         say(&path.display().to_string());
     }
-    let odd = done.history.iter().filter_map(|dive| Some((dive, dive.departs()?)));
-    for (dive, what) in odd.take(MOST_ROWS_SHOWN) {
-        let name = number_of(done, dive).map_or_else(|| dive.id.clone(), |number| format!("dive {number}"));
-        say(&wrapped(&format!("{name} (day {:.2}) departs from those before it: {what}.", dive.day), 2));
+    let odd = done.rows.iter().filter_map(|r| Some((r, r.departs()?)));
+    for (r, what) in odd.take(MOST_ROWS_SHOWN) {
+        say(&wrapped(&format!("dive {} (day {:.2}) departs from those before it: {what}.", r.number, r.day), 2));
     }
     if done.events.is_empty() {
         say("No change is named.");
     }
     for e in &done.events {
         say(&wrapped(&sentence(e), 2));
-        say(&wrapped(&format!("  {}", e.change.kind.about), 2));
-        if !e.others.is_empty() {
+        say(&wrapped(&format!("  {}", e.about()), 2));
+        if e.several.is_empty() && !e.others.is_empty() {
             let others = e.others.iter().map(|(c, size)| {
-                let t = &TRACKED[c.kind.number];
+                let t = &SHOWN[place(c.kind.number)];
                 format!("{} ({})", c.kind.name, with_interval(size, t.unit))
             });
             say(&wrapped(&format!("  not distinguished from it: {}", others.collect::<Vec<_>>().join("; ")), 2));

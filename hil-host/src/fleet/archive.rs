@@ -8,7 +8,6 @@ use logs::record::bounded;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
-use discovery::workbench::tracking::REFERENCE_DIVES;
 use logs::import::folder::files_of;
 use logs::import::kind::Kind;
 use logs::record::csv;
@@ -43,6 +42,9 @@ fn vehicle_above(files: &[PathBuf], root: &Path) -> anyhow::Result<Option<PathBu
     Ok(nearest.transpose()?.flatten())
 }
 
+/// Single dives of a Seaglider that are read as one flight.
+const TOGETHER: usize = 8;
+
 struct Scan<'a> {
     root: &'a Path,
     vehicle: Option<&'a Path>,
@@ -68,7 +70,7 @@ impl Scan<'_> {
         for file in of_kind(Kind::Csv).into_iter().filter(|f| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"))) {
             self.add(label, vec![file])?;
         }
-        for chunk in of_kind(Kind::SeagliderDive).chunks(REFERENCE_DIVES) {
+        for chunk in of_kind(Kind::SeagliderDive).chunks(TOGETHER) {
             self.add(label, chunk.to_vec())?;
         }
         for kind in [Kind::Slocum, Kind::SlocumText, Kind::SeagliderRaw, Kind::SeaExplorer, Kind::Netcdf] {

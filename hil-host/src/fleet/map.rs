@@ -48,7 +48,7 @@ fn copy_of(first: &Item) -> Entry {
 }
 
 fn asked(item: &Item, judge: &Judge) -> Entry {
-    let rows = read(&item.files).and_then(|flight| Ok(dive_estimates(&flight, &judge.vehicle, &|_, _| ())?));
+    let rows = read(&item.files).and_then(|flight| Ok(dive_estimates(&flight, &judge.vehicle)?));
     match rows {
         Ok(all) => Entry { rows: all.iter().enumerate().map(|(k, e)| dive_row(k + 1, e)).collect(), left_out: String::new() },
         Err(why) => {

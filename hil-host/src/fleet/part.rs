@@ -1,15 +1,15 @@
 //! The table of dives: one row a dive, in the order of vehicles, deployments, flights and dives.
 //!
 //! Columns: `dive`, `segment`, `rows`; `vehicle`, `deployment`, `flight`, `left_out` (why a flight has no dives; empty else); `start_s`,
-//! `depth_m`, `misfit`; `information_A_B` and `vector_A` of the tracked numbers, in their steps (H and b of
-//! [`discovery::workbench::pooling`]); and for every number that dives are asked for `NAME`, `NAME_noise`, `NAME_calibration`, `NAME_model`
+//! `depth_m`, `noise_m_s`; `information_A_B` and `vector_A` of the eight numbers of a history, in their sizes (N and u of
+//! [`discovery::history::summary`]); and for every number that dives are asked for `NAME`, `NAME_noise`, `NAME_calibration`
 //! in its unit ([`discovery::workbench::dive_estimates`]). Units stand in the metadata of the file under `units`.
 
 use std::path::Path;
 
 use anyhow::{Context as _, bail, ensure};
+use discovery::history::numbers::{ALL, NUMBERS};
 use discovery::workbench::dive_estimates::{Asked, Estimated, asked};
-use discovery::workbench::tracking::{N, TRACKED};
 use logs::export::table::Table;
 use serde::{Deserialize, Serialize};
 
@@ -59,13 +59,13 @@ impl Row {
 /// Names of the columns of numbers.
 #[must_use]
 pub fn number_columns() -> Vec<String> {
-    let mut out: Vec<String> = ["start_s", "depth_m", "misfit"].map(str::to_owned).to_vec();
-    for (i, a) in TRACKED.iter().enumerate() {
-        out.extend(TRACKED[i..].iter().map(|b| format!("information_{}_{}", a.name, b.name)));
+    let mut out: Vec<String> = ["start_s", "depth_m", "noise_m_s"].map(str::to_owned).to_vec();
+    for (i, a) in ALL.iter().enumerate() {
+        out.extend(ALL[i..].iter().map(|b| format!("information_{}_{}", a.name, b.name)));
     }
-    out.extend(TRACKED.iter().map(|t| format!("vector_{}", t.name)));
+    out.extend(ALL.iter().map(|n| format!("vector_{}", n.name)));
     for Asked { name, .. } in asked() {
-        out.extend(["", "_noise", "_calibration", "_model"].map(|part| format!("{name}{part}")));
+        out.extend(["", "_noise", "_calibration"].map(|part| format!("{name}{part}")));
     }
     out
 }
@@ -74,14 +74,15 @@ pub fn number_columns() -> Vec<String> {
 #[must_use]
 pub fn dive_row(number: usize, of: &Estimated) -> DiveRow {
     let whole = |n: usize| i32::try_from(n).unwrap_or(i32::MAX);
-    let d = &of.dive;
-    let mut numbers = vec![d.time_s[0], d.depth_m, d.misfit];
-    for i in 0..N {
-        numbers.extend((i..N).map(|j| d.information.matrix[(i, j)]));
+    let u = &of.unit;
+    let deepest_pa = u.rows.iter().map(|r| r.pressure_pa).fold(0.0, f64::max);
+    let mut numbers = vec![u.start_s(), deepest_pa / 1e4, of.noise_m_s];
+    for i in 0..NUMBERS {
+        numbers.extend((i..NUMBERS).map(|j| of.says.n[(i, j)]));
     }
-    numbers.extend(d.information.vector.iter());
-    numbers.extend(of.estimates.iter().flat_map(|e| [e.value, e.noise, e.calibration, e.model]));
-    DiveRow { dive: whole(number), segment: whole(d.segment as usize), rows: whole(d.rows), numbers }
+    numbers.extend(of.says.u.iter());
+    numbers.extend(of.estimates.iter().flat_map(|e| [e.value, e.noise, e.calibration]));
+    DiveRow { dive: whole(number), segment: whole(u.segment as usize), rows: whole(u.rows.len()), numbers }
 }
 
 /// The dives of a fleet, or of a shard of it.

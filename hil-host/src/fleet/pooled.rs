@@ -34,7 +34,7 @@ impl FleetNumber {
         let scatter: Map<String, Value> = LEVEL_NAMES.iter().zip(p.scatter).map(|(name, s)| ((*name).to_owned(), number(s))).collect();
         json!({
             "name": self.asked.name, "unit": self.asked.unit, "value": number(p.value), "low": number(low), "high": number(high),
-            "sigma": number(p.sigma), "sigma_model": number(p.model), "p": number(p.p), "q": number(self.q), "named": self.q < share,
+            "sigma": number(p.sigma), "p": number(p.p), "q": number(self.q), "named": self.q < share,
             "best_dive_p": number(p.best_dive_p), "scatter_1sigma": scatter,
             "dives": p.counts[0], "deployments": p.counts[1], "vehicles": p.counts[2],
         })
@@ -55,25 +55,18 @@ pub fn pooled(part: &Part) -> Vec<FleetNumber> {
         places.push((vehicle, deployment));
     }
     let of = |asked: &Asked| -> Option<Pooled> {
-        let columns = ["", "_noise", "_calibration", "_model"].map(|c| part.place_of(&format!("{}{c}", asked.name)));
-        let [Some(value), Some(noise), Some(calibration), Some(model)] = columns else { return None };
+        let columns = ["", "_noise", "_calibration"].map(|c| part.place_of(&format!("{}{c}", asked.name)));
+        let [Some(value), Some(noise), Some(calibration)] = columns else { return None };
         let observations: Vec<Observation> = part
             .rows
             .iter()
             .zip(&places)
             .map(|(row, (vehicle, deployment))| {
                 let n = |k: usize| row.dive.numbers.get(k).copied().unwrap_or(f64::NAN);
-                Observation {
-                    vehicle: *vehicle,
-                    deployment: *deployment,
-                    value: n(value),
-                    noise: n(noise),
-                    calibration: n(calibration),
-                    model: n(model),
-                }
+                Observation { vehicle: *vehicle, deployment: *deployment, value: n(value), noise: n(noise), calibration: n(calibration) }
             })
             .collect();
-        pool(&observations, asked.only_above)
+        pool(&observations)
     };
     let found: Vec<(Asked, Pooled)> = asked().into_iter().filter_map(|a| Some((a.clone(), of(&a)?))).collect();
     let q = benjamini_hochberg(&found.iter().map(|f| f.1.p).collect::<Vec<_>>());

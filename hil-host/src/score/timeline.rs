@@ -12,12 +12,14 @@
 use std::path::Path;
 
 use anyhow::Context as _;
+use discovery::history::changes::{Observed, find};
+use discovery::history::kinds::{DIVES_PER_ALARM, FOLLOWED, PRESSURE_ZERO, threshold};
+use discovery::history::learn::between;
+use discovery::history::numbers::{BALLAST_OFFSET, DRAG_LEVEL, PITCH_OFFSET, SLOPE_OF_LIFT};
+use discovery::history::shown::N;
+use discovery::history::summary::Summary;
 use discovery::workbench::calibrate::{Logged, Options, calibrate};
-use discovery::workbench::change_kinds::{DIVES_PER_ALARM, threshold};
-use discovery::workbench::changes::{Found, Observed, find};
-use discovery::workbench::pooling::Information;
 use discovery::workbench::timeline::{Event, Level, Mission};
-use discovery::workbench::tracking::{AT_DRAG, AT_LIFT, AT_PITCH_ZERO, AT_PRESSURE, AT_TRIM, N};
 use logs::record::csv;
 use logs::vehicle;
 use nalgebra::{DMatrix, DVector};
@@ -102,7 +104,7 @@ pub struct Scored {
     pub case: Case,
     /// Changes, the first dive first.
     pub named: Vec<Named>,
-    /// Scatter of the tracked numbers between dives, 1 sigma, in their steps.
+    /// Scatter of the numbers between dives, 1 sigma, in their units.
     pub scatter: [f64; N],
     /// Of an unchanged mission: what its dives say about nothing but noise.
     noise: Option<Noise>,
@@ -122,12 +124,12 @@ pub struct Scored {
 fn truth(change: Change) -> Option<(usize, f64)> {
     match change {
         Change::Nothing => None,
-        Change::Drag(by) | Change::Fouling(by) => Some((AT_DRAG, 100.0 * by)),
-        Change::Trim(cc) => Some((AT_TRIM, cc)),
-        Change::Leak(cc) => Some((AT_TRIM, -cc)),
-        Change::Lift(by) => Some((AT_LIFT, 100.0 * by)),
-        Change::PitchZero(by) => Some((AT_PITCH_ZERO, by.to_degrees())),
-        Change::PressureZero(by) => Some((AT_PRESSURE, by)),
+        Change::Drag(by) | Change::Fouling(by) => Some((DRAG_LEVEL, 100.0 * by)),
+        Change::Trim(cc) => Some((BALLAST_OFFSET, cc)),
+        Change::Leak(cc) => Some((BALLAST_OFFSET, -cc)),
+        Change::Lift(by) => Some((SLOPE_OF_LIFT, 100.0 * by)),
+        Change::PitchZero(by) => Some((PITCH_OFFSET, by.to_degrees())),
+        Change::PressureZero(by) => Some((PRESSURE_ZERO, by)),
     }
 }
 
@@ -158,10 +160,10 @@ pub fn score(case: Case, seed: u64, dives: usize, folder: &Path) -> anyhow::Resu
     std::fs::remove_dir_all(&here).ok();
     let clock = std::time::Instant::now();
     let mut mission = Mission::new(&known);
-    mission.add(&log, 0.0, &|_, _| ())?;
+    mission.add(&log, 0.0);
     let timeline = mission.finish(DIVES_PER_ALARM)?;
     let seconds = clock.elapsed().as_secs_f64();
-    let noise = if case.change == Change::Nothing { noise_of(&mission.observed(), mission.start_precision()) } else { None };
+    let noise = if case.change == Change::Nothing { Some(noise_of(&mission.followed(f64::INFINITY)?.observed())) } else { None };
     Ok(scored(case, (&timeline.events, timeline.scatter), noise, seconds))
 }
 
@@ -170,13 +172,15 @@ fn no_case() -> Case {
 }
 
 fn scored(case: Case, (events, scatter): (&[Event], [f64; N]), noise: Option<Noise>, seconds: f64) -> Scored {
-    let named =
-        events.iter().map(|e| Named { kind: e.change.kind.name.to_owned(), dive: e.dive, size: [e.size.value, e.size.low, e.size.high] });
+    let named = events.iter().map(|e| Named { kind: e.name().to_owned(), dive: e.dive, size: [e.size.value, e.size.low, e.size.high] });
     let (named, others) = (named.collect(), events.len());
     let mut out = Scored { case, named, scatter, noise, others, late: None, covered: false, leads: false, seconds };
     let Some((number, size)) = truth(case.change) else { return out };
     let inside = |l: &Level| (l.low..=l.high).contains(&size);
     let of = |e: &Event| -> Option<(usize, bool, bool)> {
+        if !e.several.is_empty() {
+            return None;
+        }
         if e.change.kind.number == number {
             return Some((e.change.onset, inside(&e.size), true));
         }
@@ -213,25 +217,23 @@ impl Scored {
 /// A mission's dives with what they say about nothing but noise: each dive's deviation from the level that the mission has beside it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Noise {
-    /// Matrix, by columns, and vector.
+    /// Information, by columns, and its vector.
     dives: Vec<[Vec<f64>; 2]>,
-    precision: [f64; N],
 }
 
 impl Noise {
-    fn dive(&self, k: usize) -> Information {
+    fn dive(&self, k: usize) -> Summary {
         let [matrix, vector] = &self.dives[k];
-        Information { matrix: DMatrix::from_column_slice(N, N, matrix), vector: DVector::from_column_slice(vector) }
+        Summary { n: DMatrix::from_column_slice(FOLLOWED, FOLLOWED, matrix), u: DVector::from_column_slice(vector) }
     }
 }
 
-fn noise_of(observed: &[Observed], precision: [f64; N]) -> Option<Noise> {
-    let mut all = Information::none(N);
-    observed.iter().for_each(|o| all.add(&o.information));
-    let (mean, _) = all.with_prior(precision).estimate()?;
-    let left = |o: &Observed| &o.information.vector - &o.information.matrix * &mean;
-    let dives = observed.iter().map(|o| [o.information.matrix.as_slice().to_vec(), left(o).as_slice().to_vec()]).collect();
-    Some(Noise { dives, precision })
+fn noise_of(observed: &[Observed]) -> Noise {
+    let all: Vec<Summary> = observed.iter().map(|o| o.says.clone()).collect();
+    // Wide enough for the mission's own mean.
+    let mean = between(&all, &DVector::from_element(FOLLOWED, 0.01), &DVector::zeros(FOLLOWED)).mean;
+    let dives = all.iter().map(|o| [o.n.as_slice().to_vec(), o.about(&mean).as_slice().to_vec()]).collect();
+    Noise { dives }
 }
 
 /// What unchanged dives say: dives, missions, and the changes that were named in them.
@@ -263,12 +265,10 @@ pub fn false_alarms(unchanged: &[&Scored], dives: usize, seed: u64, jobs: usize,
             .map(|m| {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0xA1A2 ^ ((m as u64) << 20));
                 let of = &noise[m % noise.len()];
-                let draw =
-                    |d: usize, rng: &mut ChaCha8Rng| Observed { information: of.dive(below(rng, of.dives.len())), day: 0.06 * d as f64 };
+                let draw = |d: usize, rng: &mut ChaCha8Rng| Observed { says: of.dive(below(rng, of.dives.len())), day: 0.06 * d as f64 };
                 let series: Vec<Observed> = (0..DIVES).map(|d| draw(d, &mut rng)).collect();
-                let found: Option<Found> = find(&series, &of.precision, limit);
                 tick();
-                found.map_or(0, |f| f.changes.len())
+                find(&series, limit).changes.len()
             })
             .sum()
     });

@@ -183,7 +183,7 @@ fn regress_a_killed_fleet_goes_on_to_the_same_digest() {
     for kill in 0..10_u32 {
         let mut command = here.command(&["archive", "--out", "killed.parquet", "--resume", "--jobs", "1"]);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts");
-        std::thread::sleep(took.mul_f64(0.03 * f64::from(kill + 1)).max(Duration::from_millis(5)));
+        std::thread::sleep(took.mul_f64(0.09 * f64::from(kill + 1)).max(Duration::from_millis(5)));
         let _ = child.kill();
         let _ = child.wait();
         between += u32::from((1..9).contains(&entries()));

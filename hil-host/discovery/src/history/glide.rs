@@ -36,6 +36,27 @@ pub struct Glider {
     pub drive_m3: f64,
     /// Sizes of the numbers.
     pub sizes: Numbers,
+    /// How far off the file's own numbers may be, 1 sigma, in sizes: its tolerances.
+    pub tolerance: Numbers,
+}
+
+/// Tolerances of a vehicle file in sizes, none below a tenth. A vehicle is trimmed anew for each deployment, whatever its file says of the
+/// last. No file states how well it knows the scale of its pitch sensor: as well as drag, which mirrors it.
+fn tolerance(vehicle: &Vehicle, sizes: &Numbers) -> Numbers {
+    const LEAST: f64 = 0.1;
+    const RETRIMMED_KG: f64 = 0.05;
+    let t = &vehicle.tolerance;
+    let mut out = Numbers::from_element(1.0);
+    out[DRAG_LEVEL] = t.cd0_relative;
+    out[BALLAST_OFFSET] = (t.trim_volume_m3 * CLAIM_DENSITY_KG_M3).max(RETRIMMED_KG);
+    out[COMPRESSIBILITY] = t.hull_compressibility_relative * vehicle.constants.compressibility_per_pa;
+    out[EXPANSION] = t.hull_thermal_expansion_relative * vehicle.constants.thermal_expansion_per_k;
+    out[PITCH_OFFSET] = t.pitch_zero_rad;
+    out[BALLAST_SCALE] = t.ballast_gain_relative;
+    out[SLOPE_OF_LIFT] = t.lift_slope_relative;
+    out[PITCH_SCALE] = sizes[PITCH_SCALE] * (out[DRAG_LEVEL] / sizes[DRAG_LEVEL]).min(1.0);
+    let in_sizes = out.component_div(sizes);
+    in_sizes.map(|x| if x.is_finite() { x.max(LEAST) } else { 1.0 })
 }
 
 /// The same at some numbers.
@@ -58,7 +79,9 @@ impl Glider {
     /// The vehicle of a file with what its flights say of temperature and engine.
     #[must_use]
     pub fn new(vehicle: &Vehicle, reference_degc: f64, drive_m3: f64) -> Self {
-        Self { constants: vehicle.constants, effects: vehicle.effects.clone(), reference_degc, drive_m3, sizes: sizes(drive_m3) }
+        let sizes = sizes(drive_m3);
+        let tolerance = tolerance(vehicle, &sizes);
+        Self { constants: vehicle.constants, effects: vehicle.effects.clone(), reference_degc, drive_m3, sizes, tolerance }
     }
 
     /// The same of units that are to be its history.

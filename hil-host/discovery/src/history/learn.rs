@@ -4,7 +4,7 @@
 //! anchored where the calibration began, since numbers that no dive sees would walk away otherwise.
 
 use super::glide::Glider;
-use super::numbers::{BALLAST_OFFSET, DRAG_LEVEL, NUMBERS, Numbers};
+use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, median};
 use super::structure;
 use super::summary::{Linear, Summary};
@@ -14,10 +14,10 @@ use nalgebra::{DMatrix, DVector};
 /// Weight of the covariance that is expected before any dive, in units.
 const PRIOR_UNITS: f64 = 3.0;
 /// Standard deviation from dive to dive that is expected, in sizes: of few units, and from [`MANY`] on.
-const EXPECTED_SCATTER: [f64; 2] = [0.1, 0.05];
+pub(super) const EXPECTED_SCATTER: [f64; 2] = [0.1, 0.05];
 const MANY: usize = 12;
 /// Standard deviation of the mean about the anchor, in sizes.
-const ANCHOR: f64 = 0.5;
+pub(super) const ANCHOR: f64 = 0.5;
 /// Most recent quiet units that a history is learnt from.
 pub const WINDOW: usize = 24;
 /// Mean chi² per number of the history's units, each against the others, beyond which they are not alike.
@@ -133,18 +133,11 @@ impl Learnt {
     }
 }
 
-/// Numbers from all units together, wide priors: where a history begins. None where the fit does not find its way.
+/// Numbers from all units together within the tolerances of the vehicle file: where a history begins.
 #[must_use]
 pub fn start(units: &[&Unit], glider: &Glider) -> Numbers {
-    /// Standard deviations in sizes: a new file's drag and trim may be far off.
-    const WIDE: [f64; NUMBERS] = {
-        let mut wide = [1.0; NUMBERS];
-        wide[DRAG_LEVEL] = 3.0;
-        wide[BALLAST_OFFSET] = 20.0;
-        wide
-    };
     const STEPS: usize = 25;
-    let precision = DVector::from_fn(NUMBERS, |i, _| WIDE[i].powi(-2));
+    let precision = DVector::from_fn(NUMBERS, |i, _| glider.tolerance[i].powi(-2));
     let mut d = Numbers::zeros();
     for _ in 0..STEPS {
         let all: Vec<Linear> = units.iter().map(|u| Linear::of(u, glider, &d)).collect();
@@ -226,16 +219,17 @@ pub fn of_summaries(units: Vec<Summary>, wide: &[Summary], at: Numbers, anchor: 
 /// A unit linearised `d` beyond `at`, and counted from `at`.
 #[must_use]
 pub fn linear_about(unit: &Unit, glider: &Glider, at: &Numbers, d: &Numbers) -> Linear {
-    let mut linear = Linear::of(unit, glider, &(at + d));
-    linear.count_from(at);
+    let mut linear = Linear::of(unit, glider, &(at + d + unit.beyond));
+    linear.count_from(&(at + unit.beyond));
     linear
 }
 
 /// The same with the columns of structures behind the numbers.
 #[must_use]
 pub fn wide_about(unit: &Unit, glider: &Glider, at: &Numbers, d: &Numbers) -> Linear {
-    let mut linear = Linear::with_columns(unit, glider, &(at + d), |rises, jacobian, kept| structure::columns(unit, rises, jacobian, kept));
-    linear.count_from(at);
+    let columns = |rises: &[f64], jacobian: &DMatrix<f64>, kept: &[bool]| structure::columns(unit, rises, jacobian, kept);
+    let mut linear = Linear::with_columns(unit, glider, &(at + d + unit.beyond), columns);
+    linear.count_from(&(at + unit.beyond));
     linear
 }
 
@@ -270,24 +264,34 @@ pub const FEWEST_CONTROLS: usize = 3;
 pub fn forward(units: &[Unit], glider: &Glider, at: &Numbers, window: usize) -> Vec<Forward> {
     /// Share by which one more unit moves the usual level.
     const NEW: f64 = 0.1;
-    let expected = expected_scatter(0, &[]);
-    let anchor = DVector::zeros(NUMBERS);
-    let (mut summaries, mut out): (Vec<Summary>, Vec<Forward>) = (Vec::new(), Vec::new());
     let mut usual: Option<f64> = None;
-    for (i, unit) in units.iter().enumerate() {
+    let summary = |unit: &Unit| {
         let linear = linear_about(unit, glider, at, &Numbers::zeros());
         let level = linear.own_level(usual);
         usual = Some(usual.map_or(level, |u| u + NEW * (level - u)));
-        summaries.push(Summary::of(&linear, level));
+        Summary::of(&linear, level)
+    };
+    forward_of(&units.iter().map(summary).collect::<Vec<_>>(), window)
+}
+
+/// The same of summaries of the eight numbers.
+#[must_use]
+pub fn forward_of(summaries: &[Summary], window: usize) -> Vec<Forward> {
+    let expected = expected_scatter(0, &[]);
+    let anchor = DVector::zeros(NUMBERS);
+    let mut out: Vec<Forward> = Vec::with_capacity(summaries.len());
+    let mut last: Option<Between> = None;
+    for (i, unit) in summaries.iter().enumerate() {
         let recent: Vec<Summary> = (0..i).rev().filter(|j| out[*j].quiet).take(window).map(|j| summaries[j].clone()).collect();
         if recent.len() < FEWEST_CONTROLS {
             out.push(Forward { quiet: true, chi2: f64::NAN });
             continue;
         }
-        let found = between(&recent, &expected, &anchor);
+        let found = between_from(&recent, &expected, &anchor, last.as_ref());
         let covariance = found.next();
-        let ln_bayes = std::array::from_fn(|k| weigh(&summaries[i], &found.mean, &covariance, &[k]).ln_bayes);
-        out.push(Forward { quiet: class(&ln_bayes).is_empty(), chi2: chi2(&summaries[i], &found.mean, &covariance) });
+        let ln_bayes = std::array::from_fn(|k| weigh(unit, &found.mean, &covariance, &[k]).ln_bayes);
+        out.push(Forward { quiet: class(&ln_bayes).is_empty(), chi2: chi2(unit, &found.mean, &covariance) });
+        last = Some(found);
     }
     out
 }

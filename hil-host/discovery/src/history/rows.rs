@@ -3,16 +3,20 @@
 //! The covariance of a vehicle's numbers is learnt from hundreds of linearisations, which a dynamic model would take hours for; rows
 //! far from a turn need no inertia, and forty seconds average sensor noise and most water motion.
 
+use super::numbers::Numbers;
 use logs::record::flight::Flight;
 
 const GRAVITY_M_S2: f64 = 9.81;
 /// Length of a row, s; where samples are rarer, 3.2 of them.
 const ROW_S: f64 = 40.0;
+/// Parts that the time between two samples is cut in: where a segment has too few rows, a row is the rate between two samples.
+const FINER: [usize; 2] = [1, 3];
 /// A leg without rows for so long is another one, s; blocks of rows are about so long.
 const LONGEST_PIECE_S: f64 = 1500.0;
 /// Fewest rows of a unit that can be judged, and of them on each leg.
-const FEWEST_STEADY_ROWS: usize = 14;
-const FEWEST_OF_A_LEG: usize = 4;
+pub const FEWEST_STEADY_ROWS: usize = 14;
+/// See above.
+pub const FEWEST_OF_A_LEG: usize = 4;
 
 /// One steady row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,8 +50,14 @@ pub struct Row {
 pub struct Unit {
     /// Name: of the flight, and its segment.
     pub id: String,
+    /// Segment of its flight.
+    pub segment: u32,
     /// Rows in the order of time.
     pub rows: Vec<Row>,
+    /// Pressure that was read afloat, Pa; NaN where none was.
+    pub afloat_pa: f64,
+    /// What is known already of the vehicle in this unit beyond its other units, in sizes of the numbers: a change that was found.
+    pub beyond: Numbers,
 }
 
 impl Unit {
@@ -68,13 +78,12 @@ impl Unit {
     pub fn blocks(&self) -> usize {
         self.rows.iter().map(|r| r.block + 1).max().unwrap_or(0)
     }
+}
 
-    /// Whether both legs have rows enough to judge.
-    #[must_use]
-    pub fn is_whole(&self) -> bool {
-        let climbing = self.rows.iter().filter(|r| r.way > 0.0).count();
-        self.rows.len() >= FEWEST_STEADY_ROWS && climbing.min(self.rows.len() - climbing) >= FEWEST_OF_A_LEG
-    }
+/// Whether both legs have rows enough to judge.
+fn is_whole(rows: &[Row]) -> bool {
+    let climbing = rows.iter().filter(|r| r.way > 0.0).count();
+    rows.len() >= FEWEST_STEADY_ROWS && climbing.min(rows.len() - climbing) >= FEWEST_OF_A_LEG
 }
 
 /// Median of finite values; NaN without any.
@@ -117,17 +126,29 @@ pub fn units(flight: &Flight) -> Vec<Unit> {
         if end < flight.len() && flight.segment[end] == flight.segment[first] {
             continue;
         }
-        let rows = steady_rows(flight, first..end);
-        out.push(Unit { id: format!("{} {}", flight.name, flight.segment[first]), rows });
+        let of = |finer: &usize| samples(flight, first..end, *finer).map(|s| steady_rows(&s)).filter(|rows| is_whole(rows));
+        let rows = FINER.iter().find_map(of).unwrap_or_default();
+        let afloat_pa = afloat_pa(&flight.pressure_pa[first..end]);
+        let segment = flight.segment[first];
+        out.push(Unit { id: format!("{} {segment}", flight.name), segment, rows, afloat_pa, beyond: Numbers::zeros() });
         first = end;
     }
     without_stubs(out)
 }
 
+/// Pressure of a segment's readings afloat: the median of those within 0.3 dbar of the least, where there are three that shallow.
+fn afloat_pa(pressure_pa: &[f64]) -> f64 {
+    const NEAR_PA: f64 = 3e3;
+    const SHALLOW_PA: f64 = 2e4;
+    let least = pressure_pa.iter().copied().filter(|p| p.is_finite()).fold(f64::INFINITY, f64::min);
+    let near = || pressure_pa.iter().copied().filter(|p| *p <= least + NEAR_PA);
+    if least.abs() < SHALLOW_PA && near().count() >= 3 { median(near()) } else { f64::NAN }
+}
+
 /// Units that can be judged and are no stubs: at least a fifth of the usual number of rows.
 #[must_use]
 pub fn without_stubs(mut units: Vec<Unit>) -> Vec<Unit> {
-    units.retain(Unit::is_whole);
+    units.retain(|u| is_whole(&u.rows));
     let usual = median(units.iter().map(|u| u.rows.len() as f64));
     units.retain(|u| u.rows.len() as f64 >= 0.2 * usual);
     units
@@ -201,7 +222,7 @@ struct Samples {
     period_s: f64,
 }
 
-fn samples(flight: &Flight, range: std::ops::Range<usize>) -> Option<Samples> {
+fn samples(flight: &Flight, range: std::ops::Range<usize>, finer: usize) -> Option<Samples> {
     let time = &flight.time_s[range.clone()];
     let (mut at, mut pressure) = (Vec::new(), Vec::new());
     for (t, p) in time.iter().zip(&flight.pressure_pa[range.clone()]) {
@@ -214,6 +235,12 @@ fn samples(flight: &Flight, range: std::ops::Range<usize>) -> Option<Samples> {
         return None;
     }
     let period_s = median(at.windows(2).map(|w| w[1] - w[0]));
+    if finer > 1 {
+        let between = |a: f64, b: f64| move |k: usize| a + (b - a) * k as f64 / finer as f64;
+        let parts: Vec<f64> = at.windows(2).flat_map(|w| (0..finer).map(between(w[0], w[1]))).chain(at.last().copied()).collect();
+        pressure = channel(&at, &pressure, &parts, 60.0, period_s);
+        at = parts;
+    }
     let of = |column: &[f64], gap_s: f64| channel(time, column, &at, gap_s, period_s);
     let pitch = of(&flight.pitch_rad[range.clone()], 60.0);
     let roll = of(&flight.roll_rad[range.clone()], 60.0);
@@ -234,7 +261,7 @@ fn samples(flight: &Flight, range: std::ops::Range<usize>) -> Option<Samples> {
         way: 0.0,
         block: 0,
     };
-    Some(Samples { rows: (0..at.len()).map(row).collect(), period_s })
+    Some(Samples { rows: (0..at.len()).map(row).collect(), period_s: period_s / finer as f64 })
 }
 
 fn cells(samples: &Samples, length_s: f64) -> Vec<Cell> {
@@ -293,12 +320,11 @@ fn turns_pa(slope_pa_s: &[f64], cells: &[Cell]) -> Vec<f64> {
     leg.into_iter().map(about).collect()
 }
 
-/// Steady rows of the rows `range` of a flight, which are one segment; none where pitch, ballast or density are missing.
-fn steady_rows(flight: &Flight, range: std::ops::Range<usize>) -> Vec<Row> {
+/// Steady rows of a segment's samples; none where pitch, ballast or density are missing.
+fn steady_rows(samples: &Samples) -> Vec<Row> {
     const DBAR_PA: f64 = 1e4;
-    let Some(samples) = samples(flight, range) else { return Vec::new() };
     let length_s = ROW_S.max(3.2 * samples.period_s);
-    let cells = cells(&samples, length_s);
+    let cells = cells(samples, length_s);
     let slope: Vec<f64> = cells.iter().map(|c| -c.tp / c.tt.max(1e-9)).collect();
     let turns = turns_pa(&slope, &cells);
     let deepest = samples.rows.iter().map(|r| r.pressure_pa).fold(f64::NEG_INFINITY, f64::max);

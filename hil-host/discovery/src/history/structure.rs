@@ -10,7 +10,9 @@ use nalgebra::{DMatrix, DVector};
 /// Hats over the depth, of each leg.
 const HATS: usize = 5;
 /// Effects that have a form: climb drag, Reynolds exponent, bank drag, weight rate.
-const FORMS: usize = 4;
+pub const FORMS: usize = 4;
+/// Sizes of the forms: ln of drag in climbs, exponent, share per rad², kg where the engine moves 200 cm³ (the offset's own size).
+pub const OF_FORMS: [f64; FORMS] = [0.2, 0.4, 4.0, 1.0];
 /// Columns behind the eight numbers.
 pub const FURTHER: usize = FORMS + 2 * HATS + 3;
 /// All columns of a summary.
@@ -23,6 +25,8 @@ const STRUCTURE_SCATTER: [f64; 2] = [0.1, 0.3];
 /// One thing that may depart, and its columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Departure {
+    /// Name in tables.
+    pub name: &'static str,
     /// The variable that it follows.
     pub variable: &'static str,
     /// What it may be.
@@ -31,19 +35,25 @@ pub struct Departure {
     n: usize,
 }
 
-const fn departure(variable: &'static str, about: &'static str, first: usize, n: usize) -> Departure {
-    Departure { variable, about, first: NUMBERS + first, n }
+const fn departure(name: &'static str, variable: &'static str, about: &'static str, first: usize, n: usize) -> Departure {
+    Departure { name, variable, about, first: NUMBERS + first, n }
 }
 
 /// All of them.
 pub const DEPARTURES: [Departure; 7] = [
-    departure("climb", "more drag in climbs than in dives, or a thruster", 0, 1),
-    departure("speed", "drag that depends on the speed otherwise", 1, 1),
-    departure("bank", "drag that grows with the bank", 2, 1),
-    departure("time", "weight that comes or goes during the dive", 3, 1),
-    departure("depth", "something that comes with depth on one leg: the sea bed, a fouled sensor, a band of water", FORMS, 2 * HATS),
-    departure("roll", "one side differs from the other", FORMS + 2 * HATS, 1),
-    departure("heading", "a current, or a compass", FORMS + 2 * HATS + 1, 2),
+    departure("climb_drag", "climb", "more drag in climbs than in dives, or a thruster", 0, 1),
+    departure("speed_exponent", "speed", "drag that depends on the speed otherwise", 1, 1),
+    departure("bank_drag", "bank", "drag that grows with the bank", 2, 1),
+    departure("weight_rate", "time", "weight that comes or goes during the dive", 3, 1),
+    departure(
+        "by_depth",
+        "depth",
+        "something that comes with depth on one leg: the sea bed, a fouled sensor, a band of water",
+        FORMS,
+        2 * HATS,
+    ),
+    departure("by_roll", "roll", "one side differs from the other", FORMS + 2 * HATS, 1),
+    departure("by_heading", "heading", "a current, or a compass", FORMS + 2 * HATS + 1, 2),
 ];
 
 /// Standard deviations from dive to dive that are expected of the further columns, in sizes.
@@ -55,8 +65,6 @@ pub fn scatter() -> Vec<f64> {
 /// The further columns at a linearisation with these modelled vertical velocities, of one size each.
 #[must_use]
 pub fn columns(unit: &Unit, rises: &[f64], jacobian: &DMatrix<f64>, kept: &[bool]) -> DMatrix<f64> {
-    /// Sizes: ln of drag in climbs, exponent, share per rad², kg where the engine moves 200 cm³ (the offset's own size).
-    const OF_FORMS: [f64; FORMS] = [0.2, 0.4, 4.0, 1.0];
     /// Roll beyond which no drag of a bank is asked for, rad.
     const STEEP_RAD: f64 = 0.6;
     // Of the model: a measured one holds the noise that it is compared with.

@@ -64,7 +64,6 @@ pub(crate) const LIFT_SLOPE: usize = at("lift_slope");
 pub(crate) const TRIM_VOLUME: usize = at("trim_volume");
 pub(crate) const BALLAST_GAIN: usize = at("ballast_gain");
 pub(crate) const PITCH_ZERO: usize = at("pitch_zero");
-pub(crate) const HULL_COMPRESSIBILITY: usize = at("hull_compressibility");
 pub(crate) const HEAVE_MASS: usize = at("added_mass_heave");
 /// The last number of the law where it holds; what follows is beyond it.
 pub(crate) const HULL_DRAG: usize = at("hull_drag");

@@ -1,7 +1,7 @@
 //! Estimates of one number from many dives, pooled: dives of a deployment, deployments of a vehicle, vehicles of a fleet.
 //!
 //! ```text
-//! estimate of a dive = fleet + vehicle + deployment + dive + noise + calibration of the vehicle + model
+//! estimate of a dive = fleet + vehicle + deployment + dive + noise + calibration of the vehicle
 //! ```
 //! The three effects in the middle are random and normal, with a standard deviation τ for each level that the estimates must tell
 //! themselves: hierarchical random-effects meta-analysis (DerSimonian and Laird 1986; Higgins, Thompson and Spiegelhalter 2009), by its
@@ -9,8 +9,7 @@
 //! is what dives scatter by below that level. Interval and p-value are averaged over that grid, so that few vehicles that agree by chance do not count as many. A level on which nothing can be
 //! separated (one deployment to each vehicle, one vehicle in the fleet) has no τ: what is found of one vehicle is said of that vehicle.
 //!
-//! The calibration's error is one draw for each vehicle and is averaged over vehicles alone; the model discrepancy is one draw for the
-//! whole fleet, and no number of dives averages it out.
+//! The calibration's error is one draw for each vehicle and is averaged over vehicles alone.
 //!
 //! Which of many numbers are named: Benjamini and Hochberg (1995), so that at most a given share of the names is expected to be false.
 
@@ -34,19 +33,17 @@ pub struct Observation {
     pub noise: f64,
     /// Standard deviation that it shares with the dives of its vehicle.
     pub calibration: f64,
-    /// Standard deviation that it shares with all dives.
-    pub model: f64,
 }
 
 impl Observation {
     fn is_sound(&self) -> bool {
-        [self.value, self.noise, self.calibration, self.model].iter().all(|v| v.is_finite()) && self.noise > 0.0
+        [self.value, self.noise, self.calibration].iter().all(|v| v.is_finite()) && self.noise > 0.0
     }
 
     /// Probability that nothing makes it, by itself.
     #[must_use]
-    pub fn p(&self, only_above: bool) -> f64 {
-        tail(self.value / self.noise.hypot(self.calibration).hypot(self.model), only_above)
+    pub fn p(&self) -> f64 {
+        tail(self.value / self.noise.hypot(self.calibration))
     }
 }
 
@@ -57,8 +54,6 @@ pub struct Pooled {
     pub value: f64,
     /// Standard deviation of it, everything included.
     pub sigma: f64,
-    /// The part of it that more dives would not lower: model discrepancy.
-    pub model: f64,
     /// Scatter on each of [`LEVEL_NAMES`], 1 sigma; NaN where the level has none of its own.
     pub scatter: [f64; LEVELS],
     /// Probability that nothing makes it.
@@ -69,10 +64,9 @@ pub struct Pooled {
     pub counts: [usize; LEVELS],
 }
 
-/// Probability of so many standard deviations or more, on both sides or above alone.
-fn tail(z: f64, only_above: bool) -> f64 {
-    let root = std::f64::consts::FRAC_1_SQRT_2;
-    if only_above { 0.5 * erfc(z * root) } else { erfc(z.abs() * root) }
+/// Probability of so many standard deviations or more, on both sides.
+fn tail(z: f64) -> f64 {
+    erfc(z.abs() * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 /// Sizes of scatter that are tried, in what dives scatter by below it: noise of a median dive and scatter on the levels below.
@@ -197,27 +191,25 @@ fn points(all: &[Observation]) -> (Vec<Point>, [usize; LEVELS], [bool; LEVELS]) 
 
 /// Pools what dives say of one number; the order is that of [`Observation::vehicle`]. None where no dive says anything.
 #[must_use]
-pub fn pool(all: &[Observation], only_above: bool) -> Option<Pooled> {
+pub fn pool(all: &[Observation]) -> Option<Pooled> {
     let all: Vec<Observation> = all.iter().filter(|o| o.is_sound()).copied().collect();
     if all.is_empty() {
         return None;
     }
     let (points, counts, has) = points(&all);
-    let model = shared(&all, &[all.len()], |o| o.model)[0];
     let least = points.iter().map(|p| p.cost).fold(f64::INFINITY, f64::min);
     let weight = |p: &Point| p.prior * (-0.5 * (p.cost - least)).exp();
     let total: f64 = points.iter().map(weight).sum();
     let average = |of: &dyn Fn(&Point) -> f64| points.iter().map(|p| weight(p) * of(p)).sum::<f64>() / total;
     let value = average(&|p| p.value);
-    let variance = average(&|p| p.variance + (p.value - value).powi(2)) + model * model;
+    let variance = average(&|p| p.variance + (p.value - value).powi(2));
     let scatter = |level: usize| if has[level] { average(&|p| p.scatter[level].powi(2)).sqrt() } else { f64::NAN };
     let out = Pooled {
         value,
         sigma: variance.sqrt(),
-        model,
         scatter: std::array::from_fn(scatter),
-        p: average(&|p| tail(p.value / p.variance.sqrt().hypot(model), only_above)),
-        best_dive_p: all.iter().map(|o| o.p(only_above)).fold(1.0, f64::min),
+        p: average(&|p| tail(p.value / p.variance.sqrt())),
+        best_dive_p: all.iter().map(|o| o.p()).fold(1.0, f64::min),
         counts,
     };
     (out.value.is_finite() && out.sigma.is_finite() && out.p.is_finite()).then_some(out)

@@ -33,22 +33,20 @@ struct Shape {
     /// Scatter on each level, and the shared errors, in the noise of a dive.
     scatter: [f64; LEVELS],
     calibration: f64,
-    model: f64,
 }
 
 fn fleet(shape: Shape, truth: f64, random: &mut Random) -> Vec<Observation> {
-    let Shape { vehicles, deployments, dives, scatter, calibration, model } = shape;
-    let off = model * random.normal();
+    let Shape { vehicles, deployments, dives, scatter, calibration } = shape;
     let mut out = Vec::new();
     for vehicle in 0..vehicles {
-        let of_vehicle = off + scatter[2] * random.normal() + calibration * random.normal();
+        let of_vehicle = scatter[2] * random.normal() + calibration * random.normal();
         for d in 0..deployments {
             let of_deployment = of_vehicle + scatter[1] * random.normal();
             for _ in 0..dives {
                 // Dives differ in how much they say.
                 let noise = 0.6 + 0.8 * random.uniform();
                 let value = truth + of_deployment + scatter[0] * random.normal() + noise * random.normal();
-                out.push(Observation { vehicle, deployment: vehicle * deployments + d, value, noise, calibration, model });
+                out.push(Observation { vehicle, deployment: vehicle * deployments + d, value, noise, calibration });
             }
         }
     }
@@ -57,23 +55,23 @@ fn fleet(shape: Shape, truth: f64, random: &mut Random) -> Vec<Observation> {
 
 #[test]
 fn accuracy_without_scatter_the_pooled_value_is_the_weighed_mean() {
-    let one = |value: f64, noise: f64| Observation { vehicle: 0, deployment: 0, value, noise, calibration: 0.3, model: 0.4 };
+    let one = |value: f64, noise: f64| Observation { vehicle: 0, deployment: 0, value, noise, calibration: 0.3 };
     // One dive: its own value and everything that it is uncertain by.
-    let single = pool(&[one(2.0, 1.2)], false).expect("something");
-    assert!((single.value - 2.0).abs() < 1e-12 && (single.sigma - 1.3).abs() < 1e-12, "{single:?}");
-    assert!((single.p - erfc(2.0 / 1.3 / 2.0_f64.sqrt())).abs() < 1e-12 && single.scatter.iter().all(|s| s.is_nan()));
-    // Many dives that agree: the noise is averaged out, calibration and model stay.
+    let single = pool(&[one(2.0, 1.2)]).expect("something");
+    assert!((single.value - 2.0).abs() < 1e-12 && (single.sigma - 1.2_f64.hypot(0.3)).abs() < 1e-12, "{single:?}");
+    assert!((single.p - erfc(2.0 / 1.2_f64.hypot(0.3) / 2.0_f64.sqrt())).abs() < 1e-12 && single.scatter.iter().all(|s| s.is_nan()));
+    // Many dives that agree: the noise is averaged out, the calibration stays.
     let many: Vec<Observation> = (0..4000).map(|k| one(if k % 2 == 0 { 1.9 } else { 2.1 }, 1.2)).collect();
-    let many = pool(&many, false).expect("something");
-    assert!((many.value - 2.0).abs() < 1e-9 && (many.sigma - 0.5).abs() < 2e-3, "{many:?}");
+    let many = pool(&many).expect("something");
+    assert!((many.value - 2.0).abs() < 1e-9 && (many.sigma - 0.3).abs() < 2e-3, "{many:?}");
     assert_eq!(many.counts, [4000, 1, 1]);
-    assert!(pool(&[one(f64::NAN, 1.0)], false).is_none());
+    assert!(pool(&[one(f64::NAN, 1.0)]).is_none());
 }
 
 #[test]
 fn accuracy_scatter_of_each_level_is_found_where_it_is() {
-    let shape = Shape { vehicles: 12, deployments: 8, dives: 10, scatter: [0.5, 1.5, 3.0], calibration: 0.0, model: 0.0 };
-    let found = pool(&fleet(shape, 7.0, &mut Random(5)), false).expect("something");
+    let shape = Shape { vehicles: 12, deployments: 8, dives: 10, scatter: [0.5, 1.5, 3.0], calibration: 0.0 };
+    let found = pool(&fleet(shape, 7.0, &mut Random(5))).expect("something");
     // 960 dives, 96 deployments, 12 vehicles: 1 sigma of a scatter is 2, 8 and 21 % at best; the grid has steps of 40 %.
     for (found, truth, within) in [(found.scatter[0], 0.5, 0.4), (found.scatter[1], 1.5, 0.4), (found.scatter[2], 3.0, 0.6)] {
         assert!((found / truth - 1.0).abs() < within, "{found} of {truth}");
@@ -86,15 +84,15 @@ fn accuracy_scatter_of_each_level_is_found_where_it_is() {
 /// dive does by itself: the one that knows most, by the same rule.
 fn power(shape: Shape, fleets: u32) -> [u32; 2] {
     let mut random = Random(11);
-    let alone = |o: &Observation| o.noise.hypot(o.calibration).hypot(o.model);
+    let alone = |o: &Observation| o.noise.hypot(o.calibration);
     let mut out = [0, 0];
     for _ in 0..fleets {
         let mut numbers: Vec<Vec<Observation>> = (0..NUMBERS).map(|_| fleet(shape, 0.0, &mut random)).collect();
         let size = 2.0 * numbers[0].iter().map(alone).fold(f64::INFINITY, f64::min);
         numbers[0].iter_mut().for_each(|o| o.value += size);
-        let p: Vec<f64> = numbers.iter().map(|all| pool(all, false).expect("something").p).collect();
+        let p: Vec<f64> = numbers.iter().map(|all| pool(all).expect("something").p).collect();
         let best = (0..numbers[0].len()).min_by(|a, b| alone(&numbers[0][*a]).total_cmp(&alone(&numbers[0][*b]))).expect("a dive");
-        let of_dive: Vec<f64> = numbers.iter().map(|all| all[best].p(false)).collect();
+        let of_dive: Vec<f64> = numbers.iter().map(|all| all[best].p()).collect();
         out[0] += u32::from(benjamini_hochberg(&p)[0] < SHARE);
         out[1] += u32::from(benjamini_hochberg(&of_dive)[0] < SHARE);
     }
@@ -105,7 +103,7 @@ fn power(shape: Shape, fleets: u32) -> [u32; 2] {
 /// four that agree may do so by chance, and pooling has less power there than a single dive, which is not asked to speak for others.)
 #[test]
 fn accuracy_pooling_has_three_times_the_power_of_the_best_dive() {
-    let shape = Shape { vehicles: 1, deployments: 2, dives: 8, scatter: [0.3, 0.2, 0.2], calibration: 0.2, model: 0.1 };
+    let shape = Shape { vehicles: 1, deployments: 2, dives: 8, scatter: [0.3, 0.2, 0.2], calibration: 0.2 };
     let mission = Shape { deployments: 1, dives: 16, scatter: [0.3, 0.0, 0.0], ..shape };
     for shape in [mission, Shape { vehicles: 6, ..shape }, Shape { vehicles: 10, ..shape }] {
         let [pooled, dive] = power(shape, 100);
@@ -118,10 +116,10 @@ fn accuracy_pooling_has_three_times_the_power_of_the_best_dive() {
 #[test]
 fn accuracy_at_most_a_twentieth_of_the_names_is_false() {
     let shapes = [
-        Shape { vehicles: 1, deployments: 1, dives: 20, scatter: [0.5, 0.0, 0.0], calibration: 0.3, model: 0.2 },
-        Shape { vehicles: 3, deployments: 2, dives: 8, scatter: [0.5, 0.5, 0.5], calibration: 0.3, model: 0.2 },
-        Shape { vehicles: 5, deployments: 3, dives: 6, scatter: [1.0, 0.5, 0.0], calibration: 0.2, model: 0.0 },
-        Shape { vehicles: 10, deployments: 2, dives: 10, scatter: [0.0, 0.0, 1.0], calibration: 0.0, model: 0.1 },
+        Shape { vehicles: 1, deployments: 1, dives: 20, scatter: [0.5, 0.0, 0.0], calibration: 0.3 },
+        Shape { vehicles: 3, deployments: 2, dives: 8, scatter: [0.5, 0.5, 0.5], calibration: 0.3 },
+        Shape { vehicles: 5, deployments: 3, dives: 6, scatter: [1.0, 0.5, 0.0], calibration: 0.2 },
+        Shape { vehicles: 10, deployments: 2, dives: 10, scatter: [0.0, 0.0, 1.0], calibration: 0.0 },
     ];
     let fleets = 100;
     let mut rates = Vec::new();
@@ -131,7 +129,7 @@ fn accuracy_at_most_a_twentieth_of_the_names_is_false() {
             let (mut share, mut names) = (0.0, 0);
             for _ in 0..fleets {
                 let p: Vec<f64> = (0..NUMBERS)
-                    .map(|n| pool(&fleet(shape, if n < truths { 3.0 } else { 0.0 }, &mut random), false).expect("something").p)
+                    .map(|n| pool(&fleet(shape, if n < truths { 3.0 } else { 0.0 }, &mut random)).expect("something").p)
                     .collect();
                 let named: Vec<bool> = benjamini_hochberg(&p).iter().map(|q| *q < SHARE).collect();
                 let wrong = named.iter().skip(truths).filter(|n| **n).count();

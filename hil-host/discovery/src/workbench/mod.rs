@@ -2,17 +2,12 @@
 
 pub mod add;
 pub mod calibrate;
-pub mod change_kinds;
-pub mod changes;
 pub mod compare;
 pub mod dive_estimates;
-pub mod event;
 pub mod meta_analysis;
 pub mod mission_clock;
-pub mod mission_history;
 pub mod next_flight;
 pub mod pooling;
 pub mod refitted_file;
 pub mod reported_numbers;
 pub mod timeline;
-pub mod tracking;

@@ -9,11 +9,13 @@ use serde_json::{Map, Value, json};
 pub(crate) fn numbers(vehicle: &Vehicle, state: &State) -> Value {
     let mut d = vehicle.document.clone();
     for (p, z) in PARAMETERS.iter().zip(state.calibration) {
-        for pointer in p.document {
+        let factor = p.on_document(vehicle, z);
+        // A fit that turns the sign of a number does not know it: it stays as stated.
+        for pointer in p.document.iter().filter(|_| factor > 0.0) {
             if let Some(v) = d.pointer_mut(pointer)
                 && let Some(x) = v.as_f64()
             {
-                *v = json!(x * p.on_document(vehicle, z));
+                *v = json!(x * factor);
             }
         }
     }

@@ -1,36 +1,75 @@
 //! Drag, lift, trim, pitch zero, compressibility and pressure zero over a mission, dive by dive, with the changes named and dated.
 //!
-//! Flights are taken one after the other ([`Mission::add`]); of each dive only its information is kept ([`crate::workbench::tracking`]),
-//! so memory does not grow with the logs. What changed is asked at the end of all of it ([`crate::workbench::changes`]).
-//!
-//! The level of a dive is its estimate beside the changes that were found: drag and trim follow the dive alone, the others are held near
-//! what is expected by their scatter, since one drive setting tells hardly more than two of them apart.
+//! Flights are taken one after the other ([`Mission::add`]); of each dive only its steady rows are kept, so memory does not grow with the
+//! logs. What changed, and what each dive says beside those before it, is asked of the mission as its own history at the end
+//! ([`crate::history::mission`]).
 //!
 //! Range: for a given pitch, the way made good over the depth flown is the cotangent of the glide angle, by the law of the file with and
 //! without the change. Trim costs none of it but pump stroke.
 
 use crate::diagnosis::NothingToFit;
-use crate::history::changes::Own;
-use crate::history::rows::{Unit, units};
-use crate::model::parameters::{NINETY, State, tolerance_of};
-use crate::preprocess::{Prepared, Run, prepare};
-use crate::workbench::change_kinds::{Shape, alarm_rate, threshold};
-use crate::workbench::changes::{Change, Found, Observed, find};
-pub use crate::workbench::event::{Event, Level};
-use crate::workbench::mission_history;
-use crate::workbench::tracking::{
-    AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_TRIM, Dive, N, REFERENCE_DIVES, Reference, TRACKED, for_missions, start_precision,
-};
-use hydro::effects::{ALPHA_VALID_RAD, DAY_S, Flow, ForceModel, REFERENCE_TEMPERATURE_DEGC};
+use crate::history::changes::Change;
+use crate::history::glide::Glider;
+use crate::history::kinds::{FOLLOWED, Shape, alarm_rate, threshold};
+use crate::history::mission as history;
+use crate::history::mission::{Compared, FEWEST_DIVES};
+use crate::history::numbers::{ALL, DRAG_LEVEL, NUMBERS, Numbers, SLOPE_OF_LIFT};
+use crate::history::rows::{FEWEST_OF_A_LEG, FEWEST_STEADY_ROWS, Unit, median, units};
+use crate::history::shown::{N, SHOWN, value};
+use crate::model::parameters::NINETY;
+use hydro::effects::{ALPHA_VALID_RAD, Flow, ForceModel, REFERENCE_TEMPERATURE_DEGC};
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+use std::collections::BTreeMap;
 
-/// Fewest dives of which changes are asked.
-pub const FEWEST_DIVES: usize = 5;
-/// How far a dive's drag and trim may be from what is expected, and the others at least, in steps.
-const OPEN: f64 = 10.0;
-const NEAR_STEPS: f64 = 0.3;
+/// A value with its 90 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// Value.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// A change as it is said.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// What was found.
+    pub change: Change,
+    /// Number of the first dive that has it.
+    pub dive: usize,
+    /// Day of it.
+    pub day: f64,
+    /// First and last dive number that it may have begun with, 90 %.
+    pub between: (usize, usize),
+    /// Size in the unit of its number: of a growth, what it has grown to by the end.
+    pub size: Level,
+    /// Of a growth, per day.
+    pub per_day: Option<f64>,
+    /// Change of range at the flown pitch, %.
+    pub range_percent: Option<f64>,
+    /// Kinds that the dives do not tell from it, with their sizes.
+    pub others: Vec<(Change, Level)>,
+    /// Numbers that moved, by their columns, where it is none of the kinds; empty where its kind holds.
+    pub several: Vec<(usize, Level)>,
+}
+
+impl Event {
+    /// Name of its kind.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        if self.several.is_empty() { self.change.kind.name } else { "unnamed" }
+    }
+
+    /// What it is, in words.
+    #[must_use]
+    pub fn about(&self) -> &'static str {
+        if self.several.is_empty() { self.change.kind.about } else { "none of the kinds describes it: several numbers moved together" }
+    }
+}
 
 /// One dive of the timeline.
 #[derive(Clone, Debug)]
@@ -41,16 +80,28 @@ pub struct Row {
     pub flight: String,
     /// Segment or dive in it.
     pub segment: u32,
-    /// Day since the start of the mission at which it began.
+    /// Day since the start of the mission at which its first steady row is.
     pub day: f64,
-    /// Deepest point, m.
+    /// Deepest steady row, m.
     pub depth_m: f64,
-    /// Rows compared.
+    /// Steady rows.
     pub rows: usize,
-    /// Mean square of its innovations.
-    pub misfit: f64,
-    /// What is followed, in the units of [`TRACKED`].
+    /// What is followed, in the units of [`SHOWN`].
     pub levels: [Level; N],
+    /// What is said of it beside the quiet ones before it; none of the first ones.
+    pub compared: Option<Compared>,
+}
+
+impl Row {
+    /// What departs in it, in words; none where it is quiet.
+    #[must_use]
+    pub fn departs(&self) -> Option<String> {
+        let j = &self.compared.as_ref()?.judgement;
+        if !j.class.is_empty() {
+            return Some(j.class.iter().map(|i| ALL[*i].name.replace('_', " ")).collect::<Vec<_>>().join(" or "));
+        }
+        j.departs.as_ref().map(|d| format!("none of the numbers: it follows {} ({})", d.0.variable, d.0.about))
+    }
 }
 
 /// A mission as it was followed.
@@ -60,292 +111,179 @@ pub struct Timeline {
     pub rows: Vec<Row>,
     /// Changes in order of their onset.
     pub events: Vec<Event>,
-    /// Scatter from dive to dive, 1 sigma, in the units of [`TRACKED`]; NaN where too few dives tell.
+    /// Scatter from dive to dive, 1 sigma, in the units of [`SHOWN`].
     pub scatter: [f64; N],
     /// Levels at the start of the mission.
     pub start: [Level; N],
-    /// Threshold, standard deviations, and the false alarms that are expected of so many dives.
+    /// Threshold, standard deviations.
     pub threshold: f64,
-    /// Expected false alarms.
+    /// False alarms that are expected of so many dives.
     pub expected_false_alarms: f64,
-    /// Rms velocity that the model is wrong by, m/s.
-    pub discrepancy_m_s: f64,
-    /// Its steady dives, each beside the quiet ones before it; none of a mission with too few.
-    pub history: Vec<mission_history::Dive>,
     /// What was left out.
     pub notes: Vec<String>,
 }
 
-/// A dive and where it is from.
+/// A steady dive and where it is from.
 #[derive(Clone, Debug)]
 struct Followed {
     flight: String,
-    day: f64,
-    dive: Dive,
+    depth_m: f64,
+    unit: Unit,
 }
 
 /// A mission as its flights come in.
+#[derive(Clone, Debug)]
 pub struct Mission {
     vehicle: Vehicle,
-    reference: Option<Reference>,
-    waiting: Vec<(String, f64, Prepared)>,
     dives: Vec<Followed>,
-    units: Vec<Unit>,
-    notes: Vec<String>,
+    left_out: usize,
 }
 
 impl Mission {
     /// With the vehicle that it is judged by.
     #[must_use]
     pub fn new(vehicle: &Vehicle) -> Self {
-        Self {
-            vehicle: for_missions(vehicle),
-            reference: None,
-            waiting: Vec::new(),
-            dives: Vec::new(),
-            units: Vec::new(),
-            notes: Vec::new(),
-        }
+        Self { vehicle: vehicle.clone(), dives: Vec::new(), left_out: 0 }
     }
 
     /// Adds the next flight of the mission, whose clock began at second `zero_s` of the mission's ([`crate::workbench::mission_clock`]).
-    /// `tick` is told how many of its dives are done, and of how many.
+    pub fn add(&mut self, flight: &Flight, zero_s: f64) {
+        /// Pressure of a metre, Pa.
+        const METRE_PA: f64 = 1e4;
+        let mut deepest: BTreeMap<u32, f64> = BTreeMap::new();
+        for (segment, p) in flight.segment.iter().zip(&flight.pressure_pa) {
+            let of = deepest.entry(*segment).or_insert(0.0);
+            *of = of.max(*p);
+        }
+        let steady = units(flight);
+        self.left_out += deepest.len().saturating_sub(steady.len());
+        for mut unit in steady {
+            unit.rows.iter_mut().for_each(|r| r.time_s += zero_s);
+            let depth_m = deepest.get(&unit.segment).copied().unwrap_or(f64::NAN) / METRE_PA;
+            self.dives.push(Followed { flight: flight.name.clone(), depth_m, unit });
+        }
+    }
+
+    /// The mission as its own history; a change is named from this threshold on.
     ///
     /// # Errors
-    /// The first dives cannot be compared with the model.
-    pub fn add(&mut self, flight: &Flight, zero_s: f64, tick: &(dyn Fn(usize, usize) + Sync)) -> Result<(), NothingToFit> {
-        let prepared = prepare(flight, &self.vehicle);
-        let mut steady = units(flight);
-        steady.iter_mut().flat_map(|u| &mut u.rows).for_each(|r| r.time_s += zero_s);
-        self.units.append(&mut steady);
-        self.notes.extend(prepared.notes.iter().map(|n| format!("{}: {n}", flight.name)));
-        self.waiting.push((flight.name.clone(), zero_s, prepared));
-        let waiting: usize = self.waiting.iter().map(|w| w.2.runs.len()).sum();
-        if self.reference.is_some() || waiting >= REFERENCE_DIVES {
-            self.follow(tick)?;
+    /// No dive that can be judged.
+    pub fn followed(&self, threshold: f64) -> Result<history::Mission, NothingToFit> {
+        if self.dives.is_empty() {
+            return Err(NothingToFit::because(format!(
+                "no dive of these flights has {FEWEST_STEADY_ROWS} steady rows of 40 s with pitch, ballast and density, {FEWEST_OF_A_LEG} of them on either leg"
+            )));
         }
-        Ok(())
-    }
-
-    fn follow(&mut self, tick: &(dyn Fn(usize, usize) + Sync)) -> Result<(), NothingToFit> {
-        if self.reference.is_none() {
-            let name = self.waiting.first().map_or("", |w| w.0.as_str()).to_owned();
-            self.reference = Some(Reference::of(&self.vehicle, &first_dives(&self.waiting), &name)?);
-        }
-        let Some(reference) = &self.reference else { return Ok(()) };
-        for (flight, zero_s, prepared) in self.waiting.drain(..) {
-            let all = prepared.runs.len();
-            let earlier = self.dives.len();
-            for (run, dive) in prepared.runs.iter().zip(followed(reference, &prepared, tick)) {
-                let Some(dive) = dive else {
-                    self.notes
-                        .push(format!("{flight}: segment {}: too little of it can be compared with the model; left out", run.segment));
-                    continue;
-                };
-                let of_flight = self.dives.get_mut(earlier..).and_then(<[Followed]>::last_mut);
-                match of_flight.filter(|l| l.dive.segment == dive.segment) {
-                    // The other part of a dive with a gap.
-                    Some(last) => {
-                        last.dive.information.add(&dive.information);
-                        last.dive.rows += dive.rows;
-                        last.dive.depth_m = last.dive.depth_m.max(dive.depth_m);
-                    }
-                    None => self.dives.push(Followed { flight: flight.clone(), day: (zero_s + dive.time_s[0]) / DAY_S, dive }),
-                }
-            }
-            tick(all, all);
-        }
-        Ok(())
-    }
-
-    /// What each dive so far says.
-    #[must_use]
-    pub fn observed(&self) -> Vec<Observed> {
-        self.dives.iter().map(|d| Observed { information: d.dive.information.clone(), day: d.day }).collect()
-    }
-
-    /// What the vehicle file knows of the start of the mission, per step².
-    #[must_use]
-    pub fn start_precision(&self) -> [f64; N] {
-        start_precision(&self.vehicle)
+        Ok(history::Mission::of(self.dives.iter().map(|d| d.unit.clone()).collect(), &self.vehicle, threshold))
     }
 
     /// What the mission shows; an alarm is false once in so many dives.
     ///
     /// # Errors
-    /// No dive that could be compared with the model.
-    pub fn finish(&mut self, dives_per_alarm: f64) -> Result<Timeline, NothingToFit> {
-        self.follow(&|_, _| ())?;
-        if self.dives.is_empty() {
-            return Err(NothingToFit::because("no dive of these flights could be compared with the model"));
-        }
-        let (observed, precision) = (self.observed(), self.start_precision());
+    /// No dive that can be judged.
+    pub fn finish(&self, dives_per_alarm: f64) -> Result<Timeline, NothingToFit> {
         let threshold = threshold(dives_per_alarm);
-        let found = if observed.len() >= FEWEST_DIVES { find(&observed, &precision, threshold) } else { None };
-        if found.is_none() {
-            self.notes.push(format!("{} dives are too few to ask what changed; at least {FEWEST_DIVES} are needed", observed.len()));
-        }
-        let mut done = self.timeline(found.as_ref(), threshold);
-        if let Some(own) = Own::of(std::mem::take(&mut self.units), &self.vehicle) {
-            let days: Vec<f64> = done.rows.iter().map(|r| r.day).collect();
-            let (events, notes) = mission_history::borne_out(&own, done.events, &days);
-            (done.events, done.history) = (events, mission_history::dives(&own));
-            done.notes.extend(notes);
-        }
-        Ok(done)
-    }
-
-    fn timeline(&self, found: Option<&Found>, threshold: f64) -> Timeline {
-        let nothing = (DVector::zeros(N), DMatrix::zeros(N, N));
-        let (mean, covariance) = found.map_or(&nothing, |f| &f.start);
-        let changes: &[Change] = found.map_or(&[], |f| &f.changes);
-        let scatter: [f64; N] = found.map_or([NEAR_STEPS; N], |f| f.scatter);
-        let days: Vec<f64> = self.dives.iter().map(|d| d.day).collect();
-        let rows = self.dives.iter().enumerate().map(|(d, one)| Row {
+        let of = self.followed(threshold)?;
+        let (days, compared) = (of.days(), of.one_by_one());
+        let levels = of.levels(&compared);
+        let claims = Numbers::from_column_slice(&of.glider.claims());
+        let shown = |mean: &DVector<f64>, sigma: &DVector<f64>| -> [Level; N] {
+            SHOWN.map(|s| level(s.column, mean[s.column], sigma[s.column], &of.glider, &claims))
+        };
+        let rows = self.dives.iter().zip(compared).zip(levels).enumerate().map(|(d, ((dive, compared), (mean, sigma)))| Row {
             number: d + 1,
-            flight: one.flight.clone(),
-            segment: one.dive.segment,
-            day: one.day,
-            depth_m: one.dive.depth_m,
-            rows: one.dive.rows,
-            misfit: one.dive.misfit,
-            levels: levels(&one.dive, &expected(mean, changes, d, &days), &scatter),
+            flight: dive.flight.clone(),
+            segment: dive.unit.segment,
+            day: days[d],
+            depth_m: dive.depth_m,
+            rows: dive.unit.rows.len(),
+            levels: shown(&mean, &sigma),
+            compared,
         });
-        Timeline {
-            rows: rows.collect(),
-            events: changes.iter().map(|c| self.event(c, mean, &days)).collect(),
-            scatter: std::array::from_fn(|k| if found.is_some() { scatter[k] * TRACKED[k].step } else { f64::NAN }),
-            start: std::array::from_fn(|k| level(mean[k], covariance[(k, k)].max(0.0).sqrt(), TRACKED[k].step)),
-            threshold,
-            expected_false_alarms: alarm_rate(threshold) * self.dives.len() as f64,
-            discrepancy_m_s: self.reference.as_ref().map_or(0.0, |r| r.discrepancy_m_s),
-            history: Vec::new(),
-            notes: self.notes.clone(),
+        let between = &of.found.between;
+        let start = DVector::from_fn(FOLLOWED, |i, _| between.mean[i] + of.from.get(i).copied().unwrap_or(0.0));
+        let of_start = DVector::from_fn(FOLLOWED, |i, _| between.of_mean[(i, i)].sqrt());
+        let scatter = SHOWN.map(|s| {
+            let one = value(s.column, between.scatter[(s.column, s.column)].sqrt(), &of.glider.sizes, &claims);
+            one.abs()
+        });
+        let mut notes = Vec::new();
+        if self.left_out > 0 {
+            notes.push(format!(
+                "{} segments have fewer than {FEWEST_STEADY_ROWS} steady rows of 40 s ({FEWEST_OF_A_LEG} on either leg), or far fewer than the others: left out",
+                self.left_out
+            ));
         }
+        if days.len() < FEWEST_DIVES {
+            notes.push(format!("{} dives are too few to ask what changed; at least {FEWEST_DIVES} are needed", days.len()));
+        }
+        Ok(Timeline {
+            rows: rows.collect(),
+            events: of.found.changes.iter().map(|c| self.event(c, &of, &start, &days)).collect(),
+            scatter,
+            start: shown(&start, &of_start),
+            threshold,
+            expected_false_alarms: alarm_rate(threshold) * days.len() as f64,
+            notes,
+        })
     }
 
-    fn event(&self, change: &Change, start: &DVector<f64>, days: &[f64]) -> Event {
-        let end = days.last().copied().unwrap_or(0.0);
-        let onset_day = days.get(change.onset).copied().unwrap_or(0.0);
-        let size = self.sized(change.kind.number, change.size, change.sigma, start);
-        let number = |onset: usize| if onset == 0 { 0 } else { onset + 1 };
+    fn event(&self, change: &Change, of: &history::Mission, start: &DVector<f64>, days: &[f64]) -> Event {
+        let (end, onset_day) = (days[days.len() - 1], days[change.onset]);
+        // A share is of what the number was before, not of the file's.
+        let mut before = Numbers::from_column_slice(&of.glider.claims());
+        (0..NUMBERS).for_each(|i| before[i] += start[i] * of.glider.sizes[i]);
+        let sized = |column: usize, size: f64, sigma: f64| level(column, size, sigma, &of.glider, &before);
+        let size = sized(change.kind.number, change.size, change.sigma);
         let growth = change.kind.shape == Shape::Growth;
         let others = change.others.iter().map(|(kind, onset, size, sigma)| {
             let other = Change { kind: *kind, onset: *onset, size: *size, sigma: *sigma, others: Vec::new(), ..change.clone() };
-            (other, self.sized(kind.number, *size, *sigma, start))
+            (other, sized(kind.number, *size, *sigma))
         });
         Event {
-            dive: number(change.onset),
+            dive: change.onset + 1,
             day: onset_day,
-            between: (number(change.onset_between.0), number(change.onset_between.1)),
+            between: (change.onset_between.0 + 1, change.onset_between.1 + 1),
             size,
             per_day: (growth && end > onset_day).then(|| size.value / (end - onset_day)),
-            range_percent: self.range_percent(change.kind.number, size.value / 100.0, start),
+            range_percent: if change.several.is_empty() { self.range_percent(change, of, start) } else { None },
             others: others.collect(),
+            several: change.several.iter().map(|(column, size, sigma)| (*column, sized(*column, *size, *sigma))).collect(),
             change: change.clone(),
         }
     }
 
-    /// A size in its unit. Levels are relative to the number that the vehicle had before, which is known as well as the file says.
-    fn sized(&self, number: usize, size: f64, sigma: f64, start: &DVector<f64>) -> Level {
-        let t = &TRACKED[number];
-        if !matches!(number, AT_DRAG | AT_LIFT | AT_COMPRESSIBILITY) {
-            return level(size, sigma, t.step);
-        }
-        let before = (1.0 + start[number] * t.step / 100.0).max(0.1);
-        let relative = tolerance_of(&self.vehicle, t.index);
-        level(size / before, (sigma / before).hypot(size / before * relative), t.step)
-    }
-
-    /// Change of range, %, where drag or lift is off by a share.
-    fn range_percent(&self, number: usize, share: f64, start: &DVector<f64>) -> Option<f64> {
-        if !matches!(number, AT_DRAG | AT_LIFT) {
+    /// Change of range, %, where drag or lift has changed.
+    fn range_percent(&self, change: &Change, of: &history::Mission, start: &DVector<f64>) -> Option<f64> {
+        let which = change.kind.number;
+        if !matches!(which, DRAG_LEVEL | SLOPE_OF_LIFT) {
             return None;
         }
-        let mean = |of: usize| {
-            let all: Vec<f64> = self.dives.iter().map(|d| d.dive.pitch_rad[of].abs()).filter(|p| p.is_finite()).collect();
-            all.iter().sum::<f64>() / all.len() as f64
+        let pitch = |way: f64| median(of.units.iter().flat_map(|u| &u.rows).filter(|r| r.way == way).map(|r| r.pitch_rad.abs()));
+        let pitches = [pitch(-1.0), pitch(1.0)];
+        let factor = |column: usize, changed: f64| {
+            let own = if column == which { changed } else { 0.0 };
+            ((start[column] + own) * of.glider.sizes[column]).exp()
         };
-        let way = |drag: f64, lift: f64| -> Option<f64> {
-            let legs = [true, false].map(|down| glide_angle_rad(&self.vehicle, mean(usize::from(!down)), down, drag, lift));
+        let way = |changed: f64| -> Option<f64> {
+            let legs = [true, false].map(|down| {
+                let (drag, lift) = (factor(DRAG_LEVEL, changed), factor(SLOPE_OF_LIFT, changed));
+                glide_angle_rad(&self.vehicle, pitches[usize::from(!down)], down, drag, lift)
+            });
             let legs: Vec<f64> = legs.into_iter().flatten().collect();
             (!legs.is_empty()).then(|| legs.iter().map(|g| 1.0 / g.tan()).sum::<f64>() / legs.len() as f64)
         };
-        let level = |k: usize| 1.0 + start[k] * TRACKED[k].step / 100.0;
-        let before = way(level(AT_DRAG), level(AT_LIFT))?;
-        let after = if number == AT_DRAG {
-            way(level(AT_DRAG) * (1.0 + share), level(AT_LIFT))
-        } else {
-            way(level(AT_DRAG), level(AT_LIFT) * (1.0 + share))
-        };
+        let before = way(0.0)?;
         // Where no glide at small angle of attack is left at this pitch, all of it is lost.
-        Some(after.map_or(-100.0, |after| 100.0 * (after / before - 1.0)))
+        Some(way(change.size).map_or(-100.0, |after| 100.0 * (after / before - 1.0)))
     }
 }
 
-/// The runs of the first dives, as one flight; rows are numbered through.
-pub(crate) fn first_dives(waiting: &[(String, f64, Prepared)]) -> Prepared {
-    let (mut runs, mut has_temperature, mut row): (Vec<Run>, bool, usize) = (Vec::new(), false, 0);
-    for (number, run) in waiting.iter().flat_map(|w| &w.2.runs).take(REFERENCE_DIVES).enumerate() {
-        let mut run = run.clone();
-        (run.first_row, run.segment) = (row, number as u32);
-        row += run.time_s.len();
-        runs.push(run);
-    }
-    for w in waiting {
-        has_temperature |= w.2.has_temperature;
-    }
-    Prepared { runs, displacements: Vec::new(), notes: Vec::new(), has_temperature, clock_shift_s: None }
-}
-
-/// All runs of a flight, on two threads; each starts where the one before it ended.
-fn followed(reference: &Reference, prepared: &Prepared, tick: &(dyn Fn(usize, usize) + Sync)) -> Vec<Option<Dive>> {
-    let all = prepared.runs.len();
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let some = |runs: &[Run]| -> Vec<Option<Dive>> {
-        let mut start: State = reference.start();
-        let mut out = Vec::with_capacity(runs.len());
-        for run in runs {
-            // A dive that went astray must not lead the next one astray.
-            let best = reference.dive(prepared, run, &start).or_else(|| reference.dive(prepared, run, &reference.start()));
-            if let Some((_, state)) = &best {
-                start.clone_from(state);
-            }
-            out.push(best.map(|b| b.0));
-            tick(1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed), all);
-        }
-        out
-    };
-    let (first, second) = prepared.runs.split_at(all / 2);
-    std::thread::scope(|scope| {
-        let other = scope.spawn(|| some(second));
-        let mut out = some(first);
-        out.extend(other.join().unwrap_or_else(|_| vec![None; second.len()]));
-        out
-    })
-}
-
-fn level(value: f64, sigma: f64, step: f64) -> Level {
-    Level { value: value * step, low: (value - NINETY * sigma) * step, high: (value + NINETY * sigma) * step }
-}
-
-/// What dive `d` is expected to be, in steps.
-fn expected(start: &DVector<f64>, changes: &[Change], d: usize, days: &[f64]) -> DVector<f64> {
-    let mut out = start.clone();
-    for c in changes.iter().filter(|c| d >= c.onset) {
-        out[c.kind.number] += c.size * c.gone_at(d, days);
-    }
-    out
-}
-
-/// Estimates of one dive near what is expected.
-fn levels(dive: &Dive, expected: &DVector<f64>, scatter: &[f64; N]) -> [Level; N] {
-    let width = |k: usize| if k == AT_DRAG || k == AT_TRIM { OPEN } else { scatter[k].max(NEAR_STEPS) };
-    let mut information = dive.information.with_prior((0..N).map(|k| width(k).powi(-2)));
-    (0..N).for_each(|k| information.vector[k] += expected[k] * width(k).powi(-2));
-    let none = || (expected.clone(), DMatrix::from_element(N, N, f64::NAN));
-    let (mean, covariance) = information.estimate().unwrap_or_else(none);
-    std::array::from_fn(|k| level(mean[k], covariance[(k, k)].sqrt(), TRACKED[k].step))
+/// Sizes of a column in its unit with their 90 % interval.
+fn level(column: usize, size: f64, sigma: f64, glider: &Glider, claims: &Numbers) -> Level {
+    let of = |s: f64| value(column, s, &glider.sizes, claims);
+    let (a, b) = (of(size - NINETY * sigma), of(size + NINETY * sigma));
+    Level { value: of(size), low: a.min(b), high: a.max(b) }
 }
 
 /// Angle of the steady glide at a pitch (both positive), rad: where drag over lift is its tangent; none where no angle of attack of the

@@ -4,6 +4,9 @@
 //! ([`super::generate_natural`]), which is the flight that the vehicle is calibrated on. The mission is another deployment: trimmed anew.
 //! Most dives are flown at one pitch and stroke, one in `SECOND_EVERY` at a second, as a pilot who compares does.
 //!
+//! No two dives of a vehicle are quite alike: drag, lift, trim, pitch zero and compressibility scatter together from dive to dive, with
+//! sizes and correlations of their own for each vehicle.
+//!
 //! Not covered: settings that drift over a mission, seasons, more than one change.
 
 use rand::RngExt as _;
@@ -30,6 +33,35 @@ const PITCH_DEG: [f64; 2] = [19.0, 27.0];
 const STEEPER_DEG: [f64; 2] = [5.0, 10.0];
 /// Ballast strokes, cm³: enough to climb out of a light surface layer with some trim lost.
 const STROKE_CC: [f64; 2] = [215.0, 255.0];
+
+/// Scatter of drag and lift (relative), trim (cm³), pitch zero (rad) and compressibility (relative) from dive to dive, 1 sigma of the
+/// vehicle that scatters most; the least scatters by a third of it. Real months of a Slocum and a SeaExplorer have the like.
+const BETWEEN_DIVES: [f64; 5] = [0.02, 0.02, 6.0, 0.002, 0.03];
+
+/// How the numbers of one vehicle scatter from dive to dive, correlated at random.
+struct Scatter([[f64; 5]; 5]);
+
+impl Scatter {
+    fn draw(rng: &mut impl rand::Rng) -> Self {
+        Self(BETWEEN_DIVES.map(|largest| {
+            let row: [f64; 5] = std::array::from_fn(|_| rng.sample(StandardNormal));
+            let sigma = largest * rng.random_range(1.0 / 3.0..1.0);
+            let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
+            row.map(|x| x * sigma / length)
+        }))
+    }
+
+    /// The vehicle on a further dive.
+    fn apply(&self, nature: &mut Nature, rng: &mut impl rand::Rng) {
+        let z: [f64; 5] = std::array::from_fn(|_| rng.sample::<f64, _>(StandardNormal).clamp(-2.5, 2.5));
+        let [drag, lift, trim_cc, pitch, compressibility] = self.0.map(|row| row.iter().zip(&z).map(|(a, b)| a * b).sum::<f64>());
+        nature.cd0 *= 1.0 + drag;
+        nature.lift_slope *= 1.0 + lift;
+        nature.volume += trim_cc * 1e-6;
+        nature.pitch_zero += pitch;
+        nature.compressibility *= 1.0 + compressibility;
+    }
+}
 
 /// What changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +125,8 @@ pub fn fly(spec: &Spec, seed: u64, index: usize, dives: usize, change: Change, o
     let steeper = first + rng.random_range(STEEPER_DEG[0]..STEEPER_DEG[1]);
     let settings = [first, steeper].map(|deg| (deg.to_radians(), rng.random_range(STROKE_CC[0]..STROKE_CC[1]) * 1e-6));
     let pauses: Vec<f64> = (0..dives).map(|_| rng.random_range(PAUSE_S[0]..PAUSE_S[1])).collect();
+    let mut between_rng = stream(seed, i, 6);
+    let between = Scatter::draw(&mut between_rng);
     let mut orders: Vec<Orders> = Vec::new();
     let (mut rows, mut days, mut end_s) = (Vec::new(), Vec::new(), 0.0);
     for (dive, pause_s) in pauses.into_iter().enumerate() {
@@ -108,7 +142,8 @@ pub fn fly(spec: &Spec, seed: u64, index: usize, dives: usize, change: Change, o
         order.start_s = ((end_s + pause_s) / 0.05).round() * 0.05;
         // Of the way from the dive before the onset to the last: growth is there from its first dive on.
         let share = (dive + 1).saturating_sub(onset) as f64 / (dives - onset.min(dives - 1)) as f64;
-        let now = if dive >= onset { changed(&nature, change, share) } else { nature.clone() };
+        let mut now = if dive >= onset { changed(&nature, change, share) } else { nature.clone() };
+        between.apply(&mut now, &mut between_rng);
         let zero = match change {
             Change::PressureZero(by) if dive >= onset => Zero { pressure_dbar: pressure_zero_dbar + by },
             _ => Zero { pressure_dbar: pressure_zero_dbar },

@@ -180,7 +180,7 @@ def timeline(flights: FlightLike | Sequence[FlightLike], vehicle: VehicleLike, *
         for part, suffix in (("value", ""), ("low", "_low"), ("high", "_high")):
             values = [r["levels"][name][part] for r in rows]
             data[name + suffix] = ("dive", np.array(values, dtype=float), {"units": rows[0]["levels"][name]["unit"]})
-    for key, unit in (("day", "day"), ("depth_m", "m"), ("misfit", "1"), ("rows", "1")):
+    for key, unit in (("day", "day"), ("depth_m", "m"), ("rows", "1")):
         data[key] = (*column(key), {"units": unit})
     coords = {"dive": column("dive"), "flight": column("flight"), "segment": column("segment")}
     changes = [{**c, "low": c["size"]["low"], "high": c["size"]["high"], "size": c["size"]["value"]} for c in d["changes"]]

@@ -4,7 +4,12 @@
 //! `ARL(h) ≈ √(2π) e^{h²/2} / (h ∫₀^∞ x ν²(x) dx)`, ν(x) ≈ e^{−0.583 x}, for one number tested both ways. The kinds are as many tests
 //! (two-sided ones count one, one-sided ones half); the threshold is where all together have one alarm in [`DIVES_PER_ALARM`] dives.
 
-use crate::workbench::tracking::{AT_COMPRESSIBILITY, AT_DRAG, AT_LIFT, AT_PITCH_ZERO, AT_PRESSURE, AT_TRIM};
+use super::numbers::{BALLAST_OFFSET, COMPRESSIBILITY, DRAG_LEVEL, NUMBERS, PITCH_OFFSET, SLOPE_OF_LIFT};
+
+/// Column of the pressure sensor's zero, behind the eight numbers: it is read afloat, and is none of theirs.
+pub const PRESSURE_ZERO: usize = NUMBERS;
+/// Columns of a dive in a mission.
+pub const FOLLOWED: usize = NUMBERS + 1;
 
 /// Dives in which one false alarm is accepted.
 pub const DIVES_PER_ALARM: f64 = 1000.0;
@@ -36,11 +41,11 @@ pub struct Kind {
     pub name: &'static str,
     /// What it is, in words.
     pub about: &'static str,
-    /// Number that changes, an index of [`crate::workbench::tracking::TRACKED`].
+    /// Column of a dive's summary that changes ([`super::numbers`], or [`PRESSURE_ZERO`]).
     pub number: usize,
     /// How.
     pub shape: Shape,
-    /// Sign of its size; 0: either.
+    /// Sign of its size in the number (a leak is more mass); 0: either.
     pub sign: f64,
 }
 
@@ -50,15 +55,21 @@ const fn kind(name: &'static str, about: &'static str, number: usize, shape: Sha
 
 /// All kinds.
 pub const KINDS: [Kind; 9] = [
-    kind("snag", "something caught on the vehicle, or a part bent: more drag at once", AT_DRAG, Shape::Step, 1.0),
-    kind("drag_shed", "what hung on the vehicle is gone: less drag at once", AT_DRAG, Shape::Step, -1.0),
-    kind("fouling", "growth on the hull: drag that grows", AT_DRAG, Shape::Growth, 1.0),
-    kind("wing_lost_or_bent", "less lift at once: a wing lost, loose or bent", AT_LIFT, Shape::Step, -1.0),
-    kind("ballast_moved", "another trim at once: weight lost or taken in, water in the hull if heavier", AT_TRIM, Shape::Step, 0.0),
-    kind("leak", "water in the hull: trim that gets heavier", AT_TRIM, Shape::Growth, -1.0),
-    kind("pitch_sensor_stepped", "another zero of the pitch sensor, or something inside has moved it", AT_PITCH_ZERO, Shape::Step, 0.0),
-    kind("pressure_sensor_stepped", "another zero of the pressure sensor", AT_PRESSURE, Shape::Step, 0.0),
-    kind("hull_softened", "another compressibility of the hull: gas or oil where there was none", AT_COMPRESSIBILITY, Shape::Step, 0.0),
+    kind("snag", "something caught on the vehicle, or a part bent: more drag at once", DRAG_LEVEL, Shape::Step, 1.0),
+    kind("drag_shed", "what hung on the vehicle is gone: less drag at once", DRAG_LEVEL, Shape::Step, -1.0),
+    kind("fouling", "growth on the hull: drag that grows", DRAG_LEVEL, Shape::Growth, 1.0),
+    kind("wing_lost_or_bent", "less lift at once: a wing lost, loose or bent", SLOPE_OF_LIFT, Shape::Step, -1.0),
+    kind("ballast_moved", "another trim at once: weight lost or taken in, water in the hull if heavier", BALLAST_OFFSET, Shape::Step, 0.0),
+    kind(
+        "trim_drifts",
+        "weight that comes or goes: growth, water in the hull, or a density that drifts",
+        BALLAST_OFFSET,
+        Shape::Growth,
+        0.0,
+    ),
+    kind("pitch_sensor_stepped", "another zero of the pitch sensor, or something inside has moved it", PITCH_OFFSET, Shape::Step, 0.0),
+    kind("pressure_sensor_stepped", "another zero of the pressure sensor", PRESSURE_ZERO, Shape::Step, 0.0),
+    kind("hull_softened", "another compressibility of the hull: gas or oil where there was none", COMPRESSIBILITY, Shape::Step, 0.0),
 ];
 
 /// Alarms a dive in noise at a threshold, all kinds together.

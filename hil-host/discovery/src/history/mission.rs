@@ -1,0 +1,160 @@
+//! A mission as its own history: which changes its dives show, and what each dive says beside the quiet ones before it.
+
+use super::changes::{Found, Observed, find};
+use super::glide::Glider;
+use super::judge::{Judgement, judge};
+use super::kinds::{FOLLOWED, PRESSURE_ZERO};
+use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, learn, levels, linear_about, start};
+use super::numbers::Numbers;
+use super::rows::Unit;
+use super::shown::afloat;
+use super::summary::{Linear, Summary};
+use super::weigh::{chance, inverse};
+use hydro::effects::DAY_S;
+use logs::vehicle::Vehicle;
+use nalgebra::DVector;
+
+/// A unit beside the quiet ones before it.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// What is said of it.
+    pub judgement: Judgement,
+    /// How probable it is that a healthy one departs as much, and the least that this could be.
+    pub chance: (f64, f64),
+}
+
+/// The dives of a mission as their own history.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    /// Steady dives in the order of time.
+    pub units: Vec<Unit>,
+    /// What its numbers are relative to.
+    pub glider: Glider,
+    /// Numbers beyond the vehicle file that the start of the mission has, in sizes.
+    pub from: Numbers,
+    /// What changed, of a mission with dives enough to ask.
+    pub found: Found,
+}
+
+/// Fewest dives of which changes are asked.
+pub const FEWEST_DIVES: usize = 5;
+
+impl Mission {
+    /// Of its steady dives in the order of time, at least one; `threshold` is that of a change.
+    #[must_use]
+    pub fn of(units: Vec<Unit>, vehicle: &Vehicle, threshold: f64) -> Self {
+        /// Dives that the start is found from.
+        const FIRST: usize = 6;
+        /// Times that the dives are linearised where the changes found put them.
+        const RELINEARISED: usize = 2;
+        let glider = Glider::of_units(vehicle, &units);
+        let from = start(&units.iter().take(FIRST).collect::<Vec<_>>(), &glider);
+        let asked = if units.len() < FEWEST_DIVES { f64::INFINITY } else { threshold };
+        let mut out = Self { units, glider, from, found: find(&[], f64::INFINITY) };
+        out.found = find(&out.observed(), asked);
+        for _ in 0..RELINEARISED {
+            if out.found.changes.is_empty() {
+                break;
+            }
+            out.take_changes();
+            out.found = find(&out.observed(), asked);
+        }
+        out.take_changes();
+        out
+    }
+
+    /// Day of the mission at which each unit began.
+    #[must_use]
+    pub fn days(&self) -> Vec<f64> {
+        self.units.iter().map(|u| u.start_s() / DAY_S).collect()
+    }
+
+    /// What the changes found have done to the numbers of unit `d`, in sizes.
+    #[must_use]
+    pub fn changed(&self, d: usize, days: &[f64]) -> DVector<f64> {
+        let mut out = DVector::zeros(FOLLOWED);
+        for c in &self.found.changes {
+            let gone = c.gone_at(d, days);
+            match &c.several[..] {
+                [] => out[c.kind.number] += c.size * gone,
+                several => several.iter().for_each(|(number, size, _)| out[*number] += size * gone),
+            }
+        }
+        out
+    }
+
+    /// The units are linearised, and judged, as a vehicle that has changed so.
+    fn take_changes(&mut self) {
+        let days = self.days();
+        let beyond: Vec<Numbers> = (0..days.len()).map(|d| Numbers::from_fn(|i, _| self.changed(d, &days)[i])).collect();
+        self.units.iter_mut().zip(beyond).for_each(|(u, beyond)| u.beyond = beyond);
+    }
+
+    /// What each unit says, counted from the start of the mission.
+    #[must_use]
+    pub fn observed(&self) -> Vec<Observed> {
+        let all: Vec<Linear> = self.units.iter().map(|u| linear_about(u, &self.glider, &self.from, &Numbers::zeros())).collect();
+        let (own, _) = levels(&all, None);
+        let one = |((u, mut linear), level): ((&Unit, Linear), f64)| {
+            let (precision, says) = afloat(u.afloat_pa);
+            linear.count_from(&-u.beyond);
+            let mut out = Summary::of(&linear, level);
+            (out.n, out.u) = (out.n.resize(FOLLOWED, FOLLOWED, 0.0), out.u.resize_vertically(FOLLOWED, 0.0));
+            (out.n[(PRESSURE_ZERO, PRESSURE_ZERO)], out.u[PRESSURE_ZERO]) = (precision, says);
+            Observed { says: out, day: u.start_s() / DAY_S }
+        };
+        self.units.iter().zip(all).zip(own).map(one).collect()
+    }
+
+    /// Numbers of each unit beyond the vehicle file and 1 sigma of them, in sizes: what it says itself with what is usual of the mission,
+    /// a number that is named in it free by one size. The sigma holds the scatter from dive to dive, not what all dives share.
+    #[must_use]
+    pub fn levels(&self, compared: &[Option<Compared>]) -> Vec<(DVector<f64>, DVector<f64>)> {
+        let (days, between) = (self.days(), &self.found.between);
+        let from = DVector::from_column_slice(self.from.as_slice()).resize_vertically(FOLLOWED, 0.0);
+        let one = |(d, observed): (usize, &Observed)| {
+            let expected = &between.mean + self.changed(d, &days);
+            let mut prior = between.scatter.clone();
+            let named = compared[d].iter().flat_map(|c| c.judgement.class.iter().take(1));
+            named.for_each(|k| prior[(*k, *k)] += 1.0);
+            let covariance = inverse(&(&observed.says.n + inverse(&prior)));
+            let mean = &expected + &covariance * observed.says.about(&expected);
+            let sigma = DVector::from_fn(FOLLOWED, |i, _| (covariance[(i, i)] + between.scatter[(i, i)]).sqrt());
+            (&from + mean, sigma)
+        };
+        self.observed().iter().enumerate().map(one).collect()
+    }
+
+    fn quiet_before(&self, i: usize) -> Vec<&Unit> {
+        let quiet: Vec<&Unit> = self.units[..i].iter().zip(&self.found.quiet).filter(|(_, quiet)| **quiet).map(|(u, _)| u).collect();
+        quiet[quiet.len().saturating_sub(WINDOW)..].to_vec()
+    }
+
+    /// Every unit beside the quiet ones before it, the changes found taken for known; none of those that have too few before them.
+    #[must_use]
+    pub fn one_by_one(&self) -> Vec<Option<Compared>> {
+        /// A history of this many controls is learnt anew after so many more.
+        const LEARNT: (usize, usize) = (12, 4);
+        let mut earlier = Vec::new();
+        let mut last: Option<(usize, Learnt)> = None;
+        let one = |i: usize| {
+            let before = self.quiet_before(i);
+            let seen = self.found.quiet[..i].iter().filter(|quiet| **quiet).count();
+            if before.len() < FEWEST_CONTROLS {
+                return None;
+            }
+            let is_new = |at: usize| seen > at && (seen < LEARNT.0 || seen >= at + LEARNT.1);
+            if last.as_ref().is_none_or(|l| is_new(l.0)) {
+                last = Some((seen, learn(&before, &self.glider, &self.from)));
+            }
+            let history = &last.as_ref()?.1;
+            let judgement = judge(&self.units[i], &self.glider, history, &history.at);
+            let chance = chance(judgement.chi2, &earlier);
+            if judgement.is_quiet() {
+                earlier.push(judgement.chi2);
+            }
+            Some(Compared { judgement, chance })
+        };
+        (0..self.units.len()).map(one).collect()
+    }
+}

@@ -131,7 +131,7 @@ impl Job<'_> {
     }
 
     fn effects_on_points(&self) -> impl Iterator<Item = &Active> {
-        self.effects.iter().filter(|a| a.effect.acts_on_sensors() || a.effect.acts_on_volume())
+        self.effects.iter().filter(|a| a.effect.sensed.is_some() || a.effect.volume_m3.is_some())
     }
 
     /// Whether another job is the same simulation.
@@ -145,7 +145,7 @@ impl Job<'_> {
 }
 
 fn same<'a>(a: impl Iterator<Item = &'a Active>, b: impl Iterator<Item = &'a Active>) -> bool {
-    let key = |a: &Active| (std::ptr::from_ref(a.effect).cast::<()>(), a.effect.name(), a.values);
+    let key = |a: &Active| (std::ptr::from_ref(a.effect).cast::<()>(), a.effect.name, a.values);
     a.map(key).eq(b.map(key))
 }
 
@@ -262,7 +262,7 @@ pub(crate) fn add_water(out: &mut Track, run: &Run, model: &ForceModel, gravity_
         out.depth_m[i] += shift + model.pressure_error_pa(time_s) / (1000.0 * gravity_m_s2);
         out.sink_m_s[i] -= up;
     }
-    let (east, north) = model.current_m_s(&Place { time_s: 0.0, depth_m: 0.0, water_depth_m, phase_rad });
+    let (east, north) = model.current_m_s();
     if run.displacement_s.is_finite() {
         out.displacement_m.0 += east * run.displacement_s;
         out.displacement_m.1 += north * run.displacement_s;

@@ -60,18 +60,18 @@ impl Estimate {
 }
 
 /// Whether a fleet is asked for an effect: it is seen in the vertical motion, has no onset, and is not tracked or a sensor's own.
-fn is_asked(effect: &dyn Effect) -> bool {
+fn is_asked(effect: &Effect) -> bool {
     let own = calibration_of(effect).is_some_and(|k| !is_law(k) || TRACKED.iter().any(|t| t.index == k));
-    effect.seen_in() == SeenIn::VerticalMotion && effect.onset().is_none() && !own
+    effect.seen_in == SeenIn::VerticalMotion && effect.onset.is_none() && !own
 }
 
 /// The numbers that every dive is asked for, in order.
 #[must_use]
 pub fn asked() -> Vec<Asked> {
     let tracked = TRACKED.iter().map(|t| Asked { name: t.name, unit: t.unit, only_above: false });
-    let effects = catalogue::all().filter(|e| is_asked(*e)).map(|e| {
-        let size = &e.parameters()[0];
-        Asked { name: e.name(), unit: size.unit, only_above: size.low >= size.off }
+    let effects = catalogue::all().filter(|e| is_asked(e)).map(|e| {
+        let size = &e.parameters[0];
+        Asked { name: e.name, unit: size.unit, only_above: size.low >= size.off }
     });
     tracked.chain(effects).collect()
 }
@@ -126,11 +126,11 @@ struct Known {
 
 impl Known {
     fn of(vehicle: &Vehicle, reference: &Reference) -> Self {
-        let tolerance = |effect: &dyn Effect| calibration_of(effect).map_or(0.0, |k| tolerance_of(vehicle, k));
+        let tolerance = |effect: &Effect| calibration_of(effect).map_or(0.0, |k| tolerance_of(vehicle, k));
         Self {
             precision: start_precision(vehicle),
             own: std::array::from_fn(|k| TRACKED[k].in_steps(tolerance_of(vehicle, TRACKED[k].index))),
-            of_effects: catalogue::all().filter(|e| is_asked(*e)).map(tolerance).collect(),
+            of_effects: catalogue::all().filter(|e| is_asked(e)).map(tolerance).collect(),
             discrepancy_m_s: reference.discrepancy_m_s,
         }
     }

@@ -149,18 +149,17 @@ fn same<'a>(a: impl Iterator<Item = &'a Active>, b: impl Iterator<Item = &'a Act
     a.map(key).eq(b.map(key))
 }
 
-/// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid, and between them where a step is
-/// `split`.
-pub(crate) fn points(run: &Run, model: &ForceModel, split: usize, clock_s: f64) -> Vec<Point> {
-    let shifted = (clock_s != 0.0).then(|| on_the_clock_of_pressure(run, clock_s));
-    let inputs = shifted.as_deref().unwrap_or(&run.inputs);
+/// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid.
+pub(crate) fn points(run: &Run, model: &ForceModel, clock_s: f64) -> Vec<Point> {
+    let input = |j: usize| if clock_s == 0.0 { run.inputs[j] } else { on_the_clock_of_pressure(run, clock_s, j) };
     let area = model.constants.reference_area_m2;
     let pitch_slope = |s: Sensed| (model.truth(Sensed { pitch_rad: s.pitch_rad + 1e-3, ..s }).pitch_rad - model.truth(s).pitch_rad) / 1e-3;
     let affine = model.pitch_is_affine();
-    let slope = inputs.first().map_or(1.0, |i| pitch_slope(i.sensed));
-    let mut all: Vec<Sensed> = inputs.iter().map(|i| i.sensed).collect();
-    model.make_true(&mut all);
-    let point = |(i, true_now): (&Input, &Sensed)| {
+    let slope = if run.inputs.is_empty() { 1.0 } else { pitch_slope(input(0).sensed) };
+    // One by one: a copy of all inputs is as large as what is made of them.
+    let point = |j: usize| {
+        let i = input(j);
+        let true_now = model.truth(i.sensed);
         let (sin_pitch, cos_pitch) = i.turned(true_now.pitch_rad);
         let mut rate = i.pitch_rate_rad_s;
         if true_now.pitch_rad != i.sensed.pitch_rad {
@@ -168,7 +167,7 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize, clock_s: f64) 
         }
         let level = 1.0 - model.constants.banked_turn * (1.0 - i.cos_roll.max(STEEPEST_TURN));
         Point {
-            buoyancy_n: model.net_buoyancy_n(true_now),
+            buoyancy_n: model.net_buoyancy_n(&true_now),
             dynamic: 0.5 * true_now.density_kg_m3 * area,
             sin_pitch,
             cos_pitch,
@@ -181,35 +180,26 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize, clock_s: f64) 
             level,
         }
     };
-    let whole: Vec<Point> = inputs.iter().zip(&all).map(point).collect();
-    if split <= 1 {
-        return whole;
-    }
-    let between = |pair: &[Point]| -> Vec<Point> {
-        (0..split).map(|k| if k == 0 { pair[0] } else { pair[0].mixed(&pair[1], k as f64 / split as f64) }).collect()
-    };
-    whole.windows(2).flat_map(between).chain(whole.last().copied()).collect()
+    (0..run.inputs.len()).map(point).collect()
 }
 
-/// The inputs of a run with pitch, roll and ballast as they were at the instant of the pressure, where they are logged so much later.
-fn on_the_clock_of_pressure(run: &Run, clock_s: f64) -> Vec<Input> {
-    let (all, ahead) = (&run.inputs, clock_s / (0.5 * run.step_s));
+/// The input of a run at half step `j` with pitch, roll and ballast as they were at the instant of the pressure, where they are logged so
+/// much later.
+fn on_the_clock_of_pressure(run: &Run, clock_s: f64, j: usize) -> Input {
+    let all = &run.inputs;
     let last = all.len() - 1;
-    let at = |j: usize| {
-        let x = (j as f64 + ahead).clamp(0.0, last as f64);
-        let k = (x as usize).min(last.saturating_sub(1));
-        let (a, b, f) = (&all[k], &all[(k + 1).min(last)], x - k as f64);
-        let mix = |pick: fn(&Input) -> f64| pick(a) + f * (pick(b) - pick(a));
-        let mut now = all[j];
-        now.sensed.pitch_rad = mix(|i| i.sensed.pitch_rad);
-        (now.sin_pitch, now.cos_pitch) = all[j].turned(now.sensed.pitch_rad);
-        now.pitch_rate_rad_s = mix(|i| i.pitch_rate_rad_s);
-        now.sensed.ballast_m3 = mix(|i| i.sensed.ballast_m3);
-        now.roll_rad = mix(|i| i.roll_rad);
-        now.cos_roll = mix(|i| i.cos_roll);
-        now
-    };
-    (0..all.len()).map(at).collect()
+    let x = (j as f64 + clock_s / (0.5 * run.step_s)).clamp(0.0, last as f64);
+    let k = (x as usize).min(last.saturating_sub(1));
+    let (a, b, f) = (&all[k], &all[(k + 1).min(last)], x - k as f64);
+    let mix = |pick: fn(&Input) -> f64| pick(a) + f * (pick(b) - pick(a));
+    let mut now = all[j];
+    now.sensed.pitch_rad = mix(|i| i.sensed.pitch_rad);
+    (now.sin_pitch, now.cos_pitch) = all[j].turned(now.sensed.pitch_rad);
+    now.pitch_rate_rad_s = mix(|i| i.pitch_rate_rad_s);
+    now.sensed.ballast_m3 = mix(|i| i.sensed.ballast_m3);
+    now.roll_rad = mix(|i| i.roll_rad);
+    now.cos_roll = mix(|i| i.cos_roll);
+    now
 }
 
 impl Input {
@@ -226,7 +216,7 @@ impl Input {
 
 impl Point {
     /// A share of the way to another point.
-    fn mixed(&self, other: &Self, share: f64) -> Self {
+    pub(crate) fn mixed(&self, other: &Self, share: f64) -> Self {
         let mix = |a: f64, b: f64| a + share * (b - a);
         Self {
             buoyancy_n: mix(self.buoyancy_n, other.buoyancy_n),

@@ -73,6 +73,6 @@ pub static BALLAST_SCALE: Effect = Effect {
     separated_by: "a bench value of the pump volume, or a speed sensor at several pitches",
     parameters: &[Parameter::new("gain_error", "1", 0.0, (-0.6, 0.8), 0.05, "1-5 % between bench and sea")],
     error_of: Some(Calibrated::BallastGain),
-    sensed: Some(&|p, all| all.iter_mut().for_each(|s| s.ballast_m3 *= 1.0 + p[0])),
+    sensed: Some(&|p, s| s.ballast_m3 *= 1.0 + p[0]),
     ..Effect::NONE
 };

@@ -85,15 +85,10 @@ impl<'a> ForceModel<'a> {
     /// What is true when the sensors say `s`.
     #[must_use]
     pub fn truth(&self, mut s: Sensed) -> Sensed {
-        self.make_true(core::slice::from_mut(&mut s));
-        s
-    }
-
-    /// The same at many instants, in place.
-    pub fn make_true(&self, all: &mut [Sensed]) {
         for a in self.active {
-            a.effect.sensed.inspect(|f| f(&a.values, all));
+            a.effect.sensed.inspect(|f| f(&a.values, &mut s));
         }
+        s
     }
 
     /// Displaced volume, m³.

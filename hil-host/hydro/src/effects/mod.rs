@@ -145,8 +145,8 @@ pub struct Effect {
     pub seen_in: SeenIn,
     /// Changes constants of the law.
     pub constants: Hook<dyn Fn(&[f64], &mut Constants) + Sync>,
-    /// Turns what the sensors said into what is true, at one instant or at those of a whole flight.
-    pub sensed: Hook<dyn Fn(&[f64], &mut [Sensed]) + Sync>,
+    /// Turns what the sensors said into what is true.
+    pub sensed: Hook<dyn Fn(&[f64], &mut Sensed) + Sync>,
     /// Displaced volume added, m³.
     pub volume_m3: Hook<dyn Fn(&[f64], &Sensed, &Constants) -> f64 + Sync>,
     /// Angle that the linear and quadratic lift see, from the one given, rad.

@@ -9,7 +9,7 @@ pub static PITCH_OFFSET: Effect = Effect {
     separated_by: "a level bench; legs at several pitches with a speed sensor",
     parameters: &[Parameter::new("offset_rad", "rad", 0.0, (-0.2, 0.2), 0.02, "0.5-2 deg on real vehicles")],
     error_of: Some(Calibrated::PitchZero),
-    sensed: Some(&|p, all| all.iter_mut().for_each(|s| s.pitch_rad -= p[0])),
+    sensed: Some(&|p, s| s.pitch_rad -= p[0]),
     ..Effect::NONE
 };
 
@@ -19,7 +19,7 @@ pub static PITCH_SCALE: Effect = Effect {
     physics: "the gain of the pitch sensor is wrong: steep legs are wrong in proportion",
     separated_by: "a sweep of pitch with a speed sensor; a tilt table",
     parameters: &[Parameter::new("gain_error", "1", 0.0, (-0.5, 0.7), 0.06, "raw pitch of one public Slocum flight is 1/0.86 too steep")],
-    sensed: Some(&|p, all| all.iter_mut().for_each(|s| s.pitch_rad /= 1.0 + p[0])),
+    sensed: Some(&|p, s| s.pitch_rad /= 1.0 + p[0]),
     ..Effect::NONE
 };
 
@@ -29,7 +29,7 @@ pub static DENSITY_BIAS: Effect = Effect {
     physics: "the CTD's density is off by a constant, which acts like a constant error of buoyancy",
     separated_by: "a calibrated CTD cast beside the glider; the vertical velocity alone cannot tell it from a trim error",
     parameters: &[Parameter::new("bias_kg_m3", "kg/m^3", 0.0, (-3.0, 3.0), 0.2, "conductivity cell fouling, 0.01-0.5 kg/m3")],
-    sensed: Some(&|p, all| all.iter_mut().for_each(|s| s.density_kg_m3 -= p[0])),
+    sensed: Some(&|p, s| s.density_kg_m3 -= p[0]),
     ..Effect::NONE
 };
 

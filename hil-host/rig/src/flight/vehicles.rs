@@ -62,7 +62,7 @@ pub struct Model {
 #[must_use]
 pub fn pitch_sensor(effects: &[Active]) -> PitchSensor {
     let truth = |reading: f64| {
-        let mut sensed = [Sensed {
+        let mut sensed = Sensed {
             time_s: 0.0,
             pitch_rad: reading,
             ballast_m3: 0.0,
@@ -70,9 +70,9 @@ pub fn pitch_sensor(effects: &[Active]) -> PitchSensor {
             temperature_degc: 10.0,
             hull_degc: 10.0,
             pressure_pa: 0.0,
-        }];
+        };
         effects.iter().filter_map(|a| Some((a, a.effect.sensed?))).for_each(|(a, to_truth)| to_truth(&a.values, &mut sensed));
-        sensed[0].pitch_rad
+        sensed.pitch_rad
     };
     let (level, per_reading) = (truth(0.0), truth(1.0) - truth(0.0));
     PitchSensor { zero_rad: (-level / per_reading) as f32, per_reading: per_reading as f32 }

@@ -157,7 +157,7 @@ mod tests {
             assert_eq!(effect.parameters[0].name, parameter);
             let value = injected.value(&json!({})).expect("stated");
             for (i, (pitch, ballast)) in [(0.4, 2e-4), (-0.3, -1.5e-4)].into_iter().enumerate() {
-                let mut s = [Sensed {
+                let mut s = Sensed {
                     time_s: 0.0,
                     pitch_rad: flight.pitch_rad[i],
                     ballast_m3: flight.ballast_m3[i],
@@ -165,10 +165,10 @@ mod tests {
                     temperature_degc: 10.0,
                     hull_degc: 10.0,
                     pressure_pa: 0.0,
-                }];
+                };
                 effect.sensed.inspect(|to_truth| to_truth(&[value], &mut s));
                 let volume = if name == "ballast_offset" { value * 1e-6 } else { 0.0 };
-                assert!((s[0].pitch_rad - pitch).abs() < 1e-12 && (s[0].ballast_m3 + volume - ballast).abs() < 1e-15, "{}", injected.name);
+                assert!((s.pitch_rad - pitch).abs() < 1e-12 && (s.ballast_m3 + volume - ballast).abs() < 1e-15, "{}", injected.name);
             }
         }
     }

@@ -12,7 +12,6 @@
 //! Units: rad, m/s, s, Pa, m, °C, kg/m³, cm³ (`ballast`); `phase` is +1 climbing and −1 diving. Every other name is a parameter,
 //! fitted from zero (the first) and from one (the others). Evaluated by the `exmex` crate; functions: sin cos tan exp ln sqrt abs …
 
-use super::quantities::distance;
 use exmex::{Express as _, FlatEx};
 use hydro::effects::{Constants, Effect, Flow, MAX_PARAMETERS, Parameter, Place, Sensed};
 
@@ -98,7 +97,7 @@ fn no_parameter(name: &str, head: &str, target: Target) -> Option<String> {
         return Some(format!("`{name}` is not known where `{head}` is formed; there are {}", target.variables().join(", ")));
     }
     let own = |v: &str| name.strip_prefix(v).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '_'));
-    let meant = known.find(|v| v.len() > 2 && distance(name, v) == 1 && !own(v))?;
+    let meant = known.find(|v| v.len() > 2 && strsim::levenshtein(name, v) == 1 && !own(v))?;
     Some(format!("`{name}` is no variable; did you mean `{meant}`? A parameter needs a name of its own"))
 }
 
@@ -395,7 +394,7 @@ impl Custom {
     /// The row of its effect, from one without hooks.
     fn effect(&'static self, about: Effect) -> Effect {
         // Of any target: whether pitch stays a straight line is not known of an expression, and points depend on that.
-        let about = Effect { sensed: Some(Box::leak(Box::new(|p: &[f64], all: &mut [Sensed]| self.sensed(p, all)))), ..about };
+        let about = Effect { sensed: Some(Box::leak(Box::new(|p: &[f64], s: &mut Sensed| self.sensed(p, s)))), ..about };
         match self.target {
             Target::Drag => {
                 Effect { drag: Some(Box::leak(Box::new(|p: &[f64], at: &Flow, _: f64, _: &Constants| self.at_flow(p, at)))), ..about }
@@ -412,17 +411,18 @@ impl Custom {
         }
     }
 
-    fn sensed(&self, p: &[f64], all: &mut [Sensed]) {
+    fn sensed(&self, p: &[f64], s: &mut Sensed) {
         let add: fn(&mut Sensed, f64) = match self.target {
             Target::Volume => |s, v| s.ballast_m3 += v * 1e-6,
             Target::Pitch => |s, v| s.pitch_rad += v,
             Target::Density => |s, v| s.density_kg_m3 += v,
             _ => return,
         };
-        for s in all {
-            let depth = s.pressure_pa / (1015.0 * 9.81);
-            let given = [s.pressure_pa, depth, s.temperature_degc, s.density_kg_m3, s.ballast_m3 * 1e6, s.pitch_rad, s.time_s];
-            add(s, self.value(p, &given));
-        }
+        let depth = s.pressure_pa / (1015.0 * 9.81);
+        let given = [s.pressure_pa, depth, s.temperature_degc, s.density_kg_m3, s.ballast_m3 * 1e6, s.pitch_rad, s.time_s];
+        add(s, self.value(p, &given));
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -61,7 +61,7 @@ pub(super) fn document(text: &str, path: &Path) -> Result<Value, ReadError> {
     }
 }
 
-fn below(prefix: &str, name: &str) -> String {
+pub(super) fn below(prefix: &str, name: &str) -> String {
     if prefix.is_empty() { name.to_owned() } else { format!("{prefix}.{name}") }
 }
 

@@ -45,9 +45,7 @@ pub(crate) struct Point {
     pub(crate) cos_pitch: f64,
     pub(crate) rate: f64,
     pub(crate) roll: f64,
-    pub(crate) time: f64,
     pub(crate) temperature: f64,
-    pub(crate) cd0_relative: f64,
     /// What a bank leaves of lift in the vertical plane.
     pub(crate) upright: f64,
     /// Cosine of the roll of a body that turns as it banks; 1 where the model knows no such turn.
@@ -173,9 +171,7 @@ pub(crate) fn points(run: &Run, model: &ForceModel, clock_s: f64) -> Vec<Point> 
             cos_pitch,
             rate: rate * level,
             roll: i.roll_rad,
-            time: i.sensed.time_s,
             temperature: true_now.temperature_degc,
-            cd0_relative: i.cd0_relative,
             upright: 1.0 - model.constants.bank_tilt * (1.0 - i.cos_roll),
             level,
         }
@@ -225,9 +221,7 @@ impl Point {
             cos_pitch: mix(self.cos_pitch, other.cos_pitch),
             rate: mix(self.rate, other.rate),
             roll: mix(self.roll, other.roll),
-            time: mix(self.time, other.time),
             temperature: mix(self.temperature, other.temperature),
-            cd0_relative: mix(self.cd0_relative, other.cd0_relative),
             upright: mix(self.upright, other.upright),
             level: mix(self.level, other.level),
         }

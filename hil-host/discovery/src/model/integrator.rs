@@ -127,6 +127,16 @@ impl<'a> Lane<'a> {
         }
     }
 
+    /// What was measured at a point, as points are between inputs.
+    #[inline]
+    fn measured(&self, k: usize, pick: fn(&Input) -> f64) -> f64 {
+        let of = |whole: usize| pick(&self.of.run.inputs[whole]);
+        match (k / self.split, k % self.split) {
+            (whole, 0) => of(whole),
+            (whole, part) => of(whole) + part as f64 / self.split as f64 * (of(whole + 1) - of(whole)),
+        }
+    }
+
     fn is_afloat(&self) -> bool {
         self.point(self.first()).buoyancy_n >= 0.0 && self.input(0).depth_m < FLOAT_M
     }
@@ -137,7 +147,7 @@ impl<'a> Lane<'a> {
         let h = self.step_s;
         let k = self.first();
         let (p1, p2) = (self.point(k + 1), self.point(k + 2));
-        let (t0, sin2, cos2) = (self.point(k).time, p2.sin_pitch, p2.cos_pitch);
+        let (t0, sin2, cos2) = (self.measured(k, |i| i.sensed.time_s), p2.sin_pitch, p2.cos_pitch);
         let (u0, n0, z0) = (self.u, self.n, self.z);
         let mut sink0 = 0.0;
         if afloat {
@@ -268,7 +278,7 @@ impl Now {
             sin_pitch: value(|p| p.sin_pitch),
             cos_pitch: value(|p| p.cos_pitch),
             rate: value(|p| p.rate),
-            cd0_relative: value(|p| p.cd0_relative),
+            cd0_relative: lanes_of(|i| lanes[i].measured(at[i], |input| input.cd0_relative)),
             upright: value(|p| p.upright),
             level: value(|p| p.level),
         }
@@ -297,7 +307,7 @@ fn under_effects(lanes: &[Lane; LANES], b: &Vehicles, p: &Now, m: &Motion) -> (L
             speed_m_s: speeds[i],
             roll_rad: at.roll,
             climb_m_s: -sinks[i],
-            time_s: at.time,
+            time_s: lanes[i].measured(p.at[i], |input| input.sensed.time_s),
             temperature_degc: at.temperature,
             attached: false,
         }

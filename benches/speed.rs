@@ -72,8 +72,8 @@ fn rooms(c: &mut Criterion<Cpu>) {
     let all: Vec<Active> = CATALOGUE
         .iter()
         .map(|e| {
-            let p = e.parameters()[0];
-            Active::sized(*e, if p.off + p.typical <= p.high { p.off + p.typical } else { p.off - p.typical })
+            let p = e.parameters[0];
+            Active::sized(e, if p.off + p.typical <= p.high { p.off + p.typical } else { p.off - p.typical })
         })
         .collect();
     let busy = Model::sea(Wings::Standard).expect("a built-in vehicle").with_effects(&all);

@@ -97,12 +97,12 @@ fn find(path: &Path, matrix: &Path) -> anyhow::Result<()> {
         beside.calibration[k] += 0.5;
         columns.push((format!("calibration{k}"), column(&beside, 0.5)));
     }
-    for effect in CATALOGUE.iter().filter(|e| e.name() != "internal_wave") {
-        let p = effect.parameters()[0];
+    for effect in CATALOGUE.iter().filter(|e| e.name != "internal_wave") {
+        let p = effect.parameters[0];
         let step = if p.off + p.typical <= p.high { 0.1 * p.typical } else { -0.1 * p.typical };
         let mut beside = base_state.clone();
-        beside.effects.push(Active::sized(*effect, p.off + step));
-        columns.push((effect.name().to_owned(), column(&beside, step)));
+        beside.effects.push(Active::sized(effect, p.off + step));
+        columns.push((effect.name.to_owned(), column(&beside, step)));
     }
     let matrix_seconds = (cpu_time() - begin).as_secs_f64();
     let mut text = columns.iter().map(|c| c.0.as_str()).collect::<Vec<_>>().join(",");

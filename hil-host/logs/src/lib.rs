@@ -18,6 +18,7 @@
 //! * `lz4_flex`, `flate2`: compressed Slocum and Seaglider files
 //! * `gsw`: density of sea water (TEOS-10)
 //! * `exmex`: expressions that a user writes
+//! * `strsim`: which key a slip is nearest to
 //! * `crc`: checks of MIDAS records
 //! * `sha2`: which bytes a result was made from
 //! * `serde`, `serde_json`, `toml`: vehicle files

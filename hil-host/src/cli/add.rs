@@ -35,18 +35,18 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-fn effects_of(text: &str) -> anyhow::Result<Vec<&'static dyn Effect>> {
+fn effects_of(text: &str) -> anyhow::Result<Vec<&'static Effect>> {
     if expression::is_expression(text) {
-        return Ok(vec![expression::parse(text)? as &'static dyn Effect]);
+        return Ok(vec![expression::parse(text)? as &'static Effect]);
     }
-    let mut effects: Vec<&'static dyn Effect> = Vec::new();
+    let mut effects: Vec<&'static Effect> = Vec::new();
     for name in text.split(',').map(str::trim) {
         let effect = by_name(name).with_context(|| {
-            let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name()).collect();
+            let all: Vec<&str> = CATALOGUE.iter().map(|e| e.name).collect();
             let meant = meant(name, all.iter().copied());
             format!("no effect `{name}`{meant} (all: glider list effects; or write an expression: `cd += k*roll^2`)")
         })?;
-        anyhow::ensure!(effects.iter().all(|e| e.name() != name), "`{name}` is named twice: name every effect once");
+        anyhow::ensure!(effects.iter().all(|e| e.name != name), "`{name}` is named twice: name every effect once");
         effects.push(effect);
     }
     Ok(effects)
@@ -64,7 +64,7 @@ pub(crate) fn write_vehicle(out: &Path, document: &Value) -> anyhow::Result<()> 
 
 /// What was added, as one JSON document.
 #[must_use]
-pub fn document(added: &Added, effects: &[&'static dyn Effect], flight: &str) -> Value {
+pub fn document(added: &Added, effects: &[&'static Effect], flight: &str) -> Value {
     let n = |v: f64| report::number(v * 100.0);
     let parameters: serde_json::Map<String, Value> = added
         .parameters
@@ -76,7 +76,7 @@ pub fn document(added: &Added, effects: &[&'static dyn Effect], flight: &str) ->
         .collect();
     json!({
         "flight": flight,
-        "effects": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
+        "effects": effects.iter().map(|e| e.name).collect::<Vec<_>>(),
         "unit": "cm/s",
         "error_before": n(added.fitted_m_s[0]),
         "error_recalibrated": n(added.fitted_m_s[1]),
@@ -98,8 +98,8 @@ pub fn document(added: &Added, effects: &[&'static dyn Effect], flight: &str) ->
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let effects = effects_of(&args.effects)?;
     let (flight, vehicle) = load(&args.flight, args.vehicle.as_deref())?;
-    if let Some(effect) = effects.iter().find(|e| vehicle.lacks_depth_for(**e)) {
-        let (file, name) = (vehicle.path.display(), effect.name());
+    if let Some(effect) = effects.iter().find(|e| vehicle.lacks_depth_for(e)) {
+        let (file, name) = (vehicle.path.display(), effect.name);
         anyhow::bail!("{file}: water_depth_m: is missing, or 0: {name} moves the water over all of it; state the depth of the water, m");
     }
     let parent = vehicles::text(&vehicle.path)?.into_bytes();

@@ -60,36 +60,36 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     Ok(Verdict::Ok)
 }
 
-fn document(e: &'static dyn Effect) -> Value {
+fn document(e: &'static Effect) -> Value {
     let parameters: Vec<Value> = e
-        .parameters()
+        .parameters
         .iter()
         .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
         .collect();
-    json!({"name": e.name(), "kind": effect_list::kind(e), "about": e.physics(), "words": effect_list::in_words(e.name()), "physics": e.physics(),
-           "separated_by": e.separated_by(), "parameters": parameters})
+    json!({"name": e.name, "kind": effect_list::kind(e), "about": e.physics, "words": effect_list::in_words(e.name), "physics": e.physics,
+           "separated_by": e.separated_by, "parameters": parameters})
 }
 
 fn effects(name: Option<&str>, output: &Output) -> anyhow::Result<()> {
     if let Some(name) = name {
         let Some(e) = hydro::effects::by_name(name) else {
-            bail!("no effect `{name}`{}; all: glider list effects", meant(name, CATALOGUE.iter().map(|e| e.name())));
+            bail!("no effect `{name}`{}; all: glider list effects", meant(name, CATALOGUE.iter().map(|e| e.name)));
         };
         output.emit(&document(e), || {
-            println!("{} ({}, {})", e.name(), effect_list::in_words(e.name()), effect_list::kind(e).to_lowercase());
-            println!("{}", wrapped(e.physics(), 0));
-            for p in e.parameters().iter().filter(|p| !p.is_stated()) {
+            println!("{} ({}, {})", e.name, effect_list::in_words(e.name), effect_list::kind(e).to_lowercase());
+            println!("{}", wrapped(e.physics, 0));
+            for p in e.parameters.iter().filter(|p| !p.is_stated()) {
                 println!("  {}", parameter_range(p));
             }
-            println!("{}", wrapped(&format!("Told from its look-alikes by: {}", e.separated_by()), 2));
+            println!("{}", wrapped(&format!("Told from its look-alikes by: {}", e.separated_by), 2));
         });
         return Ok(());
     }
-    output.emit(&json!({"items": CATALOGUE.iter().map(|e| document(*e)).collect::<Vec<_>>()}), || {
+    output.emit(&json!({"items": CATALOGUE.iter().map(|e| document(e)).collect::<Vec<_>>()}), || {
         for (kind, inside) in effect_list::by_kind() {
             println!("{kind}");
             for e in inside {
-                println!("  {:<22} {}", e.name(), wrapped_from(25, e.physics(), 25));
+                println!("  {:<22} {}", e.name, wrapped_from(25, e.physics, 25));
             }
         }
         println!("\nOne of them at length: glider list effects NAME");

@@ -17,8 +17,11 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::io::{IsTerminal, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
+
+/// Lines of a log that wait to be shown: as many as are shown at once, however long the log is.
+const LINES_AHEAD: usize = 1000;
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -200,7 +203,7 @@ fn watch_board<W: Wire>(link: &mut Link<W>, manifest: &Manifest, args: &Args, sc
             looked = Some(Instant::now());
         }
         if let Some(log) = &log {
-            for line in log.try_iter() {
+            for line in log.try_iter().take(LINES_AHEAD) {
                 if screen.tells() && !screen.json {
                     println!("{line}");
                 }
@@ -309,7 +312,8 @@ fn follow(path: &std::path::Path, elf: Option<PathBuf>) -> anyhow::Result<Receiv
         let port = serialport::new(&*name, BAUD).timeout(Duration::from_millis(200)).open();
         Box::new(port.with_context(|| format!("{name}: cannot open this log port"))?)
     };
-    let (sender, lines) = channel();
+    // A reader that is slower than the log holds it up, not in memory.
+    let (sender, lines) = sync_channel(LINES_AHEAD);
     std::thread::spawn(move || {
         let mut stream = image.stream();
         let mut bytes = [0u8; 1024];

@@ -244,7 +244,7 @@ fn flown(args: &Args) -> anyhow::Result<Figure> {
     let (flight, vehicle) = load_sound(path, args.vehicle.as_deref())?;
     let c = not_diverged(compare(&flight, &vehicle), &vehicle)?;
     ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to draw", path.display());
-    let effects: Vec<&str> = vehicle.effects.iter().map(|a| a.effect.name()).collect();
+    let effects: Vec<&str> = vehicle.effects.iter().map(|a| a.effect.name).collect();
     let with = if effects.is_empty() { "no effect on".to_owned() } else { format!("with {}", effects.join(", ")) };
     let about = format!("Flight {}, model of {} ({with})", flight.name, vehicle.name);
     let error = format!("depth-rate residual {:.2} cm/s rms over {} rows", 100.0 * c.rms_m_s, c.samples.len());

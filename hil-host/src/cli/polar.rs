@@ -62,11 +62,11 @@ fn effects(list: &[String]) -> anyhow::Result<Vec<Active>> {
         .map(|text| {
             let (name, size) = text.split_once('=').with_context(|| format!("--effect {text}: expected NAME=SIZE, such as stall=0.1"))?;
             let effect = by_name(name).with_context(|| {
-                format!("--effect {name}: no such effect{} (all: glider list effects)", meant(name, CATALOGUE.iter().map(|e| e.name())))
+                format!("--effect {name}: no such effect{} (all: glider list effects)", meant(name, CATALOGUE.iter().map(|e| e.name)))
             })?;
             let size: f64 =
                 size.parse().ok().filter(|s: &f64| s.is_finite()).with_context(|| format!("--effect {text}: `{size}` is not a number"))?;
-            let p = effect.parameters()[0];
+            let p = effect.parameters[0];
             if !(p.low..=p.high).contains(&size) {
                 bail!("--effect {name}: {size} {} is outside {} to {}", p.unit, p.low, p.high);
             }

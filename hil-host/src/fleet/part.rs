@@ -11,6 +11,7 @@ use anyhow::{Context as _, bail, ensure};
 use discovery::history::numbers::{ALL, NUMBERS};
 use discovery::workbench::dive_estimates::{Asked, Estimated, asked};
 use logs::export::table::Table;
+use logs::record::bounded;
 use serde::{Deserialize, Serialize};
 
 use rig::shards::shard::Shard;
@@ -137,7 +138,7 @@ impl Part {
     /// No such file, or no table of dives.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display();
-        let file = std::fs::File::open(path).with_context(|| format!("{name}: cannot be read"))?;
+        let file = bounded::file(path, bounded::LOG).with_context(|| format!("{name}: cannot be read"))?;
         let table = Table::read(file).with_context(|| format!("{name}: is no Parquet file, or cut; make it anew with glider fleet"))?;
         let whole = |name: &str| table.whole.iter().find(|c| c.0 == name).map_or(&[][..], |c| &c.1);
         let n = table.text("flight").len();

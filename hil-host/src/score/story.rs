@@ -73,7 +73,7 @@ fn in_the_plant(effects: &[Active]) -> Vec<Effect> {
     effects
         .iter()
         .filter_map(|a| {
-            let kind = EffectKind::ALL.iter().copied().find(|k| k.name() == a.effect.name())?;
+            let kind = EffectKind::ALL.iter().copied().find(|k| k.name() == a.effect.name)?;
             let glide = matches!(
                 kind,
                 EffectKind::VortexLiftBodywing

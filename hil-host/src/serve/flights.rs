@@ -99,7 +99,7 @@ impl Opened {
         if effects.is_empty() {
             return State::nominal();
         }
-        let names: Vec<String> = effects.iter().map(|e| e.effect.name().to_owned()).collect();
+        let names: Vec<String> = effects.iter().map(|e| e.effect.name.to_owned()).collect();
         let calibration = self.fitted(&names).map_or(State::nominal().calibration, |s| s.calibration);
         State { calibration, effects: effects.to_vec(), wave: None }
     }
@@ -176,7 +176,7 @@ impl Opened {
             }
         }
         let values: Map<String, Value> =
-            state.effects.iter().map(|e| (e.effect.name().to_owned(), json!(e.values[..e.effect.parameters().len()]))).collect();
+            state.effects.iter().map(|e| (e.effect.name.to_owned(), json!(e.values[..e.effect.parameters.len()]))).collect();
         json!({
             "error": {"nominal": as_given, "recalibrated": recalibrated, "now": self.error(&now),
                       "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": self.judged.printed().1},
@@ -225,10 +225,10 @@ pub(super) fn active(effects: &BTreeMap<String, Vec<f64>>) -> anyhow::Result<Vec
     for (name, values) in effects {
         let effect = by_name(name).with_context(|| format!("there is no effect named {name}"))?;
         let mut one = Active::off(effect);
-        if values.len() != effect.parameters().len() {
-            bail!("{name} has {} parameters, not {}", effect.parameters().len(), values.len());
+        if values.len() != effect.parameters.len() {
+            bail!("{name} has {} parameters, not {}", effect.parameters.len(), values.len());
         }
-        for ((slot, value), p) in one.values.iter_mut().zip(values).zip(effect.parameters()) {
+        for ((slot, value), p) in one.values.iter_mut().zip(values).zip(effect.parameters) {
             if !(p.low..=p.high).contains(value) {
                 bail!("{name}.{} = {value} {} is outside {} to {}", p.name, p.unit, p.low, p.high);
             }
@@ -245,12 +245,12 @@ pub fn catalogue(bench: &Workbench) -> Value {
         .iter()
         .map(|e| {
             let parameters: Vec<Value> = e
-                .parameters()
+                .parameters
                 .iter()
                 .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
                 .collect();
-            json!({"name": e.name(), "words": effect_list::in_words(e.name()), "kind": effect_list::kind(*e), "physics": e.physics(),
-                   "separated_by": e.separated_by(), "parameters": parameters})
+            json!({"name": e.name, "words": effect_list::in_words(e.name), "kind": effect_list::kind(e), "physics": e.physics,
+                   "separated_by": e.separated_by, "parameters": parameters})
         })
         .collect();
     let flights: Vec<String> = bench.offered.iter().map(|p| p.display().to_string()).collect();
@@ -325,7 +325,7 @@ impl Workbench {
             return Ok(opened.evaluation(&known));
         }
         let fit = add::add(&opened.flight, &opened.vehicle, &effects, &[])?;
-        let names: Vec<&str> = effects.iter().map(|e| e.name()).collect();
+        let names: Vec<&str> = effects.iter().map(|e| e.name).collect();
         opened.remember(&names, &fit.after, fit.branch);
         opened.floor_is(fit.noise_floor_m_s);
         Ok(opened.evaluation(&fit.after))
@@ -344,7 +344,7 @@ impl Workbench {
         let parent = opened.vehicle.document.to_string();
         let added = add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?;
         let text = format!("{:#}\n", added.vehicle);
-        let name = format!("{}-with-{}.json", opened.vehicle.name, effects.iter().map(|e| e.name()).collect::<Vec<_>>().join("-"));
+        let name = format!("{}-with-{}.json", opened.vehicle.name, effects.iter().map(|e| e.name).collect::<Vec<_>>().join("-"));
         let refitted = logs::vehicle::parse_text(&text, Path::new(&name))?;
         let mut answer = json!({"vehicle": {"name": name, "text": text}});
         match story::table_of(&refitted, text.as_bytes()) {
@@ -426,7 +426,7 @@ pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request)
         )?;
         opened.remember(&[], &found.recalibrated, found.branch);
         // What is found beside an effect of the file is a change of it, not all of it.
-        let on = |name: &&str| opened.vehicle.effects.iter().any(|a| a.effect.name() == *name);
+        let on = |name: &&str| opened.vehicle.effects.iter().any(|a| a.effect.name == *name);
         for c in found.candidates.iter().filter(|c| !c.effects.iter().any(on)) {
             opened.remember(&c.effects, &c.state, found.branch);
         }

@@ -18,7 +18,7 @@ fn hiding(effect: Hidden, site: Site, wing: Wing, lifelike: Option<Banking>, see
     read_back(&spec, seed, 0)
 }
 
-fn named(name: &str) -> &'static dyn Effect {
+fn named(name: &str) -> &'static Effect {
     by_name(name).expect("in the catalogue")
 }
 
@@ -104,7 +104,7 @@ fn regress_too_much_of_an_effect_in_the_file_is_named_as_a_change_of_it() {
     let vortex = named("vortex_lift_bodywing");
     let first = add(&log, &v, &[vortex], b"parent").expect("a fit");
     let mut with = flown(&log, &first);
-    for a in with.effects.iter_mut().filter(|a| a.effect.name() == vortex.name()) {
+    for a in with.effects.iter_mut().filter(|a| a.effect.name == vortex.name) {
         a.values[0] *= 2.0;
     }
     let d = diagnose(&log, &with, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
@@ -120,11 +120,11 @@ fn regress_too_much_of_an_effect_in_the_file_is_named_as_a_change_of_it() {
 #[test]
 fn regress_a_second_expression_of_one_target_leaves_the_first_where_it_is() {
     let (log, v) = hiding(Hidden::RollTurnDrag, Site::Lake, Wing::Standard, None, 7);
-    let own = |text: &str| expression::parse(text).expect("parses") as &'static dyn Effect;
+    let own = |text: &str| expression::parse(text).expect("parses") as &'static Effect;
     let first = add(&log, &v, &[own("cd += k*roll^2")], b"parent").expect("a fit");
     let second = add(&log, &flown(&log, &first), &[own("cd += k*U")], b"parent").expect("a fit");
     let both = flown(&log, &second);
-    let texts: Vec<&str> = both.effects.iter().filter_map(|a| a.effect.expression()).collect();
+    let texts: Vec<&str> = both.effects.iter().filter_map(|a| a.effect.expression).collect();
     assert!(texts.len() == 2 && texts.contains(&"cd += k*roll^2") && texts.contains(&"cd += k*U"), "{texts:?}");
 }
 

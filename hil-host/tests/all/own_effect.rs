@@ -1,4 +1,4 @@
-//! An effect of one's own is one type: defined here and put into the catalogue, it is diagnosed, added and planned for.
+//! An effect of one's own is one row: defined here and put into the catalogue, it is diagnosed, added and planned for.
 //!
 //! The catalogue is the process's: these tests start themselves again, so that no other diagnosis meets the effect.
 
@@ -9,7 +9,7 @@ use discovery::model::integrator::track;
 use discovery::preprocess::prepare;
 use discovery::workbench::add::{Added, add};
 use discovery::workbench::next_flight::{Reach, plan};
-use hydro::effects::{Active, Constants, Continuation, Effect, Flow, InFlow, Parameter};
+use hydro::effects::{Active, Continuation, Effect, Parameter};
 use logs::vehicle::{self, catalogue};
 use logs::{Flight, Vehicle};
 use plant::trials::{Site, Spec, Wing};
@@ -17,41 +17,24 @@ use std::path::Path;
 use std::process::Command;
 
 /// Drag where the flow at the wing tips separates, CD += k (|α| − α0)² beyond an onset angle. It only ever costs.
-#[derive(Debug)]
-struct TipSeparationDrag;
-
-const NAME: &str = "tip_separation_drag";
-
-impl Effect for TipSeparationDrag {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-    fn physics(&self) -> &'static str {
-        "the flow at the wing tips separates beyond an angle of attack and costs drag"
-    }
-    fn separated_by(&self) -> &'static str {
-        "legs at shallow pitch beside steep ones"
-    }
-    fn usual_sign(&self) -> f64 {
-        1.0
-    }
-    fn start(&self) -> f64 {
-        0.5 * self.parameters()[0].typical
-    }
-    fn in_flow(&self) -> InFlow {
-        InFlow { drag: true, ..InFlow::NOTHING }
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        &[
-            Parameter { name: "k", unit: "1/rad^2", off: 0.0, low: 0.0, high: 300.0, typical: 20.0, source: "guess" },
-            Parameter { name: "onset_rad", unit: "rad", off: 0.1, low: 0.03, high: 0.2, typical: 0.03, source: "guess" },
-        ]
-    }
-    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, _c: &Constants) -> f64 {
+static TIP_SEPARATION_DRAG: Effect = Effect {
+    name: NAME,
+    physics: "the flow at the wing tips separates beyond an angle of attack and costs drag",
+    separated_by: "legs at shallow pitch beside steep ones",
+    usual_sign: 1.0,
+    starts_at: Some(10.0),
+    parameters: &[
+        Parameter::new("k", "1/rad^2", 0.0, (0.0, 300.0), 20.0, "guess"),
+        Parameter::new("onset_rad", "rad", 0.1, (0.03, 0.2), 0.03, "guess"),
+    ],
+    drag: Some(&|p, at, _, _| {
         let beyond = at.alpha_rad.abs() - p[1];
         if beyond > 0.0 { p[0] * beyond * beyond } else { 0.0 }
-    }
-}
+    }),
+    ..Effect::NONE
+};
+
+const NAME: &str = "tip_separation_drag";
 
 /// Pressure from which a row is under water, Pa.
 const UNDER_WATER_PA: f64 = 2e4;
@@ -63,7 +46,7 @@ const HIDDEN: [f64; 2] = [8.0, 0.08];
 fn flight(wing: Wing) -> (Flight, Vehicle) {
     let spec = Spec::clean(Site::Lake, wing);
     let (mut log, v) = read_back(&spec, 11, 0);
-    let mut hidden = Active::sized(&TipSeparationDrag, HIDDEN[0]);
+    let mut hidden = Active::sized(&TIP_SEPARATION_DRAG, HIDDEN[0]);
     hidden.values[1] = HIDDEN[1];
     for run in &prepare(&log, &v).runs {
         let depths = |effects: &[Active]| track(run, v.constants, effects, v.water_depth_m, Continuation::Rising).depth_m;
@@ -98,18 +81,18 @@ fn alone(test: &str) -> bool {
 }
 
 fn diagnosed_added_and_planned_for(wing: Wing, error_m_s: fn(&Added) -> [f64; 3]) {
-    catalogue::extend(vec![&TipSeparationDrag]).expect("it is new");
-    assert!(catalogue::extend(vec![&TipSeparationDrag]).is_err(), "once is enough");
+    catalogue::extend(vec![&TIP_SEPARATION_DRAG]).expect("it is new");
+    assert!(catalogue::extend(vec![&TIP_SEPARATION_DRAG]).is_err(), "once is enough");
     let (log, v) = flight(wing);
     let d = diagnose(&log, &v, Depth::Pairs, &|_, _| {}).expect("a diagnosis");
     assert_eq!(d.answer, [NAME], "{:?}: {:?} {:?}", d.verdict, d.equivalent, d.notes);
 
-    let added = add(&log, &v, &[&TipSeparationDrag], b"parent").expect("a fit");
+    let added = add(&log, &v, &[&TIP_SEPARATION_DRAG], b"parent").expect("a fit");
     let [_, recalibrated, with_effect] = error_m_s(&added);
     assert!(with_effect < 0.7 * recalibrated, "{:?} {:?}", added.fitted_m_s, added.heldout_m_s);
     assert!(added.heldout_m_s[2] < added.heldout_m_s[1], "{:?}", added.heldout_m_s);
     let back = vehicle::parse(added.vehicle, Path::new("new.json")).expect("what is written reads back");
-    let own = back.effects.iter().find(|a| a.effect.name() == NAME).expect("it is switched on");
+    let own = back.effects.iter().find(|a| a.effect.name == NAME).expect("it is switched on");
     assert!((own.values[0] / HIDDEN[0] - 1.0).abs() < 0.5 && (own.values[1] - HIDDEN[1]).abs() < 0.03, "{:?}", own.values);
 
     let planned = plan(&d, &v, |_| Reach::UNKNOWN).expect("a plan");

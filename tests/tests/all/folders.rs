@@ -136,7 +136,7 @@ fn an_upward_import_is_found_however_it_is_written() {
 
 #[test]
 fn no_effect_is_called_by_its_name_outside_the_catalogue() {
-    let names: Vec<&str> = hydro::effects::CATALOGUE.iter().map(|e| e.name()).collect();
+    let names: Vec<&str> = hydro::effects::CATALOGUE.iter().map(|e| e.name).collect();
     assert!(names.len() > 20 && names.contains(&"side_edge_lift"), "{names:?}");
     let mut bad = Vec::new();
     for folder in ["discovery/src", "logs/src", "rig/src", "src", "plant/src"] {

@@ -47,7 +47,7 @@ const BALLAST_LAGS_S: [f64; 5] = [5.0, 15.0, 40.0, 120.0, 400.0];
 /// Mean of the unit vectors along the headings from which the heading hardly varies (1: not at all): 0.97 is some 14 degrees rms.
 const ONE_HEADING: f64 = 0.97;
 /// Changed copies of a run that are simulated at a time.
-const SIDE_BY_SIDE: usize = 4;
+const SIDE_BY_SIDE: usize = 2;
 /// Least CD0 that a form leaves, relative.
 const LEAST_DRAG: f64 = 0.2;
 /// Pressure of the atmosphere, Pa.

@@ -198,7 +198,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     // Last, in memory that the fits have given back.
     let history = crate::history::flight::judged(flight, vehicle, &mut said.notes);
     said.take_history(history);
-    for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name() == **name)) {
+    for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name == **name)) {
         said.notes
             .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));
     }
@@ -443,7 +443,7 @@ fn pressed(fit: &Fit) -> Option<&'static str> {
     const PRESSED: f64 = 2.0;
     let sigma = |k: usize| fit.sigma.iter().find(|s| (s.0, s.1) == (k, 0)).map_or(0.0, |s| s.2);
     let is = |p: &&(usize, f64)| p.1 * sigma(p.0) > PRESSED && size_at_end(&fit.state.effects[p.0]);
-    fit.pressed.iter().find(is).map(|(k, _)| fit.state.effects[*k].effect.name())
+    fit.pressed.iter().find(is).map(|(k, _)| fit.state.effects[*k].effect.name)
 }
 
 impl Diagnosis {

@@ -192,7 +192,7 @@ fn verdict_in_words(d: &Diagnosis) -> String {
         }
         Verdict::Explained | Verdict::Ambiguous => {
             let physics: Vec<String> =
-                d.answer.iter().filter_map(|n| by_name(n).map(|e| format!("{}: {}", n.replace('_', " "), e.physics()))).collect();
+                d.answer.iter().filter_map(|n| by_name(n).map(|e| format!("{}: {}", n.replace('_', " "), e.physics))).collect();
             let size: Vec<String> = d
                 .candidates
                 .iter()
@@ -243,7 +243,7 @@ pub fn next_flight(d: &Diagnosis) -> String {
             format!("{}; then diagnose again.{more}", check_of(d.remainder.first().map_or("", |f| f.variable)))
         }
         Verdict::Explained | Verdict::Ambiguous => {
-            let advice = d.answer.first().and_then(|n| by_name(n)).map_or("", |e| e.separated_by());
+            let advice = d.answer.first().and_then(|n| by_name(n)).map_or("", |e| e.separated_by);
             format!("To be surer: {advice}. `glider next-flight` writes the mission.")
         }
     }

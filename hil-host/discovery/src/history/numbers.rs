@@ -65,7 +65,7 @@ impl Number {
     #[must_use]
     pub fn parameter(&self) -> Parameter {
         const NONE: Parameter = Parameter { name: "", unit: "", off: 0.0, low: 0.0, high: 0.0, typical: 0.0, source: "" };
-        by_name(self.effect).and_then(|e| e.parameters().first().copied()).unwrap_or(NONE)
+        by_name(self.effect).and_then(|e| e.parameters.first().copied()).unwrap_or(NONE)
     }
 }
 

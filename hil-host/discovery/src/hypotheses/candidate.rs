@@ -43,7 +43,7 @@ pub(crate) fn is_far_from_file(state: &State) -> bool {
 
 /// Names of the effects of a state.
 pub(crate) fn named(state: &State) -> Vec<&'static str> {
-    state.effects.iter().map(|a| a.effect.name()).chain(state.wave.is_some().then_some(WAVE)).collect()
+    state.effects.iter().map(|a| a.effect.name).chain(state.wave.is_some().then_some(WAVE)).collect()
 }
 
 /// Amplitudes a wave is tried at, m/s.
@@ -68,12 +68,12 @@ pub(crate) const TELLS_ALL: f64 = 1.3;
 /// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape as well as a size. The
 /// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law.
 pub(crate) fn has_guessed_form(effect: &str) -> bool {
-    catalogue::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters().len() > 1)
+    catalogue::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters.len() > 1)
 }
 
 /// Whether a size is at the end of what is possible.
 pub(crate) fn size_at_end(a: &Active) -> bool {
-    a.effect.parameters().iter().zip(&a.values).take(1).any(|(p, v)| at_end(p, *v))
+    a.effect.parameters.iter().zip(&a.values).take(1).any(|(p, v)| at_end(p, *v))
 }
 
 fn at_end(p: &Parameter, v: f64) -> bool {
@@ -116,8 +116,8 @@ fn calibrated(problem: &Problem, start: &State) -> (Jacobian, Fit) {
 
 /// Fits the calibration alone, and the calibration with these effects.
 #[must_use]
-pub fn fit_named(problem: &Problem, effects: &[&'static dyn Effect]) -> (Fit, Fit) {
-    let (waves, plain): (Vec<_>, Vec<_>) = effects.iter().copied().partition(|e| e.seen_in() == SeenIn::Waves);
+pub fn fit_named(problem: &Problem, effects: &[&'static Effect]) -> (Fit, Fit) {
+    let (waves, plain): (Vec<_>, Vec<_>) = effects.iter().copied().partition(|e| e.seen_in == SeenIn::Waves);
     let library = if waves.is_empty() { Vec::new() } else { wave_library(problem) };
     let screen = Screen::new(problem, &problem.start, &library);
     let mut out = screen.one_by_one(&plain);
@@ -185,9 +185,9 @@ impl<'a> Screen<'a> {
     }
 
     /// Starts to try for one effect.
-    fn starts(effect: &'static dyn Effect, far_off: bool) -> Vec<f64> {
-        let p = &effect.parameters()[0];
-        match effect.onset() {
+    fn starts(effect: &'static Effect, far_off: bool) -> Vec<f64> {
+        let p = &effect.parameters[0];
+        match effect.onset {
             Some(onset) => onset.starts_rad.to_vec(),
             // A flight far from its model may sit in a local minimum: start from further away too.
             None if far_off => {
@@ -199,30 +199,30 @@ impl<'a> Screen<'a> {
     }
 
     /// Effects added one after the other to nothing missing.
-    fn one_by_one(&self, effects: &[&'static dyn Effect]) -> Fit {
-        effects.iter().fold(self.null.clone(), |f, effect| self.renewed(self.best_with(&self.jacobian, &f, *effect, 8), 5).0)
+    fn one_by_one(&self, effects: &[&'static Effect]) -> Fit {
+        effects.iter().fold(self.null.clone(), |f, effect| self.renewed(self.best_with(&self.jacobian, &f, effect, 8), 5).0)
     }
 
     /// Effects fitted together from the vehicle as given.
-    fn together(&self, effects: &[&'static dyn Effect]) -> Fit {
-        let starting = |effect: &&'static dyn Effect| {
-            let starts = Self::starts(*effect, false);
-            self.problem.active(*effect, starts[starts.len() / 2])
+    fn together(&self, effects: &[&'static Effect]) -> Fit {
+        let starting = |effect: &&'static Effect| {
+            let starts = Self::starts(effect, false);
+            self.problem.active(effect, starts[starts.len() / 2])
         };
         let start = State { effects: effects.iter().map(starting).collect(), ..self.problem.start.clone() };
         crate::inference::initial_guess::descend(self.problem, &start)
     }
 
-    fn start(&self, base: &State, effect: &'static dyn Effect, size: f64) -> State {
+    fn start(&self, base: &State, effect: &'static Effect, size: f64) -> State {
         let mut start = base.clone();
         let mut size = size;
         // What the calibration has taken belongs to the effect that deviates the same number: the same law, at no cost by the prior.
         if let Some(k) = calibration_of(effect) {
-            let p = &effect.parameters()[0];
+            let p = &effect.parameters[0];
             size = (size + start.calibration[k] * tolerance_of(self.problem.vehicle, k)).clamp(p.low, p.high);
             start.calibration[k] = 0.0;
         }
-        start.effects.push(if effect.seen_in() == SeenIn::Displacement {
+        start.effects.push(if effect.seen_in == SeenIn::Displacement {
             self.current_start(base, effect)
         } else {
             self.problem.active(effect, size)
@@ -238,7 +238,7 @@ impl<'a> Screen<'a> {
     }
 
     /// Best fit of `effect` added to a state.
-    pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &Fit, effect: &'static dyn Effect, iterations: usize) -> Fit {
+    pub(crate) fn best_with(&self, jacobian: &Jacobian, base: &Fit, effect: &'static Effect, iterations: usize) -> Fit {
         let first = base.state.effects.is_empty();
         let far_off = self.is_far_off(base);
         let mut bases = vec![base.state.clone()];
@@ -265,12 +265,12 @@ impl<'a> Screen<'a> {
     }
 
     /// An effect beyond an onset angle where it promises nothing: the angle out of reach, no discovery.
-    pub(crate) fn fit_unfelt(&self, effect: &'static dyn Effect, onset: Onset) -> Fit {
+    pub(crate) fn fit_unfelt(&self, effect: &'static Effect, onset: Onset) -> Fit {
         self.fit(&self.jacobian, &self.start(&self.null.state, effect, onset.unfelt_rad), 0)
     }
 
     /// A current from the displacement residuals, as a start of its fit.
-    fn current_start(&self, base: &State, current: &'static dyn Effect) -> Active {
+    fn current_start(&self, base: &State, current: &'static Effect) -> Active {
         let left = self.problem.currents_m_s(base);
         let (east, north) = left.iter().fold((0.0, 0.0), |s, c| (s.0 + c.0, s.1 + c.1));
         let mut a = self.problem.active(current, 0.0);
@@ -312,11 +312,11 @@ impl<'a> Screen<'a> {
 
     /// Effects that would gain most over what is fitted, best first: log odds (no prior) and effect. `own` are signatures of the
     /// calibration taken there.
-    pub(crate) fn seconds(&self, f: &Fit, own: Option<&Jacobian>) -> Vec<(f64, &'static dyn Effect)> {
+    pub(crate) fn seconds(&self, f: &Fit, own: Option<&Jacobian>) -> Vec<(f64, &'static Effect)> {
         let renewed = signatures(self.problem, &f.state, own);
         let Some(linearisation) = f.linearisation() else { return Vec::new() };
         let (gram, match_) = project(&linearisation, &renewed);
-        let mut second: Vec<(f64, &'static dyn Effect)> = (0..renewed.len())
+        let mut second: Vec<(f64, &'static Effect)> = (0..renewed.len())
             .map(|i| {
                 let (g, b) = (gram[(i, i)].max(1e-300), match_[i]);
                 (0.5 * b * b / g + log_size_prior_of(self.problem, &renewed[i], b / g, g.powf(-0.5)), renewed[i].effect)
@@ -324,10 +324,10 @@ impl<'a> Screen<'a> {
             .filter(|s| s.0 > -1.0)
             .collect();
         second.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut seen: Vec<&str> = f.state.effects.iter().map(|a| a.effect.name()).collect();
+        let mut seen: Vec<&str> = f.state.effects.iter().map(|a| a.effect.name).collect();
         second.retain(|s| {
-            !seen.contains(&s.1.name()) && {
-                seen.push(s.1.name());
+            !seen.contains(&s.1.name) && {
+                seen.push(s.1.name);
                 true
             }
         });

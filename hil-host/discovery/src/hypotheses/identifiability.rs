@@ -103,7 +103,7 @@ impl Identifiability {
         let mut names = Vec::new();
         let mut effects: Vec<Column> = Vec::new();
         for s in signatures(problem, &fit.state, Some(&jacobian)) {
-            names.push(s.effect.name());
+            names.push(s.effect.name);
             effects.push(s.column);
         }
         if let Some(current) = catalogue::current() {
@@ -112,7 +112,7 @@ impl Identifiability {
             active.values[1] = 0.0;
             with.effects.push(active);
             let [before, after] = [&fit.state, &with].map(|s| problem.model(s));
-            names.push(current.name());
+            names.push(current.name);
             effects.push(problem.column(0, after.iter().zip(&before).map(|(a, b)| (a - b) / CURRENT_M_S).collect()));
         }
         let cross = DMatrix::from_fn(m.columns.len(), effects.len(), |i, j| m.columns[i].dot(&effects[j]));

@@ -181,9 +181,9 @@ fn geometry(screen: &Screen, signs: &[Signature]) -> (Vec<(&'static str, &'stati
     let Some(linearisation) = screen.null.linearisation() else { return (likeness, ranked) };
     let gram_and_match = project(&linearisation, signs);
     for i in 0..signs.len() {
-        for j in (i + 1..signs.len()).filter(|j| signs[i].effect.name() != signs[*j].effect.name()) {
+        for j in (i + 1..signs.len()).filter(|j| signs[i].effect.name != signs[*j].effect.name) {
             let (gi, gj, gij) = (gram_and_match.0[(i, i)], gram_and_match.0[(j, j)], gram_and_match.0[(i, j)]);
-            likeness.push((signs[i].effect.name(), signs[j].effect.name(), gij / (gi * gj).max(1e-300).sqrt()));
+            likeness.push((signs[i].effect.name, signs[j].effect.name, gij / (gi * gj).max(1e-300).sqrt()));
             ranked.push((pair_score(screen.problem, signs, &gram_and_match, i, j), i, j));
         }
     }
@@ -253,7 +253,7 @@ impl Search<'_> {
         }
     }
 
-    fn current(&self) -> Option<&'static dyn Effect> {
+    fn current(&self) -> Option<&'static Effect> {
         catalogue::current().filter(|_| self.screen.problem.has_displacement())
     }
 }

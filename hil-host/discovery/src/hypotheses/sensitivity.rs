@@ -13,10 +13,10 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
 /// A state with an effect of this size added to what is there.
-fn with(problem: &Problem, at: &State, effect: &'static dyn Effect, size: f64) -> State {
+fn with(problem: &Problem, at: &State, effect: &'static Effect, size: f64) -> State {
     let mut with = at.clone();
     let mut active = problem.active(effect, size);
-    if effect.seen_in() == SeenIn::Displacement {
+    if effect.seen_in == SeenIn::Displacement {
         active.values[1] = 0.0;
     }
     with.effects.push(active);
@@ -26,7 +26,7 @@ fn with(problem: &Problem, at: &State, effect: &'static dyn Effect, size: f64) -
 /// An effect's signature.
 pub struct Signature {
     /// Which effect.
-    pub effect: &'static dyn Effect,
+    pub effect: &'static Effect,
     /// Whitened change of the observations per unit of size.
     pub column: Column,
 }
@@ -34,15 +34,15 @@ pub struct Signature {
 /// Signatures of all effects at a state. With a `jacobian` taken there, calibration numbers lend theirs.
 #[must_use]
 pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) -> Vec<Signature> {
-    let mut tried: Vec<(&'static dyn Effect, f64)> = Vec::new();
-    let lent = |effect: &dyn Effect| jacobian.zip(calibration_of(effect));
-    for effect in catalogue::all().filter(|e| e.seen_in() == SeenIn::VerticalMotion) {
-        let p = &effect.parameters()[0];
+    let mut tried: Vec<(&'static Effect, f64)> = Vec::new();
+    let lent = |effect: &Effect| jacobian.zip(calibration_of(effect));
+    for effect in catalogue::all().filter(|e| e.seen_in == SeenIn::VerticalMotion) {
+        let p = &effect.parameters[0];
         // A nuisance of every hypothesis.
         if calibration_of(effect).is_some_and(|k| !is_law(k)) {
             continue;
         }
-        match effect.onset() {
+        match effect.onset {
             Some(onset) => tried.extend(onset.tried_rad.map(|angle| (effect, angle))),
             None => tried.push((effect, p.off + 0.25 * p.typical)),
         }
@@ -52,7 +52,7 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
     let mut models = problem.models(&states).into_iter();
     let base = models.next().unwrap_or_default();
     let seen = problem.seen(LEAP_IF_FELT);
-    let column = |(effect, size): (&'static dyn Effect, f64)| {
+    let column = |(effect, size): (&'static Effect, f64)| {
         let values = match lent(effect) {
             // A calibration number's own signature, in the effect's unit.
             Some((j, k)) => {
@@ -62,8 +62,8 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
             // Difference of the model per unit of size, at a size that is felt.
             None => {
                 let ahead = models.next().unwrap_or_default();
-                let off = effect.parameters()[0].off;
-                match effect.onset() {
+                let off = effect.parameters[0].off;
+                match effect.onset {
                     Some(_) => ahead.iter().zip(&base).map(|(a, b)| a - b).collect(),
                     None => seen.slope(&base, &ahead, size - off, |back| problem.model(&with(problem, at, effect, off + back))),
                 }
@@ -75,11 +75,11 @@ pub fn signatures(problem: &Problem, at: &State, jacobian: Option<&Jacobian>) ->
 }
 
 pub(crate) fn log_size_prior_of(problem: &Problem, s: &Signature, value: f64, sigma: f64) -> f64 {
-    if s.effect.onset().is_some() {
+    if s.effect.onset.is_some() {
         // Amplitude one is the effect itself.
         return -0.5 * (value - 1.0).powi(2) / (0.25 + sigma * sigma);
     }
-    log_size_prior(problem, s.effect, s.effect.parameters()[0].off + value, sigma) + sigma.ln() + 0.5 * (2.0 * PI).ln()
+    log_size_prior(problem, s.effect, s.effect.parameters[0].off + value, sigma) + sigma.ln() + 0.5 * (2.0 * PI).ln()
 }
 
 /// Inner products of signatures and their match with the residual, what is fitted projected out.

@@ -24,11 +24,11 @@ pub struct Estimate {
 /// One free number of an effect of a fit, by its effect, its parameter and its uncertainty.
 pub(crate) fn estimate(fit: &Fit, (effect, parameter, sigma): (usize, usize, f64)) -> Estimate {
     let a = &fit.state.effects[effect];
-    let p = &a.effect.parameters()[parameter];
+    let p = &a.effect.parameters[parameter];
     let value = a.values[parameter];
     let sigma = if parameter == 0 { sigma.hypot(FORM * value) } else { sigma };
     Estimate {
-        name: format!("{}.{}", a.effect.name(), p.name),
+        name: format!("{}.{}", a.effect.name, p.name),
         value,
         // Beyond its bounds the parameter means nothing.
         low: (value - NINETY * sigma).max(p.low.min(value)),

@@ -20,9 +20,9 @@ pub(crate) const NEARLY: f64 = 1.5;
 
 /// Prior of an effect's size, integrated against the normal posterior N(value, sigma): `ln E[p]`.
 #[must_use]
-pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma: f64) -> f64 {
-    let p = &effect.parameters()[0];
-    if let Some(onset) = effect.onset() {
+pub fn log_size_prior(problem: &Problem, effect: &Effect, value: f64, sigma: f64) -> f64 {
+    let p = &effect.parameters[0];
+    if let Some(onset) = effect.onset {
         // An angle: uniform where the wings fly.
         let (low, high) = onset.range_rad;
         let inside = normal_between(low, high, value, sigma);
@@ -45,7 +45,7 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
         if one_sided && side < 0.0 {
             continue;
         }
-        let usual = if changed { 0.0 } else { effect.usual_sign() };
+        let usual = if changed { 0.0 } else { effect.usual_sign };
         let weight = if usual == 0.0 || one_sided {
             1.0
         } else if usual == side {
@@ -67,7 +67,7 @@ pub fn log_size_prior(problem: &Problem, effect: &dyn Effect, value: f64, sigma:
 }
 
 /// Tolerance of the calibration number that an effect deviates, in the effect's unit; none if it is a term of its own.
-fn own_tolerance(problem: &Problem, effect: &dyn Effect) -> Option<f64> {
+fn own_tolerance(problem: &Problem, effect: &Effect) -> Option<f64> {
     calibration_of(effect).map(|k| tolerance_of(problem.vehicle, k))
 }
 

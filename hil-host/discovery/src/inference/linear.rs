@@ -21,7 +21,7 @@ pub fn linear(problem: &Problem, null: &Fit, active: Active, column: &Column) ->
     let through = &null.covariance * &cross;
     let left = (own - cross.dot(&through)).max(1e-12 * own + 1e-300);
     let match_ = column.dot(&null.residual) - through.dot(&null.gradient);
-    let p = &active.effect.parameters()[0];
+    let p = &active.effect.parameters[0];
     let (low, high) = problem.size_limits(active.effect);
     let size = (p.off + match_ / left).clamp(low, high) - p.off;
     let mut state = null.state.clone();

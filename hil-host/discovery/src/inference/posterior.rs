@@ -78,7 +78,7 @@ impl Fit {
         state.calibration.iter_mut().zip(&mut by).for_each(|(z, b)| *z += b);
         for (&(e, p, _), b) in self.sigma.iter().zip(&mut by) {
             let active = &mut state.effects[e];
-            let (parameter, from) = (&active.effect.parameters()[p], active.values[p]);
+            let (parameter, from) = (&active.effect.parameters[p], active.values[p]);
             active.values[p] = (from + b).clamp(parameter.low.min(from), parameter.high.max(from));
         }
         let amplitudes = state.wave.iter_mut().flat_map(|w| w.amplitude_m_s.iter_mut().flatten());

@@ -75,8 +75,8 @@ pub(crate) fn scatter_cost(problem: &Problem, state: &State) -> f64 {
 fn free_numbers(problem: &Problem, effects: &[Active]) -> Vec<Free> {
     let mut out = Vec::new();
     for (k, a) in effects.iter().enumerate() {
-        for (j, p) in a.effect.parameters().iter().enumerate() {
-            if a.effect.seen_in() == SeenIn::Waves || p.is_stated() {
+        for (j, p) in a.effect.parameters.iter().enumerate() {
+            if a.effect.seen_in == SeenIn::Waves || p.is_stated() {
                 continue;
             }
             // A direction may be any: a wide normal prior around its start keeps it finite where nothing is known.

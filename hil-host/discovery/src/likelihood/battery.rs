@@ -167,9 +167,9 @@ impl Problem<'_> {
         // Half of a half step ahead: the nearest.
         let inputs: Vec<&Input> = rows.clone().map(|row| run.input_at_row(row, 0.25 * run.step_s)).collect();
         // The reading of the engine itself: volume from elsewhere does not act at its arm.
-        let seen = |(input, row): (&&Input, usize)| Sensed { ballast_m3: run.ballast_m3[row], ..input.sensed };
-        let mut sensed: Vec<Sensed> = inputs.iter().zip(rows.clone()).map(seen).collect();
-        ForceModel::new(*constants, effects).make_true(&mut sensed);
+        let model = ForceModel::new(*constants, effects);
+        let seen = |(input, row): (&&Input, usize)| model.truth(Sensed { ballast_m3: run.ballast_m3[row], ..input.sensed });
+        let sensed: Vec<Sensed> = inputs.iter().zip(rows.clone()).map(seen).collect();
         let wanted: Vec<f64> = rows
             .zip(inputs.iter().zip(&sensed))
             .map(|(row, (input, s))| {

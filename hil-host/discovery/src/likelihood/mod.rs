@@ -230,17 +230,17 @@ impl<'a> Problem<'a> {
 
     /// Limits of an effect's size added to what the vehicle file has of it, which may be too much. (An onset is an angle.)
     #[must_use]
-    pub fn size_limits(&self, effect: &dyn Effect) -> (f64, f64) {
-        let p = &effect.parameters()[0];
-        let has = self.vehicle.switched_on(effect).filter(|_| effect.onset().is_none()).map_or(0.0, |a| a.values[0] - p.off);
+    pub fn size_limits(&self, effect: &Effect) -> (f64, f64) {
+        let p = &effect.parameters[0];
+        let has = self.vehicle.switched_on(effect).filter(|_| effect.onset.is_none()).map_or(0.0, |a| a.values[0] - p.off);
         (p.low - has.max(0.0), p.high - has.min(0.0))
     }
 
     /// An effect at a start value; what is stated of the flight itself is.
     #[must_use]
-    pub fn active(&self, effect: &'static dyn Effect, size: f64) -> Active {
+    pub fn active(&self, effect: &'static Effect, size: f64) -> Active {
         let mut active = Active::sized(effect, size);
-        let of_trial = effect.parameters().iter().position(|p| p.name == "over_days");
+        let of_trial = effect.parameters.iter().position(|p| p.name == "over_days");
         if let Some((k, end_s)) = of_trial.zip(self.runs.last().and_then(|run| run.time_s.last())) {
             active.values[k] = end_s / DAY_S;
         }

@@ -105,7 +105,7 @@ impl Problem<'_> {
         let scale = 1.0 + z[SPEED_SCALE] * self.vehicle.sensors.speed_scale_relative;
         let zero = z[PRESSURE_ZERO] * PRESSURE_ZERO_PA;
         // Drift of the pressure zero is read while afloat; it is one effect's business.
-        let drift = |time_s: f64| effects.iter().map(|a| a.effect.pressure_error_pa(&a.values, time_s)).sum::<f64>();
+        let drift = |time_s: f64| effects.iter().map(|a| a.effect.pressure_error_pa.map_or(0.0, |f| f(&a.values, time_s))).sum::<f64>();
         self.whiten_run(
             k,
             &|row| t.depth_m[row] + port_shift_m(run, row, port) + wave.as_ref().map_or(0.0, |w| w[row]),

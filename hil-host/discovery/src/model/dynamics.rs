@@ -45,9 +45,7 @@ pub(crate) struct Point {
     pub(crate) cos_pitch: f64,
     pub(crate) rate: f64,
     pub(crate) roll: f64,
-    pub(crate) time: f64,
     pub(crate) temperature: f64,
-    pub(crate) cd0_relative: f64,
     /// What a bank leaves of lift in the vertical plane.
     pub(crate) upright: f64,
     /// Cosine of the roll of a body that turns as it banks; 1 where the model knows no such turn.
@@ -131,7 +129,7 @@ impl Job<'_> {
     }
 
     fn effects_on_points(&self) -> impl Iterator<Item = &Active> {
-        self.effects.iter().filter(|a| a.effect.acts_on_sensors() || a.effect.acts_on_volume())
+        self.effects.iter().filter(|a| a.effect.sensed.is_some() || a.effect.volume_m3.is_some())
     }
 
     /// Whether another job is the same simulation.
@@ -145,22 +143,21 @@ impl Job<'_> {
 }
 
 fn same<'a>(a: impl Iterator<Item = &'a Active>, b: impl Iterator<Item = &'a Active>) -> bool {
-    let key = |a: &Active| (std::ptr::from_ref(a.effect).cast::<()>(), a.effect.name(), a.values);
+    let key = |a: &Active| (std::ptr::from_ref(a.effect).cast::<()>(), a.effect.name, a.values);
     a.map(key).eq(b.map(key))
 }
 
-/// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid, and between them where a step is
-/// `split`.
-pub(crate) fn points(run: &Run, model: &ForceModel, split: usize, clock_s: f64) -> Vec<Point> {
-    let shifted = (clock_s != 0.0).then(|| on_the_clock_of_pressure(run, clock_s));
-    let inputs = shifted.as_deref().unwrap_or(&run.inputs);
+/// What the sensors of a run say, made true: the inputs of the simulation at half steps of the grid.
+pub(crate) fn points(run: &Run, model: &ForceModel, clock_s: f64) -> Vec<Point> {
+    let input = |j: usize| if clock_s == 0.0 { run.inputs[j] } else { on_the_clock_of_pressure(run, clock_s, j) };
     let area = model.constants.reference_area_m2;
     let pitch_slope = |s: Sensed| (model.truth(Sensed { pitch_rad: s.pitch_rad + 1e-3, ..s }).pitch_rad - model.truth(s).pitch_rad) / 1e-3;
     let affine = model.pitch_is_affine();
-    let slope = inputs.first().map_or(1.0, |i| pitch_slope(i.sensed));
-    let mut all: Vec<Sensed> = inputs.iter().map(|i| i.sensed).collect();
-    model.make_true(&mut all);
-    let point = |(i, true_now): (&Input, &Sensed)| {
+    let slope = if run.inputs.is_empty() { 1.0 } else { pitch_slope(input(0).sensed) };
+    // One by one: a copy of all inputs is as large as what is made of them.
+    let point = |j: usize| {
+        let i = input(j);
+        let true_now = model.truth(i.sensed);
         let (sin_pitch, cos_pitch) = i.turned(true_now.pitch_rad);
         let mut rate = i.pitch_rate_rad_s;
         if true_now.pitch_rad != i.sensed.pitch_rad {
@@ -168,48 +165,37 @@ pub(crate) fn points(run: &Run, model: &ForceModel, split: usize, clock_s: f64) 
         }
         let level = 1.0 - model.constants.banked_turn * (1.0 - i.cos_roll.max(STEEPEST_TURN));
         Point {
-            buoyancy_n: model.net_buoyancy_n(true_now),
+            buoyancy_n: model.net_buoyancy_n(&true_now),
             dynamic: 0.5 * true_now.density_kg_m3 * area,
             sin_pitch,
             cos_pitch,
             rate: rate * level,
             roll: i.roll_rad,
-            time: i.sensed.time_s,
             temperature: true_now.temperature_degc,
-            cd0_relative: i.cd0_relative,
             upright: 1.0 - model.constants.bank_tilt * (1.0 - i.cos_roll),
             level,
         }
     };
-    let whole: Vec<Point> = inputs.iter().zip(&all).map(point).collect();
-    if split <= 1 {
-        return whole;
-    }
-    let between = |pair: &[Point]| -> Vec<Point> {
-        (0..split).map(|k| if k == 0 { pair[0] } else { pair[0].mixed(&pair[1], k as f64 / split as f64) }).collect()
-    };
-    whole.windows(2).flat_map(between).chain(whole.last().copied()).collect()
+    (0..run.inputs.len()).map(point).collect()
 }
 
-/// The inputs of a run with pitch, roll and ballast as they were at the instant of the pressure, where they are logged so much later.
-fn on_the_clock_of_pressure(run: &Run, clock_s: f64) -> Vec<Input> {
-    let (all, ahead) = (&run.inputs, clock_s / (0.5 * run.step_s));
+/// The input of a run at half step `j` with pitch, roll and ballast as they were at the instant of the pressure, where they are logged so
+/// much later.
+fn on_the_clock_of_pressure(run: &Run, clock_s: f64, j: usize) -> Input {
+    let all = &run.inputs;
     let last = all.len() - 1;
-    let at = |j: usize| {
-        let x = (j as f64 + ahead).clamp(0.0, last as f64);
-        let k = (x as usize).min(last.saturating_sub(1));
-        let (a, b, f) = (&all[k], &all[(k + 1).min(last)], x - k as f64);
-        let mix = |pick: fn(&Input) -> f64| pick(a) + f * (pick(b) - pick(a));
-        let mut now = all[j];
-        now.sensed.pitch_rad = mix(|i| i.sensed.pitch_rad);
-        (now.sin_pitch, now.cos_pitch) = all[j].turned(now.sensed.pitch_rad);
-        now.pitch_rate_rad_s = mix(|i| i.pitch_rate_rad_s);
-        now.sensed.ballast_m3 = mix(|i| i.sensed.ballast_m3);
-        now.roll_rad = mix(|i| i.roll_rad);
-        now.cos_roll = mix(|i| i.cos_roll);
-        now
-    };
-    (0..all.len()).map(at).collect()
+    let x = (j as f64 + clock_s / (0.5 * run.step_s)).clamp(0.0, last as f64);
+    let k = (x as usize).min(last.saturating_sub(1));
+    let (a, b, f) = (&all[k], &all[(k + 1).min(last)], x - k as f64);
+    let mix = |pick: fn(&Input) -> f64| pick(a) + f * (pick(b) - pick(a));
+    let mut now = all[j];
+    now.sensed.pitch_rad = mix(|i| i.sensed.pitch_rad);
+    (now.sin_pitch, now.cos_pitch) = all[j].turned(now.sensed.pitch_rad);
+    now.pitch_rate_rad_s = mix(|i| i.pitch_rate_rad_s);
+    now.sensed.ballast_m3 = mix(|i| i.sensed.ballast_m3);
+    now.roll_rad = mix(|i| i.roll_rad);
+    now.cos_roll = mix(|i| i.cos_roll);
+    now
 }
 
 impl Input {
@@ -226,7 +212,7 @@ impl Input {
 
 impl Point {
     /// A share of the way to another point.
-    fn mixed(&self, other: &Self, share: f64) -> Self {
+    pub(crate) fn mixed(&self, other: &Self, share: f64) -> Self {
         let mix = |a: f64, b: f64| a + share * (b - a);
         Self {
             buoyancy_n: mix(self.buoyancy_n, other.buoyancy_n),
@@ -235,9 +221,7 @@ impl Point {
             cos_pitch: mix(self.cos_pitch, other.cos_pitch),
             rate: mix(self.rate, other.rate),
             roll: mix(self.roll, other.roll),
-            time: mix(self.time, other.time),
             temperature: mix(self.temperature, other.temperature),
-            cd0_relative: mix(self.cd0_relative, other.cd0_relative),
             upright: mix(self.upright, other.upright),
             level: mix(self.level, other.level),
         }
@@ -262,7 +246,7 @@ pub(crate) fn add_water(out: &mut Track, run: &Run, model: &ForceModel, gravity_
         out.depth_m[i] += shift + model.pressure_error_pa(time_s) / (1000.0 * gravity_m_s2);
         out.sink_m_s[i] -= up;
     }
-    let (east, north) = model.current_m_s(&Place { time_s: 0.0, depth_m: 0.0, water_depth_m, phase_rad });
+    let (east, north) = model.current_m_s();
     if run.displacement_s.is_finite() {
         out.displacement_m.0 += east * run.displacement_s;
         out.displacement_m.1 += north * run.displacement_s;

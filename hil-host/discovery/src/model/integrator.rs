@@ -118,8 +118,27 @@ impl<'a> Lane<'a> {
         &self.of.run.inputs[if self.split == 1 { k } else { k / self.split }]
     }
 
+    /// What drives the vehicle at a point; those between the inputs of a step that is split are made as they are asked for.
+    #[inline]
+    fn point(&self, k: usize) -> Point {
+        match (k / self.split, k % self.split) {
+            (whole, 0) => self.points[whole],
+            (whole, part) => self.points[whole].mixed(&self.points[whole + 1], part as f64 / self.split as f64),
+        }
+    }
+
+    /// What was measured at a point, as points are between inputs.
+    #[inline]
+    fn measured(&self, k: usize, pick: fn(&Input) -> f64) -> f64 {
+        let of = |whole: usize| pick(&self.of.run.inputs[whole]);
+        match (k / self.split, k % self.split) {
+            (whole, 0) => of(whole),
+            (whole, part) => of(whole) + part as f64 / self.split as f64 * (of(whole + 1) - of(whole)),
+        }
+    }
+
     fn is_afloat(&self) -> bool {
-        self.points[self.first()].buoyancy_n >= 0.0 && self.input(0).depth_m < FLOAT_M
+        self.point(self.first()).buoyancy_n >= 0.0 && self.input(0).depth_m < FLOAT_M
     }
 
     /// Takes the step: new velocities and the depth gained, and the rows on the way.
@@ -127,8 +146,8 @@ impl<'a> Lane<'a> {
         let run = self.of.run;
         let h = self.step_s;
         let k = self.first();
-        let (p1, p2) = (&self.points[k + 1], &self.points[k + 2]);
-        let (t0, sin2, cos2) = (self.points[k].time, p2.sin_pitch, p2.cos_pitch);
+        let (p1, p2) = (self.point(k + 1), self.point(k + 2));
+        let (t0, sin2, cos2) = (self.measured(k, |i| i.sensed.time_s), p2.sin_pitch, p2.cos_pitch);
         let (u0, n0, z0) = (self.u, self.n, self.z);
         let mut sink0 = 0.0;
         if afloat {
@@ -250,8 +269,8 @@ impl Now {
     /// `ahead` points from the start of the step that comes next.
     fn of(lanes: &[Lane; LANES], ahead: usize) -> Self {
         let at: [usize; LANES] = std::array::from_fn(|i| lanes[i].first() + ahead);
-        let point: [&Point; LANES] = std::array::from_fn(|i| &lanes[i].points[at[i]]);
-        let value = |pick: fn(&Point) -> f64| lanes_of(|i| pick(point[i]));
+        let point: [Point; LANES] = std::array::from_fn(|i| lanes[i].point(at[i]));
+        let value = |pick: fn(&Point) -> f64| lanes_of(|i| pick(&point[i]));
         Self {
             at,
             buoyancy: value(|p| p.buoyancy_n),
@@ -259,7 +278,7 @@ impl Now {
             sin_pitch: value(|p| p.sin_pitch),
             cos_pitch: value(|p| p.cos_pitch),
             rate: value(|p| p.rate),
-            cd0_relative: value(|p| p.cd0_relative),
+            cd0_relative: lanes_of(|i| lanes[i].measured(at[i], |input| input.cd0_relative)),
             upright: value(|p| p.upright),
             level: value(|p| p.level),
         }
@@ -282,13 +301,13 @@ struct Motion {
 fn under_effects(lanes: &[Lane; LANES], b: &Vehicles, p: &Now, m: &Motion) -> (Lanes, Lanes) {
     let (alphas, speeds, sinks) = (m.alpha.to_array(), m.speed.to_array(), m.sink.to_array());
     let flow = |i: usize| {
-        let at = &lanes[i].points[p.at[i]];
+        let at = lanes[i].point(p.at[i]);
         Flow {
             alpha_rad: alphas[i],
             speed_m_s: speeds[i],
             roll_rad: at.roll,
             climb_m_s: -sinks[i],
-            time_s: at.time,
+            time_s: lanes[i].measured(p.at[i], |input| input.sensed.time_s),
             temperature_degc: at.temperature,
             attached: false,
         }
@@ -381,17 +400,19 @@ pub(crate) fn tracks_of(
 pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Track> {
     let mut out: Vec<Track> = Vec::new();
     out.resize_with(jobs.len(), Track::default);
-    // Points of the run that is under way, of whom and in how many parts.
-    let mut kept: Vec<(usize, usize, Rc<Vec<Point>>)> = Vec::new();
+    // Points of the run that is under way, and of whom.
+    let mut kept: Vec<(usize, Rc<Vec<Point>>)> = Vec::new();
     let mut start = |k: usize| -> Lane {
         let job = &jobs[k];
         let model = ForceModel::new(job.constants, &job.effects).continued(beyond);
         let split = parts(job, &model);
-        kept.retain(|(of, ..)| std::ptr::eq(jobs[*of].run, job.run));
-        let known = kept.iter().find(|(of, parts, _)| *parts == split && jobs[*of].shares_points(job)).map(|(.., points)| points.clone());
+        // Those of a long run are most of what a diagnosis holds.
+        let later = |of: usize| jobs[k..].iter().any(|j| jobs[of].shares_points(j));
+        kept.retain(|(of, points)| std::ptr::eq(jobs[*of].run, job.run) && (Rc::strong_count(points) > 1 || later(*of)));
+        let known = kept.iter().find(|(of, _)| jobs[*of].shares_points(job)).map(|(_, points)| points.clone());
         let points = known.unwrap_or_else(|| {
-            let points = Rc::new(points(job.run, &model, split, job.clock_s));
-            kept.push((k, split, points.clone()));
+            let points = Rc::new(points(job.run, &model, job.clock_s));
+            kept.push((k, points.clone()));
             points
         });
         Lane::new(k, job, model, points, split)
@@ -411,6 +432,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
             while !idle[i] && lanes[i].done() {
                 out[lanes[i].job] = lanes[i].finish(water_depth_m);
                 if next < jobs.len() {
+                    lanes[i].points = Rc::default();
                     lanes[i] = start(next);
                     (next, changed) = (next + 1, true);
                 } else {

@@ -163,8 +163,8 @@ pub(crate) fn bounds(vehicle: &Vehicle, index: usize) -> Option<(f64, f64)> {
 
 /// The parameter that an effect is the error of: its index in [`PARAMETERS`].
 #[must_use]
-pub fn calibration_of(effect: &dyn Effect) -> Option<usize> {
-    let of = effect.error_of()?;
+pub fn calibration_of(effect: &Effect) -> Option<usize> {
+    let of = effect.error_of?;
     PARAMETERS.iter().position(|p| p.error_of == Some(of))
 }
 

@@ -2,7 +2,7 @@
 //! physics of them.
 
 use crate::preprocess::{Prepared, pressure_unit};
-use hydro::effects::{BallastOffset, Effect as _};
+use hydro::effects::{BALLAST_OFFSET, ForceModel};
 use logs::record::plausible::quantile;
 use logs::vehicle::Vehicle;
 
@@ -30,8 +30,7 @@ pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
     if let Some(why) = pressure_unit::impossible(&prepared.runs, vehicle) {
         return Some(why);
     }
-    let mut c = vehicle.constants;
-    vehicle.effects.iter().for_each(|a| a.effect.constants(&a.values, &mut c));
+    let c = ForceModel::new(vehicle.constants, &vehicle.effects).constants;
     let (mut short_m3, mut ballast_m3, mut density, mut volume_m3) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for run in &prepared.runs {
         for row in (0..run.time_s.len()).filter(|&i| run.used[i]) {
@@ -47,7 +46,7 @@ pub fn cannot_dive(prepared: &Prepared, vehicle: &Vehicle) -> Option<String> {
     let (asked, [most_in, most_out]) = (quantile(&short_m3, 0.5), [0.01, 0.99].map(|q| quantile(&ballast_m3, q)));
     let beyond = (asked - most_out).max(most_in - asked);
     // A trim that has an effect of its own is to be named, not refused. Not a number where there are no rows.
-    let named_m3 = BallastOffset.parameters()[0].high * 1e-6;
+    let named_m3 = BALLAST_OFFSET.parameters[0].high * 1e-6;
     if !(beyond > named_m3 + OTHER_WATER_TOLERANCES * vehicle.tolerance.trim_volume_m3) {
         return None;
     }

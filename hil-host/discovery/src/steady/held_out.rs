@@ -7,7 +7,7 @@
 //! The values come from the first flight alone. Which set is named is chosen on the second, so its error is a little flattered by
 //! the choice among eight, and by nothing else.
 
-use hydro::effects::{Effect, HullCompressibility, PitchOffset, ThermalExpansion};
+use hydro::effects::{Effect, HULL_COMPRESSIBILITY, PITCH_OFFSET, THERMAL_EXPANSION};
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -19,10 +19,10 @@ use super::samples::SteadySamples;
 use logs::record::flight::Flight;
 
 /// Effects that are asked, as the catalogue knows them.
-static EFFECTS: [(Parameter, &dyn Effect); 3] = [
-    (Parameter::Compressibility, &HullCompressibility),
-    (Parameter::ThermalExpansion, &ThermalExpansion),
-    (Parameter::PitchOffset, &PitchOffset),
+static EFFECTS: [(Parameter, &Effect); 3] = [
+    (Parameter::Compressibility, &HULL_COMPRESSIBILITY),
+    (Parameter::ThermalExpansion, &THERMAL_EXPANSION),
+    (Parameter::PitchOffset, &PITCH_OFFSET),
 ];
 /// A leg ends where the samples change direction or stop for this long, s.
 const LEG_GAP_S: f64 = 120.0;
@@ -92,7 +92,7 @@ pub fn held_out(train: &Flight, test: &Flight) -> Result<HeldOut, SteadyError> {
         let free: Vec<Parameter> = always.iter().copied().chain(set().map(|e| e.0)).collect();
         let model = fit(&fitted, &start, &free, Channels::Vertical)?.model;
         sets.push(Judged {
-            effects: set().map(|e| e.1.name()).collect(),
+            effects: set().map(|e| e.1.name).collect(),
             fitted_cm_s: rms_cm_s(&fitted, &model),
             test_cm_s: rms_cm_s(&judged, &model),
             t: 0.0,

@@ -59,7 +59,7 @@ const ESTIMATIONS: usize = 2;
 ///
 /// # Errors
 /// No dive in the flight that a model could be compared with.
-pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], parent: &[u8]) -> Result<Added, NothingToFit> {
+pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static Effect], parent: &[u8]) -> Result<Added, NothingToFit> {
     let prepared: Prepared = prepare(flight, vehicle);
     let mut notes = prepared.notes.clone();
     let check = check_segments(vehicle, &prepared, &mut notes);
@@ -67,9 +67,9 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static dyn Effect], 
     let base = vehicle.without(effects);
     let mut problem = Problem { vehicle: &base, ..as_given.clone() };
     let (mut null, mut fit) = fit_named(&problem, effects);
-    let own: Vec<Active> = effects.iter().filter_map(|e| vehicle.switched_on(*e)).collect();
+    let own: Vec<Active> = effects.iter().filter_map(|e| vehicle.switched_on(e)).collect();
     if !own.is_empty() {
-        let names: Vec<&str> = own.iter().map(|a| a.effect.name()).collect();
+        let names: Vec<&str> = own.iter().map(|a| a.effect.name).collect();
         notes.push(format!("the vehicle file has {} already: fitted anew, and reported as a whole", names.join(", ")));
         // What the file says may be a better start than nothing.
         if own.len() == effects.len() {
@@ -129,7 +129,7 @@ fn narrow(document: &mut Value, problem: &Problem, fit: &Fit, errors_m_s: [f64; 
 fn document(
     problem: &Problem,
     state: &State,
-    effects: &[&'static dyn Effect],
+    effects: &[&'static Effect],
     parameters: &[Estimate],
     flight: &Flight,
     parent: &[u8],
@@ -145,30 +145,30 @@ fn switched_on(
     d: &Value,
     vehicle: &Vehicle,
     state: &State,
-    effects: &[&'static dyn Effect],
+    effects: &[&'static Effect],
     parameters: &[Estimate],
 ) -> serde_json::Map<String, Value> {
     let mut on = d.get("effects").and_then(Value::as_object).cloned().unwrap_or_default();
     for effect in effects {
         let mut entry = serde_json::Map::new();
-        let prefix = format!("{}.", effect.name());
+        let prefix = format!("{}.", effect.name);
         for p in parameters.iter().filter(|p| p.name.starts_with(&prefix)) {
             let value = json!({"value": p.value, "low": p.low, "high": p.high, "unit": p.unit});
             entry.insert(p.name[prefix.len()..].to_string(), value);
         }
-        for a in state.effects.iter().filter(|a| a.effect.name() == effect.name()) {
-            let stated = effect.parameters().iter().zip(a.values).filter(|(p, _)| p.is_stated());
+        for a in state.effects.iter().filter(|a| a.effect.name == effect.name) {
+            let stated = effect.parameters.iter().zip(a.values).filter(|(p, _)| p.is_stated());
             entry.extend(stated.map(|(p, value)| (p.name.to_string(), json!({"value": value, "unit": p.unit}))));
         }
-        if let Some(text) = logs::vehicle::expression::text_of(*effect) {
+        if let Some(text) = effect.expression {
             entry.insert("expression".into(), json!(text));
         }
-        on.insert(new_key(&on, *effect), entry.into());
+        on.insert(new_key(&on, effect), entry.into());
     }
     for zero in zeros(vehicle, state) {
         let name = zero.effect;
         let refitted = parameters.iter().find(|p| p.name == format!("{name}.{}", zero.parameter));
-        let entry = match refitted.filter(|_| effects.iter().any(|e| e.name() == name)) {
+        let entry = match refitted.filter(|_| effects.iter().any(|e| e.name == name)) {
             Some(p) => json!({zero.parameter: {
                 "value": zero.before + p.value + zero.shift, "low": zero.before + p.low + zero.shift,
                 "high": zero.before + p.high + zero.shift, "unit": zero.unit,
@@ -181,7 +181,7 @@ fn switched_on(
 }
 
 /// Where the numbers come from.
-fn provenance(problem: &Problem, state: &State, effects: &[&'static dyn Effect], flight: &Flight, parent: &[u8]) -> Value {
+fn provenance(problem: &Problem, state: &State, effects: &[&'static Effect], flight: &Flight, parent: &[u8]) -> Value {
     let z = &state.calibration;
     let calibration: serde_json::Map<String, Value> = CALIBRATION.iter().zip(z).map(|(name, z)| ((*name).to_owned(), json!(z))).collect();
     json!({
@@ -191,7 +191,7 @@ fn provenance(problem: &Problem, state: &State, effects: &[&'static dyn Effect],
         "flight": flight.name,
         "fitted_segments": problem.runs.iter().map(|r| r.segment).collect::<Vec<_>>(),
         "branch": problem.branch.document(),
-        "added": effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
+        "added": effects.iter().map(|e| e.name).collect::<Vec<_>>(),
         "calibration_in_tolerances": calibration,
         "intervals": "90 %, with the colour of the water motion accounted for",
     })

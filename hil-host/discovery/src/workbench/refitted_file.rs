@@ -50,12 +50,12 @@ pub(crate) struct Zero {
 
 /// The two calibration numbers that have no constant in the file: they go on as the effect that states them.
 pub(crate) fn zeros(vehicle: &Vehicle, state: &State) -> Vec<Zero> {
-    let stating = |k: usize| catalogue::all().find(|e| calibration_of(*e) == Some(k)).map(|e| (k, e));
+    let stating = |k: usize| catalogue::all().find(|e| calibration_of(e) == Some(k)).map(|e| (k, e));
     [BALLAST_GAIN, PITCH_ZERO]
         .into_iter()
         .filter_map(stating)
         .map(|(k, e)| {
-            let (effect, parameter, unit) = (e.name(), e.parameters()[0].name, e.parameters()[0].unit);
+            let (effect, parameter, unit) = (e.name, e.parameters[0].name, e.parameters[0].unit);
             let stated = vehicle.document.pointer(&format!("/effects/{effect}/{parameter}"));
             let before = stated.map_or(0.0, |v| v.get("value").unwrap_or(v).as_f64().unwrap_or(0.0));
             Zero { effect, parameter, unit, before, shift: state.calibration[k] * tolerance_of(vehicle, k) }

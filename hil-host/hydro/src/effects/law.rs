@@ -24,7 +24,7 @@ impl<'a> ForceModel<'a> {
     pub fn new(nominal: Constants, active: &'a [Active]) -> Self {
         let mut constants = nominal;
         for a in active {
-            a.effect.constants(&a.values, &mut constants);
+            a.effect.constants.inspect(|f| f(&a.values, &mut constants));
         }
         let acts = |a: &Active| a.effect.in_flow() != InFlow::NOTHING;
         let first = active.iter().position(acts).unwrap_or(active.len());
@@ -34,7 +34,7 @@ impl<'a> ForceModel<'a> {
             active,
             in_flow: active.get(first..end).unwrap_or(active),
             hooks: active.iter().fold(InFlow::NOTHING, |hooks, a| hooks.or(a.effect.in_flow())),
-            on_volume: active.iter().any(|a| a.effect.acts_on_volume()),
+            on_volume: active.iter().any(|a| a.effect.volume_m3.is_some()),
             continuation: Continuation::default(),
         }
     }
@@ -55,47 +55,40 @@ impl<'a> ForceModel<'a> {
     /// Angle that the linear and quadratic lift see, rad.
     #[must_use]
     pub fn lift_angle_rad(&self, alpha_rad: f64) -> f64 {
-        self.in_flow.iter().fold(alpha_rad, |angle, e| e.effect.lift_angle_rad(&e.values, angle))
+        self.in_flow.iter().fold(alpha_rad, |angle, e| e.effect.lift_angle_rad.map_or(angle, |f| f(&e.values, angle)))
     }
 
     /// Lift coefficient that effects add to the law's.
     #[must_use]
     pub fn added_lift(&self, at: &Flow, lift_angle_rad: f64) -> f64 {
-        self.in_flow.iter().map(|e| e.effect.lift(&e.values, at, lift_angle_rad, &self.constants)).sum()
+        self.in_flow.iter().map(|e| e.effect.lift.map_or(0.0, |f| f(&e.values, at, lift_angle_rad, &self.constants))).sum()
     }
 
     /// Drag coefficient that effects add to the law's at this lift.
     #[must_use]
     pub fn added_drag(&self, at: &Flow, lift: f64) -> f64 {
-        self.in_flow.iter().map(|e| e.effect.drag(&e.values, at, lift, &self.constants)).sum()
+        self.in_flow.iter().map(|e| e.effect.drag.map_or(0.0, |f| f(&e.values, at, lift, &self.constants))).sum()
     }
 
     /// Coefficient of the force normal to the body.
     #[must_use]
     pub fn normal_force(&self, at: &Flow) -> f64 {
-        self.in_flow.iter().map(|e| e.effect.normal_force(&e.values, at)).sum()
+        self.in_flow.iter().map(|e| e.effect.normal_force.map_or(0.0, |f| f(&e.values, at))).sum()
     }
 
     /// Whether the true pitch is a straight line in the measured one (a person's expression may be anything).
     #[must_use]
     pub fn pitch_is_affine(&self) -> bool {
-        self.active.iter().all(|a| a.effect.expression().is_none())
+        self.active.iter().all(|a| a.effect.expression.is_none())
     }
 
     /// What is true when the sensors say `s`.
     #[must_use]
     pub fn truth(&self, mut s: Sensed) -> Sensed {
         for a in self.active {
-            a.effect.sensed(&a.values, &mut s);
+            a.effect.sensed.inspect(|f| f(&a.values, &mut s));
         }
         s
-    }
-
-    /// The same at many instants, in place.
-    pub fn make_true(&self, all: &mut [Sensed]) {
-        for a in self.active {
-            a.effect.sensed_all(&a.values, all);
-        }
     }
 
     /// Displaced volume, m³.
@@ -110,7 +103,7 @@ impl<'a> ForceModel<'a> {
         if !self.on_volume {
             return volume;
         }
-        volume + self.active.iter().map(|a| a.effect.volume_m3(&a.values, s, c)).sum::<f64>()
+        volume + self.active.iter().map(|a| a.effect.volume_m3.map_or(0.0, |f| f(&a.values, s, c))).sum::<f64>()
     }
 
     /// Net buoyancy, N, up.
@@ -156,21 +149,19 @@ impl<'a> ForceModel<'a> {
     /// Vertical water motion, m/s, up.
     #[must_use]
     pub fn water_up_m_s(&self, at: &Place) -> f64 {
-        self.active.iter().map(|a| a.effect.water_up_m_s(&a.values, at)).sum()
+        self.active.iter().map(|a| a.effect.water_up_m_s.map_or(0.0, |f| f(&a.values, at))).sum()
     }
 
     /// What the pressure sensor shows too much, Pa.
     #[must_use]
     pub fn pressure_error_pa(&self, time_s: f64) -> f64 {
-        self.active.iter().map(|a| a.effect.pressure_error_pa(&a.values, time_s)).sum()
+        self.active.iter().map(|a| a.effect.pressure_error_pa.map_or(0.0, |f| f(&a.values, time_s))).sum()
     }
 
     /// Horizontal current, (east, north), m/s.
     #[must_use]
-    pub fn current_m_s(&self, at: &Place) -> (f64, f64) {
-        self.active.iter().fold((0.0, 0.0), |(e, n), a| {
-            let (de, dn) = a.effect.current_m_s(&a.values, at);
-            (e + de, n + dn)
-        })
+    pub fn current_m_s(&self) -> (f64, f64) {
+        let currents = self.active.iter().filter_map(|a| Some(a.effect.current_m_s?(&a.values)));
+        currents.fold((0.0, 0.0), |(e, n), (de, dn)| (e + de, n + dn))
     }
 }

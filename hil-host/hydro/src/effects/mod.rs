@@ -1,9 +1,9 @@
 //! Which physical effects may a real glider show that its nominal model lacks?
 //!
-//! One effect is one type with named, united parameters; every effect is off
-//! unless it is in the list of a [`ForceModel`]. A new effect is one type that
-//! implements [`Effect`], in the file of its kind, and one line in
-//! [`CATALOGUE`]; CONTRIBUTING.md has a worked example.
+//! One effect is one row, an [`Effect`] with named, united parameters and hooks;
+//! every effect is off unless it is in the list of a [`ForceModel`]. A new effect
+//! is one row in the file of its kind, and one line in [`CATALOGUE`];
+//! CONTRIBUTING.md has a worked example.
 //!
 //! Axes and signs: x along the horizontal track, z up, pitch θ nose up, angle
 //! of attack α = θ − γ (positive in a dive), depth and pressure positive down,
@@ -34,16 +34,14 @@ mod sensing;
 mod water;
 
 pub use beyond::{ALPHA_VALID_RAD, Beyond, CD_BROADSIDE, Continuation};
-pub use buoyancy::{BallastOffset, BallastScale, HullCompressibility, ThermalExpansion};
+pub use buoyancy::{BALLAST_OFFSET, BALLAST_SCALE, HULL_COMPRESSIBILITY, THERMAL_EXPANSION};
 pub use coefficients::LiftDrag;
-pub use drag::{BiofoulingDrag, ClimbDrag, DragLevelError, InducedDragError, ReynoldsDrag, RollTurnDrag};
-pub use inertia::{AddedMass, HeaveAddedMass};
+pub use drag::ROLL_TURN_DRAG;
 pub use law::ForceModel;
-pub use lift::{LiftSlopeError, SideEdgeLift, Stall, VortexLiftBodyWing, ZeroLiftAngle};
 pub use quantities::{Constants, DAY_S, Flow, HULL_LAG_S, Place, REFERENCE_TEMPERATURE_DEGC, Sensed};
 pub use search::{Calibrated, Onset, SeenIn};
-pub use sensing::{DensityBias, PitchOffset, PitchScale, PressureDrift};
-pub use water::{HorizontalCurrent, InternalWave, VerticalCurrent, WAVE, vertical_mode};
+pub use sensing::PITCH_OFFSET;
+pub use water::{WAVE, vertical_mode};
 
 /// Most parameters one effect may have.
 pub const MAX_PARAMETERS: usize = 4;
@@ -67,6 +65,27 @@ pub struct Parameter {
     pub source: &'static str,
 }
 
+impl Parameter {
+    /// `name` in `unit`: its off value, its range, its typical size, and where range and size come from.
+    #[must_use]
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        off: f64,
+        (low, high): (f64, f64),
+        typical: f64,
+        source: &'static str,
+    ) -> Self {
+        Self { name, unit, off, low, high, typical, source }
+    }
+
+    /// Whether it is stated with the others and never fitted.
+    #[must_use]
+    pub fn is_stated(&self) -> bool {
+        self.typical == 0.0
+    }
+}
+
 /// Which of the hooks that depend on the flow an effect has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InFlow {
@@ -80,19 +99,9 @@ pub struct InFlow {
     pub normal_force: bool,
 }
 
-impl Parameter {
-    /// Whether it is stated with the others and never fitted.
-    #[must_use]
-    pub fn is_stated(&self) -> bool {
-        self.typical == 0.0
-    }
-}
-
 impl InFlow {
     /// None of them.
     pub const NOTHING: Self = Self { lift_angle: false, lift: false, drag: false, normal_force: false };
-    /// Every one.
-    pub const ALL: Self = Self { lift_angle: true, lift: true, drag: true, normal_force: true };
 
     /// Those that either has.
     #[must_use]
@@ -106,138 +115,150 @@ impl InFlow {
     }
 }
 
-/// One optional physical effect. Hooks do nothing unless an effect writes its own; `p` are its parameters in the order of
-/// [`Effect::parameters`]. The first parameter is its size: at `off` the effect is not there.
-pub trait Effect: Sync + core::fmt::Debug {
+/// What an effect does at one place of the model, if it does anything there.
+pub type Hook<F> = Option<&'static F>;
+
+/// One optional physical effect, a row over [`Effect::NONE`]. First argument of every hook are its parameters in the order of
+/// [`Effect::parameters`], of which the first is its size: at `off` the effect is not there.
+#[derive(Clone, Copy)]
+#[allow(clippy::type_complexity, reason = "a hook is its signature")]
+pub struct Effect {
     /// Name in files, commands and reports.
-    fn name(&self) -> &'static str;
+    pub name: &'static str,
     /// What it is, in one sentence for a person, with the physics.
-    fn physics(&self) -> &'static str;
+    pub physics: &'static str,
     /// What measurement would tell it from its look-alikes.
-    fn separated_by(&self) -> &'static str;
+    pub separated_by: &'static str,
     /// The text of an effect that a person wrote as an expression.
-    fn expression(&self) -> Option<&str> {
-        None
-    }
+    pub expression: Option<&'static str>,
     /// Its numbers; the first is the size.
-    fn parameters(&self) -> &'static [Parameter];
+    pub parameters: &'static [Parameter],
     /// Which calibrated number of the vehicle it is the error of, if it is: inside that number's tolerance it is scatter.
-    fn error_of(&self) -> Option<Calibrated> {
-        None
-    }
+    pub error_of: Option<Calibrated>,
     /// Sign that its size has by its physics (growth grows, vortices add force); 0 if either is as likely.
-    fn usual_sign(&self) -> f64 {
-        0.0
-    }
-    /// Size that a fit starts from.
-    fn start(&self) -> f64 {
-        self.parameters().first().map_or(0.0, |p| p.off)
-    }
+    pub usual_sign: f64,
+    /// Size that a fit starts from, where that is not `off`.
+    pub starts_at: Option<f64>,
     /// Where its size is an angle beyond which it acts: how it is looked for.
-    fn onset(&self) -> Option<Onset> {
-        None
-    }
+    pub onset: Option<Onset>,
     /// In which measurements it is looked for.
-    fn seen_in(&self) -> SeenIn {
-        SeenIn::VerticalMotion
-    }
-    /// Which hooks that depend on the flow it has. Only saves time: hooks that it says it has not are not asked in the inner loop.
-    fn in_flow(&self) -> InFlow {
-        InFlow::ALL
-    }
+    pub seen_in: SeenIn,
     /// Changes constants of the law.
-    fn constants(&self, _p: &[f64], _c: &mut Constants) {}
-    /// Whether it has a hook of its own for the sensors. Only saves time.
-    fn acts_on_sensors(&self) -> bool {
-        false
-    }
-    /// Turns what the sensors said into what is true; asked only of effects that say they act on them.
-    fn sensed(&self, _p: &[f64], _s: &mut Sensed) {}
-    /// The same for many instants: one call for a whole flight. Not for an effect to write.
-    fn sensed_all(&self, p: &[f64], all: &mut [Sensed]) {
-        all.iter_mut().for_each(|s| self.sensed(p, s));
-    }
-    /// Whether it has a hook of its own for the displaced volume. Only saves time.
-    fn acts_on_volume(&self) -> bool {
-        false
-    }
-    /// Displaced volume added, m³; asked only of effects that say they act on it.
-    fn volume_m3(&self, _p: &[f64], _s: &Sensed, _c: &Constants) -> f64 {
-        0.0
-    }
-    /// Angle that the linear and quadratic lift see, rad.
-    fn lift_angle_rad(&self, _p: &[f64], alpha_rad: f64) -> f64 {
-        alpha_rad
-    }
+    pub constants: Hook<dyn Fn(&[f64], &mut Constants) + Sync>,
+    /// Turns what the sensors said into what is true.
+    pub sensed: Hook<dyn Fn(&[f64], &mut Sensed) + Sync>,
+    /// Displaced volume added, m³.
+    pub volume_m3: Hook<dyn Fn(&[f64], &Sensed, &Constants) -> f64 + Sync>,
+    /// Angle that the linear and quadratic lift see, from the one given, rad.
+    pub lift_angle_rad: Hook<dyn Fn(&[f64], f64) -> f64 + Sync>,
     /// Lift coefficient added before the induced drag is formed; the angle is the one that the linear and quadratic lift see.
-    fn lift(&self, _p: &[f64], _at: &Flow, _lift_angle_rad: f64, _c: &Constants) -> f64 {
-        0.0
-    }
-    /// Drag coefficient added.
-    fn drag(&self, _p: &[f64], _at: &Flow, _lift: f64, _c: &Constants) -> f64 {
-        0.0
-    }
+    pub lift: Hook<dyn Fn(&[f64], &Flow, f64, &Constants) -> f64 + Sync>,
+    /// Drag coefficient added at a lift coefficient.
+    pub drag: Hook<dyn Fn(&[f64], &Flow, f64, &Constants) -> f64 + Sync>,
     /// Coefficient of a force normal to the body (adds lift and drag, no suction), positive for α > 0.
-    fn normal_force(&self, _p: &[f64], _at: &Flow) -> f64 {
-        0.0
-    }
-    /// Whether it has a hook of its own for vertical water motion or the pressure sensor. Only saves time.
-    fn acts_on_depth(&self) -> bool {
-        false
-    }
-    /// Vertical water motion, m/s, up; asked only of effects that say they act on depth.
-    fn water_up_m_s(&self, _p: &[f64], _at: &Place) -> f64 {
-        0.0
-    }
-    /// What the pressure sensor shows too much, Pa; asked only of effects that say they act on depth.
-    fn pressure_error_pa(&self, _p: &[f64], _time_s: f64) -> f64 {
-        0.0
-    }
+    pub normal_force: Hook<dyn Fn(&[f64], &Flow) -> f64 + Sync>,
+    /// Vertical water motion, m/s, up.
+    pub water_up_m_s: Hook<dyn Fn(&[f64], &Place) -> f64 + Sync>,
+    /// What the pressure sensor shows too much at a time in s, Pa.
+    pub pressure_error_pa: Hook<dyn Fn(&[f64], f64) -> f64 + Sync>,
     /// Horizontal current, (east, north), m/s.
-    fn current_m_s(&self, _p: &[f64], _at: &Place) -> (f64, f64) {
-        (0.0, 0.0)
+    pub current_m_s: Hook<dyn Fn(&[f64]) -> (f64, f64) + Sync>,
+}
+
+impl core::fmt::Debug for Effect {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.name)
     }
 }
 
-/// Every effect with a name, in the order of FORMAT section 6.3; a new one is a line more, such as `&drag::MastDrag,`.
-pub static CATALOGUE: &[&dyn Effect] = &[
-    &VortexLiftBodyWing,
-    &SideEdgeLift,
-    &ReynoldsDrag,
-    &Stall,
-    &HullCompressibility,
-    &ThermalExpansion,
-    &BiofoulingDrag,
-    &PitchOffset,
-    &BallastOffset,
-    &BallastScale,
-    &InternalWave,
-    &VerticalCurrent,
-    &RollTurnDrag,
-    &ClimbDrag,
-    &AddedMass,
-    &HeaveAddedMass,
-    &DragLevelError,
-    &LiftSlopeError,
-    &InducedDragError,
-    &ZeroLiftAngle,
-    &DensityBias,
-    &PressureDrift,
-    &PitchScale,
-    &HorizontalCurrent,
+impl Effect {
+    /// Without a name, numbers and hooks, of either sign and seen in the vertical motion.
+    pub const NONE: Self = Self {
+        name: "",
+        physics: "",
+        separated_by: "",
+        expression: None,
+        parameters: &[],
+        error_of: None,
+        usual_sign: 0.0,
+        starts_at: None,
+        onset: None,
+        seen_in: SeenIn::VerticalMotion,
+        constants: None,
+        sensed: None,
+        volume_m3: None,
+        lift_angle_rad: None,
+        lift: None,
+        drag: None,
+        normal_force: None,
+        water_up_m_s: None,
+        pressure_error_pa: None,
+        current_m_s: None,
+    };
+
+    /// Size that a fit starts from.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.starts_at.unwrap_or(self.parameters.first().map_or(0.0, |p| p.off))
+    }
+
+    /// Which hooks that depend on the flow it has.
+    #[must_use]
+    pub fn in_flow(&self) -> InFlow {
+        InFlow {
+            lift_angle: self.lift_angle_rad.is_some(),
+            lift: self.lift.is_some(),
+            drag: self.drag.is_some(),
+            normal_force: self.normal_force.is_some(),
+        }
+    }
+
+    /// Whether it moves the water up or down, or errs in pressure.
+    #[must_use]
+    pub fn acts_on_depth(&self) -> bool {
+        self.water_up_m_s.is_some() || self.pressure_error_pa.is_some()
+    }
+}
+
+/// Every effect with a name, in the order of FORMAT section 6.3; a new one is a line more, such as `&drag::MAST_DRAG,`.
+pub static CATALOGUE: &[&Effect] = &[
+    &lift::VORTEX_LIFT_BODYWING,
+    &lift::SIDE_EDGE_LIFT,
+    &drag::REYNOLDS_DRAG,
+    &lift::STALL,
+    &buoyancy::HULL_COMPRESSIBILITY,
+    &buoyancy::THERMAL_EXPANSION,
+    &drag::BIOFOULING_DRAG,
+    &sensing::PITCH_OFFSET,
+    &buoyancy::BALLAST_OFFSET,
+    &buoyancy::BALLAST_SCALE,
+    &water::INTERNAL_WAVE,
+    &water::VERTICAL_CURRENT,
+    &drag::ROLL_TURN_DRAG,
+    &drag::CLIMB_DRAG,
+    &inertia::ADDED_MASS,
+    &inertia::HEAVE_ADDED_MASS,
+    &drag::DRAG_LEVEL_ERROR,
+    &lift::LIFT_SLOPE_ERROR,
+    &drag::INDUCED_DRAG_ERROR,
+    &lift::ZERO_LIFT_ANGLE,
+    &sensing::DENSITY_BIAS,
+    &sensing::PRESSURE_DRIFT,
+    &sensing::PITCH_SCALE,
+    &water::HORIZONTAL_CURRENT,
 ];
 
 /// The effect with this name.
 #[must_use]
-pub fn by_name(name: &str) -> Option<&'static dyn Effect> {
-    CATALOGUE.iter().copied().find(|e| e.name() == name)
+pub fn by_name(name: &str) -> Option<&'static Effect> {
+    CATALOGUE.iter().copied().find(|e| e.name == name)
 }
 
 /// An effect that is on, with its values.
 #[derive(Clone, Copy, Debug)]
 pub struct Active {
     /// Which.
-    pub effect: &'static dyn Effect,
+    pub effect: &'static Effect,
     /// Values in the order of its parameters; the rest is unused.
     pub values: [f64; MAX_PARAMETERS],
 }
@@ -245,9 +266,9 @@ pub struct Active {
 impl Active {
     /// The effect at its off value, shape parameters at their usual ones.
     #[must_use]
-    pub fn off(effect: &'static dyn Effect) -> Self {
+    pub fn off(effect: &'static Effect) -> Self {
         let mut values = [0.0; MAX_PARAMETERS];
-        for (v, p) in values.iter_mut().zip(effect.parameters()) {
+        for (v, p) in values.iter_mut().zip(effect.parameters) {
             *v = p.off;
         }
         Self { effect, values }
@@ -255,7 +276,7 @@ impl Active {
 
     /// The effect at this size, shape parameters at their usual values.
     #[must_use]
-    pub fn sized(effect: &'static dyn Effect, size: f64) -> Self {
+    pub fn sized(effect: &'static Effect, size: f64) -> Self {
         let mut a = Self::off(effect);
         a.values[0] = size;
         a

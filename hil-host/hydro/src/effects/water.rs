@@ -1,6 +1,6 @@
 //! Effects of the water's own motion.
 
-use super::{Effect, InFlow, Parameter, Place, SeenIn};
+use super::{Effect, Parameter, SeenIn};
 use core::f64::consts::PI;
 
 /// Vertical structure of mode `n` (1, 2, …) at `depth_m` in water of `water_depth_m`: sin(n π z/H), zero at surface and bottom.
@@ -20,141 +20,53 @@ fn skewed_mode(c: f64, depth_m: f64, water_depth_m: f64) -> f64 {
     shape / (libm::sqrt(1.0 - cos * cos) * (1.0 + c * cos))
 }
 
-/// Vertical water motion A sin(2π t/T + phase) sin(n π z/H). The phase is one per segment.
-#[derive(Clone, Copy, Debug)]
-pub struct InternalWave;
-
 /// Name of the effect whose amplitudes are free in every dive: a fit keeps them apart from the parameters.
 pub const WAVE: &str = "internal_wave";
 
-impl Effect for InternalWave {
-    fn name(&self) -> &'static str {
-        WAVE
-    }
-    fn physics(&self) -> &'static str {
-        "an internal wave lifts and lowers the water with a period of tens of minutes, whatever the vehicle does"
-    }
-    fn separated_by(&self) -> &'static str {
-        "several dives in a row at one place: it has its own clock"
-    }
-    fn seen_in(&self) -> SeenIn {
-        SeenIn::Waves
-    }
-    fn in_flow(&self) -> InFlow {
-        InFlow::NOTHING
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &[
-            Parameter { name: "amplitude_m_s", unit: "m/s", off: 0.0, low: 0.0, high: 0.2, typical: 0.01, source: "1-3 cm/s on shelves" },
-            Parameter {
-                name: "period_s",
-                unit: "s",
-                off: 1200.0,
-                low: 240.0,
-                high: 7200.0,
-                typical: 900.0,
-                source: "between buoyancy and inertial period; tens of minutes",
-            },
-            Parameter { name: "mode", unit: "1", off: 1.0, low: 1.0, high: 3.0, typical: 1.0, source: "low modes carry the energy" },
-        ]
-    }
-    fn acts_on_depth(&self) -> bool {
-        true
-    }
-    fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
+/// Vertical water motion A sin(2π t/T + phase) sin(n π z/H). The phase is one per segment.
+pub static INTERNAL_WAVE: Effect = Effect {
+    name: WAVE,
+    physics: "an internal wave lifts and lowers the water with a period of tens of minutes, whatever the vehicle does",
+    separated_by: "several dives in a row at one place: it has its own clock",
+    parameters: &[
+        Parameter::new("amplitude_m_s", "m/s", 0.0, (0.0, 0.2), 0.01, "1-3 cm/s on shelves"),
+        Parameter::new("period_s", "s", 1200.0, (240.0, 7200.0), 900.0, "between buoyancy and inertial period; tens of minutes"),
+        Parameter::new("mode", "1", 1.0, (1.0, 3.0), 1.0, "low modes carry the energy"),
+    ],
+    seen_in: SeenIn::Waves,
+    water_up_m_s: Some(&|p, at| {
         let mode = if p[2] < 1.5 { 1 } else { 2 };
         p[0] * libm::sin(2.0 * PI * at.time_s / p[1] + at.phase_rad) * vertical_mode(mode, at.depth_m, at.water_depth_m)
-    }
-}
+    }),
+    ..Effect::NONE
+};
 
 /// Steady vertical water motion, up positive, velocity sin(π z/H).
-#[derive(Clone, Copy, Debug)]
-pub struct VerticalCurrent;
-
-impl Effect for VerticalCurrent {
-    fn name(&self) -> &'static str {
-        "vertical_current"
-    }
-    fn physics(&self) -> &'static str {
-        "the water itself rises or sinks steadily at mid depth, so dives and climbs shift by the same velocity"
-    }
-    fn separated_by(&self) -> &'static str {
-        "legs at several speeds: the shift in vertical velocity stays the same; another day or place"
-    }
-    fn in_flow(&self) -> InFlow {
-        InFlow::NOTHING
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &[
-            Parameter {
-                name: "velocity_m_s",
-                unit: "m/s",
-                off: 0.0,
-                low: -0.1,
-                high: 0.1,
-                typical: 0.008,
-                source: "upwelling below 1 mm/s, convection and lee slopes 1-5 cm/s",
-            },
-            Parameter {
-                name: "shallowness",
-                unit: "1",
-                off: 0.0,
-                low: -0.8,
-                high: 0.8,
-                typical: 0.3,
-                source: "peak between 0.34 and 0.66 of the water depth; guess",
-            },
-        ]
-    }
-    fn acts_on_depth(&self) -> bool {
-        true
-    }
-    fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
-        p[0] * skewed_mode(p[1], at.depth_m, at.water_depth_m)
-    }
-}
+pub static VERTICAL_CURRENT: Effect = Effect {
+    name: "vertical_current",
+    physics: "the water itself rises or sinks steadily at mid depth, so dives and climbs shift by the same velocity",
+    separated_by: "legs at several speeds: the shift in vertical velocity stays the same; another day or place",
+    parameters: &[
+        Parameter::new("velocity_m_s", "m/s", 0.0, (-0.1, 0.1), 0.008, "upwelling below 1 mm/s, convection and lee slopes 1-5 cm/s"),
+        Parameter::new("shallowness", "1", 0.0, (-0.8, 0.8), 0.3, "peak between 0.34 and 0.66 of the water depth; guess"),
+    ],
+    water_up_m_s: Some(&|p, at| p[0] * skewed_mode(p[1], at.depth_m, at.water_depth_m)),
+    ..Effect::NONE
+};
 
 /// A steady horizontal current: speed and the direction it flows to (clockwise from north).
-#[derive(Clone, Copy, Debug)]
-pub struct HorizontalCurrent;
-
-impl Effect for HorizontalCurrent {
-    fn name(&self) -> &'static str {
-        "horizontal_current"
-    }
-    fn physics(&self) -> &'static str {
-        "the water carries the glider sideways: GPS displacement differs from the way through the water by the same vector per hour"
-    }
-    fn separated_by(&self) -> &'static str {
-        "GPS fixes on legs with different headings; vertical velocity does not feel it"
-    }
-    fn seen_in(&self) -> SeenIn {
-        SeenIn::Displacement
-    }
-    fn in_flow(&self) -> InFlow {
-        InFlow::NOTHING
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &[
-            Parameter { name: "speed_m_s", unit: "m/s", off: 0.0, low: 0.0, high: 1.5, typical: 0.05, source: "2-50 cm/s" },
-            Parameter {
-                name: "direction_rad",
-                unit: "rad",
-                off: 0.0,
-                low: -7.0,
-                high: 7.0,
-                typical: 3.0,
-                source: "any; clockwise from north, towards",
-            },
-        ]
-    }
-    fn current_m_s(&self, p: &[f64], _at: &Place) -> (f64, f64) {
-        (p[0] * libm::sin(p[1]), p[0] * libm::cos(p[1]))
-    }
-}
+pub static HORIZONTAL_CURRENT: Effect = Effect {
+    name: "horizontal_current",
+    physics: "the water carries the glider sideways: GPS displacement differs from the way through the water by the same vector per hour",
+    separated_by: "GPS fixes on legs with different headings; vertical velocity does not feel it",
+    parameters: &[
+        Parameter::new("speed_m_s", "m/s", 0.0, (0.0, 1.5), 0.05, "2-50 cm/s"),
+        Parameter::new("direction_rad", "rad", 0.0, (-7.0, 7.0), 3.0, "any; clockwise from north, towards"),
+    ],
+    seen_in: SeenIn::Displacement,
+    current_m_s: Some(&|p| (p[0] * libm::sin(p[1]), p[0] * libm::cos(p[1]))),
+    ..Effect::NONE
+};
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,6 @@
 //! Files read whole, with a bound: a device has no end, a pipe may never begin, and a file larger than memory ends the program.
 
+use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _, Result};
 use std::path::Path;
 
@@ -8,25 +9,39 @@ pub const LOG: u64 = 2 << 30;
 /// Most bytes of what people write or programs leave for them: vehicle, mission, truth, configuration, flight table.
 pub const DOCUMENT: u64 = 16 << 20;
 
-/// The bytes of a regular file that has at most `most`.
+fn refused(why: String) -> Error {
+    Error::new(ErrorKind::InvalidInput, why)
+}
+
+fn larger(most: u64) -> Error {
+    refused(format!("is larger than {} MB, the most that is read of such a file", most >> 20))
+}
+
+/// A regular file that has at most `most` bytes, for a reader that goes about in it.
 ///
 /// # Errors
 /// What the system says; that it is no regular file, or larger, with the bound.
-pub fn bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
-    let refused = |why: String| Error::new(ErrorKind::InvalidInput, why);
-    let megabytes = most >> 20;
+pub fn file(path: &Path, most: u64) -> Result<File> {
     let known = std::fs::metadata(path)?;
     if !known.is_file() && !known.is_dir() {
         return Err(refused(format!(
-            "is no regular file but a pipe, a socket or a device: copy what comes out of it to a file first (at most {megabytes} MB are read)"
+            "is no regular file but a pipe, a socket or a device: copy what comes out of it to a file first (at most {} MB are read)",
+            most >> 20
         )));
     }
-    let mut out = Vec::with_capacity(usize::try_from(known.len().min(most)).unwrap_or(0));
-    std::fs::File::open(path)?.take(most + 1).read_to_end(&mut out)?;
-    if out.len() as u64 > most {
-        return Err(refused(format!("is larger than {megabytes} MB, the most that is read of such a file")));
-    }
-    Ok(out)
+    if known.len() > most { Err(larger(most)) } else { File::open(path) }
+}
+
+/// The bytes of a regular file that has at most `most`.
+///
+/// # Errors
+/// As [`file`].
+pub fn bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let file = file(path, most)?;
+    let mut out = Vec::with_capacity(usize::try_from(file.metadata()?.len().min(most)).unwrap_or(0));
+    // It may grow while it is read, or say that it is empty.
+    file.take(most + 1).read_to_end(&mut out)?;
+    if out.len() as u64 > most { Err(larger(most)) } else { Ok(out) }
 }
 
 /// The same as text.

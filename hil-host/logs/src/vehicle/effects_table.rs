@@ -3,7 +3,7 @@
 use crate::record::csv::ReadError;
 use crate::vehicle::Vehicle;
 use crate::vehicle::catalogue;
-use crate::vehicle::expression::{self, text_of};
+use crate::vehicle::expression;
 use hydro::effects::{Active, Effect};
 use serde_json::{Map, Value};
 
@@ -21,18 +21,18 @@ pub(crate) fn read(table: &Value, bad: impl Fn(&str, String) -> ReadError) -> Re
 fn one(name: &str, entry: &Value, bad: &impl Fn(&str, String) -> ReadError) -> Result<Active, ReadError> {
     let key = format!("effects.{name}");
     let entry = entry.as_object().ok_or_else(|| bad(&key, "is not a table of parameters".into()))?;
-    let effect: &'static dyn Effect = match (catalogue::by_name(name), entry.get("expression").and_then(Value::as_str)) {
+    let effect: &'static Effect = match (catalogue::by_name(name), entry.get("expression").and_then(Value::as_str)) {
         (Some(effect), _) => effect,
         (None, Some(text)) => expression::parse(text).map_err(|e| bad(&format!("{key}.expression"), e.to_string()))?,
         (None, None) => {
-            let all: Vec<&str> = catalogue::all().map(|e| e.name()).collect();
+            let all: Vec<&str> = catalogue::all().map(|e| e.name).collect();
             return Err(bad(&key, format!("no such effect; there are {}", all.join(", "))));
         }
     };
     let mut active = Active::off(effect);
-    let parameters = effect.parameters();
+    let parameters = effect.parameters;
     // Of a law of the user's own nothing is usual: a name without a number is a slip in another one.
-    if let Some(p) = parameters.iter().find(|p| effect.expression().is_some() && !entry.contains_key(p.name)) {
+    if let Some(p) = parameters.iter().find(|p| effect.expression.is_some() && !entry.contains_key(p.name)) {
         return Err(bad(
             &format!("{key}.{}", p.name),
             "is missing: the expression names it; state its number, or is it a slip in a variable?".into(),
@@ -60,19 +60,19 @@ fn one(name: &str, entry: &Value, bad: &impl Fn(&str, String) -> ReadError) -> R
 }
 
 /// Whether an entry of the table is of this effect: one of the user's own is known by its expression.
-fn is_of(key: &str, entry: &Value, effect: &dyn Effect) -> bool {
-    text_of(effect).map_or(key == effect.name(), |text| entry.get("expression").and_then(Value::as_str) == Some(&text))
+fn is_of(key: &str, entry: &Value, effect: &Effect) -> bool {
+    effect.expression.map_or(key == effect.name, |text| entry.get("expression").and_then(Value::as_str) == Some(text))
 }
 
 /// Whether two effects are the same law.
-fn is_same(a: &dyn Effect, b: &dyn Effect) -> bool {
-    a.name() == b.name() && text_of(a) == text_of(b)
+fn is_same(a: &Effect, b: &Effect) -> bool {
+    a.name == b.name && a.expression == b.expression
 }
 
 /// The key that an effect is to go by in a table that has none of it: its name, and a number where that is taken.
 #[must_use]
-pub fn new_key(on: &Table, effect: &dyn Effect) -> String {
-    let name = effect.name();
+pub fn new_key(on: &Table, effect: &Effect) -> String {
+    let name = effect.name;
     let numbered = std::iter::once(name.to_string()).chain((2..).map(|k| format!("{name}_{k}")));
     let mut free = numbered.filter(|key| !on.contains_key(key));
     free.next().unwrap_or_else(|| name.to_string())
@@ -81,17 +81,17 @@ pub fn new_key(on: &Table, effect: &dyn Effect) -> String {
 impl Vehicle {
     /// An effect as the file has it switched on, if it has.
     #[must_use]
-    pub fn switched_on(&self, effect: &dyn Effect) -> Option<Active> {
+    pub fn switched_on(&self, effect: &Effect) -> Option<Active> {
         self.effects.iter().find(|a| is_same(a.effect, effect)).copied()
     }
 
     /// The vehicle without what its file says of these effects: who fits or sets one means all of it, not a change of it.
     #[must_use]
-    pub fn without(&self, effects: &[&'static dyn Effect]) -> Self {
+    pub fn without(&self, effects: &[&'static Effect]) -> Self {
         let mut left = self.clone();
-        left.effects.retain(|a| !effects.iter().any(|e| is_same(a.effect, *e)));
+        left.effects.retain(|a| !effects.iter().any(|e| is_same(a.effect, e)));
         if let Some(on) = left.document.get_mut("effects").and_then(Value::as_object_mut) {
-            on.retain(|key, entry| !effects.iter().any(|e| is_of(key, entry, *e)));
+            on.retain(|key, entry| !effects.iter().any(|e| is_of(key, entry, e)));
         }
         left
     }
@@ -134,7 +134,7 @@ mod tests {
             (json!({"own_cd": {"expression": "cd += k*U", "k": 0.5}}), "own_cd", 0.5),
         ] {
             let on = read_table(&table).expect("reads");
-            assert_eq!((on.len(), on[0].effect.name(), on[0].values[0]), (1, name, value));
+            assert_eq!((on.len(), on[0].effect.name, on[0].values[0]), (1, name, value));
         }
     }
 

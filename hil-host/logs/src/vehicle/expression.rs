@@ -12,7 +12,6 @@
 //! Units: rad, m/s, s, Pa, m, °C, kg/m³, cm³ (`ballast`); `phase` is +1 climbing and −1 diving. Every other name is a parameter,
 //! fitted from zero (the first) and from one (the others). Evaluated by the `exmex` crate; functions: sin cos tan exp ln sqrt abs …
 
-use super::quantities::distance;
 use exmex::{Express as _, FlatEx};
 use hydro::effects::{Constants, Effect, Flow, MAX_PARAMETERS, Parameter, Place, Sensed};
 
@@ -60,14 +59,11 @@ impl Target {
 
 /// An effect made of an expression.
 #[derive(Debug)]
-pub struct Custom {
-    name: &'static str,
-    text: &'static str,
+struct Custom {
     target: Target,
     expression: FlatEx<f64>,
     /// For each variable of the expression, in its order: a given variable or a parameter.
     slots: Vec<Slot>,
-    parameters: &'static [Parameter],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +97,7 @@ fn no_parameter(name: &str, head: &str, target: Target) -> Option<String> {
         return Some(format!("`{name}` is not known where `{head}` is formed; there are {}", target.variables().join(", ")));
     }
     let own = |v: &str| name.strip_prefix(v).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '_'));
-    let meant = known.find(|v| v.len() > 2 && distance(name, v) == 1 && !own(v))?;
+    let meant = known.find(|v| v.len() > 2 && strsim::levenshtein(name, v) == 1 && !own(v))?;
     Some(format!("`{name}` is no variable; did you mean `{meant}`? A parameter needs a name of its own"))
 }
 
@@ -133,7 +129,7 @@ pub fn is_expression(argument: &str) -> bool {
 ///
 /// # Errors
 /// What is wrong at which character.
-pub fn parse(text: &str) -> Result<&'static Custom, SyntaxError> {
+pub fn parse(text: &str) -> Result<&'static Effect, SyntaxError> {
     let shown = if text.len() > LONGEST { text.chars().take(60).chain(['…']).collect() } else { text.to_owned() };
     let bad = |at: usize, why: String| SyntaxError { text: shown.clone(), at, why };
     if let Some((at, why)) = beyond_bounds(text) {
@@ -197,18 +193,19 @@ pub fn parse(text: &str) -> Result<&'static Custom, SyntaxError> {
             *k = names.iter().position(|(_, n)| n == v).unwrap_or(0);
         }
     }
-    let custom = Custom {
-        name: Box::leak(format!("own_{head}").into_boxed_str()),
-        text: Box::leak(text.to_string().into_boxed_str()),
-        target: *target,
-        expression,
-        slots,
-        parameters: Box::leak(parameters.into_boxed_slice()),
-    };
+    let custom = Custom { target: *target, expression, slots };
     if let Some((at, why)) = custom.does_nothing(&names) {
         return Err(bad(split + 2 + at, why));
     }
-    Ok(Box::leak(Box::new(custom)))
+    let about = Effect {
+        name: Box::leak(format!("own_{head}").into_boxed_str()),
+        physics: "the user's own expression",
+        separated_by: "legs that differ in the variables of the expression",
+        expression: Some(Box::leak(text.to_string().into_boxed_str())),
+        parameters: Box::leak(parameters.into_boxed_slice()),
+        ..Effect::NONE
+    };
+    Ok(Box::leak(Box::new(Box::leak(Box::new(custom)).effect(about))))
 }
 
 /// Usual values of the variables of each place, in two states.
@@ -239,12 +236,6 @@ fn without_exponents(text: &str) -> String {
         rest = &rest[end..];
     }
     out + rest
-}
-
-/// The expression behind an effect that has one.
-#[must_use]
-pub fn text_of(effect: &dyn Effect) -> Option<String> {
-    effect.expression().map(str::to_string)
 }
 
 /// Where a word stands in a text by itself.
@@ -351,12 +342,6 @@ fn locate(text: &str) -> Option<(usize, String)> {
 }
 
 impl Custom {
-    /// The expression as written.
-    #[must_use]
-    pub fn text(&self) -> &'static str {
-        self.text
-    }
-
     /// Which of the parameters (with their places) changes nothing, and why; none where each of them does.
     fn does_nothing(&self, names: &[(usize, String)]) -> Option<(usize, String)> {
         let states = USUAL.iter().find(|u| u.0 == self.target.variables())?.1;
@@ -405,55 +390,37 @@ impl Custom {
         let phase = if at.climb_m_s > 0.0 { 1.0 } else { -1.0 };
         self.value(p, &[at.alpha_rad, at.speed_m_s, at.roll_rad, at.climb_m_s, phase, at.time_s])
     }
-}
 
-impl Effect for Custom {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-    fn physics(&self) -> &'static str {
-        "the user's own expression"
-    }
-    fn separated_by(&self) -> &'static str {
-        "legs that differ in the variables of the expression"
-    }
-    fn expression(&self) -> Option<&str> {
-        Some(self.text)
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        self.parameters
-    }
-    // Of any target: whether pitch stays a straight line is not known of an expression, and points depend on that.
-    fn acts_on_sensors(&self) -> bool {
-        true
-    }
-    fn sensed(&self, p: &[f64], s: &mut Sensed) {
-        if !matches!(self.target, Target::Volume | Target::Pitch | Target::Density) {
-            return;
+    /// The row of its effect, from one without hooks.
+    fn effect(&'static self, about: Effect) -> Effect {
+        // Of any target: whether pitch stays a straight line is not known of an expression, and points depend on that.
+        let about = Effect { sensed: Some(Box::leak(Box::new(|p: &[f64], s: &mut Sensed| self.sensed(p, s)))), ..about };
+        match self.target {
+            Target::Drag => {
+                Effect { drag: Some(Box::leak(Box::new(|p: &[f64], at: &Flow, _: f64, _: &Constants| self.at_flow(p, at)))), ..about }
+            }
+            Target::Lift => {
+                Effect { lift: Some(Box::leak(Box::new(|p: &[f64], at: &Flow, _: f64, _: &Constants| self.at_flow(p, at)))), ..about }
+            }
+            Target::Normal => Effect { normal_force: Some(Box::leak(Box::new(|p: &[f64], at: &Flow| self.at_flow(p, at)))), ..about },
+            Target::Volume | Target::Pitch | Target::Density => about,
+            Target::Water => {
+                let up = |p: &[f64], at: &Place| self.value(p, &[at.depth_m, at.water_depth_m, at.time_s]);
+                Effect { water_up_m_s: Some(Box::leak(Box::new(up))), ..about }
+            }
         }
+    }
+
+    fn sensed(&self, p: &[f64], s: &mut Sensed) {
+        let add: fn(&mut Sensed, f64) = match self.target {
+            Target::Volume => |s, v| s.ballast_m3 += v * 1e-6,
+            Target::Pitch => |s, v| s.pitch_rad += v,
+            Target::Density => |s, v| s.density_kg_m3 += v,
+            _ => return,
+        };
         let depth = s.pressure_pa / (1015.0 * 9.81);
         let given = [s.pressure_pa, depth, s.temperature_degc, s.density_kg_m3, s.ballast_m3 * 1e6, s.pitch_rad, s.time_s];
-        let v = self.value(p, &given);
-        match self.target {
-            Target::Volume => s.ballast_m3 += v * 1e-6,
-            Target::Pitch => s.pitch_rad += v,
-            _ => s.density_kg_m3 += v,
-        }
-    }
-    fn lift(&self, p: &[f64], at: &Flow, _lift_angle_rad: f64, _c: &Constants) -> f64 {
-        if self.target == Target::Lift { self.at_flow(p, at) } else { 0.0 }
-    }
-    fn drag(&self, p: &[f64], at: &Flow, _lift: f64, _c: &Constants) -> f64 {
-        if self.target == Target::Drag { self.at_flow(p, at) } else { 0.0 }
-    }
-    fn normal_force(&self, p: &[f64], at: &Flow) -> f64 {
-        if self.target == Target::Normal { self.at_flow(p, at) } else { 0.0 }
-    }
-    fn acts_on_depth(&self) -> bool {
-        self.target == Target::Water
-    }
-    fn water_up_m_s(&self, p: &[f64], at: &Place) -> f64 {
-        if self.target == Target::Water { self.value(p, &[at.depth_m, at.water_depth_m, at.time_s]) } else { 0.0 }
+        add(s, self.value(p, &given));
     }
 }
 

@@ -294,7 +294,7 @@ mod tests {
             ("layer = \"laminar\" #", "layer = \"foamy\" #", "laminar, turbulent", line("layer")),
             ("sigma = 0.05, source = \"BCO", "sigma = -0.05, source = \"BCO", "0 or more", line("length_m")),
             ("source = \"BCO-DMO instrument page, Slocum G1/G2: 1.5 m without boom\"", "source = \" \"", "guess", line("length_m")),
-            ("sigma = 0.05, source = \"BCO", "source = \"BCO", "no sigma", line("length_m")),
+            ("sigma = 0.05, source = \"BCO", "source = \"BCO", "missing field `sigma`", line("length_m")),
         ];
         for (from, to, want, at) in cases {
             assert!(STANDARD.contains(from), "{from}");

@@ -167,7 +167,7 @@ impl Vehicle {
 
     /// Whether an effect needs the depth of the water, which the file does not state.
     #[must_use]
-    pub fn lacks_depth_for(&self, effect: &dyn Effect) -> bool {
+    pub fn lacks_depth_for(&self, effect: &Effect) -> bool {
         needs_water_depth(effect) && !(self.water_depth_m > 0.0)
     }
 
@@ -204,8 +204,8 @@ pub fn file_next_to(flight: &Path) -> Result<Option<PathBuf>, ReadError> {
 }
 
 /// Whether an effect depends on how deep the water is: one of one's own by the variable H.
-fn needs_water_depth(effect: &dyn Effect) -> bool {
-    effect.acts_on_depth() && effect.expression().is_none_or(|text| expression::find_word(text, "H").is_some())
+fn needs_water_depth(effect: &Effect) -> bool {
+    effect.acts_on_depth() && effect.expression.is_none_or(|text| expression::find_word(text, "H").is_some())
 }
 
 /// Reads a vehicle file.
@@ -265,11 +265,11 @@ fn of_keys(keys: &Keys) -> Result<Vehicle, ReadError> {
     let background = stated.background()?;
     let assumed = stated.assumed;
     let effects = keys.at("effects").map_or_else(|| Ok(Vec::new()), |table| effects_table::read(table, |key, why| keys.bad(key, why)))?;
-    let is_on = |a: &Active| a.effect.parameters().first().is_some_and(|size| a.values[0] != size.off);
+    let is_on = |a: &Active| a.effect.parameters.first().is_some_and(|size| a.values[0] != size.off);
     let water_depth_m = keys.within_if_stated("water_depth_m", 0.0, 12e3, "m")?.unwrap_or(f64::NAN);
     if let Some(effect) = effects.iter().find(|on| needs_water_depth(on.effect) && is_on(on)).filter(|_| !(water_depth_m > 0.0)) {
         let why =
-            format!("is missing, or 0: the water moves over all of it by effects.{}, which does nothing without it", effect.effect.name());
+            format!("is missing, or 0: the water moves over all of it by effects.{}, which does nothing without it", effect.effect.name);
         return Err(keys.bad("water_depth_m", why));
     }
     let text = |key: &str| keys.document.get(key).and_then(Value::as_str).unwrap_or_default().to_string();

@@ -3,14 +3,21 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+use serde::de::IntoDeserializer as _;
+use strsim::levenshtein;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::record::csv::ReadError;
+use crate::vehicle::text::below;
 
 /// One number as the file gives it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
 pub struct Quantity {
     /// Dotted key.
+    #[serde(skip)]
     pub key: String,
     /// Value in `unit`.
     pub value: f64,
@@ -21,6 +28,7 @@ pub struct Quantity {
     /// Where it comes from.
     pub source: String,
     /// Line in the file.
+    #[serde(skip)]
     pub line: u64,
 }
 
@@ -50,74 +58,50 @@ impl Document {
             let line = e.span().map_or(0, |s| line_of(text, s.start));
             doc.bad(line, "syntax", e.message().to_string())
         })?;
-        doc.walk(text, "", root.get_ref())?;
+        doc.walk(text, "", root.into_inner())?;
         Ok(doc)
     }
 
-    fn walk(&mut self, text: &str, prefix: &str, table: &DeTable<'_>) -> Result<(), ReadError> {
+    fn walk(&mut self, text: &str, prefix: &str, table: DeTable<'_>) -> Result<(), ReadError> {
         for (name, value) in table {
-            let key = if prefix.is_empty() { name.get_ref().to_string() } else { format!("{prefix}.{}", name.get_ref()) };
+            let key = below(prefix, name.get_ref());
             let line = line_of(text, name.span().start);
-            let entry = match value.get_ref() {
-                DeValue::Table(t) if t.keys().any(|k| k.get_ref() == "value") => Entry::Number(self.quantity(text, &key, line, t)?),
-                DeValue::Table(t) => {
-                    self.walk(text, &key, t)?;
-                    continue;
-                }
-                DeValue::String(s) => Entry::Text(s.to_string()),
-                _ => {
-                    return Err(self.bad(
+            let is_number = value.get_ref().as_table().map(|t| t.contains_key("value"));
+            let entry = match (is_number, value.get_ref()) {
+                (Some(true), _) => Entry::Number(self.quantity(&key, line, value)?),
+                (_, DeValue::String(s)) => Entry::Text(s.to_string()),
+                _ => match value.into_inner() {
+                    DeValue::Table(inside) => {
+                        self.walk(text, &key, inside)?;
+                        continue;
+                    }
+                    _ => return Err(self.bad(
                         line,
                         &key,
                         "a bare number has no unit, uncertainty and source; write { value = …, unit = \"…\", sigma = …, source = \"…\" }"
                             .into(),
-                    ));
-                }
+                    )),
+                },
             };
             self.entries.insert(key, (line, entry));
         }
         Ok(())
     }
 
-    fn quantity(&self, text: &str, key: &str, line: u64, table: &DeTable<'_>) -> Result<Quantity, ReadError> {
-        let (mut value, mut unit, mut sigma, mut source) = (None, None, None, None);
-        for (name, v) in table {
-            let line = line_of(text, name.span().start);
-            let number = || -> Result<Option<f64>, ReadError> {
-                let n = match v.get_ref() {
-                    DeValue::Float(f) => f.as_str().replace('_', "").parse::<f64>().ok(),
-                    DeValue::Integer(i) if i.radix() == 10 => i.as_str().replace('_', "").parse::<f64>().ok(),
-                    _ => None,
-                };
-                match n {
-                    Some(x) if x.is_finite() => Ok(Some(x)),
-                    _ => Err(self.bad(line, &format!("{key}.{}", name.get_ref()), "is not a finite number".into())),
-                }
-            };
-            match &**name.get_ref() {
-                "value" => value = number()?,
-                "sigma" => sigma = number()?,
-                "unit" => unit = v.get_ref().as_str().map(str::to_string),
-                "source" => source = v.get_ref().as_str().map(str::to_string),
-                other => return Err(self.bad(line, &format!("{key}.{other}"), "unknown; a number has value, unit, sigma, source".into())),
-            }
+    fn quantity(&self, key: &str, line: u64, table: Spanned<DeValue<'_>>) -> Result<Quantity, ReadError> {
+        let bad = |why: String| self.bad(line, key, why);
+        let stated = Quantity::deserialize(table.into_deserializer());
+        let stated = stated.map_err(|e| bad(format!("{}; a number has value, unit, sigma, source", e.message())))?;
+        if !(stated.value.is_finite() && stated.sigma.is_finite()) {
+            return Err(bad(format!("value is {}, sigma {}: a number is finite", stated.value, stated.sigma)));
         }
-        let missing = |what: &str| self.bad(line, key, format!("has no {what}; a number has value, unit, sigma, source"));
-        let quantity = Quantity {
-            key: key.into(),
-            value: value.ok_or_else(|| missing("value"))?,
-            unit: unit.ok_or_else(|| missing("unit (as text)"))?,
-            sigma: sigma.ok_or_else(|| missing("sigma"))?,
-            source: source.ok_or_else(|| missing("source (as text)"))?,
-            line,
-        };
-        if quantity.sigma < 0.0 {
-            return Err(self.bad(line, key, format!("sigma is {}; expected 0 or more", quantity.sigma)));
+        if stated.sigma < 0.0 {
+            return Err(bad(format!("sigma is {}; expected 0 or more", stated.sigma)));
         }
-        if quantity.source.trim().is_empty() {
-            return Err(self.bad(line, key, "source is empty; name paper, file or measurement, or say \"guess\"".into()));
+        if stated.source.trim().is_empty() {
+            return Err(bad("source is empty; name paper, file or measurement, or say \"guess\"".into()));
         }
-        Ok(quantity)
+        Ok(Quantity { key: key.into(), line, ..stated })
     }
 
     pub(super) fn has(&self, prefix: &str) -> bool {
@@ -167,8 +151,8 @@ impl Document {
     pub(super) fn finish(self) -> Result<Vec<Quantity>, ReadError> {
         for (key, (line, _)) in &self.entries {
             if !self.taken.contains(key) {
-                let near = self.taken.iter().filter(|k| !self.entries.contains_key(*k)).min_by_key(|k| distance(k, key));
-                let hint = near.filter(|k| distance(k, key) <= 4).map_or(String::new(), |k| format!("; did you mean `{k}`?"));
+                let near = self.taken.iter().filter(|k| !self.entries.contains_key(*k)).min_by_key(|k| levenshtein(k, key));
+                let hint = near.filter(|k| levenshtein(k, key) <= 4).map_or(String::new(), |k| format!("; did you mean `{k}`?"));
                 return Err(self.bad(*line, key, format!("unknown key{hint}")));
             }
         }
@@ -181,25 +165,9 @@ impl Document {
     /// An unknown key is the likelier cause of a missing one: say so first.
     pub(super) fn misspelt(&self, missing: ReadError) -> ReadError {
         let ReadError::Content { line: 0, column: wanted, .. } = &missing else { return missing };
-        match self.entries.iter().filter(|(k, _)| distance(k, wanted) <= 4).min_by_key(|(k, _)| distance(k, wanted)) {
+        match self.entries.iter().filter(|(k, _)| levenshtein(k, wanted) <= 4).min_by_key(|(k, _)| levenshtein(k, wanted)) {
             Some((key, (line, _))) if !self.taken.contains(key) => self.bad(*line, key, format!("unknown key; did you mean `{wanted}`?")),
             _ => missing,
         }
     }
-}
-
-/// Edit distance of two short keys.
-pub(super) fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let up = row[j + 1];
-            row[j + 1] = (diagonal + usize::from(ca != *cb)).min(up + 1).min(row[j] + 1);
-            diagonal = up;
-        }
-    }
-    row[b.len()]
 }

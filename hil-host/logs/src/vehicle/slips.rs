@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value};
 
-use super::quantities::distance;
+use strsim::levenshtein;
 
 /// The key of a document that is a slip in another one: of a key that was asked for, and that the document does not state.
 pub(super) fn find(document: &Value, asked: &BTreeSet<String>) -> Option<(String, String)> {
@@ -23,7 +23,7 @@ fn in_table(table: &Map<String, Value>, prefix: &str, asked: &BTreeSet<String>) 
         }
         let open = known.iter().filter(|k| !table.contains_key(k.0));
         let near = open.filter(|k| is_slip(name, k.0) || k.1 && value.is_object() && is_head(name, k.0));
-        let meant = near.min_by_key(|k| distance(name, k.0))?.0;
+        let meant = near.min_by_key(|k| levenshtein(name, k.0))?.0;
         Some((format!("{prefix}{name}"), format!("{prefix}{meant}")))
     })
 }
@@ -66,7 +66,7 @@ fn is_slip(name: &str, known: &str) -> bool {
         all.sort_unstable();
         all
     };
-    if distance(&name, &known) <= slips || letters(&name) == letters(&known) {
+    if levenshtein(&name, &known) <= slips || letters(&name) == letters(&known) {
         return true;
     }
     let stem = |key: &str| UNITS.iter().find_map(|unit| Some(key.strip_suffix(unit)?.strip_suffix('_')?.to_owned()));

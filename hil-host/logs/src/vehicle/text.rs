@@ -61,7 +61,7 @@ pub(super) fn document(text: &str, path: &Path) -> Result<Value, ReadError> {
     }
 }
 
-fn below(prefix: &str, name: &str) -> String {
+pub(super) fn below(prefix: &str, name: &str) -> String {
     if prefix.is_empty() { name.to_owned() } else { format!("{prefix}.{name}") }
 }
 
@@ -96,6 +96,11 @@ impl<'de> DeserializeSeed<'de> for Unique<'_> {
     }
 }
 
+/// What is no table and no list has no keys.
+macro_rules! of_no_table {
+    ($($visit:ident: $value:ty),*) => { $(fn $visit<E>(self, _: $value) -> Result<(), E> { Ok(()) })* };
+}
+
 impl<'de> Visitor<'de> for Unique<'_> {
     type Value = ();
 
@@ -121,25 +126,7 @@ impl<'de> Visitor<'de> for Unique<'_> {
         Ok(())
     }
 
-    fn visit_str<E>(self, _: &str) -> Result<(), E> {
-        Ok(())
-    }
-
-    fn visit_bool<E>(self, _: bool) -> Result<(), E> {
-        Ok(())
-    }
-
-    fn visit_i64<E>(self, _: i64) -> Result<(), E> {
-        Ok(())
-    }
-
-    fn visit_u64<E>(self, _: u64) -> Result<(), E> {
-        Ok(())
-    }
-
-    fn visit_f64<E>(self, _: f64) -> Result<(), E> {
-        Ok(())
-    }
+    of_no_table!(visit_str: &str, visit_bool: bool, visit_i64: i64, visit_u64: u64, visit_f64: f64);
 
     fn visit_unit<E>(self) -> Result<(), E> {
         Ok(())

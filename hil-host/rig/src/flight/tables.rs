@@ -228,16 +228,16 @@ mod tests {
             let constants = *Model::sea(wings).unwrap().constants();
             let without = build(&hydro::ForceModel::new(constants, &[]), wings, 0, 0).unwrap().spec.best_l_over_d;
             for effect in hydro::effects::CATALOGUE {
-                let p = &effect.parameters()[0];
+                let p = &effect.parameters[0];
                 // A stall below 2.3 degrees is none: the law's rounded corner reaches to zero there, and no table is made of it.
-                let low = if effect.name() == "stall" { 0.04 } else { p.low };
+                let low = if effect.name == "stall" { 0.04 } else { p.low };
                 for size in [-1.5, -1.0, 1.0, 1.5].map(|times| (p.off + times * p.typical).clamp(low, p.high)) {
-                    let active = [hydro::effects::Active::sized(*effect, size)];
+                    let active = [hydro::effects::Active::sized(effect, size)];
                     let built = build(&hydro::ForceModel::new(constants, &active), wings, 0, 0);
-                    let name = format!("{wings:?}, {} {size} {}", effect.name(), p.unit);
+                    let name = format!("{wings:?}, {} {size} {}", effect.name, p.unit);
                     let best = built.unwrap_or_else(|e| panic!("{name}: {e:#}")).spec.best_l_over_d;
                     // Half the vehicle's added drag, as the table is of dive and climb.
-                    if effect.name() == "climb_drag" && size > 0.0 {
+                    if effect.name == "climb_drag" && size > 0.0 {
                         assert!(best < without, "{name}: {best} beside {without}");
                     }
                 }

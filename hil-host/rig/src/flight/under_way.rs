@@ -2,7 +2,8 @@
 
 use super::log::{ABORTS, EVENTS, PHASES_LOGGED, ROWS, degraded, unfinished};
 use super::onboard_log::Logged;
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, ensure};
+use logs::record::bounded;
 use serde_json::{Value, json};
 use signals::{Flags, Reading};
 use std::collections::VecDeque;
@@ -134,13 +135,16 @@ impl Recent {
     }
 }
 
+/// Bytes of a log that are looked at together, and longer than any row: a log may be of a year.
+const AT_ONCE: u64 = 1 << 20;
+
 /// Reads a flight's log as it grows.
 #[derive(Debug)]
 pub struct Follower {
     directory: PathBuf,
     file: File,
     names: Vec<String>,
-    rest: String,
+    rest: Vec<u8>,
     /// The newest cycles.
     pub recent: Recent,
 }
@@ -151,14 +155,14 @@ impl Follower {
     /// # Errors
     /// There is none in this folder.
     pub fn open(directory: &Path) -> anyhow::Result<Self> {
-        let of = |name: &str| File::open(directory.join(name)).ok();
+        let of = |name: &str| bounded::file(&directory.join(name), u64::MAX).ok();
         let file = of(&unfinished(ROWS)).or_else(|| of(ROWS)).ok_or_else(|| {
             anyhow!(
                 "{0}: no flight is logged in this folder; start one beside this: glider fly --realtime 50 --log {0}",
                 directory.display()
             )
         })?;
-        let mut out = Self { directory: directory.to_owned(), file, names: Vec::new(), rest: String::new(), recent: Recent::default() };
+        let mut out = Self { directory: directory.to_owned(), file, names: Vec::new(), rest: Vec::new(), recent: Recent::default() };
         out.read()?;
         Ok(out)
     }
@@ -170,15 +174,22 @@ impl Follower {
     pub fn read(&mut self) -> anyhow::Result<Option<String>> {
         // Before the rows: what is over now has all of them.
         let end = self.end();
-        self.file.read_to_string(&mut self.rest).with_context(|| format!("{}: cannot read its flight log", self.directory.display()))?;
-        // The last line may be half written.
-        let whole = self.rest.rfind('\n').map_or(0, |i| i + 1);
-        let lines: String = self.rest.drain(..whole).collect();
-        for line in lines.lines() {
-            if self.names.is_empty() {
-                self.names = line.split(',').map(str::to_owned).collect();
-            } else if let Some(moment) = Moment::of_row(&self.names, line) {
-                self.recent.push(moment);
+        let name = self.directory.display();
+        while self.file.by_ref().take(AT_ONCE).read_to_end(&mut self.rest).with_context(|| format!("{name}: cannot read its flight log"))?
+            > 0
+        {
+            // The last line may be half written.
+            let Some(last) = self.rest.iter().rposition(|b| *b == b'\n') else {
+                ensure!((self.rest.len() as u64) < AT_ONCE, "{name}: a line of its flight log is longer than any row");
+                continue;
+            };
+            let whole: Vec<u8> = self.rest.drain(..=last).collect();
+            for line in String::from_utf8_lossy(&whole).lines() {
+                if self.names.is_empty() {
+                    self.names = line.split(',').map(str::to_owned).collect();
+                } else if let Some(moment) = Moment::of_row(&self.names, line) {
+                    self.recent.push(moment);
+                }
             }
         }
         Ok(end)
@@ -189,7 +200,7 @@ impl Follower {
         if under_way || !self.directory.join(ROWS).exists() {
             return None;
         }
-        let vehicle = std::fs::read_to_string(self.directory.join("vehicle.json")).unwrap_or_default();
+        let vehicle = bounded::text(&self.directory.join("vehicle.json"), bounded::DOCUMENT).unwrap_or_default();
         let said: Option<Value> = serde_json::from_str(&vehicle).ok();
         Some(said.and_then(|v| v["flight"]["end"].as_str().map(str::to_owned)).unwrap_or_else(|| "over".to_owned()))
     }
@@ -224,6 +235,8 @@ mod tests {
         std::fs::rename(&journal, folder.join(ROWS)).unwrap();
         std::fs::write(folder.join("vehicle.json"), r#"{"flight": {"end": "done"}}"#).unwrap();
         assert_eq!(follower.read().unwrap().as_deref(), Some("done"));
+        std::fs::write(folder.join(ROWS), "time_s,".repeat(AT_ONCE as usize / 7 + 1)).unwrap();
+        assert!(Follower::open(&folder).unwrap_err().to_string().contains("longer than any row"));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -71,7 +71,7 @@ pub fn pitch_sensor(effects: &[Active]) -> PitchSensor {
             hull_degc: 10.0,
             pressure_pa: 0.0,
         };
-        effects.iter().filter(|a| a.effect.acts_on_sensors()).for_each(|a| a.effect.sensed(&a.values, &mut sensed));
+        effects.iter().filter_map(|a| Some((a, a.effect.sensed?))).for_each(|(a, to_truth)| to_truth(&a.values, &mut sensed));
         sensed.pitch_rad
     };
     let (level, per_reading) = (truth(0.0), truth(1.0) - truth(0.0));
@@ -345,7 +345,7 @@ mod tests {
     fn effects_that_are_off_change_nothing_and_on_ones_do() {
         for wings in [Wings::Standard, Wings::LowAspectRatio] {
             let plain = Model::sea(wings).unwrap();
-            let off: Vec<Active> = CATALOGUE.iter().map(|e| Active::off(*e)).collect();
+            let off: Vec<Active> = CATALOGUE.iter().map(|e| Active::off(e)).collect();
             let with = Model::sea(wings).unwrap().with_effects(&off);
             let drag = Model::sea(wings).unwrap().with_effects(&[Active::sized(hydro::effects::by_name("drag_level_error").unwrap(), 0.2)]);
             for i in -34..=34 {

@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 use anyhow::Context as _;
 use logs::digest::{hex, sha256};
+use logs::record::bounded;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest as _, Sha256};
@@ -31,7 +32,7 @@ pub fn program() -> anyhow::Result<String> {
         return Ok(known.clone());
     }
     let file = PROGRAM.get().cloned().map_or_else(std::env::current_exe, Ok).context("the program does not know its own file")?;
-    let hash = sha256(&std::fs::read(&file).with_context(|| file.display().to_string())?);
+    let hash = sha256(&bounded::bytes(&file, bounded::LOG).with_context(|| file.display().to_string())?);
     Ok(HASH.get_or_init(|| hash).clone())
 }
 
@@ -71,7 +72,7 @@ impl Kept {
         let bytes = match self {
             Self::Merged(all) => all.get(key)?.clone(),
             Self::Folder(folder) => {
-                let mut bytes = std::fs::read(Self::file(folder, key)).ok()?;
+                let mut bytes = bounded::bytes(&Self::file(folder, key), bounded::LOG).ok()?;
                 let sum = bytes.split_off(bytes.len().checked_sub(SUM)?);
                 (Sha256::digest(&bytes)[..SUM] == sum[..]).then_some(bytes)?
             }

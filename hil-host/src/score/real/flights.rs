@@ -174,7 +174,7 @@ pub fn calibrated(flight: &Flight, document: &Value, with: &[String]) -> anyhow:
     let text = format!("{document:#}");
     let vehicle = vehicle::parse(document.clone(), Path::new("vehicle.json"))?;
     let effect = |name: &String| by_name(name).with_context(|| format!("no effect `{name}`"));
-    let effects = with.iter().map(effect).collect::<anyhow::Result<Vec<&'static dyn Effect>>>()?;
+    let effects = with.iter().map(effect).collect::<anyhow::Result<Vec<&'static Effect>>>()?;
     Ok(add::add(flight, &vehicle, &effects, text.as_bytes())?.vehicle)
 }
 

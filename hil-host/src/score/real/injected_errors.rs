@@ -154,7 +154,7 @@ mod tests {
             let mut flight = Flight { pitch_rad: vec![0.4, -0.3], ballast_m3: vec![2e-4, -1.5e-4], ..Flight::default() };
             injected.tell(&mut flight, &mut json!({}));
             let effect = by_name(name).expect("in the catalogue");
-            assert_eq!(effect.parameters()[0].name, parameter);
+            assert_eq!(effect.parameters[0].name, parameter);
             let value = injected.value(&json!({})).expect("stated");
             for (i, (pitch, ballast)) in [(0.4, 2e-4), (-0.3, -1.5e-4)].into_iter().enumerate() {
                 let mut s = Sensed {
@@ -166,7 +166,7 @@ mod tests {
                     hull_degc: 10.0,
                     pressure_pa: 0.0,
                 };
-                effect.sensed(&[value], &mut s);
+                effect.sensed.inspect(|to_truth| to_truth(&[value], &mut s));
                 let volume = if name == "ballast_offset" { value * 1e-6 } else { 0.0 };
                 assert!((s.pitch_rad - pitch).abs() < 1e-12 && (s.ballast_m3 + volume - ballast).abs() < 1e-15, "{}", injected.name);
             }

@@ -24,7 +24,7 @@ impl Search<'_> {
         (self.tick)("single effects", 0.1);
         let problem = self.screen.problem;
         let estimate = |s: &Signature| {
-            let start = problem.active(s.effect, s.effect.parameters()[0].off);
+            let start = problem.active(s.effect, s.effect.parameters[0].off);
             linear(problem, &self.screen.null, start, &s.column)
         };
         let linear_fits: Vec<Fit> = signs.iter().map(estimate).collect();
@@ -34,20 +34,20 @@ impl Search<'_> {
         let mut fitted = 0;
         for (gain, i) in gains {
             let effect = signs[i].effect;
-            let name = [effect.name()];
+            let name = [effect.name];
             if self.position(&name).is_some() {
                 continue;
             }
             // A stall's angle is nowhere near linear: of a flight that shows much, its signatures say little.
-            let nonlinear = effect.onset().is_some() && best_gain > RENEW_GAIN;
+            let nonlinear = effect.onset.is_some() && best_gain > RENEW_GAIN;
             let promising = gain > WORTH_A_FIT && fitted < MOST_SINGLES && gain > 0.1 * best_gain;
             let full = promising || nonlinear || fitted < 2 || self.known(&name).is_some();
             let fit = if full && !self.is_used_up() {
                 fitted += 1;
-                (self.tick)(effect.name(), 0.1 + 0.3 * fitted as f64 / catalogue::all().count() as f64);
+                (self.tick)(effect.name, 0.1 + 0.3 * fitted as f64 / catalogue::all().count() as f64);
                 let screen = &self.screen;
                 self.fitted(&screen.jacobian, &name, || screen.best_with(&screen.jacobian, &screen.null, effect, 6))
-            } else if let Some(onset) = effect.onset() {
+            } else if let Some(onset) = effect.onset {
                 // Its signature has no size: the linear estimate would be of an amplitude.
                 self.screen.fit_unfelt(effect, onset)
             } else {
@@ -70,7 +70,7 @@ impl Search<'_> {
         self.sort();
         let best_single = self.top();
         // What is proposed, with the log odds it promises, the state it starts from and the signatures there.
-        let mut proposed: Vec<(f64, Vec<&'static str>, usize, &'static dyn Effect)> = Vec::new();
+        let mut proposed: Vec<(f64, Vec<&'static str>, usize, &'static Effect)> = Vec::new();
         let per_effect = (prior_of(2) / prior_of(1)).ln();
         let floor = self.floor();
         let leaders: Vec<usize> = (0..self.nodes.len())
@@ -86,9 +86,9 @@ impl Search<'_> {
             let own = single.own.as_deref();
             let mut seconds = self.screen.seconds(&single.fit, own);
             seconds.truncate(PARTNERS);
-            seconds.extend(self.current().filter(|c| single.effects != [c.name()]).map(|current| (0.0, current)));
+            seconds.extend(self.current().filter(|c| single.effects != [c.name]).map(|current| (0.0, current)));
             for (score, effect) in seconds {
-                proposed.push((single.log_odds + score + per_effect, vec![single.effects[0], effect.name()], k, effect));
+                proposed.push((single.log_odds + score + per_effect, vec![single.effects[0], effect.name], k, effect));
             }
             if self.screen.has_waves() && single.is_plain() {
                 let (f, extra) = self.screen.with_wave(self.screen.jacobian_at(Some(&single)), &single.fit, 2);
@@ -102,10 +102,10 @@ impl Search<'_> {
         };
         for (score, i, j) in ranked.iter().filter(|r| worth(r.0)).take(AT_NOTHING) {
             let (a, b) = (signs[*i].effect, signs[*j].effect);
-            let gain = |e: &dyn Effect| self.position(&[e.name()]).map_or(f64::NEG_INFINITY, |k| self.nodes[k].gain);
+            let gain = |e: &Effect| self.position(&[e.name]).map_or(f64::NEG_INFINITY, |k| self.nodes[k].gain);
             let (first, second) = if gain(a) >= gain(b) { (a, b) } else { (b, a) };
-            let Some(k) = self.position(&[first.name()]) else { continue };
-            proposed.push((score + (prior_of(2) / PRIOR.0).ln(), vec![first.name(), second.name()], k, second));
+            let Some(k) = self.position(&[first.name]) else { continue };
+            proposed.push((score + (prior_of(2) / PRIOR.0).ln(), vec![first.name, second.name], k, second));
         }
         // What an earlier search found worth a place comes first.
         if let Some(b) = self.before {
@@ -122,7 +122,7 @@ impl Search<'_> {
                 break;
             }
             let names: Vec<&str> = names;
-            if self.position(&names).is_some() || self.nodes[k].effects == [second.name()] {
+            if self.position(&names).is_some() || self.nodes[k].effects == [second.name] {
                 continue;
             }
             done += 1;
@@ -147,7 +147,7 @@ impl Search<'_> {
             self.nodes.iter().filter(|c| c.effects.len() == 2 && c.log_odds.is_finite()).take(TRIPLED.0).cloned().collect();
         for pair in pairs {
             for (_, third) in self.screen.seconds(&pair.fit, pair.own.as_deref()).into_iter().take(TRIPLED.1) {
-                let names: Vec<&str> = pair.effects.iter().copied().chain([third.name()]).collect();
+                let names: Vec<&str> = pair.effects.iter().copied().chain([third.name]).collect();
                 if self.position(&names).is_none() {
                     let f = self.screen.best_with(self.screen.jacobian_at(Some(&pair)), &pair.fit, third, 6);
                     self.take(f, None, pair.correction);

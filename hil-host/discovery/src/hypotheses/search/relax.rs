@@ -113,7 +113,7 @@ impl Search<'_> {
         let wholes: Vec<Candidate> = self.nodes.iter().filter(behind).take(PARTNERS).cloned().collect();
         let mut changed = false;
         for whole in wholes {
-            let more = whole.fit.state.effects.iter().find(|a| !part.effects.contains(&a.effect.name()));
+            let more = whole.fit.state.effects.iter().find(|a| !part.effects.contains(&a.effect.name));
             let Some(more) = more else { continue };
             let f = self.screen.best_with(self.screen.jacobian_at(Some(part)), &part.fit, more.effect, 6);
             changed |= self.take(f, None, 0.0);
@@ -136,10 +136,10 @@ impl Search<'_> {
             };
             let jacobian = self.screen.jacobian_at(Some(of)).clone();
             for (score, other) in self.screen.seconds(&base, None).into_iter().take(EXCHANGED) {
-                if of.effects.contains(&other.name()) {
+                if of.effects.contains(&other.name) {
                     continue;
                 }
-                let names: Vec<&str> = named(&base.state).into_iter().chain([other.name()]).collect();
+                let names: Vec<&str> = named(&base.state).into_iter().chain([other.name]).collect();
                 // A gain that the signatures promise from here and that is not known yet.
                 let behind = self.position(&names).is_none_or(|k| base.chi2 - self.nodes[k].fit.chi2 < score);
                 if behind {

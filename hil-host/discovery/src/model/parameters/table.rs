@@ -1,6 +1,6 @@
 //! The table of calibration and nuisance parameters: what each is called, scatters by, changes, and is written as.
 
-use hydro::effects::{BallastScale, Calibrated, Constants, Effect, PitchOffset};
+use hydro::effects::{BALLAST_SCALE, Calibrated, Constants, Effect, PITCH_OFFSET};
 use logs::vehicle::{Tolerance, Vehicle};
 
 /// One calibration or nuisance parameter.
@@ -68,7 +68,7 @@ pub(super) enum Acts {
     /// A constant of the law, by so much.
     Shifts(fn(&mut Constants) -> &mut f64),
     /// The law, as an effect of this size.
-    Is(&'static dyn Effect),
+    Is(&'static Effect),
     /// What the sensors show or where the battery is wanted: see the likelihood of each.
     Observations,
 }
@@ -168,7 +168,7 @@ pub const PARAMETERS: [Parameter; N_CALIBRATION] = [
         group: Group::Stated,
         tolerance: stated("ballast_gain_relative", |t| &mut t.ballast_gain_relative, 0.05),
         largest_step: Some(0.02),
-        acts: Acts::Is(&BallastScale),
+        acts: Acts::Is(&BALLAST_SCALE),
         error_of: Some(Calibrated::BallastGain),
         ..PLAIN
     },
@@ -178,7 +178,7 @@ pub const PARAMETERS: [Parameter; N_CALIBRATION] = [
         group: Group::Stated,
         tolerance: stated("pitch_zero_rad", |t| &mut t.pitch_zero_rad, 0.05),
         largest_step: Some(0.005),
-        acts: Acts::Is(&PitchOffset),
+        acts: Acts::Is(&PITCH_OFFSET),
         error_of: Some(Calibrated::PitchZero),
         ..PLAIN
     },

@@ -29,9 +29,9 @@ fn an_expression_does_what_the_built_in_effect_of_the_same_form_does() {
         hull_lag_share: 0.0,
         beyond: Beyond::default(),
     };
-    let built_in = hydro::effects::RollTurnDrag.drag(&[2.5, 0.0], &at, 0.0, &c);
-    assert!((own.drag(&[2.5], &at, 0.0, &c) - built_in).abs() < 1e-12);
-    assert_eq!(own.parameters()[0].name, "k");
+    let [own_drag, built_in] = [own, &hydro::effects::ROLL_TURN_DRAG].map(|e| e.drag.expect("it adds drag"));
+    assert!((own_drag(&[2.5], &at, 0.0, &c) - built_in(&[2.5, 0.0], &at, 0.0, &c)).abs() < 1e-12);
+    assert_eq!(own.parameters[0].name, "k");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Small files written here, each with a quirk that files of real gliders have.
 
-use super::names::DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
 use super::*;
 use netcdf3::{DataSet, FileWriter, Version};
 

@@ -36,6 +36,7 @@ pub enum Channel {
     ReckonedLatitude,
     ReckonedLongitude,
     Fin,
+    Thruster,
 }
 
 impl Channel {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::clocks::{LONGEST_MISSION_S, stray_times};
-use super::position::{self, FIX_DEPTH_PA, Fix};
+use super::position::{self, Fix};
 use super::report::Report;
 use super::two_computers::agree;
 use super::{pressure_zero, surface};
@@ -12,6 +12,7 @@ use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
+use crate::record::situations::FIX_DEPTH_PA;
 
 /// One row of the flight to be; NaN where there is no value.
 #[derive(Clone, Copy, Debug)]

@@ -83,7 +83,7 @@ impl std::fmt::Display for DbdError {
             Self::NeedsCache { crc } => {
                 write!(
                     f,
-                    "needs its sensor list {crc}.cac: put it beside the file or in a folder cac there, or name its folder with --cache"
+                    "needs its sensor list {crc}.cac: put it beside the file or in a folder cac or cache there, or name its folder with --cache"
                 )
             }
             Self::WrongCache { crc } => write!(

@@ -77,6 +77,9 @@ impl RawLog {
         log.ballast = column(ballast);
         log.battery = column(self.pick(Channel::Battery));
         log.speed = self.pick(Channel::Speed).map(|c| Column::AtRows(self.on_rows(&c, &unix)));
+        if let Some(thruster) = self.pick(Channel::Thruster).filter(|c| !c.is_zero()) {
+            log.extra.insert(thruster.name.clone(), Column::AtRows(self.on_rows(&thruster, &unix)));
+        }
         if exact {
             let none = || vec![f64::NAN; unix.len()];
             log.gps_plane = Some([Channel::GpsEast, Channel::GpsNorth].map(|c| self.pick(c).map_or_else(none, |c| c.values)));

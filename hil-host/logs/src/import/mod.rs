@@ -53,6 +53,7 @@ pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 use crate::channels::Channels;
 use crate::record::bounded;
 use crate::record::csv::in_one_line;
+use crate::record::situations;
 use classes::Class;
 use reader::Reader;
 
@@ -107,6 +108,8 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
         // What was lost before may be the cause.
         lost => ImportError::new(first, format!("{what} (left out before: {})", lost.join("; "))),
     })?;
+    let situations = situations::leave_out(&mut imported.flight).map_err(|what| ImportError::new(first, what))?;
+    situations.into_iter().for_each(|what| imported.report.note(what));
     stated_vehicle::state(&mut imported, reader.class, class);
     for path in &witnesses {
         current_profiler::witness(path, &mut imported)?;

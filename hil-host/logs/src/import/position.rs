@@ -10,8 +10,6 @@ use crate::record::resample::Series;
 
 /// Metres per degree of latitude (mean Earth radius 6 371 008.8 m, IUGG).
 const METRE_PER_DEGREE: f64 = 6_371_008.8 * std::f64::consts::PI / 180.0;
-/// A fix needs the aerial in air; deeper than this it is interpolated or repeated, Pa (3 dbar: pressure zero and the vehicle's length).
-pub(super) const FIX_DEPTH_PA: f64 = 3e4;
 /// A fix belongs to the nearest row if it is no further in time, s: at the surface the CTD is often off.
 const FIX_REACH_S: f64 = 600.0;
 

@@ -62,7 +62,7 @@ fn ending(path: &Path) -> Option<String> {
 
 /// What a sensor of a Slocum measures.
 fn sensor(name: &str) -> Option<&'static Entry> {
-    const SENSED: [Channel; 15] = [
+    const SENSED: [Channel; 16] = [
         Channel::Pressure,
         Channel::Pitch,
         Channel::Roll,
@@ -78,6 +78,7 @@ fn sensor(name: &str) -> Option<&'static Entry> {
         Channel::ReckonedLatitude,
         Channel::ReckonedLongitude,
         Channel::Fin,
+        Channel::Thruster,
     ];
     let of_slocum = name.starts_with("m_") || name.starts_with("sci_");
     SENSED.into_iter().map(Channel::usual).find(|e| of_slocum && e.names.iter().any(|n| n == name))
@@ -196,8 +197,9 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
         return dba::read(&bytes, wanted);
     }
     let folder = path.parent().unwrap_or(Path::new("."));
-    let folders = [folder.to_path_buf(), folder.join("cac"), folder.join("../cac")].into_iter().chain(caches.iter().cloned());
-    let folders: Vec<PathBuf> = folders.collect();
+    // "cache" is where dbd2asc looks.
+    let usual = ["", "cac", "../cac", "cache", "../cache"].map(|name| folder.join(name));
+    let folders: Vec<PathBuf> = usual.into_iter().chain(caches.iter().cloned()).collect();
     let cache = |crc: &str| {
         folders.iter().find_map(|folder| {
             let named = |p: &PathBuf| {

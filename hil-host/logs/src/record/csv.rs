@@ -9,6 +9,7 @@ use crate::channels::{Channel, named};
 use crate::record::bounded;
 use crate::record::flight::Flight;
 use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, usual_step};
+use crate::record::situations;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -379,7 +380,7 @@ fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, R
         return Err(empty("has a header and no rows"));
     }
     let (extra, unread) = table.extra();
-    let flight = Flight {
+    let mut flight = Flight {
         name: name.to_string(),
         time_s: table.time_s()?,
         segment: table.segment()?,
@@ -400,6 +401,10 @@ fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, R
     let [pressure, pitch, ballast, density] =
         [Channel::Pressure, Channel::Pitch, Channel::Ballast, Channel::Density].map(|c| table.column_of(c));
     plausible(&flight, file, compared, [pressure, pitch, ballast, density])?;
+    if compared {
+        let situations = situations::leave_out(&mut flight).map_err(|why| empty(&why))?;
+        flight.unread.extend(situations);
+    }
     Ok(flight)
 }
 

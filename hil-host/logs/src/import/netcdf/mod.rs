@@ -245,8 +245,4 @@ fn numbers_of(file: &NcFile, variable: &str, attribute: &str) -> Option<Vec<f64>
 }
 
 #[cfg(test)]
-mod lab_tests;
-#[cfg(test)]
-mod mistake_tests;
-#[cfg(test)]
 mod tests;

@@ -7,7 +7,8 @@ use super::{NcFile, Report, numbers_of, scalar, text};
 /// Name and unit in the file, key of the vehicle file, and the key of its tolerance with whether that is relative and its factor.
 type Stated = (&'static str, &'static str, &'static str, Option<(&'static str, bool, f64)>);
 
-const STATED_ATTRIBUTES: [Stated; 11] = [
+const STATED_ATTRIBUTES: [Stated; 12] = [
+    ("MASS", "kg", "mass_kg", None),
     ("GLIDER_MASS", "kg", "mass_kg", None),
     ("GLIDER_VOLUME", "m3", "hull_volume_m3", Some(("trim_volume_cc", false, 1e6))),
     ("GLIDER_COMPRESSIBILITY", "Pa-1", "hull_compressibility_per_pa", Some(("hull_compressibility_relative", true, 1.0))),
@@ -20,6 +21,9 @@ const STATED_ATTRIBUTES: [Stated; 11] = [
     ("GLIDER_ADDED_MASS_SURGE", "1", "hydro.added_mass_surge", Some(("added_mass_surge", false, 1.0))),
     ("GLIDER_ADDED_MASS_HEAVE", "1", "hydro.added_mass_heave", Some(("added_mass_heave", false, 1.0))),
 ];
+
+/// Numbers of a vehicle that are not enough to use.
+const UNREAD: [&str; 2] = ["VOLMAX", "OIL_VOL"];
 
 /// The vehicle by the numbers that the file states; none without its mass.
 pub(super) fn stated_vehicle(file: &NcFile, report: &mut Report) -> Option<Draft> {
@@ -43,7 +47,10 @@ pub(super) fn stated_vehicle(file: &NcFile, report: &mut Report) -> Option<Draft
         }
         names.push(name);
     }
-    names.contains(&"GLIDER_MASS").then(|| {
+    for name in UNREAD.into_iter().filter(|name| scalar(file, name).is_some()) {
+        report.note(format!("vehicle: {name} is not read: at which reading of the pump it is the volume is not stated"));
+    }
+    (names.contains(&"GLIDER_MASS") || names.contains(&"MASS")).then(|| {
         report.note(format!("vehicle: of the file: {}; the rest are usual numbers with wide tolerances", names.join(", ")));
         draft
     })

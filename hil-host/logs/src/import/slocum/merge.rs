@@ -70,6 +70,12 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     if !fin.is_empty() {
         log.extra.insert("m_fin_rad".into(), fin.into());
     }
+    for name in ["m_thruster_power", "m_thruster_current"] {
+        let thruster = take(name);
+        if moves(&thruster) > 0.0 {
+            log.extra.insert(name.into(), thruster.into());
+        }
+    }
     let name = report.segments.first().cloned().unwrap_or_default();
     log.flight(&name, report)
 }

@@ -14,6 +14,7 @@
 //! behind the vehicle's centre.
 
 use crate::record::flight::Flight;
+use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 
 /// Pressure of the flight computer in an imported flight, dbar.
@@ -167,22 +168,29 @@ fn drift(flight: &Flight) -> Option<[f64; 3]> {
             shifts.push((rows[rows.len() / 2][0], tau));
         }
     }
-    let n = shifts.len() as f64;
+    let shifts: Vec<(f64, f64)> = shifts.iter().copied().step_by(shifts.len().div_ceil(MOST_SEGMENTS).max(1)).collect();
     if shifts.len() < LEAST_SEGMENTS {
         return None;
     }
-    let mean = |f: &dyn Fn(&(f64, f64)) -> f64| shifts.iter().map(f).sum::<f64>() / n;
-    let (t, tau) = (mean(&|s| s.0), mean(&|s| s.1));
-    let tt = mean(&|s| (s.0 - t).powi(2));
-    let rate = mean(&|s| (s.0 - t) * (s.1 - tau)) / tt;
-    let left = (mean(&|s| (s.1 - tau - rate * (s.0 - t)).powi(2)) * n / (n - 2.0)).sqrt();
+    // Of all pairs the middle slope (Theil and Sen): a single dive whose sensors tell another shift does not turn it.
+    let pairs = shifts.iter().enumerate().flat_map(|(k, a)| shifts[k + 1..].iter().map(|b| (b.1 - a.1) / (b.0 - a.0)));
+    let slopes: Vec<f64> = pairs.collect();
+    let rate = quantile(&slopes, 0.5);
+    let agree = slopes.iter().filter(|s| s.signum() == rate.signum()).count() as f64 / slopes.len() as f64;
+    let of = |f: &dyn Fn(&(f64, f64)) -> f64| quantile(&shifts.iter().map(f).collect::<Vec<_>>(), 0.5);
+    let at_start_s = of(&|s| s.1 - rate * s.0);
+    // 1.48 median deviations are one sigma.
+    let left = 1.48 * of(&|s| (s.1 - at_start_s - rate * s.0).abs());
     let grown = rate * (shifts[shifts.len() - 1].0 - shifts[0].0);
-    let sure = grown.abs() > 2.0 * WORTH_S && rate.abs() > SURE * left / (n * tt).sqrt() && left < 0.2 * grown.abs();
-    sure.then_some([tau - rate * t, rate, left / n.sqrt()])
+    let sure = grown.abs() > 2.0 * WORTH_S && agree > AGREE && left < 0.25 * grown.abs();
+    sure.then_some([at_start_s, rate, left / (shifts.len() as f64).sqrt()])
 }
 
-/// Segments that tell a drift at the least, and rows that tell the shift of one (guesses).
-const LEAST_SEGMENTS: usize = 4;
+/// Segments that tell a drift at the least and at most, the share of their pairs that agree on its sign, and rows that tell the shift of one
+/// (guesses).
+const LEAST_SEGMENTS: usize = 5;
+const MOST_SEGMENTS: usize = 200;
+const AGREE: f64 = 0.75;
 const LEAST_ROWS_OF_A_SEGMENT: usize = 60;
 
 /// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much: by one shift, or

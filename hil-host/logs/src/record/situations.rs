@@ -22,6 +22,8 @@ const SHALLOW_PA: f64 = 5e4;
 const HEAVY_SHARE: f64 = 0.35;
 /// A fix needs the aerial in air; so deep it is repeated or reckoned, Pa (3 dbar: pressure zero and the vehicle's length).
 pub const FIX_DEPTH_PA: f64 = 3e4;
+/// Afloat, above the least of the pressures, where a log has positions under water too, Pa (guess).
+const AFLOAT_PA: f64 = 5e3;
 
 /// Leaves them out; what was.
 ///
@@ -125,10 +127,13 @@ fn on_the_sea_bed(flight: &Flight) -> Vec<Range<usize>> {
         let ballast = flight.ballast_m3[start..end].iter().filter(|v| v.is_finite());
         let heavy = lies && rises > sinks && ballast.clone().sum::<f64>() / (ballast.count() as f64) < heavy_m3;
         if heavy {
-            match out.last_mut().filter(|r| r.end == start) {
-                Some(run) => run.end = end,
-                None => out.push(start..end),
-            }
+            // As it comes down and lifts off, and behind a wrong pressure now and then.
+            let lies = |i: usize| flight.segment[i] == flight.segment[start] && (low - STILL_PA..=high + STILL_PA).contains(&p[i]);
+            let more = (end..flight.len()).take_while(|i| lies(*i) || lies((i + 1).min(flight.len() - 1))).last();
+            end = more.map_or(end, |last| last + 1);
+            let before = out.last().map_or(0, |r| r.end);
+            let first = (before..start).rev().take_while(|i| lies(*i)).last().unwrap_or(start);
+            out.push(first..end);
         }
         start = if lies { end } else { start + 1 };
     }
@@ -145,11 +150,13 @@ fn fixes_under_water(flight: &mut Flight) -> Option<String> {
     if 10 * under.len() < fixes.len() {
         return None;
     }
-    for i in &under {
+    let all = fixes.len();
+    let reckoned: Vec<usize> = fixes.into_iter().filter(|i| flight.pressure_pa[*i] - least.max(0.0) > AFLOAT_PA).collect();
+    for i in &reckoned {
         (flight.gps_east_m[*i], flight.gps_north_m[*i]) = (f64::NAN, f64::NAN);
     }
-    let (count, all) = (under.len(), fixes.len());
-    (count > 0).then(|| format!("{count} of {all} positions lie below 3 dbar: repeated or reckoned there, no fixes"))
+    let count = reckoned.len();
+    (count > 0).then(|| format!("{count} of {all} positions are of a vehicle under water: reckoned or repeated, no fixes"))
 }
 
 #[cfg(test)]
@@ -203,7 +210,7 @@ mod tests {
         let said = leave_out(&mut f).expect("rows").join("; ");
         assert!(f.len() == 500 && said.contains("the thruster ran in 500 of 1000 rows"), "{said}");
         let right = |i: usize| f.gps_east_m[i].is_nan() || f.pressure_pa[i] < 4e4;
-        assert!((0..500).all(right) && f.gps_east_m[0] == 1.0 && said.contains("below 3 dbar"), "{said}");
+        assert!((0..500).all(right) && f.gps_east_m[0] == 1.0 && said.contains("under water"), "{said}");
         f.extra.insert("c_thruster_on".into(), vec![100.0; 500]);
         f.extra.remove("m_thruster_power");
         assert!(leave_out(&mut f).expect_err("all of it").contains("on its thruster throughout"));

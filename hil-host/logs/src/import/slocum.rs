@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use super::assembly::Row;
 use super::classes::Class;
 use super::dba;
-use super::dbd::{self, DbdError};
+use super::dbd;
 use super::reader::Reader;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::channels::{Channel, Entry};
@@ -209,7 +209,7 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
             super::folder::files_of(folder).ok()?.into_iter().find(named).and_then(|p| bounded::bytes(&p, bounded::DOCUMENT).ok())
         })
     };
-    dbd::read(&bytes, cache, wanted).map_err(|e: DbdError| e.to_string())
+    dbd::read(&bytes, cache, wanted)
 }
 
 /// Takes over what one file has; of the CTD only if `with_ctd`.

@@ -350,6 +350,11 @@ pub(crate) const TIME_AS: &str = "time as ISO 8601 (2026-05-02T09:15:31Z) or as 
 #[must_use]
 pub fn no_value(field: &str) -> bool {
     const WORDS: [&str; 7] = ["NA", "N/A", "#N/A", "NULL", "None", "-", "--"];
+    // Some digits with a sign and a point are a number, and not one of 1e30.
+    let plain = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+');
+    if field.len() < 30 && field.bytes().any(|b| b.is_ascii_digit()) && field.as_bytes().iter().all(plain) {
+        return false;
+    }
     let number = || field.parse::<f64>().is_ok_and(|v| v.is_nan() || v.abs() >= LARGEST);
     field.is_empty() || WORDS.iter().any(|w| w.eq_ignore_ascii_case(field)) || number()
 }

@@ -1,6 +1,6 @@
 //! What was measured, and what is stated of the vehicle: flights and vehicle files, from and to files.
 //!
-//! Folders in the order in which they may use each other: [`record`] (a flight), [`vehicle`] (a vehicle file), [`import`] (files of
+//! Folders in the order in which they may use each other: [`channels`] (the one table of what is measured), [`record`] (a flight), [`vehicle`] (a vehicle file), [`import`] (files of
 //! other people's gliders), [`export`] (files for other people's tools).
 //!
 //! # Words
@@ -23,6 +23,7 @@
 //! * `sha2`: which bytes a result was made from
 //! * `serde`, `serde_json`, `toml`: vehicle files
 
+pub mod channels;
 pub mod digest;
 pub mod export;
 pub mod import;

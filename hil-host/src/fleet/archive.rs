@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
 use logs::import::folder::files_of;
-use logs::import::kind::Kind;
+use logs::import::{READERS, reader_of};
 use logs::record::csv;
 use logs::{Flight, import, vehicle};
 
@@ -66,15 +66,17 @@ impl Scan<'_> {
     fn folder(&mut self, folder: &Path, label: &str) -> anyhow::Result<()> {
         let files: Vec<PathBuf> = files_of(folder).with_context(|| folder.display().to_string())?;
         let visible = |p: &Path| !name_of(p).starts_with('.');
-        let of_kind = |kind: Kind| files.iter().filter(|f| visible(f) && Kind::of(f) == Some(kind)).cloned().collect::<Vec<_>>();
-        for file in of_kind(Kind::Csv).into_iter().filter(|f| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"))) {
+        let of_reader = |k: usize| files.iter().filter(|f| visible(f) && reader_of(f) == Some(k)).cloned().collect::<Vec<_>>();
+        let (joined, single): (Vec<usize>, Vec<usize>) = (0..READERS.len()).partition(|k| READERS[*k].joins);
+        for file in single.into_iter().flat_map(of_reader).filter(|f| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"))) {
             self.add(label, vec![file])?;
         }
-        for chunk in of_kind(Kind::SeagliderDive).chunks(TOGETHER) {
-            self.add(label, chunk.to_vec())?;
-        }
-        for kind in [Kind::Slocum, Kind::SlocumText, Kind::SeagliderRaw, Kind::SeaExplorer, Kind::Netcdf] {
-            self.add(label, of_kind(kind))?;
+        for k in joined {
+            let files = of_reader(k);
+            let most = if READERS[k].a_dive_a_file { TOGETHER } else { files.len().max(1) };
+            for chunk in files.chunks(most) {
+                self.add(label, chunk.to_vec())?;
+            }
         }
         let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
         let mut folders: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.is_dir() && visible(p)).collect();

@@ -19,7 +19,7 @@ const DISCOVERY: [&str; 11] = [
 ];
 
 /// What was measured, what is stated of the vehicle, files of others; `digest` hashes for all of them.
-const LOGS: [&str; 5] = ["digest", "record", "vehicle", "import", "export"];
+const LOGS: [&str; 6] = ["digest", "channels", "record", "vehicle", "import", "export"];
 
 /// From a wire to a campaign; `whole_file` writes files for all of them.
 const RIG: [&str; 6] = ["whole_file", "spelling", "shards", "seats", "flight", "campaign"];

@@ -10,7 +10,7 @@ use netcdf_writer::{DimensionId, NcAttrValue, NcFileBuilder, NcWriteFormat, NcWr
 
 use crate::import::calendar::compact_date;
 use crate::import::netcdf::own::{COLUMN, FIRST, MODEL, UNDATED, VEHICLE};
-use crate::import::{Origin, channels, position};
+use crate::import::{Origin, assembly, position};
 use crate::record::flight::Flight;
 use crate::record::seawater;
 
@@ -137,7 +137,7 @@ pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfEr
     }
     // Last: their names are the source's and give way.
     for c in extra {
-        let (name, unit) = if c.name == channels::SALINITY_COLUMN { ("PSAL".to_owned(), "1") } else { (out.free(safe(c.og1)), c.unit) };
+        let (name, unit) = if c.name == assembly::SALINITY_COLUMN { ("PSAL".to_owned(), "1") } else { (out.free(safe(c.og1)), c.unit) };
         out.column(&name, unit, c.name, known(&name).0, known(&name).1, &c.converted().collect::<Vec<_>>(), &[(COLUMN, c.name)])?;
     }
     let (_, bytes) = out.file.to_vec(NcWriteOptions { format: NcWriteFormat::Nc4 })?;

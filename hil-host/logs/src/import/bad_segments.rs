@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::channels::SALINITY_COLUMN;
+use super::assembly::SALINITY_COLUMN;
 use super::{Imported, position};
 use crate::record::flight::Flight;
 use crate::record::plausible::{implausible, quantile};

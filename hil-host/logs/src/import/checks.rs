@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::channels;
 use super::report::list_of;
-use super::{Imported, Report, bad_segments, netcdf, position};
+use super::{Imported, Report, assembly, bad_segments, position};
+use crate::channels::Channel;
 use crate::record::csv;
 use crate::record::flight::Flight;
 use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, quantile, usual_step};
@@ -95,12 +95,12 @@ fn steps(flight: &Flight, report: &mut Report) -> Result<(), String> {
 /// Temperatures and salinities that no water has become none, with the density that was computed from them.
 pub(super) fn impossible_water(imported: &mut Imported) {
     let flight = &mut imported.flight;
-    let (degc, practical) = (netcdf::names::TEMPERATURE.possible(), netcdf::names::SALINITY.possible());
+    let (degc, practical) = (Channel::Temperature.usual().possible(), Channel::Salinity.usual().possible());
     let is_wrong = |t: f64| t.is_finite() && !degc.contains(&t);
     // Where most are it is the unit, which is refused with its name.
     let most = 2 * flight.temperature_degc.iter().filter(|t| is_wrong(**t)).count() > flight.len();
     let (mut hot, mut salty) = (0, 0);
-    let mut salinity = flight.extra.get_mut(channels::SALINITY_COLUMN);
+    let mut salinity = flight.extra.get_mut(assembly::SALINITY_COLUMN);
     for i in 0..flight.temperature_degc.len() {
         let wrong = !most && is_wrong(flight.temperature_degc[i]);
         let salinity = salinity.as_mut().and_then(|s| s.get_mut(i));

@@ -168,7 +168,7 @@ pub fn witness(path: &Path, imported: &mut Imported) -> Result<usize, ImportErro
     if lag_s != 0.0 {
         imported.report.note(format!("the current profiler's clock is {lag_s:+.0} s off by its pressure: brought to the flight's"));
     }
-    let salinity = flight.extra.get(super::channels::SALINITY_COLUMN);
+    let salinity = flight.extra.get(super::assembly::SALINITY_COLUMN);
     let mut column = flight.speed_m_s.take().unwrap_or_else(|| vec![f64::NAN; flight.len()]);
     let mut used = 0;
     for ping in &pings {

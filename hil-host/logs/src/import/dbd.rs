@@ -51,52 +51,15 @@ pub struct DbdFile {
     pub problems: Vec<String>,
 }
 
-/// Why a file cannot be read at all.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DbdError {
-    /// No header of a Dinkum file.
-    NotDbd,
-    /// The header has a line that cannot be right.
-    Header(String),
-    /// The sensor list is in a cache file that is not at hand.
-    NeedsCache {
-        /// Its name without the ending.
-        crc: String,
-    },
-    /// The cache file at hand is not the one of its name.
-    WrongCache {
-        /// Its name without the ending.
-        crc: String,
-    },
-    /// The sensor list has a line that cannot be right.
-    SensorList(String),
-    /// No known cycle after the header.
-    NoKnownCycle,
+const NOT_DBD: &str = "is not a Slocum binary file (no dbd_label)";
+
+fn header_of(what: &str) -> String {
+    format!("has a damaged header: {what}")
 }
 
-impl std::fmt::Display for DbdError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NotDbd => write!(f, "is not a Slocum binary file (no dbd_label)"),
-            Self::Header(what) => write!(f, "has a damaged header: {what}"),
-            Self::NeedsCache { crc } => {
-                write!(
-                    f,
-                    "needs its sensor list {crc}.cac: put it beside the file or in a folder cac there, or name its folder with --cache"
-                )
-            }
-            Self::WrongCache { crc } => write!(
-                f,
-                "needs its sensor list {crc}.cac, and the file of this name does not have the checksum it is named by: fetch it again"
-            ),
-            Self::SensorList(line) => write!(f, "has a damaged sensor list: \"{line}\""),
-            Self::NoKnownCycle => write!(f, "has no known cycle after the header: the sensor list does not belong to it or it is cut"),
-        }
-    }
+fn list_of(what: &str) -> String {
+    format!("has a damaged sensor list: \"{what}\"")
 }
-
-impl std::error::Error for DbdError {}
 
 /// Bytes that follow one another without a hole, with their place in the file for messages.
 struct Stretch {
@@ -107,21 +70,21 @@ struct Stretch {
 /// Reads a file; `cache` is asked for the sensor list of a factored file by its crc, `wanted` which sensors to keep.
 ///
 /// # Errors
-/// [`DbdError`].
-pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl Fn(&str) -> bool) -> Result<DbdFile, DbdError> {
+/// Why it cannot be read at all, as the end of a sentence about it.
+pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl Fn(&str) -> bool) -> Result<DbdFile, String> {
     let mut problems = Vec::new();
-    let stretches = stretches(bytes, b"dbd_label", &mut problems).ok_or(DbdError::NotDbd)?;
-    let (first, others) = stretches.split_first().ok_or(DbdError::NotDbd)?;
+    let stretches = stretches(bytes, b"dbd_label", &mut problems).ok_or(NOT_DBD)?;
+    let (first, others) = stretches.split_first().ok_or(NOT_DBD)?;
     let (header, mut rest) = header(&first.bytes)?;
-    let entry = |key: &str| header.get(key).map(String::as_str).ok_or_else(|| DbdError::Header(format!("no {key}")));
-    let count = |key: &str| -> Result<usize, DbdError> {
-        entry(key)?.parse().map_err(|_| DbdError::Header(format!("{key}: {}", header.get(key).map_or("", String::as_str))))
+    let entry = |key: &str| header.get(key).map(String::as_str).ok_or_else(|| header_of(&format!("no {key}")));
+    let count = |key: &str| -> Result<usize, String> {
+        entry(key)?.parse().map_err(|_| header_of(&format!("{key}: {}", header.get(key).map_or("", String::as_str))))
     };
     let total = count("total_num_sensors")?;
     let per_cycle = count("sensors_per_cycle")?;
     let state_bytes = count("state_bytes_per_cycle")?;
     if state_bytes != per_cycle.div_ceil(4) {
-        return Err(DbdError::Header(format!("{state_bytes} state bytes cannot hold {per_cycle} sensors")));
+        return Err(header_of(&format!("{state_bytes} state bytes cannot hold {per_cycle} sensors")));
     }
     let sensors = if entry("sensor_list_factored")? == "0" {
         let (sensors, after) = sensor_list(rest, total)?;
@@ -129,18 +92,25 @@ pub fn read(bytes: &[u8], cache: impl Fn(&str) -> Option<Vec<u8>>, wanted: impl 
         sensors
     } else {
         let crc = entry("sensor_list_crc")?.to_ascii_lowercase();
-        let text = cache(&crc).ok_or(DbdError::NeedsCache { crc: crc.clone() })?;
+        let text = cache(&crc).ok_or_else(|| {
+            format!(
+                "needs its sensor list {crc}.cac: put it beside the file or in a folder cac or cache there, or name its folder with --cache"
+            )
+        })?;
         let text = stretches_text(&text);
         if !has_crc(&text, &crc) {
-            return Err(DbdError::WrongCache { crc });
+            return Err(format!(
+                "needs its sensor list {crc}.cac, and the file of this name does not have the checksum it is named by: fetch it again"
+            ));
         }
         sensor_list(&text, total)?.0
     };
     let stored: Vec<Sensor> = sensors.into_iter().filter(|s| s.stored).collect();
     if stored.len() != per_cycle {
-        return Err(DbdError::SensorList(format!("{} sensors are marked as stored, the header says {per_cycle}", stored.len())));
+        return Err(list_of(&format!("{} sensors are marked as stored, the header says {per_cycle}", stored.len())));
     }
-    let (order, rest) = known_cycle(rest).ok_or(DbdError::NoKnownCycle)?;
+    let (order, rest) =
+        known_cycle(rest).ok_or("has no known cycle after the header: the sensor list does not belong to it or it is cut")?;
     let mut decoder = Decoder::new(&stored, state_bytes, order, wanted);
     decoder.room = 8 * (bytes.len() * UNPACKED / 4 + SMALLEST);
     decoder.steps = bytes.len().saturating_mul(STATES_AFTER_A_HOLE).saturating_add(SMALLEST);
@@ -218,24 +188,24 @@ const LZ4_BLOCK: usize = 32 * 1024;
 
 type Header = BTreeMap<String, String>;
 
-fn header(bytes: &[u8]) -> Result<(Header, &[u8]), DbdError> {
+fn header(bytes: &[u8]) -> Result<(Header, &[u8]), String> {
     let mut header = BTreeMap::new();
     let mut rest = bytes;
     let mut lines = 14;
     while header.len() < lines {
-        let end = rest.iter().position(|b| *b == b'\n').ok_or_else(|| DbdError::Header("it is cut".into()))?;
+        let end = rest.iter().position(|b| *b == b'\n').ok_or_else(|| header_of("it is cut"))?;
         let line = String::from_utf8_lossy(&rest[..end]);
-        let (key, value) = line.split_once(':').ok_or_else(|| DbdError::Header(format!("\"{line}\"")))?;
+        let (key, value) = line.split_once(':').ok_or_else(|| header_of(&format!("\"{line}\"")))?;
         header.insert(key.trim().to_owned(), value.trim().to_owned());
         if let Some(n) = header.get("num_ascii_tags") {
-            lines = n.parse().map_err(|_| DbdError::Header(format!("num_ascii_tags: {n}")))?;
+            lines = n.parse().map_err(|_| header_of(&format!("num_ascii_tags: {n}")))?;
         }
         rest = &rest[end + 1..];
     }
     Ok((header, rest))
 }
 
-fn sensor_list(bytes: &[u8], total: usize) -> Result<(SensorList, &[u8]), DbdError> {
+fn sensor_list(bytes: &[u8], total: usize) -> Result<(SensorList, &[u8]), String> {
     let mut out = Vec::with_capacity(total.min(1 << 16));
     let mut rest = bytes;
     while out.len() < total {
@@ -244,7 +214,7 @@ fn sensor_list(bytes: &[u8], total: usize) -> Result<(SensorList, &[u8]), DbdErr
         let fields: Vec<&str> = line.split_whitespace().collect();
         // What stands behind a list that is cut is binary.
         let plain = || shown(&line).replace(|c: char| !c.is_ascii_graphic() && c != ' ', "?");
-        let bad = || DbdError::SensorList(format!("{} (line {} of {total})", plain(), out.len() + 1));
+        let bad = || list_of(&format!("{} (line {} of {total})", plain(), out.len() + 1));
         let [tag, in_use, _, index, bytes, name, unit @ ..] = fields.as_slice() else { return Err(bad()) };
         let size: usize = bytes.parse().map_err(|_| bad())?;
         if *tag != "s:" || ![1, 2, 4, 8].contains(&size) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::channels::{LONGEST_MISSION_S, stray_times};
+use super::clocks::{LONGEST_MISSION_S, stray_times};
 use super::report::list_of;
 use super::{Imported, Report};
 use crate::record::flight::Flight;

@@ -1,6 +1,6 @@
 //! Logs of other people's gliders, brought into the one flight type.
 //!
-//! [`import`] finds out what it is given ([`kind`]), reads it, joins what belongs together and states the vehicle as far as the
+//! [`import`] finds out what it is given ([`reader`]), reads it, joins what belongs together and states the vehicle as far as the
 //! files or the glider's class ([`classes`]) tell.
 //!
 //! * [`slocum`]: Slocum binary files of one flight ([`dbd`]: one such file).
@@ -11,27 +11,32 @@
 //! * [`crate::record::resample`]: channels of one clock at the instants of another; [`position`]: degrees to metres.
 //! * [`draft`]: the first vehicle file; [`trim`]: its hull volume from the flight.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+pub(crate) mod assembly;
 mod bad_segments;
 pub mod calendar;
-pub(crate) mod channels;
 mod checks;
 pub mod classes;
+mod clocks;
 pub mod comet;
 pub mod current_profiler;
 pub mod dba;
 pub mod dbd;
 pub mod draft;
+mod fills;
 pub mod folder;
 mod join;
-pub mod kind;
+mod measured;
 pub mod netcdf;
 pub mod npy;
 pub mod position;
 mod pressure_zero;
+mod raw_log;
 #[cfg(test)]
 mod raw_tests;
+pub mod reader;
 mod report;
 pub mod seaexplorer;
 pub mod seaglider;
@@ -45,9 +50,12 @@ mod two_computers;
 
 pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 
+use crate::channels::Channels;
+use crate::record::bounded;
 use crate::record::csv::in_one_line;
+use crate::record::situations;
 use classes::Class;
-use kind::Kind;
+use reader::Reader;
 
 /// Imports one file or folder; `caches` are further folders of Slocum sensor lists.
 ///
@@ -71,6 +79,16 @@ pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -
     }
 }
 
+/// The readers, those whose files say most by their names first.
+pub const READERS: [&Reader; 7] =
+    [&slocum::READER, &seaglider::READER, &seaglider_raw::READER, &seaexplorer::READER, &netcdf::READER, &dba::READER, &table::READER];
+
+/// Place of the reader of a file, none if there is none.
+#[must_use]
+pub fn reader_of(path: &Path) -> Option<usize> {
+    READERS.iter().position(|r| (r.claims)(path))
+}
+
 /// The same, with what the files say as they say it.
 fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
     let (lists, other): (Vec<PathBuf>, Vec<PathBuf>) = paths.iter().cloned().partition(|p| p.is_file() && slocum::is_list(p));
@@ -79,23 +97,10 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
     let folders = lists.iter().filter_map(|list| list.parent()).map(Path::to_path_buf);
     let caches: &Vec<PathBuf> = &caches.iter().cloned().chain(folders).collect();
     let first = paths.first().ok_or_else(|| ImportError { file: "import".into(), what: "names no file or folder".into() })?;
-    let (kind, files, witnesses, passed) = files_of_one_kind(paths)?;
-    let mut imported = match kind {
-        Kind::Slocum | Kind::SlocumText => slocum::import(&files, caches)?,
-        Kind::SeagliderDive => seaglider::import(&files)?,
-        Kind::SeagliderRaw => seaglider_raw::import(&files)?,
-        Kind::SeaExplorer => seaexplorer::import(&files)?,
-        Kind::Netcdf if files.len() > 1 => profiles(&files)?,
-        Kind::Netcdf => netcdf::import(&files[0])?,
-        Kind::Csv => table::import(&files[0])?,
-    };
-    for what in passed {
-        imported.report.note(what);
-    }
+    let FilesOfFlight { reader, files, witnesses, passed } = files_of_one_kind(paths)?;
+    let mut imported = (reader.import)(&files, caches)?;
+    passed.into_iter().for_each(|what| imported.report.note(what));
     checks::impossible_water(&mut imported);
-    if kind == Kind::SlocumText && imported.report.segments.len() == 1 {
-        surface::cut_anew(&mut imported, 2);
-    }
     imported.report.find_missing(&imported.flight);
     pressure_zero::take_out_of_flight(&mut imported);
     checks::sound(&mut imported).map_err(|what| match imported.report.left_out.as_slice() {
@@ -103,7 +108,9 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
         // What was lost before may be the cause.
         lost => ImportError::new(first, format!("{what} (left out before: {})", lost.join("; "))),
     })?;
-    stated_vehicle::state(&mut imported, kind, class);
+    let situations = situations::leave_out(&mut imported.flight).map_err(|what| ImportError::new(first, what))?;
+    situations.into_iter().for_each(|what| imported.report.note(what));
+    stated_vehicle::state(&mut imported, reader.class, class);
     for path in &witnesses {
         current_profiler::witness(path, &mut imported)?;
     }
@@ -111,115 +118,82 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
     Ok(imported)
 }
 
-/// Files of one profile each, or of parts of a deployment, in the order of time.
-fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
-    let folder = files[0].parent().unwrap_or(Path::new("."));
-    let (mut parts, mut refused) = (Vec::new(), Vec::new());
-    let mut identity = netcdf::Identity::default();
-    for path in files {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        match netcdf::import(path) {
-            Ok(part) => {
-                identity.join(netcdf::Identity::of_path(path));
-                parts.push((name, part));
-            }
-            Err(e) => refused.push(format!("{name}: {}", e.what)),
-        }
-    }
-    if let Some(mixed) = identity.mixed() {
-        return Err(ImportError::new(folder, format!("files {mixed}")));
-    }
-    let Some(mut imported) = join::join("NetCDF, a file a profile", parts) else {
-        return Err(ImportError::new(folder, format!("no file can be used: {}", refused.join("; "))));
-    };
-    refused.into_iter().for_each(|what| imported.report.leave_out(what));
-    imported.flight.name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    if imported.report.numbered {
-        surface::unite_named(&mut imported);
-    } else {
-        surface::cut_anew(&mut imported, 1);
-    }
-    Ok(imported)
+/// What the paths hold: the reader of a flight's files, these, files of a current profiler beside them, and notes on what else lies there.
+struct FilesOfFlight {
+    reader: &'static Reader,
+    files: Vec<PathBuf>,
+    witnesses: Vec<PathBuf>,
+    passed: Vec<String>,
 }
 
-/// The kind of a flight's files, these, files of a current profiler beside them, and a note on what else lies there.
-type FilesOfFlight = (Kind, Vec<PathBuf>, Vec<PathBuf>, Vec<String>);
-
-/// What the paths hold.
-fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
-    let mut named = Vec::new();
-    let mut in_folders = Vec::new();
+/// Files that are named, and those in the folders that are.
+fn files_of(paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
+    let (mut named, mut in_folders) = (Vec::new(), Vec::new());
     for path in paths {
         if path.is_dir() {
             in_folders.extend(folder::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
         } else if path.is_file() {
             named.push(path.clone());
-        } else {
-            let what = if path.exists() {
-                "is no regular file but a pipe, a socket or a device: copy what comes out of it to a file first"
-            } else {
-                "there is no such file or folder"
-            };
+        } else if path.exists() {
+            let what = "is no regular file but a pipe, a socket or a device: copy what comes out of it to a file first";
             return Err(ImportError::new(path, what));
+        } else {
+            return Err(ImportError::new(path, "there is no such file or folder"));
         }
     }
+    Ok([named, in_folders])
+}
+
+/// The first kind of file among them, and its files.
+fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
+    let [mut named, mut in_folders] = files_of(paths)?;
     let mut witnesses = Vec::new();
     for list in [&mut named, &mut in_folders] {
         witnesses.extend(list.extract_if(.., |p| current_profiler::is_midas(p)));
     }
-    if let [profiler, ..] = witnesses.as_slice()
-        && !named.iter().chain(&in_folders).any(|p| Kind::of(p).is_some())
-    {
+    let known: Vec<(usize, &PathBuf)> = named.iter().chain(&in_folders).filter_map(|p| Some((reader_of(p)?, p))).collect();
+    if let Some(profiler) = witnesses.first().filter(|_| known.is_empty()) {
         let what = "holds the speeds of a current profiler alone: name the files of its flight too (glider import FLIGHT… THIS --out DIR)";
         return Err(ImportError::new(profiler, what));
     }
-    if let Some(unknown) = named.iter().find(|p| Kind::of(p).is_none()) {
-        return Err(ImportError::new(
-            unknown,
-            kind::way_to_readable(unknown).map_or(format!("is of no known kind: {KNOWN}"), str::to_owned),
-        ));
+    if let Some(unknown) = named.iter().find(|p| reader_of(p).is_none()) {
+        let what = reader::way_to_readable(unknown).map_or(format!("is of no known kind: {KNOWN}"), str::to_owned);
+        return Err(ImportError::new(unknown, what));
     }
-    let of: Vec<(Kind, PathBuf)> = named.iter().chain(&in_folders).filter_map(|p| Some((Kind::of(p)?, p.clone()))).collect();
-    let mut kinds: Vec<Kind> = of.iter().map(|f| f.0).collect();
-    kinds.sort();
-    kinds.dedup();
-    let Some(&kind) = kinds.first() else {
-        if let Some((file, way)) = in_folders.iter().find_map(|f| Some((f, kind::way_to_readable(f)?))) {
-            return Err(ImportError::new(file, way));
-        }
-        return Err(ImportError::new(&paths[0], format!("has no file of a known kind{}: {KNOWN}", inside(&paths[0]))));
-    };
-    let named_kinds: std::collections::BTreeSet<Kind> = named.iter().filter_map(|p| Kind::of(p)).collect();
+    let kinds: BTreeSet<usize> = known.iter().map(|k| k.0).collect();
+    let names = |of: &BTreeSet<usize>| of.iter().map(|k| READERS[*k].name).collect::<Vec<_>>().join(", ");
+    let named_kinds: BTreeSet<usize> = named.iter().filter_map(|p| reader_of(p)).collect();
     if named_kinds.len() > 1 {
-        let names: Vec<&str> = named_kinds.iter().map(|k| k.name()).collect();
-        return Err(ImportError::new(
-            &named[0],
-            format!("files of several kinds are named ({}): import one kind at a time", names.join(", ")),
-        ));
+        let what = format!("files of several kinds are named ({}): import one kind at a time", names(&named_kinds));
+        return Err(ImportError::new(&named[0], what));
     }
-    let kind = named_kinds.first().copied().unwrap_or(kind);
-    let mut files: Vec<PathBuf> = of.into_iter().filter(|f| f.0 == kind).map(|f| f.1).collect();
-    if matches!(kind, Kind::Slocum | Kind::SlocumText) && named.len() == files.len() {
-        files = slocum::with_partners(&files);
+    let Some(&kind) = named_kinds.first().or(kinds.first()) else {
+        let compressed = in_folders.iter().find_map(|f| Some(ImportError::new(f, reader::way_to_readable(f)?)));
+        return Err(
+            compressed.unwrap_or_else(|| ImportError::new(&paths[0], format!("has no file of a known kind{}: {KNOWN}", inside(&paths[0]))))
+        );
+    };
+    let reader = READERS[kind];
+    let mut files: Vec<PathBuf> = known.iter().filter(|f| f.0 == kind).map(|f| f.1.clone()).collect();
+    if named.len() == files.len() {
+        files = (reader.partners)(&files);
     }
-    if files.len() > 1 && !kind.joins() {
-        let names: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
+    if files.len() > 1 && !reader.joins {
+        let list: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
+        let (count, name) = (files.len(), reader.name);
         let what = format!(
-            "{} files of {} here, and one {} is one flight: import one at a time ({}), or concatenate them under one header line",
-            files.len(),
-            kind.name(),
-            kind.name(),
-            names.join(", ")
+            "{count} files of {name} here, and one {name} is one flight: import one at a time ({}), or concatenate them under one header line",
+            list.join(", ")
         );
         return Err(ImportError::new(&paths[0], what));
     }
-    let others = named.len() + in_folders.len() - files.iter().filter(|f| named.contains(f) || in_folders.contains(f)).count();
-    let mut notes: Vec<String> = paths.iter().filter(|p| p.is_dir()).flat_map(|p| folder::dangling(p)).collect();
+    let others = named.iter().chain(&in_folders).filter(|f| !files.contains(f)).count();
+    let mut passed: Vec<String> = paths.iter().filter(|p| p.is_dir()).flat_map(|p| folder::dangling(p)).collect();
     if kinds.len() > 1 {
-        let names: Vec<&str> = kinds.iter().filter(|k| **k != kind).map(|k| k.name()).collect();
-        notes.push(format!("{} here too ({others} other files in all): {} is taken", names.join(", "), kind.name()));
+        let rest = kinds.into_iter().filter(|k| *k != kind).collect();
+        passed.push(format!("{} here too ({others} other files in all): {} is taken", names(&rest), reader.name));
     }
-    Ok((kind, files, witnesses, notes))
+    Ok(FilesOfFlight { reader, files, witnesses, passed })
 }
 
 /// Folders in this one that hold files of a known kind.
@@ -227,13 +201,27 @@ fn inside(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path()));
     let mut folders: Vec<PathBuf> = entries.filter(|p| p.is_dir()).collect();
     folders.sort();
-    folders.retain(|f| folder::files_of(f).is_ok_and(|files| files.iter().any(|p| Kind::of(p).is_some())));
+    folders.retain(|f| folder::files_of(f).is_ok_and(|files| files.iter().any(|p| reader_of(p).is_some())));
     let names: Vec<String> = folders.iter().take(6).map(|f| f.display().to_string()).collect();
     if names.is_empty() {
         String::new()
     } else {
         format!(" itself; name a folder in it, or all that are of one flight ({})", names.join(" "))
     }
+}
+
+/// The table of channels with the names and units of a lab whose own table lies beside its log; none where there is none.
+///
+/// # Errors
+/// It cannot be read.
+fn lab_table(log: &Path) -> Result<Option<Box<Channels>>, String> {
+    let path = log.with_file_name("channels.toml");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = bounded::text(&path, bounded::DOCUMENT).map_err(|e| e.to_string());
+    let table = text.and_then(|text| Channels::usual().with(&text)).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(Some(Box::new(table)))
 }
 
 const KNOWN: &str = "Slocum binary (.dbd, .ebd ...), Seaglider dives (pNNNNNNN.nc), SeaExplorer (seaNNN.M.gli.sub.C with pld1), NetCDF (.nc) or csv is expected";

@@ -6,49 +6,21 @@
 //! `<f8`, rows first. A general reader (crate `npyz`) brings a parser generator
 //! and big integers for that one line of header.
 
-/// Why bytes are not such an array.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum NpyError {
-    /// The file does not start as numpy files do.
-    NotNumpy,
-    /// An array of another kind; the header is given.
-    OtherKind(String),
-    /// Fewer bytes than the header promises.
-    Cut {
-        /// Numbers promised.
-        promised: usize,
-        /// Numbers there.
-        found: usize,
-    },
-}
-
-impl std::fmt::Display for NpyError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NotNumpy => write!(f, "is not a numpy file"),
-            Self::OtherKind(header) => write!(f, "is not a rows-first table of 64-bit floats but {header}"),
-            Self::Cut { promised, found } => write!(f, "is cut: {found} of {promised} numbers are there"),
-        }
-    }
-}
-
-impl std::error::Error for NpyError {}
-
 /// Rows of the array.
 ///
 /// # Errors
-/// [`NpyError`].
-pub fn rows(bytes: &[u8]) -> Result<Vec<Vec<f64>>, NpyError> {
-    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or(NpyError::NotNumpy)?;
+/// What the array is instead, as the end of a sentence about it.
+pub fn rows(bytes: &[u8]) -> Result<Vec<Vec<f64>>, String> {
+    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or("is not a numpy file")?;
     let (header, data) = match rest {
         [1, _, a, b, rest @ ..] => rest.split_at_checked(usize::from(u16::from_le_bytes([*a, *b]))),
         [2 | 3, _, a, b, c, d, rest @ ..] => rest.split_at_checked(u32::from_le_bytes([*a, *b, *c, *d]) as usize),
         _ => None,
     }
-    .ok_or(NpyError::NotNumpy)?;
+    .ok_or("is not a numpy file")?;
     let header = String::from_utf8_lossy(header).trim().to_owned();
-    let other = || NpyError::OtherKind(header.chars().take(200).collect::<String>().escape_debug().to_string());
+    let shown = header.chars().take(200).collect::<String>().escape_debug().to_string();
+    let other = || format!("is not a rows-first table of 64-bit floats but {shown}");
     let plain: String = header.chars().filter(|c| !c.is_whitespace()).collect();
     if !(plain.contains("'descr':'<f8'") && plain.contains("'fortran_order':False")) {
         return Err(other());
@@ -60,7 +32,7 @@ pub fn rows(bytes: &[u8]) -> Result<Vec<Vec<f64>>, NpyError> {
     let numbers: Vec<f64> = data.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
     let promised = count.checked_mul(length).filter(|n| *n > 0).ok_or_else(other)?;
     if numbers.len() < promised {
-        return Err(NpyError::Cut { promised, found: numbers.len() });
+        return Err(format!("is cut: {} of {promised} numbers are there", numbers.len()));
     }
     Ok(numbers[..promised].chunks(length).map(<[f64]>::to_vec).collect())
 }
@@ -88,15 +60,15 @@ mod tests {
 
     #[test]
     fn other_files_are_refused() {
-        assert_eq!(rows(b"PK\x03\x04"), Err(NpyError::NotNumpy));
-        assert_eq!(rows(b"\x93NUMPY\x01\x00\xff\xff{"), Err(NpyError::NotNumpy));
-        assert_eq!(rows(&array(HEADER, &[1.0, 2.0])), Err(NpyError::Cut { promised: 6, found: 2 }));
-        let turned = HEADER.replace("False", "True");
-        assert!(matches!(rows(&array(&turned, &[0.0; 6])), Err(NpyError::OtherKind(_))));
+        let refused = |bytes: &[u8], why: &str| assert!(rows(bytes).is_err_and(|e| e.contains(why)), "{why}");
+        refused(b"PK\x03\x04", "not a numpy file");
+        refused(b"\x93NUMPY\x01\x00\xff\xff{", "not a numpy file");
+        refused(&array(HEADER, &[1.0, 2.0]), "2 of 6 numbers");
+        refused(&array(&HEADER.replace("False", "True"), &[0.0; 6]), "rows-first table");
         // What it is called stays in one line.
-        let e = rows(&array(&HEADER.replace("(2,", "(\n2,").replace("<f8", "<f4"), &[0.0; 6])).expect_err("another kind").to_string();
+        let e = rows(&array(&HEADER.replace("(2,", "(\n2,").replace("<f8", "<f4"), &[0.0; 6])).expect_err("another kind");
         assert!(!e.contains('\n') && e.contains("<f4"), "{e}");
         let vast = HEADER.replace("(2, 3)", "(4294967296, 4294967296)");
-        assert!(matches!(rows(&array(&vast, &[0.0; 6])), Err(NpyError::OtherKind(_))));
+        refused(&array(&vast, &[0.0; 6]), "rows-first table");
     }
 }

@@ -10,8 +10,6 @@ use crate::record::resample::Series;
 
 /// Metres per degree of latitude (mean Earth radius 6 371 008.8 m, IUGG).
 const METRE_PER_DEGREE: f64 = 6_371_008.8 * std::f64::consts::PI / 180.0;
-/// A fix needs the aerial in air; deeper than this it is interpolated or repeated, Pa (3 dbar: pressure zero and the vehicle's length).
-pub(super) const FIX_DEPTH_PA: f64 = 3e4;
 /// A fix belongs to the nearest row if it is no further in time, s: at the surface the CTD is often off.
 const FIX_REACH_S: f64 = 600.0;
 
@@ -60,7 +58,8 @@ const FIX_ERROR_M: f64 = 500.0;
 /// Without fixes at 0° 0°, where a receiver that has none says to be, and those that lie where no glider comes from its other fixes.
 #[must_use]
 pub fn sound(fixes: Vec<Fix>, report: &mut Report) -> Vec<Fix> {
-    let known: Vec<Fix> = fixes.iter().copied().filter(|f| f.lat_deg != 0.0 || f.lon_deg != 0.0).collect();
+    let on_the_globe = |f: &Fix| f.lat_deg.abs() <= 90.0 && f.lon_deg.abs() <= 360.0;
+    let known: Vec<Fix> = fixes.iter().copied().filter(|f| on_the_globe(f) && (f.lat_deg != 0.0 || f.lon_deg != 0.0)).collect();
     let near = |a: usize, b: usize| {
         let (east, north) = local(known[a], known[b]);
         east.hypot(north) <= FIX_ERROR_M + DRIFT_M_S * (known[a].time_s - known[b].time_s).abs()
@@ -224,7 +223,7 @@ pub fn rebase(flight: &mut Flight, report: &mut Report, before: &[u32]) {
 }
 
 /// The vehicle's own dead reckoning, as columns `dr_east_m`, `dr_north_m` from the same origins.
-pub fn dead_reckoning(flight: &mut Flight, unix: &[f64], lat: &Series, lon: &Series, fixes: &[Fix]) {
+pub fn dead_reckoning(flight: &mut Flight, unix: &[f64], [lat, lon]: &[Series; 2], fixes: &[Fix]) {
     if lat.is_empty() || lon.is_empty() {
         return;
     }
@@ -334,7 +333,7 @@ mod tests {
         let mut flight = Flight::blank(3);
         let times = [0.0, 10.0, 20.0];
         let (lat, lon) = (Series::new(&[0.0, 20.0], &[-17.0; 2]), Series::new(&[0.0, 20.0], &[179.999, -179.999]));
-        dead_reckoning(&mut flight, &times, &lat, &lon, &[fix(179.999)]);
+        dead_reckoning(&mut flight, &times, &[lat, lon], &[fix(179.999)]);
         assert!((flight.extra["dr_east_m"][1] - 106.3).abs() < 0.1, "{:?}", flight.extra);
         let origin = Origin { segment: 0, unix_s: 0.0, lat_deg: 0.0, lon_deg: 179.999 };
         (flight.gps_east_m[0], flight.gps_north_m[0]) = (0.002 * METRE_PER_DEGREE, 0.0);

@@ -28,6 +28,32 @@ fn edited(sample: &str, name: &str, edit: impl Fn(&str, String) -> Option<String
     to
 }
 
+/// A text whose fields between semicolons in columns whose names end so are changed in some of its lines; the first line is 0, the header.
+fn cells(text: &str, names: &[&str], lines: std::ops::Range<usize>, of: impl Fn(&str) -> String) -> String {
+    let header: Vec<&str> = text.lines().next().unwrap_or_default().split(';').collect();
+    let field =
+        |(k, f): (usize, &str)| if header.get(k).is_some_and(|h| names.iter().any(|n| h.ends_with(n))) { of(f) } else { f.to_owned() };
+    let line = |(k, l): (usize, &str)| {
+        if k > 0 && lines.contains(&k) { l.split(';').enumerate().map(field).collect::<Vec<_>>().join(";") } else { l.to_owned() }
+    };
+    text.lines().enumerate().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// The number of a field times a factor; a field that is none stays.
+fn times(factor: f64) -> impl Fn(&str) -> String {
+    move |f| f.parse::<f64>().map_or_else(|_| f.to_owned(), |v| (factor * v).to_string())
+}
+
+/// The same of the values of an `.eng` file, in one column by its place.
+fn eng_cells(text: &str, column: usize, lines: std::ops::Range<usize>, of: impl Fn(&str) -> String) -> String {
+    let field = |(k, f): (usize, &str)| if k == column { of(f) } else { f.to_owned() };
+    let row = |l: &str| l.split_whitespace().enumerate().map(field).collect::<Vec<_>>().join(" ");
+    let line = |(k, l): (usize, &str)| if l.starts_with('%') || !lines.contains(&k) { l.to_owned() } else { row(l) };
+    text.lines().enumerate().map(line).collect::<Vec<_>>().join("\n")
+}
+
+const ALL: std::ops::Range<usize> = 0..usize::MAX;
+
 fn read(folder: PathBuf) -> Result<Imported, ImportError> {
     let got = import(&folder, &[]);
     std::fs::remove_dir_all(folder).ok();
@@ -112,15 +138,7 @@ fn regress_seaexplorer_text_that_a_program_saved_again_is_read() {
 #[test]
 fn regress_a_seaexplorer_whose_ctd_was_off_keeps_its_depth() {
     // The payload's pressure, temperature and conductivity read zero.
-    let off = |text: String| {
-        let place = |name: &str| text.lines().next().unwrap_or_default().split(';').position(|h| h.contains(name));
-        let places = ["_PRESSURE", "_TEMPERATURE", "_CONDUCTIVITY"].map(|name| place(name).expect("a column"));
-        let zeroed = |line: &str| {
-            line.split(';').enumerate().map(|(k, f)| if places.contains(&k) { "0.0" } else { f }).collect::<Vec<_>>().join(";")
-        };
-        let lines: Vec<String> = text.lines().enumerate().map(|(k, l)| if k == 0 { l.to_owned() } else { zeroed(l) }).collect();
-        lines.join("\n")
-    };
+    let off = |text: String| cells(&text, &["_PRESSURE", "_TEMPERATURE", "_CONDUCTIVITY"], ALL, |_| "0.0".into());
     let got = read(edited("seaexplorer_sub", "one off", |n, text| Some(if n.contains("pld1.sub.10") { off(text) } else { text })))
         .expect("reads");
     assert!(left_out(&got).contains("cycle 10: the CTD was off"), "{}", left_out(&got));
@@ -186,17 +204,7 @@ fn regress_a_seaexplorer_file_without_rows_is_no_file() {
 #[test]
 fn regress_a_ballast_that_counts_what_weighs_is_questioned() {
     let questioned = |got: &Imported| got.report.notes.iter().any(|n| n.contains("cc more where the vehicle sinks"));
-    let turned = |n: &str, text: String| {
-        let place = text.lines().next().unwrap_or_default().split(';').position(|h| h == "BallastPos");
-        let turn = |line: &str| {
-            let field = |(k, f): (usize, &str)| match f.parse::<f64>() {
-                Ok(v) if Some(k) == place => format!("{}", -v),
-                _ => f.to_owned(),
-            };
-            line.split(';').enumerate().map(field).collect::<Vec<_>>().join(";")
-        };
-        Some(if n.contains("gli") { text.lines().map(turn).collect::<Vec<_>>().join("\n") } else { text })
-    };
+    let turned = |n: &str, text: String| Some(if n.contains("gli") { cells(&text, &["BallastPos"], ALL, times(-1.0)) } else { text });
     assert!(!questioned(&read(edited("seaexplorer_sub", "buoyant", |_, text| Some(text))).expect("reads")));
     assert!(questioned(&read(edited("seaexplorer_sub", "weighs", turned)).expect("reads")));
 }
@@ -223,9 +231,7 @@ fn regress_the_ballast_of_a_seaglider_follows_its_log() {
     assert!(left_out(&with("lost", "p0990013.log", lost)).contains("dive 13: the .log's last move of the pump is at 20 s"));
     let zeros = |t: String| {
         let place = t.lines().find_map(|l| l.strip_prefix("%columns:")?.split(',').position(|c| c.trim() == "vbdCC")).expect("a column");
-        let zero =
-            |l: &str| l.split_whitespace().enumerate().map(|(k, f)| if k == place { "0.0" } else { f }).collect::<Vec<_>>().join(" ");
-        t.lines().map(|l| if l.starts_with('%') { l.to_owned() } else { zero(l) }).collect::<Vec<_>>().join("\n")
+        eng_cells(&t, place, ALL, |_| "0.0".into())
     };
     let got = with("zeros", "p0990011.eng", zeros);
     let off = of_dive(&got, 0).iter().zip(of_dive(&whole, 0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -249,13 +255,7 @@ fn regress_fixes_and_depths_of_a_seaglider_that_cannot_be_are_left_out() {
         t.lines().map(line).collect::<Vec<_>>().join("\n")
     });
     assert_eq!(known(&far).len() + 1, known(&whole).len(), "{:?}", far.report.notes);
-    let no_depth = with("no depth", "p0990012.eng", |t| {
-        let row = |(k, l): (usize, &str)| match l.split_whitespace().collect::<Vec<_>>()[..] {
-            [a, b, _, ref rest @ ..] if !l.starts_with('%') && (60..80).contains(&k) => format!("{a} {b} NaN {}", rest.join(" ")),
-            _ => l.to_owned(),
-        };
-        t.lines().enumerate().map(row).collect::<Vec<_>>().join("\n")
-    });
+    let no_depth = with("no depth", "p0990012.eng", |t| eng_cells(&t, 2, 60..80, |_| "NaN".into()));
     assert!(left_out(&no_depth).contains("20 rows of the .eng have no depth"), "{}", left_out(&no_depth));
     assert_eq!(no_depth.flight.len() + 20, whole.flight.len());
 }
@@ -264,13 +264,7 @@ fn regress_fixes_and_depths_of_a_seaglider_that_cannot_be_are_left_out() {
 fn regress_rows_of_a_seaexplorer_that_cannot_be_are_left_out() {
     let whole = read(edited("seaexplorer_sub", "sound rows", |_, text| Some(text))).expect("reads");
     let field = |name: &'static str, value: &'static str| {
-        move |n: &str, text: String| {
-            let place = text.lines().next().unwrap_or_default().split(';').position(|h| h == name);
-            let changed =
-                |l: &str| l.split(';').enumerate().map(|(k, f)| if Some(k) == place { value } else { f }).collect::<Vec<_>>().join(";");
-            let row = |(k, l): (usize, &str)| if (60..63).contains(&k) { changed(l) } else { l.to_owned() };
-            Some(if n.contains("pld1.sub.10") { text.lines().enumerate().map(row).collect::<Vec<_>>().join("\n") } else { text })
-        }
+        move |n: &str, text: String| Some(if n.contains("pld1.sub.10") { cells(&text, &[name], 60..63, |_| value.into()) } else { text })
     };
     let hot = read(edited("seaexplorer_sub", "hot", field("LEGATO_TEMPERATURE", "99.9"))).expect("reads");
     assert!(hot.report.notes.iter().any(|n| n.starts_with("3 of 372 temperatures are none of water")), "{:?}", hot.report.notes);
@@ -328,16 +322,7 @@ fn regress_a_seaexplorer_column_twice_or_a_depth_upward_is_named() {
     let got = read(edited("seaexplorer_sub", "twice", twice)).expect("reads");
     let problems: Vec<String> = got.report.files.iter().flat_map(|f| f.problems.clone()).collect();
     assert!(!got.report.is_whole() && problems == ["column Pitch stands twice: the first one is read"], "{problems:?}");
-    let place = |text: &str| text.lines().next().unwrap_or_default().split(';').position(|h| h == "Depth");
-    let turned = |n: &str, text: String| {
-        let at = place(&text);
-        let turn = |(k, f): (usize, &str)| match f.parse::<f64>() {
-            Ok(v) if Some(k) == at => format!("{}", -v),
-            _ => f.to_owned(),
-        };
-        let line = |l: &str| l.split(';').enumerate().map(turn).collect::<Vec<_>>().join(";");
-        Some(if n.contains("gli") { text.lines().map(line).collect::<Vec<_>>().join("\n") } else { text })
-    };
+    let turned = |n: &str, text: String| Some(if n.contains("gli") { cells(&text, &["Depth"], ALL, times(-1.0)) } else { text });
     let whole = read(edited("seaexplorer_sub", "downward", |_, text| Some(text))).expect("reads");
     let got = read(edited("seaexplorer_sub", "upward", turned)).expect("reads");
     assert!(got.report.notes.iter().any(|n| n == "Depth grows upward: turned round"), "{:?}", got.report.notes);
@@ -394,17 +379,8 @@ fn regress_headers_that_change_within_a_raw_file_are_named() {
 
 #[test]
 fn regress_depths_of_one_seaglider_dive_upward_or_in_metres_are_named() {
-    let depth = |factor: f64| {
-        move |n: &str, text: String| {
-            let row = |l: &str| match l.split_whitespace().collect::<Vec<_>>()[..] {
-                [a, b, cm, ref rest @ ..] if !l.starts_with('%') => {
-                    format!("{a} {b} {} {}", factor * cm.parse::<f64>().unwrap_or(f64::NAN), rest.join(" "))
-                }
-                _ => l.to_owned(),
-            };
-            Some(if n == "p0990012.eng" { text.lines().map(row).collect::<Vec<_>>().join("\n") } else { text })
-        }
-    };
+    let depth =
+        |factor: f64| move |n: &str, text: String| Some(if n == "p0990012.eng" { eng_cells(&text, 2, ALL, times(factor)) } else { text });
     let whole = read(edited("seaglider_raw", "depth whole", depth(1.0))).expect("reads");
     let up = read(edited("seaglider_raw", "depth up", depth(-1.0))).expect("reads");
     assert!(up.flight.pressure_pa == whole.flight.pressure_pa, "{:?}", up.report.notes);
@@ -433,13 +409,7 @@ fn regress_minutes_that_a_seaexplorers_payload_lacks_are_named() {
 #[test]
 fn regress_a_conductivity_in_other_units_in_one_cycle_is_named() {
     let divided = |n: &str, text: String| {
-        let place = text.lines().next().unwrap_or_default().split(';').position(|h| h == "LEGATO_CONDUCTIVITY");
-        let field = |(k, f): (usize, &str)| match f.parse::<f64>() {
-            Ok(v) if Some(k) == place => (0.1 * v).to_string(),
-            _ => f.to_owned(),
-        };
-        let row = |l: &str| l.split(';').enumerate().map(field).collect::<Vec<_>>().join(";");
-        Some(if n.contains("pld1.sub.10") { text.lines().map(row).collect::<Vec<_>>().join("\n") } else { text })
+        Some(if n.contains("pld1.sub.10") { cells(&text, &["LEGATO_CONDUCTIVITY"], ALL, times(0.1)) } else { text })
     };
     let got = read(edited("seaexplorer_sub", "siemens", divided)).expect("reads");
     assert!(left_out(&got).contains("segment 1: density comes from a salinity of"), "{}", left_out(&got));
@@ -450,15 +420,7 @@ fn regress_a_conductivity_in_other_units_in_one_cycle_is_named() {
 #[test]
 fn regress_one_seaglider_dive_that_cannot_be_does_not_refuse_the_others() {
     // Its time counts twenty times too slowly.
-    let slow = |n: &str, text: String| {
-        let row = |l: &str| match l.split_whitespace().collect::<Vec<_>>()[..] {
-            [a, b, ref rest @ ..] if !l.starts_with('%') => {
-                format!("{a} {} {}", b.parse::<f64>().unwrap_or(f64::NAN) / 20.0, rest.join(" "))
-            }
-            _ => l.to_owned(),
-        };
-        Some(if n == "p0990012.eng" { text.lines().map(row).collect::<Vec<_>>().join("\n") } else { text })
-    };
+    let slow = |n: &str, text: String| Some(if n == "p0990012.eng" { eng_cells(&text, 1, ALL, times(0.05)) } else { text });
     let got = read(edited("seaglider_raw", "slow clock", slow)).expect("reads");
     assert!(left_out(&got).contains("segment 1: pressure changes by"), "{}", left_out(&got));
     assert!(got.flight.segment.iter().all(|s| *s != 1) && got.flight.segment.contains(&2));

@@ -106,6 +106,11 @@ pub struct Report {
     /// Whether the file numbers its segments: they are not cut at the surface then.
     #[serde(skip)]
     pub numbered: bool,
+    /// Whether a clock was found that was not set, and rows without a pressure are counted.
+    #[serde(skip)]
+    pub(super) clock_not_set: bool,
+    #[serde(skip)]
+    pub(super) rows_lost: bool,
 }
 
 impl Report {

@@ -7,9 +7,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::channels::{self, CLOCKS_APART_S, LONGEST_MISSION_S, Log, Row};
+use super::assembly::{Log, Row};
 use super::classes::Class;
+use super::clocks::{CLOCKS_APART_S, LONGEST_MISSION_S, stray_times};
 use super::position::{Fix, degrees_of_minutes};
+use super::reader::Reader;
 use super::report::list_of;
 use super::two_computers::{Ctd, by_segment, covered};
 use super::{FileNote, ImportError, Imported, MappedName, Report, join, pressure_zero};
@@ -21,6 +23,10 @@ mod text;
 use text::{Dates, Table};
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Raw text of a SeaExplorer.
+pub(super) const READER: Reader =
+    Reader { name: "SeaExplorer raw files", claims: |path| name_of(path).is_some(), import: |files, _| import(files), ..Reader::PLAIN };
 
 /// What a file name says.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -116,7 +122,7 @@ fn import_dated(files: &[PathBuf], month_first: bool) -> Result<Option<Imported>
         if columns.step_s.is_finite() { format!("navigation every {:.1} s", columns.step_s) } else { "no navigation".into() }
     ));
     let place = log.fixes.first().map(|f| seawater::Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg });
-    report.density_from("conductivity, temperature, pressure", place, log.rows.iter().any(|r| r.salinity.is_finite()));
+    report.density_from("conductivity, temperature, pressure", place, log.rows.iter().any(|r| r.conductivity_s_m.is_finite()));
     report.segments = cycles.iter().map(|c| format!("cycle {c}")).collect();
     let problems: Vec<String> = report.files.iter().flat_map(|f| f.problems.iter().map(move |p| format!("{} {p}", f.file))).collect();
     let flight = log.flight(&format!("sea{glider:03}-{mission}"), &mut report).ok_or_else(|| {
@@ -351,9 +357,8 @@ impl Columns {
                 without += 1;
                 continue;
             }
-            let temperature_degc = number(temperature);
-            let salinity = seawater::practical_salinity(number(conductivity) * factor, temperature_degc, dbar);
-            log.rows.push(Row { unix_s, segment, pressure_pa: dbar * 1e4, temperature_degc, salinity });
+            let row = Row::at(unix_s, segment, dbar * 1e4);
+            log.rows.push(Row { temperature_degc: number(temperature), conductivity_s_m: number(conductivity) * factor, ..row });
         }
         self.without_pressure += without;
         Ok(())
@@ -395,8 +400,7 @@ impl Columns {
         }
         if log.rows.is_empty() && own.values().any(|of| deepest(of) > DIVE_PA) {
             report.leave_out("no CTD: rows are the vehicle's own depth, and density is missing".into());
-            let (temperature_degc, salinity) = (f64::NAN, f64::NAN);
-            let row = |segment: u32, (unix_s, pressure_pa)| Row { unix_s, segment, pressure_pa, temperature_degc, salinity };
+            let row = |segment: u32, (unix_s, pressure_pa)| Row::at(unix_s, segment, pressure_pa);
             log.rows = own.into_iter().flat_map(|(segment, rows)| rows.into_iter().map(move |r| row(segment, r))).collect();
             log.steering_pressure = Series::default();
         }
@@ -404,7 +408,7 @@ impl Columns {
 
     /// Channels from what was read of all navigation files.
     fn finish(&mut self, log: &mut Log, report: &mut Report) {
-        let stray = channels::stray_times(&mut self.time, LONGEST_MISSION_S);
+        let stray = stray_times(&mut self.time, LONGEST_MISSION_S);
         if stray > 0 {
             report.leave_out(format!("{stray} rows of navigation further than 400 days from the others: a clock that was not set"));
         }
@@ -426,12 +430,12 @@ impl Columns {
         pressure_zero::turn_upright(&mut self.values[5], "Depth", UPWARD_M, report);
         let [pitch, roll, heading, ballast, battery, depth] = &self.values;
         let series = |values: &[f64]| Series::new(&self.time, values);
-        (log.pitch, log.roll, log.heading) = (series(pitch), series(roll), series(heading));
-        (log.ballast, log.battery) = (series(ballast), series(battery));
+        self.step_s = series(pitch).step_s();
+        let turned = heading.iter().any(|v| v.is_finite());
+        [log.pitch, log.roll, log.heading, log.ballast, log.battery] = [pitch, roll, heading, ballast, battery].map(|c| series(c).into());
         let pressure: Vec<f64> = depth.iter().map(|z| if *z > 0.0 { seawater::pressure_pa(*z, self.lat_deg) } else { f64::NAN }).collect();
         log.steering_pressure = series(&pressure);
-        self.step_s = log.pitch.step_s();
-        if !log.heading.is_empty() {
+        if turned {
             report.note("heading as logged: whether it holds the declination of the file is not documented".into());
         }
     }

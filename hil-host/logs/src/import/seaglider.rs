@@ -14,7 +14,17 @@ use std::path::{Path, PathBuf};
 use super::classes::{Class, REFERENCE_AREA_M2};
 use super::draft::Draft;
 use super::netcdf::{self, Scalars};
+use super::reader::Reader;
 use super::{FileNote, ImportError, Imported, Report, join};
+
+/// One NetCDF of the base station a dive.
+pub(super) const READER: Reader = Reader {
+    name: "Seaglider dives",
+    claims: |path| dive_of(path).is_some(),
+    a_dive_a_file: true,
+    import: |files, _| import(files),
+    ..Reader::PLAIN
+};
 
 /// Glider and dive of a name `pGGGDDDD.nc`, also with what archives and browsers append (`pGGGDDDD_YYYYMMDD.nc`, `pGGGDDDD (1).nc`).
 #[must_use]

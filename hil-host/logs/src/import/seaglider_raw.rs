@@ -9,10 +9,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::channels::{Log, Row};
+use super::assembly::{Log, Row};
 use super::classes::Class;
 use super::netcdf::Scalars;
 use super::position::Fix;
+use super::reader::Reader;
 use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, pressure_zero, seaglider};
 use crate::record::bounded;
@@ -25,6 +26,9 @@ mod constants;
 pub use constants::Constants;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Its own text files.
+pub(super) const READER: Reader =
+    Reader { name: "Seaglider log and eng files", claims: is_raw, import: |files, _| import(files), ..Reader::PLAIN };
 /// Name of the constants' file.
 pub const CONSTANTS: &str = "sg_calib_constants.m";
 
@@ -388,13 +392,8 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
     pressure_zero::turn_upright(&mut depth_cm, "depth", UPWARD_CM, &mut report);
     log.say_scale(quantile(&depth_cm, 1.0) * 0.01, &mut report);
     let rows = time.iter().zip(depth_cm);
-    let rows = rows.map(|(unix_s, cm)| Row {
-        unix_s: *unix_s,
-        segment: 0,
-        pressure_pa: if cm.is_nan() { f64::NAN } else { seawater::pressure_pa((cm * 0.01).max(0.0), lat_deg) },
-        temperature_degc: f64::NAN,
-        salinity: f64::NAN,
-    });
+    let pressure = |cm: f64| if cm.is_nan() { f64::NAN } else { seawater::pressure_pa((cm * 0.01).max(0.0), lat_deg) };
+    let rows = rows.map(|(unix_s, cm)| Row::at(*unix_s, 0, pressure(cm)));
     let angle = |name: &str, add: f64| Series::new(&time, &column(name).iter().map(|v| (v + add) * DEGREE).collect::<Vec<_>>());
     let unread = column("depth").iter().filter(|cm| cm.is_nan()).count();
     if unread > 0 {
@@ -423,10 +422,10 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
     report.segments.push(format!("dive {dive}"));
     let out = Log {
         rows,
-        pitch: angle("pitchAng", 0.0),
-        roll: angle("rollAng", 0.0),
-        heading: angle("head", log.variation.unwrap_or(0.0)),
-        ballast,
+        pitch: angle("pitchAng", 0.0).into(),
+        roll: angle("rollAng", 0.0).into(),
+        heading: angle("head", log.variation.unwrap_or(0.0)).into(),
+        ballast: ballast.into(),
         fixes: log.sound_fixes(&mut report),
         ..Log::default()
     };

@@ -8,10 +8,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::assembly::Row;
+use super::classes::Class;
 use super::dba;
-use super::dbd::{self, DbdError};
-use super::netcdf::names;
+use super::dbd;
+use super::reader::Reader;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
+use crate::channels::{Channel, Entry};
 use crate::record::bounded;
 
 mod clocks;
@@ -20,40 +23,19 @@ mod files;
 mod merge;
 
 use clocks::{apart, in_order, plausible_times, report_untimed, set_clocks};
-pub use files::with_partners;
+pub(super) use files::with_partners;
 use files::{one_glider, one_of_copies, one_sided, pair_by_header, pairs, without_copies};
+
+/// Slocum binary files.
+pub(super) const READER: Reader =
+    Reader { name: "Slocum binary", claims: is_slocum, partners: with_partners, import, class: Class::slocum, ..Reader::PLAIN };
 
 /// Endings of engineering files, the fullest first.
 const ENGINEERING_ENDINGS: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];
 /// Endings of science files, the fullest first.
 const SCIENCE_ENDINGS: [&str; 6] = ["ebd", "ecd", "nbd", "ncd", "tbd", "tcd"];
 
-/// Sensor names, the channel they fill, the unit they must have in the file, and the factor to SI.
-const SENSORS: &[(&str, &str, &[&str], f64)] = &[
-    ("m_pitch", "m_pitch_rad", &["rad"], 1.0),
-    ("m_roll", "m_roll_rad", &["rad"], 1.0),
-    ("m_heading", "m_heading_rad", &["rad"], 1.0),
-    ("m_ballast_pumped", "m_ballast_pumped_cc", &["cc"], 1e-6),
-    ("m_de_oil_vol", "m_ballast_pumped_cc", &["cc"], 1e-6),
-    ("m_battpos", "m_battpos_m", &["in"], 0.0254),
-    ("m_pressure", "pressure_dbar", &["bar"], 1e5),
-    ("m_water_pressure", "pressure_dbar", &["bar"], 1e5),
-    ("m_depth", "depth_m", &["m"], 1.0),
-    ("sci_water_pressure", "pressure_dbar", &["bar"], 1e5),
-    ("sci_water_temp", "sci_water_temp_degC", &["degc"], 1.0),
-    ("sci_water_cond", "sci_density_kg_m3", &["s/m"], 1.0),
-    ("sci_rbrctd_seapressure_00", "pressure_dbar", &["dbar"], 1e4),
-    ("sci_rbrctd_pressure_00", "pressure_dbar", &["dbar"], 1e4),
-    ("sci_rbrctd_temperature_00", "sci_water_temp_degC", &["degc"], 1.0),
-    ("sci_rbrctd_conductivity_00", "sci_density_kg_m3", &["ms/cm"], 0.1),
-    ("m_gps_lat", "gps_north_m", &["lat"], 1.0),
-    ("m_gps_lon", "gps_east_m", &["lon"], 1.0),
-    ("m_lat", "dr_north_m", &["lat"], 1.0),
-    ("m_lon", "dr_east_m", &["lon"], 1.0),
-    (GPS_STATUS, "gps_north_m", &["enum"], 1.0),
-    ("m_fin", "m_fin_rad", &["rad"], 1.0),
-];
-/// What the receiver says of its fix: 0 is a good one (SOCIB's glider toolbox takes no other).
+/// What the receiver says of its fix.
 const GPS_STATUS: &str = "m_gps_status";
 /// Clocks.
 const CLOCKS: [&str; 5] = ["m_present_time", "sci_m_present_time", STAMPS[0], STAMPS[1], STAMPS[2]];
@@ -78,28 +60,43 @@ fn ending(path: &Path) -> Option<String> {
     Some(path.extension()?.to_str()?.to_ascii_lowercase())
 }
 
-/// Values of one sensor over all files, each with its time and segment.
+/// What a sensor of a Slocum measures.
+fn sensor(name: &str) -> Option<&'static Entry> {
+    const SENSED: [Channel; 16] = [
+        Channel::Pressure,
+        Channel::Pitch,
+        Channel::Roll,
+        Channel::Heading,
+        Channel::Ballast,
+        Channel::Battery,
+        Channel::Temperature,
+        Channel::Depth,
+        Channel::Conductivity,
+        Channel::Latitude,
+        Channel::Longitude,
+        Channel::FixStatus,
+        Channel::ReckonedLatitude,
+        Channel::ReckonedLongitude,
+        Channel::Fin,
+        Channel::Thruster,
+    ];
+    let of_slocum = name.starts_with("m_") || name.starts_with("sci_");
+    SENSED.into_iter().map(Channel::usual).find(|e| of_slocum && e.names.iter().any(|n| n == name))
+}
+
+/// Values of one sensor over all files, each with its time.
 #[derive(Default)]
-struct Channel {
+struct Sensed {
     time_s: Vec<f64>,
     value: Vec<f64>,
 }
 
 #[derive(Default)]
 struct Collected {
-    channels: BTreeMap<&'static str, Channel>,
-    ctd: Vec<CtdRow>,
+    channels: BTreeMap<String, Sensed>,
+    ctd: Vec<Row>,
     /// First and last time of each segment's engineering file, s.
     spans: BTreeMap<u32, (f64, f64)>,
-}
-
-#[derive(Clone, Copy)]
-struct CtdRow {
-    time_s: f64,
-    segment: u32,
-    pressure_pa: f64,
-    temperature_degc: f64,
-    conductivity_s_m: f64,
 }
 
 /// A file that was read.
@@ -195,13 +192,14 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
     if bytes.is_empty() {
         return Err("is empty".into());
     }
-    let wanted = |name: &str| CLOCKS.contains(&name) || SENSORS.iter().any(|s| s.0 == name);
+    let wanted = |name: &str| CLOCKS.contains(&name) || sensor(name).is_some();
     if dba::is_dba(&bytes) {
         return dba::read(&bytes, wanted);
     }
     let folder = path.parent().unwrap_or(Path::new("."));
-    let folders = [folder.to_path_buf(), folder.join("cac"), folder.join("../cac")].into_iter().chain(caches.iter().cloned());
-    let folders: Vec<PathBuf> = folders.collect();
+    // "cache" is where dbd2asc looks.
+    let usual = ["", "cac", "../cac", "cache", "../cache"].map(|name| folder.join(name));
+    let folders: Vec<PathBuf> = usual.into_iter().chain(caches.iter().cloned()).collect();
     let cache = |crc: &str| {
         folders.iter().find_map(|folder| {
             let named = |p: &PathBuf| {
@@ -211,7 +209,7 @@ fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
             super::folder::files_of(folder).ok()?.into_iter().find(named).and_then(|p| bounded::bytes(&p, bounded::DOCUMENT).ok())
         })
     };
-    dbd::read(&bytes, cache, wanted).map_err(|e: DbdError| e.to_string())
+    dbd::read(&bytes, cache, wanted)
 }
 
 /// Takes over what one file has; of the CTD only if `with_ctd`.
@@ -220,22 +218,22 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
     let stated = clocks::clock(file).cloned().unwrap_or_else(|| vec![f64::NAN; file.cycles]);
     report_untimed(one, &stated, report);
     let own = in_order(plausible_times(stated), one, "the file's clock", report);
-    for (name, channel, units, factor) in SENSORS {
-        let Some((unit, values)) = file.columns.get(*name) else { continue };
-        if name.starts_with("sci_rbrctd") && !ctd::sensors_of(file).is_some_and(|of| of.contains(name)) {
+    for (name, (unit, values)) in &file.columns {
+        let Some(entry) = sensor(name) else { continue };
+        if name.starts_with("sci_rbrctd") && !ctd::sensors_of(file).is_some_and(|of| of.contains(&name.as_str())) {
             continue;
         }
-        let Some((offset, factor)) = in_si(name, unit, units, *factor) else {
-            report.leave_out(format!("{name} is in {unit}, not in {}", units.join(" or ")));
+        let Some((offset, factor)) = entry.in_si(unit) else {
+            report.leave_out(format!("{name} is in {unit}, which is not known for it"));
             continue;
         };
-        if *name != GPS_STATUS {
-            report.map(MappedName { from: (*name).into(), unit: unit.clone(), to: (*channel).into(), factor });
+        if name != GPS_STATUS {
+            report.map(MappedName { from: name.clone(), unit: unit.clone(), to: entry.column.clone(), factor });
         }
         if name.starts_with("sci_") {
             continue;
         }
-        let held = all.channels.entry(name).or_default();
+        let held = all.channels.entry(name.clone()).or_default();
         held.time_s.extend(&own);
         held.value.extend(values.iter().map(|v| (v - offset) * factor));
     }
@@ -247,26 +245,6 @@ fn collect(all: &mut Collected, report: &mut Report, one: &Loaded, with_ctd: boo
     if with_ctd {
         ctd::ctd_rows(all, report, one, own);
     }
-}
-
-/// What is taken off a sensor's numbers, and by what they are multiplied then: by its usual units, else by those that other files have.
-fn in_si(name: &str, unit: &str, usual: &[&str], factor: f64) -> Option<(f64, f64)> {
-    if usual.iter().any(|u| u.eq_ignore_ascii_case(unit)) {
-        return Some((0.0, factor));
-    }
-    let wanted = match name {
-        "m_pressure" | "m_water_pressure" | "sci_water_pressure" | "sci_rbrctd_seapressure_00" | "sci_rbrctd_pressure_00" => {
-            &names::PRESSURE
-        }
-        "sci_water_temp" | "sci_rbrctd_temperature_00" => &names::TEMPERATURE,
-        "sci_water_cond" | "sci_rbrctd_conductivity_00" => &names::CONDUCTIVITY,
-        "m_pitch" => &names::PITCH,
-        "m_roll" => &names::ROLL,
-        "m_heading" => &names::HEADING,
-        "m_ballast_pumped" | "m_de_oil_vol" => &names::BALLAST,
-        _ => return None,
-    };
-    wanted.in_si(unit)
 }
 
 fn name_of(path: &Path) -> String {

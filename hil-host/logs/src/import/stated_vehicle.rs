@@ -4,13 +4,12 @@ use std::path::Path;
 
 use super::classes::Class;
 use super::draft::Draft;
-use super::kind::Kind;
 use super::report::VEHICLE_JSON;
 use super::{Imported, trim};
 use crate::record::plausible::quantile;
 
 /// States it: what the files say, else the class's usual numbers, and the hull volume checked against the flight.
-pub(super) fn state(imported: &mut Imported, kind: Kind, class: Option<Class>) {
+pub(super) fn state(imported: &mut Imported, usual: fn(f64) -> Class, class: Option<Class>) {
     if class.is_some() {
         imported.vehicle_file = None;
     }
@@ -26,7 +25,7 @@ pub(super) fn state(imported: &mut Imported, kind: Kind, class: Option<Class>) {
         None => {}
     }
     let deepest_dbar = quantile(&imported.flight.pressure_pa, 1.0) * 1e-4;
-    let mut draft = first(imported, kind, class, deepest_dbar);
+    let mut draft = first(imported, usual, class, deepest_dbar);
     let flight = &imported.flight;
     let number = |key: &str| draft.get(key).unwrap_or(0.0);
     let hull = trim::Hull {
@@ -80,7 +79,7 @@ pub(super) fn state(imported: &mut Imported, kind: Kind, class: Option<Class>) {
 }
 
 /// Numbers to begin with: of the class that is named, else of the files, else of the class that the kind and depth of the log suggest.
-fn first(imported: &mut Imported, kind: Kind, class: Option<Class>, deepest_dbar: f64) -> Draft {
+fn first(imported: &mut Imported, usual: fn(f64) -> Class, class: Option<Class>, deepest_dbar: f64) -> Draft {
     match (class, imported.vehicle.take()) {
         (None, Some(draft)) => draft,
         (Some(class), stated) => {
@@ -90,10 +89,7 @@ fn first(imported: &mut Imported, kind: Kind, class: Option<Class>, deepest_dbar
             class.draft()
         }
         (None, None) => {
-            let class = match kind {
-                Kind::Slocum | Kind::SlocumText => Class::slocum(deepest_dbar),
-                _ => Class::Unknown,
-            };
+            let class = usual(deepest_dbar);
             imported
                 .report
                 .note(format!("vehicle: the files do not state it; usual numbers of the class {} with wide tolerances", class.name()));

@@ -4,41 +4,33 @@
 //! dates of other programs (`times`), Latin-1 and UTF-16 text, a header behind a # or %, semicolons or tabs, a comma at the end of every
 //! row; what stands for no value or is flagged as bad (`values`); and what `tidy` undoes.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-mod channel;
 mod thousands;
-pub(super) mod tidy;
+mod tidy;
 pub(super) mod times;
 mod values;
 
-use super::channels::{SALINITY_COLUMN, SET_CLOCK_S};
 use super::classes::Class;
+use super::clocks::SET_CLOCK_S;
+use super::raw_log::{Clock, RawLog, RawSeries, Said};
+use super::reader::{Reader, ends_in};
 use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
+use crate::channels::{Channel, Channels};
 use crate::record::bounded;
 use crate::record::csv as read;
-use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
-use crate::record::seawater;
 
-/// Salinity columns, best first, of practical salinity (PSS-78); case does not matter.
-const SALINITIES: [(&str, f64); 9] = [
-    ("SP_psu", 1.0),
-    ("salinity", 1.0),
-    ("PSAL", 1.0),
-    ("practical_salinity", 1.0),
-    ("sci_water_salinity", 1.0),
-    ("sci_salinity", 1.0),
-    ("salinity_psu", 1.0),
-    ("practical_salinity_psu", 1.0),
-    ("sea_water_practical_salinity", 1.0),
-];
-/// The same of absolute salinity (g/kg).
-const ABSOLUTE: [(&str, f64); 2] = [("SA_g_kg", 1.0), ("absolute_salinity", 1.0)];
-/// Conductivity columns whose unit is in their name, with the factor to S/m.
-const CONDUCTIVITIES: [(&str, f64); 4] =
-    [("sci_water_cond", 1.0), ("conductivity_S_m", 1.0), ("sci_water_cond_S_m", 1.0), ("conductivity_mS_cm", 0.1)];
+/// Text with columns.
+pub(super) const READER: Reader = Reader {
+    name: "csv",
+    claims: |path| ends_in(path, &["csv", "csvp", "csv0", "tsv", "txt"]),
+    joins: false,
+    import: |files, _| import(&files[0]),
+    ..Reader::PLAIN
+};
 
 /// What stands for a minus in texts that were typeset.
 const MINUS: char = '\u{2212}';
@@ -64,65 +56,22 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     }
     let text = thousands::without_grouping(&text, &mut report);
     let text = tidy::decimal_points(&text, &mut report);
+    let error = |what: String| ImportError::new(path, what);
+    let Some(table) = Table::of(&text, &mut report) else { return Err(error("is empty; a flight needs a header line and rows".into())) };
+    let slocum = table.slocum_column();
+    let lab = super::lab_table(path).map_err(error)?;
+    let raw = table.raw_log(lab, report).map_err(error)?;
+    let first = raw.clocks[0].times.iter().copied().find(|t| t.is_finite()).filter(|start| *start > SET_CLOCK_S);
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let mut slocum = None;
-    let flight = match Table::of(&text, &mut report) {
-        Some(table) => {
-            slocum = table.slocum_column();
-            from_table(table, path, &name, &mut report)?
-        }
-        None => own_format(&text, path, &name, None, &mut report)?,
-    };
-    let uncut = flight.segment.iter().all(|s| *s == 0);
+    let (flight, mut report) = raw.flight(&name).map_err(error)?;
+    report.start_unix_s = report.start_unix_s.filter(|start| *start > SET_CLOCK_S).or(first);
     report.files.push(FileNote { file: path.display().to_string(), rows: flight.len(), problems: Vec::new() });
     let vehicle = slocum.map(|column| {
         let class = Class::slocum(quantile(&flight.pressure_pa, 1.0) * 1e-4);
         report.note(format!("vehicle: {column} is a Slocum's; usual numbers of the class {} with wide tolerances", class.name()));
         class.draft()
     });
-    let mut imported = Imported { vehicle, ..Imported::new(flight, report) };
-    if uncut {
-        // Fixes of each dive count from its own first one.
-        super::surface::cut_anew(&mut imported, 2);
-    }
-    Ok(imported)
-}
-
-/// The flight of a table, by units or by the names of the flight format.
-fn from_table(mut table: Table, path: &Path, name: &str, report: &mut Report) -> Result<Flight, ImportError> {
-    let error = |what: String| ImportError::new(path, what);
-    table.one_vehicle().map_err(error)?;
-    table.empty_no_values(report);
-    table.no_grouping().map_err(error)?;
-    table.leave_out_bad(report);
-    let own = table.units.is_none() || table.has_own_names();
-    let mut clock = table.clock(own, report).map_err(error)?;
-    if let Some(clock) = &mut clock {
-        let rows = table.rows.len();
-        table.arrange(clock, own, report).map_err(error)?;
-        if rows > 0 && table.rows.is_empty() {
-            return Err(error(format!("column {} has no time in any row; write {}", table.names[clock.column], read::TIME_AS)));
-        }
-    }
-    if !own {
-        report.kind = "csv with units (ERDDAP)".into();
-        let clock = clock.ok_or_else(|| error(format!("has no column time (it has: {})", table.names.join(", "))))?;
-        let flight = table.flight(&clock, name, report).map_err(error)?;
-        report.start_unix_s = report.start_unix_s.filter(|start| *start > SET_CLOCK_S);
-        return Ok(flight);
-    }
-    table.empty_fills(report);
-    let mut drop = table.passed_over(report);
-    // Flags in words are read by now.
-    let flagged = table.flagged();
-    drop.extend((0..table.names.len()).filter(|k| flagged[*k].is_some() && !table.is_read_by_name(*k)));
-    let plain = table.plain(clock.as_ref(), &drop);
-    let time = clock.as_ref().map(|c| table.names[c.column].as_str());
-    let flight = own_format(&plain, path, name, time, report)?;
-    let of_time = |k: usize| clock.as_ref().is_some_and(|c| c.column == k || c.date == Some(k));
-    table.note_unread(|k| of_time(k) || (!drop.contains(&k) && table.is_read_by_name(k)), report);
-    report.start_unix_s = clock.and_then(|c| c.seconds.first().copied()).filter(|start| *start > SET_CLOCK_S);
-    Ok(flight)
+    Ok(Imported { vehicle, ..Imported::new(flight, report) })
 }
 
 /// The text, from whatever encoding.
@@ -235,6 +184,93 @@ impl<'a> Table<'a> {
         self.names.iter().find(is_own).cloned()
     }
 
+    /// The columns as they are, in the order of time.
+    ///
+    /// # Errors
+    /// Rows of two vehicles or logs; times or numbers that cannot be read; no row.
+    fn raw_log(mut self, lab: Option<Box<Channels>>, mut report: Report) -> Result<RawLog, String> {
+        let channels = lab.as_deref().unwrap_or(Channels::usual());
+        self.one_vehicle()?;
+        self.empty_no_values(&mut report);
+        self.no_grouping(channels)?;
+        self.leave_out_bad(&mut report);
+        let own = self.units.is_none() || self.has_own_names();
+        let Some(mut clock) = self.clock(own, &mut report)? else {
+            return Err(format!(
+                "has no column of times; accepted names: {} (it has: {})",
+                channels.of(Channel::Time).names.join(", "),
+                self.names.join(", ")
+            ));
+        };
+        self.arrange(&mut clock, own, channels, &mut report)?;
+        if self.rows.is_empty() {
+            return Err(format!("column {} has no time in any row; write {}", self.names[clock.column], read::TIME_AS));
+        }
+        if own && let Some(k) = (1..clock.seconds.len()).find(|k| clock.seconds[*k] <= clock.seconds[k - 1]) {
+            let (from, to) = (clock.seconds[k - 1], clock.seconds[k]);
+            return Err(format!(
+                "time goes from {from} to {to} s in row {}; it must increase from row to row (sort the rows, remove doubles)",
+                k + 1
+            ));
+        }
+        report.kind = if own { "csv" } else { "csv with units (ERDDAP)" }.into();
+        let first = clock.seconds.first().copied().unwrap_or(0.0);
+        let (from, unit) = (self.names[clock.column].clone(), self.unit(clock.column).to_owned());
+        report.map(MappedName { from, unit, to: Channel::Time.usual().column.clone(), factor: 1.0 });
+        let mut raw = RawLog { exact: own, repeats_are_lost: !own, report, table: lab.clone(), ..RawLog::default() };
+        // Unix time would make "days since the start" meaningless.
+        raw.zero_s = own.then_some(if first > SET_CLOCK_S { first } else { 0.0 });
+        raw.segments = self.segments()?;
+        raw.clocks.push(Clock { times: std::mem::take(&mut clock.seconds), said: Vec::new() });
+        let flagged = self.flagged();
+        let is_time = |name: &str| own && Channel::Time.usual().by_name(name).is_some();
+        let mut unread = Vec::new();
+        for (k, name) in self.names.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
+            let passed = k == clock.column
+                || clock.date == Some(k)
+                || name.eq_ignore_ascii_case("segment")
+                || is_time(name)
+                || values::is_vehicle(name);
+            if passed || (flagged[k].is_some() && !own) {
+                continue;
+            }
+            let (values, said) = self.numbers(k);
+            if values.iter().all(|v| v.is_nan()) && said.is_some() {
+                unread.extend(flagged[k].is_none().then_some(name.as_str()));
+                continue;
+            }
+            let mut series = RawSeries::column(name, if own { "" } else { self.unit(k) }, values);
+            series.said.extend(said);
+            raw.series.push(series);
+        }
+        if !unread.is_empty() {
+            raw.report.note(format!("not read: {}", unread.join(", ")));
+        }
+        Ok(raw)
+    }
+
+    /// The number of the segment of each row by a column of numbers or labels, which are counted as they appear.
+    fn segments(&self) -> Result<Option<Vec<u32>>, String> {
+        let Some(column) = self.names.iter().position(|h| h.eq_ignore_ascii_case("segment")) else { return Ok(None) };
+        let fields: Vec<&str> = self.rows.iter().map(|r| r.get(column).copied().unwrap_or_default()).collect();
+        if let Some(row) = fields.iter().position(|s| read::no_value(s)) {
+            return Err(format!("row {}, column segment: has no segment here; state one in each row, or remove the column", row + 1));
+        }
+        let number =
+            |s: &str| s.parse::<f64>().ok().filter(|v| v.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(v)).map(|v| v as u32);
+        // One word among them makes labels of all: numbers of words would fall together with numbers that are stated.
+        if fields.iter().all(|s| s.parse::<f64>().is_ok()) {
+            let stated = |s: &&str| number(s).ok_or_else(|| format!("column segment: `{s}` is not a segment number (0, 1, 2 …)"));
+            return fields.iter().map(stated).collect::<Result<_, _>>().map(Some);
+        }
+        let mut labels: BTreeMap<&str, u32> = BTreeMap::new();
+        let mut label = |s| {
+            let next = labels.len() as u32;
+            *labels.entry(s).or_insert(next)
+        };
+        Ok(Some(fields.into_iter().map(&mut label).collect()))
+    }
+
     /// The unit of a column, as the file states it.
     fn unit(&self, column: usize) -> &str {
         self.units.as_ref().and_then(|u| u.get(column)).map_or("", String::as_str)
@@ -242,33 +278,33 @@ impl<'a> Table<'a> {
 
     /// Whether names of the flight format, which state their units, carry all that a flight needs.
     fn has_own_names(&self) -> bool {
-        let named = |channel: read::Channel| {
-            read::NAMES.iter().filter(|n| n.1 == channel).any(|n| self.names.iter().any(|h| h.eq_ignore_ascii_case(n.0)))
+        let is_there = |channel: Channel| self.names.iter().any(|h| h.eq_ignore_ascii_case(&channel.usual().column));
+        [Channel::Pressure, Channel::Pitch, Channel::Ballast, Channel::Density].into_iter().all(is_there)
+    }
+
+    /// Values of a column, as they stand, and what is to be said of its fields that are none.
+    fn numbers(&self, column: usize) -> (Vec<f64>, Option<Said>) {
+        let (mut texts, mut fields, mut first) = (0, 0, None);
+        let number = |row: &Vec<&str>| {
+            let field = row.get(column).copied().unwrap_or_default();
+            if field.is_empty() {
+                return f64::NAN;
+            }
+            fields += 1;
+            match field.parse::<f64>() {
+                Ok(v) if v.is_finite() => v,
+                _ if read::no_value(field) => f64::NAN,
+                _ => {
+                    texts += 1;
+                    first.get_or_insert_with(|| shown(field));
+                    f64::NAN
+                }
+            }
         };
-        [read::Channel::Pressure, read::Channel::Pitch, read::Channel::Ballast, read::Channel::Density].into_iter().all(named)
-    }
-
-    /// Names a column of numbers some of whose fields are none.
-    fn report_texts(&self, column: usize, report: &mut Report) {
-        let fields = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !read::no_value(f));
-        let mut texts = fields().filter(|f| !is_number(f));
-        if let Some(first) = texts.next().filter(|_| fields().any(|f| is_number(f))) {
-            let (count, all, name) = (1 + texts.count(), fields().count(), &self.names[column]);
-            report.leave_out(format!("{count} of {all} fields of {name} are no numbers, first \"{}\"", shown(first)));
-        }
-    }
-
-    /// Values of a column, as they stand.
-    fn numbers(&self, column: usize) -> Vec<f64> {
-        let number = |row: &Vec<&str>| row.get(column).and_then(|f| f.parse::<f64>().ok()).filter(|v| v.is_finite()).unwrap_or(f64::NAN);
-        self.rows.iter().map(number).collect()
-    }
-
-    /// Whether the reader of the flight format takes a column: a channel of its, or any numbers.
-    fn is_read_by_name(&self, column: usize) -> bool {
-        let channel = read::NAMES.iter().any(|n| n.0.eq_ignore_ascii_case(&self.names[column]));
-        let fields = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !read::no_value(f));
-        channel || fields().any(|f| is_number(f)) || fields().next().is_none()
+        let values: Vec<f64> = self.rows.iter().map(number).collect();
+        let name = &self.names[column];
+        let said = first.map(|first| Said::Lost(format!("{texts} of {fields} fields of {name} are no numbers, first \"{first}\"")));
+        (values, said)
     }
 }
 
@@ -290,78 +326,6 @@ fn is_units(names: &[String], fields: &[&str]) -> bool {
     let known = ["dbar", "degree_C", "Celsius", "m", "rad", "degrees", "kg m-3", "s", "S m-1"];
     let words = fields.iter().all(|f| !is_number(f) || *f == "1") && fields.iter().any(|f| known.iter().any(|k| k.eq_ignore_ascii_case(f)));
     utc || words
-}
-
-/// A csv of the flight format, or of Slocum names, whose time the source calls `time`.
-fn own_format(text: &str, path: &Path, name: &str, time: Option<&str>, report: &mut Report) -> Result<Flight, ImportError> {
-    let mut flight = read::parse_log(text, path, name).map_err(|e| match e {
-        read::ReadError::File { path, why } => ImportError { file: path.display().to_string(), what: why },
-        read::ReadError::Content { path, line: 0, column, why } => {
-            ImportError { file: path.display().to_string(), what: format!("{column}: {why}") }
-        }
-        read::ReadError::Content { path, line, column, why } => {
-            ImportError { file: format!("{}, line {line}", path.display()), what: format!("column {column}: {why}") }
-        }
-    })?;
-    std::mem::take(&mut flight.unread).into_iter().for_each(|what| report.note(what));
-    let header: Vec<&str> = text.lines().find(|l| !l.starts_with('#')).unwrap_or("").split(',').map(str::trim).collect();
-    let mut filled = Vec::new();
-    for (name, channel, factor) in read::NAMES {
-        if !filled.contains(channel) && header.iter().any(|h| h.eq_ignore_ascii_case(name)) {
-            filled.push(*channel);
-            let from = time.filter(|_| *channel == read::Channel::Time).unwrap_or(name);
-            report.map(MappedName { from: from.into(), unit: "by its name".into(), to: format!("{channel:?}"), factor: *factor });
-        }
-    }
-    recompute_density(&mut flight, report);
-    Ok(flight)
-}
-
-/// The first of the named columns that a flight keeps, whatever their case, by its name there.
-fn kept(flight: &Flight, names: &[(&str, f64)]) -> Option<(String, Vec<f64>)> {
-    let find = |(name, factor): &(&str, f64)| {
-        let (spelt, values) = flight.extra.iter().find(|(h, v)| h.eq_ignore_ascii_case(name) && v.iter().any(|x| x.is_finite()))?;
-        Some((spelt.clone(), values.iter().map(|x| x * factor).collect()))
-    };
-    names.iter().find_map(find)
-}
-
-/// Density anew from what the CTD measured, where there is salinity or conductivity for half as many rows as the file has densities.
-fn recompute_density(flight: &mut Flight, report: &mut Report) {
-    let dbar = |i: usize| flight.pressure_pa[i] * 1e-4;
-    let mut practical = None;
-    let (name, absolute): (String, Vec<f64>) = if let Some(found) = kept(flight, &ABSOLUTE) {
-        found
-    } else {
-        let salinity = kept(flight, &SALINITIES).or_else(|| {
-            let (name, s_m) = kept(flight, &CONDUCTIVITIES)?;
-            let of = |(i, c): (usize, &f64)| seawater::practical_salinity(*c, flight.temperature_degc[i], dbar(i));
-            Some((name, s_m.iter().enumerate().map(of).collect()))
-        });
-        let Some((name, salinity)) = salinity else {
-            report.density = "as the file states it: there is no salinity column to recompute it from".into();
-            return;
-        };
-        let absolute = salinity.iter().map(|sp| seawater::absolute_salinity(*sp, None)).collect();
-        practical = Some(salinity);
-        (name, absolute)
-    };
-    let ours: Vec<f64> = absolute.iter().enumerate().map(|(i, sa)| seawater::density(*sa, flight.temperature_degc[i], dbar(i))).collect();
-    let count = |values: &[f64]| values.iter().filter(|v| v.is_finite()).count();
-    let (new, stated) = (count(&ours), count(&flight.density_kg_m3));
-    if 2 * new < stated {
-        report.density = format!("as the file states it: {name} and temperature give {new} values of it, the file {stated}");
-        return;
-    }
-    report.density_from(&format!("{name}, temperature, pressure"), None, new > 0);
-    let largest = ours.iter().zip(&flight.density_kg_m3).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    if stated > 0 {
-        report.note(format!("density changed by at most {largest:.4} kg/m3 against the file's own"));
-    }
-    flight.density_kg_m3 = ours;
-    if let Some(practical) = practical.filter(|_| kept(flight, &[(SALINITY_COLUMN, 1.0)]).is_none()) {
-        flight.extra.insert(SALINITY_COLUMN.into(), practical);
-    }
 }
 
 #[cfg(test)]

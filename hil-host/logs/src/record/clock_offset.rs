@@ -14,6 +14,7 @@
 //! behind the vehicle's centre.
 
 use crate::record::flight::Flight;
+use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 
 /// Pressure of the flight computer in an imported flight, dbar.
@@ -86,33 +87,61 @@ fn least(scan: &[Line; OFFSET_STEPS]) -> Option<f64> {
     (curvature > 0.0 && here <= before && here <= after).then(|| best as f64 - f64::from(REACH_S) + 0.5 * (before - after) / curvature)
 }
 
+/// What the two sensors and the compass of a flight read.
+struct Sensors {
+    ctd: Series,
+    engineering: Series,
+    pitch: Series,
+}
+
+impl Sensors {
+    fn of(flight: &Flight) -> Option<Self> {
+        let (_, engineering) = engineering(flight)?;
+        let series = |values: &[f64]| Series::new(&flight.time_s, values);
+        let pitch: Vec<f64> = flight.pitch_rad.iter().map(|p| p.sin()).collect();
+        Some(Self { ctd: series(&flight.pressure_pa), engineering: series(engineering), pitch: series(&pitch) })
+    }
+
+    /// Time and the changes of sin pitch and of the engineering pressure at as many of the rows under water as are compared.
+    fn rows(&self, flight: &Flight, rows: std::ops::Range<usize>) -> Vec<[f64; 3]> {
+        let all: Vec<f64> = rows.filter(|&i| flight.pressure_pa[i] > 5e4 && flight.time_s[i] > 0.0).map(|i| flight.time_s[i]).collect();
+        all.iter()
+            .step_by(all.len().div_ceil(MOST_ROWS).max(1))
+            .map(|t| [*t, change(&self.pitch, *t), change(&self.engineering, *t)])
+            .filter(|row| row.iter().all(|v| v.is_finite()))
+            .collect()
+    }
+
+    /// The sums of these rows for each shift.
+    fn scan(&self, rows: &[[f64; 3]]) -> [Line; OFFSET_STEPS] {
+        let mut scan = [Line::default(); OFFSET_STEPS];
+        for [t, z, y] in rows {
+            for (step, line) in scan.iter_mut().enumerate() {
+                let x = change(&self.ctd, t - (step as f64 - f64::from(REACH_S)));
+                if x.is_finite() {
+                    line.add(x, *z, *y);
+                }
+            }
+        }
+        scan
+    }
+}
+
+/// Name and values of the column with the pressure of the flight computer.
+pub(super) fn engineering(flight: &Flight) -> Option<(&'static str, &Vec<f64>)> {
+    ENGINEERING.iter().find_map(|n| Some((*n, flight.extra.get(*n)?)))
+}
+
 /// The shift τ of a flight that has both sensors and its standard error, s; none if it has not, if they do not tell, or if it is not worth taking out.
 #[must_use]
 pub fn shift_s(flight: &Flight) -> Option<[f64; 2]> {
-    let engineering = ENGINEERING.iter().find_map(|n| flight.extra.get(*n))?;
-    let ctd = Series::new(&flight.time_s, &flight.pressure_pa);
-    let engineering = Series::new(&flight.time_s, engineering);
-    let pitch = Series::new(&flight.time_s, &flight.pitch_rad.iter().map(|p| p.sin()).collect::<Vec<f64>>());
-    let all: Vec<f64> =
-        (0..flight.len()).filter(|&i| flight.pressure_pa[i] > 5e4 && flight.time_s[i] > 0.0).map(|i| flight.time_s[i]).collect();
-    let rows: Vec<[f64; 3]> = all
-        .iter()
-        .step_by(all.len().div_ceil(MOST_ROWS).max(1))
-        .map(|t| [*t, change(&pitch, *t), change(&engineering, *t)])
-        .filter(|row| row.iter().all(|v| v.is_finite()))
-        .collect();
+    let sensors = Sensors::of(flight)?;
+    let rows = sensors.rows(flight, 0..flight.len());
     if rows.len() < 200 {
         return None;
     }
-    let mut parts = [[Line::default(); OFFSET_STEPS]; LEFT_OUT_PARTS];
-    for (k, [t, z, y]) in rows.iter().enumerate() {
-        for (step, line) in parts[k * LEFT_OUT_PARTS / rows.len()].iter_mut().enumerate() {
-            let x = change(&ctd, t - (step as f64 - f64::from(REACH_S)));
-            if x.is_finite() {
-                line.add(x, *z, *y);
-            }
-        }
-    }
+    let bounds: [usize; LEFT_OUT_PARTS + 1] = std::array::from_fn(|k| (k * rows.len()).div_ceil(LEFT_OUT_PARTS));
+    let parts: [_; LEFT_OUT_PARTS] = std::array::from_fn(|k| sensors.scan(&rows[bounds[k]..bounds[k + 1]]));
     let sum = |left_out: Option<usize>| -> [Line; OFFSET_STEPS] {
         std::array::from_fn(|step| {
             parts.iter().enumerate().filter(|(k, _)| Some(*k) != left_out).fold(Line::default(), |s, (_, p)| s.plus(&p[step]))
@@ -126,14 +155,59 @@ pub fn shift_s(flight: &Flight) -> Option<[f64; 2]> {
     (tau.abs() > WORTH_S && tau.abs() > SURE * sigma).then_some([tau, sigma])
 }
 
-/// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much.
+/// Clocks that drift apart: the shift at time 0, s, its growth, s a second, and the standard error of the shift in the middle, s; from
+/// the shifts of single segments, which lie on a line. None where they do not, or where one shift serves.
+fn drift(flight: &Flight) -> Option<[f64; 3]> {
+    let sensors = Sensors::of(flight)?;
+    let mut start = 0;
+    let mut shifts: Vec<(f64, f64)> = Vec::new();
+    for of in flight.segment.chunk_by(|a, b| a == b) {
+        let rows = sensors.rows(flight, start..start + of.len());
+        start += of.len();
+        if let Some(tau) = Some(&rows).filter(|r| r.len() >= LEAST_ROWS_OF_A_SEGMENT).and_then(|r| least(&sensors.scan(r))) {
+            shifts.push((rows[rows.len() / 2][0], tau));
+        }
+    }
+    let shifts: Vec<(f64, f64)> = shifts.iter().copied().step_by(shifts.len().div_ceil(MOST_SEGMENTS).max(1)).collect();
+    if shifts.len() < LEAST_SEGMENTS {
+        return None;
+    }
+    // Of all pairs the middle slope (Theil and Sen): a single dive whose sensors tell another shift does not turn it.
+    let pairs = shifts.iter().enumerate().flat_map(|(k, a)| shifts[k + 1..].iter().map(|b| (b.1 - a.1) / (b.0 - a.0)));
+    let slopes: Vec<f64> = pairs.collect();
+    let rate = quantile(&slopes, 0.5);
+    let agree = slopes.iter().filter(|s| s.signum() == rate.signum()).count() as f64 / slopes.len() as f64;
+    let of = |f: &dyn Fn(&(f64, f64)) -> f64| quantile(&shifts.iter().map(f).collect::<Vec<_>>(), 0.5);
+    let at_start_s = of(&|s| s.1 - rate * s.0);
+    // 1.48 median deviations are one sigma.
+    let left = 1.48 * of(&|s| (s.1 - at_start_s - rate * s.0).abs());
+    let grown = rate * (shifts[shifts.len() - 1].0 - shifts[0].0);
+    let sure = grown.abs() > 2.0 * WORTH_S && agree > AGREE && left < 0.25 * grown.abs();
+    sure.then_some([at_start_s, rate, left / (shifts.len() as f64).sqrt()])
+}
+
+/// Segments that tell a drift at the least and at most, the share of their pairs that agree on its sign, and rows that tell the shift of one
+/// (guesses).
+const LEAST_SEGMENTS: usize = 5;
+const MOST_SEGMENTS: usize = 200;
+const AGREE: f64 = 0.75;
+const LEAST_ROWS_OF_A_SEGMENT: usize = 60;
+
+/// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much: by one shift, or
+/// by one that grows where the clocks drift apart; with the shift in the middle of the flight and its standard error, s.
 #[must_use]
 pub fn aligned(flight: &Flight) -> Option<(Flight, [f64; 2])> {
-    let [tau, sigma] = shift_s(flight)?;
+    let middle_s = 0.5 * (flight.time_s.first()? + flight.time_s.last()?);
+    let (at_start_s, rate, tau, sigma) = match drift(flight) {
+        Some([at_start_s, rate, sigma]) => (at_start_s, rate, at_start_s + rate * middle_s, sigma),
+        None => shift_s(flight).map(|[tau, sigma]| (tau, 0.0, tau, sigma))?,
+    };
     let at = |values: &[f64]| -> Vec<f64> {
         let series = Series::new(&flight.time_s, values);
-        let moved =
-            |(value, time_s): (&f64, &f64)| Some(series.at_within(time_s + tau, BRIDGE_S)).filter(|m| m.is_finite() && value.is_finite());
+        let moved = |(value, time_s): (&f64, &f64)| {
+            let tau = at_start_s + rate * time_s;
+            Some(series.at_within(time_s + tau, BRIDGE_S)).filter(|m| m.is_finite() && value.is_finite())
+        };
         values.iter().zip(&flight.time_s).map(|at| moved(at).unwrap_or(*at.0)).collect()
     };
     let mut out = flight.clone();
@@ -199,6 +273,20 @@ mod tests {
         f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| bent(saw(t + 0.8), *t) + 0.04 * pitch(t + 0.8).sin()).collect());
         // 0.15 s: the bend moves the rates of dive and climb apart as well.
         assert!((shift_s(&f).expect("told")[0] + 0.8).abs() < 0.15, "{:?}", shift_s(&f));
+    }
+
+    /// Clocks that drift apart by 15 s in ten dives.
+    #[test]
+    fn accuracy_clocks_that_drift_apart_are_followed_from_dive_to_dive() {
+        let mut f = flight(0.0);
+        let late = |t: f64| 15.0 * t / 3000.0;
+        f.segment = (0..3000).map(|i| i / 300).collect();
+        f.pitch_rad = f.time_s.iter().map(|t| (0.01 * (t - late(*t))).sin()).collect();
+        f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| saw(t - late(*t)) * 1e-5).collect());
+        let (a, [tau, _]) = aligned(&f).expect("told");
+        let worst = (30..2950).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
+        // 0.01 rad a second: a second is left of fifteen, as each dive's own clock moves by 1.5 s within it.
+        assert!((tau - 7.5).abs() < 0.3 && worst < 0.01, "{tau} s, {worst} rad");
     }
 
     /// Half of the flight early and half of it late is a log with a gap in its clock, not a shift.

@@ -5,9 +5,11 @@
 //! [`Flight::extra`] where they hold numbers; a text in one of them is no value and is named in [`Flight::unread`]. What is refused, is
 //! refused with file, line, column and a fix.
 
+use crate::channels::{Channel, named};
 use crate::record::bounded;
 use crate::record::flight::Flight;
 use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, usual_step};
+use crate::record::situations;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -46,83 +48,6 @@ impl std::fmt::Display for ReadError {
 }
 
 impl std::error::Error for ReadError {}
-
-/// Where a column of a csv goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Channel {
-    /// Time, s.
-    Time,
-    /// Segment.
-    Segment,
-    /// Gauge pressure, Pa.
-    Pressure,
-    /// Pitch, rad.
-    Pitch,
-    /// Roll, rad.
-    Roll,
-    /// Heading, rad.
-    Heading,
-    /// Ballast, m³.
-    Ballast,
-    /// Battery position, m.
-    Battery,
-    /// Temperature, °C.
-    Temperature,
-    /// In-situ density, kg/m³.
-    Density,
-    /// East of a fix, m.
-    GpsEast,
-    /// North of a fix, m.
-    GpsNorth,
-    /// Speed through the water, m/s.
-    Speed,
-}
-
-/// Names that a column may carry, and the factor that brings it to the unit of its channel. First match wins.
-pub const NAMES: &[(&str, Channel, f64)] = &[
-    ("time_s", Channel::Time, 1.0),
-    ("time", Channel::Time, 1.0),
-    ("m_present_time", Channel::Time, 1.0),
-    ("segment", Channel::Segment, 1.0),
-    ("pressure_dbar", Channel::Pressure, 1e4),
-    ("ctd_pressure_dbar", Channel::Pressure, 1e4),
-    ("sci_water_pressure_dbar", Channel::Pressure, 1e4),
-    ("sci_water_pressure_bar", Channel::Pressure, 1e5),
-    ("sci_water_pressure", Channel::Pressure, 1e5),
-    ("m_pressure_bar", Channel::Pressure, 1e5),
-    ("eng_pressure_bar", Channel::Pressure, 1e5),
-    ("m_pitch_rad", Channel::Pitch, 1.0),
-    ("pitch_rad", Channel::Pitch, 1.0),
-    ("m_pitch", Channel::Pitch, 1.0),
-    ("pitch_deg", Channel::Pitch, std::f64::consts::PI / 180.0),
-    ("m_roll_rad", Channel::Roll, 1.0),
-    ("roll_rad", Channel::Roll, 1.0),
-    ("m_roll", Channel::Roll, 1.0),
-    ("roll_deg", Channel::Roll, std::f64::consts::PI / 180.0),
-    ("m_heading_rad", Channel::Heading, 1.0),
-    ("heading_rad", Channel::Heading, 1.0),
-    ("m_heading", Channel::Heading, 1.0),
-    ("heading_deg", Channel::Heading, std::f64::consts::PI / 180.0),
-    ("m_ballast_pumped_cc", Channel::Ballast, 1e-6),
-    ("ballast_cc", Channel::Ballast, 1e-6),
-    ("ballast_pumped_cc", Channel::Ballast, 1e-6),
-    ("m_ballast_pumped", Channel::Ballast, 1e-6),
-    ("m_de_oil_vol", Channel::Ballast, 1e-6),
-    ("m_battpos_m", Channel::Battery, 1.0),
-    ("battpos_in", Channel::Battery, 0.0254),
-    ("m_battpos", Channel::Battery, 0.0254),
-    ("sci_water_temp_degC", Channel::Temperature, 1.0),
-    ("temp_C", Channel::Temperature, 1.0),
-    ("sci_water_temp", Channel::Temperature, 1.0),
-    ("temperature_degC", Channel::Temperature, 1.0),
-    ("sci_density_kg_m3", Channel::Density, 1.0),
-    ("rho_kg_m3", Channel::Density, 1.0),
-    ("density_kg_m3", Channel::Density, 1.0),
-    ("gps_east_m", Channel::GpsEast, 1.0),
-    ("gps_north_m", Channel::GpsNorth, 1.0),
-    ("speed_water_m_s", Channel::Speed, 1.0),
-    ("U_dvl_m_s", Channel::Speed, 1.0),
-];
 
 /// What the names of a flight's files end in while it flies.
 pub const UNFINISHED: &str = ".unfinished";
@@ -227,22 +152,22 @@ fn channels_of(header: &csv::StringRecord, compared: bool, bad: &dyn Fn(u64, &st
     for (i, name) in header.iter().enumerate().filter(|(_, h)| !h.is_empty()) {
         let first = *seen.entry(plain(name)).or_insert(i);
         // Channels are known whatever their case, other columns are not.
-        if first != i && (&header[first] == name || NAMES.iter().any(|n| n.0.eq_ignore_ascii_case(name))) {
+        if first != i && (&header[first] == name || named().any(|n| n.0.eq_ignore_ascii_case(name))) {
             let why =
                 format!("stands twice in the header, as columns {} and {}: which one is meant? Rename or remove one", first + 1, i + 1);
             return Err(bad(1, name, why));
         }
     }
     let mut channels = Channels::new();
-    for (alias, channel, factor) in NAMES {
+    for (alias, channel, factor) in named() {
         if let Some(i) = seen.get(&alias.to_ascii_lowercase()) {
-            channels.entry(*channel).or_insert((*i, *factor));
+            channels.entry(channel).or_insert((*i, factor));
         }
     }
     let compared = COMPARED.iter().map(|c| (c.0, c.1)).filter(|_| compared);
     for (channel, column) in [(Channel::Time, "time_s"), (Channel::Pressure, "pressure_dbar")].into_iter().chain(compared) {
         if !channels.contains_key(&channel) {
-            let accepted: Vec<&str> = NAMES.iter().filter(|(_, c, _)| *c == channel).map(|(n, _, _)| *n).collect();
+            let accepted: Vec<&str> = named().filter(|(_, c, _)| *c == channel).map(|(n, _, _)| n).collect();
             let without = cannot_be_asked(column).map_or_else(String::new, |what| format!("; without it {what}"));
             return Err(bad(
                 1,
@@ -425,6 +350,11 @@ pub(crate) const TIME_AS: &str = "time as ISO 8601 (2026-05-02T09:15:31Z) or as 
 #[must_use]
 pub fn no_value(field: &str) -> bool {
     const WORDS: [&str; 7] = ["NA", "N/A", "#N/A", "NULL", "None", "-", "--"];
+    // Some digits with a sign and a point are a number, and not one of 1e30.
+    let plain = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+');
+    if field.len() < 30 && field.bytes().any(|b| b.is_ascii_digit()) && field.as_bytes().iter().all(plain) {
+        return false;
+    }
     let number = || field.parse::<f64>().is_ok_and(|v| v.is_nan() || v.abs() >= LARGEST);
     field.is_empty() || WORDS.iter().any(|w| w.eq_ignore_ascii_case(field)) || number()
 }
@@ -455,7 +385,7 @@ fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, R
         return Err(empty("has a header and no rows"));
     }
     let (extra, unread) = table.extra();
-    let flight = Flight {
+    let mut flight = Flight {
         name: name.to_string(),
         time_s: table.time_s()?,
         segment: table.segment()?,
@@ -476,6 +406,10 @@ fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, R
     let [pressure, pitch, ballast, density] =
         [Channel::Pressure, Channel::Pitch, Channel::Ballast, Channel::Density].map(|c| table.column_of(c));
     plausible(&flight, file, compared, [pressure, pitch, ballast, density])?;
+    if compared {
+        let situations = situations::leave_out(&mut flight).map_err(|why| empty(&why))?;
+        flight.unread.extend(situations);
+    }
     Ok(flight)
 }
 

@@ -37,7 +37,7 @@ pub struct Flight {
     pub speed_m_s: Option<Vec<f64>>,
     /// Columns that the format does not name, as they are.
     pub extra: BTreeMap<String, Vec<f64>>,
-    /// What of its csv is neither a channel nor a number, in words.
+    /// What of its csv is neither a channel nor a number, and what was left out of it, in words.
     pub unread: Vec<String>,
 }
 

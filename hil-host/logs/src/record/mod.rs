@@ -8,4 +8,5 @@ pub mod flight;
 pub mod plausible;
 pub mod resample;
 pub mod seawater;
+pub mod situations;
 pub mod steady;

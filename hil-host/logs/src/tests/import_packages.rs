@@ -199,7 +199,7 @@ fn validate_short_slocum_files_sent_home() {
         assert_eq!(imported.flight.len(), rows, "{file}");
         let known = imported.flight.pitch_rad.iter().filter(|v| v.is_finite()).count();
         assert!(known * 10 > rows * 5, "{file}: a pitch in {known} of {rows} rows");
-        assert!(imported.report.notes.iter().any(|n| n.contains("m_pitch comes every")), "{:?}", imported.report.notes);
+        assert!(imported.report.notes.iter().any(|n| n.contains("pitch comes every")), "{:?}", imported.report.notes);
     }
 }
 

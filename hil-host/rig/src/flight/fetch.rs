@@ -97,7 +97,7 @@ fn take_out(archive: &Path, member: &str) -> anyhow::Result<Vec<u8>> {
 
 /// Writes the flight directory under another name first, so that a cut never looks like a flight.
 fn write_flight(flight_dir: &Path, array: &[u8], licence: &[u8]) -> anyhow::Result<()> {
-    let flight = comet::flight(array)?;
+    let flight = comet::flight(array).map_err(anyhow::Error::msg)?;
     let unfinished = flight_dir.with_extension("part");
     std::fs::create_dir_all(&unfinished).with_context(|| format!("cannot make folder {}", unfinished.display()))?;
     let csv = std::fs::File::create(unfinished.join("flight.csv")).with_context(|| format!("cannot write in {}", unfinished.display()))?;

@@ -3,11 +3,11 @@
 use netcdf_reader::NcType;
 
 use super::super::calendar::{LATEST_S, days_from_1970, julian_origin_s, seconds_in, why_no_zone, zone_name, zone_s};
-use super::super::channels::{LONGEST_MISSION_S, stray_times};
-use super::super::table::tidy::spread_evenly;
+use super::super::clocks::{LONGEST_MISSION_S, spread_evenly, stray_times};
+use super::super::raw_log::{Clock, Said};
 use super::super::table::times::seconds_of;
-use super::names::{DEPTH, PRESSURE};
-use super::variables::Reader;
+use super::{Reader, Report};
+use crate::channels::{Channel, Channels};
 use crate::record::plausible::quantile;
 
 /// Unix times outside 1970 to 2100 are no times, s: the least 64-bit integer stands for "no time" in files made from pandas.
@@ -17,7 +17,7 @@ const UNIX: std::ops::Range<f64> = 7.9e8..LATEST_S;
 
 impl Reader<'_> {
     /// Unix times of a variable: what its `coordinates` name, else "time", else whatever counts "… since …" on the same dimensions.
-    pub(super) fn clock(&mut self, name: &str, dimensions: &[String]) -> Option<Vec<f64>> {
+    pub(super) fn clock(&mut self, name: &str, dimensions: &[String], table: &Channels) -> Option<usize> {
         let named = self.text(name, "coordinates").unwrap_or_default();
         let variables = self.file.variables().ok()?;
         let mut candidates: Vec<&str> = variables
@@ -40,116 +40,127 @@ impl Reader<'_> {
         let candidates: Vec<String> = candidates.into_iter().map(str::to_owned).collect();
         candidates.into_iter().find_map(|clock| {
             if let Some(known) = self.clocks.get(&clock) {
-                return known.clone();
+                return *known;
             }
-            let times = self.times(&clock);
-            self.clocks.insert(clock, times.clone());
-            times
+            let mut said = Report::default();
+            let times = self.times(&clock, table, &mut said);
+            if times.is_none() {
+                // A clock that is meant but not understood must not give way to another one in silence.
+                said.notes.into_iter().for_each(|n| self.raw.report.note(n));
+                said.left_out.into_iter().for_each(|n| self.raw.report.leave_out(n));
+                self.clocks.insert(clock, None);
+                return None;
+            }
+            let said = said.notes.into_iter().map(Said::Note).chain(said.left_out.into_iter().map(Said::Lost)).collect();
+            self.raw.clocks.push(Clock { times: times.unwrap_or_default(), said });
+            self.clocks.insert(clock, Some(self.raw.clocks.len() - 1));
+            Some(self.raw.clocks.len() - 1)
         })
     }
 
     /// Unix times of one clock, of the years that a glider can have been in.
-    fn times(&mut self, clock: &str) -> Option<Vec<f64>> {
-        let times = if self.is_text(clock) { self.written_times(clock) } else { self.counted_times(clock) }?;
+    fn times(&mut self, clock: &str, table: &Channels, report: &mut Report) -> Option<Vec<f64>> {
+        let times = if self.is_text(clock) { self.written_times(clock, report) } else { self.counted_times(clock, report) }?;
         let mut times: Vec<f64> = times.into_iter().map(|t| if POSSIBLE_TIMES.contains(&t) { t } else { f64::NAN }).collect();
         let stray = stray_times(&mut times, LONGEST_MISSION_S);
         if stray > 0 {
-            self.report
-                .leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
+            self.raw.report.clock_not_set = true;
+            report.leave_out(format!("{stray} of {} times of {clock} are years off the others: a clock that was not set", times.len()));
         }
-        let of_one = self.one_row_each(clock, &times);
+        let of_one = self.one_row_each(clock, &times, table);
         let repeated = if of_one > 0 { 0 } else { spread_clock(&mut times) };
         if of_one > 0 {
-            self.report.note(format!(
+            report.note(format!(
                 "{of_one} of {} times of {clock} repeat the one before, with its pressure or none: the values of one time are one row",
                 times.len()
             ));
         }
         if repeated > 0 {
-            self.report.note(format!(
+            report.note(format!(
                 "{repeated} of {} times of {clock} repeat the one before (a clock of whole seconds?): spread evenly up to the next",
                 times.len()
             ));
         }
         if !times.iter().any(|t| t.is_finite()) {
             let unit = self.text(clock, "units").unwrap_or_default();
-            self.report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
+            report.note(format!("{clock} has no time between 1970 and 2100 by its unit \"{unit}\""));
         }
         Some(times)
     }
 
     /// Unix times of a clock of texts, such as "2013-04-02T08:00:00Z".
-    fn written_times(&mut self, clock: &str) -> Option<Vec<f64>> {
+    fn written_times(&mut self, clock: &str, report: &mut Report) -> Option<Vec<f64>> {
         let unit = self.text(clock, "units").unwrap_or_default();
         let texts = self.fits(clock).and_then(|()| self.file.read_variable_as_strings(clock).map_err(|e| e.to_string()));
         let times = texts.and_then(|texts| {
             let fields: Vec<&str> = texts.iter().map(|t| t.trim_matches(['\0', ' '])).collect();
-            seconds_of(&fields, clock, &unit, &mut self.report)
+            seconds_of(&fields, clock, &unit, report)
         });
         match times {
             Ok(mut times) => {
-                self.report.note(format!("{clock} is written in texts: read as dates"));
-                self.leave_out_bad(clock, &mut times);
+                report.note(format!("{clock} is written in texts: read as dates"));
+                self.without_bad(clock, &mut times, report);
                 Some(times)
             }
             Err(why) => {
-                self.report.note(format!("{why}; {clock} is not used"));
+                report.note(format!("{why}; {clock} is not used"));
                 None
             }
         }
     }
 
     /// Unix times of a clock of numbers, by its unit.
-    fn counted_times(&mut self, clock: &str) -> Option<Vec<f64>> {
+    fn counted_times(&mut self, clock: &str, report: &mut Report) -> Option<Vec<f64>> {
         let unit = self.text(clock, "units").unwrap_or_default();
         let known = since(&unit);
         // A clock that is meant but not understood must not give way to another one in silence.
         if known.is_none() && unit.contains(" since ") {
             let why = why_no_zone(&unit).map_or_else(|| ", which is not known".into(), |why| format!("; {why}"));
-            self.report.note(format!("{clock} counts \"{unit}\"{why}: another clock is used if there is one"));
+            report.note(format!("{clock} counts \"{unit}\"{why}: another clock is used if there is one"));
             return None;
         }
         if let Some(calendar) = self.text(clock, "calendar").filter(|c| !is_gregorian(c)) {
-            self.report.note(format!("{clock} is in the calendar \"{calendar}\", which no clock of a glider runs by: not used"));
+            report.note(format!("{clock} is in the calendar \"{calendar}\", which no clock of a glider runs by: not used"));
             return None;
         }
         let values = match self.values(clock) {
             Ok(values) => values,
             Err(why) => {
-                self.report.leave_out(format!("{clock} cannot be read ({why})"));
+                report.leave_out(format!("{clock} cannot be read ({why})"));
                 return None;
             }
         };
         let mut values = values;
-        self.leave_out_bad(clock, &mut values);
-        let (scale, epoch) = known.or_else(|| self.without_origin(clock, &unit, &values))?;
+        self.without_bad(clock, &mut values, report);
+        let (scale, epoch) = known.or_else(|| without_origin(clock, &unit, &values, report))?;
         if let Some(step_s) = self.coarse_s(clock, &values, scale) {
-            self.report.note(format!("{clock} is stored in 32-bit floats, {step_s:.0} s apart at such numbers: store it in 64 bits"));
+            report.note(format!("{clock} is stored in 32-bit floats, {step_s:.0} s apart at such numbers: store it in 64 bits"));
             return None;
         }
         let mut epoch = epoch;
         let proleptic = self.text(clock, "calendar").is_some_and(|c| c.trim().eq_ignore_ascii_case("proleptic_gregorian"));
         if let Some((_, date)) = unit.split_once(" since ").filter(|(_, date)| julian_origin_s(date).is_some()) {
             if proleptic && !date.trim().starts_with("-4713-11-24") {
-                self.report.note(format!(
+                report.note(format!(
                     "{clock} counts \"{unit}\" in the calendar \"proleptic_gregorian\", where Julian days count from -4713-11-24: not used"
                 ));
                 return None;
             }
-            self.report.note(format!("{clock} counts \"{unit}\": read as Julian days, whose first one began at noon of 1 January 4713 BC"));
+            report.note(format!("{clock} counts \"{unit}\": read as Julian days, whose first one began at noon of 1 January 4713 BC"));
         } else if let Some(days) = julian_days(&unit).filter(|_| !proleptic) {
-            self.report
-                .note(format!("{clock} counts \"{unit}\": its origin is of the Julian calendar, {days:+} days, by the CF conventions"));
+            report.note(format!("{clock} counts \"{unit}\": its origin is of the Julian calendar, {days:+} days, by the CF conventions"));
             epoch += 86_400.0 * days as f64;
         }
         Some(values.iter().map(|v| v * scale + epoch).collect())
     }
 
     /// How many times repeat the one before where rows of one time have one pressure between them, or the same: not those of a coarse clock.
-    fn one_row_each(&mut self, clock: &str, times: &[f64]) -> usize {
+    fn one_row_each(&mut self, clock: &str, times: &[f64], table: &Channels) -> usize {
         let dimensions = self.dimensions(clock);
-        let wanted = [self.called(&PRESSURE), self.called(&DEPTH)].concat();
-        let Some(name) = wanted.into_iter().find(|n| self.dimensions(n) == dimensions) else { return 0 };
+        let names = [Channel::Pressure, Channel::Depth].into_iter().flat_map(|c| table.of(c).all_names());
+        let variables = self.file.variables().unwrap_or_default();
+        let called = |n: &str| variables.iter().map(|v| v.name()).find(|v| v.eq_ignore_ascii_case(n) && self.dimensions(v) == dimensions);
+        let Some(name) = names.into_iter().find_map(called).map(str::to_owned) else { return 0 };
         let Some(values) = self.values(&name).ok().filter(|v| v.len() == times.len()) else { return 0 };
         let (mut repeats, mut alike) = (0, 0);
         let mut start = 0;
@@ -163,21 +174,9 @@ impl Reader<'_> {
         if 2 * alike > repeats { repeats } else { 0 }
     }
 
-    /// Seconds since 1970 where a clock states no origin and its numbers can be nothing else; else what its unit lacks is noted.
-    fn without_origin(&mut self, clock: &str, unit: &str, values: &[f64]) -> Option<(f64, f64)> {
-        let counts = ["", "1", "s", "sec", "second", "seconds", "utc", "timestamp"].contains(&unit.trim().to_ascii_lowercase().as_str());
-        if !counts {
-            return None;
-        }
-        if UNIX.contains(&quantile(values, 0.5)) {
-            self.report.note(format!("{clock} states no origin (its unit is \"{unit}\"): taken as seconds since 1970"));
-            return Some((1.0, 0.0));
-        }
-        let name = clock.to_ascii_lowercase();
-        if name == "time" || name.ends_with("_time") {
-            self.report.note(format!("{clock} has the unit \"{unit}\", which states no origin: `seconds since DATE` is needed"));
-        }
-        None
+    /// Times without those that a flag calls bad.
+    fn without_bad(&self, clock: &str, times: &mut [f64], report: &mut Report) {
+        self.flags_of(clock, times.len()).iter().for_each(|flag| flag.leave_out(clock, times, report));
     }
 
     /// How far apart the times of a clock are by the way they are stored, s, where that is more than a second.
@@ -186,6 +185,23 @@ impl Reader<'_> {
         let step_s = quantile(values, 0.5).abs() * f64::from(f32::EPSILON) * scale;
         (single && step_s > 1.0).then_some(step_s)
     }
+}
+
+/// Seconds since 1970 where a clock states no origin and its numbers can be nothing else; else what its unit lacks is noted.
+fn without_origin(clock: &str, unit: &str, values: &[f64], report: &mut Report) -> Option<(f64, f64)> {
+    let counts = ["", "1", "s", "sec", "second", "seconds", "utc", "timestamp"].contains(&unit.trim().to_ascii_lowercase().as_str());
+    if !counts {
+        return None;
+    }
+    if UNIX.contains(&quantile(values, 0.5)) {
+        report.note(format!("{clock} states no origin (its unit is \"{unit}\"): taken as seconds since 1970"));
+        return Some((1.0, 0.0));
+    }
+    let name = clock.to_ascii_lowercase();
+    if name == "time" || name.ends_with("_time") {
+        report.note(format!("{clock} has the unit \"{unit}\", which states no origin: `seconds since DATE` is needed"));
+    }
+    None
 }
 
 /// Whether the days of a calendar of the CF conventions are those of the Gregorian one after 1582; "julian" is what files say that count

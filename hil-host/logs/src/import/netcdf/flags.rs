@@ -2,7 +2,8 @@
 
 use netcdf_reader::{NcType, NcVariable};
 
-use super::variables::Reader;
+use super::super::raw_log::Flag;
+use super::{Reader, numbers_of};
 
 /// Flags that say "bad" and "missing" where the file does not say what its flags mean: OG1, Argo, Seaglider and QARTOD alike.
 pub(in crate::import) const BAD: [f64; 2] = [4.0, 9.0];
@@ -100,24 +101,15 @@ pub(in crate::import) fn flagged_by(flag: &str) -> Vec<String> {
 }
 
 impl Reader<'_> {
-    /// Values of which any flag says "bad" or "missing" become none.
-    pub(super) fn leave_out_bad(&mut self, name: &str, values: &mut [f64]) {
-        let rows = values.len();
-        for flag in self.flag_variables(name) {
-            let Some(flags) = self.flags(&flag, rows) else { continue };
-            let scheme = self.scheme(&flag);
-            let mut left_out = 0;
-            for (value, flag) in values.iter_mut().zip(&flags) {
-                if value.is_finite() && flag.is_some_and(|f| scheme.is_bad(f)) {
-                    *value = f64::NAN;
-                    left_out += 1;
-                }
-            }
-            if left_out > 0 {
-                let says = scheme.says();
-                self.report.note(format!("{left_out} of {rows} values of {name} left out: {flag} says bad or missing ({says})"));
-            }
-        }
+    /// What the flags of a variable of so many rows say.
+    pub(super) fn flags_of(&self, name: &str, rows: usize) -> Vec<Flag> {
+        let of = |name: String| {
+            let flags = self.flags(&name, rows)?;
+            let scheme = self.scheme(&name);
+            let bad = flags.iter().map(|f| f.is_some_and(|f| scheme.is_bad(f))).collect();
+            Some(Flag { says: format!("bad or missing ({})", scheme.says()), name, bad })
+        };
+        self.flag_variables(name).into_iter().filter_map(of).collect()
     }
 
     /// Variables that may hold the flags of `name`, the summary of several tests first.
@@ -149,7 +141,7 @@ impl Reader<'_> {
         let usual = || Scheme::Values(BAD.to_vec());
         let Some(meanings) = self.text(flag, "flag_meanings") else { return usual() };
         let bad: Vec<bool> = meanings.split([' ', ',', '\n', '\t']).filter(|m| !m.is_empty()).map(means_bad).collect();
-        let numbers = |attribute: &str| self.numbers_of(flag, attribute).filter(|n| n.len() == bad.len());
+        let numbers = |attribute: &str| numbers_of(self.file, flag, attribute).filter(|n| n.len() == bad.len());
         let values = numbers("flag_values");
         if let Some(masks) = numbers("flag_masks") {
             // Without values a bit that is set says it (CF conventions 3.5).
@@ -160,17 +152,6 @@ impl Reader<'_> {
         }
         let pick = |numbers: Vec<f64>| numbers.into_iter().map(digit_of_code).zip(&bad).filter(|(_, bad)| **bad).map(|(n, _)| n).collect();
         values.map_or_else(usual, |numbers| Scheme::Values(pick(numbers)))
-    }
-
-    /// Numbers of an attribute, also of one that is written as text ("0, 1, 2" or "012").
-    pub(super) fn numbers_of(&self, variable: &str, attribute: &str) -> Option<Vec<f64>> {
-        let variable = self.file.variable(variable).ok()?;
-        let value = &variable.attribute(attribute)?.value;
-        let of_text = |text: String| {
-            let words: Vec<f64> = text.split([' ', ',']).filter_map(|w| w.trim_end_matches(['b', 'B']).parse().ok()).collect();
-            if words.len() > 1 { words } else { text.chars().filter_map(|c| c.to_digit(10)).map(f64::from).collect() }
-        };
-        value.as_f64_vec().or_else(|| value.as_string().map(of_text))
     }
 
     /// Flags as numbers; they come as integers, as floats and as characters.

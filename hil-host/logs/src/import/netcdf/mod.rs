@@ -1,51 +1,27 @@
-//! NetCDF of other gliders: Seaglider base-station files, OG1, IOOS; classic and HDF5-based alike.
+//! NetCDF of other gliders: Seaglider base-station files, OG1, IOOS; classic and HDF5-based alike; and our own export.
 //!
-//! A channel is found by its usual names; its unit is read from the variable,
-//! never guessed (a few Seaglider variables have none: their unit is fixed by the
-//! name and the report says so). Every variable stands on the clock that its
-//! `coordinates` name; rows are the instants with a pressure. Values flagged bad or
-//! missing are left out.
-//!
-//! Met in files of real gliders, and mended with a note in the report:
-//! * angles that state degrees and are radians (Slocum through pyglider 0.0.9);
-//! * magnetic headings, turned to true ones where the file gives the variation;
-//! * "GPS fixes" interpolated through the dive;
-//! * depth instead of pressure, up or down positive;
-//! * time in nanoseconds; several clocks on one dimension.
-//!
-//! A density in the file is not used when there is salinity: Seaglider's
-//! `density_insitu` leaves out pressure, 2 kg/m³ at 500 m.
+//! A variable is read if the table of channels knows its name, its standard name or the sensor it is from. Every variable stands on the
+//! clock that its `coordinates` name. What a file declares is heeded here (packing, ranges, fills, flags); all else is a repair.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
-use netcdf_reader::{NcFile, NcOpenOptions};
+use netcdf_reader::{NcFile, NcOpenOptions, NcType, NcVariable};
 
-use super::channels::{CLOCKS_APART_S, SALINITY_COLUMN, lonely_times, report_seldom};
-use super::position::FIX_DEPTH_PA;
-use super::{FileNote, ImportError, Imported, Report, position, pressure_zero};
-use crate::record::flight::Flight;
-use crate::record::resample::Series;
-use crate::record::seawater::Place;
+use super::raw_log::{RawLog, RawSeries, Said};
+use super::{FileNote, ImportError, Imported, Report, join, reader, surface};
+use crate::channels::{Channel, Channels};
+use crate::record::csv::in_one_line;
 
-mod attitude;
-mod backwards;
 mod clocks;
-pub(super) mod fills;
+mod declared;
 pub(super) mod flags;
 mod groups;
-pub(super) mod names;
 pub mod own;
-mod pressure;
 mod scalars;
 mod stated_vehicle;
-pub(super) mod variables;
-mod water;
 
 pub use scalars::{Identity, Scalars, scalars, speed_witness};
-
-use names::{ABOUT_LATITUDE, ABOUT_LONGITUDE, BALLAST, BATTERY, DIVE, EAST, LATITUDE, LONGITUDE, NORTH, SPEED, TEMPERATURE};
-use variables::{Channel, Reader};
-use water::at_rows;
 
 /// Values of a file take at most so many times its bytes, and this much more: a declared size is no size.
 const UNPACKED: u64 = 20;
@@ -79,199 +55,194 @@ fn sound(path: &Path) -> Result<NcFile, String> {
     Ok(file)
 }
 
+/// NetCDF files of any origin.
+pub(super) const READER: reader::Reader = reader::Reader {
+    name: "NetCDF",
+    claims: |path| reader::ends_in(path, &["nc", "nc4", "cdf"]),
+    import: |files, _| if let [one] = files { import(one) } else { profiles(files) },
+    ..reader::Reader::PLAIN
+};
+
+/// Files of one profile each, or of parts of a deployment, in the order of time.
+fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
+    let folder = files[0].parent().unwrap_or(Path::new("."));
+    let (mut parts, mut refused) = (Vec::new(), Vec::new());
+    let mut identity = Identity::default();
+    for path in files {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match import(path) {
+            Ok(part) => {
+                identity.join(Identity::of_path(path));
+                parts.push((name, part));
+            }
+            Err(e) => refused.push(format!("{name}: {}", e.what)),
+        }
+    }
+    if let Some(mixed) = identity.mixed() {
+        return Err(ImportError::new(folder, format!("files {mixed}")));
+    }
+    let Some(mut imported) = join::join("NetCDF, a file a profile", parts) else {
+        return Err(ImportError::new(folder, format!("no file can be used: {}", refused.join("; "))));
+    };
+    refused.into_iter().for_each(|what| imported.report.leave_out(what));
+    imported.flight.name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    if imported.report.numbered {
+        surface::unite_named(&mut imported);
+    } else {
+        surface::cut_anew(&mut imported, 1);
+    }
+    Ok(imported)
+}
+
 /// Imports one file.
 ///
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path) -> Result<Imported, ImportError> {
-    let name = path.display().to_string();
-    let error = |what: String| ImportError { file: name.clone(), what };
+    let error = |what: String| ImportError::new(path, what);
     let file = sound(path).map_err(error)?;
-    let mut reader = Reader {
-        file: &file,
-        report: Report::new("NetCDF"),
-        budget: budget(path),
-        clocks: std::collections::BTreeMap::new(),
-        salinity: None,
-    };
-    let (pressure, rows) = reader.rows().map_err(error)?;
-    let unix: Vec<f64> = rows.iter().map(|r| r.0).collect();
-    let own = reader.is_own();
-    let on = |series: &Series| if own { at_rows(series, &unix) } else { series.on(&unix) };
-    let temperature = reader.channel(&TEMPERATURE).map_or_else(|| vec![f64::NAN; unix.len()], |c| reader.on_rows(&c.series, &unix));
-    let fixes = reader.fixes(&pressure.series);
-    let place = fixes.first().map(|f| Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg }).or_else(|| reader.about());
-    let density = reader.density(&unix, &rows, &temperature, place);
-    let [pitch, roll, heading] = reader.attitude(&pressure.series);
-    let ballast = reader.channel(&BALLAST).map_or_else(Series::default, |c| c.series);
-    for (series, column) in [(&pitch, "pitch"), (&roll, "roll"), (&heading, "heading"), (&ballast, "ballast")] {
-        reader.report_other_clock(series, column, &pressure);
-        if !own && ["pitch", "ballast"].contains(&column) {
-            report_seldom(column, series, &series.on(&unix), &mut reader.report);
-        }
+    let table = super::lab_table(path).map_err(error)?;
+    let mut reader = Reader { file: &file, budget: budget(path), clocks: BTreeMap::new(), raw: RawLog { table, ..RawLog::default() } };
+    reader.read();
+    let (dated, vehicle_file) = (reader.is_dated(), reader.own_vehicle());
+    let first_s = reader.own_first_s();
+    let mut raw = reader.raw;
+    raw.report.kind = "NetCDF".into();
+    if raw.exact {
+        raw.zero_s = raw.clocks.first().and_then(|c| c.times.first()).map(|t| t - first_s);
     }
-    let mut flight = Flight {
-        name: path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
-        time_s: unix.iter().map(|t| t - unix[0]).collect(),
-        segment: vec![0; unix.len()],
-        pressure_pa: rows.iter().map(|r| r.1).collect(),
-        pitch_rad: on(&pitch),
-        roll_rad: on(&roll),
-        heading_rad: if own { at_rows(&heading, &unix) } else { heading.angle_on(&unix) },
-        ballast_m3: on(&ballast),
-        battery_mass_m: on(&reader.channel(&BATTERY).map_or_else(Series::default, |c| c.series)),
-        temperature_degc: temperature,
-        density_kg_m3: density,
-        gps_east_m: vec![f64::NAN; unix.len()],
-        gps_north_m: vec![f64::NAN; unix.len()],
-        speed_m_s: reader.channel(&SPEED).map(|c| reader.on_rows(&c.series, &unix)),
-        ..Flight::default()
-    };
-    reader.segments(&mut flight, &unix);
-    if let Some(salinity) = reader.salinity.take() {
-        flight.extra.insert(SALINITY_COLUMN.into(), salinity);
-    }
-    reader.own_extra(&mut flight, &unix);
-    for (wanted, column) in [(&EAST, &mut flight.gps_east_m), (&NORTH, &mut flight.gps_north_m)] {
-        // A fix holds at its instant only.
-        for (t, v) in reader.channel(wanted).iter().flat_map(|c| c.series.pairs()) {
-            let row = unix.partition_point(|u| *u < t);
-            if unix.get(row) == Some(&t) {
-                column[row] = v;
-            }
-        }
-    }
-    let (dated, first_s, vehicle_file) = (reader.is_dated(), reader.own_first_s(), reader.own_vehicle());
-    let vehicle = reader.stated_vehicle().filter(|_| vehicle_file.is_none());
-    let mut report = reader.report;
-    position::place(&mut flight, &unix, &fixes, &mut report);
-    flight.time_s.iter_mut().for_each(|t| *t += first_s);
-    report.start_unix_s = dated.then_some(unix[0] - first_s);
-    report.files.push(FileNote { file: name, rows: unix.len(), problems: Vec::new() });
+    let stem = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let (flight, mut report) = raw.flight(&stem).map_err(error)?;
+    let vehicle = stated_vehicle::stated_vehicle(&file, &mut report).filter(|_| vehicle_file.is_none());
+    report.start_unix_s = report.start_unix_s.filter(|_| dated);
+    report.files.push(FileNote { file: path.display().to_string(), rows: flight.len(), problems: Vec::new() });
     Ok(Imported { vehicle, vehicle_file, ..Imported::new(flight, report) })
 }
 
-/// Single samples out of order happen where a clock is set; more is a damaged file. Share of the samples, guess.
-const BACKWARDS: f64 = 0.01;
+pub(super) struct Reader<'a> {
+    pub file: &'a NcFile,
+    /// Bytes that values may still take.
+    pub budget: u64,
+    /// Places of the clocks read, by name.
+    pub clocks: BTreeMap<String, Option<usize>>,
+    pub raw: RawLog,
+}
+
+/// A text attribute of a variable.
+fn said(v: &NcVariable, attribute: &str) -> String {
+    v.attribute(attribute).and_then(|a| a.value.as_string()).unwrap_or_default().trim().to_owned()
+}
 
 impl Reader<'_> {
-    /// The pressure, and its instants with what it is there, in order and with its zero taken out.
-    fn rows(&mut self) -> Result<(Channel, Vec<(f64, f64)>), String> {
-        let mut pressure = self.pressure().ok_or_else(|| self.without_pressure())?;
-        if let Some(back) = pressure.backwards.take() {
-            let (out, of) = back.samples;
-            let said = format!("{}: time goes backwards, {out} of {of} samples are out of order, first {}", pressure.name, back.first);
-            if out as f64 > BACKWARDS * of as f64 {
-                return Err(format!("{said}; sort the samples by time, or cut the file where its clock was set"));
-            }
-            self.report.leave_out(said);
-            pressure.series = back.without;
-        }
-        let (mut times, values): (Vec<f64>, Vec<f64>) = pressure.series.pairs().unzip();
-        let alone = lonely_times(&mut times);
-        if alone > 0 {
-            self.report.leave_out(format!("{alone} of {} values of {} stand alone days off the others", values.len(), pressure.name));
-            pressure.series = Series::new(&times, &values);
-        }
-        let mut rows: Vec<(f64, f64)> = pressure.series.pairs().collect();
-        if rows.len() < 2 {
-            return Err(format!("{} has {} values", pressure.name, rows.len()));
-        }
-        if pressure_zero::take_out(&mut rows, |r| (r.0, &mut r.1), |_| 0, &mut self.report).is_some() {
-            let (time, value): (Vec<f64>, Vec<f64>) = rows.iter().copied().unzip();
-            pressure.series = Series::new(&time, &value);
-        }
-        Ok((pressure, rows))
-    }
-
-    /// Fixes at the surface.
-    fn fixes(&mut self, pressure: &Series) -> Vec<position::Fix> {
-        let series = |c: Option<Channel>| c.map_or_else(Series::default, |c| c.series);
-        let (lat, lon) = (series(self.channel(&LATITUDE)), series(self.channel(&LONGITUDE)));
-        let fixes = self.of_this_era(position::fixes(&lat, &lon), pressure);
-        let mut fixes = position::sound(fixes, &mut self.report);
-        let all = fixes.len();
-        fixes.retain(|f| !(pressure.at(f.time_s) > FIX_DEPTH_PA) && f.lat_deg.abs() <= 90.0 && f.lon_deg.abs() <= 360.0);
-        if fixes.len() < all {
-            self.report.note(format!("{} of {all} GPS fixes lie below 3 dbar or off the globe: they are no fixes", all - fixes.len()));
-        }
-        fixes
-    }
-
-    /// Fixes whose receiver counted the weeks of GPS anew are of the days of the pressure.
-    fn of_this_era(&mut self, mut fixes: Vec<position::Fix>, pressure: &Series) -> Vec<position::Fix> {
-        /// 1024 weeks, and how far off a fix is from its rows at most, s.
-        const ERA_S: f64 = 1024.0 * 7.0 * 86_400.0;
-        const REACH_S: f64 = 3.0 * 86_400.0;
-        let Some((first, _)) = pressure.pairs().next() else { return fixes };
-        let mut moved = 0;
-        for fix in &mut fixes {
-            let eras = ((first - fix.time_s) / ERA_S).round();
-            if eras != 0.0 && (fix.time_s + eras * ERA_S - first).abs() < REACH_S {
-                fix.time_s += eras * ERA_S;
-                moved += 1;
+    /// Reads every variable that may be a channel.
+    fn read(&mut self) {
+        let file = self.file;
+        let variables = file.variables().unwrap_or_default();
+        self.raw.exact = variables.iter().any(|v| v.attribute(own::COLUMN).is_some());
+        let table = self.raw.table.as_deref().unwrap_or(Channels::usual()).clone();
+        for v in variables {
+            let (standard, source) = (said(v, "standard_name"), said(v, "source"));
+            let known = if self.raw.exact { own::is_read(v) } else { table.knows(v.name(), &standard, &source) };
+            let Some(dimensions) = self.dimensions(v.name()).filter(|d| known && !d.is_empty()) else { continue };
+            if self.raw.exact && !own::FIXES.contains(&v.name()) {
+                self.own_column(v, &dimensions);
+            } else {
+                self.variable(v, &dimensions, &table);
             }
         }
-        if moved > 0 {
-            self.report
-                .note(format!("{moved} GPS fixes are 1024 weeks off (weeks of GPS counted anew): brought to the days of the pressure"));
-        }
-        fixes
+        let variation = || scalar(file, "magnetic_variation");
+        self.raw.variation = variation();
+        self.raw.without_pressure = self.without_pressure(variables, &table);
     }
 
-    /// A channel whose run is not that of the pressure: begun and ended earlier, or later, by the same time, on another clock.
-    fn report_other_clock(&mut self, series: &Series, what: &str, pressure: &Channel) {
-        let span = |s: &Series| Some((s.pairs().next()?.0, s.pairs().last()?.0));
-        let (Some(own), Some(rows)) = (span(series), span(&pressure.series)) else { return };
-        let (begins_s, ends_s) = (own.0 - rows.0, own.1 - rows.1);
-        let apart = own.1 < rows.0 || own.0 > rows.1;
-        let shifted = begins_s.abs() > CLOCKS_APART_S && (begins_s - ends_s).abs() < 0.2 * begins_s.abs();
-        if apart || shifted {
-            self.report.leave_out(format!(
-                "{what} runs on another clock than {}: {begins_s:+.0} s at its begin, {ends_s:+.0} s at its end; set one of the two",
-                pressure.name
-            ));
-        }
-    }
-
-    /// Where it was, roughly, where there is no fix.
-    fn about(&mut self) -> Option<Place> {
-        let first = |c: Option<Channel>| c.and_then(|c| c.series.pairs().next()).map(|(_, v)| v);
-        let place = first(self.aside(&ABOUT_LATITUDE)).zip(first(self.aside(&ABOUT_LONGITUDE)));
-        place.map(|(lat_deg, lon_deg)| Place { lon_deg, lat_deg })
-    }
-
-    /// One segment a dive where the file numbers its dives, else a new one after each long silence.
-    fn segments(&mut self, flight: &mut Flight, unix: &[f64]) {
-        if let Some((name, dives)) = DIVE.iter().find_map(|n| Some((*n, self.numbers(n)?))) {
-            let numbers: Vec<(f64, f64)> = dives.pairs().collect();
-            let of = |t: f64| numbers[numbers.partition_point(|n| n.0 <= t).max(1) - 1].1;
-            for i in 1..flight.len() {
-                flight.segment[i] = flight.segment[i - 1] + u32::from(of(unix[i]) != of(unix[i - 1]));
+    fn variable(&mut self, v: &NcVariable, dimensions: &[String], table: &Channels) {
+        let name = v.name();
+        let mut series = RawSeries::column(name, &said(v, "units"), Vec::new());
+        (series.standard, series.source) = (said(v, "standard_name"), said(v, "source"));
+        series.magnetic = name == "eng_head" || said(v, "comment").to_ascii_lowercase().contains("magnetic");
+        series.clock = self.clock(name, dimensions, table).ok_or_else(|| {
+            Some(if dimensions.len() > 1 {
+                format!("{name} is a table of {}, not a series in time (a gridded product?): left out", dimensions.join(" x "))
+            } else {
+                format!("{name} has no time on its dimension {}: left out", dimensions[0])
+            })
+        });
+        if series.clock.is_ok() {
+            series.values = self.values(name).map(|values| self.without_declared(name, values, &mut series.said));
+            if let Ok(values) = &series.values {
+                series.flags = self.flags_of(name, values.len());
             }
-            if self.is_own() {
-                // Its vehicle names segments by these numbers.
-                flight.segment = unix.iter().map(|t| of(*t) as u32).collect();
-            }
-            self.report.note(format!("segments are what {name} numbers"));
-            self.report.numbered = true;
-            self.report.segments = segment_names(flight, |i| format!("{name} {}", of(unix[i])));
-        } else {
-            super::surface::cut(flight);
-            let name = flight.name.clone();
-            self.report.segments = segment_names(flight, |i| format!("{name} row {}", i + 1));
         }
+        self.raw.series.push(series);
+    }
+
+    /// Why there is no pressure, where the file's own structure says it.
+    fn without_pressure(&self, variables: &[NcVariable], table: &Channels) -> Option<String> {
+        let is_wanted = |n: &str| [Channel::Pressure, Channel::Depth].into_iter().any(|c| table.of(c).is_called(n));
+        if let Some(short) = variables.iter().find(|v| is_wanted(v.name()) && v.num_elements().is_ok_and(|n| n < 2)) {
+            return Some(format!("{} has {} values: no dive", short.name(), short.num_elements().unwrap_or(0)));
+        }
+        let groups = self.file.root_group().map(|g| g.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>()).unwrap_or_default();
+        let hidden = !groups.is_empty() && variables.is_empty();
+        hidden
+            .then(|| format!("has its variables in groups ({}), which are not read: copy them to the root of the file", groups.join(", ")))
+    }
+
+    /// Names of the dimensions that are more than one value long; the length of texts of characters is none.
+    fn dimensions(&self, name: &str) -> Option<Vec<String>> {
+        let variable = self.file.variable(name).ok()?;
+        let of = variable.dimensions();
+        let values = if *variable.dtype() == NcType::Char { of.split_last().map_or(of, |(_, values)| values) } else { of };
+        Some(values.iter().filter(|d| d.size != 1).map(|d| d.name.clone()).collect())
+    }
+
+    /// Whether a variable holds texts.
+    fn is_text(&self, name: &str) -> bool {
+        self.file.variable(name).is_ok_and(|v| matches!(v.dtype(), NcType::Char | NcType::String))
+    }
+
+    /// The bytes that the values of `name` take, where there is room for them: what a file declares may be a thousand times what it holds.
+    fn room(&self, name: &str) -> Result<u64, String> {
+        let rows = self.file.variable(name).and_then(|v| Ok(v.num_elements()?)).map_err(|e| e.to_string())?;
+        let bytes = rows.saturating_mul(8);
+        if bytes > self.budget {
+            return Err(format!("declares {rows} values, more than a file of this size holds"));
+        }
+        Ok(bytes)
+    }
+
+    /// The same, taken off what is left.
+    fn fits(&mut self, name: &str) -> Result<(), String> {
+        self.budget -= self.room(name)?;
+        Ok(())
+    }
+
+    fn text(&self, variable: &str, attribute: &str) -> Option<String> {
+        text(self.file, variable, attribute)
     }
 }
 
-/// What `name` calls the first row of each segment.
-fn segment_names(flight: &Flight, name: impl Fn(usize) -> String) -> Vec<String> {
-    (0..flight.len()).filter(|i| *i == 0 || flight.segment[*i] != flight.segment[*i - 1]).map(name).collect()
+fn text(file: &NcFile, variable: &str, attribute: &str) -> Option<String> {
+    file.variable(variable).ok()?.attributes().iter().find(|a| a.name == attribute)?.value.as_string()
 }
 
-#[cfg(test)]
-mod lab_tests;
-#[cfg(test)]
-mod mistake_tests;
+/// The one value of a variable without dimensions.
+fn scalar(file: &NcFile, name: &str) -> Option<f64> {
+    let variable = file.variable(name).ok()?;
+    let one = variable.dimensions().is_empty().then(|| file.read_variable_unpacked_masked(name).ok())??;
+    one.iter().next().copied().filter(|v| v.abs() < super::fills::LARGEST)
+}
+
+/// Numbers of an attribute, also of one that is written as text ("0, 1, 2" or "012").
+fn numbers_of(file: &NcFile, variable: &str, attribute: &str) -> Option<Vec<f64>> {
+    let variable = file.variable(variable).ok()?;
+    let value = &variable.attribute(attribute)?.value;
+    let of_text = |text: String| {
+        let words: Vec<f64> = text.split([' ', ',']).filter_map(|w| w.trim_end_matches(['b', 'B']).parse().ok()).collect();
+        if words.len() > 1 { words } else { text.chars().filter_map(|c| c.to_digit(10)).map(f64::from).collect() }
+    };
+    value.as_f64_vec().or_else(|| value.as_string().map(of_text))
+}
+
 #[cfg(test)]
 mod tests;

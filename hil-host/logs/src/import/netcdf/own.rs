@@ -1,9 +1,6 @@
 //! Files of our own export: each variable of a flight names its column, so nothing of it is guessed, and the vehicle stands in the file.
 
-use super::variables::Reader;
-use super::water::at_rows;
-use crate::record::csv::{NAMES, in_one_line};
-use crate::record::flight::Flight;
+use super::*;
 
 /// Attribute of a variable that names its column in the flight format.
 pub const COLUMN: &str = "flight_column";
@@ -16,22 +13,29 @@ pub const MODEL: &str = "FLIGHT_MODEL";
 /// What is said of times that count from the start of a flight.
 pub const UNDATED: &str = "counted from the start of the flight: its date is not known";
 
-/// Whether the flight format names this column: the first name of a channel.
-fn is_named(column: &str) -> bool {
-    let first = |k: usize| NAMES[..k].iter().all(|n| n.1 != NAMES[k].1);
-    NAMES.iter().enumerate().any(|(k, n)| n.0 == column && first(k))
+/// Variables that are no columns: the number of each row's segment, and fixes on the globe.
+const SEGMENTS: &str = "SEGMENT_NUMBER";
+pub(super) const FIXES: [&str; 2] = ["LATITUDE_GPS", "LONGITUDE_GPS"];
+
+/// Whether a variable of such a file is of the flight.
+pub(super) fn is_read(v: &NcVariable) -> bool {
+    v.attribute(COLUMN).is_some() || v.name() == SEGMENTS || FIXES.contains(&v.name())
 }
 
 impl Reader<'_> {
-    /// Variables that name their column, with the column.
-    fn own_columns(&self) -> Vec<(String, String)> {
-        let named = |v: &netcdf_reader::NcVariable| Some((v.name().to_owned(), v.attribute(COLUMN)?.value.as_string()?));
-        self.file.variables().unwrap_or_default().iter().filter_map(named).collect()
-    }
-
-    /// Whether our own export wrote the file.
-    pub(super) fn is_own(&self) -> bool {
-        !self.own_columns().is_empty()
+    /// A variable under the name of its column.
+    pub(super) fn own_column(&mut self, v: &NcVariable, dimensions: &[String]) {
+        let column = in_one_line(&said(v, COLUMN));
+        let table = Channels::usual();
+        let Ok(values) = self.values(v.name()) else { return };
+        let Some(clock) = self.clock(v.name(), dimensions, table) else { return };
+        if v.name() == SEGMENTS {
+            self.raw.segments = Some(values.iter().map(|v| v.max(0.0) as u32).collect());
+        } else if clock == 0 && !column.is_empty() && table.of(Channel::Time).stated[0].0 != column {
+            let named = Channel::OF_FLIGHT.into_iter().any(|c| table.of(c).stated[0].0 == column);
+            let unit = if named { said(v, "units") } else { String::new() };
+            self.raw.series.push(RawSeries::column(&column, &unit, values));
+        }
     }
 
     /// Whether the times of the file are Unix times.
@@ -39,26 +43,10 @@ impl Reader<'_> {
         self.text("TIME", "comment").as_deref() != Some(UNDATED)
     }
 
-    /// Columns that the flight format does not name; and how many rows have no pressure, without which they are none here.
-    pub(super) fn own_extra(&mut self, flight: &mut Flight, unix: &[f64]) {
-        let all = self.file.variable("TIME").and_then(|v| Ok(v.num_elements()?)).unwrap_or(0);
-        if self.is_own() && all > unix.len() as u64 {
-            self.report.leave_out(format!("{} of {all} rows have no pressure", all - unix.len() as u64));
-        }
-        for (variable, column) in self.own_columns() {
-            let column = in_one_line(&column);
-            if is_named(&column) || column.is_empty() || flight.extra.contains_key(&column) {
-                continue;
-            }
-            if let Some(values) = self.numbers(&variable) {
-                flight.extra.insert(column, at_rows(&values, unix));
-            }
-        }
-    }
-
     /// Time of the first row since the start of the flight, s.
     pub(super) fn own_first_s(&self) -> f64 {
-        self.numbers_of("TIME", FIRST).and_then(|n| n.first().copied()).filter(|first| first.is_finite() && *first >= 0.0).unwrap_or(0.0)
+        let stated = numbers_of(self.file, "TIME", FIRST).and_then(|n| n.first().copied());
+        stated.filter(|first| first.is_finite() && *first >= 0.0).unwrap_or(0.0)
     }
 
     /// The vehicle file that the flight was exported with.

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use crate::import::channels;
+use crate::import::clocks::SET_CLOCK_S;
 use crate::import::report::shown;
 
 /// A gzipped text is at most so many times its file, and this much more; beyond it is no log.
@@ -146,7 +146,7 @@ impl Table {
     /// Unix time of dd/mm/yyyy HH:MM:SS.mmm, of a clock that was set; a row without one is counted.
     pub fn time(&mut self, fields: &Fields, place: usize) -> Option<f64> {
         let field = fields.0.get(place).copied().unwrap_or_default();
-        let time = self.dates.read(field).filter(|unix| *unix > channels::SET_CLOCK_S && unix.is_finite());
+        let time = self.dates.read(field).filter(|unix| *unix > SET_CLOCK_S && unix.is_finite());
         if time.is_none() {
             self.undated += 1;
             self.no_time.get_or_insert_with(|| shown(field));

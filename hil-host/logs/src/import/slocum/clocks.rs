@@ -2,7 +2,7 @@
 
 use super::Loaded;
 use crate::import::Report;
-use crate::import::channels::{CLOCKS_APART_S, SET_CLOCK_S, stray_times};
+use crate::import::clocks::{CLOCKS_APART_S, SET_CLOCK_S, stray_times};
 use crate::import::dbd;
 use crate::record::resample::longest_in_order;
 

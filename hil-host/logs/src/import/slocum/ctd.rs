@@ -1,9 +1,10 @@
 //! The CTD's samples of one Slocum file.
 
 use super::clocks::{in_order, plausible_times};
-use super::{Collected, CtdRow, LEAST_STAMPS, Loaded, STAMPS, in_si};
+use super::{Collected, LEAST_STAMPS, Loaded, STAMPS, sensor};
 use crate::import::Report;
-use crate::import::channels::SET_CLOCK_S;
+use crate::import::assembly::Row;
+use crate::import::clocks::SET_CLOCK_S;
 use crate::import::dbd::DbdFile;
 
 /// Pressure, temperature, conductivity as the glider passes them on; else as an RBR CTD states them itself, its pressure above that of
@@ -25,8 +26,7 @@ pub(super) fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, o
     let file = &one.file;
     let none = || vec![f64::NAN; file.cycles];
     let science = |name: &str| -> Vec<f64> {
-        let known = super::SENSORS.iter().find(|s| s.0 == name);
-        let read = file.columns.get(name).zip(known).and_then(|((unit, v), s)| Some((in_si(name, unit, s.2, s.3)?, v)));
+        let read = file.columns.get(name).and_then(|(unit, v)| Some((sensor(name)?.in_si(unit)?, v)));
         read.map_or_else(none, |((offset, factor), v)| v.iter().map(|v| (v - offset) * factor).collect())
     };
     let Some(names) = sensors_of(file) else {
@@ -74,13 +74,8 @@ pub(super) fn ctd_rows(all: &mut Collected, report: &mut Report, one: &Loaded, o
         // A CTD that has just been switched on reports zeros.
         let switched_on = pressure[k] != 0.0 || temperature[k] != 0.0 || conductivity[k] != 0.0;
         if time_s.is_finite() && pressure[k].is_finite() && switched_on {
-            all.ctd.push(CtdRow {
-                time_s,
-                segment: one.segment,
-                pressure_pa: pressure[k],
-                temperature_degc: temperature[k],
-                conductivity_s_m: conductivity[k],
-            });
+            let row = Row::at(time_s, one.segment, pressure[k]);
+            all.ctd.push(Row { temperature_degc: temperature[k], conductivity_s_m: conductivity[k], ..row });
         }
     }
 }

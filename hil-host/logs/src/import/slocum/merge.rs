@@ -2,15 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::{Collected, CtdRow, GPS_STATUS};
+use super::{Collected, GPS_STATUS};
 use crate::import::Report;
-use crate::import::channels::{SALINITY_COLUMN, report_seldom};
-use crate::import::position::{self, FIX_DEPTH_PA};
+use crate::import::assembly::{Log, Row};
+use crate::import::position;
 use crate::import::pressure_zero::{self, UNDER_WATER_PA};
-use crate::import::two_computers::{self, Ctd, agree, covered};
+use crate::import::two_computers::{self, Ctd, covered};
 use crate::record::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
-use crate::record::plausible::quantile;
 use crate::record::resample::Series;
 use crate::record::seawater::{self, Place};
 
@@ -18,33 +17,25 @@ use crate::record::seawater::{self, Place};
 const PUMP_M3: f64 = 20e-6;
 
 pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
-    let series: BTreeMap<&str, Series> = all.channels.iter().map(|(name, c)| (*name, Series::new(&c.time_s, &c.value))).collect();
+    let mut series: BTreeMap<String, Series> =
+        all.channels.iter().map(|(name, c)| (name.clone(), Series::new(&c.time_s, &c.value))).collect();
     let empty = Series::default();
     let get = |name: &str| series.get(name).unwrap_or(&empty);
     let (lat, lon) = gps(&good(get("m_gps_lat"), get(GPS_STATUS), report), get("m_gps_lon"), report);
     let place = lat.pairs().next().zip(lon.pairs().next()).map(|((_, lat_deg), (_, lon_deg))| Place { lon_deg, lat_deg });
     let steering = steering_pressure(&series, place, &all.spans, report);
-    let heading = if in_rad(get("m_heading"), report) { get("m_heading") } else { &empty };
+    let heading_is_sound = in_rad(get("m_heading"), report);
     let from_ctd = !all.ctd.is_empty();
     if !from_ctd {
         report.note("no CTD in these files: rows are the vehicle's own pressure, and density is missing".into());
     }
     without_ctd(&mut all, &steering, report);
-    all.ctd.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-    all.ctd.dedup_by(|b, a| a.time_s == b.time_s);
+    all.ctd.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
+    all.ctd.dedup_by(|b, a| a.unix_s == b.unix_s);
     without_overlap(&mut all.ctd, report);
-    pressure_zero::drop_zeros(&mut all.ctd, |r| (r.time_s, r.pressure_pa), "the CTD's pressure", report);
-    if from_ctd {
-        pressure_zero::take_out(&mut all.ctd, |r| (r.time_s, &mut r.pressure_pa), |r| r.segment, report);
-    }
-    let first = all.ctd.first()?;
-    let start_s = first.time_s;
-    let unix: Vec<f64> = all.ctd.iter().map(|r| r.time_s).collect();
-    report.density_from(
-        "sci_water_cond, sci_water_temp, sci_water_pressure",
-        place,
-        all.ctd.iter().any(|r| r.conductivity_s_m.is_finite()),
-    );
+    number_segments(&mut all.ctd, report);
+    let conducts = all.ctd.iter().any(|r| r.conductivity_s_m.is_finite());
+    report.density_from("sci_water_cond, sci_water_temp, sci_water_pressure", place, conducts);
     // Shallow gliders have a pump, deep ones an oil bladder, and the reading of the other is a fill: it is the one that moves.
     let (pumped, bladder) = (get("m_ballast_pumped"), get("m_de_oil_vol"));
     let (oil, other) =
@@ -60,43 +51,33 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     for m in report.mapped.iter_mut().filter(|m| from_ctd && m.from == "m_pressure") {
         m.to = ENGINEERING_PRESSURE.into();
     }
-    let mut flight = Flight {
-        name: report.segments.first().cloned().unwrap_or_default(),
-        time_s: unix.iter().map(|t| t - start_s).collect(),
-        segment: all.ctd.iter().map(|r| r.segment).collect(),
-        pressure_pa: all.ctd.iter().map(|r| r.pressure_pa).collect(),
-        pitch_rad: get("m_pitch").on(&unix),
-        roll_rad: get("m_roll").on(&unix),
-        heading_rad: heading.angle_on(&unix),
-        ballast_m3: ballast.on(&unix),
-        battery_mass_m: get("m_battpos").on(&unix),
-        temperature_degc: all.ctd.iter().map(|r| r.temperature_degc).collect(),
-        density_kg_m3: all.ctd.iter().map(|r| density(r, place)).collect(),
-        gps_east_m: vec![f64::NAN; unix.len()],
-        gps_north_m: vec![f64::NAN; unix.len()],
-        ..Flight::default()
-    };
-    let practical = |r: &CtdRow| seawater::practical_salinity(r.conductivity_s_m, r.temperature_degc, r.pressure_pa * 1e-4);
-    flight.extra.insert(SALINITY_COLUMN.into(), all.ctd.iter().map(practical).collect());
-    number_segments(&mut flight, report);
-    let fixes = afloat(position::sound(position::fixes(&lat, &lon), report), &steering, report);
-    position::place(&mut flight, &unix, &fixes, report);
     let (dr_lat, dr_lon) = without_zeros(&degrees(get("m_lat")), &degrees(get("m_lon")));
-    position::dead_reckoning(&mut flight, &unix, &dr_lat, &dr_lon, &fixes);
-    for (name, series, column) in [("m_pitch", get("m_pitch"), &flight.pitch_rad), (oil, &ballast, &flight.ballast_m3)] {
-        report_seldom(name, series, column, report);
+    let mut take = |name: &str| series.remove(name).unwrap_or_default();
+    let mut log = Log {
+        rows: all.ctd,
+        pitch: take("m_pitch").into(),
+        roll: take("m_roll").into(),
+        heading: Some(take("m_heading")).filter(|_| heading_is_sound).unwrap_or_default().into(),
+        ballast: ballast.into(),
+        battery: take("m_battpos").into(),
+        // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
+        steering_pressure: if from_ctd { steering } else { Series::default() },
+        fixes: position::fixes(&lat, &lon),
+        reckoned: [dr_lat, dr_lon],
+        ..Log::default()
+    };
+    let fin = take("m_fin");
+    if !fin.is_empty() {
+        log.extra.insert("m_fin_rad".into(), fin.into());
     }
-    if !get("m_fin").is_empty() {
-        flight.extra.insert("m_fin_rad".into(), get("m_fin").on(&unix));
+    for name in ["m_thruster_power", "m_thruster_current"] {
+        let thruster = take(name);
+        if moves(&thruster) > 0.0 {
+            log.extra.insert(name.into(), thruster.into());
+        }
     }
-    // Beside the CTD's pressure that of the steering computer tells how far the two clocks are apart.
-    if from_ctd && !steering.is_empty() {
-        let pressure = steering.on(&unix);
-        agree(&flight, &unix, &steering, report);
-        flight.extra.insert(ENGINEERING_PRESSURE.into(), pressure.iter().map(|p| p * 1e-4).collect());
-    }
-    report.start_unix_s = Some(start_s);
-    Some(flight)
+    let name = report.segments.first().cloned().unwrap_or_default();
+    log.flight(&name, report)
 }
 
 /// By how much a reading moves, without a value now and then that is a fill; less than 0 where there is none.
@@ -125,7 +106,7 @@ fn by_segment(first: &Series, second: &Series, spans: &Spans, better: impl Fn(&S
 }
 
 /// Pressure by the steering computer, Pa: its own, else from its depth, in each segment.
-fn steering_pressure(series: &BTreeMap<&str, Series>, place: Option<Place>, spans: &Spans, report: &mut Report) -> Series {
+fn steering_pressure(series: &BTreeMap<String, Series>, place: Option<Place>, spans: &Spans, report: &mut Report) -> Series {
     let of = |name: &str| series.get(name).filter(|s| !s.is_empty()).cloned();
     let named = ["m_pressure", "m_water_pressure"].into_iter().find_map(|name| Some((name, of(name)?)));
     let own = named.map(|(name, own)| upright(own, name, UNDER_WATER_PA, report));
@@ -155,7 +136,7 @@ fn upright(series: Series, name: &str, water: f64, report: &mut Report) -> Serie
 
 /// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
 fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
-    let ctd = two_computers::by_segment(all.ctd.iter().map(|r| (r.segment, r.time_s, r.pressure_pa)));
+    let ctd = two_computers::by_segment(all.ctd.iter().map(|r| (r.segment, r.unix_s, r.pressure_pa)));
     let mut off = std::collections::BTreeSet::new();
     for (segment, span) in &all.spans {
         let own: Vec<(f64, f64)> = steering.within(span.0, span.1).pairs().collect();
@@ -180,18 +161,12 @@ fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
     all.ctd.retain(|r| !off.contains(&r.segment));
     for segment in off {
         let own = all.spans.get(&segment).map(|span| steering.within(span.0, span.1)).unwrap_or_default();
-        all.ctd.extend(own.pairs().map(|(time_s, pressure_pa)| CtdRow {
-            time_s,
-            segment,
-            pressure_pa,
-            temperature_degc: f64::NAN,
-            conductivity_s_m: f64::NAN,
-        }));
+        all.ctd.extend(own.pairs().map(|(unix_s, pressure_pa)| Row::at(unix_s, segment, pressure_pa)));
     }
 }
 
 /// Rows of a segment after the first one of the next: two files overlap, and their rows would come by turns.
-fn without_overlap(rows: &mut Vec<CtdRow>, report: &mut Report) {
+fn without_overlap(rows: &mut Vec<Row>, report: &mut Report) {
     let mut seen: Vec<u32> = Vec::new();
     let all = rows.len();
     rows.retain(|row| {
@@ -244,18 +219,6 @@ fn in_rad(heading: &Series, report: &mut Report) -> bool {
     sound
 }
 
-/// The fixes at the surface, by the vehicle's own pressure above its least.
-fn afloat(mut fixes: Vec<position::Fix>, steering: &Series, report: &mut Report) -> Vec<position::Fix> {
-    let all = fixes.len();
-    let least = quantile(&steering.pairs().map(|(_, p)| p).collect::<Vec<_>>(), 0.02);
-    fixes.retain(|f| !(steering.at(f.time_s) - least > FIX_DEPTH_PA));
-    if fixes.len() < all {
-        let count = all - fixes.len();
-        report.note(format!("{count} of {all} GPS fixes lie below 3 dbar: repeated from the surface, no fixes"));
-    }
-    fixes
-}
-
 /// A full turn, and a little more, rad.
 const FULL_TURN_RAD: f64 = 6.6;
 
@@ -270,9 +233,9 @@ fn in_degrees(lat: &Series, lon: &Series) -> bool {
 }
 
 /// Segment numbers without holes, in the order of time.
-fn number_segments(flight: &mut Flight, report: &mut Report) {
+fn number_segments(rows: &mut [Row], report: &mut Report) {
     let mut seen: Vec<u32> = Vec::new();
-    for s in &mut flight.segment {
+    for s in rows.iter_mut().map(|r| &mut r.segment) {
         let k = seen.iter().position(|k| k == s).unwrap_or_else(|| {
             seen.push(*s);
             seen.len() - 1
@@ -287,10 +250,4 @@ fn degrees(series: &Series) -> Series {
     let (time, value): (Vec<f64>, Vec<f64>) =
         series.pairs().map(|(t, v)| (t, position::degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0).unzip();
     Series::new(&time, &value)
-}
-
-fn density(row: &CtdRow, place: Option<Place>) -> f64 {
-    let pressure_dbar = row.pressure_pa * 1e-4;
-    let practical = seawater::practical_salinity(row.conductivity_s_m, row.temperature_degc, pressure_dbar);
-    seawater::density_of_water(practical, place, row.temperature_degc, pressure_dbar)
 }

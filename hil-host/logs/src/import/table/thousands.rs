@@ -3,18 +3,13 @@
 use std::borrow::Cow;
 
 use super::super::Report;
-use super::super::netcdf::names::{
-    BALLAST, BATTERY, CONDUCTIVITY, DENSITY, DEPTH, HEADING, PITCH, PRESSURE, ROLL, SALINITY, TEMPERATURE, Wanted,
-};
-use super::{CONDUCTIVITIES, SALINITIES, Table, is_number};
-use crate::record::csv::{NAMES, no_value};
+use super::{Table, is_number};
+use crate::channels::Channels;
+use crate::record::csv::no_value;
 
 /// What stands between the groups and is nothing else in a number: apostrophes and blanks, also of a typesetter.
 const GROUPING: [char; 6] = ['\'', '\u{2019}', ' ', '\u{a0}', '\u{2009}', '\u{202f}'];
 
-/// Columns whose numbers are needed.
-const CHANNELS: [&Wanted; 11] =
-    [&PRESSURE, &DEPTH, &TEMPERATURE, &SALINITY, &CONDUCTIVITY, &DENSITY, &PITCH, &ROLL, &HEADING, &BALLAST, &BATTERY];
 /// What ends a field, or its quotes.
 const ENDS: [char; 6] = [',', ';', '\t', '\n', '\r', '"'];
 
@@ -52,19 +47,13 @@ pub(super) fn without_grouping<'a>(text: &'a str, report: &mut Report) -> Cow<'a
     Cow::Owned(out)
 }
 
-/// Whether a column of this name is a channel.
-fn is_channel(name: &str) -> bool {
-    let further = SALINITIES.iter().chain(&CONDUCTIVITIES).map(|n| n.0).chain(NAMES.iter().map(|n| n.0));
-    CHANNELS.iter().flat_map(|c| c.names.iter().copied()).chain(further).any(|n| n.eq_ignore_ascii_case(name))
-}
-
 impl Table<'_> {
     /// Refuses channels whose numbers have commas or points between thousands.
     ///
     /// # Errors
     /// The column and such a number.
-    pub(super) fn no_grouping(&self) -> Result<(), String> {
-        for (column, name) in self.names.iter().enumerate().filter(|(_, name)| is_channel(name)) {
+    pub(super) fn no_grouping(&self, channels: &Channels) -> Result<(), String> {
+        for (column, name) in self.names.iter().enumerate().filter(|(_, name)| channels.knows(name, "", "")) {
             let texts = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !no_value(f) && !is_number(f));
             let kinds: Vec<Option<bool>> = texts().map(|f| grouped(f, &[',', '.'])).collect();
             if kinds.iter().any(Option::is_none) {

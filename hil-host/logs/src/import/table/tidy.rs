@@ -2,15 +2,15 @@
 //! twice, times of a clock that was not set or counts whole seconds.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 
 use super::super::Report;
-use super::super::channels::{LONGEST_MISSION_S, lonely_times, stray_times};
-use super::super::netcdf::fills::undeclared_fill;
-use super::super::netcdf::names::{DEPTH, PRESSURE};
+use super::super::clocks::{LONGEST_MISSION_S, lonely_times, spread_evenly, stray_times};
+use super::super::fills::undeclared_fill;
 use super::times::Clock;
 use super::{Table, is_number};
-use crate::record::csv::{Channel, NAMES, no_value};
+use crate::channels::{Channel, Channels};
+use crate::record::csv::no_value;
 use crate::record::plausible::quantile;
 
 /// The text with decimal points where its numbers have commas: fields are cut by semicolons or tabs then.
@@ -59,8 +59,6 @@ fn quoted_decimal_points<'a>(text: &'a str, report: &mut Report) -> Cow<'a, str>
 const MOST_BLOCKS: usize = 10;
 /// A block of rows has so many at least.
 const LEAST_ROWS_OF_A_BLOCK: usize = 10;
-/// A clock of whole minutes is the coarsest that is spread, s.
-const COARSEST_CLOCK_S: f64 = 60.0;
 /// A clock of local time is set back by so much in autumn, s.
 const SUMMER_TIME_S: f64 = 3600.0;
 
@@ -70,7 +68,7 @@ impl Table<'_> {
     ///
     /// # Errors
     /// Rows of two logs, or of a clock that was set back.
-    pub(super) fn arrange(&mut self, clock: &mut Clock, own: bool, report: &mut Report) -> Result<(), String> {
+    pub(super) fn arrange(&mut self, clock: &mut Clock, own: bool, channels: &Channels, report: &mut Report) -> Result<(), String> {
         let times = &mut clock.seconds;
         if let Some((fill, _)) = undeclared_fill(times) {
             times.iter_mut().filter(|t| **t == fill).for_each(|t| *t = f64::NAN);
@@ -90,7 +88,7 @@ impl Table<'_> {
         self.drop_repeated_blocks(&mut rows, times, report);
         self.spread(&rows, clock.column, times, report);
         if steps(&rows, times).0 > 0 {
-            self.of_one_log(&rows, times, own)?;
+            self.of_one_log(&rows, times, own, channels)?;
             sort_blocks(&mut rows, times, own, report);
         }
         if own {
@@ -109,12 +107,8 @@ impl Table<'_> {
     }
 
     /// Refuses rows with a pressure that go back in time a few times and lie among those before them then, or that go back by an hour.
-    fn of_one_log(&self, rows: &[usize], times: &[f64], own: bool) -> Result<(), String> {
-        let named = |k: &usize| {
-            let name = &self.names[*k];
-            let own_name = NAMES.iter().any(|n| n.1 == Channel::Pressure && n.0.eq_ignore_ascii_case(name));
-            own_name || PRESSURE.names.iter().chain(DEPTH.names).any(|n| n.eq_ignore_ascii_case(name))
-        };
+    fn of_one_log(&self, rows: &[usize], times: &[f64], own: bool, channels: &Channels) -> Result<(), String> {
+        let named = |k: &usize| [Channel::Pressure, Channel::Depth].into_iter().any(|c| channels.of(c).is_called(&self.names[*k]));
         let columns: Vec<usize> = (0..self.names.len()).filter(named).collect();
         let has = |i: &&usize| columns.iter().any(|k| self.rows[**i].get(*k).is_some_and(|f| !no_value(f)));
         let rows: Vec<usize> = rows.iter().filter(has).copied().collect();
@@ -153,6 +147,10 @@ impl Table<'_> {
 
     /// Leaves out rows that stand a second time further on, as those of a block that was added twice.
     fn drop_repeated_blocks(&self, rows: &mut Vec<usize>, times: &[f64], report: &mut Report) {
+        // Where time always goes on no row stands there twice.
+        if rows.windows(2).all(|w| times[w[1]] > times[w[0]]) {
+            return;
+        }
         let all = rows.len();
         let mut seen: HashSet<&[&str]> = HashSet::new();
         let mut before = f64::NAN;
@@ -164,42 +162,6 @@ impl Table<'_> {
         if rows.len() < all {
             report.note(format!("{} of {all} rows stand there a second time, with the same values: taken once", all - rows.len()));
         }
-    }
-
-    /// The same as csv of one header line: seconds for times of any kind, without the columns of `drop`.
-    pub(super) fn plain(&self, clock: Option<&Clock>, drop: &[usize]) -> String {
-        let time = clock.map(|c| c.column);
-        let is_time = |name: &str| NAMES.iter().any(|n| n.1 == Channel::Time && n.0.eq_ignore_ascii_case(name));
-        let others_time = |k: usize| time.is_some_and(|t| t != k) && is_time(&self.names[k]);
-        let left: Vec<bool> =
-            (0..self.names.len()).map(|k| drop.contains(&k) || others_time(k) || clock.is_some_and(|c| c.date == Some(k))).collect();
-        let mut out = String::new();
-        let mut line = |fields: &mut dyn Iterator<Item = (usize, Cow<'_, str>)>| {
-            let mut first = true;
-            for (_, field) in fields.filter(|(k, _)| !left.get(*k).is_some_and(|l| *l)) {
-                if !std::mem::take(&mut first) {
-                    out.push(',');
-                }
-                if field.contains([',', '"']) {
-                    out.push_str(&format!("\"{}\"", field.replace('"', "\"\"")));
-                } else {
-                    out.push_str(&field);
-                }
-            }
-            out.push('\n');
-        };
-        line(&mut self.names.iter().enumerate().map(|(k, name)| {
-            let named_otherwise = Some(k) == time && !is_time(name);
-            (k, Cow::Borrowed(if named_otherwise { "time_s" } else { name.as_str() }))
-        }));
-        for (i, row) in self.rows.iter().enumerate() {
-            let seconds = clock.and_then(|c| c.seconds.get(i));
-            line(&mut row.iter().enumerate().map(|(k, field)| match seconds {
-                Some(seconds) if Some(k) == time => (k, Cow::Owned(seconds.to_string())),
-                _ => (k, Cow::Borrowed(*field)),
-            }));
-        }
-        out
     }
 }
 
@@ -229,75 +191,4 @@ fn sort_blocks(rows: &mut [usize], times: &[f64], own: bool, report: &mut Report
     let sorted: Vec<usize> = order.iter().map(|k| rows[*k]).collect();
     rows.copy_from_slice(&sorted);
     report.note(format!("rows stand in {} blocks out of the order of time: sorted", blocks.len()));
-}
-
-/// Whole times that most rows share with a neighbour, evenly apart up to the next; none of any other.
-pub(in crate::import) fn spread_evenly(times: &[f64]) -> Option<Vec<f64>> {
-    if times.iter().any(|t| t.fract() != 0.0) {
-        return None;
-    }
-    let mut runs: Vec<(usize, usize)> = Vec::new();
-    for (i, t) in times.iter().enumerate() {
-        match runs.last_mut() {
-            Some((first, count)) if times[*first] == *t => *count += 1,
-            _ => runs.push((i, 1)),
-        }
-    }
-    let shared: usize = runs.iter().filter(|r| r.1 > 1).map(|r| r.1).sum();
-    let gap = |k: usize| {
-        let next = runs.get(k + 1)?;
-        Some(times[next.0] - times[runs[k].0]).filter(|gap| *gap > 0.0 && *gap <= COARSEST_CLOCK_S)
-    };
-    // The first run may have begun before the log, and the last one goes on after it.
-    let steps: Vec<f64> = (1..runs.len()).filter_map(|k| Some(gap(k)? / runs[k].1 as f64)).collect();
-    let usual_s = quantile(&steps, 0.5);
-    if 2 * shared < times.len() || 2 * steps.len() < runs.len().saturating_sub(2) || !usual_s.is_finite() {
-        return None;
-    }
-    let mut out = Vec::with_capacity(times.len());
-    for (k, (first, count)) in runs.iter().enumerate() {
-        let (start_s, step_s) = match gap(k) {
-            Some(gap) if k == 0 && usual_s * *count as f64 <= gap => (gap - usual_s * *count as f64, usual_s),
-            Some(gap) => (0.0, gap / *count as f64),
-            None => (0.0, usual_s.min(COARSEST_CLOCK_S / *count as f64)),
-        };
-        out.extend((0..*count).map(|m| times[*first] + start_s + step_s * m as f64));
-    }
-    Some(out)
-}
-
-/// Names of the channels' columns, those of one channel together, best first.
-pub(super) fn by_channel(names: &[String]) -> BTreeMap<Channel, Vec<(usize, f64)>> {
-    let mut out: BTreeMap<Channel, Vec<(usize, f64)>> = BTreeMap::new();
-    for (name, channel, factor) in NAMES {
-        if let Some(column) = names.iter().position(|h| h.eq_ignore_ascii_case(name)) {
-            let columns = out.entry(*channel).or_default();
-            if !columns.iter().any(|c| c.0 == column) {
-                columns.push((column, *factor));
-            }
-        }
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regress_whole_seconds_and_minutes_are_spread() {
-        // 2 Hz, cut in the middle of the first second.
-        let whole: Vec<f64> = (1..41).map(|i| f64::from(i / 2)).collect();
-        let even = spread_evenly(&whole).expect("spread");
-        assert!((0..40).all(|i| (even[i] - 0.5 * (i + 1) as f64).abs() < 1e-9), "{even:?}");
-        // Every 6 s in whole minutes, from 31 s on, with a silence of ten minutes.
-        let truth: Vec<f64> = (0..60).map(|i| 31.0 + 6.0 * f64::from(i) + if i < 35 { 0.0 } else { 600.0 }).collect();
-        let even = spread_evenly(&truth.iter().map(|t| (t / 60.0).floor() * 60.0).collect::<Vec<_>>()).expect("spread");
-        assert!(even.windows(2).all(|w| w[1] > w[0]), "{even:?}");
-        assert!(even.iter().zip(&truth).all(|(a, b)| (a - b).abs() < 6.0), "{even:?}");
-        // Single repeats, and times of fractions, are none of a coarse clock.
-        assert_eq!(spread_evenly(&[0.0, 1.0, 1.0, 2.0, 3.0, 4.0]), None);
-        assert_eq!(spread_evenly(&[0.5, 0.5, 1.5, 1.5, 2.5, 2.5]), None);
-        assert_eq!((spread_evenly(&[]), spread_evenly(&[7.0; 4])), (None, None));
-    }
 }

@@ -7,11 +7,10 @@ use super::super::calendar::{
     DayMonth, LATEST_S, date_time, day_and_month, digits, is_of_several_zones, julian_origin_s, seconds_in, why_no_zone, zone_name, zone_s,
 };
 use super::Table;
+use crate::channels::Channel;
 use crate::record::csv::{TIME_AS, no_value};
 use crate::record::plausible::quantile;
 
-/// Time columns, best first; case, and a unit in brackets behind the name, do not matter.
-const TIMES: [&str; 9] = ["time", "time_s", "m_present_time", "precise_time", "timestamp", "datetime", "date_time", "time_ms", "time_utc"];
 const DATES: [&str; 2] = ["date", "date_utc"];
 
 /// The times of a table's rows.
@@ -80,11 +79,11 @@ fn plain_name(name: &str) -> &str {
 }
 
 impl Table<'_> {
-    /// The column of the time: of a table of the flight format `time_s` before `time`, as its reader takes them.
+    /// The column of the time, whatever its case and a unit in brackets behind it: of a table of the flight format `time_s` before `time`, as its reader takes them.
     pub(super) fn time_column(&self, own: bool) -> Option<usize> {
         let named = |name: &str| self.names.iter().position(|h| plain_name(h).eq_ignore_ascii_case(name));
         let first = if own { named("time_s") } else { None };
-        first.or_else(|| TIMES.iter().find_map(|n| named(n)))
+        first.or_else(|| Channel::Time.usual().names.iter().find_map(|n| named(n)))
     }
 
     /// The times of the rows; none without a column of them.

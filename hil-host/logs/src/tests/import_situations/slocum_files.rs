@@ -176,7 +176,7 @@ fn regress_values_of_a_slocum_that_cannot_be_are_left_out_by_name() {
     let degrees = write(1.0, (54.2, 7.4), |_| 12.0, 0..0);
     assert!(said(&degrees).contains("look like degrees") && degrees.flight.gps_east_m.iter().all(|v| v.is_nan()), "{}", said(&degrees));
     let off = write(1.0, (5412.0, 724.0), |_| 12.0, 60..64);
-    assert!(said(&off).contains("4 of 260 values of the CTD's pressure are 0 in the middle of a dive"), "{}", said(&off));
+    assert!(said(&off).contains("4 of 260 values of the pressure are 0 in the middle of a dive"), "{}", said(&off));
     std::fs::remove_dir_all(folder).ok();
 }
 
@@ -286,7 +286,7 @@ fn regress_a_pitch_that_comes_too_seldom_and_two_missions_are_named() {
         vec![START + 4.0 * k as f64, pitch, at(k).2, at(k).0 / 10.0]
     });
     let got = import(&folder, &[]).expect("an import");
-    assert!(got.report.left_out.iter().any(|l| l.starts_with("m_pitch has 2 values 988 s apart, and 2 of 260 rows one")), "{}", said(&got));
+    assert!(got.report.left_out.iter().any(|l| l.starts_with("pitch has 2 values 988 s apart, and 2 of 260 rows one")), "{}", said(&got));
     pair(&folder, "a", "alpha", START, |t| t);
     pair(&folder, "b", "alpha", START + 100.0 * 86_400.0, |t| t);
     let got = import(&folder, &[]).expect("an import");

@@ -149,7 +149,7 @@ fn no_effect_is_called_by_its_name_outside_the_catalogue() {
             bad.extend(names.iter().filter(|n| text.contains(&format!("\"{n}\""))).map(|n| format!("{file}: {n}")));
         }
     }
-    assert!(bad.is_empty(), "ask the effect (a method of its trait) instead of comparing its name: {bad:#?}");
+    assert!(bad.is_empty(), "ask the effect (a field of its row) instead of comparing its name: {bad:#?}");
 }
 
 /// Folder of the workspace.

@@ -214,21 +214,21 @@ impl Stated<'_> {
         Ok(constants)
     }
 
-    fn relative(&mut self, of: &str, usual: f64) -> Result<f64, ReadError> {
-        self.or(&format!("tolerance_1sigma.{of}_relative"), usual, 0.0, 10.0, "of it")
+    fn relative(&mut self, key: &str, usual: f64) -> Result<f64, ReadError> {
+        self.or(&format!("tolerance_1sigma.{key}"), usual, 0.0, 10.0, "of it")
     }
 
     pub(super) fn tolerance(&mut self) -> Result<Tolerance, ReadError> {
         let t = Tolerance::default();
         Ok(Tolerance {
-            cd0_relative: self.relative("cd0", t.cd0_relative)?,
-            lift_slope_relative: self.relative("lift_slope", t.lift_slope_relative)?,
-            lift_quadratic_relative: self.relative("lift_quadratic", t.lift_quadratic_relative)?,
+            cd0_relative: self.relative("cd0_relative", t.cd0_relative)?,
+            lift_slope_relative: self.relative("lift_slope_relative", t.lift_slope_relative)?,
+            lift_quadratic_relative: self.relative("lift_quadratic_relative", t.lift_quadratic_relative)?,
             trim_volume_m3: self.or("tolerance_1sigma.trim_volume_cc", t.trim_volume_m3 * 1e6, 0.0, 5e3, "cm3")? * 1e-6,
-            ballast_gain_relative: self.relative("ballast_gain", t.ballast_gain_relative)?,
+            ballast_gain_relative: self.relative("ballast_gain_relative", t.ballast_gain_relative)?,
             pitch_zero_rad: self.or("tolerance_1sigma.pitch_zero_rad", t.pitch_zero_rad, 0.0, 0.5, "rad")?,
-            hull_compressibility_relative: self.relative("hull_compressibility", t.hull_compressibility_relative)?,
-            hull_thermal_expansion_relative: self.relative("hull_thermal_expansion", t.hull_thermal_expansion_relative)?,
+            hull_compressibility_relative: self.relative("hull_compressibility_relative", t.hull_compressibility_relative)?,
+            hull_thermal_expansion_relative: self.relative("hull_thermal_expansion_relative", t.hull_thermal_expansion_relative)?,
             added_mass_surge: self.or("tolerance_1sigma.added_mass_surge", t.added_mass_surge, 0.0, 5.0, "of the mass")?,
             added_mass_heave: self.or("tolerance_1sigma.added_mass_heave", t.added_mass_heave, 0.0, 5.0, "of the mass")?,
         })

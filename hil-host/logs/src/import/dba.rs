@@ -11,32 +11,9 @@
 //! The first row holds the last values from before the file, whenever they were taken: no samples.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
-use super::classes::Class;
 use super::dbd::DbdFile;
-use super::reader::Reader;
-use super::report::{ImportError, Imported, shown};
-use super::{slocum, surface};
-
-/// Slocum data as text.
-pub(super) const READER: Reader =
-    Reader { name: "Slocum text (dba)", claims, partners: slocum::with_partners, import, class: Class::slocum, ..Reader::PLAIN };
-
-fn claims(path: &Path) -> bool {
-    let mut head = Vec::new();
-    let file = std::fs::File::open(path).map(|file| std::io::Read::take(file, HEAD as u64));
-    file.and_then(|mut file| std::io::Read::read_to_end(&mut file, &mut head)).is_ok() && is_dba(&head)
-}
-
-/// A text may hold many segments of the vehicle under one name.
-fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportError> {
-    let mut imported = slocum::import(files, caches)?;
-    if imported.report.segments.len() == 1 {
-        surface::cut_anew(&mut imported, 2);
-    }
-    Ok(imported)
-}
+use super::report::shown;
 
 /// How such a file begins.
 pub const START: &[u8] = b"dbd_label:";

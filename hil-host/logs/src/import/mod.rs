@@ -80,8 +80,16 @@ pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -
 }
 
 /// The readers, those whose files say most by their names first.
-pub const READERS: [&Reader; 7] =
-    [&slocum::READER, &seaglider::READER, &seaglider_raw::READER, &seaexplorer::READER, &netcdf::READER, &dba::READER, &table::READER];
+pub const READERS: [&Reader; 7] = [
+    &slocum::SLOCUM,
+    &seaglider::SEAGLIDER_DIVES,
+    &seaglider_raw::SEAGLIDER_TEXTS,
+    &seaexplorer::SEAEXPLORER,
+    &netcdf::NETCDF,
+    // By its first bytes, whatever its ending.
+    &slocum::SLOCUM_TEXTS,
+    &table::TABLES,
+];
 
 /// Place of the reader of a file, none if there is none.
 #[must_use]

@@ -25,7 +25,7 @@ use text::{Dates, Table};
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Raw text of a SeaExplorer.
-pub(super) const READER: Reader =
+pub(super) const SEAEXPLORER: Reader =
     Reader { name: "SeaExplorer raw files", claims: |path| name_of(path).is_some(), import: |files, _| import(files), ..Reader::PLAIN };
 
 /// What a file name says.

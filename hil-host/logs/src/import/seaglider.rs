@@ -18,7 +18,7 @@ use super::reader::Reader;
 use super::{FileNote, ImportError, Imported, Report, join};
 
 /// One NetCDF of the base station a dive.
-pub(super) const READER: Reader = Reader {
+pub(super) const SEAGLIDER_DIVES: Reader = Reader {
     name: "Seaglider dives",
     claims: |path| dive_of(path).is_some(),
     a_dive_a_file: true,

@@ -27,7 +27,7 @@ pub use constants::Constants;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Its own text files.
-pub(super) const READER: Reader =
+pub(super) const SEAGLIDER_TEXTS: Reader =
     Reader { name: "Seaglider log and eng files", claims: is_raw, import: |files, _| import(files), ..Reader::PLAIN };
 /// Name of the constants' file.
 pub const CONSTANTS: &str = "sg_calib_constants.m";

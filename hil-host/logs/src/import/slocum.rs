@@ -13,6 +13,7 @@ use super::classes::Class;
 use super::dba;
 use super::dbd;
 use super::reader::Reader;
+use super::surface;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::channels::{Channel, Entry};
 use crate::record::bounded;
@@ -27,8 +28,28 @@ pub(super) use files::with_partners;
 use files::{one_glider, one_of_copies, one_sided, pair_by_header, pairs, without_copies};
 
 /// Slocum binary files.
-pub(super) const READER: Reader =
+pub(super) const SLOCUM: Reader =
     Reader { name: "Slocum binary", claims: is_slocum, partners: with_partners, import, class: Class::slocum, ..Reader::PLAIN };
+
+/// The same as text, of which one may hold many segments under one name.
+pub(super) const SLOCUM_TEXTS: Reader = Reader {
+    name: "Slocum text (dba)",
+    claims: is_text,
+    import: |files, caches| {
+        let mut imported = import(files, caches)?;
+        if imported.report.segments.len() == 1 {
+            surface::cut_anew(&mut imported, 2);
+        }
+        Ok(imported)
+    },
+    ..SLOCUM
+};
+
+fn is_text(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let file = std::fs::File::open(path).map(|file| std::io::Read::take(file, dba::HEAD as u64));
+    file.and_then(|mut file| std::io::Read::read_to_end(&mut file, &mut head)).is_ok() && dba::is_dba(&head)
+}
 
 /// Endings of engineering files, the fullest first.
 const ENGINEERING_ENDINGS: [&str; 6] = ["dbd", "dcd", "mbd", "mcd", "sbd", "scd"];

@@ -24,7 +24,7 @@ use crate::record::csv as read;
 use crate::record::plausible::quantile;
 
 /// Text with columns.
-pub(super) const READER: Reader = Reader {
+pub(super) const TABLES: Reader = Reader {
     name: "csv",
     claims: |path| ends_in(path, &["csv", "csvp", "csv0", "tsv", "txt"]),
     joins: false,

@@ -164,7 +164,7 @@ fn drift(flight: &Flight) -> Option<[f64; 3]> {
     for of in flight.segment.chunk_by(|a, b| a == b) {
         let rows = sensors.rows(flight, start..start + of.len());
         start += of.len();
-        if let Some(tau) = Some(&rows).filter(|r| r.len() >= LEAST_ROWS_OF_A_SEGMENT).and_then(|r| least(&sensors.scan(r))) {
+        if let Some(tau) = Some(&rows).filter(|r| r.len() >= LEAST_ROWS_OF_A_SHIFT).and_then(|r| least(&sensors.scan(r))) {
             shifts.push((rows[rows.len() / 2][0], tau));
         }
     }
@@ -191,7 +191,7 @@ fn drift(flight: &Flight) -> Option<[f64; 3]> {
 const LEAST_SEGMENTS: usize = 5;
 const MOST_SEGMENTS: usize = 200;
 const AGREE: f64 = 0.75;
-const LEAST_ROWS_OF_A_SEGMENT: usize = 60;
+const LEAST_ROWS_OF_A_SHIFT: usize = 60;
 
 /// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much: by one shift, or
 /// by one that grows where the clocks drift apart; with the shift in the middle of the flight and its standard error, s.

@@ -13,11 +13,11 @@ const THRUSTER: [(&str, f64); 3] = [("m_thruster_power", 0.5), ("m_thruster_curr
 /// minute, and two of a deep glider with a slow pump.
 const STILL_PA: f64 = 5e3;
 const LYING_S: f64 = 150.0;
-/// Rows further apart say nothing of what lies between them, s; and so many show that it lies.
+/// Rows further apart say nothing of what stands between them, s; and so many show that it does.
 const JOINED_S: f64 = 60.0;
 const LEAST_ROWS: usize = 6;
 /// Afloat or in a turn near the surface, Pa.
-const SHALLOW_PA: f64 = 5e4;
+const SUNK_PA: f64 = 5e4;
 /// Of the pump's way from sinking to rising: below it the vehicle is heavy, above it may hover (guess).
 const HEAVY_SHARE: f64 = 0.35;
 /// A fix needs the aerial in air; so deep it is repeated or reckoned, Pa (3 dbar: pressure zero and the vehicle's length).
@@ -61,7 +61,7 @@ fn two_pressures(flight: &Flight) -> Option<String> {
     let (name, own) = clock_offset::engineering(flight)?;
     let factor = if name.contains("dbar") { 1e4 } else { 1e5 };
     let pairs: Vec<(f64, f64)> = flight.pressure_pa.iter().zip(own).map(|(p, own)| (*p, own * factor)).collect();
-    let known: Vec<(f64, f64)> = pairs.into_iter().filter(|(p, own)| *p > SHALLOW_PA && own.is_finite()).collect();
+    let known: Vec<(f64, f64)> = pairs.into_iter().filter(|(p, own)| *p > SUNK_PA && own.is_finite()).collect();
     let mean = |f: &dyn Fn(&(f64, f64)) -> f64| known.iter().map(f).sum::<f64>() / known.len() as f64;
     let (p, own) = (mean(&|r| r.0), mean(&|r| r.1));
     let (pp, po, oo) = (mean(&|r| (r.0 - p).powi(2)), mean(&|r| (r.0 - p) * (r.1 - own)), mean(&|r| (r.1 - own).powi(2)));
@@ -111,7 +111,7 @@ fn on_the_sea_bed(flight: &Flight) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     let mut start = 0;
     while start < flight.len() {
-        if !(p[start] > SHALLOW_PA) {
+        if !(p[start] > SUNK_PA) {
             start += 1;
             continue;
         }
@@ -123,19 +123,19 @@ fn on_the_sea_bed(flight: &Flight) -> Vec<Range<usize>> {
             }
             end += 1;
         }
-        let lies = low > SHALLOW_PA && t[end - 1] - t[start] > LYING_S && end - start >= LEAST_ROWS;
+        let rests = low > SUNK_PA && t[end - 1] - t[start] > LYING_S && end - start >= LEAST_ROWS;
         let ballast = flight.ballast_m3[start..end].iter().filter(|v| v.is_finite());
-        let heavy = lies && rises > sinks && ballast.clone().sum::<f64>() / (ballast.count() as f64) < heavy_m3;
+        let heavy = rests && rises > sinks && ballast.clone().sum::<f64>() / (ballast.count() as f64) < heavy_m3;
         if heavy {
             // As it comes down and lifts off, and behind a wrong pressure now and then.
-            let lies = |i: usize| flight.segment[i] == flight.segment[start] && (low - STILL_PA..=high + STILL_PA).contains(&p[i]);
-            let more = (end..flight.len()).take_while(|i| lies(*i) || lies((i + 1).min(flight.len() - 1))).last();
+            let rests = |i: usize| flight.segment[i] == flight.segment[start] && (low - STILL_PA..=high + STILL_PA).contains(&p[i]);
+            let more = (end..flight.len()).take_while(|i| rests(*i) || rests((i + 1).min(flight.len() - 1))).last();
             end = more.map_or(end, |last| last + 1);
             let before = out.last().map_or(0, |r| r.end);
-            let first = (before..start).rev().take_while(|i| lies(*i)).last().unwrap_or(start);
+            let first = (before..start).rev().take_while(|i| rests(*i)).last().unwrap_or(start);
             out.push(first..end);
         }
-        start = if lies { end } else { start + 1 };
+        start = if rests { end } else { start + 1 };
     }
     out
 }

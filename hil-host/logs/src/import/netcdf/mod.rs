@@ -56,7 +56,7 @@ fn sound(path: &Path) -> Result<NcFile, String> {
 }
 
 /// NetCDF files of any origin.
-pub(super) const READER: reader::Reader = reader::Reader {
+pub(super) const NETCDF: reader::Reader = reader::Reader {
     name: "NetCDF",
     claims: |path| reader::ends_in(path, &["nc", "nc4", "cdf"]),
     import: |files, _| if let [one] = files { import(one) } else { profiles(files) },
@@ -150,8 +150,7 @@ impl Reader<'_> {
                 self.variable(v, &dimensions, &table);
             }
         }
-        let variation = || scalar(file, "magnetic_variation");
-        self.raw.variation = variation();
+        self.raw.variation = scalar(file, "magnetic_variation");
         self.raw.without_pressure = self.without_pressure(variables, &table);
     }
 
@@ -244,5 +243,7 @@ fn numbers_of(file: &NcFile, variable: &str, attribute: &str) -> Option<Vec<f64>
     value.as_f64_vec().or_else(|| value.as_string().map(of_text))
 }
 
+#[cfg(test)]
+mod quirk_tests;
 #[cfg(test)]
 mod tests;

@@ -57,6 +57,7 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     let mut runs = Vec::new();
     let mut notes = Vec::new();
     notes.extend(offset(flight));
+    notes.extend(flight.unread.iter().cloned());
     let mut removed = Removed::default();
     let flight = &unstuck(flight, &mut removed);
     let aligned = is_on("clock_from_pressures").then(|| logs::record::clock_offset::aligned(flight)).flatten();

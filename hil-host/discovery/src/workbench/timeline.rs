@@ -137,13 +137,14 @@ pub struct Mission {
     vehicle: Vehicle,
     dives: Vec<Followed>,
     left_out: usize,
+    notes: Vec<String>,
 }
 
 impl Mission {
     /// With the vehicle that it is judged by.
     #[must_use]
     pub fn new(vehicle: &Vehicle) -> Self {
-        Self { vehicle: vehicle.clone(), dives: Vec::new(), left_out: 0 }
+        Self { vehicle: vehicle.clone(), dives: Vec::new(), left_out: 0, notes: Vec::new() }
     }
 
     /// Adds the next flight of the mission, whose clock began at second `zero_s` of the mission's ([`crate::workbench::mission_clock`]).
@@ -155,6 +156,7 @@ impl Mission {
             let of = deepest.entry(*segment).or_insert(0.0);
             *of = of.max(*p);
         }
+        self.notes.extend(flight.unread.iter().map(|note| format!("{}: {note}", flight.name)));
         let steady = units(flight);
         self.left_out += deepest.len().saturating_sub(steady.len());
         for mut unit in steady {
@@ -207,7 +209,7 @@ impl Mission {
             let one = value(s.column, between.scatter[(s.column, s.column)].sqrt(), &of.glider.sizes, &claims);
             one.abs()
         });
-        let mut notes = Vec::new();
+        let mut notes = self.notes.clone();
         if self.left_out > 0 {
             notes.push(format!(
                 "{} segments have fewer than {FEWEST_STEADY_ROWS} steady rows of 40 s ({FEWEST_OF_A_LEG} on either leg), or far fewer than the others: left out",

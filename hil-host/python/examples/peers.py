@@ -81,9 +81,11 @@ def fly(glider: str, folder: Path, number: int, dives: int) -> Path:
 
 def timeline(glider: str, flight: Path) -> dict[str, Any]:
     said, seconds, memory = run([glider, "timeline", str(flight), "--vehicle", str(flight / "vehicle.json"), "--json"])
-    dives = json.loads(said)["dives"]
-    found = [{name: dive["levels"][name] for name in ("drag", "trim")} for dive in dives]
-    answers = [{"drag": f["drag"]["value"], "trim": f["trim"]["value"], "intervals": f} for f in found]
+    document = json.loads(said)
+    dives = document["dives"]
+    # A dive's own interval is beside the others of its mission; against the file, the mission's start counts.
+    intervals = {name: document["start"][name] for name in ("drag", "trim")}
+    answers = [{"drag": d["levels"]["drag"]["value"], "trim": d["levels"]["trim"]["value"], "intervals": intervals} for d in dives]
     return {"seconds": [seconds / len(dives)] * len(dives), "memory": memory, "answers": answers}
 
 

@@ -5,7 +5,7 @@ use crate::pages::effect_list;
 use crate::terminal::{parameter_range, say, table, wrapped, wrapped_from};
 use anyhow::bail;
 use discovery::history::kinds::KINDS;
-use discovery::history::shown::{SHOWN, place};
+use discovery::history::shown::{LEVELS_SHOWN, place};
 use hydro::effects::{CATALOGUE, Effect};
 use logs::import::classes::Class;
 use rig::flight::mission_file;
@@ -129,14 +129,14 @@ fn vehicles(output: &Output) {
 fn changes(output: &Output) {
     let list: Vec<Value> = KINDS
         .iter()
-        .map(|k| json!({"name": k.name, "kind": k.shape.id(), "about": k.about, "number": SHOWN[place(k.number)].name}))
+        .map(|k| json!({"name": k.name, "kind": k.shape.id(), "about": k.about, "number": LEVELS_SHOWN[place(k.number)].name}))
         .collect();
     output.emit(&json!({"items": list}), || {
         for k in &KINDS {
             println!(
                 "  {:<24} {}",
                 k.name,
-                wrapped_from(27, &format!("{} ({} of {})", k.about, k.shape.id(), SHOWN[place(k.number)].name), 27)
+                wrapped_from(27, &format!("{} ({} of {})", k.about, k.shape.id(), LEVELS_SHOWN[place(k.number)].name), 27)
             );
         }
     });

@@ -12,7 +12,7 @@ use discovery::diagnosis::report::number;
 use discovery::history::kinds::{DIVES_PER_ALARM, KINDS};
 use discovery::history::mission::Compared;
 use discovery::history::numbers::ALL;
-use discovery::history::shown::{SHOWN, name_and_unit, place};
+use discovery::history::shown::{LEVELS_SHOWN, name_and_unit, place};
 use discovery::workbench::mission_clock::{When, one_clock};
 use discovery::workbench::timeline::{Event, Level, Mission, Row, Timeline};
 use logs::Flight;
@@ -154,7 +154,7 @@ fn columns(done: &Timeline) -> Table {
         ("depth_m".to_owned(), rows.iter().map(|r| r.depth_m).collect()),
         ("chance".to_owned(), rows.iter().map(|r| r.compared.as_ref().map_or(f64::NAN, |c| c.chance.0)).collect()),
     ];
-    for (k, t) in SHOWN.iter().enumerate() {
+    for (k, t) in LEVELS_SHOWN.iter().enumerate() {
         let unit = if t.unit == "%" { "percent" } else { t.unit };
         type Part = (&'static str, fn(&Level) -> f64);
         let parts: [Part; 3] = [("", |l| l.value), ("_low", |l| l.low), ("_high", |l| l.high)];
@@ -179,7 +179,7 @@ fn rows_csv(done: &Timeline) -> String {
 }
 
 fn figure(done: &Timeline) -> Figure {
-    let panels = SHOWN.iter().enumerate().take(5).map(|(k, t)| {
+    let panels = LEVELS_SHOWN.iter().enumerate().take(5).map(|(k, t)| {
         let along = |of: fn(&Level) -> f64| done.rows.iter().map(move |r| (r.number as f64, of(&r.levels[k]))).collect::<Vec<_>>();
         let mut chart = Chart::new(&t.name.replace('_', " "), "dive", &format!("{}, {}", t.name.replace('_', " "), t.unit))
             .with("dive by dive", Mark::Line, along(|l| l.value))
@@ -204,7 +204,7 @@ fn level(l: &Level) -> Value {
 
 fn document(done: &Timeline, vehicle: &Path) -> Value {
     let levels = |all: &[Level]| -> Value {
-        let list = SHOWN.iter().zip(all).map(|(t, l)| {
+        let list = LEVELS_SHOWN.iter().zip(all).map(|(t, l)| {
             let mut v = level(l);
             v["unit"] = t.unit.into();
             (t.name.to_owned(), v)
@@ -212,7 +212,7 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
         Value::Object(list.collect())
     };
     let change = |e: &Event| {
-        let t = &SHOWN[place(e.change.kind.number)];
+        let t = &LEVELS_SHOWN[place(e.change.kind.number)];
         let moved: Vec<Value> = e
             .several
             .iter()
@@ -225,7 +225,7 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
             .others
             .iter()
             .map(|(c, size)| {
-                let t = &SHOWN[place(c.kind.number)];
+                let t = &LEVELS_SHOWN[place(c.kind.number)];
                 json!({"kind": c.kind.name, "number": t.name, "dive": c.onset + 1, "size": level(size), "unit": t.unit})
             })
             .collect();
@@ -246,7 +246,8 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
             })
         })
         .collect();
-    let scatter: serde_json::Map<String, Value> = SHOWN.iter().zip(done.scatter).map(|(t, s)| (t.name.to_owned(), number(s))).collect();
+    let scatter: serde_json::Map<String, Value> =
+        LEVELS_SHOWN.iter().zip(done.scatter).map(|(t, s)| (t.name.to_owned(), number(s))).collect();
     json!({
         "vehicle": vehicle.display().to_string(), "dives": dives, "changes": done.events.iter().map(change).collect::<Vec<_>>(),
         "start": levels(&done.start), "scatter_1sigma": scatter, "threshold_sigma": number(done.threshold),
@@ -275,7 +276,7 @@ fn with_interval(l: &Level, unit: &str) -> String {
 }
 
 fn sentence(e: &Event) -> String {
-    let t = &SHOWN[place(e.change.kind.number)];
+    let t = &LEVELS_SHOWN[place(e.change.kind.number)];
     let when = if e.between.0 == e.between.1 {
         format!("from dive {} (day {:.2})", e.dive, e.day)
     } else {
@@ -349,7 +350,7 @@ fn said(done: &Timeline, out: &[PathBuf]) {
         say(&wrapped(&format!("  {}", e.about()), 2));
         if e.several.is_empty() && !e.others.is_empty() {
             let others = e.others.iter().map(|(c, size)| {
-                let t = &SHOWN[place(c.kind.number)];
+                let t = &LEVELS_SHOWN[place(c.kind.number)];
                 format!("{} ({})", c.kind.name, with_interval(size, t.unit))
             });
             say(&wrapped(&format!("  not distinguished from it: {}", others.collect::<Vec<_>>().join("; ")), 2));

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use discovery::history::changes::{Observed, find};
-use discovery::history::kinds::{DIVES_PER_ALARM, FOLLOWED, PRESSURE_ZERO, threshold};
+use discovery::history::kinds::{AFLOAT_ZERO, DIVES_PER_ALARM, FOLLOWED, threshold};
 use discovery::history::learn::between;
 use discovery::history::numbers::{BALLAST_OFFSET, DRAG_LEVEL, PITCH_OFFSET, SLOPE_OF_LIFT};
 use discovery::history::shown::N;
@@ -129,7 +129,7 @@ fn truth(change: Change) -> Option<(usize, f64)> {
         Change::Leak(cc) => Some((BALLAST_OFFSET, -cc)),
         Change::Lift(by) => Some((SLOPE_OF_LIFT, 100.0 * by)),
         Change::PitchZero(by) => Some((PITCH_OFFSET, by.to_degrees())),
-        Change::PressureZero(by) => Some((PRESSURE_ZERO, by)),
+        Change::PressureZero(by) => Some((AFLOAT_ZERO, by)),
     }
 }
 

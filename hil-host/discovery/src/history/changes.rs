@@ -256,7 +256,7 @@ fn sized(dives: &[Observed], scatter: &DMatrix<f64>, changes: &mut [Placed]) -> 
 }
 
 /// What dives have in common once changes are taken out of them, and which of them are quiet.
-fn beside(dives: &[Observed], scatter: Option<&DMatrix<f64>>, changes: &[Placed]) -> (Between, Vec<bool>) {
+fn in_common(dives: &[Observed], scatter: Option<&DMatrix<f64>>, changes: &[Placed]) -> (Between, Vec<bool>) {
     let mut left: Vec<Summary> = dives.iter().map(|d| d.says.clone()).collect();
     if let Some(scatter) = scatter.filter(|_| !changes.is_empty()) {
         let series = Series::new(dives, scatter, changes);
@@ -274,7 +274,7 @@ fn beside(dives: &[Observed], scatter: Option<&DMatrix<f64>>, changes: &[Placed]
 /// What a series of dives shows; a change is named from this threshold on.
 #[must_use]
 pub fn find(dives: &[Observed], threshold: f64) -> Found {
-    let (mut usual, mut quiet) = beside(dives, None, &[]);
+    let (mut usual, mut quiet) = in_common(dives, None, &[]);
     let mut changes: Vec<Placed> = Vec::new();
     for _ in 0..LEARNT_ANEW {
         let before = changes.clone();
@@ -285,7 +285,7 @@ pub fn find(dives: &[Observed], threshold: f64) -> Found {
             changes.push(Placed { kind: first.kind, onset: first.onset, size: first.size });
             if !(first.gain > threshold * threshold) {
                 // A change that is not known yet counts as scatter and hides itself: the scatter beside it decides.
-                let (other, _) = beside(dives, Some(&usual.scatter), &changes);
+                let (other, _) = in_common(dives, Some(&usual.scatter), &changes);
                 let without = &changes[..changes.len() - 1];
                 let (gain, _, _) = Series::new(dives, &other.scatter, without).asked(&first.kind, first.onset, dives);
                 if !(gain > threshold * threshold) {
@@ -300,7 +300,7 @@ pub fn find(dives: &[Observed], threshold: f64) -> Found {
         if same {
             break;
         }
-        (usual, quiet) = beside(dives, Some(&usual.scatter), &changes);
+        (usual, quiet) = in_common(dives, Some(&usual.scatter), &changes);
     }
     let sigmas = sized(dives, &usual.scatter, &mut changes);
     let mut significant: Vec<Change> =

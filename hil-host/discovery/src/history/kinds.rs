@@ -7,7 +7,7 @@
 use super::numbers::{BALLAST_OFFSET, COMPRESSIBILITY, DRAG_LEVEL, NUMBERS, PITCH_OFFSET, SLOPE_OF_LIFT};
 
 /// Column of the pressure sensor's zero, behind the eight numbers: it is read afloat, and is none of theirs.
-pub const PRESSURE_ZERO: usize = NUMBERS;
+pub const AFLOAT_ZERO: usize = NUMBERS;
 /// Columns of a dive in a mission.
 pub const FOLLOWED: usize = NUMBERS + 1;
 
@@ -41,7 +41,7 @@ pub struct Kind {
     pub name: &'static str,
     /// What it is, in words.
     pub about: &'static str,
-    /// Column of a dive's summary that changes ([`super::numbers`], or [`PRESSURE_ZERO`]).
+    /// Column of a dive's summary that changes ([`super::numbers`], or [`AFLOAT_ZERO`]).
     pub number: usize,
     /// How.
     pub shape: Shape,
@@ -68,7 +68,7 @@ pub const KINDS: [Kind; 9] = [
         0.0,
     ),
     kind("pitch_sensor_stepped", "another zero of the pitch sensor, or something inside has moved it", PITCH_OFFSET, Shape::Step, 0.0),
-    kind("pressure_sensor_stepped", "another zero of the pressure sensor", PRESSURE_ZERO, Shape::Step, 0.0),
+    kind("pressure_sensor_stepped", "another zero of the pressure sensor", AFLOAT_ZERO, Shape::Step, 0.0),
     kind("hull_softened", "another compressibility of the hull: gas or oil where there was none", COMPRESSIBILITY, Shape::Step, 0.0),
 ];
 

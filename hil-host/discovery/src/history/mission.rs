@@ -3,7 +3,7 @@
 use super::changes::{Found, Observed, find};
 use super::glide::Glider;
 use super::judge::{Judgement, judge};
-use super::kinds::{FOLLOWED, PRESSURE_ZERO};
+use super::kinds::{AFLOAT_ZERO, FOLLOWED};
 use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, learn, levels, linear_about, start};
 use super::numbers::Numbers;
 use super::rows::Unit;
@@ -100,7 +100,7 @@ impl Mission {
             linear.count_from(&-u.beyond);
             let mut out = Summary::of(&linear, level);
             (out.n, out.u) = (out.n.resize(FOLLOWED, FOLLOWED, 0.0), out.u.resize_vertically(FOLLOWED, 0.0));
-            (out.n[(PRESSURE_ZERO, PRESSURE_ZERO)], out.u[PRESSURE_ZERO]) = (precision, says);
+            (out.n[(AFLOAT_ZERO, AFLOAT_ZERO)], out.u[AFLOAT_ZERO]) = (precision, says);
             Observed { says: out, day: u.start_s() / DAY_S }
         };
         self.units.iter().zip(all).zip(own).map(one).collect()

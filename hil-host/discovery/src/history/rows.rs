@@ -10,7 +10,7 @@ const GRAVITY_M_S2: f64 = 9.81;
 /// Length of a row, s; where samples are rarer, 3.2 of them.
 const ROW_S: f64 = 40.0;
 /// Parts that the time between two samples is cut in: where a segment has too few rows, a row is the rate between two samples.
-const FINER: [usize; 2] = [1, 3];
+const PARTS_OF_A_PERIOD: [usize; 2] = [1, 3];
 /// A leg without rows for so long is another one, s; blocks of rows are about so long.
 const LONGEST_PIECE_S: f64 = 1500.0;
 /// Fewest rows of a unit that can be judged, and of them on each leg.
@@ -127,7 +127,7 @@ pub fn units(flight: &Flight) -> Vec<Unit> {
             continue;
         }
         let of = |finer: &usize| samples(flight, first..end, *finer).map(|s| steady_rows(&s)).filter(|rows| is_whole(rows));
-        let rows = FINER.iter().find_map(of).unwrap_or_default();
+        let rows = PARTS_OF_A_PERIOD.iter().find_map(of).unwrap_or_default();
         let afloat_pa = afloat_pa(&flight.pressure_pa[first..end]);
         let segment = flight.segment[first];
         out.push(Unit { id: format!("{} {segment}", flight.name), segment, rows, afloat_pa, beyond: Numbers::zeros() });

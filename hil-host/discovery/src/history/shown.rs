@@ -1,6 +1,6 @@
 //! Numbers as people read them: drag and lift in percent, trim in cm³, angles in degrees.
 
-use super::kinds::PRESSURE_ZERO;
+use super::kinds::AFLOAT_ZERO;
 use super::numbers::{ALL, BALLAST_OFFSET, COMPRESSIBILITY, DRAG_LEVEL, EXPANSION, Numbers, PITCH_OFFSET, SLOPE_OF_LIFT, in_effect};
 
 /// One number of a timeline.
@@ -21,13 +21,13 @@ const fn shown(name: &'static str, unit: &'static str, column: usize) -> Shown {
 /// How many.
 pub const N: usize = 6;
 /// What a timeline shows of each dive, beyond the vehicle file.
-pub const SHOWN: [Shown; N] = [
+pub const LEVELS_SHOWN: [Shown; N] = [
     shown("drag", "%", DRAG_LEVEL),
     shown("lift", "%", SLOPE_OF_LIFT),
     shown("trim", "cm3", BALLAST_OFFSET),
     shown("pitch_zero", "deg", PITCH_OFFSET),
     shown("compressibility", "%", COMPRESSIBILITY),
-    shown("pressure_zero", "dbar", PRESSURE_ZERO),
+    shown("pressure_zero", "dbar", AFLOAT_ZERO),
 ];
 
 /// Size of the pressure's zero, dbar.
@@ -47,20 +47,20 @@ pub fn afloat(pressure_pa: f64) -> (f64, f64) {
 #[must_use]
 pub fn name_and_unit(column: usize) -> (&'static str, &'static str) {
     let other = || (ALL.get(column).map_or("", |n| n.name), if column == EXPANSION { "1/K" } else { "%" });
-    SHOWN.iter().find(|s| s.column == column).map_or_else(other, |s| (s.name, s.unit))
+    LEVELS_SHOWN.iter().find(|s| s.column == column).map_or_else(other, |s| (s.name, s.unit))
 }
 
-/// Where a number stands among [`SHOWN`].
+/// Where a number stands among [`LEVELS_SHOWN`].
 #[must_use]
 pub fn place(column: usize) -> usize {
-    SHOWN.iter().position(|s| s.column == column).unwrap_or(0)
+    LEVELS_SHOWN.iter().position(|s| s.column == column).unwrap_or(0)
 }
 
 /// So many sizes of a column in its unit; `claims` are what the vehicle file says of the numbers.
 #[must_use]
 pub fn value(column: usize, in_sizes: f64, sizes: &Numbers, claims: &Numbers) -> f64 {
     match column {
-        PRESSURE_ZERO => in_sizes * PORT_DBAR,
+        AFLOAT_ZERO => in_sizes * PORT_DBAR,
         BALLAST_OFFSET => in_effect(column, in_sizes * sizes[column], claims[column]),
         PITCH_OFFSET => (in_sizes * sizes[column]).to_degrees(),
         EXPANSION => in_sizes * sizes[column],

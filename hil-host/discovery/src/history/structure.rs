@@ -41,7 +41,7 @@ const fn departure(name: &'static str, variable: &'static str, about: &'static s
 
 /// All of them.
 pub const DEPARTURES: [Departure; 7] = [
-    departure("climb_drag", "climb", "more drag in climbs than in dives, or a thruster", 0, 1),
+    departure("drag_of_climbs", "climb", "more drag in climbs than in dives, or a thruster", 0, 1),
     departure("speed_exponent", "speed", "drag that depends on the speed otherwise", 1, 1),
     departure("bank_drag", "bank", "drag that grows with the bank", 2, 1),
     departure("weight_rate", "time", "weight that comes or goes during the dive", 3, 1),

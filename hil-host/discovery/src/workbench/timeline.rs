@@ -15,7 +15,7 @@ use crate::history::mission as history;
 use crate::history::mission::{Compared, FEWEST_DIVES};
 use crate::history::numbers::{ALL, DRAG_LEVEL, NUMBERS, Numbers, SLOPE_OF_LIFT};
 use crate::history::rows::{FEWEST_OF_A_LEG, FEWEST_STEADY_ROWS, Unit, median, units};
-use crate::history::shown::{N, SHOWN, value};
+use crate::history::shown::{LEVELS_SHOWN, N, value};
 use crate::model::parameters::NINETY;
 use hydro::effects::{ALPHA_VALID_RAD, Flow, ForceModel, REFERENCE_TEMPERATURE_DEGC};
 use logs::record::flight::Flight;
@@ -86,7 +86,7 @@ pub struct Row {
     pub depth_m: f64,
     /// Steady rows.
     pub rows: usize,
-    /// What is followed, in the units of [`SHOWN`].
+    /// What is followed, in the units of [`LEVELS_SHOWN`].
     pub levels: [Level; N],
     /// What is said of it beside the quiet ones before it; none of the first ones.
     pub compared: Option<Compared>,
@@ -111,7 +111,7 @@ pub struct Timeline {
     pub rows: Vec<Row>,
     /// Changes in order of their onset.
     pub events: Vec<Event>,
-    /// Scatter from dive to dive, 1 sigma, in the units of [`SHOWN`].
+    /// Scatter from dive to dive, 1 sigma, in the units of [`LEVELS_SHOWN`].
     pub scatter: [f64; N],
     /// Levels at the start of the mission.
     pub start: [Level; N],
@@ -190,7 +190,7 @@ impl Mission {
         let levels = of.levels(&compared);
         let claims = Numbers::from_column_slice(&of.glider.claims());
         let shown = |mean: &DVector<f64>, sigma: &DVector<f64>| -> [Level; N] {
-            SHOWN.map(|s| level(s.column, mean[s.column], sigma[s.column], &of.glider, &claims))
+            LEVELS_SHOWN.map(|s| level(s.column, mean[s.column], sigma[s.column], &of.glider, &claims))
         };
         let rows = self.dives.iter().zip(compared).zip(levels).enumerate().map(|(d, ((dive, compared), (mean, sigma)))| Row {
             number: d + 1,
@@ -205,7 +205,7 @@ impl Mission {
         let between = &of.found.between;
         let start = DVector::from_fn(FOLLOWED, |i, _| between.mean[i] + of.from.get(i).copied().unwrap_or(0.0));
         let of_start = DVector::from_fn(FOLLOWED, |i, _| between.of_mean[(i, i)].sqrt());
-        let scatter = SHOWN.map(|s| {
+        let scatter = LEVELS_SHOWN.map(|s| {
             let one = value(s.column, between.scatter[(s.column, s.column)].sqrt(), &of.glider.sizes, &claims);
             one.abs()
         });

@@ -43,7 +43,7 @@ impl RawLog {
             pressure.series.pairs().collect()
         };
         if rows.len() < 2 {
-            return Err(format!("{} has {} values", pressure.name, rows.len()));
+            return Err(format!("{} has only {} value{}", pressure.name, rows.len(), if rows.len() == 1 { "" } else { "s" }));
         }
         let unix: Vec<f64> = rows.iter().map(|r| r.0).collect();
         let mut log = Log { exact: self.exact, zero_s: self.zero_s, about, without_salinity: true, ..Log::default() };

@@ -413,7 +413,9 @@ pub fn together(all: &[Scored]) -> Scored {
             sum.held.add(one.held);
         }
     }
-    sum.uniform = uniformity(&sum.chances);
+    // Missions may be of the same days, one log at two rates: their chances are not put together as if they were independent (Bonferroni).
+    let asked = all.iter().filter(|one| one.uniform.is_finite());
+    sum.uniform = (asked.clone().map(|one| one.uniform).fold(1.0, f64::min) * asked.count() as f64).min(1.0);
     sum
 }
 

@@ -35,7 +35,7 @@ pub fn file(path: &Path, most: u64) -> Result<File> {
 /// The bytes of a regular file that has at most `most`.
 ///
 /// # Errors
-/// As [`file`].
+/// As [`file()`].
 pub fn bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
     let file = file(path, most)?;
     let mut out = Vec::with_capacity(usize::try_from(file.metadata()?.len().min(most)).unwrap_or(0));

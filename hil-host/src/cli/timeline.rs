@@ -259,7 +259,7 @@ fn document(done: &Timeline, vehicle: &Path) -> Value {
     })
 }
 
-/// What is said of a dive beside the quiet ones before it.
+/// What a dive says compared with the quiet ones before it.
 fn history(r: &Row) -> Value {
     let class = |c: &Compared| c.judgement.class.iter().map(|i| ALL[*i].effect).collect::<Vec<_>>();
     json!({

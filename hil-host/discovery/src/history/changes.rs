@@ -59,9 +59,9 @@ pub struct Change {
 pub struct Found {
     /// Changes in order of their onset.
     pub changes: Vec<Change>,
-    /// The mission beside its changes: mean at its start, and scatter from dive to dive.
+    /// The mission without its changes: mean at its start, and scatter from dive to dive.
     pub between: Between,
-    /// Which dives are quiet beside the changes.
+    /// Which dives are quiet once the changes are taken out.
     pub quiet: Vec<bool>,
 }
 
@@ -110,7 +110,7 @@ impl Change {
     }
 }
 
-/// A change in the model: its kind, onset and size, steps.
+/// A change in the model: its kind, onset and size, in sizes of its number.
 #[derive(Clone, Copy)]
 struct Placed {
     kind: Kind,
@@ -141,8 +141,6 @@ struct Series {
     /// Mean and covariance of all columns.
     mean: DVector<f64>,
     covariance: DMatrix<f64>,
-    /// Logarithm of the evidence, but for a constant.
-    ln_evidence: f64,
 }
 
 /// What a dive says once its own scatter is integrated out.
@@ -151,10 +149,19 @@ fn marginal(says: &Summary, scatter: &DMatrix<f64>) -> Summary {
     Summary { n: &says.n - &nc * &says.n, u: &says.u - &nc * &says.u }
 }
 
+/// What changes seem to move other numbers by, the law being wrong, 1 sigma, sizes.
+fn law_errors(changes: &[Placed]) -> Vec<f64> {
+    changes.iter().map(|c| LAW_ERROR * c.size).collect()
+}
+
+/// Precision of what a change seems to move other numbers by.
+fn tie(error: f64) -> f64 {
+    error.powi(-2).min(MOST_PRECISE)
+}
+
 impl Series {
     fn new(dives: &[Observed], scatter: &DMatrix<f64>, changes: &[Placed]) -> Self {
-        let errors: Vec<f64> = changes.iter().map(|c| LAW_ERROR * c.size).collect();
-        Self::with_errors(dives, scatter, changes, &errors)
+        Self::with_errors(dives, scatter, changes, &law_errors(changes))
     }
 
     /// With changes that each seem to move all numbers by so much, 1 sigma, sizes.
@@ -165,20 +172,16 @@ impl Series {
         let error = changed.iter().flat_map(|c| (0..FOLLOWED).map(|number| Column { number, gone: c.gone.clone() }));
         let columns: Vec<Column> = start.chain(changed.iter().cloned()).chain(error).collect();
         let (n, none) = (columns.len(), DVector::zeros(0));
-        let mut out = Self { scattered, columns, vector: none.clone(), mean: none, covariance: DMatrix::zeros(0, 0), ln_evidence: 0.0 };
+        let mut out = Self { scattered, columns, vector: none.clone(), mean: none, covariance: DMatrix::zeros(0, 0) };
         let mut precision = symmetric(n, |i, j| out.product(&out.columns[i], &out.columns[j]));
         (0..FOLLOWED).for_each(|i| precision[(i, i)] += ANCHOR.powi(-2));
         for (c, error) in errors.iter().enumerate() {
             let first = FOLLOWED + changes.len() + c * FOLLOWED;
-            let tie = error.powi(-2).min(MOST_PRECISE);
-            (first..first + FOLLOWED).for_each(|i| precision[(i, i)] += tie);
-            out.ln_evidence += 0.5 * FOLLOWED as f64 * tie.ln();
+            (first..first + FOLLOWED).for_each(|i| precision[(i, i)] += tie(*error));
         }
         out.vector = DVector::from_fn(n, |i, _| out.pull(&out.columns[i]));
         out.covariance = inverse(&precision);
         out.mean = &out.covariance * &out.vector;
-        let ln_det = precision.cholesky().map_or(f64::NAN, |c| 2.0 * c.l().diagonal().iter().map(|x| x.ln()).sum::<f64>());
-        out.ln_evidence += 0.5 * (out.vector.dot(&out.mean) - ln_det);
         out
     }
 
@@ -190,7 +193,7 @@ impl Series {
         self.scattered.iter().zip(&a.gone).map(|(s, g)| g * s.u[a.number]).sum()
     }
 
-    /// What a change would take off minus twice the log likelihood, its size and 1 sigma, beside what is in the model.
+    /// What a change would take off minus twice the log likelihood, its size and 1 sigma, given what is in the model.
     fn asked(&self, kind: &Kind, onset: usize, dives: &[Observed]) -> (f64, f64, f64) {
         let linear = self.weighed(&Placed { kind: *kind, onset, size: 0.0 }, dives);
         if kind.shape == Shape::Growth { self.weighed(&Placed { kind: *kind, onset, size: linear.1 }, dives) } else { linear }
@@ -208,13 +211,20 @@ impl Series {
         (pull * pull / left, pull / left, left.powf(-0.5))
     }
 
+    /// Logarithm of the evidence where the changes' errors are these, but for a constant.
+    fn ln_evidence(&self, errors: &[f64]) -> f64 {
+        let ties: f64 = errors.iter().map(|error| FOLLOWED as f64 * tie(*error).ln()).sum();
+        let ln_det = self.covariance.clone().cholesky().map_or(f64::NAN, |c| 2.0 * c.l().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+        0.5 * (ties + ln_det - self.cost())
+    }
+
     /// Minus twice the log likelihood of the changes in the model, but for a constant.
     fn cost(&self) -> f64 {
         -self.vector.dot(&self.mean)
     }
 }
 
-/// The best onset of one kind beside a model.
+/// The best onset of one kind given a model.
 #[derive(Clone, Copy)]
 struct Best {
     kind: Kind,
@@ -284,7 +294,7 @@ pub fn find(dives: &[Observed], threshold: f64) -> Found {
             let Some(first) = best.first().filter(|b| b.gain > 0.25 * threshold * threshold) else { break };
             changes.push(Placed { kind: first.kind, onset: first.onset, size: first.size });
             if !(first.gain > threshold * threshold) {
-                // A change that is not known yet counts as scatter and hides itself: the scatter beside it decides.
+                // A change that is not known yet counts as scatter and hides itself: the scatter without it decides.
                 let (other, _) = in_common(dives, Some(&usual.scatter), &changes);
                 let without = &changes[..changes.len() - 1];
                 let (gain, _, _) = Series::new(dives, &other.scatter, without).asked(&first.kind, first.onset, dives);
@@ -309,7 +319,7 @@ pub fn find(dives: &[Observed], threshold: f64) -> Found {
     Found { changes: significant, between: usual, quiet }
 }
 
-/// Moves each change to the kind and onset that are best beside the others.
+/// Moves each change to the kind and onset that are best given the others.
 fn settle(dives: &[Observed], scatter: &DMatrix<f64>, changes: &mut [Placed]) {
     sized(dives, scatter, changes);
     if changes.len() < 2 {
@@ -333,7 +343,7 @@ fn without(changes: &[Placed], k: usize) -> Vec<Placed> {
     changes.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, c)| *c).collect()
 }
 
-/// A change with its intervals beside the others; none where it is not above the threshold any more.
+/// A change with its intervals given the others; none where it is not above the threshold any more.
 fn described(
     dives: &[Observed],
     scatter: &DMatrix<f64>,
@@ -389,11 +399,12 @@ fn described(
 
 /// Numbers that moved at a change, where all of them free (by one size each) are ten times likelier than the one of its kind.
 fn several(dives: &[Observed], scatter: &DMatrix<f64>, changes: &[Placed], k: usize) -> Vec<(usize, f64, f64)> {
-    let mut errors: Vec<f64> = changes.iter().map(|c| LAW_ERROR * c.size).collect();
-    let named = Series::with_errors(dives, scatter, changes, &errors);
+    let errors = law_errors(changes);
+    let named = Series::with_errors(dives, scatter, changes, &errors).ln_evidence(&errors);
+    let mut errors = errors;
     errors[k] = 1.0;
     let free = Series::with_errors(dives, scatter, changes, &errors);
-    if !(free.ln_evidence - named.ln_evidence > TIED_KINDS) {
+    if !(free.ln_evidence(&errors) - named > TIED_KINDS) {
         return Vec::new();
     }
     let first = FOLLOWED + changes.len() + k * FOLLOWED;

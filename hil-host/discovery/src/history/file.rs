@@ -4,9 +4,9 @@
 //! history is learnt again, and extended, without the logs.
 
 use super::glide::Glider;
-use super::learn::{Forward, GATE, Learnt, WINDOW, forward, learn, linear_about, of_summaries, start, wide_about};
+use super::learn::{Forward, GATE, Learnt, WINDOW, forward, learn, linear_about, of_summaries, start_of_first, wide_about};
 use super::numbers::{NUMBERS, Numbers};
-use super::rows::{Unit, drive_m3, mean_temperature_degc, median};
+use super::rows::{Unit, drive_m3, median};
 use super::structure::COLUMNS;
 use super::summary::Summary;
 use logs::vehicle::Vehicle;
@@ -188,13 +188,12 @@ impl History {
     /// Learns the history of a vehicle from its logs, in the order of time; none from fewer than three steady dives.
     #[must_use]
     pub fn learnt_from(logs: &[Logged], vehicle: &Vehicle, vehicle_sha256: &str) -> Option<Self> {
-        const FIRST: usize = 6;
         let units: Vec<Unit> = logs.iter().flat_map(|l| l.units.iter().cloned()).collect();
         if units.len() < super::learn::FEWEST_CONTROLS {
             return None;
         }
-        let glider = Glider::new(vehicle, mean_temperature_degc(&units), drive_m3(&units));
-        let from = start(&units.iter().take(FIRST).collect::<Vec<_>>(), &glider);
+        let glider = Glider::of_units(vehicle, &units);
+        let from = start_of_first(&units, &glider);
         let compared = forward(&units, &glider, &from, WINDOW);
         let quiet: Vec<&Unit> = units.iter().zip(&compared).filter(|(_, f)| f.quiet).map(|(u, _)| u).collect();
         let learnt = learn(&quiet[quiet.len().saturating_sub(WINDOW)..], &glider, &from);

@@ -131,8 +131,11 @@ pub fn judge(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) 
         ln_bayes = again.map(|l| (l + shift).min(found[best] - 1e-3));
         fits.iter().zip(&found).filter_map(|(f, l)| Some((f.number?, *l))).for_each(|(i, l)| ln_bayes[i] = l);
     }
+    // The interval of a size holds what it claims for this vehicle's dives, whatever their law.
+    let ratio = (history.ninety / NINETY).powi(2);
+    let (scaled, wider) = (Summary { n: &last.n / ratio, u: &last.u / ratio }, &covariance * ratio);
     let alone = std::array::from_fn(|i| {
-        let w = weigh(&last, mean, &covariance, &[i]);
+        let w = weigh(&scaled, mean, &wider, &[i]);
         (w.size[0], w.covariance[(0, 0)].sqrt())
     });
     let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
@@ -162,7 +165,8 @@ pub fn moved_alone(unit: &Unit, glider: &Glider) -> Judgement {
     let usual =
         Between { mean: DVector::zeros(NUMBERS), of_mean: DMatrix::zeros(NUMBERS, NUMBERS), scatter: DMatrix::identity(NUMBERS, NUMBERS) };
     let level = linear_about(unit, glider, &Numbers::zeros(), &Numbers::zeros()).own_level(None);
-    let history = Learnt { at: Numbers::zeros(), between: usual, wide: None, usual_level: level, units: Vec::new(), chi2: f64::NAN };
+    let history =
+        Learnt { at: Numbers::zeros(), between: usual, wide: None, usual_level: level, units: Vec::new(), chi2: f64::NAN, ninety: NINETY };
     let found = fit(unit, glider, &history, &history.at, level, None);
     let says = Summary::of(&found.linear, found.linear.level(&found.d, None));
     let posterior = inverse(&(&says.n + DMatrix::identity(NUMBERS, NUMBERS)));

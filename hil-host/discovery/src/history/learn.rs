@@ -8,7 +8,9 @@ use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, median};
 use super::structure;
 use super::summary::{Linear, Summary};
-use super::weigh::{class, inverse, weigh};
+use super::weigh::{class, deviations, inverse, weigh};
+use crate::model::parameters::NINETY;
+use logs::record::plausible::quantile;
 use nalgebra::{DMatrix, DVector};
 
 /// Weight of the covariance that is expected before any dive, in units.
@@ -123,6 +125,9 @@ pub struct Learnt {
     pub units: Vec<Summary>,
     /// Mean chi² per number of the units, each against the others; NaN of fewer than four.
     pub chi2: f64,
+    /// Standard deviations that hold nine of ten deviations of one number, of units each against the others; those of a normal law where
+    /// that is not known.
+    pub ninety: f64,
 }
 
 impl Learnt {
@@ -133,7 +138,14 @@ impl Learnt {
     }
 }
 
-/// Numbers from all units together within the tolerances of the vehicle file: where a history begins.
+/// Where a history begins: the numbers of its first units. Six that agree are few enough to be of one trim.
+#[must_use]
+pub fn start_of_first(units: &[Unit], glider: &Glider) -> Numbers {
+    const FIRST: usize = 6;
+    start(&units.iter().take(FIRST).collect::<Vec<_>>(), glider)
+}
+
+/// Numbers from all units together within the tolerances of the vehicle file.
 #[must_use]
 pub fn start(units: &[&Unit], glider: &Glider) -> Numbers {
     const STEPS: usize = 25;
@@ -210,10 +222,10 @@ fn both(unit: &Unit, glider: &Glider, at: &Numbers, usual: Option<f64>) -> (Summ
 pub fn of_summaries(units: Vec<Summary>, wide: &[Summary], at: Numbers, anchor: &DVector<f64>, usual_level: f64) -> Learnt {
     let expected = expected_scatter(units.len(), &[]);
     let found = between(&units, &expected, anchor);
-    let chi2 = left_out(&units, &expected, anchor, &found);
+    let (chi2, ninety) = left_out(&units, &expected, anchor, &found);
     let further = structure::scatter();
     let wide = between(wide, &expected_scatter(units.len(), &further), &anchor.clone().resize_vertically(NUMBERS + further.len(), 0.0));
-    Learnt { at, between: found, wide: Some(wide), usual_level, units, chi2 }
+    Learnt { at, between: found, wide: Some(wide), usual_level, units, chi2, ninety }
 }
 
 /// A unit linearised `d` beyond `at`, and counted from `at`.
@@ -233,17 +245,20 @@ pub fn wide_about(unit: &Unit, glider: &Glider, at: &Numbers, d: &Numbers) -> Li
     linear
 }
 
-/// Mean chi² per number of every unit against the others.
-fn left_out(units: &[Summary], expected: &DVector<f64>, anchor: &DVector<f64>, all: &Between) -> f64 {
+/// Mean chi² per number of every unit against the others, and what holds nine of ten of their deviations: the jackknife of conformal
+/// prediction (Barber, Candès, Ramdas and Tibshirani 2021), with the numbers of all units as one sample.
+fn left_out(units: &[Summary], expected: &DVector<f64>, anchor: &DVector<f64>, all: &Between) -> (f64, f64) {
     if units.len() < 4 {
-        return f64::NAN;
+        return (f64::NAN, NINETY);
     }
     let one = |j: usize| {
         let others: Vec<Summary> = units.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, s)| s.clone()).collect();
         let found = between_from(&others, expected, anchor, Some(all));
-        chi2(&units[j], &found.mean, &found.next())
+        let next = found.next();
+        (chi2(&units[j], &found.mean, &next), deviations(&units[j], &found.mean, &next))
     };
-    (0..units.len()).map(one).sum::<f64>() / units.len() as f64
+    let (chi2, deviations): (Vec<f64>, Vec<_>) = (0..units.len()).map(one).unzip();
+    (chi2.iter().sum::<f64>() / chi2.len() as f64, quantile(&deviations.into_iter().flatten().collect::<Vec<_>>(), 0.9))
 }
 
 /// A unit beside the quiet ones before it.

@@ -1,10 +1,10 @@
-//! A mission as its own history: which changes its dives show, and what each dive says beside the quiet ones before it.
+//! A mission as its own history: which changes its dives show, and what each dive says given the quiet ones before it.
 
 use super::changes::{Found, Observed, find};
 use super::glide::Glider;
 use super::judge::{Judgement, judge};
 use super::kinds::{AFLOAT_ZERO, FOLLOWED};
-use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, learn, levels, linear_about, start};
+use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, learn, levels, linear_about, start_of_first};
 use super::numbers::Numbers;
 use super::rows::Unit;
 use super::shown::afloat;
@@ -14,7 +14,7 @@ use hydro::effects::DAY_S;
 use logs::vehicle::Vehicle;
 use nalgebra::DVector;
 
-/// A unit beside the quiet ones before it.
+/// A unit compared with the quiet ones before it.
 #[derive(Clone, Debug)]
 pub struct Compared {
     /// What is said of it.
@@ -43,12 +43,10 @@ impl Mission {
     /// Of its steady dives in the order of time, at least one; `threshold` is that of a change.
     #[must_use]
     pub fn of(units: Vec<Unit>, vehicle: &Vehicle, threshold: f64) -> Self {
-        /// Dives that the start is found from.
-        const FIRST: usize = 6;
         /// Times that the dives are linearised where the changes found put them.
         const RELINEARISED: usize = 2;
         let glider = Glider::of_units(vehicle, &units);
-        let from = start(&units.iter().take(FIRST).collect::<Vec<_>>(), &glider);
+        let from = start_of_first(&units, &glider);
         let asked = if units.len() < FEWEST_DIVES { f64::INFINITY } else { threshold };
         let mut out = Self { units, glider, from, found: find(&[], f64::INFINITY) };
         out.found = find(&out.observed(), asked);
@@ -130,7 +128,7 @@ impl Mission {
         quiet[quiet.len().saturating_sub(WINDOW)..].to_vec()
     }
 
-    /// Every unit beside the quiet ones before it, the changes found taken for known; none of those that have too few before them.
+    /// Every unit compared with the quiet ones before it, the changes found taken for known; none of those that have too few before them.
     #[must_use]
     pub fn one_by_one(&self) -> Vec<Option<Compared>> {
         /// A history of this many controls is learnt anew after so many more.

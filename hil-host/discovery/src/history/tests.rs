@@ -4,12 +4,13 @@ use super::file::{History, Logged, SCHEMA, Stored};
 use super::glide::Glider;
 use super::judge::judge;
 use super::kinds::{DIVES_PER_ALARM, threshold};
-use super::learn::{FEWEST_CONTROLS, Forward, between, chi2, expected_scatter, forward, learn, place, start};
+use super::learn::{FEWEST_CONTROLS, Forward, between, chi2, expected_scatter, forward, learn, of_summaries, place, start};
 use super::mission::Mission;
 use super::numbers::{ALL, COMPRESSIBILITY, DRAG_LEVEL, NUMBERS, Numbers};
 use super::rows::{Row, Unit, median, units};
 use super::summary::{Linear, Summary};
 use super::weigh::{chance, class, weigh};
+use crate::model::parameters::NINETY;
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
@@ -90,6 +91,21 @@ fn accuracy_of_units_that_are_known_exactly_the_covariance_is_theirs() {
     let mean = (&precision * 9.0 + DMatrix::identity(NUMBERS, NUMBERS) * 4.0).try_inverse().expect("positive") * precision * sum;
     assert!((&found.mean - mean).amax() < 1e-6);
     assert!((place(&all[3], &found) - &at[3]).amax() < 1e-5);
+}
+
+/// Intervals are as wide as the vehicle's own dives ask for: those of a normal law where dives are normal, less where most of them
+/// differ by less than their summaries say.
+#[test]
+fn accuracy_nine_of_ten_deviations_are_counted_and_not_assumed() {
+    let mut noise = Noise(11);
+    let mut of = |n: usize, sigma: f64| {
+        let unit = |x: Vec<f64>| Summary { n: DMatrix::identity(NUMBERS, NUMBERS) * 400.0, u: DVector::from_vec(x) * 400.0 };
+        let units = (0..n).map(|_| unit((0..NUMBERS).map(|_| sigma * noise.normal()).collect())).collect();
+        of_summaries(units, &[], Numbers::zeros(), &DVector::zeros(NUMBERS), 1.0).ninety
+    };
+    assert_eq!(of(3, 0.1), NINETY);
+    let (normal, alike) = (of(24, 0.1), of(24, 0.01));
+    assert!((1.4..1.9).contains(&normal) && (0.05..0.6).contains(&alike), "{normal} {alike}");
 }
 
 #[test]

@@ -51,6 +51,16 @@ pub fn weigh(unit: &Summary, mean: &DVector<f64>, covariance: &DMatrix<f64>, e: 
     Weighed { ln_bayes, size, covariance }
 }
 
+/// By how many standard deviations a unit is off in each number, were that alone to depart; no prior of its size in it.
+#[must_use]
+pub fn deviations(unit: &Summary, mean: &DVector<f64>, covariance: &DMatrix<f64>) -> [f64; NUMBERS] {
+    std::array::from_fn(|i| {
+        let w = weigh(unit, mean, covariance, &[i]);
+        let information = 1.0 / w.covariance[(0, 0)] - 1.0;
+        (w.size[0] / w.covariance[(0, 0)]).abs() / information.max(f64::MIN_POSITIVE).sqrt()
+    })
+}
+
 /// Whether odds are large enough against all rivals together.
 #[must_use]
 pub fn stands(ln_bayes: f64) -> bool {

@@ -11,7 +11,7 @@
 
 use crate::diagnosis::NothingToFit;
 use crate::history::glide::Glider;
-use crate::history::learn::{levels, start, wide_about};
+use crate::history::learn::{levels, start_of_first, wide_about};
 use crate::history::numbers::{NUMBERS, Numbers};
 use crate::history::rows::{Unit, units};
 use crate::history::shown::{name_and_unit, value};
@@ -71,14 +71,12 @@ pub struct Estimated {
 /// # Errors
 /// No dive that can be asked.
 pub fn dive_estimates(flight: &Flight, vehicle: &Vehicle) -> Result<Vec<Estimated>, NothingToFit> {
-    /// Dives that the numbers' place is found from, where all are linearised.
-    const FIRST: usize = 6;
     let units = units(flight);
     if units.is_empty() {
         return Err(NothingToFit::because("no dive of this flight has steady rows enough on both legs"));
     }
     let glider = Glider::of_units(vehicle, &units);
-    let at = start(&units.iter().take(FIRST).collect::<Vec<_>>(), &glider);
+    let at = start_of_first(&units, &glider);
     let linear = |u: &Unit| {
         let mut linear = wide_about(u, &glider, &at, &Numbers::zeros());
         linear.count_from(&-at);

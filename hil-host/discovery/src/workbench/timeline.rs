@@ -1,7 +1,7 @@
 //! Drag, lift, trim, pitch zero, compressibility and pressure zero over a mission, dive by dive, with the changes named and dated.
 //!
 //! Flights are taken one after the other ([`Mission::add`]); of each dive only its steady rows are kept, so memory does not grow with the
-//! logs. What changed, and what each dive says beside those before it, is asked of the mission as its own history at the end
+//! logs. What changed, and what each dive says given those before it, is asked of the mission as its own history at the end
 //! ([`crate::history::mission`]).
 //!
 //! Range: for a given pitch, the way made good over the depth flown is the cotangent of the glide angle, by the law of the file with and
@@ -88,7 +88,7 @@ pub struct Row {
     pub rows: usize,
     /// What is followed, in the units of [`LEVELS_SHOWN`].
     pub levels: [Level; N],
-    /// What is said of it beside the quiet ones before it; none of the first ones.
+    /// What it says compared with the quiet ones before it; none of the first ones.
     pub compared: Option<Compared>,
 }
 

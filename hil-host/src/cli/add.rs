@@ -5,6 +5,7 @@ use super::{Output, Verdict};
 use crate::terminal::{Ladder, parameter, wrapped};
 use anyhow::Context as _;
 use discovery::diagnosis::report;
+use discovery::history::flight::{Said, judged};
 use discovery::workbench::add;
 use discovery::workbench::add::Added;
 use hydro::effects::{CATALOGUE, Effect, by_name};
@@ -108,12 +109,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         let inputs: Vec<&Path> = [&args.flight, &vehicle.path].into_iter().chain(&own_files).map(PathBuf::as_path).collect();
         whole_file::may_write(out, &inputs, &["json", "toml"], output.force)?;
     }
-    let added = add::add(&flight, &vehicle, &effects, &parent)?;
+    let mut added = add::add(&flight, &vehicle, &effects, &parent)?;
+    let history = judged(&flight, &vehicle, &mut added.notes);
     if let Some(out) = &args.out {
         write_vehicle(out, &added.vehicle)?;
     }
     let mut document = document(&added, &effects, &args.flight.display().to_string());
     document["noise_floor"] = report::number(added.noise_floor_m_s * 100.0);
+    document["history"] = history.as_ref().map_or(Value::Null, Said::document);
     document["vehicle"] = args.out.as_ref().map(|o| o.display().to_string()).into();
     let ladder = |[as_given, recalibrated, with]: [f64; 3], held_out| Ladder {
         as_given,
@@ -141,17 +144,20 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         if let Some(what) = far(&added.recalibrated) {
             println!("{}", wrapped(&what, 2));
         }
+        if let Some(said) = &history {
+            println!("{}", wrapped(&format!("History: {}", said.words()), 9));
+        }
         if let Some(out) = &args.out {
             println!("New vehicle file: {}", out.display());
         }
-        println!("{}", wrapped(&judged(errors, &args.effects), 0));
+        println!("{}", wrapped(&worth(errors, &args.effects), 0));
     });
     let falls = errors[2] <= errors[0] && errors[2] <= errors[1];
     Ok(if falls { Verdict::Ok } else { Verdict::Negative })
 }
 
 /// Whether it was worth it, by the segments that judge.
-fn judged([as_given, recalibrated, with]: [f64; 3], effects: &str) -> String {
+fn worth([as_given, recalibrated, with]: [f64; 3], effects: &str) -> String {
     let cm = |e: f64| format!("{:.3} cm/s", 100.0 * e);
     if !(with <= recalibrated) {
         return format!("Not worth adding: with {effects} {}, and recalibrated alone {}.", cm(with), cm(recalibrated));

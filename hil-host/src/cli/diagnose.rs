@@ -5,6 +5,7 @@ use crate::terminal::{Ladder, parameter, table, wrapped};
 use anyhow::Context as _;
 use console::style;
 use discovery::diagnosis::{self, Diagnosis, report};
+use discovery::history::file::History;
 use discovery::history::flight as history;
 use discovery::hypotheses::search::Depth;
 use discovery::model::parameters::{State, is_nuisance};
@@ -107,12 +108,19 @@ pub fn bar() -> ProgressBar {
     bar
 }
 
+/// A history and its name, instead of the one beside the vehicle file.
+type ByHistory<'a> = Option<(&'a History, &'a str)>;
+
 /// Diagnoses a flight with a bar that reaches `end` %.
 ///
 /// # Errors
 /// Nothing in the flight that could be asked.
 pub fn ask(flight: &Flight, vehicle: &Vehicle, depth: Depth, bar: &ProgressBar, end: f64) -> anyhow::Result<Diagnosis> {
-    let found = diagnosis::diagnose(flight, vehicle, depth, &|what, share| {
+    ask_by(None, flight, vehicle, depth, bar, end)
+}
+
+fn ask_by(history: ByHistory, flight: &Flight, vehicle: &Vehicle, depth: Depth, bar: &ProgressBar, end: f64) -> anyhow::Result<Diagnosis> {
+    let found = diagnosis::diagnose_by(history, flight, vehicle, depth, &|what, share| {
         // A second look starts over; the bar does not.
         bar.set_position(bar.position().max((share * end) as u64));
         bar.set_message(what.to_string());
@@ -125,9 +133,18 @@ pub fn ask(flight: &Flight, vehicle: &Vehicle, depth: Depth, bar: &ProgressBar, 
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn load_and_ask(flight: &Path, vehicle_file: Option<&Path>, depth: Depth) -> anyhow::Result<(Flight, Vehicle, Diagnosis)> {
+    load_and_ask_by(None, flight, vehicle_file, depth)
+}
+
+fn load_and_ask_by(
+    history: ByHistory,
+    flight: &Path,
+    vehicle_file: Option<&Path>,
+    depth: Depth,
+) -> anyhow::Result<(Flight, Vehicle, Diagnosis)> {
     let (flight, vehicle) = load(flight, vehicle_file)?;
     let bar = bar();
-    let found = ask(&flight, &vehicle, depth, &bar, 100.0)?;
+    let found = ask_by(history, &flight, &vehicle, depth, &bar, 100.0)?;
     bar.finish_and_clear();
     Ok((flight, vehicle, found))
 }
@@ -150,10 +167,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         rig::whole_file::may_write(path, &inputs, &["csv"], output.force)?;
     }
     let history = args.history.as_deref().map(history::read).transpose().map_err(|e| anyhow::anyhow!(e))?;
-    let (flight, vehicle, mut found) = load_and_ask(&args.flight, args.vehicle.as_deref(), depth)?;
-    if let (Some(history), Some(file)) = (&history, &args.history) {
-        found.take_history(history::by_history(history, &file.display().to_string(), &flight, &vehicle));
-    }
+    let file = args.history.as_ref().map(|file| file.display().to_string());
+    let (flight, vehicle, found) = load_and_ask_by(history.as_ref().zip(file.as_deref()), &args.flight, args.vehicle.as_deref(), depth)?;
     if let Some(path) = &args.predict {
         rig::whole_file::write(path, report::prediction(&found, &vehicle)).with_context(|| format!("cannot write {}", path.display()))?;
     }
@@ -180,7 +195,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         if let Some(what) = far(&found.recalibrated) {
             println!("{}", wrapped(&what, 2));
         }
-        if let Some(said) = found.history.as_ref().filter(|said| !said.decides()) {
+        if let Some(said) = found.history.as_ref().filter(|_| found.answered_by().is_none()) {
             println!("{}", wrapped(&format!("History: {}", said.words()), 9));
         }
         println!("Verdict: {}", style(found.verdict.name()).bold());

@@ -1,29 +1,48 @@
-//! A diagnosis where a history of the vehicle decides: its class is the answer, and where it names nothing nothing departs.
+//! A diagnosis where a history of the vehicle decides: its class is the answer. Where it names none of its numbers, what the fits name
+//! beyond them stands; else nothing departs.
 
 use super::{Diagnosis, Ranked, Verdict};
 use crate::history::flight::Said;
 use crate::history::numbers::ALL;
 use crate::inference::estimate::Estimate;
 
+/// Whether an effect is none of the history's numbers, nor a mirror of one.
+fn is_beyond(effect: &str) -> bool {
+    ALL.iter().all(|n| n.effect != effect && n.mirror != Some(effect))
+}
+
 impl Diagnosis {
     /// What the vehicle's history says takes the place of the answer, where the history judges.
-    pub fn take_history(&mut self, said: Option<Said>) {
+    pub(super) fn take_history(&mut self, said: Option<Said>) {
         if let Some(said) = said.as_ref().filter(|s| s.decides()) {
-            let class = said.class();
-            self.verdict = match class.len() {
-                0 if said.judgement.departs.is_some() => Verdict::Unexplained,
-                0 => Verdict::Adequate,
-                1 => Verdict::Explained,
-                _ => Verdict::Ambiguous,
-            };
-            self.reasons.clear();
-            self.equivalent = class.iter().map(|effect| vec![*effect]).collect();
-            self.answer = class.first().copied().into_iter().collect();
-            self.candidates.retain(|c| !self.equivalent.contains(&c.effects));
-            let named: Vec<Ranked> = said.judgement.class.iter().map(|number| self.ranked(said, *number)).collect();
-            self.candidates.splice(0..0, named);
+            let named_beyond = matches!(self.verdict, Verdict::Explained | Verdict::Ambiguous) && self.answer.iter().any(|e| is_beyond(e));
+            if !(said.class().is_empty() && named_beyond) {
+                self.answer_by(said);
+            }
         }
         self.history = said;
+    }
+
+    /// The history, where its words are the answer.
+    #[must_use]
+    pub fn answered_by(&self) -> Option<&Said> {
+        self.history.as_ref().filter(|said| said.decides() && (self.answer.is_empty() || !said.class().is_empty()))
+    }
+
+    fn answer_by(&mut self, said: &Said) {
+        let class = said.class();
+        self.verdict = match class.len() {
+            0 if said.judgement.departs.is_some() => Verdict::Unexplained,
+            0 => Verdict::Adequate,
+            1 => Verdict::Explained,
+            _ => Verdict::Ambiguous,
+        };
+        self.reasons.clear();
+        self.equivalent = class.iter().map(|effect| vec![*effect]).collect();
+        self.answer = class.first().copied().into_iter().collect();
+        self.candidates.retain(|c| !self.equivalent.contains(&c.effects));
+        let named: Vec<Ranked> = said.judgement.class.iter().map(|number| self.ranked(said, *number)).collect();
+        self.candidates.splice(0..0, named);
     }
 
     /// A number of the class as a hypothesis. The errors of the whole flight are not fitted to it.

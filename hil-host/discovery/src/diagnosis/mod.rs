@@ -20,7 +20,8 @@ use crate::diagnosis::settle::search_until_stable;
 use crate::diagnosis::unknown::unknowns;
 use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICAL, holds_elsewhere, judge};
 pub use crate::diagnosis::verdict::{Reason, Verdict};
-use crate::history::flight::Said;
+use crate::history::file::History;
+use crate::history::flight::{Said, by_history, judged};
 use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
 use crate::hypotheses::search::{Depth, SearchResult};
 use crate::inference::evidence::{NEARLY, TIED};
@@ -194,10 +195,27 @@ pub fn prepared_problem<'a>(
 /// # Errors
 /// No dive in the flight that a model could be compared with.
 pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(&str, f64)) -> Result<Diagnosis, NothingToFit> {
+    diagnose_by(None, flight, vehicle, depth, tick)
+}
+
+/// The same by a history and its name instead of the one beside the vehicle file.
+///
+/// # Errors
+/// No dive in the flight that a model could be compared with.
+pub fn diagnose_by(
+    history: Option<(&History, &str)>,
+    flight: &Flight,
+    vehicle: &Vehicle,
+    depth: Depth,
+    tick: &dyn Fn(&str, f64),
+) -> Result<Diagnosis, NothingToFit> {
     let mut said = of_this_flight(flight, vehicle, depth, tick)?;
     // Last, in memory that the fits have given back.
-    let history = crate::history::flight::judged(flight, vehicle, &mut said.notes);
-    said.take_history(history);
+    let judged = match history {
+        Some((history, name)) => by_history(history, name, flight, vehicle),
+        None => judged(flight, vehicle, &mut said.notes),
+    };
+    said.take_history(judged);
     for name in said.answer.iter().filter(|name| vehicle.effects.iter().any(|a| a.effect.name == **name)) {
         said.notes
             .push(format!("the vehicle file has {name} already: what is named is a change of it; `glider add {name}` fits all of it anew"));

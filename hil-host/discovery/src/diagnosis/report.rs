@@ -123,8 +123,7 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
 /// One paragraph for a person.
 #[must_use]
 pub fn explanation(d: &Diagnosis) -> String {
-    let said = d.history.as_ref().filter(|said| said.decides()).map(Said::words);
-    format!("{}{}", said.unwrap_or_else(|| verdict_in_words(d)), in_any_case(d))
+    format!("{}{}", d.answered_by().map_or_else(|| verdict_in_words(d), Said::words), in_any_case(d))
 }
 
 /// A value with its interval: angles in degrees, as many digits as the interval deserves.

@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressStyle};
-use plant::trials::{Case, Kind, Spec, generate, generate_natural, plan};
+use plant::trials::{Kind, Spec, generate, generate_natural, generate_scattered, mission, plan};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::shards::{MergeArgs, Session, ShardArgs, To, file_report, parts, said_of_shard};
 use super::{Output, Verdict};
-use crate::score::{self, diagnosis::Scored};
+use crate::score::diagnosis::{self, Posed, Scored};
 use crate::terminal::{say, table};
 use rig::shards::kept::key;
 use rig::shards::part;
@@ -27,7 +27,7 @@ use rig::shards::work::Done;
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --write cases --cases 20\n  glider scorecard discovery --cases 300 --shard 2/8 --out part2.json\n  glider scorecard merge part*.json --out discovery.json"
+    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --earlier 12 --cases 60\n  glider scorecard discovery --write cases --cases 20\n  glider scorecard discovery --cases 300 --shard 2/8 --out part2.json\n  glider scorecard merge part*.json --out discovery.json"
 )]
 pub struct Args {
     #[command(subcommand)]
@@ -69,7 +69,7 @@ struct ScorecardMergeArgs {
 /// Arguments of `scorecard discovery`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --only clean --cases 50 --jobs 2 --json\n  glider scorecard discovery --nature --only clean --cases 50\n  glider scorecard discovery --write cases --cases 20    (truth apart, in cases/truth)\n  glider scorecard discovery --cases 300 --resume          (goes on after Ctrl-C or a break)\n  glider scorecard discovery --cases 300 --shard 2/8 --out part2.json"
+    after_help = "Examples:\n  glider scorecard discovery --cases 100 --seed 1\n  glider scorecard discovery --only clean --cases 50 --jobs 2 --json\n  glider scorecard discovery --nature --only clean --cases 50\n  glider scorecard discovery --earlier 12 --cases 60\n  glider scorecard discovery --write cases --cases 20    (truth apart, in cases/truth)\n  glider scorecard discovery --cases 300 --resume          (goes on after Ctrl-C or a break)\n  glider scorecard discovery --cases 300 --shard 2/8 --out part2.json"
 )]
 pub struct DiscoveryArgs {
     /// Number of cases.
@@ -99,6 +99,9 @@ pub struct DiscoveryArgs {
     /// zero, sparse samples.
     #[arg(long)]
     nature: bool,
+    /// Earlier healthy dives of each case's vehicle, which it is calibrated on; its numbers scatter from dive to dive. Implies --nature.
+    #[arg(long, value_name = "DIVES", default_value_t = 0)]
+    earlier: usize,
     /// List every case, not only the tables (always in JSON).
     #[arg(long)]
     list: bool,
@@ -171,11 +174,20 @@ struct Plan {
     seed: u64,
     only: Option<Kind>,
     nature: bool,
+    #[serde(default)]
+    earlier: usize,
 }
 
 impl Plan {
-    fn make(&self, spec: &Spec, i: usize) -> Case {
-        if self.nature { generate_natural(spec, self.seed, i) } else { generate(spec, self.seed, i) }
+    fn make(&self, spec: &Spec, i: usize) -> Posed {
+        match self.earlier {
+            0 if self.nature => Posed { case: generate_natural(spec, self.seed, i), before: None },
+            0 => Posed { case: generate(spec, self.seed, i), before: None },
+            dives => {
+                let before = mission::before(spec, self.seed, i, dives);
+                Posed { case: generate_scattered(spec, self.seed, i), before: Some(before) }
+            }
+        }
     }
 }
 
@@ -186,7 +198,7 @@ pub(super) fn cases_bar(count: usize, what: &str) -> ProgressBar {
 }
 
 fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
-    let plan = Plan { cases: args.cases, seed: args.seed, only: args.only.map(Only::kind), nature: args.nature };
+    let plan = Plan { cases: args.cases, seed: args.seed, only: args.only.map(Only::kind), nature: args.nature, earlier: args.earlier };
     let Some(folder) = &args.write else {
         let files = (args.out.as_deref(), args.html.as_path());
         let session = Session::open(&args.shards, (DISCOVERY, &json!(plan)), files, args.jobs, output)?;
@@ -195,7 +207,7 @@ fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     let specs = plant::trials::plan(plan.cases, plan.seed, plan.only);
     let bar = cases_bar(specs.len(), "cases");
     for (i, spec) in specs.iter().enumerate() {
-        score::diagnosis::write_case(folder, &plan.make(spec, i))?;
+        diagnosis::write_posed(folder, &plan.make(spec, i))?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -211,9 +223,8 @@ fn discover(of: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::R
     session.announce(&bar);
     let folder = std::env::temp_dir().join(format!("glider-trials-{}-{}", of.seed, std::process::id()));
     let binary = std::env::current_exe().context("cannot find this program's own file")?;
-    let diagnose = |flight: &Path| score::diagnosis::diagnose_with(&binary, flight);
-    let make = |(i, spec): &(usize, Spec)| score::diagnosis::diagnose_case(&of.make(spec, *i), &folder, &diagnose);
-    let key = |(i, spec): &(usize, Spec)| key(&[DISCOVERY, &format!("{} {} {i} {spec:?}", of.seed, of.nature)]);
+    let make = |(i, spec): &(usize, Spec)| diagnosis::diagnose_case(&of.make(spec, *i), &folder, &binary);
+    let key = |(i, spec): &(usize, Spec)| key(&[DISCOVERY, &format!("{} {} {} {i} {spec:?}", of.seed, of.nature, of.earlier)]);
     let done: anyhow::Result<Vec<Done<Scored>>> = session.work.run(&specs, &key, &make, &|_, _| bar.inc(1));
     std::fs::remove_dir_all(&folder).ok();
     bar.finish_and_clear();
@@ -225,10 +236,11 @@ fn discover(of: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::R
         return Ok(said_of_shard(&about, &what, "glider scorecard merge", output, failures > 0));
     }
     let scored: Vec<Scored> = done.into_iter().map(|d| d.value).collect();
-    let mut document = score::diagnosis::summary(&scored);
+    let mut document = diagnosis::summary(&scored);
     document["seed"] = json!(of.seed);
     document["nature"] = json!(of.nature);
-    document["list"] = scored.iter().map(score::diagnosis::case_document).collect();
+    document["earlier_dives"] = json!(of.earlier);
+    document["list"] = scored.iter().map(diagnosis::case_document).collect();
     document["sha256"] = file_report(to.out, part::report(&document).as_bytes())?.into();
     crate::pages::diagnosis_scorecard::page(&document, of.seed).write(to.html)?;
     session.close();

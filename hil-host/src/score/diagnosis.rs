@@ -21,9 +21,10 @@ use anyhow::Context as _;
 use discovery::model::parameters::{CALIBRATION, calibration_of};
 use logs::vehicle::catalogue;
 use plant::trials::catalogue::{OF_ANOTHER_FORM, Strength};
+use plant::trials::mission::Mission;
 use plant::trials::reference::{Log, block_error, floor, known_truth_error};
 use plant::trials::vehicle::Scatter;
-use plant::trials::{Case, Kind, files, nature::Nature, twin};
+use plant::trials::{Case, Kind, Row, files, nature::Nature, twin};
 use serde_json::{Value, json};
 
 /// Largest number of equivalent classes that still counts as an answer.
@@ -32,22 +33,44 @@ pub const LARGEST_CLASS: usize = 3;
 /// Odds of the truth over its twin from which a log is said to tell them apart.
 const DISTINCT_ODDS: f64 = 10.0;
 
+/// A case, and the dives of its vehicle before it.
+#[derive(Debug)]
+pub struct Posed {
+    /// The case.
+    pub case: Case,
+    /// Healthy dives that its vehicle is calibrated on; none: its file is as drawn.
+    pub before: Option<Mission>,
+}
+
+fn put(path: &Path, text: String) -> anyhow::Result<()> {
+    path.parent().map_or(Ok(()), std::fs::create_dir_all).with_context(|| format!("{}: cannot create its folder", path.display()))?;
+    rig::whole_file::write(path, text).with_context(|| format!("{}: cannot write", path.display()))
+}
+
+fn write_log(at: &Path, rows: &[Row], case: &Case) -> anyhow::Result<()> {
+    put(&at.join("flight.csv"), files::csv(rows, case.vehicle.sensors.speed_m_s.is_some()))?;
+    put(&at.join("vehicle.json"), format!("{:#}\n", case.vehicle.document(&case.name)))
+}
+
 /// Writes one case: `DIR/name/flight.csv`, `DIR/name/vehicle.json`, and the truth apart in `DIR/truth/name.json`.
 ///
 /// # Errors
 /// The file that cannot be written.
 pub fn write_case(folder: &Path, case: &Case) -> anyhow::Result<PathBuf> {
     let flight = folder.join(&case.name);
-    let truth = folder.join("truth");
-    for d in [&flight, &truth] {
-        std::fs::create_dir_all(d).with_context(|| format!("{}: cannot create the folder", d.display()))?;
-    }
-    let put =
-        |path: PathBuf, text: String| rig::whole_file::write(&path, text).with_context(|| format!("{}: cannot write", path.display()));
-    put(flight.join("flight.csv"), files::csv(&case.rows, case.vehicle.sensors.speed_m_s.is_some()))?;
-    put(flight.join("vehicle.json"), format!("{:#}\n", case.vehicle.document(&case.name)))?;
-    put(truth.join(format!("{}.json", case.name)), format!("{:#}\n", files::truth_document(case)))?;
+    write_log(&flight, &case.rows, case)?;
+    put(&folder.join("truth").join(format!("{}.json", case.name)), format!("{:#}\n", files::truth_document(case)))?;
     Ok(flight)
+}
+
+/// Writes a case and the dives before it, these as the flight directory `DIR/before/name`.
+///
+/// # Errors
+/// The file that cannot be written.
+pub fn write_posed(folder: &Path, Posed { case, before }: &Posed) -> anyhow::Result<(PathBuf, Option<PathBuf>)> {
+    let earlier = before.as_ref().map(|_| folder.join("before").join(&case.name));
+    earlier.iter().zip(before).try_for_each(|(at, before)| write_log(at, &before.rows, case))?;
+    Ok((write_case(folder, case)?, earlier))
 }
 
 /// What the tool said about one case.
@@ -152,30 +175,26 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
     }
 }
 
-/// Writes, diagnoses and scores a case. `diagnose` gets the flight's folder.
+/// Writes, diagnoses and scores a case, its vehicle calibrated on the dives before where there are some.
 ///
 /// # Errors
 /// A case that cannot be written.
-pub fn diagnose_case(case: &Case, folder: &Path, diagnose: &dyn Fn(&Path) -> Result<Value, String>) -> anyhow::Result<Scored> {
-    let flight = write_case(folder, case)?;
+pub fn diagnose_case(posed: &Posed, folder: &Path, binary: &Path) -> anyhow::Result<Scored> {
+    let (flight, earlier) = write_posed(folder, posed)?;
+    let ready = earlier.as_ref().map_or(Ok(Value::Null), |earlier| {
+        let words = [Path::new("calibrate"), Path::new("--force"), Path::new("--flight"), earlier, Path::new("--out")];
+        asked(binary, &[&words[..], &[&flight.join("vehicle.json")]].concat())
+    });
     let clock = Instant::now();
-    let scored = score(case, &diagnose(&flight), clock.elapsed().as_secs_f64());
-    std::fs::remove_dir_all(&flight).ok();
+    let said = ready.and_then(|_| asked(binary, &[Path::new("diagnose"), Path::new("--flight"), &flight]));
+    let scored = score(&posed.case, &said, clock.elapsed().as_secs_f64());
+    std::iter::once(flight).chain(earlier).for_each(|made| _ = std::fs::remove_dir_all(made));
     Ok(scored)
 }
 
-/// Runs a `glider` binary's `diagnose --flight DIR --json` and reads its document.
-///
-/// # Errors
-/// What the binary wrote to standard error.
-pub fn diagnose_with(binary: &Path, flight: &Path) -> Result<Value, String> {
-    let out = std::process::Command::new(binary)
-        .arg("diagnose")
-        .arg("--flight")
-        .arg(flight)
-        .arg("--json")
-        .output()
-        .map_err(|e| format!("{}: {e}", binary.display()))?;
+/// The document of a command of a `glider` binary, or what it wrote to standard error.
+fn asked(binary: &Path, words: &[&Path]) -> Result<Value, String> {
+    let out = std::process::Command::new(binary).args(words).arg("--json").output().map_err(|e| format!("{}: {e}", binary.display()))?;
     serde_json::from_slice(&out.stdout).map_err(|_| String::from_utf8_lossy(&out.stderr).trim().to_owned())
 }
 

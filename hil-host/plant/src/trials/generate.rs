@@ -3,6 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::between_dives::Scatter as BetweenDives;
 use super::catalogue::{Effect, Strength};
 use super::hidden::{Hidden, Reality};
 use super::nature::{Nature, Stall};
@@ -30,7 +31,24 @@ pub fn generate(spec: &Spec, seed: u64, index: usize) -> Case {
 /// The same case with the small structure that every real flight has ([`super::small_structure`]).
 #[must_use]
 pub fn generate_natural(spec: &Spec, seed: u64, index: usize) -> Case {
-    generate_all(spec, seed, index, None, None, true)
+    generate_all(spec, seed, index, None, None, World::Natural)
+}
+
+/// The same on one of the vehicle's days: its numbers scatter about those of the dives before it ([`super::mission::before`]).
+#[must_use]
+pub fn generate_scattered(spec: &Spec, seed: u64, index: usize) -> Case {
+    generate_all(spec, seed, index, None, None, World::Scattered)
+}
+
+/// How much of what real flights have is in a trial.
+#[derive(Clone, Copy, PartialEq)]
+enum World {
+    /// Water motion and noise.
+    Plain,
+    /// And small structure, clock lags, sensor zeros.
+    Natural,
+    /// And what a vehicle differs by from day to day.
+    Scattered,
 }
 
 /// Flies the segments one after the other, and shows each.
@@ -72,7 +90,7 @@ pub fn generate_sized(spec: &Spec, seed: u64, index: usize, size: Option<f64>) -
 /// The same vehicle and water on a flight of one's own: one yo per leg of (pitch rad, ballast stroke m³), at most [`SEGMENTS`] legs.
 #[must_use]
 pub fn generate_flown(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>) -> Case {
-    generate_all(spec, seed, index, size, legs, false)
+    generate_all(spec, seed, index, size, legs, World::Plain)
 }
 
 /// A vehicle as its file has it, trimmed at mid-depth in this column: neutral with the ballast at mid position, as in the tank.
@@ -213,10 +231,14 @@ pub(super) fn draw(spec: &Spec, seed: u64, index: usize, natural: bool) -> Drawn
     Drawn { rng, fine_rng, nominal, scatter, nature, ocean, days }
 }
 
-fn generate_all(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>, natural: bool) -> Case {
+fn generate_all(spec: &Spec, seed: u64, index: usize, size: Option<f64>, legs: Option<&[[f64; 2]]>, world: World) -> Case {
     let i = index as u64;
+    let natural = world != World::Plain;
     let Drawn { mut rng, mut fine_rng, nominal, scatter, mut nature, mut ocean, days } = draw(spec, seed, index, natural);
     let rng = &mut rng;
+    if world == World::Scattered {
+        BetweenDives::of(seed, i).0.apply(&mut nature, &mut stream(seed, i, 7));
+    }
     let mut reality = Reality { site: spec.site, wing: spec.wing, days, scatter: &scatter, nature: &mut nature, ocean: &mut ocean };
     let mut hidden = hide(spec, size, &mut reality, &mut stream(seed, i, 2));
     let list = 0.0175 * normal_within_2_sigma(rng) * 0.7;

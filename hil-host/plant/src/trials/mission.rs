@@ -12,6 +12,7 @@
 use rand::RngExt as _;
 use rand_distr::StandardNormal;
 
+use super::between_dives::Scatter;
 use super::generate::{Drawn, draw};
 use super::nature::Nature;
 use super::orders::Orders;
@@ -33,35 +34,6 @@ const PITCH_DEG: [f64; 2] = [19.0, 27.0];
 const STEEPER_DEG: [f64; 2] = [5.0, 10.0];
 /// Ballast strokes, cm³: enough to climb out of a light surface layer with some trim lost.
 const STROKE_CC: [f64; 2] = [215.0, 255.0];
-
-/// Scatter of drag and lift (relative), trim (cm³), pitch zero (rad) and compressibility (relative) from dive to dive, 1 sigma of the
-/// vehicle that scatters most; the least scatters by a third of it. Real months of a Slocum and a SeaExplorer have the like.
-const BETWEEN_DIVES: [f64; 5] = [0.02, 0.02, 6.0, 0.002, 0.03];
-
-/// How the numbers of one vehicle scatter from dive to dive, correlated at random.
-struct Scatter([[f64; 5]; 5]);
-
-impl Scatter {
-    fn draw(rng: &mut impl rand::Rng) -> Self {
-        Self(BETWEEN_DIVES.map(|largest| {
-            let row: [f64; 5] = std::array::from_fn(|_| rng.sample(StandardNormal));
-            let sigma = largest * rng.random_range(1.0 / 3.0..1.0);
-            let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
-            row.map(|x| x * sigma / length)
-        }))
-    }
-
-    /// The vehicle on a further dive.
-    fn apply(&self, nature: &mut Nature, rng: &mut impl rand::Rng) {
-        let z: [f64; 5] = std::array::from_fn(|_| rng.sample::<f64, _>(StandardNormal).clamp(-2.5, 2.5));
-        let [drag, lift, trim_cc, pitch, compressibility] = self.0.map(|row| row.iter().zip(&z).map(|(a, b)| a * b).sum::<f64>());
-        nature.cd0 *= 1.0 + drag;
-        nature.lift_slope *= 1.0 + lift;
-        nature.volume += trim_cc * 1e-6;
-        nature.pitch_zero += pitch;
-        nature.compressibility *= 1.0 + compressibility;
-    }
-}
 
 /// What changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,18 +87,27 @@ fn changed(nature: &Nature, change: Change, share: f64) -> Nature {
 /// Flies `dives` dives; the change is there from dive `onset` on (counted from 0).
 #[must_use]
 pub fn fly(spec: &Spec, seed: u64, index: usize, dives: usize, change: Change, onset: usize) -> Mission {
+    fly_trimmed(spec, seed, index, dives, change, onset, RETRIMMED_CC)
+}
+
+/// Healthy dives of the deployment before its [`super::generate_scattered`] trial of the same seed and index.
+#[must_use]
+pub fn before(spec: &Spec, seed: u64, index: usize, dives: usize) -> Mission {
+    fly_trimmed(spec, seed, index, dives, Change::Nothing, 0, 0.0)
+}
+
+fn fly_trimmed(spec: &Spec, seed: u64, index: usize, dives: usize, change: Change, onset: usize, retrimmed_cc: f64) -> Mission {
     let i = index as u64;
     let Drawn { nominal, scatter, mut nature, ocean, mut fine_rng, .. } = draw(spec, seed, index, true);
     let pressure_zero_dbar = SmallStructure::pressure_zero_dbar(&mut fine_rng);
     let mut rng = stream(seed, i, 5);
-    nature.volume += RETRIMMED_CC * 1e-6 * normal_within_2_sigma(&mut rng);
+    nature.volume += retrimmed_cc * 1e-6 * normal_within_2_sigma(&mut rng);
     let list = 0.012 * rng.sample::<f64, _>(StandardNormal).clamp(-2.0, 2.0);
     let first = rng.random_range(PITCH_DEG[0]..PITCH_DEG[1]);
     let steeper = first + rng.random_range(STEEPER_DEG[0]..STEEPER_DEG[1]);
     let settings = [first, steeper].map(|deg| (deg.to_radians(), rng.random_range(STROKE_CC[0]..STROKE_CC[1]) * 1e-6));
     let pauses: Vec<f64> = (0..dives).map(|_| rng.random_range(PAUSE_S[0]..PAUSE_S[1])).collect();
-    let mut between_rng = stream(seed, i, 6);
-    let between = Scatter::draw(&mut between_rng);
+    let (between, mut between_rng) = Scatter::of(seed, i);
     let mut orders: Vec<Orders> = Vec::new();
     let (mut rows, mut days, mut end_s) = (Vec::new(), Vec::new(), 0.0);
     for (dive, pause_s) in pauses.into_iter().enumerate() {

@@ -18,6 +18,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+mod between_dives;
 pub mod catalogue;
 pub mod files;
 mod generate;
@@ -36,7 +37,7 @@ pub mod vehicle;
 pub mod voyage;
 
 use catalogue::{Effect, Strength};
-pub use generate::{generate, generate_flown, generate_natural, generate_sized};
+pub use generate::{generate, generate_flown, generate_natural, generate_scattered, generate_sized};
 use hidden::Hidden;
 pub use nature::Banking;
 use nature::Nature;

@@ -104,6 +104,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         done.notes.push(format!("{why}: the file that is written has the numbers of the one given, and its history judges by the dives"));
         done.vehicle = vehicle.document.clone();
     }
+    // Which segments are fitted and which check is said of the logs at hand, not of the next.
+    if let Some(of_vehicle) = done.vehicle.as_object_mut() {
+        of_vehicle.remove("segments");
+    }
     write_vehicle(&args.out, &done.vehicle)?;
     let history = write_history(&flights, &args.out)?;
     let mut document = document(&done, &args.out);

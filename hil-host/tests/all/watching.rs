@@ -63,6 +63,9 @@ fn a_mission_becomes_a_table_a_document_a_figure_and_a_parquet_file() {
     let done: serde_json::Value = serde_json::from_str(&calibrated.1).unwrap_or_else(|e| panic!("{e}: {calibrated:?}"));
     assert_eq!(done["flights"][0]["sha256"].as_str().map(str::len), Some(64));
     assert!(done["numbers"].as_array().is_some_and(|n| n.len() == 12), "{done}");
+    // Which segments checked this flight is no property of the vehicle: a shorter flight has others.
+    let has_segments = |file: &str| std::fs::read_to_string(work.join(file)).expect("there").contains("\"segments\"");
+    assert!(has_segments("flight/vehicle.json") && !has_segments("known.json"));
     let outs = ["--out", "m.svg", "--out", "m.parquet", "--out", "m.csv", "--out", "m.json"];
     let line: Vec<&str> = ["timeline", "flight", "--vehicle", "known.json"].into_iter().chain(outs).collect();
     let said = glider(&line);

@@ -1,21 +1,24 @@
 //! A diagnosis where a history of the vehicle decides: its class is the answer. Where it names none of its numbers, what the fits name
-//! beyond them stands; else nothing departs.
+//! beyond them, or by a form that departs from the history, stands; else nothing departs.
 
 use super::{Diagnosis, Ranked, Verdict};
 use crate::history::flight::Said;
 use crate::history::numbers::ALL;
+use crate::history::structure::DEPARTURES;
 use crate::inference::estimate::Estimate;
 
-/// Whether an effect is none of the history's numbers, nor a mirror of one.
+/// Whether an effect is nothing that a history has a column for: none of its numbers, no mirror of one, no form that may depart.
 fn is_beyond(effect: &str) -> bool {
-    ALL.iter().all(|n| n.effect != effect && n.mirror != Some(effect))
+    ALL.iter().all(|n| n.effect != effect && n.mirror != Some(effect)) && DEPARTURES.iter().all(|d| d.effect != Some(effect))
 }
 
 impl Diagnosis {
     /// What the vehicle's history says takes the place of the answer, where the history judges.
     pub(super) fn take_history(&mut self, said: Option<Said>) {
         if let Some(said) = said.as_ref().filter(|s| s.decides()) {
-            let named_beyond = matches!(self.verdict, Verdict::Explained | Verdict::Ambiguous) && self.answer.iter().any(|e| is_beyond(e));
+            let departs = said.judgement.departs.and_then(|(d, _)| d.effect);
+            let stands = |effect: &&'static str| is_beyond(effect) || departs == Some(*effect);
+            let named_beyond = matches!(self.verdict, Verdict::Explained | Verdict::Ambiguous) && self.answer.iter().any(stands);
             if !(said.class().is_empty() && named_beyond) {
                 self.answer_by(said);
             }

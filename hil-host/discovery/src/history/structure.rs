@@ -31,19 +31,25 @@ pub struct Departure {
     pub variable: &'static str,
     /// What it may be.
     pub about: &'static str,
+    /// Effect of the catalogue that has its form.
+    pub effect: Option<&'static str>,
     first: usize,
     n: usize,
 }
 
 const fn departure(name: &'static str, variable: &'static str, about: &'static str, first: usize, n: usize) -> Departure {
-    Departure { name, variable, about, first: NUMBERS + first, n }
+    Departure { name, variable, about, effect: None, first: NUMBERS + first, n }
+}
+
+const fn of_form(effect: &'static str, of: Departure) -> Departure {
+    Departure { effect: Some(effect), ..of }
 }
 
 /// All of them.
 pub const DEPARTURES: [Departure; 7] = [
-    departure("drag_of_climbs", "climb", "more drag in climbs than in dives, or a thruster", 0, 1),
-    departure("speed_exponent", "speed", "drag that depends on the speed otherwise", 1, 1),
-    departure("bank_drag", "bank", "drag that grows with the bank", 2, 1),
+    of_form("climb_drag", departure("drag_of_climbs", "climb", "more drag in climbs than in dives, or a thruster", 0, 1)),
+    of_form("reynolds_drag", departure("speed_exponent", "speed", "drag that depends on the speed otherwise", 1, 1)),
+    of_form("roll_turn_drag", departure("bank_drag", "bank", "drag that grows with the bank", 2, 1)),
     departure("weight_rate", "time", "weight that comes or goes during the dive", 3, 1),
     departure(
         "by_depth",
@@ -113,4 +119,15 @@ pub fn departs(linear: &Linear, level: f64, mean: &DVector<f64>, covariance: &DM
     });
     let best = all.filter(|d| d.1.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1))?;
     (best.1 > (ODDS * (NUMBERS + DEPARTURES.len()) as f64).ln()).then_some(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_form_is_an_effect_of_the_catalogue() {
+        let forms: Vec<&str> = DEPARTURES.iter().filter_map(|d| d.effect).collect();
+        assert!(!forms.is_empty() && forms.iter().all(|effect| hydro::effects::by_name(effect).is_some()), "{forms:?}");
+    }
 }

@@ -47,12 +47,19 @@ pub const FIN: (f32, f32) = (0.1, 60.0);
 /// Heading swept in one direction that is a spiral: two full turns, rad.
 const SPIRAL_RAD: f32 = 12.566;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Follower {
+    /// NaN: nothing ordered so far.
     target: f32,
     mark: f32,
     nearest: f32,
     still_s: f32,
+}
+
+impl Default for Follower {
+    fn default() -> Self {
+        Self { target: f32::NAN, mark: 0.0, nearest: 0.0, still_s: 0.0 }
+    }
 }
 
 impl Follower {
@@ -203,14 +210,14 @@ impl ActuatorWatch {
 
     fn watch_mass(&mut self, w: &Watch<'_>, v: &mut Verdict) {
         let dt = w.seen.dt_s;
+        // Where it was stopped is an order once; where it goes on to after that is none.
+        if !(self.mass_held && self.mass_was_held) {
+            self.mass_orders.note(w.commanded.battery_mass_m);
+        }
         let stopped = match w.seen.battery_m {
             None => true,
             Some(at) => {
                 let wanted = if self.mass_held { self.mass.target } else { w.commanded.battery_mass_m };
-                // Where it was stopped is an order once; where it goes on to after that is none.
-                if !(self.mass_held && self.mass_was_held) {
-                    self.mass_orders.note(w.commanded.battery_mass_m);
-                }
                 let (stood_s, stood_at) = (self.mass.still_s, self.mass.mark);
                 let (still_s, away) = self.mass.watch(wanted, at, MASS_NEAR_M, MASS_WAY_M, dt);
                 let shortest_s = MASS_WAIT_S.at_least(2.0 * w.cycle_s());

@@ -2,7 +2,7 @@
 
 use super::toy::Toy;
 use crate::{Config, State, step};
-use signals::{Abort, ActuatorCommand, Micros, Mission, Phase};
+use signals::{Abort, ActuatorCommand, Micros, Mission, Phase, Reading};
 use std::collections::VecDeque;
 
 const CYCLE_S: f64 = 4.0;
@@ -38,6 +38,25 @@ fn fly(late: usize, mut spoil: impl FnMut(&mut Toy, Phase)) -> (Phase, Option<(A
 fn orders_of_up_to_six_cycles_end_no_mission() {
     for late in 0..=6 {
         assert_eq!(fly(late, |_, _| ()), (Phase::Done, None), "{late} cycles late");
+    }
+}
+
+/// At the surface the battery is on its way when the mission begins; a reading that is lost then is no runaway.
+#[test]
+fn regress_one_lost_reading_at_the_start_is_no_runaway() {
+    let config = Config::default();
+    for lost in 0..8u64 {
+        let (mut toy, mut state) = (Toy::new(&config), State::new(&config, Mission::default(), Micros(0)));
+        toy.battery = 0.016;
+        for cycle in 0..40 {
+            let mut frame = toy.frame();
+            if cycle == lost {
+                frame.battery_mass_m = Reading::Missing;
+            }
+            let answer = step(&config, None, &mut state, frame.time, &frame);
+            assert_eq!(answer.trace.abort, None, "lost in cycle {lost}, at {} s", toy.t);
+            toy.fly(&answer.command, CYCLE_S);
+        }
     }
 }
 

@@ -61,7 +61,8 @@ impl Flight {
 }
 
 /// The world of this number.
-fn scenario(draw: &Draw, seed: u64) -> Scenario {
+#[must_use]
+pub fn scenario(draw: &Draw, seed: u64) -> Scenario {
     let (mut s, mut dice) = (draw.scenario(), Dice::new(seed, 12));
     s.vehicle.metacentric_height_m = dice.between(3.5e-3, 6.5e-3);
     let lost = dice.between(0.0, 0.01);

@@ -48,6 +48,8 @@ pub fn flown(setup: &Setup, scenario: &Scenario, table: Option<&[u8]>) -> anyhow
 mod tests {
     use super::*;
     use crate::flight::{mission_file, worlds};
+    use crate::seats::stock::Stock;
+    use signals::{Leg, Wings};
 
     #[test]
     fn the_other_goal_costs_more_or_glides_worse() {
@@ -60,6 +62,35 @@ mod tests {
         assert_eq!((name, back), ("best-range", "best-glide"));
         let cost = |o: &Outcome| o.joule_per_m().expect("went somewhere");
         assert!(cost(&range) < cost(&glide) && range.achieved_l_over_d() < glide.achieved_l_over_d(), "{range:?} {glide:?}");
+    }
+
+    /// J/m of four dives in a band for a goal; none: by the stock controller.
+    fn cost(wings: Wings, band_m: (f32, f32), goal: Option<Goal>) -> f64 {
+        let (depth_min_m, depth_max_m) = band_m;
+        let leg = Leg { dives: 4, depth_min_m, depth_max_m, goal: goal.unwrap_or(Goal::BestGlide), ..Leg::default() };
+        let mission = Mission { wings, max_duration_s: 72 * 3600, legs: [leg].into_iter().collect(), ..Mission::default() };
+        let mut world = World::new(worlds::for_mission(&mission)).expect("a world");
+        let mut seat: Box<dyn Seat> = match goal {
+            Some(_) => Box::new(Link::new(InProcess::default())),
+            None => Box::new(Stock::default()),
+        };
+        seat.hello().expect("answers");
+        let out = fly(&mut world, &mut *seat, &Setup::new(mission), &mut |_| Ok(())).expect("flies");
+        out.joule_per_m().expect("went somewhere")
+    }
+
+    /// Measured when written, over the best constant pitch: 1.005 and 1.018 (rails) in 3-27 m, 1.003 and 1.002 in 0-200 m.
+    #[test]
+    fn accuracy_best_range_costs_what_the_best_constant_pitch_does() {
+        for wings in [Wings::Standard, Wings::LowAspectRatio] {
+            for band_m in [(3.0, 27.0), (0.0, 200.0)] {
+                let pitches = (12..=28u8).map(|degrees| f32::from(degrees).to_radians());
+                let best = pitches.map(|pitch_rad| cost(wings, band_m, Some(Goal::FixedPitch { pitch_rad }))).fold(f64::INFINITY, f64::min);
+                let (range, stock) = (cost(wings, band_m, Some(Goal::BestRange { hotel_w: 1.2 })), cost(wings, band_m, None));
+                println!("{wings:?} {band_m:?} m: best-range {range:.3} J/m, best constant pitch {best:.3}, stock {stock:.3}");
+                assert!(range <= 1.02 * best && range < stock, "{wings:?} {band_m:?}: {range} J/m, {best}, stock {stock}");
+            }
+        }
     }
 
     #[test]

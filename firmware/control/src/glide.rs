@@ -210,7 +210,8 @@ impl Choice {
                 if PITCH_RANGE.contains(&pitch_rad) {
                     self.best = value;
                     // A little on the side away from the stall, where it is near.
-                    let margin_rad = if pitch_rad > self.steep_rad() { 0.0 } else { s.alpha_rad * (1.0 - config.alpha_share) };
+                    let flat = leg.goal == Goal::BestGlide || pitch_rad <= self.steep_rad();
+                    let margin_rad = if flat { s.alpha_rad * (1.0 - config.alpha_share) } else { 0.0 };
                     self.best_pitch_rad = pitch_rad + margin_rad;
                     self.best_tan_gamma = s.tan_gamma;
                 }

@@ -33,7 +33,7 @@ const ANSWER_M_S: f32 = 0.05;
 /// Battery mass error that is left alone, m.
 pub const MASS_NEAR_M: f32 = 1.5e-3;
 /// Way of the battery mass that counts as way, m.
-const MASS_WAY_M: f32 = 0.3e-3;
+const MASS_MOVES_M: f32 = 0.3e-3;
 /// Battery mass without way for this long is stopped, s (or two cycles, and what the line to its motor was seen to delay).
 pub const MASS_WAIT_S: f32 = 2.0;
 /// How many cycles old an order may be when the motor follows it: the delay margin of the pitch loop.
@@ -219,9 +219,9 @@ impl ActuatorWatch {
             Some(at) => {
                 let wanted = if self.mass_held { self.mass.target } else { w.commanded.battery_mass_m };
                 let (stood_s, stood_at) = (self.mass.still_s, self.mass.mark);
-                let (still_s, away) = self.mass.watch(wanted, at, MASS_NEAR_M, MASS_WAY_M, dt);
+                let (still_s, away) = self.mass.watch(wanted, at, MASS_NEAR_M, MASS_MOVES_M, dt);
                 let shortest_s = MASS_WAIT_S.at_least(2.0 * w.cycle_s());
-                if still_s <= 0.0 && stood_s >= shortest_s && (at - stood_at).abs() > MASS_WAY_M {
+                if still_s <= 0.0 && stood_s >= shortest_s && (at - stood_at).abs() > MASS_MOVES_M {
                     self.mass_lag_s = self.mass_lag_s.at_least(stood_s).at_most(ORDERS as f32 * w.config.cycle_s);
                 }
                 let away = away > MASS_AWAY_M && !self.mass_orders.lead_to(at, MASS_AWAY_M);

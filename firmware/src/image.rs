@@ -146,6 +146,7 @@ fn main() -> ! {
         release: (out(4), out(5)),
         beacon: out(6),
         wire: Pin::new(Port::C, 7, Drive::Sense),
+        bridge_fault: Pin::new(Port::C, 10, Drive::Strap),
         fin: Servo::start(chip.TIM4),
         compass: uart::compass(&chip.USART3, COMPASS),
         gps: uart::gps(&chip.UART4, GPS),

@@ -12,6 +12,7 @@
 //! | [`radio`] | what the shore is told at a surfacing |
 //! | [`strokes`] | whether pump and battery mass move, on deck |
 //! | [`supplies`] | which part has its supply when |
+//! | `trips` | what becomes of a motor bridge that has switched itself off |
 //! | [`rudder`] | the fin's servo |
 //! | [`scale`] | what the configuration means at pots and motors |
 //!
@@ -37,6 +38,7 @@ pub mod run;
 pub mod scale;
 pub mod strokes;
 pub mod supplies;
+mod trips;
 
 pub use backseat_role::{BackseatLaw, RunBackseat};
 use bytes::next_byte;

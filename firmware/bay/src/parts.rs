@@ -11,6 +11,7 @@ use crate::radio::Radio;
 use crate::rudder::Rudder;
 use crate::scale::{self, Scale};
 use crate::supplies::{self, COMPASS_FRESH_MS, HULL_START_MS, POTS_START_MS, Supplies, SupplyPins};
+use crate::trips::Trips;
 use control::config::Settings;
 use devices::adc::{self, Channel};
 use devices::attitude::Attitude;
@@ -77,6 +78,8 @@ pub struct Wiring<F: Fitted> {
     pub beacon: F::Out,
     /// Continuity of the burn wire: high while it is whole.
     pub wire: F::In,
+    /// nFAULT of both bridges: low while one has switched itself off.
+    pub bridge_fault: F::In,
     /// Fin.
     pub fin: F::Servo,
     /// Port of the compass.
@@ -98,6 +101,7 @@ pub struct Parts<F: Fitted> {
     release: Release<F::Out, F::Out>,
     beacon: F::Out,
     wire: F::In,
+    trips: Trips<F::In>,
     rudder: Rudder<F::Servo, F::Out>,
     supplies: Supplies<F::Out>,
     /// The compass.
@@ -120,7 +124,7 @@ impl<F: Fitted> Parts<F> {
     /// Takes the pins; nothing moves.
     pub fn new(wiring: Wiring<F>, settings: &Settings) -> Self {
         let scale = Scale::of(settings);
-        let Wiring { bus, delay, pump, mass, release, beacon, wire, fin, compass, gps, supplies, modem } = wiring;
+        let Wiring { bus, delay, pump, mass, release, beacon, wire, bridge_fault, fin, compass, gps, supplies, modem } = wiring;
         let (supplies, servo) = Supplies::new(supplies);
         let mut parts = Self {
             bus,
@@ -130,6 +134,7 @@ impl<F: Fitted> Parts<F> {
             release: Release::new(release.0, release.1),
             beacon,
             wire,
+            trips: Trips::new(bridge_fault),
             rudder: Rudder::new(fin, servo),
             supplies,
             compass: Compass::new(compass),
@@ -329,7 +334,9 @@ impl<F: Fitted> Parts<F> {
         self.wake_analog(POTS_START_MS);
         let (pump, mass) = (self.pump_m3(), self.mass_m());
         let doing = [self.pump.look(pump, wanted.ballast_m3, dt_s), self.mass.look(mass, wanted.battery_mass_m, dt_s)];
-        self.supplies.bridges.put(doing.iter().any(|doing| matches!(doing, Doing::Driving(_))));
+        let driving = doing.iter().any(|doing| matches!(doing, Doing::Driving(_)));
+        let awake = self.trips.awake(driving, self.supplies.bridges.is_on());
+        self.supplies.bridges.put(awake);
         self.doze_analog();
         self.release.look(wanted.drop_weight, dt_s);
         self.rudder.look(wanted.fin_rad, now_ms);

@@ -209,8 +209,10 @@ impl Choice {
                 let pitch_rad = s.gamma_rad() - s.alpha_rad;
                 if PITCH_RANGE.contains(&pitch_rad) {
                     self.best = value;
-                    // A little on the side away from the stall.
-                    self.best_pitch_rad = pitch_rad + s.alpha_rad * (1.0 - config.alpha_share);
+                    // A little on the side away from the stall, where it is near.
+                    let flat = leg.goal == Goal::BestGlide || pitch_rad <= self.steep_rad();
+                    let margin_rad = if flat { s.alpha_rad * (1.0 - config.alpha_share) } else { 0.0 };
+                    self.best_pitch_rad = pitch_rad + margin_rad;
                     self.best_tan_gamma = s.tan_gamma;
                 }
             }
@@ -254,6 +256,15 @@ impl Choice {
     pub(crate) fn pitch_rad(&self, config: &Config, steeper: bool) -> f32 {
         let pitch = if PITCH_RANGE.contains(&self.pitch_rad) { self.pitch_rad } else { config.preset_pitch_rad };
         if steeper && !self.fixed { (pitch + LESSON_RAD).at_most(*PITCH_RANGE.end()) } else { pitch }
+    }
+
+    /// The pitch is steeper than the table's best glide by enough for the flow to come to the wings by itself.
+    pub(crate) fn is_steep(&self) -> bool {
+        self.pitch_rad > self.steep_rad()
+    }
+
+    fn steep_rad(&self) -> f32 {
+        self.flattest_rad + BEYOND_RAD + RETREAT_RAD
     }
 
     /// The pitch is the preset: no table, or none that can be used.

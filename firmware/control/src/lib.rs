@@ -54,14 +54,14 @@ use glide::{Choice, Estimate};
 use polar::Table;
 use safety::{Safety, Verdict, Watch};
 use senses::{Seen, Senses};
-use signals::{Abort, ActuatorCommand, Answer, Flags, Leg, Micros, Mission, Phase, SensorFrame, Trace};
+use signals::{Abort, ActuatorCommand, Answer, Flags, Goal, Leg, Micros, Mission, Phase, SensorFrame, Trace};
 use trim::{Trim, Wish};
 use voyage::{Stage, Voyage};
 
 /// Share of the ballast drive at which the full pitch is wanted; below it the
 /// pitch wanted shrinks with the ballast.
 const FULL_PITCH_SHARE: f32 = 0.5;
-/// Time a glide begins steeper for once the pump is through, s: from rest the flow has to come to the wings first, else the vehicle may go on falling flat.
+/// Time a flat glide begins steeper for once the pump is through, s: from rest the flow has to come to the wings first, else the vehicle may go on falling flat.
 const ENTRY_S: f32 = 20.0;
 /// Shallower than this the vehicle still floats, m.
 const ENTRY_M: f32 = 1.5;
@@ -362,7 +362,8 @@ fn command(
     let pumped = (order.ballast_m3 - state.ballast_m3).abs() < 10e-6;
     let way_s = if pumped && seen.depth_m > ENTRY_M { seen.dt_s } else { 0.0 };
     state.pumped_s = if state.steady_s > 0.0 { (state.pumped_s + way_s).at_most(1e4) } else { 0.0 };
-    let entry = matches!(phase, Phase::Dive | Phase::Climb) && state.pumped_s < ENTRY_S;
+    let flat = leg.goal == Goal::BestGlide || !state.choice.is_steep();
+    let entry = flat && matches!(phase, Phase::Dive | Phase::Climb) && state.pumped_s < ENTRY_S;
     let lesson = leg.depth_max_m - leg.depth_min_m > 4.0 * LESSON_M
         && leg.depth_max_m - seen.depth_m < LESSON_M
         && state.choice.wants_lesson(state.voyage.dives);

@@ -51,13 +51,30 @@ pub struct Outputs {
     hung: Vec<(Name, Switched)>,
     /// Both inputs of a bridge were high at once.
     pub shorted: bool,
+    /// A bridge has switched itself off for too much current, until it is put to sleep.
+    pub tripped: bool,
+    /// It does so so many times more, whenever a motor begins.
+    pub trips_left: u32,
+    /// Its nFAULT line is held low whatever it does.
+    pub fault_shorted: bool,
 }
 
 impl Outputs {
     /// All low: the state before any program runs.
     #[must_use]
     pub fn new(clock: Clock, around: Around) -> Self {
-        Self { clock, around, pins: [false; 12], fin_rad: None, last: Drive::default(), hung: Vec::new(), shorted: false }
+        Self {
+            clock,
+            around,
+            pins: [false; 12],
+            fin_rad: None,
+            last: Drive::default(),
+            hung: Vec::new(),
+            shorted: false,
+            tripped: false,
+            trips_left: 0,
+            fault_shorted: false,
+        }
     }
 
     /// A part hangs on a supply.
@@ -90,7 +107,12 @@ impl Outputs {
         for (name, part) in &mut self.hung {
             part(if *name == Name::Compass { compass } else { gps });
         }
-        let bridge = |a: bool, b: bool| (bridges && a != b).then_some(a);
+        self.tripped &= bridges;
+        if bridges && !self.tripped && self.trips_left > 0 && (out != inward || forward != aft) {
+            (self.tripped, self.trips_left) = (true, self.trips_left - 1);
+        }
+        let tripped = self.tripped;
+        let bridge = |a: bool, b: bool| (bridges && !tripped && a != b).then_some(a);
         self.shorted |= out && inward || forward && aft;
         let fin_rad = self.fin_rad.filter(|_| servo);
         let drive = Drive { pump: bridge(out, inward), mass: bridge(forward, aft), fin_rad, fire: arm && fire, beacon };
@@ -165,28 +187,25 @@ impl SetDutyCycle for Servo {
     }
 }
 
-/// The sense line of the burn wire: high while it is whole.
+/// A line that the board reads.
 #[derive(Clone)]
-pub struct WireSense {
-    clock: Clock,
-    around: Around,
+pub enum Sense {
+    /// The burn wire: high while it is whole.
+    Wire(Clock, Around),
+    /// nFAULT of both bridges, open drain, pulled up: low while one has switched itself off.
+    BridgeFault(Rc<RefCell<Outputs>>),
 }
 
-impl WireSense {
-    /// The line.
-    #[must_use]
-    pub fn new(clock: Clock, around: Around) -> Self {
-        Self { clock, around }
-    }
-}
-
-impl digital::ErrorType for WireSense {
+impl digital::ErrorType for Sense {
     type Error = Infallible;
 }
 
-impl InputPin for WireSense {
+impl InputPin for Sense {
     fn is_high(&mut self) -> Result<bool, Infallible> {
-        Ok(self.around.borrow_mut().sample(self.clock.now_ns()).wire)
+        Ok(match self {
+            Self::Wire(clock, around) => around.borrow_mut().sample(clock.now_ns()).wire,
+            Self::BridgeFault(outputs) => !outputs.borrow().tripped && !outputs.borrow().fault_shorted,
+        })
     }
     fn is_low(&mut self) -> Result<bool, Infallible> {
         self.is_high().map(|high| !high)

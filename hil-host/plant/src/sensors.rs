@@ -126,7 +126,8 @@ impl Sensors {
         copy.channels_mut().map(|c| *c)
     }
 
-    fn channels_mut(&mut self) -> [&mut Channel; COUNT] {
+    /// All of them.
+    pub fn channels_mut(&mut self) -> [&mut Channel; COUNT] {
         [
             &mut self.depth,
             &mut self.depth2,
@@ -146,7 +147,7 @@ impl Sensors {
 }
 
 /// Number of analogue channels, in the order of [`ANALOGUE`].
-pub(crate) const COUNT: usize = ANALOGUE.len();
+pub const COUNT: usize = ANALOGUE.len();
 
 /// State of one channel.
 #[derive(Clone, Debug)]

@@ -21,7 +21,7 @@ use rig::flight::file_kinds::{Kind, expect};
 use rig::flight::mission_file::{self, wings_name};
 use rig::flight::recorder::Recorder;
 use rig::flight::vehicles::{self, Model};
-use rig::flight::{tables, worlds};
+use rig::flight::{other_goal, tables, worlds};
 use rig::seats::CYCLE_S;
 use rig::seats::{self, Choice, Seat};
 use rig::spelling::{meant_path, near};
@@ -136,11 +136,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
         None => None,
     };
-    if let Some(path) = &args.table {
-        let bytes = table_of(path, mission.wings)?;
+    let table = args.table.as_deref().map(|path| table_of(path, mission.wings)).transpose()?;
+    if let Some(bytes) = &table {
         seat.hello()?;
-        seat.tabulate(mission.wings, &bytes)?;
+        seat.tabulate(mission.wings, bytes)?;
     }
+    // Beside a fault, another law or a clock that is waited for it would say nothing.
+    let alike = choice == Choice::InProcess && args.controller == "ours" && args.faults.is_empty() && realtime.is_none();
+    let other = if alike { other_goal::flown(&setup, &scenario, table.as_deref())? } else { None };
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let mut recorder = match &args.log {
         Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
@@ -158,6 +161,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             "distance_m": round(before.distance_m, 2), "end": before.end.to_string(),
         });
         document["range_gain"] = json!(round(out.achieved_l_over_d() / old - 1.0, 4));
+    }
+    if let Some((goal, other)) = &other {
+        document["other_goal"] = json!({
+            "goal": goal, "joule_per_m": other.joule_per_m().map(|j| round(j, 3)), "achieved_l_over_d": round(other.achieved_l_over_d(), 4),
+            "distance_m": round(other.distance_m, 2), "duration_s": round(other.duration_s, 1), "end": other.end.to_string(),
+        });
     }
     if let Some(r) = recorder {
         r.finish(document.clone())?;
@@ -320,7 +329,7 @@ pub fn summary(out: &Outcome, world: &World, args: &Args, mission: &Mission, sea
         "share_of_time_near_best": round(out.share_near_best, 4),
         "max_depth_m": round(out.max_depth_m, 2), "depth_band_m": [out.upper_turn_m.map(|u| round(u, 2)), round(out.max_depth_m, 2)],
         "energy_j": round(out.energy_j.1, 1), "pump_energy_j": round(out.energy_j.0, 1),
-        "joule_per_m": (out.distance_m > 0.0).then(|| round(out.energy_j.1 / out.distance_m, 3)),
+        "joule_per_m": out.joule_per_m().map(|j| round(j, 3)),
         "actuator_hash": format!("{:016x}", out.actuator_hash), "table_id": format!("{:08x}", out.table_id),
         "seed": world.scenario().seed, "faults": world.scenario().faults.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "cycles": out.cycles, "wall_s": round(out.wall_s, 3), "times_real": round(out.duration_s / out.wall_s.max(1e-9), 0),
@@ -349,6 +358,12 @@ pub(super) fn print(d: &Value, args: &Args) {
         n("max_l_over_d"),
         100.0 * n("share_of_max")
     ));
+    let other = &d["other_goal"];
+    let would = match (other["goal"].as_str(), other["joule_per_m"].as_f64(), other["achieved_l_over_d"].as_f64()) {
+        (Some(goal), Some(cost), Some(glide)) => format!("; {goal} would take {cost:.2} J/m at L/D {glide:.3}"),
+        _ => String::new(),
+    };
+    say(&format!("energy         {:.2} J/m{would}", n("joule_per_m")));
     if let Some(before) = d["beside"]["achieved_l_over_d"].as_f64() {
         say(&format!("beside         {before:.3} with the other table: {:+.1} % range", 100.0 * n("range_gain")));
     }

@@ -90,6 +90,25 @@ fn hil_no_bus_fault_hangs_the_board_or_is_read_as_a_measurement() {
     assert!(tally.missing > 200 && tally.missing * 2 < tally.readings, "faults that are felt, and parts that come back: {tally:?}");
 }
 
+/// Bridges that switch themselves off are put to sleep and tried again; a fault line that is shorted stops no motor.
+#[test]
+fn hil_a_bridge_that_trips_or_its_shorted_line_ends_no_mission() {
+    for shorted in [false, true] {
+        let (setup, world) = setup("shallow", Wings::Standard);
+        let mut board = own_parts::board(world, &setup);
+        let mut cycles = 0;
+        let out = own_parts::fly(&mut board, &setup, &mut |_| Ok(()), &mut |board| {
+            let mut outputs = board.bench.outputs.borrow_mut();
+            outputs.fault_shorted = shorted;
+            // Twice in each hundred seconds, whatever moves then.
+            cycles += 1;
+            outputs.trips_left = if !shorted && cycles % 25 == 0 { 2 } else { outputs.trips_left };
+        })
+        .unwrap();
+        assert_eq!(out.end, End::Done, "{shorted}: {out:?}");
+    }
+}
+
 #[test]
 fn a_2_bar_transducer_is_no_depth_and_a_mission_with_it_ends_afloat() {
     let (setup, world) = setup("shallow", Wings::Standard);

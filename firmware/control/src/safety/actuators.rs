@@ -32,8 +32,14 @@ pub const FEEDBACK_LOST_S: f32 = 180.0;
 const ANSWER_M_S: f32 = 0.05;
 /// Battery mass error that is left alone, m.
 pub const MASS_NEAR_M: f32 = 1.5e-3;
-/// Battery mass without way for this long is stopped, s (or two cycles).
+/// Way of the battery mass that counts as way, m.
+const MASS_MOVES_M: f32 = 0.3e-3;
+/// Battery mass without way for this long is stopped, s (or two cycles, and what the line to its motor was seen to delay).
 pub const MASS_WAIT_S: f32 = 2.0;
+/// How many cycles old an order may be when the motor follows it: the delay margin of the pitch loop.
+const ORDERS: usize = 6;
+/// Farther from every order of these cycles than this, and from the newest, is away, m.
+const MASS_AWAY_M: f32 = 4e-3;
 /// Mass stopped in all for this long: abort, s.
 pub const MASS_LOST_S: f32 = 120.0;
 /// Fin error left alone, rad; time without way, s.
@@ -41,12 +47,19 @@ pub const FIN: (f32, f32) = (0.1, 60.0);
 /// Heading swept in one direction that is a spiral: two full turns, rad.
 const SPIRAL_RAD: f32 = 12.566;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Follower {
+    /// NaN: nothing ordered so far.
     target: f32,
     mark: f32,
     nearest: f32,
     still_s: f32,
+}
+
+impl Default for Follower {
+    fn default() -> Self {
+        Self { target: f32::NAN, mark: 0.0, nearest: 0.0, still_s: 0.0 }
+    }
 }
 
 impl Follower {
@@ -70,6 +83,29 @@ impl Follower {
     }
 }
 
+/// The orders that a motor may be on its way to: what it is told takes effect some cycles later over a slow line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Orders {
+    /// Position ordered, m, newest first; 0 before the first.
+    last: [f32; ORDERS],
+}
+
+impl Orders {
+    fn note(&mut self, order: f32) {
+        let mut newer = order;
+        for at in &mut self.last {
+            newer = core::mem::replace(at, newer);
+        }
+    }
+
+    /// Whether `at` lies between the orders, or within `near` of one of them.
+    fn lead_to(&self, at: f32, near: f32) -> bool {
+        let (low, high) = self.last.iter().fold((at, at), |(low, high), x| (low.at_most(*x), high.at_least(*x)));
+        let nearest = self.last.iter().any(|x| (x - at).abs() <= near);
+        nearest || low < at && at < high
+    }
+}
+
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ActuatorWatch {
     pump: Follower,
@@ -84,7 +120,12 @@ pub(super) struct ActuatorWatch {
     mass_stopped_s: f32,
     /// Stopped in the cycle before: what is commanded is where it stands, not where it is wanted.
     mass_held: bool,
+    /// And in the one before that.
+    mass_was_held: bool,
     mass_away: u8,
+    mass_orders: Orders,
+    /// Longest that the mass stood and then went where it was sent, s: what the line to its motor delays.
+    mass_lag_s: f32,
     fin: Follower,
     fin_lost_s: f32,
     swept_rad: f32,
@@ -98,6 +139,7 @@ impl ActuatorWatch {
             self.rate_at_first_try_m_s,
             self.pump_lost_s,
             self.mass_stopped_s,
+            self.mass_lag_s,
             self.fin_lost_s,
             self.swept_rad,
             self.last_heading_rad,
@@ -168,23 +210,34 @@ impl ActuatorWatch {
 
     fn watch_mass(&mut self, w: &Watch<'_>, v: &mut Verdict) {
         let dt = w.seen.dt_s;
+        // Where it was stopped is an order once; where it goes on to after that is none.
+        if !(self.mass_held && self.mass_was_held) {
+            self.mass_orders.note(w.commanded.battery_mass_m);
+        }
         let stopped = match w.seen.battery_m {
             None => true,
             Some(at) => {
                 let wanted = if self.mass_held { self.mass.target } else { w.commanded.battery_mass_m };
-                let (still_s, away) = self.mass.watch(wanted, at, MASS_NEAR_M, 0.3e-3, dt);
-                self.mass_away = if away > 4e-3 { self.mass_away.saturating_add(1) } else { 0 };
+                let (stood_s, stood_at) = (self.mass.still_s, self.mass.mark);
+                let (still_s, away) = self.mass.watch(wanted, at, MASS_NEAR_M, MASS_MOVES_M, dt);
+                let shortest_s = MASS_WAIT_S.at_least(2.0 * w.cycle_s());
+                if still_s <= 0.0 && stood_s >= shortest_s && (at - stood_at).abs() > MASS_MOVES_M {
+                    self.mass_lag_s = self.mass_lag_s.at_least(stood_s).at_most(ORDERS as f32 * w.config.cycle_s);
+                }
+                let away = away > MASS_AWAY_M && !self.mass_orders.lead_to(at, MASS_AWAY_M);
+                self.mass_away = if away { self.mass_away.saturating_add(1) } else { 0 };
                 if self.mass_away >= 2 && Of::MassAway.enabled() {
                     v.cause(Abort::MassStuck);
                 }
                 // Stopped for a while, then tried again.
                 still_s >= MASS_WAIT_S && Of::MassStops.enabled() && {
-                    let wait = Of::MassStops.after(MASS_WAIT_S.at_least(2.0 * w.cycle_s()));
+                    let wait = Of::MassStops.after(shortest_s.at_least(self.mass_lag_s + shortest_s));
                     let rounds = (still_s - wait) / (8.0 * wait);
                     still_s >= wait && rounds % 1.0 < 0.75
                 }
             }
         };
+        self.mass_was_held = self.mass_held;
         self.mass_held = stopped && w.seen.battery_m.is_some();
         if stopped {
             v.flag(Flags::MASS_STOPPED);

@@ -14,6 +14,7 @@
 //! |---|---|---|
 //! | dive | [`HEAVY_DIVE`] | turned round, mission ends at the surface; the weight goes if the vehicle does not rise then |
 //! | dive, no leak detector answers | [`UNGUARDED_DIVE`], whatever the water | the same |
+//! | climb, no leak detector answers | [`UNGUARDED_CLIMB`], whatever the water, for [`UNGUARDED_S`] | as in a climb |
 //! | climb on the leg's drive | [`HEAVY_CLIMB`] | all the pump has, for this climb |
 //! | climb on all the pump has | [`HEAVY_CLIMB`] | what is left may not win: abort, and the drop weight while it still can |
 
@@ -28,8 +29,12 @@ pub const HEAVY_DIVE: f32 = 1.2;
 pub const UNGUARDED_DIVE: f32 = 0.6;
 /// Load over the pump's range in a climb, 1: a climb at less than half the rate.
 pub const HEAVY_CLIMB: f32 = 0.8;
+/// The same where no leak detector answers, 1: a climb at less than two thirds of the rate. Twice the table's drag makes 0.5 of it.
+pub const UNGUARDED_CLIMB: f32 = 0.6;
 /// For so long, s.
 pub const HEAVY_S: f32 = 60.0;
+/// For so long in a climb where no leak detector answers, s: a leak of 50 g/min takes a tenth of the pump meanwhile.
+pub const UNGUARDED_S: f32 = 30.0;
 /// Faster than the table by this is no water alone, m/s: internal waves of 0.03 m/s, as much of layers, and what else moves for minutes.
 const WATER_M_S: f32 = 0.055;
 /// Sinking water that a climb may be in for so long, m/s: internal waves of 0.01 to 0.03 m/s.
@@ -69,14 +74,16 @@ impl LoadWatch {
         };
         let rate_m_s = w.seen.rate_m_s;
         let heavy = match (up, v.unguarded) {
-            (true, _) => load(rate_m_s - WATER_UP_M_S) > HEAVY_CLIMB,
+            (true, true) => load(rate_m_s) > UNGUARDED_CLIMB,
+            (true, false) => load(rate_m_s - WATER_UP_M_S) > HEAVY_CLIMB,
             (false, true) => load(rate_m_s) > UNGUARDED_DIVE,
             (false, false) => load(rate_m_s) > HEAVY_DIVE && rate_m_s > table_m_s + WATER_M_S,
         };
         self.heavy_s =
             if heavy && w.seen.depth_age_s <= 0.0 { (self.heavy_s + w.seen.dt_s).at_most(1e4) } else { self.heavy_s * w.seen.unchanged() };
         let of = if up { Of::LoadInClimb } else { Of::LoadInDive };
-        if !(self.heavy_s >= of.after(HEAVY_S) && of.enabled()) {
+        let after_s = if up && v.unguarded { UNGUARDED_S } else { HEAVY_S };
+        if !(self.heavy_s >= of.after(after_s) && of.enabled()) {
             return;
         }
         if !up {

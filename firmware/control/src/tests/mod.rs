@@ -3,5 +3,6 @@
 mod bridging;
 mod flooding;
 mod laws;
+mod slow_orders;
 mod toy;
 mod wrong_sensors;

@@ -11,12 +11,6 @@
 //!
 //! A fault with which the mission goes on, or turns for home (a pump that leaks back slowly, one of two
 //! depth sensors), begins no race: the weight is not dropped for it, and nobody knows of the water to come.
-//!
-//! Water that comes in behind a dead leak detector is seen by nothing but the
-//! motion: less than the pump lifts it hides in any climb, layered water makes up to
-//! 0.4 of that, and in a flat glide at 0.1 m/s the 0.03 m/s of an internal wave are as
-//! much as 0.7 of it, a pitch that is 0.15 rad off as much as 1.1. Nobody need know of
-//! less than `UNSEEN`; from then on the five minutes count.
 
 use super::demands;
 use super::expect::{self, Ahead, Expect};
@@ -62,16 +56,6 @@ fn owed_abort(fault: &Fault, config: &Config, one_depth: bool) -> bool {
     matches!(expect::expect(fault, config, &Ahead::NOTHING), Some(Expect::Abort(..)))
 }
 
-/// Load over what the pump lifts that may be the water's, or is none that needs more than the pump, 1.
-const UNSEEN: f64 = 1.4;
-
-/// How long after its onset a fault can be known at the earliest, s: a leak behind a dead detector when it is no longer hidden.
-fn unseen_s(fault: &Fault, faults: &[Fault], config: &Config) -> f64 {
-    let dead = |f: &Fault| f.target == Target::LeakDetector && matches!(f.kind, Kind::Off | Kind::Stuck);
-    let hidden = (fault.target, fault.kind) == (Target::Hull, Kind::Leak) && faults.iter().any(dead);
-    if hidden { UNSEEN * f64::from(config.pump_m3) * 1e6 / fault.size * 60.0 } else { 0.0 }
-}
-
 /// Whether a case is a race: something loads the vehicle that grows, ends or moves with it, or the best of pump and weight does
 /// not lift it while all its faults act.
 #[must_use]
@@ -111,10 +95,18 @@ fn best_moves(config: &Config, cycle: &Cycle<'_>, climb: Climb, sinks: bool) -> 
 /// # Errors
 /// The world cannot be, or the controller does not answer.
 pub fn can_be_won(case: &Case) -> anyhow::Result<bool> {
-    Ok(wins(case, Climb::Steepest)? || wins(case, Climb::Gliding)?)
+    wins_from(case, demands::RACE_S)
 }
 
-fn wins(case: &Case, climb: Climb) -> anyhow::Result<bool> {
+/// Whether the best moves bring it home that begin so long after the onset, s.
+///
+/// # Errors
+/// As [`can_be_won`].
+pub fn wins_from(case: &Case, after_s: f64) -> anyhow::Result<bool> {
+    Ok(wins(case, Climb::Steepest, after_s)? || wins(case, Climb::Gliding, after_s)?)
+}
+
+fn wins(case: &Case, climb: Climb, after_s: f64) -> anyhow::Result<bool> {
     let mission = case.mission();
     let mut world = World::new(case.scenario()).map_err(|e| anyhow!("{e}"))?;
     let (config, crush_m) = (worlds::config(&mission), world.scenario().vehicle.crush_depth_m);
@@ -139,12 +131,12 @@ fn wins(case: &Case, climb: Climb) -> anyhow::Result<bool> {
         for (fault, onset) in begin.iter().zip(&mut onsets) {
             if onset.is_none() && fault.phase.is_none_or(|p| p == phase) {
                 let begins_s = fault.delay_s + if fault.phase.is_some() { time_s } else { 0.0 };
-                *onset = Some(begins_s + unseen_s(fault, &case.faults, &config));
+                *onset = Some(begins_s);
             }
         }
         let struck_s = onsets.iter().copied().flatten().fold(f64::INFINITY, f64::min);
         let cycle = Cycle { time_s, frame: &frame, answer: &answer, truth: &truth };
-        let racing = time_s >= struck_s + demands::RACE_S;
+        let racing = time_s >= struck_s + after_s;
         if truth.depth_m > crush_m {
             return Ok(false);
         }
@@ -169,6 +161,7 @@ mod tests {
     use super::super::{draw::Draw, lattice::Water, run};
     use super::*;
     use control::Settings;
+    use signals::Wings;
 
     #[test]
     fn regress_a_deep_leak_is_won_by_the_steepest_climb() {
@@ -211,6 +204,28 @@ mod tests {
             assert!(verdict.safe() || verdict.means.none_left(), "{verdict:?}");
             assert!(!case.faults.is_empty() || verdict.abort.is_none(), "{verdict:?}");
         }
+    }
+
+    #[test]
+    fn regress_without_a_pump_in_sinking_water_the_ascent_is_not_given_up() {
+        for wings in [Wings::Standard, Wings::LowAspectRatio] {
+            let faults = ["pump:stuck@inflect_low", "sea:upwelling=-0.16@inflect_low"].map(|f| f.parse().expect("a fault"));
+            let verdict = run(&Case { water: Water::Shallow, wings, seed: 0, faults: faults.into(), line: None }).expect("flies");
+            // Once to 118 m of 125; the ascent alone takes it to 58 m.
+            assert!(verdict.safe() && verdict.max_depth_m < 65.0, "{verdict:?}");
+        }
+    }
+
+    /// What the best moves win from five minutes after a hidden leak's onset on is owed, whatever the law can see by then.
+    #[test]
+    fn a_hidden_leak_is_a_race_from_its_onset_on() {
+        let hidden = |size: &str| {
+            let faults = [size, "leak:stuck"].map(|f| f.parse().expect("a fault"));
+            Case { water: Water::Edge, wings: Wings::Standard, seed: 1, faults: faults.into(), line: None }
+        };
+        let slow = hidden("hull:leak=20+2000s");
+        assert!(wins_from(&slow, 0.0).expect("flies") && can_be_won(&slow).expect("flies"), "300 s at 20 g/min are 100 g");
+        assert!(!can_be_won(&hidden("hull:leak=120+2000s")).expect("flies"), "600 g at depth");
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod image_lines;
 pub mod log;
 pub mod mission_file;
 pub mod onboard_log;
+pub mod other_goal;
 pub mod outcome;
 pub mod own_parts;
 pub mod power;

@@ -90,6 +90,12 @@ impl Outcome {
     pub fn achieved_l_over_d(&self) -> f64 {
         if self.vertical_m > 0.0 { self.distance_m / self.vertical_m } else { 0.0 }
     }
+
+    /// Electrical energy per metre over ground, J/m; none: it went nowhere.
+    #[must_use]
+    pub fn joule_per_m(&self) -> Option<f64> {
+        (self.distance_m > 0.0).then(|| self.energy_j.1 / self.distance_m)
+    }
 }
 
 /// Hash of an actuator stream: 64-bit FNV-1a over the bits of every field.

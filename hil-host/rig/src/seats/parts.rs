@@ -24,7 +24,7 @@ use helm::{Boot, Helm, Mark, Vault, WithImages};
 use parts::chip_flash::ChipFlash;
 use parts::iridium::{Fault, ModemPort, ModemPower};
 use parts::ms5837::Model;
-use parts::outputs::{Name, Pin, Servo, WireSense};
+use parts::outputs::{Name, Pin, Sense, Servo};
 use parts::talker::Port;
 use parts::wires::WirePin;
 use parts::{Bench, Clock, Drive, Sample, Surroundings, Work, gps, os5000, w25q128};
@@ -159,7 +159,7 @@ impl Fitted for OnTheBench {
     type Delay = Clock;
     type Motor = Pin;
     type Out = Pin;
-    type In = WireSense;
+    type In = Sense;
     type Servo = Servo;
     type Compass = Port<os5000::Os5000>;
     type Gps = Port<gps::Gps>;
@@ -426,7 +426,8 @@ fn switched_on(bench: &Bench, chip: &mut Chip, line: &Line, built_in: &Config, r
         mass: (pin(Name::MassForward), pin(Name::MassAft)),
         release: (pin(Name::Arm), pin(Name::Fire)),
         beacon: pin(Name::Beacon),
-        wire: WireSense::new(bench.clock.clone(), bench.around.clone()),
+        wire: Sense::Wire(bench.clock.clone(), bench.around.clone()),
+        bridge_fault: Sense::BridgeFault(bench.outputs.clone()),
         fin: Servo(bench.outputs.clone()),
         compass: Port(bench.compass.clone()),
         gps: Port(bench.gps.clone()),

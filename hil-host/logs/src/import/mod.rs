@@ -28,6 +28,7 @@ pub mod draft;
 mod fills;
 pub mod folder;
 mod join;
+mod lift_drag;
 mod measured;
 pub mod netcdf;
 pub mod npy;
@@ -47,6 +48,7 @@ mod surface;
 pub mod table;
 pub mod trim;
 mod two_computers;
+mod variation;
 
 pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 
@@ -79,6 +81,29 @@ pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -
     }
 }
 
+/// What is mended, left out or refused in a flight of any source, in this order; the rows of a log are put in order by [`assembly`], and
+/// its channels chosen and cleaned by [`raw_log`] and `measured` before.
+const REPAIRS: [fn(&mut Imported) -> Result<(), String>; 6] = [
+    checks::impossible_water,
+    find_missing,
+    pressure_zero::take_out_of_flight,
+    bad_segments::leave_out,
+    checks::sound,
+    leave_out_situations,
+];
+
+/// Columns without any value, before the checks speak of them.
+fn find_missing(imported: &mut Imported) -> Result<(), String> {
+    imported.report.find_missing(&imported.flight);
+    Ok(())
+}
+
+/// Rows on the sea bed and under a thruster, positions that are no fixes.
+fn leave_out_situations(imported: &mut Imported) -> Result<(), String> {
+    situations::leave_out(&mut imported.flight)?.into_iter().for_each(|what| imported.report.note(what));
+    Ok(())
+}
+
 /// The readers, those whose files say most by their names first.
 pub const READERS: [&Reader; 7] = [
     &slocum::SLOCUM,
@@ -108,16 +133,13 @@ fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>
     let FilesOfFlight { reader, files, witnesses, passed } = files_of_one_kind(paths)?;
     let mut imported = (reader.import)(&files, caches)?;
     passed.into_iter().for_each(|what| imported.report.note(what));
-    checks::impossible_water(&mut imported);
-    imported.report.find_missing(&imported.flight);
-    pressure_zero::take_out_of_flight(&mut imported);
-    checks::sound(&mut imported).map_err(|what| match imported.report.left_out.as_slice() {
-        [] => ImportError::new(first, what),
-        // What was lost before may be the cause.
-        lost => ImportError::new(first, format!("{what} (left out before: {})", lost.join("; "))),
-    })?;
-    let situations = situations::leave_out(&mut imported.flight).map_err(|what| ImportError::new(first, what))?;
-    situations.into_iter().for_each(|what| imported.report.note(what));
+    for repair in REPAIRS {
+        repair(&mut imported).map_err(|what| match imported.report.left_out.as_slice() {
+            [] => ImportError::new(first, what),
+            // What was lost before may be the cause.
+            lost => ImportError::new(first, format!("{what} (left out before: {})", lost.join("; "))),
+        })?;
+    }
     stated_vehicle::state(&mut imported, reader.class, class);
     for path in &witnesses {
         current_profiler::witness(path, &mut imported)?;
@@ -139,7 +161,11 @@ fn files_of(paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
     let (mut named, mut in_folders) = (Vec::new(), Vec::new());
     for path in paths {
         if path.is_dir() {
-            in_folders.extend(folder::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
+            let files = folder::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?;
+            if !files.iter().any(|f| reader_of(f).is_some()) {
+                in_folders.extend(folder::of_two_computers(path));
+            }
+            in_folders.extend(files);
         } else if path.is_file() {
             named.push(path.clone());
         } else if path.exists() {
@@ -185,15 +211,6 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
     let mut files: Vec<PathBuf> = known.iter().filter(|f| f.0 == kind).map(|f| f.1.clone()).collect();
     if named.len() == files.len() {
         files = (reader.partners)(&files);
-    }
-    if files.len() > 1 && !reader.joins {
-        let list: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
-        let (count, name) = (files.len(), reader.name);
-        let what = format!(
-            "{count} files of {name} here, and one {name} is one flight: import one at a time ({}), or concatenate them under one header line",
-            list.join(", ")
-        );
-        return Err(ImportError::new(&paths[0], what));
     }
     let others = named.iter().chain(&in_folders).filter(|f| !files.contains(f)).count();
     let mut passed: Vec<String> = paths.iter().filter(|p| p.is_dir()).flat_map(|p| folder::dangling(p)).collect();

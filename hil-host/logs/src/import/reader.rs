@@ -11,7 +11,7 @@ pub struct Reader {
     pub name: &'static str,
     /// Whether a file is of it.
     pub claims: fn(&Path) -> bool,
-    /// Whether several files of it make one flight.
+    /// Whether any number of files of it make one flight; of others each is one, or two are, of a vehicle's two computers.
     pub joins: bool,
     /// Whether a file is a dive, of which a mission has hundreds.
     pub a_dive_a_file: bool,

@@ -20,11 +20,15 @@ impl Series {
     /// Pairs with finite time and value, sorted by time; of equal times the first stays.
     #[must_use]
     pub fn new(time_s: &[f64], value: &[f64]) -> Self {
-        let mut pairs: Vec<(f64, f64)> =
-            time_s.iter().copied().zip(value.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        pairs.dedup_by(|b, a| a.0 == b.0);
-        let (time_s, value): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+        let known = || time_s.iter().copied().zip(value.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite());
+        let (time_s, value): (Vec<f64>, Vec<f64>) = if known().is_sorted_by(|a, b| a.0 < b.0) {
+            known().unzip()
+        } else {
+            let mut pairs: Vec<(f64, f64)> = known().collect();
+            pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+            pairs.dedup_by(|b, a| a.0 == b.0);
+            pairs.into_iter().unzip()
+        };
         let steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
         Self { time_s, value, step_s: crate::record::plausible::quantile(&steps, 0.5) }
     }

@@ -82,10 +82,26 @@ fn number(value: f64, digits: usize, out: &mut Vec<u8>) {
 const MOST_SCALED: f64 = 1e12;
 const NEAR_HALF: f64 = 1e-3;
 
+/// "00", "01" … "99".
+const PAIRS: [u8; 200] = {
+    let mut pairs = [b'0'; 200];
+    let mut k = 0;
+    while k < 100 {
+        (pairs[2 * k], pairs[2 * k + 1]) = (b'0' + (k / 10) as u8, b'0' + (k % 10) as u8);
+        k += 1;
+    }
+    pairs
+};
+
 /// The digits of a whole number, `least` of them and more.
 fn digits_of(mut value: u64, least: usize, out: &mut Vec<u8>) {
     let mut buffer = [b'0'; 20];
     let mut at = buffer.len();
+    while value > 9 {
+        at -= 2;
+        buffer[at..at + 2].copy_from_slice(&PAIRS[2 * (value % 100) as usize..][..2]);
+        value /= 100;
+    }
     while value > 0 || buffer.len() - at < least {
         at -= 1;
         buffer[at] = b'0' + (value % 10) as u8;

@@ -152,6 +152,9 @@ fn text_of(bytes: Vec<u8>, path: &Path, report: &mut Report) -> Result<String, I
     }
 }
 
+/// Of a table of more columns than any log has room is not made for all of its rows at once.
+const WIDEST: usize = 1000;
+
 /// What an editor may put in front of UTF-8.
 const MARK: char = '\u{feff}';
 
@@ -173,7 +176,13 @@ fn is_comment(line: &str) -> bool {
 fn cut<'a>(line: &'a str, separator: char, into: &mut Vec<&'a str>) {
     into.clear();
     if !line.as_bytes().contains(&b'"') {
-        into.extend(line.split(separator).map(trimmed));
+        // Byte by byte: fields are short, and a separator is one byte.
+        let mut start = 0;
+        for end in (0..line.len()).filter(|k| line.as_bytes()[*k] == separator as u8) {
+            into.push(trimmed(&line[start..end]));
+            start = end + 1;
+        }
+        into.push(trimmed(&line[start..]));
         return;
     }
     let pairs = line.matches('"').count().is_multiple_of(2);
@@ -230,10 +239,15 @@ impl<'a> Table<'a> {
             units = Some(row.iter().map(|u| (*u).to_owned()).collect());
             said = Some(row.clone());
         }
-        let mut table = Self { columns: names.iter().map(|n| Column::new(times::is_of_texts(n))).collect(), names, units, rows: 0 };
+        let most_rows = if names.len() > WIDEST { 0 } else { text.bytes().filter(|b| *b == b'\n').count() };
+        let mut table =
+            Self { columns: names.iter().map(|n| Column::new(times::is_of_texts(n), most_rows)).collect(), names, units, rows: 0 };
         // Of files put one behind the other.
         let first = written.first().copied().unwrap_or_default();
-        let again = |r: &[&str]| r.first().is_some_and(|f| f.trim_start_matches(MARK) == first) && r.get(1..) == written.get(1..);
+        let again = |r: &[&str]| {
+            let begins = r.first().is_some_and(|f| f.ends_with(first) && f.trim_start_matches(MARK) == first);
+            begins && r.get(1..) == written.get(1..)
+        };
         let (mut repeated, mut most, mut open) = (0, 0, 0);
         for line in lines {
             cut(line, separator, &mut row);

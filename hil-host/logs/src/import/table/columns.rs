@@ -21,8 +21,13 @@ pub(super) enum Column<'a> {
 }
 
 impl<'a> Column<'a> {
-    pub fn new(as_fields: bool) -> Self {
-        if as_fields { Self::Fields(Vec::new()) } else { Self::Numbers { numbers: Vec::new(), texts: Vec::new() } }
+    /// An empty one, with room for so many rows.
+    pub fn new(as_fields: bool, rows: usize) -> Self {
+        if as_fields {
+            Self::Fields(Vec::with_capacity(rows))
+        } else {
+            Self::Numbers { numbers: Vec::with_capacity(rows), texts: Vec::new() }
+        }
     }
 
     pub fn push(&mut self, field: &'a str) {

@@ -23,6 +23,8 @@ const FLATTEST: f64 = 2.0;
 const LEVEL: f64 = 0.05;
 /// Gliders roll by up to 40 degrees in a spiral; nine tenths of a file within this many "degrees" may be radians.
 const STEEPEST_ROLL: f64 = 0.9;
+/// So many names of columns that are not read are listed: a Slocum's table has some 1,700.
+const MOST_NAMES: usize = 60;
 /// Sea water conducts 7 S/m at most; a median above this is in mS/cm, S/m.
 const CONDUCTS_S_M: f64 = 8.0;
 /// Salinity of the sea as a share of one.
@@ -97,7 +99,9 @@ impl RawLog {
         let unused = self.series.iter().enumerate().filter(|(k, _)| !self.used.contains(k));
         let unread: Vec<&str> = unused.filter(|_| self.repeats_are_lost).map(|(_, s)| s.name.as_str()).collect();
         if !unread.is_empty() {
-            self.report.note(format!("not read: {}", unread.join(", ")));
+            let more = unread.len().saturating_sub(MOST_NAMES);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            self.report.note(format!("not read: {}{more}", unread.into_iter().take(MOST_NAMES).collect::<Vec<_>>().join(", ")));
         }
         let table = self.table.as_deref().unwrap_or(Channels::usual());
         table.unused(self.names.iter().map(String::as_str)).into_iter().for_each(|what| self.report.note(what));

@@ -72,7 +72,12 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
 /// # Errors
 /// [`ImportError`].
 pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
-    match import_as_it_says(paths, caches, class) {
+    import_by(&READERS, paths, caches, class)
+}
+
+/// The same by these readers.
+fn import_by(readers: &[&'static Reader], paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
+    match import_as_it_says(readers, paths, caches, class) {
         Ok(mut imported) => {
             imported.report.in_one_line();
             Ok(imported)
@@ -119,18 +124,27 @@ pub const READERS: [&Reader; 7] = [
 /// Place of the reader of a file, none if there is none.
 #[must_use]
 pub fn reader_of(path: &Path) -> Option<usize> {
-    READERS.iter().position(|r| (r.claims)(path))
+    place_in(&READERS, path)
+}
+
+fn place_in(readers: &[&'static Reader], path: &Path) -> Option<usize> {
+    readers.iter().position(|r| (r.claims)(path))
 }
 
 /// The same, with what the files say as they say it.
-fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
+fn import_as_it_says(
+    readers: &[&'static Reader],
+    paths: &[PathBuf],
+    caches: &[PathBuf],
+    class: Option<Class>,
+) -> Result<Imported, ImportError> {
     let (lists, other): (Vec<PathBuf>, Vec<PathBuf>) = paths.iter().cloned().partition(|p| p.is_file() && slocum::is_list(p));
     // Sensor lists among the files named are no flight, but where to look for lists.
     let paths = if other.is_empty() { paths } else { &other };
     let folders = lists.iter().filter_map(|list| list.parent()).map(Path::to_path_buf);
     let caches: &Vec<PathBuf> = &caches.iter().cloned().chain(folders).collect();
     let first = paths.first().ok_or_else(|| ImportError { file: "import".into(), what: "names no file or folder".into() })?;
-    let FilesOfFlight { reader, files, witnesses, passed } = files_of_one_kind(paths)?;
+    let FilesOfFlight { reader, files, witnesses, passed } = files_of_one_kind(readers, paths)?;
     let mut imported = (reader.import)(&files, caches)?;
     passed.into_iter().for_each(|what| imported.report.note(what));
     for repair in REPAIRS {
@@ -157,12 +171,12 @@ struct FilesOfFlight {
 }
 
 /// Files that are named, and those in the folders that are.
-fn files_of(paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
+fn files_of(readers: &[&'static Reader], paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
     let (mut named, mut in_folders) = (Vec::new(), Vec::new());
     for path in paths {
         if path.is_dir() {
             let files = folder::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?;
-            if !files.iter().any(|f| reader_of(f).is_some()) {
+            if !files.iter().any(|f| place_in(readers, f).is_some()) {
                 in_folders.extend(folder::of_two_computers(path));
             }
             in_folders.extend(files);
@@ -179,8 +193,9 @@ fn files_of(paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
 }
 
 /// The first kind of file among them, and its files.
-fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
-    let [mut named, mut in_folders] = files_of(paths)?;
+fn files_of_one_kind(readers: &[&'static Reader], paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
+    let [mut named, mut in_folders] = files_of(readers, paths)?;
+    let reader_of = |path: &Path| place_in(readers, path);
     let mut witnesses = Vec::new();
     for list in [&mut named, &mut in_folders] {
         witnesses.extend(list.extract_if(.., |p| current_profiler::is_midas(p)));
@@ -195,7 +210,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
         return Err(ImportError::new(unknown, what));
     }
     let kinds: BTreeSet<usize> = known.iter().map(|k| k.0).collect();
-    let names = |of: &BTreeSet<usize>| of.iter().map(|k| READERS[*k].name).collect::<Vec<_>>().join(", ");
+    let names = |of: &BTreeSet<usize>| of.iter().map(|k| readers[*k].name).collect::<Vec<_>>().join(", ");
     let named_kinds: BTreeSet<usize> = named.iter().filter_map(|p| reader_of(p)).collect();
     if named_kinds.len() > 1 {
         let what = format!("files of several kinds are named ({}): import one kind at a time", names(&named_kinds));
@@ -207,7 +222,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
             compressed.unwrap_or_else(|| ImportError::new(&paths[0], format!("has no file of a known kind{}: {KNOWN}", inside(&paths[0]))))
         );
     };
-    let reader = READERS[kind];
+    let reader = readers[kind];
     let mut files: Vec<PathBuf> = known.iter().filter(|f| f.0 == kind).map(|f| f.1.clone()).collect();
     if named.len() == files.len() {
         files = (reader.partners)(&files);

@@ -112,7 +112,7 @@ fn two_computers(files: &[PathBuf]) -> Result<Imported, ImportError> {
         }
     }
     let has = |k: usize, name: &str| logs[k].0.series.iter().any(|s| s.name.eq_ignore_ascii_case(name));
-    let known = |s: &&RawSeries| Channels::usual().knows(&s.name, "", "");
+    let known = |s: &&RawSeries| Channels::usual().knows(&s.name, "", "") && !Channel::Time.usual().is_called(&s.name);
     let own = |k: usize| logs[k].0.series.iter().filter(known).any(|s| !has(1 - k, &s.name));
     let shared = logs[0].0.series.iter().filter(known).any(|s| has(1, &s.name));
     if shared || !own(0) || !own(1) {
@@ -151,9 +151,6 @@ fn text_of(bytes: Vec<u8>, path: &Path, report: &mut Report) -> Result<String, I
         }
     }
 }
-
-/// Of a table of more columns than any log has room is not made for all of its rows at once.
-const WIDEST: usize = 1000;
 
 /// What an editor may put in front of UTF-8.
 const MARK: char = '\u{feff}';
@@ -239,7 +236,8 @@ impl<'a> Table<'a> {
             units = Some(row.iter().map(|u| (*u).to_owned()).collect());
             said = Some(row.clone());
         }
-        let most_rows = if names.len() > WIDEST { 0 } else { text.bytes().filter(|b| *b == b'\n').count() };
+        // A row of all columns has a byte and more of each.
+        let most_rows = text.bytes().filter(|b| *b == b'\n').count().min(text.len() / names.len().max(1));
         let mut table =
             Self { columns: names.iter().map(|n| Column::new(times::is_of_texts(n), most_rows)).collect(), names, units, rows: 0 };
         // Of files put one behind the other.

@@ -35,7 +35,8 @@ impl<'a> Column<'a> {
             Self::Fields(fields) => fields.push(field),
             Self::Numbers { numbers, texts } => {
                 let value = number(field);
-                if value.is_none() && !field.is_empty() {
+                // Of a table of all sensors most fields are none.
+                if value.is_none() && !field.is_empty() && !field.eq_ignore_ascii_case("nan") {
                     texts.push((numbers.len() as u32, field));
                 }
                 numbers.push(value.unwrap_or(f64::NAN));

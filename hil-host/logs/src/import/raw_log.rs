@@ -158,7 +158,7 @@ struct Unread(Option<String>);
 
 impl RawLog {
     /// Both, each on its own clocks; no series has a name of the other's.
-    pub fn beside(mut self, other: Self) -> Self {
+    pub fn joined_with(mut self, other: Self) -> Self {
         let before = self.clocks.len();
         self.clocks.extend(other.clocks);
         self.series.extend(other.series.into_iter().map(|s| RawSeries { clock: s.clock.map(|k| k + before), ..s }));

@@ -74,7 +74,7 @@ fn read_file(path: &Path, half: bool) -> Result<(RawLog, Option<String>), Import
 fn flight_of(paths: &[PathBuf], logs: Vec<(RawLog, Option<String>)>) -> Result<Imported, ImportError> {
     let error = |what: String| ImportError::new(&paths[0], what);
     let slocum = logs.iter().find_map(|l| l.1.clone());
-    let raw = logs.into_iter().map(|l| l.0).reduce(RawLog::beside).ok_or_else(|| error("no table is named".into()))?;
+    let raw = logs.into_iter().map(|l| l.0).reduce(RawLog::joined_with).ok_or_else(|| error("no table is named".into()))?;
     let first = raw.clocks[0].times.iter().copied().find(|t| t.is_finite()).filter(|start| *start > SET_CLOCK_S);
     let name = paths[0].file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let (flight, mut report) = raw.flight(&name).map_err(error)?;

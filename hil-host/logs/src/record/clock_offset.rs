@@ -202,29 +202,23 @@ const MOST_SEGMENTS: usize = 200;
 const AGREE: f64 = 0.75;
 const LEAST_ROWS_OF_A_SHIFT: usize = 60;
 
-/// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much: by one shift, or
-/// by one that grows where the clocks drift apart; with the shift in the middle of the flight and its standard error, s.
-#[must_use]
-pub fn aligned(flight: &Flight) -> Option<(Flight, [f64; 2])> {
+/// Brings the engineering channels of a flight to the clock of the CTD, if the two pressure sensors tell by how much: by one shift, or by one
+/// that grows where the clocks drift apart; the shift in the middle of the flight and its standard error, s.
+pub fn align(flight: &mut Flight) -> Option<[f64; 2]> {
     let middle_s = 0.5 * (flight.time_s.first()? + flight.time_s.last()?);
     let (at_start_s, rate, tau, sigma) = match drift(flight) {
         Some([at_start_s, rate, sigma]) => (at_start_s, rate, at_start_s + rate * middle_s, sigma),
         None => shift_s(flight).map(|[tau, sigma]| (tau, 0.0, tau, sigma))?,
     };
-    let at = |values: &[f64]| -> Vec<f64> {
-        let series = Series::new(&flight.time_s, values);
-        let moved = |(value, time_s): (&f64, &f64)| {
-            let tau = at_start_s + rate * time_s;
-            Some(series.at_within(time_s + tau, BRIDGE_S)).filter(|m| m.is_finite() && value.is_finite())
-        };
-        values.iter().zip(&flight.time_s).map(|at| moved(at).unwrap_or(*at.0)).collect()
-    };
-    let mut out = flight.clone();
-    out.pitch_rad = at(&flight.pitch_rad);
-    out.roll_rad = at(&flight.roll_rad);
-    out.ballast_m3 = at(&flight.ballast_m3);
-    out.battery_mass_m = at(&flight.battery_mass_m);
-    Some((out, [tau, sigma]))
+    let Flight { time_s, pitch_rad, roll_rad, ballast_m3, battery_mass_m, .. } = flight;
+    for values in [pitch_rad, roll_rad, ballast_m3, battery_mass_m] {
+        let series = Series::new(time_s, values);
+        for (value, time_s) in values.iter_mut().zip(&*time_s).filter(|(value, _)| value.is_finite()) {
+            let moved = series.at_within(time_s + (at_start_s + rate * time_s), BRIDGE_S);
+            *value = if moved.is_finite() { moved } else { *value };
+        }
+    }
+    Some([tau, sigma])
 }
 
 #[cfg(test)]
@@ -256,7 +250,8 @@ mod tests {
             let f = flight(tau);
             // 0.1 s: the corners of the saw make the misfit no parabola.
             assert!((shift_s(&f).expect("told")[0] - tau).abs() < 0.1, "{tau}: {:?}", shift_s(&f));
-            let (a, _) = aligned(&f).expect("told");
+            let mut a = f.clone();
+            align(&mut a).expect("told");
             let worst = (20..2980).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
             assert!(worst < 1.1e-3, "{tau}: {worst} rad");
             assert!(a.battery_mass_m.iter().all(|v| v.is_nan()));
@@ -265,10 +260,10 @@ mod tests {
 
     #[test]
     fn nothing_is_shifted_without_a_second_sensor_or_without_need() {
-        assert!(aligned(&flight(0.1)).is_none());
+        assert!(align(&mut flight(0.1)).is_none());
         let mut f = flight(2.0);
         f.extra.clear();
-        assert!(aligned(&f).is_none());
+        assert!(align(&mut f).is_none());
     }
 
     /// A deep pump's sensor that sits in the tail: it bends by a metre over the range, creeps by half a metre, and is 0.4 m behind
@@ -292,7 +287,8 @@ mod tests {
         f.segment = (0..3000).map(|i| i / 300).collect();
         f.pitch_rad = f.time_s.iter().map(|t| (0.01 * (t - late(*t))).sin()).collect();
         f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| saw(t - late(*t)) * 1e-5).collect());
-        let (a, [tau, _]) = aligned(&f).expect("told");
+        let mut a = f.clone();
+        let [tau, _] = align(&mut a).expect("told");
         let worst = (30..2950).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
         // 0.01 rad a second: a second is left of fifteen, as each dive's own clock moves by 1.5 s within it.
         assert!((tau - 7.5).abs() < 0.3 && worst < 0.01, "{tau} s, {worst} rad");

@@ -196,7 +196,9 @@ impl<'a> Table<'a> {
         let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| bad(1, "header", e.to_string()))?.clone();
         let channels = channels_of(&header, compared, &bad)?;
-        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
+        // A row of all columns has a byte and more of each.
+        let rows = text.bytes().filter(|b| *b == b'\n').count().min(text.len() / header.len().max(1));
+        let mut columns: Vec<Vec<f64>> = (0..header.len()).map(|_| Vec::with_capacity(rows)).collect();
         let mut texts = vec![None; header.len()];
         let (mut lines, mut segments, mut labels) = (Vec::new(), Vec::new(), Vec::<(String, usize)>::new());
         let mut places: BTreeMap<String, u32> = BTreeMap::new();

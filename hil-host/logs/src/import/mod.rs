@@ -86,9 +86,12 @@ fn import_by(readers: &[&'static Reader], paths: &[PathBuf], caches: &[PathBuf],
     }
 }
 
+/// Mends one kind of defect of a flight and says so, or why the flight cannot be used.
+type Repair = fn(&mut Imported) -> Result<(), String>;
+
 /// What is mended, left out or refused in a flight of any source, in this order; the rows of a log are put in order by [`assembly`], and
 /// its channels chosen and cleaned by [`raw_log`] and `measured` before.
-const REPAIRS: [fn(&mut Imported) -> Result<(), String>; 6] = [
+const REPAIRS: [Repair; 6] = [
     checks::impossible_water,
     find_missing,
     pressure_zero::take_out_of_flight,

@@ -89,7 +89,7 @@ mod tests {
         std::fs::write(&path, (0..230).map(line).collect::<String>()).expect("written");
         assert!(super::super::import(&path, &[]).is_err(), "of no known kind yet");
         let readers: Vec<&'static Reader> = READERS.into_iter().chain([&LAB]).collect();
-        let got = import_by(&readers, &[path.clone()], &[], None).expect("an import");
+        let got = import_by(&readers, std::slice::from_ref(&path), &[], None).expect("an import");
         let deepest = got.flight.pressure_pa.iter().copied().fold(0.0, f64::max) * 1e-4;
         assert!((deepest - 30.48 / 0.993).abs() < 0.3 && got.flight.len() == 229, "{deepest} dbar, {} rows", got.flight.len());
         assert!((got.flight.pitch_rad[10] + 25_f64.to_radians()).abs() < 1e-12 && got.report.segments.len() == 2, "{:?}", got.report);

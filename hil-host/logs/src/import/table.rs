@@ -328,7 +328,7 @@ impl<'a> Table<'a> {
             if passed || (flagged[k].is_some() && !own) {
                 continue;
             }
-            let (values, texts) = self.columns[k].into_numbers();
+            let (values, texts) = self.columns[k].take_numbers();
             let said =
                 texts.map(|(none, of, first)| Said::Lost(format!("{none} of {of} fields of {name} are no numbers, first \"{first}\"")));
             if values.iter().all(|v| v.is_nan()) && said.is_some() {

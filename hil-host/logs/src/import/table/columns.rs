@@ -131,7 +131,7 @@ impl<'a> Column<'a> {
     }
 
     /// Takes out its numbers, with how many of its fields are none, of how many, and the first of them.
-    pub fn into_numbers(&mut self) -> (Vec<f64>, Option<(usize, usize, String)>) {
+    pub fn take_numbers(&mut self) -> (Vec<f64>, Option<(usize, usize, String)>) {
         let texts = self.texts();
         let fields = self.count() + texts.len();
         let mut none = texts.iter().filter(|t| !no_value(t.1));

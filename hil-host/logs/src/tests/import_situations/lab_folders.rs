@@ -66,7 +66,7 @@ fn regress_tables_of_two_computers_are_joined_on_their_clocks() {
         let (dbar, pitch, cc) = at(k);
         let fix = if k < 3 { "5436.600,1506.000" } else { "," };
         // A few of the science computer's values come here too, late.
-        let late = if k % 50 == 0 { "1.0" } else { "" };
+        let late = if k.is_multiple_of(50) { "1.0" } else { "" };
         format!("{:.2},{pitch},0.01,1.2,{cc},{:.4},{fix},{late}\n", START + 4.0 * k as f64, 0.1 * dbar)
     };
     let head = "m_present_time,m_pitch,m_roll,m_heading,m_ballast_pumped,m_pressure,m_gps_lat,m_gps_lon,sci_water_pressure\n";

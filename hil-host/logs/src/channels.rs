@@ -24,6 +24,7 @@ pub enum Channel {
     GpsEast,
     GpsNorth,
     Speed,
+    SteeringPressure,
     Depth,
     Salinity,
     AbsoluteSalinity,
@@ -129,6 +130,9 @@ impl Entry {
 pub struct Channels {
     #[serde(default)]
     units: BTreeMap<String, Vec<Unit>>,
+    /// Names by what they mean that is known, and that nothing is made of.
+    #[serde(default)]
+    unused: BTreeMap<String, Vec<String>>,
     #[serde(flatten)]
     entries: BTreeMap<Channel, Entry>,
 }
@@ -162,6 +166,7 @@ impl Channels {
         for (kind, units) in lab.units {
             out.units.entry(kind).or_default().extend(units);
         }
+        out.unused.extend(lab.unused);
         for (channel, own) in lab.entries {
             let Some(entry) = out.entries.get_mut(&channel) else { continue };
             entry.names.splice(0..0, own.names);
@@ -178,6 +183,18 @@ impl Channels {
     pub fn knows(&self, name: &str, standard: &str, source: &str) -> bool {
         let sensor = || self.of(Channel::Ballast).names.iter().any(|n| n.eq_ignore_ascii_case(source));
         self.entries.values().any(|e| e.is_called(name) || e.standard.iter().any(|s| s == standard)) || sensor()
+    }
+
+    /// What of these names is known and not used, in words; none of files without any.
+    #[must_use]
+    pub fn unused<'a>(&self, names: impl Iterator<Item = &'a str>) -> Option<String> {
+        let names: Vec<&str> = names.collect();
+        let of = |(what, known): (&String, &Vec<String>)| {
+            let there: Vec<&str> = names.iter().copied().filter(|n| known.iter().any(|k| k.eq_ignore_ascii_case(n))).collect();
+            (!there.is_empty()).then(|| format!("{what} ({})", there.join(", ")))
+        };
+        let all: Vec<String> = self.unused.iter().filter_map(of).collect();
+        (!all.is_empty()).then(|| format!("known and not used: {}", all.join(", ")))
     }
 
     /// What is known of a channel.
@@ -208,6 +225,18 @@ mod tests {
         assert!(Channel::OF_FLIGHT.into_iter().all(|c| named().any(|n| n.1 == c)));
         assert_eq!(Channel::Temperature.usual().in_si("degF"), Some((32.0, 5.0 / 9.0)));
         assert_eq!(Channel::Pitch.usual().by_name("Pitch_DEG"), Some((0.0, std::f64::consts::PI / 180.0)));
+    }
+
+    #[test]
+    fn what_is_known_and_not_used_is_listed_once() {
+        let said = |names: &[&str]| Channels::usual().unused(names.iter().copied());
+        assert_eq!(
+            said(&["M_Altitude", "m_vacuum", "m_pitch", "x"]).as_deref(),
+            Some("known and not used: altimeter (M_Altitude), vacuum (m_vacuum)")
+        );
+        assert_eq!(said(&["m_pitch", "sci_water_pressure"]), None);
+        let usual = Channels::usual();
+        assert!(usual.unused.values().flatten().all(|n| !usual.knows(n, "", "")), "what is used is not unused");
     }
 
     #[test]

@@ -17,6 +17,7 @@
 //! * `mcap`: for viewers of robot logs
 //! * `lz4_flex`, `flate2`: compressed Slocum and Seaglider files
 //! * `gsw`: density of sea water (TEOS-10)
+//! * `igrf`, `time`: magnetic variation by date and place
 //! * `exmex`: expressions that a user writes
 //! * `strsim`: which key a slip is nearest to
 //! * `crc`: checks of MIDAS records

@@ -71,7 +71,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let Imported { flight, mut report, .. } = imported;
     if vehicle_file.is_some() {
         // Of the vehicle that is not made.
-        report.notes.retain(|n| !n.starts_with("vehicle:"));
+        report.forget_vehicle();
     }
     write(&args.out, &flight, &report, vehicle_file.as_deref(), made.as_ref())?;
     let document = serde_json::json!({

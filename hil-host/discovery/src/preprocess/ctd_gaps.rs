@@ -79,7 +79,9 @@ const LIGHTEST_KG_M3: f64 = 993.0;
 /// density near the surface is that of no water, or falls from one sample to the next, on the way up, by more than water changes
 /// ([`FASTEST`]) and stays low until the cell is flushed on the way down.
 pub(crate) fn without_air(time: &[f64], pressure: &[f64], density: &mut [f64]) -> usize {
-    let known: Vec<usize> = (0..density.len()).filter(|&i| density[i].is_finite()).collect();
+    let mut known: Vec<usize> = (0..density.len()).filter(|&i| density[i].is_finite()).collect();
+    let risen: Vec<usize> = upward_spikes(time, density, &known);
+    known.retain(|i| !risen.contains(i));
     let shallow = |i: usize| pressure[i] < FLUSHED_PA;
     let mut air = vec![false; density.len()];
     for &i in known.iter().filter(|&&i| shallow(i) && density[i] < LIGHTEST_KG_M3) {
@@ -105,12 +107,20 @@ pub(crate) fn without_air(time: &[f64], pressure: &[f64], density: &mut [f64]) -
     air.iter().filter(|a| **a).count()
 }
 
+/// One or two samples of the `known` that leap up from those before and down again: air makes no water denser, so that what lies
+/// before and behind them is not judged by them. They are left to the search for spikes.
+fn upward_spikes(time: &[f64], density: &[f64], known: &[usize]) -> Vec<usize> {
+    let leaps = |a: usize, b: usize| density[b] - density[a] > LEAP_KG_M3 + FASTEST.density_kg_m3_s * (time[b] - time[a]).abs();
+    let of = |n: usize| known.windows(n + 2).filter(move |w| leaps(w[0], w[1]) && leaps(w[n + 1], w[n])).flat_map(move |w| &w[1..=n]);
+    of(1).chain(of(2)).copied().collect()
+}
+
 /// Noise of a density beside what water does, kg/m³ (as for spikes).
 const LEAP_KG_M3: f64 = 0.25;
 
 #[cfg(test)]
 mod tests {
-    use super::fill_by_depth;
+    use super::{fill_by_depth, without_air};
     use crate::preprocess::fill;
 
     /// Two yos through 30 m at 0.13 m/s, a row every 4 s, and a thermocline at 12 m, 1.5 kg/m³ over some 4 m.
@@ -146,6 +156,20 @@ mod tests {
         let whole = seen.clone();
         seen[75..100].fill(f64::NAN);
         assert!(worst(&fill_by_depth(&time, &pressure, &seen, 1000.0), &whole) < 0.03);
+    }
+
+    #[test]
+    fn regress_a_spike_of_density_afloat_is_no_air_in_the_cell() {
+        let (time, pressure, truth) = lake();
+        // As it goes down from the surface, and at it; one sample or two, up or down by more than water changes in a step.
+        for (rows, by, air) in [(117..118, 3.0, 0), (117..119, 3.0, 0), (115..116, -3.0, 1)] {
+            let mut seen = truth.clone();
+            seen[rows.clone()].iter_mut().for_each(|v| *v += by);
+            assert_eq!(without_air(&time, &pressure, &mut seen), air, "{rows:?} by {by}");
+        }
+        let mut seen = truth.clone();
+        seen[112..118].iter_mut().for_each(|v| *v -= 3.0);
+        assert!(without_air(&time, &pressure, &mut seen) >= 6, "air stays air");
     }
 
     #[test]

@@ -59,16 +59,16 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     notes.extend(offset(flight));
     notes.extend(flight.unread.iter().cloned());
     let mut removed = Removed::default();
-    let flight = &unstuck(flight, &mut removed);
-    let aligned = is_on("clock_from_pressures").then(|| logs::record::clock_offset::aligned(flight)).flatten();
-    if let Some((_, [tau, _])) = &aligned {
+    let mut flight = unstuck(flight, &mut removed);
+    let shift = is_on("clock_from_pressures").then(|| logs::record::clock_offset::align(&mut flight)).flatten();
+    if let Some([tau, _]) = shift {
         notes.push(format!(
             "pitch, roll and ballast were {:.1} s {} of the CTD (two pressure sensors compared) and were shifted to its clock",
             tau.abs(),
-            if *tau < 0.0 { "ahead" } else { "behind" }
+            if tau < 0.0 { "ahead" } else { "behind" }
         ));
     }
-    let flight = aligned.as_ref().map_or(flight, |a| &a.0);
+    let flight = &flight;
     let dives = crate::preprocess::dives::cut(flight, vehicle);
     if dives.is_some() {
         notes.push("the flight is one long segment: it was cut into its dives, and segments here are dives".into());
@@ -111,5 +111,5 @@ pub fn prepare(flight: &Flight, vehicle: &Vehicle) -> Prepared {
     }
     notes.extend(pressure_unit::suspected(&runs, vehicle));
     let displacements = displacements(&mut runs, vehicle.sensors.gps_noise_m);
-    Prepared { runs, displacements, notes, has_temperature, clock_shift_s: aligned.map(|a| a.1) }
+    Prepared { runs, displacements, notes, has_temperature, clock_shift_s: shift }
 }

@@ -19,17 +19,25 @@ pub fn write(flight: &Flight, out: impl Write) -> io::Result<()> {
         write!(out, ",{}", quoted(c.name))?;
     }
     writeln!(out)?;
+    let mut line = Vec::new();
     for i in 0..flight.len() {
-        write!(out, "{},{}", number(flight.time_s[i], 4), flight.segment[i])?;
+        line.clear();
+        number(flight.time_s[i], 4, &mut line);
+        line.push(b',');
+        number(f64::from(flight.segment[i]), 0, &mut line);
         for c in &columns {
+            line.push(b',');
             let value = c.values[i] * c.factor;
-            if value.is_finite() {
-                write!(out, ",{}", c.digits.map_or_else(|| unknown(value), |digits| number(value, digits)))?;
-            } else {
-                write!(out, ",")?;
+            match c.digits {
+                _ if !value.is_finite() => {}
+                Some(digits) => number(value, digits, &mut line),
+                // A sensor that is not known: all that it has where it is small, such as backscatter in 1/m.
+                None if value != 0.0 && value.abs() < 1e-2 => write!(line, "{value:e}")?,
+                None => number(value, 7, &mut line),
             }
         }
-        writeln!(out)?;
+        line.push(b'\n');
+        out.write_all(&line)?;
     }
     out.flush()
 }
@@ -43,25 +51,91 @@ fn quoted(name: &str) -> std::borrow::Cow<'_, str> {
     }
 }
 
-/// A number of an unknown sensor: seven digits after the point, and all it has where it is small, such as backscatter in 1/m.
-fn unknown(value: f64) -> String {
-    if value != 0.0 && value.abs() < 1e-2 { format!("{value:e}") } else { number(value, 7) }
+/// Fixed digits behind the point without the zeros that say nothing.
+fn number(value: f64, digits: usize, out: &mut Vec<u8>) {
+    let power = 10_u64.pow(digits as u32);
+    let scaled = value.abs() * power as f64;
+    let from_half = (scaled.fract() - 0.5).abs();
+    // Beyond, or near the middle of two numbers, the product's own rounding could decide.
+    if !(scaled < MOST_SCALED && from_half > NEAR_HALF) {
+        let text = format!("{value:.digits$}");
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        out.extend(if text == "-0" { "0" } else { text }.bytes());
+        return;
+    }
+    let whole = scaled.round() as u64;
+    if value < 0.0 && whole > 0 {
+        out.push(b'-');
+    }
+    digits_of(whole / power, 1, out);
+    let (mut part, mut width) = (whole % power, digits);
+    if part > 0 {
+        while part.is_multiple_of(10) {
+            (part, width) = (part / 10, width - 1);
+        }
+        out.push(b'.');
+        digits_of(part, width, out);
+    }
 }
 
-/// Fixed digits without the zeros that say nothing.
-fn number(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$}");
-    if !text.contains('.') {
-        return text;
+/// So far a product of two doubles is good to this and a tenth of it: 1e12 · 2⁻⁵³ is 1.1e-4.
+const MOST_SCALED: f64 = 1e12;
+const NEAR_HALF: f64 = 1e-3;
+
+/// "00", "01" … "99".
+const PAIRS: [u8; 200] = {
+    let mut pairs = [b'0'; 200];
+    let mut k = 0;
+    while k < 100 {
+        (pairs[2 * k], pairs[2 * k + 1]) = (b'0' + (k / 10) as u8, b'0' + (k % 10) as u8);
+        k += 1;
     }
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
+    pairs
+};
+
+/// The digits of a whole number, `least` of them and more.
+fn digits_of(mut value: u64, least: usize, out: &mut Vec<u8>) {
+    let mut buffer = [b'0'; 20];
+    let mut at = buffer.len();
+    while value > 9 {
+        at -= 2;
+        buffer[at..at + 2].copy_from_slice(&PAIRS[2 * (value % 100) as usize..][..2]);
+        value /= 100;
+    }
+    while value > 0 || buffer.len() - at < least {
+        at -= 1;
+        buffer[at] = b'0' + (value % 10) as u8;
+        value /= 10;
+    }
+    out.extend(&buffer[at..]);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::path::Path;
+
+    /// As the standard library writes them, without zeros at the end; ties, signs, sizes.
+    #[test]
+    fn prop_numbers_are_rounded_as_exact_arithmetic_does() {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let ties =
+            [0.5, 1.5, 2.5, 0.125, 0.375, 1e-9, 4.5e-8, 0.000_05, 1.000_05, 123_456.789_95, -0.4, -0.000_01, 1e15, 2e22, f64::MAX, -0.0];
+        let some: Vec<f64> = (0..200_000).map(|k| (random() - 0.5) * 10_f64.powi(k % 16 - 6)).collect();
+        for value in ties.into_iter().chain(some) {
+            for digits in [0, 1, 3, 4, 5, 7] {
+                let exact = format!("{value:.digits$}");
+                let exact = if exact.contains('.') { exact.trim_end_matches('0').trim_end_matches('.') } else { &exact };
+                let mut got = Vec::new();
+                number(value, digits, &mut got);
+                assert_eq!(String::from_utf8(got).expect("text"), if exact == "-0" { "0" } else { exact }, "{value:e} {digits}");
+            }
+        }
+    }
 
     #[test]
     fn what_is_written_is_read_again() {

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use super::clocks::{LONGEST_MISSION_S, stray_times};
 use super::position::{self, Fix};
-use super::report::Report;
+use super::report::{DensityIs, Report};
 use super::two_computers::agree;
+use super::variation::variation_deg;
 use super::{pressure_zero, surface};
 use crate::record::clock_offset::ENGINEERING_PRESSURE;
 use crate::record::flight::Flight;
@@ -98,6 +99,8 @@ pub(super) struct Log {
     pub without_salinity: bool,
     /// To be cut at the surface.
     pub cut: bool,
+    /// Whether the heading was magnetic and is true now; else the source does not say which it is.
+    pub true_heading: bool,
     /// Further columns.
     pub extra: BTreeMap<String, Column>,
 }
@@ -126,6 +129,7 @@ impl Log {
             report.segments = (1..=count).map(|k| format!("dive {k}")).collect();
         }
         self.afloat(report);
+        self.question_heading(zero_s, report);
         self.water(&mut flight, &unix, report);
         let [seldom_pitch, seldom_ballast] =
             [&self.pitch, &self.ballast].map(|c| if let Column::Between(s) = c { s.clone() } else { Series::default() });
@@ -195,6 +199,19 @@ impl Log {
         }
     }
 
+    /// Says how far a heading is off that may be magnetic, where that is more than a compass errs.
+    fn question_heading(&self, unix_s: f64, report: &mut Report) {
+        let known = !matches!(&self.heading, Column::Between(s) if s.is_empty());
+        let Some(fix) = self.fixes.first().filter(|_| known && !self.true_heading) else { return };
+        let place = Place { lon_deg: fix.lon_deg, lat_deg: fix.lat_deg };
+        if let Some(off) = variation_deg(place, unix_s).filter(|off| off.abs() > COMPASS_DEG) {
+            report.note(format!(
+                "heading: whether it is true or magnetic is not stated; the variation there is {off:+.0} deg: if it is magnetic, drift and \
+                 current are turned by it"
+            ));
+        }
+    }
+
     /// Salinity and density of the rows: computed from what the CTD measured unless the source states twice as many.
     fn water(&mut self, flight: &mut Flight, unix: &[f64], report: &mut Report) {
         let place = self.fixes.first().map(|f| Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg }).or(self.about);
@@ -220,6 +237,7 @@ impl Log {
                 format!("{new} values of it can be recomputed, the file has {known}")
             };
             report.density = format!("as the file states it: {why}");
+            report.density_is = DensityIs::Stated;
             flight.density_kg_m3 = stated;
         } else if known > 0 {
             let largest = flight.density_kg_m3.iter().zip(&stated).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -227,6 +245,9 @@ impl Log {
         }
     }
 }
+
+/// A glider's compass is good to this, deg (guess).
+const COMPASS_DEG: f64 = 3.0;
 
 /// A channel that comes less often than this does not show a turn, which takes about a minute, s.
 const SELDOM_S: f64 = 30.0;

@@ -21,14 +21,20 @@ type Bad = Vec<(Range<usize>, String)>;
 
 /// Takes out of single segments what cannot be: a channel's values, or the rows where it is the pressure. Where that is as wrong in half
 /// of the rows it is the unit of the file, and nothing is changed.
-pub(super) fn leave_out(imported: &mut Imported) {
+///
+/// # Errors
+/// Times that do not increase.
+pub(super) fn leave_out(imported: &mut Imported) -> Result<(), String> {
+    if !imported.flight.time_s.windows(2).all(|w| w[1] > w[0]) {
+        return Err("its times do not increase from row to row (a clock of damage?)".into());
+    }
     let segments = position::segments(&imported.flight);
     if segments.len() < 2 {
-        return;
+        return Ok(());
     }
     // By channel: the segments' rows, and why.
     let mut found: BTreeMap<String, Bad> = BTreeMap::new();
-    for rows in segments.into_iter().filter(|rows| rows.len() >= LEAST_ROWS_OF_A_SEGMENT) {
+    for rows in segments.iter().filter(|rows| rows.len() >= LEAST_ROWS_OF_A_SEGMENT) {
         let mut part = imported.flight.part(rows.clone());
         for _ in 0..MOST_LOST_CHANNELS {
             let Some((column, why)) = implausible(&part, [COLUMN_NAMES[0], COLUMN_NAMES[1], COLUMN_NAMES[4], COLUMN_NAMES[7]]) else {
@@ -39,7 +45,7 @@ pub(super) fn leave_out(imported: &mut Imported) {
         }
     }
     let all = imported.flight.len();
-    found.entry(COLUMN_NAMES[7].to_owned()).or_default().extend(other_salinity(&imported.flight).unwrap_or_default());
+    found.entry(COLUMN_NAMES[7].to_owned()).or_default().extend(other_salinity(&imported.flight, &segments).unwrap_or_default());
     found.retain(|_, bad| 2 * bad.iter().map(|(rows, _)| rows.len()).sum::<usize>() < all);
     let mut out: Vec<Range<usize>> = Vec::new();
     for (column, bad) in found {
@@ -57,21 +63,21 @@ pub(super) fn leave_out(imported: &mut Imported) {
     }
     out.sort_by_key(|rows| std::cmp::Reverse(rows.start));
     out.into_iter().for_each(|rows| imported.flight.remove(rows));
+    Ok(())
 }
 
 /// The water of one mission differs by less (guess: a conductivity in another unit is off by ten).
 const OTHER_WATER_FACTOR: f64 = 5.0;
 
 /// Segments whose salinity is another than that of the usual segment by so much.
-fn other_salinity(flight: &Flight) -> Option<Bad> {
+fn other_salinity(flight: &Flight, segments: &[Range<usize>]) -> Option<Bad> {
     let salinity = flight.extra.get(SALINITY_COLUMN)?;
-    let segments = position::segments(flight);
     let middles: Vec<f64> = segments.iter().map(|rows| quantile(&salinity[rows.clone()], 0.5)).collect();
     let usual = quantile(&middles, 0.5);
     let is_other = |middle: f64| middle > OTHER_WATER_FACTOR * usual || middle * OTHER_WATER_FACTOR < usual;
     let why =
         |middle: f64| format!("comes from a salinity of {middle:.2}, that of the others is {usual:.2}: conductivity in another unit?");
-    let bad = segments.into_iter().zip(middles).filter(|(_, middle)| is_other(*middle)).map(|(rows, middle)| (rows, why(middle)));
+    let bad = segments.iter().cloned().zip(middles).filter(|(_, middle)| is_other(*middle)).map(|(rows, middle)| (rows, why(middle)));
     Some(bad.collect())
 }
 
@@ -105,17 +111,17 @@ mod tests {
     #[test]
     fn regress_one_bad_segment_does_not_refuse_the_flight() {
         let mut good = made();
-        leave_out(&mut good);
+        leave_out(&mut good).expect("rows in order");
         assert!(good.flight.len() == 400 && good.report.left_out.is_empty(), "{:?}", good.report.left_out);
         let mut fast = made();
         fast.flight.pressure_pa[200..300].iter_mut().for_each(|p| *p *= 14.5);
-        leave_out(&mut fast);
+        leave_out(&mut fast).expect("rows in order");
         assert_eq!((fast.flight.len(), fast.flight.segment[200]), (300, 3));
         assert!(fast.report.left_out[0].contains("segment 2: pressure changes by"), "{:?}", fast.report.left_out);
         let mut warm = made();
         warm.flight.pitch_rad[100..200].iter_mut().for_each(|p| *p *= 57.3);
         warm.flight.temperature_degc[100..200].fill(283.0);
-        leave_out(&mut warm);
+        leave_out(&mut warm).expect("rows in order");
         let f = &warm.flight;
         assert!(
             f.len() == 400 && [&f.pitch_rad, &f.temperature_degc, &f.density_kg_m3].iter().all(|c| c[150].is_nan() && c[250].is_finite())
@@ -123,13 +129,13 @@ mod tests {
         assert_eq!(warm.report.left_out.len(), 2, "{:?}", warm.report.left_out);
         let mut salty = made();
         salty.flight.extra.insert(SALINITY_COLUMN.into(), (0..400).map(|i| if i < 100 { 2.3 } else { 33.1 }).collect());
-        leave_out(&mut salty);
+        leave_out(&mut salty).expect("rows in order");
         assert!(salty.flight.density_kg_m3[50].is_nan() && salty.flight.density_kg_m3[150].is_finite() && salty.flight.len() == 400);
         assert!(salty.report.left_out[0].contains("segment 0: density comes from a salinity of 2.30"), "{:?}", salty.report.left_out);
         // In half of the rows it is the file's unit.
         let mut unit = made();
         unit.flight.pitch_rad[..200].iter_mut().for_each(|p| *p *= 57.3);
-        leave_out(&mut unit);
+        leave_out(&mut unit).expect("rows in order");
         assert!(unit.report.left_out.is_empty() && unit.flight.pitch_rad[0].is_finite());
     }
 }

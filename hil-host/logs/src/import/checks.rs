@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::report::list_of;
-use super::{Imported, Report, assembly, bad_segments, position};
+use super::{Imported, Report, assembly, position};
 use crate::channels::Channel;
 use crate::record::csv;
 use crate::record::flight::Flight;
@@ -11,10 +11,6 @@ use crate::record::plausible::{SAMPLED_EVERY, Step, implausible, quantile, usual
 
 /// Refuses what cannot be in the unit it claims; notes what the flight cannot be used for.
 pub(super) fn sound(imported: &mut Imported) -> Result<(), String> {
-    if !imported.flight.time_s.windows(2).all(|w| w[1] > w[0]) {
-        return Err("its times do not increase from row to row (a clock of damage?)".into());
-    }
-    bad_segments::leave_out(imported);
     let flight = &imported.flight;
     if let Some((column, why)) = implausible(flight, ["pressure", "pitch", "ballast", "density"]) {
         return Err(format!("{column} {why}"));
@@ -93,7 +89,7 @@ fn steps(flight: &Flight, report: &mut Report) -> Result<(), String> {
 }
 
 /// Temperatures and salinities that no water has become none, with the density that was computed from them.
-pub(super) fn impossible_water(imported: &mut Imported) {
+pub(super) fn impossible_water(imported: &mut Imported) -> Result<(), String> {
     let flight = &mut imported.flight;
     let (degc, practical) = (Channel::Temperature.usual().possible(), Channel::Salinity.usual().possible());
     let is_wrong = |t: f64| t.is_finite() && !degc.contains(&t);
@@ -123,6 +119,7 @@ pub(super) fn impossible_water(imported: &mut Imported) {
         let what = "salinities are above 45, from this conductivity: another unit than it states? They and their density are";
         imported.report.leave_out(format!("{salty} of {rows} {what} left out"));
     }
+    Ok(())
 }
 
 /// Names segments in which a channel has values in less than half the share of rows that it has in the others.

@@ -11,6 +11,8 @@ pub struct Draft {
     /// What the head of the file says.
     pub about: Vec<String>,
     entries: Vec<Entry>,
+    /// The same with the other of two sets of lift and drag, and what this one's and that one's are called: the flight is to decide.
+    pub other: Option<(Box<Self>, [&'static str; 2])>,
 }
 
 #[derive(Clone, Debug, PartialEq)]

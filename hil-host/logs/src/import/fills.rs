@@ -39,20 +39,33 @@ fn is_of_nines(fill: f64, least: usize) -> bool {
 /// smaller (a pump that is out as often as it is in has two values too); for numbers of nines, such as -9999, beyond them by a tenth of
 /// their span. With its count.
 pub(super) fn undeclared_fill(values: &[f64]) -> Option<(f64, usize)> {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite() && v.abs() < LARGEST).collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let (low, high) = (*sorted.first()?, *sorted.last()?);
-    let below = &sorted[..sorted.partition_point(|v| *v < high)];
-    let above = &sorted[sorted.partition_point(|v| *v <= low)..];
-    [(high, below), (low, above)].into_iter().find_map(|(fill, others)| {
-        let count = sorted.len() - others.len();
-        let (first, last) = (others.first()?, others.last()?);
+    let known = || values.iter().copied().filter(|v| v.is_finite() && v.abs() < LARGEST);
+    let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    // Of the two ends how often they come, and the next ones.
+    let (mut lows, mut highs, mut above, mut below) = (0, 0, f64::INFINITY, f64::NEG_INFINITY);
+    for v in known() {
+        if v == low {
+            lows += 1;
+        } else {
+            above = above.min(v);
+        }
+        if v == high {
+            highs += 1;
+        } else {
+            below = below.max(v);
+        }
+    }
+    let is_fill = |fill: f64, count: usize, first: f64, last: f64| {
         let (span, away) = (last - first, (fill - last).max(first - fill));
         let (least, most) = (first.abs().min(last.abs()), first.abs().max(last.abs()));
         let another_size = fill.abs() > 10.0 * most || 10.0 * fill.abs() < least;
         let far = (away > 10.0 * span && another_size) || (away > 0.1 * span && is_of_nines(fill, 3));
-        (count >= 3 && span > 0.0 && far).then_some((fill, count))
-    })
+        count >= 3 && span > 0.0 && span.is_finite() && far
+    };
+    [(high, highs, low, below), (low, lows, above, high)]
+        .into_iter()
+        .find(|(fill, count, first, last)| is_fill(*fill, *count, *first, *last))
+        .map(|(fill, count, ..)| (fill, count))
 }
 
 /// A value that comes three times and more and that its channel cannot have, of a channel whose other values it can have mostly (of

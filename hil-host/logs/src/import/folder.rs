@@ -20,6 +20,22 @@ pub fn files_of(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// What the folders of a glider's two computers are called where its card was copied whole: navigation, and science or payload; and the
+/// folder of logs in them.
+const OF_COMPUTERS: [&str; 11] = ["nav", "navigation", "gli", "flight", "fli", "glider", "sci", "science", "pld", "pld1", "payload"];
+const OF_LOGS: &str = "logs";
+
+/// The files in those folders of this one; none where there is one of them alone.
+#[must_use]
+pub fn of_two_computers(folder: &Path) -> Vec<PathBuf> {
+    let named = |p: &PathBuf| p.file_name().is_some_and(|n| OF_COMPUTERS.iter().any(|c| n.eq_ignore_ascii_case(c)));
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path()));
+    let mut folders: Vec<PathBuf> = entries.filter(|p| p.is_dir() && named(p)).collect();
+    folders.sort();
+    let files = |f: &PathBuf| [f.clone(), f.join(OF_LOGS)].iter().flat_map(|f| files_of(f).unwrap_or_default()).collect::<Vec<_>>();
+    if folders.len() < 2 { Vec::new() } else { folders.iter().flat_map(files).collect() }
+}
+
 /// Links of a folder to files that are not there, in words.
 #[must_use]
 pub fn dangling(folder: &Path) -> Vec<String> {

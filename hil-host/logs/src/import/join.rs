@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::clocks::{LONGEST_MISSION_S, stray_times};
-use super::report::list_of;
+use super::report::{DensityIs, list_of};
 use super::{Imported, Report};
 use crate::record::flight::Flight;
 
@@ -38,8 +38,9 @@ pub(super) fn join(kind: &str, mut parts: Vec<(String, Imported)>) -> Option<Imp
         for what in part.report.left_out {
             report.leave_out(format!("{name}: {what}"));
         }
-        if !part.report.density.is_empty() && (report.density.is_empty() || report.density.starts_with("missing")) {
+        if !part.report.density.is_empty() && report.density_is == DensityIs::Missing {
             report.density = part.report.density;
+            report.density_is = part.report.density_is;
         }
         vehicle = vehicle.or(part.vehicle);
         vehicle_file = vehicle_file.or(part.vehicle_file);

@@ -4,9 +4,11 @@ use super::assembly::{Column, Log, Row};
 use super::clocks::{CLOCKS_APART_S, lonely_times};
 use super::position::{self, Fix};
 use super::pressure_zero::{self, UNDER_WATER_PA};
-use super::raw_log::{Picked, RawLog, in_order};
+use super::raw_log::{Picked, RawLog, RawSeries, in_order};
+use super::report::DensityIs;
+use super::variation::variation_deg;
 use super::{MappedName, Report};
-use crate::channels::Channel;
+use crate::channels::{Channel, Channels};
 use crate::record::flight::Flight;
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
@@ -21,6 +23,8 @@ const FLATTEST: f64 = 2.0;
 const LEVEL: f64 = 0.05;
 /// Gliders roll by up to 40 degrees in a spiral; nine tenths of a file within this many "degrees" may be radians.
 const STEEPEST_ROLL: f64 = 0.9;
+/// So many names of columns that are not read are listed: a Slocum's table has some 1,700.
+const MOST_NAMES: usize = 60;
 /// Sea water conducts 7 S/m at most; a median above this is in mS/cm, S/m.
 const CONDUCTS_S_M: f64 = 8.0;
 /// Salinity of the sea as a share of one.
@@ -60,7 +64,9 @@ impl RawLog {
         }
         let salt = self.salt(&mut log, &unix);
         log.fixes = self.fixes(&pressure.series);
-        let attitude = self.attitude(&pressure);
+        let place = log.fixes.first().map(|f| Place { lon_deg: f.lon_deg, lat_deg: f.lat_deg }).or(about);
+        let attitude = self.attitude(&pressure, place.zip(unix.first().copied()));
+        log.true_heading = attitude[2].as_ref().is_some_and(|h| h.magnetic);
         let ballast = self.pick(Channel::Ballast);
         for (channel, column) in attitude.iter().chain([&ballast]).zip(["pitch", "roll", "heading", "ballast"]) {
             if let Some(channel) = channel.as_ref().filter(|c| c.clock != pressure.clock) {
@@ -76,6 +82,7 @@ impl RawLog {
         [log.pitch, log.roll, log.heading] = attitude.map(column);
         log.ballast = column(ballast);
         log.battery = column(self.pick(Channel::Battery));
+        log.steering_pressure = self.of_steering(&pressure);
         log.speed = self.pick(Channel::Speed).map(|c| Column::AtRows(self.on_rows(&c, &unix)));
         if let Some(thruster) = self.pick(Channel::Thruster).filter(|c| !c.is_zero()) {
             log.extra.insert(thruster.name.clone(), Column::AtRows(self.on_rows(&thruster, &unix)));
@@ -83,17 +90,21 @@ impl RawLog {
         if exact {
             let none = || vec![f64::NAN; unix.len()];
             log.gps_plane = Some([Channel::GpsEast, Channel::GpsNorth].map(|c| self.pick(c).map_or_else(none, |c| c.values)));
-            for series in self.series.iter().enumerate().filter(|(k, _)| !self.used.contains(k)).map(|(_, s)| s) {
-                if let Ok(values) = &series.values {
-                    log.extra.insert(series.name.clone(), Column::AtRows(values.clone()));
+            for (_, series) in self.series.iter_mut().enumerate().filter(|(k, _)| !self.used.contains(k)) {
+                if let Ok(values) = &mut series.values {
+                    log.extra.insert(series.name.clone(), Column::AtRows(std::mem::take(values)));
                 }
             }
         }
         let unused = self.series.iter().enumerate().filter(|(k, _)| !self.used.contains(k));
         let unread: Vec<&str> = unused.filter(|_| self.repeats_are_lost).map(|(_, s)| s.name.as_str()).collect();
         if !unread.is_empty() {
-            self.report.note(format!("not read: {}", unread.join(", ")));
+            let more = unread.len().saturating_sub(MOST_NAMES);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            self.report.note(format!("not read: {}{more}", unread.into_iter().take(MOST_NAMES).collect::<Vec<_>>().join(", ")));
         }
+        let table = self.table.as_deref().unwrap_or(Channels::usual());
+        table.unused(self.names.iter().map(String::as_str)).into_iter().for_each(|what| self.report.note(what));
         let own_density = if salt.is_some() && !exact { self.aside(Channel::Density) } else { None };
         let mut flight = log.flight(name, &mut self.report).ok_or("has no row with a time and a pressure")?;
         if let Some(salt) = salt {
@@ -109,7 +120,7 @@ impl RawLog {
         if self.exact {
             return picked.values.clone();
         }
-        let exact: Vec<f64> = unix.iter().map(|t| picked.series.at_within(*t, 0.0)).collect();
+        let exact = picked.series.on_within(unix, 0.0);
         let own_clock = 10 * exact.iter().filter(|v| v.is_finite()).count() >= 9 * picked.series.len();
         if own_clock { exact } else { picked.series.on(unix) }
     }
@@ -229,8 +240,8 @@ impl RawLog {
         Some((picked.name.clone(), picked.series.pairs().collect()))
     }
 
-    /// Pitch, roll and true heading, rad.
-    fn attitude(&mut self, pressure: &Picked) -> [Option<Picked>; 3] {
+    /// Pitch, roll and true heading, rad; `at` is where and when the flight begins.
+    fn attitude(&mut self, pressure: &Picked, at: Option<(Place, f64)>) -> [Option<Picked>; 3] {
         let mut channels = [Channel::Pitch, Channel::Roll, Channel::Heading].map(|channel| self.pick(channel));
         let report = &mut self.report;
         let moves = pressure.series.pairs().map(|(_, p)| p).fold(0.0, f64::max) > 1e5;
@@ -264,11 +275,14 @@ impl RawLog {
             report.note(format!("{} reaches {reach:.1} rad by its unit, more than a turn: left out", heading.name));
         }
         if let Some(heading) = channels[2].as_mut().filter(|h| h.magnetic) {
-            if let Some(variation) = self.variation {
-                report.note(format!("{} is magnetic: variation of {variation} deg added", heading.name));
-                heading.map(|v| v + variation * DEGREE);
+            let modelled = || at.and_then(|(place, unix_s)| variation_deg(place, unix_s));
+            let variation = self.variation.map(|v| (v, "")).or_else(|| Some((modelled()?, " (geomagnetic field, IGRF)")));
+            if let Some((degrees, of)) = variation {
+                let degrees = if of.is_empty() { degrees } else { (10.0 * degrees).round() / 10.0 };
+                report.note(format!("{} is magnetic: variation of {degrees} deg{of} added", heading.name));
+                heading.map(|v| v + degrees * DEGREE);
             } else {
-                report.note(format!("{} is magnetic and the file gives no variation: left as it is", heading.name));
+                report.note(format!("{} is magnetic, and without date and place its variation is unknown: left as it is", heading.name));
             }
         }
         channels
@@ -297,6 +311,7 @@ impl RawLog {
         match self.pick(Channel::Density) {
             Some(c) => {
                 self.report.density = format!("as the file states it ({}): there is no salinity to recompute it from", c.name);
+                self.report.density_is = DensityIs::Stated;
                 log.density = Some(Column::AtRows(self.on_rows(&c, unix)));
             }
             None => self.report.density_from("salinity or conductivity, temperature, pressure", place, false),
@@ -339,12 +354,29 @@ impl RawLog {
         }
     }
 
+    /// The pressure of another computer than that of the rows.
+    fn of_steering(&mut self, pressure: &Picked) -> Series {
+        let entry = self.entry(Channel::SteeringPressure);
+        let other =
+            |s: &RawSeries| entry.is_called(&s.name) && s.name != pressure.name && s.clock.as_ref().is_ok_and(|k| *k != pressure.clock);
+        if self.exact || !self.series.iter().any(other) {
+            return Series::default();
+        }
+        self.pick(Channel::SteeringPressure).filter(|p| p.name != pressure.name).map_or_else(Series::default, |p| p.series)
+    }
+
     /// Fixes, those on the days of the pressure: receivers count the weeks of GPS anew after 1024.
     fn fixes(&mut self, pressure: &Series) -> Vec<Fix> {
         /// 1024 weeks, and how far off a fix is from its rows at most, s.
         const ERA_S: f64 = 1024.0 * 7.0 * 86_400.0;
         const REACH_S: f64 = 3.0 * 86_400.0;
-        let [lat, lon] = [Channel::Latitude, Channel::Longitude].map(|c| self.pick(c).map_or_else(Series::default, |c| c.series));
+        let [lat, lon] = [Channel::Latitude, Channel::Longitude].map(|c| self.pick(c));
+        // A Slocum's own numbers are degrees and minutes in one.
+        let of_slocum = |c: &Picked| c.name.starts_with("m_gps") && c.unit.is_empty();
+        let minutes = lat.as_ref().is_some_and(of_slocum) && lon.as_ref().is_some_and(of_slocum);
+        let [lat, lon] = [lat, lon].map(|c| c.map_or_else(Series::default, |c| c.series));
+        let minutes = minutes && !position::in_degrees(&lat, &lon);
+        let [lat, lon] = [lat, lon].map(|s| if minutes { position::of_minutes(&s) } else { s });
         let mut fixes = position::fixes(&lat, &lon);
         let Some((first, _)) = pressure.pairs().next() else { return fixes };
         let mut moved = 0;

@@ -28,6 +28,7 @@ pub mod draft;
 mod fills;
 pub mod folder;
 mod join;
+mod lift_drag;
 mod measured;
 pub mod netcdf;
 pub mod npy;
@@ -47,6 +48,7 @@ mod surface;
 pub mod table;
 pub mod trim;
 mod two_computers;
+mod variation;
 
 pub use report::{FileNote, ImportError, Imported, MappedName, Origin, Report};
 
@@ -70,13 +72,44 @@ pub fn import(path: &Path, caches: &[PathBuf]) -> Result<Imported, ImportError> 
 /// # Errors
 /// [`ImportError`].
 pub fn import_all(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
-    match import_as_it_says(paths, caches, class) {
+    import_by(&READERS, paths, caches, class)
+}
+
+/// The same by these readers.
+fn import_by(readers: &[&'static Reader], paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
+    match import_as_it_says(readers, paths, caches, class) {
         Ok(mut imported) => {
             imported.report.in_one_line();
             Ok(imported)
         }
         Err(e) => Err(ImportError { file: e.file, what: in_one_line(&e.what) }),
     }
+}
+
+/// Mends one kind of defect of a flight and says so, or why the flight cannot be used.
+type Repair = fn(&mut Imported) -> Result<(), String>;
+
+/// What is mended, left out or refused in a flight of any source, in this order; the rows of a log are put in order by [`assembly`], and
+/// its channels chosen and cleaned by [`raw_log`] and `measured` before.
+const REPAIRS: [Repair; 6] = [
+    checks::impossible_water,
+    find_missing,
+    pressure_zero::take_out_of_flight,
+    bad_segments::leave_out,
+    checks::sound,
+    leave_out_situations,
+];
+
+/// Columns without any value, before the checks speak of them.
+fn find_missing(imported: &mut Imported) -> Result<(), String> {
+    imported.report.find_missing(&imported.flight);
+    Ok(())
+}
+
+/// Rows on the sea bed and under a thruster, positions that are no fixes.
+fn leave_out_situations(imported: &mut Imported) -> Result<(), String> {
+    situations::leave_out(&mut imported.flight)?.into_iter().for_each(|what| imported.report.note(what));
+    Ok(())
 }
 
 /// The readers, those whose files say most by their names first.
@@ -94,30 +127,36 @@ pub const READERS: [&Reader; 7] = [
 /// Place of the reader of a file, none if there is none.
 #[must_use]
 pub fn reader_of(path: &Path) -> Option<usize> {
-    READERS.iter().position(|r| (r.claims)(path))
+    place_in(&READERS, path)
+}
+
+fn place_in(readers: &[&'static Reader], path: &Path) -> Option<usize> {
+    readers.iter().position(|r| (r.claims)(path))
 }
 
 /// The same, with what the files say as they say it.
-fn import_as_it_says(paths: &[PathBuf], caches: &[PathBuf], class: Option<Class>) -> Result<Imported, ImportError> {
+fn import_as_it_says(
+    readers: &[&'static Reader],
+    paths: &[PathBuf],
+    caches: &[PathBuf],
+    class: Option<Class>,
+) -> Result<Imported, ImportError> {
     let (lists, other): (Vec<PathBuf>, Vec<PathBuf>) = paths.iter().cloned().partition(|p| p.is_file() && slocum::is_list(p));
     // Sensor lists among the files named are no flight, but where to look for lists.
     let paths = if other.is_empty() { paths } else { &other };
     let folders = lists.iter().filter_map(|list| list.parent()).map(Path::to_path_buf);
     let caches: &Vec<PathBuf> = &caches.iter().cloned().chain(folders).collect();
     let first = paths.first().ok_or_else(|| ImportError { file: "import".into(), what: "names no file or folder".into() })?;
-    let FilesOfFlight { reader, files, witnesses, passed } = files_of_one_kind(paths)?;
+    let FilesOfFlight { reader, files, witnesses, passed } = files_of_one_kind(readers, paths)?;
     let mut imported = (reader.import)(&files, caches)?;
     passed.into_iter().for_each(|what| imported.report.note(what));
-    checks::impossible_water(&mut imported);
-    imported.report.find_missing(&imported.flight);
-    pressure_zero::take_out_of_flight(&mut imported);
-    checks::sound(&mut imported).map_err(|what| match imported.report.left_out.as_slice() {
-        [] => ImportError::new(first, what),
-        // What was lost before may be the cause.
-        lost => ImportError::new(first, format!("{what} (left out before: {})", lost.join("; "))),
-    })?;
-    let situations = situations::leave_out(&mut imported.flight).map_err(|what| ImportError::new(first, what))?;
-    situations.into_iter().for_each(|what| imported.report.note(what));
+    for repair in REPAIRS {
+        repair(&mut imported).map_err(|what| match imported.report.left_out.as_slice() {
+            [] => ImportError::new(first, what),
+            // What was lost before may be the cause.
+            lost => ImportError::new(first, format!("{what} (left out before: {})", lost.join("; "))),
+        })?;
+    }
     stated_vehicle::state(&mut imported, reader.class, class);
     for path in &witnesses {
         current_profiler::witness(path, &mut imported)?;
@@ -135,11 +174,15 @@ struct FilesOfFlight {
 }
 
 /// Files that are named, and those in the folders that are.
-fn files_of(paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
+fn files_of(readers: &[&'static Reader], paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
     let (mut named, mut in_folders) = (Vec::new(), Vec::new());
     for path in paths {
         if path.is_dir() {
-            in_folders.extend(folder::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?);
+            let files = folder::files_of(path).map_err(|e| ImportError::new(path, format!("cannot be read: {e}")))?;
+            if !files.iter().any(|f| place_in(readers, f).is_some()) {
+                in_folders.extend(folder::of_two_computers(path));
+            }
+            in_folders.extend(files);
         } else if path.is_file() {
             named.push(path.clone());
         } else if path.exists() {
@@ -153,8 +196,9 @@ fn files_of(paths: &[PathBuf]) -> Result<[Vec<PathBuf>; 2], ImportError> {
 }
 
 /// The first kind of file among them, and its files.
-fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
-    let [mut named, mut in_folders] = files_of(paths)?;
+fn files_of_one_kind(readers: &[&'static Reader], paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
+    let [mut named, mut in_folders] = files_of(readers, paths)?;
+    let reader_of = |path: &Path| place_in(readers, path);
     let mut witnesses = Vec::new();
     for list in [&mut named, &mut in_folders] {
         witnesses.extend(list.extract_if(.., |p| current_profiler::is_midas(p)));
@@ -169,7 +213,7 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
         return Err(ImportError::new(unknown, what));
     }
     let kinds: BTreeSet<usize> = known.iter().map(|k| k.0).collect();
-    let names = |of: &BTreeSet<usize>| of.iter().map(|k| READERS[*k].name).collect::<Vec<_>>().join(", ");
+    let names = |of: &BTreeSet<usize>| of.iter().map(|k| readers[*k].name).collect::<Vec<_>>().join(", ");
     let named_kinds: BTreeSet<usize> = named.iter().filter_map(|p| reader_of(p)).collect();
     if named_kinds.len() > 1 {
         let what = format!("files of several kinds are named ({}): import one kind at a time", names(&named_kinds));
@@ -181,19 +225,10 @@ fn files_of_one_kind(paths: &[PathBuf]) -> Result<FilesOfFlight, ImportError> {
             compressed.unwrap_or_else(|| ImportError::new(&paths[0], format!("has no file of a known kind{}: {KNOWN}", inside(&paths[0]))))
         );
     };
-    let reader = READERS[kind];
+    let reader = readers[kind];
     let mut files: Vec<PathBuf> = known.iter().filter(|f| f.0 == kind).map(|f| f.1.clone()).collect();
     if named.len() == files.len() {
         files = (reader.partners)(&files);
-    }
-    if files.len() > 1 && !reader.joins {
-        let list: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
-        let (count, name) = (files.len(), reader.name);
-        let what = format!(
-            "{count} files of {name} here, and one {name} is one flight: import one at a time ({}), or concatenate them under one header line",
-            list.join(", ")
-        );
-        return Err(ImportError::new(&paths[0], what));
     }
     let others = named.iter().chain(&in_folders).filter(|f| !files.contains(f)).count();
     let mut passed: Vec<String> = paths.iter().filter(|p| p.is_dir()).flat_map(|p| folder::dangling(p)).collect();

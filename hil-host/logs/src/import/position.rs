@@ -24,6 +24,23 @@ pub fn degrees_of_minutes(ddmm: f64) -> f64 {
     (whole + (size - 100.0 * whole) / 60.0).copysign(ddmm)
 }
 
+/// Slocum positions are ddmm.mmmm; fills such as 69696969 are no positions.
+pub(super) fn of_minutes(series: &Series) -> Series {
+    let (time, value): (Vec<f64>, Vec<f64>) =
+        series.pairs().map(|(t, v)| (t, degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0).unzip();
+    Series::new(&time, &value)
+}
+
+/// Whether positions that should be ddmm.mmm are degrees: minutes of 60 and more, or all within a degree or two of 0 deg 0 deg.
+pub(super) fn in_degrees(lat: &Series, lon: &Series) -> bool {
+    let known =
+        |series: &Series, most: f64| series.pairs().map(|(_, v)| v).filter(|v| v.abs() <= most * 100.0 && *v != 0.0).collect::<Vec<f64>>();
+    let (lat, lon) = (known(lat, 90.0), known(lon, 180.0));
+    let minutes = lat.iter().chain(&lon).filter(|v| v.abs() % 100.0 >= 60.0).count();
+    let small = lat.iter().all(|v| v.abs() <= 90.0) && lon.iter().all(|v| v.abs() <= 180.0);
+    2 * minutes > lat.len() || small
+}
+
 /// One GPS fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {

@@ -1,6 +1,6 @@
 //! The zero of a pressure sensor, as a stay at the surface shows it.
 
-use super::report::list_of;
+use super::report::{DensityIs, list_of};
 use super::{Imported, Report};
 use crate::record::afloat::{is_impossible, reading_afloat, reading_in_a_stay};
 use crate::record::plausible::quantile;
@@ -53,18 +53,22 @@ pub(super) fn take_out<T>(
 
 /// The same of a flight that was made with it: its density, where it was recomputed with that pressure, and its dives, where they are
 /// cut at the surface, follow.
-pub(super) fn take_out_of_flight(imported: &mut Imported) {
+///
+/// # Errors
+/// None.
+pub(super) fn take_out_of_flight(imported: &mut Imported) -> Result<(), String> {
     let flight = &imported.flight;
     let mut rows: Vec<(f64, f64, u32)> = (0..flight.len()).map(|i| (flight.time_s[i], flight.pressure_pa[i], flight.segment[i])).collect();
-    let Some(off) = take_out(&mut rows, |r| (r.0, &mut r.1), |r| r.2, &mut imported.report) else { return };
+    let Some(off) = take_out(&mut rows, |r| (r.0, &mut r.1), |r| r.2, &mut imported.report) else { return Ok(()) };
     let flight = &mut imported.flight;
     flight.pressure_pa = rows.into_iter().map(|r| r.1).collect();
-    if imported.report.density.contains("TEOS-10") {
+    if imported.report.density_is == DensityIs::Computed {
         flight.density_kg_m3.iter_mut().zip(off).for_each(|(d, off)| *d -= off / (SOUND_M_S * SOUND_M_S));
     }
     if flight.segment.iter().all(|s| *s == 0) {
         super::surface::cut_anew(imported, 2);
     }
+    Ok(())
 }
 
 /// Turns values round that grow upward, by their middle, which lies further than `above` in the air then, and says so; whether they did.

@@ -96,14 +96,18 @@ pub(super) struct RawLog {
     pub repeats_are_lost: bool,
     /// Number of the segment of each row of the first clock, where the file labels its rows.
     pub segments: Option<Vec<u32>>,
-    /// Magnetic variation, deg.
+    /// Magnetic variation that the file states, deg.
     pub variation: Option<f64>,
+    /// All that the file has a name for, to say what of it is known and not used.
+    pub names: Vec<String>,
     /// Unix time of the instant from which a flight's times count; none: its first row.
     pub zero_s: Option<f64>,
     /// What else is to be said where there is no pressure.
     pub without_pressure: Option<String>,
     /// Which of the series were read.
     pub used: std::collections::BTreeSet<usize>,
+    /// Whether a column that is read stays: it may be another channel, or a further column.
+    pub keeps: bool,
     pub report: Report,
     /// The table of channels, with the lab's own names.
     pub table: Option<Box<Channels>>,
@@ -153,6 +157,22 @@ impl Picked {
 struct Unread(Option<String>);
 
 impl RawLog {
+    /// Both, each on its own clocks; no series has a name of the other's.
+    pub fn joined_with(mut self, other: Self) -> Self {
+        let before = self.clocks.len();
+        self.clocks.extend(other.clocks);
+        self.series.extend(other.series.into_iter().map(|s| RawSeries { clock: s.clock.map(|k| k + before), ..s }));
+        for (all, more) in [(&mut self.report.notes, other.report.notes), (&mut self.report.left_out, other.report.left_out)] {
+            more.into_iter().for_each(|what| {
+                if !all.contains(&what) {
+                    all.push(what)
+                }
+            });
+        }
+        other.report.mapped.into_iter().for_each(|m| self.report.map(m));
+        Self { segments: None, ..self }
+    }
+
     /// What is known of a channel.
     pub fn entry(&self, channel: Channel) -> Entry {
         self.table.as_deref().unwrap_or(Channels::usual()).of(channel).clone()
@@ -185,7 +205,10 @@ impl RawLog {
     pub fn pick(&mut self, channel: Channel) -> Option<Picked> {
         let entry = self.entry(channel);
         let (mut found, mut unread) = (Vec::new(), Vec::new());
-        for k in self.called(&entry, channel) {
+        let called = self.called(&entry, channel);
+        let keeps = self.keeps;
+        self.keeps |= called.len() > 1;
+        for k in called {
             match self.one(k, channel, &entry) {
                 Ok(picked) => {
                     let full = picked.coverage >= 0.5 && !picked.is_zero();
@@ -197,6 +220,7 @@ impl RawLog {
                 Err(Unread(why)) => unread.extend(why),
             }
         }
+        self.keeps = keeps;
         let most = found.iter().filter(|(_, c)| !c.is_zero()).map(|(_, c)| c.coverage).fold(0.0, f64::max);
         let best = found.iter().position(|(_, c)| !c.is_zero() && 2.0 * c.coverage >= most).unwrap_or(0);
         for why in unread {
@@ -216,7 +240,9 @@ impl RawLog {
     /// A channel that is only asked for a check or in the place of another: what cannot be read of it is no loss.
     pub fn aside(&mut self, channel: Channel) -> Option<Picked> {
         let (mapped, lost, used) = (self.report.mapped.len(), self.report.left_out.len(), self.used.clone());
+        let outer = std::mem::replace(&mut self.keeps, true);
         let picked = self.pick(channel);
+        self.keeps = outer;
         self.report.mapped.truncate(mapped);
         self.used = used;
         for why in self.report.left_out.split_off(lost) {
@@ -247,7 +273,9 @@ impl RawLog {
         };
         let said = std::mem::take(&mut self.clocks[clock].said);
         self.say(said);
-        let mut values = match &self.series[k].values {
+        // A column of the flight format that becomes a channel is needed no more.
+        let mut values = match &mut self.series[k].values {
+            Ok(values) if self.exact && !self.keeps => std::mem::take(values),
             Ok(values) => values.clone(),
             Err(why) => {
                 let what = format!("{name} cannot be read ({why})");

@@ -80,6 +80,17 @@ pub struct Origin {
     pub lon_deg: f64,
 }
 
+/// Where the density of a flight is from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum DensityIs {
+    #[default]
+    Missing,
+    /// As the source has it.
+    Stated,
+    /// Computed here from a salinity or conductivity.
+    Computed,
+}
+
 /// What was read, mapped, missing, damaged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
@@ -106,6 +117,12 @@ pub struct Report {
     /// Whether the file numbers its segments: they are not cut at the surface then.
     #[serde(skip)]
     pub numbered: bool,
+    /// Where the density is from.
+    #[serde(skip)]
+    pub(super) density_is: DensityIs,
+    /// Notes on the vehicle that is made.
+    #[serde(skip)]
+    pub(super) of_vehicle: Vec<String>,
     /// Whether a clock was found that was not set, and rows without a pressure are counted.
     #[serde(skip)]
     pub(super) clock_not_set: bool,
@@ -122,6 +139,18 @@ impl Report {
         if !self.notes.contains(&what) {
             self.notes.push(what);
         }
+    }
+
+    /// Something worth knowing of the vehicle that is made.
+    pub(super) fn note_of_vehicle(&mut self, what: String) {
+        let what = format!("vehicle: {what}");
+        self.of_vehicle.push(what.clone());
+        self.note(what);
+    }
+
+    /// Without what is said of a vehicle that was made: another one is taken.
+    pub fn forget_vehicle(&mut self) {
+        self.notes.retain(|n| !self.of_vehicle.contains(n));
     }
 
     /// Something of the source is not in the flight.
@@ -164,6 +193,7 @@ impl Report {
             Some(p) if p.is_baltic() => "Baltic absolute salinity",
             _ => "reference salinity (regional anomaly left out, at most 0.02 kg/m3)",
         };
+        self.density_is = if known { DensityIs::Computed } else { DensityIs::Missing };
         self.density = if known { format!("recomputed by TEOS-10 from {what}; {salinity}") } else { format!("missing: it needs {what}") };
     }
 

@@ -13,8 +13,9 @@ use super::clocks::{CLOCKS_APART_S, LONGEST_MISSION_S, stray_times};
 use super::position::{Fix, degrees_of_minutes};
 use super::reader::Reader;
 use super::report::list_of;
-use super::two_computers::{Ctd, by_segment, covered};
+use super::two_computers::{Ctd, covered, rows_by_segment};
 use super::{FileNote, ImportError, Imported, MappedName, Report, join, pressure_zero};
+use crate::channels::Channels;
 use crate::record::resample::Series;
 use crate::record::seawater;
 
@@ -176,6 +177,7 @@ struct Reading {
 fn read(chosen: &BTreeMap<(u32, bool), &PathBuf>, cycles: &[u32], month_first: bool, report: &mut Report) -> Reading {
     let mut all = Reading { dates: Dates { month_first, ..Dates::default() }, ..Reading::default() };
     let Reading { log, columns, counts, starts, dates } = &mut all;
+    let mut names = BTreeSet::new();
     for ((cycle, payload), path) in chosen {
         let segment = cycles.binary_search(cycle).unwrap_or(0) as u32;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -196,6 +198,7 @@ fn read(chosen: &BTreeMap<(u32, bool), &PathBuf>, cycles: &[u32], month_first: b
                 }
                 note.rows = table.rows;
                 note.problems.extend(table.problem.take());
+                names.extend(table.names().map(str::to_owned));
                 if let Some(name) = table.twice() {
                     note.problems.push(format!("column {name} stands twice: the first one is read"));
                 }
@@ -219,6 +222,7 @@ fn read(chosen: &BTreeMap<(u32, bool), &PathBuf>, cycles: &[u32], month_first: b
         }
         report.files.push(note);
     }
+    Channels::usual().unused(names.iter().map(String::as_str)).into_iter().for_each(|what| report.note(what));
     all
 }
 
@@ -368,8 +372,8 @@ impl Columns {
     fn without_ctd(&self, log: &mut Log, cycles: &[u32], report: &mut Report) {
         let segment_at: BTreeMap<u64, u32> = self.time.iter().map(|t| t.to_bits()).zip(self.segment.iter().copied()).collect();
         let of_cycle = |(t, p): (f64, f64)| Some((*segment_at.get(&t.to_bits())?, t, p));
-        let own = by_segment(log.steering_pressure.pairs().filter_map(of_cycle));
-        let ctd = by_segment(log.rows.iter().map(|r| (r.segment, r.unix_s, r.pressure_pa)));
+        let own = rows_by_segment(log.steering_pressure.pairs().filter_map(of_cycle));
+        let ctd = rows_by_segment(log.rows.iter().map(|r| (r.segment, r.unix_s, r.pressure_pa)));
         let deepest = |of: &[(f64, f64)]| of.iter().map(|r| r.1).filter(|p| p.is_finite()).fold(0.0, f64::max);
         let (mut holes, mut off_min, mut all_min, mut off) = (Vec::new(), 0, 0, BTreeSet::new());
         for (segment, cycle) in (0_u32..).zip(cycles) {
@@ -431,13 +435,9 @@ impl Columns {
         let [pitch, roll, heading, ballast, battery, depth] = &self.values;
         let series = |values: &[f64]| Series::new(&self.time, values);
         self.step_s = series(pitch).step_s();
-        let turned = heading.iter().any(|v| v.is_finite());
         [log.pitch, log.roll, log.heading, log.ballast, log.battery] = [pitch, roll, heading, ballast, battery].map(|c| series(c).into());
         let pressure: Vec<f64> = depth.iter().map(|z| if *z > 0.0 { seawater::pressure_pa(*z, self.lat_deg) } else { f64::NAN }).collect();
         log.steering_pressure = series(&pressure);
-        if turned {
-            report.note("heading as logged: whether it holds the declination of the file is not documented".into());
-        }
     }
 }
 

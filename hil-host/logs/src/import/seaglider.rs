@@ -110,27 +110,34 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     Ok(imported)
 }
 
-/// The middle of the buoyancy device may be set anew from dive to dive: readings of all are brought to the first one's.
+/// The middle of the buoyancy device may be set anew from dive to dive: readings of all are brought to that of the dive whose constants
+/// make the vehicle, whatever dives lie beside it.
 fn same_middle(parts: &mut [(String, Imported)], constants: &[(u32, Scalars)]) {
-    let Some((_, first)) = constants.iter().find(|(_, s)| s.get("log_C_VBD").is_some()) else { return };
+    let Some((_, of)) = newest(constants).filter(|(_, s)| s.get("log_C_VBD").is_some()) else { return };
     for ((_, part), (_, scalars)) in parts.iter_mut().zip(constants) {
-        let off_cc = middle_off_cc(|n| scalars.get(n), |n| first.get(n));
-        if let Some(off_cc) = off_cc.filter(|off| *off != 0.0) {
-            part.flight.ballast_m3.iter_mut().for_each(|v| *v += off_cc * 1e-6);
-            note_middle(off_cc, &mut part.report);
+        if let Some(off_cc) = middle_off_cc(|n| scalars.get(n), |n| of.get(n)) {
+            from_middle(part, off_cc);
         }
     }
 }
 
-/// By how much readings of a dive are to be raised to count from the middle of the buoyancy device in the first one, cm³; `log` and
-/// `first` are the numbers of their logs.
-pub(super) fn middle_off_cc(log: impl Fn(&str) -> Option<f64>, first: impl Fn(&str) -> Option<f64>) -> Option<f64> {
-    Some((log("log_C_VBD")? - first("log_C_VBD")?) * log("log_VBD_CNV")?)
+/// By how much readings of a dive are to be raised to count from the middle of the buoyancy device in another one, cm³; `log` and
+/// `other` are the numbers of their logs.
+pub(super) fn middle_off_cc(log: impl Fn(&str) -> Option<f64>, other: impl Fn(&str) -> Option<f64>) -> Option<f64> {
+    Some((log("log_C_VBD")? - other("log_C_VBD")?) * log("log_VBD_CNV")?)
 }
 
-/// Says that a dive's readings count from another middle.
-pub(super) fn note_middle(off_cc: f64, report: &mut Report) {
-    report.note(format!("C_VBD is another than in the first dive: readings brought to the first one's middle ({off_cc:+.1} cc)"));
+/// Raises a dive's readings, cm³, and says so.
+pub(super) fn from_middle(part: &mut Imported, off_cc: f64) {
+    if off_cc != 0.0 {
+        part.flight.ballast_m3.iter_mut().for_each(|v| *v += off_cc * 1e-6);
+        part.report.note(format!("C_VBD is another than in the newest dive: readings brought to that one's middle ({off_cc:+.1} cc)"));
+    }
+}
+
+/// The dive whose constants were changed last: fitted ashore again and again, the newest stand.
+fn newest(constants: &[(u32, Scalars)]) -> Option<&(u32, Scalars)> {
+    constants.iter().max_by(|a, b| a.1.modified.cmp(&b.1.modified).then(a.0.cmp(&b.0)))
 }
 
 /// Compressibility that a hull can have: the documented default with three of its sigmas, 1/dbar.
@@ -139,9 +146,7 @@ const HULL_PER_DBAR: std::ops::Range<f64> = 2.2e-6..6.0e-6;
 /// The vehicle that the newest constants describe; what they say differently from dive to dive is noted.
 fn vehicle(glider: u32, constants: &[(u32, Scalars)], report: &mut Report) -> Draft {
     let mut draft = Class::Seaglider.draft();
-    // Fitted ashore again and again: the newest stand.
-    let newest = constants.iter().max_by(|a, b| a.1.modified.cmp(&b.1.modified).then(a.0.cmp(&b.0)));
-    let Some((dive, newest)) = newest else { return draft };
+    let Some((dive, newest)) = newest(constants) else { return draft };
     draft.about = vec![
         format!("Seaglider SG{glider:03}: constants of the base station in the file of dive {dive}, the newest."),
         "They were fitted with a density that ignores pressure: a start, not a calibrated model.".into(),
@@ -199,17 +204,17 @@ pub(super) fn from_constants(draft: &mut Draft, s: &Scalars, report: &mut Report
     // The set that was fitted together with such a compressibility has the same error in it.
     let named = |set: Option<Hydro>, name: &'static str| set.map(|h| (h, name));
     let (ashore, aboard) = (named(fitted, "sg_cal_hd"), named(on_board, "log_HD"));
-    if let Some((hydro, name)) = if believable { ashore.or(aboard) } else { aboard.or(ashore) } {
-        hydro.state(draft, name, cal("rho0"), cal("glider_length"), cal("hd_s"));
-        let text = |h: Hydro| format!("a {}, b {}, c {}", h.a, h.b, h.c);
-        if let (Some(fitted), Some(on_board)) = (fitted, on_board) {
-            report.note(format!(
-                "two sets of lift and drag are in the files: fitted ashore ({}), on board ({}); {name} is taken",
-                text(fitted),
-                text(on_board)
-            ));
-            draft.about.push(format!("sg_cal_hd (ashore): {}; log_HD (on board): {}; {name} is used.", text(fitted), text(on_board)));
-        }
+    let state = |set: Hydro, draft: &mut Draft, name: &str| set.state(draft, name, cal("rho0"), cal("glider_length"), cal("hd_s"));
+    let (first, second) = if believable { (ashore, aboard) } else { (aboard, ashore) };
+    if let (Some((taken, name)), Some((passed, passed_name))) = (first, second) {
+        let mut other = draft.clone();
+        state(passed, &mut other, passed_name);
+        state(taken, draft, name);
+        draft.other = Some((Box::new(other), [name, passed_name]));
+        report.note(format!("two sets of lift and drag are in the files: {name} ({taken}), {passed_name} ({passed})"));
+        draft.about.push(format!("Lift and drag in the files: {name} ({taken}), {passed_name} ({passed})."));
+    } else if let Some((set, name)) = first.or(second) {
+        state(set, draft, name);
     }
     if let Some(mass) = cal("mass_comp").filter(|m| *m > 0.0) {
         report.note(format!("a compressee of {mass} kg is on board: its volume is not modelled"));
@@ -248,6 +253,12 @@ struct Hydro {
     a: f64,
     b: f64,
     c: f64,
+}
+
+impl std::fmt::Display for Hydro {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "a {}, b {}, c {}", self.a, self.b, self.c)
+    }
 }
 
 impl Hydro {

@@ -15,11 +15,12 @@ use super::netcdf::Scalars;
 use super::position::Fix;
 use super::reader::Reader;
 use super::report::shown;
+use super::variation::variation_deg;
 use super::{FileNote, ImportError, Imported, MappedName, Report, calendar, join, pressure_zero, seaglider};
 use crate::record::bounded;
 use crate::record::plausible::quantile;
 use crate::record::resample::Series;
-use crate::record::seawater;
+use crate::record::seawater::{self, Place};
 
 mod constants;
 
@@ -69,6 +70,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     };
     let mut report = Report::new("Seaglider log and eng files");
     let (mut parts, mut numbers, mut logs, mut last_cc) = (Vec::new(), Vec::new(), Vec::<DiveLog>::new(), f64::NAN);
+    let mut middles_cc: Vec<f64> = Vec::new();
     for (glider, dive) in &dives {
         let of = |ending: &str| {
             files.iter().find(|f| dive_of(f) == Some((*glider, *dive)) && f.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)))
@@ -79,7 +81,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
         };
         let log = read(log).map(|text| DiveLog::parse(&text));
         let part = log.and_then(|log| {
-            // The middle of the buoyancy device may be set anew: readings of all dives are brought to the first one's.
+            // The middle of the buoyancy device may be set anew: readings of all dives are brought to the last one's.
             let number = |of: &DiveLog, name: &str| of.scalars.get(name).copied();
             let first = logs.first().unwrap_or(&log);
             let middle_cc = seaglider::middle_off_cc(|n| number(&log, n), |n| number(first, n)).unwrap_or(0.0);
@@ -87,11 +89,8 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
             last_cc = cc.last().map_or(last_cc, |c| c.1 + middle_cc);
             let mut part = one_dive(&read(eng)?, &log, &cc, *dive)?;
             log.say_whose((*glider, *dive), &mut part.report);
-            if middle_cc != 0.0 {
-                part.flight.ballast_m3.iter_mut().for_each(|v| *v += middle_cc * 1e-6);
-                seaglider::note_middle(middle_cc, &mut part.report);
-            }
             logs.push(log);
+            middles_cc.push(middle_cc);
             Ok(part)
         });
         match part {
@@ -102,6 +101,8 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
             Err(why) => report.leave_out(format!("dive {dive}: {why}")),
         }
     }
+    let newest_cc = middles_cc.last().copied().unwrap_or(0.0);
+    parts.iter_mut().zip(&middles_cc).for_each(|((_, part), middle_cc)| seaglider::from_middle(part, middle_cc - newest_cc));
     let begins: Vec<(u32, f64)> = parts.iter().zip(&numbers).map(|((_, p), n)| (*n, p.report.start_unix_s.unwrap_or(f64::NAN))).collect();
     join::numbered("dive", &begins, &mut report);
     let Report { kind, left_out, notes, .. } = report;
@@ -117,7 +118,6 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
     let mut draft = Class::Seaglider.draft();
     draft.say("case", &format!("sg{glider:03}"), "");
     let mut values = logs.last().map_or_else(BTreeMap::new, |l| l.scalars.clone());
-    values.extend(logs.first().and_then(|l| l.scalars.get_key_value("log_C_VBD")).map(|(k, v)| (k.clone(), *v)));
     match constants.map(|c| read(c).map(|text| Constants::parse(&text))) {
         Some(Ok(Constants { glider: Some(other), .. })) if other != glider => {
             imported.report.leave_out(format!("{CONSTANTS} is of SG{other:03}, the dives of SG{glider:03}: its numbers are not taken"));
@@ -234,7 +234,10 @@ impl DiveLog {
         }
         match self.variation {
             Some(degrees) => report.note(format!("heading is magnetic: variation of {degrees} deg added")),
-            None => report.note("heading is magnetic and stays so: the .log states no variation".into()),
+            None => match self.modelled_variation() {
+                Some(degrees) => report.note(format!("heading is magnetic: variation of {degrees:.1} deg (geomagnetic field, IGRF) added")),
+                None => report.note("heading is magnetic and stays so: the .log states no variation and no fix".into()),
+            },
         }
         if !self.ended {
             report.leave_out(
@@ -261,6 +264,12 @@ impl DiveLog {
         if let Some(end) = eng_end.filter(|end| *end < SAMPLED * surfaced) {
             report.leave_out(format!("its .eng ends {end:.0} s after the start, the dive at {surfaced:.0} s by the .log: it is cut"));
         }
+    }
+
+    /// Magnetic variation of the place, deg, where the log states none.
+    fn modelled_variation(&self) -> Option<f64> {
+        let fix = self.fixes.iter().chain(&self.before).find(|f| f.lat_deg != 0.0 || f.lon_deg != 0.0)?;
+        variation_deg(Place { lon_deg: fix.lon_deg, lat_deg: fix.lat_deg }, self.start)
     }
 
     /// Names a dive whose own numbers are not those of its file's name.
@@ -424,9 +433,10 @@ fn one_dive(eng: &str, log: &DiveLog, pump: &[(f64, f64)], dive: u32) -> Result<
         rows,
         pitch: angle("pitchAng", 0.0).into(),
         roll: angle("rollAng", 0.0).into(),
-        heading: angle("head", log.variation.unwrap_or(0.0)).into(),
+        heading: angle("head", log.variation.or_else(|| log.modelled_variation()).unwrap_or(0.0)).into(),
         ballast: ballast.into(),
         fixes: log.sound_fixes(&mut report),
+        true_heading: true,
         ..Log::default()
     };
     let flight = out.flight(&format!("dive {dive}"), &mut report).ok_or("its .eng has no row")?;

@@ -5,7 +5,7 @@
 //! no density. One file pair is one segment, as the vehicle cuts its files at
 //! the surface.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::assembly::Row;
@@ -15,7 +15,7 @@ use super::dbd;
 use super::reader::Reader;
 use super::surface;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
-use crate::channels::{Channel, Entry};
+use crate::channels::{Channel, Channels, Entry};
 use crate::record::bounded;
 
 mod clocks;
@@ -128,6 +128,13 @@ struct Loaded {
     file: dbd::DbdFile,
 }
 
+/// What is to be said of all files: which cannot be used, and names in them that are no channel.
+#[derive(Default)]
+struct Said {
+    refused: Vec<String>,
+    others: BTreeSet<String>,
+}
+
 /// Reads all `files` of one flight; sensor lists are looked for beside them, in a folder `cac` there, and in `caches`.
 ///
 /// # Errors
@@ -136,13 +143,15 @@ pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportE
     let mut report = Report::new(if files.iter().any(|f| is_slocum(f)) { "Slocum binary" } else { "Slocum text (dba)" });
     let files = &without_copies(files, &mut report);
     let mut loaded: Vec<Loaded> = Vec::new();
-    let mut refused: Vec<String> = Vec::new();
+    let mut said = Said::default();
     for (segment, (stem, sides)) in (0_u32..).zip(pairs(files)) {
         for (candidates, science) in sides.into_iter().zip([false, true]) {
-            loaded.extend(read_half(candidates, (segment, science), caches, &mut report, &mut refused));
+            loaded.extend(read_half(candidates, (segment, science), caches, &mut report, &mut said));
         }
         report.segments.push(stem);
     }
+    let Said { mut refused, others } = said;
+    Channels::usual().unused(others.iter().map(String::as_str)).into_iter().for_each(|what| report.note(what));
     one_of_copies(&mut loaded, &mut report);
     pair_by_header(&mut loaded, &mut report);
     set_clocks(&mut loaded, &mut report, &mut refused);
@@ -162,7 +171,7 @@ pub fn import(files: &[PathBuf], caches: &[PathBuf]) -> Result<Imported, ImportE
 
 /// Reads one computer's file of a segment (`of`: its number, and whether it is that of science), of `candidates` the first that can be
 /// read; where that one is damaged, what the others have after its end too.
-fn read_half(candidates: Vec<PathBuf>, of: (u32, bool), caches: &[PathBuf], report: &mut Report, refused: &mut Vec<String>) -> Vec<Loaded> {
+fn read_half(candidates: Vec<PathBuf>, of: (u32, bool), caches: &[PathBuf], report: &mut Report, said: &mut Said) -> Vec<Loaded> {
     let mut out: Vec<Loaded> = Vec::new();
     let mut failed: Option<String> = None;
     for path in candidates {
@@ -170,7 +179,7 @@ fn read_half(candidates: Vec<PathBuf>, of: (u32, bool), caches: &[PathBuf], repo
             break;
         }
         let name = name_of(&path);
-        match read_file(&path, caches) {
+        match read_file(&path, caches, &mut said.others) {
             Ok(mut file) if file.cycles > 0 => {
                 if let Some(cut) = out.last() {
                     let end = clocks::span(&cut.file).map_or(f64::NAN, |s| s.1);
@@ -188,7 +197,7 @@ fn read_half(candidates: Vec<PathBuf>, of: (u32, bool), caches: &[PathBuf], repo
             }
             other => {
                 let what = other.map_or_else(|e| e, |_| "holds no cycle".into());
-                refused.push(format!("{name} {what}"));
+                said.refused.push(format!("{name} {what}"));
                 failed = Some(name.clone());
                 report.files.push(FileNote { file: name, rows: 0, problems: vec![what] });
             }
@@ -208,18 +217,26 @@ fn collected(loaded: &[Loaded], report: &mut Report) -> Collected {
     all
 }
 
-fn read_file(path: &Path, caches: &[PathBuf]) -> Result<dbd::DbdFile, String> {
+/// Reads a file; of its names those that are no channel join the `others`.
+fn read_file(path: &Path, caches: &[PathBuf], others: &mut BTreeSet<String>) -> Result<dbd::DbdFile, String> {
     let bytes = bounded::bytes(path, bounded::LOG).map_err(|e| format!("cannot be read: {e}"))?;
     if bytes.is_empty() {
         return Err("is empty".into());
     }
-    let wanted = |name: &str| CLOCKS.contains(&name) || sensor(name).is_some();
+    let others = std::cell::RefCell::new(others);
+    let wanted = |name: &str| {
+        let wanted = CLOCKS.contains(&name) || sensor(name).is_some();
+        if !wanted {
+            others.borrow_mut().insert(name.to_owned());
+        }
+        wanted
+    };
     if dba::is_dba(&bytes) {
         return dba::read(&bytes, wanted);
     }
     let folder = path.parent().unwrap_or(Path::new("."));
     // "cache" is where dbd2asc looks.
-    let usual = ["", "cac", "../cac", "cache", "../cache"].map(|name| folder.join(name));
+    let usual = ["", "cac", "../cac", "cache", "../cache", "state/cache", "../state/cache"].map(|name| folder.join(name));
     let folders: Vec<PathBuf> = usual.into_iter().chain(caches.iter().cloned()).collect();
     let cache = |crc: &str| {
         folders.iter().find_map(|folder| {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::classes::Class;
 use super::draft::Draft;
 use super::report::VEHICLE_JSON;
-use super::{Imported, trim};
+use super::{Imported, lift_drag, trim};
 use crate::record::plausible::quantile;
 
 /// States it: what the files say, else the class's usual numbers, and the hull volume checked against the flight.
@@ -15,7 +15,7 @@ pub(super) fn state(imported: &mut Imported, usual: fn(f64) -> Class, class: Opt
     }
     match imported.vehicle_file.as_ref().map(|text| crate::vehicle::parse_text(text, Path::new(VEHICLE_JSON))) {
         Some(Ok(_)) => {
-            imported.report.note("vehicle: the file holds that of its export, with its effects".into());
+            imported.report.note_of_vehicle("the file holds that of its export, with its effects".into());
             return;
         }
         Some(Err(e)) => {
@@ -25,7 +25,7 @@ pub(super) fn state(imported: &mut Imported, usual: fn(f64) -> Class, class: Opt
         None => {}
     }
     let deepest_dbar = quantile(&imported.flight.pressure_pa, 1.0) * 1e-4;
-    let mut draft = first(imported, usual, class, deepest_dbar);
+    let draft = first(imported, usual, class, deepest_dbar);
     let flight = &imported.flight;
     let number = |key: &str| draft.get(key).unwrap_or(0.0);
     let hull = trim::Hull {
@@ -34,13 +34,16 @@ pub(super) fn state(imported: &mut Imported, usual: fn(f64) -> Class, class: Opt
         expansion_per_k: number("hull_thermal_expansion_per_k"),
         reference_degc: number("reference_temperature_degc"),
     };
+    let trim = trim::find(flight, hull);
+    let (mut draft, said) = lift_drag::decided(draft, flight, hull, trim.map(|t| t.hull_volume_m3));
     let stated = draft.get("hull_volume_m3");
-    match (trim::find(flight, hull), stated) {
+    said.into_iter().for_each(|what| imported.report.note_of_vehicle(what));
+    match (trim, stated) {
         (Some(found), None) => {
             draft.set("hull_volume_m3", found.hull_volume_m3, "from the flight: rises and sinks where it does");
             draft.set("tolerance_1sigma.trim_volume_cc", (found.sigma_m3 * 1e6).max(TRIM_CC), "of the volume found");
-            imported.report.note(format!(
-                "vehicle: hull volume from the flight {:.2} l, +- {:.0} cc for a mass of {} kg",
+            imported.report.note_of_vehicle(format!(
+                "hull volume from the flight {:.2} l, +- {:.0} cc for a mass of {} kg",
                 found.hull_volume_m3 * 1e3,
                 (found.sigma_m3 * 1e6).max(TRIM_CC),
                 hull.mass_kg
@@ -52,15 +55,15 @@ pub(super) fn state(imported: &mut Imported, usual: fn(f64) -> Class, class: Opt
             let sigma_cc = draft.get("tolerance_1sigma.trim_volume_cc").unwrap_or(TRIM_CC).hypot(found.sigma_m3 * 1e6);
             if off_cc.abs() > 3.0 * sigma_cc {
                 draft.set("hull_volume_m3", found.hull_volume_m3, &format!("from the flight; the files say {stated:.6}"));
-                imported.report.note(format!(
-                    "vehicle: as stated it floats at {:.1} kg/m3, the flight shows {:.1}: hull volume set to {:.2} l, +- {:.0} cc",
+                imported.report.note_of_vehicle(format!(
+                    "as stated it floats at {:.1} kg/m3, the flight shows {:.1}: hull volume set to {:.2} l, +- {:.0} cc",
                     floats(stated),
                     floats(found.hull_volume_m3),
                     found.hull_volume_m3 * 1e3,
                     sigma_cc
                 ));
             } else {
-                imported.report.note(format!("vehicle: the flight shows {off_cc:+.0} cc of trim against the stated hull volume"));
+                imported.report.note_of_vehicle(format!("the flight shows {off_cc:+.0} cc of trim against the stated hull volume"));
             }
         }
         (None, stated) => {
@@ -69,9 +72,9 @@ pub(super) fn state(imported: &mut Imported, usual: fn(f64) -> Class, class: Opt
             if stated.is_none() {
                 draft.set("hull_volume_m3", hull.mass_kg / water, "guess: neutral at ballast 0 in the middle of the water");
                 draft.set("tolerance_1sigma.trim_volume_cc", 200.0, "guess");
-                imported
-                    .report
-                    .note("vehicle: no steady dives and climbs to find the hull volume from; set to float in this water, +- 200 cc".into());
+                imported.report.note_of_vehicle(
+                    "no steady dives and climbs to find the hull volume from; set to float in this water, +- 200 cc".into(),
+                );
             }
         }
     }
@@ -84,7 +87,7 @@ fn first(imported: &mut Imported, usual: fn(f64) -> Class, class: Option<Class>,
         (None, Some(draft)) => draft,
         (Some(class), stated) => {
             if stated.is_some() {
-                imported.report.note(format!("vehicle: numbers of the files give way to those of the class {}, as named", class.name()));
+                imported.report.note_of_vehicle(format!("numbers of the files give way to those of the class {}, as named", class.name()));
             }
             class.draft()
         }
@@ -92,7 +95,7 @@ fn first(imported: &mut Imported, usual: fn(f64) -> Class, class: Option<Class>,
             let class = usual(deepest_dbar);
             imported
                 .report
-                .note(format!("vehicle: the files do not state it; usual numbers of the class {} with wide tolerances", class.name()));
+                .note_of_vehicle(format!("the files do not state it; usual numbers of the class {} with wide tolerances", class.name()));
             class.draft()
         }
     }

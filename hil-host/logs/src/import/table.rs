@@ -5,18 +5,20 @@
 //! row; what stands for no value or is flagged as bad (`values`); and what `tidy` undoes.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+mod columns;
 mod thousands;
 mod tidy;
 pub(super) mod times;
 mod values;
 
+use columns::Column;
+
 use super::classes::Class;
 use super::clocks::SET_CLOCK_S;
 use super::raw_log::{Clock, RawLog, RawSeries, Said};
 use super::reader::{Reader, ends_in};
-use super::report::shown;
 use super::{FileNote, ImportError, Imported, MappedName, Report};
 use crate::channels::{Channel, Channels};
 use crate::record::bounded;
@@ -28,7 +30,7 @@ pub(super) const TABLES: Reader = Reader {
     name: "csv",
     claims: |path| ends_in(path, &["csv", "csvp", "csv0", "tsv", "txt"]),
     joins: false,
-    import: |files, _| import(&files[0]),
+    import: |files, _| if let [one] = files { import(one) } else { two_computers(files) },
     ..Reader::PLAIN
 };
 
@@ -40,9 +42,14 @@ const MINUS: char = '\u{2212}';
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path) -> Result<Imported, ImportError> {
+    flight_of(&[path.to_path_buf()], vec![read_file(path, false)?])
+}
+
+/// What a file holds, and a column that only a Slocum has; of one that is a `half` of a flight the rows are none of the flight format's.
+fn read_file(path: &Path, half: bool) -> Result<(RawLog, Option<String>), ImportError> {
     let bytes = bounded::bytes(path, bounded::LOG).map_err(|e| ImportError::new(path, e.to_string()))?;
     let mut report = Report::new("csv");
-    let mut text = text_of(&bytes, path, &mut report)?;
+    let mut text = text_of(bytes, path, &mut report)?;
     if text.contains(MINUS) {
         report.note("minus signs are those of a typesetter (U+2212): read as -".into());
         text = text.replace(MINUS, "-");
@@ -50,8 +57,8 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     if let Some(rest) = text.strip_prefix("sep=").and_then(|t| t.split_once('\n')) {
         text = rest.1.to_owned();
     }
-    let ends = |c: char| text.matches(c).count();
-    if ends('\r') > 2 * ends('\n') {
+    let ends = |end: u8| text.bytes().filter(|b| *b == end).count();
+    if ends(b'\r') > 2 * ends(b'\n') {
         text = text.replace('\r', "\n");
     }
     let text = thousands::without_grouping(&text, &mut report);
@@ -60,22 +67,67 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let Some(table) = Table::of(&text, &mut report) else { return Err(error("is empty; a flight needs a header line and rows".into())) };
     let slocum = table.slocum_column();
     let lab = super::lab_table(path).map_err(error)?;
-    let raw = table.raw_log(lab, report).map_err(error)?;
+    Ok((table.raw_log(lab, half, report).map_err(error)?, slocum))
+}
+
+/// The flight of one table, or of the two of a vehicle's computers.
+fn flight_of(paths: &[PathBuf], logs: Vec<(RawLog, Option<String>)>) -> Result<Imported, ImportError> {
+    let error = |what: String| ImportError::new(&paths[0], what);
+    let slocum = logs.iter().find_map(|l| l.1.clone());
+    let raw = logs.into_iter().map(|l| l.0).reduce(RawLog::joined_with).ok_or_else(|| error("no table is named".into()))?;
     let first = raw.clocks[0].times.iter().copied().find(|t| t.is_finite()).filter(|start| *start > SET_CLOCK_S);
-    let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let name = paths[0].file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let (flight, mut report) = raw.flight(&name).map_err(error)?;
     report.start_unix_s = report.start_unix_s.filter(|start| *start > SET_CLOCK_S).or(first);
-    report.files.push(FileNote { file: path.display().to_string(), rows: flight.len(), problems: Vec::new() });
+    let note = |path: &PathBuf| FileNote { file: path.display().to_string(), rows: flight.len(), problems: Vec::new() };
+    report.files.extend(paths.iter().map(note));
     let vehicle = slocum.map(|column| {
         let class = Class::slocum(quantile(&flight.pressure_pa, 1.0) * 1e-4);
-        report.note(format!("vehicle: {column} is a Slocum's; usual numbers of the class {} with wide tolerances", class.name()));
+        report.note_of_vehicle(format!("{column} is a Slocum's; usual numbers of the class {} with wide tolerances", class.name()));
         class.draft()
     });
     Ok(Imported { vehicle, ..Imported::new(flight, report) })
 }
 
+/// Two tables of one flight, one of each computer: each has channels that the other lacks, on a clock of its own.
+fn two_computers(files: &[PathBuf]) -> Result<Imported, ImportError> {
+    let list: Vec<_> = files.iter().take(6).filter_map(|f| f.file_name()).map(|n| n.to_string_lossy()).collect();
+    let (count, list) = (files.len(), list.join(", "));
+    let folder = files[0].parent().filter(|_| count > 1).unwrap_or(&files[0]);
+    let alike = || {
+        let what = format!(
+            "{count} files of csv here, and one csv is one flight: import one at a time ({list}), or concatenate them under one header \
+             line; two of them are one flight where each has channels that the other lacks"
+        );
+        ImportError::new(folder, what)
+    };
+    let [_, _] = files else { return Err(alike()) };
+    let mut logs = files.iter().map(|path| read_file(path, true)).collect::<Result<Vec<_>, _>>()?;
+    // What a computer repeats of the other one's comes late, and on another clock.
+    let clock = |log: &RawLog| log.report.mapped.first().map(|m| m.from.to_ascii_lowercase()).unwrap_or_default();
+    let of_science = [0, 1].map(|k| clock(&logs[k].0).starts_with(OF_SCIENCE));
+    if of_science[0] != of_science[1] {
+        for (log, science) in logs.iter_mut().zip(of_science) {
+            log.0.series.retain(|s| s.name.to_ascii_lowercase().starts_with(OF_SCIENCE) == science);
+        }
+    }
+    let has = |k: usize, name: &str| logs[k].0.series.iter().any(|s| s.name.eq_ignore_ascii_case(name));
+    let known = |s: &&RawSeries| Channels::usual().knows(&s.name, "", "") && !Channel::Time.usual().is_called(&s.name);
+    let own = |k: usize| logs[k].0.series.iter().filter(known).any(|s| !has(1 - k, &s.name));
+    let shared = logs[0].0.series.iter().filter(known).any(|s| has(1, &s.name));
+    if shared || !own(0) || !own(1) {
+        return Err(alike());
+    }
+    let mut imported = flight_of(files, logs)?;
+    imported.report.note(format!("{list} are of a vehicle's two computers: joined on their clocks"));
+    Ok(imported)
+}
+
+/// How a Slocum's names begin of what its science computer measures, its clock among them.
+const OF_SCIENCE: &str = "sci_";
+
 /// The text, from whatever encoding.
-fn text_of(bytes: &[u8], path: &Path, report: &mut Report) -> Result<String, ImportError> {
+fn text_of(bytes: Vec<u8>, path: &Path, report: &mut Report) -> Result<String, ImportError> {
     let wide = |little: bool| {
         let units =
             bytes[2..].chunks_exact(2).map(|c| if little { u16::from_le_bytes([c[0], c[1]]) } else { u16::from_be_bytes([c[0], c[1]]) });
@@ -88,10 +140,11 @@ fn text_of(bytes: &[u8], path: &Path, report: &mut Report) -> Result<String, Imp
     if bytes.contains(&0) {
         return Err(ImportError::new(path, "is not text (it holds zero bytes): a binary file of another name?"));
     }
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Ok(text.trim_start_matches('\u{feff}').to_owned()),
+    match String::from_utf8(bytes) {
+        Ok(text) if text.starts_with(MARK) => Ok(text.trim_start_matches(MARK).to_owned()),
+        Ok(text) => Ok(text),
         Err(e) => {
-            let at = e.valid_up_to();
+            let (at, bytes) = (e.utf8_error().valid_up_to(), e.into_bytes());
             let line = 1 + bytes[..at].iter().filter(|b| **b == b'\n').count();
             report.note(format!("byte {:#04X} in line {line} is no UTF-8: read as Latin-1", bytes[at]));
             Ok(bytes.iter().map(|b| char::from(*b)).collect())
@@ -99,11 +152,16 @@ fn text_of(bytes: &[u8], path: &Path, report: &mut Report) -> Result<String, Imp
     }
 }
 
-/// Lines cut into fields.
+/// What an editor may put in front of UTF-8.
+const MARK: char = '\u{feff}';
+
+/// Lines cut into fields, by column.
 struct Table<'a> {
     names: Vec<String>,
     units: Option<Vec<String>>,
-    rows: Vec<Vec<&'a str>>,
+    columns: Vec<Column<'a>>,
+    /// Number of rows.
+    rows: usize,
 }
 
 /// Whether a line is one of comments.
@@ -112,15 +170,34 @@ fn is_comment(line: &str) -> bool {
 }
 
 /// The fields of a line, without blanks and quotes around them; a separator in quotes is none.
-fn cut(line: &str, separator: char) -> Vec<&str> {
+fn cut<'a>(line: &'a str, separator: char, into: &mut Vec<&'a str>) {
+    into.clear();
+    if !line.as_bytes().contains(&b'"') {
+        // Byte by byte: fields are short, and a separator is one byte.
+        let mut start = 0;
+        for end in (0..line.len()).filter(|k| line.as_bytes()[*k] == separator as u8) {
+            into.push(trimmed(&line[start..end]));
+            start = end + 1;
+        }
+        into.push(trimmed(&line[start..]));
+        return;
+    }
     let pairs = line.matches('"').count().is_multiple_of(2);
     let mut quoted = false;
-    line.split(|c: char| {
+    let parts = line.split(|c: char| {
         quoted ^= c == '"' && pairs;
         c == separator && !quoted
-    })
-    .map(|field| field.trim().trim_matches('"').trim())
-    .collect()
+    });
+    into.extend(parts.map(|field| field.trim().trim_matches('"').trim()));
+}
+
+/// Without blanks around it; most fields have none.
+fn trimmed(field: &str) -> &str {
+    match field.as_bytes() {
+        [] => field,
+        [b'!'..=b'~', .., b'!'..=b'~'] | [b'!'..=b'~'] => field,
+        _ => field.trim(),
+    }
 }
 
 impl<'a> Table<'a> {
@@ -140,41 +217,58 @@ impl<'a> Table<'a> {
             header = lines.next()?;
         }
         let separator = [',', ';', '\t'].into_iter().max_by_key(|s| header.matches(*s).count())?;
-        let written = cut(header, separator);
+        let mut written = Vec::new();
+        cut(header, separator, &mut written);
         let mut names: Vec<String> = written.iter().map(|n| (*n).to_owned()).collect();
-        let mut rows: Vec<Vec<&str>> = lines.filter(|l| !is_comment(l)).map(|l| cut(l, separator)).collect();
-        // A separator at the end of every row is no field.
-        let most = rows.iter().map(Vec::len).max().unwrap_or(0);
-        let open = |row: &Vec<&str>| row.len() == most && row.last().is_some_and(|f| f.is_empty());
         if names.last().is_some_and(String::is_empty) {
             names.pop();
         }
-        if most == names.len() + 1 && rows.iter().all(open) {
-            rows.iter_mut().for_each(|r| {
-                r.pop();
-            });
-            report.note("every row ends with a separator: an empty last field left out".into());
+        let mut lines = lines.filter(|l| !is_comment(l)).peekable();
+        let (mut row, mut units, mut said) = (Vec::new(), None, None);
+        if let Some(line) = lines.peek() {
+            cut(line, separator, &mut row);
         }
-        let mut units = None;
-        let mut said = None;
         if names.iter().filter(|n| bracketed(n).is_some()).count() * 2 > names.len() {
             units = Some(names.iter().map(|n| bracketed(n).map_or(String::new(), |(_, u)| u.to_owned())).collect());
             names = names.iter().map(|n| bracketed(n).map_or_else(|| n.clone(), |(n, _)| n.to_owned())).collect();
-        } else if rows.first().is_some_and(|first| is_units(&names, first)) {
-            let line = rows.remove(0);
-            units = Some(line.iter().map(|u| (*u).to_owned()).collect());
-            said = Some(line);
+        } else if !row.is_empty() && is_units(&names, &row) {
+            lines.next();
+            units = Some(row.iter().map(|u| (*u).to_owned()).collect());
+            said = Some(row.clone());
+        }
+        // A row of all columns has a byte and more of each.
+        let most_rows = text.bytes().filter(|b| *b == b'\n').count().min(text.len() / names.len().max(1));
+        let mut table =
+            Self { columns: names.iter().map(|n| Column::new(times::is_of_texts(n), most_rows)).collect(), names, units, rows: 0 };
+        // Of files put one behind the other.
+        let first = written.first().copied().unwrap_or_default();
+        let again = |r: &[&str]| {
+            let begins = r.first().is_some_and(|f| f.ends_with(first) && f.trim_start_matches(MARK) == first);
+            begins && r.get(1..) == written.get(1..)
+        };
+        let (mut repeated, mut most, mut open) = (0, 0, 0);
+        for line in lines {
+            cut(line, separator, &mut row);
+            if again(&row) || said.as_ref() == Some(&row) {
+                repeated += 1;
+                continue;
+            }
+            table.columns.iter_mut().enumerate().for_each(|(k, column)| column.push(row.get(k).copied().unwrap_or_default()));
+            table.rows += 1;
+            most = most.max(row.len());
+            open += usize::from(row.len() == table.names.len() + 1 && row.last().is_some_and(|f| f.is_empty()));
+        }
+        // A separator at the end of every row is no field.
+        if most == table.names.len() + 1 && open == table.rows {
+            report.note("every row ends with a separator: an empty last field left out".into());
+        }
+        if said.is_some() {
             report.note("the second line holds units".into());
         }
-        // Of files put one behind the other.
-        let all = rows.len();
-        let first = written.first().copied().unwrap_or_default();
-        let again = |r: &Vec<&str>| r.first().is_some_and(|f| f.trim_start_matches('\u{feff}') == first) && r.get(1..) == written.get(1..);
-        rows.retain(|r| !again(r) && said.as_ref() != Some(r));
-        if rows.len() < all {
-            report.note(format!("{} lines repeat the header: left out", all - rows.len()));
+        if repeated > 0 {
+            report.note(format!("{repeated} lines repeat the header: left out"));
         }
-        Some(Self { names, units, rows })
+        Some(table)
     }
 
     /// A column that no other glider has: its pump's or its battery's, by the names and in the units of a Slocum.
@@ -188,13 +282,13 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Rows of two vehicles or logs; times or numbers that cannot be read; no row.
-    fn raw_log(mut self, lab: Option<Box<Channels>>, mut report: Report) -> Result<RawLog, String> {
+    fn raw_log(mut self, lab: Option<Box<Channels>>, half: bool, mut report: Report) -> Result<RawLog, String> {
         let channels = lab.as_deref().unwrap_or(Channels::usual());
         self.one_vehicle()?;
         self.empty_no_values(&mut report);
         self.no_grouping(channels)?;
         self.leave_out_bad(&mut report);
-        let own = self.units.is_none() || self.has_own_names();
+        let own = !half && (self.units.is_none() || self.has_own_names());
         let Some(mut clock) = self.clock(own, &mut report)? else {
             return Err(format!(
                 "has no column of times; accepted names: {} (it has: {})",
@@ -203,7 +297,7 @@ impl<'a> Table<'a> {
             ));
         };
         self.arrange(&mut clock, own, channels, &mut report)?;
-        if self.rows.is_empty() {
+        if self.rows == 0 {
             return Err(format!("column {} has no time in any row; write {}", self.names[clock.column], read::TIME_AS));
         }
         if own && let Some(k) = (1..clock.seconds.len()).find(|k| clock.seconds[*k] <= clock.seconds[k - 1]) {
@@ -213,7 +307,7 @@ impl<'a> Table<'a> {
                 k + 1
             ));
         }
-        report.kind = if own { "csv" } else { "csv with units (ERDDAP)" }.into();
+        report.kind = if own || half { "csv" } else { "csv with units (ERDDAP)" }.into();
         let first = clock.seconds.first().copied().unwrap_or(0.0);
         let (from, unit) = (self.names[clock.column].clone(), self.unit(clock.column).to_owned());
         report.map(MappedName { from, unit, to: Channel::Time.usual().column.clone(), factor: 1.0 });
@@ -234,7 +328,9 @@ impl<'a> Table<'a> {
             if passed || (flagged[k].is_some() && !own) {
                 continue;
             }
-            let (values, said) = self.numbers(k);
+            let (values, texts) = self.columns[k].take_numbers();
+            let said =
+                texts.map(|(none, of, first)| Said::Lost(format!("{none} of {of} fields of {name} are no numbers, first \"{first}\"")));
             if values.iter().all(|v| v.is_nan()) && said.is_some() {
                 unread.extend(flagged[k].is_none().then_some(name.as_str()));
                 continue;
@@ -252,7 +348,7 @@ impl<'a> Table<'a> {
     /// The number of the segment of each row by a column of numbers or labels, which are counted as they appear.
     fn segments(&self) -> Result<Option<Vec<u32>>, String> {
         let Some(column) = self.names.iter().position(|h| h.eq_ignore_ascii_case("segment")) else { return Ok(None) };
-        let fields: Vec<&str> = self.rows.iter().map(|r| r.get(column).copied().unwrap_or_default()).collect();
+        let fields = self.columns[column].fields();
         if let Some(row) = fields.iter().position(|s| read::no_value(s)) {
             return Err(format!("row {}, column segment: has no segment here; state one in each row, or remove the column", row + 1));
         }
@@ -268,7 +364,7 @@ impl<'a> Table<'a> {
             let next = labels.len() as u32;
             *labels.entry(s).or_insert(next)
         };
-        Ok(Some(fields.into_iter().map(&mut label).collect()))
+        Ok(Some(fields.iter().copied().map(&mut label).collect()))
     }
 
     /// The unit of a column, as the file states it.
@@ -280,31 +376,6 @@ impl<'a> Table<'a> {
     fn has_own_names(&self) -> bool {
         let is_there = |channel: Channel| self.names.iter().any(|h| h.eq_ignore_ascii_case(&channel.usual().column));
         [Channel::Pressure, Channel::Pitch, Channel::Ballast, Channel::Density].into_iter().all(is_there)
-    }
-
-    /// Values of a column, as they stand, and what is to be said of its fields that are none.
-    fn numbers(&self, column: usize) -> (Vec<f64>, Option<Said>) {
-        let (mut texts, mut fields, mut first) = (0, 0, None);
-        let number = |row: &Vec<&str>| {
-            let field = row.get(column).copied().unwrap_or_default();
-            if field.is_empty() {
-                return f64::NAN;
-            }
-            fields += 1;
-            match field.parse::<f64>() {
-                Ok(v) if v.is_finite() => v,
-                _ if read::no_value(field) => f64::NAN,
-                _ => {
-                    texts += 1;
-                    first.get_or_insert_with(|| shown(field));
-                    f64::NAN
-                }
-            }
-        };
-        let values: Vec<f64> = self.rows.iter().map(number).collect();
-        let name = &self.names[column];
-        let said = first.map(|first| Said::Lost(format!("{texts} of {fields} fields of {name} are no numbers, first \"{first}\"")));
-        (values, said)
     }
 }
 

@@ -48,6 +48,17 @@ struct Stretch {
     /// ρ v_b − m and ρ c.
     x: [f64; 2],
     y: f64,
+    pitch_rad: f64,
+    rising_m_s: f64,
+    rho_kg_m3: f64,
+}
+
+/// How far off a law of the vertical velocity (of pitch, rad; net buoyancy, kg; density, kg/m³), m/s, is in the middle of the steady
+/// stretches of a flight, of a hull of this volume, m³; where the law has no steady glide it does not move. None without a stretch.
+pub(super) fn off_m_s(flight: &Flight, hull: Hull, volume_m3: f64, law: impl Fn(f64, f64, f64) -> Option<f64>) -> Option<f64> {
+    let off = |s: &Stretch| (law(s.pitch_rad, s.x[0] + volume_m3 * s.x[1], s.rho_kg_m3).unwrap_or(0.0) - s.rising_m_s).abs();
+    let all: Vec<f64> = stretches(flight, hull).iter().map(off).collect();
+    Some(crate::record::plausible::quantile(&all, 0.5)).filter(|off| off.is_finite())
 }
 
 /// The hull volume that makes the flight rise and sink where it does; none without enough steady stretches both ways.
@@ -152,7 +163,9 @@ fn stretch(flight: &Flight, rows: std::ops::Range<usize>, hull: Hull) -> Option<
     let c = 1.0 - hull.compressibility_per_pa * pressure + if warm.is_finite() { hull.expansion_per_k * warm } else { 0.0 };
     let y = w * w.abs() / (pitch.abs() + PATH_BEYOND_PITCH_RAD).min(1.4).sin().powi(3);
     // Nose and path point the same way, else it is carried by something else.
-    (y.is_finite() && tt > 0.0 && w.signum() == pitch.signum()).then_some(Stretch { x: [rho * ballast - hull.mass_kg, rho * c], y })
+    let x = [rho * ballast - hull.mass_kg, rho * c];
+    let sound = y.is_finite() && tt > 0.0 && w.signum() == pitch.signum();
+    sound.then_some(Stretch { x, y, pitch_rad: pitch, rising_m_s: w, rho_kg_m3: rho })
 }
 
 #[cfg(test)]

@@ -102,7 +102,7 @@ pub(super) enum Ctd {
 const OFF_MIN: usize = 2;
 
 /// Times, s, and pressures, Pa, by their segment's number.
-pub(super) fn by_segment(rows: impl Iterator<Item = (u32, f64, f64)>) -> BTreeMap<u32, Vec<(f64, f64)>> {
+pub(super) fn rows_by_segment(rows: impl Iterator<Item = (u32, f64, f64)>) -> BTreeMap<u32, Vec<(f64, f64)>> {
     let mut out: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
     rows.for_each(|(segment, time_s, pressure_pa)| out.entry(segment).or_default().push((time_s, pressure_pa)));
     out

@@ -87,6 +87,14 @@ fn least(scan: &[Line; OFFSET_STEPS]) -> Option<f64> {
     (curvature > 0.0 && here <= before && here <= after).then(|| best as f64 - f64::from(REACH_S) + 0.5 * (before - after) / curvature)
 }
 
+/// Whether a shift `tau`, s, leaves less than none as it would if it were true: the misfit grows alike on both sides of it. Two clocks that
+/// sample by turns every few seconds have small minima on all sides.
+fn stands_out(scan: &[Line; OFFSET_STEPS], tau: f64) -> bool {
+    let at = |shift_s: f64| scan.get((shift_s + f64::from(REACH_S)) as usize).map(Line::left);
+    let (Some(here), Some(none), Some(beyond)) = (at(tau.round()), at(0.0), at((2.0 * tau).trunc())) else { return true };
+    none - here > 0.5 * (beyond - here)
+}
+
 /// What the two sensors and the compass of a flight read.
 struct Sensors {
     ctd: Series,
@@ -147,7 +155,8 @@ pub fn shift_s(flight: &Flight) -> Option<[f64; 2]> {
             parts.iter().enumerate().filter(|(k, _)| Some(*k) != left_out).fold(Line::default(), |s, (_, p)| s.plus(&p[step]))
         })
     };
-    let tau = least(&sum(None))?;
+    let all = sum(None);
+    let tau = least(&all).filter(|tau| stands_out(&all, *tau))?;
     let without = (0..LEFT_OUT_PARTS).map(|k| least(&sum(Some(k)))).collect::<Option<Vec<f64>>>()?;
     let mean = without.iter().sum::<f64>() / LEFT_OUT_PARTS as f64;
     let scatter: f64 = without.iter().map(|t| (t - mean).powi(2)).sum();
@@ -193,29 +202,23 @@ const MOST_SEGMENTS: usize = 200;
 const AGREE: f64 = 0.75;
 const LEAST_ROWS_OF_A_SHIFT: usize = 60;
 
-/// The flight with its engineering channels brought to the clock of the CTD, if the two pressure sensors tell by how much: by one shift, or
-/// by one that grows where the clocks drift apart; with the shift in the middle of the flight and its standard error, s.
-#[must_use]
-pub fn aligned(flight: &Flight) -> Option<(Flight, [f64; 2])> {
+/// Brings the engineering channels of a flight to the clock of the CTD, if the two pressure sensors tell by how much: by one shift, or by one
+/// that grows where the clocks drift apart; the shift in the middle of the flight and its standard error, s.
+pub fn align(flight: &mut Flight) -> Option<[f64; 2]> {
     let middle_s = 0.5 * (flight.time_s.first()? + flight.time_s.last()?);
     let (at_start_s, rate, tau, sigma) = match drift(flight) {
         Some([at_start_s, rate, sigma]) => (at_start_s, rate, at_start_s + rate * middle_s, sigma),
         None => shift_s(flight).map(|[tau, sigma]| (tau, 0.0, tau, sigma))?,
     };
-    let at = |values: &[f64]| -> Vec<f64> {
-        let series = Series::new(&flight.time_s, values);
-        let moved = |(value, time_s): (&f64, &f64)| {
-            let tau = at_start_s + rate * time_s;
-            Some(series.at_within(time_s + tau, BRIDGE_S)).filter(|m| m.is_finite() && value.is_finite())
-        };
-        values.iter().zip(&flight.time_s).map(|at| moved(at).unwrap_or(*at.0)).collect()
-    };
-    let mut out = flight.clone();
-    out.pitch_rad = at(&flight.pitch_rad);
-    out.roll_rad = at(&flight.roll_rad);
-    out.ballast_m3 = at(&flight.ballast_m3);
-    out.battery_mass_m = at(&flight.battery_mass_m);
-    Some((out, [tau, sigma]))
+    let Flight { time_s, pitch_rad, roll_rad, ballast_m3, battery_mass_m, .. } = flight;
+    for values in [pitch_rad, roll_rad, ballast_m3, battery_mass_m] {
+        let series = Series::new(time_s, values);
+        for (value, time_s) in values.iter_mut().zip(&*time_s).filter(|(value, _)| value.is_finite()) {
+            let moved = series.at_within(time_s + (at_start_s + rate * time_s), BRIDGE_S);
+            *value = if moved.is_finite() { moved } else { *value };
+        }
+    }
+    Some([tau, sigma])
 }
 
 #[cfg(test)]
@@ -247,7 +250,8 @@ mod tests {
             let f = flight(tau);
             // 0.1 s: the corners of the saw make the misfit no parabola.
             assert!((shift_s(&f).expect("told")[0] - tau).abs() < 0.1, "{tau}: {:?}", shift_s(&f));
-            let (a, _) = aligned(&f).expect("told");
+            let mut a = f.clone();
+            align(&mut a).expect("told");
             let worst = (20..2980).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
             assert!(worst < 1.1e-3, "{tau}: {worst} rad");
             assert!(a.battery_mass_m.iter().all(|v| v.is_nan()));
@@ -256,10 +260,10 @@ mod tests {
 
     #[test]
     fn nothing_is_shifted_without_a_second_sensor_or_without_need() {
-        assert!(aligned(&flight(0.1)).is_none());
+        assert!(align(&mut flight(0.1)).is_none());
         let mut f = flight(2.0);
         f.extra.clear();
-        assert!(aligned(&f).is_none());
+        assert!(align(&mut f).is_none());
     }
 
     /// A deep pump's sensor that sits in the tail: it bends by a metre over the range, creeps by half a metre, and is 0.4 m behind
@@ -283,10 +287,32 @@ mod tests {
         f.segment = (0..3000).map(|i| i / 300).collect();
         f.pitch_rad = f.time_s.iter().map(|t| (0.01 * (t - late(*t))).sin()).collect();
         f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| saw(t - late(*t)) * 1e-5).collect());
-        let (a, [tau, _]) = aligned(&f).expect("told");
+        let mut a = f.clone();
+        let [tau, _] = align(&mut a).expect("told");
         let worst = (30..2950).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
         // 0.01 rad a second: a second is left of fifteen, as each dive's own clock moves by 1.5 s within it.
         assert!((tau - 7.5).abs() < 0.3 && worst < 0.01, "{tau} s, {worst} rad");
+    }
+
+    /// Sensors that sample every 4 s by turns, one of them scaled: no shift of a sampling step.
+    #[test]
+    fn regress_a_scaled_pressure_sampled_by_turns_shows_no_shift() {
+        let scan = |left: [f64; 5]| -> [Line; OFFSET_STEPS] {
+            std::array::from_fn(|k| {
+                let step = (k as f64 - f64::from(REACH_S) + 8.0) / 4.0;
+                let (low, share) = (step.floor().clamp(0.0, 3.0), step - step.floor().clamp(0.0, 3.0));
+                let wanted = left[low as usize] + share.max(0.0) * (left[low as usize + 1] - left[low as usize]);
+                let mut line = Line::default();
+                // Rates of which nothing is explained: what is left is their mean square.
+                [(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)]
+                    .iter()
+                    .for_each(|(x, z, y)| line.add(*x, *z, y * wanted.sqrt()));
+                line
+            })
+        };
+        // Misfits at shifts of -8, -4, 0, 4, 8 s, of a 200 m pump's log with a sensor that reads 4 % low; and of one that is early.
+        assert!(!stands_out(&scan([0.034_6, 0.027_0, 0.029_1, 0.033_4, 0.04]), -4.0));
+        assert!(stands_out(&scan([0.09, 0.027_0, 0.088, 0.3, 0.6]), -4.0));
     }
 
     /// Half of the flight early and half of it late is a log with a gap in its clock, not a shift.

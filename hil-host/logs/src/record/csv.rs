@@ -140,8 +140,9 @@ struct Table<'a> {
     columns: Vec<Vec<f64>>,
     /// Of each column that is no channel: how many of its fields are no numbers, and the first of them with its line.
     texts: Vec<Option<(usize, String, u64)>>,
-    /// What stands in the column of segments.
-    segments: Vec<String>,
+    /// What stands in the column of segments, in the order of appearance, with the row of the first; and which of them a row has.
+    labels: Vec<(String, usize)>,
+    segments: Vec<u32>,
     lines: Vec<u64>,
 }
 
@@ -195,13 +196,21 @@ impl<'a> Table<'a> {
         let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| bad(1, "header", e.to_string()))?.clone();
         let channels = channels_of(&header, compared, &bad)?;
-        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
+        // A row of all columns has a byte and more of each.
+        let rows = text.bytes().filter(|b| *b == b'\n').count().min(text.len() / header.len().max(1));
+        let mut columns: Vec<Vec<f64>> = (0..header.len()).map(|_| Vec::with_capacity(rows)).collect();
         let mut texts = vec![None; header.len()];
-        let (mut lines, mut segments) = (Vec::new(), Vec::new());
-        let known: Vec<usize> = channels.values().map(|v| v.0).collect();
+        let (mut lines, mut segments, mut labels) = (Vec::new(), Vec::new(), Vec::<(String, usize)>::new());
+        let mut places: BTreeMap<String, u32> = BTreeMap::new();
+        let mut known_channel = vec![false; header.len()];
+        channels.values().for_each(|v| known_channel[v.0] = true);
         let [segment_column, time_column] = [Channel::Segment, Channel::Time].map(|c| channels.get(&c).map(|v| v.0));
-        for record in reader.records() {
-            let record = record.map_err(|e| bad(e.position().map_or(0, csv::Position::line), "row", e.to_string()))?;
+        let mut record = csv::StringRecord::new();
+        loop {
+            let more = reader.read_record(&mut record);
+            if !more.map_err(|e| bad(e.position().map_or(0, csv::Position::line), "row", e.to_string()))? {
+                break;
+            }
             let line = record.position().map_or(0, csv::Position::line);
             if record.len() != header.len() {
                 let why = format!("has {} fields, the header {}; the file may have been cut off here", record.len(), header.len());
@@ -211,7 +220,13 @@ impl<'a> Table<'a> {
             for (i, field) in record.iter().enumerate() {
                 let value = match field.parse::<f64>() {
                     _ if Some(i) == segment_column => {
-                        segments.push(field.to_owned());
+                        let last = segments.last().copied().filter(|k: &u32| labels[*k as usize].0 == field);
+                        let label = last.or_else(|| places.get(field).copied()).unwrap_or_else(|| {
+                            labels.push((field.to_owned(), segments.len()));
+                            places.insert(field.to_owned(), labels.len() as u32 - 1);
+                            labels.len() as u32 - 1
+                        });
+                        segments.push(label);
                         continue;
                     }
                     // No unit brings it out of the range of numbers.
@@ -224,7 +239,7 @@ impl<'a> Table<'a> {
                             format!("`{field}` is no time; write {TIME_AS}; dates only where `glider import` reads the file"),
                         ));
                     }
-                    _ if known.contains(&i) => {
+                    _ if known_channel[i] => {
                         let why = format!("`{field}` is not a number; leave the field empty where there is no value");
                         return Err(bad(line, &header[i], why));
                     }
@@ -236,7 +251,7 @@ impl<'a> Table<'a> {
                 columns[i].push(value);
             }
         }
-        Ok(Self { file, header, channels, columns, texts, segments, lines })
+        Ok(Self { file, header, channels, columns, texts, labels, segments, lines })
     }
 
     fn bad(&self, line: u64, column: &str, why: String) -> ReadError {
@@ -248,17 +263,20 @@ impl<'a> Table<'a> {
         self.channels.get(&channel).map_or_else(String::new, |(i, _)| self.header[*i].to_string())
     }
 
-    /// A channel in SI, where the file has it.
-    fn take(&self, channel: Channel) -> Option<Vec<f64>> {
-        self.channels.get(&channel).map(|(i, f)| self.columns[*i].iter().map(|v| v * f).collect())
+    /// A channel in SI, where the file has it; once.
+    fn take(&mut self, channel: Channel) -> Option<Vec<f64>> {
+        let (column, factor) = *self.channels.get(&channel)?;
+        let mut values = std::mem::take(&mut self.columns[column]);
+        values.iter_mut().for_each(|v| *v *= factor);
+        Some(values)
     }
 
-    fn or_nan(&self, channel: Channel) -> Vec<f64> {
+    fn or_nan(&mut self, channel: Channel) -> Vec<f64> {
         self.take(channel).unwrap_or_else(|| vec![f64::NAN; self.lines.len()])
     }
 
     /// Time of each row, s; Unix time counts from the first row.
-    fn time_s(&self) -> Result<Vec<f64>, ReadError> {
+    fn time_s(&mut self) -> Result<Vec<f64>, ReadError> {
         let column = self.column_of(Channel::Time);
         let mut time_s = self.or_nan(Channel::Time);
         for (i, t) in time_s.iter().enumerate() {
@@ -292,28 +310,24 @@ impl<'a> Table<'a> {
         if column.is_empty() {
             return Ok(vec![0; self.lines.len()]);
         }
-        if let Some(row) = self.segments.iter().position(|s| no_value(s)) {
-            return Err(self.bad(self.lines[row], &column, "has no segment here; state one in each row, or remove the column".into()));
+        if let Some((_, row)) = self.labels.iter().find(|l| no_value(&l.0)) {
+            return Err(self.bad(self.lines[*row], &column, "has no segment here; state one in each row, or remove the column".into()));
         }
         // One word among them makes labels of all: numbers of words would fall together with numbers that are stated.
-        if self.segments.iter().any(|s| s.parse::<f64>().is_err()) {
-            let mut labels: BTreeMap<&str, u32> = BTreeMap::new();
-            let mut number = |label| {
-                let next = labels.len() as u32;
-                *labels.entry(label).or_insert(next)
-            };
-            return Ok(self.segments.iter().map(|s| number(s.as_str())).collect());
+        if self.labels.iter().any(|l| l.0.parse::<f64>().is_err()) {
+            return Ok(self.segments.clone());
         }
-        let whole = |s: &String| s.parse::<f64>().ok().filter(|v| v.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(v));
-        let number = |(row, s): (usize, &String)| {
-            let no_number = || self.bad(self.lines[row], &column, format!("`{s}` is not a segment number (0, 1, 2 …)"));
+        let whole = |s: &str| s.parse::<f64>().ok().filter(|v| v.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(v));
+        let number = |(s, row): &(String, usize)| {
+            let no_number = || self.bad(self.lines[*row], &column, format!("`{s}` is not a segment number (0, 1, 2 …)"));
             whole(s).map(|v| v as u32).ok_or_else(no_number)
         };
-        self.segments.iter().enumerate().map(number).collect()
+        let numbers = self.labels.iter().map(number).collect::<Result<Vec<u32>, _>>()?;
+        Ok(self.segments.iter().map(|k| numbers[*k as usize]).collect())
     }
 
     /// Columns that are no channel and hold numbers, and what of such columns is no number, in words.
-    fn extra(&self) -> (BTreeMap<String, Vec<f64>>, Vec<String>) {
+    fn extra(&mut self) -> (BTreeMap<String, Vec<f64>>, Vec<String>) {
         let (mut extra, mut unread) = (BTreeMap::new(), Vec::new());
         let known: Vec<usize> = self.channels.values().map(|v| v.0).collect();
         for (i, name) in self.header.iter().enumerate().filter(|(i, h)| !known.contains(i) && !h.is_empty()) {
@@ -327,7 +341,7 @@ impl<'a> Table<'a> {
                     continue;
                 }
             }
-            extra.insert(name.to_owned(), self.columns[i].clone());
+            extra.insert(name.to_owned(), std::mem::take(&mut self.columns[i]));
         }
         (extra, unread)
     }
@@ -380,7 +394,7 @@ fn read(text: &str, file: &Path, name: &str, compared: bool) -> Result<Flight, R
     if text.trim().is_empty() {
         return Err(empty("is empty; a flight needs a header line and rows"));
     }
-    let table = Table::read(text, file, compared)?;
+    let mut table = Table::read(text, file, compared)?;
     if table.lines.is_empty() {
         return Err(empty("has a header and no rows"));
     }

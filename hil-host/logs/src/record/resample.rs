@@ -20,11 +20,15 @@ impl Series {
     /// Pairs with finite time and value, sorted by time; of equal times the first stays.
     #[must_use]
     pub fn new(time_s: &[f64], value: &[f64]) -> Self {
-        let mut pairs: Vec<(f64, f64)> =
-            time_s.iter().copied().zip(value.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        pairs.dedup_by(|b, a| a.0 == b.0);
-        let (time_s, value): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+        let known = || time_s.iter().copied().zip(value.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite());
+        let (time_s, value): (Vec<f64>, Vec<f64>) = if known().is_sorted_by(|a, b| a.0 < b.0) {
+            known().unzip()
+        } else {
+            let mut pairs: Vec<(f64, f64)> = known().collect();
+            pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+            pairs.dedup_by(|b, a| a.0 == b.0);
+            pairs.into_iter().unzip()
+        };
         let steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
         Self { time_s, value, step_s: crate::record::plausible::quantile(&steps, 0.5) }
     }
@@ -62,38 +66,77 @@ impl Series {
     /// Linear interpolation; NaN outside and across long silence.
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
-        self.at_within(t, (BRIDGED_STEPS * self.step_s).clamp(MAX_BRIDGE_S, LONGEST_BRIDGE_S))
+        self.at_within(t, self.bridge_s())
     }
 
     /// The same where silence up to this length is bridged, s.
     #[must_use]
     pub fn at_within(&self, t: f64, bridge_s: f64) -> f64 {
         let next = self.time_s.partition_point(|s| *s < t);
-        if self.time_s.get(next) == Some(&t) {
-            return self.value[next];
+        self.place(next, t, bridge_s).map_or(f64::NAN, |at| self.between(at))
+    }
+
+    /// The value before `t` and the one behind it, which is that of place `next`, with the share of the way to it; none where there are none
+    /// or silence lies between them.
+    fn place(&self, next: usize, t: f64, bridge_s: f64) -> Option<(usize, usize, f64)> {
+        let after_s = *self.time_s.get(next)?;
+        if after_s == t {
+            return Some((next, next, 0.0));
         }
-        let Some(before) = next.checked_sub(1) else { return f64::NAN };
-        let Some(&after_s) = self.time_s.get(next) else { return f64::NAN };
+        let before = next.checked_sub(1)?;
         let step = after_s - self.time_s[before];
-        if step > bridge_s {
-            return f64::NAN;
-        }
-        let share = (t - self.time_s[before]) / step;
-        self.value[before] + share * (self.value[next] - self.value[before])
+        (step <= bridge_s).then(|| (before, next, (t - self.time_s[before]) / step))
+    }
+
+    fn between(&self, (before, next, share): (usize, usize, f64)) -> f64 {
+        if before == next { self.value[next] } else { self.value[before] + share * (self.value[next] - self.value[before]) }
+    }
+
+    /// The silence that is bridged, s.
+    fn bridge_s(&self) -> f64 {
+        (BRIDGED_STEPS * self.step_s).clamp(MAX_BRIDGE_S, LONGEST_BRIDGE_S)
+    }
+
+    /// Places of `times`, which mostly go on from one to the next.
+    fn places(&self, times: &[f64], bridge_s: f64) -> impl Iterator<Item = Option<(usize, usize, f64)>> {
+        let mut next = 0;
+        times.iter().map(move |t| {
+            if next > 0 && self.time_s[next - 1] >= *t {
+                next = self.time_s.partition_point(|s| s < t);
+            }
+            while self.time_s.get(next).is_some_and(|s| s < t) {
+                next += 1;
+            }
+            self.place(next, *t, bridge_s)
+        })
+    }
+
+    /// Interpolation at `times`, across silence up to this length, s.
+    #[must_use]
+    pub fn on_within(&self, times: &[f64], bridge_s: f64) -> Vec<f64> {
+        self.places(times, bridge_s).map(|at| at.map_or(f64::NAN, |at| self.between(at))).collect()
     }
 
     /// Interpolation at `times`.
     #[must_use]
     pub fn on(&self, times: &[f64]) -> Vec<f64> {
-        times.iter().map(|t| self.at(*t)).collect()
+        self.on_within(times, self.bridge_s())
     }
 
     /// An angle at `times`, rad, through the shorter way; in 0..2π.
     #[must_use]
     pub fn angle_on(&self, times: &[f64]) -> Vec<f64> {
-        let part = |f: fn(f64) -> f64| Self { value: self.value.iter().map(|v| f(*v)).collect(), ..self.clone() }.on(times);
-        let (sin, cos) = (part(f64::sin), part(f64::cos));
-        sin.into_iter().zip(cos).map(|(s, c)| s.atan2(c).rem_euclid(std::f64::consts::TAU)).collect()
+        let of = |(before, next, share): (usize, usize, f64)| {
+            let (sin, cos) = self.value[before].sin_cos();
+            let (sin, cos) = if before == next {
+                (sin, cos)
+            } else {
+                let (next_sin, next_cos) = self.value[next].sin_cos();
+                (sin + share * (next_sin - sin), cos + share * (next_cos - cos))
+            };
+            sin.atan2(cos).rem_euclid(std::f64::consts::TAU)
+        };
+        self.places(times, self.bridge_s()).map(|at| at.map_or(f64::NAN, of)).collect()
     }
 }
 

@@ -22,6 +22,8 @@ const SUNK_PA: f64 = 5e4;
 const HEAVY_SHARE: f64 = 0.35;
 /// A fix needs the aerial in air; so deep it is repeated or reckoned, Pa (3 dbar: pressure zero and the vehicle's length).
 pub const FIX_DEPTH_PA: f64 = 3e4;
+/// So many positions apart from reckoned ones are fixes (guess).
+const LEAST_FIXES: usize = 4;
 /// Afloat, above the least of the pressures, where a log has positions under water too, Pa (guess).
 const AFLOAT_PA: f64 = 5e3;
 
@@ -88,17 +90,23 @@ fn remove(flight: &mut Flight, rows: Vec<Range<usize>>) -> usize {
     count
 }
 
+/// Runs of neighbouring rows of which something holds.
+fn runs(rows: Range<usize>, holds: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for i in rows.filter(|i| holds(*i)) {
+        match out.last_mut().filter(|r| r.end == i) {
+            Some(run) => run.end = i + 1,
+            None => out.push(i..i + 1),
+        }
+    }
+    out
+}
+
 /// Rows in which a thruster runs, with the column that shows it.
 fn thruster(flight: &Flight) -> Option<(&'static str, Vec<Range<usize>>)> {
     THRUSTER.into_iter().find_map(|(name, idle)| {
         let values = flight.extra.get(name)?;
-        let mut rows: Vec<Range<usize>> = Vec::new();
-        for i in (0..flight.len()).filter(|i| values[*i] > idle) {
-            match rows.last_mut().filter(|r| r.end == i) {
-                Some(run) => run.end = i + 1,
-                None => rows.push(i..i + 1),
-            }
-        }
+        let rows = runs(0..flight.len(), |i| values[i] > idle);
         (!rows.is_empty()).then_some((name, rows))
     })
 }
@@ -151,7 +159,16 @@ fn fixes_under_water(flight: &mut Flight) -> Option<String> {
         return None;
     }
     let all = fixes.len();
-    let reckoned: Vec<usize> = fixes.into_iter().filter(|i| flight.pressure_pa[*i] - least.max(0.0) > AFLOAT_PA).collect();
+    // Reckoning begins before a dive and goes on after it: rows with positions without a break from there to under water are its, where
+    // there are others.
+    let runs = runs(0..flight.len(), |i| flight.gps_east_m[i].is_finite());
+    let (sunk, others): (Vec<Range<usize>>, Vec<Range<usize>>) =
+        runs.into_iter().partition(|run| run.clone().any(|i| flight.pressure_pa[i] - least.max(0.0) > FIX_DEPTH_PA));
+    let reckoned: Vec<usize> = if others.iter().map(Range::len).sum::<usize>() < LEAST_FIXES {
+        fixes.into_iter().filter(|i| flight.pressure_pa[*i] - least.max(0.0) > AFLOAT_PA).collect()
+    } else {
+        sunk.into_iter().flatten().collect()
+    };
     for i in &reckoned {
         (flight.gps_east_m[*i], flight.gps_north_m[*i]) = (f64::NAN, f64::NAN);
     }
@@ -200,6 +217,27 @@ mod tests {
         };
         assert_eq!((said(1.0), said(1.012)), (String::new(), String::new()));
         assert!(said(0.96).contains("the two pressures differ by 4.0 % of depth"), "{}", said(0.96));
+    }
+
+    #[test]
+    fn regress_reckoned_positions_go_with_what_joins_them_afloat() {
+        let mut f = made();
+        // Afloat for 10 rows at both ends of each dive, of which every other one has a fix; reckoned from the last of them on.
+        let afloat = |i: usize| !(10..190).contains(&(i % 200));
+        for i in 0..1000 {
+            f.pressure_pa[i] = if afloat(i) { 1e3 } else { f.pressure_pa[i] };
+            let at = if (8..195).contains(&(i % 200)) {
+                100.0
+            } else if i % 2 == 0 {
+                1.0
+            } else {
+                f64::NAN
+            };
+            (f.gps_east_m[i], f.gps_north_m[i]) = (at, at);
+        }
+        let said = leave_out(&mut f).expect("rows").join("; ");
+        let left: Vec<f64> = f.gps_east_m.iter().copied().filter(|v| v.is_finite()).collect();
+        assert!(left.len() > 20 && left.iter().all(|v| *v == 1.0) && said.contains("under water"), "{said}: {left:?}");
     }
 
     #[test]

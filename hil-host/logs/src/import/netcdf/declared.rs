@@ -24,7 +24,15 @@ impl Reader<'_> {
     /// All values of a variable, unpacked, fills as NaN.
     pub(super) fn values(&mut self, name: &str) -> Result<Vec<f64>, String> {
         self.fits(name)?;
-        let mut values: Vec<f64> = self.file.read_variable_unpacked_masked(name).map_err(|e| reason(&e))?.into_iter().collect();
+        let array = self.file.read_variable_unpacked_masked(name).map_err(|e| reason(&e))?;
+        let mut values: Vec<f64> = if array.is_standard_layout() {
+            let (count, (mut all, first)) = (array.len(), array.into_raw_vec_and_offset());
+            drop(all.drain(..first.unwrap_or(0)));
+            all.truncate(count);
+            all
+        } else {
+            array.into_iter().collect()
+        };
         // Written as texts they are not applied by the reader.
         let number = |attribute: &str| self.text(name, attribute).and_then(|t| t.trim().parse::<f64>().ok());
         let (scale, offset) = (number("scale_factor").unwrap_or(1.0), number("add_offset").unwrap_or(0.0));

@@ -150,6 +150,9 @@ impl Reader<'_> {
                 self.variable(v, &dimensions, &table);
             }
         }
+        if !self.raw.exact {
+            self.raw.names = variables.iter().map(|v| v.name().to_owned()).collect();
+        }
         self.raw.variation = scalar(file, "magnetic_variation");
         self.raw.without_pressure = self.without_pressure(variables, &table);
     }

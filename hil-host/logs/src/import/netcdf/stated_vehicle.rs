@@ -48,10 +48,10 @@ pub(super) fn stated_vehicle(file: &NcFile, report: &mut Report) -> Option<Draft
         names.push(name);
     }
     for name in UNREAD.into_iter().filter(|name| scalar(file, name).is_some()) {
-        report.note(format!("vehicle: {name} is not read: at which reading of the pump it is the volume is not stated"));
+        report.note_of_vehicle(format!("{name} is not read: at which reading of the pump it is the volume is not stated"));
     }
     (names.contains(&"GLIDER_MASS") || names.contains(&"MASS")).then(|| {
-        report.note(format!("vehicle: of the file: {}; the rest are usual numbers with wide tolerances", names.join(", ")));
+        report.note_of_vehicle(format!("of the file: {}; the rest are usual numbers with wide tolerances", names.join(", ")));
         draft
     })
 }

@@ -100,6 +100,11 @@ impl Table {
         self.header.iter().position(|h| h.eq_ignore_ascii_case(name))
     }
 
+    /// Names of the columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.header.iter().map(String::as_str)
+    }
+
     /// How many rows it has.
     pub fn count(mut self) -> usize {
         let mut line = String::new();

@@ -40,7 +40,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     let (pumped, bladder) = (get("m_ballast_pumped"), get("m_de_oil_vol"));
     let (oil, other) =
         if moves(pumped) >= moves(bladder) { ("m_ballast_pumped", "m_de_oil_vol") } else { ("m_de_oil_vol", "m_ballast_pumped") };
-    let (ballast, of_others) = by_segment(pumped, bladder, &all.spans, |pumped, bladder| {
+    let (ballast, of_others) = better_in_segments(pumped, bladder, &all.spans, |pumped, bladder| {
         let (a, b) = (moves(pumped), moves(bladder));
         (a.max(b) > PUMP_M3).then_some(a >= b)
     });
@@ -51,7 +51,7 @@ pub(super) fn merge(mut all: Collected, report: &mut Report) -> Option<Flight> {
     for m in report.mapped.iter_mut().filter(|m| from_ctd && m.from == "m_pressure") {
         m.to = ENGINEERING_PRESSURE.into();
     }
-    let (dr_lat, dr_lon) = without_zeros(&degrees(get("m_lat")), &degrees(get("m_lon")));
+    let (dr_lat, dr_lon) = without_zeros(&position::of_minutes(get("m_lat")), &position::of_minutes(get("m_lon")));
     let mut take = |name: &str| series.remove(name).unwrap_or_default();
     let mut log = Log {
         rows: all.ctd,
@@ -92,7 +92,12 @@ type Spans = BTreeMap<u32, (f64, f64)>;
 
 /// Of two series the better one in each segment, as `better` says (the first, the second, or none of them more than usual); outside all
 /// segments that of the whole flight. In how many segments it is not that.
-fn by_segment(first: &Series, second: &Series, spans: &Spans, better: impl Fn(&Series, &Series) -> Option<bool>) -> (Series, usize) {
+fn better_in_segments(
+    first: &Series,
+    second: &Series,
+    spans: &Spans,
+    better: impl Fn(&Series, &Series) -> Option<bool>,
+) -> (Series, usize) {
     let usual = better(first, second).unwrap_or(true);
     let of = |span: &(f64, f64)| better(&first.within(span.0, span.1), &second.within(span.0, span.1));
     let mut others: Vec<(f64, f64)> = spans.values().copied().filter(|span| of(span) == Some(!usual)).collect();
@@ -121,7 +126,7 @@ fn steering_pressure(series: &BTreeMap<String, Series>, place: Option<Place>, sp
         return of_depth;
     };
     let (pressure, count) =
-        by_segment(&own, &of_depth, spans, |own, depth| (own.is_empty() != depth.is_empty()).then_some(depth.is_empty()));
+        better_in_segments(&own, &of_depth, spans, |own, depth| (own.is_empty() != depth.is_empty()).then_some(depth.is_empty()));
     if count > 0 {
         report.note(format!("{count} segments have no m_pressure: it is computed from m_depth there"));
     }
@@ -136,7 +141,7 @@ fn upright(series: Series, name: &str, water: f64, report: &mut Report) -> Serie
 
 /// Segments whose CTD was off for most of the time under water get the rows of the vehicle's own pressure.
 fn without_ctd(all: &mut Collected, steering: &Series, report: &mut Report) {
-    let ctd = two_computers::by_segment(all.ctd.iter().map(|r| (r.segment, r.unix_s, r.pressure_pa)));
+    let ctd = two_computers::rows_by_segment(all.ctd.iter().map(|r| (r.segment, r.unix_s, r.pressure_pa)));
     let mut off = std::collections::BTreeSet::new();
     for (segment, span) in &all.spans {
         let own: Vec<(f64, f64)> = steering.within(span.0, span.1).pairs().collect();
@@ -193,8 +198,8 @@ fn good(lat: &Series, status: &Series, report: &mut Report) -> Series {
 
 /// Latitude and longitude of the GPS, deg.
 fn gps(lat: &Series, lon: &Series, report: &mut Report) -> (Series, Series) {
-    let fixes = without_zeros(&degrees(lat), &degrees(lon));
-    if !fixes.0.is_empty() && in_degrees(lat, lon) {
+    let fixes = without_zeros(&position::of_minutes(lat), &position::of_minutes(lon));
+    if !fixes.0.is_empty() && position::in_degrees(lat, lon) {
         report.leave_out("m_gps_lat and m_gps_lon are to be ddmm.mmm and look like degrees: all fixes are left out".into());
         return (Series::default(), Series::default());
     }
@@ -222,16 +227,6 @@ fn in_rad(heading: &Series, report: &mut Report) -> bool {
 /// A full turn, and a little more, rad.
 const FULL_TURN_RAD: f64 = 6.6;
 
-/// Whether positions that should be ddmm.mmm are degrees: minutes of 60 and more, or all within a degree or two of 0 deg 0 deg.
-fn in_degrees(lat: &Series, lon: &Series) -> bool {
-    let known =
-        |series: &Series, most: f64| series.pairs().map(|(_, v)| v).filter(|v| v.abs() <= most * 100.0 && *v != 0.0).collect::<Vec<f64>>();
-    let (lat, lon) = (known(lat, 90.0), known(lon, 180.0));
-    let minutes = lat.iter().chain(&lon).filter(|v| v.abs() % 100.0 >= 60.0).count();
-    let small = lat.iter().all(|v| v.abs() <= 90.0) && lon.iter().all(|v| v.abs() <= 180.0);
-    2 * minutes > lat.len() || small
-}
-
 /// Segment numbers without holes, in the order of time.
 fn number_segments(rows: &mut [Row], report: &mut Report) {
     let mut seen: Vec<u32> = Vec::new();
@@ -243,11 +238,4 @@ fn number_segments(rows: &mut [Row], report: &mut Report) {
         *s = k as u32;
     }
     report.segments = seen.iter().filter_map(|k| report.segments.get(*k as usize).cloned()).collect();
-}
-
-/// Slocum positions are ddmm.mmmm; fills such as 69696969 are no positions.
-fn degrees(series: &Series) -> Series {
-    let (time, value): (Vec<f64>, Vec<f64>) =
-        series.pairs().map(|(t, v)| (t, position::degrees_of_minutes(v))).filter(|(_, v)| v.abs() <= 180.0).unzip();
-    Series::new(&time, &value)
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::super::Report;
-use super::{Table, is_number};
+use super::Table;
 use crate::channels::Channels;
 use crate::record::csv::no_value;
 
@@ -31,17 +31,20 @@ fn grouped(field: &str, separators: &[char]) -> Option<bool> {
 
 /// The text without the apostrophes and blanks in its numbers.
 pub(super) fn without_grouping<'a>(text: &'a str, report: &mut Report) -> Cow<'a, str> {
-    let (mut out, mut count) = (String::with_capacity(text.len()), 0);
+    let is_grouped = |field: &&str| field.contains(GROUPING) && grouped(field.trim_end_matches(ENDS).trim(), &GROUPING).is_some();
+    // Most lines have none of these signs.
+    let may = |line: &&str| line.bytes().any(|b| matches!(b, b'\'' | b' ' | 0x80..));
+    let count = text.split_inclusive('\n').filter(may).flat_map(|line| line.split_inclusive(ENDS)).filter(is_grouped).count();
+    if count == 0 {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len());
     for field in text.split_inclusive(ENDS) {
-        if field.contains(GROUPING) && grouped(field.trim_end_matches(ENDS).trim(), &GROUPING).is_some() {
+        if is_grouped(&field) {
             out.extend(field.chars().filter(|c| !GROUPING.contains(c)));
-            count += 1;
         } else {
             out.push_str(field);
         }
-    }
-    if count == 0 {
-        return Cow::Borrowed(text);
     }
     report.note(format!("{count} numbers have apostrophes or blanks between thousands: read without them"));
     Cow::Owned(out)
@@ -53,8 +56,9 @@ impl Table<'_> {
     /// # Errors
     /// The column and such a number.
     pub(super) fn no_grouping(&self, channels: &Channels) -> Result<(), String> {
-        for (column, name) in self.names.iter().enumerate().filter(|(_, name)| channels.knows(name, "", "")) {
-            let texts = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !no_value(f) && !is_number(f));
+        for (column, name) in self.columns.iter().zip(&self.names).filter(|(_, name)| channels.knows(name, "", "")) {
+            let all = column.texts();
+            let texts = || all.iter().map(|t| t.1).filter(|f| !no_value(f));
             let kinds: Vec<Option<bool>> = texts().map(|f| grouped(f, &[',', '.'])).collect();
             if kinds.iter().any(Option::is_none) {
                 continue;
@@ -65,7 +69,7 @@ impl Table<'_> {
             return Err(format!(
                 "column {name}: {} of {} numbers have thousands separators{or}, such as `{example}`: save the file again without them",
                 kinds.len(),
-                self.rows.len()
+                self.rows
             ));
         }
         Ok(())

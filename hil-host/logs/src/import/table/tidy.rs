@@ -2,7 +2,7 @@
 //! twice, times of a clock that was not set or counts whole seconds.
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 use super::super::Report;
 use super::super::clocks::{LONGEST_MISSION_S, lonely_times, spread_evenly, stray_times};
@@ -10,7 +10,6 @@ use super::super::fills::undeclared_fill;
 use super::times::Clock;
 use super::{Table, is_number};
 use crate::channels::{Channel, Channels};
-use crate::record::csv::no_value;
 use crate::record::plausible::quantile;
 
 /// The text with decimal points where its numbers have commas: fields are cut by semicolons or tabs then.
@@ -75,7 +74,7 @@ impl Table<'_> {
         }
         stray_times(times, LONGEST_MISSION_S);
         lonely_times(times);
-        let all = self.rows.len();
+        let all = self.rows;
         let mut rows: Vec<usize> = (0..all).filter(|i| times[*i].is_finite()).collect();
         if rows.len() < all {
             report.leave_out(format!("{} of {all} rows have no time, or one days or years off the others", all - rows.len()));
@@ -101,7 +100,10 @@ impl Table<'_> {
                     .leave_out(format!("{out} of {dated} rows repeat a time: the first of each stays (from row {first} of the table on)"));
             }
         }
-        self.rows = rows.iter().map(|i| std::mem::take(&mut self.rows[*i])).collect();
+        if rows.len() < all || rows.windows(2).any(|w| w[1] < w[0]) {
+            self.columns.iter_mut().for_each(|column| column.take(&rows));
+            self.rows = rows.len();
+        }
         clock.seconds = rows.iter().map(|i| times[*i]).collect();
         Ok(())
     }
@@ -110,7 +112,7 @@ impl Table<'_> {
     fn of_one_log(&self, rows: &[usize], times: &[f64], own: bool, channels: &Channels) -> Result<(), String> {
         let named = |k: &usize| [Channel::Pressure, Channel::Depth].into_iter().any(|c| channels.of(c).is_called(&self.names[*k]));
         let columns: Vec<usize> = (0..self.names.len()).filter(named).collect();
-        let has = |i: &&usize| columns.iter().any(|k| self.rows[**i].get(*k).is_some_and(|f| !no_value(f)));
+        let has = |i: &&usize| columns.iter().any(|k| self.columns[*k].has(**i));
         let rows: Vec<usize> = rows.iter().filter(has).copied().collect();
         let falls: Vec<[usize; 2]> = rows.windows(2).filter(|w| times[w[1]] < times[w[0]]).map(|w| [w[0], w[1]]).collect();
         let usual_s = quantile(&rows.windows(2).map(|w| times[w[1]] - times[w[0]]).collect::<Vec<_>>(), 0.5);
@@ -129,10 +131,9 @@ impl Table<'_> {
     /// Times of a clock of whole seconds or minutes, set evenly apart up to the next one.
     fn spread(&self, rows: &[usize], column: usize, times: &mut [f64], report: &mut Report) {
         let of: Vec<f64> = rows.iter().map(|i| times[*i]).collect();
-        let differ =
-            |a: &[&str], b: &[&str]| a.iter().zip(b).enumerate().any(|(k, (a, b))| k != column && a != b && !no_value(a) && !no_value(b));
-        let pairs: Vec<bool> =
-            rows.windows(2).filter(|w| times[w[0]] == times[w[1]]).map(|w| differ(&self.rows[w[0]], &self.rows[w[1]])).collect();
+        let others = || self.columns.iter().enumerate().filter(|(k, _)| *k != column).map(|(_, c)| c);
+        let differ = |a: usize, b: usize| others().any(|c| !c.same(a, b) && c.has(a) && c.has(b));
+        let pairs: Vec<bool> = rows.windows(2).filter(|w| times[w[0]] == times[w[1]]).map(|w| differ(w[0], w[1])).collect();
         if 2 * pairs.iter().filter(|d| **d).count() <= pairs.len() {
             return;
         }
@@ -152,10 +153,16 @@ impl Table<'_> {
             return;
         }
         let all = rows.len();
-        let mut seen: HashSet<&[&str]> = HashSet::new();
+        // Rows of one time, of which some may be the same.
+        let mut seen: HashMap<u64, Vec<usize>> = HashMap::new();
         let mut before = f64::NAN;
         rows.retain(|i| {
-            let first = seen.insert(&self.rows[*i]) || times[*i] == before;
+            let alike = seen.entry(times[*i].to_bits()).or_default();
+            let stands = alike.iter().any(|k| self.columns.iter().all(|c| c.same(*k, *i)));
+            if !stands {
+                alike.push(*i);
+            }
+            let first = !stands || times[*i] == before;
             before = if first { times[*i] } else { before };
             first
         });

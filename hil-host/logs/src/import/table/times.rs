@@ -78,7 +78,15 @@ fn plain_name(name: &str) -> &str {
     super::bracketed(name).map_or(name, |(name, _)| name)
 }
 
-impl Table<'_> {
+/// Whether a column is kept as it stands: times, dates, segments, names of vehicles.
+pub(super) fn is_of_texts(name: &str) -> bool {
+    let name = plain_name(name);
+    let time = || Channel::Time.usual().names.iter().any(|n| n.eq_ignore_ascii_case(name));
+    let date = || DATES.iter().any(|d| d.eq_ignore_ascii_case(name));
+    time() || date() || name.eq_ignore_ascii_case("segment") || super::values::is_vehicle(name)
+}
+
+impl<'a> Table<'a> {
     /// The column of the time, whatever its case and a unit in brackets behind it: of a table of the flight format `time_s` before `time`, as its reader takes them.
     pub(super) fn time_column(&self, own: bool) -> Option<usize> {
         let named = |name: &str| self.names.iter().position(|h| plain_name(h).eq_ignore_ascii_case(name));
@@ -94,23 +102,22 @@ impl Table<'_> {
         let Some(column) = self.time_column(own) else { return Ok(None) };
         let (name, unit) = (&self.names[column], self.unit(column));
         let unit = if unit.is_empty() { super::bracketed(name).map_or("", |(_, unit)| unit) } else { unit };
-        let field = |row: &[&str], column: usize| row.get(column).copied().unwrap_or_default().to_owned();
+        let times = self.columns[column].fields();
         let day = self.names.iter().position(|h| DATES.iter().any(|d| plain_name(h).eq_ignore_ascii_case(d)));
-        let day =
-            day.filter(|day| self.rows.iter().any(|r| is_time_of_day(&field(r, column)) && r.get(*day).is_some_and(|d| !d.is_empty())));
-        let fields: Vec<Cow<'_, str>> = self
-            .rows
-            .iter()
-            .map(|row| match (row.get(column).copied().unwrap_or_default(), day.and_then(|day| row.get(day))) {
-                (time, Some(day)) if is_time_of_day(time) => Cow::Owned(format!("{day} {time}")),
-                (time, _) => Cow::Borrowed(time),
-            })
-            .collect();
+        let days = |day: usize| self.columns[day].fields();
+        let day = day.filter(|day| times.iter().zip(days(*day)).any(|(time, day)| is_time_of_day(time) && !day.is_empty()));
+        let joined: Option<Vec<Cow<'_, str>>> = day.map(|day| {
+            let join = |(time, day): (&&'a str, &&'a str)| match is_time_of_day(time) {
+                true => Cow::Owned(format!("{day} {time}")),
+                false => Cow::Borrowed(*time),
+            };
+            times.iter().zip(days(day)).map(join).collect()
+        });
         if let Some(day) = day {
             report.note(format!("{} and {name} are joined to one time", self.names[day]));
         }
-        let fields: Vec<&str> = fields.iter().map(Cow::as_ref).collect();
-        let seconds = seconds_of(&fields, name, unit, report).map_err(|why| format!("column {why}"))?;
+        let joined: Option<Vec<&str>> = joined.as_ref().map(|joined| joined.iter().map(Cow::as_ref).collect());
+        let seconds = seconds_of(joined.as_deref().unwrap_or(times), name, unit, report).map_err(|why| format!("column {why}"))?;
         Ok(Some(Clock { column, date: day, seconds }))
     }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::super::Report;
 use super::super::netcdf::flags::{BAD, flagged_by, means_bad};
 use super::super::report::shown;
-use super::{Table, is_number};
+use super::Table;
 use crate::record::csv::no_value;
 
 /// Columns that name the vehicle of a row, with or without `_id`; case does not matter.
@@ -17,8 +17,8 @@ impl Table<'_> {
     /// # Errors
     /// Their names.
     pub(super) fn one_vehicle(&self) -> Result<(), String> {
-        for (column, name) in self.names.iter().enumerate().filter(|(_, name)| is_vehicle(name)) {
-            let named: BTreeSet<&str> = self.rows.iter().filter_map(|r| r.get(column).copied()).filter(|f| !no_value(f)).collect();
+        for (column, name) in self.columns.iter().zip(&self.names).filter(|(_, name)| is_vehicle(name)) {
+            let named: BTreeSet<&str> = column.fields().iter().copied().filter(|f| !no_value(f)).collect();
             if named.len() > 1 {
                 let list: Vec<&str> = named.iter().take(6).copied().collect();
                 let more = if named.len() > list.len() { ", …" } else { "" };
@@ -35,19 +35,18 @@ impl Table<'_> {
     /// Empties the fields that say in words or by their size that there is no value.
     pub(super) fn empty_no_values(&mut self, report: &mut Report) {
         let (mut count, mut words) = (0, BTreeSet::new());
-        for column in 0..self.names.len() {
-            let fields = || self.rows.iter().filter_map(|r| r.get(column)).filter(|f| !no_value(f));
-            let numbers = fields().filter(|f| is_number(f)).count();
-            let segment = self.names[column].eq_ignore_ascii_case("segment");
-            if segment || 2 * numbers < fields().count() {
+        for (column, name) in self.columns.iter_mut().zip(&self.names) {
+            let (numbers, texts) = (column.count(), column.texts());
+            let written = texts.iter().filter(|t| !no_value(t.1)).count();
+            if name.eq_ignore_ascii_case("segment") || numbers < written {
                 continue;
             }
-            for field in self.rows.iter_mut().filter_map(|r| r.get_mut(column)).filter(|f| !f.is_empty() && no_value(f)) {
+            for (row, field) in texts.into_iter().filter(|t| no_value(t.1)) {
                 if !field.eq_ignore_ascii_case("nan") {
                     count += 1;
-                    words.insert(*field);
+                    words.insert(field);
                 }
-                *field = "";
+                column.clear(row as usize);
             }
         }
         if count > 0 {
@@ -71,21 +70,20 @@ impl Table<'_> {
         let pairs: Vec<(usize, usize)> = self.flagged().into_iter().enumerate().filter_map(|(flags, of)| Some((of?, flags))).collect();
         for (column, flags) in pairs {
             let (mut left_out, mut words) = (0, BTreeSet::new());
-            for row in &mut self.rows {
-                let flag = row.get(flags).copied().unwrap_or_default();
-                let number = flag.parse::<f64>().ok();
-                let bad = number.map_or_else(|| means_bad(flag), |f| BAD.contains(&f));
-                if let Some(field) = row.get_mut(column).filter(|f| bad && !f.is_empty()) {
-                    *field = "";
+            for row in 0..self.rows {
+                let (number, word) = (self.columns[flags].number(row), self.columns[flags].text(row));
+                let bad = if number.is_nan() { word.parse::<f64>().is_err() && means_bad(word) } else { BAD.contains(&number) };
+                if bad && !self.columns[column].is_empty(row) {
+                    self.columns[column].clear(row);
                     left_out += 1;
-                    words.extend(number.is_none().then_some(flag));
+                    words.extend(number.is_nan().then_some(word));
                 }
             }
             if left_out > 0 {
                 let (name, flag) = (&self.names[column], &self.names[flags]);
                 let list: Vec<String> = words.iter().take(4).map(|w| format!("\"{}\"", shown(w))).collect();
                 let says = if list.is_empty() { "bad (4) or missing (9)".into() } else { list.join(", ") };
-                report.note(format!("{left_out} of {} values of {name} left out: {flag} says {says}", self.rows.len()));
+                report.note(format!("{left_out} of {} values of {name} left out: {flag} says {says}", self.rows));
             }
         }
     }

@@ -15,6 +15,13 @@ def found(trial: Path) -> gw.Answer:
     return gw.diagnose(trial, quick=True)
 
 
+def test_flights_of_one_name_go_by_their_place_and_no_temporary_file_is_named(archive: Path) -> None:
+    flights = [gw.read(archive / f"may/flight{k}").assign_attrs(name="one") for k in range(2)]
+    line = gw.timeline(flights, gw.vehicle(flights[0]))
+    assert list(dict.fromkeys(line.dives["flight"].values)) == ["flights[0]", "flights[1]"]
+    assert not re.search(r"/glider-\w{8}/", str(line.document) + str(gw.calibrate(flights)[1].attrs["document"]))
+
+
 def test_a_diagnosis_has_one_row_an_effect_and_parameter(found: gw.Answer) -> None:
     candidates = found.attrs["document"]["candidates"]
     assert len(found) == sum(max(1, len(c["parameters"])) for c in candidates)

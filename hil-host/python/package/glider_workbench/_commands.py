@@ -146,10 +146,11 @@ def calibrate(
     how += ["--one-deployment"] if _errors.flag("one_deployment", one_deployment) else []
     with Files() as files:
         out = files.new("vehicle.json", "vehicle")
+        learnt_in = files.named(out.with_suffix(".history"), "history")
         options = [part for f in files.several(flights) for part in ("--flight", f)]
         d, positive = files.run("calibrate", *options, *files.vehicle(vehicle), *how, "--out", out)
         new = json.loads(out.read_text())
-        history = learnt(out.with_suffix(".history"), new, d["history"])
+        history = learnt(learnt_in, new, d["history"])
     rows = [{**n, "value": n["after"], "unit": unit(n["unit"])} for n in d["numbers"]]
     return new, answer(rows, d, {}, f"{len(d['flights'])} flights", better=positive, history=history)
 

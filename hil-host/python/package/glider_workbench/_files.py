@@ -40,8 +40,12 @@ class Files:
         self._count += 1
         folder = Path(self._folder.name) / str(self._count)
         folder.mkdir()
-        self._names[str(folder / file)] = name or file
-        return folder / file
+        return self.named(folder / file, name or file)
+
+    def named(self, path: Path, name: str) -> Path:
+        """A path, and what it is called in messages and documents."""
+        self._names[str(path)] = name
+        return path
 
     def run(self, *arguments: Any) -> tuple[dict[str, Any], bool]:
         """Runs a command: its document, and whether its result is positive."""
@@ -49,6 +53,8 @@ class Files:
             text, positive = _core.command([str(a) for a in arguments])
         except GliderError as e:
             raise self.said(e) from None
+        for path, name in sorted(self._names.items(), key=lambda n: -len(n[0])):
+            text = text.replace(path, name)
         return json.loads(text), positive
 
     def read(self, paths: Sequence[str]) -> tuple[Any, ...]:
@@ -117,8 +123,7 @@ class Files:
             (folder / "import.json").write_text(_flight.import_json(start))
         vehicle = flight.attrs.get("vehicle")
         if isinstance(vehicle, str):
-            (folder / "vehicle.json").write_text(vehicle)
-            self._names[str(folder / "vehicle.json")] = f'{name}.attrs["vehicle"]'
+            self.named(folder / "vehicle.json", f'{name}.attrs["vehicle"]').write_text(vehicle)
         return str(folder)
 
     def several(self, flights: Any) -> list[str]:

@@ -91,7 +91,7 @@ def history(
     with Files() as files:
         file = files.new("vehicle.history", "history")
         file.write_text(Path(history_file(files, history)).read_text())
-        known = vehicle if vehicle is not None else history.vehicle if isinstance(history, History) else _beside(history)
+        known = vehicle if vehicle is not None else history.vehicle if isinstance(history, History) else _next_to(history)
         if flights and known is None:
             raise GliderError("vehicle: no vehicle file of that name lies beside the history; give vehicle=")
         options = [part for k, f in enumerate(flights) for part in ("--add", files.flight(f, f"add[{k}]"))]
@@ -103,7 +103,7 @@ def history(
     return made
 
 
-def _beside(history: Any) -> str | None:
+def _next_to(history: Any) -> str | None:
     files = [Path(fspath(history)).with_suffix(ending) for ending in (".json", ".toml")]
     return next((str(f) for f in files if f.is_file()), None)
 

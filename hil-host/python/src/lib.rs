@@ -16,7 +16,7 @@ use hil_host::cli::{self, Verdict};
 use hil_host::fleet::archive;
 use logs::export::netcdf::Positions;
 use logs::export::{named_columns, table::Table};
-use logs::import::{Origin, import_all};
+use logs::import::{Origin, import_all, netcdf, position};
 use logs::record::csv::{self, ReadError};
 use logs::record::seawater;
 use logs::{Flight, stop, vehicle};
@@ -125,7 +125,15 @@ fn own(path: &Path) -> Result<Known, ReadError> {
 
 /// Files of any origin.
 fn imported(files: &[PathBuf]) -> Result<Known, String> {
-    let imported = import_all(files, &[], None).map_err(|e| e.to_string())?;
+    let imported = match files {
+        // All that an import repairs was repaired when it was read first.
+        [one] if netcdf::is_dataset(one) => netcdf::import(one),
+        _ => import_all(files, &[], None),
+    };
+    let mut imported = imported.map_err(|e| e.to_string())?;
+    // A segment's first fix may have been left out since the others were counted from it.
+    let segments = imported.flight.segment.clone();
+    position::rebase(&mut imported.flight, &mut imported.report, &segments);
     let vehicle = imported.vehicle_text().and_then(|(name, text)| vehicle_json(Path::new(name), &text));
     let report = imported.report;
     let notes = report.left_out.into_iter().map(|what| format!("left out: {what}")).chain(report.notes).collect();

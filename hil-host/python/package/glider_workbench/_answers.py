@@ -25,7 +25,7 @@ class Answer(pd.DataFrame):
 
     def _repr_html_(self) -> str:
         headline = escape(str(self.attrs.get("headline", "")))
-        shown = pd.DataFrame(self).head(_ROWS)
+        shown = pd.DataFrame(self).drop(columns=["evidence", "about"], errors="ignore").head(_ROWS)
         more = f"<p>… {len(self) - _ROWS} rows more</p>" if len(self) > _ROWS else ""
         return f"<div><p><b>{headline}</b></p>{forest(self)}{shown.to_html(float_format='{:.4g}'.format, na_rep='', border=0)}{more}</div>"
 
@@ -66,7 +66,7 @@ def forest(frame: pd.DataFrame) -> str:
         value, low, high = (middle + 0.48 * width * row[c] / reach for c in ("value", "low", "high"))
         y = pitch * k + 16
         label = escape(_labels(row, names))
-        said = f"{row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g}) {row.get('unit') or ''}".rstrip()
+        said = f"{row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g}) {row.get('unit') or ''}".removesuffix(" 1").rstrip()
         out.append(
             f'<text x="{left - 8}" y="{y + 4}" text-anchor="end">{label}</text>'
             f'<line x1="{low:.1f}" x2="{high:.1f}" y1="{y}" y2="{y}" stroke="#1f77b4" stroke-width="2"/>'

@@ -94,6 +94,12 @@ fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
     Ok(imported)
 }
 
+/// Whether a path is a file that the Python package made of a flight, which has been imported before.
+#[must_use]
+pub fn is_dataset(path: &Path) -> bool {
+    (NETCDF.claims)(path) && path.is_file() && open(path).is_ok_and(|file| own::is_dataset(&file))
+}
+
 /// Imports one file.
 ///
 /// # Errors
@@ -139,6 +145,7 @@ impl Reader<'_> {
         let file = self.file;
         let variables = file.variables().unwrap_or_default();
         let dataset = own::is_dataset(file);
+        self.raw.as_it_is = dataset;
         self.raw.exact = dataset || variables.iter().any(|v| v.attribute(own::COLUMN).is_some());
         let table = self.raw.table.as_deref().unwrap_or(Channels::usual()).clone();
         for v in variables {

@@ -15,7 +15,7 @@ def test_metadata_and_the_conda_recipe_say_the_same() -> None:
     said, recipe = metadata("glider-workbench"), yaml.safe_load((HERE / "recipe.yaml").read_text())
     assert said["Version"] == gw.__version__ == recipe["context"]["version"]
     assert said["License-Expression"] == recipe["about"]["license"] and said["Requires-Python"] == f">={recipe['context']['python_min']}"
-    assert said["Summary"] == recipe["about"]["summary"] and "# glider-workbench" in said.get_payload()
+    assert said["Summary"] == recipe["about"]["summary"] and "# glider-workbench" in (said["Description"] or said.get_payload())
     needed = {r.replace(" ", "") for r in said.get_all("Requires-Dist") if "extra" not in r}
     assert needed == {r.replace(" ", "") for r in recipe["requirements"]["run"] if "python" not in r}
     assert {"netcdf", "plot", "dask"} == set(said.get_all("Provides-Extra"))

@@ -54,7 +54,7 @@ class Files:
         except GliderError as e:
             raise self.said(e) from None
         for path, name in sorted(self._names.items(), key=lambda n: -len(n[0])):
-            text = text.replace(path, name)
+            text = text.replace(path, json.dumps(name)[1:-1])
         return json.loads(text), positive
 
     def read(self, paths: Sequence[str]) -> tuple[Any, ...]:

@@ -29,6 +29,7 @@ pub mod digest;
 pub mod export;
 pub mod import;
 pub mod record;
+pub mod stop;
 pub mod vehicle;
 
 pub use record::flight::Flight;

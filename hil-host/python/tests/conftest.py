@@ -1,9 +1,11 @@
 """Flights for the tests: simulated by the program itself, so that nothing has to be fetched."""
 
 import os
+import shutil
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
@@ -55,6 +57,22 @@ def worker_killed(client: Any) -> Callable[[Path], AbstractContextManager[list[i
         killer.join()
 
     return worker_killed_in
+
+
+@pytest.fixture(scope="session")
+def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Ten dives or more of a real Seaglider, as its base station left them: of GLIDER_FLIGHTS, else of scripts/fetch-samples."""
+    samples = Path(__file__).parents[3] / "data-cache/samples"
+    named = Path(os.environ.get("GLIDER_FLIGHTS", "nowhere")) / "seaglider_sg171_dives"
+    files = sorted(named.glob("p*.nc")) or sorted(samples.glob("glidertools-*/tests/data/p542*.nc"))
+    if len(files) < 10:
+        warnings.warn("SKIPPED LOUDLY: no dives of a real Seaglider (GLIDER_FLIGHTS, or scripts/fetch-samples)", stacklevel=1)
+        pytest.skip("no dives of a real Seaglider")
+    folder = tmp_path_factory.mktemp("seaglider") / "dives"
+    folder.mkdir()
+    for file in files:
+        shutil.copy(file, folder)
+    return folder
 
 
 @pytest.fixture(scope="session")

@@ -2,13 +2,12 @@
 
 use super::compare::not_diverged;
 use super::{Output, Verdict};
-use crate::fleet::archive::{import_json, start_unix_s};
+use crate::fleet::archive::{import_json, origins, start_unix_s};
 use crate::terminal::wrapped;
 use anyhow::Context;
 use discovery::workbench::compare::{Comparison, compare};
 use logs::export::mcap::Stream;
 use logs::export::netcdf::{About, Number, Series};
-use logs::import::Origin;
 use logs::import::calendar::{compact_date, iso_8601};
 use logs::record::bounded;
 use logs::{Flight, Vehicle, vehicle};
@@ -167,17 +166,6 @@ fn about(args: &Args, first_s: f64) -> anyhow::Result<(About, Vec<String>)> {
         format!("--start {} takes the place of the date of import.json, {}: {:+.0} s", compact_date(is), compact_date(was), is - was)
     });
     let start = stated.or(imported);
-    let number = |o: &serde_json::Value, key: &str| o.get(key).and_then(serde_json::Value::as_f64);
-    let origin = |o: &serde_json::Value| {
-        Some(Origin {
-            segment: u32::try_from(o.get("segment")?.as_u64()?).ok()?,
-            unix_s: number(o, "unix_s")?,
-            lat_deg: number(o, "lat_deg")?,
-            lon_deg: number(o, "lon_deg")?,
-        })
-    };
-    let origins =
-        import.pointer("/report/origins").and_then(|o| o.as_array()).map_or_else(Vec::new, |o| o.iter().filter_map(origin).collect());
     let mut stated = BTreeMap::new();
     if let Some(path) = &args.meta {
         let text = bounded::text(path, bounded::DOCUMENT).with_context(|| format!("cannot read {}", path.display()))?;
@@ -188,7 +176,7 @@ fn about(args: &Args, first_s: f64) -> anyhow::Result<(About, Vec<String>)> {
         }
     }
     let written = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
-    let about = About { start_unix_s: start, origins, stated, written_unix_s: written, ..About::default() };
+    let about = About { start_unix_s: start, origins: origins(&import), stated, written_unix_s: written, ..About::default() };
     Ok((about, notes.into_iter().collect()))
 }
 

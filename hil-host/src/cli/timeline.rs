@@ -74,6 +74,7 @@ struct Named {
 fn flights(paths: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
     let mut out: Vec<Named> = Vec::with_capacity(paths.len());
     for path in paths {
+        logs::stop::here();
         let (flight, zero_unix_s) = read_dated(std::slice::from_ref(path))?;
         named_once(path, &flight, out.iter().map(|n| (&n.path, &n.flight)))?;
         out.push(Named { path: path.clone(), flight, zero_unix_s });
@@ -112,7 +113,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let bar = bar();
     bar.set_message("what changed");
     let mut mission = Mission::new(&vehicle);
-    clock.flights.iter().for_each(|(which, zero_s)| mission.add(&flights[*which].flight, *zero_s));
+    for (which, zero_s) in &clock.flights {
+        logs::stop::here();
+        mission.add(&flights[*which].flight, *zero_s);
+    }
     let done = mission.finish(args.dives_per_alarm);
     bar.finish_and_clear();
     let mut done = done?;
@@ -120,7 +124,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for out in &args.out {
         write(out, &done)?;
     }
-    output.emit(&document(&done, &args.vehicle), || said(&done, &args.out));
+    let mut document = document(&done, &args.vehicle);
+    // Days count from it.
+    let dated = flights.iter().all(|f| f.zero_unix_s.is_some());
+    document["start_unix_s"] = clock.flights.first().filter(|_| dated).and_then(|(which, _)| flights[*which].zero_unix_s).into();
+    output.emit(&document, || said(&done, &args.out));
     Ok(Verdict::Ok)
 }
 

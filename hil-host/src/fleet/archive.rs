@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
 use logs::import::folder::files_of;
-use logs::import::{READERS, reader_of};
+use logs::import::{Origin, READERS, reader_of};
 use logs::record::csv;
 use logs::{Flight, import, vehicle};
 
@@ -135,6 +135,21 @@ pub fn import_json(folder: &Path) -> serde_json::Value {
 #[must_use]
 pub fn start_unix_s(import: &serde_json::Value) -> Option<f64> {
     import.pointer("/report/start_unix_s").and_then(serde_json::Value::as_f64).filter(|s| s.is_finite())
+}
+
+/// Where the segments' planes of an imported flight lie on the globe, of its import.json.
+#[must_use]
+pub fn origins(import: &serde_json::Value) -> Vec<Origin> {
+    let number = |o: &serde_json::Value, key: &str| o.get(key).and_then(serde_json::Value::as_f64);
+    let origin = |o: &serde_json::Value| {
+        Some(Origin {
+            segment: u32::try_from(o.get("segment")?.as_u64()?).ok()?,
+            unix_s: number(o, "unix_s")?,
+            lat_deg: number(o, "lat_deg")?,
+            lon_deg: number(o, "lon_deg")?,
+        })
+    };
+    import.pointer("/report/origins").and_then(|o| o.as_array()).map_or_else(Vec::new, |o| o.iter().filter_map(origin).collect())
 }
 
 /// Reads a flight of any kind.

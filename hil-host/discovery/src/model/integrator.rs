@@ -403,6 +403,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
     // Points of the run that is under way, and of whom.
     let mut kept: Vec<(usize, Rc<Vec<Point>>)> = Vec::new();
     let mut start = |k: usize| -> Lane {
+        logs::stop::here();
         let job = &jobs[k];
         let model = ForceModel::new(job.constants, &job.effects).continued(beyond);
         let split = parts(job, &model);

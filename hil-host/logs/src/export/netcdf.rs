@@ -117,7 +117,7 @@ pub fn write(flight: &Flight, path: &Path, about: &About) -> Result<(), NetcdfEr
     let time: Vec<f64> = flight.time_s.iter().map(|t| t + start).collect();
     out.globals(flight, about, &time)?;
     out.time("TIME", "TIME", "time of measurement", &time, about)?;
-    let positions = Positions::of(flight, about, &time);
+    let positions = Positions::of(flight, &about.origins, &time);
     out.positions(&positions, &time, about)?;
     let depth: Vec<f64> = flight.pressure_pa.iter().map(|p| seawater::depth_m(*p, positions.middle_lat)).collect();
     out.column("DEPTH", "m", "glider depth", Some("depth"), Some("DEPTH"), &depth, &[("positive", "down"), ("axis", "Z")])?;
@@ -355,18 +355,26 @@ impl Out {
     }
 }
 
-/// Where the rows are: fixes, and between them on the straight line.
-struct Positions {
-    lat: Vec<f64>,
-    lon: Vec<f64>,
-    lat_gps: Vec<f64>,
-    lon_gps: Vec<f64>,
-    middle_lat: f64,
+/// Where the rows are, degrees; NaN where that is not known.
+#[derive(Clone, Debug)]
+pub struct Positions {
+    /// Of all rows: between fixes on the straight line, before the first and after the last there.
+    pub lat: Vec<f64>,
+    /// The same.
+    pub lon: Vec<f64>,
+    /// Of fixes alone.
+    pub lat_gps: Vec<f64>,
+    /// The same.
+    pub lon_gps: Vec<f64>,
+    /// A latitude for the depth: of the first fix, 45 without one.
+    pub middle_lat: f64,
 }
 
 impl Positions {
-    fn of(flight: &Flight, about: &About, time: &[f64]) -> Self {
-        let fixes: Vec<Option<position::Fix>> = (0..flight.len()).map(|i| position::on_the_globe(flight, &about.origins, i)).collect();
+    /// From the fixes of a flight at the times of its rows.
+    #[must_use]
+    pub fn of(flight: &Flight, origins: &[Origin], time: &[f64]) -> Self {
+        let fixes: Vec<Option<position::Fix>> = (0..flight.len()).map(|i| position::on_the_globe(flight, origins, i)).collect();
         let column = |of: fn(&position::Fix) -> f64| fixes.iter().map(|f| f.as_ref().map_or(f64::NAN, of)).collect::<Vec<f64>>();
         let (lat_gps, lon_gps) = (column(|f| f.lat_deg), column(|f| f.lon_deg));
         let between = |values: &[f64]| -> Vec<f64> {

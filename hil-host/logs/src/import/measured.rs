@@ -290,7 +290,7 @@ impl RawLog {
 
     /// Salinity or conductivity of the rows, and the density that the file states; the name of what it is computed from.
     fn salt(&mut self, log: &mut Log, unix: &[f64]) -> Option<String> {
-        let (picked, conducts) = self.salinity(log);
+        let (picked, conducts) = if self.as_it_is { (None, false) } else { self.salinity(log) };
         let place = log.about;
         if let Some(mut picked) = picked {
             if conducts && quantile(&picked.values, 0.5) > CONDUCTS_S_M {

@@ -92,6 +92,8 @@ pub(super) struct RawLog {
     pub series: Vec<RawSeries>,
     /// The flight format: each row of the first clock is a row of the flight, and values stand at their own rows alone.
     pub exact: bool,
+    /// The same, and its density is not computed anew from a salinity.
+    pub as_it_is: bool,
     /// Rows of one time are a loss.
     pub repeats_are_lost: bool,
     /// Number of the segment of each row of the first clock, where the file labels its rows.

@@ -3,16 +3,18 @@ from collections.abc import Sequence
 __version__: str
 
 class GliderError(ValueError):
-    """Bad input: the message names the file and what to do."""
+    """Bad input: the message names the argument and what to do."""
 
-def command(arguments: Sequence[str]) -> tuple[str, bool]: ...
-def read(files: Sequence[str]) -> tuple[str, list[tuple[str, str, bytes]]]: ...
+def command(arguments: Sequence[str], /) -> tuple[str, bool]: ...
+def read(
+    files: Sequence[str], /
+) -> tuple[str, list[tuple[str, str, bytes]], float | None, str | None, list[str]]: ...
 def table(
-    path: str,
+    path: str, /
 ) -> tuple[
     list[tuple[str, list[int]]],
     list[tuple[str, list[str]]],
     list[tuple[str, bytes]],
     list[tuple[str, str]],
 ]: ...
-def identify(file: str) -> None: ...
+def identify(file: str, /) -> None: ...

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from . import _frame, _run
+from . import _errors
+from ._answers import answer
 from ._files import Files
 
 if TYPE_CHECKING:
@@ -35,11 +36,12 @@ class Faults:
     """All that ``glider faults --json`` says."""
 
 
-def _report(words: Sequence[Any], out: Path, html: Path) -> Faults:
-    d, positive = _run("--force", "faults", *words, "--out", out, "--html", html)
-    cases = _frame(json.loads(out.read_text())["cases"], d, {"latency_s": "s", "max_depth_m": "m", "budget_n": "N", "budget_at_m": "m"})
+def _report(files: Files, words: Sequence[Any], out: Path, html: Path) -> Faults:
+    d, positive = files.run("--force", "faults", *words, "--out", out, "--html", html)
+    said = f"{d['summary']['missions']} missions, {d['summary']['safe']} safe"
+    cases = answer(json.loads(out.read_text())["cases"], d, {"latency_s": "s", "max_depth_m": "m", "budget_n": "N", "budget_at_m": "m"}, said)
     units = {"bound_s": "s", "worst_of_bound_s": "s", "worst_latency_s": "s", "worst_after_sign_s": "s"}
-    return Faults(cases, _frame(d["by_fault"], d, units), positive, d["sha256"], d)
+    return Faults(cases, answer(d["by_fault"], d, units, said), positive, d["sha256"], d)
 
 
 def _shard(plan: list[str], shard: str, cache: str | None) -> bytes:
@@ -47,7 +49,7 @@ def _shard(plan: list[str], shard: str, cache: str | None) -> bytes:
     with Files() as files:
         out = files.new("part.json")
         kept = cache if cache is not None else fspath(files.new("kept"))
-        _run("faults", *plan, "--shard", shard, "--cache", kept, "--out", out, "--jobs", 1)
+        files.run("faults", *plan, "--shard", shard, "--cache", kept, "--out", out, "--jobs", 1)
         return out.read_bytes()
 
 
@@ -70,17 +72,27 @@ def faults(
     the missions are dealt to its workers in ``shards`` parts (default: four a worker), and what a worker that dies has not handed in is done
     by another; ``cache`` must then be a folder that all of them see. ``out`` and ``html`` are where the list and the page go.
     """
+    counts = {"sample": sample, "random": random, "seed": seed, "shards": shards}
+    for name, count in counts.items():
+        if count is not None:
+            _errors.whole(name, count, 0 if name in ("seed", "random") else 1, 2**31)
+    _errors.whole("jobs", jobs, 0, 1024)
+    if only is not None and not isinstance(only, str):
+        _errors.wrong_type("only", only, "a text that the names of missions contain")
+    cluster: Any = client
+    if client is not None and not hasattr(client, "scheduler_info"):
+        _errors.wrong_type("client", client, "a dask.distributed.Client")
     chosen = {"--sample": sample, "--random": random, "--only": only, "--seed": seed}
     plan = [str(part) for option, value in chosen.items() if value is not None for part in (option, value)]
     kept = str(Path(fspath(cache)).resolve()) if cache is not None else None
     with Files() as files:
-        to = Path(fspath(out)) if out is not None else files.new("faults.json")
-        page = Path(fspath(html)) if html is not None else files.new("faults.html")
+        to = Path(_errors.path("out", out)) if out is not None else files.new("faults.json")
+        page = Path(_errors.path("html", html)) if html is not None else files.new("faults.html")
         if client is None:
-            return _report([*plan, "--cache", kept or files.new("kept"), "--jobs", jobs], to, page)
-        count = shards or 4 * max(1, len(client.scheduler_info()["workers"]))
-        tasks = [client.submit(_shard, plan, f"{i}/{count}", kept, pure=False) for i in range(1, count + 1)]
+            return _report(files, [*plan, "--cache", kept or files.new("kept"), "--jobs", jobs], to, page)
+        count = shards or 4 * max(1, len(cluster.scheduler_info()["workers"]))
+        tasks = [cluster.submit(_shard, plan, f"{i}/{count}", kept, pure=False) for i in range(1, count + 1)]
         parts = [files.new("part.json") for _ in tasks]
-        for part, data in zip(parts, client.gather(tasks)):
+        for part, data in zip(parts, cluster.gather(tasks)):
             part.write_bytes(data)
-        return _report(["merge", *parts], to, page)
+        return _report(files, ["merge", *parts], to, page)

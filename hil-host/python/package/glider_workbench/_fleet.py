@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from . import _core, _frame, _run
+from . import _core, _errors
+from ._answers import answer
+from ._core import GliderError
 from ._files import Files
 
 if TYPE_CHECKING:
@@ -36,7 +38,9 @@ class Fleet:
 
 def table(path: str | os.PathLike[str]) -> pd.DataFrame:
     """Reads a table that ``glider fleet`` or ``glider timeline`` wrote as Parquet."""
-    whole, texts, numbers, about = _core.table(fspath(path))
+    if not _errors.is_path(path):
+        _errors.wrong_type("path", path, "the path of a table (.parquet)")
+    whole, texts, numbers, about = _core.table(_errors.there("path", path))
     columns: dict[str, Any] = {name: np.array(values, dtype=np.int32) for name, values in whole}
     columns.update(texts)
     columns.update({name: np.frombuffer(raw, dtype=np.float64).copy() for name, raw in numbers})
@@ -47,16 +51,24 @@ def table(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 def merge(parts: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str] | None = None, *, false_names: float = 0.05) -> Fleet:
     """Puts the parts of all shards together and pools them; one whole table is pooled again."""
-    how = ["--out", fspath(out)] if out is not None else []
-    d, _ = _run("--force", "fleet", "merge", *map(fspath, parts), *how, "--false-names", false_names)
-    return Fleet(table(out if out is not None else parts[0]), _frame(d["numbers"], d, {}), d["sha256"], d)
+    if _errors.is_path(parts) or not isinstance(parts, Sequence):
+        _errors.wrong_type("parts", parts, "a list of paths")
+    if not parts:
+        raise GliderError("parts: an empty list; give the files that the shards wrote")
+    named = [_errors.there(f"parts[{k}]", p) for k, p in enumerate(parts)]
+    share = _errors.number("false_names", false_names, 1e-6, 0.5)
+    how = ["--out", _errors.path("out", out)] if out is not None else []
+    with Files() as files:
+        d, _ = files.run("--force", "fleet", "merge", *named, *how, "--false-names", share)
+    headline = f"{d['dives']} dives of {d['vehicles']} vehicles"
+    return Fleet(table(out if out is not None else parts[0]), answer(d["numbers"], d, {}, headline), d["sha256"], d)
 
 
 def _shard(paths: list[str], vehicle: Any, shard: str, cache: str) -> bytes:
     """One part, on a worker: its file's bytes, so that workers need no folder in common but the archive."""
     with Files() as files:
         out = files.new("part.parquet")
-        _run("fleet", *paths, *files.vehicle(vehicle), "--shard", shard, "--cache", cache, "--out", out, "--jobs", 1)
+        files.run("fleet", *paths, *files.vehicle(vehicle), "--shard", shard, "--cache", cache, "--out", out, "--jobs", 1)
         return out.read_bytes()
 
 
@@ -77,19 +89,27 @@ def fleet(
     Dask ``client`` the flights are dealt to its workers in ``shards`` parts (default: four a worker); every worker must see the archive
     under the same path, and what a worker that dies has not handed in is done by another.
     """
-    several = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
-    named = [str(Path(fspath(p)).resolve()) for p in several]
+    if not _errors.is_path(paths) and not isinstance(paths, Sequence):
+        _errors.wrong_type("paths", paths, "the path of an archive, or a list of them")
+    several: list[Any] = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    named = [str(Path(_errors.there("paths", p)).resolve()) for p in several]
+    _errors.whole("jobs", jobs, 1, 1024)
+    if not _errors.path("out", out).endswith(".parquet"):
+        raise GliderError(f"out: {fspath(out)}: the table of dives is Parquet; name a file that ends in .parquet")
+    cluster: Any = client
+    if client is not None and not hasattr(client, "scheduler_info"):
+        _errors.wrong_type("client", client, "a dask.distributed.Client")
     kept = str(Path(fspath(cache) if cache is not None else f"{fspath(out)}.cache").resolve())
     if client is None:
         with Files() as files:
-            _run("--force", "fleet", *named, *files.vehicle(vehicle), "--cache", kept, "--jobs", jobs, "--out", fspath(out))
+            files.run("--force", "fleet", *named, *files.vehicle(vehicle), "--cache", kept, "--jobs", jobs, "--out", fspath(out))
         return merge([out], None, false_names=false_names)
     if vehicle is not None and not isinstance(vehicle, Mapping):
         vehicle = str(Path(fspath(vehicle)).resolve())
-    count = shards or 4 * max(1, len(client.scheduler_info()["workers"]))
-    tasks = [client.submit(_shard, named, vehicle, f"{i}/{count}", kept, pure=False) for i in range(1, count + 1)]
+    count = shards or 4 * max(1, len(cluster.scheduler_info()["workers"]))
+    tasks = [cluster.submit(_shard, named, vehicle, f"{i}/{count}", kept, pure=False) for i in range(1, count + 1)]
     with Files() as files:
         parts = [files.new("part.parquet") for _ in tasks]
-        for part, data in zip(parts, client.gather(tasks)):
+        for part, data in zip(parts, cluster.gather(tasks)):
             part.write_bytes(data)
         return merge(parts, out, false_names=false_names)

@@ -1,6 +1,7 @@
-//! The Python package as a user has it: its files with the extension module that was built for these tests, its pytest suite and its
-//! notebook. `scripts/setup-python` makes the virtual environment (data-cache/python; GLIDER_PYTHON names another); without it this says
-//! "SKIPPED LOUDLY".
+//! The Python package as a user has it: a wheel of its files and of the extension module that was built for these tests, installed by pip.
+//! From there run its pytest suite, its notebook and the recipes of docs/python.md, and in bare environments what has to work with the
+//! oldest and the newest versions of all it needs. `scripts/setup-python` makes the environment (data-cache/python; GLIDER_PYTHON names
+//! another); without it this says "SKIPPED LOUDLY".
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,15 +10,18 @@ fn here() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The interpreter of the environment, if there is one.
-fn python() -> Option<PathBuf> {
-    let environment = std::env::var_os("GLIDER_PYTHON").map_or_else(|| here().join("../../data-cache/python"), PathBuf::from);
-    let python = environment.join("bin/python");
-    let ready = python.is_file() && environment.join("ready").is_file();
+fn root() -> PathBuf {
+    here().join("../..").canonicalize().expect("the workspace")
+}
+
+/// The environment, if there is one.
+fn environment() -> Option<PathBuf> {
+    let environment = std::env::var_os("GLIDER_PYTHON").map_or_else(|| root().join("data-cache/python"), PathBuf::from);
+    let ready = environment.join("bin/python").is_file() && environment.join("ready").is_file();
     if !ready {
         eprintln!("SKIPPED LOUDLY: no {} (scripts/setup-python makes it)", environment.display());
     }
-    ready.then_some(python)
+    ready.then_some(environment)
 }
 
 /// The module that was built for this test: beside its own program.
@@ -29,23 +33,6 @@ fn module() -> PathBuf {
     file.unwrap_or_else(|| panic!("{name} was not built beside {}", program.display()))
 }
 
-fn copied(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).expect("a folder");
-    for entry in std::fs::read_dir(from).expect("the package").flatten() {
-        if entry.path().is_file() {
-            std::fs::copy(entry.path(), to.join(entry.file_name())).expect("copied");
-        }
-    }
-}
-
-/// A folder with the package and the module in it.
-fn staged(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("glider-python-{name}-{}", std::process::id()));
-    copied(&here().join("package/glider_workbench"), &folder.join("glider_workbench"));
-    std::fs::copy(module(), folder.join("glider_workbench/_core.abi3.so")).expect("copied");
-    folder
-}
-
 /// What a program prints; it has to succeed.
 fn said(command: &mut Command) -> String {
     let out = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
@@ -54,63 +41,148 @@ fn said(command: &mut Command) -> String {
     text
 }
 
-/// A wheel of the module that was built, named and described by maturin as `pip install ./hil-host/python` has it, goes into a new
-/// environment by plain `pip install` and works there. Not built anew by maturin, which would compile everything again; numpy, pandas and xarray
-/// are those of the tests' environment, so that nothing is fetched.
-#[test]
-fn a_wheel_installs_in_a_fresh_environment_and_works_there() {
-    let Some(python) = python() else { return };
-    let stage = staged("wheel");
-    let (out, fresh) = (stage.with_extension("out"), stage.with_extension("fresh"));
-    let maturin = python.with_file_name("maturin");
-    said(
-        Command::new(maturin)
-            .args(["pep517", "write-dist-info", "--metadata-directory"])
-            .arg(&stage)
-            .arg("--interpreter")
-            .arg(&python)
-            .current_dir(here()),
-    );
-    std::fs::create_dir_all(&out).expect("a folder");
-    said(Command::new(&python).args(["-m", "wheel", "pack", "--dest-dir"]).arg(&out).arg(&stage));
-    let wheels: Vec<PathBuf> = std::fs::read_dir(&out).expect("wheels").flatten().map(|e| e.path()).collect();
-    let [wheel] = wheels.as_slice() else { panic!("{wheels:?}") };
-    let name = wheel.file_name().expect("a name").to_string_lossy();
-    assert!(name.starts_with("glider_workbench-") && name.contains("-cp310-abi3-"), "one wheel for Python 3.10 and later: {name}");
-    said(Command::new(&python).args(["-m", "venv"]).arg(&fresh));
-    said(Command::new(fresh.join("bin/pip")).args(["install", "--no-index", "--no-deps", "--disable-pip-version-check"]).arg(wheel));
-    let shown = said(Command::new(fresh.join("bin/pip")).args(["show", "glider-workbench"]));
-    assert!(shown.contains("Requires: numpy, pandas, xarray"), "{shown}");
-    let packages = said(Command::new(&python).args(["-c", "import numpy, pathlib; print(pathlib.Path(numpy.__file__).parents[1])"]));
-    let program = "import glider_workbench as gw; print(gw.__file__); print(gw.polar('slocum-standard').attrs['vehicle'], gw.faults(only='roll:off@dive').passed)";
-    let work = Command::new(fresh.join("bin/python")).args(["-c", program]).current_dir(&out).env("PYTHONPATH", packages.trim()).output();
-    let work = work.expect("python starts");
-    let text = String::from_utf8_lossy(&work.stdout).into_owned();
-    assert!(
-        work.status.success() && text.contains("fresh") && text.trim_end().ends_with("True"),
-        "{text}{}",
-        String::from_utf8_lossy(&work.stderr)
-    );
-    for folder in [stage, out, fresh] {
-        std::fs::remove_dir_all(folder).expect("removed");
+fn pip(python: &Path) -> Command {
+    let mut command = Command::new(python);
+    command.args(["-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index"]).env_remove("PIP_FIND_LINKS");
+    command
+}
+
+/// A folder of one test, with a wheel in it; removed in the end.
+struct Place {
+    folder: PathBuf,
+    wheel: PathBuf,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.folder).ok();
     }
 }
 
-#[test]
-fn the_package_passes_its_tests_and_its_notebook_runs() {
-    let Some(python) = python() else { return };
-    let folder = staged("tests");
-    let out = Command::new(python)
-        .args(["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--durations=5", "tests"])
+impl Place {
+    /// A wheel of the module that was built, named and described by maturin. Not built anew, which would compile everything again.
+    fn with_wheel(environment: &Path, name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("glider-python-{name}-{}", std::process::id()));
+        let (stage, out) = (folder.join("stage"), folder.join("dist"));
+        let package = stage.join("glider_workbench");
+        [&package, &out].into_iter().for_each(|f| std::fs::create_dir_all(f).expect("a folder"));
+        for entry in std::fs::read_dir(here().join("package/glider_workbench")).expect("the package").flatten() {
+            if entry.path().is_file() {
+                std::fs::copy(entry.path(), package.join(entry.file_name())).expect("copied");
+            }
+        }
+        std::fs::copy(module(), package.join("_core.abi3.so")).expect("copied");
+        let python = environment.join("bin/python");
+        let mut maturin = Command::new(environment.join("bin/maturin"));
+        maturin.args(["pep517", "write-dist-info", "--metadata-directory"]).arg(&stage).arg("--interpreter").arg(&python);
+        said(maturin.current_dir(root()));
+        said(Command::new(&python).args(["-m", "wheel", "pack", "--dest-dir"]).arg(&out).arg(&stage));
+        let wheels: Vec<PathBuf> = std::fs::read_dir(&out).expect("wheels").flatten().map(|e| e.path()).collect();
+        let [wheel] = wheels.as_slice() else { panic!("{wheels:?}") };
+        let name = wheel.file_name().expect("a name").to_string_lossy();
+        assert!(name.starts_with("glider_workbench-") && name.contains("-cp310-abi3-"), "one wheel for Python 3.10 and later: {name}");
+        Self { wheel: wheel.clone(), folder }
+    }
+
+    /// An interpreter that has the wheel installed, and beside it what the tests need.
+    fn installed(&self, environment: &Path) -> PathBuf {
+        let (python, fresh) = (environment.join("bin/python"), self.folder.join("fresh"));
+        said(Command::new(&python).args(["-m", "venv", "--without-pip"]).arg(&fresh));
+        let site = |python: &Path| said(Command::new(python).args(["-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]));
+        let (own, of_tests) = (site(&fresh.join("bin/python")), site(&python));
+        std::fs::write(Path::new(own.trim()).join("tests.pth"), of_tests).expect("written");
+        said(pip(&python).args(["--no-deps", "--no-compile", "--target", own.trim()]).arg(&self.wheel));
+        fresh.join("bin/python")
+    }
+}
+
+/// Runs pytest on some of its files, from an installed wheel.
+fn pytest(name: &str, files: &[&str]) {
+    let Some(environment) = environment() else { return };
+    let place = Place::with_wheel(&environment, name);
+    let out = Command::new(place.installed(&environment))
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=5", "--rootdir", "."])
+        .args(files.iter().map(|f| format!("tests/{f}")))
         .current_dir(here())
-        .env("PYTHONPATH", &folder)
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("MPLBACKEND", "agg")
         .env("OPENBLAS_NUM_THREADS", "1")
         .output()
         .expect("pytest starts");
-    std::fs::remove_dir_all(&folder).expect("removed");
     let said = String::from_utf8_lossy(&out.stdout);
     eprintln!("{said}");
     assert!(out.status.success() && said.contains(" passed"), "{said}\n{}", String::from_utf8_lossy(&out.stderr));
+}
+
+/// Those of the page and the notebook; the others are [`the_package_passes_its_tests`].
+const SHOWN: [&str; 3] = ["test_recipes.py", "test_notebook.py", "test_types.py"];
+
+#[test]
+fn the_recipes_of_the_page_run_from_an_installed_wheel() {
+    pytest("recipes", &SHOWN);
+}
+
+#[test]
+fn the_package_passes_its_tests() {
+    let names = std::fs::read_dir(here().join("tests")).expect("tests").flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+    let mut others: Vec<String> = names.filter(|n| n.starts_with("test_") && !SHOWN.contains(&n.as_str())).collect();
+    others.sort();
+    assert!(others.len() > 4, "{others:?}");
+    pytest("tests", &others.iter().map(String::as_str).collect::<Vec<_>>());
+}
+
+/// `pip install dist/*.whl` where nothing is installed, with the oldest versions that the metadata allow and the newest at hand.
+#[test]
+fn the_wheel_works_in_bare_environments_of_the_oldest_and_the_newest_python() {
+    let Some(environment) = environment() else { return };
+    let place = Place::with_wheel(&environment, "bare");
+    for version in ["3.10", "3.13"] {
+        let wheels = environment.join(format!("wheels-{version}"));
+        let Ok(interpreter) = std::fs::read_to_string(wheels.join("python")) else {
+            eprintln!("SKIPPED LOUDLY: no Python {version} (scripts/setup-python)");
+            continue;
+        };
+        let fresh = place.folder.join(version);
+        said(Command::new(interpreter.trim()).args(["-m", "venv"]).arg(&fresh));
+        let python = fresh.join("bin/python");
+        said(pip(&python).args(["--no-compile", "--find-links"]).arg(&wheels).arg(format!("{}[netcdf]", place.wheel.display())));
+        let shown = said(Command::new(&python).args(["-m", "pip", "show", "--verbose", "glider-workbench"]));
+        for line in
+            ["Requires: numpy, pandas, xarray", "Topic :: Scientific/Engineering :: Oceanography", "License-Expression: MIT OR Apache-2.0"]
+        {
+            assert!(shown.contains(line) || (version == "3.10" && line.starts_with("License")), "{line} is not in {shown}");
+        }
+        let work = said(
+            Command::new(&python)
+                .args(["-W", "error::FutureWarning:glider_workbench", "tests/bare.py"])
+                .arg(here().join("../logs/tests/formats"))
+                .current_dir(here())
+                .env("PYTHONDONTWRITEBYTECODE", "1"),
+        );
+        assert!(work.contains(&format!("works {version}.")), "{work}");
+        eprint!("{work}");
+    }
+}
+
+/// The source package holds what it is built from (scripts/build-wheels builds it), its licences and its page.
+#[test]
+fn the_source_package_is_whole() {
+    let Some(environment) = environment() else { return };
+    let folder = std::env::temp_dir().join(format!("glider-python-source-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    said(Command::new(environment.join("bin/maturin")).args(["sdist", "--out"]).arg(&folder).current_dir(root()));
+    let made = std::fs::read_dir(&folder).expect("made").flatten().map(|e| e.path()).next().expect("an archive");
+    said(Command::new("tar").arg("-xzf").arg(&made).args(["--strip-components", "1", "-C"]).arg(&folder));
+    for file in
+        ["LICENSE-MIT", "LICENSE-APACHE", "PKG-INFO", "hil-host/python/README.md", "hil-host/python/package/glider_workbench/py.typed"]
+    {
+        assert!(folder.join(file).is_file(), "{file} is not in the source package");
+    }
+    let about = std::fs::read_to_string(folder.join("PKG-INFO")).expect("PKG-INFO");
+    assert!(about.contains("License-File: LICENSE-MIT") && about.contains("# glider-workbench"), "{about}");
+    for vehicle in std::fs::read_dir(root().join("vehicles")).expect("vehicles").flatten() {
+        assert!(folder.join("vehicles").join(vehicle.file_name()).is_file(), "{vehicle:?} is not in the source package");
+    }
+    said(Command::new("cargo").args(["metadata", "--offline", "--format-version", "1", "--no-deps"]).current_dir(&folder));
+    std::fs::remove_dir_all(folder).expect("removed");
 }

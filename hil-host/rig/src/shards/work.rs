@@ -1,6 +1,7 @@
 //! Does the items of a plan, or a shard of them, several at a time.
 
 use anyhow::{Context as _, bail};
+use logs::stop;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::num::NonZero;
@@ -73,9 +74,12 @@ impl Work {
 fn on_threads<I: Sync, T: Send>(jobs: usize, items: &[I], one: &(dyn Fn(&I) -> anyhow::Result<T> + Sync)) -> anyhow::Result<Vec<T>> {
     let jobs = if jobs == 0 { std::thread::available_parallelism().map_or(1, NonZero::get) } else { jobs };
     let next = AtomicUsize::new(0);
+    let flag = stop::flag();
     let worker = || -> anyhow::Result<Vec<(usize, T)>> {
+        stop::heed(flag.clone());
         let mut done = Vec::new();
         loop {
+            stop::here();
             let at = next.fetch_add(1, Ordering::Relaxed);
             let Some(item) = items.get(at) else { return Ok(done) };
             done.push((at, one(item).inspect_err(|_| next.store(items.len(), Ordering::Relaxed))?));

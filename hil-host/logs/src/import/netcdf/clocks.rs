@@ -132,7 +132,8 @@ impl Reader<'_> {
         };
         let mut values = values;
         self.without_bad(clock, &mut values, report);
-        let (scale, epoch) = known.or_else(|| without_origin(clock, &unit, &values, report))?;
+        let of_flight = if self.is_undated_dataset() { Some((1.0, 0.0)) } else { None };
+        let (scale, epoch) = known.or(of_flight).or_else(|| without_origin(clock, &unit, &values, report))?;
         if let Some(step_s) = self.coarse_s(clock, &values, scale) {
             report.note(format!("{clock} is stored in 32-bit floats, {step_s:.0} s apart at such numbers: store it in 64 bits"));
             return None;

@@ -94,6 +94,12 @@ fn profiles(files: &[PathBuf]) -> Result<Imported, ImportError> {
     Ok(imported)
 }
 
+/// Whether a path is a file that the Python package made of a flight, which has been imported before.
+#[must_use]
+pub fn is_dataset(path: &Path) -> bool {
+    (NETCDF.claims)(path) && path.is_file() && open(path).is_ok_and(|file| own::is_dataset(&file))
+}
+
 /// Imports one file.
 ///
 /// # Errors
@@ -105,11 +111,11 @@ pub fn import(path: &Path) -> Result<Imported, ImportError> {
     let mut reader = Reader { file: &file, budget: budget(path), clocks: BTreeMap::new(), raw: RawLog { table, ..RawLog::default() } };
     reader.read();
     let (dated, vehicle_file) = (reader.is_dated(), reader.own_vehicle());
-    let first_s = reader.own_first_s();
+    let (first_s, dataset_zero_s) = (reader.own_first_s(), reader.dataset_zero_s());
     let mut raw = reader.raw;
     raw.report.kind = "NetCDF".into();
     if raw.exact {
-        raw.zero_s = raw.clocks.first().and_then(|c| c.times.first()).map(|t| t - first_s);
+        raw.zero_s = dataset_zero_s.or_else(|| raw.clocks.first().and_then(|c| c.times.first()).map(|t| t - first_s));
     }
     let stem = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let (flight, mut report) = raw.flight(&stem).map_err(error)?;
@@ -138,13 +144,15 @@ impl Reader<'_> {
     fn read(&mut self) {
         let file = self.file;
         let variables = file.variables().unwrap_or_default();
-        self.raw.exact = variables.iter().any(|v| v.attribute(own::COLUMN).is_some());
+        let dataset = own::is_dataset(file);
+        self.raw.as_it_is = dataset;
+        self.raw.exact = dataset || variables.iter().any(|v| v.attribute(own::COLUMN).is_some());
         let table = self.raw.table.as_deref().unwrap_or(Channels::usual()).clone();
         for v in variables {
             let (standard, source) = (said(v, "standard_name"), said(v, "source"));
-            let known = if self.raw.exact { own::is_read(v) } else { table.knows(v.name(), &standard, &source) };
+            let known = if self.raw.exact { own::is_read(v, dataset) } else { table.knows(v.name(), &standard, &source) };
             let Some(dimensions) = self.dimensions(v.name()).filter(|d| known && !d.is_empty()) else { continue };
-            if self.raw.exact && !own::FIXES.contains(&v.name()) {
+            if self.raw.exact && !own::is_fix(v.name()) {
                 self.own_column(v, &dimensions);
             } else {
                 self.variable(v, &dimensions, &table);

@@ -133,7 +133,7 @@ fn the_package_passes_its_tests() {
 
 /// `pip install dist/*.whl` where nothing is installed, with the oldest versions that the metadata allow and the newest at hand.
 #[test]
-fn the_wheel_works_in_bare_environments_of_the_oldest_and_the_newest_python() {
+fn a_wheel_works_in_bare_environments_of_the_oldest_and_newest_python() {
     let Some(environment) = environment() else { return };
     let place = Place::with_wheel(&environment, "bare");
     for version in ["3.10", "3.13"] {

@@ -15,7 +15,7 @@ def found(trial: Path) -> gw.Answer:
     return gw.diagnose(trial, quick=True)
 
 
-def test_flights_of_one_name_go_by_their_place_and_no_temporary_file_is_named(archive: Path) -> None:
+def test_flights_of_one_name_go_by_their_place_in_the_list(archive: Path) -> None:
     flights = [gw.read(archive / f"may/flight{k}").assign_attrs(name="one") for k in range(2)]
     line = gw.timeline(flights, gw.vehicle(flights[0]))
     assert list(dict.fromkeys(line.dives["flight"].values)) == ["flights[0]", "flights[1]"]

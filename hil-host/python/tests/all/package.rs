@@ -133,7 +133,7 @@ fn the_package_passes_its_tests() {
 
 /// `pip install dist/*.whl` where nothing is installed, with the oldest versions that the metadata allow and the newest at hand.
 #[test]
-fn the_wheel_works_in_bare_environments_of_the_oldest_and_the_newest_python() {
+fn a_wheel_works_in_bare_environments_of_the_oldest_and_newest_python() {
     let Some(environment) = environment() else { return };
     let place = Place::with_wheel(&environment, "bare");
     for version in ["3.10", "3.13"] {
@@ -147,10 +147,8 @@ fn the_wheel_works_in_bare_environments_of_the_oldest_and_the_newest_python() {
         let python = fresh.join("bin/python");
         said(pip(&python).args(["--no-compile", "--find-links"]).arg(&wheels).arg(format!("{}[netcdf]", place.wheel.display())));
         let shown = said(Command::new(&python).args(["-m", "pip", "show", "--verbose", "glider-workbench"]));
-        for line in
-            ["Requires: numpy, pandas, xarray", "Topic :: Scientific/Engineering :: Oceanography", "License-Expression: MIT OR Apache-2.0"]
-        {
-            assert!(shown.contains(line) || (version == "3.10" && line.starts_with("License")), "{line} is not in {shown}");
+        for line in ["Requires: numpy, pandas, xarray", "Topic :: Scientific/Engineering :: Oceanography"] {
+            assert!(shown.contains(line), "{line} is not in {shown}");
         }
         let work = said(
             Command::new(&python)

@@ -1,7 +1,7 @@
 //! What departs and is none of the eight numbers: climb drag, Reynolds number, drag of a bank, weight that comes or goes, and structures
 //! by depth, roll and heading without a name. All are made orthogonal to the eight, so that they say only what those cannot.
 
-use super::numbers::{ALL, BALLAST_OFFSET, DRAG_LEVEL, NUMBERS};
+use super::numbers::{ALL, BALLAST_OFFSET, DRAG_LEVEL, FORMS_OF_DRAG, NUMBERS};
 use super::rows::{Unit, median};
 use super::summary::{Linear, Summary};
 use super::weigh::weigh;
@@ -47,9 +47,9 @@ const fn of_form(effect: &'static str, of: Departure) -> Departure {
 
 /// All of them.
 pub const DEPARTURES: [Departure; 7] = [
-    of_form("climb_drag", departure("drag_of_climbs", "climb", "more drag in climbs than in dives, or a thruster", 0, 1)),
-    of_form("reynolds_drag", departure("speed_exponent", "speed", "drag that depends on the speed otherwise", 1, 1)),
-    of_form("roll_turn_drag", departure("bank_drag", "bank", "drag that grows with the bank", 2, 1)),
+    of_form(FORMS_OF_DRAG[0], departure("drag_of_climbs", "climb", "more drag in climbs than in dives, or a thruster", 0, 1)),
+    of_form(FORMS_OF_DRAG[1], departure("speed_exponent", "speed", "drag that depends on the speed otherwise", 1, 1)),
+    of_form(FORMS_OF_DRAG[2], departure("bank_drag", "bank", "drag that grows with the bank", 2, 1)),
     departure("weight_rate", "time", "weight that comes or goes during the dive", 3, 1),
     departure(
         "by_depth",

@@ -146,7 +146,7 @@ impl Sensors {
     }
 }
 
-/// Number of analogue channels, in the order of [`ANALOGUE`].
+/// Number of analogue channels, in the order of `ANALOGUE`.
 pub const COUNT: usize = ANALOGUE.len();
 
 /// State of one channel.

@@ -108,7 +108,7 @@ pub fn bar() -> ProgressBar {
     bar
 }
 
-/// A history and its name, instead of the one beside the vehicle file.
+/// A history and its name, instead of the one next to the vehicle file.
 type ByHistory<'a> = Option<(&'a History, &'a str)>;
 
 /// Diagnoses a flight with a bar that reaches `end` %.

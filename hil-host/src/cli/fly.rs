@@ -141,7 +141,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         seat.hello()?;
         seat.tabulate(mission.wings, bytes)?;
     }
-    // Beside a fault, another law or a clock that is waited for it would say nothing.
+    // With a fault, another law or a clock that is waited for it would say nothing.
     let alike = choice == Choice::InProcess && args.controller == "ours" && args.faults.is_empty() && realtime.is_none();
     let other = if alike { other_goal::flown(&setup, &scenario, table.as_deref())? } else { None };
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;

@@ -83,7 +83,7 @@ impl Follower {
     }
 }
 
-/// The orders that a motor may be on its way to: what it is told takes effect some cycles later over a slow line.
+/// The orders that a motor may be on its way to: what is commanded takes effect some cycles later over a slow line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Orders {
     /// Position ordered, m, newest first; 0 before the first.

@@ -198,7 +198,7 @@ pub fn diagnose(flight: &Flight, vehicle: &Vehicle, depth: Depth, tick: &dyn Fn(
     diagnose_by(None, flight, vehicle, depth, tick)
 }
 
-/// The same by a history and its name instead of the one beside the vehicle file.
+/// The same by a history and its name instead of the one next to the vehicle file.
 ///
 /// # Errors
 /// No dive in the flight that a model could be compared with.

@@ -60,7 +60,7 @@ pub const ALL: [Number; NUMBERS] = [
     number("lift_slope", "lift_slope_error", "ln", 0.2, Some("induced_drag_error")),
 ];
 
-/// Effects that have the form of what may depart beside the numbers: more drag in climbs, by the speed, by the bank.
+/// Effects that have the form of what may depart and is none of the numbers: more drag in climbs, by the speed, by the bank.
 pub const FORMS_OF_DRAG: [&str; 3] = ["climb_drag", "reynolds_drag", "roll_turn_drag"];
 
 impl Number {

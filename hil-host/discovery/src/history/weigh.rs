@@ -32,17 +32,20 @@ pub struct Weighed {
     pub covariance: DMatrix<f64>,
 }
 
-/// Weighs the columns `e`, prior N(0, 1), against units that scatter by `covariance` about `mean`.
-#[must_use]
-pub fn weigh(unit: &Summary, mean: &DVector<f64>, covariance: &DMatrix<f64>, e: &[usize]) -> Weighed {
+/// Inverse of the covariance of u, N C N + N, of units that scatter by `covariance`; what the unit does not see is left to a jitter.
+fn precision_of_u(unit: &Summary, covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let q = unit.u.len();
-    // N C N + N is the covariance of u; what the unit does not see is left to a jitter.
     let mut of_u = &unit.n * covariance * &unit.n + &unit.n;
     let jitter = 1e-9 * of_u.trace() / q as f64;
     of_u += DMatrix::identity(q, q) * jitter;
+    inverse(&of_u)
+}
+
+/// Weighs the columns `e`, prior N(0, 1), against units that scatter by `covariance` about `mean`.
+#[must_use]
+pub fn weigh(unit: &Summary, mean: &DVector<f64>, covariance: &DMatrix<f64>, e: &[usize]) -> Weighed {
     let columns = unit.n.select_columns(e);
-    let of_u = inverse(&of_u);
-    let w = &of_u * &columns;
+    let w = precision_of_u(unit, covariance) * &columns;
     let says = w.tr_mul(&unit.about(mean));
     let precision = columns.tr_mul(&w) + DMatrix::identity(e.len(), e.len());
     let covariance = inverse(&precision);
@@ -54,11 +57,9 @@ pub fn weigh(unit: &Summary, mean: &DVector<f64>, covariance: &DMatrix<f64>, e: 
 /// By how many standard deviations a unit is off in each number, were that alone to depart; no prior of its size in it.
 #[must_use]
 pub fn deviations(unit: &Summary, mean: &DVector<f64>, covariance: &DMatrix<f64>) -> [f64; NUMBERS] {
-    std::array::from_fn(|i| {
-        let w = weigh(unit, mean, covariance, &[i]);
-        let information = 1.0 / w.covariance[(0, 0)] - 1.0;
-        (w.size[0] / w.covariance[(0, 0)]).abs() / information.max(f64::MIN_POSITIVE).sqrt()
-    })
+    let w = precision_of_u(unit, covariance) * &unit.n;
+    let (says, information) = (w.tr_mul(&unit.about(mean)), unit.n.tr_mul(&w));
+    std::array::from_fn(|i| says[i].abs() / information[(i, i)].max(f64::MIN_POSITIVE).sqrt())
 }
 
 /// Whether odds are large enough against all rivals together.

@@ -64,7 +64,7 @@ mod tests {
     use super::*;
     use crate::import::classes::Class;
 
-    /// A flight of the one set of numbers, told apart from a set with twice the drag, whichever stands first.
+    /// A flight of the one set of numbers, distinguished from a set with twice the drag, whichever stands first.
     #[test]
     fn accuracy_the_set_that_a_flight_was_flown_with_is_found() {
         let set = |draft: &Draft, cd0: f64| {

@@ -111,7 +111,7 @@ pub fn import(files: &[PathBuf]) -> Result<Imported, ImportError> {
 }
 
 /// The middle of the buoyancy device may be set anew from dive to dive: readings of all are brought to that of the dive whose constants
-/// make the vehicle, whatever dives lie beside it.
+/// make the vehicle, whatever other dives there are.
 fn same_middle(parts: &mut [(String, Imported)], constants: &[(u32, Scalars)]) {
     let Some((_, of)) = newest(constants).filter(|(_, s)| s.get("log_C_VBD").is_some()) else { return };
     for ((_, part), (_, scalars)) in parts.iter_mut().zip(constants) {

@@ -251,7 +251,7 @@ mod tests {
             // 0.1 s: the corners of the saw make the misfit no parabola.
             assert!((shift_s(&f).expect("told")[0] - tau).abs() < 0.1, "{tau}: {:?}", shift_s(&f));
             let mut a = f.clone();
-            align(&mut a).expect("told");
+            align(&mut a).expect("estimated");
             let worst = (20..2980).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
             assert!(worst < 1.1e-3, "{tau}: {worst} rad");
             assert!(a.battery_mass_m.iter().all(|v| v.is_nan()));
@@ -288,7 +288,7 @@ mod tests {
         f.pitch_rad = f.time_s.iter().map(|t| (0.01 * (t - late(*t))).sin()).collect();
         f.extra.insert("eng_pressure_bar".into(), f.time_s.iter().map(|t| saw(t - late(*t)) * 1e-5).collect());
         let mut a = f.clone();
-        let [tau, _] = align(&mut a).expect("told");
+        let [tau, _] = align(&mut a).expect("estimated");
         let worst = (30..2950).map(|i| (a.pitch_rad[i] - (0.01 * a.time_s[i]).sin()).abs()).fold(0.0, f64::max);
         // 0.01 rad a second: a second is left of fifteen, as each dive's own clock moves by 1.5 s within it.
         assert!((tau - 7.5).abs() < 0.3 && worst < 0.01, "{tau} s, {worst} rad");

@@ -84,7 +84,7 @@ impl Place {
         Self { wheel: wheel.clone(), folder }
     }
 
-    /// An interpreter that has the wheel installed, and beside it what the tests need.
+    /// An interpreter that has the wheel installed, and with it what the tests need.
     fn installed(&self, environment: &Path) -> PathBuf {
         let (python, fresh) = (environment.join("bin/python"), self.folder.join("fresh"));
         said(Command::new(&python).args(["-m", "venv", "--without-pip"]).arg(&fresh));

@@ -1,13 +1,15 @@
 //! `glider add`.
 
-use super::diagnose::{far, load};
+use super::diagnose::load;
 use super::{Output, Verdict};
 use crate::terminal::{Ladder, parameter, wrapped};
 use anyhow::Context as _;
 use discovery::diagnosis::report;
 use discovery::history::flight::{Said, judged};
+use discovery::model::parameters::{State, is_nuisance};
 use discovery::workbench::add;
 use discovery::workbench::add::Added;
+use discovery::workbench::calibrate::free_names;
 use hydro::effects::{CATALOGUE, Effect, by_name};
 use logs::vehicle::{self, expression};
 use rig::flight::vehicles;
@@ -154,6 +156,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     });
     let falls = errors[2] <= errors[0] && errors[2] <= errors[1];
     Ok(if falls { Verdict::Ok } else { Verdict::Negative })
+}
+
+/// A missing effect is a deviation beyond so many tolerances (flight format, section 5): so is a number that was refitted there.
+const FAR: f64 = 3.0;
+
+/// Numbers that recalibration alone had to bend too far to be a calibration.
+fn far(recalibrated: &State) -> Option<String> {
+    let deviations = free_names().iter().zip(recalibrated.calibration).enumerate();
+    let far = deviations.filter(|(k, (_, z))| !is_nuisance(*k) && z.abs() > FAR).map(|(_, (name, z))| format!("{name} {z:+.1}"));
+    let far: Vec<String> = far.collect();
+    (!far.is_empty()).then(|| format!("Recalibrated beyond {FAR} tolerances of the vehicle file: {}.", far.join(", ")))
 }
 
 /// Whether it was worth it, by the segments that judge.

@@ -8,7 +8,6 @@ use discovery::diagnosis::{self, Diagnosis, report};
 use discovery::history::file::History;
 use discovery::history::flight as history;
 use discovery::hypotheses::search::Depth;
-use discovery::model::parameters::{State, is_nuisance};
 use discovery::preprocess::{prepare, sanity};
 use discovery::workbench::calibrate::free_names;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -149,9 +148,6 @@ fn load_and_ask_by(
     Ok((flight, vehicle, found))
 }
 
-/// A missing effect is a deviation beyond so many tolerances (flight format, section 5): so is a number that was refitted there.
-const FAR: f64 = 3.0;
-
 /// Runs the command.
 ///
 /// # Errors
@@ -192,9 +188,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             println!("{}", wrapped(&format!("Note: {note}"), 6));
         }
         println!("\n{}", Ladder::of(&found).text());
-        if let Some(what) = far(&found.recalibrated) {
-            println!("{}", wrapped(&what, 2));
-        }
         if let Some(said) = found.history.as_ref().filter(|_| found.answered_by().is_none()) {
             println!("{}", wrapped(&format!("History: {}", said.words()), 9));
         }
@@ -203,15 +196,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         println!("{}", wrapped(&format!("Next: {}", report::next_flight(&found)), 6));
     });
     Ok(Verdict::Ok)
-}
-
-/// Numbers that recalibration alone had to bend too far to be a calibration.
-#[must_use]
-pub fn far(recalibrated: &State) -> Option<String> {
-    let deviations = free_names().iter().zip(recalibrated.calibration).enumerate();
-    let far = deviations.filter(|(k, (_, z))| !is_nuisance(*k) && z.abs() > FAR).map(|(_, (name, z))| format!("{name} {z:+.1}"));
-    let far: Vec<String> = far.collect();
-    (!far.is_empty()).then(|| format!("Recalibrated beyond {FAR} tolerances of the vehicle file: {}.", far.join(", ")))
 }
 
 /// The best hypotheses, each with its numbers below it: a table of all that would be wider than a terminal.

@@ -10,6 +10,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use crate::contradictions::contradictions;
+
 /// A flight as its glider or its operator wrote it, and which limits it is known to miss.
 struct Real {
     name: &'static str,
@@ -90,6 +92,7 @@ fn one(root: &Path, real: &Real) -> (Vec<Limit>, String) {
     std::fs::remove_dir_all(&folder).expect("removed");
     let number = |v: &Value| v.as_f64().unwrap_or(f64::NAN);
     let (first, calibrated) = (number(&compared["steady_rms_cm_s"]), number(&found["error"]["recalibrated"]));
+    assert_eq!(contradictions(&found), [""; 0], "{flight}");
     let numbers = found["recalibration_sigma"].as_object().expect("numbers");
     assert_eq!(numbers.len(), 10, "{numbers:?}");
     // The added mass across the hull is a nuisance: no file knows it, and its prior has a wide tail.

@@ -2,6 +2,7 @@
 
 mod against_usual;
 pub(crate) mod held_out;
+pub mod law;
 pub mod localise;
 pub(crate) mod periodogram;
 pub mod residual_tests;

@@ -3,7 +3,7 @@
 
 use super::{Diagnosis, Ranked, Verdict};
 use crate::history::flight::Said;
-use crate::history::numbers::ALL;
+use crate::history::numbers::{ALL, NUMBERS};
 use crate::history::structure::DEPARTURES;
 use crate::inference::estimate::Estimate;
 
@@ -22,6 +22,8 @@ impl Diagnosis {
             if !(said.class().is_empty() && named_beyond) {
                 self.answer_by(said);
             }
+            (0..NUMBERS).for_each(|number| self.parts.set_hidden(ALL[number].effect, said.least_named(number)));
+            self.parts.hidden.retain(|h| !self.answer.contains(&h.effect));
         }
         self.history = said;
     }

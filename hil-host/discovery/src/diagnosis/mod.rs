@@ -3,7 +3,10 @@
 //! Nothing of the check segments but their inputs is seen before the error figures are made.
 
 mod by_history;
+pub mod four_parts;
 pub mod judged;
+mod no_worse;
+mod parts_in_words;
 pub(crate) mod ranking;
 pub mod report;
 pub(crate) mod settle;
@@ -12,7 +15,9 @@ pub mod verdict;
 
 use crate::ablation::is_on;
 use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
+use crate::criticism::law::{Law, laws};
 use crate::criticism::residual_tests::Family;
+use crate::diagnosis::four_parts::FourParts;
 use crate::diagnosis::judged::{Blocks, Judged, is_fitted};
 pub use crate::diagnosis::ranking::Ranked;
 use crate::diagnosis::ranking::rank;
@@ -84,6 +89,8 @@ pub struct Diagnosis {
     pub sensors: Vec<SensorFinding>,
     /// Effects outside the catalogue given the best hypothesis, strongest first.
     pub remainder: Vec<Family>,
+    /// Where something without a name leads: laws that describe it, not told apart, best first.
+    pub laws: Vec<Law>,
     /// Whether check segments were named by the vehicle file (else they were chosen here, or none could be).
     pub check: Vec<u32>,
     /// What had to be repaired or could not be told.
@@ -102,6 +109,8 @@ pub struct Diagnosis {
     pub branch: Branch,
     /// Likeness of signatures.
     pub likeness: Vec<(&'static str, &'static str, f64)>,
+    /// What moved, what could hide, and what the refitted polar is worth.
+    pub parts: FourParts,
     /// What the history of the vehicle says of it; none without a steady dive.
     pub history: Option<Said>,
 }
@@ -258,8 +267,12 @@ pub(crate) fn worth_naming(candidates: &[Candidate]) -> Option<&Candidate> {
 }
 
 fn is_worth_naming(c: &Candidate) -> bool {
-    let guessed = is_on("guessed_form") && c.effects.iter().any(|e| has_guessed_form(e));
-    c.log_odds > if guessed { SPEAK_UP_GUESSED } else { SPEAK_UP }
+    c.log_odds > speak_up(c.effects.iter().any(|e| has_guessed_form(e)))
+}
+
+/// Log odds from which a hypothesis is named.
+fn speak_up(guessed_form: bool) -> f64 {
+    if is_on("guessed_form") && guessed_form { SPEAK_UP_GUESSED } else { SPEAK_UP }
 }
 
 /// The named set that is spoken of: the best where it is worth naming. Where the model has a discrepancy of its own, the likeliest set
@@ -276,7 +289,7 @@ fn spoken_of<'a>(predictor: &Predictor<'a, '_>, found: &'a SearchResult, blocks:
         let [with, without] = errors_of_all(predictor, [with, without], blocks);
         1.0 - with / without
     };
-    let ordinary = |fit: &Fit| far_from_file(problem.vehicle, &fit.state).is_none();
+    let ordinary = |fit: &Fit| !is_on("ordinary_only") || far_from_file(problem.vehicle, &fit.state).is_none();
     let null_is_sound = ordinary(&found.null);
     let worth: Vec<&'a Candidate> = found.candidates.iter().filter(|c| is_worth_naming(c)).collect();
     let pays = |c: &'a Candidate| {
@@ -408,10 +421,12 @@ fn conclude(
     notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
     notes.extend(problem.depth_noise_said());
     notes.extend(problem.moments_said(&best.state));
-    notes.extend(far_from_file(vehicle, &best.state));
     notes.extend(not_determined(vehicle, &best.state));
     let ranking = rank(problem, prepared, found, &after, &whole);
     let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
+    let [of_fitted, of_kept_out] =
+        if answer.is_empty() { [errors.fitted_m_s[1], errors.check_m_s[1]] } else { [errors.fitted_m_s[0], errors.check_m_s[0]] };
+    let parts = FourParts::of(problem, if answer.is_empty() { null } else { best }, of_fitted.max(of_kept_out), speak_up);
     Diagnosis {
         verdict,
         reasons,
@@ -428,6 +443,7 @@ fn conclude(
         discrepancy_m_s: problem.discrepancy.size_m_s,
         sensors: sensor_findings(vehicle, &best.state, sigma, prepared.clock_shift_s),
         remains: problem.discrepancy_by_group(&best.residual),
+        laws: if verdict == Verdict::Unexplained { laws(problem, best) } else { Vec::new() },
         remainder: unknowns.remainder,
         check: check.to_vec(),
         notes,
@@ -438,9 +454,11 @@ fn conclude(
         rows_near_stall: problem.rows_near_stall(),
         colour: problem.colour.rms_m_s / vehicle.background.0,
         likeness: likeness.clone(),
+        parts,
         history: None,
     }
     .with_vehicle_check(vehicle)
+    .no_worse_than_the_file()
 }
 
 /// Tolerances from which a recalibration is told of.

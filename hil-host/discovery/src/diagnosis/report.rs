@@ -1,8 +1,9 @@
 //! A diagnosis as JSON (the contract) and as words.
 
+use crate::criticism::law::{self, Law};
 use crate::criticism::localise::{Finding, rank, residuals};
 use crate::diagnosis::verdict::unknown_in_words;
-use crate::diagnosis::{Diagnosis, Ranked, Verdict};
+use crate::diagnosis::{Diagnosis, Ranked, Reason, Verdict};
 use crate::history::flight::Said;
 use crate::inference::estimate::Estimate;
 use crate::likelihood::block_error::blocks;
@@ -100,6 +101,7 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
             "variable": f.variable, "log_bayes": number(f.log_bayes), "amplitude_cm_s": f.scale_m_s.map_or(Value::Null, |s| number(s * 100.0)),
             "period_s": f.period_s.map_or(Value::Null, number),
         })).collect::<Vec<_>>(),
+        "laws": d.laws.iter().map(Law::document).collect::<Vec<_>>(),
         "discrepancy_cm_s": number(d.discrepancy_m_s * 100.0),
         "remains": d.remains.iter().map(|r| json!({
             "variable": r.variable, "phase": r.phase, "size_cm_s": number(r.size_m_s * 100.0),
@@ -114,20 +116,25 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
         "check_segments": d.check,
         "history": d.history.as_ref().map(Said::document),
     });
+    if let (Some(document), Value::Object(parts)) = (out.as_object_mut(), d.parts.document()) {
+        document.extend(parts);
+    }
     if heldout {
         out["block_error_m_s"] = json!({"nominal": number(nominal), "recalibrated": number(recalibrated), "after": number(after)});
     }
     out
 }
 
-/// One paragraph for a person.
+/// One paragraph for a person: the verdict, what moved, what could hide.
 #[must_use]
 pub fn explanation(d: &Diagnosis) -> String {
-    format!("{}{}", d.answered_by().map_or_else(|| verdict_in_words(d), Said::words), in_any_case(d))
+    let moved = || format!("{} Moved: {}.", verdict_in_words(d), d.parts.moved_in_words());
+    let hides = d.parts.hidden_in_words();
+    format!("{}{} Could hide: {hides}.", d.answered_by().map_or_else(moved, Said::words), in_any_case(d))
 }
 
 /// A value with its interval: angles in degrees, as many digits as the interval deserves.
-fn in_words(value: f64, low: f64, high: f64, unit: &str) -> String {
+pub(super) fn in_words(value: f64, low: f64, high: f64, unit: &str) -> String {
     let (factor, unit) = match unit {
         "rad" => (180.0 / std::f64::consts::PI, "deg"),
         "1" => (1.0, ""),
@@ -135,6 +142,9 @@ fn in_words(value: f64, low: f64, high: f64, unit: &str) -> String {
     };
     let [value, low, high] = [value, low, high].map(|v| v * factor);
     let width = 0.5 * (high - low);
+    if width < 1e-5 && value.abs() < 1e-3 {
+        return format!("{value:.2e} ({low:.2e} to {high:.2e}) {unit}").trim_end().to_owned();
+    }
     // Two digits of half the interval.
     let digits = if width > 0.0 { (1.0 - width.log10().floor()).clamp(0.0, 9.0) as usize } else { 3 };
     format!("{value:.digits$} ({low:.digits$} to {high:.digits$}) {unit}").trim_end().to_owned()
@@ -166,9 +176,10 @@ fn verdict_in_words(d: &Diagnosis) -> String {
     let floor = format!("ordinary water motion and sensors alone would leave {}", cm(d.noise_floor_m_s));
     match d.verdict {
         Verdict::Adequate => format!(
-            "Nothing is missing that this flight could show: refitting the calibration inside its tolerances brings the depth-rate error from {} to {}, and {floor}.",
+            "Nothing is missing that this flight could show: with the calibration refitted the depth-rate error is {} instead of {}, and {floor}.{}",
+            cm(recalibrated),
             cm(nominal),
-            cm(recalibrated)
+            too_small(d)
         ),
         Verdict::Unexplained => {
             let f = d.remainder.first();
@@ -182,9 +193,10 @@ fn verdict_in_words(d: &Diagnosis) -> String {
             });
             let best = d.candidates.first().filter(|c| c.log_odds > 0.0);
             let best = best.map_or_else(String::new, |c| format!(" Nearest known: {}, which is not enough.", c.effects.join(" with ")));
-            let why: Vec<String> = d.reasons.iter().map(crate::diagnosis::Reason::text).collect();
+            let law = if d.laws.is_empty() { String::new() } else { format!(" As a law: {}.", law::in_words(&d.laws)) };
+            let why: Vec<String> = d.reasons.iter().map(Reason::text).collect();
             format!(
-                "No known effect explains this flight: recalibrated, the model misses the depth rate by {}, and {floor}.{what}{best} Why no name: {}.",
+                "No known effect explains this flight: recalibrated, the model misses the depth rate by {}, and {floor}.{what}{law}{best} Why no name: {}.",
                 cm(recalibrated),
                 why.join("; ")
             )
@@ -213,6 +225,15 @@ fn verdict_in_words(d: &Diagnosis) -> String {
     }
 }
 
+/// A name that leads and is too little to be named.
+fn too_small(d: &Diagnosis) -> String {
+    let why = d.reasons.iter().find(|r| matches!(r, Reason::TooSmall { .. }));
+    let first = d.candidates.iter().find(|c| !c.effects.is_empty());
+    why.zip(first).map_or_else(String::new, |(why, c)| {
+        format!(" Of the known effects {} leads by {:.1} log units: {}.", c.effects.join(" with "), c.log_odds, why.text())
+    })
+}
+
 /// How the depth-rate error changes, m/s, in words.
 fn change(nominal: f64, recalibrated: f64, after: f64) -> String {
     let cm = |v: f64| format!("{:.2} cm/s", v * 100.0);
@@ -225,12 +246,17 @@ fn change(nominal: f64, recalibrated: f64, after: f64) -> String {
     }
 }
 
-/// One line: what to fly next.
+/// What to fly next, and what the refitted polar is worth.
 #[must_use]
 pub fn next_flight(d: &Diagnosis) -> String {
+    format!("{} Worth: {}.", mission_in_words(d), d.parts.worth_in_words())
+}
+
+fn mission_in_words(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::Adequate => {
-            "None needed for this question; a flight at other pitches and drives would widen what the model is proven for.".into()
+            "None needed for this question; a flight at other pitches and drives (`glider next-flight`) would show more of what could hide."
+                .into()
         }
         Verdict::Unexplained => {
             // Too few dives to keep one out of the fit: the cheapest that can be done about it.

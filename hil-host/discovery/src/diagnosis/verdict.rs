@@ -238,7 +238,7 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
     // An unknown effect that leads is a veto; where the model has a discrepancy, only if the error has room for it, else a remark.
     let unknown = || e.unknown_leads.clone().map(Reason::UnknownLeads);
-    if practical || e.discrepancy_m_s == 0.0 {
+    if practical || (crate::ablation::is_on("unknown_at_floor") && e.discrepancy_m_s == 0.0) {
         reasons.extend(unknown());
     }
     if practical && !(e.mean_square < FAR_FROM_NOISE) {

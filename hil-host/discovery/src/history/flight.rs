@@ -161,6 +161,12 @@ impl Said {
         [of(size), a.min(b), a.max(b)]
     }
 
+    /// Least size of a number that would have been named, as the first parameter of its effect.
+    #[must_use]
+    pub fn least_named(&self, number: usize) -> f64 {
+        self.size(number, (self.judgement.least[number], 0.0))[0].abs()
+    }
+
     fn entry(&self, number: usize, of: (f64, f64)) -> Value {
         let n = &ALL[number];
         let [value, low, high] = self.size(number, of);

@@ -6,7 +6,7 @@ use super::numbers::{NUMBERS, Numbers};
 use super::rows::{Unit, median};
 use super::structure::{Departure, departs};
 use super::summary::{Linear, Summary};
-use super::weigh::{class, inverse, weigh};
+use super::weigh::{class, inverse, least_named, weigh};
 use crate::model::parameters::NINETY;
 use nalgebra::{DMatrix, DVector};
 
@@ -77,6 +77,8 @@ pub struct Judgement {
     pub ln_bayes: [f64; NUMBERS],
     /// Size of each were it alone, in sizes of the number, and its standard deviation.
     pub alone: [(f64, f64); NUMBERS],
+    /// Least size of each that would have been named, in sizes of the number.
+    pub least: [f64; NUMBERS],
     /// What moved: all eight together against the history's mean, and standard deviations, in sizes.
     pub moved: [(f64, f64); NUMBERS],
     /// chi² per number of the unit against the history.
@@ -134,14 +136,16 @@ pub fn judge(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) 
     // The interval of a size holds what it claims for this vehicle's dives, whatever their law.
     let ratio = (history.ninety / NINETY).powi(2);
     let (scaled, wider) = (Summary { n: &last.n / ratio, u: &last.u / ratio }, &covariance * ratio);
-    let alone = std::array::from_fn(|i| {
+    let one: [(f64, f64); NUMBERS] = std::array::from_fn(|i| {
         let w = weigh(&scaled, mean, &wider, &[i]);
-        (w.size[0], w.covariance[(0, 0)].sqrt())
+        (w.size[0], w.covariance[(0, 0)])
     });
+    let least = one.map(|(_, variance)| least_named(1.0 / variance - 1.0));
+    let alone = one.map(|(size, variance)| (size, variance.sqrt()));
     let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
     let departs =
         if class.is_empty() && history.predicts_itself() { beyond_numbers(unit, glider, history, claimed, &fits[0]) } else { None };
-    Judgement { ln_bayes, alone, moved: moved(&last, between), chi2: forward_chi2(unit, glider, history, claimed), departs, class }
+    Judgement { ln_bayes, alone, least, moved: moved(&last, between), chi2: forward_chi2(unit, glider, history, claimed), departs, class }
 }
 
 /// What departs beside the history's best fit that is none of the numbers.
@@ -173,7 +177,7 @@ pub fn moved_alone(unit: &Unit, glider: &Glider) -> Judgement {
     let size = &posterior * &says.u;
     let moved = std::array::from_fn(|i| (size[i], posterior[(i, i)].sqrt()));
     let chi2 = chi2(&says, &history.between.mean, &history.between.scatter);
-    Judgement { ln_bayes: [0.0; NUMBERS], alone: moved, moved, chi2, departs: None, class: Vec::new() }
+    Judgement { ln_bayes: [0.0; NUMBERS], alone: moved, least: [f64::INFINITY; NUMBERS], moved, chi2, departs: None, class: Vec::new() }
 }
 
 /// chi² per number of a unit against a history, linearised where the vehicle is claimed to be.

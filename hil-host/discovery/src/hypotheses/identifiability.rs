@@ -125,6 +125,11 @@ impl Identifiability {
         self.information[(k, k)].max(0.0)
     }
 
+    /// Effects, each with its expected information per square of its size's unit.
+    pub(crate) fn each(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        self.names.iter().enumerate().map(|(k, name)| (*name, self.own(k)))
+    }
+
     /// How many of its own standard deviations an effect of this size is expected to show; 0 for a name without a sensitivity.
     #[must_use]
     pub fn shown_sigma(&self, effect: &str, size: f64) -> f64 {

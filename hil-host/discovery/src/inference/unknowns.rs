@@ -49,14 +49,18 @@ pub(super) struct Free {
 /// Whether a calibration number is free to be anywhere: what a vehicle that nobody has calibrated floats and glides by. What its hull
 /// does under pressure and in warm water, and its sensors, scatter as in any other vehicle.
 pub(crate) fn is_free(uncalibrated: bool, index: usize) -> bool {
-    uncalibrated && matches!(index, TRIM_VOLUME | DRAG | LIFT_SLOPE)
+    crate::ablation::is_on("free_numbers") && uncalibrated && matches!(index, TRIM_VOLUME | DRAG | LIFT_SLOPE)
 }
 
 /// What the prior asks of a calibration number beyond its scatter, on top of a normal prior: penalty, and half of the penalty's slope
 /// and curvature. Numbers without a stated tolerance are only guessed at; they have no such edge.
 fn beyond_scatter(index: usize, z: f64) -> Penalty {
     let over = z.abs() - SCATTER;
-    if index < STATED && is_law(index) && over > 0.0 { (RARER * over * over, RARER * over * z.signum(), RARER) } else { (0.0, 0.0, 0.0) }
+    if crate::ablation::is_on("rare_scatter") && index < STATED && is_law(index) && over > 0.0 {
+        (RARER * over * over, RARER * over * z.signum(), RARER)
+    } else {
+        (0.0, 0.0, 0.0)
+    }
 }
 
 /// The same of a number whose prior has a wide tail: what it pays less than by a normal prior.

@@ -5,4 +5,5 @@ pub mod dynamics;
 pub mod integrator;
 pub mod internal_wave;
 pub mod parameters;
+pub mod reported_numbers;
 pub mod sensor_findings;

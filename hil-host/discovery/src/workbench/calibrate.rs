@@ -24,12 +24,12 @@ use crate::model::parameters::{
     BATTERY_ZERO, CALIBRATION, CLOCK_OFFSET, HEADING_BIAS, N_CALIBRATION, PARAMETERS, PITCH_ZERO, PRESSURE_PORT, PRESSURE_ZERO,
     SPEED_SCALE, STATED, State, TRIM_VOLUME, bounds, set_tolerance, tolerance_of, wide_tail,
 };
+pub use crate::model::reported_numbers::Number;
+use crate::model::reported_numbers::reported_numbers;
 use crate::model::sensor_findings::{SensorFinding, sensor_findings};
 use crate::preprocess::{Prepared, prepare};
 use crate::workbench::pooling::{self, Information, Pooled, pool};
 use crate::workbench::refitted_file::{numbers, tolerances, zeros};
-pub use crate::workbench::reported_numbers::Number;
-use crate::workbench::reported_numbers::reported_numbers;
 use logs::digest::sha256;
 use logs::record::flight::Flight;
 use logs::vehicle::{Tolerance, Vehicle};
@@ -347,7 +347,12 @@ pub fn calibrate(
             break;
         }
     }
-    let together = Together { vehicle, split, fitted, prepared: &prepared, states, joint: now };
+    let mut together = Together { vehicle, split, fitted, prepared: &prepared, states, joint: now, keeps_file: false };
+    if together.is_worse_than_the_file() {
+        notes.push("the fit leaves a larger depth-rate error than the vehicle file as given: its numbers stay".into());
+        together.states.fill(State::nominal());
+        together.keeps_file = true;
+    }
     Ok(calibrated(&together, flights, options, parent, notes))
 }
 
@@ -368,11 +373,32 @@ struct Together<'a> {
     prepared: &'a [Prepared],
     states: Vec<State>,
     joint: Joint,
+    /// Whether the fit was no better than the file, whose numbers stay.
+    keeps_file: bool,
 }
 
 impl Together<'_> {
+    /// Errors of flight `k` on fitted and on held-out segments, m/s: as given, and at its state.
+    fn errors_m_s(&self, k: usize) -> [[f64; 2]; 2] {
+        let (fitted, prepared) = (&self.fitted[k], &self.prepared[k]);
+        [0, 1].map(|i| {
+            let of = &fitted.blocks[i];
+            [as_given_m_s(prepared, self.vehicle, of), block_errors(&fitted.problem, prepared, &[&self.states[k]], of, false)[0]]
+        })
+    }
+
+    /// Whether the flights together have a larger error than as given, fitted or held out, or none that is a number.
+    fn is_worse_than_the_file(&self) -> bool {
+        let all: Vec<[[f64; 2]; 2]> = (0..self.fitted.len()).map(|k| self.errors_m_s(k)).collect();
+        let square = |i: usize, which: usize| all.iter().filter(|e| e[i][0].is_finite()).map(|e| e[i][which].powi(2)).sum::<f64>();
+        [0, 1].into_iter().any(|i| !(square(i, 1) <= square(i, 0)))
+    }
+
     /// Shared numbers, the mean of what is set anew, and within what the next flight's numbers are expected, in tolerances.
     fn next(&self) -> (State, [f64; STATED]) {
+        if self.keeps_file {
+            return (State::nominal(), [1.0; STATED]);
+        }
         let mut state = self.states.first().cloned().unwrap_or_else(State::nominal);
         OWN.iter().filter(|i| **i >= STATED).for_each(|&i| state.calibration[i] = 0.0);
         self.at_bounds().into_iter().for_each(|i| state.calibration[i] = 0.0);
@@ -411,16 +437,12 @@ impl Together<'_> {
             (None, Some(at)) => self.joint.pooled.covariance[(at, at)].max(0.0).sqrt(),
             (None, None) => f64::NAN,
         };
-        let errors = |i: usize| {
-            let of = &fitted.blocks[i];
-            [as_given_m_s(prepared, self.vehicle, of), block_errors(&fitted.problem, prepared, &[state], of, false)[0]]
-        };
         let own = |i: usize| [state.calibration[i], sigma(i)].map(|z| z * tolerance_of(self.vehicle, i));
         FlightCalibration {
             flight: logged.flight.name.clone(),
             sha256: logged.sha256.clone(),
             fitted_segments: fitted.problem.runs.iter().map(|r| r.segment).collect(),
-            error_m_s: [errors(0), errors(1)],
+            error_m_s: self.errors_m_s(k),
             noise_floor_m_s: fitted.problem.noise_floor_m_s(),
             discrepancy_m_s: fitted.problem.discrepancy.size_m_s,
             own: [TRIM_VOLUME, PITCH_ZERO].map(own).map(|[value, sigma]| (value, sigma)),

@@ -9,5 +9,4 @@ pub mod mission_clock;
 pub mod next_flight;
 pub mod pooling;
 pub mod refitted_file;
-pub mod reported_numbers;
 pub mod timeline;

@@ -89,11 +89,9 @@ pub fn build(model: &impl Polar, wings: Wings, vehicle_id: u32, fit_id: u32) -> 
     let model = &BothWays(model);
     let range = model.alpha_valid_rad();
     let best = glide::best(model, TABLE_SPEED_M_S, range);
-    ensure!(
-        best.alpha_rad < 0.999 * range,
-        "no best glide inside the valid range of {:.1} deg: L/D still rises at its end; check drag and lift of the vehicle",
-        range.to_degrees()
-    );
+    if !(best.alpha_rad < 0.999 * range) {
+        return Err(no_best_glide(model, range));
+    }
     let spec = Spec {
         wings,
         vehicle_id,
@@ -116,6 +114,17 @@ pub fn build(model: &impl Polar, wings: Wings, vehicle_id: u32, fit_id: u32) -> 
         100.0 * L_OVER_D_BUDGET
     );
     Ok(Built { spec, bytes, error })
+}
+
+/// Which number stands against a table: drag grows too little with the angle of attack for L/D to fall inside the valid range.
+fn no_best_glide(model: &impl Polar, range_rad: f64) -> anyhow::Error {
+    let cd = |alpha_rad: f64| model.force(&Flow::steady(alpha_rad, TABLE_SPEED_M_S)).cd;
+    let (zero, per_rad2) = (cd(0.0), (cd(range_rad) - cd(0.0)) / (range_rad * range_rad));
+    let would_be = if per_rad2 > 0.0 { format!("at {:.0} deg", (zero / per_rad2).sqrt().to_degrees()) } else { "nowhere".into() };
+    anyhow::anyhow!(
+        "no best glide inside the valid range of {:.1} deg: with a drag of {zero:.3} + {per_rad2:.3} per rad2 it would be {would_be}, and L/D still rises at the end of the range; the drag per rad2 (hydro.hull_drag_per_rad2, log_HD_c of a Seaglider) is too small for this cd0, or was never measured at such angles",
+        range_rad.to_degrees()
+    )
 }
 
 /// Differences between a table and a polar on a grid of 8,000 angles, and at the best glide.

@@ -1,0 +1,159 @@
+//! What every answer says besides its verdict: which numbers moved, what could hide in this flight, and what the refitted polar is
+//! worth.
+//!
+//! * *Moved*: each number of the law, in the vehicle file and in this flight's fit, with its 90 % interval.
+//! * *Could hide*: for each effect the least size that 19 flights of 20 like this one would have named. Expected evidence of a size s with
+//!   standard deviation σ is s²/2σ² plus the logarithm of the prior's density there; what it must reach is what naming asks for, and the
+//!   noise of one flight takes 1.645 σ more.
+//! * *Worth*: how much farther the vehicle glides in still water at the pitch that is best by the refitted polar than at the one that is
+//!   best by the file's, both at 0.3 m/s.
+
+use crate::hypotheses::candidate::has_guessed_form;
+use crate::hypotheses::identifiability::Identifiability;
+use crate::inference::evidence::{PRIOR, log_size_prior};
+use crate::inference::posterior::Fit;
+use crate::likelihood::Problem;
+use crate::model::parameters::{N_CALIBRATION, NINETY, STATED, State, law};
+use crate::model::reported_numbers::{Number, reported_numbers};
+use hydro::Polar;
+use hydro::effects::ForceModel;
+use hydro::glide::{Trim, best, steady};
+use logs::vehicle::Vehicle;
+use logs::vehicle::catalogue;
+use nalgebra::SymmetricEigen;
+use std::f64::consts::PI;
+
+/// An effect that is not named, and the size from which it would have been.
+#[derive(Clone, Copy, Debug)]
+pub struct Hidden {
+    /// Effect.
+    pub effect: &'static str,
+    /// Its first parameter.
+    pub parameter: &'static str,
+    /// Unit of that.
+    pub unit: &'static str,
+    /// Least size named, beyond what the file has; infinite where no possible size would have been.
+    pub least: f64,
+    /// A usual size of the effect where it is there.
+    pub typical: f64,
+}
+
+/// Range gained in still water, relative, with its 90 % interval.
+#[derive(Clone, Copy, Debug)]
+pub struct Worth {
+    /// Most probable gain.
+    pub gain: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// What is said with any verdict.
+#[derive(Clone, Debug, Default)]
+pub struct FourParts {
+    /// Numbers of the law.
+    pub moved: Vec<Number>,
+    /// Effects by what could hide of them, in usual sizes, the most first.
+    pub hidden: Vec<Hidden>,
+    /// What flying by the refitted polar is worth; none where the fit or the file has no glide.
+    pub worth: Option<Worth>,
+}
+
+impl FourParts {
+    /// Of a fit that an answer rests on, which leaves this block error, m/s; `speak_up` are the log odds that naming asks of an effect.
+    pub(super) fn of(problem: &Problem, fit: &Fit, error_m_s: f64, speak_up: impl Fn(bool) -> f64) -> Self {
+        let vehicle = problem.vehicle;
+        let left: [f64; STATED] = std::array::from_fn(|i| fit.covariance[(i, i)].max(0.0).sqrt());
+        let moved = reported_numbers(vehicle, &fit.state, &left, |_| None);
+        Self { moved, hidden: hidden(problem, fit, error_m_s, speak_up), worth: worth(vehicle, fit) }
+    }
+
+    /// Sets what could hide of an effect to what something else than these fits judges it by.
+    pub(super) fn set_hidden(&mut self, effect: &str, least: f64) {
+        if let Some(h) = self.hidden.iter_mut().find(|h| h.effect == effect) {
+            h.least = least;
+        }
+        self.sort();
+    }
+
+    fn sort(&mut self) {
+        self.hidden.sort_by(|a, b| (b.least / b.typical).total_cmp(&(a.least / a.typical)).then(a.effect.cmp(b.effect)));
+    }
+
+    /// Numbers whose value of the file is outside this flight's interval.
+    pub fn changed(&self) -> impl Iterator<Item = &Number> {
+        self.moved.iter().filter(|n| n.interval().is_some_and(|(low, high)| n.value[0] < low || n.value[0] > high))
+    }
+}
+
+fn hidden(problem: &Problem, fit: &Fit, error_m_s: f64, speak_up: impl Fn(bool) -> f64) -> Vec<Hidden> {
+    let Some(shown) = Identifiability::of(problem, fit, error_m_s) else { return Vec::new() };
+    let mut parts = FourParts::default();
+    for (name, information) in shown.each() {
+        let named = fit.state.effects.iter().any(|a| a.effect.name == name);
+        let Some(effect) = catalogue::by_name(name).filter(|e| !named && e.onset.is_none()) else { continue };
+        let (p, sigma) = (&effect.parameters[0], 1.0 / information.sqrt());
+        let asked = speak_up(has_guessed_form(name)) + (PRIOR.0 / PRIOR.1).ln();
+        let mut least = 3.0 * sigma;
+        for _ in 0..5 {
+            let log_prior = log_size_prior(problem, effect, p.off + least, sigma) + sigma.ln() + 0.5 * (2.0 * PI).ln();
+            least = sigma * ((2.0 * (asked - log_prior).max(0.0)).sqrt() + NINETY);
+        }
+        let (low, high) = problem.size_limits(effect);
+        let possible = (high - p.off).max(p.off - low);
+        let least = if least <= possible { least } else { f64::INFINITY };
+        parts.hidden.push(Hidden { effect: effect.name, parameter: p.name, unit: p.unit, least, typical: p.typical });
+    }
+    parts.sort();
+    parts.hidden
+}
+
+/// L/D at the pitch that is best by the file, and at the one that is best by a state.
+fn glide_ratios(vehicle: &Vehicle, file_pitch_rad: f64, state: &State) -> Option<(f64, f64)> {
+    let (constants, effects) = law(vehicle, state);
+    let polar = ForceModel::new(constants, &effects);
+    let top = best(&polar, SPEED_M_S, polar.alpha_valid_rad());
+    let force = polar.force(&hydro::Flow::steady(top.alpha_rad, SPEED_M_S));
+    let drag_n = 0.5 * RHO_KG_M3 * SPEED_M_S * SPEED_M_S * polar.reference_area_m2() * force.cd;
+    let trim = |pitch_rad: f64| Trim { pitch_rad: -pitch_rad, net_buoyancy_n: -drag_n / top.glide_angle_rad.sin(), rho_kg_m3: RHO_KG_M3 };
+    let flown = |pitch_rad: f64| steady(&polar, &trim(pitch_rad)).ok().map(|g| g.lowest.l_over_d);
+    let at_file = flown(file_pitch_rad)?;
+    Some((at_file, flown(top.pitch_rad).unwrap_or(top.l_over_d).max(at_file)))
+}
+
+/// Speed of the comparison, m/s: that of the flight tables; and the density of the water, kg/m³.
+const SPEED_M_S: f64 = 0.3;
+const RHO_KG_M3: f64 = 1025.0;
+
+/// The gain at the fit, and at the ends of the 90 % intervals of its principal axes, whose deviations to either side add up as squares.
+fn worth(vehicle: &Vehicle, fit: &Fit) -> Option<Worth> {
+    let (constants, effects) = law(vehicle, &State::nominal());
+    let file = ForceModel::new(constants, &effects);
+    let pitch_rad = best(&file, SPEED_M_S, file.alpha_valid_rad()).pitch_rad;
+    let gain = |state: &State| glide_ratios(vehicle, pitch_rad, state).map(|(flown, best)| best / flown - 1.0);
+    let here = gain(&fit.state)?;
+    let n = N_CALIBRATION + fit.sigma.len();
+    let covariance = fit.covariance.view((0, 0), (n, n)).into_owned();
+    if covariance.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let axes = SymmetricEigen::new(covariance);
+    let (mut down, mut up) = (0.0, 0.0);
+    for (axis, variance) in axes.eigenvectors.column_iter().zip(axes.eigenvalues.iter()) {
+        let reach = NINETY * variance.max(0.0).sqrt();
+        let at = |side: f64| {
+            let mut state = fit.state.clone();
+            state.calibration.iter_mut().zip(axis.iter()).for_each(|(z, a)| *z += side * reach * a);
+            for (&(e, p, _), a) in fit.sigma.iter().zip(axis.iter().skip(N_CALIBRATION)) {
+                state.effects[e].values[p] += side * reach * a;
+            }
+            gain(&state)
+        };
+        for off in [at(-1.0), at(1.0)].into_iter().flatten().map(|g| g - here) {
+            let side = if off < 0.0 { &mut down } else { &mut up };
+            *side += off * off;
+        }
+    }
+    Some(Worth { gain: here, low: (here - down.sqrt()).max(0.0), high: here + up.sqrt() })
+}

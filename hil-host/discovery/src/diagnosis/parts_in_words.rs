@@ -1,0 +1,95 @@
+//! What moved, what could hide and what it is worth, in words and as JSON.
+
+use super::four_parts::{FourParts, Hidden};
+use super::report::{in_words, number};
+use crate::model::reported_numbers::Number;
+use serde_json::{Value, json};
+
+/// Effects of which no more than this share of a usual size could hide are not listed in words.
+const LISTED: f64 = 0.5;
+/// Most that one sentence lists.
+const MOST: usize = 6;
+/// Gain of range from which a new table is worth its upload: less is lost in the trim of one dive. A guess.
+const WORTH_AN_UPLOAD: f64 = 0.005;
+
+/// Tolerances of the file by which a number moved.
+fn tolerances(n: &Number) -> f64 {
+    n.tolerance.map_or(f64::NAN, |[file, _]| (n.value[1] - n.value[0]) / file)
+}
+
+fn moved(n: &Number) -> String {
+    let (low, high) = n.interval().unwrap_or((f64::NAN, f64::NAN));
+    let here = in_words(n.value[1], low, high, n.unit);
+    format!("{} from {} to {here}, {:+.1} tolerances of the file", n.name, plain(n.value[0], n.unit), tolerances(n))
+}
+
+/// A value of a vehicle file with three digits, angles in degrees.
+fn plain(value: f64, unit: &str) -> String {
+    let (value, unit) = if unit == "rad" { (value.to_degrees(), " deg") } else { (value, "") };
+    let digits = if value == 0.0 { 0.0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) };
+    if value != 0.0 && value.abs() < 1e-4 { format!("{value:.2e}{unit}") } else { format!("{value:.*}{unit}", digits as usize) }
+}
+
+fn hides(h: &Hidden) -> String {
+    let unit = if h.unit == "1" { "" } else { h.unit };
+    let name = h.effect.replace('_', " ");
+    if h.least.is_finite() {
+        format!("{name} up to {} {unit}", plain(h.least, h.unit).trim_end_matches(" deg"))
+    } else {
+        format!("{name} of any size")
+    }
+}
+
+/// A list with an end.
+fn listed(all: &[String]) -> String {
+    let more = all.len().saturating_sub(MOST);
+    let shown = all[..all.len().min(MOST)].join("; ");
+    if more > 0 { format!("{shown}; and {more} more") } else { shown }
+}
+
+impl FourParts {
+    /// Which numbers of the file are outside this flight's interval.
+    #[must_use]
+    pub fn moved_in_words(&self) -> String {
+        let all: Vec<String> = self.changed().map(moved).collect();
+        if all.is_empty() { "no number of the file is outside this flight's 90 % interval".into() } else { listed(&all) }
+    }
+
+    /// What could hide.
+    #[must_use]
+    pub fn hidden_in_words(&self) -> String {
+        let all: Vec<String> = self.hidden.iter().filter(|h| h.least > LISTED * h.typical).map(hides).collect();
+        if all.is_empty() { "no effect of the catalogue of half its usual size".into() } else { listed(&all) }
+    }
+
+    /// What the refitted polar is worth, and how to fly by it.
+    #[must_use]
+    pub fn worth_in_words(&self) -> String {
+        let Some(w) = self.worth else {
+            return "not known: there is no glide at the file's best pitch by the refitted polar, or no refit".into();
+        };
+        let gain = format!("{:.1} % of range in still water (90 %: {:.1} to {:.1})", 100.0 * w.gain, 100.0 * w.low, 100.0 * w.high);
+        if w.high < WORTH_AN_UPLOAD {
+            return format!("a table of the refitted polar gains {gain}: the one flown is as good");
+        }
+        format!(
+            "a table of the refitted polar gains {gain}: `glider calibrate` or `glider add` writes the vehicle, `glider table` its table, `glider fly --table` flies it"
+        )
+    }
+
+    /// As JSON: `moved`, `could_hide`, `worth`.
+    #[must_use]
+    pub fn document(&self) -> Value {
+        let of_number = |n: &Number| {
+            let (low, high) = n.interval().unwrap_or((f64::NAN, f64::NAN));
+            json!({"name": n.name, "unit": n.unit, "file": number(n.value[0]), "here": number(n.value[1]), "low": number(low), "high": number(high),
+                "tolerances": number(tolerances(n))})
+        };
+        json!({
+            "moved": self.moved.iter().map(of_number).collect::<Vec<_>>(),
+            "could_hide": self.hidden.iter().map(|h| json!({"effect": h.effect, "parameter": h.parameter, "unit": h.unit, "up_to": number(h.least),
+                "usual_size": number(h.typical)})).collect::<Vec<_>>(),
+            "worth": self.worth.map(|w| json!({"range_gain": number(w.gain), "low": number(w.low), "high": number(w.high)})),
+        })
+    }
+}

@@ -166,12 +166,17 @@ fn a_stale_number_is_found_and_another_line_is_none() {
     assert_eq!(kinds, [("sh", 2, vec!["x"]), ("text", 5, vec!["b 1"])]);
 }
 
+/// README.md and the pages of docs/: path and text.
+fn pages() -> Vec<(PathBuf, String)> {
+    let docs = std::fs::read_dir(root().join("docs")).expect("docs").flatten().map(|e| e.path());
+    let files = docs.chain([root().join("README.md")]).filter(|f| f.extension().is_some_and(|e| e == "md"));
+    files.map(|f| (f.clone(), std::fs::read_to_string(f).expect("a page"))).collect()
+}
+
 #[test]
 fn no_table_cell_is_longer_than_25_words() {
-    let docs = std::fs::read_dir(root().join("docs")).expect("docs").flatten().map(|e| e.path());
     let mut long = String::new();
-    for file in docs.chain([root().join("README.md")]).filter(|f| f.extension().is_some_and(|e| e == "md")) {
-        let text = std::fs::read_to_string(&file).expect("a page");
+    for (file, text) in pages() {
         for (number, line) in text.lines().enumerate().filter(|(_, l)| l.starts_with('|')) {
             for cell in line.trim_matches('|').split(" | ").filter(|c| c.split_whitespace().count() > 25) {
                 let _ = writeln!(long, "{}:{}: {} words: {cell}", file.display(), number + 1, cell.split_whitespace().count());
@@ -179,4 +184,38 @@ fn no_table_cell_is_longer_than_25_words() {
         }
     }
     assert!(long.is_empty(), "a paragraph below the table says it better:\n{long}");
+}
+
+/// Paragraphs and list items outside fenced blocks: number of the first line (from 1), words.
+fn paragraphs(page: &str) -> Vec<(usize, usize)> {
+    let (mut fenced, mut open) = (false, false);
+    let mut out: Vec<(usize, usize)> = Vec::new();
+    for (number, line) in page.lines().map(str::trim).enumerate() {
+        let fence = line.starts_with("```");
+        fenced ^= fence;
+        if fence || fenced || line.is_empty() || line.starts_with(['#', '|']) {
+            open = false;
+            continue;
+        }
+        let numbered = line.trim_start_matches(|c: char| c.is_ascii_digit());
+        let item = ["* ", "- ", "+ "].iter().any(|mark| line.starts_with(mark)) || numbered.len() < line.len() && numbered.starts_with(". ");
+        if !open || item {
+            out.push((number + 1, 0));
+        }
+        open = true;
+        out.last_mut().expect("one is open").1 += line.split_whitespace().count();
+    }
+    out
+}
+
+#[test]
+fn no_paragraph_is_longer_than_120_words() {
+    assert_eq!(paragraphs("a b\nc\n\n```sh\nd e\n```\n* f\n  g h\n2. i\n| j |\n"), [(1, 3), (7, 4), (9, 2)]);
+    let mut long = String::new();
+    for (file, text) in pages() {
+        for (line, words) in paragraphs(&text).into_iter().filter(|(_, words)| *words > 120) {
+            let _ = writeln!(long, "{}:{line}: {words} words", file.display());
+        }
+    }
+    assert!(long.is_empty(), "two paragraphs, or a list, say it better:\n{long}");
 }

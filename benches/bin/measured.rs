@@ -60,7 +60,7 @@ fn counted(kind: &Value, at: impl Fn(&Value) -> &Value) -> Option<String> {
     let (mut right, mut all) = (0.0, 0.0);
     for size in ["weak", "medium", "strong"] {
         let one = at(&kind[size]);
-        let of = one["of"].as_f64()?;
+        let Some(of) = one["of"].as_f64() else { continue }; // a kind need not have every size
         right += one["share"].as_f64().unwrap_or(0.0) * of; // none of none has no share
         all += of;
     }

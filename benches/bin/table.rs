@@ -82,8 +82,8 @@ fn times(ratio: f64) -> String {
 
 type Row = [String; 5];
 
-fn row(what: &str, measured: String, beside: String, ratio: String, bound: String) -> Row {
-    [what.to_owned(), measured, beside, ratio, bound]
+fn row(what: &str, measured: String, compared: String, ratio: String, bound: String) -> Row {
+    [what.to_owned(), measured, compared, ratio, bound]
 }
 
 fn board(f: &Figures) -> Option<Vec<Row>> {
@@ -188,8 +188,8 @@ fn fits(f: &Figures) -> Option<Vec<Row>> {
     for (ours, theirs, ratio, who, what) in [
         ("ours", "dynamic", "dynamic", "gliderflight, dynamic", "dynamic fit of a real flight of 4 h: calibration (aim ≥ 500)"),
         ("pair", "dynamic", "pair", "gliderflight, dynamic", "the same with the pair of effects that diagnosis ranks first"),
-        ("ours", "steady", "steady", "gliderflight, steady", "calibration, beside a steady fit"),
-        ("ours", "sindy", "sindy", "pysindy", "calibration, beside dynamics without physics"),
+        ("ours", "steady", "steady", "gliderflight, steady", "calibration, compared with a steady fit"),
+        ("ours", "sindy", "sindy", "pysindy", "calibration, compared with dynamics without physics"),
     ] {
         let of = |name: &str| f.get(&format!("fit.{name}"));
         let (Some(own), Some(other), Some(ratio)) = (of(ours), of(theirs), f.get(&format!("fit.{ratio}.ratio"))) else { continue };
@@ -296,7 +296,7 @@ fn files(f: &Figures) -> Option<Vec<Row>> {
 fn main() -> anyhow::Result<()> {
     let f = Figures(figures()?);
     ensure!(!f.0.is_empty(), "nothing has been measured yet: `cargo bench -p benches`, `benches/on-target/run`, `benches/peers/run`");
-    let mut text = String::from("| what | measured | beside it | ratio | bound |\n|---|---|---|---|---|\n");
+    let mut text = String::from("| what | measured | compared with | ratio | bound |\n|---|---|---|---|---|\n");
     for rows in [board(&f), flights(&f), fits(&f), finding(&f), files(&f)].into_iter().flatten() {
         for r in rows {
             text += &format!("| {} |\n", r.join(" | "));

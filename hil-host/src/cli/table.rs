@@ -86,7 +86,7 @@ fn print(built: &Tables) {
         if config_file::pitch_sensor_alone(m.pitch_sensor()).is_some() {
             let s = m.pitch_sensor();
             say(&format!(
-                "{}: pitch is {:.4} x (reading {:+.4} rad). No table holds that: the controller must be told ({}, with --out).",
+                "{}: pitch is {:.4} x (reading {:+.4} rad). No table holds that: the controller needs it ({}, with --out).",
                 m.name,
                 s.per_reading,
                 -s.zero_rad,

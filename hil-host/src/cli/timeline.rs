@@ -335,7 +335,7 @@ fn said(done: &Timeline, out: &[PathBuf]) {
     }
     say(&format!(
         "{t}\npitch: zero of the sensor; hull: compressibility; levels relative to the vehicle file, ± 90 %{}",
-        if every > 1 { format!("; every {every}th dive") } else { String::new() }
+        if every > 1 { format!("; one dive in {every} is shown") } else { String::new() }
     ));
     say(&format!(
         "False alarms expected in {} dives: {:.2} (threshold {:.2} sigma)",

@@ -1,9 +1,9 @@
-//! Every command of docs/tour.md and docs/truth-file.md, run as printed, in an empty folder; what the pages show of their output and
-//! their pictures is what came out. `scripts/fill-docs` puts what came out into the pages.
+//! Every command of docs/tour.md, docs/truth-file.md and (with real flights) docs/month.md, run as printed, in an empty folder; what the
+//! pages show of their output and their pictures is what came out. `scripts/fill-docs` puts what came out into the pages.
 //!
-//! In a page, a block ```` ```sh ```` is run, ```` ```toml NAME ```` is saved under that name, and each line of ```` ```text ```` must
-//! be a line of what the block of commands before it printed, in order (```` ```text glider loop ````: of the last command that starts
-//! so). Lines that differ in their numbers alone are the ones that get filled.
+//! In a page, a block ```` ```sh ```` is run line by line, ```` ```bash ```` as one script, and ```` ```toml NAME ```` is saved under that
+//! name. Each line of ```` ```text ```` must be a line of what the block of commands before it printed, in order (```` ```text glider
+//! loop ````: of the last command of a `sh` block that starts so). Lines that differ in their numbers alone are the ones that get filled.
 
 use std::fmt::Write as _;
 use std::io::{BufRead as _, BufReader};
@@ -72,6 +72,17 @@ fn run(line: &str, work: &Path) -> String {
     text
 }
 
+/// Runs a block in bash, where `glider` is the program; what it wrote to standard output.
+fn shell(lines: &[&str], work: &Path) -> String {
+    let folder = Path::new(env!("CARGO_BIN_EXE_glider")).parent().expect("the folder of the program");
+    let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default());
+    let mut bash = Command::new("bash");
+    bash.args(["-euo", "pipefail", "-c", &lines.join("\n")]).env("PATH", path).env("LC_ALL", "C.UTF-8");
+    let out = bash.current_dir(work).stdin(Stdio::null()).output().expect("bash starts");
+    assert!(out.status.success(), "{}\n{}", lines.join("\n"), String::from_utf8_lossy(&out.stderr));
+    String::from_utf8_lossy(&out.stdout).into_owned()
+}
+
 /// Runs a page; returns it as it should read, and what is stale in it.
 fn walk(page: &str, name: &str, work: &Path) -> (String, String) {
     let mut lines: Vec<String> = page.lines().map(str::to_owned).collect();
@@ -86,6 +97,8 @@ fn walk(page: &str, name: &str, work: &Path) -> (String, String) {
                 last_block += &text;
                 printed.push(((*line).to_owned(), text));
             }
+        } else if block.kind == "bash" {
+            last_block = shell(&block.lines, work);
         } else if let Some(file) = block.kind.strip_prefix("toml ") {
             std::fs::write(work.join(file), block.lines.join("\n")).expect("the folder of the page");
         } else if let Some(of) = block.kind.strip_prefix("text") {
@@ -133,7 +146,7 @@ fn pictures(page: &str, work: &Path) -> String {
 fn page_is_true(name: &str, fewest_commands: usize) {
     let file = root().join("docs").join(name);
     let page = std::fs::read_to_string(&file).expect(name);
-    let commands = blocks(&page).iter().filter(|b| b.kind == "sh").map(|b| b.lines.len()).sum::<usize>();
+    let commands = blocks(&page).iter().filter(|b| ["sh", "bash"].contains(&b.kind)).map(|b| b.lines.len()).sum::<usize>();
     assert!(commands >= fewest_commands, "{name}: {commands} commands");
     let work = std::env::temp_dir().join(format!("glider-docs-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&work).expect("a temporary folder");
@@ -158,6 +171,15 @@ fn the_page_on_truth_files_shows_what_its_commands_print() {
 }
 
 #[test]
+fn the_page_on_a_month_shows_what_its_commands_print() {
+    if std::env::var_os("GLIDER_FLIGHTS").is_none() {
+        eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
+        return;
+    }
+    page_is_true("month.md", 8);
+}
+
+#[test]
 fn a_stale_number_is_found_and_another_line_is_none() {
     assert_eq!(skeleton("L/D            1.978 achieved"), skeleton("L/D      2.1 achieved"));
     assert_ne!(skeleton("L/D 1.978 achieved"), skeleton("L/D 1.978 best"));
@@ -166,12 +188,17 @@ fn a_stale_number_is_found_and_another_line_is_none() {
     assert_eq!(kinds, [("sh", 2, vec!["x"]), ("text", 5, vec!["b 1"])]);
 }
 
+/// README.md and the pages of docs/: path and text.
+fn pages() -> Vec<(PathBuf, String)> {
+    let docs = std::fs::read_dir(root().join("docs")).expect("docs").flatten().map(|e| e.path());
+    let files = docs.chain([root().join("README.md")]).filter(|f| f.extension().is_some_and(|e| e == "md"));
+    files.map(|f| (f.clone(), std::fs::read_to_string(f).expect("a page"))).collect()
+}
+
 #[test]
 fn no_table_cell_is_longer_than_25_words() {
-    let docs = std::fs::read_dir(root().join("docs")).expect("docs").flatten().map(|e| e.path());
     let mut long = String::new();
-    for file in docs.chain([root().join("README.md")]).filter(|f| f.extension().is_some_and(|e| e == "md")) {
-        let text = std::fs::read_to_string(&file).expect("a page");
+    for (file, text) in pages() {
         for (number, line) in text.lines().enumerate().filter(|(_, l)| l.starts_with('|')) {
             for cell in line.trim_matches('|').split(" | ").filter(|c| c.split_whitespace().count() > 25) {
                 let _ = writeln!(long, "{}:{}: {} words: {cell}", file.display(), number + 1, cell.split_whitespace().count());
@@ -179,4 +206,39 @@ fn no_table_cell_is_longer_than_25_words() {
         }
     }
     assert!(long.is_empty(), "a paragraph below the table says it better:\n{long}");
+}
+
+/// Paragraphs and list items outside fenced blocks: number of the first line (from 1), words.
+fn paragraphs(page: &str) -> Vec<(usize, usize)> {
+    let (mut fenced, mut open) = (false, false);
+    let mut out: Vec<(usize, usize)> = Vec::new();
+    for (number, line) in page.lines().map(str::trim).enumerate() {
+        let fence = line.starts_with("```");
+        fenced ^= fence;
+        if fence || fenced || line.is_empty() || line.starts_with(['#', '|']) {
+            open = false;
+            continue;
+        }
+        let numbered = line.trim_start_matches(|c: char| c.is_ascii_digit());
+        let item =
+            ["* ", "- ", "+ "].iter().any(|mark| line.starts_with(mark)) || numbered.len() < line.len() && numbered.starts_with(". ");
+        if !open || item {
+            out.push((number + 1, 0));
+        }
+        open = true;
+        out.last_mut().expect("one is open").1 += line.split_whitespace().count();
+    }
+    out
+}
+
+#[test]
+fn no_paragraph_is_longer_than_120_words() {
+    assert_eq!(paragraphs("a b\nc\n\n```sh\nd e\n```\n* f\n  g h\n2. i\n| j |\n"), [(1, 3), (7, 4), (9, 2)]);
+    let mut long = String::new();
+    for (file, text) in pages() {
+        for (line, words) in paragraphs(&text).into_iter().filter(|(_, words)| *words > 120) {
+            let _ = writeln!(long, "{}:{line}: {words} words", file.display());
+        }
+    }
+    assert!(long.is_empty(), "two paragraphs, or a list, say it better:\n{long}");
 }

@@ -33,7 +33,7 @@ def read(flight: FlightLike) -> xr.Dataset:
     one flight; or a Dataset or DataFrame of other names and units, such as pyglider's or an ERDDAP table.
 
     Returns a Dataset along ``time`` (datetime64 in UTC; where the date is not known, seconds since the start) with the columns of the flight
-    format, NaN where there is no value, and CF attributes. ``attrs["vehicle"]`` is the vehicle file as far as the files tell (JSON),
+    format, NaN where there is no value, and CF attributes. ``attrs["vehicle"]`` is the vehicle file as far as the files state it (JSON),
     ``attrs["comment"]`` what was found, repaired and left out. `xarray.Dataset.to_netcdf` writes it so that `read` gives it back.
     """
     with Files() as files:
@@ -236,9 +236,9 @@ def _changes(d: Mapping[str, Any]) -> Answer:
 
 
 def next_flight(flight: FlightLike, vehicle: VehicleLike | None = None) -> Answer:
-    """The mission that would tell apart what this flight cannot: one row a dive and climb.
+    """The mission that would separate what this flight cannot: one row a dive and climb.
 
-    ``attrs``: ``tied`` (the hypotheses), ``tells_apart``, and ``mission``, the text of a mission file (None where nothing can be told apart).
+    ``attrs``: ``tied`` (the hypotheses), ``tells_apart``, and ``mission``, the text of a mission file (None where no mission separates them).
     """
     with Files() as files:
         out = files.new("mission.toml")

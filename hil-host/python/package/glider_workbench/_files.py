@@ -145,7 +145,7 @@ class Files:
         return out
 
     def vehicle(self, vehicle: Any) -> list[str]:
-        """The option that names a vehicle file; none where it is the one beside the flight."""
+        """The option that names a vehicle file; none where it is the one next to the flight."""
         if vehicle is None:
             return []
         if isinstance(vehicle, Mapping):
@@ -159,7 +159,7 @@ class Files:
         return ["--vehicle", fspath(vehicle)]
 
     def vehicle_of(self, path: str) -> list[str]:
-        """The option that names the vehicle file beside a flight, or the first flight of a folder."""
+        """The option that names the vehicle file next to a flight, or the first flight of a folder."""
         folder = Path(path) if Path(path).is_dir() else Path(path).parent
         for inside in (folder, *sorted(p.parent for p in folder.glob("*/flight.csv"))):
             for name in ("vehicle.json", "vehicle.toml"):

@@ -85,7 +85,7 @@ def fleet(
 ) -> Fleet:
     """Asks every dive of an archive and pools what they say; ``out`` is where the table of dives goes (.parquet).
 
-    What is done is kept in ``cache`` (default: beside ``out``), flight by flight, so that a call that was broken off goes on where it was. With a
+    What is done is kept in ``cache`` (default: next to ``out``), flight by flight, so that a call that was broken off goes on where it was. With a
     Dask ``client`` the flights are dealt to its workers in ``shards`` parts (default: four a worker); every worker must see the archive
     under the same path, and what a worker that dies has not handed in is done by another.
     """

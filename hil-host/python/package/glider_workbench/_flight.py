@@ -171,5 +171,5 @@ def rows(flight: xr.Dataset, name: str) -> tuple[pd.DataFrame, float | None]:
 
 
 def import_json(start: float | None) -> str:
-    """What stands beside a flight whose date is known."""
+    """What is stored with a flight whose date is known."""
     return json.dumps({"report": {} if start is None else {"start_unix_s": start}})

@@ -45,7 +45,7 @@ class History:
         return bool(self.document["gate"]["predicts_itself"])
 
     def save(self, path: str | PathLike[str]) -> str:
-        """Writes the history file, and the vehicle file of the same name (``.json``), which the program looks for beside it."""
+        """Writes the history file, and the vehicle file of the same name (``.json``), which the program looks for next to it."""
         out = Path(_errors.path("path", path))
         if out.suffix != ".history":
             raise GliderError(f"path: {out}: name a file that ends in .history")
@@ -93,7 +93,7 @@ def history(
         file.write_text(Path(history_file(files, history)).read_text())
         known = vehicle if vehicle is not None else history.vehicle if isinstance(history, History) else _next_to(history)
         if flights and known is None:
-            raise GliderError("vehicle: no vehicle file of that name lies beside the history; give vehicle=")
+            raise GliderError("vehicle: no vehicle file of that name lies next to the history; give vehicle=")
         options = [part for k, f in enumerate(flights) for part in ("--add", files.flight(f, f"add[{k}]"))]
         options += [*files.vehicle(known), *(["--accept"] if accepted else [])] if flights else []
         d, _ = files.run("history", file, *options)

@@ -4,8 +4,9 @@ use crate::case;
 use discovery::criticism::law::Law;
 use discovery::diagnosis::{self, Verdict};
 use discovery::hypotheses::search::Depth;
+use plant::trials::catalogue::Strength;
 use plant::trials::outside::Outside;
-use plant::trials::{Kind, Site, Spec, Strength, Wing};
+use plant::trials::{Kind, Site, Spec, Wing};
 use rayon::prelude::*;
 
 /// What is hidden, through which channel it acts, what it follows and with which power.

@@ -370,6 +370,16 @@ fn judged_blocks(problem: &Problem, prepared: &Prepared, null: &Fit, best: &Fit,
     if both.iter().any(|(_, blocks)| !blocks.is_empty()) { both } else { away_of(&[&best.state]) }
 }
 
+/// What is said of near the stall, of the noise, of moments, and of numbers that the flight does not determine.
+fn notes_of(problem: &Problem, prepared: &Prepared, best: &State, after: &State, kept_out: &Blocks, floor_m_s: f64) -> Vec<String> {
+    let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, after, kept_out);
+    let mut notes: Vec<String> = missed_near_stall(&near_stall, floor_m_s).into_iter().collect();
+    notes.extend(problem.depth_noise_said());
+    notes.extend(problem.moments_said(best));
+    notes.extend(not_determined(problem.vehicle, best));
+    notes
+}
+
 /// The diagnosis that a search comes to.
 fn conclude(
     vehicle: &Vehicle,
@@ -393,6 +403,7 @@ fn conclude(
     let errors = errors(&predictor, [best, null], blocks);
     let evidence = Evidence {
         named: named.map(|c| c.log_odds),
+        too_small,
         at_bound: named.and_then(|c| pressed(&c.fit)),
         equivalent: equivalent.len(),
         unknown_leads: unknowns.leads,
@@ -403,30 +414,19 @@ fn conclude(
         has_temperature: prepared.has_temperature,
         used_up: *used_up,
     };
-    let (verdict, mut reasons) = judge(&evidence);
-    if let Some(share) = too_small {
-        reasons.retain(|r| *r != Reason::NothingLeads);
-        reasons.push(Reason::TooSmall { share });
-    }
+    let (verdict, reasons) = judge(&evidence);
     notes.extend(reasons.iter().map(|r| format!("{}: {}", verdict.name(), r.text())));
     if reasons.iter().any(|r| r.code() == "held_out_too_large") {
         notes.push(format!("the check segments one by one{}", worst_segment(problem, prepared, &best.state, check_blocks)));
     }
-    let answer = match (verdict, named) {
-        (Verdict::Explained | Verdict::Ambiguous, Some(c)) => c.effects.clone(),
-        _ => Vec::new(),
-    };
+    let stands = matches!(verdict, Verdict::Explained | Verdict::Ambiguous);
+    let answer = named.filter(|_| stands).map_or_else(Vec::new, |c| c.effects.clone());
     let after = if answer.is_empty() { null.state.clone() } else { best.state.clone() };
-    let near_stall = problem.residuals_near_stall_and_elsewhere(prepared, &after, check_blocks);
-    notes.extend(missed_near_stall(&near_stall, errors.floor_m_s));
-    notes.extend(problem.depth_noise_said());
-    notes.extend(problem.moments_said(&best.state));
-    notes.extend(not_determined(vehicle, &best.state));
+    notes.extend(notes_of(problem, prepared, &best.state, &after, check_blocks, errors.floor_m_s));
     let ranking = rank(problem, prepared, found, &after, &whole);
     let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
-    let [of_fitted, of_kept_out] =
-        if answer.is_empty() { [errors.fitted_m_s[1], errors.check_m_s[1]] } else { [errors.fitted_m_s[0], errors.check_m_s[0]] };
-    let parts = FourParts::of(problem, if answer.is_empty() { null } else { best }, of_fitted.max(of_kept_out), speak_up);
+    let of = usize::from(answer.is_empty());
+    let parts = FourParts::of(problem, [best, null][of], errors.fitted_m_s[of].max(errors.check_m_s[of]), speak_up);
     Diagnosis {
         verdict,
         reasons,

@@ -207,6 +207,8 @@ pub(crate) fn holds_elsewhere([answer, nothing]: [f64; 2], floor_m_s: f64) -> bo
 pub struct Evidence {
     /// Log odds of the named set that leads, if one does.
     pub named: Option<f64>,
+    /// Where none is named: the share of the error that the best lowers it by, which is too little.
+    pub too_small: Option<f64>,
     /// An effect of it that is pressed against a bound.
     pub at_bound: Option<&'static str>,
     /// Sets that are equivalent, itself counted.
@@ -262,7 +264,7 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     let verdict = match e.named {
         _ if !reasons.is_empty() => Verdict::Unexplained,
         None => {
-            reasons.push(Reason::NothingLeads);
+            reasons.push(e.too_small.map_or(Reason::NothingLeads, |share| Reason::TooSmall { share }));
             Verdict::Adequate
         }
         Some(log_odds) => {
@@ -299,6 +301,7 @@ mod tests {
         };
         Evidence {
             named: Some(40.0),
+            too_small: None,
             at_bound: None,
             equivalent: 1,
             unknown_leads: None,

@@ -17,8 +17,8 @@ pub(super) fn sensor_m(vehicle: &Vehicle) -> f64 {
 
 impl Problem<'_> {
     /// Sets rms and correlation time of the ordinary water motion, and the depth sensor's noise, to what a state leaves: near what the
-    /// file states (the format allows 20 %; smaller is hardly believed, because other colours look smaller to a filter), anywhere within a
-    /// factor of about seven where it states nothing. Waves near the surface and stamps that jitter are noise of depth too. Each in
+    /// file states (the format allows 20 %; smaller is hardly believed, because other colours look smaller to a filter), the rms within a
+    /// factor of five where it states nothing. Waves near the surface and stamps that jitter are noise of depth too. Each in
     /// turn by maximum likelihood. Returns whether one moved by more than 7 % (20 %, 10 %).
     pub fn tune_colour(&mut self, state: &State) -> bool {
         /// Standard deviations of the logarithm of what the file states, and of what it does not.
@@ -31,10 +31,8 @@ impl Problem<'_> {
         let free = assumed("background") || !is_on("stated_motion");
         let spread = if free { ASSUMED } else { STATED };
         let rms = if free { 0.2..=5.0 } else { 0.9..=1.2 };
-        let correlation = if free && is_on("correlation") { 0.14..=7.4 } else { 0.69..=1.44 };
-        let of_correlation = if free && is_on("correlation") { ASSUMED } else { STATED };
         let noise = if assumed("sensors.pressure_noise") && is_on("depth_noise") { 1.0..=9.1 } else { 1.0..=1.0 };
-        let axes = [(spread, rms), (of_correlation, correlation), (ASSUMED, noise)];
+        let axes = [(spread, rms), (STATED, 0.69..=1.44), (ASSUMED, noise)];
         let stated_m = sensor_m(self.vehicle);
         let colour = |ln: [f64; 3]| Colour {
             rms_m_s: self.vehicle.background.0 * ln[0].exp(),

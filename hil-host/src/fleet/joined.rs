@@ -2,7 +2,6 @@
 
 use anyhow::Context as _;
 use discovery::workbench::mission_clock::{When, one_clock};
-use logs::Flight;
 use logs::import::Origin;
 
 use super::archive::Placed;

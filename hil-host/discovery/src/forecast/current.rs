@@ -20,8 +20,8 @@ use nalgebra::{Complex, SMatrix, SVector};
 pub type Vector = Complex<f64>;
 
 /// Parts of the current, and the flight model's factor behind them.
-const PARTS: usize = 7;
-const STATES: usize = PARTS + 1;
+const CURRENT_PARTS: usize = 7;
+const STATES: usize = CURRENT_PARTS + 1;
 type State = SVector<Vector, STATES>;
 type Covariance = SMatrix<Vector, STATES, STATES>;
 
@@ -114,12 +114,13 @@ impl Filter {
     /// Goes on by a time in which the vehicle moves so far through the water; adds to the way.
     fn pass(&mut self, time_s: f64, through_water: Vector) {
         let steps: [Step; STATES] = std::array::from_fn(|k| self.parts[k].step(time_s));
-        let ways = State::from_fn(|k, _| if k < PARTS { steps[k].way } else { through_water });
+        let ways = State::from_fn(|k, _| if k < CURRENT_PARTS { steps[k].way } else { through_water });
         let factors = State::from_fn(|k, _| steps[k].factor);
-        let both = State::from_fn(|k, _| if k < PARTS { steps[k].both } else { real(0.0) });
+        let both = State::from_fn(|k, _| if k < CURRENT_PARTS { steps[k].both } else { real(0.0) });
         let of_way = self.covariance * ways.conjugate();
         self.way += through_water + ways.dot(&self.state);
-        self.variance += 2.0 * ways.dot(&self.with_state).re + ways.dot(&of_way).re + steps[..PARTS].iter().map(|s| s.ways).sum::<f64>();
+        self.variance +=
+            2.0 * ways.dot(&self.with_state).re + ways.dot(&of_way).re + steps[..CURRENT_PARTS].iter().map(|s| s.ways).sum::<f64>();
         self.with_state = factors.component_mul(&(self.with_state + of_way)) + both;
         self.state.component_mul_assign(&factors);
         self.covariance.component_mul_assign(&(factors * factors.adjoint()));

@@ -17,10 +17,7 @@ pub enum Plan {
     Repeated,
 }
 
-/// Both, in the order of [`Judged`].
-pub const PLANS: [Plan; 2] = [Plan::Known, Plan::Repeated];
-
-/// A passage that was forecast.
+/// A passage that was forecast; pairs are of the plan known and of the passage before repeated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judged {
     /// Time from fix to fix, s.

@@ -72,11 +72,11 @@ const DIVED_PA: f64 = 5e4;
 /// Readings so far above the least of a stay at the surface are awash: the receiver extrapolates what it no longer hears, Pa (guess).
 const AWASH_PA: f64 = 5e3;
 /// Shallower than this it floats, Pa.
-const AFLOAT_PA: f64 = 1e4;
+const FLOATING_PA: f64 = 1e4;
 /// Flatter than this it turns, rad.
 const TURNING_RAD: f64 = 0.1;
 /// A gap of the log that is no glide, s; no glider is faster than this through the water, m/s.
-const GAP_S: f64 = 600.0;
+const LOG_GAP_S: f64 = 600.0;
 const FASTEST_M_S: f64 = 1.0;
 
 /// Tangent of the path's angle by measured pitch, for one vehicle.
@@ -133,7 +133,7 @@ fn through_water(flight: &Flight, vehicle: &Vehicle) -> (Vec<Vector>, Vec<f64>) 
         if !pressure.is_finite() {
             continue;
         }
-        if let Some(b) = before.filter(|b| flight.segment[*b] == flight.segment[i] && flight.time_s[i] - flight.time_s[*b] < GAP_S) {
+        if let Some(b) = before.filter(|b| flight.segment[*b] == flight.segment[i] && flight.time_s[i] - flight.time_s[*b] < LOG_GAP_S) {
             let time_s = flight.time_s[i] - flight.time_s[b];
             let density = if flight.density_kg_m3[i].is_finite() { flight.density_kg_m3[i] } else { 1025.0 };
             let rise = (flight.pressure_pa[b] - pressure) / (density * vehicle.constants.gravity_m_s2 * time_s);
@@ -144,7 +144,7 @@ fn through_water(flight: &Flight, vehicle: &Vehicle) -> (Vec<Vector>, Vec<f64>) 
                 pitches[i] = flight.pitch_rad[i].abs();
             }
             // In a turn it goes on as fast as before.
-            let afloat = pressure.max(flight.pressure_pa[b]) < AFLOAT_PA;
+            let afloat = pressure.max(flight.pressure_pa[b]) < FLOATING_PA;
             if speed.is_finite() && !afloat {
                 ways[i] += direction * (speed * time_s);
             }

@@ -2,7 +2,7 @@
 //! inputs, its residual is whitened, and every named effect is asked whether it explains what remains.
 //!
 //! Folders in the order in which they may use each other: [`preprocess`], [`model`], [`likelihood`], [`inference`], [`hypotheses`],
-//! [`criticism`], [`history`], [`diagnosis`], [`workbench`]; [`steady`] stands beside them. Flights and vehicles come from [`logs`].
+//! [`criticism`], [`history`], [`diagnosis`], [`workbench`], [`forecast`]; [`steady`] stands beside them. Flights and vehicles come from [`logs`].
 //!
 //! # Words
 //!
@@ -39,6 +39,7 @@
 pub mod ablation;
 pub mod criticism;
 pub mod diagnosis;
+pub mod forecast;
 pub mod history;
 pub mod hypotheses;
 pub mod inference;

@@ -25,6 +25,7 @@ pub mod faults;
 pub mod fetch_data;
 pub mod fleet;
 pub mod fly;
+pub mod forecast;
 pub mod history;
 pub mod import;
 #[cfg(feature = "board")]
@@ -111,6 +112,7 @@ A flight against its model:
   timeline                 drag, lift, trim over a mission; what changed, when
   fleet                    an archive of flights: what all dives say together
   next-flight              the mission that would tell what this flight cannot
+  forecast                 where and when it comes up next, with an ellipse
   report, plot, export     an offline page; figures; csv, Parquet, NetCDF
 
 The vehicle and its controller:
@@ -184,6 +186,8 @@ enum Command {
     Fleet(fleet::Args),
     /// The mission that best separates what this flight cannot.
     NextFlight(next_flight::Args),
+    /// Where and when the vehicle comes up next, with a 90 % ellipse.
+    Forecast(forecast::Args),
     /// Compare, diagnose, add, new table, fly before and after.
     Loop(story::Args),
     /// Offline HTML report of a flight.
@@ -337,6 +341,7 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
         Some(Command::Timeline(a)) => timeline::run(a, &output),
         Some(Command::Fleet(a)) => fleet::run(a, &output),
         Some(Command::NextFlight(a)) => next_flight::run(a, &output),
+        Some(Command::Forecast(a)) => forecast::run(a, &output),
         Some(Command::Loop(a)) => story::run(a, &output),
         Some(Command::Report(a)) => report::run(a, &output),
         #[cfg(feature = "serve")]

@@ -4,6 +4,7 @@
 pub mod ablation;
 pub mod closed_loop;
 pub mod flight;
+pub mod forecast;
 pub mod missions;
 pub mod real;
 pub mod timeline;
@@ -46,6 +47,8 @@ enum What {
     Real(real::RealArgs),
     /// Missions in which something changes at an unknown dive: found, dated, sized; false alarms.
     Timeline(timeline::TimelineArgs),
+    /// Forecasts of surfacings on missions that were flown, beside persistence.
+    Forecast(forecast::ForecastArgs),
     /// Put the parts of shards of `discovery`, `real` or `timeline` together.
     Merge(ScorecardMergeArgs),
     /// What each mechanism of the diagnosis is worth, by turning it off.
@@ -143,6 +146,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         What::Loop(a) => closed_loop::run(a, output),
         What::Real(a) => real::run(a, output),
         What::Timeline(a) => timeline::run(a, output),
+        What::Forecast(a) => forecast::run(a, output),
         What::Merge(a) => merge(a, output),
         #[cfg(feature = "ablation")]
         What::Ablation(a) => ablation::run(a, output),

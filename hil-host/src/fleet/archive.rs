@@ -165,19 +165,40 @@ pub fn read(files: &[PathBuf]) -> anyhow::Result<Flight> {
 /// # Errors
 /// What is wrong with a file, or why it cannot be compared with a model.
 pub fn read_dated(files: &[PathBuf]) -> anyhow::Result<(Flight, Option<f64>)> {
+    let Placed { flight, zero_unix_s, .. } = read_placed(files)?;
+    Ok((flight, zero_unix_s))
+}
+
+/// A flight with what its import says of date and place.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// The flight.
+    pub flight: Flight,
+    /// Unix time at which its clock is zero.
+    pub zero_unix_s: Option<f64>,
+    /// Where its segments' planes lie on the globe.
+    pub origins: Vec<Origin>,
+}
+
+/// Reads a flight of any kind with its date and place.
+///
+/// # Errors
+/// What is wrong with a file, or why it cannot be compared with a model.
+pub fn read_placed(files: &[PathBuf]) -> anyhow::Result<Placed> {
     let first = files.first().context("no file to read")?;
     let is_csv = first.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
     let is_folder = first.join("flight.csv").is_file();
     if files.len() == 1 && (is_csv || is_folder) {
         let folder = if is_folder { Some(first.as_path()) } else { first.parent().filter(|_| name_of(first) == "flight.csv") };
-        return Ok((csv::flight(first)?, folder.and_then(|f| start_unix_s(&import_json(f)))));
+        let import = folder.map(import_json).unwrap_or_default();
+        return Ok(Placed { flight: csv::flight(first)?, zero_unix_s: start_unix_s(&import), origins: origins(&import) });
     }
     let import::Imported { mut flight, report, .. } = import::import_all(files, &[], None)?;
     if let Some(why) = report.not_comparable() {
         bail!("{}: {why}", first.display());
     }
     flight.name = name_of(first);
-    Ok((flight, report.start_unix_s))
+    Ok(Placed { flight, zero_unix_s: report.start_unix_s, origins: report.origins })
 }
 
 #[cfg(test)]

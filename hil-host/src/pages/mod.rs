@@ -18,6 +18,7 @@ pub mod figure;
 pub mod flight_report;
 #[cfg(feature = "figures")]
 mod pdf;
+pub mod places;
 pub mod plots;
 #[cfg(feature = "figures")]
 mod printed;

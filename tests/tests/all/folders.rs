@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// From a log to a verdict, and what stands beside that flow; `ablation` has switches for all of them.
-const DISCOVERY: [&str; 11] = [
+const DISCOVERY: [&str; 12] = [
     "ablation",
     "preprocess",
     "model",
@@ -15,6 +15,7 @@ const DISCOVERY: [&str; 11] = [
     "history",
     "diagnosis",
     "workbench",
+    "forecast",
     "steady",
 ];
 

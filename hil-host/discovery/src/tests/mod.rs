@@ -2,6 +2,7 @@
 
 mod doubtful_inputs;
 mod example_trials;
+mod forecast;
 mod import_formats;
 mod real_flights;
 mod steady_real_flights;

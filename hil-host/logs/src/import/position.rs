@@ -213,11 +213,15 @@ pub fn place(flight: &mut Flight, unix: &[f64], fixes: &[Fix], report: &mut Repo
 pub fn on_the_globe(flight: &Flight, origins: &[Origin], row: usize) -> Option<Fix> {
     let (east, north) = (flight.gps_east_m[row], flight.gps_north_m[row]);
     let origin = origins.iter().rev().find(|o| o.segment <= flight.segment[row]).filter(|_| east.is_finite() && north.is_finite())?;
-    Some(Fix {
-        time_s: flight.time_s[row],
-        lat_deg: origin.lat_deg + north / METRE_PER_DEGREE,
-        lon_deg: nearest_turn(origin.lon_deg + east / (METRE_PER_DEGREE * origin.lat_deg.to_radians().cos())),
-    })
+    let (lat_deg, lon_deg) = globe((origin.lat_deg, origin.lon_deg), east, north);
+    Some(Fix { time_s: flight.time_s[row], lat_deg, lon_deg })
+}
+
+/// Latitude and longitude, deg, of a place so far east and north of an origin, m: [`local`] the other way.
+#[must_use]
+pub fn globe((lat_deg, lon_deg): (f64, f64), east_m: f64, north_m: f64) -> (f64, f64) {
+    let east_deg = east_m / (METRE_PER_DEGREE * lat_deg.to_radians().cos());
+    (lat_deg + north_m / METRE_PER_DEGREE, nearest_turn(lon_deg + east_deg))
 }
 
 /// Origins anew after segments were cut, which were `before`: fixes of each count from its first one.

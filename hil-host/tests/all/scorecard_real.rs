@@ -2,7 +2,7 @@
 
 use hil_host::score::real::ask::Program;
 use hil_host::score::real::flights::Data;
-use hil_host::score::real::{below, document, line, missions, ready, run};
+use hil_host::score::real::{below, document, line, missions, ready, replayed, run};
 use std::path::PathBuf;
 
 const INJECTED_ERRORS: [&str; 4] = ["nothing", "compressibility x0.3", "cd0 /1.5", "clock +5 s"];
@@ -54,5 +54,20 @@ fn scorecard_real_missions_are_judged_by_their_own_history() {
         let sum = missions::together(&scored);
         let low = missions::below(&sum);
         assert!(low.is_empty() && sum.quiet.all > 4, "{low:?}");
+    }
+}
+
+/// Dives replayed through the code that flies: what packets of 109 bytes say is what the full logs say.
+#[test]
+fn scorecard_packets_of_a_real_month_say_what_its_logs_say() {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
+        eprintln!("skipped: no flights (set GLIDER_FLIGHTS)");
+        return;
+    };
+    let all = missions::missions(&root, &|why| eprintln!("left out: {why}")).expect("a folder");
+    let month = all.iter().find(|m| m.name == "slocum_modena2015_month").expect("the month");
+    let [untouched, errors] = replayed::agreement(month, 12);
+    for a in [&untouched, &errors] {
+        eprintln!("{a:#?}");
     }
 }

@@ -131,17 +131,34 @@ pub fn judge(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) 
         ln_bayes = again.map(|l| (l + shift).min(found[best] - 1e-3));
         fits.iter().zip(&found).filter_map(|(f, l)| Some((f.number?, *l))).for_each(|(i, l)| ln_bayes[i] = l);
     }
-    // The interval of a size holds what it claims for this vehicle's dives, whatever their law.
-    let ratio = (history.ninety / NINETY).powi(2);
-    let (scaled, wider) = (Summary { n: &last.n / ratio, u: &last.u / ratio }, &covariance * ratio);
-    let alone = std::array::from_fn(|i| {
-        let w = weigh(&scaled, mean, &wider, &[i]);
-        (w.size[0], w.covariance[(0, 0)].sqrt())
-    });
     let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
     let departs =
         if class.is_empty() && history.predicts_itself() { beyond_numbers(unit, glider, history, claimed, &fits[0]) } else { None };
-    Judgement { ln_bayes, alone, moved: moved(&last, between), chi2: forward_chi2(unit, glider, history, claimed), departs, class }
+    let (alone, moved) = (alone(&last, history), moved(&last, between));
+    Judgement { ln_bayes, alone, moved, chi2: forward_chi2(unit, glider, history, claimed), departs, class }
+}
+
+/// Judges a unit of which the summary alone is known, counted from the vehicle's numbers: what a surfacing sends. Nothing is linearised
+/// anew, and what is none of the numbers is not asked.
+#[must_use]
+pub fn judge_summary(says: &Summary, history: &Learnt) -> Judgement {
+    let between = &history.between;
+    let covariance = between.next();
+    let ln_bayes = std::array::from_fn(|i| weigh(says, &between.mean, &covariance, &[i]).ln_bayes);
+    let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
+    let (alone, moved, chi2) = (alone(says, history), moved(says, between), chi2(says, &between.mean, &covariance));
+    Judgement { ln_bayes, alone, moved, chi2, departs: None, class }
+}
+
+/// Each number were it alone to depart, and its standard deviation: the interval of a size holds what it claims for this vehicle's
+/// dives, whatever their law.
+fn alone(says: &Summary, history: &Learnt) -> [(f64, f64); NUMBERS] {
+    let ratio = (history.ninety / NINETY).powi(2);
+    let (scaled, wider) = (Summary { n: &says.n / ratio, u: &says.u / ratio }, history.between.next() * ratio);
+    std::array::from_fn(|i| {
+        let w = weigh(&scaled, &history.between.mean, &wider, &[i]);
+        (w.size[0], w.covariance[(0, 0)].sqrt())
+    })
 }
 
 /// What departs beside the history's best fit that is none of the numbers.

@@ -1,0 +1,148 @@
+//! The steady glide of the vehicle at one row, by the law's own table and the vehicle's constants, and its derivatives.
+//!
+//! With all angles as magnitudes, γ = θ + α of pitch θ and angle of attack α:
+//! ```text
+//! C_D(α) = C_L(α) tan γ        U² = 2 B sin γ / (ρ S C_D)        w = U sin γ
+//! ```
+//! B the net buoyancy in the direction of the glide. The derivatives are those of these equations (implicit in α), so that a row costs
+//! one search for α. The drag level acts on C_D(0), the lift slope on C_L; drag that comes of lift stays, as the table does not say which it is.
+
+use crate::maths::{sin_cos, sqrt};
+use crate::rows::Row;
+use crate::{NUMBERS, SIZES};
+use polar::Table;
+use serde::{Deserialize, Serialize};
+
+const GRAVITY_M_S2: f32 = 9.81;
+/// Net buoyancy below which a glide is not asked, N.
+const LEAST_BUOYANCY_N: f32 = 0.02;
+/// Flattest and steepest pitch, and the largest angle of attack, rad: the path stays below 1.5, where the series of [`sin_cos`] ends.
+const PITCH_RAD: core::ops::Range<f32> = 0.05..1.1;
+const LARGEST_RAD: f32 = 0.35;
+/// Step of the table's derivatives, rad.
+const STEP_RAD: f32 = 2e-3;
+/// Steps of Newton: from the last row's angle three are enough.
+const STEPS: usize = 8;
+/// The angle moves by no more when it is found, rad.
+const FOUND_RAD: f32 = 2e-6;
+
+/// Constants of the vehicle that its table does not have.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Vehicle {
+    /// Mass, kg: 5 to 500.
+    pub mass_kg: f32,
+    /// Volume of the hull with the ballast at 0, at the surface and the reference temperature, m³.
+    pub volume_m3: f32,
+    /// Compressibility of the hull, 1/Pa.
+    pub compressibility_per_pa: f32,
+    /// Thermal expansion of the hull's volume, 1/K.
+    pub expansion_per_k: f32,
+    /// Temperature of the stated volume, °C.
+    pub reference_degc: f32,
+    /// True over measured ballast volume.
+    pub ballast_gain: f32,
+    /// True over measured pitch.
+    pub pitch_gain: f32,
+    /// True pitch at a reading of 0, rad.
+    pub pitch_offset_rad: f32,
+}
+
+impl Vehicle {
+    /// Whether a vehicle can have such constants.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        (5.0..=500.0).contains(&self.mass_kg)
+            && (0.005..=0.5).contains(&self.volume_m3)
+            && (0.0..=5e-9).contains(&self.compressibility_per_pa)
+            && (-1e-3..=1e-3).contains(&self.expansion_per_k)
+            && (-5.0..=40.0).contains(&self.reference_degc)
+            && (0.5..=2.0).contains(&self.ballast_gain)
+            && (0.5..=2.0).contains(&self.pitch_gain)
+            && (-0.25..=0.25).contains(&self.pitch_offset_rad)
+    }
+}
+
+/// A row linearised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linear {
+    /// Vertical velocity of the steady glide, m/s, up.
+    pub rise_m_s: f32,
+    /// Its derivatives, by a size of each number.
+    pub by_number: [f32; NUMBERS],
+    /// Angle of attack, rad: where the next row's search starts.
+    pub alpha_rad: f32,
+}
+
+/// Lift and drag at an angle of attack and their slopes: C_L, C_D, dC_L/dα, dC_D/dα.
+fn polar_at(table: &Table<'_>, alpha_rad: f32) -> [f32; 4] {
+    let (low, here, high) = (table.at(alpha_rad - STEP_RAD), table.at(alpha_rad), table.at(alpha_rad + STEP_RAD));
+    [here.cl, here.cd, (high.cl - low.cl) / (2.0 * STEP_RAD), (high.cd - low.cd) / (2.0 * STEP_RAD)]
+}
+
+/// The steady glide at a row; none where there is none.
+#[must_use]
+pub fn linearise(vehicle: &Vehicle, table: &Table<'_>, row: &Row, from_alpha_rad: f32) -> Option<Linear> {
+    let way = row.way();
+    let warm_k = if row.temperature_degc.is_finite() { row.temperature_degc - vehicle.reference_degc } else { 0.0 };
+    let hull_m3 = vehicle.volume_m3 * (1.0 - vehicle.compressibility_per_pa * row.pressure_pa + vehicle.expansion_per_k * warm_k);
+    let ballast_m3 = vehicle.ballast_gain * row.ballast_m3;
+    let buoyancy_n = way * GRAVITY_M_S2 * (row.density_kg_m3 * (hull_m3 + ballast_m3) - vehicle.mass_kg);
+    let measured_rad = way * vehicle.pitch_gain * row.pitch_rad;
+    let pitch_rad = measured_rad + way * vehicle.pitch_offset_rad;
+    let most = table.alpha_max_rad() - 2.0 * STEP_RAD;
+    let most = if most < LARGEST_RAD { most } else { LARGEST_RAD };
+    if !(buoyancy_n > LEAST_BUOYANCY_N && PITCH_RAD.contains(&pitch_rad)) {
+        return None;
+    }
+    let mut alpha = if from_alpha_rad > 0.0 && from_alpha_rad < most { from_alpha_rad } else { table.best_alpha_rad() };
+    let mut found = false;
+    for _ in 0..STEPS {
+        let [cl, cd, cl_slope, cd_slope] = polar_at(table, alpha);
+        let (sin, cos) = sin_cos(pitch_rad + alpha);
+        let tan = sin / cos;
+        let slope = cd_slope - cl_slope * tan - cl * (1.0 + tan * tan);
+        let step = (cd - cl * tan) / if slope < -0.05 { slope } else { -0.05 };
+        let to = alpha - step;
+        let to = if to > 0.0 { to } else { 0.0 };
+        let to = if to < most { to } else { most };
+        found = (to - alpha).abs() < FOUND_RAD;
+        alpha = to;
+        if found {
+            break;
+        }
+    }
+    if !found || !(alpha < most) {
+        return None;
+    }
+    let [cl, cd, cl_slope, cd_slope] = polar_at(table, alpha);
+    let (sin, cos) = sin_cos(pitch_rad + alpha);
+    let tan = sin / cos;
+    let slope = cd_slope - cl_slope * tan - cl * (1.0 + tan * tan);
+    let drag_n = 0.5 * row.density_kg_m3 * table.area_m2() * cd;
+    let rise_m_s = way * sqrt(buoyancy_n * sin / drag_n) * sin;
+    if !(slope < -0.05 && drag_n > 0.0) {
+        return None;
+    }
+    // Relative change of w: half that of B and of 1/C_D, one and a half times that of sin γ.
+    let by_buoyancy = |change_n: f32| 0.5 * way * change_n / buoyancy_n;
+    let by_alpha = |change: f32| (1.5 / tan - 0.5 * cd_slope / cd) * change;
+    let weight_n = GRAVITY_M_S2 * row.density_kg_m3;
+    let drag_level = table.at(0.0).cd;
+    let by_pitch = 1.5 / tan + by_alpha(cl * (1.0 + tan * tan) / slope);
+    let relative = [
+        by_alpha(-drag_level / slope) - 0.5 * drag_level / cd,
+        by_buoyancy(-GRAVITY_M_S2),
+        by_buoyancy(-weight_n * vehicle.volume_m3 * row.pressure_pa),
+        if row.temperature_degc.is_finite() { by_buoyancy(weight_n * vehicle.volume_m3 * warm_k) } else { 0.0 },
+        way * by_pitch,
+        measured_rad * by_pitch,
+        by_buoyancy(weight_n * ballast_m3),
+        by_alpha(cl * tan / slope),
+    ];
+    let mut by_number = [0.0; NUMBERS];
+    for ((to, relative), size) in by_number.iter_mut().zip(relative).zip(SIZES) {
+        *to = rise_m_s * relative * size;
+    }
+    let sound = rise_m_s.is_finite() && by_number.iter().all(|x| x.abs() < 1e3);
+    sound.then_some(Linear { rise_m_s, by_number, alpha_rad: alpha })
+}

@@ -1,0 +1,3 @@
+mod dives;
+mod factors;
+mod packets;

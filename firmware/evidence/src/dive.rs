@@ -140,7 +140,7 @@ impl Says {
             return;
         };
         self.alpha_rad = linear.alpha_rad;
-        let residual = row.rise_m_s - linear.rise_m_s;
+        let residual = linear.residual;
         if self.is_outlier(residual) {
             self.sums.refused = self.sums.refused.saturating_add(1);
             return;

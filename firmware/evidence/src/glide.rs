@@ -2,20 +2,22 @@
 //!
 //! With all angles as magnitudes, γ = θ + α of pitch θ and angle of attack α:
 //! ```text
-//! C_D(α) = C_L(α) tan γ        U² = 2 B sin γ / (ρ S C_D)        w = U sin γ
+//! C_D(α) = C_L(α) tan γ        w² = 2 B sin³ γ / (ρ S C_D)
 //! ```
-//! B the net buoyancy in the direction of the glide. The derivatives are those of these equations (implicit in α), so that a row costs
-//! one search for α. The drag level acts on C_D(0), the lift slope on C_L; drag that comes of lift stays, as the table does not say which it is.
+//! B the net buoyancy in the direction of the glide, w the vertical velocity. What a row says is w² and not w, over 2 w as measured: its
+//! noise is that of w, and it is a straight line in all numbers of buoyancy however far they are off, beyond B = 0 too. The derivatives
+//! are those of these equations (implicit in α), so that a row costs one search for α. The drag level acts on C_D(0), the lift slope on
+//! C_L; drag that comes of lift stays, as the table does not say which it is.
 
-use crate::maths::{sin_cos, sqrt};
+use crate::maths::sin_cos;
 use crate::rows::Row;
 use crate::{NUMBERS, SIZES};
 use polar::Table;
 use serde::{Deserialize, Serialize};
 
 const GRAVITY_M_S2: f32 = 9.81;
-/// Net buoyancy below which a glide is not asked, N.
-const LEAST_BUOYANCY_N: f32 = 0.02;
+/// Slowest row, m/s: far above the noise of its own velocity.
+const SLOWEST_M_S: f32 = 0.015;
 /// Flattest and steepest pitch, and the largest angle of attack, rad: the path stays below 1.5, where the series of [`sin_cos`] ends.
 const PITCH_RAD: core::ops::Range<f32> = 0.05..1.1;
 const LARGEST_RAD: f32 = 0.35;
@@ -65,9 +67,11 @@ impl Vehicle {
 /// A row linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
-    /// Vertical velocity of the steady glide, m/s, up.
-    pub rise_m_s: f32,
-    /// Its derivatives, by a size of each number.
+    /// w² of the steady glide, m²/s², negative where the vehicle would go the other way.
+    pub square: f32,
+    /// Measured less modelled, over 2 w as measured: m/s, up.
+    pub residual: f32,
+    /// Derivatives of the modelled, by a size of each number, m/s.
     pub by_number: [f32; NUMBERS],
     /// Angle of attack, rad: where the next row's search starts.
     pub alpha_rad: f32,
@@ -91,7 +95,7 @@ pub fn linearise(vehicle: &Vehicle, table: &Table<'_>, row: &Row, from_alpha_rad
     let pitch_rad = measured_rad + way * vehicle.pitch_offset_rad;
     let most = table.alpha_max_rad() - 2.0 * STEP_RAD;
     let most = if most < LARGEST_RAD { most } else { LARGEST_RAD };
-    if !(buoyancy_n > LEAST_BUOYANCY_N && PITCH_RAD.contains(&pitch_rad)) {
+    if !(row.rise_m_s.abs() > SLOWEST_M_S && PITCH_RAD.contains(&pitch_rad)) {
         return None;
     }
     let mut alpha = if from_alpha_rad > 0.0 && from_alpha_rad < most { from_alpha_rad } else { table.best_alpha_rad() };
@@ -118,31 +122,33 @@ pub fn linearise(vehicle: &Vehicle, table: &Table<'_>, row: &Row, from_alpha_rad
     let (sin, cos) = sin_cos(pitch_rad + alpha);
     let tan = sin / cos;
     let slope = cd_slope - cl_slope * tan - cl * (1.0 + tan * tan);
-    let drag_n = 0.5 * row.density_kg_m3 * table.area_m2() * cd;
-    let rise_m_s = way * sqrt(buoyancy_n * sin / drag_n) * sin;
-    if !(slope < -0.05 && drag_n > 0.0) {
+    if !(slope < -0.05) {
         return None;
     }
-    // Relative change of w: half that of B and of 1/C_D, one and a half times that of sin γ.
-    let by_buoyancy = |change_n: f32| 0.5 * way * change_n / buoyancy_n;
-    let by_alpha = |change: f32| (1.5 / tan - 0.5 * cd_slope / cd) * change;
+    let per_buoyancy = 2.0 * sin * sin * sin / (row.density_kg_m3 * table.area_m2() * cd);
+    let square = per_buoyancy * buoyancy_n;
+    // Changes of w²: by B, and in share of it by α: three times that of sin γ, less that of C_D.
+    let by_buoyancy = |change_n: f32| way * change_n * per_buoyancy;
+    let by_alpha = |change: f32| (3.0 / tan - cd_slope / cd) * change;
     let weight_n = GRAVITY_M_S2 * row.density_kg_m3;
     let drag_level = table.at(0.0).cd;
-    let by_pitch = 1.5 / tan + by_alpha(cl * (1.0 + tan * tan) / slope);
-    let relative = [
-        by_alpha(-drag_level / slope) - 0.5 * drag_level / cd,
+    let by_pitch = square * (3.0 / tan + by_alpha(cl * (1.0 + tan * tan) / slope));
+    let changes = [
+        square * (by_alpha(-drag_level / slope) - drag_level / cd),
         by_buoyancy(-GRAVITY_M_S2),
         by_buoyancy(-weight_n * vehicle.volume_m3 * row.pressure_pa),
         if row.temperature_degc.is_finite() { by_buoyancy(weight_n * vehicle.volume_m3 * warm_k) } else { 0.0 },
         way * by_pitch,
         measured_rad * by_pitch,
         by_buoyancy(weight_n * ballast_m3),
-        by_alpha(cl * tan / slope),
+        square * by_alpha(cl * tan / slope),
     ];
+    let per_square = 0.5 / row.rise_m_s;
     let mut by_number = [0.0; NUMBERS];
-    for ((to, relative), size) in by_number.iter_mut().zip(relative).zip(SIZES) {
-        *to = rise_m_s * relative * size;
+    for ((to, change), size) in by_number.iter_mut().zip(changes).zip(SIZES) {
+        *to = per_square * change * size;
     }
-    let sound = rise_m_s.is_finite() && by_number.iter().all(|x| x.abs() < 1e3);
-    sound.then_some(Linear { rise_m_s, by_number, alpha_rad: alpha })
+    let residual = per_square * (row.rise_m_s * row.rise_m_s - square);
+    let sound = residual.abs() < 1e3 && by_number.iter().all(|x| x.abs() < 1e3);
+    sound.then_some(Linear { square, residual, by_number, alpha_rad: alpha })
 }

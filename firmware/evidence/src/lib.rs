@@ -12,7 +12,7 @@
 //! | [`dive`] | rows into blocks, blocks into the summary and the level of its noise |
 //! | [`packet`] | the summary as bytes: 12 bits a number |
 //!
-//! Valid range: that of the table, |pitch| 0.14 to 1.1 rad, net buoyancy above 0.02 N. No heap, no panic, loops of fixed length; what
+//! Valid range: that of the table, |pitch| 0.14 to 1.1 rad, 0.02 m/s up or down and more. No heap, no panic, loops of fixed length; what
 //! is not finite is refused where it comes in.
 //!
 //! # Dependencies

@@ -21,6 +21,11 @@ fn table() -> Table<'static> {
     polar::builtin(Wings::Standard).unwrap()
 }
 
+/// Vertical speed of the steady glide, m/s.
+fn speed(vehicle: &Vehicle, table: &Table<'_>, row: &Row) -> f32 {
+    f64::from(linearise(vehicle, table, row, 0.05).unwrap().square).sqrt() as f32
+}
+
 /// Water at a depth: density kg/m³, temperature °C.
 fn water(pressure_pa: f32) -> (f32, f32) {
     let degc = (6.0 + 14.0 * (-f64::from(pressure_pa) / 4e5).exp()) as f32;
@@ -38,7 +43,7 @@ fn dives(truth: &Vehicle) -> Vec<Cycle> {
             let pitch_rad = way * (0.42 + 0.06 * (f64::from(i) * 0.02).sin()) as f32;
             let row =
                 Row { pressure_pa: p, rise_m_s: way, density_kg_m3, temperature_degc, pitch_rad, ballast_m3: way * 2e-4, ..Row::default() };
-            let rise_m_s = linearise(truth, &table, &row, 0.05).unwrap().rise_m_s;
+            let rise_m_s = way * speed(truth, &table, &row);
             out.push(Cycle {
                 time_us: s * 1_000_000,
                 pressure_pa: p,
@@ -79,7 +84,9 @@ fn accuracy_derivatives_are_differences_of_the_glide() {
             ballast_m3: way * 2e-4,
             ..Row::default()
         };
+        let row = Row { rise_m_s: way * speed(&VEHICLE, &table, &row), ..row };
         let here = linearise(&VEHICLE, &table, &row, 0.0).unwrap();
+        assert!(here.residual.abs() < 1e-6);
         let moved: [fn(&mut Vehicle, &mut Row, f32); 6] = [
             |v, _, x| v.mass_kg += x,
             |v, _, x| v.compressibility_per_pa += x,
@@ -92,7 +99,7 @@ fn accuracy_derivatives_are_differences_of_the_glide() {
             let at = |share: f32| {
                 let (mut v, mut r) = (VEHICLE, row);
                 by(&mut v, &mut r, share * SIZES[k]);
-                linearise(&v, &table, &r, here.alpha_rad).unwrap().rise_m_s
+                speed(&v, &table, &r) * way
             };
             let difference = (at(0.1) - at(-0.1)) / 0.2;
             assert!(

@@ -56,7 +56,7 @@ impl Factor {
         }
         let mut d = [0.0; NUMBERS];
         for (i, row) in with.0.iter().take(NUMBERS).enumerate().rev() {
-            let known: f32 = row.iter().zip(&d).skip(i + 1).map(|(r, d)| r * d).sum();
+            let known: f32 = row.iter().zip(&d).skip(i.saturating_add(1)).map(|(r, d)| r * d).sum();
             let (Some(&own), Some(&says), Some(d)) = (row.get(i), row.last(), d.get_mut(i)) else { continue };
             *d = if own.abs() > 1e-15 { (says - known) / own } else { 0.0 };
         }
@@ -116,13 +116,14 @@ fn rotate(a: &mut Line, b: &mut Line) {
 /// The best determined of directions, at most `most`: `take` is given each; how many there were.
 pub fn best_determined(directions: &[(f32, Line); NUMBERS], most: usize, mut take: impl FnMut(&Line)) -> u16 {
     let largest = directions.iter().fold(0.0, |most, (square, _)| if *square > most { *square } else { most });
-    let mut taken = 0;
+    let mut taken: u16 = 0;
     for (i, (square, line)) in directions.iter().enumerate() {
         // How many are better: ties go by their places.
-        let better = directions.iter().enumerate().filter(|(k, (other, _))| other > square || (other == square && *k < i)).count();
+        let is_better = |(k, (other, _)): (usize, &(f32, Line))| other > square || (other == square && k < i);
+        let better = directions.iter().enumerate().fold(0_usize, |n, d| n.saturating_add(usize::from(is_better(d))));
         if better < most && *square > ROUNDING * largest && *square > NOTHING {
             take(line);
-            taken += 1;
+            taken = taken.saturating_add(1);
         }
     }
     taken

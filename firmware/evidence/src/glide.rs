@@ -13,7 +13,6 @@ use crate::maths::sin_cos;
 use crate::rows::Row;
 use crate::{NUMBERS, SIZES};
 use polar::Table;
-use serde::{Deserialize, Serialize};
 
 const GRAVITY_M_S2: f32 = 9.81;
 /// Slowest row, m/s: far above the noise of its own velocity.
@@ -29,7 +28,7 @@ const STEPS: usize = 8;
 const FOUND_RAD: f32 = 2e-6;
 
 /// Constants of the vehicle that its table does not have.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vehicle {
     /// Mass, kg: 5 to 500.
     pub mass_kg: f32,
@@ -50,17 +49,20 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// Whether a vehicle can have such constants.
+    /// Identity of the constants: CRC-32 of their bytes in this order, f32 little endian.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
-        (5.0..=500.0).contains(&self.mass_kg)
-            && (0.005..=0.5).contains(&self.volume_m3)
-            && (0.0..=5e-9).contains(&self.compressibility_per_pa)
-            && (-1e-3..=1e-3).contains(&self.expansion_per_k)
-            && (-5.0..=40.0).contains(&self.reference_degc)
-            && (0.5..=2.0).contains(&self.ballast_gain)
-            && (0.5..=2.0).contains(&self.pitch_gain)
-            && (-0.25..=0.25).contains(&self.pitch_offset_rad)
+    pub fn id(&self) -> u32 {
+        let all = [
+            self.mass_kg,
+            self.volume_m3,
+            self.compressibility_per_pa,
+            self.expansion_per_k,
+            self.reference_degc,
+            self.ballast_gain,
+            self.pitch_gain,
+            self.pitch_offset_rad,
+        ];
+        polar::crc32(all.map(f32::to_le_bytes).as_flattened())
     }
 }
 

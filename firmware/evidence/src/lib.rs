@@ -14,10 +14,6 @@
 //!
 //! Valid range: that of the table, |pitch| 0.14 to 1.1 rad, 0.02 m/s up or down and more. No heap, no panic, loops of fixed length; what
 //! is not finite is refused where it comes in.
-//!
-//! # Dependencies
-//!
-//! * `serde`: the vehicle's constants as they are stored and sent
 #![no_std]
 
 pub mod dive;

@@ -302,7 +302,7 @@ impl Rows {
         }
         if let Some(place) = self.waiting.get_mut(self.waits) {
             *place = row;
-            self.waits += 1;
+            self.waits = self.waits.saturating_add(1);
         }
     }
 
@@ -312,14 +312,14 @@ impl Rows {
         let deepest = if last > now { last } else { now };
         let tenth = 0.1 * self.deepest_pa;
         let above_pa = deepest - if tenth < 10.0 * DBAR_PA { tenth } else { 10.0 * DBAR_PA };
-        let mut kept = 0;
+        let mut kept: usize = 0;
         for i in 0..self.waits.min(WAITING) {
             let Some(row) = self.waiting.get(i).copied() else { break };
             if row.pressure_pa <= above_pa {
                 give(&row);
             } else if let Some(place) = self.waiting.get_mut(kept) {
                 *place = row;
-                kept += 1;
+                kept = kept.saturating_add(1);
             }
         }
         self.waits = if self.way > 0.0 { 0 } else { kept };

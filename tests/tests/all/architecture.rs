@@ -12,7 +12,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("evidence", &["signals", "polar"]),
     ("store", &["signals"]),
     ("devices", &["signals"]),
-    ("helm", &["signals", "polar", "control", "store"]),
+    ("helm", &["signals", "polar", "control", "evidence", "store"]),
     ("backseat", &["signals"]),
     ("bay", &["signals", "control", "helm", "backseat", "devices"]),
     ("boot", &["store", "devices"]),

@@ -28,6 +28,14 @@ pub struct Mission {
     pub(super) units: Vec<Unit>,
 }
 
+impl Mission {
+    /// How many steady dives or segments it has.
+    #[must_use]
+    pub fn units(&self) -> usize {
+        self.units.len()
+    }
+}
+
 /// Errors of one size: as a real mistake, and half of it.
 const SIZES: [f64; 2] = [1.0, 0.5];
 /// Units that errors are injected into, spread evenly over those that have controls.
@@ -262,7 +270,7 @@ pub(super) fn spread(all: &[usize], n: usize) -> Vec<usize> {
 pub(super) struct Histories<'a> {
     mission: &'a Mission,
     pub(super) glider: Glider,
-    from: Numbers,
+    pub(super) from: Numbers,
     quiet: Vec<usize>,
     controls: usize,
     learnt: HashMap<Vec<usize>, Learnt>,

@@ -1,9 +1,10 @@
 //! Packets of surfacings against full logs: the dives of real missions replayed through the code that flies, errors injected, and
 //! whether the same history says the same of both.
 
+use discovery::history::flight::sent_one_by_one;
 use discovery::history::judge::{Judgement, judge, judge_summary};
 use discovery::history::learn::{Learnt, linear_about};
-use discovery::history::numbers::Numbers;
+use discovery::history::numbers::{DRAG_LEVEL, Numbers};
 use discovery::history::rows::Unit;
 use discovery::history::summary::Summary;
 use evidence::{Cycle, Dives, PACKET_BYTES, Packet};
@@ -19,9 +20,11 @@ use crate::packets::{board, sent};
 const OLD_S: [f64; 2] = [60.0, 300.0];
 /// Units that errors are injected into.
 const ASKED: usize = 8;
+/// Quiet surfacings that a mission's own history is learnt from.
+const MOST_CONTROLS: usize = 24;
 
 /// The cycles of a part of a log: at each pressure what the other sensors said last.
-fn cycles(part: &Flight) -> Vec<Cycle> {
+fn cycles(part: &Flight, thermometer: bool) -> Vec<Cycle> {
     let columns = [&part.pitch_rad, &part.roll_rad, &part.ballast_m3, &part.density_kg_m3, &part.temperature_degc];
     let mut last = [(f64::NEG_INFINITY, f64::NAN); 5];
     let mut out = Vec::new();
@@ -45,7 +48,7 @@ fn cycles(part: &Flight) -> Vec<Cycle> {
             roll_rad: value(1),
             ballast_m3: value(2),
             density_kg_m3: value(3),
-            temperature_degc: value(4),
+            temperature_degc: if thermometer { value(4) } else { f32::NAN },
         });
     }
     out
@@ -65,7 +68,7 @@ fn spoil(cycles: &mut [Cycle], error: Error, share: f64, drive_m3: f64) {
     }
 }
 
-/// What the full log says, what its own summary says without being linearised anew, and what the packet says.
+/// What is said of one dive: by the full log, what its own summary says without being linearised anew, and what the packet says.
 struct Three {
     log: Judgement,
     summary: Judgement,
@@ -140,9 +143,10 @@ impl Agreement {
     }
 }
 
-/// Untouched segments, and errors of both sizes, of a mission with so many controls.
+/// Untouched segments, and errors of both sizes, of a mission with so many controls; with the temperature of the water on board, or
+/// without it as frames are.
 #[must_use]
-pub fn agreement(mission: &Mission, controls: usize) -> [Agreement; 2] {
+pub fn agreement(mission: &Mission, controls: usize, thermometer: bool) -> [Agreement; 2] {
     let mut histories = Histories::new(mission, controls);
     let (mut untouched, mut errors) = (Agreement::default(), Agreement::default());
     let judged_units: Vec<usize> = (controls..mission.units.len()).collect();
@@ -150,7 +154,7 @@ pub fn agreement(mission: &Mission, controls: usize) -> [Agreement; 2] {
         let unit = &mission.units[i];
         let history = histories.before(i).clone();
         let Some((part, _)) = part_of(mission, unit) else { continue };
-        if let Some(three) = judged(&histories, &history, unit, &cycles(&part), &history.at) {
+        if let Some(three) = judged(&histories, &history, unit, &cycles(&part, thermometer), &history.at) {
             untouched.count(&unit.id, &three, None);
         }
     }
@@ -160,7 +164,7 @@ pub fn agreement(mission: &Mission, controls: usize) -> [Agreement; 2] {
         for share in [1.0, 0.5] {
             for error in ERRORS {
                 let (unit, claimed, _) = injected(&mission.units[i], &history.at, &histories.glider, error, share);
-                let mut spoilt = cycles(&part);
+                let mut spoilt = cycles(&part, thermometer);
                 spoil(&mut spoilt, error.1, share, histories.glider.drive_m3);
                 if let Some(three) = judged(&histories, &history, &unit, &spoilt, &claimed) {
                     errors.count(&format!("{} {} x{share}", unit.id, error.0), &three, Some(error.2));
@@ -169,4 +173,24 @@ pub fn agreement(mission: &Mission, controls: usize) -> [Agreement; 2] {
         }
     }
     [untouched, errors]
+}
+
+/// Names in each surfacing of a mission judged from its packets alone, by the quiet surfacings before it; none of the first three. From
+/// unit `event` on the vehicle has half as much drag again as the table on board says.
+#[must_use]
+pub fn from_packets_alone(mission: &Mission, event: usize, thermometer: bool) -> Vec<Option<Vec<String>>> {
+    let histories = Histories::new(mission, MOST_CONTROLS);
+    let mut all = Vec::new();
+    for (i, unit) in mission.units.iter().enumerate() {
+        let mut claimed = histories.from;
+        if i >= event {
+            claimed[DRAG_LEVEL] -= 1.5_f64.ln() / histories.glider.sizes[DRAG_LEVEL];
+        }
+        let Some((part, _)) = part_of(mission, unit) else { continue };
+        if let Some((_, read)) = packet(&histories, &cycles(&part, thermometer), &claimed) {
+            all.push((unit.id.clone(), sent(&read, &histories.glider)));
+        }
+    }
+    let said = sent_one_by_one(&all, &histories.glider);
+    said.into_iter().map(|said| said.map(|s| names(&s.judgement.class))).collect()
 }

@@ -9,8 +9,8 @@ pub const WIDTH: usize = NUMBERS + 1;
 /// A line of least squares: coefficients of the numbers, and what their sum should be.
 pub type Line = [f32; WIDTH];
 
-/// Sweeps of Jacobi's rotations: four more than a block of real rows needed to come to 1e-6.
-const SWEEPS: usize = 8;
+/// Most sweeps of Jacobi's rotations; they end with one that turns nothing.
+const SWEEPS: usize = 6;
 /// Share of the largest information below which a direction is rounding.
 const ROUNDING: f32 = 1e-9;
 /// Lines shorter than this (squared) say nothing.
@@ -77,16 +77,20 @@ impl Factor {
         let mut lines = [(0.0, [0.0; WIDTH]); NUMBERS];
         lines.iter_mut().zip(&self.0).for_each(|(to, row)| *to = (0.0, *row));
         for _ in 0..SWEEPS {
+            let mut turned = false;
+            for (square, line) in &mut lines {
+                *square = dot(line, line);
+            }
             for p in 0..NUMBERS - 1 {
                 let (before, after) = lines.split_at_mut(p + 1);
-                let Some((_, a)) = before.last_mut() else { continue };
-                for (_, b) in after {
-                    rotate(a, b);
+                let Some(a) = before.last_mut() else { continue };
+                for b in after {
+                    turned |= rotate(a, b);
                 }
             }
-        }
-        for (square, line) in &mut lines {
-            *square = dot(line, line);
+            if !turned {
+                break;
+            }
         }
         lines
     }
@@ -97,20 +101,22 @@ fn dot(a: &Line, b: &Line) -> f32 {
     a.iter().zip(b).take(NUMBERS).map(|(a, b)| a * b).sum()
 }
 
-/// Turns two lines until their coefficients are orthogonal.
-fn rotate(a: &mut Line, b: &mut Line) {
-    let (aa, bb, ab) = (dot(a, a), dot(b, b), dot(a, b));
-    if !(aa > NOTHING && bb > NOTHING && ab * ab > 1e-13 * aa * bb) {
-        return;
+/// Turns two lines, and the squares of their lengths, until their coefficients are orthogonal; whether they were not.
+fn rotate((aa, a): &mut (f32, Line), (bb, b): &mut (f32, Line)) -> bool {
+    let ab = dot(a, b);
+    if !(*aa > NOTHING && *bb > NOTHING && ab * ab > 1e-12 * *aa * *bb) {
+        return false;
     }
-    let zeta = (bb - aa) / (2.0 * ab);
+    let zeta = (*bb - *aa) / (2.0 * ab);
     let root = if zeta.abs() < 1e6 { sqrt(1.0 + zeta * zeta) } else { zeta.abs() };
     let t = if zeta < 0.0 { -1.0 / (root - zeta) } else { 1.0 / (root + zeta) };
     let c = 1.0 / sqrt(1.0 + t * t);
     let s = c * t;
+    (*aa, *bb) = (*aa - t * ab, *bb + t * ab);
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = (c * *a - s * *b, s * *a + c * *b);
     }
+    true
 }
 
 /// The best determined of directions, at most `most`: `take` is given each; how many there were.

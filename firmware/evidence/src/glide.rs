@@ -21,11 +21,11 @@ const SLOWEST_M_S: f32 = 0.015;
 const PITCH_RAD: core::ops::Range<f32> = 0.05..1.1;
 const LARGEST_RAD: f32 = 0.35;
 /// Step of the table's derivatives, rad.
-const STEP_RAD: f32 = 2e-3;
+const STEP_RAD: f32 = 1e-3;
 /// Steps of Newton: from the last row's angle three are enough.
 const STEPS: usize = 8;
-/// The angle moves by no more when it is found, rad.
-const FOUND_RAD: f32 = 2e-6;
+/// The angle is found with a step that is no longer, rad: the next one would be its square.
+const FOUND_RAD: f32 = 1e-4;
 
 /// Constants of the vehicle that its table does not have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,10 +79,27 @@ pub struct Linear {
     pub alpha_rad: f32,
 }
 
-/// Lift and drag at an angle of attack and their slopes: C_L, C_D, dC_L/dα, dC_D/dα.
+/// Lift and drag at an angle of attack and their slopes: C_L, C_D, dC_L/dα, dC_D/dα. The mean of two places is off by half the curvature
+/// times the step's square, 1e-4 of C_D.
 fn polar_at(table: &Table<'_>, alpha_rad: f32) -> [f32; 4] {
-    let (low, here, high) = (table.at(alpha_rad - STEP_RAD), table.at(alpha_rad), table.at(alpha_rad + STEP_RAD));
-    [here.cl, here.cd, (high.cl - low.cl) / (2.0 * STEP_RAD), (high.cd - low.cd) / (2.0 * STEP_RAD)]
+    let (low, high) = (table.at(alpha_rad - STEP_RAD), table.at(alpha_rad + STEP_RAD));
+    let per_rad = 0.5 / STEP_RAD;
+    [0.5 * (low.cl + high.cl), 0.5 * (low.cd + high.cd), (high.cl - low.cl) * per_rad, (high.cd - low.cd) * per_rad]
+}
+
+/// The balance C_D − C_L tan γ at a path, its slope by α, and the step of Newton that is due.
+struct Balance {
+    sin: f32,
+    tan: f32,
+    slope: f32,
+    step: f32,
+}
+
+fn balance([cl, cd, cl_slope, cd_slope]: [f32; 4], path_rad: f32) -> Balance {
+    let (sin, cos) = sin_cos(path_rad);
+    let tan = sin / cos;
+    let slope = cd_slope - cl_slope * tan - cl * (1.0 + tan * tan);
+    Balance { sin, tan, slope, step: (cd - cl * tan) / if slope < -0.05 { slope } else { -0.05 } }
 }
 
 /// The steady glide at a row; none where there is none.
@@ -101,29 +118,24 @@ pub fn linearise(vehicle: &Vehicle, table: &Table<'_>, row: &Row, from_alpha_rad
         return None;
     }
     let mut alpha = if from_alpha_rad > 0.0 && from_alpha_rad < most { from_alpha_rad } else { table.best_alpha_rad() };
-    let mut found = false;
+    let mut found = None;
     for _ in 0..STEPS {
-        let [cl, cd, cl_slope, cd_slope] = polar_at(table, alpha);
-        let (sin, cos) = sin_cos(pitch_rad + alpha);
-        let tan = sin / cos;
-        let slope = cd_slope - cl_slope * tan - cl * (1.0 + tan * tan);
-        let step = (cd - cl * tan) / if slope < -0.05 { slope } else { -0.05 };
+        let at = polar_at(table, alpha);
+        let step = balance(at, pitch_rad + alpha).step;
         let to = alpha - step;
         let to = if to > 0.0 { to } else { 0.0 };
-        let to = if to < most { to } else { most };
-        found = (to - alpha).abs() < FOUND_RAD;
-        alpha = to;
-        if found {
+        let moved = if to < most { to } else { most } - alpha;
+        alpha += moved;
+        if moved.abs() < FOUND_RAD {
+            // The rest of the way along the slopes: its square is nothing.
+            let [cl, cd, cl_slope, cd_slope] = at;
+            found = Some([cl + cl_slope * moved, cd + cd_slope * moved, cl_slope, cd_slope]);
             break;
         }
     }
-    if !found || !(alpha < most) {
-        return None;
-    }
-    let [cl, cd, cl_slope, cd_slope] = polar_at(table, alpha);
-    let (sin, cos) = sin_cos(pitch_rad + alpha);
-    let tan = sin / cos;
-    let slope = cd_slope - cl_slope * tan - cl * (1.0 + tan * tan);
+    let at = found.filter(|_| alpha < most)?;
+    let [cl, cd, _, cd_slope] = at;
+    let Balance { sin, tan, slope, .. } = balance(at, pitch_rad + alpha);
     if !(slope < -0.05) {
         return None;
     }

@@ -80,6 +80,7 @@ impl Span {
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     number: u64,
+    begin_us: u64,
     first_pa: f32,
     n: f32,
     t: f32,
@@ -97,10 +98,11 @@ struct Cell {
 }
 
 impl Cell {
-    const fn new(number: u64, first_pa: f32) -> Self {
+    const fn new(number: u64, begin_us: u64) -> Self {
         Self {
             number,
-            first_pa,
+            begin_us,
+            first_pa: 0.0,
             n: 0.0,
             t: 0.0,
             p: 0.0,
@@ -118,6 +120,9 @@ impl Cell {
     }
 
     fn take(&mut self, c: &Cycle, late_s: f32) {
+        if self.n == 0.0 {
+            self.first_pa = c.pressure_pa;
+        }
         let p = c.pressure_pa - self.first_pa;
         self.n += 1.0;
         self.t += late_s;
@@ -202,23 +207,29 @@ impl Rows {
             return;
         }
         self.last_us = cycle.time_us;
-        let since_us = cycle.time_us.saturating_sub(start_us);
-        let number = since_us / ROW_US;
-        if self.cell.is_none_or(|c| c.number != number)
-            && let Some(done) = self.cell.replace(Cell::new(number, cycle.pressure_pa))
-        {
-            self.close(&done, give);
+        let begin_us = self.cell.get_or_insert_with(|| Cell::new(0, start_us)).begin_us;
+        let mut late_us = cycle.time_us.saturating_sub(begin_us);
+        if late_us >= ROW_US {
+            let passed = late_us / ROW_US;
+            let begin_us = begin_us.saturating_add(passed.saturating_mul(ROW_US));
+            late_us = cycle.time_us.saturating_sub(begin_us);
+            if let Some(done) = self.cell {
+                self.close(&done, give);
+                self.cell = Some(Cell::new(done.number.saturating_add(passed), begin_us));
+            }
         }
         self.ballast = self.ballast.with(cycle.ballast_m3);
         if let Some(cell) = &mut self.cell {
             // Within a row: at most 40 s.
-            cell.take(cycle, (since_us % ROW_US) as u32 as f32 * 1e-6);
+            cell.take(cycle, late_us as u32 as f32 * 1e-6);
         }
     }
 
     /// Ends the rows before a gap: what waits is left out, and what is next is not compared with what was.
     pub fn interrupt(&mut self) {
-        (self.cell, self.before, self.waits) = (None, None, 0);
+        // The grid of 40 s goes on.
+        self.cell = self.cell.map(|c| Cell::new(c.number, c.begin_us));
+        (self.before, self.waits) = (None, 0);
     }
 
     /// Time of the first cycle of all, s: rows count from there.
@@ -229,6 +240,10 @@ impl Rows {
 
     fn close(&mut self, c: &Cell, give: impl FnMut(&Row)) {
         let n = c.n;
+        if !(n >= 1.0) {
+            self.before = None;
+            return;
+        }
         let (t, p) = (c.t / n, c.p / n);
         let (tt, tp) = (c.tt - n * t * t, c.tp - n * t * p);
         let pitch_rad = c.pitch / n;

@@ -17,7 +17,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("bay", &["signals", "control", "helm", "backseat", "devices"]),
     ("boot", &["store", "devices"]),
     ("audit", &[]),
-    ("firmware", &["signals", "polar", "control", "helm", "devices", "store", "backseat", "bay"]),
+    ("firmware", &["signals", "polar", "control", "evidence", "helm", "devices", "store", "backseat", "bay"]),
     ("hydro", &[]),
     ("plant", &["signals"]),
     // Written from the datasheets: what they are judged by must not see the drivers.

@@ -492,11 +492,6 @@ impl<S: Storage> Helm<S> {
         self.glides.take(config, self.flight.table().as_ref(), frame, &answer);
         Some(answer)
     }
-
-    /// The packet of the glides since the last call, for a report of the surfacing; none where they say too little.
-    pub fn packet_of_glides(&mut self) -> Option<[u8; signals::surfacing::GLIDES_BYTES]> {
-        self.glides.packet()
-    }
 }
 
 /// What is flown after a boot that found this mark.

@@ -82,6 +82,6 @@ fn scorecard_packets_of_a_real_month_say_what_its_logs_say() {
     let fouled = replayed::from_packets_alone(month, event, false);
     let first = fouled.iter().skip(event).position(|names| names.as_ref().is_some_and(|n| n.contains(&"drag_level".to_owned())));
     eprintln!("from packets alone: {alarms} alarms of {} surfacings; the drag event in surfacing {first:?} after it", healthy.len());
-    eprintln!("{fouled:?}");
-    assert!(first.is_some_and(|k| k < 2));
+    assert_eq!(alarms, 0, "{healthy:?}");
+    assert!(first.is_some_and(|k| k < 2), "{fouled:?}");
 }

@@ -19,7 +19,7 @@ use crate::packets::{board, sent};
 /// Age at which a channel of the log is old, s: attitude and ballast, water.
 const OLD_S: [f64; 2] = [60.0, 300.0];
 /// Units that errors are injected into.
-const ASKED: usize = 8;
+const REPLAYED: usize = 8;
 /// Quiet surfacings that a mission's own history is learnt from.
 const MOST_CONTROLS: usize = 24;
 
@@ -158,7 +158,7 @@ pub fn agreement(mission: &Mission, controls: usize, thermometer: bool) -> [Agre
             untouched.count(&unit.id, &three, None);
         }
     }
-    for i in spread(&judged_units, ASKED) {
+    for i in spread(&judged_units, REPLAYED) {
         let history = histories.before(i).clone();
         let Some((part, _)) = part_of(mission, &mission.units[i]) else { continue };
         for share in [1.0, 0.5] {

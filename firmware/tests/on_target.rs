@@ -118,6 +118,7 @@ mod target {
     fn main() -> ! {
         static mut RECORDER: BlackBox<[u32; WORDS]> = BlackBox::new([0; WORDS]);
         static mut HELM: Helm<RamStorage> = Helm::new(Config::for_depth(0.0), Boot::NEW, RamStorage::new());
+        static mut DIVES: evidence::Dives = evidence::Dives::new();
         let Some(chip) = Peripherals::take() else { process::exit(2) };
         chip.RCC.apb1enr().modify(|_, w| w.tim2en().enabled());
         chip.TIM2.cr1().modify(|_, w| w.cen().enabled());
@@ -210,6 +211,30 @@ mod target {
         let first = HELM.handle(ToBoard::Sensor(toy.frame(STEPS)));
         let again = HELM.handle(ToBoard::Sensor(toy.frame(STEPS)));
         claim("a repeated frame gets the same answer", matches!(first, ToHost::Answer(_)) && first == again);
+
+        // What the glides say: dives to 200 m and back at 0.2 m/s, all rows steady.
+        let vehicle = helm::glides::vehicle(&config);
+        let mut says = Flown::default();
+        for seq in 0..STEPS {
+            let (leg, at) = (seq / 250, (seq % 250) as f32 * 0.8);
+            let way = if leg % 2 == 0 { -1.0 } else { 1.0 };
+            let cycle = evidence::Cycle {
+                time_us: 4_000_000 * u64::from(seq),
+                pressure_pa: 1e4 * if way < 0.0 { at } else { 200.0 - at },
+                pitch_rad: 0.42 * way,
+                roll_rad: 0.01,
+                ballast_m3: 230e-6 * way,
+                density_kg_m3: 1026.0,
+                temperature_degc: 12.0,
+            };
+            let (count, ()) = counted(&chip.TIM2, || DIVES.take(&vehicle, &table, &cycle));
+            says.most = says.most.max(count - empty);
+            says.sum += count - empty;
+        }
+        let (made, packet) = counted(&chip.TIM2, || DIVES.packet(1).encode());
+        println!("     glides            at most {}, mean {} a cycle; packet {}", says.most, says.sum / STEPS, made - empty);
+        claim("the glides take at most 600 instructions a cycle in the mean", says.sum / STEPS <= 600);
+        claim("rows were steady, and their packet is bytes", DIVES.rows() > 50 && packet.is_some());
 
         // Last, since there is no way back: a stack without end is a fault before it reaches a static.
         let deep = dig(1);

@@ -21,6 +21,7 @@
 pub mod cli;
 pub mod fleet;
 pub mod next_mission;
+pub mod packets;
 pub mod pages;
 pub mod paper;
 pub mod score;

@@ -29,6 +29,7 @@ use crate::readings::{CC_PER_M3, M_PER_INCH, Readings};
 use crate::sensors::{List, Sensor};
 use crate::surfacing_report::Report;
 use crate::voice::{Once, Voice};
+use signals::surfacing::GLIDES_BYTES;
 use signals::{ActuatorCommand, Answer, Micros, Phase, SensorFrame};
 
 /// What is flown behind the line.
@@ -40,6 +41,10 @@ pub trait Law {
     /// The line has been silent for this long. Called often; answers once per control cycle, and only where a mission is under way: one
     /// that was begun on this line, or that a reset interrupted.
     fn silent(&mut self, silence: Micros) -> Option<Answer>;
+    /// What the glides since the last call say of the vehicle's numbers, for a report to the shore.
+    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+        None
+    }
 }
 
 /// What is known before the glider speaks.
@@ -364,7 +369,7 @@ impl Session {
             self.core.seq = self.core.seq.wrapping_add(1);
             self.core.last = Some(answer);
             let core = &mut self.core;
-            core.report.take(&frame, &answer, core.pace.glider_s(now), &mut core.voice);
+            core.report.take(&frame, &answer, core.pace.glider_s(now), &mut core.voice, || law.packet());
             // After a reset the glider may not say again that it flies.
             if flies || self.core.readings.last(Sensor::GliderDos).is_none() {
                 self.order(now);

@@ -10,6 +10,7 @@ use backseat::{Law, Limits, Pump, Session, Setup, State, Targets};
 use control::Settings;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use helm::{Helm, Mark, Seat, Storage};
+use signals::surfacing::GLIDES_BYTES;
 use signals::{Answer, Micros, Preflight, SensorFrame, Strap, ToBoard, ToHost};
 
 /// Bit/s of the glider's line.
@@ -95,6 +96,10 @@ impl<S: Storage> Law for BackseatLaw<'_, S> {
         let answer = self.helm.silent(silence)?;
         (self.answer, self.heard) = (Some(answer), false);
         Some(answer)
+    }
+
+    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+        self.helm.packet_of_glides()
     }
 }
 

@@ -34,6 +34,21 @@ impl PitchSensor {
     }
 }
 
+/// What the hull displaces and weighs: the law does not fly by it, its report to the shore judges the glides by it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hull {
+    /// Mass, kg.
+    pub mass_kg: f32,
+    /// Volume at the surface and the reference temperature with the pump in its middle, m³.
+    pub volume_m3: f32,
+    /// Compressibility, 1/Pa.
+    pub compressibility_per_pa: f32,
+    /// Thermal expansion of the volume, 1/K.
+    pub expansion_per_k: f32,
+    /// Temperature of that volume, °C.
+    pub reference_degc: f32,
+}
+
 /// Vehicle, limits and gains, unchecked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -87,6 +102,8 @@ pub struct Settings {
     pub comms_patience_s: f32,
     /// Pitch sensor.
     pub pitch_sensor: PitchSensor,
+    /// Hull: of `vehicles/modena.toml`, guesses there; each vehicle has its own.
+    pub hull: Hull,
 }
 
 impl Settings {
@@ -118,6 +135,13 @@ impl Settings {
             no_comms_s: 72 * 3600,
             comms_patience_s: 900.0,
             pitch_sensor: PitchSensor { zero_rad: 0.0, per_reading: 1.0 },
+            hull: Hull {
+                mass_kg: 70.0,
+                volume_m3: 0.068_222_5,
+                compressibility_per_pa: 5e-10,
+                expansion_per_k: 5e-5,
+                reference_degc: 20.4,
+            },
         }
     }
 
@@ -166,7 +190,7 @@ impl Config {
     /// Names the first setting that is refused.
     pub fn new(settings: Settings) -> Result<Self, ConfigError> {
         let s = &settings;
-        let checks: [(&'static str, f32, core::ops::RangeInclusive<f32>); 26] = [
+        let checks: [(&'static str, f32, core::ops::RangeInclusive<f32>); 31] = [
             ("working_depth_m", s.working_depth_m, 10.0..=6000.0),
             ("crush_depth_m", s.crush_depth_m, s.working_depth_m + 10.0..=9000.0),
             ("pump_m3", s.pump_m3, 20e-6..=2000e-6),
@@ -193,6 +217,11 @@ impl Config {
             ("comms_patience_s", s.comms_patience_s, 10.0..=86_400.0),
             ("pitch_sensor.zero_rad", s.pitch_sensor.zero_rad, -0.25..=0.25),
             ("pitch_sensor.per_reading", s.pitch_sensor.per_reading, 0.5..=2.0),
+            ("hull.mass_kg", s.hull.mass_kg, 5.0..=500.0),
+            ("hull.volume_m3", s.hull.volume_m3, 0.005..=0.5),
+            ("hull.compressibility_per_pa", s.hull.compressibility_per_pa, 0.0..=5e-9),
+            ("hull.expansion_per_k", s.hull.expansion_per_k, -1e-3..=1e-3),
+            ("hull.reference_degc", s.hull.reference_degc, -5.0..=40.0),
         ];
         for (name, value, range) in checks {
             if !value.is_finite() || !range.contains(&value) {

@@ -44,7 +44,7 @@ mod turn;
 mod voyage;
 pub mod waits;
 
-pub use config::{Config, ConfigError, PitchSensor, Settings, TrimLaw};
+pub use config::{Config, ConfigError, Hull, PitchSensor, Settings, TrimLaw};
 
 use backup::{Backup, Limits};
 use belief::News;

@@ -232,6 +232,12 @@ impl Flight {
         }
     }
 
+    /// The table that is flown; checked when it was taken, and under the seal since.
+    pub(crate) fn table(&self) -> Option<Table<'_>> {
+        let uploaded = if self.table.is_empty() { None } else { Table::checked_before(&self.table, self.wings) };
+        uploaded.or(self.in_flash)
+    }
+
     /// The law's step on a frame of now, or on one grown old.
     #[inline(never)]
     pub(crate) fn advance(&mut self, built_in: &Config, frame: &SensorFrame) -> Option<Answer> {

@@ -47,6 +47,7 @@ pub mod black_box;
 mod boot;
 pub mod deck;
 mod flight;
+pub mod glides;
 pub mod images;
 pub mod limits;
 mod mark;

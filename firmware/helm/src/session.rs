@@ -8,6 +8,7 @@ use crate::afloat::Afloat;
 use crate::boot::Boot;
 use crate::deck::Deck;
 use crate::flight::{Activity, Flight};
+use crate::glides::Glides;
 use crate::limits;
 use crate::mark::{Copies, Mark, Seat};
 use crate::objects;
@@ -45,6 +46,7 @@ pub struct Helm<S> {
     incoming: Incoming,
     restart: bool,
     pub(crate) flight: Flight,
+    glides: Glides,
     seal: Sum,
     marks: Copies,
     /// Checks on deck.
@@ -69,6 +71,7 @@ impl<S: Clone> Clone for Helm<S> {
             incoming: self.incoming,
             restart: self.restart,
             flight: self.flight.clone(),
+            glides: self.glides.clone(),
             seal: Sum::NONE,
             marks: self.marks,
             deck: self.deck,
@@ -100,6 +103,7 @@ impl<S: Storage> Helm<S> {
             incoming: Incoming::None,
             restart: false,
             flight: flight_after(boot.mark),
+            glides: Glides::new(),
             seal: Sum::NONE,
             marks: Copies::new(),
             deck: Deck::new(),
@@ -483,7 +487,10 @@ impl<S: Storage> Helm<S> {
 
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {
         let log_lost = self.storage.log_lost();
-        self.flight.step(&self.built_in, frame, log_lost)
+        let answer = self.flight.step(&self.built_in, frame, log_lost)?;
+        let config = self.flight.config.as_ref().unwrap_or(&self.built_in);
+        self.glides.take(config, self.flight.table().as_ref(), frame, &answer);
+        Some(answer)
     }
 }
 

@@ -12,7 +12,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 /// Version of the wire: messages, framing and meaning. A board with another
 /// one is refused by name instead of misread.
-pub const WIRE_VERSION: u8 = 7;
+pub const WIRE_VERSION: u8 = 8;
 /// Longest frame before COBS, bytes.
 pub const MAX_FRAME: usize = 384;
 /// Longest frame on the wire, bytes: COBS adds 1 in 254, and the delimiter.

@@ -1,10 +1,11 @@
 //! What a vehicle tells the shore at a surfacing, in one short message: state now, and evidence of the glides since the last one.
 //!
-//! Made for an Iridium SBD, which is paid for by the byte and carries 340 of them (9602 modem): 54 bytes, little endian.
+//! Made for an Iridium SBD, which is paid for by the byte and carries 340 of them (9602 modem): 54 bytes, little endian, or 163 where
+//! the glides say something of the vehicle's numbers.
 //!
 //! | byte | what | unit |
 //! |---|---|---|
-//! | 0 | version of this message, 1 | |
+//! | 0 | version of this message: 1, or 2 with a packet | |
 //! | 1 | phase, numbered as in [`Phase`] | |
 //! | 2 | first cause of an abort, numbered as in [`Abort`], + 1; 0: none | |
 //! | 3 | bits 0–1 leak, 2–3 weight (0 unknown, 1 clear or held, 2 alarm or released), 4 fix, 5 comms | |
@@ -14,7 +15,8 @@
 //! | 18–21 | table in use, its CRC-32 | |
 //! | 22–23, 24–25, 26–27, 28–29 | deepest; lowest voltage; lowest charge; highest hull pressure | 0.1 m, mV, 1e-4, 2 Pa |
 //! | 30–39, 40–49 | glides down; glides up: time, way in depth, mean pitch, mean estimated path angle, mean estimated speed | s, 0.1 m, 1e-4 rad, 1e-4 rad, mm/s |
-//! | 50–53 | CRC-32 of the bytes before | |
+//! | 50–158 | version 2 only: the packet of the glides, laid out in `firmware/evidence/src/packet.rs` | |
+//! | the last 4 | CRC-32 of the bytes before | |
 //!
 //! A value that is not known is all ones. The evidence is the way in depth, which is measured, beside speed × sin(path angle) × time, which
 //! the law's table says: where they differ over a whole surfacing, the vehicle is not that of its table.
@@ -22,9 +24,17 @@
 use crate::frame::{Abort, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};
 use crate::link::{CRC32, WireError};
 
-/// Bytes of the message.
+/// Bytes of the message without a packet of the glides, of that packet, and of the message with it.
 pub const SURFACING_BYTES: usize = 54;
-const VERSION: u8 = 1;
+/// See above.
+pub const GLIDES_BYTES: usize = 109;
+/// See above.
+pub const MOST_BYTES: usize = SURFACING_BYTES + GLIDES_BYTES;
+/// Version without and with a packet.
+const VERSIONS: [u8; 2] = [1, 2];
+
+/// A message as bytes: one of the two lengths.
+pub type Bytes = heapless::Vec<u8, MOST_BYTES>;
 /// Longest time between two cycles that counts as a glide, µs.
 const CYCLE_US: u64 = 10_000_000;
 /// At the surface above this; a dive is one from the other on, m.
@@ -91,6 +101,8 @@ pub struct Surfacing {
     pub vacuum_pa: Option<f32>,
     /// Glides down and up.
     pub glides: [Glide; 2],
+    /// The packet of what the glides say of the vehicle's numbers.
+    pub packet: Option<[u8; GLIDES_BYTES]>,
 }
 
 /// Collects the evidence of one surfacing, cycle by cycle.
@@ -153,6 +165,11 @@ impl Evidence {
         self.last = Some((now_us, depth_m));
     }
 
+    /// The message will carry this packet of the glides, or none.
+    pub const fn carry(&mut self, packet: Option<[u8; GLIDES_BYTES]>) {
+        self.so_far.packet = packet;
+    }
+
     /// What is to be told now. Once it is on its way, begin with [`Evidence::default`] anew.
     #[must_use]
     pub const fn told(&self) -> &Surfacing {
@@ -188,10 +205,12 @@ const fn number_of(leak: Switch, weight: Weight) -> u8 {
 impl Surfacing {
     /// The bytes of the message.
     #[must_use]
-    pub fn encode(&self) -> [u8; SURFACING_BYTES] {
+    pub fn encode(&self) -> Bytes {
         let abort = self.abort.map_or(0, |abort| (abort as u8).saturating_add(1));
         let surface = u8::from(self.surface.gps_fix) << 4 | u8::from(self.surface.comms) << 5;
-        let state = [VERSION, self.phase as u8, abort, number_of(self.leak, self.weight) | surface];
+        let [plain, with_packet] = VERSIONS;
+        let version = if self.packet.is_some() { with_packet } else { plain };
+        let state = [version, self.phase as u8, abort, number_of(self.leak, self.weight) | surface];
         let [down, up] = self.glides.map(|g| {
             [
                 unsigned(Some(g.time_s), 1.0),
@@ -214,12 +233,12 @@ impl Surfacing {
             .chain(self.dives.to_le_bytes())
             .chain(self.flags.0.to_le_bytes())
             .chain(self.table_id.to_le_bytes())
-            .chain(least.into_iter().chain(down).chain(up).flatten());
-        let mut bytes = [0; SURFACING_BYTES];
-        bytes.iter_mut().zip(body).for_each(|(to, byte)| *to = byte);
-        if let Some((body, sum)) = bytes.split_last_chunk_mut::<4>() {
-            *sum = CRC32.checksum(body).to_le_bytes();
-        }
+            .chain(least.into_iter().chain(down).chain(up).flatten())
+            .chain(self.packet.into_iter().flatten());
+        let mut bytes: Bytes = body.take(MOST_BYTES - 4).collect();
+        let sum = CRC32.checksum(&bytes).to_le_bytes();
+        // There is room for it.
+        let _ = bytes.extend_from_slice(&sum);
         bytes
     }
 
@@ -229,13 +248,15 @@ impl Surfacing {
     /// Another length, another version, damaged, or a number that means nothing.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
         let (body, sum) = bytes.split_last_chunk::<4>().ok_or(WireError::Framing)?;
-        if bytes.len() != SURFACING_BYTES {
+        if ![SURFACING_BYTES, MOST_BYTES].contains(&bytes.len()) {
             return Err(WireError::Framing);
         }
         if CRC32.checksum(body) != u32::from_le_bytes(*sum) {
             return Err(WireError::Crc);
         }
-        if body.first() != Some(&VERSION) {
+        let [plain, with_packet] = VERSIONS;
+        let expected = if bytes.len() == MOST_BYTES { with_packet } else { plain };
+        if body.first() != Some(&expected) {
             return Err(WireError::Version(body.first().copied().unwrap_or_default()));
         }
         let mut rest = Rest(body);
@@ -272,6 +293,9 @@ impl Surfacing {
                 path_rad: rest.angle()?,
                 speed_m_s: rest.unsigned(1e-3)?.unwrap_or_default(),
             };
+        }
+        if !rest.0.is_empty() {
+            told.packet = Some(rest.take()?);
         }
         Ok(told)
     }

@@ -10,6 +10,7 @@ use bay::{BackseatLaw, Outside, RunBackseat};
 use control::Config;
 use helm::{Boot, Content, Helm, Mark, RamStorage, Storage, objects};
 use serialport::{SerialPort, TTYPort};
+use signals::surfacing::GLIDES_BYTES;
 use signals::{Answer, Micros, Mission, Object, SensorFrame, Strap};
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -56,6 +57,10 @@ impl Law for Flown {
 
     fn silent(&mut self, silence: Micros) -> Option<Answer> {
         BackseatLaw::new(&mut self.0).silent(silence)
+    }
+
+    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+        BackseatLaw::new(&mut self.0).packet()
     }
 }
 

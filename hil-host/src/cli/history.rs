@@ -60,7 +60,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 /// The vehicle file that a history lies beside.
-fn vehicle_of(history: &Path) -> anyhow::Result<PathBuf> {
+pub(super) fn vehicle_of(history: &Path) -> anyhow::Result<PathBuf> {
     let mut files = ["toml", "json"].map(|e| history.with_extension(e)).into_iter().filter(|p| p.is_file());
     files.next().with_context(|| format!("{}: no vehicle file of that name beside it; name it with --vehicle", history.display()))
 }

@@ -1,12 +1,16 @@
 //! `glider surfacing`.
 
+use super::history::vehicle_of;
 use super::{Output, Verdict};
-use crate::terminal::say;
+use crate::packets::Judge;
+use crate::terminal::{say, wrapped};
 use anyhow::Context;
+use discovery::history::flight::{Said, read as read_history};
 use logs::record::bounded;
+use rig::flight::config_file;
 use rig::flight::surfacing::{document, read, rows};
-use serde_json::json;
-use signals::{Switch, Weight};
+use serde_json::{Value, json};
+use signals::{Surfacing, Switch, Weight};
 use std::path::PathBuf;
 
 /// Arguments of the command.
@@ -15,18 +19,45 @@ use std::path::PathBuf;
   glider surfacing 6956a0c4.srf
   glider surfacing call.log --json
   glider surfacing out/parts/shore.srf
+  glider surfacing mission.srf --history known.history --config controller.toml
 
-A board in a Slocum's science bay says at every surfacing how it is and how it glided, in 54 bytes: a
-file .srf among the logs of the science computer, and a line `surfacing,...` on the glider's terminal.
+A board in a Slocum's science bay says at every surfacing how it is and how it glided, in 54 bytes, or 163
+with what its glides say of the vehicle's numbers: a file .srf among the logs of the science computer, and
+lines `surfacing,...` on the glider's terminal. A history judges those numbers as diagnose does a log; with
+--vehicle alone each surfacing is judged by the quiet ones before it in FILE.
 FILE is such a file, several of them in one, or the log of a terminal. A board with a radio of its own
 sends the same: `glider fly --seat parts --log DIR` leaves them in DIR/shore.srf. Way in depth stands beside what
 the controller's table says of the same glides: where they differ, the vehicle is not that of its table.
 
-Exit code: 0 all is well, 1 an abort, a leak, a released weight or a damaged message, 2 bad input.")]
+Exit code: 0 all is well, 1 an abort, a leak, a released weight, a number that departs or a damaged message, 2 bad input.")]
 pub struct Args {
     /// A file of messages, or the log of a glider's terminal.
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// History of the vehicle that judges what the glides say, as calibrate writes it.
+    #[arg(long, value_name = "FILE")]
+    history: Option<PathBuf>,
+    /// Vehicle file; default: the one that the history lies beside.
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Controller's configuration that the board flew with; default: its hull is that of the vehicle file.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+}
+
+/// What is said of the packets of all messages; nothing where nobody judges.
+fn judged(args: &Args, messages: &[(String, Surfacing)]) -> anyhow::Result<Vec<Option<Said>>> {
+    let history = args.history.as_deref().map(read_history).transpose().map_err(|e| anyhow::anyhow!(e))?;
+    let file = match (&args.vehicle, &args.history) {
+        (Some(file), _) => file.clone(),
+        (None, Some(history)) => vehicle_of(history)?,
+        (None, None) => return Ok(vec![None; messages.len()]),
+    };
+    let vehicle = logs::vehicle::read(&file)?;
+    let name = args.history.as_ref().map_or_else(String::new, |h| h.display().to_string());
+    let config = args.config.as_deref().map(config_file::load).transpose()?;
+    let board = config.map(|c| helm::glides::vehicle(&c));
+    Judge { vehicle: &vehicle, history: history.as_ref().map(|h| (h, name.as_str())), board }.judge(messages)
 }
 
 /// Runs the command.
@@ -37,15 +68,24 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let name = args.file.display().to_string();
     let bytes = bounded::bytes(&args.file, bounded::LOG).with_context(|| format!("{name}: cannot read"))?;
     let received = read(&bytes).with_context(|| name.clone())?;
-    let messages: Vec<_> = received.messages.iter().map(|(place, message)| document(place, message)).collect();
+    let said = judged(args, &received.messages)?;
+    let one = |((place, message), said): (&(String, Surfacing), &Option<Said>)| {
+        let mut one = document(place, message);
+        one["judged"] = said.as_ref().map_or(Value::Null, Said::document);
+        one
+    };
+    let messages: Vec<_> = received.messages.iter().zip(&said).map(one).collect();
     let damaged: Vec<_> = received.damaged.iter().map(|(place, why)| json!({ "place": place, "why": why })).collect();
     output.emit(&json!({ "file": name, "messages": messages, "damaged": damaged }), || {
-        for (place, message) in &received.messages {
+        for ((place, message), said) in received.messages.iter().zip(&said) {
             rows(place, message).iter().for_each(|row| say(row));
+            said.iter().for_each(|said| say(&wrapped(&said.words(), 0)));
             println!();
         }
         received.damaged.iter().for_each(|(place, why)| say(&format!("{place}: damaged ({why})")));
     });
-    let bad = received.messages.iter().any(|(_, m)| m.abort.is_some() || m.leak == Switch::Alarm || m.weight == Weight::Released);
+    let departs = said.iter().flatten().any(|s| s.gate.is_none() && !s.judgement.is_quiet());
+    let bad =
+        departs || received.messages.iter().any(|(_, m)| m.abort.is_some() || m.leak == Switch::Alarm || m.weight == Weight::Released);
     Ok(if bad || !received.damaged.is_empty() { Verdict::Negative } else { Verdict::Ok })
 }

@@ -2,7 +2,7 @@
 
 use hil_host::score::real::ask::Program;
 use hil_host::score::real::flights::Data;
-use hil_host::score::real::{below, document, line, missions, ready, run};
+use hil_host::score::real::{below, document, line, missions, ready, replayed, run};
 use std::path::PathBuf;
 
 const INJECTED_ERRORS: [&str; 4] = ["nothing", "compressibility x0.3", "cd0 /1.5", "clock +5 s"];
@@ -55,4 +55,33 @@ fn scorecard_real_missions_are_judged_by_their_own_history() {
         let low = missions::below(&sum);
         assert!(low.is_empty() && sum.quiet.all > 4, "{low:?}");
     }
+}
+
+/// Dives replayed through the code that flies: what packets of 109 bytes say is what the full logs say.
+#[test]
+fn scorecard_packets_of_a_real_month_say_what_its_logs_say() {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
+        eprintln!("skipped: no flights (set GLIDER_FLIGHTS)");
+        return;
+    };
+    let all = missions::missions(&root, &|why| eprintln!("left out: {why}")).expect("a folder");
+    let month = all.iter().find(|m| m.name == "slocum_modena2015_month").expect("the month");
+    for thermometer in [true, false] {
+        let [untouched, errors] = replayed::agreement(month, 12, thermometer);
+        eprintln!("thermometer {thermometer}: {untouched:#?} {errors:#?}");
+        let (right, all) = (untouched.packet.right + errors.packet.right, untouched.packet.all + errors.packet.all);
+        let least = if thermometer { 0.98 } else { 0.8 };
+        assert!(right as f64 >= least * all as f64, "{right} of {all} verdicts are those of the logs");
+        // What is lost is not lost to the twelve bits.
+        assert_eq!((errors.exact.right, untouched.exact.right), (errors.packet.right, untouched.packet.right));
+    }
+    // The same month from packets alone, and with a drag event in its last quarter.
+    let event = month.units() * 3 / 4;
+    let healthy = replayed::from_packets_alone(month, usize::MAX, false);
+    let alarms = healthy.iter().flatten().filter(|names| !names.is_empty()).count();
+    let fouled = replayed::from_packets_alone(month, event, false);
+    let first = fouled.iter().skip(event).position(|names| names.as_ref().is_some_and(|n| n.contains(&"drag_level".to_owned())));
+    eprintln!("from packets alone: {alarms} alarms of {} surfacings; the drag event in surfacing {first:?} after it", healthy.len());
+    assert_eq!(alarms, 0, "{healthy:?}");
+    assert!(first.is_some_and(|k| k < 2), "{fouled:?}");
 }

@@ -3,7 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use rig::flight::surfacing::{document, read, rows};
-use signals::surfacing::Glide;
+use signals::surfacing::{GLIDES_BYTES, Glide};
 use signals::{Abort, Flags, Phase, Surfacing};
 use std::process::Command;
 
@@ -18,6 +18,18 @@ fn files_and_terminals_are_read_and_damage_is_named_by_its_place() {
     let file = [message(7).encode(), message(8).encode()].concat();
     let received = read(&file).expect("two");
     assert_eq!(received.messages.iter().map(|(place, m)| (place.as_str(), m.seq)).collect::<Vec<_>>(), [("byte 0", 7), ("byte 54", 8)]);
+    let with_packet = Surfacing { packet: Some([7; GLIDES_BYTES]), ..message(8) }.encode();
+    // A file that was begun anew after its first piece.
+    let again = [&file[..], &with_packet[..55], &with_packet].concat();
+    let received = read(&again).expect("three");
+    assert_eq!(
+        received.messages.iter().map(|(p, m)| (p.as_str(), m.packet.is_some())).collect::<Vec<_>>(),
+        [("byte 0", false), ("byte 54", false), ("byte 163", true)]
+    );
+    assert_eq!(received.damaged.len(), 1);
+    let pieces: Vec<String> =
+        with_packet.chunks(55).map(|piece| format!("surfacing,{}\r\nother words\r\n", STANDARD.encode(piece))).collect();
+    assert_eq!(read(pieces.concat().as_bytes()).expect("one").messages[0].1.packet, Some([7; GLIDES_BYTES]));
     let line = |m: &Surfacing| format!("surfacing,{}", STANDARD.encode(m.encode()));
     let good = line(&message(9));
     let call = format!("GliderDos I -3 >\r\nextctl: {good}\r\n{}\r\n{}\r\n", good.replace('A', "B"), &good[..40]);

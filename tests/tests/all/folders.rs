@@ -26,7 +26,7 @@ const LOGS: [&str; 6] = ["digest", "channels", "record", "vehicle", "import", "e
 const RIG: [&str; 6] = ["whole_file", "spelling", "shards", "seats", "flight", "campaign"];
 
 /// From figures in a terminal to the command line.
-const HIL_HOST: [&str; 8] = ["terminal", "next_mission", "fleet", "score", "pages", "paper", "serve", "cli"];
+const HIL_HOST: [&str; 9] = ["terminal", "packets", "next_mission", "fleet", "score", "pages", "paper", "serve", "cli"];
 
 /// Folders of the crate that a source names: `crate::folder::…`, alone or in braces, in code that is not a test module's.
 fn folders_used(text: &str) -> BTreeSet<String> {

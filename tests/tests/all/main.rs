@@ -37,6 +37,8 @@ mod launch;
 #[cfg(feature = "whole")]
 mod margins;
 #[cfg(feature = "whole")]
+mod on_board_summary;
+#[cfg(feature = "whole")]
 mod own_parts;
 #[cfg(feature = "whole")]
 mod own_radio;

@@ -36,7 +36,7 @@ impl Core {
                     self.check.failed(now);
                 }
             }
-            FromGlider::Next => self.report.taken(&mut self.voice),
+            FromGlider::Next => self.report.taken(now, &mut self.voice),
             FromGlider::File(_) | FromGlider::Directory(_) => {}
             FromGlider::Unknown => self.counters.unknown_sentences = self.counters.unknown_sentences.saturating_add(1),
         }

@@ -4,6 +4,7 @@
 
 use crate::sensors::List;
 use crate::{Generation, Law, Limits, Session, Setup, Targets};
+use signals::surfacing::GLIDES_BYTES;
 use signals::{Abort, ActuatorCommand, Answer, Micros, Phase, SensorFrame, Trace};
 
 /// A law that dives, and comes up for good when the line is lost.
@@ -17,6 +18,8 @@ pub struct Toy {
     pub under_way: bool,
     /// What it answers instead of a dive.
     pub answers: Option<(Phase, f32)>,
+    /// What the glides say.
+    pub packet: Option<[u8; GLIDES_BYTES]>,
     silences: u64,
 }
 
@@ -38,6 +41,10 @@ impl Law for Toy {
     fn begin(&mut self, _: &Limits) -> Option<Targets> {
         self.under_way = true;
         Some(Targets { dive_m: 195.0, climb_m: 2.0 })
+    }
+
+    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+        self.packet.take()
     }
 
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {

@@ -98,3 +98,41 @@ fn the_older_software_is_sent_the_file_unasked_and_no_text() {
     bench.wait(60_000);
     assert!(!bench.said.contains("$F"));
 }
+
+/// The bytes of all blocks after a head.
+fn pieces(said: &str, head: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for rest in said.split(head).skip(1) {
+        decode(rest.split('*').next().expect("a frame").as_bytes(), |b| bytes.push(b)).expect("base64");
+    }
+    bytes
+}
+
+#[test]
+fn a_packet_of_the_glides_goes_in_three_pieces_each_way() {
+    for generation in [Generation::Newer, Generation::Older] {
+        let mut bench = surfaced(generation);
+        bench.law.packet = Some(core::array::from_fn(|i| i as u8));
+        let mut said = String::new();
+        for _ in 0..4 {
+            comms(&mut bench);
+            said += &bench.said();
+            bench.hear(b"$NEXT*07\r\n");
+            said += &bench.said();
+        }
+        assert_eq!((said.matches("$FW,").count(), said.matches("$FO,").count(), said.matches("$FC*05").count()), (1, 3, 1), "{said}");
+        let filed = pieces(&said, "$FO,");
+        let message = Surfacing::decode(&filed).expect("a message");
+        assert_eq!((message.packet, message.deepest_m), (Some(core::array::from_fn(|i| i as u8)), 8.0));
+        if generation == Generation::Newer {
+            assert_eq!(pieces(&said, "$TXT,surfacing,"), filed);
+        }
+        assert_eq!(bench.session.counters().dropped, 0);
+        // It is told once.
+        bench.law.answers = Some((Phase::Dive, 9.0));
+        bench.cycle(9.0);
+        bench.law.answers = Some((Phase::Comms, 0.4));
+        comms(&mut bench);
+        assert!(Surfacing::decode(&pieces(&bench.said(), "$FO,")).is_ok_and(|m| m.packet.is_none()));
+    }
+}

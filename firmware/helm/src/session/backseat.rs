@@ -5,6 +5,7 @@ use crate::mark::Seat;
 use crate::objects;
 use crate::storage::{Content, Storage};
 use control::{Config, Settings};
+use signals::surfacing::GLIDES_BYTES;
 use signals::{Mission, Object, Phase, Refusal};
 
 impl<S: Storage> Helm<S> {
@@ -12,6 +13,11 @@ impl<S: Storage> Helm<S> {
     #[inline(never)]
     pub fn next_config(&mut self) -> Config {
         objects::select_config(&mut self.storage, &self.built_in)
+    }
+
+    /// The packet of the glides since the last call, for a report of the surfacing; none where they say too little.
+    pub fn packet_of_glides(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+        self.glides.packet()
     }
 
     /// Takes the stored mission, flown `within` what the vehicle says of its actuators; it starts with the next frame. Returns its

@@ -1,6 +1,6 @@
 //! The short message of a surfacing: what goes in comes out, to its steps; what is damaged or means nothing is refused.
 
-use crate::surfacing::{Glide, SURFACING_BYTES};
+use crate::surfacing::{Bytes, GLIDES_BYTES, Glide, SURFACING_BYTES};
 use crate::{
     Abort, ActuatorCommand, Answer, Evidence, Flags, Micros, Phase, Reading, SensorFrame, Surface, Surfacing, Switch, Trace, Weight,
     WireError,
@@ -80,14 +80,24 @@ fn every_cause_is_told_and_what_is_not_known_stays_unknown() {
 
 #[test]
 fn a_damaged_message_is_refused_wherever_the_bit() {
-    let bytes = flown().told().encode();
-    for bit in 0..8 * bytes.len() {
-        let mut damaged = bytes;
+    let mut evidence = flown();
+    let plain = evidence.told().encode();
+    evidence.carry(Some([0xa5; GLIDES_BYTES]));
+    let with_packet = evidence.told().encode();
+    assert_eq!((plain.len(), with_packet.len()), (54, 163));
+    assert_eq!(
+        Surfacing::decode(&with_packet),
+        Ok(*evidence.told()).map(|told| Surfacing { packet: Some([0xa5; GLIDES_BYTES]), ..Surfacing::decode(&plain).unwrap_or(told) })
+    );
+    for (bytes, bit) in [&plain, &with_packet].into_iter().flat_map(|bytes| (0..8 * bytes.len()).map(move |bit| (bytes, bit))) {
+        let mut damaged = bytes.clone();
         damaged[bit / 8] ^= 1 << (bit % 8);
         assert_eq!(Surfacing::decode(&damaged), Err(WireError::Crc), "bit {bit}");
     }
+    let bytes = plain;
     assert_eq!(Surfacing::decode(&bytes[..53]), Err(WireError::Framing));
-    let seal = |mut bytes: [u8; SURFACING_BYTES]| {
+    assert_eq!(Surfacing::decode(&with_packet[..54]), Err(WireError::Crc));
+    let seal = |mut bytes: Bytes| {
         let sum = crate::link::CRC32.checksum(&bytes[..50]);
         bytes[50..].copy_from_slice(&sum.to_le_bytes());
         bytes
@@ -95,7 +105,7 @@ fn a_damaged_message_is_refused_wherever_the_bit() {
     for (at, value, why) in
         [(0, 2, WireError::Version(2)), (1, 200, WireError::Content), (2, 255, WireError::Content), (3, 3, WireError::Content)]
     {
-        let mut other = bytes;
+        let mut other = bytes.clone();
         other[at] = value;
         assert_eq!(Surfacing::decode(&seal(other)), Err(why));
     }

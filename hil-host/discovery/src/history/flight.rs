@@ -2,15 +2,17 @@
 
 use super::file::{Edited, History};
 use super::glide::Glider;
-use super::judge::{Judgement, judge, moved_alone};
-use super::learn::Learnt;
-use super::numbers::{ALL, NUMBERS, in_effect};
-use super::rows::{Unit, units};
+use super::judge::{Judgement, judge, judge_summary, moved_alone};
+use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, of_summaries};
+use super::numbers::{ALL, NUMBERS, Numbers, in_effect};
+use super::rows::{Unit, median, units};
+use super::sent::Sent;
 use super::weigh::chance;
 use crate::model::parameters::NINETY;
 use logs::record::bounded;
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
+use nalgebra::DVector;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -79,6 +81,53 @@ pub fn by_history(history: &History, name: &str, flight: &Flight, vehicle: &Vehi
         edited: history.edited(vehicle),
         glider,
     })
+}
+
+/// Judges a dive of which a surfacing sent the summary, counted from the numbers of the vehicle file.
+#[must_use]
+pub fn by_sent(history: &History, name: &str, unit: &str, mut sent: Sent, vehicle: &Vehicle) -> Said {
+    let (glider, learnt) = (history.glider(vehicle), history.learnt());
+    sent.count_from(&learnt.at);
+    let judgement = judge_summary(&sent.summary(Some(learnt.usual_level)), &learnt);
+    Said {
+        by: By::History(name.to_owned()),
+        controls: learnt.units.len(),
+        units: (1, usize::from(!judgement.is_quiet())),
+        unit: unit.to_owned(),
+        chance: chance(judgement.chi2, &history.earlier_chi2()),
+        judgement,
+        gate: History::gate(&learnt),
+        edited: history.edited(vehicle),
+        glider,
+    }
+}
+
+/// Judges each surfacing of a mission by the quiet ones before it, from what they sent alone; none of the first three.
+#[must_use]
+pub fn sent_one_by_one(all: &[(String, Sent)], glider: &Glider) -> Vec<Option<Said>> {
+    let mut quiet: Vec<&Sent> = Vec::new();
+    let (mut earlier, mut out) = (Vec::new(), Vec::new());
+    for (unit, sent) in all {
+        if quiet.len() < FEWEST_CONTROLS {
+            quiet.push(sent);
+            out.push(None);
+            continue;
+        }
+        let last = &quiet[quiet.len().saturating_sub(WINDOW)..];
+        let usual = median(last.iter().map(|s| s.level(None)));
+        let summaries = last.iter().map(|s| s.summary(Some(usual))).collect();
+        let learnt = of_summaries(summaries, &[], Numbers::zeros(), &DVector::zeros(NUMBERS), usual);
+        let judgement = judge_summary(&sent.summary(Some(usual)), &learnt);
+        let (is_quiet, chance) = (judgement.is_quiet(), chance(judgement.chi2, &earlier));
+        if is_quiet {
+            earlier.push(judgement.chi2);
+            quiet.push(sent);
+        }
+        let (controls, gate, units) = (learnt.units.len(), History::gate(&learnt), (1, usize::from(!is_quiet)));
+        let (unit, edited, glider) = (unit.clone(), Edited::zeros(), glider.clone());
+        out.push(Some(Said { by: By::OwnSegments, controls, units, unit, judgement, chance, gate, edited, glider }));
+    }
+    out
 }
 
 /// Judges a flight of a vehicle without a history: by its own earlier segments where there are enough, else says only what moved.

@@ -126,6 +126,19 @@ impl Glider {
         out
     }
 
+    /// Volume of the hull at the surface and the temperature of the flights, m³: what a board reckons with.
+    #[must_use]
+    pub fn hull_m3(&self) -> f64 {
+        let c = ForceModel::new(self.constants, &self.effects).constants;
+        c.hull_volume_m3 * (1.0 + c.thermal_expansion_per_k * (self.reference_degc - c.reference_temperature_degc))
+    }
+
+    /// The law of forces with drag level and lift slope moved by `x`, in their units: what a board's table is made of.
+    #[must_use]
+    pub fn forces(&self, x: &[f64; NUMBERS]) -> ForceModel<'_> {
+        self.law(x).force
+    }
+
     fn law(&self, x: &[f64; NUMBERS]) -> Law<'_> {
         let mut c = self.constants;
         c.cd0 *= x[DRAG_LEVEL].exp();

@@ -133,19 +133,35 @@ pub fn judge(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) 
         ln_bayes = again.map(|l| (l + shift).min(found[best] - 1e-3));
         fits.iter().zip(&found).filter_map(|(f, l)| Some((f.number?, *l))).for_each(|(i, l)| ln_bayes[i] = l);
     }
-    // The interval of a size holds what it claims for this vehicle's dives, whatever their law.
-    let ratio = (history.ninety / NINETY).powi(2);
-    let (scaled, wider) = (Summary { n: &last.n / ratio, u: &last.u / ratio }, &covariance * ratio);
-    let one: [(f64, f64); NUMBERS] = std::array::from_fn(|i| {
-        let w = weigh(&scaled, mean, &wider, &[i]);
-        (w.size[0], w.covariance[(0, 0)])
-    });
-    let least = one.map(|(_, variance)| least_named(1.0 / variance - 1.0));
-    let alone = one.map(|(size, variance)| (size, variance.sqrt()));
     let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
     let departs =
         if class.is_empty() && history.predicts_itself() { beyond_numbers(unit, glider, history, claimed, &fits[0]) } else { None };
-    Judgement { ln_bayes, alone, least, moved: moved(&last, between), chi2: forward_chi2(unit, glider, history, claimed), departs, class }
+    let ((alone, least), moved) = (alone(&last, history), moved(&last, between));
+    Judgement { ln_bayes, alone, least, moved, chi2: forward_chi2(unit, glider, history, claimed), departs, class }
+}
+
+/// Judges a unit of which the summary alone is known, counted from the vehicle's numbers: what a surfacing sends. Nothing is linearised
+/// anew, and what is none of the numbers is not asked.
+#[must_use]
+pub fn judge_summary(says: &Summary, history: &Learnt) -> Judgement {
+    let between = &history.between;
+    let covariance = between.next();
+    let ln_bayes = std::array::from_fn(|i| weigh(says, &between.mean, &covariance, &[i]).ln_bayes);
+    let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
+    let ((alone, least), moved) = (alone(says, history), moved(says, between));
+    Judgement { ln_bayes, alone, least, moved, chi2: chi2(says, &between.mean, &covariance), departs: None, class }
+}
+
+/// Each number were it alone to depart, with its standard deviation, and the least size of each that would have been named: the
+/// interval of a size holds what it claims for this vehicle's dives, whatever their law.
+fn alone(says: &Summary, history: &Learnt) -> ([(f64, f64); NUMBERS], [f64; NUMBERS]) {
+    let ratio = (history.ninety / NINETY).powi(2);
+    let (scaled, wider) = (Summary { n: &says.n / ratio, u: &says.u / ratio }, history.between.next() * ratio);
+    let one: [(f64, f64); NUMBERS] = std::array::from_fn(|i| {
+        let w = weigh(&scaled, &history.between.mean, &wider, &[i]);
+        (w.size[0], w.covariance[(0, 0)])
+    });
+    (one.map(|(size, variance)| (size, variance.sqrt())), one.map(|(_, variance)| least_named(1.0 / variance - 1.0)))
 }
 
 /// What departs beside the history's best fit that is none of the numbers.

@@ -10,6 +10,7 @@ pub mod learn;
 pub mod mission;
 pub mod numbers;
 pub mod rows;
+pub mod sent;
 pub mod shown;
 pub mod structure;
 pub mod summary;

@@ -142,12 +142,7 @@ impl Linear {
                 freedom += 1.0;
             }
         }
-        freedom = f64::max(freedom - DIRECTIONS as f64, 0.0);
-        if let Some(usual) = usual {
-            sum += USUAL_FREEDOM * usual;
-            freedom += USUAL_FREEDOM;
-        }
-        (sum / freedom.max(1.0)).max(self.variance)
+        noise_level(sum, freedom, usual, self.variance)
     }
 
     /// Level of the noise at the numbers that this unit says itself, priors of one size.
@@ -162,6 +157,17 @@ impl Linear {
         let first = self.level(&best(self.variance), usual);
         self.level(&best(first), usual)
     }
+}
+
+/// Level of the noise of which the blocks scatter by `sum` in so many directions: shrunk to the usual level, and no less than the
+/// variance of the rows.
+pub(super) fn noise_level(mut sum: f64, directions: f64, usual: Option<f64>, variance: f64) -> f64 {
+    let mut freedom = f64::max(directions - DIRECTIONS as f64, 0.0);
+    if let Some(usual) = usual {
+        sum += USUAL_FREEDOM * usual;
+        freedom += USUAL_FREEDOM;
+    }
+    (sum / freedom.max(1.0)).max(variance)
 }
 
 /// What one block of a unit says; none without a row that counts.

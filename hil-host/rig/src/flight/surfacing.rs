@@ -6,12 +6,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use signals::Surfacing;
-use signals::surfacing::{Glide, SURFACING_BYTES};
+use signals::surfacing::{Glide, MOST_BYTES, SURFACING_BYTES};
 
-/// What stands before a message on the glider's terminal.
+/// What stands before a piece of a message on the glider's terminal.
 const HEAD: &[u8] = b"surfacing,";
-/// Characters of a message there.
-const TEXT: usize = SURFACING_BYTES.div_ceil(3) * 4;
 
 /// What a file says.
 #[derive(Debug, Default)]
@@ -22,37 +20,74 @@ pub struct Received {
     pub damaged: Vec<(String, String)>,
 }
 
-/// Reads a file: messages of 54 bytes one after another, or a terminal's text with lines of them.
+impl Received {
+    /// Takes bytes in which messages stand one after another, whole ones and begun ones; `place` says where a byte stands.
+    fn take(&mut self, bytes: &[u8], place: impl Fn(usize) -> String) {
+        let (mut at, mut skipped) = (0, None);
+        while at < bytes.len() {
+            let rest = &bytes[at..];
+            let whole = [SURFACING_BYTES, MOST_BYTES].into_iter().find_map(|n| Surfacing::decode(rest.get(..n)?).ok().map(|m| (n, m)));
+            if let Some((length, message)) = whole {
+                self.damage(skipped.take(), bytes, &place);
+                self.messages.push((place(at), message));
+                at += length;
+            } else {
+                skipped.get_or_insert(at);
+                at += 1;
+            }
+        }
+        self.damage(skipped, bytes, &place);
+    }
+
+    /// A message that cannot be read begins at `from`.
+    fn damage(&mut self, from: Option<usize>, bytes: &[u8], place: impl Fn(usize) -> String) {
+        if let Some(from) = from {
+            let rest = &bytes[from..];
+            let length = if rest.first() == Some(&2) { MOST_BYTES } else { SURFACING_BYTES };
+            let why = rest
+                .get(..length)
+                .map_or_else(|| "cut short".to_owned(), |m| Surfacing::decode(m).map_or_else(|e| format!("{e:?}"), |_| String::new()));
+            self.damaged.push((place(from), why));
+        }
+    }
+}
+
+/// Reads a file: messages of 54 or 163 bytes one after another, or a terminal's text with lines of their pieces.
 ///
 /// # Errors
 /// There is none in it, or all are damaged.
 pub fn read(bytes: &[u8]) -> anyhow::Result<Received> {
     let mut received = Received::default();
-    let mut take = |place: String, message: Result<Vec<u8>, String>| {
-        let read = message.and_then(|bytes| Surfacing::decode(&bytes).map_err(|e| format!("{e:?}")));
-        match read {
-            Ok(message) => received.messages.push((place, message)),
-            Err(why) => received.damaged.push((place, why)),
-        }
-    };
     let mut text = false;
+    // Bytes of the lines so far, and where each line's begin.
+    let (mut stream, mut places): (Vec<u8>, Vec<(usize, String)>) = (Vec::new(), Vec::new());
+    let mut no_pieces = Vec::new();
     for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
         let Some(at) = line.windows(HEAD.len()).position(|w| w == HEAD) else { continue };
         text = true;
         let from = at + HEAD.len();
         let place = format!("line {}, column {}", number + 1, from + 1);
-        let block = line.get(from..from + TEXT).ok_or_else(|| format!("cut short: {} of {TEXT} characters", line.len() - from));
-        take(place, block.and_then(|block| STANDARD.decode(block).map_err(|e| e.to_string())));
+        let is_digit = |b: &&u8| b.is_ascii_alphanumeric() || b"+/=".contains(b);
+        let block: Vec<u8> = line[from..].iter().take_while(is_digit).copied().collect();
+        match STANDARD.decode(block) {
+            Ok(piece) => {
+                places.push((stream.len(), place));
+                stream.extend(piece);
+            }
+            Err(why) => no_pieces.push((place, why.to_string())),
+        }
     }
-    if !text {
+    if text {
+        let place = |at: usize| places.iter().rev().find(|p| p.0 <= at).map_or_else(String::new, |p| p.1.clone());
+        received.take(&stream, place);
+        received.damaged.extend(no_pieces);
+    } else {
+        received.take(bytes, |at| format!("byte {at}"));
         ensure!(
-            !bytes.is_empty() && bytes.len().is_multiple_of(SURFACING_BYTES),
-            "no messages of a surfacing: neither {SURFACING_BYTES} bytes each (it has {}) nor lines of a glider's terminal with `surfacing,`",
+            !received.messages.is_empty() || bytes.len() >= SURFACING_BYTES,
+            "no messages of a surfacing: neither {SURFACING_BYTES} or {MOST_BYTES} bytes each (it has {}) nor lines of a glider's terminal with `surfacing,`",
             bytes.len()
         );
-        for (number, message) in bytes.chunks(SURFACING_BYTES).enumerate() {
-            take(format!("byte {}", number * SURFACING_BYTES), Ok(message.to_vec()));
-        }
     }
     if let (true, Some((place, why))) = (received.messages.is_empty(), received.damaged.first()) {
         bail!("{place}: damaged ({why}); fetch the file again, or the next one");

@@ -25,7 +25,15 @@ pub struct Mission {
     pub name: String,
     vehicle: Vehicle,
     flights: Vec<(Flight, f64)>,
-    units: Vec<Unit>,
+    pub(super) units: Vec<Unit>,
+}
+
+impl Mission {
+    /// How many steady dives or segments it has.
+    #[must_use]
+    pub fn units(&self) -> usize {
+        self.units.len()
+    }
 }
 
 /// Errors of one size: as a real mistake, and half of it.
@@ -39,7 +47,7 @@ const FIRST: usize = 6;
 
 /// What is injected.
 #[derive(Clone, Copy, Debug)]
-enum Error {
+pub(super) enum Error {
     /// ln of the drag level of the file.
     Drag(f64),
     /// Share of the file's compressibility.
@@ -54,7 +62,7 @@ enum Error {
     BallastScale(f64),
 }
 
-const ERRORS: [(&str, Error, usize); 9] = [
+pub(super) const ERRORS: [(&str, Error, usize); 9] = [
     ("cd0 /1.5", Error::Drag(-0.405_465), DRAG_LEVEL),
     ("cd0 x1.5", Error::Drag(0.405_465), DRAG_LEVEL),
     ("compressibility x0.3", Error::Compressibility(-0.7), COMPRESSIBILITY),
@@ -73,7 +81,13 @@ const LEAST_EXPANSION_PER_K: f64 = 2e-5;
 const UNSEEN: [&str; 4] = ["clock +5 s", "clock -5 s", "pressure zero +1.5 dbar", "pressure zero -1.5 dbar"];
 
 /// A unit, the claimed numbers, and the size that should be found, all in sizes.
-fn injected(unit: &Unit, at: &Numbers, glider: &Glider, (_, error, number): (&str, Error, usize), share: f64) -> (Unit, Numbers, f64) {
+pub(super) fn injected(
+    unit: &Unit,
+    at: &Numbers,
+    glider: &Glider,
+    (_, error, number): (&str, Error, usize),
+    share: f64,
+) -> (Unit, Numbers, f64) {
     let (mut unit, mut claimed) = (unit.clone(), *at);
     let now = |i: usize| at[i] * glider.sizes[i];
     let claims = glider.claims();
@@ -119,7 +133,7 @@ pub struct Share {
 }
 
 impl Share {
-    fn count(&mut self, right: bool) {
+    pub(super) fn count(&mut self, right: bool) {
         self.right += usize::from(right);
         self.all += 1;
     }
@@ -176,7 +190,7 @@ pub struct Scored {
     pub answers: Vec<Value>,
 }
 
-fn names(class: &[usize]) -> Vec<String> {
+pub(super) fn names(class: &[usize]) -> Vec<String> {
     class.iter().map(|i| ALL[*i].name.to_owned()).collect()
 }
 
@@ -245,7 +259,7 @@ fn mission(folder: &Path) -> anyhow::Result<Mission> {
 }
 
 /// At most `n` of them, evenly spread.
-fn spread(all: &[usize], n: usize) -> Vec<usize> {
+pub(super) fn spread(all: &[usize], n: usize) -> Vec<usize> {
     if all.len() <= n {
         return all.to_vec();
     }
@@ -253,17 +267,17 @@ fn spread(all: &[usize], n: usize) -> Vec<usize> {
 }
 
 /// The history before a unit: its last quiet units, learnt once each.
-struct Histories<'a> {
+pub(super) struct Histories<'a> {
     mission: &'a Mission,
-    glider: Glider,
-    from: Numbers,
+    pub(super) glider: Glider,
+    pub(super) from: Numbers,
     quiet: Vec<usize>,
     controls: usize,
     learnt: HashMap<Vec<usize>, Learnt>,
 }
 
 impl<'a> Histories<'a> {
-    fn new(mission: &'a Mission, controls: usize) -> Self {
+    pub(super) fn new(mission: &'a Mission, controls: usize) -> Self {
         let units = &mission.units;
         let glider = Glider::of_units(&mission.vehicle, units);
         let first: Vec<&Unit> = units.iter().take(controls.min(FIRST)).collect();
@@ -272,7 +286,7 @@ impl<'a> Histories<'a> {
         Self { mission, glider, from, quiet, controls, learnt: HashMap::new() }
     }
 
-    fn before(&mut self, i: usize) -> &Learnt {
+    pub(super) fn before(&mut self, i: usize) -> &Learnt {
         let quiet: Vec<usize> = self.quiet.iter().copied().filter(|j| *j < i).collect();
         let from = if quiet.len() >= self.controls.min(3) { quiet } else { (0..i).collect() };
         let last = from[from.len().saturating_sub(self.controls)..].to_vec();
@@ -281,16 +295,21 @@ impl<'a> Histories<'a> {
     }
 }
 
-/// The unit as it would be with an error of a sensor in the log; none where it is not steady any more.
-fn with_sensor_error(mission: &Mission, unit: &Unit, name: &str) -> Option<Unit> {
-    let error = INJECTED_ERRORS.iter().find(|e| e.name == name)?;
+/// The part of the log that a unit was made of, and when its flight began.
+pub(super) fn part_of(mission: &Mission, unit: &Unit) -> Option<(Flight, f64)> {
     let (flight, zero_s) = mission.flights.iter().rfind(|f| f.1 <= unit.start_s() && unit.id.starts_with(&f.0.name))?;
     let segment = unit.id.rsplit(' ').next()?.parse::<u32>().ok()?;
     let first = flight.segment.iter().position(|s| *s == segment)?;
     let end = flight.segment.iter().rposition(|s| *s == segment)? + 1;
-    let mut part = flight.part(first..end);
+    Some((flight.part(first..end), *zero_s))
+}
+
+/// The unit as it would be with an error of a sensor in the log; none where it is not steady any more.
+fn with_sensor_error(mission: &Mission, unit: &Unit, name: &str) -> Option<Unit> {
+    let error = INJECTED_ERRORS.iter().find(|e| e.name == name)?;
+    let (mut part, zero_s) = part_of(mission, unit)?;
     error.tell(&mut part, &mut json!({}));
-    on_clock(units(&part), *zero_s).into_iter().next()
+    on_clock(units(&part), zero_s).into_iter().next()
 }
 
 /// Scores a mission with so many controls; none where it has too few units.

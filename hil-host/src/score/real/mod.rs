@@ -15,6 +15,7 @@ pub mod ask;
 pub mod flights;
 pub mod injected_errors;
 pub mod missions;
+pub mod replayed;
 
 use std::path::Path;
 

@@ -43,7 +43,7 @@ const FLIGHT_ERROR: f64 = 0.1;
 const FLIGHT_MEMORY_S: f64 = 30.0 * DAY_S;
 /// Error of a way by its two fixes, m: a fix is put to a row of the log up to minutes away, the vehicle drifts meanwhile (guess).
 const FIX_ERROR_M: f64 = 100.0;
-/// Strengths in the bank, m/s, of mean current, tide, inertial oscillation: what open ocean and shelf seas have, two to three times apart;
+/// Strengths in the bank, m/s, of mean current, tide, inertial oscillation: what open ocean and shelf seas have (guess), two to three times apart;
 /// and memory (s) with strength of the red noise.
 const MEANS_M_S: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
 const TIDES_M_S: [f64; 3] = [0.003, 0.01, 0.03];

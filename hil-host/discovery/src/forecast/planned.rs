@@ -153,31 +153,3 @@ impl Glides {
         Ok(Dive { time_s, through_water: Vector::from_polar(way_m, std::f64::consts::FRAC_PI_2 - order.heading_rad) })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two dives at 6 cm/s in water 3 kg/m³ lighter than the file's vehicle is trimmed for: ordered again, they take as long, on their course.
-    #[test]
-    fn a_dive_is_as_fast_as_those_before_it_at_the_same_pitch_and_drive() {
-        const ROWS: usize = 240;
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/slocum-standard-sea.toml");
-        let vehicle = logs::vehicle::read(&path).expect("a vehicle");
-        let mut f = Flight::blank(2 * ROWS);
-        for i in 0..f.len() {
-            let row = i % ROWS;
-            let way = if row < ROWS / 2 { -1.0 } else { 1.0 };
-            f.time_s[i] = 10.0 * i as f64;
-            f.segment[i] = (i / ROWS) as u32;
-            f.pressure_pa[i] = (60.0 - 0.6 * (row as f64 - 120.0).abs()).max(0.0) * 1025.0 * 9.81;
-            (f.pitch_rad[i], f.roll_rad[i], f.heading_rad[i]) = (0.45 * way, 0.0, 1.0);
-            (f.ballast_m3[i], f.density_kg_m3[i], f.temperature_degc[i]) = (2e-4 * way, 1025.0, 10.0);
-        }
-        let glides = Glides::of(&f, &vehicle).expect("steady rows");
-        let order = Order { pitch_rad: 0.45, ballast_m3: 2e-4, depth_m: [0.0, 60.0], heading_rad: 2.5 };
-        let dive = glides.dive(&order, &vehicle).expect("glides");
-        assert!((dive.time_s / 2000.0 - 1.0).abs() < 0.2, "{dive:?} {:?} {:?}", glides.drag_relative, glides.trim_kg);
-        assert!((dive.through_water.arg() - (std::f64::consts::FRAC_PI_2 - 2.5)).abs() < 1e-9);
-    }
-}

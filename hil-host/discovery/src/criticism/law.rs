@@ -57,7 +57,7 @@ struct Group {
     value: fn(&Row) -> f64,
 }
 
-const GROUPS: [Group; 10] = [
+const FOLLOWED_GROUPS: [Group; 10] = [
     Group { name: "speed", one: "0.3 m/s", variable: Some(("U", 0.3)), signed: false, value: |r| r.track.speed_m_s[r.row] / 0.3 },
     Group {
         name: "angle of attack",
@@ -135,7 +135,7 @@ impl Law {
     /// What it follows, with its powers.
     #[must_use]
     pub fn groups(&self) -> Vec<(&'static str, f64)> {
-        self.factors.iter().map(|(g, e)| (GROUPS[*g].name, *e)).collect()
+        self.factors.iter().map(|(g, e)| (FOLLOWED_GROUPS[*g].name, *e)).collect()
     }
 
     /// Whether another differs in its powers alone.
@@ -151,7 +151,7 @@ impl Law {
         let flow = matches!(target, "cd" | "cl");
         let mut out = format!("{target} += k{times}");
         for (g, e) in &self.factors {
-            let (name, one) = GROUPS[*g].variable.filter(|(name, _)| flow != (*name == "p"))?;
+            let (name, one) = FOLLOWED_GROUPS[*g].variable.filter(|(name, _)| flow != (*name == "p"))?;
             out += &if *e == 1.0 { format!("*({name}/{one})") } else { format!("*({name}/{one})^{e}") };
         }
         match self.legs {
@@ -189,8 +189,9 @@ impl Law {
                 format!("^{low}")
             }
         };
-        let follows: Vec<String> = self.factors.iter().enumerate().map(|(i, (g, _))| format!("{}{}", GROUPS[*g].name, power(i))).collect();
-        let ones: Vec<&str> = self.factors.iter().map(|(g, _)| GROUPS[*g].one).collect();
+        let follows: Vec<String> =
+            self.factors.iter().enumerate().map(|(i, (g, _))| format!("{}{}", FOLLOWED_GROUPS[*g].name, power(i))).collect();
+        let ones: Vec<&str> = self.factors.iter().map(|(g, _)| FOLLOWED_GROUPS[*g].one).collect();
         let legs = match self.legs {
             Legs::Both => "",
             Legs::Dives => " on dives",
@@ -226,13 +227,13 @@ pub fn in_words(class: &[Law]) -> String {
 
 /// All products that are asked for: their groups and powers, and by how much two groups pay for being many.
 fn products() -> Vec<(Vec<(usize, f64)>, f64)> {
-    let single = |g: usize| ALONE.iter().filter(move |e| !GROUPS[g].signed || **e == 1.0).map(move |e| vec![(g, *e)]);
-    let mut out: Vec<Vec<(usize, f64)>> = (0..GROUPS.len()).flat_map(single).collect();
+    let single = |g: usize| ALONE.iter().filter(move |e| !FOLLOWED_GROUPS[g].signed || **e == 1.0).map(move |e| vec![(g, *e)]);
+    let mut out: Vec<Vec<(usize, f64)>> = (0..FOLLOWED_GROUPS.len()).flat_map(single).collect();
     let singles = out.len();
-    for g in 0..GROUPS.len() {
-        for h in g + 1..GROUPS.len() {
+    for g in 0..FOLLOWED_GROUPS.len() {
+        for h in g + 1..FOLLOWED_GROUPS.len() {
             for (a, b) in OF_TWO.iter().flat_map(|a| OF_TWO.map(|b| (*a, b))) {
-                if (!GROUPS[g].signed || a == 1.0) && (!GROUPS[h].signed || b == 1.0) {
+                if (!FOLLOWED_GROUPS[g].signed || a == 1.0) && (!FOLLOWED_GROUPS[h].signed || b == 1.0) {
                     out.push(vec![(g, a), (h, b)]);
                 }
             }
@@ -244,7 +245,7 @@ fn products() -> Vec<(Vec<(usize, f64)>, f64)> {
 
 /// Values of the groups and sensitivities of the channels at each row of each run.
 struct Rows {
-    groups: Vec<[Vec<f64>; GROUPS.len()]>,
+    groups: Vec<[Vec<f64>; FOLLOWED_GROUPS.len()]>,
     /// m/s per unit of the calibration number.
     rates: Vec<[Vec<f64>; CHANNELS.len()]>,
     traits: Vec<Traits>,
@@ -274,7 +275,7 @@ impl Rows {
                 warmth_degc,
             };
             let here: Vec<Row> = (0..run.time_s.len()).map(at).collect();
-            rows.groups.push(std::array::from_fn(|g| here.iter().map(GROUPS[g].value).collect()));
+            rows.groups.push(std::array::from_fn(|g| here.iter().map(FOLLOWED_GROUPS[g].value).collect()));
             let rate = |c: usize| (0..here.len()).map(|r| (moved[c][k].sink_m_s[r] - base[k].sink_m_s[r]) / unit[c]).collect();
             rows.rates.push(std::array::from_fn(rate));
         }
@@ -295,7 +296,7 @@ impl Rows {
             }
             law.factors.iter().fold(self.rates[k][law.channel][row], |v, (g, e)| {
                 let x = self.groups[k][*g][row];
-                v * x.abs().powf(*e) * if GROUPS[*g].signed { x.signum() } else { 1.0 }
+                v * x.abs().powf(*e) * if FOLLOWED_GROUPS[*g].signed { x.signum() } else { 1.0 }
             })
         })
     }
@@ -348,7 +349,7 @@ mod tests {
         let class = [law(0, Legs::Both, &[(4, 1.0)]), law(0, Legs::Both, &[(4, 2.0)]), law(2, Legs::Both, &[(3, 1.0)])];
         assert_eq!(
             in_words(&class),
-            "drag follows roll^1 to 2: +30.00 (+21.78 to +38.23) % of CD0 at 30 deg, or weight follows temperature: +30.00 (+21.78 to +38.23) cm3 of volume at 10 K; `glider add 'cd += k*(abs(roll)/0.5236)'` fits it"
+            "drag follows roll^1 to 2: +30.00 (+21.77 to +38.23) % of CD0 at 30 deg, or weight follows temperature: +30.00 (+21.77 to +38.23) cm3 of volume at 10 K; `glider add 'cd += k*(abs(roll)/0.5236)'` fits it"
         );
     }
 

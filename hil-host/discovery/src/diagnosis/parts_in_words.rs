@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 /// Effects of which no more than this share of a usual size could hide are not listed in words.
 const LISTED: f64 = 0.5;
 /// Most that one sentence lists.
-const MOST: usize = 6;
+const MOST_LISTED: usize = 6;
 /// Gain of range from which a new table is worth its upload: less is lost in the trim of one dive. A guess.
 const WORTH_AN_UPLOAD: f64 = 0.005;
 
@@ -42,8 +42,8 @@ fn hides(h: &Hidden) -> String {
 
 /// A list with an end.
 fn listed(all: &[String]) -> String {
-    let more = all.len().saturating_sub(MOST);
-    let shown = all[..all.len().min(MOST)].join("; ");
+    let more = all.len().saturating_sub(MOST_LISTED);
+    let shown = all[..all.len().min(MOST_LISTED)].join("; ");
     if more > 0 { format!("{shown}; and {more} more") } else { shown }
 }
 

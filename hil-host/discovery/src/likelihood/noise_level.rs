@@ -16,33 +16,34 @@ pub(super) fn sensor_m(vehicle: &Vehicle) -> f64 {
 }
 
 impl Problem<'_> {
-    /// Sets rms and correlation time of the ordinary water motion, and the depth sensor's noise, to what a state leaves: near what the
-    /// file states (the format allows 20 %; smaller is hardly believed, because other colours look smaller to a filter), the rms within a
-    /// factor of five where it states nothing. Waves near the surface and stamps that jitter are noise of depth too. Each in
-    /// turn by maximum likelihood. Returns whether one moved by more than 7 % (20 %, 10 %).
+    /// Scales the rms of the ordinary water motion to what a state leaves, near its nominal value (the format allows 20 %; a
+    /// guess in the file may be far off). Its
+    /// correlation time likewise, and the depth sensor's noise where the file does not state it: waves near the surface and stamps
+    /// that jitter are white noise of depth too. Returns whether one moved by more than 7 % (20 %, 10 %).
     pub fn tune_colour(&mut self, state: &State) -> bool {
-        /// Standard deviations of the logarithm of what the file states, and of what it does not.
-        const STATED: f64 = 0.12;
-        const ASSUMED: f64 = 1.0;
-        const ROUNDS: usize = 3;
         let missed = |((run, w), depth): ((&&Run, &Whitener), &Vec<f64>)| w.means(|row| run.depth_m[row] - depth[row]);
         let missed: Vec<Vec<f64>> = self.runs.iter().zip(&self.whiteners).zip(&self.depths_m(state)).map(missed).collect();
-        let assumed = |key: &str| self.vehicle.assumed.iter().any(|a| a.starts_with(key));
-        let free = assumed("background") || !is_on("stated_motion");
-        let spread = if free { ASSUMED } else { STATED };
-        let rms = if free { 0.2..=5.0 } else { 0.9..=1.2 };
-        let noise = if assumed("sensors.pressure_noise") && is_on("depth_noise") { 1.0..=9.1 } else { 1.0..=1.0 };
-        let axes = [(spread, rms), (STATED, 0.69..=1.44), (ASSUMED, noise)];
+        let nominal = self.vehicle.background.0;
+        let guessed = |key: &str| self.vehicle.assumed.iter().any(|a| a.starts_with(key));
+        let spread = if guessed("background") { 1.0 } else { 0.12 };
+        // The format allows 20 % either way; smaller than nominal is hardly believed, because other colours look smaller to a filter.
+        let allowed = if spread > 0.5 { 0.2..=5.0 } else { 0.9..=1.2 };
+        let noises = if guessed("sensors.pressure_noise") && is_on("depth_noise") { 0..=11 } else { 0..=0 };
         let stated_m = sensor_m(self.vehicle);
-        let colour = |ln: [f64; 3]| Colour {
-            rms_m_s: self.vehicle.background.0 * ln[0].exp(),
-            correlation_s: self.vehicle.background.1 * ln[1].exp(),
-            sensor_m: stated_m * ln[2].exp(),
-            ..self.colour
-        };
-        let cost = |ln: [f64; 3]| {
-            let colour = colour(ln);
-            let mut cost: f64 = ln.iter().zip(&axes).map(|(l, (spread, _))| (l / spread).powi(2)).sum();
+        let mut best = (f64::INFINITY, self.colour);
+        for (n, k, j) in noises.flat_map(|n| (-10..=10_i32).flat_map(move |k| (-3..=3_i32).map(move |j| (n, k, j)))) {
+            let (factor, stretch) = ((f64::from(k) * spread * 0.2).exp(), (f64::from(j) * 0.12).exp());
+            if !allowed.contains(&factor) {
+                continue;
+            }
+            let noise = 0.2 * f64::from(n);
+            let colour = Colour {
+                rms_m_s: nominal * factor,
+                correlation_s: self.vehicle.background.1 * stretch,
+                sensor_m: stated_m * noise.exp(),
+                ..self.colour
+            };
+            let mut cost = (factor.ln() / spread).powi(2) + (stretch.ln() / 0.12).powi(2) + noise.powi(2);
             for (whitener, missed) in self.whiteners.iter().zip(&missed) {
                 let w = whitener.coloured(&colour);
                 let mut e = Vec::with_capacity(w.len());
@@ -50,26 +51,14 @@ impl Problem<'_> {
                 // Huber: a few rows that no model gets right must not set the scale.
                 cost += 2.0 * w.log_scale + e.iter().map(|x| if x.abs() < 3.0 { x * x } else { 6.0 * x.abs() - 9.0 }).sum::<f64>();
             }
-            cost
-        };
-        let mut best = ([0.0; 3], cost([0.0; 3]));
-        for axis in (0..ROUNDS).flat_map(|_| 0..3) {
-            let (spread, allowed) = &axes[axis];
-            let tried = (-10..=10_i32).map(|k| f64::from(k) * spread * 0.2).filter(|l| allowed.contains(&l.exp()));
-            for l in tried {
-                let mut ln = best.0;
-                ln[axis] = l;
-                let value = cost(ln);
-                if value < best.1 {
-                    best = (ln, value);
-                }
+            if cost < best.0 {
+                best = (cost, colour);
             }
         }
-        let found = colour(best.0);
-        let by = |of: fn(&Colour) -> f64| (of(&found) / of(&self.colour)).ln().abs();
+        let by = |of: fn(&Colour) -> f64| (of(&best.1) / of(&self.colour)).ln().abs();
         let moved = by(|c| c.rms_m_s) > 0.07 || by(|c| c.correlation_s) > 0.2 || by(|c| c.sensor_m) > 0.1;
         if moved {
-            self.set_colour(found);
+            self.set_colour(best.1);
         }
         moved
     }

@@ -185,6 +185,8 @@ impl Class {
         d.set("tolerance_1sigma.hull_thermal_expansion_relative", usual.expansion.1, why);
         d.set("tolerance_1sigma.added_mass_surge", 0.05, "guess");
         d.set("tolerance_1sigma.added_mass_heave", 0.1, "guess");
+        d.set("background_vertical_water_motion.rms_m_s", 0.005, "guess: open sea, quiet");
+        d.set("background_vertical_water_motion.correlation_time_s", 90.0, "guess");
         d
     }
 }

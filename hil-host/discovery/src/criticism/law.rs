@@ -31,7 +31,7 @@ struct Channel {
 const CHANNELS: [Channel; 4] = [
     Channel { name: "drag", calibration: DRAG, shown: (100.0, "% of CD0"), target: ("cd", "") },
     Channel { name: "lift", calibration: LIFT_SLOPE, shown: (100.0, "% of the lift slope"), target: ("cl", "*alpha") },
-    Channel { name: "weight", calibration: TRIM_VOLUME, shown: (1e6, "cm3 of volume"), target: ("volume_cc", "") },
+    Channel { name: "weight", calibration: TRIM_VOLUME, shown: (1.0, "cm3 of volume"), target: ("volume_cc", "") },
     Channel { name: "pitch", calibration: PITCH_ZERO, shown: (57.295_779_513, "deg"), target: ("pitch_rad", "") },
 ];
 

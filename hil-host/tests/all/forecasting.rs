@@ -26,7 +26,7 @@ fn log(dives: usize, first: usize) -> Flight {
         f.density_kg_m3[i] = 1025.0;
         f.temperature_degc[i] = 10.0;
         let gone = if row < 120 { 0.0 } else { 2000.0 * 0.06 / path_rad.tan() };
-        if row < 5 || row > 235 {
+        if !(5..=235).contains(&row) {
             f.gps_east_m[i] = gone * 60f64.to_radians().sin();
             f.gps_north_m[i] = gone * 60f64.to_radians().cos() + CURRENT_M_S * STEP_S * row as f64;
         }

@@ -6,7 +6,7 @@
 //! ```
 //! on both legs, on dives or on climbs alone. The vertical velocity it makes is quasi-steady: the sensitivity of the depth rate to the
 //! channel at each row (four model passes), times the product. All columns are ranked by the fall of chi² that linear theory promises, the
-//! first of them by the same evidence as every unknown effect ([`super::against_usual`]); laws within ten to one of the best are one class.
+//! first of them by the same evidence as every unknown effect (`against_usual.rs`); laws within ten to one of the best are one class.
 
 use crate::criticism::against_usual::{Form, unknown_against_usual};
 use crate::criticism::residual_tests::whitened_m_s;
@@ -80,8 +80,8 @@ const FOLLOWED_GROUPS: [Group; 10] = [
         signed: true,
         value: |r| (r.input.sensed.temperature_degc - r.warmth_degc) / 10.0,
     },
-    Group { name: "roll", one: "30 deg", variable: Some(("abs(roll)", 0.5236)), signed: false, value: |r| r.input.roll_rad.abs() / 0.5236 },
-    Group { name: "side of the turn", one: "30 deg", variable: Some(("roll", 0.5236)), signed: true, value: |r| r.input.roll_rad / 0.5236 },
+    Group { name: "roll", one: "0.5 rad", variable: Some(("abs(roll)", 0.5)), signed: false, value: |r| r.input.roll_rad.abs() / 0.5 },
+    Group { name: "side of the turn", one: "0.5 rad", variable: Some(("roll", 0.5)), signed: true, value: |r| r.input.roll_rad / 0.5 },
     Group { name: "heading, north", one: "north", variable: None, signed: true, value: |r| r.input.cos_heading },
     Group { name: "heading, east", one: "east", variable: None, signed: true, value: |r| r.input.sin_heading },
     Group { name: "time since the turn", one: "60 s", variable: None, signed: false, value: |r| r.since_turn_s / 60.0 },
@@ -230,13 +230,10 @@ fn products() -> Vec<(Vec<(usize, f64)>, f64)> {
     let single = |g: usize| ALONE.iter().filter(move |e| !FOLLOWED_GROUPS[g].signed || **e == 1.0).map(move |e| vec![(g, *e)]);
     let mut out: Vec<Vec<(usize, f64)>> = (0..FOLLOWED_GROUPS.len()).flat_map(single).collect();
     let singles = out.len();
-    for g in 0..FOLLOWED_GROUPS.len() {
-        for h in g + 1..FOLLOWED_GROUPS.len() {
-            for (a, b) in OF_TWO.iter().flat_map(|a| OF_TWO.map(|b| (*a, b))) {
-                if (!FOLLOWED_GROUPS[g].signed || a == 1.0) && (!FOLLOWED_GROUPS[h].signed || b == 1.0) {
-                    out.push(vec![(g, a), (h, b)]);
-                }
-            }
+    let powers = |group: &Group| if group.signed { &OF_TWO[..1] } else { &OF_TWO[..] };
+    for (g, one) in FOLLOWED_GROUPS.iter().enumerate() {
+        for (h, other) in FOLLOWED_GROUPS.iter().enumerate().skip(g + 1) {
+            out.extend(powers(one).iter().flat_map(|a| powers(other).iter().map(move |b| vec![(g, *a), (h, *b)])));
         }
     }
     let pays = -((out.len() - singles) as f64 / singles as f64).ln();
@@ -309,14 +306,14 @@ pub fn laws(problem: &Problem, fit: &Fit) -> Vec<Law> {
     let rows = Rows::of(problem, fit);
     let whitened_m_s = whitened_m_s(problem, &rows.traits);
     let mut all: Vec<(f64, f64, Law)> = Vec::new();
-    for channel in 0..CHANNELS.len() {
+    for (channel, acts) in CHANNELS.iter().enumerate() {
         for legs in [Legs::Both, Legs::Dives, Legs::Climbs] {
             for (factors, pays) in products() {
                 let mut law = Law { channel, legs, factors, log_bayes: f64::NAN, size: (0.0, 0.0) };
                 let form = Form::new(&[&rows.column(problem, &law)], &linearisation, whitened_m_s);
                 let (gram, with) = (form.projected.gram()[(0, 0)], form.projected.match_[0]);
                 if gram > 0.0 && with.is_finite() {
-                    let shown = CHANNELS[channel].shown.0;
+                    let shown = acts.shown.0;
                     law.size = (shown * with / gram, shown / gram.sqrt());
                     all.push((0.5 * with * with / gram + pays, pays, law));
                 }
@@ -349,7 +346,7 @@ mod tests {
         let class = [law(0, Legs::Both, &[(4, 1.0)]), law(0, Legs::Both, &[(4, 2.0)]), law(2, Legs::Both, &[(3, 1.0)])];
         assert_eq!(
             in_words(&class),
-            "drag follows roll^1 to 2: +30.00 (+21.77 to +38.23) % of CD0 at 30 deg, or weight follows temperature: +30.00 (+21.77 to +38.23) cm3 of volume at 10 K; `glider add 'cd += k*(abs(roll)/0.5236)'` fits it"
+            "drag follows roll^1 to 2: +30.00 (+21.77 to +38.23) % of CD0 at 0.5 rad, or weight follows temperature: +30.00 (+21.77 to +38.23) cm3 of volume at 10 K; `glider add 'cd += k*(abs(roll)/0.5)'` fits it"
         );
     }
 

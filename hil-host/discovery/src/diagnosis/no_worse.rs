@@ -1,13 +1,14 @@
-//! No answer is worse than its start: where a refit leaves a larger error than the vehicle file as given, the file's numbers stay.
+//! No answer is worse than its start: where a refit leaves a larger error on the fitted dives than the vehicle file as given, the file's
+//! numbers stay. Dives that were kept out judge, and choose nothing.
 
 use super::Diagnosis;
 use crate::model::parameters::State;
 
 impl Diagnosis {
-    /// A refit that leaves more than the file as given, on fitted dives or on those kept out, is no recalibration: the file's numbers stay.
+    /// A refit that leaves more on the fitted dives than the file as given is no recalibration.
     pub(super) fn no_worse_than_the_file(mut self) -> Self {
-        let rises = |[given, refitted, _]: [f64; 3]| given.is_finite() && !(refitted <= given);
-        if !rises(self.fitted_error_m_s) && !rises(self.block_error_m_s) {
+        let [given, refitted, _] = self.fitted_error_m_s;
+        if !given.is_finite() || refitted <= given {
             return self;
         }
         self.recalibrated = State::nominal();

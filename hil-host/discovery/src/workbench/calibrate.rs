@@ -387,11 +387,11 @@ impl Together<'_> {
         })
     }
 
-    /// Whether the flights together have a larger error than as given, fitted or held out, or none that is a number.
+    /// Whether the fitted dives of all flights have a larger error than as given, or none that is a number. Dives kept out choose nothing.
     fn is_worse_than_the_file(&self) -> bool {
-        let all: Vec<[[f64; 2]; 2]> = (0..self.fitted.len()).map(|k| self.errors_m_s(k)).collect();
-        let square = |i: usize, which: usize| all.iter().filter(|e| e[i][0].is_finite()).map(|e| e[i][which].powi(2)).sum::<f64>();
-        [0, 1].into_iter().any(|i| !(square(i, 1) <= square(i, 0)))
+        let all = || (0..self.fitted.len()).map(|k| self.errors_m_s(k)[0]).filter(|e| e[0].is_finite());
+        let square = |which: usize| all().map(|e| e[which].powi(2)).sum::<f64>();
+        !(square(1) <= square(0))
     }
 
     /// Shared numbers, the mean of what is set anew, and within what the next flight's numbers are expected, in tolerances.

@@ -47,7 +47,7 @@ enum What {
     Real(real::RealArgs),
     /// Missions in which something changes at an unknown dive: found, dated, sized; false alarms.
     Timeline(timeline::TimelineArgs),
-    /// Forecasts of surfacings on missions that were flown, beside persistence.
+    /// Forecasts of surfacings on missions that were flown, against persistence.
     Forecast(forecast::ForecastArgs),
     /// Put the parts of shards of `discovery`, `real` or `timeline` together.
     Merge(ScorecardMergeArgs),

@@ -139,7 +139,7 @@ impl Law {
     }
 
     /// Whether another differs in its powers alone.
-    fn is_kin(&self, other: &Self) -> bool {
+    fn has_the_same_form(&self, other: &Self) -> bool {
         let same = self.factors.iter().map(|f| f.0).eq(other.factors.iter().map(|f| f.0));
         same && self.channel == other.channel && self.legs == other.legs
     }
@@ -176,10 +176,10 @@ impl Law {
             "log_bayes": self.log_bayes, "expression": self.expression()})
     }
 
-    /// In words, with the powers of its kin.
-    fn text(&self, kin: &[&Self]) -> String {
+    /// In words, with the powers of those of the same form.
+    fn text(&self, alike: &[&Self]) -> String {
         let power = |i: usize| {
-            let all = || kin.iter().map(|l| l.factors[i].1).chain([self.factors[i].1]);
+            let all = || alike.iter().map(|l| l.factors[i].1).chain([self.factors[i].1]);
             let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
             if low < high {
                 format!("^{low} to {high}")
@@ -216,8 +216,8 @@ pub fn in_words(class: &[Law]) -> String {
     let mut said: Vec<String> = Vec::new();
     let mut rest: Vec<&Law> = class.iter().collect();
     while let Some(first) = rest.first().copied().filter(|_| said.len() < 3) {
-        let (kin, others): (Vec<&Law>, Vec<&Law>) = rest.into_iter().partition(|l| l.is_kin(first));
-        said.push(first.text(&kin));
+        let (alike, others): (Vec<&Law>, Vec<&Law>) = rest.into_iter().partition(|l| l.has_the_same_form(first));
+        said.push(first.text(&alike));
         rest = others;
     }
     let more = if rest.is_empty() { String::new() } else { format!(" (and {} more)", rest.len()) };

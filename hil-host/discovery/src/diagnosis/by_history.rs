@@ -22,7 +22,7 @@ impl Diagnosis {
             if !(said.class().is_empty() && named_beyond) {
                 self.answer_by(said);
             }
-            (0..NUMBERS).for_each(|number| self.parts.set_hidden(ALL[number].effect, said.least_named(number)));
+            self.parts.set_hidden((0..NUMBERS).map(|number| (ALL[number].effect, said.least_named(number))));
             self.parts.hidden.retain(|h| !self.answer.contains(&h.effect));
         }
         self.history = said;

@@ -50,7 +50,7 @@ pub struct Worth {
 }
 
 /// What is said with any verdict.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct FourParts {
     /// Numbers of the law.
     pub moved: Vec<Number>,
@@ -69,16 +69,12 @@ impl FourParts {
         Self { moved, hidden: hidden(problem, fit, error_m_s, speak_up), worth: worth(vehicle, fit) }
     }
 
-    /// Sets what could hide of an effect to what something else than these fits judges it by.
-    pub(super) fn set_hidden(&mut self, effect: &str, least: f64) {
-        if let Some(h) = self.hidden.iter_mut().find(|h| h.effect == effect) {
-            h.least = least;
+    /// Sets what could hide of effects to what something else than these fits judges them by.
+    pub(super) fn set_hidden(&mut self, least: impl Iterator<Item = (&'static str, f64)>) {
+        for (effect, least) in least {
+            self.hidden.iter_mut().filter(|h| h.effect == effect).for_each(|h| h.least = least);
         }
-        self.sort();
-    }
-
-    fn sort(&mut self) {
-        self.hidden.sort_by(|a, b| (b.least / b.typical).total_cmp(&(a.least / a.typical)).then(a.effect.cmp(b.effect)));
+        most_first(&mut self.hidden);
     }
 
     /// Numbers whose value of the file is outside this flight's interval.
@@ -87,9 +83,14 @@ impl FourParts {
     }
 }
 
+/// Sorts by what could hide, in usual sizes.
+fn most_first(hidden: &mut [Hidden]) {
+    hidden.sort_by(|a, b| (b.least / b.typical).total_cmp(&(a.least / a.typical)).then(a.effect.cmp(b.effect)));
+}
+
 fn hidden(problem: &Problem, fit: &Fit, error_m_s: f64, speak_up: impl Fn(bool) -> f64) -> Vec<Hidden> {
     let Some(shown) = Identifiability::of(problem, fit, error_m_s) else { return Vec::new() };
-    let mut parts = FourParts::default();
+    let mut out = Vec::new();
     for (name, information) in shown.each() {
         let named = fit.state.effects.iter().any(|a| a.effect.name == name);
         let Some(effect) = catalogue::by_name(name).filter(|e| !named && e.onset.is_none()) else { continue };
@@ -103,10 +104,10 @@ fn hidden(problem: &Problem, fit: &Fit, error_m_s: f64, speak_up: impl Fn(bool) 
         let (low, high) = problem.size_limits(effect);
         let possible = (high - p.off).max(p.off - low);
         let least = if least <= possible { least } else { f64::INFINITY };
-        parts.hidden.push(Hidden { effect: effect.name, parameter: p.name, unit: p.unit, least, typical: p.typical });
+        out.push(Hidden { effect: effect.name, parameter: p.name, unit: p.unit, least, typical: p.typical });
     }
-    parts.sort();
-    parts.hidden
+    most_first(&mut out);
+    out
 }
 
 /// L/D at the pitch that is best by the file, and at the one that is best by a state.

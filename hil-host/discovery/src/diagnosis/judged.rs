@@ -1,6 +1,7 @@
 //! The dives whose error is printed: one selection for every command and page, so that they print the same figures of a flight.
 
-use crate::likelihood::block_error::{Block, blocks, modelled_m_s, rms};
+use crate::likelihood::Problem;
+use crate::likelihood::block_error::{Block, block_errors, blocks, modelled_m_s, rms};
 use crate::model::branch::Branch;
 use crate::model::parameters::State;
 use crate::preprocess::dives::{MOST_FITTED, evenly};
@@ -60,4 +61,22 @@ pub fn error_m_s(prepared: &Prepared, of: &Blocks, depth_m: impl Fn(usize) -> Ve
         list.iter().map(move |b| b.observed_m_s - modelled_m_s(run, b, &depth)).collect::<Vec<_>>()
     });
     rms(missed)
+}
+
+/// Block errors of a flight on fitted and on held-out segments, m/s: as given, and at its state.
+pub(crate) type ErrorsMs = [[f64; 2]; 2];
+
+/// Whether the fitted dives of all flights have a larger error than as given, or none that is a number. Dives kept out choose nothing.
+pub(crate) fn are_worse_than_the_file(all: &[ErrorsMs]) -> bool {
+    let fitted = || all.iter().map(|e| e[0]).filter(|e| e[0].is_finite());
+    let square = |which: usize| fitted().map(|e| e[which].powi(2)).sum::<f64>();
+    !(square(1) <= square(0))
+}
+
+/// Errors of one flight.
+pub(crate) fn errors_m_s(problem: &Problem, prepared: &Prepared, state: &State, blocks: &[Blocks; 2]) -> ErrorsMs {
+    [0, 1].map(|i| {
+        let of = &blocks[i];
+        [as_given_m_s(prepared, problem.vehicle, of), block_errors(problem, prepared, &[state], of, false)[0]]
+    })
 }

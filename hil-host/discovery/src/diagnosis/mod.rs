@@ -38,7 +38,7 @@ use crate::likelihood::block_error::Predictor;
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::{Column, Problem};
 use crate::model::branch::Branch;
-use crate::model::parameters::{CALIBRATION, State, is_law};
+use crate::model::parameters::{State, is_law};
 use crate::model::sensor_findings::{SensorFinding, not_determined, sensor_findings};
 use crate::preprocess::{Prepared, prepare, sanity};
 use logs::record::flight::Flight;
@@ -289,7 +289,7 @@ fn spoken_of<'a>(predictor: &Predictor<'a, '_>, found: &'a SearchResult, blocks:
         let [with, without] = errors_of_all(predictor, [with, without], blocks);
         1.0 - with / without
     };
-    let ordinary = |fit: &Fit| !is_on("ordinary_only") || far_from_file(problem.vehicle, &fit.state).is_none();
+    let ordinary = |fit: &Fit| !is_on("ordinary_only") || is_ordinary(problem.vehicle, &fit.state);
     let null_is_sound = ordinary(&found.null);
     let worth: Vec<&'a Candidate> = found.candidates.iter().filter(|c| is_worth_naming(c)).collect();
     let pays = |c: &'a Candidate| {
@@ -461,16 +461,14 @@ fn conclude(
     .no_worse_than_the_file()
 }
 
-/// Tolerances from which a recalibration is told of.
-const REPORTED_TOLERANCES: f64 = 3.0;
+/// Tolerances up to which vehicles scatter (flight format, section 5).
+const ORDINARY_TOLERANCES: f64 = 3.0;
 
-/// Calibration numbers that a state moves by several tolerances: a finding, named or not.
-fn far_from_file(vehicle: &Vehicle, state: &State) -> Option<String> {
+/// Whether a state moves no calibration number by more than vehicles scatter.
+fn is_ordinary(vehicle: &Vehicle, state: &State) -> bool {
     let uncalibrated = is_uncalibrated(vehicle);
     let counts = |k: usize| is_law(k) && !is_free(uncalibrated, k);
-    let far = state.calibration.iter().enumerate().filter(|(k, z)| counts(*k) && z.abs() > REPORTED_TOLERANCES);
-    let said: Vec<String> = far.map(|(k, z)| format!("{} {z:+.1}", CALIBRATION[k])).collect();
-    (!said.is_empty()).then(|| format!("the calibration deviates by several tolerances of the vehicle file: {}", said.join(", ")))
+    state.calibration.iter().enumerate().all(|(k, z)| !counts(k) || z.abs() <= ORDINARY_TOLERANCES)
 }
 
 /// The effect of a fit whose size is pressed against the end of what is possible by more than chance.

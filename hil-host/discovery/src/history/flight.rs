@@ -68,38 +68,41 @@ fn by_learnt(of: &[Unit], glider: &Glider, learnt: &Learnt) -> Option<(usize, us
 #[must_use]
 pub fn by_history(history: &History, name: &str, flight: &Flight, vehicle: &Vehicle) -> Option<Said> {
     let all = units(flight);
-    let (glider, learnt) = (history.glider(vehicle), history.learnt());
-    let (place, loud, judgement) = by_learnt(&all, &glider, &learnt)?;
-    Some(Said {
+    let learnt = history.learnt();
+    let (place, loud, judgement) = by_learnt(&all, &history.glider(vehicle), &learnt)?;
+    Some(said_by(history, &learnt, name, vehicle, (all.len(), loud), &all[place].id, judgement))
+}
+
+/// What a history says with a judgement of one unit, of so many units and so many that are not quiet.
+fn said_by(
+    history: &History,
+    learnt: &Learnt,
+    name: &str,
+    vehicle: &Vehicle,
+    units: (usize, usize),
+    unit: &str,
+    judgement: Judgement,
+) -> Said {
+    Said {
         by: By::History(name.to_owned()),
         controls: learnt.units.len(),
-        units: (all.len(), loud),
-        unit: all[place].id.clone(),
+        units,
+        unit: unit.to_owned(),
         chance: chance(judgement.chi2, &history.earlier_chi2()),
         judgement,
-        gate: History::gate(&learnt),
+        gate: History::gate(learnt),
         edited: history.edited(vehicle),
-        glider,
-    })
+        glider: history.glider(vehicle),
+    }
 }
 
 /// Judges a dive of which a surfacing sent the summary, counted from the numbers of the vehicle file.
 #[must_use]
 pub fn by_sent(history: &History, name: &str, unit: &str, mut sent: Sent, vehicle: &Vehicle) -> Said {
-    let (glider, learnt) = (history.glider(vehicle), history.learnt());
+    let learnt = history.learnt();
     sent.count_from(&learnt.at);
     let judgement = judge_summary(&sent.summary(Some(learnt.usual_level)), &learnt);
-    Said {
-        by: By::History(name.to_owned()),
-        controls: learnt.units.len(),
-        units: (1, usize::from(!judgement.is_quiet())),
-        unit: unit.to_owned(),
-        chance: chance(judgement.chi2, &history.earlier_chi2()),
-        judgement,
-        gate: History::gate(&learnt),
-        edited: history.edited(vehicle),
-        glider,
-    }
+    said_by(history, &learnt, name, vehicle, (1, usize::from(!judgement.is_quiet())), unit, judgement)
 }
 
 /// Judges each surfacing of a mission by the quiet ones before it, from what they sent alone; none of the first three.

@@ -12,7 +12,7 @@
 //! Not covered: correlation of the numbers (a vehicle file has a tolerance for each, no more); law numbers that no file states a
 //! tolerance of are refitted, and start from the same prior again.
 
-use crate::diagnosis::judged::{Blocks, Judged, as_given_m_s};
+use crate::diagnosis::judged::{Blocks, ErrorsMs, Judged, are_worse_than_the_file, errors_m_s};
 use crate::diagnosis::settle::estimate_anew;
 use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
@@ -348,12 +348,14 @@ pub fn calibrate(
         }
     }
     let mut together = Together { vehicle, split, fitted, prepared: &prepared, states, joint: now, keeps_file: false };
-    if together.is_worse_than_the_file() {
+    let mut errors = together.errors_m_s();
+    if are_worse_than_the_file(&errors) {
         notes.push("the fit leaves a larger depth-rate error than the vehicle file as given: its numbers stay".into());
         together.states.fill(State::nominal());
         together.keeps_file = true;
+        errors = together.errors_m_s();
     }
-    Ok(calibrated(&together, flights, options, parent, notes))
+    Ok(calibrated(&together, &errors, flights, options, parent, notes))
 }
 
 /// Standard deviation of trim and pitch zero of the next deployment, in tolerances: one degree of freedom of the file's, and one of each
@@ -378,20 +380,10 @@ struct Together<'a> {
 }
 
 impl Together<'_> {
-    /// Errors of flight `k` on fitted and on held-out segments, m/s: as given, and at its state.
-    fn errors_m_s(&self, k: usize) -> [[f64; 2]; 2] {
-        let (fitted, prepared) = (&self.fitted[k], &self.prepared[k]);
-        [0, 1].map(|i| {
-            let of = &fitted.blocks[i];
-            [as_given_m_s(prepared, self.vehicle, of), block_errors(&fitted.problem, prepared, &[&self.states[k]], of, false)[0]]
-        })
-    }
-
-    /// Whether the fitted dives of all flights have a larger error than as given, or none that is a number. Dives kept out choose nothing.
-    fn is_worse_than_the_file(&self) -> bool {
-        let all = || (0..self.fitted.len()).map(|k| self.errors_m_s(k)[0]).filter(|e| e[0].is_finite());
-        let square = |which: usize| all().map(|e| e[which].powi(2)).sum::<f64>();
-        !(square(1) <= square(0))
+    /// Errors of each flight, as given and at its state.
+    fn errors_m_s(&self) -> Vec<ErrorsMs> {
+        let of = |((f, prepared), state): ((&Fitted, &Prepared), &State)| errors_m_s(&f.problem, prepared, state, &f.blocks);
+        self.fitted.iter().zip(self.prepared).zip(&self.states).map(of).collect()
     }
 
     /// Shared numbers, the mean of what is set anew, and within what the next flight's numbers are expected, in tolerances.
@@ -430,7 +422,7 @@ impl Together<'_> {
     }
 
     /// Flight `k`, as it is told.
-    fn flight(&self, k: usize, logged: &Logged) -> FlightCalibration {
+    fn flight(&self, k: usize, logged: &Logged, error_m_s: ErrorsMs) -> FlightCalibration {
         let (fitted, state, prepared) = (&self.fitted[k], &self.states[k], &self.prepared[k]);
         let sigma = |i: usize| match (self.split.own.iter().position(|o| *o == i), self.split.place(i)) {
             (Some(at), _) => self.joint.own[k][(at, at)].max(0.0).sqrt(),
@@ -442,7 +434,7 @@ impl Together<'_> {
             flight: logged.flight.name.clone(),
             sha256: logged.sha256.clone(),
             fitted_segments: fitted.problem.runs.iter().map(|r| r.segment).collect(),
-            error_m_s: self.errors_m_s(k),
+            error_m_s,
             noise_floor_m_s: fitted.problem.noise_floor_m_s(),
             discrepancy_m_s: fitted.problem.discrepancy.size_m_s,
             own: [TRIM_VOLUME, PITCH_ZERO].map(own).map(|[value, sigma]| (value, sigma)),
@@ -476,9 +468,16 @@ impl Together<'_> {
     }
 }
 
-fn calibrated(of: &Together, flights: &[Logged], options: &Options, parent: &[u8], mut notes: Vec<String>) -> Calibrated {
+fn calibrated(
+    of: &Together,
+    errors: &[ErrorsMs],
+    flights: &[Logged],
+    options: &Options,
+    parent: &[u8],
+    mut notes: Vec<String>,
+) -> Calibrated {
     let (state, left) = of.next();
-    let calibrated: Vec<FlightCalibration> = flights.iter().enumerate().map(|(k, logged)| of.flight(k, logged)).collect();
+    let calibrated: Vec<FlightCalibration> = flights.iter().enumerate().map(|(k, logged)| of.flight(k, logged, errors[k])).collect();
     let vehicle = of.document(&state, &left, &calibrated, options, parent);
     for i in of.at_bounds() {
         notes.push(format!("{} went to the end of what is possible: nothing is known of it, and it stays as in the file", CALIBRATION[i]));

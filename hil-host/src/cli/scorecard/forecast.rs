@@ -1,4 +1,4 @@
-//! `glider scorecard forecast`: forecasts of surfacings on missions that were flown, beside persistence.
+//! `glider scorecard forecast`: forecasts of surfacings on missions that were flown, against persistence.
 
 use std::path::PathBuf;
 

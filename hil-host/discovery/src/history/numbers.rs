@@ -82,7 +82,10 @@ pub fn in_effect(number: usize, value: f64, claimed: f64) -> f64 {
         BALLAST_OFFSET => -value / WATER_KG_M3 * CC,
         COMPRESSIBILITY | EXPANSION if claimed != 0.0 => value / claimed,
         COMPRESSIBILITY => value / RIGID_PER_PA,
-        DRAG_LEVEL | PITCH_SCALE | BALLAST_SCALE | SLOPE_OF_LIFT => value.exp_m1(),
+        DRAG_LEVEL | BALLAST_SCALE | SLOPE_OF_LIFT => value.exp_m1(),
+        // Effects of the pitch sensor say what it measures of the true pitch, the numbers what is true of the measured one.
+        PITCH_SCALE => (-value).exp_m1(),
+        PITCH_OFFSET => -value,
         _ => value,
     }
 }
@@ -122,7 +125,7 @@ mod tests {
         assert!((in_effect(BALLAST_OFFSET, 0.1025, 0.0) + 100.0).abs() < 1e-9);
         assert!((in_effect(COMPRESSIBILITY, -2e-10, 4e-10) + 0.5).abs() < 1e-12);
         assert!((in_effect(DRAG_LEVEL, 1.5_f64.ln(), -1.9) - 0.5).abs() < 1e-12);
-        assert_eq!((in_effect(PITCH_OFFSET, 0.02, 0.1), ALL[PITCH_OFFSET].parameter().unit), (0.02, "rad"));
+        assert_eq!((in_effect(PITCH_OFFSET, 0.02, 0.1), ALL[PITCH_OFFSET].parameter().unit), (-0.02, "rad"));
     }
 
     #[test]

@@ -62,7 +62,7 @@ pub fn value(column: usize, in_sizes: f64, sizes: &Numbers, claims: &Numbers) ->
     match column {
         AFLOAT_ZERO => in_sizes * PORT_DBAR,
         BALLAST_OFFSET => in_effect(column, in_sizes * sizes[column], claims[column]),
-        PITCH_OFFSET => (in_sizes * sizes[column]).to_degrees(),
+        PITCH_OFFSET => in_effect(column, in_sizes * sizes[column], claims[column]).to_degrees(),
         EXPANSION => in_sizes * sizes[column],
         _ => 100.0 * in_effect(column, in_sizes * sizes[column], claims[column]),
     }

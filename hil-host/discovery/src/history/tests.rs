@@ -6,11 +6,12 @@ use super::judge::judge;
 use super::kinds::{DIVES_PER_ALARM, threshold};
 use super::learn::{FEWEST_CONTROLS, Forward, between, chi2, expected_scatter, forward, learn, of_summaries, place, start};
 use super::mission::Mission;
-use super::numbers::{ALL, COMPRESSIBILITY, DRAG_LEVEL, NUMBERS, Numbers};
+use super::numbers::{ALL, COMPRESSIBILITY, DRAG_LEVEL, EXPANSION, NUMBERS, Numbers, in_effect};
 use super::rows::{Row, Unit, median, units};
 use super::summary::{Linear, Summary};
 use super::weigh::{chance, class, deviations, weigh};
 use crate::model::parameters::NINETY;
+use hydro::effects::{Active, by_name};
 use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
@@ -201,6 +202,30 @@ fn accuracy_a_history_of_units_that_are_not_alike_judges_nothing() {
     assert!(!history.predicts_itself() && History::gate(&history).is_some(), "{}", history.chi2);
     let said = judge(&dive(9, &glider, &Numbers::repeat(2.0), 0.0005, &mut noise), &glider, &history, &history.at);
     assert!(said.class.is_empty());
+}
+
+/// Pitch had the other sign: the number says what is true of the measured pitch, the effect what is measured of the true one.
+#[test]
+fn regress_a_number_has_the_size_and_sign_of_its_effect() {
+    let (plain, glider) = (vehicle(), glider());
+    let unit = dive(0, &glider, &Numbers::zeros(), 0.0, &mut Noise(5));
+    for (i, number) in ALL.iter().enumerate() {
+        let mut x = Numbers::zeros();
+        x[i] = 0.3;
+        let by = glider.moved(&x);
+        let effect = by_name(number.effect).expect("an effect of the catalogue");
+        let mut vehicle = plain.clone();
+        vehicle.effects.push(Active::sized(effect, in_effect(i, by[i], glider.claims()[i])));
+        let other = Glider::new(&vehicle, glider.reference_degc, glider.drive_m3);
+        let (mut moved, mut off) = (0.0_f64, 0.0_f64);
+        let still = glider.rises(&unit, &[0.0; NUMBERS]);
+        for ((a, b), c) in glider.rises(&unit, &by).iter().zip(other.rises(&unit, &[0.0; NUMBERS])).zip(still) {
+            (moved, off) = (moved.max((a - c).abs()), off.max((a - b).abs()));
+        }
+        // The expansion is counted about another temperature: a difference of trim.
+        let within = if i == EXPANSION { 1.0 } else { 0.05 };
+        assert!(moved > 1e-4 && off < within * moved, "{}: moves {moved} m/s, differs by {off}", number.name);
+    }
 }
 
 #[test]

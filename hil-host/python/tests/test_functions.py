@@ -62,6 +62,12 @@ def test_calibrate_narrows_and_the_timeline_follows(trial: Path, known: dict, ar
     assert len(figure.axes) == 6
 
 
+def test_forecast_has_a_row_a_surfacing_with_its_ellipse(trial: Path) -> None:
+    ahead = gw.forecast(trial, surfacings=2)
+    assert list(ahead["surfacing"]) == [1, 2] and bool((ahead["semi_major_m"] >= ahead["semi_minor_m"]).all())
+    assert ahead.attrs["coverage"]["asked"] == 0.9 and bool(ahead["time_s"].diff().dropna().gt(0).all())
+
+
 def test_polar_is_lift_over_drag(trial: Path) -> None:
     curve = gw.polar(trial / "vehicle.json", to=10.0, step=0.5)
     assert curve.sizes["alpha"] == 21 and curve["alpha"].attrs["units"] == "degree"

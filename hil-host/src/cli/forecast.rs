@@ -237,7 +237,7 @@ fn plan(args: &Args, log: &Placed, vehicle: &Vehicle, mission: &Mission) -> anyh
             let top_m = if now.is_none() && k == 0 { 0.0 } else { f64::from(leg.depth_min_m) };
             let depth_m = [top_m, f64::from(leg.depth_max_m)];
             let order = Order { pitch_rad, ballast_m3: f64::from(leg.ballast_m3), depth_m, heading_rad: f64::from(leg.heading_rad) };
-            let dive = glides.dive(&order, vehicle).map_err(|e| anyhow::anyhow!("{name}: {e}"))?;
+            let dive = glides.dive(&order).map_err(|e| anyhow::anyhow!("{name}: {e}"))?;
             let sum = now.map_or(dive, |n| Dive { time_s: n.time_s + dive.time_s, through_water: n.through_water + dive.through_water });
             now = Some(sum);
             without_fix += 1;

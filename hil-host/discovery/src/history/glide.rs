@@ -162,6 +162,15 @@ impl Glider {
         unit.rows.iter().map(|row| law.rise(row, COLD).0).collect()
     }
 
+    /// Speed forward and upward at a row, m/s; none where nothing drives the vehicle its way.
+    #[must_use]
+    pub fn speeds(&self, row: &Row, x: &[f64; NUMBERS]) -> Option<[f64; 2]> {
+        let law = self.law(x);
+        let (rise_m_s, at) = law.rise(row, COLD);
+        let forward_m_s = (at.speed_m_s.powi(2) - rise_m_s.powi(2)).max(0.0).sqrt();
+        (law.buoyancy_n(row.way, law.truth(row)) > LEAST_BUOYANCY_N && rise_m_s != 0.0).then_some([forward_m_s, rise_m_s])
+    }
+
     /// Vertical velocities, and their derivatives by the numbers in sizes.
     pub(super) fn linearised(&self, unit: &Unit, x: &[f64; NUMBERS]) -> (Vec<f64>, Vec<Numbers>) {
         let law = self.law(x);
@@ -180,10 +189,9 @@ impl Glider {
 }
 
 impl Law<'_> {
-    /// Vertical velocity at a row, and where its balance was found.
-    fn rise(&self, row: &Row, start: Start) -> (f64, Start) {
-        let c = &self.force.constants;
-        let sensed = self.force.truth(Sensed {
+    /// What is true at a row by the effects that are on.
+    fn truth(&self, row: &Row) -> Sensed {
+        self.force.truth(Sensed {
             time_s: row.time_s,
             pitch_rad: row.pitch_rad,
             ballast_m3: row.ballast_m3,
@@ -191,10 +199,21 @@ impl Law<'_> {
             temperature_degc: row.temperature_degc,
             hull_degc: row.temperature_degc,
             pressure_pa: row.pressure_pa,
-        });
-        let pitch = row.way * (self.pitch.0 * sensed.pitch_rad + self.pitch.1);
+        })
+    }
+
+    /// Net buoyancy, N, the way it goes.
+    fn buoyancy_n(&self, way: f64, sensed: Sensed) -> f64 {
         let filled = Sensed { ballast_m3: self.ballast.0 * sensed.ballast_m3 + self.ballast.1, ..sensed };
-        let buoyancy = row.way * self.force.net_buoyancy_n(&filled);
+        way * self.force.net_buoyancy_n(&filled)
+    }
+
+    /// Vertical velocity at a row, and where its balance was found.
+    fn rise(&self, row: &Row, start: Start) -> (f64, Start) {
+        let c = &self.force.constants;
+        let sensed = self.truth(row);
+        let pitch = row.way * (self.pitch.0 * sensed.pitch_rad + self.pitch.1);
+        let buoyancy = self.buoyancy_n(row.way, sensed);
         let buoyancy = if buoyancy > LEAST_BUOYANCY_N {
             buoyancy
         } else {

@@ -9,6 +9,7 @@ pub mod kinds;
 pub mod learn;
 pub mod mission;
 pub mod numbers;
+pub mod posterior;
 pub mod rows;
 pub mod sent;
 pub mod shown;

@@ -28,6 +28,7 @@ from ._commands import (
     calibrate,
     compare,
     diagnose,
+    forecast,
     names,
     next_flight,
     polar,
@@ -44,7 +45,7 @@ from ._history import History, history
 
 __all__ = [
     "Answer", "Faults", "Fleet", "FlightLike", "FlightsLike", "GliderAccessor", "GliderError", "History", "NotFoundError", "StrPath", "Timeline",
-    "VehicleLike", "__version__", "add", "calibrate", "compare", "diagnose", "faults", "fleet", "history", "merge", "names", "next_flight", "polar",
+    "VehicleLike", "__version__", "add", "calibrate", "compare", "diagnose", "faults", "fleet", "forecast", "history", "merge", "names", "next_flight", "polar",
     "read", "report", "table", "timeline", "vehicle",
 ]  # fmt: skip
 

@@ -53,6 +53,10 @@ class GliderAccessor:
         """See `glider_workbench.timeline`."""
         return _commands.timeline(self._flight, vehicle, dives_per_alarm=dives_per_alarm)
 
+    def forecast(self, vehicle: VehicleLike | None = None, *, mission: StrPath | None = None, surfacings: int = 3) -> Answer:
+        """See `glider_workbench.forecast`."""
+        return _commands.forecast(self._flight, vehicle, mission=mission, surfacings=surfacings)
+
     def next_flight(self, vehicle: VehicleLike | None = None) -> Answer:
         """See `glider_workbench.next_flight`."""
         return _commands.next_flight(self._flight, vehicle)

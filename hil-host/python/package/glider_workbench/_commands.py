@@ -251,6 +251,25 @@ def next_flight(flight: FlightLike, vehicle: VehicleLike | None = None) -> Answe
     return answer(rows, d, units, f"To tell apart: {tied}", tied=d["tied"], mission=mission, tells_apart=d["tells_apart"])
 
 
+def forecast(
+    flights: FlightsLike, vehicle: VehicleLike | None = None, *, mission: StrPath | None = None, surfacings: int = 3
+) -> Answer:
+    """Where and when a vehicle comes up next: one row a surfacing, with its 90 % ellipse.
+
+    ``flights`` are the logs of one mission, in order; ``mission`` names the one that is flown next (left out, the last dive is flown again).
+    ``attrs["coverage"]`` says on how many earlier surfacings the size of the ellipse rests.
+    """
+    count = _errors.whole("surfacings", surfacings, 1, 50)
+    planned = [] if mission is None else ["--mission", _errors.path("mission", mission)]
+    with Files() as files:
+        paths = files.mission(flights)
+        judge = files.vehicle(vehicle) or files.vehicle_of(paths[0])
+        d, _ = files.run("forecast", *[part for p in paths for part in ("--flight", p)], *judge, *planned, "--surfacings", count)
+    rows = [{**{k: v for k, v in s.items() if k != "ellipse"}, **s["ellipse"]} for s in d["surfacings"]]
+    units = {"time_s": "s", "hours_ahead": "h", "east_m": "m", "north_m": "m", "semi_major_m": "m", "semi_minor_m": "m", "azimuth_deg": "degree"}
+    return answer(rows, d, units, d["coverage"]["says"], coverage=d["coverage"])
+
+
 def report(flight: FlightLike, out: StrPath, vehicle: VehicleLike | None = None) -> str:
     """Writes the offline page of a flight (diagnosis, errors, figures in one HTML file); returns its path."""
     page = _errors.path("out", out)

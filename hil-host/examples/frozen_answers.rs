@@ -146,8 +146,9 @@ fn closed_loop(name: &str, wings: Wings, depth_max_m: f32, hidden: Option<Effect
     // The folder's own name gets into the log: it is the same every time.
     let folder = parent.join(name);
     let mut world = World::new(scenario).map_err(|e| anyhow::anyhow!("{e}"))?;
-    let mut recorder = Recorder::create(&folder, &world, &mission)?;
-    fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(mission), &mut |c| recorder.push(c))?;
+    let setup = Setup::new(mission);
+    let mut recorder = Recorder::create(&folder, &world, &setup)?;
+    fly(&mut world, &mut Link::new(InProcess::default()), &setup, &mut |c| recorder.push(c))?;
     recorder.finish(json!({}))?;
     let document = std::fs::read_to_string(folder.join("vehicle.json"))?;
     let flown = (csv::flight(&folder)?, vehicle::parse_text(&document, Path::new("vehicle.json"))?);

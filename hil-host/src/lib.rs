@@ -12,7 +12,7 @@
 //! * `serialport`: a board's port
 //! * `postcard`: bytes of an object for a board
 //! * `rayon`: flights side by side
-//! * `rand_chacha`: draws that a seed repeats
+//! * `rand_chacha`, `rand_distr`: draws that a seed repeats
 //! * `nalgebra`: linear algebra of a scorecard
 //! * `sha2`: keys of a cache
 //! * `serde`, `serde_json`, `toml`: documents
@@ -28,3 +28,4 @@ pub mod score;
 #[cfg(feature = "serve")]
 pub mod serve;
 pub mod terminal;
+pub mod what_if;

@@ -5,17 +5,20 @@
 //! feature (the flight image) every hook is a constant and none of this exists.
 
 macro_rules! watches {
-    ($($(#[$doc:meta])* $name:ident = $waits:literal,)*) => {
+    ($(#[doc = $words:literal] $name:ident = $waits:literal,)*) => {
         /// What looks for one kind of fault, or acts on it.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
-        pub enum Watch { $($(#[$doc])* $name,)* }
+        pub enum Watch { $(#[doc = $words] $name,)* }
         impl Watch {
             /// All of them.
             pub const ALL: &'static [Self] = &[$(Self::$name,)*];
             /// Whether it waits before it acts.
             #[must_use]
             pub const fn waits(self) -> bool { match self { $(Self::$name => $waits,)* } }
+            /// What it looks for, and what it does.
+            #[must_use]
+            pub const fn words(self) -> &'static str { match self { $(Self::$name => $words.trim_ascii(),)* } }
         }
     };
 }

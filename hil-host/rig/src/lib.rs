@@ -2,7 +2,7 @@
 //!
 //! Folders in the order in which they may use each other: [`whole_file`], [`spelling`], [`shards`] (work dealt to machines, kept,
 //! merged), [`seats`] (which controller answers), [`flight`] (one simulated flight: world, mission, closed loop, log, tables),
-//! [`campaign`] (every fault in every phase).
+//! [`replay`] (a recorded flight stepped through a law again), [`campaign`] (every fault in every phase).
 //!
 //! # Dependencies
 //!
@@ -20,6 +20,7 @@
 
 pub mod campaign;
 pub mod flight;
+pub mod replay;
 pub mod seats;
 pub mod shards;
 pub mod spelling;

@@ -136,17 +136,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         }
         None => None,
     };
-    let table = args.table.as_deref().map(|path| table_of(path, mission.wings)).transpose()?;
-    if let Some(bytes) = &table {
-        seat.hello()?;
-        seat.tabulate(mission.wings, bytes)?;
-    }
+    setup.table = args.table.as_deref().map(|path| table_of(path, mission.wings)).transpose()?;
     // With a fault, another law or a clock that is waited for it would say nothing.
     let alike = choice == Choice::InProcess && args.controller == "ours" && args.faults.is_empty() && realtime.is_none();
-    let other = if alike { other_goal::flown(&setup, &scenario, table.as_deref())? } else { None };
+    let other = if alike { other_goal::flown(&setup, &scenario)? } else { None };
     let mut world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let mut recorder = match &args.log {
-        Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
+        Some(dir) => Some(Recorder::create(dir, &world, &setup)?),
         None => None,
     };
     let out = match watched(&mut world, &mut *seat, &setup, recorder.as_mut()) {

@@ -43,6 +43,7 @@ pub mod paper;
 pub mod plot;
 pub mod polar;
 pub mod power;
+pub mod replay;
 pub mod report;
 pub mod scorecard;
 #[cfg(feature = "serve")]
@@ -54,6 +55,7 @@ pub mod table;
 pub mod timeline;
 #[cfg(feature = "board")]
 pub mod upload;
+pub mod what_if;
 
 /// What a finished command says to the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,6 +120,10 @@ A flight against its model:
 The vehicle and its controller:
   polar, table             lift and drag; the flight tables made from them
   fly                      one flight against the simulated vehicle and sea
+  replay                   a recorded flight through the law again, bit for
+                           bit; another law or table; which change turned it
+  what-if                  another law, table, mission, fault or effect in the
+                           world that a flight reveals
   monitor, upload          a board: telemetry, log; tables, settings, missions
   autopsy                  why a board was reset, by line of source
   surfacing                what a backseat reports at a surfacing
@@ -205,6 +211,10 @@ enum Command {
     /// Why a board was reset, with lines of source.
     #[cfg(feature = "board")]
     Autopsy(autopsy::Args),
+    /// Flies another law, table, mission, fault or effect in the world that a flight reveals.
+    WhatIf(what_if::Args),
+    /// Steps a recorded flight through the law again: bit for bit, or with another law or table.
+    Replay(replay::Args),
     /// What a backseat reports at a surfacing.
     Surfacing(surfacing::Args),
     /// Send a table, configuration or mission to a board.
@@ -352,6 +362,8 @@ fn run(cli: &Cli) -> anyhow::Result<Verdict> {
         Some(Command::Monitor(a)) => monitor::run(a, &output),
         #[cfg(feature = "board")]
         Some(Command::Autopsy(a)) => autopsy::run(a, &output),
+        Some(Command::WhatIf(a)) => what_if::run(a, &output),
+        Some(Command::Replay(a)) => replay::run(a, &output),
         Some(Command::Surfacing(a)) => surfacing::run(a, &output),
         #[cfg(feature = "board")]
         Some(Command::Upload(a)) => upload::run(a, &output),

@@ -18,8 +18,8 @@ use rig::flight::mission_file::built_in;
 use rig::flight::tables::{self, Built};
 use rig::flight::vehicles::Model;
 use rig::flight::{config_file, worlds};
+use rig::seats::Link;
 use rig::seats::in_process::InProcess;
-use rig::seats::{Link, Seat};
 use signals::{Mission, Wings};
 
 /// One wing set with one table.
@@ -68,30 +68,33 @@ pub fn revealed(wings: Wings, c: &Constants) -> Aero {
     }
 }
 
-/// Effects of the glide (not of sensors or water) as the plant's own.
-fn in_the_plant(effects: &[Active]) -> Vec<Effect> {
-    effects
-        .iter()
-        .filter_map(|a| {
-            let kind = EffectKind::ALL.iter().copied().find(|k| k.name() == a.effect.name)?;
-            let glide = matches!(
-                kind,
-                EffectKind::VortexLiftBodywing
-                    | EffectKind::SideEdgeLift
-                    | EffectKind::ReynoldsDrag
-                    | EffectKind::Stall
-                    | EffectKind::ClimbDrag
-                    | EffectKind::RollTurnDrag
-                    | EffectKind::DragLevelError
-                    | EffectKind::LiftSlopeError
-                    | EffectKind::InducedDragError
-                    | EffectKind::ZeroLiftAngle
-                    | EffectKind::AddedMass
-                    | EffectKind::HeaveAddedMass
-            );
-            glide.then_some(Effect { kind, value: a.values[0], aux: None })
-        })
-        .collect()
+/// Effects as the plant's own, of the kinds that are wanted.
+#[must_use]
+pub fn in_the_plant(effects: &[Active], is_wanted: impl Fn(EffectKind) -> bool) -> Vec<Effect> {
+    let one = |a: &Active| {
+        let kind = EffectKind::ALL.iter().copied().find(|k| k.name() == a.effect.name && is_wanted(*k))?;
+        Some(Effect { kind, value: a.values[0], aux: None })
+    };
+    effects.iter().filter_map(one).collect()
+}
+
+/// Effects of the glide, not of sensors or water.
+fn is_of_the_glide(kind: EffectKind) -> bool {
+    matches!(
+        kind,
+        EffectKind::VortexLiftBodywing
+            | EffectKind::SideEdgeLift
+            | EffectKind::ReynoldsDrag
+            | EffectKind::Stall
+            | EffectKind::ClimbDrag
+            | EffectKind::RollTurnDrag
+            | EffectKind::DragLevelError
+            | EffectKind::LiftSlopeError
+            | EffectKind::InducedDragError
+            | EffectKind::ZeroLiftAngle
+            | EffectKind::AddedMass
+            | EffectKind::HeaveAddedMass
+    )
 }
 
 /// The world that a vehicle describes: its glide, not its sensors.
@@ -100,7 +103,7 @@ pub fn world_of(vehicle: &Model, mission: &Mission) -> Scenario {
     let mut scenario = worlds::for_mission(mission);
     scenario.wings = vehicle.wings;
     scenario.vehicle.aero = Some(revealed(vehicle.wings, vehicle.constants()));
-    scenario.effects = in_the_plant(vehicle.effects());
+    scenario.effects = in_the_plant(vehicle.effects(), is_of_the_glide);
     scenario
 }
 
@@ -109,11 +112,9 @@ pub fn world_of(vehicle: &Model, mission: &Mission) -> Scenario {
 /// # Errors
 /// The controller refuses the table, or the flight cannot be flown.
 pub fn fly_table(table: &[u8], setup: &Setup, scenario: &Scenario) -> anyhow::Result<Outcome> {
-    let mut link = Link::new(InProcess::default());
-    link.hello()?;
-    link.tabulate(setup.mission.wings, table).context("the controller refuses the table")?;
+    let setup = Setup { table: Some(table.to_vec()), ..setup.clone() };
     let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
-    Ok(fly(&mut world, &mut link, setup, &mut |_| Ok(()))?)
+    Ok(fly(&mut world, &mut Link::new(InProcess::default()), &setup, &mut |_| Ok(()))?)
 }
 
 /// Flies a mission with this table, and with what is known of the pitch sensor, in a world.

@@ -103,8 +103,9 @@ fn world(case: &Case, mission: &Mission) -> Scenario {
 fn record(case: &Case, folder: &Path) -> anyhow::Result<()> {
     let mission = Mission { wings: case.wings, ..built_in("sweep").context("no mission called sweep")? };
     let mut world = World::new(world(case, &mission)).map_err(|e| anyhow!("{e}"))?;
-    let mut recorder = Recorder::create(folder, &world, &mission)?;
-    fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(mission), &mut |c| recorder.push(c))?;
+    let setup = Setup::new(mission);
+    let mut recorder = Recorder::create(folder, &world, &setup)?;
+    fly(&mut world, &mut Link::new(InProcess::default()), &setup, &mut |c| recorder.push(c))?;
     recorder.finish(serde_json::json!({}))
 }
 

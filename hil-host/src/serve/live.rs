@@ -216,13 +216,9 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
             ("stock", _) => bail!("the stock controller flies in the seat in-process only"),
             (other, _) => bail!("controller {other}: ours or stock"),
         };
-        if let Some(table) = table {
-            seat.hello()?;
-            seat.tabulate(mission.wings, table)?;
-        }
         let log = free_log(&bench.logs, mission_file::wings_name(mission.wings), &request.mission)?;
         let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
-        let setup = Setup { realtime, orders: orders.clone(), ..Setup::new(mission.clone()) };
+        let setup = Setup { realtime, orders: orders.clone(), table: table.map(<[u8]>::to_vec), ..Setup::new(mission.clone()) };
         lines.send(&json!({"pass": pass}));
         flown.push(one_pass(&mut world, &mut *seat, &setup, &log, lines)?);
     }
@@ -239,7 +235,7 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
 /// Flies once, with its log; the summary is written into the log and returned.
 fn one_pass(world: &mut World, seat: &mut dyn Seat, setup: &Setup, log: &Path, lines: &super::Lines) -> anyhow::Result<Value> {
     let best = world.best_glide();
-    let mut recorder = Recorder::create(log, world, &setup.mission)?;
+    let mut recorder = Recorder::create(log, world, setup)?;
     let mut rows = Vec::new();
     let mut sent = Instant::now();
     let seat_name = seat.describe();

@@ -59,9 +59,10 @@ fn flown_in(background_rms_m_s: f64, mission: Mission, hidden: Option<Effect>, s
     let flight = FLIGHTS.fetch_add(1, Ordering::Relaxed);
     let folder = std::env::temp_dir().join(format!("closed-loop-{}-{flight}", std::process::id()));
     let mut world = World::new(scenario).expect("a world");
-    let mut recorder = Recorder::create(&folder, &world, &mission).expect("a log");
+    let setup = Setup::new(mission);
+    let mut recorder = Recorder::create(&folder, &world, &setup).expect("a log");
     let seat = &mut Link::new(InProcess::default());
-    fly(&mut world, seat, &Setup::new(mission), &mut |c| recorder.push(c)).expect("flies");
+    fly(&mut world, seat, &setup, &mut |c| recorder.push(c)).expect("flies");
     recorder.finish(json!({})).expect("written");
     let read = (logs::record::csv::flight(&folder).expect("reads"), logs::vehicle::read(&folder.join("vehicle.json")).expect("reads"));
     std::fs::remove_dir_all(&folder).expect("removed");

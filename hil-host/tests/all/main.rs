@@ -11,6 +11,7 @@ mod docs;
 mod eighty_columns;
 mod faulty_sensors;
 mod fleets;
+mod flown_otherwise;
 mod forecasting;
 mod new_user;
 mod next_flight_missions;

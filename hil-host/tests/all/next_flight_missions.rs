@@ -19,10 +19,9 @@ use std::path::Path;
 /// Flies a mission in a world; its log goes into a folder, if one is named.
 fn flown(scenario: &Scenario, mission: &Mission, log: Option<&Path>) -> anyhow::Result<End> {
     let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
-    let mut recorder = log.map(|dir| Recorder::create(dir, &world, mission)).transpose()?;
-    let out = fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(mission.clone()), &mut |c| {
-        recorder.as_mut().map_or(Ok(()), |r| r.push(c))
-    })?;
+    let setup = Setup::new(mission.clone());
+    let mut recorder = log.map(|dir| Recorder::create(dir, &world, &setup)).transpose()?;
+    let out = fly(&mut world, &mut Link::new(InProcess::default()), &setup, &mut |c| recorder.as_mut().map_or(Ok(()), |r| r.push(c)))?;
     recorder.map_or(Ok(()), |r| r.finish(serde_json::json!({})))?;
     Ok(out.end)
 }

@@ -23,10 +23,10 @@ const DISCOVERY: [&str; 12] = [
 const LOGS: [&str; 6] = ["digest", "channels", "record", "vehicle", "import", "export"];
 
 /// From a wire to a campaign; `whole_file` writes files for all of them.
-const RIG: [&str; 6] = ["whole_file", "spelling", "shards", "seats", "flight", "campaign"];
+const RIG: [&str; 7] = ["whole_file", "spelling", "shards", "seats", "flight", "replay", "campaign"];
 
 /// From figures in a terminal to the command line.
-const HIL_HOST: [&str; 9] = ["terminal", "packets", "next_mission", "fleet", "score", "pages", "paper", "serve", "cli"];
+const HIL_HOST: [&str; 10] = ["terminal", "packets", "next_mission", "fleet", "score", "what_if", "pages", "paper", "serve", "cli"];
 
 /// Folders of the crate that a source names: `crate::folder::…`, alone or in braces, in code that is not a test module's.
 fn folders_used(text: &str) -> BTreeSet<String> {

@@ -27,6 +27,8 @@ mod hil_faults;
 #[cfg(feature = "whole")]
 mod hil_monitor_upload;
 #[cfg(feature = "whole")]
+mod hil_replay;
+#[cfg(feature = "whole")]
 mod hil_same_flight;
 #[cfg(feature = "whole")]
 mod hil_seats;

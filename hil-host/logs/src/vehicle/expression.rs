@@ -119,6 +119,48 @@ impl std::fmt::Display for SyntaxError {
 
 impl std::error::Error for SyntaxError {}
 
+impl SyntaxError {
+    fn new(text: &str, at: usize, why: String) -> Self {
+        let text = if text.len() > LONGEST { text.chars().take(60).chain(['…']).collect() } else { text.to_owned() };
+        Self { text, at, why }
+    }
+}
+
+/// What evaluates a body, or what is wrong at which byte of it.
+fn evaluator(body: &str) -> Result<FlatEx<f64>, (usize, String)> {
+    if let Some(found) = ambiguous(body) {
+        return Err(found);
+    }
+    let syntax = |e: exmex::ExError| locate(body).unwrap_or((body.len(), e.to_string().lines().collect::<Vec<_>>().join(" ")));
+    exmex::parse::<f64>(&without_exponents(body)).map_err(syntax)
+}
+
+/// A formula of variables that somebody else has the values of.
+#[derive(Clone, Debug)]
+pub struct Formula(FlatEx<f64>);
+
+impl Formula {
+    /// Reads it; `is_known` says which variables there are.
+    ///
+    /// # Errors
+    /// What is wrong at which character.
+    pub fn parse(text: &str, is_known: impl Fn(&str) -> bool) -> Result<Self, SyntaxError> {
+        let read = || beyond_bounds(text).map_or_else(|| evaluator(text), Err);
+        let formula = Self(read().map_err(|(at, why)| SyntaxError::new(text, at, why))?);
+        match formula.0.var_names().iter().find(|name| !is_known(name)) {
+            Some(name) => Err(SyntaxError::new(text, find_word(text, name).unwrap_or(0), format!("`{name}` is no signal here"))),
+            None => Ok(formula),
+        }
+    }
+
+    /// Its value; NaN where it has none.
+    #[must_use]
+    pub fn value(&self, of: impl Fn(&str) -> f64) -> f64 {
+        let values: Vec<f64> = self.0.var_names().iter().map(|name| of(name)).collect();
+        self.0.eval(&values).unwrap_or(f64::NAN)
+    }
+}
+
 /// Whether an argument is an expression rather than the name of an effect.
 #[must_use]
 pub fn is_expression(argument: &str) -> bool {
@@ -130,8 +172,7 @@ pub fn is_expression(argument: &str) -> bool {
 /// # Errors
 /// What is wrong at which character.
 pub fn parse(text: &str) -> Result<&'static Effect, SyntaxError> {
-    let shown = if text.len() > LONGEST { text.chars().take(60).chain(['…']).collect() } else { text.to_owned() };
-    let bad = |at: usize, why: String| SyntaxError { text: shown.clone(), at, why };
+    let bad = |at: usize, why: String| SyntaxError::new(text, at, why);
     if let Some((at, why)) = beyond_bounds(text) {
         return Err(bad(at, why));
     }
@@ -144,13 +185,7 @@ pub fn parse(text: &str) -> Result<&'static Effect, SyntaxError> {
         return Err(bad(0, format!("`{head}` cannot be added to; there are {}", all.join(", "))));
     };
     let body = &text[split + 2..];
-    if let Some((at, why)) = ambiguous(body) {
-        return Err(bad(split + 2 + at, why));
-    }
-    let expression = exmex::parse::<f64>(&without_exponents(body)).map_err(|e| {
-        let (at, why) = locate(body).unwrap_or((body.len(), e.to_string().lines().collect::<Vec<_>>().join(" ")));
-        bad(split + 2 + at, why)
-    })?;
+    let expression = evaluator(body).map_err(|(at, why)| bad(split + 2 + at, why))?;
     let mut slots = Vec::new();
     let mut names: Vec<(usize, String)> = Vec::new();
     for v in expression.var_names() {

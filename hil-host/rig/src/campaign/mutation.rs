@@ -88,7 +88,8 @@ impl Trial {
 }
 
 /// Faults that a watch is there for: missions with them are flown first.
-const fn meant_for(watch: Watch) -> &'static str {
+#[must_use]
+pub const fn meant_for(watch: Watch) -> &'static str {
     use Watch as W;
     match watch {
         W::Leak | W::LeakWeight | W::LoadInDive | W::LoadInClimb => "hull:leak",

@@ -135,7 +135,7 @@ fn wins(case: &Case, climb: Climb, after_s: f64) -> anyhow::Result<bool> {
             }
         }
         let struck_s = onsets.iter().copied().flatten().fold(f64::INFINITY, f64::min);
-        let cycle = Cycle { time_s, frame: &frame, answer: &answer, truth: &truth };
+        let cycle = Cycle { time_s, frame: &frame, answer: &answer, truth: &truth, resets: 0 };
         let racing = time_s >= struck_s + after_s;
         if truth.depth_m > crush_m {
             return Ok(false);

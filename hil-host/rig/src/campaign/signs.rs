@@ -241,7 +241,7 @@ mod tests {
     fn stood(sign: Sign, cycles: &[Shown]) -> Vec<Option<f64>> {
         let (config, mut witness) = (Config::default(), Witness::of(sign));
         let at = |(i, s): (usize, &Shown)| {
-            let cycle = Cycle { time_s: 4.0 * i as f64, frame: &s.frame, answer: &s.answer, truth: &s.truth };
+            let cycle = Cycle { time_s: 4.0 * i as f64, frame: &s.frame, answer: &s.answer, truth: &s.truth, resets: 0 };
             witness.see(&cycle, &config, 190.0, true)
         };
         cycles.iter().enumerate().map(at).collect()
@@ -281,7 +281,7 @@ mod tests {
         assert!(stood(Sign::DepthWrong(Target::Depth2), &[off()]).iter().all(Option::is_none));
         let mut witness = Witness::of(Sign::DepthWrong(Target::Depth));
         let s = off();
-        let cycle = Cycle { time_s: 0.0, frame: &s.frame, answer: &s.answer, truth: &s.truth };
+        let cycle = Cycle { time_s: 0.0, frame: &s.frame, answer: &s.answer, truth: &s.truth, resets: 0 };
         assert_eq!(witness.see(&cycle, &Config::default(), 190.0, false), None);
         assert!(!witness.seen());
     }

@@ -110,7 +110,7 @@ mod tests {
             answer.trace.abort = abort;
             let mut zones = Zones::of(&case(fault));
             (1..20).find_map(|n| {
-                let cycle = Cycle { time_s: 0.0, frame: &frame, answer: &answer, truth: &truth };
+                let cycle = Cycle { time_s: 0.0, frame: &frame, answer: &answer, truth: &truth, resets: 0 };
                 zones.see(&cycle, &c, 190.0, fired).map(|rule| (n, rule))
             })
         };

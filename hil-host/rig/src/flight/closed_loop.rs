@@ -43,6 +43,8 @@ pub struct Setup {
     pub mission: Mission,
     /// With which controller configuration.
     pub config: Config,
+    /// Flight table that is uploaded first; none: the controller's own.
+    pub table: Option<Vec<u8>>,
     /// Longest flight, s.
     pub limit_s: f64,
     /// World seconds per wall second; none: as fast as it goes.
@@ -57,7 +59,7 @@ impl Setup {
     pub fn new(mission: Mission) -> Self {
         let limit_s = f64::from(mission.max_duration_s) + 7200.0;
         let config = crate::flight::worlds::config(&mission);
-        Self { mission, config, limit_s, realtime: None, orders: Orders::default() }
+        Self { mission, config, table: None, limit_s, realtime: None, orders: Orders::default() }
     }
 }
 
@@ -162,10 +164,13 @@ pub fn fly(
         return Err(SeatError::OwnSensors { seat: seat.describe() }.into());
     }
     seat.configure(&manifest, &setup.config)?;
+    if let Some(table) = &setup.table {
+        seat.tabulate(setup.mission.wings, table)?;
+    }
     let table_id = seat.begin(&setup.mission)?;
     let (wall, start_s) = (Instant::now(), world.time_s());
     let mut course = Course::new(world, table_id, setup.limit_s);
-    let mut idle = None;
+    let (mut idle, mut resets) = (None, 0);
     let end = loop {
         for order in setup.orders.take() {
             match order {
@@ -180,7 +185,7 @@ pub fn fly(
             Some(last) => last,
             None => seat.exchange(&frame)?,
         };
-        let cycle = Cycle { time_s: world.time_s() - start_s, frame: &frame, answer: &answer, truth: &truth };
+        let cycle = Cycle { time_s: world.time_s() - start_s, frame: &frame, answer: &answer, truth: &truth, resets };
         let end = course.take(&cycle);
         watch(&cycle).map_err(FlightError::Watcher)?;
         if let Some(end) = end {
@@ -190,6 +195,7 @@ pub fn fly(
         world.advance(&answer.command, CYCLE_S);
         if world.take_brown_out() {
             seat.reset()?;
+            resets += 1;
             // After its mission a controller comes up idle: what was commanded last stays.
             idle = (answer.trace.phase == Phase::Done).then_some(answer);
         }

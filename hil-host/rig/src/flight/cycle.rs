@@ -14,4 +14,6 @@ pub struct Cycle<'a> {
     pub answer: &'a Answer,
     /// What was true when it was measured.
     pub truth: &'a Truth,
+    /// Resets of the controller before it.
+    pub resets: u32,
 }

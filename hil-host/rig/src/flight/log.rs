@@ -8,11 +8,12 @@
 //! | `flight.csv` | one row per control cycle: the format's columns, then what the controller did and thought, then `truth_*` (what really happened; no tool may fit on it) |
 //! | `vehicle.json` | the nominal vehicle, sensors, tolerances, segments, provenance and the meaning of every extra column |
 //! | `events.csv` | phase changes, aborts, faults, degradations, with their time |
+//! | `frames.bin` | what the controller was given and what it answered, bit for bit ([`super::frames`]) |
 //! | `mission.toml` | the mission as flown |
 //!
 //! Every row goes to disk at once: a flight that is cut keeps all it had. While
-//! it flies, rows and events stand in `flight.csv.unfinished` and
-//! `events.csv.unfinished`; the end of the flight gives them their names. A
+//! it flies, rows, events and frames stand in `flight.csv.unfinished`,
+//! `events.csv.unfinished` and `frames.bin.unfinished`; the end of the flight gives them their names. A
 //! killed program leaves these journals, which no tool takes for a flight
 //! unless they are named.
 //!
@@ -21,10 +22,11 @@
 //! segments instead (`segment_start` in the vehicle file says which); positions
 //! then count from the launch point of the last dive from the surface.
 
+use super::frames::{self, Entry, FRAMES};
 use anyhow::Context;
 use logs::record::csv::UNFINISHED;
 use serde_json::{Value, json};
-use signals::{Abort, Answer, Flags, Phase, Utc};
+use signals::{Abort, Answer, Flags, Phase, SensorFrame, Utc};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -163,6 +165,7 @@ pub struct Writer {
     directory: PathBuf,
     csv: File,
     events: File,
+    frames: File,
     vehicle: Value,
     segment: u32,
     /// Segments that started at the surface.
@@ -193,10 +196,12 @@ impl Writer {
         writeln!(csv, "{}", header.join(","))?;
         let mut events = create(EVENTS)?;
         writeln!(events, "time_s,event,detail")?;
+        let mut frames = create(FRAMES)?;
+        frames.write_all(&frames::head())?;
         crate::whole_file::write(at("mission.toml"), mission_toml)
             .with_context(|| format!("{}: cannot write", at("mission.toml").display()))?;
         let mut log =
-            Self { directory: directory.to_owned(), csv, events, vehicle, segment: 0, from_surface: vec![0], last: None, rows: 0 };
+            Self { directory: directory.to_owned(), csv, events, frames, vehicle, segment: 0, from_surface: vec![0], last: None, rows: 0 };
         log.write_vehicle()?;
         Ok(log)
     }
@@ -228,7 +233,11 @@ impl Writer {
     ///
     /// # Errors
     /// Disk full or gone.
-    pub fn push(&mut self, m: &Measured, answer: &Answer, truth: &Truth) -> anyhow::Result<()> {
+    pub fn push(&mut self, m: &Measured, frame: &SensorFrame, answer: &Answer, truth: &Truth) -> anyhow::Result<()> {
+        // After its mission a controller that was reset is asked no more; its last command stays.
+        if answer.command.seq == frame.seq {
+            self.note(&Entry::Cycle(*frame, *answer))?;
+        }
         let phase = answer.trace.phase;
         let before = self.last.map_or(Phase::Surface, |a| a.trace.phase);
         if phase != before || self.last.is_none() {
@@ -255,6 +264,14 @@ impl Writer {
         self.csv.write_all(line.as_bytes()).with_context(|| format!("{}: cannot write the flight log", self.directory.display()))?;
         self.rows += 1;
         Ok(())
+    }
+
+    /// Notes what the controller was given besides its frames, or that it was reset.
+    ///
+    /// # Errors
+    /// Disk full or gone.
+    pub fn note(&mut self, entry: &Entry) -> anyhow::Result<()> {
+        frames::append(&mut self.frames, entry).with_context(|| format!("{}: cannot write the frames", self.directory.display()))
     }
 
     fn line(&self, m: &Measured, answer: &Answer, truth: &Truth) -> String {
@@ -332,7 +349,7 @@ impl Writer {
         }
         self.write_vehicle()?;
         // The rows last: what has the name of a flight is a finished one.
-        for (file, name) in [(&self.events, EVENTS), (&self.csv, ROWS)] {
+        for (file, name) in [(&self.frames, FRAMES), (&self.events, EVENTS), (&self.csv, ROWS)] {
             let (from, to) = (self.directory.join(unfinished(name)), self.directory.join(name));
             file.sync_all()
                 .and_then(|()| std::fs::rename(from, &to))

@@ -8,6 +8,7 @@ pub mod config_file;
 pub mod cycle;
 pub mod fetch;
 pub mod file_kinds;
+pub mod frames;
 #[cfg(feature = "board")]
 pub mod image_file;
 #[cfg(feature = "board")]

@@ -331,7 +331,7 @@ pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec
                 battery_v: value(f.battery_v),
                 utc: *utc,
             };
-            log.push(&measured, answer, &nothing)?;
+            log.push(&measured, f, answer, &nothing)?;
         }
         written.push(log.finish(summary(flight)).with_context(|| directory.display().to_string())?);
     }

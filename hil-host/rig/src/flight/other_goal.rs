@@ -1,8 +1,8 @@
 //! What the other goal would have given: best-glide goes farthest for its depth, best-range for its energy.
 
 use crate::flight::closed_loop::{Outcome, Setup, fly};
+use crate::seats::Link;
 use crate::seats::in_process::InProcess;
-use crate::seats::{Link, Seat};
 use anyhow::anyhow;
 use plant::{Scenario, World};
 use signals::{Goal, Mission};
@@ -28,26 +28,22 @@ pub fn swapped(mission: &Mission, hotel_w: f32) -> Option<(&'static str, Mission
     Some((name, other))
 }
 
-/// Flies that mission in the same world, in process, with this table or the controller's own.
+/// Flies that mission in the same world, in process.
 ///
 /// # Errors
 /// The world cannot be, or the controller refuses mission or table.
-pub fn flown(setup: &Setup, scenario: &Scenario, table: Option<&[u8]>) -> anyhow::Result<Option<(&'static str, Outcome)>> {
+pub fn flown(setup: &Setup, scenario: &Scenario) -> anyhow::Result<Option<(&'static str, Outcome)>> {
     let Some((name, mission)) = swapped(&setup.mission, scenario.vehicle.hotel_w as f32) else { return Ok(None) };
-    let mut link = Link::new(InProcess::default());
-    link.hello()?;
-    if let Some(bytes) = table {
-        link.tabulate(mission.wings, bytes)?;
-    }
     let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
     let setup = Setup { mission, realtime: None, ..setup.clone() };
-    Ok(Some((name, fly(&mut world, &mut link, &setup, &mut |_| Ok(()))?)))
+    Ok(Some((name, fly(&mut world, &mut Link::new(InProcess::default()), &setup, &mut |_| Ok(()))?)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::flight::{mission_file, worlds};
+    use crate::seats::Seat;
     use crate::seats::stock::Stock;
     use signals::{Leg, Wings};
 
@@ -56,9 +52,9 @@ mod tests {
         let mission = mission_file::built_in("sea").expect("built in");
         let scenario = worlds::for_mission(&mission);
         let setup = Setup::new(mission);
-        let (name, range) = flown(&setup, &scenario, None).expect("flies").expect("best-glide has another goal");
+        let (name, range) = flown(&setup, &scenario).expect("flies").expect("best-glide has another goal");
         let ranging = Setup { mission: swapped(&setup.mission, 1.2).expect("other").1, ..setup };
-        let (back, glide) = flown(&ranging, &scenario, None).expect("flies").expect("and so has best-range");
+        let (back, glide) = flown(&ranging, &scenario).expect("flies").expect("and so has best-range");
         assert_eq!((name, back), ("best-range", "best-glide"));
         let cost = |o: &Outcome| o.joule_per_m().expect("went somewhere");
         assert!(cost(&range) < cost(&glide) && range.achieved_l_over_d() < glide.achieved_l_over_d(), "{range:?} {glide:?}");

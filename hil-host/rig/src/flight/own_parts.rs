@@ -28,6 +28,9 @@ pub fn fly(
 ) -> Result<Outcome, FlightError> {
     let manifest = link.hello()?;
     link.configure(&manifest, &setup.config)?;
+    if let Some(table) = &setup.table {
+        link.tabulate(setup.mission.wings, table)?;
+    }
     let table_id = link.launch(&setup.mission)?;
     let board = link.wire();
     let mut course = Course::new(&board.around.borrow().world, table_id, setup.limit_s);
@@ -41,7 +44,7 @@ pub fn fly(
         })?;
         let time_s = board.around.borrow().world.time_s() - start_s;
         is_finite(time_s, &made.truth, board.around.borrow().world.scenario())?;
-        let cycle = Cycle { time_s, frame: &made.frame, answer: &made.answer, truth: &made.truth };
+        let cycle = Cycle { time_s, frame: &made.frame, answer: &made.answer, truth: &made.truth, resets: board.resets };
         let end = course.take(&cycle);
         watch(&cycle).map_err(FlightError::Watcher)?;
         if let Some(end) = end {

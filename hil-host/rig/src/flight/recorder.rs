@@ -1,6 +1,8 @@
 //! From a cycle of the closed loop to a row of the log.
 
+use super::frames::{Entry, Start};
 use super::log::{Measured, SegmentStart, Truth, Writer};
+use crate::flight::closed_loop::Setup;
 use crate::flight::cycle::Cycle;
 use crate::flight::{mission_file, worlds};
 use anyhow::anyhow;
@@ -10,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use serde_json::{Value, json};
-use signals::{Mission, Reading};
+use signals::Reading;
 use std::path::Path;
 
 /// Noise of the CTD's temperature, K (guess: a pumped CTD reads better than its water is mixed).
@@ -24,6 +26,7 @@ pub struct Recorder {
     gps: Normal<f64>,
     temperature: Normal<f64>,
     origin: Option<(f64, f64)>,
+    resets: u32,
 }
 
 fn value(r: Reading) -> f64 {
@@ -38,9 +41,11 @@ impl Recorder {
     ///
     /// # Errors
     /// There is a flight already, or the directory cannot be written.
-    pub fn create(directory: &Path, world: &World, mission: &Mission) -> anyhow::Result<Self> {
+    pub fn create(directory: &Path, world: &World, setup: &Setup) -> anyhow::Result<Self> {
         let case = directory.file_name().map_or_else(|| "flight".to_owned(), |n| n.to_string_lossy().into_owned());
-        let writer = Writer::create(directory, worlds::nominal(world, &case)?, &mission_file::write(mission))?;
+        let mut writer = Writer::create(directory, worlds::nominal(world, &case)?, &mission_file::write(&setup.mission))?;
+        let (settings, mission) = (*setup.config.settings(), setup.mission.clone());
+        writer.note(&Entry::Start(Start { settings, mission, table: setup.table.clone().unwrap_or_default() }))?;
         let s = world.scenario();
         Ok(Self {
             writer,
@@ -50,6 +55,7 @@ impl Recorder {
             gps: Normal::new(0.0, worlds::GPS_NOISE_M)?,
             temperature: Normal::new(0.0, TEMPERATURE_NOISE_K)?,
             origin: None,
+            resets: 0,
         })
     }
 
@@ -59,6 +65,10 @@ impl Recorder {
     /// Disk full or gone.
     pub fn push(&mut self, cycle: &Cycle<'_>) -> anyhow::Result<()> {
         let (f, t) = (cycle.frame, cycle.truth);
+        if cycle.resets != self.resets {
+            self.resets = cycle.resets;
+            self.writer.note(&Entry::Reset)?;
+        }
         // Positions count from the launch point: of the segment, or of the first of those without a surfacing between them.
         if self.writer.new_segment(cycle.answer) == Some(SegmentStart::Surface) {
             self.origin = None;
@@ -100,7 +110,7 @@ impl Recorder {
             battery_mass_m: t.battery_mass_m,
             energy_j: t.energy.total_j(),
         };
-        self.writer.push(&measured, cycle.answer, &truth)
+        self.writer.push(&measured, f, cycle.answer, &truth)
     }
 
     /// Closes the log of a flight that `error` cut short, and says so with the error and in the vehicle file.

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 /// A controller built for this computer, behind encoded bytes. The image's
 /// loop does the same with its USART.
+#[derive(Clone)]
 pub struct Board {
     helm: Helm<RamStorage>,
     resets: u32,

@@ -28,6 +28,7 @@ pub mod options;
 pub mod own_flash;
 pub mod parts;
 pub mod port;
+pub mod program;
 pub mod pty;
 pub mod qemu;
 pub mod qemu_backseat;

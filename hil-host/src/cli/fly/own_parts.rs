@@ -9,7 +9,7 @@ use plant::{Scenario, World};
 use rig::flight::closed_loop::Setup;
 use rig::flight::recorder::Recorder;
 use rig::flight::{config_file, own_parts};
-use rig::seats::{CYCLE_S, Seat};
+use rig::seats::CYCLE_S;
 use serde_json::json;
 use signals::Mission;
 
@@ -32,19 +32,15 @@ pub fn run(args: &Args, output: &Output, mission: Mission, scenario: Scenario) -
     if let Some(path) = &args.config {
         setup.config = config_file::load(path)?;
     }
+    setup.table = args.table.as_deref().map(|path| table_of(path, mission.wings)).transpose()?;
     let world = World::new(scenario).map_err(|e| anyhow!("{e}"))?;
     let mut recorder = match &args.log {
-        Some(dir) => Some(Recorder::create(dir, &world, &mission)?),
+        Some(dir) => Some(Recorder::create(dir, &world, &setup)?),
         None => None,
     };
     let mut board = own_parts::board(world, &setup);
     let fault = Fault::ALL.into_iter().find(|(name, _)| *name == args.modem).map_or(Fault::Dead, |(_, fault)| fault);
     board.wire().fit_modem(fault);
-    if let Some(path) = &args.table {
-        let bytes = table_of(path, mission.wings)?;
-        board.hello()?;
-        board.tabulate(mission.wings, &bytes)?;
-    }
     let bar = progress(&mission);
     let flown = own_parts::fly(
         &mut board,

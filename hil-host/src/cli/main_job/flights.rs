@@ -110,9 +110,10 @@ pub fn fly_wings(wings: Wings, choice: &Choice, out: &Path, progress: &mut dyn F
     let mut seat = seats::open(choice, None, Some(log.join("board.defmt")))?;
     let mut world = World::new(worlds::for_mission(&mission)).map_err(|e| anyhow!("{e}"))?;
     let best = world.best_glide();
-    let mut recorder = Recorder::create(&log, &world, &mission)?;
+    let setup = Setup::new(mission);
+    let mut recorder = Recorder::create(&log, &world, &setup)?;
     let mut trace = Trace::default();
-    let flown = fly(&mut world, &mut *seat, &Setup::new(mission), &mut |c| {
+    let flown = fly(&mut world, &mut *seat, &setup, &mut |c| {
         progress(c.answer.trace.dives);
         trace.time_s.push(c.time_s);
         trace.depth_m.push(c.truth.depth_m);

@@ -1,0 +1,199 @@
+//! Any cycle of a recorded flight: what was measured, what this law answers, and expressions of both.
+
+use super::row;
+use crate::cli::{Output, Verdict};
+use crate::terminal::say;
+use logs::vehicle::expression::Formula;
+use rig::flight::log::degraded;
+use rig::replay::difference::differences;
+use rig::replay::record::Record;
+use rig::replay::stepper::Stepper;
+use serde_json::json;
+use signals::{Answer, Reading, SensorFrame};
+use std::io::BufRead as _;
+
+/// A signal by the name that it has in flight.csv, as far as it is a number.
+type Signal = (&'static str, fn(&SensorFrame, &Answer) -> f64);
+
+fn value(reading: Reading) -> f64 {
+    match reading {
+        Reading::Sampled { value, .. } => value.into(),
+        Reading::Missing => f64::NAN,
+    }
+}
+
+const SIGNALS: [Signal; 28] = [
+    ("time_s", |f, _| f.time.0 as f64 * 1e-6),
+    ("m_depth_m", |f, _| value(f.depth_m)),
+    ("m_depth2_m", |f, _| value(f.depth2_m)),
+    ("m_pitch_rad", |f, _| value(f.pitch_rad)),
+    ("m_roll_rad", |f, _| value(f.roll_rad)),
+    ("m_heading_rad", |f, _| value(f.heading_rad)),
+    ("m_ballast_pumped_cc", |f, _| 1e6 * value(f.ballast_m3)),
+    ("m_battpos_m", |f, _| value(f.battery_mass_m)),
+    ("m_fin_rad", |f, _| value(f.fin_rad)),
+    ("sci_density_kg_m3", |f, _| value(f.density_kg_m3)),
+    ("m_altitude_m", |f, _| value(f.altitude_m)),
+    ("m_battery_v", |f, _| value(f.battery_v)),
+    ("m_charge", |f, _| value(f.charge)),
+    ("m_vacuum_pa", |f, _| value(f.vacuum_pa)),
+    ("gps_fix", |f, _| f64::from(u8::from(f.surface.gps_fix))),
+    ("comms", |f, _| f64::from(u8::from(f.surface.comms))),
+    ("phase", |_, a| f64::from(a.trace.phase as u8)),
+    ("dives", |_, a| a.trace.dives.into()),
+    ("flags", |_, a| a.trace.flags.0.into()),
+    ("c_ballast_cc", |_, a| 1e6 * f64::from(a.command.ballast_m3)),
+    ("c_battpos_m", |_, a| a.command.battery_mass_m.into()),
+    ("c_fin_rad", |_, a| a.command.fin_rad.into()),
+    ("c_drop_weight", |_, a| f64::from(u8::from(a.command.drop_weight))),
+    ("c_pitch_rad", |_, a| a.trace.pitch_setpoint_rad.into()),
+    ("est_alpha_rad", |_, a| a.trace.alpha_rad.into()),
+    ("est_speed_m_s", |_, a| a.trace.speed_m_s.into()),
+    ("est_glide_angle_rad", |_, a| a.trace.glide_angle_rad.into()),
+    ("est_depth_m", |_, a| a.trace.depth_m.into()),
+];
+
+/// Expressions that are watched, with their text.
+type Watched = Vec<(String, Formula)>;
+
+fn formula(text: &str) -> anyhow::Result<Formula> {
+    let names = || SIGNALS.map(|s| s.0).join(", ");
+    Formula::parse(text, |name| SIGNALS.iter().any(|s| s.0 == name)).map_err(|e| anyhow::anyhow!("{e}\nsignals: {}", names()))
+}
+
+fn watched(texts: &[String]) -> anyhow::Result<Watched> {
+    texts.iter().map(|text| Ok((text.clone(), formula(text)?))).collect()
+}
+
+fn value_of(formula: &Formula, frame: &SensorFrame, answer: &Answer) -> f64 {
+    formula.value(|name| SIGNALS.iter().find(|s| s.0 == name).map_or(f64::NAN, |s| s.1(frame, answer)))
+}
+
+const HEAD: &str = "  cycle   time s phase       abort           depth m pitch° aimed° ballast ordered";
+
+/// One cycle on one line, what is watched and what differs from the record below it.
+fn lines(record: &Record, index: usize, answer: &Answer, watched: &Watched) -> Vec<String> {
+    let Some(step) = record.steps.get(index) else { return Vec::new() };
+    let (f, t) = (&step.frame, &answer.trace);
+    let mut out = vec![format!(
+        "{index:>7} {:>8.0} {:<11} {:<15} {:>7.1} {:>6.1} {:>6.1} {:>7.1} {:>7.1}",
+        record.time_s(index),
+        format!("{:?}", t.phase),
+        t.abort.map_or_else(|| "-".to_owned(), |a| format!("{a:?}")),
+        t.depth_m,
+        value(f.pitch_rad).to_degrees(),
+        t.pitch_setpoint_rad.to_degrees(),
+        1e6 * value(f.ballast_m3),
+        1e6 * answer.command.ballast_m3,
+    )];
+    let flags = degraded(t.flags);
+    if !flags.is_empty() {
+        out.push(format!("        degraded: {}", flags.join(", ")));
+    }
+    out.extend(watched.iter().map(|(text, formula)| format!("        {text} = {:.6}", value_of(formula, f, answer))));
+    out.extend(differences(&step.answer, answer).iter().map(|d| format!("        differs: {}", d.words())));
+    out
+}
+
+/// Shows some cycles from a time on.
+///
+/// # Errors
+/// An expression that cannot be read, or the law refuses what it is given.
+pub fn shown(
+    record: &Record,
+    table: Option<&[u8]>,
+    at_s: f64,
+    cycles: usize,
+    watch: &[String],
+    output: &Output,
+) -> anyhow::Result<Verdict> {
+    let watched = watched(watch)?;
+    let mut stepper = Stepper::new(record, table)?;
+    stepper.seek(record.index(at_s));
+    let mut rows = Vec::new();
+    while rows.len() < cycles {
+        let index = stepper.at();
+        let Some(answer) = stepper.step() else { break };
+        rows.push((index, answer));
+    }
+    let document = rows.iter().map(|(i, answer)| {
+        let frame = record.steps.get(*i).map(|s| s.frame).unwrap_or_default();
+        let signals: serde_json::Map<_, _> = SIGNALS.iter().map(|s| (s.0.to_owned(), json!(s.1(&frame, answer)))).collect();
+        let values: serde_json::Map<_, _> = watched.iter().map(|(t, f)| (t.clone(), json!(value_of(f, &frame, answer)))).collect();
+        json!({ "cycle": i, "time_s": record.time_s(*i), "abort": answer.trace.abort.map(|a| format!("{a:?}")), "signals": signals, "watched": values,
+            "differs": record.steps.get(*i).map_or(Vec::new(), |s| differences(&s.answer, answer)).iter().map(|d| d.signal).collect::<Vec<_>>() })
+    });
+    output.emit(&json!({ "cycles": document.collect::<Vec<_>>() }), || {
+        println!("{HEAD}");
+        rows.iter().flat_map(|(i, answer)| lines(record, *i, answer, &watched)).for_each(|line| println!("{line}"));
+    });
+    Ok(Verdict::Ok)
+}
+
+const ORDERS: &str = "go S: to the cycle at S seconds; next [N], back [N]: cycles; watch EXPRESSION; until EXPRESSION: to the first cycle where it is above zero; quit";
+
+/// Goes through a flight by orders on standard input.
+///
+/// # Errors
+/// An expression of the command line that cannot be read, or the law refuses what it is given.
+pub fn at_a_prompt(record: &Record, table: Option<&[u8]>, watch: &[String]) -> anyhow::Result<Verdict> {
+    let mut watched = watched(watch)?;
+    let mut stepper = Stepper::new(record, table)?;
+    row("record", &format!("{} cycles in {:.1} h", record.steps.len(), record.time_s(record.steps.len() - 1) / 3600.0));
+    row("orders", ORDERS);
+    println!("{HEAD}");
+    for line in std::io::stdin().lock().lines() {
+        let line = line?;
+        let (order, rest) = line.trim().split_once(' ').unwrap_or((line.trim(), ""));
+        let count = rest.trim().parse::<usize>().unwrap_or(1);
+        match order {
+            "quit" | "q" => break,
+            "go" | "g" => match rest.trim().parse::<f64>() {
+                Ok(at_s) => stepper.seek(record.index(at_s)),
+                Err(_) => {
+                    say(&format!("go {rest}: a time in seconds since the start, such as go 3600"));
+                    continue;
+                }
+            },
+            "back" | "b" => stepper.seek(stepper.at().saturating_sub(count + 1)),
+            "watch" | "w" => {
+                match formula(rest) {
+                    Ok(formula) => watched.push((rest.to_owned(), formula)),
+                    Err(e) => println!("{e}"),
+                }
+                continue;
+            }
+            "until" | "u" => match formula(rest) {
+                Ok(formula) => until(record, &mut stepper, &formula),
+                Err(e) => {
+                    println!("{e}");
+                    continue;
+                }
+            },
+            "next" | "n" | "" => {}
+            _ => {
+                row("orders", ORDERS);
+                continue;
+            }
+        }
+        for _ in 0..if matches!(order, "next" | "n") { count } else { 1 } {
+            let index = stepper.at();
+            match stepper.step() {
+                Some(answer) => lines(record, index, &answer, &watched).iter().for_each(|line| println!("{line}")),
+                None => say("the record ends here"),
+            }
+        }
+    }
+    Ok(Verdict::Ok)
+}
+
+/// To the first cycle from here on where a formula is above zero, to show it next.
+fn until(record: &Record, stepper: &mut Stepper<'_>, formula: &Formula) {
+    loop {
+        let index = stepper.at();
+        let Some(answer) = stepper.step() else { return };
+        if record.steps.get(index).is_some_and(|s| value_of(formula, &s.frame, &answer) > 0.0) {
+            return stepper.seek(index);
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! `glider replay` and `glider what-if` on flights with a hidden truth, as a user asks them.
+
+use serde_json::Value;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+const MISSION: &str =
+    "wings = \"standard\"\nmax_duration_h = 24.0\nsurface_every = 1\n\n[[leg]]\ndives = 10\ndepth_min_m = 5.0\ndepth_max_m = 120.0\n";
+
+struct Bench(PathBuf);
+
+impl Bench {
+    fn new(name: &str) -> Self {
+        let root = std::env::temp_dir().join(format!("glider-otherwise-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&root).expect("a folder");
+        std::fs::write(root.join("ten.toml"), MISSION).expect("written");
+        Self(root)
+    }
+
+    fn command(&self, line: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_glider"));
+        command.args(line.split(' ')).current_dir(&self.0);
+        command
+    }
+
+    fn json(&self, line: &str) -> (i32, Value) {
+        let out = self.command(line).arg("--json").output().expect("runs");
+        let document =
+            serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{line}: {e}, {}", String::from_utf8_lossy(&out.stderr)));
+        (out.status.code().expect("a code"), document)
+    }
+
+    /// Flies the ten dives in a world with a hidden effect.
+    fn fly(&self, effect: &str, size: f64, seed: u64) -> String {
+        let truth = format!("[ocean]\nbackground_rms_m_s = 0.004\n[[effects]]\nkind = \"{effect}\"\nvalue = {size}\n");
+        std::fs::write(self.0.join("truth.toml"), truth).expect("written");
+        let (code, _) = self.json(&format!("fly --mission ten.toml --truth truth.toml --seed {seed} --log {effect}"));
+        assert_eq!(code, 0, "{effect}");
+        effect.to_owned()
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).ok();
+    }
+}
+
+/// Effects of drag, lift, sensors, buoyancy and water, the vehicle file knowing nothing of them.
+#[test]
+fn accuracy_a_refitted_world_does_as_the_log_in_nine_of_ten_dives() {
+    let bench = Bench::new("reproduced");
+    let hidden = [
+        ("drag_level_error", 0.3),
+        ("pitch_offset", 0.02),
+        ("ballast_scale", 0.06),
+        ("reynolds_drag", 0.5),
+        ("horizontal_current", 0.15),
+        ("internal_wave", 0.015),
+    ];
+    let (mut dives, mut inside) = (0, [0, 0]);
+    for (seed, (effect, size)) in (1..).zip(hidden) {
+        let (_, said) = bench.json(&format!("what-if {}", bench.fly(effect, size, seed)));
+        let r = &said["reproduced"];
+        let n = |key: &str| r[key].as_u64().expect(key);
+        println!("{effect}: {} of {} in depth and time, {} in way", n("in_depth_and_time"), n("dives"), n("in_way"));
+        dives += n("dives");
+        inside = [inside[0] + n("in_depth_and_time"), inside[1] + n("in_way")];
+    }
+    assert!(dives >= 50 && inside.iter().all(|i| 10 * i >= 9 * dives), "{inside:?} of {dives}");
+}
+
+/// What another mission changes is what it changes in the hidden world itself.
+#[test]
+fn accuracy_what_another_mission_changes_is_what_the_hidden_world_says() {
+    let bench = Bench::new("gain");
+    let flight = bench.fly("drag_level_error", 0.6, 11);
+    let steep = format!("{MISSION}goal = \"fixed-pitch\"\npitch_deg = 35.0\n");
+    std::fs::write(bench.0.join("steep.toml"), steep).expect("written");
+    let (code, said) = bench.json(&format!("what-if {flight} --mission steep.toml"));
+    assert_eq!(code, 0, "{said:#}");
+    let distance = said["figures"].as_array().expect("figures").iter().find(|f| f["figure"] == "distance").expect("a distance").clone();
+    let flown = |mission: &str, log: &str| {
+        bench.json(&format!("fly --mission {mission} --truth truth.toml --seed 99 --log {log}")).1["distance_m"]
+            .as_f64()
+            .expect("a distance")
+    };
+    let truth = flown("steep.toml", "truth_steep") - flown("ten.toml", "truth_ten");
+    let [low, high] = ["low", "high"].map(|k| distance["difference"][k].as_f64().expect("an interval"));
+    println!("difference {low:.0} to {high:.0} m, in the hidden world {truth:.0} m");
+    assert!((low..=high).contains(&truth) && high - low < 0.3 * truth.abs(), "{low} {high} {truth}");
+}
+
+#[test]
+fn a_fault_ends_the_flights_that_it_strikes_and_a_page_has_both() {
+    let bench = Bench::new("fault");
+    let flight = bench.fly("pitch_offset", 0.01, 3);
+    let (_, said) = bench.json(&format!("what-if {flight} --fault pump:stuck@climb+60s --worlds 4 --out page.html"));
+    let ends: Vec<&str> = said["ends"]["changed"].as_array().expect("ends").iter().filter_map(|e| e["end"].as_str()).collect();
+    assert!(ends.iter().all(|e| e.starts_with("safe: PumpStuck")) && !ends.is_empty(), "{ends:?}");
+    let page = std::fs::read_to_string(bench.0.join("page.html")).expect("a page");
+    assert!(page.contains("refitted, changed") && page.contains("recorded"));
+}
+
+#[test]
+fn replay_by_command_finds_the_table_that_changed_the_orders() {
+    let bench = Bench::new("replay");
+    let flight = bench.fly("drag_level_error", 0.2, 5);
+    for (vehicle, folder) in [("slocum-standard-sea", "as_built"), ("slocum-standard", "of_literature")] {
+        assert_eq!(bench.json(&format!("table --vehicle {vehicle} --out {folder}")).0, 0);
+    }
+    let (code, said) = bench.json(&format!("replay {flight}"));
+    assert!(code == 0 && said["differing"] == 0 && said["cycles"].as_u64() > Some(3000), "{said:#}");
+    let (code, said) = bench.json(&format!("replay {flight} --table of_literature/standard.bin"));
+    assert!(code == 1 && said["first"]["signals"][0]["signal"] == "table in use" && said["first_order_s"].is_number(), "{said:#}");
+    let row = "as_built/standard.bin,as_built/standard.bin,of_literature/standard.bin,of_literature/standard.bin";
+    let (code, said) = bench.json(&format!("replay {flight} --bisect {row}"));
+    assert!(code == 0 && said["found"] == "of_literature/standard.bin" && said["before_it"] == "as_built/standard.bin", "{said:#}");
+    let (code, said) = bench.json(&format!("replay {flight} --at 600 --cycles 2 --watch est_depth_m-m_depth_m"));
+    let off = said["cycles"][0]["watched"]["est_depth_m-m_depth_m"].as_f64().expect("a number");
+    assert!(code == 0 && off.abs() < 0.5 && said["cycles"].as_array().map(Vec::len) == Some(2), "{said:#}");
+    let mut prompt = bench.command(&format!("replay {flight} --step"));
+    let mut child = prompt.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("starts");
+    child.stdin.take().expect("open").write_all(b"go 1200\nnext 2\nuntil est_depth_m - 50\nwatch nothing\nquit\n").expect("written");
+    let out = String::from_utf8(child.wait_with_output().expect("ends").stdout).expect("text");
+    assert!(out.contains("    300     1200 ") && out.contains("`nothing` is no signal"), "{out}");
+}

@@ -95,6 +95,7 @@ mod target {
                 battery_mass_m: Reading::now(self.battery_m),
                 fin_rad: Reading::now(0.0),
                 density_kg_m3: Reading::now(1025.0),
+                temperature_degc: Reading::now(12.0),
                 altitude_m: Reading::now((80.0 - self.depth_m).max(1.0)),
                 battery_v: Reading::now(14.5),
                 charge: Reading::now(0.9),

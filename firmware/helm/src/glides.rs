@@ -1,6 +1,6 @@
 //! What the glides say of the vehicle's numbers, for the report of a surfacing: cycles of the law into [`evidence`].
 //!
-//! Outside the seal: nothing steers by it. Frames carry no temperature: the thermal expansion is not judged on board.
+//! Outside the seal: nothing steers by it. Without a temperature the thermal expansion is not judged on board.
 
 use control::Settings;
 use evidence::{Cycle, Dives, Vehicle};
@@ -10,7 +10,7 @@ use signals::{Answer, Phase, SensorFrame};
 
 /// Pascal per metre of a frame's depth: standard sea water, as a backseat reckons it. Off by 1 %, all pressures are; so are those of
 /// the dives that it is judged by.
-const PA_PER_M: f32 = 1025.0 * 9.81;
+pub const PA_PER_M: f32 = 1025.0 * 9.81;
 /// Ages at which a pressure, attitude or ballast, and the water are old, ms.
 const OLD_MS: [u32; 3] = [10_000, 20_000, 60_000];
 /// Fewest rows, and of them in dives and in climbs, that can be judged: as the workbench asks.
@@ -48,7 +48,7 @@ impl Glides {
 
     /// Takes a step of the law.
     pub(crate) fn take(&mut self, settings: &Settings, table: Option<&Table<'_>>, frame: &SensorFrame, answer: &Answer) {
-        let Some(cycle) = cycle(frame, answer) else { return self.dives.interrupt() };
+        let Some(cycle) = cycle(frame, answer.trace.phase) else { return self.dives.interrupt() };
         let Some(table) = table else { return };
         let vehicle = vehicle(settings);
         if self.dives.rows() == 0 {
@@ -67,8 +67,9 @@ impl Glides {
 }
 
 /// A cycle of a glide; none of what is no glide, and with a sensor that is missing or old.
-fn cycle(frame: &SensorFrame, answer: &Answer) -> Option<Cycle> {
-    if !matches!(answer.trace.phase, Phase::Dive | Phase::Climb) || frame.weight == signals::Weight::Released {
+#[must_use]
+pub fn cycle(frame: &SensorFrame, phase: Phase) -> Option<Cycle> {
+    if !matches!(phase, Phase::Dive | Phase::Climb) || frame.weight == signals::Weight::Released {
         return None;
     }
     let [pressure_ms, attitude_ms, water_ms] = OLD_MS;
@@ -84,6 +85,6 @@ fn cycle(frame: &SensorFrame, answer: &Answer) -> Option<Cycle> {
         roll_rad: frame.roll_rad.accept(any.clone(), attitude_ms).unwrap_or(f32::NAN),
         ballast_m3: frame.ballast_m3.accept(any.clone(), attitude_ms)?,
         density_kg_m3: frame.density_kg_m3.accept(any, water_ms)?,
-        temperature_degc: f32::NAN,
+        temperature_degc: frame.temperature_degc.accept(-5.0..=45.0, water_ms).unwrap_or(f32::NAN),
     })
 }

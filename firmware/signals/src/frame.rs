@@ -96,6 +96,8 @@ pub struct SensorFrame {
     pub fin_rad: Reading,
     /// In-situ water density from the CTD, kg/m³.
     pub density_kg_m3: Reading,
+    /// Temperature of the water from the CTD, °C: for the report of the glides, the law does not use it.
+    pub temperature_degc: Reading,
     /// Height above the bottom by the altimeter, m.
     pub altitude_m: Reading,
     /// Battery voltage, V.

@@ -52,6 +52,7 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ballast_m3: Reading::now(-2e-4),
         battery_mass_m: Reading::now(0.01),
         density_kg_m3: Reading::now(1025.0),
+        temperature_degc: Reading::now(12.0),
         battery_v: Reading::now(14.5),
         charge: Reading::now(0.9),
         vacuum_pa: Reading::now(70_000.0),

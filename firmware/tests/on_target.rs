@@ -235,6 +235,11 @@ mod target {
         let (made, packet) = counted(&chip.TIM2, || DIVES.packet(1).encode());
         println!("     glides            at most {}, mean {} a cycle; packet {}", says.most, says.sum / STEPS, made - empty);
         claim("the glides take at most 600 instructions a cycle in the mean", says.sum / STEPS <= 600);
+        let known = evidence::History { vehicle_id: 1, usual_level: 1e-5, mean: [0.0; 8], spread: [[0.1; 8]; 8] };
+        let summary = DIVES.packet(1);
+        let (weighed, _) = counted(&chip.TIM2, || evidence::Detector::new().take(&known, &summary));
+        println!("     detector          {} a packet", weighed - empty);
+        claim("the detector takes at most 40000 instructions a packet", weighed - empty <= 40_000);
         claim("rows were steady, and their packet is bytes", DIVES.rows() > 50 && packet.is_some());
 
         // Last, since there is no way back: a stack without end is a fault before it reaches a static.

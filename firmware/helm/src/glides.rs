@@ -3,10 +3,10 @@
 //! Outside the seal: nothing steers by it. Without a temperature the thermal expansion is not judged on board.
 
 use control::Settings;
-use evidence::{Cycle, Dives, Vehicle};
+use evidence::{Cycle, Detector, Dives, History, Packet, Vehicle};
 use polar::Table;
-use signals::surfacing::GLIDES_BYTES;
-use signals::{Answer, Phase, SensorFrame};
+use signals::surfacing::{GLIDES_BYTES, OfGlides};
+use signals::{Answer, Flags, Phase, SensorFrame};
 
 /// Pascal per metre of a frame's depth: standard sea water, as a backseat reckons it. Off by 1 %, all pressures are; so are those of
 /// the dives that it is judged by.
@@ -38,12 +38,13 @@ pub fn vehicle(settings: &Settings) -> Vehicle {
 #[derive(Clone, Debug)]
 pub(crate) struct Glides {
     dives: Dives,
+    detector: Detector,
     vehicle_id: u32,
 }
 
 impl Glides {
     pub(crate) const fn new() -> Self {
-        Self { dives: Dives::new(), vehicle_id: 0 }
+        Self { dives: Dives::new(), detector: Detector::new(), vehicle_id: 0 }
     }
 
     /// Takes a step of the law.
@@ -57,13 +58,21 @@ impl Glides {
         self.dives.take(&vehicle, table, &cycle);
     }
 
-    /// The packet, where there is enough in it to judge, and a new beginning.
-    pub(crate) fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+    /// The packet, where there is enough in it to judge, whether it departs from the vehicle's history, and a new beginning.
+    pub(crate) fn said(&mut self, history: Option<&History>) -> Option<OfGlides> {
         let packet = self.dives.packet(self.vehicle_id);
         self.dives.begin();
-        let least = packet.climbing.min(packet.rows.saturating_sub(packet.climbing));
-        if packet.rows >= FEWEST.0 && least >= FEWEST.1 { packet.encode() } else { None }
+        let bytes = packet.encode().filter(|_| is_enough(&packet))?;
+        let departs = history.is_some_and(|history| self.detector.take(history, &packet));
+        Some((bytes, if departs { Flags::DEPARTS } else { Flags(0) }))
     }
+}
+
+/// Whether there is enough in a packet to judge.
+#[must_use]
+pub fn is_enough(packet: &Packet) -> bool {
+    let least = packet.climbing.min(packet.rows.saturating_sub(packet.climbing));
+    packet.rows >= FEWEST.0 && least >= FEWEST.1
 }
 
 /// A cycle of a glide; none of what is no glide, and with a sensor that is missing or old.

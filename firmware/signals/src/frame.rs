@@ -237,6 +237,8 @@ impl Flags {
     pub const WEIGHT_FIRED: Self = Self(1 << 10);
     /// The mission was aborted, and goes on since.
     pub const RESUMED: Self = Self(1 << 11);
+    /// The glides since the last report depart from the vehicle's history: in the report of a surfacing alone.
+    pub const DEPARTS: Self = Self(1 << 12);
 
     /// Both sets of flags.
     #[must_use]

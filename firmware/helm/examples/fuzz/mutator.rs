@@ -243,7 +243,7 @@ pub fn run(bytes: u64, seed: u64, mut progress: impl FnMut(u64)) -> Found {
 fn parsers(body: &[u8], found: &mut Found) {
     let Some(body) = body.get(1..) else { return };
     let config = Config::default();
-    for object in [Object::Table(Wings::Standard), Object::Table(Wings::LowAspectRatio), Object::Config, Object::Mission] {
+    for object in [Object::Table(Wings::Standard), Object::Table(Wings::LowAspectRatio), Object::Config, Object::Mission, Object::History] {
         found.objects += u64::from(check(object, body, &config).is_ok());
     }
     let _ = (config_of(body), mission(body));

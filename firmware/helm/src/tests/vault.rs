@@ -382,6 +382,10 @@ fn versions(object: Object) -> [Vec<u8>; 2] {
         }),
         Object::Mission | Object::Log | Object::Autopsy => [2u16, 3]
             .map(|surface_every| postcard::to_slice(&Mission { surface_every, ..Mission::default() }, &mut [0; 400]).unwrap().to_vec()),
+        Object::History => [1, 2].map(|vehicle_id| {
+            let history = evidence::History { vehicle_id, usual_level: 1e-5, mean: [0.1; 8], spread: [[0.0; 8]; 8] };
+            history.encode().expect("sound").to_vec()
+        }),
         Object::Image(_) => panic!("images lie on the chip's own flash, not in the vault"),
     }
 }
@@ -414,8 +418,13 @@ fn in_use(helm: &mut Helm<Vault<Part>>, object: Object) -> Vec<u8> {
 
 #[test]
 fn a_cut_at_any_byte_of_an_upload_leaves_one_of_the_two_versions() {
-    for object in [Object::Table(signals::Wings::Standard), Object::Table(signals::Wings::LowAspectRatio), Object::Config, Object::Mission]
-    {
+    for object in [
+        Object::Table(signals::Wings::Standard),
+        Object::Table(signals::Wings::LowAspectRatio),
+        Object::Config,
+        Object::Mission,
+        Object::History,
+    ] {
         let [first, second] = versions(object);
         let built_in = in_use(&mut boot(&Part::new()).0, object);
         // The whole way once, without a cut: first version, second version, back to the first, back to what is built in.

@@ -82,3 +82,22 @@ fn scorecard_packets_of_a_real_month_say_what_its_logs_say() {
     assert_eq!(alarms, 0, "{healthy:?}");
     assert!(first.is_some_and(|k| k < 2), "{fouled:?}");
 }
+
+/// The detector that flies, with a history of the mission's first dives: quiet ones raise no alarm, half as much drag again does in the
+/// first or second surfacing.
+#[test]
+fn scorecard_detector_on_board_alarms_at_a_drag_event() {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
+        eprintln!("skipped: no flights (set GLIDER_FLIGHTS)");
+        return;
+    };
+    let all = missions::missions(&root, &|why| eprintln!("left out: {why}")).expect("a folder");
+    let month = all.iter().find(|m| m.name == "slocum_modena2015_month").expect("the month");
+    for controls in [6, 12, 24] {
+        let said = replayed::detected(month, controls).expect("a history");
+        eprintln!("{controls} dives of history: {said:?}");
+        // At most one in 300.
+        assert!(300 * said.quiet.right <= said.quiet.all && said.quiet.all > 15, "{said:?}");
+        assert_eq!(said.in_two.right, said.in_two.all, "{said:?}");
+    }
+}

@@ -1,5 +1,6 @@
 //! What a file is by its content, so that one named in place of another is answered with what it is and what belongs there.
 
+use super::surfacing;
 use anyhow::ensure;
 use std::io::Read as _;
 use std::path::Path;
@@ -49,6 +50,7 @@ enum Seen {
     Folder,
     NetCdf,
     Json,
+    Surfacings,
 }
 
 impl Seen {
@@ -65,6 +67,7 @@ impl Seen {
             Self::Folder => "a folder",
             Self::NetCdf => "a NetCDF file",
             Self::Json => "a JSON file",
+            Self::Surfacings => "messages of surfacings",
         }
     }
 }
@@ -83,8 +86,15 @@ fn seen(path: &Path) -> Option<Seen> {
     match head.as_slice() {
         [0x7f, b'E', b'L', b'F', ..] => Some(Seen::Is(Kind::Image)),
         [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', ..] => Some(Seen::NetCdf),
+        _ if surfacing::begins(&head) => Some(Seen::Surfacings),
         _ => of_text(std::str::from_utf8(&head).ok()?),
     }
+}
+
+/// Whether a file is messages of surfacings, or a terminal's log with some.
+#[must_use]
+pub fn is_surfacings(path: &Path) -> bool {
+    seen(path) == Some(Seen::Surfacings)
 }
 
 fn of_text(text: &str) -> Option<Seen> {
@@ -125,7 +135,7 @@ pub fn expect(path: &Path, wanted: Kind) -> anyhow::Result<()> {
         Some(Seen::FlightFolder | Seen::Folder) => wanted == Kind::Flight,
         // A vehicle may be JSON with keys of its own.
         Some(Seen::Json) => wanted == Kind::Vehicle,
-        Some(Seen::NetCdf) => false,
+        Some(Seen::NetCdf | Seen::Surfacings) => false,
         // An image is nothing but an image.
         None => wanted != Kind::Image,
     };

@@ -4,18 +4,18 @@
 use discovery::history::flight::sent_one_by_one;
 use discovery::history::judge::{Judgement, judge, judge_summary};
 use discovery::history::learn::{Learnt, linear_about};
-use discovery::history::numbers::{DRAG_LEVEL, Numbers};
+use discovery::history::numbers::{DRAG_LEVEL, Numbers, SLOPE_OF_LIFT};
 use discovery::history::rows::Unit;
 use discovery::history::summary::Summary;
-use evidence::{Dives, PACKET_BYTES, Packet};
-use helm::glides::{PA_PER_M, cycle};
+use evidence::{Detector, Dives, PACKET_BYTES, Packet, SIZES};
+use helm::glides::{PA_PER_M, cycle, is_enough};
 use logs::Flight;
 use polar::Table;
 use serde::Serialize;
 use signals::{Micros, Phase, Reading, SensorFrame, Wings};
 
 use super::missions::{ERRORS, Error, Histories, Mission, Share, injected, names, part_of, spread};
-use crate::packets::{board, sent};
+use crate::packets::{board, for_board, sent};
 
 /// Units that errors are injected into.
 const REPLAYED: usize = 8;
@@ -179,6 +179,48 @@ pub fn agreement(mission: &Mission, controls: usize) -> [Agreement; 2] {
         }
     }
     [untouched, errors]
+}
+
+/// What the detector on board says of a mission after the dives that its history was learnt from.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Detected {
+    /// Surfacings as they were, and alarms in them.
+    pub quiet: Share,
+    /// Of a vehicle with half as much drag again from one surfacing on, each in turn: alarms in its first or second.
+    pub in_two: Share,
+}
+
+/// Replays the detector over a mission of which the first dives, so many, are its history.
+///
+/// # Errors
+/// A history that is none for a board.
+pub fn detected(mission: &Mission, controls: usize) -> anyhow::Result<Detected> {
+    let mut histories = Histories::new(mission, controls);
+    let learnt = histories.before(controls).clone();
+    let (glider, from) = (&histories.glider, histories.from);
+    let (vehicle, _) = board(glider, &from, Wings::Standard)?;
+    let mut known = for_board(&learnt, glider, &vehicle)?;
+    // The table on board has the drag and lift of the first dives, not those of the file.
+    for i in [DRAG_LEVEL, SLOPE_OF_LIFT] {
+        known.mean[i] -= (from[i] * glider.sizes[i] / f64::from(SIZES[i])) as f32;
+    }
+    let packets = |more_drag: f64| -> Vec<Packet> {
+        let mut claimed = from;
+        claimed[DRAG_LEVEL] -= more_drag.ln_1p() / glider.sizes[DRAG_LEVEL];
+        let parts = mission.units.iter().skip(controls).filter_map(|unit| part_of(mission, unit));
+        let made = parts.filter_map(|(part, _)| packet(&histories, &frames(&part), &claimed));
+        // One vehicle, whatever the table that it is given has of its drag.
+        made.map(|(made, _)| Packet { vehicle_id: known.vehicle_id, ..made }).filter(is_enough).collect()
+    };
+    let (sound, fouled) = (packets(0.0), packets(0.5));
+    let mut out = Detected::default();
+    let mut detector = Detector::new();
+    for (i, packet) in sound.iter().enumerate() {
+        let mut from_here = detector;
+        out.in_two.count(fouled.iter().skip(i).take(2).any(|p| from_here.take(&known, p)));
+        out.quiet.count(detector.take(&known, packet));
+    }
+    Ok(out)
 }
 
 /// Names in each surfacing of a mission judged from its packets alone, by the quiet surfacings before it; none of the first three. From

@@ -146,6 +146,22 @@ pub fn expect(path: &Path, wanted: Kind) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use base64::Engine as _;
+    use base64::engine::general_purpose::STANDARD;
+
+    #[test]
+    fn messages_of_surfacings_are_recognised_in_a_file_and_in_a_terminal_log() {
+        let path = std::env::temp_dir().join(format!("glider-kind-{}", std::process::id()));
+        let is = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).expect("written");
+            is_surfacings(&path)
+        };
+        let message = signals::Surfacing::default().encode();
+        let line = format!("GliderDos I -3 >\nsurfacing,{}\n", STANDARD.encode(&message));
+        assert!(is(&message) && is(line.as_bytes()) && is(&[&message[..], &[7; 9]].concat()));
+        assert!(!is(b"time_s,surfacing,\n1,2,3\n") && !is(&message[..53]) && !is(b"surfacing,\n") && !is(b""));
+        std::fs::remove_file(&path).expect("removed");
+    }
 
     #[test]
     fn every_kind_is_recognised_by_its_content() {

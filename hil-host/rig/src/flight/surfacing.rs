@@ -56,7 +56,7 @@ impl Received {
 #[must_use]
 pub fn begins(bytes: &[u8]) -> bool {
     let first = [SURFACING_BYTES, MOST_BYTES].iter().any(|n| bytes.get(..*n).is_some_and(|m| Surfacing::decode(m).is_ok()));
-    first || bytes.windows(HEAD.len()).any(|w| w == HEAD) && read(bytes).is_ok()
+    first || bytes.windows(HEAD.len()).any(|w| w == HEAD) && read(bytes).is_ok_and(|r| !r.messages.is_empty())
 }
 
 /// Reads a file: messages of 54 or 163 bytes one after another, or a terminal's text with lines of their pieces.

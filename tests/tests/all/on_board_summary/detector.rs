@@ -128,6 +128,12 @@ fn half_as_much_drag_again_is_an_alarm_in_the_first_or_second_surfacing() {
         };
         assert!([fouled(), fouled()].iter().any(|p| detector.take(&history, p)));
     }
+    // What is no number is no evidence.
+    let mut broken = packet(&[0.0; NUMBERS], &mut noise);
+    for bad in [f32::NAN, f32::INFINITY] {
+        broken.lines[3][NUMBERS] = bad;
+        assert!(!Detector::new().take(&history, &broken), "{:?}", factors(&history, &broken));
+    }
     // Packets of other constants say nothing.
     let other = Packet { vehicle_id: 8, ..packet(&[9.0; NUMBERS], &mut noise) };
     let mut detector = Detector::new();
@@ -167,7 +173,7 @@ proptest! {
         let packet = Packet { vehicle_id: 7, scatter, variance, directions, lines, ..Packet::default() };
         let mut detector = Detector::new();
         for _ in 0..3 {
-            prop_assert!(factors(&history, &packet).iter().all(|f| *f >= 0.0), "{:?}", factors(&history, &packet));
+            prop_assert!(factors(&history, &packet).iter().all(|f| *f >= 0.0 && f.is_finite()), "{:?}", factors(&history, &packet));
             detector.take(&history, &packet);
         }
     }

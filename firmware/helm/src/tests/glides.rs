@@ -55,7 +55,7 @@ fn the_flag_is_up_where_the_history_does_not_explain_the_glides() {
         flags
     };
     // Half as much drag again is a fifth less speed.
-    let slow = 1.5_f32.powf(-0.5);
+    let slow = signals::root::sqrt(1.0 / 1.5);
     assert_eq!(flags(Some(&history), 1.0), Flags(0));
     assert_eq!(flags(Some(&history), slow), Flags::DEPARTS);
     // Without a history, or with that of other constants, nothing is said.

@@ -1,5 +1,6 @@
 //! A mission of 60 days in the log flash of the board: its first record is still there at its end, whatever it did.
 
+use crate::storage::OBJECTS;
 use crate::thinning::{AFTER, BEFORE, BURST, EVERY, MISSION_DAYS, PART, ROOM, SELDOM};
 use crate::vault::{CYCLE, Logged};
 use crate::{Storage, Vault};
@@ -112,7 +113,7 @@ fn flown(mission: impl Fn(u32) -> Logged) -> (Vec<Logged>, Vec<Logged>) {
     }
     assert!(!vault.log_lost());
     let part = vault.part().unwrap();
-    let ring = Ring::mount(part, 8 * SECTOR as u32).unwrap();
+    let ring = Ring::mount(part, (2 * OBJECTS * SECTOR) as u32).unwrap();
     let mut kept: Vec<Logged> = Vec::new();
     ring.read(part, |kind, data| {
         if kind == CYCLE {

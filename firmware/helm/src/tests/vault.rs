@@ -2,6 +2,7 @@
 //! live in slots, the mark of a mission is there before its first command, and
 //! a flight goes on without its log.
 
+use crate::storage::OBJECTS;
 use crate::vault::{CYCLE, Logged};
 use crate::{Boot, Content, Helm, Kept, Mark, RamStorage, Seat, Storage, Vault};
 use control::Config;
@@ -255,7 +256,7 @@ fn a_cut_at_any_byte_of_a_mission_boots_safe_if_a_command_was_out() {
 
 fn log_of(part: &Part) -> Vec<(SensorFrame, Answer)> {
     let mut part = part.clone();
-    let ring = Ring::mount(&mut part, 8 * SECTOR as u32).unwrap();
+    let ring = Ring::mount(&mut part, (2 * OBJECTS * SECTOR) as u32).unwrap();
     let mut got = vec![];
     ring.read(&mut part, |kind, data| {
         if kind == CYCLE {
@@ -473,7 +474,7 @@ fn the_log_is_read_over_the_line_byte_by_byte_as_it_lies_on_flash() {
         ask(&mut helm, ToBoard::Sensor(frame(seq)));
     }
     let log = in_use(&mut helm, Object::Log);
-    assert_eq!(log, part.0.borrow().bytes[8 * SECTOR..]);
+    assert_eq!(log, part.0.borrow().bytes[2 * OBJECTS * SECTOR..]);
     let end = log.len() as u32;
     for offset in [end, end + 1, u32::MAX] {
         assert_eq!(

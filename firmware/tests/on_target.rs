@@ -95,6 +95,7 @@ mod target {
                 battery_mass_m: Reading::now(self.battery_m),
                 fin_rad: Reading::now(0.0),
                 density_kg_m3: Reading::now(1025.0),
+                temperature_degc: Reading::now(12.0),
                 altitude_m: Reading::now((80.0 - self.depth_m).max(1.0)),
                 battery_v: Reading::now(14.5),
                 charge: Reading::now(0.9),
@@ -234,6 +235,11 @@ mod target {
         let (made, packet) = counted(&chip.TIM2, || DIVES.packet(1).encode());
         println!("     glides            at most {}, mean {} a cycle; packet {}", says.most, says.sum / STEPS, made - empty);
         claim("the glides take at most 600 instructions a cycle in the mean", says.sum / STEPS <= 600);
+        let known = evidence::History { vehicle_id: 1, usual_level: 1e-5, mean: [0.0; 8], spread: [[0.1; 8]; 8] };
+        let summary = DIVES.packet(1);
+        let (weighed, _) = counted(&chip.TIM2, || evidence::Detector::new().take(&known, &summary));
+        println!("     detector          {} a packet", weighed - empty);
+        claim("the detector takes at most 40000 instructions a packet", weighed - empty <= 40_000);
         claim("rows were steady, and their packet is bytes", DIVES.rows() > 50 && packet.is_some());
 
         // Last, since there is no way back: a stack without end is a fault before it reaches a static.

@@ -165,6 +165,7 @@ impl Readings {
             battery_mass_m: self.reading(Sensor::BatteryMass, now, |inches| inches * M_PER_INCH),
             fin_rad: self.reading(Sensor::Fin, now, same),
             density_kg_m3: self.density(now),
+            temperature_degc: self.reading(Sensor::Temperature, now, same),
             altitude_m: match self.slot(Sensor::AltimeterStatus) {
                 Some(slot) if slot.value == 0.0 => self.reading(Sensor::Altitude, now, same),
                 _ => Reading::Missing,
@@ -259,6 +260,7 @@ mod tests {
         assert!((value(f.ballast_m3) - 236e-6).abs() < 1e-10 && (value(f.charge) - 0.8).abs() < 1e-6);
         assert!((value(f.vacuum_pa) - 79_296.5).abs() < 1.0 && (value(f.density_kg_m3) - 1026.17).abs() < 0.05, "{:?}", f.density_kg_m3);
         assert_eq!((f.leak, f.weight, value(f.altitude_m)), (Switch::Clear, Weight::Released, 12.0));
+        assert_eq!(f.temperature_degc, Reading::Sampled { value: 15.0, age_ms: 3000 });
         assert_eq!(f.depth_m, Reading::Sampled { value: 42.75, age_ms: 3000 });
     }
 

@@ -29,7 +29,7 @@ use crate::readings::{CC_PER_M3, M_PER_INCH, Readings};
 use crate::sensors::{List, Sensor};
 use crate::surfacing_report::Report;
 use crate::voice::{Once, Voice};
-use signals::surfacing::GLIDES_BYTES;
+use signals::surfacing::OfGlides;
 use signals::{ActuatorCommand, Answer, Micros, Phase, SensorFrame};
 
 /// What is flown behind the line.
@@ -42,7 +42,7 @@ pub trait Law {
     /// that was begun on this line, or that a reset interrupted.
     fn silent(&mut self, silence: Micros) -> Option<Answer>;
     /// What the glides since the last call say of the vehicle's numbers, for a report to the shore.
-    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+    fn glides(&mut self) -> Option<OfGlides> {
         None
     }
 }
@@ -369,7 +369,7 @@ impl Session {
             self.core.seq = self.core.seq.wrapping_add(1);
             self.core.last = Some(answer);
             let core = &mut self.core;
-            core.report.take(&frame, &answer, core.pace.glider_s(now), &mut core.voice, || law.packet());
+            core.report.take(&frame, &answer, core.pace.glider_s(now), &mut core.voice, || law.glides());
             // After a reset the glider may not say again that it flies.
             if flies || self.core.readings.last(Sensor::GliderDos).is_none() {
                 self.order(now);

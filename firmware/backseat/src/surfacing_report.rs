@@ -13,7 +13,7 @@ use crate::base64;
 use crate::line::to_hex;
 use crate::sensors::Generation;
 use crate::voice::Voice;
-use signals::surfacing::{Bytes, GLIDES_BYTES, is_dive, is_up};
+use signals::surfacing::{Bytes, OfGlides, is_dive, is_up};
 use signals::{Answer, Evidence, Micros, SensorFrame};
 
 /// Steps at the surface after which the message is made without word from shore: a minute.
@@ -80,7 +80,7 @@ impl Report {
         answer: &Answer,
         glider_s: f64,
         voice: &mut Voice,
-        packet: impl FnOnce() -> Option<[u8; GLIDES_BYTES]>,
+        glides: impl FnOnce() -> Option<OfGlides>,
     ) {
         if let Some(file) = &mut self.file {
             file.say(voice);
@@ -100,7 +100,7 @@ impl Report {
         if !frame.surface.comms && self.surfaced < WAITS {
             return;
         }
-        evidence.carry(packet());
+        evidence.carry(glides());
         let message = evidence.told().encode();
         let mut file = File { name: name(glider_s), message, said: 0, taken: 0, tries: 0, offered: None, filed: false };
         file.say(voice);

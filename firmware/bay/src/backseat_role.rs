@@ -10,7 +10,7 @@ use backseat::{Law, Limits, Pump, Session, Setup, State, Targets};
 use control::Settings;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 use helm::{Helm, Mark, Seat, Storage};
-use signals::surfacing::GLIDES_BYTES;
+use signals::surfacing::OfGlides;
 use signals::{Answer, Micros, Preflight, SensorFrame, Strap, ToBoard, ToHost};
 
 /// Bit/s of the glider's line.
@@ -98,8 +98,8 @@ impl<S: Storage> Law for BackseatLaw<'_, S> {
         Some(answer)
     }
 
-    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
-        self.helm.packet_of_glides()
+    fn glides(&mut self) -> Option<OfGlides> {
+        self.helm.said_of_glides()
     }
 }
 

@@ -323,7 +323,8 @@ impl Senses {
             || (!missing(frame.heading_rad) && seen.heading_rad.is_none())
             || (!missing(frame.ballast_m3) && seen.ballast_m3.is_none())
             || (!missing(frame.battery_mass_m) && seen.battery_m.is_none())
-            || (!missing(frame.density_kg_m3) && seen.density_default);
+            || (!missing(frame.density_kg_m3) && seen.density_default)
+            || (!missing(frame.temperature_degc) && frame.temperature_degc.accept(-5.0..=45.0, 60_000).is_none());
         seen
     }
 

@@ -14,10 +14,21 @@ use polar::Table;
 const BLOCK_S: f32 = 1500.0;
 /// Best determined directions of a block whose scatter is the noise; as many are lost to the fit.
 const DIRECTIONS: usize = 4;
+/// Degrees of freedom that the vehicle's usual level counts for.
+const USUAL_FREEDOM: f32 = 8.0;
 /// Rows of which the usual size of a residual is remembered.
 const REMEMBERED: f32 = 30.0;
 /// A row is an outlier beyond so many usual sizes, once so many rows are known, and this, m/s.
 const OUTLIER: (f32, f32, f32) = (6.0, 8.0, 1e-3);
+
+/// Level of the noise where the best fit leaves `scatter` in so many directions: shrunk to the vehicle's usual level where that is known,
+/// and no less than the variance of the rows.
+pub(crate) fn noise_level(scatter: f32, directions: u16, usual: Option<f32>, variance: f32) -> f32 {
+    let own = f32::from(directions.saturating_sub(DIRECTIONS as u16));
+    let (sum, freedom) = usual.map_or((scatter, own), |usual| (scatter + USUAL_FREEDOM * usual, own + USUAL_FREEDOM));
+    let level = sum / if freedom > 1.0 { freedom } else { 1.0 };
+    if level > variance { level } else { variance }
+}
 
 /// Sums over the rows that count.
 #[derive(Clone, Copy, Debug, Default)]
@@ -183,17 +194,10 @@ impl Says {
         self.all.add_all(&block.0);
     }
 
-    /// Level of the noise where the best fit leaves this of the scatter.
-    fn level(&self, left: f32) -> f32 {
-        let freedom = f32::from(self.directions.saturating_sub(DIRECTIONS as u16).max(1));
-        let (scatter, variance) = (left / freedom, self.sums.variance());
-        if scatter > variance { scatter } else { variance }
-    }
-
     fn packet(&self, vehicle_id: u32, start_s: u32) -> Packet {
         let s = &self.sums;
         let left = |level: f32| self.scatter.misfit(&self.all.most_probable(level));
-        let scatter = left(self.level(left(s.variance())));
+        let scatter = left(noise_level(left(s.variance()), self.directions, None, s.variance()));
         let n = f32::from(s.rows.max(1));
         let climbing = f32::from(s.climbing.max(1));
         let diving = f32::from(s.rows.saturating_sub(s.climbing).max(1));

@@ -1,7 +1,7 @@
 //! Triangular factors of least squares, updated line by line.
 
 use crate::NUMBERS;
-use crate::maths::sqrt;
+use signals::root::sqrt;
 
 /// Columns: the numbers, and what is said.
 pub const WIDTH: usize = NUMBERS + 1;
@@ -22,6 +22,7 @@ pub struct Factor(pub [Line; WIDTH]);
 
 impl Factor {
     /// Takes a line by Givens' rotations. Lines that are not finite must not come here.
+    #[inline(never)]
     pub fn add(&mut self, mut line: Line) {
         for (i, row) in self.0.iter_mut().enumerate() {
             let (Some(&p), Some(&x)) = (row.get(i), line.get(i)) else { return };

@@ -10,12 +10,14 @@
 //! | [`glide`] | the steady glide at a row by the law's own table, and its derivatives by the eight numbers |
 //! | [`factor`] | triangular factors: Givens rotations, principal directions |
 //! | [`dive`] | rows into blocks, blocks into the summary and the level of its noise |
+//! | [`detector`] | whether the summary departs from the vehicle's history |
 //! | [`packet`] | the summary as bytes: 12 bits a number |
 //!
 //! Valid range: that of the table, |pitch| 0.14 to 1.1 rad, 0.02 m/s up or down and more. No heap, no panic, loops of fixed length; what
 //! is not finite is refused where it comes in.
 #![no_std]
 
+pub mod detector;
 pub mod dive;
 pub mod factor;
 pub mod glide;
@@ -23,6 +25,7 @@ mod maths;
 pub mod packet;
 pub mod rows;
 
+pub use detector::{Detector, History};
 pub use dive::Dives;
 pub use glide::Vehicle;
 pub use packet::{PACKET_BYTES, Packet};

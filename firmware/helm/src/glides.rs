@@ -1,16 +1,16 @@
 //! What the glides say of the vehicle's numbers, for the report of a surfacing: cycles of the law into [`evidence`].
 //!
-//! Outside the seal: nothing steers by it. Frames carry no temperature: the thermal expansion is not judged on board.
+//! Outside the seal: nothing steers by it. Without a temperature the thermal expansion is not judged on board.
 
 use control::Settings;
-use evidence::{Cycle, Dives, Vehicle};
+use evidence::{Cycle, Detector, Dives, History, Packet, Vehicle};
 use polar::Table;
-use signals::surfacing::GLIDES_BYTES;
-use signals::{Answer, Phase, SensorFrame};
+use signals::surfacing::{GLIDES_BYTES, OfGlides};
+use signals::{Answer, Flags, Phase, SensorFrame};
 
 /// Pascal per metre of a frame's depth: standard sea water, as a backseat reckons it. Off by 1 %, all pressures are; so are those of
 /// the dives that it is judged by.
-const PA_PER_M: f32 = 1025.0 * 9.81;
+pub const PA_PER_M: f32 = 1025.0 * 9.81;
 /// Ages at which a pressure, attitude or ballast, and the water are old, ms.
 const OLD_MS: [u32; 3] = [10_000, 20_000, 60_000];
 /// Fewest rows, and of them in dives and in climbs, that can be judged: as the workbench asks.
@@ -38,17 +38,18 @@ pub fn vehicle(settings: &Settings) -> Vehicle {
 #[derive(Clone, Debug)]
 pub(crate) struct Glides {
     dives: Dives,
+    detector: Detector,
     vehicle_id: u32,
 }
 
 impl Glides {
     pub(crate) const fn new() -> Self {
-        Self { dives: Dives::new(), vehicle_id: 0 }
+        Self { dives: Dives::new(), detector: Detector::new(), vehicle_id: 0 }
     }
 
     /// Takes a step of the law.
     pub(crate) fn take(&mut self, settings: &Settings, table: Option<&Table<'_>>, frame: &SensorFrame, answer: &Answer) {
-        let Some(cycle) = cycle(frame, answer) else { return self.dives.interrupt() };
+        let Some(cycle) = cycle(frame, answer.trace.phase) else { return self.dives.interrupt() };
         let Some(table) = table else { return };
         let vehicle = vehicle(settings);
         if self.dives.rows() == 0 {
@@ -57,18 +58,27 @@ impl Glides {
         self.dives.take(&vehicle, table, &cycle);
     }
 
-    /// The packet, where there is enough in it to judge, and a new beginning.
-    pub(crate) fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
+    /// The packet, where there is enough in it to judge, whether it departs from the vehicle's history, and a new beginning.
+    pub(crate) fn said(&mut self, history: Option<&History>) -> Option<OfGlides> {
         let packet = self.dives.packet(self.vehicle_id);
         self.dives.begin();
-        let least = packet.climbing.min(packet.rows.saturating_sub(packet.climbing));
-        if packet.rows >= FEWEST.0 && least >= FEWEST.1 { packet.encode() } else { None }
+        let bytes = packet.encode().filter(|_| is_enough(&packet))?;
+        let departs = history.is_some_and(|history| self.detector.take(history, &packet));
+        Some((bytes, if departs { Flags::DEPARTS } else { Flags(0) }))
     }
 }
 
+/// Whether there is enough in a packet to judge.
+#[must_use]
+pub fn is_enough(packet: &Packet) -> bool {
+    let least = packet.climbing.min(packet.rows.saturating_sub(packet.climbing));
+    packet.rows >= FEWEST.0 && least >= FEWEST.1
+}
+
 /// A cycle of a glide; none of what is no glide, and with a sensor that is missing or old.
-fn cycle(frame: &SensorFrame, answer: &Answer) -> Option<Cycle> {
-    if !matches!(answer.trace.phase, Phase::Dive | Phase::Climb) || frame.weight == signals::Weight::Released {
+#[must_use]
+pub fn cycle(frame: &SensorFrame, phase: Phase) -> Option<Cycle> {
+    if !matches!(phase, Phase::Dive | Phase::Climb) || frame.weight == signals::Weight::Released {
         return None;
     }
     let [pressure_ms, attitude_ms, water_ms] = OLD_MS;
@@ -84,6 +94,6 @@ fn cycle(frame: &SensorFrame, answer: &Answer) -> Option<Cycle> {
         roll_rad: frame.roll_rad.accept(any.clone(), attitude_ms).unwrap_or(f32::NAN),
         ballast_m3: frame.ballast_m3.accept(any.clone(), attitude_ms)?,
         density_kg_m3: frame.density_kg_m3.accept(any, water_ms)?,
-        temperature_degc: f32::NAN,
+        temperature_degc: frame.temperature_degc.accept(-5.0..=45.0, water_ms).unwrap_or(f32::NAN),
     })
 }

@@ -3,6 +3,7 @@
 use crate::limits;
 use crate::storage::{Content, MAX_OBJECT, Storage, fill};
 use control::{Config, config::Settings};
+use evidence::History;
 use polar::Table;
 use signals::link::CRC32;
 use signals::{Mission, Object, Refusal, Wings};
@@ -31,6 +32,7 @@ pub fn check(object: Object, bytes: &[u8], config: &Config) -> Result<(), Refusa
             let config = config_of(bytes).ok_or(Refusal::Corrupt)?;
             limits::check(&config).map_err(|e| Refusal::Limit(e.limit))
         }
+        Object::History => History::decode(bytes).map(|_| ()).ok_or(Refusal::Corrupt),
         Object::Log | Object::Autopsy | Object::Image(_) => Err(Refusal::Storage),
     }
 }
@@ -131,7 +133,7 @@ pub fn in_use(storage: &mut impl Storage, built_in: &Config, object: Object, out
             select_table(storage, wings, out);
         }
         Object::Config => config_bytes(&select_config(storage, built_in), out),
-        Object::Mission | Object::Log | Object::Autopsy | Object::Image(_) => {
+        Object::Mission | Object::History | Object::Log | Object::Autopsy | Object::Image(_) => {
             if !storage.load(object, out) {
                 out.clear();
             }

@@ -31,6 +31,7 @@ pub fn aged(frame: &SensorFrame, silence: Micros) -> SensorFrame {
         battery_mass_m: old(frame.battery_mass_m),
         fin_rad: old(frame.fin_rad),
         density_kg_m3: old(frame.density_kg_m3),
+        temperature_degc: old(frame.temperature_degc),
         altitude_m: old(frame.altitude_m),
         battery_v: old(frame.battery_v),
         charge: old(frame.charge),

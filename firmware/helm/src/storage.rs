@@ -7,7 +7,7 @@ use signals::{Answer, Image, Object, Older, Refusal, SensorFrame, Utc, Wings};
 /// Largest object, bytes: a table is the largest.
 pub const MAX_OBJECT: usize = polar::MAX_TABLE;
 /// Kinds of objects.
-pub const OBJECTS: usize = 4;
+pub const OBJECTS: usize = 5;
 
 /// Bytes of one object.
 pub type Content = Vec<u8, MAX_OBJECT>;
@@ -145,6 +145,7 @@ pub const fn place(object: Object) -> usize {
         Object::Table(Wings::LowAspectRatio) => 1,
         Object::Config => 2,
         Object::Mission => 3,
+        Object::History => 4,
         // Nowhere: they have rings or slots of their own.
         Object::Log | Object::Autopsy | Object::Image(_) => OBJECTS,
     }

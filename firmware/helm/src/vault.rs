@@ -23,7 +23,7 @@ use store::{Ring, Slots};
 pub type Logged = (Option<Utc>, SensorFrame, Answer);
 
 /// Kind of the log entries that hold a [`Logged`] (postcard).
-pub const CYCLE: u8 = 2;
+pub const CYCLE: u8 = 3;
 
 /// The part and what stands in for it.
 #[derive(Debug)]

@@ -96,6 +96,8 @@ pub struct SensorFrame {
     pub fin_rad: Reading,
     /// In-situ water density from the CTD, kg/m³.
     pub density_kg_m3: Reading,
+    /// Temperature of the water from the CTD, °C: for the report of the glides, the law does not use it.
+    pub temperature_degc: Reading,
     /// Height above the bottom by the altimeter, m.
     pub altitude_m: Reading,
     /// Battery voltage, V.
@@ -235,6 +237,8 @@ impl Flags {
     pub const WEIGHT_FIRED: Self = Self(1 << 10);
     /// The mission was aborted, and goes on since.
     pub const RESUMED: Self = Self(1 << 11);
+    /// The glides since the last report depart from the vehicle's history: in the report of a surfacing alone.
+    pub const DEPARTS: Self = Self(1 << 12);
 
     /// Both sets of flags.
     #[must_use]

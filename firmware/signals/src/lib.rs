@@ -32,6 +32,7 @@ pub mod link;
 pub mod messages;
 pub mod mission;
 pub mod preflight;
+pub mod root;
 pub mod surfacing;
 pub mod time;
 

@@ -12,7 +12,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 /// Version of the wire: messages, framing and meaning. A board with another
 /// one is refused by name instead of misread.
-pub const WIRE_VERSION: u8 = 8;
+pub const WIRE_VERSION: u8 = 9;
 /// Longest frame before COBS, bytes.
 pub const MAX_FRAME: usize = 384;
 /// Longest frame on the wire, bytes: COBS adds 1 in 254, and the delimiter.
@@ -348,6 +348,7 @@ mod tests {
             battery_mass_m: s,
             fin_rad: s,
             density_kg_m3: s,
+            temperature_degc: s,
             altitude_m: s,
             battery_v: s,
             charge: s,

@@ -26,6 +26,8 @@ pub enum Object {
     Autopsy,
     /// An image of the firmware: uploaded and rolled back only, and what it changes begins with a restart.
     Image(Older),
+    /// What healthy dives of the vehicle say of its numbers (`evidence::History`).
+    History,
 }
 
 /// Why a message had no effect.

@@ -1,5 +1,6 @@
 //! What to fly.
 
+use crate::root::sqrt;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -200,11 +201,6 @@ impl Mission {
         }
         Ok(())
     }
-}
-
-/// Square root by Newton's method, for 0 < x ≤ 1: this crate does without a maths library.
-fn sqrt(x: f32) -> f32 {
-    (0..24).fold(1.0, |root, _| 0.5 * (root + x / root))
 }
 
 #[cfg(test)]

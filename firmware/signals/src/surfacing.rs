@@ -11,7 +11,7 @@
 //! | 3 | bits 0–1 leak, 2–3 weight (0 unknown, 1 clear or held, 2 alarm or released), 4 fix, 5 comms | |
 //! | 4–7, 8–11 | number and time of the last frame | 1, s |
 //! | 12–13 | dives completed | 1 |
-//! | 14–17 | flags that were up in any cycle since the last message | |
+//! | 14–17 | flags ([`Flags`]) that were up in any cycle since the last message; bit 12: the glides depart from the vehicle's history | |
 //! | 18–21 | table in use, its CRC-32 | |
 //! | 22–23, 24–25, 26–27, 28–29 | deepest; lowest voltage; lowest charge; highest hull pressure | 0.1 m, mV, 1e-4, 2 Pa |
 //! | 30–39, 40–49 | glides down; glides up: time, way in depth, mean pitch, mean estimated path angle, mean estimated speed | s, 0.1 m, 1e-4 rad, 1e-4 rad, mm/s |
@@ -32,6 +32,9 @@ pub const GLIDES_BYTES: usize = 109;
 pub const MOST_BYTES: usize = SURFACING_BYTES + GLIDES_BYTES;
 /// Version without and with a packet.
 const VERSIONS: [u8; 2] = [1, 2];
+
+/// What the glides say of the vehicle's numbers: their packet, and [`Flags::DEPARTS`] where they depart from its history.
+pub type OfGlides = ([u8; GLIDES_BYTES], Flags);
 
 /// A message as bytes: one of the two lengths.
 pub type Bytes = heapless::Vec<u8, MOST_BYTES>;
@@ -165,9 +168,10 @@ impl Evidence {
         self.last = Some((now_us, depth_m));
     }
 
-    /// The message will carry this packet of the glides, or none.
-    pub const fn carry(&mut self, packet: Option<[u8; GLIDES_BYTES]>) {
-        self.so_far.packet = packet;
+    /// The message will carry what the glides say, or nothing of it.
+    pub fn carry(&mut self, glides: Option<OfGlides>) {
+        self.so_far.packet = glides.map(|of| of.0);
+        self.so_far.flags = self.so_far.flags.with(glides.map_or(Flags(0), |of| of.1));
     }
 
     /// What is to be told now. Once it is on its way, begin with [`Evidence::default`] anew.

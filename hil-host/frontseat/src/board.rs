@@ -10,7 +10,7 @@ use bay::{BackseatLaw, Outside, RunBackseat};
 use control::Config;
 use helm::{Boot, Content, Helm, Mark, RamStorage, Storage, objects};
 use serialport::{SerialPort, TTYPort};
-use signals::surfacing::GLIDES_BYTES;
+use signals::surfacing::OfGlides;
 use signals::{Answer, Micros, Mission, Object, SensorFrame, Strap};
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -59,8 +59,8 @@ impl Law for Flown {
         BackseatLaw::new(&mut self.0).silent(silence)
     }
 
-    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
-        BackseatLaw::new(&mut self.0).packet()
+    fn glides(&mut self) -> Option<OfGlides> {
+        BackseatLaw::new(&mut self.0).glides()
     }
 }
 

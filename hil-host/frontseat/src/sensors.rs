@@ -40,7 +40,7 @@ pub fn updated(f: &SensorFrame, truth: &Truth, time_s: f64, computer: &FlightCom
     put(Sensor::Ballast, value(f.ballast_m3).map(|v| v * 1e6));
     put(Sensor::BatteryMass, value(f.battery_mass_m).map(|v| v / 0.0254));
     put(Sensor::Fin, value(f.fin_rad));
-    put(Sensor::Temperature, Some(truth.temperature_degc));
+    put(Sensor::Temperature, value(f.temperature_degc));
     let conductivity =
         if truth.at_surface { Some(1e-5) } else { value(f.density_kg_m3).map(|rho| conductivity_s_m(rho, truth.temperature_degc, dbar)) };
     put(Sensor::Conductivity, conductivity);

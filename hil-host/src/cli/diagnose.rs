@@ -1,6 +1,6 @@
 //! `glider diagnose`.
 
-use super::{Output, Verdict};
+use super::{Output, Verdict, surfacing};
 use crate::terminal::{Ladder, parameter, table, wrapped};
 use anyhow::Context as _;
 use console::style;
@@ -13,7 +13,7 @@ use discovery::workbench::calibrate::free_names;
 use indicatif::{ProgressBar, ProgressStyle};
 use logs::record::csv;
 use logs::{Flight, Vehicle, vehicle};
-use rig::flight::file_kinds::{Kind, expect};
+use rig::flight::file_kinds::{Kind, expect, is_surfacings};
 use rig::flight::vehicles;
 use rig::spelling::meant_path;
 use std::path::{Path, PathBuf};
@@ -21,11 +21,11 @@ use std::path::{Path, PathBuf};
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  glider diagnose --flight trial_dir\n  glider diagnose --flight flight.csv --vehicle vehicle.json --json\n  glider diagnose --flight trial_dir --predict after.csv\n  glider diagnose --flight trial_dir --depth 3\n  glider diagnose --flight flight.csv --vehicle vehicle.json --quick\n\nExit code 0: done (whatever the verdict); 2: bad input."
+    after_help = "Examples:\n  glider diagnose --flight trial_dir\n  glider diagnose --flight flight.csv --vehicle vehicle.json --json\n  glider diagnose --flight trial_dir --predict after.csv\n  glider diagnose --flight trial_dir --depth 3\n  glider diagnose --flight flight.csv --vehicle vehicle.json --quick\n  glider diagnose --flight mission.srf --history known.history\n\nOf messages of surfacings (a file .srf, or the log of a glider's terminal) what they say of the vehicle's numbers is judged as\nthe dives of a log are: by its history, or the last of them by those before it.\nExit code 0: done (whatever the verdict); 2: bad input."
 )]
 pub struct Args {
-    /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
-    #[arg(long, value_name = "DIR|CSV")]
+    /// Flight directory (flight.csv and vehicle.json|toml), csv file, or messages of surfacings.
+    #[arg(long, value_name = "DIR|CSV|SRF")]
     flight: PathBuf,
     /// Vehicle file, or a built-in one by name; default: the one beside the flight.
     #[arg(long, value_name = "FILE|NAME")]
@@ -33,6 +33,9 @@ pub struct Args {
     /// History of the vehicle that judges the flight; default: NAME.history beside the vehicle file NAME, as calibrate writes it.
     #[arg(long, value_name = "FILE")]
     history: Option<PathBuf>,
+    /// Of messages of surfacings: the controller's configuration that the board flew with; default: its hull is that of the vehicle file.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
     /// Most effects that are sought at once.
     #[arg(long, default_value = "2", value_name = "2|3", value_parser = clap::value_parser!(u8).range(2..=3))]
     depth: u8,
@@ -153,6 +156,9 @@ fn load_and_ask_by(
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if is_surfacings(&args.flight) {
+        return surfacings(args, output);
+    }
     let depth = match args.depth {
         _ if args.quick => Depth::Singles,
         3.. => Depth::Triples,
@@ -195,6 +201,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         println!("{}", wrapped(&report::explanation(&found), 0));
         println!("{}", wrapped(&format!("Next: {}", report::next_flight(&found)), 6));
     });
+    Ok(Verdict::Ok)
+}
+
+/// What messages of surfacings say beside the vehicle's history.
+fn surfacings(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    anyhow::ensure!(args.predict.is_none(), "--predict: messages of surfacings have no rows to predict; name the log");
+    let name = args.flight.display().to_string();
+    let messages = surfacing::messages(std::slice::from_ref(&args.flight))?;
+    let own = args.vehicle.as_deref().filter(|_| args.history.is_none()).and_then(History::next_to);
+    let history = args.history.as_deref().or(own.as_deref());
+    let judges = surfacing::Judges::read(history, args.vehicle.as_deref(), args.config.as_deref())?;
+    let judges = judges.with_context(|| format!("{name}: messages of surfacings; name who judges them with --history or --vehicle"))?;
+    let said = judges.judge().together(&messages).with_context(|| name.clone())?;
+    let document = serde_json::json!({ "flight": name, "surfacings": messages.len(), "history": said.document() });
+    output.emit(&document, || println!("{}", wrapped(&format!("History: {}", said.words()), 9)));
     Ok(Verdict::Ok)
 }
 

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use super::logged::{log_of, logged};
 use super::{Output, Verdict};
+use crate::packets::vehicle_of_history;
 use crate::terminal::{say, table};
 use rig::whole_file;
 
@@ -59,17 +60,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     Ok(if alike && loud == 0 { Verdict::Ok } else { Verdict::Negative })
 }
 
-/// The vehicle file that a history lies beside.
-pub(super) fn vehicle_of(history: &Path) -> anyhow::Result<PathBuf> {
-    let mut files = ["toml", "json"].map(|e| history.with_extension(e)).into_iter().filter(|p| p.is_file());
-    files.next().with_context(|| format!("{}: no vehicle file of that name beside it; name it with --vehicle", history.display()))
-}
-
 /// Judges the dives of a flight and adds them; how many are not quiet.
 fn add(history: &mut History, args: &Args, flight: &Path) -> anyhow::Result<usize> {
     /// Numbers of a file that was not edited differ by rounding alone, in sizes.
     const SAME: f64 = 1e-3;
-    let file = args.vehicle.clone().map_or_else(|| vehicle_of(&args.history), Ok)?;
+    let file = args.vehicle.clone().map_or_else(|| vehicle_of_history(&args.history), Ok)?;
     let (log, vehicle) = logged(flight, Some(&file))?;
     let edited = history.edited(&vehicle);
     anyhow::ensure!(

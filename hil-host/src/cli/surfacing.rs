@@ -1,17 +1,18 @@
 //! `glider surfacing`.
 
-use super::history::vehicle_of;
 use super::{Output, Verdict};
-use crate::packets::Judge;
+use crate::packets::{Judge, vehicle_of_history};
 use crate::terminal::{say, wrapped};
 use anyhow::Context;
+use discovery::history::file::History;
 use discovery::history::flight::{Said, read as read_history};
+use logs::Vehicle;
 use logs::record::bounded;
-use rig::flight::config_file;
 use rig::flight::surfacing::{document, read, rows};
+use rig::flight::{config_file, vehicles};
 use serde_json::{Value, json};
-use signals::{Surfacing, Switch, Weight};
-use std::path::PathBuf;
+use signals::{Flags, Surfacing, Switch, Weight};
+use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
 #[derive(clap::Args, Debug)]
@@ -45,19 +46,44 @@ pub struct Args {
     config: Option<PathBuf>,
 }
 
-/// What is said of the packets of all messages; nothing where nobody judges.
-fn judged(args: &Args, messages: &[(String, Surfacing)]) -> anyhow::Result<Vec<Option<Said>>> {
-    let history = args.history.as_deref().map(read_history).transpose().map_err(|e| anyhow::anyhow!(e))?;
-    let file = match (&args.vehicle, &args.history) {
-        (Some(file), _) => file.clone(),
-        (None, Some(history)) => vehicle_of(history)?,
-        (None, None) => return Ok(vec![None; messages.len()]),
-    };
-    let vehicle = logs::vehicle::read(&file)?;
-    let name = args.history.as_ref().map_or_else(String::new, |h| h.display().to_string());
-    let config = args.config.as_deref().map(config_file::load).transpose()?;
-    let board = config.map(|c| helm::glides::vehicle(&c));
-    Judge { vehicle: &vehicle, history: history.as_ref().map(|h| (h, name.as_str())), board }.judge(messages)
+/// Who judges packets: a history, else the mission itself, with the file of the vehicle and the configuration that the board flew with.
+pub(super) struct Judges {
+    history: Option<(History, String)>,
+    vehicle: Vehicle,
+    board: Option<evidence::Vehicle>,
+}
+
+impl Judges {
+    /// Reads the files; none where neither a history nor a vehicle is named.
+    pub(super) fn read(history: Option<&Path>, vehicle: Option<&Path>, config: Option<&Path>) -> anyhow::Result<Option<Self>> {
+        let read = history.map(read_history).transpose().map_err(|e| anyhow::anyhow!(e))?;
+        let file = match (vehicle, history) {
+            (Some(file), _) => file.to_path_buf(),
+            (None, Some(history)) => vehicle_of_history(history)?,
+            (None, None) => return Ok(None),
+        };
+        let history = read.zip(history.map(|h| h.display().to_string()));
+        let board = config.map(config_file::load).transpose()?.map(|c| helm::glides::vehicle(&c));
+        Ok(Some(Self { history, vehicle: vehicles::read(&file)?, board }))
+    }
+
+    /// What judges by them.
+    pub(super) fn judge(&self) -> Judge<'_> {
+        Judge { vehicle: &self.vehicle, history: self.history.as_ref().map(|(h, name)| (h, name.as_str())), board: self.board }
+    }
+}
+
+/// The messages of files in their order, damaged ones left out; places name the file where there are several.
+pub(super) fn messages(files: &[PathBuf]) -> anyhow::Result<Vec<(String, Surfacing)>> {
+    let mut all = Vec::new();
+    for file in files {
+        let name = file.display().to_string();
+        let bytes = bounded::bytes(file, bounded::LOG).with_context(|| format!("{name}: cannot read"))?;
+        let found = read(&bytes).with_context(|| name.clone())?.messages;
+        let placed = |place: String| if files.len() > 1 { format!("{name}, {place}") } else { place };
+        all.extend(found.into_iter().map(|(place, message)| (placed(place), message)));
+    }
+    Ok(all)
 }
 
 /// Runs the command.
@@ -68,7 +94,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let name = args.file.display().to_string();
     let bytes = bounded::bytes(&args.file, bounded::LOG).with_context(|| format!("{name}: cannot read"))?;
     let received = read(&bytes).with_context(|| name.clone())?;
-    let said = judged(args, &received.messages)?;
+    let judges = Judges::read(args.history.as_deref(), args.vehicle.as_deref(), args.config.as_deref())?;
+    let said = judges.map_or_else(|| Ok(vec![None; received.messages.len()]), |j| j.judge().judge(&received.messages))?;
     let one = |((place, message), said): (&(String, Surfacing), &Option<Said>)| {
         let mut one = document(place, message);
         one["judged"] = said.as_ref().map_or(Value::Null, Said::document);
@@ -85,7 +112,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         received.damaged.iter().for_each(|(place, why)| say(&format!("{place}: damaged ({why})")));
     });
     let departs = said.iter().flatten().any(|s| s.gate.is_none() && !s.judgement.is_quiet());
-    let bad =
-        departs || received.messages.iter().any(|(_, m)| m.abort.is_some() || m.leak == Switch::Alarm || m.weight == Weight::Released);
+    let alarms =
+        |m: &Surfacing| m.abort.is_some() || m.leak == Switch::Alarm || m.weight == Weight::Released || m.flags.contains(Flags::DEPARTS);
+    let bad = departs || received.messages.iter().any(|(_, m)| alarms(m));
     Ok(if bad || !received.damaged.is_empty() { Verdict::Negative } else { Verdict::Ok })
 }

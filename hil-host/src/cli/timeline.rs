@@ -2,7 +2,7 @@
 
 use super::calibrate::named_once;
 use super::diagnose::bar;
-use super::{Output, Verdict};
+use super::{Output, Verdict, surfacing};
 use crate::fleet::archive::read_dated;
 use crate::pages::figure::Figure;
 use crate::pages::plots::{Chart, Mark, Paper};
@@ -17,6 +17,7 @@ use discovery::workbench::mission_clock::{When, one_clock};
 use discovery::workbench::timeline::{Event, Level, Mission, Row, Timeline};
 use logs::Flight;
 use logs::export::table::Table;
+use rig::flight::file_kinds::is_surfacings;
 use rig::flight::vehicles;
 use rig::spelling::meant_path;
 use rig::whole_file;
@@ -29,10 +30,12 @@ use std::path::{Path, PathBuf};
   glider timeline mission_dir --vehicle calibrated.json
   glider timeline june.csv july.csv --vehicle calibrated.json --out mission.png --out mission.parquet
   glider timeline missions_dir --vehicle calibrated.json --json
+  glider timeline mission.srf --vehicle calibrated.json --config controller.toml
 The vehicle file is best one that glider calibrate wrote: levels are relative to it.
 
 A PATH is a flight directory (flight.csv), a csv, a glider's own files as glider import takes them, or a folder of flight directories,
-taken in the order of their names. Flights that all have a date (import.json) are taken by it, whatever the order.
+taken in the order of their names. Where packets of surfacings are all there is, it is their files (.srf, in the order of time) or
+the log of a glider's terminal. Flights that all have a date (import.json) are taken by it, whatever the order.
 Each dive (or segment with its yos) is one point.
 The ending of --out decides: .svg, .pdf, .png (figure), .csv, .json, .parquet (one row a dive). It may be given more than once.
 Exit code 0: done, whether or not a change is named; 2: bad input.")]
@@ -43,6 +46,9 @@ pub struct Args {
     /// Vehicle file that the mission is judged by, or a built-in one by name.
     #[arg(long, value_name = "FILE|NAME")]
     vehicle: PathBuf,
+    /// Of messages of surfacings: the controller's configuration that the board flew with; default: its hull is that of the vehicle file.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
     /// Where the figure or the numbers go.
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
@@ -58,7 +64,8 @@ fn flights_behind(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
         return Ok(vec![path.to_path_buf()]);
     }
     let entries = std::fs::read_dir(path).with_context(|| path.display().to_string())?;
-    let mut inside: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.join("flight.csv").is_file()).collect();
+    let mut inside: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    inside.retain(|p| p.join("flight.csv").is_file() || p.extension().is_some_and(|e| e == "srf"));
     inside.sort();
     Ok(if inside.is_empty() { vec![path.to_path_buf()] } else { inside })
 }
@@ -108,6 +115,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     for path in &args.paths {
         paths.extend(flights_behind(path)?);
     }
+    if paths.iter().any(|p| is_surfacings(p)) {
+        return surfacings(args, &paths, output);
+    }
     let flights = flights(&paths)?;
     let clock = one_clock(&flights.iter().map(|f| When::of(&f.flight, f.zero_unix_s)).collect::<Vec<_>>());
     let bar = bar();
@@ -128,6 +138,22 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     // Days count from it.
     let dated = flights.iter().all(|f| f.zero_unix_s.is_some());
     document["start_unix_s"] = clock.flights.first().filter(|_| dated).and_then(|(which, _)| flights[*which].zero_unix_s).into();
+    output.emit(&document, || said(&done, &args.out));
+    Ok(Verdict::Ok)
+}
+
+/// A mission of which packets are all there is.
+fn surfacings(args: &Args, paths: &[PathBuf], output: &Output) -> anyhow::Result<Verdict> {
+    if let Some(log) = paths.iter().find(|p| !is_surfacings(p)) {
+        bail!("{}: no messages of surfacings as the others are; name files of one kind", log.display());
+    }
+    let judges = surfacing::Judges::read(None, Some(&args.vehicle), args.config.as_deref())?.context("a vehicle is named")?;
+    let done = judges.judge().mission(&surfacing::messages(paths)?)?.finish(args.dives_per_alarm)?;
+    for out in &args.out {
+        write(out, &done)?;
+    }
+    let mut document = document(&done, &args.vehicle);
+    document["start_unix_s"] = Value::Null;
     output.emit(&document, || said(&done, &args.out));
     Ok(Verdict::Ok)
 }

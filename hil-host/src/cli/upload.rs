@@ -1,9 +1,11 @@
 //! `glider upload`.
 
 use super::{Output, Verdict};
+use crate::packets::{for_board, vehicle_of_history};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use control::Config;
+use discovery::history::flight::read as read_history;
 use indicatif::{ProgressBar, ProgressStyle};
 use logs::record::bounded;
 use rig::flight::file_kinds::{Kind as ContentKind, expect};
@@ -22,7 +24,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  glider upload /dev/ttyACM0 table-low-ar new_table.bin\n  glider upload /dev/ttyACM0 config vehicle.toml\n  \
-glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n  glider upload /dev/ttyACM0 image firmware.elf\n\n\
+glider upload /dev/ttyACM0 mission mission.toml\n  glider upload /dev/ttyACM0 history known.history\n  glider upload /dev/ttyACM0 config --read\n  glider upload /dev/ttyACM0 table-standard --rollback\n  glider upload /dev/ttyACM0 image firmware.elf\n\n\
 The board checks CRC and content, keeps the version before, and is read back and compared; its UTC is set by this computer's. A configuration file names a built-in vehicle and\n\
 what differs (vehicle = \"slocum-200\", crush_depth_m = 240.0, ...); --read shows every setting.\n\
 An image of the firmware is staged, the board restarted, and the image is on trial: its first finished cycle on the bench confirms it;\n\
@@ -34,7 +36,7 @@ pub struct Args {
     /// What it is.
     #[arg(value_enum)]
     object: Kind,
-    /// Table (.bin, as `glider table` writes it), configuration or mission (.toml), image (ELF).
+    /// Table (.bin, as `glider table` writes it), configuration or mission (.toml), history (.history, its vehicle file beside it), image (ELF).
     #[arg(required_unless_present_any = ["read", "rollback"])]
     file: Option<PathBuf>,
     /// Read what is in use instead: to FILE, or configuration and mission to the screen.
@@ -56,6 +58,8 @@ enum Kind {
     Config,
     /// Mission.
     Mission,
+    /// History of the vehicle, as calibrate writes it beside the vehicle file.
+    History,
     /// Image of the firmware.
     Image,
 }
@@ -67,6 +71,7 @@ impl Kind {
             Self::TableLowAr => Object::Table(Wings::LowAspectRatio),
             Self::Config => Object::Config,
             Self::Mission => Object::Mission,
+            Self::History => Object::History,
             Self::Image => Object::Image(Older::Refused),
         }
     }
@@ -77,6 +82,7 @@ impl Kind {
             Self::TableLowAr => "table-low-ar",
             Self::Config => "config",
             Self::Mission => "mission",
+            Self::History => "history",
             Self::Image => "image",
         }
     }
@@ -139,7 +145,7 @@ fn run_image(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 
 fn send(args: &Args, file: &Path, output: &Output) -> anyhow::Result<Verdict> {
     let name = args.object.name();
-    // A mission is checked by the configuration of the board it is for, so the board is asked first.
+    // A mission is checked, a history counted, by the configuration of the board it is for, so the board is asked first.
     let config = || -> anyhow::Result<Config> {
         let mut link = Link::new(Port::open(&args.port)?);
         link.hello()?;
@@ -194,7 +200,7 @@ fn read(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             &helm::objects::mission(&bytes)
                 .with_context(|| format!("{}: holds a mission that this program cannot read", link.describe()))?,
         )),
-        Kind::TableStandard | Kind::TableLowAr | Kind::Image => None,
+        Kind::TableStandard | Kind::TableLowAr | Kind::History | Kind::Image => None,
     };
     if let Some(file) = &args.file {
         rig::whole_file::may_write(file, &[], &[], output.force)?;
@@ -239,6 +245,14 @@ fn prepare(kind: Kind, file: &Path, board: impl Fn() -> anyhow::Result<Config>) 
             let mut buffer = [0u8; helm::MAX_OBJECT];
             let used = postcard::to_slice(&mission, &mut buffer).map_err(|e| anyhow::anyhow!("{name}: mission does not fit: {e}"))?;
             Ok(used.to_vec())
+        }
+        Object::History => {
+            let history = read_history(file).map_err(|e| anyhow::anyhow!(e))?;
+            let vehicle = logs::vehicle::read(&vehicle_of_history(file)?)?;
+            // Counted from the constants that the board judges by.
+            let on_board = for_board(&history.learnt(), &history.glider(&vehicle), &helm::glides::vehicle(&*board()?));
+            let bytes = on_board.with_context(|| name.to_string())?.encode();
+            Ok(bytes.with_context(|| name.to_string())?.to_vec())
         }
         Object::Log => bail!("the flight log is read with glider monitor PORT --flight-log DIR"),
         Object::Image(_) => bail!("an image is no object in RAM"),

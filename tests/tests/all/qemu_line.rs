@@ -135,6 +135,7 @@ fn frame(seq: u32) -> SensorFrame {
         battery_mass_m: Reading::now(0.0),
         fin_rad: Reading::now(0.0),
         density_kg_m3: Reading::now(1025.0),
+        temperature_degc: Reading::now(12.0),
         battery_v: Reading::now(14.0),
         charge: Reading::now(0.9),
         vacuum_pa: Reading::now(70_000.0),

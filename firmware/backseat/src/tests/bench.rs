@@ -4,7 +4,7 @@
 
 use crate::sensors::List;
 use crate::{Generation, Law, Limits, Session, Setup, Targets};
-use signals::surfacing::GLIDES_BYTES;
+use signals::surfacing::OfGlides;
 use signals::{Abort, ActuatorCommand, Answer, Micros, Phase, SensorFrame, Trace};
 
 /// A law that dives, and comes up for good when the line is lost.
@@ -19,7 +19,7 @@ pub struct Toy {
     /// What it answers instead of a dive.
     pub answers: Option<(Phase, f32)>,
     /// What the glides say.
-    pub packet: Option<[u8; GLIDES_BYTES]>,
+    pub glides: Option<OfGlides>,
     silences: u64,
 }
 
@@ -43,8 +43,8 @@ impl Law for Toy {
         Some(Targets { dive_m: 195.0, climb_m: 2.0 })
     }
 
-    fn packet(&mut self) -> Option<[u8; GLIDES_BYTES]> {
-        self.packet.take()
+    fn glides(&mut self) -> Option<OfGlides> {
+        self.glides.take()
     }
 
     fn step(&mut self, frame: &SensorFrame) -> Option<Answer> {

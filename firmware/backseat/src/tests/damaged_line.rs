@@ -9,7 +9,7 @@ use signals::{Reading, SensorFrame};
 type Field = (fn(&SensorFrame) -> Reading, f32, f32, f32, f32);
 
 const BAR: f32 = 1e5 / (1025.0 * 9.81);
-const FIELDS: [Field; 9] = [
+const FIELDS: [Field; 10] = [
     (|f| f.depth_m, -10.0, 1200.0, 2.0, 2.0),
     (|f| f.depth2_m, -1.001 * BAR, 125.01 * BAR, 0.2001 * BAR, 0.2001 * BAR),
     (|f| f.pitch_rad, -1.6, 1.6, 0.3, 0.1),
@@ -19,6 +19,7 @@ const FIELDS: [Field; 9] = [
     (|f| f.fin_rad, -0.6, 0.6, 0.5, 0.1),
     (|f| f.battery_v, 0.0, 60.0, 2.0, 4.0),
     (|f| f.vacuum_pa, 0.0, 118_300.0, 1_694.0, 3_388.0),
+    (|f| f.temperature_degc, -5.0, 45.0, 2.0, 2.0),
 ];
 /// Beyond this the gate stays as wide as it is, s.
 const LONGEST_GAP_S: f32 = 20.0;
@@ -46,13 +47,23 @@ fn judge(bench: &Bench, believed: &mut [Option<Believed>; FIELDS.len()]) -> Resu
 }
 
 /// A sentence of a healthy glider whose values wander, in random order and number.
-fn sentence(now_ms: u64, values: &mut [f64; 9], noise: u8, place: u16) -> Vec<u8> {
-    const INDEX: [u16; 9] = [9, 10, 11, 12, 14, 15, 16, 21, 23];
-    const STEP: [f64; 9] = [1.0, 0.1, 0.05, 0.05, 20.0, 0.1, 0.05, 0.02, 0.02];
-    const RANGE: [(f64, f64); 9] =
-        [(0.0, 900.0), (0.0, 90.0), (-0.6, 0.6), (-0.3, 0.3), (-226.0, 226.0), (-0.38, 0.38), (-0.45, 0.45), (11.0, 15.0), (6.0, 9.0)];
+fn sentence(now_ms: u64, values: &mut [f64; 10], noise: u8, place: u16) -> Vec<u8> {
+    const INDEX: [u16; 10] = [9, 10, 11, 12, 14, 15, 16, 21, 23, 17];
+    const STEP: [f64; 10] = [1.0, 0.1, 0.05, 0.05, 20.0, 0.1, 0.05, 0.02, 0.02, 1.0];
+    const RANGE: [(f64, f64); 10] = [
+        (0.0, 900.0),
+        (0.0, 90.0),
+        (-0.6, 0.6),
+        (-0.3, 0.3),
+        (-226.0, 226.0),
+        (-0.38, 0.38),
+        (-0.45, 0.45),
+        (11.0, 15.0),
+        (6.0, 9.0),
+        (0.0, 30.0),
+    ];
     let mut body = format!("SD,8:{}", 1_767_225_600.0 + now_ms as f64 * 1e-3);
-    for i in 0..9 {
+    for i in 0..10 {
         if place >> i & 1 == 1 {
             values[i] = (values[i] + STEP[i] * (f64::from(noise) / 127.5 - 1.0)).clamp(RANGE[i].0, RANGE[i].1);
             body += &format!(",{}:{:.4}", INDEX[i], values[i]);
@@ -87,7 +98,7 @@ proptest! {
     ) {
         let mut bench = Bench::new(List::default());
         bench.open();
-        let (mut values, mut believed) = ([20.0, 2.0, 0.0, 0.0, -100.0, 0.1, 0.0, 13.0, 7.0], [None; FIELDS.len()]);
+        let (mut values, mut believed) = ([20.0, 2.0, 0.0, 0.0, -100.0, 0.1, 0.0, 13.0, 7.0, 12.0], [None; FIELDS.len()]);
         let (mut text, mut at): (Vec<u8>, usize) = (Vec::new(), 0);
         for (kind, place, noise, wait) in moves {
             if at >= text.len() {

@@ -4,7 +4,7 @@ use super::bench::{Bench, line};
 use crate::base64::decode;
 use crate::sensors::List;
 use crate::{Generation, State};
-use signals::{Phase, Surfacing};
+use signals::{Flags, Phase, Surfacing};
 
 fn list(generation: Generation) -> List {
     List { generation, ..List::default() }
@@ -112,7 +112,7 @@ fn pieces(said: &str, head: &str) -> Vec<u8> {
 fn a_packet_of_the_glides_goes_in_three_pieces_each_way() {
     for generation in [Generation::Newer, Generation::Older] {
         let mut bench = surfaced(generation);
-        bench.law.packet = Some(core::array::from_fn(|i| i as u8));
+        bench.law.glides = Some((core::array::from_fn(|i| i as u8), Flags::DEPARTS));
         let mut said = String::new();
         for _ in 0..4 {
             comms(&mut bench);
@@ -124,6 +124,7 @@ fn a_packet_of_the_glides_goes_in_three_pieces_each_way() {
         let filed = pieces(&said, "$FO,");
         let message = Surfacing::decode(&filed).expect("a message");
         assert_eq!((message.packet, message.deepest_m), (Some(core::array::from_fn(|i| i as u8)), 8.0));
+        assert!(message.flags.contains(Flags::DEPARTS));
         if generation == Generation::Newer {
             assert_eq!(pieces(&said, "$TXT,surfacing,"), filed);
         }

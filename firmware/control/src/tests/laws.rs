@@ -356,7 +356,7 @@ fn any_reading() -> impl Strategy<Value = Reading> {
 fn any_frame() -> impl Strategy<Value = SensorFrame> {
     let switch = prop::sample::select(vec![Switch::Clear, Switch::Clear, Switch::Clear, Switch::Alarm, Switch::Unknown]);
     let weight = prop::sample::select(vec![Weight::Held, Weight::Held, Weight::Released, Weight::Unknown]);
-    (prop::array::uniform13(any_reading()), switch, weight, any::<(bool, bool, u32)>()).prop_map(|(r, leak, weight, (fix, comms, seq))| {
+    (prop::array::uniform14(any_reading()), switch, weight, any::<(bool, bool, u32)>()).prop_map(|(r, leak, weight, (fix, comms, seq))| {
         let [
             depth_m,
             depth2_m,
@@ -367,6 +367,7 @@ fn any_frame() -> impl Strategy<Value = SensorFrame> {
             battery_mass_m,
             fin_rad,
             density_kg_m3,
+            temperature_degc,
             altitude_m,
             battery_v,
             charge,
@@ -384,6 +385,7 @@ fn any_frame() -> impl Strategy<Value = SensorFrame> {
             battery_mass_m,
             fin_rad,
             density_kg_m3,
+            temperature_degc,
             altitude_m,
             battery_v,
             charge,

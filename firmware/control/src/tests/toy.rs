@@ -81,6 +81,7 @@ impl Toy {
             battery_mass_m: Reading::now(self.battery as f32),
             fin_rad: Reading::now(self.fin as f32),
             density_kg_m3: Reading::now(1025.0),
+            temperature_degc: Reading::now(12.0),
             altitude_m: Reading::Missing,
             battery_v: Reading::now(14.0),
             charge: Reading::now(0.9),

@@ -52,6 +52,7 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ballast_m3: Reading::now(-2e-4),
         battery_mass_m: Reading::now(0.01),
         density_kg_m3: Reading::now(1025.0),
+        temperature_degc: Reading::now(12.0),
         battery_v: Reading::now(14.5),
         charge: Reading::now(0.9),
         vacuum_pa: Reading::now(70_000.0),
@@ -242,7 +243,7 @@ pub fn run(bytes: u64, seed: u64, mut progress: impl FnMut(u64)) -> Found {
 fn parsers(body: &[u8], found: &mut Found) {
     let Some(body) = body.get(1..) else { return };
     let config = Config::default();
-    for object in [Object::Table(Wings::Standard), Object::Table(Wings::LowAspectRatio), Object::Config, Object::Mission] {
+    for object in [Object::Table(Wings::Standard), Object::Table(Wings::LowAspectRatio), Object::Config, Object::Mission, Object::History] {
         found.objects += u64::from(check(object, body, &config).is_ok());
     }
     let _ = (config_of(body), mission(body));

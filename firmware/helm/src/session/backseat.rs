@@ -5,7 +5,8 @@ use crate::mark::Seat;
 use crate::objects;
 use crate::storage::{Content, Storage};
 use control::{Config, Settings};
-use signals::surfacing::GLIDES_BYTES;
+use evidence::History;
+use signals::surfacing::OfGlides;
 use signals::{Mission, Object, Phase, Refusal};
 
 impl<S: Storage> Helm<S> {
@@ -15,9 +16,12 @@ impl<S: Storage> Helm<S> {
         objects::select_config(&mut self.storage, &self.built_in)
     }
 
-    /// The packet of the glides since the last call, for a report of the surfacing; none where they say too little.
-    pub fn packet_of_glides(&mut self) -> Option<[u8; GLIDES_BYTES]> {
-        self.glides.packet()
+    /// What the glides since the last call say, for a report of the surfacing; none where they say too little.
+    #[inline(never)]
+    pub fn said_of_glides(&mut self) -> Option<OfGlides> {
+        let mut bytes = Content::new();
+        let history = if self.storage.load(Object::History, &mut bytes) { History::decode(&bytes) } else { None };
+        self.glides.said(history.as_ref())
     }
 
     /// Takes the stored mission, flown `within` what the vehicle says of its actuators; it starts with the next frame. Returns its

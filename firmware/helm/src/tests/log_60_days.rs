@@ -1,5 +1,6 @@
 //! A mission of 60 days in the log flash of the board: its first record is still there at its end, whatever it did.
 
+use crate::storage::OBJECTS;
 use crate::thinning::{AFTER, BEFORE, BURST, EVERY, MISSION_DAYS, PART, ROOM, SELDOM};
 use crate::vault::{CYCLE, Logged};
 use crate::{Storage, Vault};
@@ -7,6 +8,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use signals::{Abort, ActuatorCommand, Answer, Flags, Micros, Phase, Reading, SensorFrame, TimeSource, Trace, Utc};
 use std::convert::Infallible;
 use store::Ring;
+use store::ring::MAX_ENTRY;
 
 const SECTOR: usize = 4096;
 /// Cycles of a mission.
@@ -62,6 +64,7 @@ fn cycle(seq: u32, phase: Phase, dives: u32) -> Logged {
         battery_mass_m: value(0.01),
         fin_rad: value(0.1),
         density_kg_m3: value(1025.0),
+        temperature_degc: value(12.0),
         altitude_m: value(50.0),
         battery_v: value(13.0),
         charge: value(0.5),
@@ -110,7 +113,7 @@ fn flown(mission: impl Fn(u32) -> Logged) -> (Vec<Logged>, Vec<Logged>) {
     }
     assert!(!vault.log_lost());
     let part = vault.part().unwrap();
-    let ring = Ring::mount(part, 8 * SECTOR as u32).unwrap();
+    let ring = Ring::mount(part, (2 * OBJECTS * SECTOR) as u32).unwrap();
     let mut kept: Vec<Logged> = Vec::new();
     ring.read(part, |kind, data| {
         if kind == CYCLE {
@@ -124,6 +127,37 @@ fn flown(mission: impl Fn(u32) -> Logged) -> (Vec<Logged>, Vec<Logged>) {
 
 fn seqs(kept: &[Logged]) -> Vec<u32> {
     kept.iter().map(|c| c.1.seq).collect()
+}
+
+/// The longest record: every reading and every varint at its largest.
+#[test]
+fn the_longest_record_fits_an_entry() {
+    let r = Reading::Sampled { value: f32::MIN, age_ms: u32::MAX };
+    let (utc, frame, answer) = cycle(u32::MAX, Phase::Safe, u32::from(u16::MAX));
+    let frame = SensorFrame {
+        time: Micros(u64::MAX),
+        depth_m: r,
+        depth2_m: r,
+        pitch_rad: r,
+        roll_rad: r,
+        heading_rad: r,
+        ballast_m3: r,
+        battery_mass_m: r,
+        fin_rad: r,
+        density_kg_m3: r,
+        temperature_degc: r,
+        altitude_m: r,
+        battery_v: r,
+        charge: r,
+        vacuum_pa: r,
+        ..frame
+    };
+    let utc = utc.map(|utc| Utc { ms: u64::MAX, within_ms: u32::MAX, ..utc });
+    let trace = Trace { abort: Some(Abort::Bottom), flags: Flags(u32::MAX), ..answer.trace };
+    let record: Logged = (utc, frame, Answer { trace, ..answer });
+    let bytes = postcard::to_slice(&record, &mut [0; 2 * MAX_ENTRY]).expect("encoded").len();
+    println!("{bytes} bytes of {MAX_ENTRY}");
+    assert!(bytes <= MAX_ENTRY, "{bytes}");
 }
 
 #[test]

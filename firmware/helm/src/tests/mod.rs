@@ -1,6 +1,7 @@
 //! Tests of several files together, in the program of the unit tests.
 
 mod bit_flips;
+mod glides;
 mod image_upload;
 mod link_faults;
 mod log_60_days;

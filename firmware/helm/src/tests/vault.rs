@@ -2,6 +2,7 @@
 //! live in slots, the mark of a mission is there before its first command, and
 //! a flight goes on without its log.
 
+use crate::storage::OBJECTS;
 use crate::vault::{CYCLE, Logged};
 use crate::{Boot, Content, Helm, Kept, Mark, RamStorage, Seat, Storage, Vault};
 use control::Config;
@@ -255,7 +256,7 @@ fn a_cut_at_any_byte_of_a_mission_boots_safe_if_a_command_was_out() {
 
 fn log_of(part: &Part) -> Vec<(SensorFrame, Answer)> {
     let mut part = part.clone();
-    let ring = Ring::mount(&mut part, 8 * SECTOR as u32).unwrap();
+    let ring = Ring::mount(&mut part, (2 * OBJECTS * SECTOR) as u32).unwrap();
     let mut got = vec![];
     ring.read(&mut part, |kind, data| {
         if kind == CYCLE {
@@ -382,6 +383,10 @@ fn versions(object: Object) -> [Vec<u8>; 2] {
         }),
         Object::Mission | Object::Log | Object::Autopsy => [2u16, 3]
             .map(|surface_every| postcard::to_slice(&Mission { surface_every, ..Mission::default() }, &mut [0; 400]).unwrap().to_vec()),
+        Object::History => [1, 2].map(|vehicle_id| {
+            let history = evidence::History { vehicle_id, usual_level: 1e-5, mean: [0.1; 8], spread: [[0.0; 8]; 8] };
+            history.encode().expect("sound").to_vec()
+        }),
         Object::Image(_) => panic!("images lie on the chip's own flash, not in the vault"),
     }
 }
@@ -414,8 +419,13 @@ fn in_use(helm: &mut Helm<Vault<Part>>, object: Object) -> Vec<u8> {
 
 #[test]
 fn a_cut_at_any_byte_of_an_upload_leaves_one_of_the_two_versions() {
-    for object in [Object::Table(signals::Wings::Standard), Object::Table(signals::Wings::LowAspectRatio), Object::Config, Object::Mission]
-    {
+    for object in [
+        Object::Table(signals::Wings::Standard),
+        Object::Table(signals::Wings::LowAspectRatio),
+        Object::Config,
+        Object::Mission,
+        Object::History,
+    ] {
         let [first, second] = versions(object);
         let built_in = in_use(&mut boot(&Part::new()).0, object);
         // The whole way once, without a cut: first version, second version, back to the first, back to what is built in.
@@ -464,7 +474,7 @@ fn the_log_is_read_over_the_line_byte_by_byte_as_it_lies_on_flash() {
         ask(&mut helm, ToBoard::Sensor(frame(seq)));
     }
     let log = in_use(&mut helm, Object::Log);
-    assert_eq!(log, part.0.borrow().bytes[8 * SECTOR..]);
+    assert_eq!(log, part.0.borrow().bytes[2 * OBJECTS * SECTOR..]);
     let end = log.len() as u32;
     for offset in [end, end + 1, u32::MAX] {
         assert_eq!(

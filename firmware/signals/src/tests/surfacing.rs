@@ -82,12 +82,17 @@ fn every_cause_is_told_and_what_is_not_known_stays_unknown() {
 fn a_damaged_message_is_refused_wherever_the_bit() {
     let mut evidence = flown();
     let plain = evidence.told().encode();
-    evidence.carry(Some([0xa5; GLIDES_BYTES]));
+    evidence.carry(Some(([0xa5; GLIDES_BYTES], Flags::DEPARTS)));
     let with_packet = evidence.told().encode();
+    assert!(evidence.told().flags.contains(Flags::DEPARTS));
     assert_eq!((plain.len(), with_packet.len()), (54, 163));
     assert_eq!(
         Surfacing::decode(&with_packet),
-        Ok(*evidence.told()).map(|told| Surfacing { packet: Some([0xa5; GLIDES_BYTES]), ..Surfacing::decode(&plain).unwrap_or(told) })
+        Ok(*evidence.told()).map(|told| Surfacing {
+            packet: Some([0xa5; GLIDES_BYTES]),
+            flags: told.flags,
+            ..Surfacing::decode(&plain).unwrap_or(told)
+        })
     );
     for (bytes, bit) in [&plain, &with_packet].into_iter().flat_map(|bytes| (0..8 * bytes.len()).map(move |bit| (bytes, bit))) {
         let mut damaged = bytes.clone();

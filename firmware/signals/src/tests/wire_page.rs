@@ -54,6 +54,7 @@ fn the_table_numbers_messages_as_the_code_does() {
         ("3 Log", Object::Log),
         ("4 Autopsy", Object::Autopsy),
         ("5 Image", Object::Image(crate::Older::Refused)),
+        ("6 History", Object::History),
     ] {
         let number = postcard::to_slice(&object, &mut [0; 8]).expect("fits")[0];
         assert!(PAGE.contains(name) && name.starts_with(&number.to_string()), "{name}: {number}");

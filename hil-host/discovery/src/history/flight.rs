@@ -5,7 +5,7 @@ use super::glide::Glider;
 use super::judge::{Judgement, judge, judge_summary, moved_alone};
 use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, of_summaries};
 use super::numbers::{ALL, NUMBERS, Numbers, in_effect};
-use super::rows::{Unit, median, units};
+use super::rows::{median, units};
 use super::sent::Sent;
 use super::weigh::chance;
 use crate::model::parameters::NINETY;
@@ -53,9 +53,9 @@ pub struct Said {
 }
 
 /// Judges the last units of a flight: the one with the median evidence stands for all, so that a single odd dive names nothing.
-fn by_learnt(of: &[Unit], glider: &Glider, learnt: &Learnt) -> Option<(usize, usize, Judgement)> {
+fn by_last<T>(of: &[T], judged: impl Fn(&T) -> Judgement) -> Option<(usize, usize, Judgement)> {
     let last = &of[of.len().saturating_sub(MOST)..];
-    let mut all: Vec<(usize, Judgement)> = last.iter().map(|u| judge(u, glider, learnt, &learnt.at)).enumerate().collect();
+    let mut all: Vec<(usize, Judgement)> = last.iter().map(judged).enumerate().collect();
     let loud = all.iter().filter(|j| !j.1.is_quiet()).count();
     let best = |j: &Judgement| j.ln_bayes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     all.sort_by(|a, b| best(&a.1).total_cmp(&best(&b.1)));
@@ -69,7 +69,8 @@ fn by_learnt(of: &[Unit], glider: &Glider, learnt: &Learnt) -> Option<(usize, us
 pub fn by_history(history: &History, name: &str, flight: &Flight, vehicle: &Vehicle) -> Option<Said> {
     let all = units(flight);
     let learnt = history.learnt();
-    let (place, loud, judgement) = by_learnt(&all, &history.glider(vehicle), &learnt)?;
+    let glider = history.glider(vehicle);
+    let (place, loud, judgement) = by_last(&all, |u| judge(u, &glider, &learnt, &learnt.at))?;
     Some(said_by(history, &learnt, name, vehicle, (all.len(), loud), &all[place].id, judgement))
 }
 
@@ -96,13 +97,18 @@ fn said_by(
     }
 }
 
-/// Judges a dive of which a surfacing sent the summary, counted from the numbers of the vehicle file.
+/// Judges dives of which surfacings sent the summaries, counted from the numbers of the vehicle file, as a flight of so many units; none
+/// of none.
 #[must_use]
-pub fn by_sent(history: &History, name: &str, unit: &str, mut sent: Sent, vehicle: &Vehicle) -> Said {
+pub fn by_sent(history: &History, name: &str, all: &[(String, Sent)], vehicle: &Vehicle) -> Option<Said> {
     let learnt = history.learnt();
-    sent.count_from(&learnt.at);
-    let judgement = judge_summary(&sent.summary(Some(learnt.usual_level)), &learnt);
-    said_by(history, &learnt, name, vehicle, (1, usize::from(!judgement.is_quiet())), unit, judgement)
+    let judged = |(_, sent): &(String, Sent)| {
+        let mut sent = sent.clone();
+        sent.count_from(&learnt.at);
+        judge_summary(&sent.summary(Some(learnt.usual_level)), &learnt)
+    };
+    let (place, loud, judgement) = by_last(all, judged)?;
+    Some(said_by(history, &learnt, name, vehicle, (all.len(), loud), &all[place].0, judgement))
 }
 
 /// Judges each surfacing of a mission by the quiet ones before it, from what they sent alone; none of the first three.

@@ -1,12 +1,15 @@
-//! A mission as its own history: which changes its dives show, and what each dive says given the quiet ones before it.
+//! A mission as its own history: which changes its dives show, and what each dive says given the quiet ones before it. A dive is what was
+//! logged of it, or the summary that a surfacing sent.
 
 use super::changes::{Found, Observed, find};
+use super::flight::{Said, sent_one_by_one};
 use super::glide::Glider;
 use super::judge::{Judgement, judge};
 use super::kinds::{AFLOAT_ZERO, FOLLOWED};
 use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, learn, levels, linear_about, start_of_first};
 use super::numbers::Numbers;
-use super::rows::Unit;
+use super::rows::{Unit, median};
+use super::sent::Sent;
 use super::shown::afloat;
 use super::summary::{Linear, Summary};
 use super::weigh::{chance, inverse};
@@ -23,11 +26,50 @@ pub struct Compared {
     pub chance: (f64, f64),
 }
 
+/// A dive, or the dives of one surfacing, of which a packet is all there is.
+#[derive(Clone, Debug)]
+pub struct SentDive {
+    /// Its place.
+    pub id: String,
+    /// When its first row was, s since the start of the mission.
+    pub start_s: f64,
+    /// Mean of the size of pitch, rad.
+    pub pitch_rad: f64,
+    /// What it says, counted from the numbers of the vehicle file.
+    pub sent: Sent,
+}
+
+/// Steady dives in the order of time.
+#[derive(Clone, Debug)]
+pub enum Dives {
+    /// As logged.
+    Logged(Vec<Unit>),
+    /// As surfacings sent them, and the vehicle in whose sizes and from whose file on their numbers count.
+    Sent(Vec<SentDive>, Box<Glider>),
+}
+
+impl Dives {
+    /// How many.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        match self {
+            Self::Logged(units) => units.len(),
+            Self::Sent(all, _) => all.len(),
+        }
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
 /// The dives of a mission as their own history.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    /// Steady dives in the order of time.
-    pub units: Vec<Unit>,
+    /// Its dives.
+    pub dives: Dives,
     /// What its numbers are relative to.
     pub glider: Glider,
     /// Numbers beyond the vehicle file that the start of the mission has, in sizes.
@@ -42,13 +84,19 @@ pub const FEWEST_DIVES: usize = 5;
 impl Mission {
     /// Of its steady dives in the order of time, at least one; `threshold` is that of a change.
     #[must_use]
-    pub fn of(units: Vec<Unit>, vehicle: &Vehicle, threshold: f64) -> Self {
+    pub fn of(dives: Dives, vehicle: &Vehicle, threshold: f64) -> Self {
         /// Times that the dives are linearised where the changes found put them.
         const RELINEARISED: usize = 2;
-        let glider = Glider::of_units(vehicle, &units);
-        let from = start_of_first(&units, &glider);
-        let asked = if units.len() < FEWEST_DIVES { f64::INFINITY } else { threshold };
-        let mut out = Self { units, glider, from, found: find(&[], f64::INFINITY) };
+        let (glider, from) = match &dives {
+            Dives::Logged(units) => {
+                let glider = Glider::of_units(vehicle, units);
+                let from = start_of_first(units, &glider);
+                (glider, from)
+            }
+            Dives::Sent(_, glider) => ((**glider).clone(), Numbers::zeros()),
+        };
+        let asked = if dives.len() < FEWEST_DIVES { f64::INFINITY } else { threshold };
+        let mut out = Self { dives, glider, from, found: find(&[], f64::INFINITY) };
         out.found = find(&out.observed(), asked);
         for _ in 0..RELINEARISED {
             if out.found.changes.is_empty() {
@@ -64,7 +112,19 @@ impl Mission {
     /// Day of the mission at which each unit began.
     #[must_use]
     pub fn days(&self) -> Vec<f64> {
-        self.units.iter().map(|u| u.start_s() / DAY_S).collect()
+        match &self.dives {
+            Dives::Logged(units) => units.iter().map(|u| u.start_s() / DAY_S).collect(),
+            Dives::Sent(all, _) => all.iter().map(|d| d.start_s / DAY_S).collect(),
+        }
+    }
+
+    /// Usual size of pitch, rad, of dives and of climbs.
+    #[must_use]
+    pub fn pitch_rad(&self) -> [f64; 2] {
+        [-1.0, 1.0].map(|way| match &self.dives {
+            Dives::Logged(units) => median(units.iter().flat_map(|u| &u.rows).filter(|r| r.way == way).map(|r| r.pitch_rad.abs())),
+            Dives::Sent(all, _) => median(all.iter().map(|d| d.pitch_rad)),
+        })
     }
 
     /// What the changes found have done to the numbers of unit `d`, in sizes.
@@ -81,27 +141,44 @@ impl Mission {
         out
     }
 
-    /// The units are linearised, and judged, as a vehicle that has changed so.
-    fn take_changes(&mut self) {
+    /// What the changes found have done to the eight numbers of each dive.
+    fn beyond(&self) -> Vec<Numbers> {
         let days = self.days();
-        let beyond: Vec<Numbers> = (0..days.len()).map(|d| Numbers::from_fn(|i, _| self.changed(d, &days)[i])).collect();
-        self.units.iter_mut().zip(beyond).for_each(|(u, beyond)| u.beyond = beyond);
+        (0..days.len()).map(|d| Numbers::from_fn(|i, _| self.changed(d, &days)[i])).collect()
+    }
+
+    /// The units are linearised, and judged, as a vehicle that has changed so. A summary is linear as it is.
+    fn take_changes(&mut self) {
+        let beyond = self.beyond();
+        if let Dives::Logged(units) = &mut self.dives {
+            units.iter_mut().zip(beyond).for_each(|(u, beyond)| u.beyond = beyond);
+        }
     }
 
     /// What each unit says, counted from the start of the mission.
     #[must_use]
     pub fn observed(&self) -> Vec<Observed> {
-        let all: Vec<Linear> = self.units.iter().map(|u| linear_about(u, &self.glider, &self.from, &Numbers::zeros())).collect();
-        let (own, _) = levels(&all, None);
-        let one = |((u, mut linear), level): ((&Unit, Linear), f64)| {
-            let (precision, says) = afloat(u.afloat_pa);
-            linear.count_from(&-u.beyond);
-            let mut out = Summary::of(&linear, level);
-            (out.n, out.u) = (out.n.resize(FOLLOWED, FOLLOWED, 0.0), out.u.resize_vertically(FOLLOWED, 0.0));
-            (out.n[(AFLOAT_ZERO, AFLOAT_ZERO)], out.u[AFLOAT_ZERO]) = (precision, says);
-            Observed { says: out, day: u.start_s() / DAY_S }
+        let followed = |says: Summary, (precision, zero): (f64, f64), start_s: f64| {
+            let mut out = Summary { n: says.n.resize(FOLLOWED, FOLLOWED, 0.0), u: says.u.resize_vertically(FOLLOWED, 0.0) };
+            (out.n[(AFLOAT_ZERO, AFLOAT_ZERO)], out.u[AFLOAT_ZERO]) = (precision, zero);
+            Observed { says: out, day: start_s / DAY_S }
         };
-        self.units.iter().zip(all).zip(own).map(one).collect()
+        match &self.dives {
+            Dives::Logged(units) => {
+                let all: Vec<Linear> = units.iter().map(|u| linear_about(u, &self.glider, &self.from, &Numbers::zeros())).collect();
+                let (own, _) = levels(&all, None);
+                let one = |((u, mut linear), level): ((&Unit, Linear), f64)| {
+                    linear.count_from(&-u.beyond);
+                    followed(Summary::of(&linear, level), afloat(u.afloat_pa), u.start_s())
+                };
+                units.iter().zip(all).zip(own).map(one).collect()
+            }
+            Dives::Sent(all, _) => {
+                let usual = median(all.iter().map(|d| d.sent.level(None)));
+                // No packet says what the sensor of pressure showed afloat.
+                all.iter().map(|d| followed(d.sent.summary(Some(usual)), (0.0, 0.0), d.start_s)).collect()
+            }
+        }
     }
 
     /// Numbers of each unit beyond the vehicle file and 1 sigma of them, in sizes: what it says itself with what is usual of the mission,
@@ -123,20 +200,35 @@ impl Mission {
         self.observed().iter().enumerate().map(one).collect()
     }
 
-    fn quiet_before(&self, i: usize) -> Vec<&Unit> {
-        let quiet: Vec<&Unit> = self.units[..i].iter().zip(&self.found.quiet).filter(|(_, quiet)| **quiet).map(|(u, _)| u).collect();
+    fn quiet_before<'a>(&self, units: &'a [Unit], i: usize) -> Vec<&'a Unit> {
+        let quiet: Vec<&Unit> = units[..i].iter().zip(&self.found.quiet).filter(|(_, quiet)| **quiet).map(|(u, _)| u).collect();
         quiet[quiet.len().saturating_sub(WINDOW)..].to_vec()
     }
 
     /// Every unit compared with the quiet ones before it, the changes found taken for known; none of those that have too few before them.
     #[must_use]
     pub fn one_by_one(&self) -> Vec<Option<Compared>> {
+        match &self.dives {
+            Dives::Logged(units) => self.logged_one_by_one(units),
+            Dives::Sent(all, _) => {
+                let without_changes = all.iter().zip(self.beyond()).map(|(d, beyond)| {
+                    let mut sent = d.sent.clone();
+                    sent.count_from(&beyond);
+                    (d.id.clone(), sent)
+                });
+                let said = sent_one_by_one(&without_changes.collect::<Vec<_>>(), &self.glider);
+                said.into_iter().map(|s| s.map(|Said { judgement, chance, .. }| Compared { judgement, chance })).collect()
+            }
+        }
+    }
+
+    fn logged_one_by_one(&self, units: &[Unit]) -> Vec<Option<Compared>> {
         /// A history of this many controls is learnt anew after so many more.
         const LEARNT: (usize, usize) = (12, 4);
         let mut earlier = Vec::new();
         let mut last: Option<(usize, Learnt)> = None;
         let one = |i: usize| {
-            let before = self.quiet_before(i);
+            let before = self.quiet_before(units, i);
             let seen = self.found.quiet[..i].iter().filter(|quiet| **quiet).count();
             if before.len() < FEWEST_CONTROLS {
                 return None;
@@ -146,13 +238,13 @@ impl Mission {
                 last = Some((seen, learn(&before, &self.glider, &self.from)));
             }
             let history = &last.as_ref()?.1;
-            let judgement = judge(&self.units[i], &self.glider, history, &history.at);
+            let judgement = judge(&units[i], &self.glider, history, &history.at);
             let chance = chance(judgement.chi2, &earlier);
             if judgement.is_quiet() {
                 earlier.push(judgement.chi2);
             }
             Some(Compared { judgement, chance })
         };
-        (0..self.units.len()).map(one).collect()
+        (0..units.len()).map(one).collect()
     }
 }

@@ -5,7 +5,7 @@ use super::glide::Glider;
 use super::judge::judge;
 use super::kinds::{DIVES_PER_ALARM, threshold};
 use super::learn::{FEWEST_CONTROLS, Forward, between, chi2, expected_scatter, forward, learn, of_summaries, place, start};
-use super::mission::Mission;
+use super::mission::{Dives, Mission};
 use super::numbers::{ALL, COMPRESSIBILITY, DRAG_LEVEL, EXPANSION, NUMBERS, Numbers, in_effect};
 use super::rows::{Row, Unit, median, units};
 use super::summary::{Linear, Summary};
@@ -291,7 +291,7 @@ fn accuracy_a_step_is_dated_and_a_drift_is_seen_against_the_oldest() {
     let mut units = dives(8, &glider, &at, &mut noise);
     at[COMPRESSIBILITY] = 1.2;
     units.extend((8..14).map(|k| dive(k, &glider, &at, 0.004, &mut noise)));
-    let mission = Mission::of(units, &vehicle(), threshold(DIVES_PER_ALARM));
+    let mission = Mission::of(Dives::Logged(units), &vehicle(), threshold(DIVES_PER_ALARM));
     let [change] = &mission.found.changes[..] else { panic!("one: {:?}", mission.found.changes) };
     assert_eq!((change.kind.number, change.onset, change.several.len()), (COMPRESSIBILITY, 8, 0), "{change:?}");
     assert!((change.size - 1.2).abs() < 1.645 * change.sigma, "{change:?}");
@@ -302,7 +302,7 @@ fn accuracy_a_step_is_dated_and_a_drift_is_seen_against_the_oldest() {
     // Growth from the first dive on.
     let grown = |k: usize| Numbers::from_fn(|i, _| if i == DRAG_LEVEL { 0.1 * k as f64 } else { 0.0 });
     let units = (0..18).map(|k| dive(k, &glider, &grown(k), 0.004, &mut noise)).collect();
-    let mission = Mission::of(units, &vehicle(), threshold(DIVES_PER_ALARM));
+    let mission = Mission::of(Dives::Logged(units), &vehicle(), threshold(DIVES_PER_ALARM));
     assert!(mission.found.changes.iter().any(|c| c.kind.name == "fouling" && c.size > 0.7), "{:?}", mission.found.changes);
 }
 

@@ -12,9 +12,9 @@ use crate::history::changes::Change;
 use crate::history::glide::Glider;
 use crate::history::kinds::{FOLLOWED, Shape, alarm_rate, threshold};
 use crate::history::mission as history;
-use crate::history::mission::{Compared, FEWEST_DIVES};
+use crate::history::mission::{Compared, Dives, FEWEST_DIVES, SentDive};
 use crate::history::numbers::{ALL, DRAG_LEVEL, NUMBERS, Numbers, SLOPE_OF_LIFT};
-use crate::history::rows::{FEWEST_OF_A_LEG, FEWEST_STEADY_ROWS, Unit, median, units};
+use crate::history::rows::{FEWEST_OF_A_LEG, FEWEST_STEADY_ROWS, units};
 use crate::history::shown::{LEVELS_SHOWN, N, value};
 use crate::model::parameters::NINETY;
 use hydro::effects::{ALPHA_VALID_RAD, Flow, ForceModel, REFERENCE_TEMPERATURE_DEGC};
@@ -123,12 +123,17 @@ pub struct Timeline {
     pub notes: Vec<String>,
 }
 
-/// A steady dive and where it is from.
+/// Where a steady dive is from.
 #[derive(Clone, Debug)]
-struct Followed {
-    flight: String,
-    depth_m: f64,
-    unit: Unit,
+pub struct Followed {
+    /// Its flight.
+    pub flight: String,
+    /// Segment or dive in it.
+    pub segment: u32,
+    /// Deepest place, m.
+    pub depth_m: f64,
+    /// Steady rows.
+    pub rows: usize,
 }
 
 /// A mission as its flights come in.
@@ -136,6 +141,7 @@ struct Followed {
 pub struct Mission {
     vehicle: Vehicle,
     dives: Vec<Followed>,
+    of: Dives,
     left_out: usize,
     notes: Vec<String>,
 }
@@ -144,7 +150,14 @@ impl Mission {
     /// With the vehicle that it is judged by.
     #[must_use]
     pub fn new(vehicle: &Vehicle) -> Self {
-        Self { vehicle: vehicle.clone(), dives: Vec::new(), left_out: 0, notes: Vec::new() }
+        Self { vehicle: vehicle.clone(), dives: Vec::new(), of: Dives::Logged(Vec::new()), left_out: 0, notes: Vec::new() }
+    }
+
+    /// Of what surfacings sent, counted from the numbers of the vehicle file of `glider`.
+    #[must_use]
+    pub fn of_sent(vehicle: &Vehicle, glider: Glider, sent: Vec<(Followed, SentDive)>, notes: Vec<String>) -> Self {
+        let (dives, all) = sent.into_iter().unzip();
+        Self { vehicle: vehicle.clone(), dives, of: Dives::Sent(all, Box::new(glider)), left_out: 0, notes }
     }
 
     /// Adds the next flight of the mission, whose clock began at second `zero_s` of the mission's ([`crate::workbench::mission_clock`]).
@@ -157,12 +170,14 @@ impl Mission {
             *of = of.max(*p);
         }
         self.notes.extend(flight.unread.iter().map(|note| format!("{}: {note}", flight.name)));
+        let Dives::Logged(all) = &mut self.of else { return };
         let steady = units(flight);
         self.left_out += deepest.len().saturating_sub(steady.len());
         for mut unit in steady {
             unit.rows.iter_mut().for_each(|r| r.time_s += zero_s);
             let depth_m = deepest.get(&unit.segment).copied().unwrap_or(f64::NAN) / METRE_PA;
-            self.dives.push(Followed { flight: flight.name.clone(), depth_m, unit });
+            self.dives.push(Followed { flight: flight.name.clone(), segment: unit.segment, depth_m, rows: unit.rows.len() });
+            all.push(unit);
         }
     }
 
@@ -176,7 +191,7 @@ impl Mission {
                 "no dive of these flights has {FEWEST_STEADY_ROWS} steady rows of 40 s with pitch, ballast and density, {FEWEST_OF_A_LEG} of them on either leg"
             )));
         }
-        Ok(history::Mission::of(self.dives.iter().map(|d| d.unit.clone()).collect(), &self.vehicle, threshold))
+        Ok(history::Mission::of(self.of.clone(), &self.vehicle, threshold))
     }
 
     /// What the mission shows; an alarm is false once in so many dives.
@@ -195,10 +210,10 @@ impl Mission {
         let rows = self.dives.iter().zip(compared).zip(levels).enumerate().map(|(d, ((dive, compared), (mean, sigma)))| Row {
             number: d + 1,
             flight: dive.flight.clone(),
-            segment: dive.unit.segment,
+            segment: dive.segment,
             day: days[d],
             depth_m: dive.depth_m,
-            rows: dive.unit.rows.len(),
+            rows: dive.rows,
             levels: shown(&mean, &sigma),
             compared,
         });
@@ -261,8 +276,7 @@ impl Mission {
         if !matches!(which, DRAG_LEVEL | SLOPE_OF_LIFT) {
             return None;
         }
-        let pitch = |way: f64| median(of.units.iter().flat_map(|u| &u.rows).filter(|r| r.way == way).map(|r| r.pitch_rad.abs()));
-        let pitches = [pitch(-1.0), pitch(1.0)];
+        let pitches = of.pitch_rad();
         let factor = |column: usize, changed: f64| {
             let own = if column == which { changed } else { 0.0 };
             ((start[column] + own) * of.glider.sizes[column]).exp()

@@ -6,7 +6,7 @@ use crate::faults::{Kind, Target};
 use crate::ocean::GRAVITY_M_S2;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
-use signals::{Micros, SensorFrame, Surface, Switch, Weight};
+use signals::{Micros, Reading, SensorFrame, Surface, Switch, Weight};
 use std::f64::consts::TAU;
 
 /// Resting voltage when full and when empty, V (primary lithium pack, rounded).
@@ -15,6 +15,8 @@ const VOLTAGE: (f64, f64) = (15.5, 10.5);
 const PACK_OHM: f64 = 0.08;
 /// Water in the hull that the leak detector sees, kg (guess: a spoonful).
 const LEAK_SEEN_KG: f64 = 0.002;
+/// Noise of the CTD's temperature, K (guess: a pumped CTD reads better than its water is mixed).
+const TEMPERATURE_NOISE_K: f64 = 0.002;
 
 impl World {
     /// Measures everything once.
@@ -71,6 +73,7 @@ impl World {
             battery_mass_m: r[6],
             fin_rad: r[7],
             density_kg_m3: r[8],
+            temperature_degc: self.temperature(r[8], truth.temperature_degc),
             altitude_m: r[9],
             battery_v: r[10],
             charge: r[11],
@@ -89,6 +92,14 @@ impl World {
     pub fn shore_in_reach(&self) -> bool {
         let blind = self.schedule.find(self.t, Target::Comms, Kind::Off).is_some();
         self.surfaced_s > 0.0 && self.scenario.sensors.first_comms_s.is_finite() && !blind
+    }
+
+    /// The thermistor sits in the CTD: no density, no temperature. Its noise is drawn apart, so that no other sensor's depends on it.
+    fn temperature(&mut self, density: Reading, truth_degc: f64) -> Reading {
+        let Reading::Sampled { age_ms, .. } = density else { return Reading::Missing };
+        let is_perfect = self.scenario.sensors.density.noise == 0.0;
+        let noise: f64 = if is_perfect { 0.0 } else { StandardNormal.sample(&mut self.thermometer_rng) };
+        Reading::Sampled { value: (truth_degc + TEMPERATURE_NOISE_K * noise) as f32, age_ms }
     }
 
     fn leak(&mut self) -> Switch {

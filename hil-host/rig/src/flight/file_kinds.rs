@@ -1,5 +1,6 @@
 //! What a file is by its content, so that one named in place of another is answered with what it is and what belongs there.
 
+use super::surfacing;
 use anyhow::ensure;
 use std::io::Read as _;
 use std::path::Path;
@@ -49,6 +50,7 @@ enum Seen {
     Folder,
     NetCdf,
     Json,
+    Surfacings,
 }
 
 impl Seen {
@@ -65,6 +67,7 @@ impl Seen {
             Self::Folder => "a folder",
             Self::NetCdf => "a NetCDF file",
             Self::Json => "a JSON file",
+            Self::Surfacings => "messages of surfacings",
         }
     }
 }
@@ -83,8 +86,15 @@ fn seen(path: &Path) -> Option<Seen> {
     match head.as_slice() {
         [0x7f, b'E', b'L', b'F', ..] => Some(Seen::Is(Kind::Image)),
         [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', ..] => Some(Seen::NetCdf),
+        _ if surfacing::begins(&head) => Some(Seen::Surfacings),
         _ => of_text(std::str::from_utf8(&head).ok()?),
     }
+}
+
+/// Whether a file is messages of surfacings, or a terminal's log with some.
+#[must_use]
+pub fn is_surfacings(path: &Path) -> bool {
+    seen(path) == Some(Seen::Surfacings)
 }
 
 fn of_text(text: &str) -> Option<Seen> {
@@ -125,7 +135,7 @@ pub fn expect(path: &Path, wanted: Kind) -> anyhow::Result<()> {
         Some(Seen::FlightFolder | Seen::Folder) => wanted == Kind::Flight,
         // A vehicle may be JSON with keys of its own.
         Some(Seen::Json) => wanted == Kind::Vehicle,
-        Some(Seen::NetCdf) => false,
+        Some(Seen::NetCdf | Seen::Surfacings) => false,
         // An image is nothing but an image.
         None => wanted != Kind::Image,
     };
@@ -136,6 +146,22 @@ pub fn expect(path: &Path, wanted: Kind) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use base64::Engine as _;
+    use base64::engine::general_purpose::STANDARD;
+
+    #[test]
+    fn messages_of_surfacings_are_recognised_in_a_file_and_in_a_terminal_log() {
+        let path = std::env::temp_dir().join(format!("glider-kind-{}", std::process::id()));
+        let is = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).expect("written");
+            is_surfacings(&path)
+        };
+        let message = signals::Surfacing::default().encode();
+        let line = format!("GliderDos I -3 >\nsurfacing,{}\n", STANDARD.encode(&message));
+        assert!(is(&message) && is(line.as_bytes()) && is(&[&message[..], &[7; 9]].concat()));
+        assert!(!is(b"time_s,surfacing,\n1,2,3\n") && !is(&message[..53]) && !is(b"surfacing,\n") && !is(b""));
+        std::fs::remove_file(&path).expect("removed");
+    }
 
     #[test]
     fn every_kind_is_recognised_by_its_content() {

@@ -389,7 +389,7 @@ pub const PHASES_LOGGED: [Phase; 8] =
     [Phase::Surface, Phase::Dive, Phase::InflectLow, Phase::Climb, Phase::InflectHigh, Phase::Comms, Phase::Done, Phase::Safe];
 
 /// Degradations, for a person.
-pub const DEGRADATIONS: [(Flags, &str); 12] = [
+pub const DEGRADATIONS: [(Flags, &str); 13] = [
     (Flags::PITCH_PRESET, "pitch preset"),
     (Flags::NO_HEADING, "no heading"),
     (Flags::DEPTH_PROJECTED, "depth projected"),
@@ -402,6 +402,7 @@ pub const DEGRADATIONS: [(Flags, &str); 12] = [
     (Flags::DEGRADED, "flies worse than the table"),
     (Flags::WEIGHT_FIRED, "weight fired"),
     (Flags::RESUMED, "resumed"),
+    (Flags::DEPARTS, "glides depart from the history"),
 ];
 
 /// Names of the degradations whose flags are up.

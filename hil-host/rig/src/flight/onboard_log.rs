@@ -323,7 +323,7 @@ pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec
                 ballast_m3: value(f.ballast_m3),
                 battery_mass_m: value(f.battery_mass_m),
                 fin_rad: value(f.fin_rad),
-                temperature_degc: f64::NAN,
+                temperature_degc: value(f.temperature_degc),
                 density_kg_m3: value(f.density_kg_m3),
                 gps_east_m: f64::NAN,
                 gps_north_m: f64::NAN,

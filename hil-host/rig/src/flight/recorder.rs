@@ -15,16 +15,12 @@ use serde_json::{Value, json};
 use signals::Reading;
 use std::path::Path;
 
-/// Noise of the CTD's temperature, K (guess: a pumped CTD reads better than its water is mixed).
-const TEMPERATURE_NOISE_K: f64 = 0.002;
-
 /// Writes a closed-loop flight.
 pub struct Recorder {
     writer: Writer,
     depth_to_pa: f64,
     rng: ChaCha8Rng,
     gps: Normal<f64>,
-    temperature: Normal<f64>,
     origin: Option<(f64, f64)>,
     resets: u32,
 }
@@ -53,7 +49,6 @@ impl Recorder {
             depth_to_pa: world.depth_density_kg_m3() * GRAVITY_M_S2,
             rng: ChaCha8Rng::seed_from_u64(s.seed ^ 0x9b5),
             gps: Normal::new(0.0, worlds::GPS_NOISE_M)?,
-            temperature: Normal::new(0.0, TEMPERATURE_NOISE_K)?,
             origin: None,
             resets: 0,
         })
@@ -79,7 +74,6 @@ impl Recorder {
             east = t.east_m - origin.0 + self.gps.sample(&mut self.rng);
             north = t.north_m - origin.1 + self.gps.sample(&mut self.rng);
         }
-        let density = value(f.density_kg_m3);
         let measured = Measured {
             time_s: cycle.time_s,
             pressure_pa: value(f.depth_m) * self.depth_to_pa,
@@ -89,9 +83,8 @@ impl Recorder {
             ballast_m3: value(f.ballast_m3),
             battery_mass_m: value(f.battery_mass_m),
             fin_rad: value(f.fin_rad),
-            // The thermistor sits in the same CTD: no density, no temperature.
-            temperature_degc: if density.is_finite() { t.temperature_degc + self.temperature.sample(&mut self.rng) } else { f64::NAN },
-            density_kg_m3: density,
+            temperature_degc: value(f.temperature_degc),
+            density_kg_m3: value(f.density_kg_m3),
             gps_east_m: east,
             gps_north_m: north,
             speed_m_s: f64::NAN,

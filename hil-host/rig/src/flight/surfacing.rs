@@ -52,6 +52,13 @@ impl Received {
     }
 }
 
+/// Whether a file that begins with these bytes is one of messages: its first is whole, or it has a line with a piece of one.
+#[must_use]
+pub fn begins(bytes: &[u8]) -> bool {
+    let first = [SURFACING_BYTES, MOST_BYTES].iter().any(|n| bytes.get(..*n).is_some_and(|m| Surfacing::decode(m).is_ok()));
+    first || bytes.windows(HEAD.len()).any(|w| w == HEAD) && read(bytes).is_ok_and(|r| !r.messages.is_empty())
+}
+
 /// Reads a file: messages of 54 or 163 bytes one after another, or a terminal's text with lines of their pieces.
 ///
 /// # Errors

@@ -4,65 +4,67 @@
 use discovery::history::flight::sent_one_by_one;
 use discovery::history::judge::{Judgement, judge, judge_summary};
 use discovery::history::learn::{Learnt, linear_about};
-use discovery::history::numbers::{DRAG_LEVEL, Numbers};
+use discovery::history::numbers::{DRAG_LEVEL, Numbers, SLOPE_OF_LIFT};
 use discovery::history::rows::Unit;
 use discovery::history::summary::Summary;
-use evidence::{Cycle, Dives, PACKET_BYTES, Packet};
+use evidence::{Detector, Dives, PACKET_BYTES, Packet, SIZES};
+use helm::glides::{PA_PER_M, cycle, is_enough};
 use logs::Flight;
 use polar::Table;
 use serde::Serialize;
-use signals::Wings;
+use signals::{Micros, Phase, Reading, SensorFrame, Wings};
 
 use super::missions::{ERRORS, Error, Histories, Mission, Share, injected, names, part_of, spread};
-use crate::packets::{board, sent};
+use crate::packets::{board, for_board, sent};
 
-/// Age at which a channel of the log is old, s: attitude and ballast, water.
-const OLD_S: [f64; 2] = [60.0, 300.0];
 /// Units that errors are injected into.
 const REPLAYED: usize = 8;
 /// Quiet surfacings that a mission's own history is learnt from.
 const MOST_CONTROLS: usize = 24;
 
-/// The cycles of a part of a log: at each pressure what the other sensors said last.
-fn cycles(part: &Flight, thermometer: bool) -> Vec<Cycle> {
+/// The frames of a part of a log, as the board would have them: at each pressure what the other sensors said last, with its age.
+fn frames(part: &Flight) -> Vec<SensorFrame> {
     let columns = [&part.pitch_rad, &part.roll_rad, &part.ballast_m3, &part.density_kg_m3, &part.temperature_degc];
-    let mut last = [(f64::NEG_INFINITY, f64::NAN); 5];
+    let mut last = [None; 5];
     let mut out = Vec::new();
     let begin_s = part.time_s.first().copied().unwrap_or(0.0);
     let mut before_s = f64::NEG_INFINITY;
     for (i, (&t, &p)) in part.time_s.iter().zip(&part.pressure_pa).enumerate() {
         for (last, column) in last.iter_mut().zip(columns) {
             if column[i].is_finite() {
-                *last = (t, column[i]);
+                *last = Some((t, column[i]));
             }
         }
         if !p.is_finite() || t - before_s < 0.2 {
             continue;
         }
         before_s = t;
-        let value = |k: usize| if t - last[k].0 <= OLD_S[usize::from(k > 2)] { last[k].1 as f32 } else { f32::NAN };
-        out.push(Cycle {
-            time_us: ((t - begin_s) * 1e6) as u64,
-            pressure_pa: p as f32,
-            pitch_rad: value(0),
-            roll_rad: value(1),
-            ballast_m3: value(2),
-            density_kg_m3: value(3),
-            temperature_degc: if thermometer { value(4) } else { f32::NAN },
+        let [pitch_rad, roll_rad, ballast_m3, density_kg_m3, temperature_degc] = last.map(|of| match of {
+            Some((at, value)) => Reading::Sampled { value: value as f32, age_ms: ((t - at) * 1e3) as u32 },
+            None => Reading::Missing,
         });
+        let (time, depth_m) = (Micros(((t - begin_s) * 1e6) as u64), Reading::now(p as f32 / PA_PER_M));
+        let frame =
+            SensorFrame { time, depth_m, pitch_rad, roll_rad, ballast_m3, density_kg_m3, temperature_degc, ..SensorFrame::default() };
+        out.push(frame);
     }
     out
 }
 
-/// Puts an error of the log into cycles, as [`injected`] does into rows.
-fn spoil(cycles: &mut [Cycle], error: Error, share: f64, drive_m3: f64) {
+/// Puts an error of the log into frames, as [`injected`] does into rows.
+fn spoil(frames: &mut [SensorFrame], error: Error, share: f64, drive_m3: f64) {
     let drive = (drive_m3 / 200e-6).min(1.0);
-    for c in cycles {
+    for frame in frames {
+        let (Reading::Sampled { value: pitch_rad, .. }, Reading::Sampled { value: ballast_m3, .. }) =
+            (&mut frame.pitch_rad, &mut frame.ballast_m3)
+        else {
+            continue;
+        };
         match error {
-            Error::PitchOffset(by) => c.pitch_rad += (share * by) as f32,
-            Error::PitchScale(by) => c.pitch_rad *= (1.0 + share * by) as f32,
-            Error::Ballast(by) => c.ballast_m3 += (share * by * drive) as f32,
-            Error::BallastScale(by) => c.ballast_m3 *= (1.0 + share * by) as f32,
+            Error::PitchOffset(by) => *pitch_rad += (share * by) as f32,
+            Error::PitchScale(by) => *pitch_rad *= (1.0 + share * by) as f32,
+            Error::Ballast(by) => *ballast_m3 += (share * by * drive) as f32,
+            Error::BallastScale(by) => *ballast_m3 *= (1.0 + share * by) as f32,
             Error::Drag(_) | Error::Compressibility(_) | Error::Expansion(_) => {}
         }
     }
@@ -76,22 +78,27 @@ struct Three {
     packet: Judgement,
 }
 
-/// The packet of cycles as it comes off the wire.
-fn packet(histories: &Histories<'_>, cycles: &[Cycle], claimed: &Numbers) -> Option<(Packet, Packet)> {
+/// The packet of frames as it comes off the wire.
+fn packet(histories: &Histories<'_>, frames: &[SensorFrame], claimed: &Numbers) -> Option<(Packet, Packet)> {
     let (vehicle, bytes) = board(&histories.glider, claimed, Wings::Standard).ok()?;
     let table = Table::parse(&bytes, Wings::Standard).ok()?;
     let mut dives = Dives::new();
-    cycles.iter().for_each(|c| dives.take(&vehicle, &table, c));
+    for frame in frames {
+        match cycle(frame, Phase::Dive) {
+            Some(cycle) => dives.take(&vehicle, &table, &cycle),
+            None => dives.interrupt(),
+        }
+    }
     let made = dives.packet(0);
     let bytes: [u8; PACKET_BYTES] = made.encode()?;
     Some((made, Packet::decode(&bytes).ok()?))
 }
 
-fn judged(histories: &Histories<'_>, history: &Learnt, unit: &Unit, cycles: &[Cycle], claimed: &Numbers) -> Option<Three> {
+fn judged(histories: &Histories<'_>, history: &Learnt, unit: &Unit, frames: &[SensorFrame], claimed: &Numbers) -> Option<Three> {
     let glider = &histories.glider;
     let linear = linear_about(unit, glider, claimed, &Numbers::zeros());
     let own = Summary::of(&linear, linear.own_level(Some(history.usual_level)));
-    let (made, read) = packet(histories, cycles, claimed)?;
+    let (made, read) = packet(histories, frames, claimed)?;
     let of = |p: &Packet| judge_summary(&sent(p, glider).summary(Some(history.usual_level)), history);
     Some(Three { log: judge(unit, glider, history, claimed), summary: judge_summary(&own, history), exact: of(&made), packet: of(&read) })
 }
@@ -143,10 +150,9 @@ impl Agreement {
     }
 }
 
-/// Untouched segments, and errors of both sizes, of a mission with so many controls; with the temperature of the water on board, or
-/// without it as frames are.
+/// Untouched segments, and errors of both sizes, of a mission with so many controls.
 #[must_use]
-pub fn agreement(mission: &Mission, controls: usize, thermometer: bool) -> [Agreement; 2] {
+pub fn agreement(mission: &Mission, controls: usize) -> [Agreement; 2] {
     let mut histories = Histories::new(mission, controls);
     let (mut untouched, mut errors) = (Agreement::default(), Agreement::default());
     let judged_units: Vec<usize> = (controls..mission.units.len()).collect();
@@ -154,7 +160,7 @@ pub fn agreement(mission: &Mission, controls: usize, thermometer: bool) -> [Agre
         let unit = &mission.units[i];
         let history = histories.before(i).clone();
         let Some((part, _)) = part_of(mission, unit) else { continue };
-        if let Some(three) = judged(&histories, &history, unit, &cycles(&part, thermometer), &history.at) {
+        if let Some(three) = judged(&histories, &history, unit, &frames(&part), &history.at) {
             untouched.count(&unit.id, &three, None);
         }
     }
@@ -164,7 +170,7 @@ pub fn agreement(mission: &Mission, controls: usize, thermometer: bool) -> [Agre
         for share in [1.0, 0.5] {
             for error in ERRORS {
                 let (unit, claimed, _) = injected(&mission.units[i], &history.at, &histories.glider, error, share);
-                let mut spoilt = cycles(&part, thermometer);
+                let mut spoilt = frames(&part);
                 spoil(&mut spoilt, error.1, share, histories.glider.drive_m3);
                 if let Some(three) = judged(&histories, &history, &unit, &spoilt, &claimed) {
                     errors.count(&format!("{} {} x{share}", unit.id, error.0), &three, Some(error.2));
@@ -175,10 +181,52 @@ pub fn agreement(mission: &Mission, controls: usize, thermometer: bool) -> [Agre
     [untouched, errors]
 }
 
+/// What the detector on board says of a mission after the dives that its history was learnt from.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Detected {
+    /// Surfacings as they were, and alarms in them.
+    pub quiet: Share,
+    /// Of a vehicle with half as much drag again from one surfacing on, each in turn: alarms in its first or second.
+    pub in_two: Share,
+}
+
+/// Replays the detector over a mission of which the first dives, so many, are its history.
+///
+/// # Errors
+/// A history that is none for a board.
+pub fn detected(mission: &Mission, controls: usize) -> anyhow::Result<Detected> {
+    let mut histories = Histories::new(mission, controls);
+    let learnt = histories.before(controls).clone();
+    let (glider, from) = (&histories.glider, histories.from);
+    let (vehicle, _) = board(glider, &from, Wings::Standard)?;
+    let mut known = for_board(&learnt, glider, &vehicle)?;
+    // The table on board has the drag and lift of the first dives, not those of the file.
+    for i in [DRAG_LEVEL, SLOPE_OF_LIFT] {
+        known.mean[i] -= (from[i] * glider.sizes[i] / f64::from(SIZES[i])) as f32;
+    }
+    let packets = |more_drag: f64| -> Vec<Packet> {
+        let mut claimed = from;
+        claimed[DRAG_LEVEL] -= more_drag.ln_1p() / glider.sizes[DRAG_LEVEL];
+        let parts = mission.units.iter().skip(controls).filter_map(|unit| part_of(mission, unit));
+        let made = parts.filter_map(|(part, _)| packet(&histories, &frames(&part), &claimed));
+        // One vehicle, whatever the table that it is given has of its drag.
+        made.map(|(made, _)| Packet { vehicle_id: known.vehicle_id, ..made }).filter(is_enough).collect()
+    };
+    let (sound, fouled) = (packets(0.0), packets(0.5));
+    let mut out = Detected::default();
+    let mut detector = Detector::new();
+    for (i, packet) in sound.iter().enumerate() {
+        let mut from_here = detector;
+        out.in_two.count(fouled.iter().skip(i).take(2).any(|p| from_here.take(&known, p)));
+        out.quiet.count(detector.take(&known, packet));
+    }
+    Ok(out)
+}
+
 /// Names in each surfacing of a mission judged from its packets alone, by the quiet surfacings before it; none of the first three. From
 /// unit `event` on the vehicle has half as much drag again as the table on board says.
 #[must_use]
-pub fn from_packets_alone(mission: &Mission, event: usize, thermometer: bool) -> Vec<Option<Vec<String>>> {
+pub fn from_packets_alone(mission: &Mission, event: usize) -> Vec<Option<Vec<String>>> {
     let histories = Histories::new(mission, MOST_CONTROLS);
     let mut all = Vec::new();
     for (i, unit) in mission.units.iter().enumerate() {
@@ -187,7 +235,7 @@ pub fn from_packets_alone(mission: &Mission, event: usize, thermometer: bool) ->
             claimed[DRAG_LEVEL] -= 1.5_f64.ln() / histories.glider.sizes[DRAG_LEVEL];
         }
         let Some((part, _)) = part_of(mission, unit) else { continue };
-        if let Some((_, read)) = packet(&histories, &cycles(&part, thermometer), &claimed) {
+        if let Some((_, read)) = packet(&histories, &frames(&part), &claimed) {
             all.push((unit.id.clone(), sent(&read, &histories.glider)));
         }
     }

@@ -16,8 +16,6 @@ pub mod effect_list;
 pub mod fault_campaign;
 pub mod figure;
 pub mod flight_report;
-#[cfg(feature = "figures")]
-mod pdf;
 pub mod places;
 pub mod plots;
 #[cfg(feature = "figures")]

@@ -102,8 +102,9 @@ mod tests {
         let vehicle = logs::vehicle::read(&case.join("vehicle.json")).expect("our own vehicle reads");
         std::fs::remove_dir_all(&folder).ok();
         let found = diagnose(&flight, &vehicle, Depth::Singles, &|_, _| {}).expect("it can be diagnosed");
-        let told = report::document(&found, &vehicle, "case");
-        let moved: Vec<&serde_json::Value> = told["moved"].as_array().expect("numbers").iter().filter(|n| n["low"].is_number()).collect();
+        let document = report::document(&found, &vehicle, "case");
+        let moved: Vec<&serde_json::Value> =
+            document["moved"].as_array().expect("numbers").iter().filter(|n| n["low"].is_number()).collect();
         let chart = forest(&found);
         assert!(moved.len() >= 8 && moved.len() == chart.categories.len(), "{:?}", chart.categories);
         for (i, n) in moved.iter().enumerate() {
@@ -120,7 +121,7 @@ mod tests {
         let hides = hidden(&found);
         assert_eq!(hides.labels[0], found.parts.hidden[0].size_in_words());
         let steps = ladder(&found);
-        assert!((steps.series[0].y.last().expect("a floor") - told["error"]["noise_floor"].as_f64().expect("a floor")).abs() < 1e-4);
+        assert!((steps.series[0].y.last().expect("a floor") - document["error"]["noise_floor"].as_f64().expect("a floor")).abs() < 1e-4);
         let svg = forest_figure(&found, "case").svg(&Paper::SCREEN).expect("drawn");
         for name in chart.categories.iter().chain(&hides.categories) {
             assert!(svg.contains(name), "{name}");

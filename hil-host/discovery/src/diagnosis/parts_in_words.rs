@@ -115,3 +115,18 @@ impl FourParts {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::history::numbers::{ALL, PITCH_OFFSET};
+
+    #[test]
+    fn regress_what_could_hide_of_an_angle_is_in_degrees() {
+        let hidden = |unit, least| Hidden { effect: ALL[PITCH_OFFSET].effect, parameter: "offset", unit, least, typical: 0.03 };
+        assert_eq!(hides(&hidden("rad", 0.087_266)), "pitch offset up to 5.00 deg");
+        assert_eq!(hides(&hidden("cm^3", 12.34)), "pitch offset up to 12.3 cm^3");
+        assert_eq!(hides(&hidden("1", 0.5)), "pitch offset up to 0.500");
+        assert_eq!(hides(&hidden("1", f64::INFINITY)), "pitch offset of any size");
+    }
+}
